@@ -1,0 +1,165 @@
+"""The co-simulation: a chain, a structure, and the window loop that couples them."""
+
+from math import ceil, log2
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from coupling.participant import Participant
+from coupling.result import Frames, dataset
+from coupling.scheme import Condensed, CoupledState, NotConverged, Scheme
+from particles import kernels
+from particles.chain import Chain, MovingChain
+from structures.checks import positive
+from structures.stepping import MovingStructure, Oscillators, is_modal
+from structures.structure import Structure, half_space
+
+WINDOWS_PER_CONTACT = 64
+
+
+class CoSimulation:
+    """A chain that faces a structure through the Hertzian contact at its last bead.
+
+    structure: a Structure, any Participant, or None for a chain that nothing holds.
+    scheme: how the two agree within a window; Condensed() for a Structure, Aitken() for a black box.
+    window, s, is the time between exchanges and dt the chain's step; both are chosen from the shortest contact
+    time unless given, and a window holds a whole number of steps.
+    """
+
+    def __init__(
+        self,
+        chain: Chain,
+        structure: Structure | Participant | None,
+        scheme: Scheme | None = None,
+        window: float | None = None,
+        dt: float | None = None,
+    ) -> None:
+        if not isinstance(chain, Chain):
+            raise ValueError(f"chain = {chain!r}: must be a Chain")
+        self.scheme: Scheme = Condensed() if scheme is None else scheme
+        if structure is None:
+            self.structure: Any = MovingStructure(half_space(chain.beads[-1].material))
+        elif isinstance(structure, Structure):
+            self.structure = MovingStructure(structure)
+        elif isinstance(structure, Participant):
+            self.structure = structure
+        else:
+            raise ValueError(
+                f"structure = {structure!r}: must be a Structure, None, or an object with surface, start() and advance()"
+            )
+        if isinstance(self.scheme, Condensed) and not isinstance(self.structure, MovingStructure):
+            raise ValueError(f"scheme = {self.scheme!r}: needs a Structure; use Aitken() for a solver of your own")
+        flexibility = structure.flexibility if isinstance(structure, Structure) else 0.0
+        surface = None if structure is None else self.structure.surface
+        self.chain = MovingChain(chain, surface, flexibility, None if dt is None else positive("dt", dt, "s"))
+        self.window = None if window is None else positive("window", window, "s")
+        if self.window is not None and dt is not None and dt > self.window:
+            raise ValueError(f"dt = {dt!r}: must not be longer than the window, {window} s")
+
+    def run(self, until: float, save_every: float | None = None) -> xr.Dataset:
+        """Simulate up to `until` (s) and return what was saved every `save_every` s (by default every window).
+
+        By default times are `until` divided by a power of two, so that runs of the same length share theirs.
+        Raises ValueError for times that do not fit, NotConverged, and FloatingPointError where a bead's state
+        is no longer finite.
+        """
+        window, stride, rows = self._times(positive("until", until, "s"), save_every)
+        frames = Frames(rows, self.chain.mass.size)
+        fused = isinstance(self.scheme, Condensed) and is_modal(self.structure.structure)
+        self._start_frames(frames)
+        if fused:
+            self._run_compiled(window, stride, frames)
+        else:
+            self._run_windows(window, stride, frames)
+        given = {**self.describe(), "until": until, "window": window, "steps_per_window": self.chain.steps(window)}
+        return dataset(self.chain, frames, window * stride, given)
+
+    def describe(self) -> dict[str, Any]:
+        """The full input as plain data."""
+        structure = self.structure
+        origin = structure.structure.origin if isinstance(structure, MovingStructure) else repr(structure)
+        if self.chain.surface is None:
+            origin = None
+        return {"chain": self.chain.chain.describe(), "structure": origin, "scheme": repr(self.scheme)}
+
+    def start(self) -> CoupledState:
+        """The state at time zero: the striker touches the first bead."""
+        return CoupledState(self.chain.start(), self.structure.start(), 0.0, 0.0, 0, 0.0, np.array([0.0, -1.0]))
+
+    def step(self, state: CoupledState, window: float) -> CoupledState:
+        """One window on, by the scheme."""
+        return self.scheme.step(self.chain, self.structure, state, window)
+
+    def _times(self, until: float, save_every: float | None) -> tuple[float, int, int]:
+        """Window, windows between saved frames, and frames."""
+        longest = self.chain.contact_time / WINDOWS_PER_CONTACT
+        if self.window is not None and self.window > until:
+            raise ValueError(f"window = {self.window!r}: must not be longer than the run, until = {until!r} s")
+        if save_every is None:
+            if self.window is not None:
+                return self.window, 1, ceil(until / self.window * (1.0 - 1e-9)) + 1
+            windows = 2 ** max(0, ceil(log2(until / longest)))
+            return until / windows, 1, windows + 1
+        if positive("save_every", save_every, "s") > until:
+            raise ValueError(f"save_every = {save_every!r}: must not be longer than the run, until = {until!r} s")
+        if self.window is not None and save_every < self.window * (1.0 - 1e-9):
+            raise ValueError(f"save_every = {save_every!r}: must not be shorter than the window, {self.window} s")
+        stride = ceil(save_every / (self.window or longest) * (1.0 - 1e-9))
+        return save_every / stride, stride, int(until / save_every * (1.0 + 1e-9)) + 1
+
+    def _start_frames(self, frames: Frames) -> None:
+        y, v, _ = self.chain.start()
+        frames.position[0], frames.velocity[0] = y, v
+        kernels.contact_forces(y, v, self.chain.constants, 0.0, 0.0, frames.contact_force[0])
+        frames.kinetic[0], frames.potential[0] = kernels.energies(y, v, self.chain.constants, 0.0)
+
+    def _run_compiled(self, window: float, stride: int, frames: Frames) -> None:
+        structure = self.structure.structure
+        oscillators = Oscillators(structure, window)
+        modes = (oscillators.rows, *oscillators.response, structure.contact, structure.stiffness.diagonal())
+        tolerance = self.scheme.tolerance * self.chain.force_scale  # type: ignore[attr-defined]
+        y, v, _ = self.chain.start()
+        static = float(self.chain.static_force[-1])
+        problem, done, detail = kernels.run_on_oscillators(
+            y, v, self.chain.constants, self.chain.method, self.chain.steps(window), window, static, tolerance,
+            stride, modes, frames.arrays(),
+        )  # fmt: skip
+        if problem == kernels.NON_FINITE:
+            raise _non_finite(int(detail), done * window)
+        if problem == kernels.NOT_CONVERGED:
+            raise NotConverged(f"window {done}, t = {done * window:.4g} s: residual {detail:.3g} N")
+
+    def _run_windows(self, window: float, stride: int, frames: Frames) -> None:
+        state, work, evaluations = self.start(), 0.0, 0
+        for done in range(1, (frames.surface.size - 1) * stride + 1):
+            before = state.surface
+            try:
+                state = self.step(state, window)
+            except NotConverged as error:
+                raise NotConverged(f"window {done}, t = {done * window:.4g} s: {error}") from error
+            y, v, lost = state.chain
+            bad = kernels.first_bad(y, v, state.force + state.surface)
+            if bad >= 0:
+                raise _non_finite(bad, done * window)
+            work += state.force * (state.surface - before)
+            evaluations += state.evaluations
+            if done % stride == 0:
+                row = done // stride
+                frames.position[row], frames.velocity[row], frames.surface[row] = y, v, state.surface
+                rate = (state.surface - before) / window
+                constants = self.chain.constants
+                kernels.contact_forces(y, v, constants, state.surface, rate, frames.contact_force[row])
+                frames.kinetic[row], frames.potential[row] = kernels.energies(y, v, constants, state.surface)
+                frames.structure[row] = self._structure_energy(state.structure)
+                frames.lost[row], frames.work[row], frames.evaluations[row] = lost, work, evaluations
+                evaluations = 0
+
+    def _structure_energy(self, state: Any) -> float:
+        known = isinstance(self.structure, MovingStructure) and self.structure.conservative
+        return float(self.structure.energy(state)) if known else np.nan
+
+
+def _non_finite(bead: int, time: float) -> FloatingPointError:
+    what = "the striker (bead 0)" if bead == 0 else f"bead {bead}"
+    return FloatingPointError(f"the state of {what} is no longer finite at t = {time:.6g} s; check dt and the structure")

@@ -1,0 +1,75 @@
+"""hertzlink: solitary waves in chains of beads, and what structures send back.
+
+The front door: re-exports the public names, nothing else. See the README for a first run.
+"""
+
+from importlib.util import find_spec
+from pathlib import Path
+
+
+def _check_rooms() -> None:
+    """The rooms have common names: make sure that those to be imported are the ones that stand beside this file."""
+    home = Path(__file__).resolve().parent
+    for room in ("structures", "particles", "plates", "coupling"):
+        spec = find_spec(room)
+        places = [] if spec is None else [Path(place).resolve() for place in spec.submodule_search_locations or []]
+        if home / room not in places:
+            found = "nothing" if spec is None else str(places[0] if places else spec.origin)
+            raise ImportError(
+                f"hertzlink needs its own package {room!r} from {home}, but Python finds {found}; "
+                "rename that one, or take its folder off the path"
+            )
+
+
+_check_rooms()
+
+from coupling.cosimulation import CoSimulation  # noqa: E402
+from coupling.measures import (  # noqa: E402
+    Reflections,
+    ReflectedWave,
+    Wave,
+    amplitude_ratio,
+    contact_time,
+    critical_distance,
+    energy_error,
+    reflections,
+    sensor_force,
+    time_of_flight,
+    wave_speed,
+)
+from coupling.participant import Participant  # noqa: E402
+from coupling.scheme import Aitken, Condensed, NotConverged  # noqa: E402
+from coupling.sweep import sweep  # noqa: E402
+from particles.bead import Sphere, drop_speed  # noqa: E402
+from particles.chain import Chain, MovingChain  # noqa: E402
+from particles.dissipation import LinearDashpot  # noqa: E402
+from plates.plate import Plate, kirchhoff_plate  # noqa: E402
+from plates.support import Supports  # noqa: E402
+from plates.theory import critical_distance_bounds, point_impedance  # noqa: E402
+from structures.material import (  # noqa: E402
+    ACRYLIC,
+    ALUMINIUM_6061,
+    BRASS_360,
+    COPPER,
+    MATERIALS,
+    NYLON,
+    POLYCARBONATE,
+    PTFE,
+    STEEL_316,
+    STEEL_440C,
+    Material,
+)
+from structures.reduction import reduce  # noqa: E402
+from structures.rod import Layer, rod  # noqa: E402
+from structures.stepping import MovingStructure  # noqa: E402
+from structures.structure import Structure, half_space  # noqa: E402
+from structures.surface import Surface, hertz_stiffness  # noqa: E402
+
+__all__ = [
+    "ACRYLIC", "ALUMINIUM_6061", "BRASS_360", "COPPER", "MATERIALS", "NYLON", "POLYCARBONATE", "PTFE", "STEEL_316",
+    "STEEL_440C", "Aitken", "Chain", "CoSimulation", "Condensed", "Layer", "LinearDashpot", "Material",
+    "MovingChain", "MovingStructure", "NotConverged", "Participant", "Plate", "Reflections", "ReflectedWave",
+    "Sphere", "Structure", "Supports", "Surface", "Wave", "amplitude_ratio", "contact_time", "critical_distance",
+    "critical_distance_bounds", "drop_speed", "energy_error", "half_space", "hertz_stiffness", "kirchhoff_plate",
+    "point_impedance", "reduce", "reflections", "rod", "sensor_force", "sweep", "time_of_flight", "wave_speed",
+]  # fmt: skip

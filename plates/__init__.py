@@ -1,0 +1,1 @@
+"""Plates as structures. Uses the structures room only."""

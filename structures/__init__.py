@@ -1,0 +1,1 @@
+"""Ground floor: elastic bodies as linear second-order systems. Knows no other room."""

@@ -1,0 +1,53 @@
+"""Input checks shared by every room: each names the argument, its value and what would be right."""
+
+import math
+from collections.abc import Collection
+from difflib import get_close_matches
+
+
+def finite(name: str, value: float, unit: str = "") -> float:
+    """`value` as a float, or a ValueError where it is not a finite number."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        number = math.nan
+    if not math.isfinite(number):
+        raise ValueError(f"{name} = {value!r}: must be a finite number{_of(unit)}")
+    return number
+
+
+def positive(name: str, value: float, unit: str = "") -> float:
+    """`value` as a float, or a ValueError where it is not positive and finite."""
+    number = finite(name, value, unit)
+    if number <= 0.0:
+        raise ValueError(f"{name} = {value!r}: must be a positive number{_of(unit)}")
+    return number
+
+
+def not_negative(name: str, value: float, unit: str = "") -> float:
+    """`value` as a float, or a ValueError where it is negative or not finite."""
+    number = finite(name, value, unit)
+    if number < 0.0:
+        raise ValueError(f"{name} = {value!r}: must be zero or a positive number{_of(unit)}")
+    return number
+
+
+def one_of(name: str, value: str, choices: Collection[str]) -> str:
+    """`value`, or a ValueError that lists the choices and the nearest one."""
+    if not isinstance(value, str) or value not in choices:
+        near = get_close_matches(str(value), choices, n=1)
+        hint = f" (did you mean {near[0]!r}?)" if near else ""
+        raise ValueError(f"{name} = {value!r}: must be one of {', '.join(map(repr, choices))}{hint}")
+    return value
+
+
+def whole(name: str, value: int, smallest: int = 1) -> int:
+    """`value` as an int, or a ValueError where it is not a whole number of at least `smallest`."""
+    number = finite(name, value)
+    if number != int(number) or number < smallest:
+        raise ValueError(f"{name} = {value!r}: must be a whole number, {smallest} or more")
+    return int(number)
+
+
+def _of(unit: str) -> str:
+    return f" of {unit}" if unit else ""

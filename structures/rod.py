@@ -1,0 +1,93 @@
+"""Rods of one or more bonded layers, in the one-dimensional theory of longitudinal waves."""
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from math import ceil, pi
+from typing import Any
+
+import numpy as np
+from scipy import sparse
+from skfem import Basis, BilinearForm, ElementLineP2, MeshLine
+
+from structures.checks import one_of, positive, whole
+from structures.material import Material
+from structures.structure import Structure
+from structures.surface import Surface
+
+ELEMENT_TRAVEL_TIME = 1.0e-6
+"""Time, s, in which a wave crosses one quadratic element by default: a fortieth of a short contact."""
+
+FEWEST_ELEMENTS = 8
+
+
+@dataclass(frozen=True)
+class Layer:
+    """A cylinder of one material; length along the axis and radius in m."""
+
+    material: Material
+    length: float
+    radius: float
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.material, Material):
+            raise ValueError(f"material = {self.material!r}: must be a Material; MATERIALS[name] gives one by name")
+        object.__setattr__(self, "length", positive("length", self.length, "m"))
+        object.__setattr__(self, "radius", positive("radius", self.radius, "m"))
+
+    @property
+    def area(self) -> float:
+        """Cross-section π R², m²."""
+        return pi * self.radius**2
+
+
+def rod(layers: Sequence[Layer], base: str = "fixed", elements: int | None = None) -> Structure:
+    """A rod of bonded layers, struck on the free face of the first.
+
+    E A u″ = ρ A ü in each layer, with quadratic line elements; u and the axial force are continuous.
+    base: "fixed"; "free", where the rod may fly off (under gravity it is held up until the wave comes); or
+    "absorbing", a dashpot ρ c A of the last layer, which lets a wave out as a very long rod would.
+    elements: the number in each layer; by default a wave takes ELEMENT_TRAVEL_TIME to cross one.
+    """
+    layers = tuple(layers)
+    if not layers or not all(isinstance(layer, Layer) for layer in layers):
+        raise ValueError(f"layers = {list(layers)!r}: must be a list of one Layer or more, the struck one first")
+    one_of("base", base, ("fixed", "free", "absorbing"))
+    counts = [_count(layer) if elements is None else whole("elements", elements) for layer in layers]
+
+    faces = np.concatenate([[0.0], np.cumsum([layer.length for layer in layers])])
+    nodes = [np.linspace(faces[i], faces[i + 1], count + 1)[:-1] for i, count in enumerate(counts)]
+    basis = Basis(MeshLine(np.append(np.concatenate(nodes), faces[-1])), ElementLineP2())
+    owner = np.searchsorted(faces, basis.mesh.p[0, basis.mesh.t].mean(axis=0)) - 1
+    per_point = np.ones_like(basis.dx)
+    axial = np.array([layer.material.youngs_modulus * layer.area for layer in layers])[owner, None] * per_point
+    inertia = np.array([layer.material.density * layer.area for layer in layers])[owner, None] * per_point
+
+    stiffness = sparse.csr_array(_stretching.assemble(basis, coefficient=axial))
+    mass = sparse.csr_array(_inertia.assemble(basis, coefficient=inertia))
+    top, bottom = basis.nodal_dofs[0, [0, -1]]
+    contact = np.zeros(basis.N)
+    contact[top] = 1.0
+    damping = None
+    if base == "absorbing":
+        last = layers[-1]
+        impedance = last.material.density * last.material.bar_speed * last.area
+        damping = sparse.csr_array(([impedance], ([bottom], [bottom])), shape=mass.shape)
+    if base == "fixed":
+        kept = np.setdiff1d(np.arange(basis.N), [bottom])
+        mass, stiffness, contact = mass[kept][:, kept], stiffness[kept][:, kept], contact[kept]
+    origin = {"kind": "rod", "base": base, "elements": counts, "layers": [asdict(layer) for layer in layers]}
+    return Structure(mass, stiffness, damping, contact, 0.0, Surface(layers[0].material), origin)
+
+
+def _count(layer: Layer) -> int:
+    return max(FEWEST_ELEMENTS, ceil(layer.length / (layer.material.bar_speed * ELEMENT_TRAVEL_TIME)))
+
+
+@BilinearForm
+def _stretching(u: Any, v: Any, w: Any) -> Any:
+    return w.coefficient * u.grad[0] * v.grad[0]
+
+
+@BilinearForm
+def _inertia(u: Any, v: Any, w: Any) -> Any:
+    return w.coefficient * u * v

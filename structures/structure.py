@@ -1,0 +1,59 @@
+"""A structure is data: M, K, C, the contact vector, and what Hertz's law needs. Theories are functions that make one."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from scipy import sparse
+
+from structures.checks import finite
+from structures.material import Material
+from structures.surface import Surface
+
+Vector = np.ndarray[tuple[int], np.dtype[np.float64]]
+
+
+@dataclass(frozen=True, eq=False)
+class Structure:
+    """A linear elastic body M ü + C u̇ + K u = b F that is pushed with the force F at one point.
+
+    mass, stiffness, damping: sparse, n × n, symmetric; damping None where there is none.
+    contact: b, n numbers. It spreads a unit contact force over the degrees of freedom and reads the displacement
+    of the contact point, w = bᵀu + flexibility · F.
+    flexibility, m/N: what the degrees of freedom do not show of the local indentation. It acts as a massless
+    spring in series with Hertz's contact; negative where a mesh already holds part of Hertz's indentation.
+    surface: material and curvature at the contact.
+    origin: how the structure was made, as plain data; goes into the attributes of results.
+
+    u and w are measured from static equilibrium. Raises ValueError where shapes do not agree.
+    """
+
+    mass: sparse.csr_array
+    stiffness: sparse.csr_array
+    damping: sparse.csr_array | None
+    contact: Vector
+    flexibility: float
+    surface: Surface
+    origin: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        n = self.contact.size
+        for name in ("mass", "stiffness", "damping"):
+            matrix = getattr(self, name)
+            if matrix is not None and matrix.shape != (n, n):
+                raise ValueError(f"{name} has shape {matrix.shape}: must be ({n}, {n}), as contact has {n} entries")
+        if not np.all(np.isfinite(self.contact)):
+            raise ValueError("contact: must hold finite numbers")
+        finite("flexibility", self.flexibility, "m/N")
+
+    @property
+    def size(self) -> int:
+        """The number of degrees of freedom."""
+        return int(self.contact.size)
+
+
+def half_space(material: Material) -> Structure:
+    """An elastic half-space: a structure with no degrees of freedom, whose indentation is Hertz's own."""
+    none = sparse.csr_array((0, 0))
+    return Structure(none, none, None, np.zeros(0), 0.0, Surface(material), {"kind": "half-space"})
