@@ -1,6 +1,6 @@
 """The co-simulation: a chain, a structure, and the window loop that couples them."""
 
-from math import ceil, log2
+from math import ceil, inf, log2
 from typing import Any
 
 import numpy as np
@@ -93,6 +93,9 @@ class CoSimulation:
 
     def _times(self, until: float, save_every: float | None) -> tuple[float, int, int]:
         """Window, windows between saved frames, and frames."""
+        valid = self.structure.structure.valid_until if isinstance(self.structure, MovingStructure) else inf
+        if until > valid * (1.0 + 1e-9):
+            raise ValueError(f"until = {until!r}: the structure was reduced for runs of at most {valid} s")
         longest = self.chain.contact_time / WINDOWS_PER_CONTACT
         if self.window is not None and self.window > until:
             raise ValueError(f"window = {self.window!r}: must not be longer than the run, until = {until!r} s")

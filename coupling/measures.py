@@ -51,7 +51,7 @@ def sensor_force(run: xr.Dataset, sensor: int) -> xr.DataArray:
         raise ValueError(f"sensor = {sensor!r}: must be a bead from 1 to {beads}, counted from the struck end")
     pair = run.contact_force.sel(contact=[sensor, sensor + 1])
     force = (pair - run.static_force.sel(contact=[sensor, sensor + 1])).mean("contact")
-    return force.assign_attrs(units="N", long_name=f"force at bead {sensor}")
+    return force.reset_coords(drop=True).assign_attrs(units="N", long_name=f"force at bead {sensor}")
 
 
 def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE) -> Reflections:
@@ -129,7 +129,7 @@ def energy_error(run: xr.Dataset) -> float:
     return float(abs(total - total.isel(time=0)).max()) / float(run.attrs["impact_energy"])
 
 
-def critical_distance(ratio: xr.DataArray, tolerance: float = 0.05) -> float | xr.DataArray:
+def critical_distance(ratio: xr.DataArray, tolerance: float = 0.02) -> float | xr.DataArray:
     """The distance, m, beyond which AR stays within `tolerance` of its far value, AR at the greatest distance.
 
     ratio: AR over a dimension "distance" (or over its only one), and over any others. tolerance is absolute, in
@@ -170,9 +170,9 @@ def _over_axes(run: xr.Dataset, sensor: int, wave: str, what: str, units: str, l
         return float("nan") if found is None else float(getattr(found, what))
 
     time = run.time.values
-    inputs = sensor_force(run, sensor), run.velocity.sel(bead=sensor)
+    inputs = sensor_force(run, sensor), run.velocity.sel(bead=sensor).reset_coords(drop=True)
     result = xr.apply_ufunc(one, *inputs, input_core_dims=[["time"], ["time"]], vectorize=True)
-    return result.drop_vars("bead", errors="ignore").assign_attrs(units=units, long_name=f"{label}, bead {sensor}").rename(what)
+    return result.assign_attrs(units=units, long_name=f"{label}, bead {sensor}").rename(what)
 
 
 def _reflections(time: Vector, force: Vector, velocity: Vector, smallest: float) -> Reflections:

@@ -1,6 +1,6 @@
 """Many runs over any axes, in processes, into one Dataset."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from itertools import product
 from typing import Any
 
@@ -11,18 +11,19 @@ from tqdm import tqdm
 
 from coupling.cosimulation import CoSimulation
 from structures.checks import positive, whole
+from structures.structure import Vector
 
 
 def sweep(
     build: Callable[..., CoSimulation],
     until: float,
     jobs: int | None = None,
-    keep: Sequence[str] | None = None,
+    measure: Callable[[xr.Dataset], xr.Dataset] | None = None,
     **axes: Iterable[Any],
 ) -> xr.Dataset:
     """Run `build(**point)` up to `until` (s) at every combination of the axes' values.
 
-    jobs: processes, by default one for each core. keep: the variables to keep, by default all.
+    jobs: processes, by default one for each core. measure: what to keep of each run, by default all of it.
     The Dataset has a dimension for each axis (named values, such as materials, become their names) and the
     attributes of the first run. All runs share the sampling of the coarsest. Points that share all but the last
     axis run in one process, one after the other, so that `build` may cache what they have in common.
@@ -39,7 +40,7 @@ def sweep(
     workers = min(joblib.cpu_count() if jobs is None else whole("jobs", jobs), len(batches))
 
     runs: list[xr.Dataset] = []
-    work = (joblib.delayed(_run_batch)(build, until, keep, batch) for batch in batches)
+    work = (joblib.delayed(_run_batch)(build, until, measure, batch) for batch in batches)
     with tqdm(total=len(points), unit="run", disable=None, leave=False) as bar:
         for done in joblib.Parallel(n_jobs=workers, return_as="generator", batch_size=1)(work):
             runs.extend(done)
@@ -48,29 +49,32 @@ def sweep(
 
 
 def _run_batch(
-    build: Callable[..., CoSimulation], until: float, keep: Sequence[str] | None, points: list[dict[str, Any]]
+    build: Callable[..., CoSimulation],
+    until: float,
+    measure: Callable[[xr.Dataset], xr.Dataset] | None,
+    points: list[dict[str, Any]],
 ) -> list[xr.Dataset]:
     runs = [build(**point).run(until) for point in points]
-    return runs if keep is None else [run[list(keep)].assign_attrs(run.attrs) for run in runs]
+    return runs if measure is None else [measure(run).assign_attrs(run.attrs) for run in runs]
 
 
 def _combined(runs: list[xr.Dataset], values: dict[str, list[Any]]) -> xr.Dataset:
-    """One Dataset over the axes, on the times that all runs share."""
-    coarsest = min(runs, key=lambda run: run.sizes["time"])
-    frames = coarsest.sizes["time"] - 1
+    """One Dataset over the axes, on the times that all runs share; coordinates that differ get the axes too."""
+    frames = min(run.sizes["time"] for run in runs) - 1
     aligned = [run.isel(time=slice(None, None, (run.sizes["time"] - 1) // frames)) for run in runs]
     shape = tuple(len(axis) for axis in values.values())
-    coordinates = {name: (name, _labels(axis)) for name, axis in values.items()}
-    combined = xr.Dataset(coords={**coarsest.coords, **coordinates}, attrs=runs[0].attrs)
-    for name, first in aligned[0].data_vars.items():
-        stacked = np.stack([run[name].values for run in aligned]).reshape(*shape, *first.shape)
-        combined[name] = ((*values, *first.dims), stacked, first.attrs)
-    for name in ("static_force", "centre"):
-        first = aligned[0][name]
-        if any(not np.array_equal(run[name].values, first.values) for run in aligned):
-            stacked = np.stack([run[name].values for run in aligned]).reshape(*shape, *first.shape)
-            combined = combined.assign_coords({name: ((*values, *first.dims), stacked, first.attrs)})
-    return combined
+    first = aligned[0]
+
+    def stacked(name: str) -> tuple[tuple[str, ...], Vector, dict[str, Any]]:
+        data = np.stack([run[name].values for run in aligned]).reshape(*shape, *first[name].shape)
+        return (*values, *map(str, first[name].dims)), data, first[name].attrs
+
+    coordinates: dict[str, Any] = {name: (name, _labels(axis)) for name, axis in values.items()}
+    for name, coordinate in first.coords.items():
+        same = all(np.array_equal(run[name].values, coordinate.values) for run in aligned)
+        coordinates[str(name)] = coordinate if same else stacked(str(name))
+    variables = {str(name): stacked(str(name)) for name in first.data_vars}
+    return xr.Dataset(variables, coordinates, runs[0].attrs)
 
 
 def _labels(axis: list[Any]) -> list[Any]:

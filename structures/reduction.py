@@ -4,7 +4,7 @@ import logging
 
 import numpy as np
 from scipy import sparse
-from scipy.linalg import eigh_tridiagonal
+from scipy.linalg import eigh
 
 from structures.checks import positive
 from structures.factor import shifted_solve
@@ -15,38 +15,45 @@ log = logging.getLogger("hertzlink.reduction")
 PULSE = 25.0e-6
 """Length, s, of the force pulse for which the error is estimated: the contact time of a small steel bead."""
 
-SHIFT = 2.0 * np.pi * 15.0e3
-"""Real expansion point of the Krylov space, 1/s: the middle of the band that steel beads excite."""
+SHIFT = 2.0 * np.pi * 50.0e3
+"""Real expansion point s of the Krylov space, 1/s. It lies above the band that steel beads excite, since the sudden
+answer to a contact decides the amplitude ratio: at 15 kHz the same error needs three times as many vectors."""
+
+FADING = 4.0
+"""The error is weighted with e^(−4 t/until) in time: a contact meets the first echoes, not the last ones."""
 
 BLOCK = 10
 LARGEST = 600
 
 
-def reduce(structure: Structure, until: float, tolerance: float = 1e-4, largest: int = LARGEST) -> Structure:
+def reduce(structure: Structure, until: float, tolerance: float = 5e-3, largest: int = LARGEST) -> Structure:
     """A structure of oscillators (M = I, K diagonal) with the same motion of the contact point up to `until` s.
 
-    Lanczos vectors of (K + s²M)⁻¹M from (K + s²M)⁻¹b, orthogonalised by the recurrence and again in full, then the eigenvectors in their span
-    (Bai, Appl. Numer. Math. 43 (2002) 9). A damping matrix is projected on the same basis.
-    tolerance: relative error, in the mean square over the time, of the displacement after a force pulse of 25 µs.
-    It is estimated by the change over the last ten vectors, chooses the size, and stands in
-    `origin["reduction"]["error_estimate"]`; a warning is logged where `largest` vectors do not reach it.
+    It serves runs up to `until` only: after that, waves come back that the full structure does not know.
+
+    Lanczos vectors of (K + s²M)⁻¹M from (K + s²M)⁻¹b, M-orthogonalised twice; K is projected on them and
+    diagonalised (Bai, Appl. Numer. Math. 43 (2002) 9). A damping matrix is projected on the same basis.
+    tolerance: relative error, in the mean square over time with a weight that fades as e^(−4 t/until), of the
+    displacement after a force pulse of 25 µs. It is estimated by the change over the last ten vectors, chooses the
+    size, and stands in `origin["reduction"]["error_estimate"]`; a warning is logged where `largest` vectors do not
+    reach it. On plates 5e-3 leaves amplitude ratios within 0.1 % of those without reduction.
     """
     until, tolerance = positive("until", until, "s"), positive("tolerance", tolerance)
     size = structure.size
     if size == 0:
         return structure
-    lanczos = _Lanczos(structure, min(largest, size))
+    krylov = _Krylov(structure, min(largest, size))
     previous, estimate = None, np.inf
-    while estimate > tolerance and lanczos.grow(BLOCK):
-        answer = _pulse_answer(lanczos.oscillators(), until)
+    while estimate > tolerance and krylov.grow(BLOCK):
+        answer = _pulse_answer(krylov.oscillators(), until)
         if previous is not None:
             estimate = float(np.linalg.norm(answer - previous) / np.linalg.norm(answer))
         previous = answer
-        if lanczos.exhausted:
+        if krylov.exhausted:
             estimate = 0.0
     if estimate > tolerance:
         log.warning("reduction: %d vectors leave an error of %.1e; raise largest or tolerance", largest, estimate)
-    square, contact, damping = lanczos.oscillators()
+    square, contact, damping = krylov.oscillators()
     report = {"size": square.size, "full_size": size, "tolerance": tolerance, "until": until, "error_estimate": estimate}
     return Structure(
         sparse.csr_array(sparse.eye_array(square.size)),
@@ -56,68 +63,68 @@ def reduce(structure: Structure, until: float, tolerance: float = 1e-4, largest:
         structure.flexibility,
         structure.surface,
         {**structure.origin, "reduction": report},
+        until,
     )
 
 
 Modes = tuple[Vector, Vector, Vector | None]
 
 
-class _Lanczos:
-    """The growing Krylov basis V (M-orthonormal), with T = Vᵀ M (K + s²M)⁻¹ M V tridiagonal."""
+class _Krylov:
+    """The growing basis V, M-orthonormal, and Galerkin's K and C in it."""
 
     def __init__(self, structure: Structure, largest: int) -> None:
-        self.structure, self.largest = structure, largest
+        self.structure, self.largest, self.size = structure, largest, 0
         self.solve = shifted_solve(structure, SHIFT)
         self.basis = np.empty((largest, structure.size))
         self.weighted = np.empty((largest, structure.size))  # rows M v
-        self.diagonal: list[float] = []
-        self.off_diagonal: list[float] = []
-        self.next = self.solve(structure.contact)
+        self.stiffness = np.empty((largest, largest))
         self.exhausted = False
 
     def grow(self, count: int) -> bool:
         """Add `count` vectors, or as many as there are; False where none could be added."""
-        before = len(self.diagonal)
-        while len(self.diagonal) < min(before + count, self.largest) and not self.exhausted:
+        before = self.size
+        while self.size < min(before + count, self.largest) and not self.exhausted:
             self._add()
-        return len(self.diagonal) > before
+        new, done = slice(before, self.size), slice(0, self.size)
+        block = self.basis[done] @ (self.structure.stiffness @ self.basis[new].T)
+        self.stiffness[done, new], self.stiffness[new, done] = block, block.T
+        return self.size > before
 
     def _add(self) -> None:
-        k, mass = len(self.diagonal), self.structure.mass
-        weighted = mass @ self.next
-        norm = np.sqrt(self.next @ weighted)
-        self.basis[k], self.weighted[k] = self.next / norm, weighted / norm
-        candidate = self.solve(self.weighted[k])
-        scale = np.sqrt(candidate @ (mass @ candidate))
-        self.diagonal.append(float(self.weighted[k] @ candidate))
-        candidate -= self.diagonal[k] * self.basis[k]
-        if k:
-            candidate -= self.off_diagonal[k - 1] * self.basis[k - 1]
-        candidate -= (self.weighted[: k + 1] @ candidate) @ self.basis[: k + 1]
-        left = np.sqrt(max(candidate @ (mass @ candidate), 0.0))
-        self.next, self.exhausted = candidate, bool(left < 1e-13 * scale or k + 1 == self.structure.size)
-        self.off_diagonal.append(float(left))
+        k, mass = self.size, self.structure.mass
+        vector = self.solve(self.weighted[k - 1] if k else self.structure.contact)
+        before = np.sqrt(vector @ (mass @ vector))
+        for _ in range(2):
+            vector -= (self.weighted[:k] @ vector) @ self.basis[:k]
+        weighted = mass @ vector
+        norm = np.sqrt(max(vector @ weighted, 0.0))
+        if norm < 1e-12 * before:
+            self.exhausted = True
+            return
+        self.basis[k], self.weighted[k] = vector / norm, weighted / norm
+        self.size = k + 1
+        self.exhausted = self.size == self.structure.size
 
     def oscillators(self) -> Modes:
         """ω², b and C in the eigenvectors of K within the basis."""
-        k = len(self.diagonal)
-        inverse, vectors = eigh_tridiagonal(self.diagonal, self.off_diagonal[: k - 1])
-        square = np.maximum(1.0 / inverse - SHIFT**2, 0.0)
+        k = self.size
+        square, vectors = eigh(self.stiffness[:k, :k])
         contact = vectors.T @ (self.basis[:k] @ self.structure.contact)
         damping = None
         if self.structure.damping is not None:
             projected = self.basis[:k] @ (self.structure.damping @ self.basis[:k].T)
             damping = vectors.T @ projected @ vectors
-        return square, contact, damping
+        return np.maximum(square, 0.0), contact, damping
 
 
 def _pulse_answer(modes: Modes, until: float) -> Vector:
     """Laplace transform, at σ + iω, of the contact's displacement after a raised-cosine pulse of length PULSE.
 
-    By Parseval its norm is that of e^(−σt) w(t) over time; σ = 2/until keeps what happens up to `until`.
+    By Parseval its norm is that of e^(−σt) w(t) over time.
     """
     square, contact, damping = modes
-    s = 2.0 / until + 1j * np.linspace(0.0, 8.0 * np.pi / PULSE, 1000)
+    s = FADING / until + 1j * np.linspace(0.0, 8.0 * np.pi / PULSE, 500)
     if damping is None:
         receptance = ((contact**2) / (square + s[:, None] ** 2)).sum(axis=1)
     else:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,7 @@ class Structure:
     spring in series with Hertz's contact; negative where a mesh already holds part of Hertz's indentation.
     surface: material and curvature at the contact.
     origin: how the structure was made, as plain data; goes into the attributes of results.
+    valid_until: the longest run, s, that it is good for; a reduced structure knows no longer ones.
 
     u and w are measured from static equilibrium. Raises ValueError where shapes do not agree.
     """
@@ -36,6 +38,7 @@ class Structure:
     flexibility: float
     surface: Surface
     origin: Mapping[str, Any] = field(default_factory=dict)
+    valid_until: float = inf
 
     def __post_init__(self) -> None:
         n = self.contact.size

@@ -1,0 +1,34 @@
+"""The thesis's studies, one module each: run(quick, jobs) → Dataset, table(data), figures(data)."""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Protocol
+
+import xarray as xr
+
+from coupling.studies.table import Row
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+STUDIES = {"plate-boundary": "plate_boundary", "rod-stiffness": "rod_stiffness"}
+
+
+class Study(Protocol):
+    """What the command line needs of a study."""
+
+    def run(self, quick: bool = False, jobs: int | None = None) -> xr.Dataset:
+        """Simulate; `quick` runs a coarse version in seconds."""
+        ...
+
+    def table(self, data: xr.Dataset) -> list[Row]:
+        """Thesis beside hertzlink."""
+        ...
+
+    def figures(self, data: xr.Dataset) -> dict[str, "Figure"]:
+        """Figures by file name."""
+        ...
+
+
+def study(name: str) -> Study:
+    """The study of this name; its module is imported now."""
+    return import_module(f"coupling.studies.{STUDIES[name]}")  # type: ignore[return-value]

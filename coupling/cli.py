@@ -1,0 +1,112 @@
+"""The command line: `hertzlink study NAME` and `hertzlink info`."""
+
+import logging
+import shutil
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+import click
+import joblib
+
+from coupling.result import provenance, versions
+from coupling.scheme import NotConverged
+from coupling.studies import STUDIES, study
+from coupling.studies.table import text
+
+WRONG_INPUT = 2
+
+
+def main() -> None:
+    """Run the command line; bad input ends with one line on standard error and exit code 2."""
+    logging.basicConfig(format="hertzlink: %(message)s", level=logging.WARNING)
+    try:
+        code = cli.main(prog_name="hertzlink", standalone_mode=False)
+    except click.ClickException as error:
+        code = _complain(error.format_message(), WRONG_INPUT)
+    except (ValueError, OSError) as error:
+        code = _complain(str(error), WRONG_INPUT)
+    except (FloatingPointError, NotConverged) as error:
+        code = _complain(str(error), 1)
+    except (click.Abort, KeyboardInterrupt):
+        code = _complain("stopped; nothing was written", 130)
+    sys.exit(code)
+
+
+def _complain(message: str, code: int) -> int:
+    click.echo("hertzlink: " + " ".join(message.split()), err=True)
+    return code
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(versions()["hertzlink"], prog_name="hertzlink")
+def cli() -> None:
+    """Chains of beads against structures: what the reflected waves tell."""
+
+
+@cli.command("study")
+@click.argument("name", type=click.Choice(list(STUDIES)))
+@click.option("--quick", is_flag=True, help="A coarse version, in seconds.")
+@click.option("--output", type=click.Path(path_type=Path), help="Folder for the results; by default named NAME.")
+@click.option("--force", is_flag=True, help="Replace the output folder if it is there.")
+@click.option("--jobs", type=click.IntRange(min=1), help="Processes; by default one for each core.")
+def run_study(name: str, quick: bool, output: Path | None, force: bool, jobs: int | None) -> None:
+    """Run a study of the thesis: netCDF, figures and a table."""
+    folder = output or Path(name)
+    check_output(folder, force)
+    chosen = study(name)
+    data = chosen.run(quick, jobs)
+    given = {"study": name, "quick": quick, "first_run": data.attrs.get("input", "")}
+    data = data.assign_attrs(provenance(given))
+    table = text(chosen.table(data))
+
+    def write(into: Path) -> None:
+        data.to_netcdf(into / f"{name}.nc", engine="h5netcdf")
+        (into / "table.txt").write_text(table + "\n", encoding="utf-8")
+        for title, figure in chosen.figures(data).items():
+            figure.savefig(into / f"{title}.png")
+
+    write_folder(folder, write, force)
+    click.echo(table)
+    click.echo(f"\nwritten to {folder.resolve()}: " + ", ".join(sorted(path.name for path in folder.iterdir())))
+
+
+@cli.command()
+def info() -> None:
+    """Versions, threads, and where things lie."""
+    import numba
+
+    for package, version in versions().items():
+        click.echo(f"{package:14s} {version}")
+    click.echo(f"{'processes':14s} {joblib.cpu_count()}")
+    click.echo(f"{'threads':14s} {numba.get_num_threads()} (numba)")
+    click.echo(f"{'installed in':14s} {Path(__file__).resolve().parent.parent}")
+    click.echo(f"{'kernel cache':14s} {numba.config.CACHE_DIR or 'beside the kernels (__pycache__), or in the user cache'}")
+
+
+def check_output(folder: Path, force: bool) -> None:
+    """Raise ValueError where the folder cannot be written, before any work is done."""
+    if folder.exists() and not folder.is_dir():
+        raise ValueError(f"--output {folder}: is a file; name a folder")
+    if folder.exists() and not force:
+        raise ValueError(f"--output {folder}: exists already; name another folder, or --force to replace it")
+    if not folder.resolve().parent.is_dir():
+        raise ValueError(f"--output {folder}: its parent folder does not exist")
+
+
+def write_folder(folder: Path, write: Callable[[Path], None], force: bool) -> None:
+    """Write all files into a folder beside, then rename it: the folder is there whole, or not at all."""
+    check_output(folder, force)
+    folder = folder.resolve()
+    beside = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
+    try:
+        beside.chmod(0o755)
+        write(beside)
+        old = beside.with_name(beside.name + "-old")
+        if folder.exists():
+            folder.rename(old)
+        beside.rename(folder)
+        shutil.rmtree(old, ignore_errors=True)
+    finally:
+        shutil.rmtree(beside, ignore_errors=True)
