@@ -25,8 +25,8 @@ _check_rooms()
 
 from coupling.cosimulation import CoSimulation  # noqa: E402
 from coupling.measures import (  # noqa: E402
-    Reflections,
     ReflectedWave,
+    Reflections,
     Wave,
     amplitude_ratio,
     contact_time,
@@ -68,7 +68,7 @@ from structures.surface import Surface, hertz_stiffness  # noqa: E402
 __all__ = [
     "ACRYLIC", "ALUMINIUM_6061", "BRASS_360", "COPPER", "MATERIALS", "NYLON", "POLYCARBONATE", "PTFE", "STEEL_316",
     "STEEL_440C", "Aitken", "Chain", "CoSimulation", "Condensed", "Layer", "LinearDashpot", "Material",
-    "MovingChain", "MovingStructure", "NotConverged", "Participant", "Plate", "Reflections", "ReflectedWave",
+    "MovingChain", "MovingStructure", "NotConverged", "Participant", "Plate", "ReflectedWave", "Reflections",
     "Sphere", "Structure", "Supports", "Surface", "Wave", "amplitude_ratio", "contact_time", "critical_distance",
     "critical_distance_bounds", "drop_speed", "energy_error", "half_space", "hertz_stiffness", "kirchhoff_plate",
     "point_impedance", "reduce", "reflections", "rod", "sensor_force", "sweep", "time_of_flight", "wave_speed",

@@ -75,14 +75,14 @@ def run_study(name: str, quick: bool, output: Path | None, force: bool, jobs: in
 @cli.command()
 def info() -> None:
     """Versions, threads, and where things lie."""
-    import numba
+    from numba import config, get_num_threads
 
     for package, version in versions().items():
         click.echo(f"{package:14s} {version}")
     click.echo(f"{'processes':14s} {joblib.cpu_count()}")
-    click.echo(f"{'threads':14s} {numba.get_num_threads()} (numba)")
+    click.echo(f"{'threads':14s} {get_num_threads()} (numba)")
     click.echo(f"{'installed in':14s} {Path(__file__).resolve().parent.parent}")
-    click.echo(f"{'kernel cache':14s} {numba.config.CACHE_DIR or 'beside the kernels (__pycache__), or in the user cache'}")
+    click.echo(f"{'kernel cache':14s} {getattr(config, 'CACHE_DIR', '') or 'beside the kernels, in __pycache__'}")
 
 
 def check_output(folder: Path, force: bool) -> None:

@@ -46,7 +46,7 @@ class CoSimulation:
             self.structure = structure
         else:
             raise ValueError(
-                f"structure = {structure!r}: must be a Structure, None, or an object with surface, start() and advance()"
+                f"structure = {structure!r}: must be a Structure, None, or an object with surface, start and advance"
             )
         if isinstance(self.scheme, Condensed) and not isinstance(self.structure, MovingStructure):
             raise ValueError(f"scheme = {self.scheme!r}: needs a Structure; use Aitken() for a solver of your own")
@@ -78,7 +78,7 @@ class CoSimulation:
     def describe(self) -> dict[str, Any]:
         """The full input as plain data."""
         structure = self.structure
-        origin = structure.structure.origin if isinstance(structure, MovingStructure) else repr(structure)
+        origin: Any = structure.structure.origin if isinstance(structure, MovingStructure) else repr(structure)
         if self.chain.surface is None:
             origin = None
         return {"chain": self.chain.chain.describe(), "structure": origin, "scheme": repr(self.scheme)}
@@ -164,5 +164,5 @@ class CoSimulation:
 
 
 def _non_finite(bead: int, time: float) -> FloatingPointError:
-    what = "the striker (bead 0)" if bead == 0 else f"bead {bead}"
-    return FloatingPointError(f"the state of {what} is no longer finite at t = {time:.6g} s; check dt and the structure")
+    what = "the state of the striker (bead 0)" if bead == 0 else f"the state of bead {bead}"
+    return FloatingPointError(f"{what} is no longer finite at t = {time:.6g} s; check dt and the structure")

@@ -51,7 +51,8 @@ def sensor_force(run: xr.Dataset, sensor: int) -> xr.DataArray:
         raise ValueError(f"sensor = {sensor!r}: must be a bead from 1 to {beads}, counted from the struck end")
     pair = run.contact_force.sel(contact=[sensor, sensor + 1])
     force = (pair - run.static_force.sel(contact=[sensor, sensor + 1])).mean("contact")
-    return force.reset_coords(drop=True).assign_attrs(units="N", long_name=f"force at bead {sensor}")
+    named: xr.DataArray = force.reset_coords(drop=True).assign_attrs(units="N", long_name=f"force at bead {sensor}")
+    return named
 
 
 def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE) -> Reflections:
@@ -158,8 +159,9 @@ def critical_distance(ratio: xr.DataArray, tolerance: float = 0.02) -> float | x
 
     if ordered.ndim == 1:
         return last_crossing(ordered.values)
-    result = xr.apply_ufunc(last_crossing, ordered, input_core_dims=[[dimension]], vectorize=True)
-    return result.assign_attrs(units="m", long_name="critical distance")
+    result: xr.DataArray = xr.apply_ufunc(last_crossing, ordered, input_core_dims=[[dimension]], vectorize=True)
+    result.attrs = {"units": "m", "long_name": "critical distance"}
+    return result
 
 
 def _over_axes(run: xr.Dataset, sensor: int, wave: str, what: str, units: str, label: str) -> xr.DataArray:
@@ -171,8 +173,9 @@ def _over_axes(run: xr.Dataset, sensor: int, wave: str, what: str, units: str, l
 
     time = run.time.values
     inputs = sensor_force(run, sensor), run.velocity.sel(bead=sensor).reset_coords(drop=True)
-    result = xr.apply_ufunc(one, *inputs, input_core_dims=[["time"], ["time"]], vectorize=True)
-    return result.assign_attrs(units=units, long_name=f"{label}, bead {sensor}").rename(what)
+    result: xr.DataArray = xr.apply_ufunc(one, *inputs, input_core_dims=[["time"], ["time"]], vectorize=True)
+    result.attrs = {"units": units, "long_name": f"{label}, bead {sensor}"}
+    return result.rename(what)
 
 
 def _reflections(time: Vector, force: Vector, velocity: Vector, smallest: float) -> Reflections:

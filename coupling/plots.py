@@ -32,6 +32,9 @@ def against_distance(values: xr.DataArray, label: str, factor: float) -> Figure:
             )  # fmt: skip
         axis.set(title=f"D = {diameter * 1e3:.2f} mm", xlabel="distance from the clamped edge (mm)")
         axis.set_ylim(bottom=0.0)
+        if values.sel(diameter=diameter).isnull().any():
+            note = "no marker: no wave in the record"
+            axis.text(0.97, 0.03, note, transform=axis.transAxes, ha="right", fontsize="small")
     axes[0].set_ylabel(label)
     axes[0].legend(frameon=False)
     return figure
@@ -48,24 +51,23 @@ def critical_distances(data: xr.Dataset) -> Figure:
             label=f"equation 6.42, {line}, {speed} √(E/ρ)",
         )  # fmt: skip
     for i, thickness in enumerate(data.thickness.values):
-        found = data.critical_distance.sel(thickness=thickness, tolerance=0.02) * 1e3
+        found = data.critical_distance.sel(thickness=thickness, within=0.02) * 1e3
         axis.plot(
             diameters + 0.2 * (i - 1), found, MARKERS[i], color=COLOURS[i], linestyle="none",
             label=f"t = {thickness * 1e3:.2f} mm",
         )  # fmt: skip
-    axis.set(xlabel="bead diameter D (mm)", ylabel="critical distance (mm)")
+    axis.set(xlabel="bead diameter D (mm), markers set apart", ylabel="critical distance (mm)")
     axis.set_ylim(bottom=0.0)
     axis.legend(frameon=False, fontsize="small")
     return figure
 
 
-def curves(
-    axis: Axes, x: np.ndarray, lines: Iterable[tuple[str, np.ndarray, str]], xlabel: str, ylabel: str
-) -> None:
+def curves(axis: Axes, x: np.ndarray, lines: Iterable[tuple[str, np.ndarray, str]], xlabel: str, ylabel: str) -> None:
     """Labelled lines over a logarithmic x; a line's style is matplotlib's short form."""
     for i, (label, y, style) in enumerate(lines):
         axis.plot(x, y, style, color=COLOURS[i % len(COLOURS)], markersize=4.0, linewidth=1.2, label=label)
     axis.set(xscale="log", xlabel=xlabel, ylabel=ylabel)
+    axis.xaxis.set_major_formatter("{x:g}")
 
 
 def intensity_map(time: np.ndarray, modulus: np.ndarray, force: np.ndarray) -> Figure:
@@ -74,5 +76,6 @@ def intensity_map(time: np.ndarray, modulus: np.ndarray, force: np.ndarray) -> F
     mesh = axis.pcolormesh(time * 1e6, modulus * 1e-9, force, cmap="inferno", shading="nearest", rasterized=True)
     axis.grid(visible=False)
     axis.set(yscale="log", xlabel="time (µs)", ylabel="Young's modulus of the rod (GPa)")
+    axis.yaxis.set_major_formatter("{x:g}")
     figure.colorbar(mesh, ax=axis, label="force at the sensor (N)")
     return figure

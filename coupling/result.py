@@ -20,7 +20,7 @@ DESCRIPTIONS = {
     "contact_force": (("time", "contact"), "N", "force between bead n - 1 and bead n, preload included"),
     "surface_displacement": (("time",), "m", "displacement of the structure's contact point"),
     "kinetic_energy": (("time",), "J", "kinetic energy of striker and beads"),
-    "contact_energy": (("time",), "J", "elastic energy of the contacts and potential energy of gravity, from the start"),
+    "contact_energy": (("time",), "J", "elastic energy of the contacts and energy of gravity, from the start"),
     "dissipated_energy": (("time",), "J", "energy taken by the dashpots since the start"),
     "interface_work": (("time",), "J", "work of the dynamic contact force on the structure since the start"),
     "structure_energy": (("time",), "J", "kinetic and elastic energy of the structure"),

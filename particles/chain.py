@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
+from functools import cached_property
+from itertools import pairwise
 from math import inf, pi
 from typing import Any, NamedTuple
 
@@ -100,7 +102,7 @@ class MovingChain:
         bodies = [chain.striker, *chain.beads]
         surfaces = [body.surface for body in bodies]
         mass = np.array([body.mass for body in bodies])
-        pairs = zip(surfaces[:-1], surfaces[1:], strict=True)
+        pairs = pairwise(surfaces)
         last = 0.0 if self.surface is None else hertz_stiffness(surfaces[-1], self.surface)
         stiffness = np.array([*(hertz_stiffness(one, other) for one, other in pairs), last])
         if self.surface is None and chain.gravity > 0.0:
@@ -114,23 +116,23 @@ class MovingChain:
             object.__setattr__(self, name, value)
         self._check_step()
 
-    @property
+    @cached_property
     def contact_time(self) -> float:
-        """The shortest time scale of any contact, s: Hertz's collision at the impact speed, or its preloaded half-swing."""
+        """The shortest time of any contact, s: Hertz's collision at the impact speed, or its preloaded half-swing."""
         closed = self.stiffness > 0.0
         collision = contact_time_half_space(self.reduced_mass[closed], self.stiffness[closed], self.chain.impact_speed)
         tangent = 1.5 * self.stiffness * np.sqrt(self.preload)
         swing = pi / np.sqrt(np.maximum(tangent / self.reduced_mass, 1e-300))
         return float(min(collision.min(), swing.min()))
 
-    @property
+    @cached_property
     def damping_time(self) -> float:
         """The shortest time, s, in which a dashpot would stop a contact."""
         dissipation = self.chain.dissipation
         rate = dissipation.coefficient / float(self.reduced_mass.min()) if dissipation else 0.0
         return 1.0 / rate if rate > 0.0 else inf
 
-    @property
+    @cached_property
     def force_scale(self) -> float:
         """The greatest force, N, of the last contact if it took all of the striker's energy."""
         return float((self.stiffness * self._overlap(self.chain.impact_energy) ** 1.5)[-1])
@@ -154,7 +156,12 @@ class MovingChain:
         return ChainState(y, v, state.lost + lost), force - float(self.static_force[-1])
 
     def advance_condensed(
-        self, state: ChainState, surface: tuple[float, float], compliance: float, window: float, guess: Vector,
+        self,
+        state: ChainState,
+        surface: tuple[float, float],
+        compliance: float,
+        window: float,
+        guess: Vector,
         tolerance: float,
     ) -> tuple[ChainState, float, int, float]:
         """Move on by one window against a linear structure.
@@ -165,18 +172,19 @@ class MovingChain:
         """
         y, v = state.position.copy(), state.velocity.copy()
         static = float(self.static_force[-1])
+        steps = self.steps(window)
         force, lost, count, residual = kernels.advance_condensed(
-            y, v, self.constants, self.method, self.steps(window), window, *surface, compliance, static, guess, tolerance
+            y, v, self.constants, self.method, steps, window, *surface, compliance, static, guess, tolerance
         )
         return ChainState(y, v, state.lost + lost), force - static, count, residual
 
-    @property
+    @cached_property
     def constants(self) -> tuple[Vector, Vector, Vector, float, float]:
         """What the kernels call `chain`."""
         dashpot = self.chain.dissipation.coefficient if self.chain.dissipation else 0.0
         return 1.0 / self.mass, self.stiffness, np.full_like(self.mass, dashpot), self.chain.gravity, self.flexibility
 
-    @property
+    @cached_property
     def method(self) -> int:
         """What the kernels call `method`."""
         if self.chain.integrator == "rk4":
@@ -190,7 +198,7 @@ class MovingChain:
         step = automatic if self.dt is None else self.dt
         return max(1, int(np.ceil(window / step * (1.0 - 1e-9))))
 
-    @property
+    @cached_property
     def reduced_mass(self) -> Vector:
         """Reduced masses of the N + 1 contacts, kg; a structure counts as immovable."""
         mass = self.mass

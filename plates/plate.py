@@ -3,7 +3,7 @@
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from math import ceil, isclose, pi
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from scipy import sparse
@@ -15,7 +15,7 @@ from structures.material import Material
 from structures.structure import Structure, Vector
 from structures.surface import Surface
 
-Matrix = sparse.csr_array
+Matrix: TypeAlias = sparse.csr_array
 
 HIGHEST_FREQUENCY = 40.0e3
 """Hz. The contact of steel beads of 4 to 20 mm lasts 25 to 110 µs and excites little above this."""
@@ -48,7 +48,8 @@ class Plate:
     @property
     def shortest_wavelength(self) -> float:
         """Length of flexural waves at the highest frequency, 2π (D/ρt)^¼ / √ω, m."""
-        return float(2.0 * pi * (self.rigidity / self.mass_per_area) ** 0.25 / (2.0 * pi * self.highest_frequency) ** 0.5)
+        circular = 2.0 * pi * self.highest_frequency
+        return float(2.0 * pi * (self.rigidity / self.mass_per_area) ** 0.25 / circular**0.5)
 
     def at(self, x: float, y: float) -> Structure:
         """The plate struck at (x, y), m from the left bottom corner.
@@ -61,13 +62,13 @@ class Plate:
         origin = {"kind": "Kirchhoff plate", **asdict(self), "at": [float(x), float(y)]}
         if self._shared is not None:
             along_x, along_y, mass, stiffness = self._shared
-            return self._structure(mass, stiffness, np.kron(along_x.at(x), along_y.at(y)), origin)
+            return self._structure(mass, stiffness, _product(along_x.at(x), along_y.at(y)), origin)
         edges = self.supports
         along_x, copies_x = self._graded_beam(self.length, x, edges.left, edges.right)
         along_y, copies_y = self._graded_beam(self.width, y, edges.bottom, edges.top)
         mass, stiffness = self._matrices(along_x, along_y)
         copies = copies_x * copies_y
-        return self._structure(copies * mass, copies * stiffness, np.kron(along_x.at(x), along_y.at(y)), origin)
+        return self._structure(copies * mass, copies * stiffness, _product(along_x.at(x), along_y.at(y)), origin)
 
     def _structure(self, mass: Matrix, stiffness: Matrix, contact: Vector, origin: dict[str, Any]) -> Structure:
         return Structure(mass, stiffness, None, contact, 0.0, Surface(self.material), origin)
@@ -109,7 +110,7 @@ class Plate:
                 raise ValueError(f"{name} = {value!r}: must lie on the plate, between 0 and {side} m")
             edge = edges[0] if value == 0.0 else edges[1] if value == side else "free"
             if edge != "free":
-                raise ValueError(f"{name} = {value!r}: lies on a {edge} edge, which cannot move; strike inside the plate")
+                raise ValueError(f"{name} = {value!r}: lies on a {edge} edge, which cannot move; strike inside")
 
 
 def kirchhoff_plate(
@@ -136,6 +137,11 @@ def kirchhoff_plate(
         cells = (whole("cells[0]", cells[0]), whole("cells[1]", cells[1]))
     frequency = positive("highest_frequency", highest_frequency, "Hz")
     return Plate(length, width, thickness, material, supports, cells, frequency)
+
+
+def _product(along_x: Vector, along_y: Vector) -> Vector:
+    values: Vector = np.kron(along_x, along_y)
+    return values
 
 
 def _cells_over(span: float, finest: float, coarsest: float) -> Vector:

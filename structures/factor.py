@@ -19,9 +19,7 @@ def factorise(matrix: sparse.sparray) -> Solve:
     """
     scale = 1.0 / np.sqrt(matrix.diagonal())
     scaled = sparse.csc_array(sparse.diags_array(scale) @ matrix @ sparse.diags_array(scale))
-    factor = splu(
-        scaled, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-    )
+    factor = splu(scaled, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
 
     def solve(right: Vector) -> Vector:
         solution: Vector = scale * factor.solve(scale * right)

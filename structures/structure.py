@@ -1,4 +1,4 @@
-"""A structure is data: M, K, C, the contact vector, and what Hertz's law needs. Theories are functions that make one."""
+"""A structure is data: M, K, C, the contact vector, and what Hertz's law needs. Theories make structures."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -6,13 +6,14 @@ from math import inf
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import sparse
 
 from structures.checks import finite
 from structures.material import Material
 from structures.surface import Surface
 
-Vector = np.ndarray[tuple[int], np.dtype[np.float64]]
+Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,4 +17,4 @@ def contact_time_half_space(mass: Number, stiffness: Number, speed: float) -> Nu
     T = 3.218 (m² / k² v)^{1/5} (Tillett 1954; thesis, equation 6.8, p. 91, where V_s is the striker's velocity).
     Two free bodies: the reduced mass m₁m₂/(m₁ + m₂).
     """
-    return HERTZ_COLLISION * (mass**2 / (stiffness**2 * speed)) ** 0.2  # type: ignore[return-value]
+    return HERTZ_COLLISION * (mass**2 / (stiffness**2 * speed)) ** 0.2  # type: ignore[no-any-return]

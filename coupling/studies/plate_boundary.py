@@ -37,6 +37,7 @@ UNTIL = 3.5e-3
 """Length of the record, s. The largest beads stay on the thinnest plate for over a millisecond."""
 
 TOLERANCES = (0.01, 0.02, 0.05)
+"""How far from its far value AR may be beyond the critical distance; the dimension "within" of the results."""
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
@@ -46,16 +47,16 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """
 
     def build(thickness: float, distance: float, diameter: float) -> CoSimulation:
-        return CoSimulation(chain(diameter), struck(thickness, distance, 2e-2 if quick else 5e-3))
+        return CoSimulation(chain(diameter), struck(thickness, distance, 0.2 if quick else 0.05))
 
     distances = QUICK_DISTANCES if quick else DISTANCES
     data = sweep(
         build, UNTIL, jobs, measure, thickness=THICKNESSES, distance=distances, diameter=DIAMETERS
-    ).assign_coords(tolerance=list(TOLERANCES), line=["A0 Lamb", "Rayleigh"])
-    critical = [critical_distance(data.amplitude_ratio, tolerance) for tolerance in TOLERANCES]
+    ).assign_coords(within=list(TOLERANCES), line=["A0 Lamb", "Rayleigh"])
+    critical = [xr.DataArray(critical_distance(data.amplitude_ratio, tolerance)) for tolerance in TOLERANCES]
     bounds = [critical_distance_bounds(bead(d), plate(THICKNESSES[0]), IMPACT_SPEED) for d in DIAMETERS]
     metres = {"units": "m"}
-    data["critical_distance"] = xr.concat(critical, "tolerance").assign_attrs(metres, long_name="critical distance")
+    data["critical_distance"] = xr.concat(critical, "within").assign_attrs(metres, long_name="critical distance")
     data["bound"] = (("diameter", "line"), bounds, {**metres, "long_name": "critical distance, equation 6.42"})
     for name in ("thickness", "distance", "diameter"):
         data[name].attrs["units"] = "m"
@@ -108,9 +109,11 @@ def table(data: xr.Dataset) -> list[Row]:
         low, high = data.bound.sel(diameter=diameter).values * 1e3
         for thickness in data.thickness.values:
             found = data.critical_distance.sel(diameter=diameter, thickness=thickness) * 1e3
-            value, strict, loose = (float(found.sel(tolerance=t)) for t in (0.02, 0.01, 0.05))
+            value, strict, loose = (float(found.sel(within=t)) for t in (0.02, 0.01, 0.05))
             label = f"critical distance, D {diameter * 1e3:.2f}, t {thickness * 1e3:.2f}"
             reason = f"{_verdict(value, low, high)}; {strict:.1f} and {loose:.1f} for a tolerance of 0.01 and 0.05"
+            if np.isnan(data.amplitude_ratio.sel(diameter=diameter, thickness=thickness)[-1]):
+                reason += "; AR falls slowly, and this is where the wave comes too late for the record of 3.5 ms"
             rows.append(Row(label, f"{low:.1f} to {high:.1f}", value, "mm", reason))
     ratio = data.amplitude_ratio.sel(diameter=19.05e-3, thickness=2.29e-3).fillna(0.0)
     rows.append(

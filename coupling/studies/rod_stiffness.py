@@ -95,6 +95,7 @@ def table(data: xr.Dataset) -> list[Row]:
 
     critical = STEEL_440C.youngs_modulus / (2.0 * 2.0**0.5 - 1.0)
     near = float(data.amplitude_ratio.sel(wave="secondary").fillna(0.0).interp(youngs_modulus=critical))
+    softest = float(data.youngs_modulus.where(data.amplitude_ratio.sel(wave="secondary") > 0.0).max())
     moves = "material_largest_displacement"
     return [
         Row("incident wave at sensor 7", 120.0, float(steel.material_incident_arrival) * 1e6, "µs",
@@ -113,10 +114,10 @@ def table(data: xr.Dataset) -> list[Row]:
         Row("contact with steel", 85.0, float(steel.material_contact_time) * 1e6, "µs",
             "ours from 1 % to 1 % of the greatest force; the thesis does not say how it reads the contact"),
         Row("contact with PTFE", 241.0, float(ptfe.material_contact_time) * 1e6, "µs",
-            "ours counts until the bead has left; it is pressed on the rod again by its neighbour before that"),
+            "ours until the force first falls below 1 %, after the neighbours have pressed the bead on the rod again"),
         Row("modulus below which SSW form", 100.0, critical * 1e-9, "GPa", "equation 6.22, rounded in the text"),
         Row("SSW there, over the incident wave", 0.05, near, "",
-            "no wave above 0.01 appears until far softer rods, with or without damping"),
+            f"ours part from the primary wave's tail below {softest * 1e-9:.0f} GPa only"),
     ]  # fmt: skip
 
 
