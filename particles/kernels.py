@@ -87,7 +87,7 @@ def _accelerate(y, v, inverse_mass, stiffness, dashpot, gravity, flexibility, wa
             approach, approach_rate = y[i] - wall, v[i] - rate
             elastic = _hertz_on_spring(stiffness[i], approach, flexibility)
         ahead = elastic
-        if approach > 0.0:
+        if approach >= 0.0:  # a striker that just touches pushes its dashpot at once
             ahead = max(elastic + dashpot[i] * approach_rate, 0.0)
             power += (ahead - elastic) * approach_rate
         a[i] = inverse_mass[i] * (behind - ahead) + gravity
@@ -202,7 +202,7 @@ def contact_forces(y, v, chain, wall, rate, out):
         approach = y[i] - (y[i + 1] if i < last else wall)
         approach_rate = v[i] - (v[i + 1] if i < last else rate)
         out[i] = _hertz_on_spring(stiffness[i], approach, flexibility if i == last else 0.0)
-        if approach > 0.0:
+        if approach >= 0.0:
             out[i] = max(out[i] + dashpot[i] * approach_rate, 0.0)
 
 

@@ -140,8 +140,7 @@ def kirchhoff_plate(
 
 
 def _product(along_x: Vector, along_y: Vector) -> Vector:
-    values: Vector = np.kron(along_x, along_y)
-    return values
+    return np.outer(along_x, along_y).ravel()
 
 
 def _cells_over(span: float, finest: float, coarsest: float) -> Vector:

@@ -23,6 +23,10 @@ FADING = 4.0
 """The error is weighted with e^(−4 t/until) in time: a contact meets the first echoes, not the last ones."""
 
 BLOCK = 10
+
+NOTHING_NEW = 1e-10
+"""A vector of which less than this part is new to the basis is dropped."""
+
 LARGEST = 600
 
 
@@ -80,7 +84,12 @@ class _Krylov:
         self.basis = np.empty((largest, structure.size))
         self.weighted = np.empty((largest, structure.size))  # rows M v
         self.stiffness = np.empty((largest, largest))
-        self.exhausted = False
+        self.pending = [structure.contact]
+
+    @property
+    def exhausted(self) -> bool:
+        """Whether the basis holds all that the contact can excite."""
+        return not self.pending or self.size == self.structure.size
 
     def grow(self, count: int) -> bool:
         """Add `count` vectors, or as many as there are; False where none could be added."""
@@ -93,19 +102,21 @@ class _Krylov:
         return self.size > before
 
     def _add(self) -> None:
-        k, mass = self.size, self.structure.mass
-        vector = self.solve(self.weighted[k - 1] if k else self.structure.contact)
+        """The next vector; where there is damping, what it passes on is followed as well as the inertia."""
+        k, mass, damping = self.size, self.structure.mass, self.structure.damping
+        vector = self.solve(self.pending.pop(0))
         before = np.sqrt(vector @ (mass @ vector))
         for _ in range(2):
             vector -= (self.weighted[:k] @ vector) @ self.basis[:k]
         weighted = mass @ vector
         norm = np.sqrt(max(vector @ weighted, 0.0))
-        if norm < 1e-12 * before:
-            self.exhausted = True
+        if norm <= NOTHING_NEW * before:
             return
         self.basis[k], self.weighted[k] = vector / norm, weighted / norm
         self.size = k + 1
-        self.exhausted = self.size == self.structure.size
+        self.pending.append(self.weighted[k])
+        if damping is not None:
+            self.pending.append(damping @ self.basis[k])
 
     def oscillators(self) -> Modes:
         """ω², b and C in the eigenvectors of K within the basis."""

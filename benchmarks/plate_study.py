@@ -1,0 +1,160 @@
+"""The whole plate-boundary study, timed; where its time goes; and what it would take on full-order plates.
+
+    python benchmarks/plate_study.py [--quick] [--jobs 2]
+
+The study runs as users run it, in processes. A sample of its points then runs in this process, part by part, and is
+extrapolated: every plate point is assembled and reduced once, for all bead diameters. The sample's distances are
+spread evenly but leave out the centre, 1 of 33, where the symmetric quarter of the plate is cheaper.
+"""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from itertools import product
+from resource import RUSAGE_CHILDREN, RUSAGE_SELF, getrusage, struct_rusage
+from time import perf_counter
+
+from coupled_plate import full_order_run, one_thread, timed, verdict, warm_up
+from joblib.externals.loky import get_reusable_executor
+
+import hertzlink as hl
+from coupling.studies import plate_boundary as study
+
+SHORT = 20
+"""Windows of a shortened full-order run."""
+
+LONGEST = 120.0
+"""Target for the whole study on two cores, s."""
+
+ASSEMBLY, REDUCTION = "assembly", "reduction (factorisation, Krylov vectors)"
+COUPLED_RUN, MEASURES, FULL_ORDER = "coupled run", "measures", "full-order run"
+
+PARTS = {ASSEMBLY: "plate", REDUCTION: "plate", COUPLED_RUN: "run", MEASURES: "run"}
+"""What a point takes, and whether once for a plate point or once for a run."""
+
+
+@dataclass
+class Sample:
+    """Seconds of processor time of each part, one number a plate point or run, and the degrees of freedom."""
+
+    seconds: dict[str, list[float]] = field(default_factory=lambda: {part: [] for part in (*PARTS, FULL_ORDER)})
+    full: list[int] = field(default_factory=list)
+    reduced: list[int] = field(default_factory=list)
+
+    def mean(self, part: str) -> float:
+        """Of a plate point or run, s."""
+        return sum(self.seconds[part]) / len(self.seconds[part])
+
+
+@dataclass(frozen=True)
+class Whole:
+    """The study as a whole: seconds on the clock and of all processors, MiB of this process and the largest other."""
+
+    runs: int
+    plates: int
+    clock: float
+    processor: float
+    memory: float
+    child_memory: float
+
+
+def processor_seconds(usage: struct_rusage) -> float:
+    """In user code and in the kernel."""
+    return usage.ru_utime + usage.ru_stime
+
+
+def mebibytes(usage: struct_rusage) -> float:
+    """Peak of resident memory; macOS counts it in bytes, Linux in kibibytes."""
+    return usage.ru_maxrss / (1024.0**2 if sys.platform == "darwin" else 1024.0)
+
+
+def whole_study(quick: bool, jobs: int) -> Whole:
+    """Run all of it, its processes started and ended within the time."""
+    before, begin = [getrusage(who) for who in (RUSAGE_SELF, RUSAGE_CHILDREN)], perf_counter()
+    data = study.run(quick, jobs)
+    # The system counts the time and memory of processes only once they have ended, and joblib keeps its own.
+    get_reusable_executor().shutdown(wait=True)
+    clock = perf_counter() - begin
+    after = [getrusage(who) for who in (RUSAGE_SELF, RUSAGE_CHILDREN)]
+    processor = sum(map(processor_seconds, after)) - sum(map(processor_seconds, before))
+    runs = data.amplitude_ratio.size
+    return Whole(runs, runs // data.sizes["diameter"], clock, processor, *map(mebibytes, after))
+
+
+def take_sample(distances: Sequence[float], tolerance: float) -> Sample:
+    """The parts at some points of each thickness, with all diameters, each beside its full-order run."""
+    sample = Sample()
+    for thickness, distance in product(study.THICKNESSES, distances):
+        assembly, full = timed(study.plate(thickness).at, distance, study.SIDE / 2.0)
+        reduction, reduced = timed(hl.reduce, full, study.UNTIL, tolerance)
+        sample.seconds[ASSEMBLY].append(assembly)
+        sample.seconds[REDUCTION].append(reduction)
+        sample.full.append(full.size)
+        sample.reduced.append(reduced.size)
+        for diameter in study.DIAMETERS:
+            take_run(sample, study.chain(diameter), full, reduced)
+    return sample
+
+
+def take_run(sample: Sample, chain: hl.Chain, full: hl.Structure, reduced: hl.Structure) -> None:
+    """One bead diameter at a plate point."""
+    seconds, run = timed(lambda: hl.CoSimulation(chain, reduced).run(study.UNTIL))
+    sample.seconds[COUPLED_RUN].append(seconds)
+    sample.seconds[MEASURES].append(timed(study.measure, run)[0])
+    windows = run.sizes["time"] - 1
+    other = full_order_run(chain, full, study.UNTIL / windows, windows, study.SENSOR, SHORT)
+    sample.seconds[FULL_ORDER].append(other.seconds)
+
+
+def report_whole(whole: Whole, jobs: int, quick: bool) -> None:
+    """Print times and memory."""
+    kind = "quick study" if quick else "whole study"
+    target = "" if quick else f" (≤ {LONGEST:.0f} s on two cores, {verdict(whole.clock <= LONGEST)})"
+    print(f"{kind}: {whole.runs} runs at {whole.plates} plate points, {jobs} processes")
+    print(f"  clock            {whole.clock:8.1f} s{target}")
+    print(f"  processor time   {whole.processor:8.1f} s, all processes, their start included")
+    print(f"  a process busy   {whole.processor / jobs / whole.clock:8.1%}   of the clock, on average")
+    print(f"  peak memory      {whole.memory:8.0f} MiB this process, {whole.child_memory:.0f} MiB the largest other")
+    print(f"                   {whole.memory + jobs * whole.child_memory:8.0f} MiB at most, all together\n", flush=True)
+
+
+def report_sample(whole: Whole, sample: Sample, jobs: int) -> None:
+    """Print where the time goes, and the full order beside it."""
+    counts = {"plate": whole.plates, "run": whole.runs}
+    totals = {part: sample.mean(part) * counts[kind] for part, kind in PARTS.items()}
+    known = sum(totals.values())
+    dofs = f"{min(sample.full)} to {max(sample.full)} reduced to {min(sample.reduced)} to {max(sample.reduced)}"
+    print(f"where it goes, from {len(sample.full)} plate points ({dofs} degrees of freedom), processor time")
+    print(f"  {'':42}{'each, ms':>10}{'times':>8}{'all, s':>9}{'share':>8}")
+    for part, total in totals.items():
+        print(f"  {part:42}{sample.mean(part) * 1e3:10.2f}{counts[PARTS[part]]:8d}{total:9.1f}{total / known:8.1%}")
+    print(f"  {'sum, extrapolated':42}{'':18}{known:9.1f}{1.0:8.1%}")
+    rest = "processes, imports, transfer; sampling error"
+    print(f"  {'measured, the whole':42}{'':18}{whole.processor:9.1f}{whole.processor / known:8.1%}  {rest}\n")
+    assembly, runs = totals[ASSEMBLY], sample.mean(FULL_ORDER) * whole.runs
+    print(f"on full-order plates, extrapolated from {SHORT} windows a run; processor time")
+    print(f"  {FULL_ORDER:42}{sample.mean(FULL_ORDER) * 1e3:10.0f}{whole.runs:8d}{runs:9.0f}")
+    print(
+        f"  {'with the assembly':42}{'':18}{assembly + runs:9.0f}  {(assembly + runs) / known:.0f} times the sum above"
+    )
+    print(f"  {f'that is, on {jobs} idle cores':42}{'':18}{(assembly + runs) / jobs / 3600.0:7.1f} h")
+
+
+def main() -> None:
+    """Print the tables."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("--quick", action="store_true", help="the quick study, and a smaller sample")
+    parser.add_argument("--jobs", type=int, default=2, help="processes of the study (default 2)")
+    options = parser.parse_args()
+    one_thread()
+    # Compilation stays out of the time: the processes load what this one compiled.
+    warm_up(study.plate(study.THICKNESSES[-1]).at(0.1, study.SIDE / 2.0), window=1e-6)
+    whole = whole_study(options.quick, options.jobs)
+    report_whole(whole, options.jobs, options.quick)
+    distances, tolerance = (study.QUICK_DISTANCES[3:4], 0.2) if options.quick else (study.DISTANCES[4::8], 0.05)
+    report_sample(whole, take_sample(distances, tolerance), options.jobs)
+
+
+if __name__ == "__main__":
+    main()

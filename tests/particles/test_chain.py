@@ -1,0 +1,195 @@
+"""The chain: an independent code's numbers, conservation, orders, preload, dashpots, mixed beads, bad input."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+import hertzlink as hl
+from particles.chain import ChainState
+
+BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
+SPEED = hl.drop_speed(0.01)
+
+
+def uniform(**keywords: object) -> hl.Chain:
+    return hl.Chain([BEAD] * 20, striker=BEAD, impact_speed=SPEED, **keywords)  # type: ignore[arg-type]
+
+
+def test_steel_half_space_matches_lammps() -> None:
+    """LAMMPS gives bead 7 of this chain 49.9881 N at 128.525 µs and 48.9536 N at 587.462 µs (eight digits alike)."""
+    run = hl.CoSimulation(uniform(), hl.half_space(hl.STEEL_440C)).run(until=1e-3)
+    waves = hl.reflections(run, sensor=7)
+    assert waves.incident is not None
+    assert waves.primary is not None
+    found = [waves.incident.amplitude, waves.incident.arrival, waves.primary.amplitude, waves.primary.arrival]
+    assert found == pytest.approx([49.9881, 128.525e-6, 48.9536, 587.462e-6], rel=1e-5)
+
+
+def test_wave_speed_and_force_of_the_thesis_chain() -> None:
+    """316 steel, R = 2.38 mm, v = 0.5 m/s: 569.1 m/s and 20.55 N at contact 15–16 (section 3.4, recomputed)."""
+    bead = hl.Sphere(2.38e-3, hl.STEEL_316)
+    run = hl.CoSimulation(hl.Chain([bead] * 20, bead, 0.5), hl.half_space(hl.STEEL_316)).run(until=2.5e-4)
+    assert hl.wave_speed(run, 10, 15) == pytest.approx(569.1, rel=2e-3)
+    before_reflection = run.contact_force.sel(contact=16, time=slice(0.0, 1.6e-4))
+    assert float(before_reflection.max()) == pytest.approx(20.55, rel=1e-3)
+
+
+def advanced(chain: hl.Chain, dt: float, until: float, start: ChainState | None = None) -> NDArray[np.float64]:
+    moving = hl.MovingChain(chain, hl.Surface(hl.STEEL_440C), dt=dt)
+    state, _ = moving.advance(start or moving.start(), (0.0, 0.0), until)
+    return state.position - moving.rest
+
+
+def test_verlet_has_order_two() -> None:
+    finest = advanced(uniform(integrator="rk4"), 2e-9, 1e-4)
+    errors = [abs(advanced(uniform(), dt, 1e-4) - finest).max() for dt in (4e-7, 2e-7, 1e-7)]
+    assert np.log2(np.divide(errors[:-1], errors[1:])) == pytest.approx([2.0, 2.0], abs=0.2)
+
+
+def test_verlet_with_dashpots_has_order_two() -> None:
+    lossy = uniform(dissipation=hl.LinearDashpot(4.0), gravity=9.81)
+    exact = advanced(uniform(dissipation=hl.LinearDashpot(4.0), gravity=9.81, integrator="rk4"), 1e-8, 6e-5)
+    errors = [abs(advanced(lossy, dt, 6e-5) - exact).max() for dt in (4e-7, 2e-7, 1e-7)]
+    assert np.log2(np.divide(errors[:-1], errors[1:])) == pytest.approx([2.0, 2.0], abs=0.2)
+
+
+def test_rk4_has_order_four_while_contacts_are_closed() -> None:
+    """A preloaded chain that a wave runs through: all contacts closed, so δ^1.5 is smooth."""
+    chain = hl.Chain([BEAD] * 8, BEAD, 1e-3, gravity=981.0, integrator="rk4")
+    moving = hl.MovingChain(chain, hl.Surface(hl.STEEL_440C), dt=1e-8)
+    start, _ = moving.advance(moving.start(), (0.0, 0.0), 2e-5)
+    exact = advanced(chain, 2.5e-8, 4e-5, start)
+    errors = [abs(advanced(chain, dt, 4e-5, start) - exact).max() for dt in (2e-6, 1e-6, 5e-7)]
+    assert np.log2(np.divide(errors[:-1], errors[1:])) == pytest.approx([4.0, 4.0], abs=0.2)
+
+
+def test_rk4_and_verlet_agree() -> None:
+    one, other = (advanced(uniform(integrator=name), 5e-9, 4e-4) for name in ("rk4", "verlet"))
+    assert one == pytest.approx(other, abs=1e-6 * abs(one).max())
+
+
+beads = st.builds(
+    hl.Sphere,
+    radius=st.floats(1e-3, 2e-2),
+    material=st.sampled_from([hl.STEEL_440C, hl.BRASS_360, hl.PTFE, hl.ALUMINIUM_6061]),
+)
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.lists(beads, min_size=1, max_size=6), beads, st.floats(0.05, 2.0), st.sampled_from(["verlet", "rk4"]))
+def test_any_free_chain_keeps_momentum_and_energy(
+    row: list[hl.Sphere], striker: hl.Sphere, speed: float, integrator: str
+) -> None:
+    simulation = hl.CoSimulation(hl.Chain(row, striker, speed, integrator=integrator), None)
+    run = simulation.run(until=20.0 * simulation.chain.contact_time)
+    momentum = (simulation.chain.mass * run.velocity.values).sum(axis=1)
+    assert momentum == pytest.approx(np.full(momentum.size, striker.mass * speed), rel=1e-12)
+    assert hl.energy_error(run) < 2e-6
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.lists(beads, min_size=1, max_size=6), st.floats(0.1, 20.0), st.floats(0.0, 20.0))
+def test_dashpots_take_energy_and_never_pull(row: list[hl.Sphere], coefficient: float, gravity: float) -> None:
+    chain = hl.Chain(row, row[0], 0.3, gravity=gravity, dissipation=hl.LinearDashpot(coefficient))
+    simulation = hl.CoSimulation(chain, hl.half_space(hl.STEEL_440C))
+    run = simulation.run(until=20.0 * simulation.chain.contact_time)
+    energy = (run.kinetic_energy + run.contact_energy).values
+    assert np.all(np.diff(energy) <= 1e-6 * chain.impact_energy)
+    assert np.all(run.contact_force.values >= 0.0)
+    assert hl.energy_error(run) < 1e-4
+
+
+def test_gravity_preload_is_static() -> None:
+    """Contact n carries the weight of the beads above it, and nothing moves until the wave comes."""
+    chain = hl.Chain([BEAD] * 10, BEAD, 1e-9, gravity=9.81)
+    run = hl.CoSimulation(chain, hl.half_space(hl.PTFE)).run(until=1e-3)
+    weights = np.arange(11) * BEAD.mass * 9.81
+    assert run.static_force.values == pytest.approx(weights, rel=1e-12)
+    assert run.contact_force.isel(time=0).values == pytest.approx(weights, rel=1e-9)
+    first = run.displacement.sel(bead=slice(5, 10), time=slice(0.0, 1e-5))
+    assert abs(first).max() < 1e-13
+
+
+def test_the_striker_arrives_free() -> None:
+    """Under gravity a striker that touches gently falls on: its acceleration is g, not zero."""
+    chain = hl.Chain([BEAD] * 2, BEAD, 1e-9, gravity=9.81)
+    run = hl.CoSimulation(chain, hl.half_space(hl.STEEL_440C)).run(until=1e-6)
+    assert float(run.velocity.isel(time=-1).sel(bead=0)) == pytest.approx(9.81e-6, rel=0.02)
+
+
+def test_unlike_spheres_collide_as_hertz_says() -> None:
+    """Two free spheres: the collision lasts 3.218 (m²/k²v)^(1/5) with the reduced mass, and keeps relative speed."""
+    small, large = hl.Sphere(3e-3, hl.BRASS_360), hl.Sphere(7e-3, hl.PTFE)
+    run = hl.CoSimulation(hl.Chain([large], small, 0.4), None).run(until=6e-4)
+    reduced = small.mass * large.mass / (small.mass + large.mass)
+    stiffness = hl.hertz_stiffness(small.surface, large.surface)
+    touching = run.time.values[run.contact_force.sel(contact=1).values > 0.0]
+    assert touching[-1] == pytest.approx(3.2180655 * (reduced**2 / (stiffness**2 * 0.4)) ** 0.2, rel=0.01)
+    first, second = run.velocity.isel(time=-1).values
+    assert second - first == pytest.approx(0.4, rel=1e-6)
+
+
+def test_flexibility_is_a_spring_in_series() -> None:
+    """A bead on a soft massless spring behind Hertz's contact: δ = (F/k)^(2/3) + f F at the deepest point."""
+    flexibility = 1e-7
+    moving = hl.MovingChain(hl.Chain([BEAD], BEAD, 0.3), hl.Surface(hl.STEEL_440C), flexibility)
+    stiffness, force = moving.stiffness[-1], 30.0
+    depth = (force / stiffness) ** (2.0 / 3.0) + flexibility * force
+    state = ChainState(np.array([0.0, depth]), np.zeros(2), 0.0)
+    _, mean = moving.advance(state, (0.0, 0.0), 1e-10)
+    assert mean == pytest.approx(force, rel=1e-6)
+
+
+def test_advance_has_no_hidden_state() -> None:
+    moving = hl.MovingChain(uniform(), hl.Surface(hl.STEEL_440C))
+    state, _ = moving.advance(moving.start(), (0.0, 0.0), 5e-6)
+    before = state.position.copy()
+    one, other = moving.advance(state, (0.0, 1e-9), 5e-7), moving.advance(state, (0.0, 1e-9), 5e-7)
+    assert np.array_equal(one[0].position, other[0].position)
+    assert np.array_equal(state.position, before)
+
+
+@pytest.mark.parametrize(
+    ("keywords", "message"),
+    [
+        ({"impact_speed": 0.0}, "impact_speed = 0"),
+        ({"impact_speed": -0.3}, r"impact_speed = -0\.3: must be a positive number of m/s"),
+        ({"impact_speed": float("nan")}, "impact_speed = nan"),
+        ({"gravity": -9.81}, r"gravity = -9\.81"),
+        ({"beads": []}, "beads = "),
+        ({"beads": ["steel"]}, "beads = "),
+        ({"striker": 3}, "striker = 3"),
+        ({"dissipation": 4.0}, r"dissipation = 4\.0: must be None or LinearDashpot"),
+        ({"integrator": "rk45"}, r"integrator = 'rk45'.*did you mean 'rk4'"),
+    ],
+)
+def test_bad_chains(keywords: dict[str, object], message: str) -> None:
+    good: dict[str, object] = {"beads": [BEAD] * 3, "striker": BEAD, "impact_speed": 0.3}
+    with pytest.raises(ValueError, match=message):
+        hl.Chain(**{**good, **keywords})  # type: ignore[arg-type]
+
+
+def test_bad_beads_and_dashpots() -> None:
+    for bad in (0.0, -1e-3, float("inf")):
+        with pytest.raises(ValueError, match="radius = "):
+            hl.Sphere(bad, hl.PTFE)
+    with pytest.raises(ValueError, match="material = "):
+        hl.Sphere(1e-3, "steel")  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="coefficient = -1"):
+        hl.LinearDashpot(-1.0)
+    with pytest.raises(ValueError, match="height = -1"):
+        hl.drop_speed(-1.0)
+
+
+def test_a_step_too_large_for_stability_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"dt = 0\.0001: too large for a stable step; must be below"):
+        hl.MovingChain(uniform(), hl.Surface(hl.STEEL_440C), dt=1e-4)
+    with pytest.raises(ValueError, match="dt = 2e-06: too large"):
+        hl.MovingChain(uniform(dissipation=hl.LinearDashpot(2e4)), hl.Surface(hl.STEEL_440C), dt=2e-6)
+
+
+def test_gravity_needs_something_to_rest_on() -> None:
+    with pytest.raises(ValueError, match=r"gravity = 9\.81: must be 0 for a chain that nothing holds"):
+        hl.CoSimulation(uniform(gravity=9.81), None)

@@ -1,0 +1,106 @@
+"""Plates as structures: where they may be struck, meshes, theory, bad input."""
+
+import numpy as np
+import pytest
+
+import hertzlink as hl
+
+CLAMPED = hl.Supports("clamped", "clamped", "free", "free")
+PLATE = hl.kirchhoff_plate(0.914, 0.914, 2.29e-3, hl.ALUMINIUM_6061, CLAMPED)
+
+
+def test_struck_anywhere_on_a_shared_mesh() -> None:
+    """Off the nodes the contact vector reads a cubic field exactly, and all points share the matrices."""
+    plate = hl.kirchhoff_plate(0.4, 0.3, 2e-3, hl.ALUMINIUM_6061, hl.Supports(), cells=(4, 3))
+    one, other = plate.at(0.123, 0.271), plate.at(0.2, 0.1)
+    assert one.stiffness is other.stiffness
+    x, y = np.linspace(0.0, 0.4, 5), np.linspace(0.0, 0.3, 4)
+    field = np.kron(np.c_[x**3, 3.0 * x**2].ravel(), np.c_[y**2, 2.0 * y].ravel())
+    assert one.contact @ field == pytest.approx(0.123**3 * 0.271**2)
+
+
+def test_rigid_motions_cost_nothing() -> None:
+    structure = hl.kirchhoff_plate(0.4, 0.3, 2e-3, hl.ALUMINIUM_6061, hl.Supports(), cells=(4, 3)).at(0.1, 0.1)
+    lift = np.kron(np.tile([1.0, 0.0], 5), np.tile([1.0, 0.0], 4))
+    assert abs(structure.stiffness @ lift).max() < 1e-9 * structure.stiffness.max()
+    assert lift @ structure.mass @ lift == pytest.approx(0.4 * 0.3 * 2e-3 * hl.ALUMINIUM_6061.density)
+
+
+def test_symmetry_is_used_and_changes_nothing() -> None:
+    """On the centre line half the plate is kept; a hair beside it the whole: the same answer to a force."""
+    half, whole = PLATE.at(0.1, 0.457), PLATE.at(0.1, 0.457 + 1e-7)
+    assert half.size < 0.6 * whole.size
+    s = 2.0 * np.pi * 5e3
+    assert _receptance(half, s) == pytest.approx(_receptance(whole, s), rel=1e-5)
+
+
+def _receptance(structure: hl.Structure, shift: float) -> float:
+    from structures.factor import shifted_solve
+
+    return float(structure.contact @ shifted_solve(structure, shift)(structure.contact))
+
+
+def test_point_impedance_of_the_thesis_plate() -> None:
+    """8 √(D ρ t) with D = E t³ / 12(1 − ν²), by hand."""
+    rigidity = 68.9e9 * 2.29e-3**3 / (12.0 * (1.0 - 0.33**2))
+    assert hl.point_impedance(PLATE) == pytest.approx(8.0 * (rigidity * 2693.0 * 2.29e-3) ** 0.5, rel=1e-12)
+
+
+@pytest.mark.parametrize(("diameter", "expected"), [(9.53e-3, (27.8, 79.3)), (19.1e-3, (55.8, 159.0))])
+def test_bounds_of_the_critical_distance(diameter: float, expected: tuple[float, float]) -> None:
+    """Equation 6.41 of the thesis with v = 0.31 m/s, recomputed independently, in mm."""
+    bead = hl.Sphere(diameter / 2.0, hl.STEEL_440C)
+    bounds = np.array(hl.critical_distance_bounds(bead, PLATE, impact_speed=0.31)) * 1e3
+    assert bounds == pytest.approx(expected, abs=0.06)
+
+
+def test_bounds_with_the_velocity_of_the_thesis() -> None:
+    """Equation 6.42 as printed (factor 1.37) takes 0.682 times the striker's speed: 30.0 and 85.5 mm.
+
+    With the factor rounded to 1.37; unrounded it is 1.3729.
+    """
+    bead = hl.Sphere(9.53e-3 / 2.0, hl.STEEL_440C)
+    bounds = np.array(hl.critical_distance_bounds(bead, PLATE, impact_speed=0.682 * 0.31)) * 1e3
+    assert bounds * 1.37 / 1.3729 == pytest.approx([30.0, 85.5], abs=0.06)
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "message"),
+    [
+        (-0.01, 0.4, r"x = -0\.01: must lie on the plate"),
+        (0.4, 1.0, r"y = 1\.0: must lie on the plate, between 0 and 0\.914 m"),
+        (0.0, 0.4, r"x = 0\.0: lies on a clamped edge"),
+        (0.914, 0.4, r"x = 0\.914: lies on a clamped edge"),
+        (float("nan"), 0.4, "x = nan"),
+    ],
+)
+def test_contact_off_the_plate(x: float, y: float, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        PLATE.at(x, y)
+
+
+def test_a_free_edge_may_be_struck() -> None:
+    assert PLATE.at(0.4, 0.0).contact.any()
+
+
+@pytest.mark.parametrize("name", ["length", "width", "thickness"])
+@pytest.mark.parametrize("bad", [0.0, -0.1, float("nan"), float("inf")])
+def test_bad_sizes(name: str, bad: float) -> None:
+    sizes = {"length": 0.3, "width": 0.3, "thickness": 1e-3, name: bad}
+    with pytest.raises(ValueError, match=f"{name} = "):
+        hl.kirchhoff_plate(material=hl.PTFE, supports=CLAMPED, **sizes)
+
+
+def test_other_bad_input() -> None:
+    with pytest.raises(ValueError, match=r"left = 'clamp'.*did you mean 'clamped'"):
+        hl.Supports(left="clamp")
+    with pytest.raises(ValueError, match="supports = 'free'"):
+        hl.kirchhoff_plate(0.3, 0.3, 1e-3, hl.PTFE, "free")  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="material = 'PTFE'"):
+        hl.kirchhoff_plate(0.3, 0.3, 1e-3, "PTFE", CLAMPED)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match=r"cells\[1\] = 0"):
+        hl.kirchhoff_plate(0.3, 0.3, 1e-3, hl.PTFE, CLAMPED, cells=(4, 0))
+    with pytest.raises(ValueError, match="highest_frequency = 0"):
+        hl.kirchhoff_plate(0.3, 0.3, 1e-3, hl.PTFE, CLAMPED, highest_frequency=0)
+    with pytest.raises(ValueError, match="impact_speed = 0"):
+        hl.critical_distance_bounds(hl.Sphere(1e-3, hl.PTFE), PLATE, impact_speed=0.0)

@@ -1,0 +1,45 @@
+"""Materials and surfaces: Table 2.1, look-up by name, Hertz's stiffness, bad input."""
+
+import math
+
+import pytest
+
+import hertzlink as hl
+
+
+def test_table_2_1_by_name_and_constant() -> None:
+    assert hl.MATERIALS["steel 440C"] is hl.STEEL_440C
+    assert hl.MATERIALS["Aluminium_6061"] is hl.ALUMINIUM_6061
+    assert len(hl.MATERIALS) == 9
+    assert hl.MATERIALS["ptfe"].youngs_modulus == 1.53e9
+
+
+def test_unknown_material_names_the_nearest() -> None:
+    with pytest.raises(ValueError, match=r"material = 'steel 440': unknown.*'steel 440C'"):
+        hl.MATERIALS["steel 440"]
+    assert "granite" not in hl.MATERIALS
+
+
+def test_hertz_stiffness_of_the_thesis() -> None:
+    """Solid aluminium spheres of 9.525 mm: k = 3.557e9 N/m^1.5 (facts of Table 5.1, recomputed)."""
+    sphere = hl.Sphere(9.525e-3, hl.ALUMINIUM_6061).surface
+    assert hl.hertz_stiffness(sphere, sphere) == pytest.approx(3.557e9, rel=2e-4)
+
+
+def test_flat_against_flat_has_no_point_of_contact() -> None:
+    with pytest.raises(ValueError, match="curvature"):
+        hl.hertz_stiffness(hl.Surface(hl.PTFE), hl.Surface(hl.PTFE))
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf, "soft", None])
+def test_bad_modulus_and_density(value: object) -> None:
+    with pytest.raises(ValueError, match="youngs_modulus = "):
+        hl.Material(value, 0.3, 1000.0)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="density = "):
+        hl.Material(1e9, 0.3, value)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("ratio", [0.5, -1.0, 0.7])
+def test_bad_poisson_ratio(ratio: float) -> None:
+    with pytest.raises(ValueError, match=r"poisson_ratio = .* between -1 and 0\.5"):
+        hl.Material(1e9, ratio, 1000.0)

@@ -1,0 +1,103 @@
+"""Reduction: the same answer at the contact with far fewer unknowns, and an estimate of the error that holds."""
+
+import logging
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import hertzlink as hl
+
+SUPPORTS = hl.Supports("clamped", "clamped", "free", "free")
+PLATE = hl.kirchhoff_plate(0.3, 0.3, 2e-3, hl.ALUMINIUM_6061, SUPPORTS, cells=(20, 20))
+
+
+def answer(structure: hl.Structure, until: float = 5e-4, window: float = 1e-6) -> NDArray[np.float64]:
+    """Displacement after a raised-cosine pulse of 40 µs."""
+    moving = hl.MovingStructure(structure)
+    state, found = moving.start(), []
+    for step in range(round(until / window)):
+        time = (step + 0.5) * window
+        force = 0.5 * (1.0 - np.cos(2.0 * np.pi * time / 40e-6)) if time < 40e-6 else 0.0
+        state, surface = moving.advance(state, force, window)
+        found.append(surface)
+    return np.array(found)
+
+
+@pytest.mark.parametrize("tolerance", [1e-1, 1e-2, 1e-3])
+def test_reduced_plate_answers_like_the_full_one(tolerance: float) -> None:
+    full = PLATE.at(0.11, 0.14)
+    reduced = hl.reduce(full, until=5e-4, tolerance=tolerance)
+    report = reduced.origin["reduction"]
+    fading = np.exp(-4.0 * np.arange(500) / 500.0)
+    exact = answer(full)
+    error = np.linalg.norm(fading * (answer(reduced) - exact)) / np.linalg.norm(fading * exact)
+    assert report["error_estimate"] <= tolerance
+    assert error < 2.0 * tolerance
+    assert reduced.size == report["size"] < full.size / 5
+
+
+def test_tighter_tolerance_takes_more_vectors() -> None:
+    sizes = [hl.reduce(PLATE.at(0.1, 0.1), 5e-4, tolerance).size for tolerance in (1e-1, 1e-2, 1e-3)]
+    assert sizes == sorted(set(sizes))
+
+
+def test_reduced_is_modal_and_keeps_the_rest() -> None:
+    full = PLATE.at(0.1, 0.1)
+    reduced = hl.reduce(full, until=5e-4)
+    assert abs(reduced.mass - np.eye(reduced.size)).max() == 0.0
+    assert reduced.surface == full.surface
+    assert reduced.flexibility == full.flexibility
+    assert reduced.origin["kind"] == "Kirchhoff plate"
+
+
+def test_small_structures_are_reduced_exactly() -> None:
+    """A Krylov space that is the whole space: the same frequencies, no error."""
+    rod = hl.rod([hl.Layer(hl.STEEL_440C, 0.5, 0.01)], elements=5)
+    reduced = hl.reduce(rod, until=1e-3, tolerance=1e-9)
+    exact = np.linalg.eigvals(np.linalg.solve(rod.mass.toarray(), rod.stiffness.toarray()))
+    assert np.sort(reduced.stiffness.diagonal()) == pytest.approx(np.sort(exact.real), rel=1e-8)
+
+
+def test_damping_is_kept_and_stays_passive() -> None:
+    rod = hl.rod([hl.Layer(hl.STEEL_440C, 0.5, 0.01)], base="absorbing")
+    reduced = hl.reduce(rod, until=3e-4, tolerance=1e-4)
+    assert reduced.damping is not None
+    assert np.linalg.eigvalsh(reduced.damping.toarray()).min() > -1e-9 * reduced.damping.max()
+    assert answer(reduced, 3e-4) == pytest.approx(answer(rod, 3e-4), abs=2e-3 * answer(rod, 3e-4).max())
+
+
+def test_half_space_needs_no_reduction() -> None:
+    assert hl.reduce(hl.half_space(hl.PTFE), until=1e-3).size == 0
+
+
+def test_contact_points_of_one_mesh_share_the_factorisation(monkeypatch: pytest.MonkeyPatch) -> None:
+    from structures import factor
+
+    made = []
+    original = factor.factorise
+    monkeypatch.setattr(factor, "factorise", lambda matrix: made.append(1) or original(matrix))
+    plate = hl.kirchhoff_plate(0.3, 0.3, 2e-3, hl.ALUMINIUM_6061, SUPPORTS, cells=(8, 8))
+    for x in (0.05, 0.1, 0.15):
+        hl.reduce(plate.at(x, 0.14), until=5e-4)
+    assert len(made) == 1
+
+
+def test_a_reduction_serves_no_longer_run() -> None:
+    bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    simulation = hl.CoSimulation(hl.Chain([bead] * 3, bead, 0.3), hl.reduce(PLATE.at(0.1, 0.1), until=1e-4))
+    with pytest.raises(ValueError, match=r"until = 0\.0002: the structure was reduced for runs of at most 0\.0001 s"):
+        simulation.run(2e-4)
+
+
+def test_too_few_vectors_are_reported(caplog: pytest.LogCaptureFixture) -> None:
+    with caplog.at_level(logging.WARNING, logger="hertzlink"):
+        reduced = hl.reduce(PLATE.at(0.1, 0.1), until=5e-4, tolerance=1e-6, largest=40)
+    assert reduced.origin["reduction"]["error_estimate"] > 1e-6
+    assert "40 vectors" in caplog.text
+
+
+@pytest.mark.parametrize(("until", "tolerance"), [(0.0, 1e-3), (-1.0, 1e-3), (1e-3, 0.0), (1e-3, float("nan"))])
+def test_bad_arguments(until: float, tolerance: float) -> None:
+    with pytest.raises(ValueError, match=r"until = |tolerance = "):
+        hl.reduce(PLATE.at(0.1, 0.1), until=until, tolerance=tolerance)
