@@ -98,7 +98,7 @@ def report(
     shortened, seconds = other.amplitude_ratio is None, median(spent)
     full_ratio = "—" if other.amplitude_ratio is None else f"{other.amplitude_ratio:.7f}"
     note = f"  extrapolated from {SHORT} windows" if shortened else ""
-    aside = f" ({note.strip()})" if shortened else ""
+    aside = f", {note.strip()}" if shortened else ""
     speedup = other.seconds / seconds
     print(f"{'':34}{'full order':>14}{'reduced':>14}")
     print(f"{'degrees of freedom':34}{full.size:14d}{reduced.size:14d}")

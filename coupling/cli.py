@@ -46,13 +46,13 @@ def cli() -> None:
 
 
 @cli.command("study")
-@click.argument("name", type=click.Choice(list(STUDIES)))
+@click.argument("name", metavar="NAME", type=click.Choice(list(STUDIES)))
 @click.option("--quick", is_flag=True, help="A coarse version, in seconds.")
 @click.option("--output", type=click.Path(path_type=Path), help="Folder for the results; by default named NAME.")
 @click.option("--force", is_flag=True, help="Replace the output folder if it is there.")
 @click.option("--jobs", type=click.IntRange(min=1), help="Processes; by default one for each core.")
 def run_study(name: str, quick: bool, output: Path | None, force: bool, jobs: int | None) -> None:
-    """Run a study of the thesis: netCDF, figures and a table."""
+    """Run the study NAME of the thesis, plate-boundary or rod-stiffness: netCDF, figures and a table."""
     folder = output or Path(name)
     check_output(folder, force)
     chosen = study(name)

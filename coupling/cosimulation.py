@@ -129,7 +129,7 @@ class CoSimulation:
             stride, modes, frames.arrays(),
         )  # fmt: skip
         if problem == kernels.NON_FINITE:
-            raise _non_finite(int(detail), done * window)
+            raise self._non_finite(int(detail), done * window)
         if problem == kernels.NOT_CONVERGED:
             raise NotConverged(f"window {done}, t = {done * window:.4g} s: residual {detail:.3g} N")
 
@@ -142,9 +142,9 @@ class CoSimulation:
             except NotConverged as error:
                 raise NotConverged(f"window {done}, t = {done * window:.4g} s: {error}") from error
             y, v, lost = state.chain
-            bad = kernels.first_bad(y, v, state.force + state.surface)
+            bad = kernels.first_bad(y, v, state.surface)
             if bad >= 0:
-                raise _non_finite(bad, done * window)
+                raise self._non_finite(bad, done * window)
             work += state.force * (state.surface - before)
             evaluations += state.evaluations
             if done % stride == 0:
@@ -162,7 +162,7 @@ class CoSimulation:
         known = isinstance(self.structure, MovingStructure) and self.structure.conservative
         return float(self.structure.energy(state)) if known else np.nan
 
-
-def _non_finite(bead: int, time: float) -> FloatingPointError:
-    what = "the state of the striker (bead 0)" if bead == 0 else f"the state of bead {bead}"
-    return FloatingPointError(f"{what} is no longer finite at t = {time:.6g} s; check dt and the structure")
+    def _non_finite(self, bead: int, time: float) -> FloatingPointError:
+        beads = len(self.chain.chain.beads)
+        what = "the striker (bead 0)" if bead == 0 else f"bead {bead}" if bead <= beads else "the structure's surface"
+        return FloatingPointError(f"{what} is no longer finite at t = {time:.6g} s; check dt and the structure")

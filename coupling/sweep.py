@@ -27,13 +27,15 @@ def sweep(
     The Dataset has a dimension for each axis (named values, such as materials, become their names) and the
     attributes of the first run. All runs share the sampling of the coarsest. Points that share all but the last
     axis run in one process, one after the other, so that `build` may cache what they have in common.
-    Raises ValueError for an empty axis; an error in one point ends the sweep.
+    Raises ValueError for an empty axis or a name that every run has; an error in one point ends the sweep.
     """
     positive("until", until, "s")
     values = {name: list(axis) for name, axis in axes.items()}
     if not values or not all(values.values()):
         raise ValueError(f"axes = {list(values)!r}: name at least one, each with at least one value")
     names = list(values)
+    if taken := {"time", "bead", "contact"} & set(names):
+        raise ValueError(f"axes = {names!r}: {', '.join(sorted(taken))} names a dimension of every run; name it otherwise")
     points = [dict(zip(names, point, strict=True)) for point in product(*values.values())]
     together = len(values[names[-1]]) if len(names) > 1 else 1
     batches = [points[i : i + together] for i in range(0, len(points), together)]
@@ -60,8 +62,10 @@ def _run_batch(
 
 def _combined(runs: list[xr.Dataset], values: dict[str, list[Any]]) -> xr.Dataset:
     """One Dataset over the axes, on the times that all runs share; coordinates that differ get the axes too."""
-    frames = min(run.sizes["time"] for run in runs) - 1
-    aligned = [run.isel(time=slice(None, None, (run.sizes["time"] - 1) // frames)) for run in runs]
+    aligned = runs
+    if "time" in runs[0].sizes:
+        frames = min(run.sizes["time"] for run in runs) - 1
+        aligned = [run.isel(time=slice(None, None, (run.sizes["time"] - 1) // frames)) for run in runs]
     shape = tuple(len(axis) for axis in values.values())
     first = aligned[0]
 

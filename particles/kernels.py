@@ -223,12 +223,12 @@ def energies(y, v, chain, wall):
 
 
 @njit(cache=True)
-def first_bad(y, v, force):
-    """Index of the first bead whose state is not finite; N + 1 where only the force is not; −1 where all is well."""
+def first_bad(y, v, wall):
+    """Index of the first bead whose state is not finite; N + 1 where only the surface is not; −1 where all is well."""
     for i in range(y.size):
         if not (np.isfinite(y[i]) and np.isfinite(v[i])):
             return i
-    return -1 if np.isfinite(force) else y.size
+    return -1 if np.isfinite(wall) else y.size
 
 
 @njit(cache=True)
@@ -258,16 +258,16 @@ def run_on_oscillators(y, v, chain, method, steps, window, static, tolerance, st
         force, lost, count, residual = advance_condensed(
             y, v, chain, method, steps, window, wall, wall_free, compliance, static, guess, tolerance
         )
-        bad = first_bad(y, v, force)
-        if bad >= 0:
-            return NON_FINITE, done, float(bad)
-        if abs(residual) > tolerance:
-            return NOT_CONVERGED, done, residual
         before, wall = wall, 0.0
         for i in range(n):
             u[i] += (force - static) * response_u[i]
             p[i] += (force - static) * response_v[i]
             wall += contact[i] * u[i]
+        bad = first_bad(y, v, wall)
+        if bad >= 0:
+            return NON_FINITE, done, float(bad)
+        if abs(residual) > tolerance:
+            return NOT_CONVERGED, done, residual
         total_lost += lost
         work += (force - static) * (wall - before)
         evaluations += count

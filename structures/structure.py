@@ -47,7 +47,9 @@ class Structure:
             matrix = getattr(self, name)
             if matrix is not None and matrix.shape != (n, n):
                 raise ValueError(f"{name} has shape {matrix.shape}: must be ({n}, {n}), as contact has {n} entries")
-        if not np.all(np.isfinite(self.contact)):
+            if matrix is not None and not np.isfinite(sparse.csr_array(matrix).data).all():
+                raise ValueError(f"{name}: must hold finite numbers")
+        if not np.isfinite(self.contact).all():
             raise ValueError("contact: must hold finite numbers")
         finite("flexibility", self.flexibility, "m/N")
 

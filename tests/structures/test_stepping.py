@@ -83,6 +83,8 @@ def test_bad_structures() -> None:
     one = sparse.csr_array(np.eye(1))
     with pytest.raises(ValueError, match="stiffness has shape"):
         hl.Structure(one, sparse.csr_array(np.eye(2)), None, np.ones(1), 0.0, hl.Surface(hl.PTFE))
+    with pytest.raises(ValueError, match="mass: must hold finite numbers"):
+        hl.Structure(sparse.csr_array([[np.inf]]), one, None, np.ones(1), 0.0, hl.Surface(hl.PTFE))
     with pytest.raises(ValueError, match="contact"):
         hl.Structure(one, one, None, np.array([np.nan]), 0.0, hl.Surface(hl.PTFE))
     with pytest.raises(ValueError, match="window = -1"):

@@ -1,0 +1,216 @@
+"""The coupled run: energy, momentum, convergence, one answer by every path, bad input."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy import sparse
+
+import hertzlink as hl
+from particles import kernels
+
+BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
+CHAIN = hl.Chain([BEAD] * 20, striker=BEAD, impact_speed=0.31)
+SUPPORTS = hl.Supports("clamped", "clamped", "free", "free")
+PLATE = hl.kirchhoff_plate(0.2, 0.2, 2.29e-3, hl.ALUMINIUM_6061, SUPPORTS, cells=(12, 12)).at(0.05, 0.1)
+STRUCTURES = {
+    "rod": hl.rod([hl.Layer(hl.ACRYLIC, 0.0762, 0.0191)]),
+    "layered rod": hl.rod([hl.Layer(hl.STEEL_440C, 6.35e-3, 9.525e-3), hl.Layer(hl.PTFE, 25.4e-3, 9.525e-3)]),
+    "plate": PLATE,
+    "half-space": hl.half_space(hl.BRASS_360),
+}
+
+
+@pytest.mark.parametrize("reduced", [False, True], ids=["full", "reduced"])
+@pytest.mark.parametrize("name", STRUCTURES)
+def test_energy_is_conserved_at_the_default_step(name: str, reduced: bool) -> None:
+    structure = hl.reduce(STRUCTURES[name], until=1.2e-3) if reduced else STRUCTURES[name]
+    run = hl.CoSimulation(CHAIN, structure).run(until=1.2e-3)
+    assert hl.energy_error(run) < 1e-6
+    mismatch = abs(run.interface_work - run.structure_energy).max() / run.attrs["impact_energy"]
+    assert mismatch < 1e-10
+
+
+@pytest.mark.parametrize("reduced", [False, True], ids=["full", "reduced"])
+def test_momentum_passes_into_a_free_rod(reduced: bool) -> None:
+    """What the beads lose the rod has, to 1e-9 of the striker's momentum, at every window."""
+    rod = hl.rod([hl.Layer(hl.ACRYLIC, 0.05, 0.01), hl.Layer(hl.STEEL_440C, 0.02, 0.01)], base="free", elements=8)
+    everywhere = np.ones(rod.size)
+    if reduced:
+        rod = hl.reduce(rod, until=1e-3, tolerance=1e-8)
+        rigid = int(rod.stiffness.diagonal().argmin())
+        everywhere = np.zeros(rod.size)
+        everywhere[rigid] = 1.0 / rod.contact[rigid]
+    simulation = hl.CoSimulation(CHAIN, rod)
+    state = simulation.start()
+    for _ in range(1500):
+        state = simulation.step(state, 5e-7)
+        beads = simulation.chain.mass @ state.chain.velocity
+        body = everywhere @ (rod.mass @ state.structure.velocity)
+        assert beads + body == pytest.approx(BEAD.mass * 0.31, rel=1e-9)
+    assert body > 0.1 * BEAD.mass * 0.31
+
+
+def same(one: xr.Dataset, other: xr.Dataset, tolerance: float) -> None:
+    for name in ("velocity", "contact_force", "surface_displacement"):
+        scale = float(abs(one[name]).max())
+        assert other[name].values == pytest.approx(one[name].values, abs=tolerance * scale)
+
+
+def test_compiled_loop_equals_the_loop_in_python() -> None:
+    """The same reduced plate, once through the compiled loop and once window by window."""
+    simulation = hl.CoSimulation(CHAIN, hl.reduce(PLATE, until=6e-4))
+    compiled = simulation.run(until=6e-4)
+    simulation._run_compiled = simulation._run_windows  # type: ignore[method-assign]
+    same(compiled, simulation.run(until=6e-4), 1e-9)
+
+
+def test_aitken_agrees_with_condensed() -> None:
+    one, other = (
+        hl.CoSimulation(CHAIN, STRUCTURES["rod"], scheme=scheme).run(until=8e-4)
+        for scheme in (hl.Condensed(), hl.Aitken(tolerance=1e-11))
+    )
+    same(one, other, 1e-6)
+
+
+def test_a_very_light_plate_converges_by_aitken_too() -> None:
+    """Added mass: a body of a hundredth of a bead, where plain repetition diverges."""
+    light = hl.Structure(
+        sparse.csr_array([[0.01 * BEAD.mass]]), sparse.csr_array([[1e4]]), None, np.ones(1), 0.0, hl.Surface(hl.PTFE)
+    )
+    one, other = (
+        hl.CoSimulation(CHAIN, light, scheme=scheme, window=1e-6).run(until=8e-4)
+        for scheme in (hl.Condensed(), hl.Aitken())
+    )
+    same(one, other, 1e-4)
+
+
+def test_window_converges_with_order_two() -> None:
+    """Against tiny windows, at a fixed and small step of the chain."""
+
+    def displacement(window: float) -> float:
+        simulation = hl.CoSimulation(CHAIN, STRUCTURES["layered rod"], window=window, dt=1e-8)
+        return float(simulation.run(until=4.8e-4).surface_displacement[-1])
+
+    exact = displacement(1e-7)
+    errors = [abs(displacement(window) - exact) for window in (6.4e-6, 3.2e-6, 1.6e-6)]
+    assert np.log2(np.divide(errors[:-1], errors[1:])) == pytest.approx([2.0, 2.0], abs=0.2)
+
+
+def test_amplitude_ratio_settles_with_the_window() -> None:
+    reduced = hl.reduce(PLATE, until=1.2e-3)
+    ratios = [
+        hl.amplitude_ratio(hl.CoSimulation(CHAIN, reduced, window=window).run(1.2e-3), sensor=7).item()
+        for window in (4e-6, 2e-6, 5e-7)
+    ]
+    assert ratios[0] == pytest.approx(ratios[2], rel=5e-3)
+    assert ratios[1] == pytest.approx(ratios[2], rel=2e-3)
+
+
+def test_a_spring_behind_the_contact_softens_it() -> None:
+    """Flexibility acts once, and the energy of its spring is counted."""
+    soft = hl.Structure(*(getattr(PLATE, f) for f in ("mass", "stiffness", "damping", "contact")), 1e-7, PLATE.surface)
+    runs = [hl.CoSimulation(CHAIN, hl.reduce(s, until=9e-4)).run(until=9e-4) for s in (PLATE, soft)]
+    assert hl.contact_time(runs[1]) > 1.02 * hl.contact_time(runs[0])
+    assert hl.energy_error(runs[1]) < 1e-6
+
+
+def test_the_same_input_gives_the_same_bits() -> None:
+    runs = [hl.CoSimulation(CHAIN, hl.reduce(PLATE, until=5e-4)).run(until=5e-4) for _ in range(2)]
+    assert runs[0].identical(runs[1])
+
+
+def test_results_carry_their_input_and_go_to_netcdf(tmp_path) -> None:  # type: ignore[no-untyped-def]
+    run = hl.CoSimulation(CHAIN, STRUCTURES["layered rod"]).run(until=2e-4)
+    assert '"impact_speed": 0.31' in run.attrs["input"]
+    assert '"name": "PTFE"' in run.attrs["input"]
+    assert "numba" in run.attrs["versions"]
+    assert all("units" in run[name].attrs for name in run.data_vars)
+    run.to_netcdf(tmp_path / "run.nc")
+    with xr.open_dataset(tmp_path / "run.nc") as read:
+        assert read.load().equals(run)
+
+
+def test_save_every() -> None:
+    run = hl.CoSimulation(CHAIN, None).run(until=1e-4, save_every=5e-6)
+    assert run.time.values == pytest.approx(np.arange(21) * 5e-6)
+
+
+class Spring:
+    """A black box that may break down in every way."""
+
+    surface = hl.Surface(hl.PTFE)
+
+    def __init__(self, fault: float = 0.0) -> None:
+        self.fault = fault
+
+    def start(self) -> float:
+        return 0.0
+
+    def advance(self, state: float, force: float, window: float) -> tuple[float, float]:
+        return state + window, force / 1e7 + (self.fault if state > 2e-4 else 0.0)
+
+
+def test_a_black_box_takes_part() -> None:
+    """A massless spring of 1e7 N/m is the same as that flexibility behind a half-space."""
+    run = hl.CoSimulation(CHAIN, Spring(), scheme=hl.Aitken(), window=4e-7).run(until=1.5e-3)
+    none = sparse.csr_array((0, 0))
+    series = hl.Structure(none, none, None, np.zeros(0), 1e-7, hl.Surface(hl.PTFE))
+    other = hl.CoSimulation(CHAIN, series, window=4e-7).run(until=1.5e-3)
+    assert hl.amplitude_ratio(run, 7).item() == pytest.approx(hl.amplitude_ratio(other, 7).item(), rel=2e-3)
+
+
+def test_non_finite_states_stop_the_run_with_time_and_particle() -> None:
+    with pytest.raises(FloatingPointError, match=r"the structure's surface is no longer finite at t = 0\.0002"):
+        hl.CoSimulation(CHAIN, Spring(np.nan), scheme=hl.Aitken(), window=1e-6).run(until=4e-4)
+    broken = hl.reduce(PLATE, until=5e-4)
+    broken.contact[:] *= 1e200
+    with pytest.raises(FloatingPointError, match=r"the structure's surface is no longer finite at t ="):
+        hl.CoSimulation(CHAIN, broken).run(until=5e-4)
+
+
+@pytest.mark.parametrize(("bead", "name"), [(0, "the striker"), (3, "bead 3"), (20, "bead 20"), (21, "the structure")])
+def test_the_particle_that_broke_is_named(bead: int, name: str) -> None:
+    y, v = np.zeros(21), np.zeros(21)
+    y[bead : bead + 1] = np.nan
+    wall = np.nan if bead == 21 else 0.0
+    error = hl.CoSimulation(CHAIN, None)._non_finite(kernels.first_bad(y, v, wall), 1e-4)
+    assert str(error).startswith(f"{name}")
+    assert kernels.first_bad(np.zeros(21), v, 0.0) == -1
+
+
+def test_no_agreement_names_window_time_and_residual() -> None:
+    with pytest.raises(hl.NotConverged, match=r"window \d+, t = .* s: residual .* N after 1 iterations"):
+        hl.CoSimulation(CHAIN, Spring(), scheme=hl.Aitken(largest_count=1), window=1e-6).run(until=4e-4)
+
+
+@pytest.mark.parametrize(
+    ("keywords", "message"),
+    [
+        ({"chain": "chain"}, "chain = 'chain'"),
+        ({"structure": 3.0}, r"structure = 3\.0"),
+        ({"structure": Spring()}, r"scheme = Condensed.*needs a Structure; use Aitken"),
+        ({"window": -1e-6}, "window = -1e-06"),
+        ({"dt": 0.0}, r"dt = 0\.0"),
+        ({"dt": 1e-3}, r"dt = 0\.001"),
+        ({"dt": 2e-6, "window": 1e-6}, "dt = 2e-06: must not be longer than the window"),
+    ],
+)
+def test_bad_simulations(keywords: dict[str, object], message: str) -> None:
+    good: dict[str, object] = {"chain": CHAIN, "structure": None}
+    with pytest.raises(ValueError, match=message):
+        hl.CoSimulation(**{**good, **keywords})  # type: ignore[arg-type]
+
+
+def test_bad_runs() -> None:
+    simulation = hl.CoSimulation(CHAIN, None, window=1e-6)
+    for until in (0.0, -1.0, float("nan")):
+        with pytest.raises(ValueError, match="until = "):
+            simulation.run(until)
+    with pytest.raises(ValueError, match=r"window = 1e-06: must not be longer than the run, until = 5e-07 s"):
+        simulation.run(5e-7)
+    with pytest.raises(ValueError, match="save_every = 5e-07: must not be shorter than the window"):
+        simulation.run(1e-3, save_every=5e-7)
+    with pytest.raises(ValueError, match=r"save_every = 0\.002: must not be longer than the run"):
+        simulation.run(1e-3, save_every=2e-3)
+    with pytest.raises(ValueError, match="tolerance = 0"):
+        hl.Aitken(tolerance=0.0)

@@ -1,0 +1,143 @@
+"""Measures on synthetic signals whose answers are known, and on runs."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import hertzlink as hl
+
+BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
+
+
+def signal(*pulses: tuple[float, float, float], step: float = 3.7e-7, static: float = 0.0) -> xr.Dataset:
+    """A run of two beads whose force at bead 1 is a sum of pulses (amplitude, arrival, direction)."""
+    time = np.arange(0.0, 1e-3, step)
+    shapes = [a * np.exp(-(((time - at) / 12e-6) ** 2)) for a, at, _ in pulses]
+    force = np.sum(shapes, axis=0) + static if pulses else np.full(time.size, static)
+    velocity = np.sum([d * shape for (_, _, d), shape in zip(pulses, shapes, strict=True)], axis=0) + np.zeros(time.size)
+    return xr.Dataset(
+        {
+            "contact_force": (("time", "contact"), np.stack([force] * 3, axis=1)),
+            "velocity": (("time", "bead"), np.stack([velocity] * 3, axis=1)),
+        },
+        coords={
+            "time": time,
+            "bead": [0, 1, 2],
+            "contact": [1, 2, 3],
+            "static_force": ("contact", np.full(3, static)),
+            "centre": ("bead", [-0.005, 0.005, 0.015]),
+        },
+    )
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.floats(0.02, 1.5), st.floats(2e-4, 7e-4), st.floats(0.0, 5.0))
+def test_known_pulses_are_found_between_samples(ratio: float, flight: float, static: float) -> None:
+    run = signal((50.0, 1.234567e-4, 1.0), (50.0 * ratio, 1.234567e-4 + flight, -1.0), static=static)
+    assert hl.amplitude_ratio(run, 1).item() == pytest.approx(ratio, rel=1e-5)
+    assert hl.time_of_flight(run, 1).item() == pytest.approx(flight, abs=2e-10)
+
+
+def test_incident_primary_and_secondary() -> None:
+    waves = hl.reflections(signal((50.0, 1e-4, 1.0), (20.0, 5e-4, -1.0), (10.0, 7e-4, -1.0)), sensor=1)
+    assert waves.incident == hl.Wave(pytest.approx(50.0, rel=1e-5), pytest.approx(1e-4, abs=1e-9))
+    assert waves.primary is not None
+    assert waves.secondary is not None
+    assert waves.primary.amplitude_ratio == pytest.approx(0.4, rel=1e-5)
+    assert waves.secondary.time_of_flight == pytest.approx(6e-4, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    "run",
+    [
+        signal((50.0, 1e-4, 1.0)),
+        signal((50.0, 1e-4, 1.0), (20.0, 5e-4, 1.0)),
+        signal((50.0, 1e-4, 1.0), (0.2, 5e-4, -1.0)),
+    ],
+    ids=["nothing came back", "a second wave that goes on", "a ripple"],
+)
+def test_no_wave_is_none_and_never_a_wrong_peak(run: xr.Dataset) -> None:
+    waves = hl.reflections(run, sensor=1)
+    assert waves.incident is not None
+    assert waves.primary is None
+    assert np.isnan(hl.amplitude_ratio(run, 1).item())
+    assert np.isnan(hl.time_of_flight(run, 1).item())
+
+
+def test_a_silent_run_has_no_waves() -> None:
+    assert hl.reflections(signal(static=1.0), sensor=1) == (None, None, None)
+
+
+def test_amplitudes_are_dynamic() -> None:
+    """The preload of a vertical chain of heavy beads is taken off."""
+    chain = hl.Chain([BEAD] * 10, BEAD, 0.3, gravity=300.0)
+    run = hl.CoSimulation(chain, hl.half_space(hl.STEEL_440C)).run(until=1e-4)
+    force = hl.sensor_force(run, 5)
+    assert abs(force.isel(time=0)) < 1e-9
+    assert float(run.contact_force.isel(time=0).sel(contact=6)) > 5.0
+
+
+def test_contact_time_of_a_known_pulse() -> None:
+    """A triangle of 100 µs on top of a preload: from 1 % to 1 % of its height 99 µs."""
+    time = np.arange(0.0, 3e-4, 7e-7)
+    force = 2.0 + 30.0 * np.clip(1.0 - abs(time - 1.5e-4) / 5e-5, 0.0, None)
+    run = xr.Dataset(
+        {"contact_force": (("time", "contact"), force[:, None])},
+        coords={"time": time, "static_force": ("contact", [2.0])},
+    )
+    assert hl.contact_time(run) == pytest.approx(99e-6, abs=0.4e-6)
+    assert np.isnan(hl.contact_time(run.isel(time=slice(None, 200))))
+    assert np.isnan(hl.contact_time(run.isel(time=slice(None, 50))))
+
+
+def test_wave_speed_needs_two_sensors() -> None:
+    with pytest.raises(ValueError, match="second = 1"):
+        hl.wave_speed(signal((50.0, 1e-4, 1.0)), 1, 1)
+
+
+@pytest.mark.parametrize("sensor", [0, -1, 3, 1.5, 21])
+def test_sensors_outside_the_chain(sensor: int) -> None:
+    with pytest.raises(ValueError, match=f"sensor = {sensor}"):
+        hl.reflections(signal((50.0, 1e-4, 1.0)), sensor)
+
+
+def test_unknown_wave() -> None:
+    with pytest.raises(ValueError, match="wave = 'tertiary'"):
+        hl.amplitude_ratio(signal((50.0, 1e-4, 1.0)), 1, wave="tertiary")
+
+
+def curve(values: list[float], distances: list[float]) -> xr.DataArray:
+    return xr.DataArray(values, coords={"distance": distances}, dims="distance")
+
+
+def test_critical_distance_is_interpolated() -> None:
+    """AR falls linearly from 1 at 0 to 0.5 at 100 mm and stays: within 0.1 of 0.5 from 80 mm on."""
+    ratio = curve([1.0, 0.75, 0.5, 0.5, 0.5], [0.0, 0.05, 0.1, 0.2, 0.3])
+    assert hl.critical_distance(ratio, tolerance=0.1) == pytest.approx(0.08)
+    assert hl.critical_distance(ratio[::-1], tolerance=0.1) == pytest.approx(0.08)
+
+
+def test_critical_distance_counts_the_last_crossing() -> None:
+    ratio = curve([1.0, 0.5, 0.8, 0.5, 0.5], [0.0, 0.1, 0.2, 0.3, 0.4])
+    assert hl.critical_distance(ratio, tolerance=0.15) == pytest.approx(0.25)
+
+
+def test_critical_distance_where_there_is_none() -> None:
+    assert np.isnan(hl.critical_distance(curve([1.0, 0.8, 0.6, 0.4], [0.1, 0.2, 0.3, 0.4])))
+    assert hl.critical_distance(curve([0.5, 0.501, 0.5], [0.1, 0.2, 0.3])) == 0.1
+
+
+def test_critical_distance_over_other_dimensions() -> None:
+    ratio = xr.concat([curve([1.0, 0.5, 0.5], [0.0, 0.1, 0.2]), curve([0.9, np.nan, np.nan], [0.0, 0.1, 0.2])], "plate")
+    found = hl.critical_distance(ratio, tolerance=0.25)
+    assert isinstance(found, xr.DataArray)
+    assert found.values == pytest.approx([0.05, 0.1 * 0.65 / 0.9])
+
+
+def test_critical_distance_needs_a_curve() -> None:
+    with pytest.raises(ValueError, match="three distances"):
+        hl.critical_distance(curve([1.0, 0.5], [0.0, 0.1]))
+    with pytest.raises(ValueError, match="tolerance = 0"):
+        hl.critical_distance(curve([1.0, 0.5, 0.5], [0.0, 0.1, 0.2]), tolerance=0.0)

@@ -1,0 +1,72 @@
+"""Sweeps: any axes into one Dataset, the same numbers as single runs, in one process or more."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import hertzlink as hl
+
+BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
+CHAIN = hl.Chain([BEAD] * 5, BEAD, 0.3)
+
+
+def on(material: hl.Material, length: float) -> hl.CoSimulation:
+    return hl.CoSimulation(CHAIN, hl.rod([hl.Layer(material, length, 0.01)], elements=4))
+
+
+def on_half_space(radius: float) -> hl.CoSimulation:
+    bead = hl.Sphere(radius, hl.STEEL_440C)
+    return hl.CoSimulation(hl.Chain([bead] * 5, bead, 0.3, gravity=9.81), hl.half_space(hl.PTFE))
+
+
+def test_two_axes_equal_single_runs() -> None:
+    axes = {"material": [hl.PTFE, hl.ACRYLIC], "length": [0.02, 0.05, 0.1]}
+    runs = hl.sweep(on, until=4e-4, jobs=1, **axes)
+    assert dict(runs.sizes) == {"material": 2, "length": 3, "time": runs.sizes["time"], "bead": 6, "contact": 6}
+    assert runs.material.values.tolist() == ["PTFE", "acrylic"]
+    single = on(hl.ACRYLIC, 0.05).run(until=4e-4)
+    point = runs.sel(material="acrylic", length=0.05)
+    for name in single.data_vars:
+        assert np.array_equal(point[name].values, single[name].values)
+    ratio = hl.amplitude_ratio(runs, sensor=3)
+    assert ratio.dims == ("material", "length")
+    assert ratio.sel(material="acrylic", length=0.05).item() == hl.amplitude_ratio(single, sensor=3).item()
+
+
+def test_processes_change_nothing() -> None:
+    one, two = (hl.sweep(on_half_space, until=4e-4, jobs=jobs, radius=[2e-3, 3e-3, 4e-3]) for jobs in (1, 2))
+    assert one.identical(two)
+
+
+def test_different_beads_share_their_times() -> None:
+    """The coarsest sampling is kept, and coordinates that differ get the axis."""
+    runs = hl.sweep(on_half_space, until=4e-4, jobs=1, radius=[1e-3, 8e-3])
+    large = on_half_space(8e-3).run(until=4e-4)
+    assert np.array_equal(runs.time.values, large.time.values)
+    assert runs.static_force.dims == ("radius", "contact")
+    assert runs.centre.dims == ("radius", "bead")
+    assert hl.amplitude_ratio(runs, 3).dims == ("radius",)
+
+
+def test_measure_keeps_what_it_returns() -> None:
+    def ratio(run: xr.Dataset) -> xr.Dataset:
+        return xr.Dataset({"ratio": hl.amplitude_ratio(run, 3)})
+
+    runs = hl.sweep(on_half_space, until=4e-4, jobs=1, measure=ratio, radius=[2e-3, 4e-3])
+    assert list(runs.data_vars) == ["ratio"]
+    assert runs.ratio.dims == ("radius",)
+
+
+def test_bad_sweeps() -> None:
+    with pytest.raises(ValueError, match="axes = "):
+        hl.sweep(on_half_space, until=4e-4)
+    with pytest.raises(ValueError, match="axes = "):
+        hl.sweep(on_half_space, until=4e-4, radius=[])
+    with pytest.raises(ValueError, match="until = -1"):
+        hl.sweep(on_half_space, until=-1.0, radius=[1e-3])
+    with pytest.raises(ValueError, match="jobs = 0"):
+        hl.sweep(on_half_space, until=4e-4, jobs=0, radius=[1e-3])
+    with pytest.raises(ValueError, match=r"radius = -0\.001"):
+        hl.sweep(on_half_space, until=4e-4, jobs=1, radius=[1e-3, -1e-3])
+    with pytest.raises(ValueError, match="time"):
+        hl.sweep(lambda time: on_half_space(time), until=4e-4, jobs=1, time=[1e-3])

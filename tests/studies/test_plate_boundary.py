@@ -1,0 +1,98 @@
+"""The plate study: the thesis's plateaus, and that every knob has settled to 0.5 %."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import hertzlink as hl
+from coupling.studies import plate_boundary as study
+from coupling.studies.table import text
+
+
+def ratio(diameter: float, thickness: float, distance: float, **knobs: float) -> float:
+    """AR at sensor 7, undamped, with mesh, reduction, window and step as given."""
+    plate = hl.kirchhoff_plate(
+        study.SIDE, study.SIDE, thickness, hl.ALUMINIUM_6061, study.SUPPORTS,
+        highest_frequency=knobs.get("highest_frequency", 40e3),
+    )  # fmt: skip
+    structure = hl.reduce(plate.at(distance, study.SIDE / 2.0), until=1.5e-3, tolerance=knobs.get("tolerance", 1e-2))
+    simulation = hl.CoSimulation(study.chain(diameter), structure, window=knobs.get("window"), dt=knobs.get("dt"))
+    return hl.amplitude_ratio(simulation.run(1.5e-3), sensor=7).item()
+
+
+@pytest.mark.parametrize(
+    ("diameter", "thickness", "distance", "expected", "tolerance"),
+    [
+        (9.53e-3, 2.29e-3, 0.457, 0.0695, 0.0005),
+        (9.53e-3, 4.83e-3, 0.457, 0.554, 0.002),
+        (9.53e-3, 2.29e-3, 0.020, 0.326, 0.002),
+        (4.76e-3, 2.29e-3, 0.457, 0.522, 0.001),
+        (4.76e-3, 3.18e-3, 0.457, 0.702, 0.001),
+        (4.76e-3, 4.83e-3, 0.457, 0.846, 0.001),
+    ],
+)
+def test_amplitude_ratios_of_a_prototype(
+    diameter: float, thickness: float, distance: float, expected: float, tolerance: float
+) -> None:
+    """Numbers from an independent prototype with other meshes and another reduction."""
+    assert ratio(diameter, thickness, distance) == pytest.approx(expected, abs=tolerance)
+
+
+CASES = [(9.53e-3, 2.29e-3, 0.457), (9.53e-3, 2.29e-3, 0.02), (4.76e-3, 4.83e-3, 0.01)]
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize(
+    "knob",
+    [{"highest_frequency": 80e3}, {"tolerance": 1e-3}, {"tolerance": 5e-2}, {"window": 2e-7}, {"dt": 5e-9}],
+    ids=lambda knob: "-".join(f"{name} {value}" for name, value in knob.items()),
+)
+def test_amplitude_ratio_has_settled(case: tuple[float, float, float], knob: dict[str, float]) -> None:
+    assert ratio(*case, **knob) == pytest.approx(ratio(*case), rel=5e-3)
+
+
+@pytest.mark.thorough
+def test_reduction_changes_the_ratio_by_less_than_a_thousandth() -> None:
+    """The full-order plate, window by window, against the reduced one."""
+    plate = hl.kirchhoff_plate(0.5, 0.5, 2.29e-3, hl.ALUMINIUM_6061, study.SUPPORTS)
+    full = plate.at(0.05, 0.25)
+    ratios = [
+        hl.amplitude_ratio(hl.CoSimulation(study.chain(9.53e-3), s).run(1.0e-3), sensor=7).item()
+        for s in (full, hl.reduce(full, until=1.0e-3))
+    ]
+    assert ratios[1] == pytest.approx(ratios[0], rel=1e-3)
+
+
+@pytest.fixture(scope="module")
+def quick() -> xr.Dataset:
+    return study.run(quick=True, jobs=2)
+
+
+def test_quick_study_has_the_shape_of_the_thesis(quick: xr.Dataset) -> None:
+    """AR falls away from the edge, thick plates send back more, small beads settle sooner."""
+    ratios = quick.amplitude_ratio.fillna(0.0)
+    assert np.all(ratios.sel(distance=0.01) > ratios.sel(distance=0.457))
+    assert np.all(ratios.sel(distance=0.457).diff("thickness") >= 0.0)
+    assert np.isnan(quick.amplitude_ratio.sel(distance=0.457, diameter=19.05e-3, thickness=2.29e-3))
+    assert np.all(quick.critical_distance.sel(within=0.02).diff("diameter") > 0.0)
+
+
+def test_critical_distances_lie_between_the_lines(quick: xr.Dataset) -> None:
+    """Equation 6.41 with 0.2 and 0.57 √(E/ρ), on the quick study's few distances; the table gives nine verdicts."""
+    found = quick.critical_distance.sel(within=0.02)
+    assert np.all(found > quick.bound.sel(line="A0 Lamb"))
+    assert np.all(found < quick.bound.sel(line="Rayleigh"))
+    assert text(study.table(quick)).count("between the lines") == 9
+
+
+def test_a_distance_outside_the_lines_is_explained(quick: xr.Dataset) -> None:
+    moved = quick.assign(critical_distance=quick.critical_distance * 0.3)
+    assert "below the A0 line" in text(study.table(moved))
+
+
+def test_figures_are_drawn(quick: xr.Dataset) -> None:
+    figures = study.figures(quick)
+    assert set(figures) == {"amplitude_ratio", "time_of_flight", "critical_distance"}
+    for figure in figures.values():
+        assert all("mm" in axis.get_xlabel() for axis in figure.axes)
