@@ -35,7 +35,7 @@ def sweep(
         raise ValueError(f"axes = {list(values)!r}: name at least one, each with at least one value")
     names = list(values)
     if taken := {"time", "bead", "contact"} & set(names):
-        raise ValueError(f"axes = {names!r}: {', '.join(sorted(taken))} names a dimension of every run; name it otherwise")
+        raise ValueError(f"axes = {names!r}: {', '.join(sorted(taken))} names a dimension of every run")
     points = [dict(zip(names, point, strict=True)) for point in product(*values.values())]
     together = len(values[names[-1]]) if len(names) > 1 else 1
     batches = [points[i : i + together] for i in range(0, len(points), together)]

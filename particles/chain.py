@@ -31,7 +31,7 @@ class Chain:
     gravity, m/s², acts along the chain from striker to structure; the static preload is solved first and motions
     are measured from static equilibrium. dissipation: None or a LinearDashpot at every contact.
     integrator: "verlet" (velocity Verlet) or "rk4" (as in the thesis).
-    Equations 1.5 and 6.1 of the thesis (pp. 10 and 87, as corrected: brackets with positive part).
+    Equations 1.5 and 6.1 of the thesis (as corrected: all brackets with positive part).
     """
 
     beads: Sequence[Sphere]

@@ -7,7 +7,7 @@ from structures.checks import not_negative
 
 @dataclass(frozen=True)
 class LinearDashpot:
-    """A force γ dδ/dt beside Hertz's while beads touch; the sum never pulls (thesis, equation 6.1, p. 87).
+    """A force γ dδ/dt beside Hertz's while beads touch; the sum never pulls (thesis, section 6.1, equation 6.1).
 
     coefficient γ in N s/m. The thesis gives none; 4 to 6 reproduces its amplitude ratios on steel.
     """

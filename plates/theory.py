@@ -8,10 +8,10 @@ from structures.surface import Surface, hertz_stiffness
 from structures.theory import contact_time_half_space
 
 A0_LAMB = 0.2
-"""Speed of the A0 Lamb wave over √(E/ρ) that the thesis takes for its plates (p. 109)."""
+"""Speed of the A0 Lamb wave over √(E/ρ) that the thesis takes for its plates (section 6.2.2)."""
 
 RAYLEIGH = 0.57
-"""Speed of the Rayleigh wave over √(E/ρ) (thesis, p. 109)."""
+"""Speed of the Rayleigh wave over √(E/ρ) (thesis, section 6.2.2)."""
 
 
 class Bead(Protocol):
@@ -41,7 +41,7 @@ def critical_distance_bounds(bead: Bead, plate: Plate, impact_speed: float) -> t
     """The thesis's two estimates of the critical distance, m: by the A0 Lamb wave, and by the Rayleigh wave.
 
     L = c T/2 with T the Hertzian contact time of the bead on a half-space of the plate's material (equations 6.41
-    and 6.42, p. 111) and c = 0.2 or 0.57 √(E/ρ). impact_speed, m/s, is the striker's; the printed factor 1.37 of
+    and 6.42, section 6.2.2) and c = 0.2 or 0.57 √(E/ρ). impact_speed, m/s, is the striker's; the printed factor 1.37 of
     equation 6.42 follows from 0.682 times it, the speed of the wave's beads; with the striker's it is 1.272.
     """
     stiffness = hertz_stiffness(bead.surface, Surface(plate.material))

@@ -84,4 +84,4 @@ POLYCARBONATE = Material(3.75e9, 0.35, 1196.0, "polycarbonate")
 PTFE = Material(1.53e9, 0.46, 2151.0, "PTFE")
 
 MATERIALS = MaterialTable(STEEL_316, STEEL_440C, COPPER, BRASS_360, ALUMINIUM_6061, NYLON, ACRYLIC, POLYCARBONATE, PTFE)
-"""The materials of the thesis's Table 2.1 (p. 25) by name."""
+"""The materials of the thesis's Table 2.1 (section 2.1) by name."""

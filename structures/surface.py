@@ -26,7 +26,7 @@ class Surface:
 def hertz_stiffness(first: Surface, second: Surface) -> float:
     """k in N/m^1.5 of Hertz's law F = k δ^1.5 between two surfaces.
 
-    k = 4/3 √R [(1 − ν₁²)/E₁ + (1 − ν₂²)/E₂]⁻¹ with 1/R the sum of the curvatures (thesis, equation 6.2, p. 87,
+    k = 4/3 √R [(1 − ν₁²)/E₁ + (1 − ν₂²)/E₂]⁻¹ with 1/R the sum of the curvatures (thesis, section 6.1, equation 6.2,
     with the wall's own ν; Johnson, Contact Mechanics, equation 4.23).
     Raises ValueError where the sum of the curvatures is not positive: such surfaces touch on more than a point.
     """

@@ -16,7 +16,9 @@ def signal(*pulses: tuple[float, float, float], step: float = 3.7e-7, static: fl
     time = np.arange(0.0, 1e-3, step)
     shapes = [a * np.exp(-(((time - at) / 12e-6) ** 2)) for a, at, _ in pulses]
     force = np.sum(shapes, axis=0) + static if pulses else np.full(time.size, static)
-    velocity = np.sum([d * shape for (_, _, d), shape in zip(pulses, shapes, strict=True)], axis=0) + np.zeros(time.size)
+    velocity = np.sum([d * shape for (_, _, d), shape in zip(pulses, shapes, strict=True)], axis=0) + np.zeros(
+        time.size
+    )
     return xr.Dataset(
         {
             "contact_force": (("time", "contact"), np.stack([force] * 3, axis=1)),

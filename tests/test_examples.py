@@ -1,0 +1,35 @@
+"""The gallery: each script runs as it stands, in a folder of its own, and prints the numbers that it should."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+GALLERY = Path(__file__).parent.parent / "examples"
+
+NUMBERS = {
+    "wall.py": ([49.9881, 128.525, 48.9536, 587.462], 1e-5),
+    "rod_materials.py": ([0.428, 0.486, 0.730, 0.742], 5e-3),
+    "layered_rod.py": ([25.4, 478.8, 584.0, 50.8, 478.8, 645.0], 3e-3),
+    "plate_edge.py": ([0.928, 0.730, 0.573, 0.553, 0.554, 0.554], 5e-3),
+    "own_structure.py": ([0.8483], 2e-3),
+}
+"""The first numbers that each prints. Those of wall.py are LAMMPS's, the layered rod's are an independent prototype's,
+the others regressions."""
+
+
+def test_every_example_is_listed() -> None:
+    scripts = {path.name for path in GALLERY.glob("*.py")}
+    assert scripts == set(NUMBERS)
+    assert all(name in (GALLERY / "README.md").read_text() for name in scripts)
+
+
+@pytest.mark.parametrize("name", NUMBERS)
+def test_example(name: str, tmp_path: Path) -> None:
+    done = subprocess.run([sys.executable, str(GALLERY / name)], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    expected, tolerance = NUMBERS[name]
+    found = [float(number) for number in re.findall(r"(?<![\w.])\d+\.\d+", done.stdout)]
+    assert found[: len(expected)] == pytest.approx(expected, rel=tolerance)
