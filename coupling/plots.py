@@ -21,7 +21,7 @@ def panels(count: int, width: float = 3.4, height: float = 3.2, sharey: bool = T
 
 
 def against_distance(values: xr.DataArray, label: str, factor: float) -> Figure:
-    """One panel for each bead, one curve for each plate; missing waves leave gaps."""
+    """One panel for each bead, one curve for each plate; missing waves leave gaps. A ratio has a factor of 1."""
     figure, axes = panels(values.sizes["diameter"], sharey=factor == 1.0)
     for axis, diameter in zip(axes, values.diameter.values, strict=True):
         for i, thickness in enumerate(values.thickness.values):
@@ -31,7 +31,8 @@ def against_distance(values: xr.DataArray, label: str, factor: float) -> Figure:
                 linewidth=1.0, label=f"t = {thickness * 1e3:.2f} mm",
             )  # fmt: skip
         axis.set(title=f"D = {diameter * 1e3:.2f} mm", xlabel="distance from the clamped edge (mm)")
-        axis.set_ylim(bottom=0.0)
+        if factor == 1.0:
+            axis.set_ylim(0.0, 1.0)
         if values.sel(diameter=diameter).isnull().any():
             note = "no marker: no wave in the record"
             axis.text(0.97, 0.03, note, transform=axis.transAxes, ha="right", fontsize="small")
