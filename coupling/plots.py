@@ -37,7 +37,8 @@ def against_distance(values: xr.DataArray, label: str, factor: float) -> Figure:
             note = "no marker: no wave in the record"
             axis.text(0.97, 0.03, note, transform=axis.transAxes, ha="right", fontsize="small")
     axes[0].set_ylabel(label)
-    axes[0].legend(frameon=False)
+    curves = axes[0].get_legend_handles_labels()
+    figure.legend(*curves, loc="outside upper center", ncols=values.sizes["thickness"], frameon=False)
     return figure
 
 
