@@ -23,6 +23,10 @@ STEPS_PER_CONTACT = 1800
 """Steps in the shortest contact's duration. Verlet then keeps the energy to 1e-6 of the striker's (tests)."""
 
 
+STEPS_PER_DAMPING = 40
+"""Steps in the time in which the strongest dashpot would stop a contact; matters for soft, small, sticky beads only."""
+
+
 @dataclass(frozen=True)
 class Chain:
     """Beads in a row, the first one hit by the striker, the last one facing a structure.
@@ -194,7 +198,7 @@ class MovingChain:
 
     def steps(self, window: float) -> int:
         """Steps in a window."""
-        automatic = min(self.contact_time / STEPS_PER_CONTACT, self.damping_time / 10.0)
+        automatic = min(self.contact_time / STEPS_PER_CONTACT, self.damping_time / STEPS_PER_DAMPING)
         step = automatic if self.dt is None else self.dt
         return max(1, int(np.ceil(window / step * (1.0 - 1e-9))))
 

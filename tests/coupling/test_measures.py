@@ -34,7 +34,7 @@ def signal(*pulses: tuple[float, float, float], step: float = 3.7e-7, static: fl
     )
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.floats(0.02, 1.5), st.floats(2e-4, 7e-4), st.floats(0.0, 5.0))
 def test_known_pulses_are_found_between_samples(ratio: float, flight: float, static: float) -> None:
     run = signal((50.0, 1.234567e-4, 1.0), (50.0 * ratio, 1.234567e-4 + flight, -1.0), static=static)

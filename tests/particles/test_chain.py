@@ -77,7 +77,7 @@ beads = st.builds(
 )
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.lists(beads, min_size=1, max_size=6), beads, st.floats(0.05, 2.0), st.sampled_from(["verlet", "rk4"]))
 def test_any_free_chain_keeps_momentum_and_energy(
     row: list[hl.Sphere], striker: hl.Sphere, speed: float, integrator: str
@@ -89,7 +89,7 @@ def test_any_free_chain_keeps_momentum_and_energy(
     assert hl.energy_error(run) < 2e-6
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.lists(beads, min_size=1, max_size=6), st.floats(0.1, 20.0), st.floats(0.0, 20.0))
 def test_dashpots_take_energy_and_never_pull(row: list[hl.Sphere], coefficient: float, gravity: float) -> None:
     chain = hl.Chain(row, row[0], 0.3, gravity=gravity, dissipation=hl.LinearDashpot(coefficient))
