@@ -50,7 +50,7 @@ def test_momentum_passes_into_a_free_rod(reduced: bool) -> None:
     assert body > 0.1 * BEAD.mass * 0.31
 
 
-def same(one: xr.Dataset, other: xr.Dataset, tolerance: float) -> None:
+def check_same(one: xr.Dataset, other: xr.Dataset, tolerance: float) -> None:
     for name in ("velocity", "contact_force", "surface_displacement"):
         scale = float(abs(one[name]).max())
         assert other[name].values == pytest.approx(one[name].values, abs=tolerance * scale)
@@ -61,7 +61,7 @@ def test_compiled_loop_equals_the_loop_in_python() -> None:
     simulation = hl.CoSimulation(CHAIN, hl.reduce(PLATE, until=6e-4))
     compiled = simulation.run(until=6e-4)
     simulation._run_compiled = simulation._run_windows  # type: ignore[method-assign]
-    same(compiled, simulation.run(until=6e-4), 1e-9)
+    check_same(compiled, simulation.run(until=6e-4), 1e-9)
 
 
 def test_aitken_agrees_with_condensed() -> None:
@@ -69,7 +69,7 @@ def test_aitken_agrees_with_condensed() -> None:
         hl.CoSimulation(CHAIN, STRUCTURES["rod"], scheme=scheme).run(until=8e-4)
         for scheme in (hl.Condensed(), hl.Aitken(tolerance=1e-11))
     )
-    same(one, other, 1e-6)
+    check_same(one, other, 1e-6)
 
 
 def test_a_very_light_plate_converges_by_aitken_too() -> None:
@@ -81,7 +81,7 @@ def test_a_very_light_plate_converges_by_aitken_too() -> None:
         hl.CoSimulation(CHAIN, light, scheme=scheme, window=1e-6).run(until=8e-4)
         for scheme in (hl.Condensed(), hl.Aitken())
     )
-    same(one, other, 1e-4)
+    check_same(one, other, 1e-4)
 
 
 def test_window_converges_with_order_two() -> None:
