@@ -16,6 +16,8 @@ from coupling.studies import STUDIES, study
 from coupling.studies.table import text
 
 WRONG_INPUT = 2
+TABLE = "table.txt"
+WRITTEN = {".nc", ".png", ".txt"}
 
 
 def main() -> None:
@@ -23,6 +25,9 @@ def main() -> None:
     logging.basicConfig(format="hertzlink: %(message)s", level=logging.WARNING)
     try:
         code = cli.main(prog_name="hertzlink", standalone_mode=False)
+    except click.exceptions.NoArgsIsHelpError as error:
+        click.echo(error.ctx.get_help() if error.ctx else "", err=True)
+        code = WRONG_INPUT
     except click.ClickException as error:
         code = _complain(error.format_message(), WRONG_INPUT)
     except (ValueError, OSError) as error:
@@ -49,7 +54,7 @@ def cli() -> None:
 @click.argument("name", metavar="NAME", type=click.Choice(list(STUDIES)))
 @click.option("--quick", is_flag=True, help="A coarse version, in seconds.")
 @click.option("--output", type=click.Path(path_type=Path), help="Folder for the results; by default named NAME.")
-@click.option("--force", is_flag=True, help="Replace the output folder if it is there.")
+@click.option("--force", is_flag=True, help="Replace the output folder if it holds an earlier study.")
 @click.option("--jobs", type=click.IntRange(min=1), help="Processes; by default one for each core.")
 def run_study(name: str, quick: bool, output: Path | None, force: bool, jobs: int | None) -> None:
     """Run the study NAME of the thesis, plate-boundary or rod-stiffness: netCDF, figures and a table."""
@@ -63,7 +68,7 @@ def run_study(name: str, quick: bool, output: Path | None, force: bool, jobs: in
 
     def write(into: Path) -> None:
         data.to_netcdf(into / f"{name}.nc", engine="h5netcdf")
-        (into / "table.txt").write_text(table + "\n", encoding="utf-8")
+        (into / TABLE).write_text(table + "\n", encoding="utf-8")
         for title, figure in chosen.figures(data).items():
             figure.savefig(into / f"{title}.png")
 
@@ -86,12 +91,24 @@ def info() -> None:
 
 
 def check_output(folder: Path, force: bool) -> None:
-    """Raise ValueError where the folder cannot be written, before any work is done."""
-    if folder.exists() and not folder.is_dir():
+    """Raise ValueError where the folder cannot be written, before any work is done.
+
+    With --force only a folder that holds the files of an earlier study, and nothing else, is replaced.
+    """
+    whole = folder.resolve()
+    if whole.exists() and not whole.is_dir():
         raise ValueError(f"--output {folder}: is a file; name a folder")
-    if folder.exists() and not force:
+    if whole == Path.cwd() or whole in Path.cwd().parents:
+        raise ValueError(f"--output {folder}: holds the current folder; name another")
+    if whole.exists() and not force:
         raise ValueError(f"--output {folder}: exists already; name another folder, or --force to replace it")
-    if not folder.resolve().parent.is_dir():
+    if whole.exists():
+        foreign = sorted(path.name for path in whole.iterdir() if path.is_dir() or path.suffix not in WRITTEN)
+        if foreign or not (whole / TABLE).is_file():
+            raise ValueError(
+                f"--output {folder}: holds {foreign[0] if foreign else 'no table'}, so it is no earlier study"
+            )
+    if not whole.parent.is_dir():
         raise ValueError(f"--output {folder}: its parent folder does not exist")
 
 

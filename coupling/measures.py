@@ -8,11 +8,14 @@ import xarray as xr
 from scipy.interpolate import CubicSpline
 from scipy.signal import find_peaks
 
-from structures.checks import one_of, positive, whole
+from structures.checks import instance, one_of, positive, whole
 from structures.structure import Vector
 
 SMALLEST_WAVE = 0.01
 """Waves below this part of the incident one are not reported: beads that rattle after a wave make such peaks."""
+
+FIRST_WAVE = 0.05
+"""The incident wave rises by at least this part of the greatest force: waves of a heavy striker pile up later."""
 
 WAVES = ("primary", "secondary")
 
@@ -46,27 +49,36 @@ def sensor_force(run: xr.Dataset, sensor: int) -> xr.DataArray:
 
     The mean of the bead's two contact forces (thesis, section 3.1). Raises ValueError for a sensor outside 1 … N.
     """
-    beads = run.sizes["contact"] - 1
-    if whole("sensor", sensor) > beads:
+    above, below = _contact_pair(run, sensor)
+    return (0.5 * (above + below)).assign_attrs(units="N", long_name=f"force at bead {int(sensor)}")
+
+
+def _contact_pair(run: xr.Dataset, sensor: int) -> tuple[xr.DataArray, xr.DataArray]:
+    """Forces of a bead's two contacts, the struck side first, above the preload."""
+    instance("run", run, xr.Dataset, "the Dataset of a run or a sweep")
+    beads, number = run.sizes["contact"] - 1, whole("sensor", sensor)
+    if number > beads:
         raise ValueError(f"sensor = {sensor!r}: must be a bead from 1 to {beads}, counted from the struck end")
-    pair = run.contact_force.sel(contact=[sensor, sensor + 1])
-    force = (pair - run.static_force.sel(contact=[sensor, sensor + 1])).mean("contact")
-    named: xr.DataArray = force.reset_coords(drop=True).assign_attrs(units="N", long_name=f"force at bead {sensor}")
-    return named
+    dynamic = run.contact_force - run.static_force
+    above, below = (dynamic.sel(contact=n).reset_coords(drop=True) for n in (number, number + 1))
+    return above, below
 
 
 def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE) -> Reflections:
     """The waves that pass a sensor bead of one run.
 
-    A wave is a peak of the bead-centre force; the incident one is the first large peak, and reflected ones are
-    later peaks that move the bead back towards the striker. Peaks are placed between samples by a cubic spline.
-    smallest: peaks that rise by less than this part of the incident amplitude are no waves.
+    A wave is a peak of the bead-centre force, placed between samples by a cubic spline. Which of the bead's two
+    contacts it passes first tells its direction: the incident wave is the first that goes on, reflected ones are those
+    that come back. A heavy striker sends a train of waves; the first of them is the incident one.
+    smallest: a peak that is lower than this part of the incident amplitude, or rises by less, is no wave. Small
+    secondary waves of 1 to 3 % are real: every collision of a wave with a wall leaves some (thesis, section 1.5).
+    A solitary wave is five beads long: nearer than that to either end of the chain, incident and reflected waves
+    merge, and amplitudes mean little.
     """
-    if run.contact_force.ndim != 2:
+    above, below = _contact_pair(run, sensor)
+    if above.ndim != 1:
         raise ValueError("run: holds a sweep; use amplitude_ratio and time_of_flight, or select one point first")
-    force = sensor_force(run, sensor)
-    velocity = run.velocity.sel(bead=sensor)
-    return _reflections(run.time.values, force.values, velocity.values, smallest)
+    return _reflections(run.time.values, above.values, below.values, positive("smallest", smallest))
 
 
 def amplitude_ratio(run: xr.Dataset, sensor: int, wave: str = "primary") -> xr.DataArray:
@@ -86,7 +98,7 @@ def time_of_flight(run: xr.Dataset, sensor: int, wave: str = "primary") -> xr.Da
 
 
 def wave_speed(run: xr.Dataset, first: int, second: int) -> float:
-    """Speed, m/s, of the incident wave between the peaks at two sensors; NaN where it did not pass both."""
+    """Speed, m/s, of the incident wave between the peaks at two sensors of one run; NaN where it did not pass both."""
     if first == second:
         raise ValueError(f"second = {second!r}: must be another sensor than first")
     waves = [reflections(run, sensor).incident for sensor in (first, second)]
@@ -96,38 +108,54 @@ def wave_speed(run: xr.Dataset, first: int, second: int) -> float:
     return distance / (waves[1].arrival - waves[0].arrival)
 
 
-def contact_time(run: xr.Dataset, threshold: float = 0.01) -> float:
+def contact_time(run: xr.Dataset, threshold: float = 0.01) -> float | xr.DataArray:
     """Time, s, that the last bead first pushes the structure.
 
     From where the force above the preload first exceeds `threshold` of its greatest value to where it falls below
-    it again; NaN where it does not. The limits are placed by linear interpolation.
+    it again, placed by linear interpolation; NaN where it does not. A float for a run, an array for a sweep.
     """
-    force = (run.contact_force - run.static_force).isel(contact=-1).values
-    level = positive("threshold", threshold) * force.max()
-    above = force > level
-    if not above.any() or level <= 0.0:
-        return float("nan")
-    start = int(above.argmax())
-    length = int((~above[start:]).argmax())
-    if start == 0 or length == 0:
-        return float("nan")
+    instance("run", run, xr.Dataset, "the Dataset of a run or a sweep")
+    if not 0.0 < positive("threshold", threshold) < 1.0:
+        raise ValueError(f"threshold = {threshold!r}: must lie between 0 and 1")
     time = run.time.values
 
-    def crossing(i: int) -> float:
-        return float(time[i - 1] + (time[i] - time[i - 1]) * (level - force[i - 1]) / (force[i] - force[i - 1]))
+    def one(force: Vector) -> float:
+        level = threshold * force.max()
+        above = force > level
+        start = int(above.argmax())
+        length = int((~above[start:]).argmax())
+        if level <= 0.0 or start == 0 or length == 0:
+            return float("nan")
+        crossings = []
+        for i in (start, start + length):
+            share = (level - force[i - 1]) / (force[i] - force[i - 1])
+            crossings.append(float(time[i - 1] + share * (time[i] - time[i - 1])))
+        return crossings[1] - crossings[0]
 
-    return crossing(start + length) - crossing(start)
+    force = (run.contact_force - run.static_force).isel(contact=-1).reset_coords(drop=True)
+    result = xr.apply_ufunc(one, force, input_core_dims=[["time"]], vectorize=True)
+    return _number_or_array(result, "s", "contact of the last bead")
 
 
-def energy_error(run: xr.Dataset) -> float:
+def energy_error(run: xr.Dataset) -> float | xr.DataArray:
     """Greatest change of the total energy over a run, in units of the striker's energy.
 
     The total holds beads, contacts, gravity, what the dashpots took, and the structure's energy. Where that is not
-    known (a damped structure, a black box) the work done on the structure stands for it.
+    known (a damped structure, a black box) the work done on the structure stands for it. A float for a run, an array
+    for a sweep.
     """
+    instance("run", run, xr.Dataset, "the Dataset of a run or a sweep")
     total = run.kinetic_energy + run.contact_energy + run.dissipated_energy
-    total = total + (run.structure_energy if "structure_energy" in run else run.interface_work)
-    return float(abs(total - total.isel(time=0)).max()) / float(run.attrs["impact_energy"])
+    total = total + run.structure_energy.fillna(run.interface_work)
+    change = abs(total - total.isel(time=0)).max("time") / run.impact_energy
+    return _number_or_array(change.reset_coords(drop=True), "1", "energy error")
+
+
+def _number_or_array(values: xr.DataArray, units: str, label: str) -> float | xr.DataArray:
+    if values.ndim == 0:
+        return float(values)
+    values.attrs = {"units": units, "long_name": label}
+    return values
 
 
 def critical_distance(ratio: xr.DataArray, tolerance: float = 0.02) -> float | xr.DataArray:
@@ -140,6 +168,7 @@ def critical_distance(ratio: xr.DataArray, tolerance: float = 0.02) -> float | x
     Returns a float for one curve, else a DataArray.
     """
     positive("tolerance", tolerance)
+    instance("ratio", ratio, xr.DataArray, "a DataArray of amplitude ratios over distances")
     dimension = "distance" if "distance" in ratio.dims else str(ratio.dims[0])
     if ratio.sizes[dimension] < 3:
         raise ValueError(f"ratio: must hold three distances or more, not {ratio.sizes[dimension]}")
@@ -167,29 +196,33 @@ def critical_distance(ratio: xr.DataArray, tolerance: float = 0.02) -> float | x
 def _over_axes(run: xr.Dataset, sensor: int, wave: str, what: str, units: str, label: str) -> xr.DataArray:
     one_of("wave", wave, WAVES)
 
-    def one(force: Vector, velocity: Vector) -> float:
-        found = getattr(_reflections(time, force, velocity, SMALLEST_WAVE), wave)
+    def one(above: Vector, below: Vector) -> float:
+        found = getattr(_reflections(time, above, below, SMALLEST_WAVE), wave)
         return float("nan") if found is None else float(getattr(found, what))
 
+    pair = _contact_pair(run, sensor)
     time = run.time.values
-    inputs = sensor_force(run, sensor), run.velocity.sel(bead=sensor).reset_coords(drop=True)
-    result: xr.DataArray = xr.apply_ufunc(one, *inputs, input_core_dims=[["time"], ["time"]], vectorize=True)
+    result: xr.DataArray = xr.apply_ufunc(one, *pair, input_core_dims=[["time"], ["time"]], vectorize=True)
     result.attrs = {"units": units, "long_name": f"{label}, bead {sensor}"}
     return result.rename(what)
 
 
-def _reflections(time: Vector, force: Vector, velocity: Vector, smallest: float) -> Reflections:
-    """Peaks in order of time; see `reflections`."""
+def _reflections(time: Vector, above: Vector, below: Vector, smallest: float) -> Reflections:
+    """Peaks of the mean of a bead's two contact forces in order of time; see `reflections`."""
+    force = 0.5 * (above + below)
     top = force.max(initial=0.0)
     if not top > 0.0:
         return Reflections(None, None, None)
-    forward = [i for i in find_peaks(force, prominence=0.5 * top)[0] if velocity[i] > 0.0]
+    # A wave that goes on passes the contact above first: there its force falls already while it still rises below.
+    goes_on = np.gradient(below - above) > 0.0
+    forward = [i for i in find_peaks(force, prominence=FIRST_WAVE * top)[0] if goes_on[i]]
     if not forward:
         return Reflections(None, None, None)
     first = forward[0]
     incident = Wave(*_refined(time, force, first))
-    peaks = find_peaks(force, prominence=smallest * incident.amplitude)[0]
-    back = [_refined(time, force, i) for i in peaks if i > first and velocity[i] < 0.0]
+    least = smallest * incident.amplitude
+    peaks = find_peaks(force, height=least, prominence=least)[0]
+    back = [_refined(time, force, i) for i in peaks if i > first and not goes_on[i]]
     found = [
         ReflectedWave(amplitude, arrival, amplitude / incident.amplitude, arrival - incident.arrival)
         for amplitude, arrival in back[:2]

@@ -23,7 +23,7 @@ DESCRIPTIONS = {
     "contact_energy": (("time",), "J", "elastic energy of the contacts and energy of gravity, from the start"),
     "dissipated_energy": (("time",), "J", "energy taken by the dashpots since the start"),
     "interface_work": (("time",), "J", "work of the dynamic contact force on the structure since the start"),
-    "structure_energy": (("time",), "J", "kinetic and elastic energy of the structure"),
+    "structure_energy": (("time",), "J", "kinetic and elastic energy of the structure, NaN where it is not known"),
     "evaluations": (("time",), "1", "chain windows tried since the last saved time"),
 }
 
@@ -46,7 +46,7 @@ class Frames:
 
 
 def dataset(chain: MovingChain, frames: Frames, interval: float, given: Mapping[str, Any]) -> xr.Dataset:
-    """The Dataset of one run; `given` is its input. Structure energy is left out where it is not known (NaN)."""
+    """The Dataset of one run; `given` is its input. Structure energy is NaN where it is not known."""
     potential = frames.potential + chain.static_force[-1] * frames.surface
     values = {
         "displacement": frames.position - chain.rest,
@@ -60,8 +60,6 @@ def dataset(chain: MovingChain, frames: Frames, interval: float, given: Mapping[
         "structure_energy": frames.structure,
         "evaluations": frames.evaluations,
     }
-    if np.isnan(frames.structure).any():
-        del values["structure_energy"]
     bodies = chain.mass.size
     data = xr.Dataset(
         {name: (DESCRIPTIONS[name][0], value, _attributes(name)) for name, value in values.items()},
@@ -70,10 +68,11 @@ def dataset(chain: MovingChain, frames: Frames, interval: float, given: Mapping[
             "bead": ("bead", np.arange(bodies)),
             "contact": ("contact", np.arange(1, bodies + 1)),
             "centre": ("bead", chain.chain.centres, {"units": "m", "long_name": "centre, from the struck end"}),
+            "impact_energy": ((), chain.chain.impact_energy, {"units": "J", "long_name": "energy of the striker"}),
             "static_force": ("contact", chain.static_force, {"units": "N", "long_name": "preload"}),
         },
     )
-    return data.assign_attrs(impact_energy=chain.chain.impact_energy, **provenance(given))
+    return data.assign_attrs(provenance(given))
 
 
 def provenance(given: Mapping[str, Any]) -> dict[str, str]:

@@ -53,7 +53,7 @@ class Condensed:
     tolerance: float = 1e-10
 
     def __post_init__(self) -> None:
-        positive("tolerance", self.tolerance)
+        object.__setattr__(self, "tolerance", positive("tolerance", self.tolerance))
 
     def step(self, chain: MovingChain, structure: MovingStructure, state: CoupledState, window: float) -> CoupledState:
         """From one window's end to the next. Raises NotConverged."""
@@ -83,22 +83,31 @@ class Aitken:
     largest_count: int = 50
 
     def __post_init__(self) -> None:
-        positive("tolerance", self.tolerance)
-        positive("relaxation", self.relaxation)
-        whole("largest_count", self.largest_count)
+        object.__setattr__(self, "tolerance", positive("tolerance", self.tolerance))
+        object.__setattr__(self, "relaxation", positive("relaxation", self.relaxation))
+        object.__setattr__(self, "largest_count", whole("largest_count", self.largest_count))
 
     def step(self, chain: MovingChain, structure: Participant, state: CoupledState, window: float) -> CoupledState:
         """From one window's end to the next. Raises NotConverged."""
         tolerance = self.tolerance * chain.force_scale
         tried, factor, last = float(state.memory[0]), self.relaxation, 0.0
         for count in range(1, self.largest_count + 1):
-            moved, surface = structure.advance(state.structure, tried, window)
-            struck, force = chain.advance(state.chain, (state.surface, float(surface)), window)
+            moved, surface = _answer(structure.advance(state.structure, tried, window))
+            struck, force = chain.advance(state.chain, (state.surface, surface), window)
             residual = force - tried
             if not abs(residual) > tolerance:
                 memory = np.array([force, factor])
-                return CoupledState(struck, moved, float(surface), force, count, residual, memory)
+                return CoupledState(struck, moved, surface, force, count, residual, memory)
             if count > 1 and residual != last:
                 factor *= -last / (residual - last)
             tried, last = tried + factor * residual, residual
         raise NotConverged(f"residual {residual:.3g} N after {count} iterations, tolerance {tolerance:.3g} N")
+
+
+def _answer(returned: Any) -> tuple[Any, float]:
+    """What a structure's advance returned, or a ValueError where it is not (state, displacement)."""
+    try:
+        state, surface = returned
+        return state, float(surface)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"structure.advance returned {returned!r}: must be (state, displacement in m)") from error

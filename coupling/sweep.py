@@ -10,8 +10,12 @@ import xarray as xr
 from tqdm import tqdm
 
 from coupling.cosimulation import CoSimulation
-from structures.checks import positive, whole
+from coupling.result import DESCRIPTIONS
+from structures.checks import instance, listed, positive, whole
 from structures.structure import Vector
+
+TAKEN = {"time", "bead", "contact", "centre", "static_force", "impact_energy", *DESCRIPTIONS}
+"""Names of every run's own dimensions, coordinates and variables."""
 
 
 def sweep(
@@ -30,12 +34,14 @@ def sweep(
     Raises ValueError for an empty axis or a name that every run has; an error in one point ends the sweep.
     """
     positive("until", until, "s")
-    values = {name: list(axis) for name, axis in axes.items()}
-    if not values or not all(values.values()):
-        raise ValueError(f"axes = {list(values)!r}: name at least one, each with at least one value")
+    if not callable(build):
+        raise ValueError(f"build = {build!r}: must be a function that returns a CoSimulation")
+    if not axes:
+        raise ValueError("axes: name at least one, such as distance=[0.01, 0.02]")
+    values = {name: listed(name, axis, object, "one value or more") for name, axis in axes.items()}
     names = list(values)
-    if taken := {"time", "bead", "contact"} & set(names):
-        raise ValueError(f"axes = {names!r}: {', '.join(sorted(taken))} names a dimension of every run")
+    if taken := sorted(TAKEN & set(names)):
+        raise ValueError(f"axes = {names!r}: {', '.join(taken)} is a name that every run uses")
     points = [dict(zip(names, point, strict=True)) for point in product(*values.values())]
     together = len(values[names[-1]]) if len(names) > 1 else 1
     batches = [points[i : i + together] for i in range(0, len(points), together)]
@@ -56,8 +62,18 @@ def _run_batch(
     measure: Callable[[xr.Dataset], xr.Dataset] | None,
     points: list[dict[str, Any]],
 ) -> list[xr.Dataset]:
-    runs = [build(**point).run(until) for point in points]
+    runs = [_run_point(build, until, point) for point in points]
     return runs if measure is None else [measure(run).assign_attrs(run.attrs) for run in runs]
+
+
+def _run_point(build: Callable[..., CoSimulation], until: float, point: dict[str, Any]) -> xr.Dataset:
+    try:
+        simulation = build(**point)
+        instance("build", simulation, CoSimulation, "a function that returns a CoSimulation")
+        return simulation.run(until)
+    except (ValueError, RuntimeError, ArithmeticError) as error:
+        error.add_note(f"in the sweep's point {point!r}")
+        raise
 
 
 def _combined(runs: list[xr.Dataset], values: dict[str, list[Any]]) -> xr.Dataset:
@@ -65,7 +81,13 @@ def _combined(runs: list[xr.Dataset], values: dict[str, list[Any]]) -> xr.Datase
     aligned = runs
     if "time" in runs[0].sizes:
         frames = min(run.sizes["time"] for run in runs) - 1
-        aligned = [run.isel(time=slice(None, None, (run.sizes["time"] - 1) // frames)) for run in runs]
+        aligned = [run.isel(time=slice(None, None, max(1, (run.sizes["time"] - 1) // frames))) for run in runs]
+        if any(
+            not np.allclose(run.time, aligned[0].time, rtol=1e-9) for run in aligned if run.sizes == aligned[0].sizes
+        ):
+            raise ValueError("window: the runs' times do not fit together; leave the windows to be chosen")
+    if any(run.sizes != aligned[0].sizes for run in aligned):
+        raise ValueError("build: runs differ in beads or times; use measure= to keep what they have in common")
     shape = tuple(len(axis) for axis in values.values())
     first = aligned[0]
 
@@ -83,4 +105,7 @@ def _combined(runs: list[xr.Dataset], values: dict[str, list[Any]]) -> xr.Datase
 
 def _labels(axis: list[Any]) -> list[Any]:
     """Numbers and strings as they are; other objects by their name, or as text."""
-    return [v if isinstance(v, str | int | float | np.number) else getattr(v, "name", None) or str(v) for v in axis]
+    return [
+        v if isinstance(v, str | int | float | np.number | np.bool_) else getattr(v, "name", None) or str(v)
+        for v in axis
+    ]

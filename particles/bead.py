@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from math import pi, sqrt
 
-from structures.checks import positive
+from structures.checks import instance, positive, within
 from structures.material import Material
 from structures.surface import Surface
 
@@ -18,9 +18,8 @@ class Sphere:
     material: Material
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "radius", positive("radius", self.radius, "m"))
-        if not isinstance(self.material, Material):
-            raise ValueError(f"material = {self.material!r}: must be a Material; MATERIALS[name] gives one by name")
+        object.__setattr__(self, "radius", within("radius", self.radius, 1e-9, 1e6, "m"))
+        instance("material", self.material, Material, "a Material; MATERIALS[name] gives one by name")
 
     @property
     def mass(self) -> float:

@@ -12,7 +12,7 @@ import numpy as np
 from particles import kernels
 from particles.bead import Sphere
 from particles.dissipation import LinearDashpot
-from structures.checks import not_negative, one_of, positive
+from structures.checks import finite, instance, listed, not_negative, one_of, positive, within
 from structures.structure import Vector
 from structures.surface import Surface, hertz_stiffness
 from structures.theory import contact_time_half_space
@@ -46,12 +46,9 @@ class Chain:
     integrator: str = "verlet"
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "beads", tuple(self.beads))
-        if not self.beads or not all(isinstance(bead, Sphere) for bead in self.beads):
-            raise ValueError(f"beads = {self.beads!r}: must be a list of one Sphere or more")
-        if not isinstance(self.striker, Sphere):
-            raise ValueError(f"striker = {self.striker!r}: must be a Sphere")
-        object.__setattr__(self, "impact_speed", positive("impact_speed", self.impact_speed, "m/s"))
+        object.__setattr__(self, "beads", tuple(listed("beads", self.beads, Sphere, "one Sphere or more")))
+        instance("striker", self.striker, Sphere, "a Sphere")
+        object.__setattr__(self, "impact_speed", within("impact_speed", self.impact_speed, 1e-12, 1e5, "m/s"))
         object.__setattr__(self, "gravity", not_negative("gravity", self.gravity, "m/s²"))
         if not isinstance(self.dissipation, LinearDashpot | None):
             raise ValueError(f"dissipation = {self.dissipation!r}: must be None or LinearDashpot(coefficient)")
@@ -115,9 +112,11 @@ class MovingChain:
         preload = np.divide(static, stiffness, out=np.zeros_like(static), where=static > 0.0) ** (2.0 / 3.0)
         spring = np.append(np.zeros(len(chain.beads)), self.flexibility * static[-1])
         rest = np.cumsum((preload + spring)[::-1])[::-1].copy()
+        finite("flexibility", self.flexibility, "m/N")
         values = {"mass": mass, "stiffness": stiffness, "static_force": static, "preload": preload, "rest": rest}
         for name, value in values.items():
             object.__setattr__(self, name, value)
+        self._check_flexibility()
         self._check_step()
 
     @cached_property
@@ -213,11 +212,19 @@ class MovingChain:
         closed = self.stiffness > 0.0
         return np.divide(2.5 * energy, self.stiffness, out=np.zeros_like(self.mass), where=closed) ** 0.4
 
+    def _check_flexibility(self) -> None:
+        """A spring so negative that the contact would snap shut: its patch is smaller than the contact."""
+        deepest = float(self._overlap(self.chain.impact_energy)[-1])
+        if -self.flexibility * 1.5 * self.stiffness[-1] * deepest**0.5 >= 1.0:
+            raise ValueError(
+                f"flexibility = {self.flexibility!r}: more negative than this contact can bear; take a larger patch"
+            )
+
     def _check_step(self) -> None:
         """Twice the highest rate that a contact with all of the striker's energy could have."""
         if self.dt is None:
             return
-        positive("dt", self.dt, "s")
+        object.__setattr__(self, "dt", positive("dt", self.dt, "s"))
         tangent = 1.5 * self.stiffness * np.sqrt(self._overlap(self.chain.impact_energy) + self.preload)
         fastest = np.sqrt(2.0 * tangent / self.reduced_mass).max()
         largest = min(2.0 / float(fastest), 2.0 * self.damping_time)

@@ -1,5 +1,6 @@
 """Rectangular plates: a Plate holds shape, material and supports; `plate.at(x, y)` is the structure struck there."""
 
+import logging
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from math import ceil, isclose, pi
@@ -10,7 +11,7 @@ from scipy import sparse
 
 from plates.kirchhoff import Beam, beam, plate_matrices
 from plates.support import Supports
-from structures.checks import finite, positive, whole
+from structures.checks import finite, instance, positive, whole
 from structures.material import Material
 from structures.structure import Structure, Vector
 from structures.surface import Surface
@@ -21,6 +22,11 @@ HIGHEST_FREQUENCY = 40.0e3
 """Hz. The contact of steel beads of 4 to 20 mm lasts 25 to 110 µs and excites little above this."""
 
 GROWTH = 1.3
+
+NEAREST = 1e-6
+"""A contact nearer than this part of a side to a held edge lies on it."""
+
+log = logging.getLogger("hertzlink.plates")
 
 
 @dataclass(frozen=True)
@@ -58,8 +64,9 @@ class Plate:
         slowly on a uniform mesh. Where the point lies on a line of symmetry, the structure holds the motions that
         a force there can excite, and no others. Raises ValueError outside the plate or on an edge that cannot move.
         """
-        self._check(x, y)
-        origin = {"kind": "Kirchhoff plate", **asdict(self), "at": [float(x), float(y)]}
+        x = self._inside("x", x, self.length, self.supports.left, self.supports.right)
+        y = self._inside("y", y, self.width, self.supports.bottom, self.supports.top)
+        origin = {"kind": "Kirchhoff plate", **asdict(self), "at": [x, y]}
         if self._shared is not None:
             along_x, along_y, mass, stiffness = self._shared
             return self._structure(mass, stiffness, _product(along_x.at(x), along_y.at(y)), origin)
@@ -71,6 +78,8 @@ class Plate:
         return self._structure(copies * mass, copies * stiffness, _product(along_x.at(x), along_y.at(y)), origin)
 
     def _structure(self, mass: Matrix, stiffness: Matrix, contact: Vector, origin: dict[str, Any]) -> Structure:
+        if contact.size == 0:
+            raise ValueError(f"cells = {self.cells!r}: too few, the supports hold every node; use more")
         return Structure(mass, stiffness, None, contact, 0.0, Surface(self.material), origin)
 
     @cached_property
@@ -101,16 +110,15 @@ class Plate:
         nodes[0], nodes[-1] = 0.0, side
         return nodes
 
-    def _check(self, x: float, y: float) -> None:
-        for name, value, side, edges in (
-            ("x", x, self.length, (self.supports.left, self.supports.right)),
-            ("y", y, self.width, (self.supports.bottom, self.supports.top)),
-        ):
-            if not 0.0 <= finite(name, value, "m") <= side:
-                raise ValueError(f"{name} = {value!r}: must lie on the plate, between 0 and {side} m")
-            edge = edges[0] if value == 0.0 else edges[1] if value == side else "free"
-            if edge != "free":
-                raise ValueError(f"{name} = {value!r}: lies on a {edge} edge, which cannot move; strike inside")
+    @staticmethod
+    def _inside(name: str, value: float, side: float, start: str, end: str) -> float:
+        at = finite(name, value, "m")
+        if not 0.0 <= at <= side:
+            raise ValueError(f"{name} = {value!r}: must lie on the plate, between 0 and {side} m")
+        edge = start if at < NEAREST * side else end if at > (1.0 - NEAREST) * side else "free"
+        if edge != "free":
+            raise ValueError(f"{name} = {value!r}: lies on a {edge} edge, which cannot move; strike inside")
+        return at
 
 
 def kirchhoff_plate(
@@ -129,12 +137,16 @@ def kirchhoff_plate(
     """
     length, width = positive("length", length, "m"), positive("width", width, "m")
     thickness = positive("thickness", thickness, "m")
-    if not isinstance(material, Material):
-        raise ValueError(f"material = {material!r}: must be a Material; MATERIALS[name] gives one by name")
-    if not isinstance(supports, Supports):
-        raise ValueError(f"supports = {supports!r}: must be Supports(left=, right=, bottom=, top=)")
+    instance("material", material, Material, "a Material; MATERIALS[name] gives one by name")
+    instance("supports", supports, Supports, "Supports(left=, right=, bottom=, top=)")
     if cells is not None:
+        if np.shape(cells) != (2,):
+            raise ValueError(f"cells = {cells!r}: must be two whole numbers, along x and along y")
         cells = (whole("cells[0]", cells[0]), whole("cells[1]", cells[1]))
+    if thickness > min(length, width) / 10.0:
+        log.warning(
+            "thickness %g m is over a tenth of the plate's sides: Kirchhoff's theory is for thin plates", thickness
+        )
     frequency = positive("highest_frequency", highest_frequency, "Hz")
     return Plate(length, width, thickness, material, supports, cells, frequency)
 

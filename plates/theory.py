@@ -3,7 +3,7 @@
 from typing import Protocol
 
 from plates.plate import Plate
-from structures.checks import positive
+from structures.checks import instance, positive
 from structures.surface import Surface, hertz_stiffness
 from structures.theory import contact_time_half_space
 
@@ -34,6 +34,7 @@ def point_impedance(plate: Plate) -> float:
     (Cremer, Heckl, Petersson, Structure-Borne Sound, 3rd ed., table 5.1.) It is real: an impulse I moves the point by
     I / (8 √(D ρ t)), and there it stays until an echo returns.
     """
+    instance("plate", plate, Plate, "a Plate, as kirchhoff_plate makes")
     return float(8.0 * (plate.rigidity * plate.mass_per_area) ** 0.5)
 
 
@@ -44,6 +45,9 @@ def critical_distance_bounds(bead: Bead, plate: Plate, impact_speed: float) -> t
     and 6.42, section 6.2.2) and c = 0.2 or 0.57 √(E/ρ). impact_speed, m/s, is the striker's; the printed factor 1.37 of
     equation 6.42 follows from 0.682 times it, the speed of the wave's beads; with the striker's it is 1.272.
     """
+    instance("plate", plate, Plate, "a Plate, as kirchhoff_plate makes")
+    if not hasattr(bead, "mass") or not hasattr(bead, "surface"):
+        raise ValueError(f"bead = {bead!r}: must be a bead, with mass and surface")
     stiffness = hertz_stiffness(bead.surface, Surface(plate.material))
     duration = contact_time_half_space(bead.mass, stiffness, positive("impact_speed", impact_speed, "m/s"))
     reach = plate.material.bar_speed * duration / 2.0

@@ -1,15 +1,16 @@
 """Input checks shared by every room: each names the argument, its value and what would be right."""
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from difflib import get_close_matches
+from typing import Any
 
 
 def finite(name: str, value: float, unit: str = "") -> float:
     """`value` as a float, or a ValueError where it is not a finite number."""
     try:
         number = float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         number = math.nan
     if not math.isfinite(number):
         raise ValueError(f"{name} = {value!r}: must be a finite number{_of(unit)}")
@@ -24,12 +25,34 @@ def positive(name: str, value: float, unit: str = "") -> float:
     return number
 
 
+def within(name: str, value: float, low: float, high: float, unit: str = "") -> float:
+    """`value` as a float, or a ValueError where it lies outside what the physics, and floats, can bear."""
+    number = positive(name, value, unit)
+    if not low <= number <= high:
+        raise ValueError(f"{name} = {value!r}: must lie between {low:g} and {high:g}{' ' + unit if unit else ''}")
+    return number
+
+
 def not_negative(name: str, value: float, unit: str = "") -> float:
     """`value` as a float, or a ValueError where it is negative or not finite."""
     number = finite(name, value, unit)
     if number < 0.0:
         raise ValueError(f"{name} = {value!r}: must be zero or a positive number{_of(unit)}")
     return number
+
+
+def listed(name: str, value: object, kind: type, what: str) -> list[Any]:
+    """`value` as a list of one or more objects of a kind, or a ValueError."""
+    items = list(value) if isinstance(value, Iterable) and not isinstance(value, str | bytes) else []
+    if not items or not all(isinstance(item, kind) for item in items):
+        raise ValueError(f"{name} = {value!r}: must be a list of {what}")
+    return items
+
+
+def instance(name: str, value: object, kind: type, what: str) -> None:
+    """A ValueError where `value` is not of the kind."""
+    if not isinstance(value, kind):
+        raise ValueError(f"{name} = {value!r}: must be {what}")
 
 
 def one_of(name: str, value: str, choices: Collection[str]) -> str:

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
 
-from structures.checks import finite, positive
+from structures.checks import finite, instance, positive
 
 
 @dataclass(frozen=True)
@@ -21,6 +21,7 @@ class Material:
     name: str = ""
 
     def __post_init__(self) -> None:
+        instance("name", self.name, str, "a text")
         object.__setattr__(self, "youngs_modulus", positive("youngs_modulus", self.youngs_modulus, "Pa"))
         object.__setattr__(self, "density", positive("density", self.density, "kg/m³"))
         ratio = finite("poisson_ratio", self.poisson_ratio)

@@ -6,7 +6,7 @@ import numpy as np
 from scipy import sparse
 from scipy.linalg import eigh
 
-from structures.checks import positive
+from structures.checks import instance, positive, whole
 from structures.factor import shifted_solve
 from structures.structure import Structure, Vector
 
@@ -43,8 +43,11 @@ def reduce(structure: Structure, until: float, tolerance: float = 1e-2, largest:
     reach it. Amplitude ratios settle far earlier (tests): 1e-2 leaves them
     within 0.01 % of those without reduction.
     """
+    instance("structure", structure, Structure, "a Structure")
     until, tolerance = positive("until", until, "s"), positive("tolerance", tolerance)
-    size = structure.size
+    largest, size = whole("largest", largest), structure.size
+    if until > structure.valid_until:
+        raise ValueError(f"until = {until!r}: the structure was reduced for runs of at most {structure.valid_until} s")
     if size == 0:
         return structure
     krylov = _Krylov(structure, min(largest, size))

@@ -9,7 +9,7 @@ import numpy as np
 from scipy import sparse
 from skfem import Basis, BilinearForm, ElementLineP2, MeshLine
 
-from structures.checks import one_of, positive, whole
+from structures.checks import instance, listed, one_of, positive, whole
 from structures.material import Material
 from structures.structure import Structure
 from structures.surface import Surface
@@ -29,8 +29,7 @@ class Layer:
     radius: float
 
     def __post_init__(self) -> None:
-        if not isinstance(self.material, Material):
-            raise ValueError(f"material = {self.material!r}: must be a Material; MATERIALS[name] gives one by name")
+        instance("material", self.material, Material, "a Material; MATERIALS[name] gives one by name")
         object.__setattr__(self, "length", positive("length", self.length, "m"))
         object.__setattr__(self, "radius", positive("radius", self.radius, "m"))
 
@@ -48,9 +47,7 @@ def rod(layers: Sequence[Layer], base: str = "fixed", elements: int | None = Non
     "absorbing", a dashpot ρ c A of the last layer, which lets a wave out as a very long rod would.
     elements: the number in each layer; by default a wave takes ELEMENT_TRAVEL_TIME to cross one.
     """
-    layers = tuple(layers)
-    if not layers or not all(isinstance(layer, Layer) for layer in layers):
-        raise ValueError(f"layers = {list(layers)!r}: must be a list of one Layer or more, the struck one first")
+    layers = listed("layers", layers, Layer, "one Layer or more, the struck one first")
     one_of("base", base, ("fixed", "free", "absorbing"))
     counts = [_count(layer) if elements is None else whole("elements", elements) for layer in layers]
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from structures.checks import finite
+from structures.checks import finite, instance
 from structures.material import Material
 from structures.surface import Surface
 
@@ -42,21 +42,38 @@ class Structure:
     valid_until: float = inf
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "contact", _numbers("contact", self.contact).ravel())
         n = self.contact.size
         for name in ("mass", "stiffness", "damping"):
             matrix = getattr(self, name)
-            if matrix is not None and matrix.shape != (n, n):
+            if matrix is None and name == "damping":
+                continue
+            if not isinstance(matrix, sparse.csr_array):
+                matrix = sparse.csr_array(matrix if sparse.issparse(matrix) else np.atleast_2d(_numbers(name, matrix)))
+                object.__setattr__(self, name, matrix)
+            if matrix.shape != (n, n):
                 raise ValueError(f"{name} has shape {matrix.shape}: must be ({n}, {n}), as contact has {n} entries")
-            if matrix is not None and not np.isfinite(sparse.csr_array(matrix).data).all():
+            if not np.isfinite(matrix.data).all():
                 raise ValueError(f"{name}: must hold finite numbers")
-        if not np.isfinite(self.contact).all():
-            raise ValueError("contact: must hold finite numbers")
         finite("flexibility", self.flexibility, "m/N")
+        instance("surface", self.surface, Surface, "a Surface")
+        if not self.valid_until > 0.0:
+            raise ValueError(f"valid_until = {self.valid_until!r}: must be a positive number of s")
 
     @property
     def size(self) -> int:
         """The number of degrees of freedom."""
         return int(self.contact.size)
+
+
+def _numbers(name: str, values: object) -> Vector:
+    try:
+        array = np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        array = np.array(np.nan)
+    if not np.isfinite(array).all():
+        raise ValueError(f"{name}: must hold finite numbers")
+    return array
 
 
 def half_space(material: Material) -> Structure:

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from structures.checks import finite
+from structures.checks import finite, instance
 from structures.material import Material
 
 
@@ -18,8 +18,7 @@ class Surface:
     curvature: float = 0.0
 
     def __post_init__(self) -> None:
-        if not isinstance(self.material, Material):
-            raise ValueError(f"material = {self.material!r}: must be a Material; MATERIALS[name] gives one by name")
+        instance("material", self.material, Material, "a Material; MATERIALS[name] gives one by name")
         object.__setattr__(self, "curvature", finite("curvature", self.curvature, "1/m"))
 
 
@@ -30,6 +29,8 @@ def hertz_stiffness(first: Surface, second: Surface) -> float:
     with the wall's own ν; Johnson, Contact Mechanics, equation 4.23).
     Raises ValueError where the sum of the curvatures is not positive: such surfaces touch on more than a point.
     """
+    instance("first", first, Surface, "a Surface")
+    instance("second", second, Surface, "a Surface")
     curvature = first.curvature + second.curvature
     if curvature <= 0.0:
         raise ValueError(f"curvature = {first.curvature!r} + {second.curvature!r}: the sum must be positive, in 1/m")

@@ -17,4 +17,4 @@ def contact_time_half_space(mass: Number, stiffness: Number, speed: float) -> Nu
     T = 3.218 (m² / k² v)^{1/5} (Tillett 1954; thesis, section 6.1.1, equation 6.8, where V_s means the speed).
     Two free bodies: the reduced mass m₁m₂/(m₁ + m₂).
     """
-    return HERTZ_COLLISION * (mass**2 / (stiffness**2 * speed)) ** 0.2  # type: ignore[no-any-return]
+    return HERTZ_COLLISION * (mass / stiffness) ** 0.4 / speed**0.2  # type: ignore[no-any-return]

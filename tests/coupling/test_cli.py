@@ -70,6 +70,22 @@ def test_info_and_help(tmp_path: Path) -> None:
     for word in ("python", "numba", "threads", "installed in"):
         assert word in info.stdout
     assert "study" in hertzlink("--help", cwd=tmp_path).stdout
+    nothing = hertzlink(cwd=tmp_path)
+    assert nothing.returncode == 2
+    assert "Commands:\n" in nothing.stderr
+
+
+@pytest.mark.parametrize("output", [".", "..", "", "mine"])
+def test_force_never_deletes_what_it_did_not_write(tmp_path: Path, output: str) -> None:
+    """Neither the current folder, nor one around it, nor one with other files in it."""
+    inner = tmp_path / "inner"
+    (inner / "mine").mkdir(parents=True)
+    (inner / "mine" / "thesis.tex").write_text("years of work")
+    done = hertzlink("study", "rod-stiffness", "--quick", "--force", "--output", output, cwd=inner)
+    assert done.returncode == 2
+    assert done.stderr.startswith("hertzlink: --output")
+    assert done.stderr.count("\n") == 1
+    assert (inner / "mine" / "thesis.tex").read_text() == "years of work"
 
 
 @pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGKILL])
@@ -86,7 +102,7 @@ def test_a_stopped_study_leaves_nothing(tmp_path: Path, sent: signal.Signals) ->
 def test_a_failed_write_keeps_the_old_folder(tmp_path: Path) -> None:
     folder = tmp_path / "results"
     folder.mkdir()
-    (folder / "old").write_text("old")
+    (folder / "table.txt").write_text("old")
 
     def fail(into: Path) -> None:
         (into / "half").write_text("half")
@@ -95,7 +111,7 @@ def test_a_failed_write_keeps_the_old_folder(tmp_path: Path) -> None:
     with pytest.raises(OSError, match="disk full"):
         write_folder(folder, fail, force=True)
     assert [path.name for path in tmp_path.iterdir()] == ["results"]
-    assert [path.name for path in folder.iterdir()] == ["old"]
+    assert [path.name for path in folder.iterdir()] == ["table.txt"]
 
 
 def test_table_shows_differences_and_wraps_reasons() -> None:

@@ -26,7 +26,7 @@ def test_energy_is_conserved_at_the_default_step(name: str, reduced: bool) -> No
     structure = hl.reduce(STRUCTURES[name], until=1.2e-3) if reduced else STRUCTURES[name]
     run = hl.CoSimulation(CHAIN, structure).run(until=1.2e-3)
     assert hl.energy_error(run) < 1e-6
-    mismatch = abs(run.interface_work - run.structure_energy).max() / run.attrs["impact_energy"]
+    mismatch = abs(run.interface_work - run.structure_energy).max() / float(run.impact_energy)
     assert mismatch < 1e-10
 
 
@@ -130,6 +130,16 @@ def test_results_carry_their_input_and_go_to_netcdf(tmp_path) -> None:  # type: 
         assert read.load().equals(run)
 
 
+def test_coarse_windows_are_warned_of(caplog: pytest.LogCaptureFixture) -> None:
+    hl.CoSimulation(CHAIN, None, window=2e-5).run(until=1e-4)
+    assert "window = 2e-05 s is coarse beside a contact" in caplog.text
+
+
+def test_a_run_ends_with_the_last_whole_window() -> None:
+    run = hl.CoSimulation(CHAIN, None, window=3e-6).run(until=1e-5)
+    assert run.time.values == pytest.approx([0.0, 3e-6, 6e-6, 9e-6])
+
+
 def test_save_every() -> None:
     run = hl.CoSimulation(CHAIN, None).run(until=1e-4, save_every=5e-6)
     assert run.time.values == pytest.approx(np.arange(21) * 5e-6)
@@ -148,6 +158,20 @@ class Spring:
 
     def advance(self, state: float, force: float, window: float) -> tuple[float, float]:
         return state + window, force / 1e7 + (self.fault if state > 2e-4 else 0.0)
+
+
+class Steel(Spring):
+    surface = "steel"  # type: ignore[assignment]
+
+
+class Silent(Spring):
+    def advance(self, state: float, force: float, window: float) -> tuple[float, float]:
+        return None  # type: ignore[return-value]
+
+
+def test_a_black_box_that_answers_nonsense_is_told_so() -> None:
+    with pytest.raises(ValueError, match=r"structure\.advance returned None: must be \(state, displacement in m\)"):
+        hl.CoSimulation(CHAIN, Silent(), scheme=hl.Aitken()).run(until=1e-4)
 
 
 def test_a_black_box_takes_part() -> None:
@@ -189,6 +213,9 @@ def test_no_agreement_names_window_time_and_residual() -> None:
         ({"chain": "chain"}, "chain = 'chain'"),
         ({"structure": 3.0}, r"structure = 3\.0"),
         ({"structure": Spring()}, r"scheme = Condensed.*needs a Structure; use Aitken"),
+        ({"scheme": hl.Aitken}, "scheme = .*must be a scheme such as"),
+        ({"scheme": "aitken"}, "scheme = 'aitken'"),
+        ({"structure": Steel(), "scheme": hl.Aitken()}, r"structure\.surface = 'steel': must be a Surface"),
         ({"window": -1e-6}, "window = -1e-06"),
         ({"dt": 0.0}, r"dt = 0\.0"),
         ({"dt": 1e-3}, r"dt = 0\.001"),
@@ -212,5 +239,7 @@ def test_bad_runs() -> None:
         simulation.run(1e-3, save_every=5e-7)
     with pytest.raises(ValueError, match=r"save_every = 0\.002: must not be longer than the run"):
         simulation.run(1e-3, save_every=2e-3)
+    with pytest.raises(ValueError, match=r"until: .* saved times of 21 beads are too many; give save_every"):
+        hl.CoSimulation(CHAIN, None).run(until=1e3)
     with pytest.raises(ValueError, match="tolerance = 0"):
         hl.Aitken(tolerance=0.0)

@@ -12,21 +12,20 @@ BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 
 
 def signal(*pulses: tuple[float, float, float], step: float = 3.7e-7, static: float = 0.0) -> xr.Dataset:
-    """A run of two beads whose force at bead 1 is a sum of pulses (amplitude, arrival, direction)."""
+    """A run of two beads whose force at bead 1 is a sum of pulses (amplitude, arrival, direction).
+
+    A pulse that goes on (direction 1) passes contact 1 2 µs before contact 2, one that comes back 2 µs after it.
+    """
     time = np.arange(0.0, 1e-3, step)
-    shapes = [a * np.exp(-(((time - at) / 12e-6) ** 2)) for a, at, _ in pulses]
-    force = np.sum(shapes, axis=0) + static if pulses else np.full(time.size, static)
-    velocity = np.sum([d * shape for (_, _, d), shape in zip(pulses, shapes, strict=True)], axis=0) + np.zeros(
-        time.size
-    )
+    contacts = np.full((time.size, 3), static)
+    for amplitude, arrival, direction in pulses:
+        for contact in range(3):
+            delay = direction * (2 * contact - 1) * 1e-6
+            contacts[:, contact] += amplitude * np.exp((1.0 / 12.0) ** 2 - ((time - arrival - delay) / 12e-6) ** 2)
     return xr.Dataset(
-        {
-            "contact_force": (("time", "contact"), np.stack([force] * 3, axis=1)),
-            "velocity": (("time", "bead"), np.stack([velocity] * 3, axis=1)),
-        },
+        {"contact_force": (("time", "contact"), contacts)},
         coords={
             "time": time,
-            "bead": [0, 1, 2],
             "contact": [1, 2, 3],
             "static_force": ("contact", np.full(3, static)),
             "centre": ("bead", [-0.005, 0.005, 0.015]),
@@ -68,6 +67,22 @@ def test_no_wave_is_none_and_never_a_wrong_peak(run: xr.Dataset) -> None:
     assert np.isnan(hl.time_of_flight(run, 1).item())
 
 
+def test_a_heavy_striker_sends_a_train_whose_first_wave_is_incident() -> None:
+    """A striker of 75 bead masses on a steel wall: the first peak at bead 7, not the larger ones after the wall."""
+    chain = hl.Chain([BEAD] * 20, hl.Sphere(20e-3, hl.STEEL_440C), 0.44)
+    run = hl.CoSimulation(chain, hl.half_space(hl.STEEL_440C)).run(until=3e-3)
+    waves = hl.reflections(run, sensor=7)
+    assert waves.incident is not None
+    assert waves.incident.arrival < 150e-6
+    assert waves.incident.amplitude < 0.5 * float(hl.sensor_force(run, 7).max())
+
+
+def test_small_peaks_are_not_reported_even_from_below_zero() -> None:
+    run = signal((50.0, 1e-4, 1.0), (20.0, 5e-4, -1.0), (-2.0, 6.6e-4, 1.0), (1.9, 7e-4, -1.0), static=0.0)
+    secondary = hl.reflections(run, sensor=1, smallest=0.1).secondary
+    assert secondary is None
+
+
 def test_a_silent_run_has_no_waves() -> None:
     assert hl.reflections(signal(static=1.0), sensor=1) == (None, None, None)
 
@@ -103,6 +118,33 @@ def test_wave_speed_needs_two_sensors() -> None:
 def test_sensors_outside_the_chain(sensor: int) -> None:
     with pytest.raises(ValueError, match=f"sensor = {sensor}"):
         hl.reflections(signal((50.0, 1e-4, 1.0)), sensor)
+
+
+def test_measures_over_a_sweep() -> None:
+    """Energy error and contact time of each point equal those of the single runs."""
+
+    def at(speed: float) -> hl.CoSimulation:
+        return hl.CoSimulation(hl.Chain([BEAD] * 4, BEAD, speed), hl.half_space(hl.STEEL_440C))
+
+    runs = hl.sweep(at, until=4e-4, jobs=1, speed=[0.1, 0.4])
+    single = at(0.1).run(until=4e-4)
+    errors, times = hl.energy_error(runs), hl.contact_time(runs)
+    assert isinstance(errors, xr.DataArray)
+    assert isinstance(times, xr.DataArray)
+    assert errors.sel(speed=0.1).item() == pytest.approx(hl.energy_error(single), rel=0.5)
+    assert times.sel(speed=0.1).item() == pytest.approx(hl.contact_time(single), rel=1e-3)
+
+
+def test_measures_want_a_dataset() -> None:
+    for measure in (hl.energy_error, hl.contact_time):
+        with pytest.raises(ValueError, match="run = None: must be the Dataset"):
+            measure(None)
+    with pytest.raises(ValueError, match="run = 3: must be the Dataset"):
+        hl.reflections(3, 1)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="smallest = -1"):
+        hl.reflections(signal((50.0, 1e-4, 1.0)), 1, smallest=-1.0)
+    with pytest.raises(ValueError, match="ratio = 3: must be a DataArray"):
+        hl.critical_distance(3)  # type: ignore[arg-type]
 
 
 def test_unknown_wave() -> None:

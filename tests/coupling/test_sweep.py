@@ -57,16 +57,45 @@ def test_measure_keeps_what_it_returns() -> None:
     assert runs.ratio.dims == ("radius",)
 
 
-def test_bad_sweeps() -> None:
-    with pytest.raises(ValueError, match="axes = "):
-        hl.sweep(on_half_space, until=4e-4)
-    with pytest.raises(ValueError, match="axes = "):
-        hl.sweep(on_half_space, until=4e-4, radius=[])
-    with pytest.raises(ValueError, match="until = -1"):
-        hl.sweep(on_half_space, until=-1.0, radius=[1e-3])
-    with pytest.raises(ValueError, match="jobs = 0"):
-        hl.sweep(on_half_space, until=4e-4, jobs=0, radius=[1e-3])
-    with pytest.raises(ValueError, match=r"radius = -0\.001"):
+def test_structures_of_every_kind_in_one_sweep() -> None:
+    """A damped structure does not know its energy: NaN there, and its work stands in."""
+
+    def on_base(base: str) -> hl.CoSimulation:
+        return hl.CoSimulation(CHAIN, hl.rod([hl.Layer(hl.PTFE, 0.05, 0.01)], base=base, elements=6))
+
+    runs = hl.sweep(on_base, until=4e-4, jobs=1, base=["fixed", "free", "absorbing"])
+    errors = hl.energy_error(runs)
+    assert isinstance(errors, xr.DataArray)
+    assert (errors < 1e-6).all()
+    assert runs.structure_energy.sel(base="absorbing").isnull().all()
+
+
+def of_beads(count: int) -> hl.CoSimulation:
+    return hl.CoSimulation(hl.Chain([BEAD] * count, BEAD, 0.3), None)
+
+
+@pytest.mark.parametrize(
+    ("build", "keywords", "message"),
+    [
+        (on_half_space, {}, "axes: name at least one"),
+        (on_half_space, {"radius": []}, "radius = "),
+        (on_half_space, {"radius": 3e-3}, r"radius = 0\.003: must be a list"),
+        (on_half_space, {"until": -1.0, "radius": [1e-3]}, "until = -1"),
+        (on_half_space, {"jobs": 0, "radius": [1e-3]}, "jobs = 0"),
+        (on_half_space, {"radius": [1e-3, -1e-3]}, r"radius = -0\.001"),
+        (on_half_space, {"time": [1e-3]}, "time is a name that every run uses"),
+        (on_half_space, {"velocity": [1e-3]}, "velocity is a name that every run uses"),
+        (3, {"radius": [1e-3]}, "build = 3"),
+        (lambda radius: None, {"radius": [1e-3]}, "build = None"),
+        (of_beads, {"count": [2, 3]}, "build: runs differ in beads"),
+    ],
+)
+def test_bad_sweeps(build: object, keywords: dict[str, object], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        hl.sweep(build, **{"until": 4e-4, "jobs": 1, **keywords})  # type: ignore[arg-type]
+
+
+def test_an_error_names_the_point() -> None:
+    with pytest.raises(ValueError, match="radius") as caught:
         hl.sweep(on_half_space, until=4e-4, jobs=1, radius=[1e-3, -1e-3])
-    with pytest.raises(ValueError, match="time"):
-        hl.sweep(lambda time: on_half_space(time), until=4e-4, jobs=1, time=[1e-3])
+    assert caught.value.__notes__ == ["in the sweep's point {'radius': -0.001}"]

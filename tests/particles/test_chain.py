@@ -1,5 +1,7 @@
 """The chain: an independent code's numbers, conservation, orders, preload, dashpots, mixed beads, bad input."""
 
+import re
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -159,6 +161,9 @@ def test_advance_has_no_hidden_state() -> None:
         ({"impact_speed": float("nan")}, "impact_speed = nan"),
         ({"gravity": -9.81}, r"gravity = -9\.81"),
         ({"beads": []}, "beads = "),
+        ({"beads": None}, "beads = None"),
+        ({"beads": BEAD}, "beads = Sphere"),
+        ({"impact_speed": 10**400}, "impact_speed = "),
         ({"beads": ["steel"]}, "beads = "),
         ({"striker": 3}, "striker = 3"),
         ({"dissipation": 4.0}, r"dissipation = 4\.0: must be None or LinearDashpot"),
@@ -181,6 +186,19 @@ def test_bad_beads_and_dashpots() -> None:
         hl.LinearDashpot(-1.0)
     with pytest.raises(ValueError, match="height = -1"):
         hl.drop_speed(-1.0)
+
+
+def test_absurd_scales_are_refused() -> None:
+    for radius in (1e300, 1e-200):
+        with pytest.raises(ValueError, match=rf"radius = {re.escape(str(radius))}: must lie between 1e-09 and 1e"):
+            hl.Sphere(radius, hl.STEEL_440C)
+    for speed in (1e300, 1e-300):
+        with pytest.raises(ValueError, match=rf"impact_speed = {re.escape(str(speed))}: must lie between"):
+            hl.Chain([BEAD], BEAD, speed)
+    with pytest.raises(ValueError, match=r"flexibility = -0\.001: more negative than this contact can bear"):
+        hl.MovingChain(uniform(), hl.Surface(hl.STEEL_440C), flexibility=-1e-3)
+    with pytest.raises(ValueError, match="flexibility = nan"):
+        hl.MovingChain(uniform(), hl.Surface(hl.STEEL_440C), flexibility=float("nan"))
 
 
 def test_a_step_too_large_for_stability_is_refused() -> None:

@@ -79,6 +79,11 @@ def test_contact_off_the_plate(x: float, y: float, message: str) -> None:
         PLATE.at(x, y)
 
 
+def test_a_thick_plate_is_warned_of(caplog: pytest.LogCaptureFixture) -> None:
+    hl.kirchhoff_plate(0.1, 0.1, 0.05, hl.PTFE, CLAMPED)
+    assert "Kirchhoff's theory is for thin plates" in caplog.text
+
+
 def test_a_free_edge_may_be_struck() -> None:
     assert PLATE.at(0.4, 0.0).contact.any()
 
@@ -100,6 +105,15 @@ def test_other_bad_input() -> None:
         hl.kirchhoff_plate(0.3, 0.3, 1e-3, "PTFE", CLAMPED)  # type: ignore[arg-type]
     with pytest.raises(ValueError, match=r"cells\[1\] = 0"):
         hl.kirchhoff_plate(0.3, 0.3, 1e-3, hl.PTFE, CLAMPED, cells=(4, 0))
+    for cells in (5, (1,), (1, 2, 3), "ab"):
+        with pytest.raises(ValueError, match="cells"):
+            hl.kirchhoff_plate(0.3, 0.3, 1e-3, hl.PTFE, CLAMPED, cells=cells)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="the supports hold every node"):
+        hl.kirchhoff_plate(0.3, 0.3, 1e-3, hl.PTFE, hl.Supports("clamped", "clamped"), cells=(1, 1)).at(0.1, 0.1)
+    with pytest.raises(ValueError, match="plate = None"):
+        hl.point_impedance(None)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="bead = None"):
+        hl.critical_distance_bounds(None, PLATE, 0.3)  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="highest_frequency = 0"):
         hl.kirchhoff_plate(0.3, 0.3, 1e-3, hl.PTFE, CLAMPED, highest_frequency=0)
     with pytest.raises(ValueError, match="impact_speed = 0"):

@@ -29,6 +29,8 @@ def test_hertz_stiffness_of_the_thesis() -> None:
 def test_flat_against_flat_has_no_point_of_contact() -> None:
     with pytest.raises(ValueError, match="curvature"):
         hl.hertz_stiffness(hl.Surface(hl.PTFE), hl.Surface(hl.PTFE))
+    with pytest.raises(ValueError, match="first = 1: must be a Surface"):
+        hl.hertz_stiffness(1, hl.Surface(hl.PTFE))  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf, "soft", None])

@@ -90,6 +90,13 @@ def test_a_reduction_serves_no_longer_run() -> None:
         simulation.run(2e-4)
 
 
+def test_reducing_twice_makes_nothing_valid_for_longer() -> None:
+    once = hl.reduce(PLATE.at(0.1, 0.1), until=2e-4)
+    assert hl.reduce(once, until=1e-4).valid_until == 1e-4
+    with pytest.raises(ValueError, match=r"until = 0\.003: the structure was reduced for runs of at most 0\.0002 s"):
+        hl.reduce(once, until=3e-3)
+
+
 def test_too_few_vectors_are_reported(caplog: pytest.LogCaptureFixture) -> None:
     with caplog.at_level(logging.WARNING, logger="hertzlink"):
         reduced = hl.reduce(PLATE.at(0.1, 0.1), until=5e-4, tolerance=1e-6, largest=40)
@@ -101,3 +108,7 @@ def test_too_few_vectors_are_reported(caplog: pytest.LogCaptureFixture) -> None:
 def test_bad_arguments(until: float, tolerance: float) -> None:
     with pytest.raises(ValueError, match=r"until = |tolerance = "):
         hl.reduce(PLATE.at(0.1, 0.1), until=until, tolerance=tolerance)
+    with pytest.raises(ValueError, match="structure = None: must be a Structure"):
+        hl.reduce(None, until=1e-3)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="largest = 0"):
+        hl.reduce(PLATE.at(0.1, 0.1), until=1e-3, largest=0)
