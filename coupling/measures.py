@@ -67,9 +67,9 @@ def _contact_pair(run: xr.Dataset, sensor: int) -> tuple[xr.DataArray, xr.DataAr
 def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE) -> Reflections:
     """The waves that pass a sensor bead of one run.
 
-    A wave is a peak of the bead-centre force, placed between samples by a cubic spline. Which of the bead's two
-    contacts it passes first tells its direction: the incident wave is the first that goes on, reflected ones are those
-    that come back. A heavy striker sends a train of waves; the first of them is the incident one.
+    A wave is a peak of both contact forces of the bead, and its amplitude the peak of their mean, placed between
+    samples by a cubic spline. Which contact it passes first tells its direction: the incident wave is the first that
+    goes on, reflected ones are those that come back. A heavy striker sends a train; its first wave is the incident one.
     smallest: a peak that is lower than this part of the incident amplitude, or rises by less, is no wave. Small
     secondary waves of 1 to 3 % are real: every collision of a wave with a wall leaves some (thesis, section 1.5).
     A solitary wave is five beads long: nearer than that to either end of the chain, incident and reflected waves
@@ -208,26 +208,46 @@ def _over_axes(run: xr.Dataset, sensor: int, wave: str, what: str, units: str, l
 
 
 def _reflections(time: Vector, above: Vector, below: Vector, smallest: float) -> Reflections:
-    """Peaks of the mean of a bead's two contact forces in order of time; see `reflections`."""
+    """Passages over a bead in order of time, from the dynamic forces of its two contacts; see `reflections`."""
     force = 0.5 * (above + below)
     top = force.max(initial=0.0)
     if not top > 0.0:
         return Reflections(None, None, None)
-    # A wave that goes on passes the contact above first: there its force falls already while it still rises below.
-    goes_on = np.gradient(below - above) > 0.0
-    forward = [i for i in find_peaks(force, prominence=FIRST_WAVE * top)[0] if goes_on[i]]
+    forward = [peak for peak, goes_on in _passages(above, below, FIRST_WAVE * top) if goes_on]
     if not forward:
         return Reflections(None, None, None)
-    first = forward[0]
-    incident = Wave(*_refined(time, force, first))
-    least = smallest * incident.amplitude
-    peaks = find_peaks(force, height=least, prominence=least)[0]
-    back = [_refined(time, force, i) for i in peaks if i > first and not goes_on[i]]
+    incident = Wave(*_refined(time, force, forward[0]))
+    passages = _passages(above, below, smallest * incident.amplitude)
+    back = [_refined(time, force, peak) for peak, goes_on in passages if peak > forward[0] and not goes_on]
     found = [
         ReflectedWave(amplitude, arrival, amplitude / incident.amplitude, arrival - incident.arrival)
         for amplitude, arrival in back[:2]
     ]
     return Reflections(incident, found[0] if found else None, found[1] if len(found) > 1 else None)
+
+
+def _passages(above: Vector, below: Vector, least: float) -> list[tuple[int, bool]]:
+    """Waves over a bead: where the mean force peaks, and whether the wave goes on, away from the striker.
+
+    A wave is a peak in each contact force, each the other's nearest; the contact that it passes first tells where it
+    goes. Between beads that have drifted apart a weak wave is two collisions, and still one wave.
+    """
+    peaks = [find_peaks(force, height=least, prominence=least)[0] for force in (above, below)]
+    if not (peaks[0].size and peaks[1].size):
+        return []
+    apart = np.abs(peaks[0][:, None] - peaks[1][None, :])
+    nearest_below, nearest_above = apart.argmin(axis=1), apart.argmin(axis=0)
+    force, found = above + below, []
+    for i, first in enumerate(peaks[0]):
+        j = nearest_below[i]
+        if nearest_above[j] != i:
+            continue
+        start, end = sorted((int(first), int(peaks[1][j])))
+        begin = max(0, start - 3)
+        peak = begin + int(force[begin : end + 4].argmax())
+        if 0.5 * force[peak] >= least:
+            found.append((peak, bool(first < peaks[1][j])))
+    return found
 
 
 def _refined(time: Vector, force: Vector, peak: int) -> tuple[float, float]:
