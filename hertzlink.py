@@ -23,6 +23,7 @@ def _check_rooms() -> None:
 
 _check_rooms()
 
+from coupling.cli import main as main  # noqa: E402
 from coupling.cosimulation import CoSimulation  # noqa: E402
 from coupling.measures import (  # noqa: E402
     ReflectedWave,

@@ -97,7 +97,8 @@ class CoSimulation:
     def describe(self) -> dict[str, Any]:
         """The full input as plain data."""
         structure = self.structure
-        origin: Any = structure.structure.origin if isinstance(structure, MovingStructure) else repr(structure)
+        known = isinstance(structure, MovingStructure)
+        origin: Any = structure.structure.origin if known else type(structure).__qualname__
         if self.chain.surface is None:
             origin = None
         return {"chain": self.chain.chain.describe(), "structure": origin, "scheme": repr(self.scheme)}

@@ -33,3 +33,13 @@ def test_example(name: str, tmp_path: Path) -> None:
     expected, tolerance = NUMBERS[name]
     found = [float(number) for number in re.findall(r"(?<![\w.])\d+\.\d+", done.stdout)]
     assert found[: len(expected)] == pytest.approx(expected, rel=tolerance)
+
+
+def test_the_ten_lines_of_the_readme(tmp_path: Path) -> None:
+    """Steel on PTFE of 25.4 mm with γ = 5: the secondary wave after 584 µs (an independent prototype)."""
+    code = re.findall(r"```python\n(.*?)```", (GALLERY.parent / "README.md").read_text(), flags=re.DOTALL)[0]
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    _, flight, error = map(float, done.stdout.split())
+    assert flight == pytest.approx(584e-6, abs=2e-6)
+    assert error < 1e-6

@@ -34,6 +34,13 @@ def test_an_impostor_is_named(tmp_path: Path) -> None:
     assert str(tmp_path / "plates") in done.stderr
 
 
+def test_the_command_names_an_impostor_too(tmp_path: Path) -> None:
+    (tmp_path / "structures.py").write_text("")
+    done = python("from hertzlink import main; main()", tmp_path)
+    assert "ImportError: hertzlink needs its own package 'structures'" in done.stderr
+    assert str(tmp_path / "structures.py") in done.stderr
+
+
 def test_a_folder_without_code_is_an_impostor_only_where_python_finds_it_first(tmp_path: Path) -> None:
     (tmp_path / "plates").mkdir()
     done = python("import hertzlink; print('fine')", tmp_path)

@@ -16,7 +16,7 @@ from coupling.studies.table import Row, text
 
 
 def hertzlink(*arguments: str, cwd: Path) -> "subprocess.CompletedProcess[str]":
-    command = [sys.executable, "-c", "from coupling.cli import main; main()", *arguments]
+    command = [sys.executable, "-c", "from hertzlink import main; main()", *arguments]
     return subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=300)
 
 
@@ -90,7 +90,7 @@ def test_force_never_deletes_what_it_did_not_write(tmp_path: Path, output: str) 
 
 @pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGKILL])
 def test_a_stopped_study_leaves_nothing(tmp_path: Path, sent: signal.Signals) -> None:
-    command = [sys.executable, "-c", "from coupling.cli import main; main()", "study", "plate-boundary", "--jobs", "1"]
+    command = [sys.executable, "-c", "from hertzlink import main; main()", "study", "plate-boundary", "--jobs", "1"]
     running = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, start_new_session=True)
     time.sleep(6.0)
     os.killpg(running.pid, sent)
