@@ -17,7 +17,8 @@ from coupling.studies.table import text
 
 WRONG_INPUT = 2
 TABLE = "table.txt"
-WRITTEN = {".nc", ".png", ".txt"}
+LISTING = "files.txt"
+"""The names of all files in a folder of results: only a folder with these and no others may be replaced."""
 
 
 def main() -> None:
@@ -93,7 +94,7 @@ def info() -> None:
 def check_output(folder: Path, force: bool) -> None:
     """Raise ValueError where the folder cannot be written, before any work is done.
 
-    With --force only a folder that holds the files of an earlier study, and nothing else, is replaced.
+    With --force only a folder that holds the listed files of an earlier study, and nothing else, is replaced.
     """
     whole = folder.resolve()
     if whole.exists() and not whole.is_dir():
@@ -103,10 +104,11 @@ def check_output(folder: Path, force: bool) -> None:
     if whole.exists() and not force:
         raise ValueError(f"--output {folder}: exists already; name another folder, or --force to replace it")
     if whole.exists():
-        foreign = sorted(path.name for path in whole.iterdir() if path.is_dir() or path.suffix not in WRITTEN)
-        if foreign or not (whole / TABLE).is_file():
+        listed = (whole / LISTING).read_text(encoding="utf-8").split("\n") if (whole / LISTING).is_file() else []
+        foreign = sorted(path.name for path in whole.iterdir() if path.name not in listed)
+        if foreign or not listed:
             raise ValueError(
-                f"--output {folder}: holds {foreign[0] if foreign else 'no table'}, so it is no earlier study"
+                f"--output {folder}: holds {', '.join(foreign[:1]) or 'nothing'}, so it is no earlier study"
             )
     if not whole.parent.is_dir():
         raise ValueError(f"--output {folder}: its parent folder does not exist")
@@ -120,6 +122,7 @@ def write_folder(folder: Path, write: Callable[[Path], None], force: bool) -> No
     try:
         beside.chmod(0o755)
         write(beside)
+        (beside / LISTING).write_text("\n".join([LISTING, *sorted(path.name for path in beside.iterdir())]))
         old = beside.with_name(beside.name + "-old")
         if folder.exists():
             folder.rename(old)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 from scipy.interpolate import CubicSpline
-from scipy.signal import find_peaks
+from scipy.signal import find_peaks, peak_widths
 
 from structures.checks import instance, one_of, positive, whole
 from structures.structure import Vector
@@ -16,6 +16,9 @@ SMALLEST_WAVE = 0.01
 
 FIRST_WAVE = 0.05
 """The incident wave rises by at least this part of the greatest force: waves of a heavy striker pile up later."""
+
+TOGETHER = 0.2
+"""Contact peaks nearer than this part of their width do not tell a direction."""
 
 WAVES = ("primary", "secondary")
 
@@ -72,13 +75,15 @@ def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE) -
     goes on, reflected ones are those that come back. A heavy striker sends a train; its first wave is the incident one.
     smallest: a peak that is lower than this part of the incident amplitude, or rises by less, is no wave. Small
     secondary waves of 1 to 3 % are real: every collision of a wave with a wall leaves some (thesis, section 1.5).
-    A solitary wave is five beads long: nearer than that to either end of the chain, incident and reflected waves
-    merge, and amplitudes mean little.
+    A solitary wave is five beads long: nearer than that to either end of the chain, or to a bead unlike the others,
+    incident and reflected waves merge, and amplitudes mean little. The reflected waves of a striker much heavier than
+    a bead ride on its train, and may be larger than the incident one.
     """
     above, below = _contact_pair(run, sensor)
     if above.ndim != 1:
         raise ValueError("run: holds a sweep; use amplitude_ratio and time_of_flight, or select one point first")
-    return _reflections(run.time.values, above.values, below.values, positive("smallest", smallest))
+    velocity = run.velocity.sel(bead=int(sensor)).values
+    return _reflections(run.time.values, above.values, below.values, velocity, positive("smallest", smallest))
 
 
 def amplitude_ratio(run: xr.Dataset, sensor: int, wave: str = "primary") -> xr.DataArray:
@@ -99,6 +104,7 @@ def time_of_flight(run: xr.Dataset, sensor: int, wave: str = "primary") -> xr.Da
 
 def wave_speed(run: xr.Dataset, first: int, second: int) -> float:
     """Speed, m/s, of the incident wave between the peaks at two sensors of one run; NaN where it did not pass both."""
+    first, second = whole("first", first), whole("second", second)
     if first == second:
         raise ValueError(f"second = {second!r}: must be another sensor than first")
     waves = [reflections(run, sensor).incident for sensor in (first, second)]
@@ -196,29 +202,29 @@ def critical_distance(ratio: xr.DataArray, tolerance: float = 0.02) -> float | x
 def _over_axes(run: xr.Dataset, sensor: int, wave: str, what: str, units: str, label: str) -> xr.DataArray:
     one_of("wave", wave, WAVES)
 
-    def one(above: Vector, below: Vector) -> float:
-        found = getattr(_reflections(time, above, below, SMALLEST_WAVE), wave)
+    def one(above: Vector, below: Vector, velocity: Vector) -> float:
+        found = getattr(_reflections(time, above, below, velocity, SMALLEST_WAVE), wave)
         return float("nan") if found is None else float(getattr(found, what))
 
-    pair = _contact_pair(run, sensor)
+    inputs = (*_contact_pair(run, sensor), run.velocity.sel(bead=int(sensor)).reset_coords(drop=True))
     time = run.time.values
-    result: xr.DataArray = xr.apply_ufunc(one, *pair, input_core_dims=[["time"], ["time"]], vectorize=True)
+    result: xr.DataArray = xr.apply_ufunc(one, *inputs, input_core_dims=[["time"]] * 3, vectorize=True)
     result.attrs = {"units": units, "long_name": f"{label}, bead {sensor}"}
     return result.rename(what)
 
 
-def _reflections(time: Vector, above: Vector, below: Vector, smallest: float) -> Reflections:
+def _reflections(time: Vector, above: Vector, below: Vector, velocity: Vector, smallest: float) -> Reflections:
     """Passages over a bead in order of time, from the dynamic forces of its two contacts; see `reflections`."""
     force = 0.5 * (above + below)
     top = force.max(initial=0.0)
     if not top > 0.0:
         return Reflections(None, None, None)
-    forward = [peak for peak, goes_on in _passages(above, below, FIRST_WAVE * top) if goes_on]
+    forward = [passage for passage in _passages(above, below, velocity, FIRST_WAVE * top) if passage.goes_on]
     if not forward:
         return Reflections(None, None, None)
-    incident = Wave(*_refined(time, force, forward[0]))
-    passages = _passages(above, below, smallest * incident.amplitude)
-    back = [_refined(time, force, peak) for peak, goes_on in passages if peak > forward[0] and not goes_on]
+    incident = Wave(*_refined(time, force, forward[0].peak))
+    later = [p for p in _passages(above, below, velocity, smallest * incident.amplitude) if p.start > forward[0].end]
+    back = [_refined(time, force, passage.peak) for passage in later if not passage.goes_on]
     found = [
         ReflectedWave(amplitude, arrival, amplitude / incident.amplitude, arrival - incident.arrival)
         for amplitude, arrival in back[:2]
@@ -226,27 +232,40 @@ def _reflections(time: Vector, above: Vector, below: Vector, smallest: float) ->
     return Reflections(incident, found[0] if found else None, found[1] if len(found) > 1 else None)
 
 
-def _passages(above: Vector, below: Vector, least: float) -> list[tuple[int, bool]]:
-    """Waves over a bead: where the mean force peaks, and whether the wave goes on, away from the striker.
+class _Passage(NamedTuple):
+    """A wave over a bead, in samples: its first and last contact peak, the peak of the mean, and whether it goes on."""
+
+    start: int
+    end: int
+    peak: int
+    goes_on: bool
+
+
+def _passages(above: Vector, below: Vector, velocity: Vector, least: float) -> list[_Passage]:
+    """Waves over a bead in order of time.
 
     A wave is a peak in each contact force, each the other's nearest; the contact that it passes first tells where it
-    goes. Between beads that have drifted apart a weak wave is two collisions, and still one wave.
+    goes. Between beads that have drifted apart a weak wave is two collisions, and still one wave. Where a bead moves
+    as one with a neighbour, as in a dimer, both contacts peak together, and the bead's velocity tells the direction.
     """
     peaks = [find_peaks(force, height=least, prominence=least)[0] for force in (above, below)]
     if not (peaks[0].size and peaks[1].size):
         return []
     apart = np.abs(peaks[0][:, None] - peaks[1][None, :])
     nearest_below, nearest_above = apart.argmin(axis=1), apart.argmin(axis=0)
+    widths = peak_widths(above, peaks[0])[0]
     force, found = above + below, []
     for i, first in enumerate(peaks[0]):
-        j = nearest_below[i]
-        if nearest_above[j] != i:
+        other = int(peaks[1][nearest_below[i]])
+        if nearest_above[nearest_below[i]] != i:
             continue
-        start, end = sorted((int(first), int(peaks[1][j])))
+        start, end = sorted((int(first), other))
         begin = max(0, start - 3)
         peak = begin + int(force[begin : end + 4].argmax())
+        together = end - start < TOGETHER * widths[i]
+        goes_on = bool(velocity[peak] > 0.0) if together else bool(first < other)
         if 0.5 * force[peak] >= least:
-            found.append((peak, bool(first < peaks[1][j])))
+            found.append(_Passage(start, end, peak, goes_on))
     return found
 
 

@@ -71,7 +71,7 @@ def _run_point(build: Callable[..., CoSimulation], until: float, point: dict[str
         simulation = build(**point)
         instance("build", simulation, CoSimulation, "a function that returns a CoSimulation")
         return simulation.run(until)
-    except (ValueError, RuntimeError, ArithmeticError) as error:
+    except (ValueError, TypeError, LookupError, RuntimeError, ArithmeticError) as error:
         error.add_note(f"in the sweep's point {point!r}")
         raise
 

@@ -43,7 +43,8 @@ def not_negative(name: str, value: float, unit: str = "") -> float:
 
 def listed(name: str, value: object, kind: type, what: str) -> list[Any]:
     """`value` as a list of one or more objects of a kind, or a ValueError."""
-    items = list(value) if isinstance(value, Iterable) and not isinstance(value, str | bytes) else []
+    many = isinstance(value, Iterable) and not isinstance(value, str | bytes) and getattr(value, "ndim", 1) > 0
+    items = list(value) if many else []  # type: ignore[call-overload]
     if not items or not all(isinstance(item, kind) for item in items):
         raise ValueError(f"{name} = {value!r}: must be a list of {what}")
     return items

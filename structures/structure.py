@@ -57,7 +57,7 @@ class Structure:
                 raise ValueError(f"{name}: must hold finite numbers")
         finite("flexibility", self.flexibility, "m/N")
         instance("surface", self.surface, Surface, "a Surface")
-        if not self.valid_until > 0.0:
+        if not isinstance(self.valid_until, int | float) or not self.valid_until > 0.0:
             raise ValueError(f"valid_until = {self.valid_until!r}: must be a positive number of s")
 
     @property
@@ -69,7 +69,7 @@ class Structure:
 def _numbers(name: str, values: object) -> Vector:
     try:
         array = np.asarray(values, dtype=float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         array = np.array(np.nan)
     if not np.isfinite(array).all():
         raise ValueError(f"{name}: must hold finite numbers")

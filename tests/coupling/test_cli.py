@@ -25,7 +25,7 @@ def test_quick_study_writes_everything(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     folder = tmp_path / "rod-stiffness"
     assert {path.name for path in folder.iterdir()} == {
-        "rod-stiffness.nc", "table.txt", "stiffness.png", "force_intensity.png",
+        "rod-stiffness.nc", "table.txt", "files.txt", "stiffness.png", "force_intensity.png",
     }  # fmt: skip
     assert "AR, steel" in done.stdout
     assert (folder / "table.txt").read_text().strip() in done.stdout
@@ -75,17 +75,22 @@ def test_info_and_help(tmp_path: Path) -> None:
     assert "Commands:\n" in nothing.stderr
 
 
-@pytest.mark.parametrize("output", [".", "..", "", "mine"])
+@pytest.mark.parametrize("output", [".", "..", "", "mine", "link", "flat"])
 def test_force_never_deletes_what_it_did_not_write(tmp_path: Path, output: str) -> None:
     """Neither the current folder, nor one around it, nor one with other files in it."""
     inner = tmp_path / "inner"
     (inner / "mine").mkdir(parents=True)
     (inner / "mine" / "thesis.tex").write_text("years of work")
+    (inner / "link").symlink_to(inner / "mine")
+    (inner / "flat").mkdir()
+    for name in ("table.txt", "holiday.png", "experiment.nc"):
+        (inner / "flat" / name).write_text("mine")
     done = hertzlink("study", "rod-stiffness", "--quick", "--force", "--output", output, cwd=inner)
     assert done.returncode == 2
     assert done.stderr.startswith("hertzlink: --output")
     assert done.stderr.count("\n") == 1
     assert (inner / "mine" / "thesis.tex").read_text() == "years of work"
+    assert len(list((inner / "flat").iterdir())) == 3
 
 
 @pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGKILL])
@@ -102,7 +107,7 @@ def test_a_stopped_study_leaves_nothing(tmp_path: Path, sent: signal.Signals) ->
 def test_a_failed_write_keeps_the_old_folder(tmp_path: Path) -> None:
     folder = tmp_path / "results"
     folder.mkdir()
-    (folder / "table.txt").write_text("old")
+    (folder / "files.txt").write_text("files.txt")
 
     def fail(into: Path) -> None:
         (into / "half").write_text("half")
@@ -111,7 +116,7 @@ def test_a_failed_write_keeps_the_old_folder(tmp_path: Path) -> None:
     with pytest.raises(OSError, match="disk full"):
         write_folder(folder, fail, force=True)
     assert [path.name for path in tmp_path.iterdir()] == ["results"]
-    assert [path.name for path in folder.iterdir()] == ["table.txt"]
+    assert [path.name for path in folder.iterdir()] == ["files.txt"]
 
 
 def test_table_shows_differences_and_wraps_reasons() -> None:

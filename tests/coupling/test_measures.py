@@ -14,18 +14,22 @@ BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 def signal(*pulses: tuple[float, float, float], step: float = 3.7e-7, static: float = 0.0) -> xr.Dataset:
     """A run of two beads whose force at bead 1 is a sum of pulses (amplitude, arrival, direction).
 
-    A pulse that goes on (direction 1) passes contact 1 2 µs before contact 2, one that comes back 2 µs after it.
+    A pulse that goes on (direction 1) passes contact 1 8 µs before contact 2, one that comes back 8 µs after it.
     """
     time = np.arange(0.0, 1e-3, step)
     contacts = np.full((time.size, 3), static)
     for amplitude, arrival, direction in pulses:
         for contact in range(3):
-            delay = direction * (2 * contact - 1) * 1e-6
-            contacts[:, contact] += amplitude * np.exp((1.0 / 12.0) ** 2 - ((time - arrival - delay) / 12e-6) ** 2)
+            delay = direction * (2 * contact - 1) * 4e-6
+            contacts[:, contact] += amplitude * np.exp((1.0 / 3.0) ** 2 - ((time - arrival - delay) / 12e-6) ** 2)
     return xr.Dataset(
-        {"contact_force": (("time", "contact"), contacts)},
+        {
+            "contact_force": (("time", "contact"), contacts),
+            "velocity": (("time", "bead"), np.zeros((time.size, 3))),
+        },
         coords={
             "time": time,
+            "bead": [0, 1, 2],
             "contact": [1, 2, 3],
             "static_force": ("contact", np.full(3, static)),
             "centre": ("bead", [-0.005, 0.005, 0.015]),
@@ -75,6 +79,25 @@ def test_a_heavy_striker_sends_a_train_whose_first_wave_is_incident() -> None:
     assert waves.incident is not None
     assert waves.incident.arrival < 150e-6
     assert waves.incident.amplitude < 0.5 * float(hl.sensor_force(run, 7).max())
+
+
+@pytest.mark.parametrize("sensor", [6, 8, 10, 12])
+def test_a_dimer_chain_has_its_waves_in_order(sensor: int) -> None:
+    """Beads in pairs move as one: both contacts of a bead peak together, and the incident wave still comes first."""
+    chain = hl.Chain([BEAD, hl.Sphere(2e-3, hl.STEEL_440C)] * 10, BEAD, 0.44)
+    waves = hl.reflections(hl.CoSimulation(chain, hl.half_space(hl.STEEL_440C)).run(until=1.2e-3), sensor)
+    assert waves.incident is not None
+    assert waves.incident.arrival < 260e-6
+    assert waves.primary is None or waves.primary.time_of_flight > 50e-6
+
+
+def test_no_wave_is_its_own_reflection() -> None:
+    """A PTFE bead among steel ones: nothing comes back before the incident wave has passed."""
+    beads = [BEAD] * 10 + [hl.Sphere(4.76e-3, hl.PTFE)] + [BEAD] * 9
+    run = hl.CoSimulation(hl.Chain(beads, BEAD, 0.44), hl.half_space(hl.STEEL_440C)).run(until=1.8e-3)
+    for sensor in range(2, 20):
+        primary = hl.reflections(run, sensor).primary
+        assert primary is None or primary.time_of_flight > 10e-6
 
 
 def test_small_peaks_are_not_reported_even_from_below_zero() -> None:
