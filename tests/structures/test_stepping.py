@@ -89,3 +89,14 @@ def test_bad_structures() -> None:
         hl.Structure(one, one, None, np.array([np.nan]), 0.0, hl.Surface(hl.PTFE))
     with pytest.raises(ValueError, match="window = -1"):
         hl.MovingStructure(ROD).advance(hl.MovingStructure(ROD).start(), 0.0, -1.0)
+
+
+def test_an_oscillator_with_the_period_of_the_window_is_seen() -> None:
+    """Under a constant force it swings about F/k; its exact motion, seen once a period, would rest at zero."""
+    window = 1e-6
+    moving = hl.MovingStructure(oscillator(2.0 * np.pi / window))
+    state, seen = moving.start(), []
+    for _ in range(1000):
+        state, surface = moving.advance(state, 1.0, window)
+        seen.append(surface)
+    assert np.mean(seen) == pytest.approx((window / (2.0 * np.pi)) ** 2, rel=1e-2)
