@@ -41,9 +41,18 @@ from coupling.measures import (  # noqa: E402
 from coupling.participant import Participant  # noqa: E402
 from coupling.scheme import Aitken, Condensed, NotConverged  # noqa: E402
 from coupling.sweep import sweep  # noqa: E402
-from particles.bead import Sphere, drop_speed  # noqa: E402
+from particles.bead import Cylinder, Ellipsoid, HollowSphere, Sphere, drop_speed  # noqa: E402
 from particles.chain import Chain, MovingChain  # noqa: E402
-from particles.dissipation import LinearDashpot  # noqa: E402
+from particles.contact import PowerLaw, TabulatedLaw, contact_law  # noqa: E402
+from particles.dissipation import (  # noqa: E402
+    KuwabaraKono,
+    LinearDashpot,
+    MassProportional,
+    PowerDashpot,
+    Restitution,
+    Tsuji,
+)
+from particles.excitation import Piston, PushedBead, SpringLoaded  # noqa: E402
 from plates.plate import Plate, kirchhoff_plate  # noqa: E402
 from plates.support import Supports  # noqa: E402
 from plates.theory import critical_distance_bounds, point_impedance  # noqa: E402
@@ -67,10 +76,12 @@ from structures.structure import Structure, half_space  # noqa: E402
 from structures.surface import Surface, hertz_stiffness  # noqa: E402
 
 __all__ = [
-    "ACRYLIC", "ALUMINIUM_6061", "BRASS_360", "COPPER", "MATERIALS", "NYLON", "POLYCARBONATE", "PTFE", "STEEL_316",
-    "STEEL_440C", "Aitken", "Chain", "CoSimulation", "Condensed", "Layer", "LinearDashpot", "Material",
-    "MovingChain", "MovingStructure", "NotConverged", "Participant", "Plate", "ReflectedWave", "Reflections",
-    "Sphere", "Structure", "Supports", "Surface", "Wave", "amplitude_ratio", "contact_time", "critical_distance",
+    "ACRYLIC", "ALUMINIUM_6061", "Aitken", "BRASS_360", "COPPER", "Chain", "CoSimulation", "Condensed", "Cylinder",
+    "Ellipsoid", "HollowSphere", "KuwabaraKono", "Layer", "LinearDashpot", "MATERIALS", "MassProportional",
+    "Material", "MovingChain", "MovingStructure", "NYLON", "NotConverged", "POLYCARBONATE", "PTFE", "Participant",
+    "Piston", "Plate", "PowerDashpot", "PowerLaw", "PushedBead", "ReflectedWave", "Reflections", "Restitution",
+    "STEEL_316", "STEEL_440C", "Sphere", "SpringLoaded", "Structure", "Supports", "Surface", "TabulatedLaw",
+    "Tsuji", "Wave", "amplitude_ratio", "contact_law", "contact_time", "critical_distance",
     "critical_distance_bounds", "drop_speed", "energy_error", "half_space", "hertz_stiffness", "kirchhoff_plate",
     "point_impedance", "reduce", "reflections", "rod", "sensor_force", "sweep", "time_of_flight", "wave_speed",
 ]  # fmt: skip

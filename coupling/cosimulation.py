@@ -149,9 +149,9 @@ class CoSimulation:
                 return
 
     def _start_frames(self, frames: Frames) -> None:
-        y, v, _ = self.chain.start()
+        y, v = self.chain.start()[:2]
         frames.position[0], frames.velocity[0] = y, v
-        kernels.contact_forces(y, v, self.chain.constants, 0.0, 0.0, frames.contact_force[0])
+        kernels.contact_forces(y, v, self.chain.constants, 0.0, 0.0, 0.0, frames.contact_force[0])
         frames.kinetic[0], frames.potential[0] = kernels.energies(y, v, self.chain.constants, 0.0)
 
     def _run_compiled(self, window: float, stride: int, frames: Frames) -> None:
@@ -159,7 +159,7 @@ class CoSimulation:
         oscillators = Oscillators(structure, window)
         modes = (oscillators.rows, *oscillators.response, structure.contact, structure.stiffness.diagonal())
         tolerance = self.scheme.tolerance * self.chain.force_scale  # type: ignore[attr-defined]
-        y, v, _ = self.chain.start()
+        y, v = self.chain.start()[:2]
         static = float(self.chain.static_force[-1])
         problem, done, detail = kernels.run_on_oscillators(
             y, v, self.chain.constants, self.chain.method, self.chain.steps(window), window, static, tolerance,
@@ -178,7 +178,7 @@ class CoSimulation:
                 state = self.step(state, window)
             except NotConverged as error:
                 raise NotConverged(f"window {done}, t = {done * window:.4g} s: {error}") from error
-            y, v, lost = state.chain
+            y, v, lost, time, driven = state.chain
             bad = kernels.first_bad(y, v, state.surface)
             if bad >= 0:
                 raise self._non_finite(bad, done * window)
@@ -189,11 +189,12 @@ class CoSimulation:
                 frames.position[row], frames.velocity[row], frames.surface[row] = y, v, state.surface
                 rate = (state.surface - before) / window
                 constants = self.chain.constants
-                kernels.contact_forces(y, v, constants, state.surface, rate, frames.contact_force[row])
+                kernels.contact_forces(y, v, constants, time, state.surface, rate, frames.contact_force[row])
                 frames.kinetic[row], frames.potential[row] = kernels.energies(y, v, constants, state.surface)
                 if isinstance(self.structure, MovingStructure):
                     frames.structure[row] = self.structure.energy(state.structure)
-                frames.lost[row], frames.work[row], frames.evaluations[row] = lost, work, evaluations
+                frames.lost[row], frames.work[row], frames.driven[row] = lost, work, driven
+                frames.evaluations[row] = evaluations
                 evaluations = 0
 
     def _non_finite(self, bead: int, time: float) -> FloatingPointError:

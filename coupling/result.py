@@ -1,6 +1,7 @@
 """A result is an xarray.Dataset: named dimensions, units, the full input and the versions in its attributes."""
 
 import json
+import logging
 import platform
 from collections.abc import Mapping
 from importlib.metadata import PackageNotFoundError, version
@@ -20,12 +21,16 @@ DESCRIPTIONS = {
     "contact_force": (("time", "contact"), "N", "force between bead n - 1 and bead n, preload included"),
     "surface_displacement": (("time",), "m", "displacement of the structure's contact point"),
     "kinetic_energy": (("time",), "J", "kinetic energy of striker and beads"),
-    "contact_energy": (("time",), "J", "elastic energy of the contacts and energy of gravity, from the start"),
-    "dissipated_energy": (("time",), "J", "energy taken by the dashpots since the start"),
+    "contact_energy": (("time",), "J", "energy of contacts, gravity, dead load and spring, from the start"),
+    "dissipated_energy": (("time",), "J", "energy taken by losses since the start"),
+    "excitation_work": (("time",), "J", "work of a force history or a piston since the start"),
     "interface_work": (("time",), "J", "work of the dynamic contact force on the structure since the start"),
     "structure_energy": (("time",), "J", "kinetic and elastic energy of the structure, NaN where it is not known"),
     "evaluations": (("time",), "1", "chain windows tried since the last saved time"),
 }
+
+
+log = logging.getLogger("hertzlink.result")
 
 
 class Frames:
@@ -33,15 +38,16 @@ class Frames:
 
     def __init__(self, rows: int, bodies: int) -> None:
         self.position, self.velocity, self.contact_force = (np.zeros((rows, bodies)) for _ in range(3))
-        self.surface, self.kinetic, self.potential, self.structure, self.lost, self.work, self.evaluations = (
+        self.surface, self.kinetic, self.potential, self.structure, self.lost, self.work, self.driven = (
             np.zeros(rows) for _ in range(7)
         )
+        self.evaluations = np.zeros(rows)
 
     def arrays(self) -> tuple[Vector, ...]:
         """In the order that the compiled window loop wants."""
         return (
             self.position, self.velocity, self.contact_force, self.surface, self.kinetic, self.potential,
-            self.structure, self.lost, self.work, self.evaluations,
+            self.structure, self.lost, self.work, self.driven, self.evaluations,
         )  # fmt: skip
 
 
@@ -56,6 +62,7 @@ def dataset(chain: MovingChain, frames: Frames, interval: float, given: Mapping[
         "kinetic_energy": frames.kinetic,
         "contact_energy": potential - potential[0],
         "dissipated_energy": frames.lost,
+        "excitation_work": frames.driven,
         "interface_work": frames.work,
         "structure_energy": frames.structure,
         "evaluations": frames.evaluations,
@@ -68,11 +75,23 @@ def dataset(chain: MovingChain, frames: Frames, interval: float, given: Mapping[
             "bead": ("bead", np.arange(bodies)),
             "contact": ("contact", np.arange(1, bodies + 1)),
             "centre": ("bead", chain.chain.centres, {"units": "m", "long_name": "centre, from the struck end"}),
-            "impact_energy": ((), chain.chain.impact_energy, {"units": "J", "long_name": "energy of the striker"}),
+            "impact_energy": ((), chain.chain.impact_energy, {"units": "J", "long_name": "energy of the excitation"}),
             "static_force": ("contact", chain.static_force, {"units": "N", "long_name": "preload"}),
         },
     )
-    return data.assign_attrs(provenance(given))
+    data = data.assign_attrs(provenance(given))
+    cautions = chain.cautions(_deepest(chain, frames))
+    for caution in cautions:
+        log.warning("%s", caution)
+    return data.assign_attrs(warnings="\n".join(cautions)) if cautions else data
+
+
+def _deepest(chain: MovingChain, frames: Frames) -> Vector:
+    """Greatest approach that each contact saw at a saved time, m; the last one's without the spring behind it."""
+    place = np.column_stack([frames.position, frames.surface])
+    deepest: Vector = (place[:, :-1] - place[:, 1:]).max(axis=0)
+    deepest[-1] -= chain.flexibility * frames.contact_force[:, -1].max()
+    return deepest
 
 
 def provenance(given: Mapping[str, Any]) -> dict[str, str]:

@@ -1,21 +1,22 @@
-"""A chain of beads and its striker: `Chain` is data, `MovingChain` the participant that faces a surface."""
+"""A chain of beads and what sets it in motion: `Chain` is data, `MovingChain` the participant that faces a surface."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from itertools import pairwise
-from math import inf, pi
+from math import gamma, inf, pi, sin, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from particles import kernels
-from particles.bead import Sphere
-from particles.dissipation import LinearDashpot
+from particles.bead import Bead, turn
+from particles.contact import ContactLaw, contact_law
+from particles.dissipation import Dissipation
+from particles.excitation import Excitation, Piston, PushedBead, SpringLoaded
 from structures.checks import finite, instance, listed, not_negative, one_of, positive, within
 from structures.structure import Vector
-from structures.surface import Surface, hertz_stiffness
-from structures.theory import contact_time_half_space
+from structures.surface import Surface
 
 INTEGRATORS = ("verlet", "rk4")
 
@@ -24,47 +25,113 @@ STEPS_PER_CONTACT = 1800
 
 
 STEPS_PER_DAMPING = 40
-"""Steps in the time in which the strongest dashpot would stop a contact; matters for soft, small, sticky beads only."""
+"""Steps in the time in which the strongest loss would stop a contact; matters for soft, small, sticky beads only."""
+
+
+STILL = 1e-2
+"""m/s, the scale of speeds in a chain that a piston at rest holds."""
 
 
 @dataclass(frozen=True)
 class Chain:
-    """Beads in a row, the first one hit by the striker, the last one facing a structure.
+    """Beads in a row, the first one struck, the last one facing a structure.
 
-    beads: from the struck end on. striker: a bead that arrives free, at impact_speed (m/s), at time zero.
-    gravity, m/s², acts along the chain from striker to structure; the static preload is solved first and motions
-    are measured from static equilibrium. dissipation: None or a LinearDashpot at every contact.
-    integrator: "verlet" (velocity Verlet) or "rk4" (as in the thesis).
-    Equations 1.5 and 6.1 of the thesis (as corrected: all brackets with positive part).
+    beads: from the struck end on, of any kind and mixed. striker: a bead that arrives free, at impact_speed (m/s), at
+    time zero; or a SpringLoaded striker, a PushedBead or a Piston, which bring their own and take no impact_speed.
+    gravity, m/s², acts on a chain whose axis, from the striker to the structure, falls at an angle of `inclination`
+    (rad) to the horizontal: π/2 by default, the striker on top. preload, N: a static force along the chain, held
+    constant by a dead load on the first bead, or, with a Piston, by its place. The static forces are solved first, and
+    motions are measured from static equilibrium.
+    dissipation: None, or a loss such as LinearDashpot at every contact. integrator: "verlet" (velocity Verlet) or "rk4"
+    (as in the thesis). law: what `contact_law` finds; or a law for all contacts between bodies; or a function
+    law(body, next body or Surface) that returns one.
+    Equations 1.5, 3.1 and 6.1 of the thesis (as corrected: all brackets with positive part).
     """
 
-    beads: Sequence[Sphere]
-    striker: Sphere
-    impact_speed: float
+    beads: Sequence[Bead]
+    striker: Bead | Excitation
+    impact_speed: float | None = None
     gravity: float = 0.0
-    dissipation: LinearDashpot | None = None
+    dissipation: Dissipation | None = None
     integrator: str = "verlet"
+    preload: float = 0.0
+    inclination: float = pi / 2.0
+    law: ContactLaw | Callable[[Bead, Any], ContactLaw] | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "beads", tuple(listed("beads", self.beads, Sphere, "one Sphere or more")))
-        instance("striker", self.striker, Sphere, "a Sphere")
-        object.__setattr__(self, "impact_speed", within("impact_speed", self.impact_speed, 1e-12, 1e5, "m/s"))
+        object.__setattr__(self, "beads", tuple(listed("beads", self.beads, Bead, "one bead, such as Sphere, or more")))  # type: ignore[arg-type]
+        what = "a bead, such as Sphere, or SpringLoaded, PushedBead or Piston"
+        instance("striker", self.striker, Bead | Excitation, what)  # type: ignore[arg-type]
+        if isinstance(self.striker, Bead):
+            if self.impact_speed is None:
+                raise ValueError("impact_speed = None: must be given, in m/s, for a striker that is a bead")
+            object.__setattr__(self, "impact_speed", within("impact_speed", self.impact_speed, 1e-12, 1e5, "m/s"))
+        elif self.impact_speed is not None:
+            kind = type(self.striker).__name__
+            raise ValueError(
+                f"impact_speed = {self.impact_speed!r}: must be left out for a {kind}, which sets the speed"
+            )
         object.__setattr__(self, "gravity", not_negative("gravity", self.gravity, "m/s²"))
-        if not isinstance(self.dissipation, LinearDashpot | None):
-            raise ValueError(f"dissipation = {self.dissipation!r}: must be None or LinearDashpot(coefficient)")
+        object.__setattr__(self, "preload", not_negative("preload", self.preload, "N"))
+        object.__setattr__(self, "inclination", turn("inclination", self.inclination))
+        if not isinstance(self.dissipation, Dissipation | None):
+            raise ValueError(
+                f"dissipation = {self.dissipation!r}: must be None or a loss such as LinearDashpot(coefficient)"
+            )
+        if not (self.law is None or isinstance(self.law, ContactLaw) or callable(self.law)):
+            raise ValueError(
+                f"law = {self.law!r}: must be None, a law such as PowerLaw(k, n), or a function of two bodies"
+            )
         one_of("integrator", self.integrator, INTEGRATORS)
+        if not self.impact_energy > 0.0:
+            raise ValueError(f"striker = {self.striker!r}: moves nothing")
+
+    @property
+    def gravity_along(self) -> float:
+        """Gravity's part along the chain, m/s²."""
+        return self.gravity * sin(self.inclination)
+
+    @property
+    def body(self) -> Bead | None:
+        """Body 0 of the results, the striker; None where a force or a motion stands for it."""
+        if isinstance(self.striker, SpringLoaded):
+            return self.striker.striker
+        return None if isinstance(self.striker, PushedBead | Piston) else self.striker
+
+    @property
+    def speed(self) -> float:
+        """Of the striker at time zero, m/s."""
+        if isinstance(self.striker, SpringLoaded):
+            return self.striker.speed(self.gravity_along)
+        return self.impact_speed or 0.0
 
     @property
     def impact_energy(self) -> float:
-        """Kinetic energy of the striker at time zero, J."""
-        return 0.5 * self.striker.mass * self.impact_speed**2
+        """What the excitation brings, J: the scale of steps, tolerances and of energy_error.
+
+        The striker's kinetic energy at time zero, and what is left in its spring. For a force history ½ J²/m with its
+        greatest impulse J on the first bead, for a piston the energy of the first bead at twice the greatest speed; for
+        one at rest, ½ m (10 mm/s)².
+        """
+        if self.body is not None:
+            spring = (
+                0.5 * self.striker.stiffness * self.striker.left**2 if isinstance(self.striker, SpringLoaded) else 0.0
+            )
+            return 0.5 * self.body.mass * self.speed**2 + spring
+        mass = self.beads[0].mass
+        times, values, rates = self.striker.history  # type: ignore[union-attr]
+        if isinstance(self.striker, PushedBead):
+            impulse = float(np.abs(np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(times))).max())
+            return 0.5 * impulse**2 / mass
+        fastest = float(max(np.abs(rates).max(), np.abs(np.diff(values) / np.diff(times)).max()))
+        return 0.5 * mass * (2.0 * fastest if fastest > 0.0 else STILL) ** 2
 
     @property
     def centres(self) -> Vector:
         """Distance of the centres of striker and beads from the struck end of the first bead, m."""
         sizes = np.array([bead.size for bead in self.beads])
         ends = np.cumsum(sizes)
-        return np.concatenate([[-self.striker.size / 2.0], ends - sizes / 2.0])
+        return np.concatenate([[-self.body.size / 2.0 if self.body else 0.0], ends - sizes / 2.0])
 
     def describe(self) -> dict[str, Any]:
         """The chain as plain data, for the attributes of a result."""
@@ -72,11 +139,16 @@ class Chain:
 
 
 class ChainState(NamedTuple):
-    """Positions from touching, unloaded beads (m) and velocities (m/s) of striker and beads; energy lost so far (J)."""
+    """Positions from touching, unloaded beads (m) and velocities (m/s) of striker and beads.
+
+    lost: energy lost so far (J); time: s from the first contact; driven: work of a force history or piston so far (J).
+    """
 
     position: Vector
     velocity: Vector
-    lost: float
+    lost: float = 0.0
+    time: float = 0.0
+    driven: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,59 +164,87 @@ class MovingChain:
     surface: Surface | None
     flexibility: float = 0.0
     dt: float | None = None
+    laws: tuple[ContactLaw | None, ...] = field(init=False)
     mass: Vector = field(init=False)
-    stiffness: Vector = field(init=False)
     static_force: Vector = field(init=False)
     preload: Vector = field(init=False)
     rest: Vector = field(init=False)
 
     def __post_init__(self) -> None:
         chain = self.chain
-        bodies = [chain.striker, *chain.beads]
-        surfaces = [body.surface for body in bodies]
-        mass = np.array([body.mass for body in bodies])
-        pairs = pairwise(surfaces)
-        last = 0.0 if self.surface is None else hertz_stiffness(surfaces[-1], self.surface)
-        stiffness = np.array([*(hertz_stiffness(one, other) for one, other in pairs), last])
-        if self.surface is None and chain.gravity > 0.0:
-            raise ValueError(f"gravity = {chain.gravity!r}: must be 0 for a chain that nothing holds (structure None)")
-        static = np.concatenate([[0.0], chain.gravity * np.cumsum(mass[1:])])
-        preload = np.divide(static, stiffness, out=np.zeros_like(static), where=static > 0.0) ** (2.0 / 3.0)
-        spring = np.append(np.zeros(len(chain.beads)), self.flexibility * static[-1])
-        rest = np.cumsum((preload + spring)[::-1])[::-1].copy()
+        beads = np.array([bead.mass for bead in chain.beads])
         finite("flexibility", self.flexibility, "m/N")
-        values = {"mass": mass, "stiffness": stiffness, "static_force": static, "preload": preload, "rest": rest}
-        for name, value in values.items():
-            object.__setattr__(self, name, value)
+        held = chain.preload if isinstance(chain.striker, Piston) else 0.0
+        static = np.concatenate([[held], chain.preload + chain.gravity_along * np.cumsum(beads)])
+        self._check_support(static)
+        object.__setattr__(self, "mass", np.concatenate([[chain.body.mass if chain.body else inf], beads]))
+        object.__setattr__(self, "laws", self._laws())
+        preload = self._over_contacts(lambda law, i: law.approach(static[i]))
+        spring = np.append(np.zeros(len(chain.beads)), self.flexibility * static[-1])
+        object.__setattr__(self, "static_force", static)
+        object.__setattr__(self, "preload", preload)
+        object.__setattr__(self, "rest", np.cumsum((preload + spring)[::-1])[::-1].copy())
         self._check_flexibility()
         self._check_step()
 
     @cached_property
     def contact_time(self) -> float:
-        """The shortest time of any contact, s: Hertz's collision at the impact speed, or its preloaded half-swing."""
-        closed = self.stiffness > 0.0
-        collision = contact_time_half_space(self.reduced_mass[closed], self.stiffness[closed], self.chain.impact_speed)
-        tangent = 1.5 * self.stiffness * np.sqrt(self.preload)
-        swing = pi / np.sqrt(np.maximum(tangent / self.reduced_mass, 1e-300))
-        return float(min(collision.min(), swing.min()))
+        """The shortest time of any contact, s: a free collision at the striker's speed, or the preloaded half-swing.
+
+        For F = k δⁿ a collision takes 2√π Γ(1 + 1/(n+1))/Γ(½ + 1/(n+1)) times deepest approach over speed.
+        """
+        mass, shortest = self.reduced_mass, inf
+        energy = 0.5 * mass * self.speed**2
+        deepest = self._over_contacts(lambda law, i: law.overlap(energy[i]))
+        force = self._over_contacts(lambda law, i: law.force(deepest[i]))
+        stiff = self._over_contacts(lambda law, i: law.tangent(self.preload[i]))
+        for i in np.flatnonzero(deepest > 0.0):
+            order = energy[i] / (force[i] * deepest[i])
+            time = deepest[i] / self.speed * 2.0 * sqrt(pi) * gamma(1.0 + order) / gamma(0.5 + order)
+            shortest = min(shortest, time, pi / sqrt(max(stiff[i] / mass[i], 1e-300)))
+        return float(shortest)
+
+    @property
+    def speed(self) -> float:
+        """The scale of the bodies' speeds, m/s: the first body's with all of the excitation's energy."""
+        moved = self.mass[0] if self.chain.body else self.mass[1]
+        return sqrt(2.0 * self.chain.impact_energy / float(moved))
 
     @cached_property
     def damping_time(self) -> float:
-        """The shortest time, s, in which a dashpot would stop a contact."""
-        dissipation = self.chain.dissipation
-        rate = dissipation.coefficient / float(self.reduced_mass.min()) if dissipation else 0.0
-        return 1.0 / rate if rate > 0.0 else inf
+        """The shortest time, s, in which a loss would stop a contact."""
+        loss = self.chain.dissipation
+        if loss is None:
+            return inf
+        deepest = self._overlap(self.chain.impact_energy) + self.preload
+        tangent = self._over_contacts(lambda law, i: law.tangent(deepest[i]))
+        secant = self._over_contacts(lambda law, i: law.force(deepest[i]) / np.maximum(deepest[i], 1e-300))
+        grown = {
+            kernels.TANGENT: tangent,
+            kernels.SECANT: np.sqrt(0.5 * (tangent + secant)),
+            kernels.GLOBAL: np.full_like(tangent, 4.0),
+        }
+        rates = loss.coefficients(self.reduced_mass) * grown.get(loss.kind, np.ones_like(tangent))
+        rates = rates * self.speed ** (loss.exponent - 1.0)
+        fastest = float((rates if loss.kind == kernels.DRAG else rates / self.reduced_mass).max())
+        return 1.0 / fastest if fastest > 0.0 else inf
 
     @cached_property
     def force_scale(self) -> float:
-        """The greatest force, N, of the last contact if it took all of the striker's energy."""
-        return float((self.stiffness * self._overlap(self.chain.impact_energy) ** 1.5)[-1])
+        """The greatest force, N, of the last contact if it took all of the excitation's energy."""
+        law = self.laws[-1]
+        return float(law.force(law.overlap(np.array([self.chain.impact_energy])))[0]) if law else 0.0
+
+    @property
+    def stiffness(self) -> Vector:
+        """k of each contact, N/mⁿ; zero where there is none, one where the law is a table."""
+        return np.array([law.kernel[0] if law else 0.0 for law in self.laws])
 
     def start(self) -> ChainState:
         """Static equilibrium, the striker touching the first bead at the impact speed."""
         velocity = np.zeros_like(self.rest)
-        velocity[0] = self.chain.impact_speed
-        return ChainState(self.rest.copy(), velocity, 0.0)
+        velocity[0] = self.chain.speed
+        return ChainState(self.rest.copy(), velocity)
 
     def advance(
         self, state: ChainState, surface_motion: tuple[float, float], window: float
@@ -154,9 +254,11 @@ class MovingChain:
         Returns the new state and the mean force (N) on the surface above the static one.
         """
         y, v = state.position.copy(), state.velocity.copy()
-        start, end = surface_motion
-        force, lost = kernels.advance(y, v, self.constants, self.method, self.steps(window), window, start, end)
-        return ChainState(y, v, state.lost + lost), force - float(self.static_force[-1])
+        force, lost, driven = kernels.advance(
+            y, v, self.constants, self.method, self.steps(window), state.time, window, *surface_motion
+        )
+        moved = ChainState(y, v, state.lost + lost, state.time + window, state.driven + driven)
+        return moved, force - float(self.static_force[-1])
 
     def advance_condensed(
         self,
@@ -175,25 +277,49 @@ class MovingChain:
         """
         y, v = state.position.copy(), state.velocity.copy()
         static = float(self.static_force[-1])
-        steps = self.steps(window)
-        force, lost, count, residual = kernels.advance_condensed(
-            y, v, self.constants, self.method, steps, window, *surface, compliance, static, guess, tolerance
-        )
-        return ChainState(y, v, state.lost + lost), force - static, count, residual
+        force, lost, driven, count, residual = kernels.advance_condensed(
+            y, v, self.constants, self.method, self.steps(window), state.time, window, *surface, compliance, static,
+            guess, tolerance,
+        )  # fmt: skip
+        moved = ChainState(y, v, state.lost + lost, state.time + window, state.driven + driven)
+        return moved, force - static, count, residual
 
     @cached_property
-    def constants(self) -> tuple[Vector, Vector, Vector, float, float]:
+    def constants(self) -> kernels.Constants:
         """What the kernels call `chain`."""
-        dashpot = self.chain.dissipation.coefficient if self.chain.dissipation else 0.0
-        return 1.0 / self.mass, self.stiffness, np.full_like(self.mass, dashpot), self.chain.gravity, self.flexibility
+        chain, table, rows = self.chain, *self._tables()
+        loss, striker = chain.dissipation, chain.striker
+        drive, history = kernels.FREE, np.zeros((3, 1))
+        if isinstance(striker, PushedBead | Piston):
+            drive = kernels.PUSHED if isinstance(striker, PushedBead) else kernels.MOVED
+            history = np.array(striker.history)
+            history[1] += self.rest[0] if drive == kernels.MOVED else 0.0
+        spring, end = (
+            (striker.stiffness, self.rest[0] + striker.left) if isinstance(striker, SpringLoaded) else (0.0, 0.0)
+        )
+        numbers = kernels.Numbers(
+            loss.kind if loss else kernels.NO_LOSS,
+            loss.exponent if loss else 1.0,
+            chain.gravity_along,
+            float(self.flexibility),
+            0.0 if drive == kernels.MOVED else chain.preload,
+            spring,
+            float(end),
+            drive,
+        )
+        damping = loss.coefficients(self.reduced_mass) if loss else np.zeros_like(self.mass)
+        return kernels.Constants(1.0 / self.mass, self.stiffness, table, rows, damping, history, numbers)
 
     @cached_property
     def method(self) -> int:
         """What the kernels call `method`."""
         if self.chain.integrator == "rk4":
             return kernels.RK4
-        lossless = self.chain.dissipation is None or self.chain.dissipation.coefficient == 0.0
-        return kernels.VERLET if lossless else kernels.DASHPOT_VERLET
+        if np.any(self.constants.damping > 0.0):
+            return kernels.LOSSY_VERLET
+        numbers = self.constants.numbers
+        driven = numbers.drive != kernels.FREE or numbers.preload > 0.0 or numbers.spring > 0.0
+        return kernels.DRIVEN_VERLET if driven or np.any(self.constants.table >= 0) else kernels.VERLET
 
     def steps(self, window: float) -> int:
         """Steps in a window."""
@@ -203,29 +329,108 @@ class MovingChain:
 
     @cached_property
     def reduced_mass(self) -> Vector:
-        """Reduced masses of the N + 1 contacts, kg; a structure counts as immovable."""
-        mass = self.mass
-        return np.append(mass[:-1] * mass[1:] / (mass[:-1] + mass[1:]), mass[-1])
+        """Reduced masses of the N + 1 contacts, kg; a structure, a piston or a force counts as immovable."""
+        inverse = np.append(1.0 / self.mass, 0.0)
+        reduced: Vector = 1.0 / (inverse[:-1] + inverse[1:])
+        return reduced
+
+    def cautions(self, deepest: Vector) -> list[str]:
+        """What to know of the contact laws used, with the greatest approach (m) that each contact saw."""
+        found: dict[str, None] = {}
+        for i, law in enumerate(self.laws):
+            if law is None:
+                continue
+            if law.caution:
+                found[law.caution] = None
+            if deepest[i] > law.largest:
+                found[
+                    f"contact {i + 1}: approach of {deepest[i]:.3g} m is beyond {law.largest:.3g} m, up to which "
+                    f"its law ({law.name}) is trusted"
+                ] = None
+        return list(found)
+
+    def _laws(self) -> tuple[ContactLaw | None, ...]:
+        chain, given = self.chain, self.chain.law
+
+        def between(one: Bead, other: Bead | Surface) -> ContactLaw:
+            if given is None or (isinstance(given, ContactLaw) and isinstance(other, Surface)):
+                return contact_law(one, other)
+            if isinstance(given, ContactLaw):
+                return given
+            law = given(one, other)
+            instance("law", law, ContactLaw, "a function that returns a contact law such as PowerLaw(k, n)")
+            return law
+
+        first: ContactLaw | None = None
+        if chain.body is not None:
+            first = between(chain.body, chain.beads[0])
+        elif isinstance(chain.striker, Piston):
+            first = between(chain.beads[0], chain.striker.surface or Surface(chain.beads[0].material))
+        last = None if self.surface is None else between(chain.beads[-1], self.surface)
+        return (first, *(between(one, other) for one, other in pairwise(chain.beads)), last)
+
+    def _over_contacts(self, of: Callable[[ContactLaw, Vector], Vector]) -> Vector:
+        """of(law, contacts) for each law and the contacts that have it; zero where there is no contact."""
+        values = np.zeros(len(self.laws))
+        for law, contacts in self._groups.items():
+            values[contacts] = of(law, contacts)
+        return values
+
+    @cached_property
+    def _groups(self) -> dict[ContactLaw, Vector]:
+        groups: dict[ContactLaw, list[int]] = {}
+        for i, law in enumerate(self.laws):
+            if law is not None:
+                groups.setdefault(law, []).append(i)
+        return {law: np.array(contacts) for law, contacts in groups.items()}
+
+    def _tables(self) -> tuple[Vector, Vector]:
+        """The first row of each contact's table, and the rows of all tables."""
+        offsets: dict[int, int] = {}
+        rows: list[Vector] = []
+        first = np.full(len(self.laws), -1)
+        for law, contacts in self._groups.items():
+            table = law.kernel[1]
+            if table is None:
+                continue
+            if id(table) not in offsets:
+                offsets[id(table)] = sum(map(len, rows))
+                rows.append(table)
+            first[contacts] = offsets[id(table)]
+        return first, np.concatenate(rows) if rows else np.zeros((1, 6))
 
     def _overlap(self, energy: float) -> Vector:
         """How deep each contact would be, m, if it held this energy (J) alone."""
-        closed = self.stiffness > 0.0
-        return np.divide(2.5 * energy, self.stiffness, out=np.zeros_like(self.mass), where=closed) ** 0.4
+        return self._over_contacts(lambda law, i: law.overlap(np.full(i.size, energy)))
+
+    def _check_support(self, static: Vector) -> None:
+        """A chain that nothing holds bears no load, and one that hangs must be pressed on."""
+        if self.surface is None:
+            for name, value in (("gravity", self.chain.gravity_along), ("preload", self.chain.preload)):
+                if value != 0.0:
+                    raise ValueError(f"{name} = {value!r}: must be 0 for a chain that nothing holds (structure None)")
+        if static.min() < 0.0:
+            least = self.chain.preload - static.min()
+            raise ValueError(
+                f"preload = {self.chain.preload!r}: must be at least {least:.4g} N to hold a chain that hangs"
+            )
 
     def _check_flexibility(self) -> None:
         """A spring so negative that the contact would snap shut: its patch is smaller than the contact."""
-        deepest = float(self._overlap(self.chain.impact_energy)[-1])
-        if -self.flexibility * 1.5 * self.stiffness[-1] * deepest**0.5 >= 1.0:
+        deepest = self._overlap(self.chain.impact_energy)
+        tangent = self._over_contacts(lambda law, i: law.tangent(deepest[i]))
+        if -self.flexibility * float(tangent[-1]) >= 1.0:
             raise ValueError(
                 f"flexibility = {self.flexibility!r}: more negative than this contact can bear; take a larger patch"
             )
 
     def _check_step(self) -> None:
-        """Twice the highest rate that a contact with all of the striker's energy could have."""
+        """Twice the highest rate that a contact with all of the excitation's energy could have."""
         if self.dt is None:
             return
         object.__setattr__(self, "dt", positive("dt", self.dt, "s"))
-        tangent = 1.5 * self.stiffness * np.sqrt(self._overlap(self.chain.impact_energy) + self.preload)
+        deepest = self._overlap(self.chain.impact_energy) + self.preload
+        tangent = self._over_contacts(lambda law, i: law.tangent(deepest[i]))
         fastest = np.sqrt(2.0 * tangent / self.reduced_mass).max()
         largest = min(2.0 / float(fastest), 2.0 * self.damping_time)
         if self.dt > largest:

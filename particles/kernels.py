@@ -1,25 +1,86 @@
 """All compiled loops of the chain, in one file: numba's cache does not notice an edited callee in another.
 
-Arrays, with N beads behind the striker:
-    y, v     N + 1   positions (m) and velocities of striker and beads; y is measured from touching, unloaded beads,
+Arrays, with N beads behind body 0, the striker:
+    y, v     N + 1   positions (m) and velocities of the bodies; y is measured from touching, unloaded beads,
                      so the approach of a contact is δᵢ = yᵢ₋₁ − yᵢ, and that of the last one y_N − w
-    m⁻¹      N + 1   inverse masses
-    k, γ     N + 1   stiffness and dashpot of the contacts 1 … N + 1, stored from 0; the last one is with the structure
-    g                gravity along the chain; f the structure's flexibility
-The structure's surface is at w and moves at a constant rate during a window.
+The structure's surface is at w and moves at a constant rate during a window. Contacts 1 … N + 1 are stored from 0; the
+last one is with the structure. `chain` is a Constants.
 """
 
 from math import sqrt
+from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+from numba import njit, prange
 
-VERLET, DASHPOT_VERLET, RK4 = 0, 1, 2
+VERLET, DRIVEN_VERLET, LOSSY_VERLET, RK4 = 0, 1, 2, 3
+"""How a window is advanced. VERLET: Hertz's contacts, free striker; DRIVEN_VERLET: all but losses; the others: all."""
+
+NO_LOSS, DASHPOT, TANGENT, SECANT, GLOBAL, DRAG = 0, 1, 2, 3, 4, 5
+"""What a loss grows with: see _damping, and for the last two, which are no contact forces, _body_losses."""
+
+FREE, PUSHED, MOVED = 0, 1, 2
+"""What history the chain is driven by: none, a force on bead 1, or the motion of body 0."""
 
 NEGLIGIBLE = 1e-60
 """m. The front of a solitary wave falls off doubly exponentially; below this it would end in slow subnormal numbers."""
 
+BUCKETS, LOWEST, OCTAVES = 32, -60, 57
+"""Cubics in an octave of the approach, and where tables begin and end: 2^-60 m to 2^-3 m."""
+
+BUCKET_BITS = 5
+MANTISSA_BITS, EXPONENT_BIAS = 52, 1023
+
 OK, NON_FINITE, NOT_CONVERGED = 0, 1, 2
+
+
+class Numbers(NamedTuple):
+    """Scalars that do not change during a run."""
+
+    loss: int
+    exponent: float
+    """Of the approach rate in the loss."""
+    gravity: float
+    """Along the chain, m/s²."""
+    flexibility: float
+    """The structure's, m/N: a massless spring behind the last contact."""
+    preload: float
+    """A dead load on bead 1, N."""
+    spring: float
+    """N/m, a spring that pushes body 0 until it is at `spring_end`."""
+    spring_end: float
+    drive: int
+
+
+class Constants(NamedTuple):
+    """All that does not change during a run. Only the outermost loops take it: unpacking costs more than a contact."""
+
+    inverse_mass: np.ndarray
+    """N + 1, 1/kg; zero for a body that moves as it is told."""
+    stiffness: np.ndarray
+    """N + 1, of the contacts."""
+    table: np.ndarray
+    """N + 1, integers: the contact's first row in `rows`; −1 for Hertz's δ√δ."""
+    rows: np.ndarray
+    """See particles.contact.kernel_table."""
+    damping: np.ndarray
+    """N + 1, the coefficient of each contact's (GLOBAL, DRAG: each body's) loss."""
+    history: np.ndarray
+    """3 × ·, of the drive: times (s), values (N or m) and rates. Cubic between times, constant outside."""
+    numbers: Numbers
+
+
+def table_edges() -> np.ndarray:
+    """Where the cubics of a table begin and end, m."""
+    i = np.arange(BUCKETS * OCTAVES + 1)
+    return 2.0 ** (LOWEST + i // BUCKETS) * (1.0 + (i % BUCKETS) / BUCKETS)
+
+
+@njit(cache=True, inline="always")
+def _row(approach):
+    """Which cubic holds an approach: exponent and leading bits of a float count the buckets."""
+    bits = np.float64(approach).view(np.int64) >> (MANTISSA_BITS - BUCKET_BITS)
+    return min(max(bits - ((EXPONENT_BIAS + LOWEST) << BUCKET_BITS), 0), BUCKETS * OCTAVES - 1)
 
 
 @njit(cache=True, inline="always")
@@ -28,19 +89,78 @@ def _hertz(stiffness, approach):
     return stiffness * overlap * sqrt(overlap)
 
 
+@njit(cache=True, inline="always")
+def _shape(table, rows, approach):
+    """Force of a contact of stiffness one."""
+    if approach <= NEGLIGIBLE:
+        return 0.0
+    if table < 0:
+        return approach * sqrt(approach)
+    row = table + _row(approach)
+    t = approach - rows[row, 0]
+    return rows[row, 1] + t * (rows[row, 2] + t * (rows[row, 3] + t * rows[row, 4]))
+
+
 @njit(cache=True)
-def _hertz_on_spring(stiffness, approach, flexibility):
-    """Force of Hertz's contact in series with a linear spring: δ = δ_h + f k δ_h^1.5, by Newton."""
+def _shape_tangent(table, rows, approach):
+    if approach <= NEGLIGIBLE:
+        return 0.0
+    if table < 0:
+        return 1.5 * sqrt(approach)
+    row = table + _row(approach)
+    t = approach - rows[row, 0]
+    return rows[row, 2] + t * (2.0 * rows[row, 3] + t * 3.0 * rows[row, 4])
+
+
+@njit(cache=True)
+def _shape_energy(table, rows, approach):
+    if approach <= NEGLIGIBLE:
+        return 0.0
+    if table < 0:
+        return 0.4 * approach * approach * sqrt(approach)
+    row = table + _row(approach)
+    t = approach - rows[row, 0]
+    return rows[row, 5] + t * (
+        rows[row, 1] + t * (rows[row, 2] / 2.0 + t * (rows[row, 3] / 3.0 + t * rows[row, 4] / 4.0))
+    )
+
+
+@njit(cache=True)
+def _overlap_on_spring(stiffness, table, rows, approach, flexibility):
+    """The contact's own part δ_h of an approach shared with a linear spring: δ = δ_h + f F(δ_h), by Newton."""
     if approach <= NEGLIGIBLE or flexibility == 0.0:
-        return _hertz(stiffness, approach)
-    overlap = approach
+        return approach
+    overlap, scale = approach, stiffness * flexibility
     for _ in range(50):
-        root = stiffness * flexibility * sqrt(overlap)
-        change = (overlap + root * overlap - approach) / (1.0 + 1.5 * root)
+        excess = overlap + scale * _shape(table, rows, overlap) - approach
+        change = excess / (1.0 + scale * _shape_tangent(table, rows, overlap))
         overlap -= change
         if not abs(change) > 1e-15 * overlap:
             break
-    return _hertz(stiffness, overlap)
+    return overlap
+
+
+@njit(cache=True)
+def _value(history, t):
+    """Value and rate of the drive's history at a time; its last value holds on."""
+    times, values, rates = history
+    if t <= times[0] or t >= times[-1]:
+        return values[0 if t <= times[0] else times.size - 1], 0.0
+    i = np.searchsorted(times, t, side="right") - 1
+    step = times[i + 1] - times[i]
+    s = (t - times[i]) / step
+    start_rate, end_rate = step * rates[i], step * rates[i + 1]
+    rise = values[i + 1] - values[i]
+    second, third = 3.0 * rise - 2.0 * start_rate - end_rate, start_rate + end_rate - 2.0 * rise
+    value = values[i] + s * (start_rate + s * (second + s * third))
+    return value, (start_rate + s * (2.0 * second + 3.0 * s * third)) / step
+
+
+@njit(cache=True)
+def _outer_forces(numbers, history, place, t):
+    """What acts on body 0 and on bead 1 from outside, beside gravity, and the history's part of the latter. N."""
+    push = _value(history, t)[0] if numbers.drive == PUSHED else 0.0
+    return numbers.spring * max(numbers.spring_end - place, 0.0), push + numbers.preload, push
 
 
 @njit(cache=True, fastmath={"contract"}, inline="always")
@@ -59,69 +179,222 @@ def _kick_drift(y, v, inverse_mass, stiffness, gravity, wall_force, kick, drift)
     y[last] += drift * v[last]
 
 
+@njit(cache=True, fastmath={"contract"}, inline="always")
+def _table_kick_drift(y, v, inverse_mass, stiffness, table, rows, gravity, wall_force, kick, drift):
+    """The same for contacts of any kind."""
+    last = y.size - 1
+    behind = 0.0
+    for i in range(last):
+        ahead = stiffness[i] * _shape(table[i], rows, y[i] - y[i + 1])
+        v[i] += kick * (inverse_mass[i] * (behind - ahead) + gravity)
+        y[i] += drift * v[i]
+        behind = ahead
+    v[last] += kick * (inverse_mass[last] * (behind - wall_force) + gravity)
+    y[last] += drift * v[last]
+
+
+@njit(cache=True)
+def _drive(y, v, inverse_mass, numbers, history, t, kick, drift):
+    """Kick body 0 and bead 1 by what acts from outside, before a step's pass; place a body that moves as told."""
+    on_striker, on_bead, _ = _outer_forces(numbers, history, y[0], t)
+    v[0] += kick * inverse_mass[0] * on_striker
+    v[1] += kick * inverse_mass[1] * on_bead
+    if numbers.drive == FREE:
+        return
+    # The pass will add gravity's kick to the velocity.
+    v[0] = -kick * numbers.gravity
+    if numbers.drive == MOVED:
+        place, rate = _value(history, t)
+        v[0] += (_value(history, t + drift)[0] - place) / drift if drift > 0.0 else rate
+
+
 @njit(cache=True, fastmath={"contract"})
 def _verlet(y, v, inverse_mass, stiffness, gravity, flexibility, wall, rate, dt, steps):
-    """Velocity Verlet over one window, its inner half-kicks joined. Returns the impulse on the structure."""
+    """Velocity Verlet over one window for Hertz's contacts alone, its inner half-kicks joined. Returns the impulse."""
     last = y.size - 1
+    no_rows = np.empty((0, 6))
     impulse = 0.0
     for step in range(steps + 1):
         kick = dt if 0 < step < steps else 0.5 * dt
         # Before the pass: after it, the scalar load would wait for the pass's vector stores.
-        wall_force = _hertz_on_spring(stiffness[last], y[last] - (wall + step * dt * rate), flexibility)
+        overlap = y[last] - (wall + step * dt * rate)
+        if flexibility != 0.0:
+            overlap = _overlap_on_spring(stiffness[last], -1, no_rows, overlap, flexibility)
+        wall_force = _hertz(stiffness[last], overlap)
         impulse += kick * wall_force
         _kick_drift(y, v, inverse_mass, stiffness, gravity, wall_force, kick, dt if step < steps else 0.0)
     return impulse
 
 
-@njit(cache=True)
-def _accelerate(y, v, inverse_mass, stiffness, dashpot, gravity, flexibility, wall, rate, a):
-    """Accelerations into a. Returns the force on the structure and the power that the dashpots take."""
+@njit(cache=True, fastmath={"contract"})
+def _driven_verlet(y, v, chain, t, wall, rate, dt, steps):
+    """The same for contacts and drives of any kind. Returns the structure's impulse and the drive's work.
+
+    The drive works on body 0 where that moves as told, else on bead 1; a step's work is its force times half the way
+    before and after it.
+    """
+    inverse_mass, stiffness, table, rows, _, history, numbers = chain
     last = y.size - 1
-    behind = 0.0
+    driven = numbers.drive != FREE or numbers.spring > 0.0 or numbers.preload > 0.0
+    source = 0 if numbers.drive == MOVED else 1
+    impulse, work, push, before = 0.0, 0.0, 0.0, 0.0
+    for step in range(steps + 1):
+        kick = dt if 0 < step < steps else 0.5 * dt
+        drift = dt if step < steps else 0.0
+        overlap = y[last] - (wall + step * dt * rate)
+        if numbers.flexibility != 0.0:
+            overlap = _overlap_on_spring(stiffness[last], table[last], rows, overlap, numbers.flexibility)
+        wall_force = stiffness[last] * _shape(table[last], rows, overlap)
+        impulse += kick * wall_force
+        if driven:
+            before = dt * v[source] if step > 0 else 0.0
+            if numbers.drive == MOVED:
+                push = stiffness[0] * _shape(table[0], rows, y[0] - y[1])
+            elif numbers.drive == PUSHED:
+                push = _value(history, t + step * dt)[0]
+            _drive(y, v, inverse_mass, numbers, history, t + step * dt, kick, drift)
+        _table_kick_drift(y, v, inverse_mass, stiffness, table, rows, numbers.gravity, wall_force, kick, drift)
+        if driven:
+            work += 0.5 * push * (before + drift * v[source])
+    return impulse, work
+
+
+@njit(cache=True)
+def _damped(elastic, tangent, overlap, approach_rate, loss, damping, exponent):
+    """Force of a closed contact with its loss, never a pull.
+
+    The loss grows with the approach rate to a power, and with nothing else, with dF/dδ, or with √[(dF/dδ + F/δ)/2].
+    """
+    power = approach_rate
+    if exponent != 1.0:
+        power = np.sign(approach_rate) * abs(approach_rate) ** exponent
+    if loss == TANGENT:
+        damping *= tangent
+    elif loss == SECANT:
+        damping *= sqrt(0.5 * (tangent + elastic / overlap)) if overlap > NEGLIGIBLE else 0.0
+    return max(elastic + damping * power, 0.0)
+
+
+@njit(cache=True)
+def _laplacian(i, y, v, wall, rate, stiffness):
+    """Difference of the approach rates of the contacts behind and ahead of a body; an open one has none."""
+    last = y.size - 1
+    behind = v[i - 1] - v[i] if i > 0 and y[i - 1] >= y[i] and stiffness[i - 1] > 0.0 else 0.0
+    beyond, beyond_rate = (y[i + 1], v[i + 1]) if i < last else (wall, rate)
+    ahead = v[i] - beyond_rate if y[i] >= beyond and stiffness[i] > 0.0 else 0.0
+    return behind - ahead
+
+
+@njit(cache=True)
+def _lose_on_bodies(y, v, wall, rate, inverse_mass, stiffness, damping, numbers, a):
+    """Add to the accelerations the losses that act on bodies, not between them. Returns the power that they take."""
     power = 0.0
+    if numbers.loss == DRAG:
+        for i in range(y.size):
+            if inverse_mass[i] > 0.0:
+                a[i] -= damping[i] * v[i]
+                power += damping[i] * v[i] * v[i] / inverse_mass[i]
+        return power
+    for adding in range(2):
+        for i in range(y.size):
+            difference = _laplacian(i, y, v, wall, rate, stiffness)
+            if inverse_mass[i] > 0.0 and difference != 0.0:
+                force = damping[i] * np.sign(difference) * abs(difference) ** numbers.exponent
+                if adding:
+                    a[i] += inverse_mass[i] * force
+                else:
+                    power -= force * v[i]
+        # In a chain that moves as a whole this law could feed energy; then it is left out.
+        if power <= 0.0:
+            return 0.0
+    return power
+
+
+@njit(cache=True, inline="always")
+def _accelerate(
+    y, v, wall, rate, on_striker, on_bead, inverse_mass, stiffness, table, rows, damping, numbers, a, forces
+):
+    """Accelerations and contact forces into a, forces, with what acts on body 0 and bead 1 from outside.
+
+    Returns the power that is lost.
+    """
+    last = y.size - 1
+    wall_overlap = y[last] - wall
+    if numbers.flexibility != 0.0:
+        wall_overlap = _overlap_on_spring(stiffness[last], table[last], rows, wall_overlap, numbers.flexibility)
+    power, behind = 0.0, on_striker
     for i in range(last + 1):
-        if i < last:
-            approach, approach_rate = y[i] - y[i + 1], v[i] - v[i + 1]
-            elastic = _hertz(stiffness[i], approach)
-        else:
-            approach, approach_rate = y[i] - wall, v[i] - rate
-            elastic = _hertz_on_spring(stiffness[i], approach, flexibility)
+        approach = y[i] - (y[i + 1] if i < last else wall)
+        approach_rate = v[i] - (v[i + 1] if i < last else rate)
+        overlap = approach if i < last else wall_overlap
+        elastic, slope = 0.0, 0.0
+        # Written out: handing `rows` to a function for every contact would cost more than the contact.
+        if overlap > NEGLIGIBLE and table[i] < 0:
+            slope = stiffness[i] * sqrt(overlap)
+            elastic, slope = slope * overlap, 1.5 * slope
+        elif overlap > NEGLIGIBLE:
+            row = table[i] + _row(overlap)
+            t = overlap - rows[row, 0]
+            elastic = stiffness[i] * (rows[row, 1] + t * (rows[row, 2] + t * (rows[row, 3] + t * rows[row, 4])))
+            slope = stiffness[i] * (rows[row, 2] + t * (2.0 * rows[row, 3] + t * 3.0 * rows[row, 4]))
         ahead = elastic
-        if approach >= 0.0:  # a striker that just touches pushes its dashpot at once
-            ahead = max(elastic + dashpot[i] * approach_rate, 0.0)
+        # A striker that just touches pushes its dashpot at once.
+        if approach >= 0.0 and stiffness[i] > 0.0 and NO_LOSS < numbers.loss < GLOBAL:
+            ahead = _damped(elastic, slope, overlap, approach_rate, numbers.loss, damping[i], numbers.exponent)
             power += (ahead - elastic) * approach_rate
-        a[i] = inverse_mass[i] * (behind - ahead) + gravity
+        a[i] = inverse_mass[i] * (behind - ahead) + numbers.gravity
+        forces[i] = ahead
         behind = ahead
-    return behind, power
+    a[1] += inverse_mass[1] * on_bead
+    if numbers.drive != FREE:
+        a[0] = 0.0
+    if numbers.loss >= GLOBAL:
+        power += _lose_on_bodies(y, v, wall, rate, inverse_mass, stiffness, damping, numbers, a)
+    return power
 
 
 @njit(cache=True)
-def _dashpot_verlet(y, v, inverse_mass, stiffness, dashpot, gravity, flexibility, wall, rate, dt, steps):
-    """Velocity Verlet whose dashpots see the velocity foretold for the step's end: second order."""
-    a, half = np.empty_like(y), np.empty_like(y)
-    force, power = _accelerate(y, v, inverse_mass, stiffness, dashpot, gravity, flexibility, wall, rate, a)
-    impulse, lost = 0.5 * dt * force, 0.5 * dt * power
-    for step in range(1, steps + 1):
-        for i in range(y.size):
-            half[i] = v[i] + 0.5 * dt * a[i]
-            v[i] = half[i] + 0.5 * dt * a[i]
-            y[i] += dt * half[i]
-        at = wall + step * dt * rate
-        force, power = _accelerate(y, v, inverse_mass, stiffness, dashpot, gravity, flexibility, at, rate, a)
-        for i in range(y.size):
-            v[i] = half[i] + 0.5 * dt * a[i]
-        weight = dt if step < steps else 0.5 * dt
-        impulse += weight * force
+def _lossy_verlet(y, v, chain, t, wall, rate, dt, steps):
+    """Velocity Verlet whose losses see the velocity foretold for the step's end: second order."""
+    inverse_mass, stiffness, table, rows, damping, history, numbers = chain
+    a, half, forces = np.zeros_like(y), v.copy(), np.empty_like(y)
+    driven = numbers.drive != FREE or numbers.spring > 0.0 or numbers.preload > 0.0
+    on_striker, on_bead, push = 0.0, 0.0, 0.0
+    impulse, lost, work = 0.0, 0.0, 0.0
+    for step in range(steps + 1):
+        if step > 0:
+            for i in range(y.size):
+                half[i] = v[i] + 0.5 * dt * a[i]
+                v[i] = half[i] + 0.5 * dt * a[i]
+                y[i] += dt * half[i]
+        if driven:
+            if numbers.drive == MOVED:
+                y[0], v[0] = _value(history, t + step * dt)
+                half[0] = v[0]
+            on_striker, on_bead, push = _outer_forces(numbers, history, y[0], t + step * dt)
+        power = _accelerate(
+            y, v, wall + step * dt * rate, rate, on_striker, on_bead, inverse_mass, stiffness, table, rows, damping,
+            numbers, a, forces,
+        )  # fmt: skip
+        if step > 0:
+            for i in range(y.size):
+                v[i] = half[i] + 0.5 * dt * a[i]
+        weight = dt if 0 < step < steps else 0.5 * dt
+        impulse += weight * forces[-1]
         lost += weight * power
-    return impulse, lost
+        work += weight * (forces[0] * v[0] if numbers.drive == MOVED else push * v[1])
+    return impulse, lost, work
 
 
 @njit(cache=True)
-def _rk4(y, v, inverse_mass, stiffness, dashpot, gravity, flexibility, wall, rate, dt, steps):
-    """The classical Runge–Kutta method of order four; impulse and loss are integrated with the same weights."""
+def _rk4(y, v, chain, t, wall, rate, dt, steps):
+    """The classical Runge–Kutta method of order four; impulse, loss and work are integrated with the same weights."""
+    inverse_mass, stiffness, table, rows, damping, history, numbers = chain
     a, sum_a, sum_v = np.empty_like(y), np.empty_like(y), np.empty_like(y)
-    stage_y, stage_v = np.empty_like(y), np.empty_like(y)
-    impulse, lost = 0.0, 0.0
+    stage_y, stage_v, forces = np.empty_like(y), np.empty_like(y), np.empty_like(y)
+    driven = numbers.drive != FREE or numbers.spring > 0.0 or numbers.preload > 0.0
+    on_striker, on_bead, push = 0.0, 0.0, 0.0
+    impulse, lost, work = 0.0, 0.0, 0.0
     for step in range(steps):
         stage_y[:], stage_v[:] = y, v
         sum_a[:], sum_v[:] = 0.0, 0.0
@@ -132,47 +405,60 @@ def _rk4(y, v, inverse_mass, stiffness, dashpot, gravity, flexibility, wall, rat
                 for i in range(y.size):
                     stage_y[i] = y[i] + ahead * stage_v[i]
                     stage_v[i] = v[i] + ahead * a[i]
-            at = wall + (step * dt + ahead) * rate
-            force, power = _accelerate(
-                stage_y, stage_v, inverse_mass, stiffness, dashpot, gravity, flexibility, at, rate, a
-            )
-            impulse += weight * force
+            passed = step * dt + ahead
+            if numbers.drive == MOVED:
+                stage_y[0], stage_v[0] = _value(history, t + passed)
+            if driven:
+                on_striker, on_bead, push = _outer_forces(numbers, history, stage_y[0], t + passed)
+            power = _accelerate(
+                stage_y, stage_v, wall + passed * rate, rate, on_striker, on_bead, inverse_mass, stiffness, table, rows,
+                damping, numbers, a, forces,
+            )  # fmt: skip
+            impulse += weight * forces[-1]
             lost += weight * power
+            work += weight * (forces[0] * stage_v[0] if numbers.drive == MOVED else push * stage_v[1])
             for i in range(y.size):
                 sum_v[i] += weight * stage_v[i]
                 sum_a[i] += weight * a[i]
         for i in range(y.size):
             y[i] += sum_v[i]
             v[i] += sum_a[i]
-    return impulse, lost
+        if numbers.drive == MOVED:
+            y[0], v[0] = _value(history, t + (step + 1) * dt)
+    return impulse, lost, work
 
 
 @njit(cache=True)
-def advance(y, v, chain, method, steps, window, wall_start, wall_end):
-    """Moves y, v on by one window in place. Returns the mean force on the structure and the energy lost.
+def advance(y, v, chain, method, steps, t, window, wall_start, wall_end):
+    """Moves y, v on by one window from time t in place.
 
-    chain = (m⁻¹, k, γ, g, f)."""
-    inverse_mass, stiffness, dashpot, gravity, flexibility = chain
+    Returns the mean force on the structure, the energy lost and the drive's work.
+    """
     dt, rate = window / steps, (wall_end - wall_start) / window
-    lost = 0.0
+    lost, work = 0.0, 0.0
     if method == VERLET:
-        impulse = _verlet(y, v, inverse_mass, stiffness, gravity, flexibility, wall_start, rate, dt, steps)
-    elif method == DASHPOT_VERLET:
-        impulse, lost = _dashpot_verlet(
-            y, v, inverse_mass, stiffness, dashpot, gravity, flexibility, wall_start, rate, dt, steps
+        numbers = chain.numbers
+        impulse = _verlet(
+            y, v, chain.inverse_mass, chain.stiffness, numbers.gravity, numbers.flexibility, wall_start, rate, dt, steps
         )
+    elif method == DRIVEN_VERLET:
+        impulse, work = _driven_verlet(y, v, chain, t, wall_start, rate, dt, steps)
+    elif method == LOSSY_VERLET:
+        impulse, lost, work = _lossy_verlet(y, v, chain, t, wall_start, rate, dt, steps)
     else:
-        impulse, lost = _rk4(y, v, inverse_mass, stiffness, dashpot, gravity, flexibility, wall_start, rate, dt, steps)
-    return impulse / window, lost
+        impulse, lost, work = _rk4(y, v, chain, t, wall_start, rate, dt, steps)
+    return impulse / window, lost, work
 
 
 @njit(cache=True)
-def advance_condensed(y, v, chain, method, steps, window, wall_start, wall_free, compliance, static, guess, tolerance):
+def advance_condensed(
+    y, v, chain, method, steps, t, window, wall_start, wall_free, compliance, static, guess, tolerance
+):
     """One window against a linear structure whose surface ends at w = wall_free + compliance · (F̄ − static).
 
     The secant method on F̄ from guess = (F̄ − static, slope), which is updated: the residual falls at least as fast as F̄
     rises, so its slope is −1 or steeper and nothing is divided by zero, an open gap included. y, v in place.
-    Returns the mean force, the energy lost, the evaluations and the residual.
+    Returns the mean force, the energy lost, the drive's work, the evaluations and the residual.
     """
     start_y, start_v = y.copy(), v.copy()
     tried, slope = guess[0] + static, guess[1]
@@ -181,7 +467,7 @@ def advance_condensed(y, v, chain, method, steps, window, wall_start, wall_free,
         if count > 1:
             y[:], v[:] = start_y, start_v
         wall_end = wall_free + compliance * (tried - static)
-        force, lost = advance(y, v, chain, method, steps, window, wall_start, wall_end)
+        force, lost, driven = advance(y, v, chain, method, steps, t, window, wall_start, wall_end)
         residual = force - tried
         if not abs(residual) > tolerance or compliance == 0.0:
             break
@@ -190,36 +476,51 @@ def advance_condensed(y, v, chain, method, steps, window, wall_start, wall_free,
         last_tried, last_residual = tried, residual
         tried -= residual / slope
     guess[0], guess[1] = force - static, slope
-    return force, lost, count, 0.0 if compliance == 0.0 else residual
+    return force, lost, driven, count, 0.0 if compliance == 0.0 else residual
 
 
 @njit(cache=True)
-def contact_forces(y, v, chain, wall, rate, out):
-    """Instantaneous forces of all contacts into out."""
-    _, stiffness, dashpot, _, flexibility = chain
-    last = y.size - 1
-    for i in range(last + 1):
-        approach = y[i] - (y[i + 1] if i < last else wall)
-        approach_rate = v[i] - (v[i + 1] if i < last else rate)
-        out[i] = _hertz_on_spring(stiffness[i], approach, flexibility if i == last else 0.0)
-        if approach >= 0.0:
-            out[i] = max(out[i] + dashpot[i] * approach_rate, 0.0)
+def contact_forces(y, v, chain, t, wall, rate, out):
+    """Instantaneous forces of all contacts into out; a history that pushes bead 1 stands for contact 1."""
+    inverse_mass, stiffness, table, rows, damping, history, numbers = chain
+    a = np.empty_like(y)
+    _accelerate(y, v, wall, rate, 0.0, 0.0, inverse_mass, stiffness, table, rows, damping, numbers, a, out)
+    if numbers.drive == PUSHED:
+        out[0] = _value(history, t)[0]
 
 
 @njit(cache=True)
 def energies(y, v, chain, wall):
-    """Kinetic energy, and the potential energy of contacts and gravity, J."""
-    inverse_mass, stiffness, _, gravity, flexibility = chain
+    """Kinetic energy, and the potential energy of contacts, gravity, dead load and the striker's spring, J."""
+    inverse_mass, stiffness, table, rows, _, _, numbers = chain
     last = y.size - 1
-    kinetic, potential = 0.0, 0.0
+    kinetic = 0.0
+    potential = 0.5 * numbers.spring * max(numbers.spring_end - y[0], 0.0) ** 2 - numbers.preload * y[1]
     for i in range(last + 1):
-        kinetic += 0.5 * v[i] * v[i] / inverse_mass[i]
-        approach = y[i] - (y[i + 1] if i < last else wall)
-        spring = flexibility if i == last else 0.0
-        force = _hertz_on_spring(stiffness[i], approach, spring)
-        overlap = approach - spring * force
-        potential += 0.4 * force * max(overlap, 0.0) + 0.5 * spring * force * force - gravity * y[i] / inverse_mass[i]
+        if inverse_mass[i] > 0.0:
+            kinetic += 0.5 * v[i] * v[i] / inverse_mass[i]
+            potential -= numbers.gravity * y[i] / inverse_mass[i]
+        overlap = y[i] - (y[i + 1] if i < last else wall)
+        if i == last:
+            overlap = _overlap_on_spring(stiffness[i], table[i], rows, overlap, numbers.flexibility)
+            force = stiffness[i] * _shape(table[i], rows, overlap)
+            potential += 0.5 * numbers.flexibility * force * force
+        potential += stiffness[i] * _shape_energy(table[i], rows, overlap)
     return kinetic, potential
+
+
+@njit(cache=True)
+def _table_energies(rows, approach, out):
+    for i in range(approach.size):
+        out[i] = _shape_energy(0, rows, approach[i])
+
+
+def table_energies(rows: np.ndarray, approach: np.ndarray) -> np.ndarray:
+    """∫F dδ of a tabulated contact, J, at approaches of any shape."""
+    flat = np.ascontiguousarray(approach, dtype=float).reshape(-1)
+    out = np.empty_like(flat)
+    _table_energies(rows, flat, out)
+    return out.reshape(np.shape(approach))
 
 
 @njit(cache=True)
@@ -236,18 +537,22 @@ def run_on_oscillators(y, v, chain, method, steps, window, static, tolerance, st
     """The whole window loop of a chain on oscillators, one frame every `stride` windows.
 
     modes = (rows, response u, response v, b, ω²), see structures.stepping.Oscillators.
-    frames = (y, v, contact forces, w, kinetic, potential, structure, lost, work, evaluations), row 0 the start.
+    frames = (y, v, contact forces, w, kinetic, potential, structure, lost, work,
+    drive's work, evaluations), row 0 the start.
     Returns (OK, …), or what went wrong, in which window, and the bead or the residual.
     """
     rows, response_u, response_v, contact, square = modes
-    out_y, out_v, out_force, out_wall, out_kinetic, out_potential, out_structure, out_lost, out_work, out_count = frames
+    (
+        out_y, out_v, out_force, out_wall, out_kinetic, out_potential, out_structure, out_lost, out_work, out_driven,
+        out_count,
+    ) = frames  # fmt: skip
     n = contact.size
     u, p = np.zeros(n), np.zeros(n)
     compliance = 0.0
     for i in range(n):
         compliance += contact[i] * response_u[i]
     guess = np.array([0.0, -1.0])
-    wall, total_lost, work, evaluations = 0.0, 0.0, 0.0, 0
+    wall, total_lost, total_driven, work, evaluations = 0.0, 0.0, 0.0, 0.0, 0
     for done in range(1, (out_wall.size - 1) * stride + 1):
         wall_free = 0.0
         for i in range(n):
@@ -255,8 +560,9 @@ def run_on_oscillators(y, v, chain, method, steps, window, static, tolerance, st
             u[i] = rows[0, i] * at + rows[1, i] * rate
             p[i] = rows[2, i] * at + rows[3, i] * rate
             wall_free += contact[i] * u[i]
-        force, lost, count, residual = advance_condensed(
-            y, v, chain, method, steps, window, wall, wall_free, compliance, static, guess, tolerance
+        t = (done - 1) * window
+        force, lost, driven, count, residual = advance_condensed(
+            y, v, chain, method, steps, t, window, wall, wall_free, compliance, static, guess, tolerance
         )
         before, wall = wall, 0.0
         for i in range(n):
@@ -269,15 +575,37 @@ def run_on_oscillators(y, v, chain, method, steps, window, static, tolerance, st
         if abs(residual) > tolerance:
             return NOT_CONVERGED, done, residual
         total_lost += lost
+        total_driven += driven
         work += (force - static) * (wall - before)
         evaluations += count
         if done % stride == 0:
             row = done // stride
             out_y[row], out_v[row], out_wall[row] = y, v, wall
-            contact_forces(y, v, chain, wall, (wall - before) / window, out_force[row])
+            contact_forces(y, v, chain, done * window, wall, (wall - before) / window, out_force[row])
             out_kinetic[row], out_potential[row] = energies(y, v, chain, wall)
             for i in range(n):
                 out_structure[row] += 0.5 * (p[i] * p[i] + square[i] * u[i] * u[i])
-            out_lost[row], out_work[row], out_count[row] = total_lost, work, evaluations
+            out_lost[row], out_work[row], out_driven[row], out_count[row] = total_lost, work, total_driven, evaluations
             evaluations = 0
     return OK, 0, 0.0
+
+
+@njit(cache=True, parallel=True)
+def run_batch(
+    y, v, inverse_mass, stiffness, table, rows, shared, own, method, steps, interval, out_force, out_velocity
+):
+    """Many chains of N beads that stand alone or face an immovable surface, each on its own, across all threads.
+
+    y, v and the first arrays have a row for each chain. shared = (loss, exponent); own: a row of (gravity, preload,
+    spring, spring end) and then the damping of each contact. steps: in each interval, for each chain.
+    out_force, out_velocity: chains × saved times × (N + 1); the first row, the start, is filled too.
+    """
+    none = np.zeros((3, 1))
+    for c in prange(y.shape[0]):
+        numbers = Numbers(shared[0], shared[1], own[c, 0], 0.0, own[c, 1], own[c, 2], own[c, 3], FREE)
+        chain = Constants(inverse_mass[c], stiffness[c], table[c], rows, own[c, 4:], none, numbers)
+        for row in range(out_force.shape[1]):
+            if row > 0:
+                advance(y[c], v[c], chain, method, steps[c], 0.0, interval, 0.0, 0.0)
+            contact_forces(y[c], v[c], chain, 0.0, 0.0, 0.0, out_force[c, row])
+            out_velocity[c, row] = v[c]

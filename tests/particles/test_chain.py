@@ -166,7 +166,7 @@ def test_advance_has_no_hidden_state() -> None:
         ({"impact_speed": 10**400}, "impact_speed = "),
         ({"beads": ["steel"]}, "beads = "),
         ({"striker": 3}, "striker = 3"),
-        ({"dissipation": 4.0}, r"dissipation = 4\.0: must be None or LinearDashpot"),
+        ({"dissipation": 4.0}, r"dissipation = 4\.0: must be None or a loss such as LinearDashpot"),
         ({"integrator": "rk45"}, r"integrator = 'rk45'.*did you mean 'rk4'"),
     ],
 )

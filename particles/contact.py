@@ -1,0 +1,329 @@
+"""Contact laws: the force between two bodies against their approach, and `contact_law`, which picks the right one.
+
+Every law reaches the kernel as a stiffness times a shape: Hertz's δ√δ, or a table of cubics in δ (see `kernel_table`).
+"""
+
+import logging
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property, lru_cache
+from math import e, inf, log, pi, sqrt
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+from scipy.special import lambertw
+
+from particles import kernels
+from particles.bead import Bead, Cylinder, HollowSphere
+from structures.checks import finite, instance, positive, within
+from structures.structure import Vector
+from structures.surface import Surface, hertz_stiffness, relative_curvatures
+
+SMALL_CONTACT = 0.2
+"""Half-width of a contact over the relative radius of curvature, up to which the half-space theories are trusted."""
+
+MOST_ELONGATED = 130.6
+"""R′/R″ of cylinders that cross at 10°; more elongated contacts reach beyond what a half-space stands for."""
+
+SAMPLES = 600
+"""Points of a law that is tabulated from a formula, over NARROWEST to WIDEST."""
+
+NARROWEST, WIDEST = 2.0**-50, 2.0**-5
+
+log_of_laws = logging.getLogger("hertzlink.contact")
+
+
+class ContactLaw:
+    """Force (N) against approach (m), increasing, zero where bodies do not touch.
+
+    name tells what the law is; it is trusted up to the approach `largest`; caution: text, where it needs one.
+    """
+
+    name: str
+    largest: float
+    caution: str
+
+    def force(self, approach: Vector) -> Vector:
+        """F(δ), N."""
+        raise NotImplementedError
+
+    def tangent(self, approach: Vector) -> Vector:
+        """dF/dδ, N/m."""
+        raise NotImplementedError
+
+    @property
+    def kernel(self) -> tuple[float, Vector | None]:
+        """Stiffness and table for the kernel; None for Hertz's shape δ√δ."""
+        return 1.0, self._table
+
+    def energy(self, approach: Vector) -> Vector:
+        """∫F dδ, J."""
+        work: Vector = kernels.table_energies(self._table, np.asarray(approach, float))
+        return work
+
+    def approach(self, force: Vector) -> Vector:
+        """δ(F), m, the inverse of the law."""
+        return _inverse(self.force, np.asarray(force, float))
+
+    def overlap(self, energy: Vector) -> Vector:
+        """The approach, m, at which the contact holds this energy (J)."""
+        return _inverse(self.energy, np.asarray(energy, float))
+
+    @cached_property
+    def _table(self) -> Vector:
+        return kernel_table(self)
+
+
+@dataclass(frozen=True)
+class PowerLaw(ContactLaw):
+    """F = k δⁿ (thesis, equation 5.9); n = 3/2 is Hertz's law.
+
+    stiffness k in N/mⁿ, exponent n > 0. largest: the approach (m) up to which the law is trusted; beyond it a run goes
+    on and warns.
+    """
+
+    stiffness: float
+    exponent: float = 1.5
+    largest: float = inf
+    name: str = "power law"
+    caution: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "stiffness", positive("stiffness", self.stiffness, "N/m^n"))
+        object.__setattr__(self, "exponent", within("exponent", self.exponent, 0.1, 10.0))
+        if not self.largest > 0.0:
+            raise ValueError(f"largest = {self.largest!r}: must be a positive approach in m")
+
+    def force(self, approach: Vector) -> Vector:
+        """F(δ), N."""
+        return self.stiffness * np.maximum(approach, 0.0) ** self.exponent
+
+    def tangent(self, approach: Vector) -> Vector:
+        """dF/dδ, N/m."""
+        overlap = np.maximum(approach, 0.0 if self.exponent >= 1.0 else 1e-300)
+        return self.stiffness * self.exponent * overlap ** (self.exponent - 1.0)
+
+    @property
+    def kernel(self) -> tuple[float, Vector | None]:
+        """k, and the table of δⁿ; None for Hertz's shape δ√δ."""
+        return self.stiffness, None if self.exponent == 1.5 else _shape_table(self.exponent)
+
+    def energy(self, approach: Vector) -> Vector:
+        """∫F dδ, J."""
+        return self.force(approach) * np.maximum(approach, 0.0) / (self.exponent + 1.0)
+
+    def approach(self, force: Vector) -> Vector:
+        """δ(F), m."""
+        return (np.maximum(force, 0.0) / self.stiffness) ** (1.0 / self.exponent)
+
+    def overlap(self, energy: Vector) -> Vector:
+        """The approach, m, at which the contact holds this energy (J)."""
+        n = self.exponent
+        return ((n + 1.0) * np.asarray(energy) / self.stiffness) ** (1.0 / (n + 1.0))
+
+
+@dataclass(frozen=True)
+class TabulatedLaw(ContactLaw):
+    """A law through points (approach in m, force in N), both increasing.
+
+    Monotone cubics (Fritsch–Carlson) run through ln F over ln δ, so power laws are kept exactly. Below the first point
+    it goes on as a power law, to zero at zero; beyond the last one as a power law too, and a run warns.
+    Raises ValueError where points do not increase or are fewer than two. A first point (0, 0) is left out.
+    """
+
+    approaches: Sequence[float]
+    forces: Sequence[float]
+    name: str = "tabulated law"
+    caution: str = ""
+    largest: float = field(default=inf)
+
+    def __post_init__(self) -> None:
+        rows = [(finite("approaches", d, "m"), finite("forces", f, "N")) for d, f in _pairs(self)]
+        if rows and rows[0] == (0.0, 0.0):
+            rows = rows[1:]
+        if len(rows) < 2:
+            raise ValueError(f"approaches: must hold two points or more beside (0, 0), not {len(rows)}")
+        for before, after in zip([(0.0, 0.0), *rows], rows, strict=False):
+            if not (after[0] > before[0] and after[1] > before[1]):
+                raise ValueError(f"forces: must increase with the approaches from zero; {after} follows {before}")
+        object.__setattr__(self, "approaches", tuple(row[0] for row in rows))
+        object.__setattr__(self, "forces", tuple(row[1] for row in rows))
+        object.__setattr__(self, "largest", min(self.largest, rows[-1][0]))
+
+    def force(self, approach: Vector) -> Vector:
+        """F(δ), N."""
+        return self._force_and_slope(approach)[0]
+
+    def tangent(self, approach: Vector) -> Vector:
+        """dF/dδ, N/m."""
+        force, slope = self._force_and_slope(approach)
+        return force * slope / np.maximum(approach, 1e-300)
+
+    def _force_and_slope(self, approach: Vector) -> tuple[Vector, Vector]:
+        """Force, and d ln F / d ln δ."""
+        curve, ends = self._curve
+        asked = np.log(np.maximum(approach, 1e-300))
+        inside = np.clip(asked, *ends)
+        slope = curve(inside, 1)
+        force = np.exp(curve(inside) + slope * (asked - inside))
+        return np.where(np.asarray(approach) > 0.0, force, 0.0), slope
+
+    @cached_property
+    def _curve(self) -> tuple[PchipInterpolator, tuple[float, float]]:
+        x = np.log(self.approaches)
+        return PchipInterpolator(x, np.log(self.forces)), (x[0], x[-1])
+
+
+def contact_law(first: Bead, second: Bead | Surface, axis_ratio: str = "exact") -> ContactLaw:
+    """The law between two bodies, or a body and the surface of a structure; its `name` says what was picked.
+
+    Spheres, ellipsoids, crossed cylinders, any two of them: Hertz, with b/a solved exactly or as the thesis
+    approximates it (axis_ratio, see `hertz_stiffness`). Parallel cylinders: `line_force`, over the shorter length.
+    Hollow spheres: Hertz in series with Reissner's shell (`shell_flexibility`).
+    Contacts more elongated than those of cylinders that cross at 10° get a caution, logged once: there half-space
+    theory ends.
+    Raises ValueError for bodies whose surfaces conform.
+    """
+    for name, body in (("first", first), ("second", second)):
+        kinds = Bead if name == "first" else Bead | Surface
+        instance(name, body, kinds, "a body" if name == "first" else "a body or a Surface")  # type: ignore[arg-type]
+    law = _contact_law(first, second, axis_ratio)
+    return law
+
+
+@lru_cache(maxsize=4096)
+def _contact_law(first: Bead, second: Bead | Surface, axis_ratio: str) -> ContactLaw:
+    one, other = (body if isinstance(body, Surface) else body.surface for body in (first, second))
+    flat, sharp = relative_curvatures(one, other)
+    if flat <= 1e-12 * sharp:
+        return _line_contact(first, second)
+    stiffness = hertz_stiffness(one, other, axis_ratio)
+    largest = SMALL_CONTACT**2 / sharp
+    shells = sum(shell_flexibility(body) for body in (first, second) if isinstance(body, HollowSphere))
+    if shells > 0.0:
+        return _in_series(PowerLaw(stiffness, largest=largest), shells)
+    if sharp < 1.0001 * flat:
+        return PowerLaw(stiffness, 1.5, largest, "Hertz, round contact")
+    name, caution = f"Hertz, elliptic contact, R'/R'' = {sharp / flat:.4g}, b/a {axis_ratio}", ""
+    if sharp / flat > MOST_ELONGATED:
+        caution = f"{name}: as long as between cylinders below 10°, where half-space theory ends"
+        log_of_laws.warning(caution)
+    return PowerLaw(stiffness, 1.5, largest, name, caution)
+
+
+def shell_flexibility(body: HollowSphere) -> float:
+    """What the wall of a hollow sphere gives way under a point force, m/N, beside the contact's own approach.
+
+    √(3(1 − ν²)) R/(4 E h²) with the wall h and its mean radius R (Reissner, J. Math. Phys. 25 (1946) 279, shallow thin
+    shells). With it F(δ) agrees with the thesis's Table 5.1 to 6 % from 1 to 20 µm, for all four walls.
+    """
+    wall = body.radius - body.inner_radius
+    if body.inner_radius < 0.3 * body.radius:
+        return 0.0
+    material = body.material
+    mean = 0.5 * (body.radius + body.inner_radius)
+    return sqrt(3.0 * (1.0 - material.poisson_ratio**2)) * mean / (4.0 * material.youngs_modulus * wall**2)
+
+
+def line_force(approach: Vector, compliance: float, offset: float) -> Vector:
+    """Force per length F*, N/m, of parallel cylinders: δ = C F* (B − ln F*), by the Lambert function's branch −1.
+
+    F* = −(δ/C) / W₋₁(−(δ/C) e^{−B}); its limit is δ = C e^{B−1}, where the contact would be as wide as the bodies.
+    For two equal cylinders C = 2(1 − ν²)/(πE) and B = ln(4πER/(1 − ν²)) − 1, and this is the thesis's equation 5.8 with
+    the sign and branch that it lacks, F* = −(πE/(1 − ν²)) (δ/2)/W₋₁(−eδ/(8R)) up to 8R/e² (Johnson, section 5.6).
+    """
+    scaled = np.asarray(approach, float) / compliance
+    if np.any(scaled > np.exp(offset - 1.0)):
+        raise ValueError(f"approach = {approach!r}: must be at most {compliance * np.exp(offset - 1.0):.4g} m")
+    argument = np.maximum(scaled * np.exp(-offset), 1e-300)
+    return np.where(scaled > 0.0, -scaled / lambertw(-argument, -1).real, 0.0)
+
+
+def _line_contact(first: Bead, second: Bead | Surface) -> TabulatedLaw:
+    """Cylinders side by side, or one on a flat.
+
+    A cylinder's part is F*c [2 ln(4R/w) − 1] with c = (1 − ν²)/(πE), from its contact to its middle (Johnson, equation
+    5.57); a flat has no middle, and gives way by F*c [2 ln(2L/w) + 1] under a line of length L. w² = 4F*RC with the
+    relative radius R and the sum C of both c, so that both parts are of the form F*(constant − c ln F*).
+    """
+    cylinders = [body for body in (first, second) if isinstance(body, Cylinder)]
+    if not cylinders:
+        raise ValueError(f"second = {second!r}: touches the first along a line; only cylinders may")
+    length = min(body.length for body in cylinders)
+    relative = 0.0
+    for body in (first, second):
+        surface = body if isinstance(body, Surface) else body.surface
+        relative += max(surface.curvature, float(surface.second_curvature or 0.0))
+    shares = []
+    for body in (first, second):
+        c = 1.0 / (pi * body.material.contact_modulus)
+        shares.append(
+            (c, 2.0 * log(4.0 * body.radius) - 1.0 if isinstance(body, Cylinder) else 2.0 * log(2.0 * length) + 1.0)
+        )
+    compliance = sum(c for c, _ in shares)
+    half_width_square = 4.0 * compliance / relative
+    offset = sum(c * part for c, part in shares) / compliance - log(half_width_square)
+    limit = compliance * e ** (offset - 1.0)
+    approaches = np.geomspace(NARROWEST, 0.9 * limit, SAMPLES)
+    forces = length * line_force(approaches, compliance, offset)
+    # The contact's half-width w grows as √F*; the law is trusted while w is small beside the relative radius.
+    trusted = (SMALL_CONTACT / relative) ** 2 / half_width_square * length
+    largest = float(np.interp(trusted, forces, approaches))
+    return TabulatedLaw(approaches, forces, "line contact of parallel cylinders", largest=largest)  # type: ignore[arg-type]
+
+
+def _in_series(law: PowerLaw, flexibility: float) -> TabulatedLaw:
+    """A law whose bodies also give way by flexibility · F."""
+    overlaps = np.geomspace(NARROWEST, WIDEST, SAMPLES)
+    forces = law.force(overlaps)
+    approaches = overlaps + flexibility * forces
+    largest = law.largest + flexibility * float(law.force(np.array(law.largest)))
+    return TabulatedLaw(approaches, forces, "hollow spheres: Hertz and Reissner's shell", largest=largest)  # type: ignore[arg-type]
+
+
+def kernel_table(law: ContactLaw) -> Vector:
+    """A law as rows (δ₀, F, F′, c₂, c₃, ∫F dδ) of cubics in δ − δ₀, Hermite's between kernels.BUCKETS in each octave.
+
+    F is continuous with its slope, and a power law is met to 2e-9. The first row is a straight line through zero.
+    """
+    edges = kernels.table_edges()
+    force, slope = law.force(edges), law.tangent(edges)
+    step = np.diff(edges)
+    rise = np.diff(force) / step
+    rows = np.empty((step.size, 6))
+    rows[:, 0], rows[:, 1], rows[:, 2] = edges[:-1], force[:-1], slope[:-1]
+    rows[:, 3] = (3.0 * rise - 2.0 * slope[:-1] - slope[1:]) / step
+    rows[:, 4] = (slope[:-1] + slope[1:] - 2.0 * rise) / step**2
+    rows[0] = [0.0, 0.0, force[1] / edges[1], 0.0, 0.0, 0.0]
+    rows[-1, 3:5] = 0.0
+    work = step * (rows[:, 1] + step * (rows[:, 2] / 2.0 + step * (rows[:, 3] / 3.0 + step * rows[:, 4] / 4.0)))
+    work[0] = 0.5 * force[1] * edges[1]
+    rows[:, 5] = np.concatenate([[0.0], np.cumsum(work[:-1])])
+    return rows
+
+
+@lru_cache(maxsize=256)
+def _shape_table(exponent: float) -> Vector:
+    return kernel_table(PowerLaw(1.0, exponent))
+
+
+def _inverse(increasing: "np.ufunc | object", wanted: Vector) -> Vector:
+    """Where an increasing function of the approach has these values, by halving an interval of ln δ."""
+    low, high = np.full(wanted.shape, log(1e-30)), np.full(wanted.shape, 0.0)
+    for _ in range(100):
+        middle = 0.5 * (low + high)
+        below = increasing(np.exp(middle)) < wanted  # type: ignore[operator]
+        low, high = np.where(below, middle, low), np.where(below, high, middle)
+    return np.where(wanted > 0.0, np.exp(0.5 * (low + high)), 0.0)
+
+
+def _pairs(law: TabulatedLaw) -> list[tuple[float, float]]:
+    columns = []
+    for name in ("approaches", "forces"):
+        values = np.atleast_1d(np.asarray(getattr(law, name), dtype=object))
+        if values.ndim != 1:
+            raise ValueError(f"{name}: must be a list of numbers")
+        columns.append(list(values))
+    if len(columns[0]) != len(columns[1]):
+        raise ValueError(f"forces: {len(columns[1])} of them for {len(columns[0])} approaches; must be as many")
+    return list(zip(*columns, strict=True))

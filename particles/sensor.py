@@ -1,0 +1,140 @@
+"""A sensor bead: what calibrates it, and what noise, baseline and pulses its trace holds (thesis, section 2.2)."""
+
+from math import pi, sqrt
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.integrate import trapezoid
+from scipy.ndimage import gaussian_filter1d
+from scipy.signal import find_peaks, peak_widths
+
+from structures.checks import one_of, positive
+
+Vector = NDArray[np.float64]
+
+FEWEST_SAMPLES = 16
+
+SHARE_OF_MOMENTUM = {"immobile": 1.0, "free": 0.5}
+"""The impulse up to the greatest force, in units of the striker's momentum."""
+
+ROUGH_NOISE = 0.03
+"""A trace is first smoothed until its noise is this part of its range: then half heights are crossed once."""
+
+SMOOTHING = 1.0 / 8.0
+"""Standard deviation of the Gaussian that waves are looked for with, in widths of the greatest pulse."""
+
+FOOT = 0.01
+"""An impact begins where the trace last exceeds this part of its greatest value."""
+
+
+def calibration_factor(
+    time: ArrayLike, voltage: ArrayLike, mass: float, impact_speed: float, backing: str = "immobile"
+) -> float:
+    """κ, N/V: the force on a sensor bead per volt, from the impact of a striker of known momentum (thesis, 2.1).
+
+    κ = m √(2gh) / ∫ V dt, from the beginning of the impact to the greatest voltage, where the striker rests. time, s,
+    and voltage, V: the trace of one impact, with a quiet lead. mass, kg, and impact_speed, m/s, are the striker's;
+    `drop_speed(height)` gives √(2gh).
+    backing: equation 2.1 assumes that the sensor cannot give way, "immobile": it lies on a massive block, and the force
+    at its centre is the contact force. Against a bead that is free and equal to the striker, "free", the two move
+    together at the greatest force and the impulse up to it is half the momentum. V is then the voltage of that contact
+    force; a gauge at the centre of the free bead shows the mean of its two sides, half as much.
+    The baseline is the median of the lead. Raises ValueError where there is no pulse, or it is negative.
+    """
+    share = SHARE_OF_MOMENTUM[one_of("backing", backing, SHARE_OF_MOMENTUM)]
+    momentum = share * positive("mass", mass, "kg") * positive("impact_speed", impact_speed, "m/s")
+    t, v = trace("time", time), trace("voltage", voltage)
+    if t.size != v.size:
+        raise ValueError(f"voltage: holds {v.size} numbers, must be as many as time, {t.size}")
+    if not (np.diff(t) > 0.0).all():
+        raise ValueError("time: must increase from sample to sample")
+    v = v - np.median(v[: quiet_lead(v)])
+    smooth, _, width = smoothed(v)
+    peak = int(smooth.argmax())
+    if not smooth[peak] > -smooth.min():
+        raise ValueError(
+            f"voltage: its greatest deflection is negative, {smooth.min():.3g} V: must be a positive pulse"
+        )
+    if not 0 < peak < v.size - 1:
+        raise ValueError("voltage: must hold the whole compression, from a quiet lead to beyond its greatest value")
+    reach = max(1, round(width / 4.0))
+    near = slice(max(0, peak - reach), peak + reach + 1)
+    end = float(np.clip(_vertex(t[near], v[near]), t[near][0], t[near][-1]))
+    below = np.flatnonzero(smooth[:peak] < FOOT * smooth[peak])
+    start = int(below[-1]) if below.size else 0
+    inside = t[start:] < end
+    until = np.append(t[start:][inside], end)
+    return momentum / float(trapezoid(np.interp(until, t, v), until))
+
+
+def trace(name: str, values: ArrayLike) -> Vector:
+    """`values` as an array of at least 16 finite numbers, or a ValueError."""
+    try:
+        array = np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        array = np.full(FEWEST_SAMPLES, np.nan)
+    if array.ndim != 1 or array.size < FEWEST_SAMPLES:
+        raise ValueError(f"{name}: has shape {array.shape}, must be one row of at least {FEWEST_SAMPLES} numbers")
+    bad = np.flatnonzero(~np.isfinite(array))
+    if bad.size:
+        raise ValueError(f"{name}[{bad[0]}] = {array[bad[0]]}: must be a finite number")
+    return array
+
+
+def noise_level(values: Vector) -> float:
+    """Standard deviation of the white noise on a trace.
+
+    From third differences, which smooth waves hardly touch, by their median: it does not see single spikes.
+    """
+    return float(np.median(np.abs(np.diff(values, 3)))) / (0.6745 * sqrt(20.0))
+
+
+def resolution(values: Vector) -> float:
+    """The smallest step between two values of a trace: the digitiser's, where one was at work."""
+    steps = np.diff(np.unique(values))
+    return float(steps.min()) if steps.size else 0.0
+
+
+def smoothed(values: Vector) -> tuple[Vector, float, float]:
+    """A trace made smooth enough to look for waves, the noise left on it, and its greatest pulse's width in samples.
+
+    The width is taken at half height. A trace without a peak comes back as it is, with the width 0.
+    """
+    noise, span = noise_level(values), float(np.ptp(values))
+    rough = _blurred(values, _sigma(noise, ROUGH_NOISE * span, values.size))
+    peaks = find_peaks(rough)[0]
+    if not peaks.size:
+        return values, noise, 0.0
+    top = peaks[[rough[peaks].argmax()]]
+    width = float(peak_widths(rough, top, rel_height=0.5)[0][0])
+    sigma = SMOOTHING * width
+    return _blurred(values, sigma), noise / sqrt(1.0 + 2.0 * sqrt(pi) * sigma), width
+
+
+def quiet_lead(values: Vector) -> int:
+    """How many samples at the beginning of a trace are surely quiet: half of those before it leaves its first level.
+
+    Raises ValueError where there are none.
+    """
+    noise, span = noise_level(values), float(np.ptp(values))
+    rough = _blurred(values, _sigma(noise, ROUGH_NOISE * span, values.size))
+    first = np.median(rough[: max(4, values.size // 100)])
+    lead = int((np.abs(rough - first) > 0.1 * float(np.ptp(rough))).argmax()) // 2
+    if lead < 4:
+        raise ValueError("the trace has no quiet lead before the first wave: its baseline cannot be told")
+    return lead
+
+
+def _sigma(noise: float, wanted: float, samples: int) -> float:
+    """Width of the Gaussian that brings white noise down to what is wanted, in samples."""
+    return 0.0 if noise <= wanted else min((noise / wanted) ** 2 / (2.0 * sqrt(pi)), samples / 100.0)
+
+
+def _blurred(values: Vector, sigma: float) -> Vector:
+    return np.asarray(gaussian_filter1d(values, sigma)) if sigma > 0.25 else values
+
+
+def _vertex(time: Vector, values: Vector) -> float:
+    """Time of the vertex of a parabola through the top of a pulse."""
+    parabola = np.polynomial.Polynomial.fit(time, values, 2)
+    return float(parabola.deriv().roots()[0])
