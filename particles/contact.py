@@ -15,9 +15,9 @@ from scipy.special import lambertw
 
 from particles import kernels
 from particles.bead import Bead, Cylinder, HollowSphere
-from structures.checks import finite, instance, positive, within
+from structures.checks import finite, instance, one_of, positive, within
 from structures.structure import Vector
-from structures.surface import Surface, hertz_stiffness, relative_curvatures
+from structures.surface import AXIS_RATIOS, Surface, hertz_stiffness, relative_curvatures
 
 SMALL_CONTACT = 0.2
 """Half-width of a contact over the relative radius of curvature, up to which the half-space theories are trusted."""
@@ -126,8 +126,9 @@ class PowerLaw(ContactLaw):
 class TabulatedLaw(ContactLaw):
     """A law through points (approach in m, force in N), both increasing.
 
-    Monotone cubics (Fritsch–Carlson) run through ln F over ln δ, so power laws are kept exactly. Below the first point
-    it goes on as a power law, to zero at zero; beyond the last one as a power law too, and a run warns.
+    Monotone cubics (Fritsch–Carlson) run through ln F over ln δ, so power laws are kept exactly. Outside the points it
+    goes on as power laws: below the first one to zero, at least linearly; beyond the last one as steeply as there and
+    as the last two points, and a run warns.
     Raises ValueError where points do not increase or are fewer than two. A first point (0, 0) is left out.
     """
 
@@ -161,17 +162,23 @@ class TabulatedLaw(ContactLaw):
 
     def _force_and_slope(self, approach: Vector) -> tuple[Vector, Vector]:
         """Force, and d ln F / d ln δ."""
-        curve, ends = self._curve
+        curve, (first, last), (below, above) = self._curve
         asked = np.log(np.maximum(approach, 1e-300))
-        inside = np.clip(asked, *ends)
-        slope = curve(inside, 1)
+        inside = np.clip(asked, first, last)
+        slope = np.where(asked < first, below, np.where(asked > last, above, curve(inside, 1)))
         force = np.exp(curve(inside) + slope * (asked - inside))
         return np.where(np.asarray(approach) > 0.0, force, 0.0), slope
 
     @cached_property
-    def _curve(self) -> tuple[PchipInterpolator, tuple[float, float]]:
-        x = np.log(self.approaches)
-        return PchipInterpolator(x, np.log(self.forces)), (x[0], x[-1])
+    def _curve(self) -> tuple[PchipInterpolator, tuple[float, float], tuple[float, float]]:
+        """ln F over ln δ, its ends, and its slopes beyond them."""
+        x, y = np.log(self.approaches), np.log(self.forces)
+        curve = PchipInterpolator(x, y)
+        beyond = (
+            max(float(curve(x[0], 1)), 1.0),
+            max(float(curve(x[-1], 1)), float((y[-1] - y[-2]) / (x[-1] - x[-2]))),
+        )
+        return curve, (x[0], x[-1]), beyond
 
 
 def contact_law(first: Bead, second: Bead | Surface, axis_ratio: str = "exact") -> ContactLaw:
@@ -187,8 +194,8 @@ def contact_law(first: Bead, second: Bead | Surface, axis_ratio: str = "exact") 
     for name, body in (("first", first), ("second", second)):
         kinds = Bead if name == "first" else Bead | Surface
         instance(name, body, kinds, "a body" if name == "first" else "a body or a Surface")  # type: ignore[arg-type]
-    law = _contact_law(first, second, axis_ratio)
-    return law
+    one_of("axis_ratio", axis_ratio, AXIS_RATIOS)
+    return _contact_law(first, second, axis_ratio)
 
 
 @lru_cache(maxsize=4096)

@@ -48,7 +48,7 @@ def calibration_factor(
         raise ValueError(f"voltage: holds {v.size} numbers, must be as many as time, {t.size}")
     if not (np.diff(t) > 0.0).all():
         raise ValueError("time: must increase from sample to sample")
-    v = v - np.median(v[: quiet_lead(v)])
+    v = v - np.median(v[: quiet_lead("voltage", v)])
     smooth, _, width = smoothed(v)
     peak = int(smooth.argmax())
     if not smooth[peak] > -smooth.min():
@@ -82,11 +82,12 @@ def trace(name: str, values: ArrayLike) -> Vector:
 
 
 def noise_level(values: Vector) -> float:
-    """Standard deviation of the white noise on a trace.
+    """Standard deviation of the white noise on a trace, at least that of the digitiser's rounding.
 
     From third differences, which smooth waves hardly touch, by their median: it does not see single spikes.
     """
-    return float(np.median(np.abs(np.diff(values, 3)))) / (0.6745 * sqrt(20.0))
+    white = float(np.median(np.abs(np.diff(values, 3)))) / (0.6745 * sqrt(20.0))
+    return max(white, resolution(values) / sqrt(12.0))
 
 
 def resolution(values: Vector) -> float:
@@ -111,18 +112,17 @@ def smoothed(values: Vector) -> tuple[Vector, float, float]:
     return _blurred(values, sigma), noise / sqrt(1.0 + 2.0 * sqrt(pi) * sigma), width
 
 
-def quiet_lead(values: Vector) -> int:
+def quiet_lead(name: str, values: Vector) -> int:
     """How many samples at the beginning of a trace are surely quiet: half of those before it leaves its first level.
 
-    Raises ValueError where there are none.
+    Raises ValueError where they are fewer than the greatest pulse is wide: it may begin within a wave.
     """
-    noise, span = noise_level(values), float(np.ptp(values))
-    rough = _blurred(values, _sigma(noise, ROUGH_NOISE * span, values.size))
-    first = np.median(rough[: max(4, values.size // 100)])
-    lead = int((np.abs(rough - first) > 0.1 * float(np.ptp(rough))).argmax()) // 2
-    if lead < 4:
-        raise ValueError("the trace has no quiet lead before the first wave: its baseline cannot be told")
-    return lead
+    smooth, _, width = smoothed(values)
+    first = np.median(smooth[: max(4, values.size // 100)])
+    lead = int((np.abs(smooth - first) > 0.1 * float(np.ptp(smooth))).argmax())
+    if lead < max(8.0, 0.5 * width):
+        raise ValueError(f"{name}: has no quiet lead to take the baseline from, must begin before the first wave")
+    return lead // 2
 
 
 def _sigma(noise: float, wanted: float, samples: int) -> float:
