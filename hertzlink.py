@@ -23,14 +23,17 @@ def _check_rooms() -> None:
 
 _check_rooms()
 
+from coupling.batch import batch  # noqa: E402
 from coupling.cli import main as main  # noqa: E402
 from coupling.cosimulation import CoSimulation  # noqa: E402
+from coupling.fitting import Fit, fit_dissipation  # noqa: E402
 from coupling.measures import (  # noqa: E402
     ReflectedWave,
     Reflections,
     Wave,
     amplitude_ratio,
     contact_time,
+    contact_to_sensor_ratio,
     critical_distance,
     energy_error,
     reflections,
@@ -40,6 +43,7 @@ from coupling.measures import (  # noqa: E402
 )
 from coupling.participant import Participant  # noqa: E402
 from coupling.scheme import Aitken, Condensed, NotConverged  # noqa: E402
+from coupling.signals import as_signal, read_signal  # noqa: E402
 from coupling.sweep import sweep  # noqa: E402
 from particles.bead import Cylinder, Ellipsoid, HollowSphere, Sphere, drop_speed  # noqa: E402
 from particles.chain import Chain, MovingChain  # noqa: E402
@@ -53,6 +57,7 @@ from particles.dissipation import (  # noqa: E402
     Tsuji,
 )
 from particles.excitation import Piston, PushedBead, SpringLoaded  # noqa: E402
+from particles.sensor import calibration_factor  # noqa: E402
 from plates.plate import Plate, kirchhoff_plate  # noqa: E402
 from plates.support import Supports  # noqa: E402
 from plates.theory import critical_distance_bounds, point_impedance  # noqa: E402
@@ -77,11 +82,12 @@ from structures.surface import Surface, hertz_stiffness  # noqa: E402
 
 __all__ = [
     "ACRYLIC", "ALUMINIUM_6061", "Aitken", "BRASS_360", "COPPER", "Chain", "CoSimulation", "Condensed", "Cylinder",
-    "Ellipsoid", "HollowSphere", "KuwabaraKono", "Layer", "LinearDashpot", "MATERIALS", "MassProportional",
+    "Ellipsoid", "Fit", "HollowSphere", "KuwabaraKono", "Layer", "LinearDashpot", "MATERIALS", "MassProportional",
     "Material", "MovingChain", "MovingStructure", "NYLON", "NotConverged", "POLYCARBONATE", "PTFE", "Participant",
     "Piston", "Plate", "PowerDashpot", "PowerLaw", "PushedBead", "ReflectedWave", "Reflections", "Restitution",
     "STEEL_316", "STEEL_440C", "Sphere", "SpringLoaded", "Structure", "Supports", "Surface", "TabulatedLaw",
-    "Tsuji", "Wave", "amplitude_ratio", "contact_law", "contact_time", "critical_distance",
-    "critical_distance_bounds", "drop_speed", "energy_error", "half_space", "hertz_stiffness", "kirchhoff_plate",
-    "point_impedance", "reduce", "reflections", "rod", "sensor_force", "sweep", "time_of_flight", "wave_speed",
+    "Tsuji", "Wave", "amplitude_ratio", "as_signal", "batch", "calibration_factor", "contact_law", "contact_time",
+    "contact_to_sensor_ratio", "critical_distance", "critical_distance_bounds", "drop_speed", "energy_error",
+    "fit_dissipation", "half_space", "hertz_stiffness", "kirchhoff_plate", "point_impedance", "read_signal",
+    "reduce", "reflections", "rod", "sensor_force", "sweep", "time_of_flight", "wave_speed",
 ]  # fmt: skip

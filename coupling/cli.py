@@ -51,14 +51,14 @@ def cli() -> None:
     """Chains of beads against structures: what the reflected waves tell."""
 
 
-@cli.command("study")
+@cli.command("study", help=f"Run a study of the thesis: netCDF, figures and a table. NAME: {', '.join(STUDIES)}.")
 @click.argument("name", metavar="NAME", type=click.Choice(list(STUDIES)))
 @click.option("--quick", is_flag=True, help="A coarse version, in seconds.")
 @click.option("--output", type=click.Path(path_type=Path), help="Folder for the results; by default named NAME.")
 @click.option("--force", is_flag=True, help="Replace the output folder if it holds an earlier study.")
-@click.option("--jobs", type=click.IntRange(min=1), help="Processes; by default one for each core.")
+@click.option("--jobs", type=click.IntRange(min=1), help="Processes; by default as many as pay.")
 def run_study(name: str, quick: bool, output: Path | None, force: bool, jobs: int | None) -> None:
-    """Run the study NAME of the thesis, plate-boundary or rod-stiffness: netCDF, figures and a table."""
+    """Run a study of the thesis: netCDF, figures and a table."""
     folder = output or Path(name)
     check_output(folder, force)
     chosen = study(name)

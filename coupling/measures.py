@@ -1,24 +1,17 @@
-"""What is read from a run: every measure is a function of the Dataset, over any axes of a sweep."""
+"""What is read from a run, or from a measured signal: every measure is a function of the Dataset, over any axes."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
-from scipy.interpolate import CubicSpline
-from scipy.signal import find_peaks, peak_widths
 
+from coupling.peaks import Peak, incident_passage, interpolated, waves_of_run, waves_of_signal
 from structures.checks import instance, one_of, positive, whole
 from structures.structure import Vector
 
 SMALLEST_WAVE = 0.01
 """Waves below this part of the incident one are not reported: beads that rattle after a wave make such peaks."""
-
-FIRST_WAVE = 0.05
-"""The incident wave rises by at least this part of the greatest force: waves of a heavy striker pile up later."""
-
-TOGETHER = 0.2
-"""Contact peaks nearer than this part of their width do not tell a direction."""
 
 WAVES = ("primary", "secondary")
 
@@ -50,21 +43,47 @@ class Reflections(NamedTuple):
 def sensor_force(run: xr.Dataset, sensor: int) -> xr.DataArray:
     """Force at the centre of bead `sensor` (1 … N from the struck end), N, above the preload.
 
-    The mean of the bead's two contact forces (thesis, section 3.1). Raises ValueError for a sensor outside 1 … N.
+    Of a run the mean of the bead's two contact forces (thesis, section 3.1), of a signal what was measured. Raises
+    ValueError for a sensor that is not there.
     """
-    above, below = _contact_pair(run, sensor)
-    return (0.5 * (above + below)).assign_attrs(units="N", long_name=f"force at bead {int(sensor)}")
+    if _is_signal(run):
+        force: xr.DataArray = run.sensor_force.sel(sensor=_measured(run, sensor)).reset_coords(drop=True)
+    else:
+        above, below = _contact_pair(run, sensor)
+        force = 0.5 * (above + below)
+    return force.assign_attrs(units="N", long_name=f"force at bead {int(sensor)}")
+
+
+def _is_signal(run: xr.Dataset) -> bool:
+    instance("run", run, xr.Dataset, "the Dataset of a run, a sweep or a signal")
+    return "sensor_force" in run.data_vars
+
+
+def _measured(run: xr.Dataset, sensor: int) -> int:
+    number = whole("sensor", sensor)
+    known = run.sensor.values.tolist()
+    if number not in known:
+        raise ValueError(f"sensor = {sensor!r}: must be one that was measured: {', '.join(map(str, known))}")
+    return number
 
 
 def _contact_pair(run: xr.Dataset, sensor: int) -> tuple[xr.DataArray, xr.DataArray]:
     """Forces of a bead's two contacts, the struck side first, above the preload."""
-    instance("run", run, xr.Dataset, "the Dataset of a run or a sweep")
-    beads, number = run.sizes["contact"] - 1, whole("sensor", sensor)
-    if number > beads:
+    dynamic = _dynamic_force(run)
+    number, kept = whole("sensor", sensor), set(run.contact.values.tolist())
+    if not {number, number + 1} <= kept:
+        beads = max(kept) - 1
         raise ValueError(f"sensor = {sensor!r}: must be a bead from 1 to {beads}, counted from the struck end")
-    dynamic = run.contact_force - run.static_force
     above, below = (dynamic.sel(contact=n).reset_coords(drop=True) for n in (number, number + 1))
     return above, below
+
+
+def _dynamic_force(run: xr.Dataset) -> xr.DataArray:
+    """Contact forces above the preload, or a ValueError for a signal, which has none."""
+    if _is_signal(run):
+        raise ValueError("run: is a measured signal, must be the Dataset of a run or a sweep, with contact forces")
+    dynamic: xr.DataArray = run.contact_force - run.static_force
+    return dynamic
 
 
 def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE) -> Reflections:
@@ -78,12 +97,16 @@ def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE) -
     A solitary wave is five beads long: nearer than that to either end of the chain, or to a bead unlike the others,
     incident and reflected waves merge, and amplitudes mean little. The reflected waves of a striker much heavier than
     a bead ride on its train, and may be larger than the incident one.
+    A signal (`read_signal`, `as_signal`) holds the force at the bead's centre alone, which tells no direction: its
+    first wave is the incident one, and all later ones count as reflected. Waves must stand out of its noise, and are
+    placed by a polynomial: with white noise of 2 % of the incident peak, sampled at 10 MHz, AR is good to 0.01 and
+    TOF to 0.5 µs for steel beads of 5 to 10 mm diameter (one draw in a thousand is worse); at 2 MHz AR has a standard
+    deviation of 0.005.
     """
-    above, below = _contact_pair(run, sensor)
-    if above.ndim != 1:
+    series = _series(run, sensor)
+    if series[0].ndim != 1:
         raise ValueError("run: holds a sweep; use amplitude_ratio and time_of_flight, or select one point first")
-    velocity = run.velocity.sel(bead=int(sensor)).values
-    return _reflections(run.time.values, above.values, below.values, velocity, positive("smallest", smallest))
+    return _reflections(run.time.values, *(one.values for one in series), smallest=positive("smallest", smallest))
 
 
 def amplitude_ratio(run: xr.Dataset, sensor: int, wave: str = "primary") -> xr.DataArray:
@@ -103,15 +126,42 @@ def time_of_flight(run: xr.Dataset, sensor: int, wave: str = "primary") -> xr.Da
 
 
 def wave_speed(run: xr.Dataset, first: int, second: int) -> float:
-    """Speed, m/s, of the incident wave between the peaks at two sensors of one run; NaN where it did not pass both."""
+    """Speed, m/s, of the incident wave between the peaks at two sensors of one run; NaN where it did not pass both.
+
+    A signal must know its sensors' positions: `read_signal(…, positions={7: 0.062, 16: 0.148})`.
+    """
     first, second = whole("first", first), whole("second", second)
     if first == second:
         raise ValueError(f"second = {second!r}: must be another sensor than first")
     waves = [reflections(run, sensor).incident for sensor in (first, second)]
     if waves[0] is None or waves[1] is None:
         return float("nan")
-    distance = float(run.centre.sel(bead=second) - run.centre.sel(bead=first))
+    if "centre" not in run.coords:
+        raise ValueError("run: holds no positions of its sensors; give positions={sensor: m} where the signal is read")
+    axis = "sensor" if _is_signal(run) else "bead"
+    distance = float(run.centre.sel({axis: second}) - run.centre.sel({axis: first}))
     return distance / (waves[1].arrival - waves[0].arrival)
+
+
+def contact_to_sensor_ratio(run: xr.Dataset, sensor: int) -> float | xr.DataArray:
+    """β = greatest contact force / greatest bead-centre force of the incident wave at a bead (thesis, equation 3.2).
+
+    Both above the preload; the greater of the bead's two contacts counts. What a gauge in the bead shows, times β and
+    plus the preload, is the contact force F_m of the theory. 1.414 for equal spheres without preload, five beads or
+    more from both ends. NaN where no wave came. A float for a run, an array for a sweep.
+    """
+
+    def one(above: Vector, below: Vector, velocity: Vector) -> float:
+        passage = incident_passage(above, below, velocity)
+        if passage is None:
+            return float("nan")
+        near = slice(max(0, passage.start - 3), passage.end + 4)
+        contacts = [interpolated(time, f, near.start + int(f[near].argmax()))[0] for f in (above, below)]
+        return max(contacts) / interpolated(time, 0.5 * (above + below), passage.peak)[0]
+
+    series, time = _passing(run, sensor), run.time.values
+    result = xr.apply_ufunc(one, *series, input_core_dims=[["time"]] * 3, vectorize=True)
+    return _number_or_array(result, "1", f"contact force / bead-centre force, bead {int(sensor)}")
 
 
 def contact_time(run: xr.Dataset, threshold: float = 0.01) -> float | xr.DataArray:
@@ -120,7 +170,7 @@ def contact_time(run: xr.Dataset, threshold: float = 0.01) -> float | xr.DataArr
     From where the force above the preload first exceeds `threshold` of its greatest value to where it falls below
     it again, placed by linear interpolation; NaN where it does not. A float for a run, an array for a sweep.
     """
-    instance("run", run, xr.Dataset, "the Dataset of a run or a sweep")
+    dynamic = _dynamic_force(run)
     if not 0.0 < positive("threshold", threshold) < 1.0:
         raise ValueError(f"threshold = {threshold!r}: must lie between 0 and 1")
     time = run.time.values
@@ -138,7 +188,7 @@ def contact_time(run: xr.Dataset, threshold: float = 0.01) -> float | xr.DataArr
             crossings.append(float(time[i - 1] + share * (time[i] - time[i - 1])))
         return crossings[1] - crossings[0]
 
-    force = (run.contact_force - run.static_force).isel(contact=-1).reset_coords(drop=True)
+    force = dynamic.isel(contact=-1).reset_coords(drop=True)
     result = xr.apply_ufunc(one, force, input_core_dims=[["time"]], vectorize=True)
     return _number_or_array(result, "s", "contact of the last bead")
 
@@ -146,13 +196,13 @@ def contact_time(run: xr.Dataset, threshold: float = 0.01) -> float | xr.DataArr
 def energy_error(run: xr.Dataset) -> float | xr.DataArray:
     """Greatest change of the total energy over a run, in units of the striker's energy.
 
-    The total holds beads, contacts, gravity, what the dashpots took, and the structure's energy. Where that is not
-    known (a damped structure, a black box) the work done on the structure stands for it. A float for a run, an array
-    for a sweep.
+    The total holds beads, contacts, gravity, losses, and the structure's energy, less what a force history or a piston
+    put in. Where the structure's energy is not known (a damped structure, a black box) the work done on the structure
+    stands for it. A float for a run, an array for a sweep.
     """
-    instance("run", run, xr.Dataset, "the Dataset of a run or a sweep")
+    _dynamic_force(run)
     total = run.kinetic_energy + run.contact_energy + run.dissipated_energy
-    total = total + run.structure_energy.fillna(run.interface_work)
+    total = total + run.structure_energy.fillna(run.interface_work) - run.excitation_work
     change = abs(total - total.isel(time=0)).max("time") / run.impact_energy
     return _number_or_array(change.reset_coords(drop=True), "1", "energy error")
 
@@ -202,77 +252,39 @@ def critical_distance(ratio: xr.DataArray, tolerance: float = 0.02) -> float | x
 def _over_axes(run: xr.Dataset, sensor: int, wave: str, what: str, units: str, label: str) -> xr.DataArray:
     one_of("wave", wave, WAVES)
 
-    def one(above: Vector, below: Vector, velocity: Vector) -> float:
-        found = getattr(_reflections(time, above, below, velocity, SMALLEST_WAVE), wave)
+    def one(*series: Vector) -> float:
+        found = getattr(_reflections(time, *series, smallest=SMALLEST_WAVE), wave)
         return float("nan") if found is None else float(getattr(found, what))
 
-    inputs = (*_contact_pair(run, sensor), run.velocity.sel(bead=int(sensor)).reset_coords(drop=True))
+    series = _series(run, sensor)
     time = run.time.values
-    result: xr.DataArray = xr.apply_ufunc(one, *inputs, input_core_dims=[["time"]] * 3, vectorize=True)
+    result: xr.DataArray = xr.apply_ufunc(one, *series, input_core_dims=[["time"]] * len(series), vectorize=True)
     result.attrs = {"units": units, "long_name": f"{label}, bead {sensor}"}
     return result.rename(what)
 
 
-def _reflections(time: Vector, above: Vector, below: Vector, velocity: Vector, smallest: float) -> Reflections:
-    """Passages over a bead in order of time, from the dynamic forces of its two contacts; see `reflections`."""
-    force = 0.5 * (above + below)
-    top = force.max(initial=0.0)
-    if not top > 0.0:
+def _series(run: xr.Dataset, sensor: int) -> tuple[xr.DataArray, ...]:
+    """What tells the waves over a bead: see `_passing` for a run; of a signal its force."""
+    return (sensor_force(run, sensor),) if _is_signal(run) else _passing(run, sensor)
+
+
+def _passing(run: xr.Dataset, sensor: int) -> tuple[xr.DataArray, ...]:
+    """The two contact forces of a bead of a run, above the preload, and its velocity."""
+    return (*_contact_pair(run, sensor), run.velocity.sel(bead=int(sensor)).reset_coords(drop=True))
+
+
+def _reflections(time: Vector, *series: Vector, smallest: float) -> Reflections:
+    """The waves of a run's three series, or of a signal's one; see `_series` and `reflections`."""
+    if len(series) == 1:
+        found: list[Peak] = waves_of_signal(time, series[0], smallest)
+    else:
+        above, below, velocity = series
+        found = waves_of_run(time, above, below, velocity, smallest)
+    if not found:
         return Reflections(None, None, None)
-    forward = [passage for passage in _passages(above, below, velocity, FIRST_WAVE * top) if passage.goes_on]
-    if not forward:
-        return Reflections(None, None, None)
-    incident = Wave(*_refined(time, force, forward[0].peak))
-    later = [p for p in _passages(above, below, velocity, smallest * incident.amplitude) if p.start > forward[0].end]
-    back = [_refined(time, force, passage.peak) for passage in later if not passage.goes_on]
-    found = [
+    incident = Wave(*found[0])
+    back = [
         ReflectedWave(amplitude, arrival, amplitude / incident.amplitude, arrival - incident.arrival)
-        for amplitude, arrival in back[:2]
+        for amplitude, arrival in found[1:3]
     ]
-    return Reflections(incident, found[0] if found else None, found[1] if len(found) > 1 else None)
-
-
-class _Passage(NamedTuple):
-    """A wave over a bead, in samples: its first and last contact peak, the peak of the mean, and whether it goes on."""
-
-    start: int
-    end: int
-    peak: int
-    goes_on: bool
-
-
-def _passages(above: Vector, below: Vector, velocity: Vector, least: float) -> list[_Passage]:
-    """Waves over a bead in order of time.
-
-    A wave is a peak in each contact force, each the other's nearest; the contact that it passes first tells where it
-    goes. Between beads that have drifted apart a weak wave is two collisions, and still one wave. Where a bead moves
-    as one with a neighbour, as in a dimer, both contacts peak together, and the bead's velocity tells the direction.
-    """
-    peaks = [find_peaks(force, height=least, prominence=least)[0] for force in (above, below)]
-    if not (peaks[0].size and peaks[1].size):
-        return []
-    apart = np.abs(peaks[0][:, None] - peaks[1][None, :])
-    nearest_below, nearest_above = apart.argmin(axis=1), apart.argmin(axis=0)
-    widths = peak_widths(above, peaks[0])[0]
-    force, found = above + below, []
-    for i, first in enumerate(peaks[0]):
-        other = int(peaks[1][nearest_below[i]])
-        if nearest_above[nearest_below[i]] != i:
-            continue
-        start, end = sorted((int(first), other))
-        begin = max(0, start - 3)
-        peak = begin + int(force[begin : end + 4].argmax())
-        together = end - start < TOGETHER * widths[i]
-        goes_on = bool(velocity[peak] > 0.0) if together else bool(first < other)
-        if 0.5 * force[peak] >= least:
-            found.append(_Passage(start, end, peak, goes_on))
-    return found
-
-
-def _refined(time: Vector, force: Vector, peak: int) -> tuple[float, float]:
-    """Amplitude and time of the peak of a cubic spline through the samples around a sampled peak."""
-    near = slice(max(0, peak - 4), peak + 5)
-    spline = CubicSpline(time[near], force[near])
-    inside = [t for t in spline.derivative().roots(extrapolate=False) if abs(t - time[peak]) <= time[1] - time[0]]
-    best = max(inside, key=spline, default=time[peak])
-    return float(spline(best)), float(best)
+    return Reflections(incident, back[0] if back else None, back[1] if len(back) > 1 else None)

@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 MARKERS = ("o", "s", "^", "D", "v", "P")
@@ -80,4 +81,85 @@ def intensity_map(time: np.ndarray, modulus: np.ndarray, force: np.ndarray) -> F
     axis.set(yscale="log", xlabel="time (µs)", ylabel="Young's modulus of the rod (GPa)")
     axis.yaxis.set_major_formatter("{x:g}")
     figure.colorbar(mesh, ax=axis, label="force at the sensor (N)")
+    return figure
+
+
+def points(axis: Axes, x: np.ndarray, y: np.ndarray, number: int, label: str) -> None:
+    """Markers without a line, in the marker and colour of this number."""
+    axis.plot(x, y, MARKERS[number], color=COLOURS[number], markersize=4.0, linestyle="none", label=label)
+
+
+def logarithmic(axis: Axes) -> None:
+    """Both axes logarithmic, with plain numbers at 1, 2 and 5 of each decade, or more on an axis within one."""
+    axis.set(xscale="log", yscale="log")
+    for one in (axis.xaxis, axis.yaxis):
+        one.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        one.set_major_formatter("{x:g}")
+        one.set_minor_formatter(NullFormatter())
+
+
+def beside_theory(
+    axis: Axes,
+    lines: Iterable[tuple[str, np.ndarray, np.ndarray, np.ndarray]],
+    xlabel: str,
+    ylabel: str,
+    theory: str,
+    simulation: str = "simulation",
+) -> None:
+    """Curves of (label, x, simulated, theory): markers for what was simulated, a line for the theory.
+
+    x increases and is positive, as is the theory, whose line runs between its points as a power law. Axes that are not
+    logarithmic begin at zero.
+    """
+    for i, (label, x, simulated, expected) in enumerate(lines):
+        colour, fine = COLOURS[i % len(COLOURS)], np.geomspace(x[0], x[-1], 200)
+        axis.plot(fine, np.exp(np.interp(np.log(fine), np.log(x), np.log(expected))), color=colour, linewidth=1.0)
+        axis.plot(x, simulated, MARKERS[i % len(MARKERS)], color=colour, markersize=4.0, label=label)
+    axis.plot([], [], "-", color="grey", linewidth=1.0, label=theory)
+    axis.plot([], [], "o", color="grey", markersize=4.0, label=simulation)
+    axis.set(xlabel=xlabel, ylabel=ylabel)
+    if axis.get_xscale() == "linear":
+        axis.set_xlim(left=0.0)
+        axis.set_ylim(bottom=0.0)
+    axis.legend(frameon=False, fontsize="small")
+
+
+def against_angle(
+    angle: np.ndarray, lines: Iterable[tuple[str, np.ndarray]], theory: xr.DataArray, trusted: float, ylabel: str
+) -> Figure:
+    """Points over the angle between cylinders, in degrees from zero on, beside a theory over its own angles.
+
+    Below the angle down to which theory is trusted, markers are hollow and its line is dashed. The first point is for
+    parallel cylinders, which obey another law.
+    """
+    figure, (axis,) = panels(1, width=4.6, height=3.6)
+    beyond = (angle > 0.0) & (angle < trusted)
+    for i, (label, y) in enumerate(lines):
+        marker, colour, size = MARKERS[i], COLOURS[i], 7.5 - 2.0 * i
+        axis.plot(angle[~beyond], y[~beyond], marker, color=colour, markersize=size, label=label)
+        axis.plot(angle[beyond], y[beyond], marker, color=colour, markersize=size, markerfacecolor="white")
+        if i == 0:
+            axis.annotate(
+                "line contact", (angle[0], y[0]), (8, 0), textcoords="offset points", va="center", fontsize="small"
+            )
+    far, near = theory.sel(angle=slice(trusted, None)), theory.sel(angle=slice(None, trusted))
+    axis.plot(far.angle, far, "-", color="black", linewidth=0.8, zorder=0.5, label="equation 5.11, any force")
+    label = f"below {trusted:.0f}°: beyond half-space theory"
+    axis.plot(near.angle, near, "--", color="black", linewidth=0.8, zorder=0.5)
+    axis.plot([], [], "o--", color="black", linewidth=0.8, markerfacecolor="white", label=label)
+    axis.set(xlabel="angle between neighbours (°)", ylabel=ylabel, xticks=[0, 10, 30, 45, 60, 75, 90])
+    axis.set_ylim(bottom=0.0)
+    axis.legend(frameon=False, fontsize="small")
+    return figure
+
+
+def contact_laws(approach: np.ndarray, laws: Iterable[tuple[str, np.ndarray]]) -> Figure:
+    """Force (N) over approach (m), both logarithmic."""
+    figure, (axis,) = panels(1, width=4.6, height=3.6)
+    for i, (label, force) in enumerate(laws):
+        axis.plot(approach * 1e6, force, color=COLOURS[i], linewidth=1.2, label=label)
+    axis.set(xscale="log", yscale="log", xlabel="approach (µm)", ylabel="contact force (N)")
+    axis.xaxis.set_major_formatter("{x:g}")
+    axis.yaxis.set_major_formatter("{x:g}")
+    axis.legend(frameon=False, fontsize="small")
     return figure

@@ -80,10 +80,10 @@ def dataset(chain: MovingChain, frames: Frames, interval: float, given: Mapping[
         },
     )
     data = data.assign_attrs(provenance(given))
-    cautions = chain.cautions(_deepest(chain, frames))
-    for caution in cautions:
+    told, new = chain.cautions(_deepest(chain, frames))
+    for caution in new:
         log.warning("%s", caution)
-    return data.assign_attrs(warnings="\n".join(cautions)) if cautions else data
+    return data.assign_attrs(warnings="\n".join(told + new)) if told + new else data
 
 
 def _deepest(chain: MovingChain, frames: Frames) -> Vector:

@@ -147,7 +147,9 @@ def turn(name: str, angle: float) -> float:
     """`angle` as a float, or a ValueError where it is more than one turn: then it is likely in degrees."""
     number = finite(name, angle, "rad")
     if abs(number) > 2.0 * pi:
-        raise ValueError(f"{name} = {angle!r}: must lie within one turn, in rad; math.radians(45) for 45°")
+        raise ValueError(
+            f"{name} = {angle!r}: must lie within one turn (angle % tau), in rad; math.radians(45) for 45°"
+        )
     return number
 
 

@@ -4,10 +4,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from itertools import pairwise
-from math import gamma, inf, pi, sin, sqrt
+from math import inf, pi, sin, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.special import gamma
 
 from particles import kernels
 from particles.bead import Bead, turn
@@ -193,16 +194,16 @@ class MovingChain:
 
         For F = k δⁿ a collision takes 2√π Γ(1 + 1/(n+1))/Γ(½ + 1/(n+1)) times deepest approach over speed.
         """
-        mass, shortest = self.reduced_mass, inf
-        energy = 0.5 * mass * self.speed**2
+        mass, speed, shortest = self.reduced_mass, self.speed, inf
+        energy = 0.5 * mass * speed**2
         deepest = self._over_contacts(lambda law, i: law.overlap(energy[i]))
         force = self._over_contacts(lambda law, i: law.force(deepest[i]))
-        stiff = self._over_contacts(lambda law, i: law.tangent(self.preload[i]))
-        for i in np.flatnonzero(deepest > 0.0):
+        for law, i in self._groups.items():
             order = energy[i] / (force[i] * deepest[i])
-            time = deepest[i] / self.speed * 2.0 * sqrt(pi) * gamma(1.0 + order) / gamma(0.5 + order)
-            shortest = min(shortest, time, pi / sqrt(max(stiff[i] / mass[i], 1e-300)))
-        return float(shortest)
+            collision = deepest[i] / speed * 2.0 * sqrt(pi) * gamma(1.0 + order) / gamma(0.5 + order)
+            swing = pi / np.sqrt(np.maximum(law.tangent(self.preload[i]) / mass[i], 1e-300))
+            shortest = min(shortest, float(np.minimum(collision, swing).min()))
+        return shortest
 
     @property
     def speed(self) -> float:
@@ -287,7 +288,7 @@ class MovingChain:
     @cached_property
     def constants(self) -> kernels.Constants:
         """What the kernels call `chain`."""
-        chain, table, rows = self.chain, *self._tables()
+        chain, tables = self.chain, self.tables
         loss, striker = chain.dissipation, chain.striker
         drive, history = kernels.FREE, np.zeros((3, 1))
         if isinstance(striker, PushedBead | Piston):
@@ -308,7 +309,8 @@ class MovingChain:
             drive,
         )
         damping = loss.coefficients(self.reduced_mass) if loss else np.zeros_like(self.mass)
-        return kernels.Constants(1.0 / self.mass, self.stiffness, table, rows, damping, history, numbers)
+        rows = np.concatenate(tables) if tables else np.zeros((1, 6))
+        return kernels.Constants(1.0 / self.mass, self.stiffness, self._first_rows(), rows, damping, history, numbers)
 
     @cached_property
     def method(self) -> int:
@@ -323,8 +325,9 @@ class MovingChain:
 
     def steps(self, window: float) -> int:
         """Steps in a window."""
-        automatic = min(self.contact_time / STEPS_PER_CONTACT, self.damping_time / STEPS_PER_DAMPING)
-        step = automatic if self.dt is None else self.dt
+        step = self.dt
+        if step is None:
+            step = min(self.contact_time / STEPS_PER_CONTACT, self.damping_time / STEPS_PER_DAMPING)
         return max(1, int(np.ceil(window / step * (1.0 - 1e-9))))
 
     @cached_property
@@ -334,20 +337,18 @@ class MovingChain:
         reduced: Vector = 1.0 / (inverse[:-1] + inverse[1:])
         return reduced
 
-    def cautions(self, deepest: Vector) -> list[str]:
-        """What to know of the contact laws used, with the greatest approach (m) that each contact saw."""
-        found: dict[str, None] = {}
-        for i, law in enumerate(self.laws):
-            if law is None:
-                continue
-            if law.caution:
-                found[law.caution] = None
-            if deepest[i] > law.largest:
-                found[
-                    f"contact {i + 1}: approach of {deepest[i]:.3g} m is beyond {law.largest:.3g} m, up to which "
-                    f"its law ({law.name}) is trusted"
-                ] = None
-        return list(found)
+    def cautions(self, deepest: Vector) -> tuple[list[str], list[str]]:
+        """What to know of the contact laws: cautions that were told, and approaches (m) where a law is not trusted."""
+        known = {law.caution: None for law in self._groups if law.caution}
+        beyond = []
+        for law, contacts in self._groups.items():
+            worst = contacts[int(deepest[contacts].argmax())]
+            if deepest[worst] > law.largest:
+                beyond.append(
+                    f"contact {worst + 1}: approach of {deepest[worst]:.3g} m is beyond {law.largest:.3g} m, "
+                    f"up to which its law ({law.name}) is trusted"
+                )
+        return list(known), beyond
 
     def _laws(self) -> tuple[ContactLaw | None, ...]:
         chain, given = self.chain, self.chain.law
@@ -384,20 +385,19 @@ class MovingChain:
                 groups.setdefault(law, []).append(i)
         return {law: np.array(contacts) for law, contacts in groups.items()}
 
-    def _tables(self) -> tuple[Vector, Vector]:
-        """The first row of each contact's table, and the rows of all tables."""
-        offsets: dict[int, int] = {}
-        rows: list[Vector] = []
+    @cached_property
+    def tables(self) -> list[Vector]:
+        """The different tables of the contact laws."""
+        found = {id(table): table for law in self._groups if (table := law.kernel[1]) is not None}
+        return list(found.values())
+
+    def _first_rows(self) -> Vector:
+        """Where each contact's table begins in all of them one after the other; −1 for Hertz's law."""
+        starts = dict(zip(map(id, self.tables), np.cumsum([0, *map(len, self.tables)]), strict=False))
         first = np.full(len(self.laws), -1)
         for law, contacts in self._groups.items():
-            table = law.kernel[1]
-            if table is None:
-                continue
-            if id(table) not in offsets:
-                offsets[id(table)] = sum(map(len, rows))
-                rows.append(table)
-            first[contacts] = offsets[id(table)]
-        return first, np.concatenate(rows) if rows else np.zeros((1, 6))
+            first[contacts] = starts.get(id(law.kernel[1]), -1)
+        return first
 
     def _overlap(self, energy: float) -> Vector:
         """How deep each contact would be, m, if it held this energy (J) alone."""

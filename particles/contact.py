@@ -22,7 +22,7 @@ from structures.surface import AXIS_RATIOS, Surface, hertz_stiffness, relative_c
 SMALL_CONTACT = 0.2
 """Half-width of a contact over the relative radius of curvature, up to which the half-space theories are trusted."""
 
-MOST_ELONGATED = 130.6
+MOST_ELONGATED = 130.65
 """R′/R″ of cylinders that cross at 10°; more elongated contacts reach beyond what a half-space stands for."""
 
 SAMPLES = 600
@@ -214,8 +214,14 @@ def _contact_law(first: Bead, second: Bead | Surface, axis_ratio: str) -> Contac
     name, caution = f"Hertz, elliptic contact, R'/R'' = {sharp / flat:.4g}, b/a {axis_ratio}", ""
     if sharp / flat > MOST_ELONGATED:
         caution = f"{name}: as long as between cylinders below 10°, where half-space theory ends"
-        log_of_laws.warning(caution)
+        _warn(caution)
     return PowerLaw(stiffness, 1.5, largest, name, caution)
+
+
+@lru_cache(maxsize=256)
+def _warn(caution: str) -> None:
+    """Log a caution the first time that it comes up."""
+    log_of_laws.warning("%s", caution)
 
 
 def shell_flexibility(body: HollowSphere) -> float:

@@ -19,7 +19,7 @@ class SpringLoaded:
 
     stiffness (N/m) and compression (m) of the spring when it is released; travel (m): the striker's way to the first
     bead, by default the compression. A longer way is free flight; after a shorter one the spring still pushes. It never
-    pulls, and has no mass of its own. Time zero is the first contact.
+    pulls, and has no mass of its own; a striker that comes back meets it again. Time zero is the first contact.
     """
 
     striker: Bead

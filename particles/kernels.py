@@ -295,18 +295,17 @@ def _lose_on_bodies(y, v, wall, rate, inverse_mass, stiffness, damping, numbers,
                 a[i] -= damping[i] * v[i]
                 power += damping[i] * v[i] * v[i] / inverse_mass[i]
         return power
-    for adding in range(2):
-        for i in range(y.size):
-            difference = _laplacian(i, y, v, wall, rate, stiffness)
-            if inverse_mass[i] > 0.0 and difference != 0.0:
-                force = damping[i] * np.sign(difference) * abs(difference) ** numbers.exponent
-                if adding:
-                    a[i] += inverse_mass[i] * force
-                else:
-                    power -= force * v[i]
-        # In a chain that moves as a whole this law could feed energy; then it is left out.
-        if power <= 0.0:
-            return 0.0
+    force = np.zeros_like(y)
+    for i in range(y.size):
+        difference = _laplacian(i, y, v, wall, rate, stiffness)
+        if inverse_mass[i] > 0.0 and difference != 0.0:
+            force[i] = damping[i] * np.sign(difference) * abs(difference) ** numbers.exponent
+            power -= force[i] * v[i]
+    # In a chain that moves as a whole this law could feed energy; then it is left out.
+    if power <= 0.0:
+        return 0.0
+    for i in range(y.size):
+        a[i] += inverse_mass[i] * force[i]
     return power
 
 
@@ -592,20 +591,33 @@ def run_on_oscillators(y, v, chain, method, steps, window, static, tolerance, st
 
 @njit(cache=True, parallel=True)
 def run_batch(
-    y, v, inverse_mass, stiffness, table, rows, shared, own, method, steps, interval, out_force, out_velocity
+    y, v, inverse_mass, stiffness, table, rows, damping, kinds, scalars, steps, interval, kept, out_force, out_velocity
 ):
-    """Many chains of N beads that stand alone or face an immovable surface, each on its own, across all threads.
+    """Many chains of N beads on their own, or on an immovable surface, spread over all threads.
 
-    y, v and the first arrays have a row for each chain. shared = (loss, exponent); own: a row of (gravity, preload,
-    spring, spring end) and then the damping of each contact. steps: in each interval, for each chain.
-    out_force, out_velocity: chains × saved times × (N + 1); the first row, the start, is filled too.
+    The arrays from y to stiffness, table and damping have a row for each chain; kinds = (method, loss), scalars =
+    (exponent, gravity, preload, spring, spring end), steps in an interval: one row or number for each chain.
+    kept = (contacts, bodies), whose forces and velocities go to chains × saved times × contacts or bodies, the start
+    first. Returns for each chain the first body that is not finite at the end, or −1.
     """
-    none = np.zeros((3, 1))
+    contacts, bodies = kept
+    bad = np.empty(y.shape[0], np.int64)
     for c in prange(y.shape[0]):
-        numbers = Numbers(shared[0], shared[1], own[c, 0], 0.0, own[c, 1], own[c, 2], own[c, 3], FREE)
-        chain = Constants(inverse_mass[c], stiffness[c], table[c], rows, own[c, 4:], none, numbers)
+        exponent, gravity, preload, spring, spring_end = scalars[c]
+        numbers = Numbers(kinds[c, 1], exponent, gravity, 0.0, preload, spring, spring_end, FREE)
+        # Copies, because threads that count references to one array wait for each other.
+        place, speed, forces = y[c].copy(), v[c].copy(), np.empty(y.shape[1])
+        chain = Constants(
+            inverse_mass[c].copy(), stiffness[c].copy(), table[c].copy(), rows, damping[c].copy(), np.zeros((3, 1)),
+            numbers,
+        )  # fmt: skip
         for row in range(out_force.shape[1]):
             if row > 0:
-                advance(y[c], v[c], chain, method, steps[c], 0.0, interval, 0.0, 0.0)
-            contact_forces(y[c], v[c], chain, 0.0, 0.0, 0.0, out_force[c, row])
-            out_velocity[c, row] = v[c]
+                advance(place, speed, chain, kinds[c, 0], steps[c], 0.0, interval, 0.0, 0.0)
+            contact_forces(place, speed, chain, 0.0, 0.0, 0.0, forces)
+            for i in range(contacts.size):
+                out_force[c, row, i] = forces[contacts[i]]
+            for i in range(bodies.size):
+                out_velocity[c, row, i] = speed[bodies[i]]
+        bad[c] = first_bad(place, speed, 0.0)
+    return bad

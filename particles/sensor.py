@@ -17,11 +17,15 @@ FEWEST_SAMPLES = 16
 SHARE_OF_MOMENTUM = {"immobile": 1.0, "free": 0.5}
 """The impulse up to the greatest force, in units of the striker's momentum."""
 
-ROUGH_NOISE = 0.03
+ROUGH_NOISE = 0.02
 """A trace is first smoothed until its noise is this part of its range: then half heights are crossed once."""
 
 SMOOTHING = 1.0 / 8.0
-"""Standard deviation of the Gaussian that waves are looked for with, in widths of the greatest pulse."""
+"""Standard deviation of the Gaussian that waves are looked for with, in widths of the narrowest large pulse."""
+
+LARGE = 0.2
+"""A large pulse rises by at least this part of the range of a trace: ten standard deviations of the rough noise, where
+the greatest of 10 000 noises rises by 7.8 from valley to peak."""
 
 FOOT = 0.01
 """An impact begins where the trace last exceeds this part of its greatest value."""
@@ -37,8 +41,8 @@ def calibration_factor(
     `drop_speed(height)` gives √(2gh).
     backing: equation 2.1 assumes that the sensor cannot give way, "immobile": it lies on a massive block, and the force
     at its centre is the contact force. Against a bead that is free and equal to the striker, "free", the two move
-    together at the greatest force and the impulse up to it is half the momentum. V is then the voltage of that contact
-    force; a gauge at the centre of the free bead shows the mean of its two sides, half as much.
+    together at the greatest force and the impulse up to it is half the momentum. κ is the contact force per
+    volt in both; the force at the centre of a free bead, the mean of its two sides, is half of it: halve κ then.
     The baseline is the median of the lead. Raises ValueError where there is no pulse, or it is negative.
     """
     share = SHARE_OF_MOMENTUM[one_of("backing", backing, SHARE_OF_MOMENTUM)]
@@ -97,25 +101,27 @@ def resolution(values: Vector) -> float:
 
 
 def smoothed(values: Vector) -> tuple[Vector, float, float]:
-    """A trace made smooth enough to look for waves, the noise left on it, and its greatest pulse's width in samples.
+    """A trace made smooth enough to look for waves, the noise left on it, and the width of its pulses in samples.
 
-    The width is taken at half height. A trace without a peak comes back as it is, with the width 0.
+    The width is the narrowest large pulse's, or the greatest's where none is large, at half its rise: pulses that pile
+    up stay apart. A trace without a peak comes back as it is, with the width 0.
     """
     noise, span = noise_level(values), float(np.ptp(values))
     rough = _blurred(values, _sigma(noise, ROUGH_NOISE * span, values.size))
-    peaks = find_peaks(rough)[0]
+    peaks, found = find_peaks(rough, prominence=0.0)
     if not peaks.size:
         return values, noise, 0.0
-    top = peaks[[rough[peaks].argmax()]]
-    width = float(peak_widths(rough, top, rel_height=0.5)[0][0])
-    sigma = SMOOTHING * width
-    return _blurred(values, sigma), noise / sqrt(1.0 + 2.0 * sqrt(pi) * sigma), width
+    rises = found["prominences"]
+    large = rises >= min(LARGE * span, rises.max())
+    width = float(peak_widths(rough, peaks[large], rel_height=0.5)[0].min())
+    left = noise / sqrt(1.0 + 2.0 * sqrt(pi) * SMOOTHING * width)
+    return _blurred(values, SMOOTHING * width), left, width
 
 
 def quiet_lead(name: str, values: Vector) -> int:
     """How many samples at the beginning of a trace are surely quiet: half of those before it leaves its first level.
 
-    Raises ValueError where they are fewer than the greatest pulse is wide: it may begin within a wave.
+    Raises ValueError where they are fewer than half a pulse: the trace may begin within a wave.
     """
     smooth, _, width = smoothed(values)
     first = np.median(smooth[: max(4, values.size // 100)])

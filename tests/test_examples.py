@@ -15,9 +15,11 @@ NUMBERS = {
     "layered_rod.py": ([25.4, 478.8, 584.0, 50.8, 478.8, 645.0], 3e-3),
     "plate_edge.py": ([0.928, 0.730, 0.573, 0.553, 0.554, 0.554], 5e-3),
     "own_structure.py": ([0.8483], 2e-3),
+    "mixed_chain.py": ([47.50, 43.74, 86.53, 11.7], 1e-3),
+    "signal_from_file.py": ([45.4, 0.753, 460.6], 5e-3),
 }
 """The first numbers that each prints. Those of wall.py are LAMMPS's, the layered rod's are an independent prototype's,
-the others regressions."""
+the signal's come from the run behind it, the others are regressions."""
 
 
 def test_every_example_is_listed() -> None:
@@ -33,6 +35,17 @@ def test_example(name: str, tmp_path: Path) -> None:
     expected, tolerance = NUMBERS[name]
     found = [float(number) for number in re.findall(r"(?<![\w.])\d+\.\d+", done.stdout)]
     assert found[: len(expected)] == pytest.approx(expected, rel=tolerance)
+
+
+def test_the_mixed_lines_of_the_readme() -> None:
+    """The signal's AR is that of the run behind it, 0.747, and noise."""
+    code = re.findall(r"```python\n(.*?)```", (GALLERY.parent / "README.md").read_text(), flags=re.DOTALL)[1]
+    command = [sys.executable, "-c", "import hertzlink as hl\n" + code]
+    done = subprocess.run(command, cwd=GALLERY.parent, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    name, ratio = done.stdout.splitlines()
+    assert name.startswith("Hertz, elliptic contact")
+    assert float(ratio) == pytest.approx(0.747, abs=0.01)
 
 
 def test_the_ten_lines_of_the_readme(tmp_path: Path) -> None:

@@ -10,7 +10,14 @@ from coupling.studies.table import Row
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-STUDIES = {"plate-boundary": "plate_boundary", "rod-stiffness": "rod_stiffness"}
+STUDIES = {
+    "plate-boundary": "plate_boundary",
+    "rod-stiffness": "rod_stiffness",
+    "ellipsoids": "ellipsoids",
+    "cylinders": "cylinders",
+    "hollow-spheres": "hollow_spheres",
+    "dissipation": "dissipation",
+}
 
 
 class Study(Protocol):

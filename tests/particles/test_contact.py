@@ -270,7 +270,8 @@ def test_names_and_cautions(caplog: pytest.LogCaptureFixture) -> None:
     with caplog.at_level(logging.WARNING):
         for _ in range(2):
             assert "half-space theory ends" in hl.contact_law(cylinder(1.0), cylinder(8.0)).caution
-        assert hl.contact_law(cylinder(), cylinder(11.0)).caution == ""
+            assert "half-space theory ends" in hl.contact_law(cylinder(2.0), cylinder(9.0)).caution
+        assert hl.contact_law(cylinder(), cylinder(10.0)).caution == ""
     assert len(caplog.records) == 1
 
 
@@ -279,9 +280,9 @@ def test_a_law_beyond_its_range_is_told_once(caplog: pytest.LogCaptureFixture) -
     chain = hl.Chain([bead] * 5, bead, 0.3, law=hl.PowerLaw(1e9, 1.5, largest=1e-6))
     with caplog.at_level(logging.WARNING):
         run = hl.CoSimulation(chain, None).run(until=2e-4)
-    assert "contact 2: approach of" in run.attrs["warnings"]
+    assert run.attrs["warnings"].startswith("contact 1: approach of")
     assert "is beyond 1e-06 m, up to which its law (power law) is trusted" in run.attrs["warnings"]
-    assert len(caplog.records) == 5
+    assert len(caplog.records) == 1
     quiet = hl.CoSimulation(hl.Chain([bead] * 5, bead, 0.3), None).run(until=2e-4)
     assert "warnings" not in quiet.attrs
 
@@ -292,7 +293,7 @@ def test_a_law_beyond_its_range_is_told_once(caplog: pytest.LogCaptureFixture) -
         (lambda: hl.HollowSphere(1e-3, 1e-3, STEEL), r"inner_radius = 0\.001: must be less than the radius"),
         (lambda: hl.HollowSphere(1e-3, -1e-4, STEEL), r"inner_radius = -0\.0001"),
         (lambda: hl.Cylinder(1e-3, 0.0, STEEL), r"length = 0\.0"),
-        (lambda: hl.Cylinder(1e-3, 1e-2, STEEL, 45.0), r"angle = 45\.0: must lie within one turn, in rad"),
+        (lambda: hl.Cylinder(1e-3, 1e-2, STEEL, 45.0), r"angle = 45\.0: must lie within one turn .*, in rad"),
         (lambda: hl.Ellipsoid(1e-3, 1e-2, STEEL, "up"), r"axis = 'up': must be one of 'across', 'along'"),
         (lambda: hl.Ellipsoid(0.0, 1e-2, STEEL), r"radius = 0\.0"),
         (lambda: hl.PowerLaw(0.0), r"stiffness = 0\.0"),

@@ -83,7 +83,9 @@ def test_a_spring_loaded_striker_brings_its_springs_energy() -> None:
     assert float(run.impact_energy) == pytest.approx(0.5 * 2e3 * 2e-3**2)
     free = hl.CoSimulation(hl.Chain([BEAD] * 20, BEAD, whole.speed(0.0)), WALL).run(until=3e-4)
     thrown = hl.CoSimulation(hl.Chain([BEAD] * 20, whole), WALL).run(until=3e-4)
-    assert thrown.contact_force.values == pytest.approx(free.contact_force.values, abs=1e-9)
+    until_it_returns = slice(0.0, 1.5e-4)
+    forces = [run.contact_force.sel(time=until_it_returns).values for run in (free, thrown)]
+    assert forces[1] == pytest.approx(forces[0], rel=1e-6, abs=1e-6)
 
 
 def test_a_spring_that_still_pushes_adds_momentum() -> None:
@@ -162,7 +164,7 @@ def test_a_hundred_spheres_against_an_independent_code() -> None:
         ({"impact_speed": None}, "impact_speed = None: must be given"),
         ({"striker": hl.Piston([0.0, 1.0], [0.0, 1e-3])}, r"impact_speed = 0\.3: must be left out for a Piston"),
         ({"preload": -1.0}, r"preload = -1\.0"),
-        ({"inclination": 90.0}, r"inclination = 90\.0: must lie within one turn, in rad"),
+        ({"inclination": 90.0}, r"inclination = 90\.0: must lie within one turn .*, in rad"),
         ({"striker": hl.PushedBead([0.0, 1.0], [0.0, 0.0]), "impact_speed": None}, "moves nothing"),
         ({"law": 3}, r"law = 3: must be None, a law such as PowerLaw"),
     ],

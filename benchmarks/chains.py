@@ -1,0 +1,141 @@
+"""Speed of the chain's kernels side by side: laws beside Hertz's, losses beside none, batches on one and on two cores.
+
+    python benchmarks/chains.py [--quick]
+
+All chains are 20 spheres of 440C struck at 0.44 m/s, or pressed together by 10 µm a contact between two end beads that
+are too heavy to move, and trembling. Rates are particle-steps/s of wall time; ratios are medians over rounds in which
+the cases take turns. The last lines time the fit of a power-law loss on eight sensors of a chain of 70.
+"""
+
+import argparse
+from collections.abc import Callable
+from dataclasses import replace
+from statistics import median
+from time import perf_counter
+
+import joblib
+import numpy as np
+
+import hertzlink as hl
+
+BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
+STEP, STEPS, BEADS = 1e-7, 10_000, 20
+CHAINS = 2_000
+OVERLAP, TREMOR = 1e-5, 0.05
+POINTS = np.geomspace(1e-9, 1e-3, 60)
+HERTZ = hl.contact_law(BEAD, BEAD)
+
+LAWS = {"power": hl.PowerLaw(1e9, 1.4), "table": hl.TabulatedLaw(POINTS, HERTZ.force(POINTS))}  # type: ignore[arg-type]
+LOSSES = {
+    "LinearDashpot": hl.LinearDashpot(5.0),
+    "PowerDashpot": hl.PowerDashpot(5.0, 1.8),
+    "thesis's form": hl.PowerDashpot(5.0, 1.8, "thesis"),
+    "MassProportional": hl.MassProportional(6900.0),
+    "KuwabaraKono": hl.KuwabaraKono(1e-6),
+    "Restitution": hl.Restitution(0.9),
+}
+TARGETS = {"power": 4.0, "table": 3.0}
+
+Run = Callable[[], None]
+
+
+def advanced(chain: hl.Chain, position: np.ndarray | None = None, velocity: np.ndarray | None = None) -> Run:
+    """All steps of one chain in one window."""
+    moving = hl.MovingChain(chain, None, dt=STEP)
+    start = moving.start()
+    if position is not None and velocity is not None:
+        start = start._replace(position=position, velocity=velocity)
+    moving.advance(start, (0.0, 0.0), STEP)  # Compiles, or loads what an earlier run compiled.
+    return lambda: moving.advance(start, (0.0, 0.0), STEPS * STEP) and None
+
+
+def impact(law: hl.PowerLaw | hl.TabulatedLaw | None = None, loss: object = None) -> Run:
+    """Most contacts open."""
+    return advanced(hl.Chain([BEAD] * BEADS, BEAD, 0.44, law=law, dissipation=loss))  # type: ignore[arg-type]
+
+
+def closed(law: hl.PowerLaw | hl.TabulatedLaw | None = None) -> Run:
+    """All contacts closed."""
+    heavy = hl.Sphere(BEAD.radius, replace(BEAD.material, density=1e12 * BEAD.material.density))
+    chain = hl.Chain([*[BEAD] * (BEADS - 1), heavy], heavy, 1e-9, law=law)
+    velocity = np.random.default_rng(1).uniform(-TREMOR, TREMOR, BEADS + 1)
+    velocity[[0, -1]] = 0.0
+    return advanced(chain, -OVERLAP * np.arange(BEADS + 1.0), velocity)
+
+
+def seconds(runs: dict[str, Run], rounds: int, least: float = 0.05) -> dict[str, list[float]]:
+    """Of each run, one value a round; each is repeated within a round for at least so long."""
+    spent: dict[str, list[float]] = {name: [] for name in runs}
+    for _ in range(rounds):
+        for name, run in runs.items():
+            begin, count = perf_counter(), 0
+            while perf_counter() - begin < least:
+                run()
+                count += 1
+            spent[name].append((perf_counter() - begin) / count)
+    return spent
+
+
+def compare(title: str, runs: dict[str, Run], rounds: int) -> None:
+    """Print rates, and how many times the first run's time each takes."""
+    spent = seconds(runs, rounds)
+    first = spent[next(iter(runs))]
+    print(title)
+    for name, times in spent.items():
+        ratio = median(one / other for one, other in zip(times, first, strict=True))
+        target = f"(≤ {TARGETS[name]:.0f}, {'met' if ratio <= TARGETS[name] else 'MISSED'})" if name in TARGETS else ""
+        print(f"    {name:18s} {(BEADS + 1) * STEPS / median(times):8.2e}   {ratio:5.2f} times the first  {target}")
+
+
+def batches(rounds: int) -> None:
+    """A batch of unlike chains, set-up included, on one core and on two."""
+    sizes = np.random.default_rng(0).uniform(0.9, 1.1, CHAINS)
+    beads = [hl.Sphere(4.76e-3 * size, hl.STEEL_440C) for size in sizes]
+    chains = [hl.Chain([bead] * BEADS, bead, 0.44) for bead in beads]
+
+    def run(threads: int) -> Run:
+        return lambda: (
+            hl.batch(chains, STEPS * STEP, save_every=1e-5, sensors=[7], dt=STEP / 4, threads=threads) and None
+        )
+
+    hl.batch(chains[:2], 1e-5, save_every=1e-5, sensors=[7], dt=STEP)
+    spent = seconds({"one": run(1), "two": run(2)}, rounds)
+    rate = CHAINS * (BEADS + 1) * STEPS * 4 / median(spent["one"])
+    ratio = median(one / two for one, two in zip(spent["one"], spent["two"], strict=True))
+    verdicts = ["met" if good else "MISSED" for good in (rate >= 5e8, ratio >= 1.8)]
+    print(f"batch of {CHAINS} chains of {BEADS} beads, {STEPS * 4} steps, set-up included")
+    print(
+        f"    one core {rate:8.2e} (≥ 5e8, {verdicts[0]});  two cores {ratio:.2f} times faster (≥ 1.8, {verdicts[1]})"
+    )
+
+
+def fit() -> None:
+    """Coefficient and exponent from noisy signals of eight sensors."""
+    bead = hl.Sphere(2.38e-3, hl.STEEL_316)
+    chain = hl.Chain([bead] * 70, bead, 1.77)
+    run = hl.CoSimulation(replace(chain, dissipation=hl.PowerDashpot(6.0, 1.8)), None).run(6e-4, save_every=2e-7)
+    random = np.random.default_rng(1)
+    forces = {n: hl.sensor_force(run, n).values for n in (9, 16, 24, 31, 40, 50, 56, 63)}
+    signals = hl.as_signal(run.time.values, {n: f + random.standard_normal(f.size) for n, f in forces.items()})
+    begin = perf_counter()
+    found = hl.fit_dissipation(signals, chain)
+    spent = perf_counter() - begin
+    print(f"fit of a power-law loss, 8 sensors of 70 beads: {spent:.2f} s (≤ 10, {'met' if spent <= 10 else 'MISSED'})")
+    print(f"    {found.loss} from PowerDashpot(coefficient=6.0, exponent=1.8) with noise of 1 N")
+
+
+def main() -> None:
+    """Print everything."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("--quick", action="store_true", help="fewer rounds")
+    rounds = 3 if parser.parse_args().quick else 9
+    print(f"particle-steps/s, {joblib.cpu_count()} cores; medians of {rounds} interleaved rounds\n")
+    compare("20 beads, impact", {"Hertz": impact(), **{name: impact(law) for name, law in LAWS.items()}}, rounds)
+    compare("20 beads, all contacts closed", {"Hertz": closed(), **{n: closed(law) for n, law in LAWS.items()}}, rounds)
+    compare("losses, impact", {"none": impact(), **{n: impact(loss=loss) for n, loss in LOSSES.items()}}, rounds)
+    batches(3 if rounds == 3 else 5)
+    fit()
+
+
+if __name__ == "__main__":
+    main()

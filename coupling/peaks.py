@@ -1,0 +1,139 @@
+"""Waves in forces: those of a run, whose two contacts tell a direction, and those of a measured signal with its noise.
+
+Waves are given as (amplitude, arrival) in N and s, the incident one first, then those that came back.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import Polynomial
+from scipy.interpolate import CubicSpline
+from scipy.signal import find_peaks, peak_widths
+
+from particles.sensor import noise_level, resolution, smoothed
+from structures.structure import Vector
+
+FIRST_WAVE = 0.05
+"""The incident wave rises by at least this part of the greatest force: waves of a heavy striker pile up later."""
+
+TOGETHER = 0.2
+"""Contact peaks nearer than this part of their width do not tell a direction."""
+
+ORDER = 4
+"""The top of a pulse is fitted by a polynomial of this order."""
+
+CLEAR = 8.0
+"""A wave in a signal rises by this many standard deviations of the noise that smoothing leaves, and by more than one
+step of the digitiser: from valley to peak, the greatest of a thousand noises reaches 6.5."""
+
+REACH, NARROWEST, WIDEST = 2.0, 0.3, 0.7
+"""It is fitted over ± REACH (noise² / samples)^(1/12) of its width at half height, within these limits: `_reach`."""
+
+Peak = tuple[float, float]
+
+
+class Passage(NamedTuple):
+    """A wave over a bead, in samples: its first and last contact peak, the peak of the mean, and whether it goes on."""
+
+    start: int
+    end: int
+    peak: int
+    goes_on: bool
+
+
+def incident_passage(above: Vector, below: Vector, velocity: Vector) -> Passage | None:
+    """The first wave that goes on over a bead, from the dynamic forces of its two contacts."""
+    top = (0.5 * (above + below)).max(initial=0.0)
+    forward = [p for p in _passages(above, below, velocity, FIRST_WAVE * top) if p.goes_on] if top > 0.0 else []
+    return forward[0] if forward else None
+
+
+def waves_of_run(time: Vector, above: Vector, below: Vector, velocity: Vector, smallest: float) -> list[Peak]:
+    """The incident wave over a bead and those that come back, from the dynamic forces of its two contacts."""
+    first = incident_passage(above, below, velocity)
+    if first is None:
+        return []
+    force = 0.5 * (above + below)
+    incident = interpolated(time, force, first.peak)
+    later = [p for p in _passages(above, below, velocity, smallest * incident[0]) if p.start > first.end]
+    return [incident, *(interpolated(time, force, p.peak) for p in later if not p.goes_on)]
+
+
+def waves_of_signal(time: Vector, force: Vector, smallest: float) -> list[Peak]:
+    """The first wave of a signal, and all later ones, whichever way they go.
+
+    Waves are looked for in the signal smoothed over an eighth of a pulse, must rise clear of the noise that this leaves
+    and of one step of the digitiser, and are then placed by a least-squares polynomial through the samples as they are.
+    """
+    smooth, noise, _ = smoothed(force)
+    floor = CLEAR * noise + resolution(force)
+    least = max(FIRST_WAVE * smooth.max(initial=0.0), floor)
+    first = find_peaks(smooth, height=least, prominence=least)[0]
+    if not (least > 0.0 and first.size):
+        return []
+    incident = _fitted(time, force, smooth, int(first[0]))
+    least = max(smallest * incident[0], floor)
+    later = find_peaks(smooth, height=least, prominence=least)[0]
+    return [incident, *(_fitted(time, force, smooth, int(peak)) for peak in later if peak > first[0])]
+
+
+def interpolated(time: Vector, force: Vector, peak: int) -> Peak:
+    """Amplitude and time of the peak of a cubic spline through the samples around a sampled peak."""
+    near = slice(max(0, peak - 4), peak + 5)
+    spline = CubicSpline(time[near], force[near])
+    inside = [t for t in spline.derivative().roots(extrapolate=False) if abs(t - time[peak]) <= time[1] - time[0]]
+    best = max(inside, key=spline, default=time[peak])
+    return float(spline(best)), float(best)
+
+
+def _fitted(time: Vector, force: Vector, smooth: Vector, peak: int) -> Peak:
+    """Amplitude and time of the top of a polynomial through the samples around a peak; moved onto the top once."""
+    reach = _reach(smooth, peak, noise_level(force))
+    step = time[1] - time[0]
+    for _ in range(2):
+        near = slice(max(0, peak - reach), peak + reach + 1)
+        fit = Polynomial.fit(time[near], force[near], min(ORDER, time[near].size - 1))
+        tops = [t.real for t in fit.deriv().roots() if abs(t.imag) < step and abs(t - time[peak]) < 0.5 * reach * step]
+        best = max(tops, key=fit, default=time[peak])
+        peak = int(np.abs(time[near] - best).argmin()) + near.start
+    return float(fit(best)), float(best)
+
+
+def _reach(smooth: Vector, peak: int, noise: float) -> int:
+    """Samples on either side of a peak that tell its top.
+
+    The error of a fourth-order fit grows with the sixth power of the reach, the variance of its noise falls with the
+    reach: their sum is least where the reach goes with the twelfth root of noise² per sample (both in units of the
+    pulse's own height and width). So clean signals are fitted narrowly, and noisy ones widely.
+    """
+    width = float(peak_widths(smooth, [peak], rel_height=0.5)[0][0])
+    relative = (noise / smooth[peak]) ** 2 / width
+    return max(2, round(width * float(np.clip(REACH * relative ** (1.0 / 12.0), NARROWEST, WIDEST))))
+
+
+def _passages(above: Vector, below: Vector, velocity: Vector, least: float) -> list[Passage]:
+    """Waves over a bead in order of time.
+
+    A wave is a peak in each contact force, each the other's nearest; the contact that it passes first tells where it
+    goes. Between beads that have drifted apart a weak wave is two collisions, and still one wave. Where a bead moves
+    as one with a neighbour, as in a dimer, both contacts peak together, and the bead's velocity tells the direction.
+    """
+    peaks = [find_peaks(force, height=least, prominence=least)[0] for force in (above, below)]
+    if not (peaks[0].size and peaks[1].size):
+        return []
+    apart = np.abs(peaks[0][:, None] - peaks[1][None, :])
+    nearest_below, nearest_above = apart.argmin(axis=1), apart.argmin(axis=0)
+    widths = peak_widths(above, peaks[0])[0]
+    force, found = above + below, []
+    for i, first in enumerate(peaks[0]):
+        other = int(peaks[1][nearest_below[i]])
+        if nearest_above[nearest_below[i]] != i:
+            continue
+        start, end = sorted((int(first), other))
+        begin = max(0, start - 3)
+        peak = begin + int(force[begin : end + 4].argmax())
+        together = end - start < TOGETHER * widths[i]
+        goes_on = bool(velocity[peak] > 0.0) if together else bool(first < other)
+        if 0.5 * force[peak] >= least:
+            found.append(Passage(start, end, peak, goes_on))
+    return found

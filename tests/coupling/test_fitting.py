@@ -1,0 +1,113 @@
+"""Fitted losses: known values come back from noisy signals, intervals cover them, and what cannot be told is said."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import hertzlink as hl
+from particles.dissipation import Dissipation
+
+BEAD = hl.Sphere(2.38e-3, hl.STEEL_316)
+SENSORS = [9, 16, 24, 31, 40, 50, 56, 63]
+CHAIN = hl.Chain([BEAD] * 70, BEAD, 1.77)
+
+
+def run_of(loss: Dissipation, chain: hl.Chain = CHAIN, until: float = 6e-4) -> xr.Dataset:
+    lossy = hl.Chain(chain.beads, chain.striker, chain.impact_speed, dissipation=loss)
+    return hl.CoSimulation(lossy, None).run(until, save_every=2e-7)
+
+
+def noisy(run: xr.Dataset, seed: int, noise: float = 0.02, sensors: list[int] = SENSORS) -> xr.Dataset:
+    """Signals with white noise of a part of the greatest peak."""
+    forces = {n: hl.sensor_force(run, n).values for n in sensors}
+    spread = noise * max(force.max() for force in forces.values())
+    random = np.random.default_rng(seed)
+    return hl.as_signal(run.time.values, {n: f + spread * random.standard_normal(f.size) for n, f in forces.items()})
+
+
+@pytest.mark.parametrize(
+    ("loss", "form"),
+    [
+        (hl.PowerDashpot(6.0, 1.8), "pairwise"),
+        pytest.param(hl.PowerDashpot(5.58, 1.81, "thesis"), "thesis", marks=pytest.mark.thorough),
+    ],
+)
+def test_coefficient_and_exponent_come_back(loss: hl.PowerDashpot, form: str) -> None:
+    """Exactly from a clean run, to the noise from noisy signals; 95 % intervals hold the truth in most draws."""
+    run = run_of(loss)
+    clean = hl.fit_dissipation(run, CHAIN, form=form, sensors=SENSORS)
+    assert isinstance(clean.loss, hl.PowerDashpot)
+    assert (clean.loss.coefficient, clean.loss.exponent) == pytest.approx((loss.coefficient, loss.exponent), rel=1e-3)
+    assert clean.amplitude_difference < 1e-3
+    covered = 0
+    for seed in range(4):
+        fit = hl.fit_dissipation(noisy(run, seed), CHAIN, form=form)
+        assert isinstance(fit.loss, hl.PowerDashpot)
+        assert (fit.loss.coefficient, fit.loss.exponent) == pytest.approx((loss.coefficient, loss.exponent), rel=0.08)
+        assert fit.identifiable
+        assert set(fit.waveform_difference) == set(SENSORS)
+        pairs = {"coefficient": loss.coefficient, "exponent": loss.exponent}
+        covered += sum(low < pairs[name] < high for name, (low, high) in fit.intervals.items())
+    assert covered >= 6
+
+
+@pytest.mark.parametrize("compare", ["pulses", "peaks"])
+@pytest.mark.parametrize(
+    "loss",
+    [hl.LinearDashpot(2.0), hl.MassProportional(6900.0), hl.KuwabaraKono(5e-7), hl.Tsuji(0.1)],
+    ids=lambda loss: type(loss).__name__,
+)
+def test_a_single_parameter_comes_back(loss: Dissipation, compare: str) -> None:
+    fit = hl.fit_dissipation(noisy(run_of(loss), 3), CHAIN, type(loss), compare=compare)
+    ((name, (low, high)),) = fit.intervals.items()
+    truth = getattr(loss, name)
+    assert getattr(fit.loss, name) == pytest.approx(truth, rel=0.02)
+    # The interval is about as wide as the error: twice it holds the truth, and it is no wider than 10 %.
+    middle, half = 0.5 * (low + high), 0.5 * (high - low)
+    assert abs(middle - truth) < 2.0 * half
+    assert half < 0.1 * truth
+
+
+def test_a_short_weak_chain_does_not_tell_coefficient_from_exponent() -> None:
+    """Two sensors near each other and little loss: the wave hardly decays, and the fit says so."""
+    chain = hl.Chain([BEAD] * 20, BEAD, 0.5)
+    run = run_of(hl.PowerDashpot(1.0, 1.5), chain, 3e-4)
+    fit = hl.fit_dissipation(noisy(run, 1, 0.02, [8, 13]), chain)
+    assert not fit.identifiable
+    assert "are not told apart" in fit.note
+    low, high = fit.intervals["exponent"]
+    assert high - low > 0.5
+
+
+def test_a_loss_of_another_kind_leaves_a_greater_difference() -> None:
+    signals = noisy(run_of(hl.PowerDashpot(6.0, 1.8)), 1, 0.005)
+    right, wrong = (hl.fit_dissipation(signals, CHAIN, law) for law in (hl.PowerDashpot, hl.MassProportional))
+    assert wrong.amplitude_difference > 5.0 * right.amplitude_difference
+
+
+@pytest.mark.parametrize(
+    ("keywords", "message"),
+    [
+        ({"law": hl.Restitution}, "law = .*Restitution.*must be one of PowerDashpot, LinearDashpot"),
+        ({"form": "global"}, "form = 'global'"),
+        ({"compare": "all"}, "compare = 'all'"),
+        ({"sensors": [7]}, r"sensors = \[7\]: must be two or more"),
+        ({"sensors": [7, 12], "compare": "peaks"}, r"sensors = \[7, 12\]: must be more than parameters"),
+        ({"sensors": None}, "sensors = None: must be given for a run"),
+        ({"sensors": [7, 90]}, "sensor = 90: must be a bead from 1 to 20"),
+        ({"chain": BEAD}, "chain = Sphere"),
+        ({"signals": 3}, "signals = 3"),
+    ],
+)
+def test_bad_input(keywords: dict[str, object], message: str) -> None:
+    chain = hl.Chain([BEAD] * 20, BEAD, 0.5)
+    good = {"signals": run_of(hl.LinearDashpot(1.0), chain, 3e-4), "chain": chain, "sensors": [7, 12]}
+    with pytest.raises(ValueError, match=message):
+        hl.fit_dissipation(**{**good, **keywords})  # type: ignore[arg-type]
+
+
+def test_a_sensor_without_a_wave() -> None:
+    chain = hl.Chain([BEAD] * 20, BEAD, 0.5)
+    run = run_of(hl.LinearDashpot(1.0), chain, 5e-5)
+    with pytest.raises(ValueError, match="signals: sensor 15 saw no wave"):
+        hl.fit_dissipation(run, chain, hl.LinearDashpot, sensors=[3, 15])

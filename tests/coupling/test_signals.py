@@ -1,0 +1,285 @@
+"""Signals: what is read from scope files, what is refused, and what noise does to the measures."""
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import hertzlink as hl
+from coupling.signals import as_signal, read_signal
+
+STEP = 1e-7
+KAPPA = 20.0
+
+
+@cache
+def run(radius: float = 4.76e-3, wall: str = "steel") -> xr.Dataset:
+    bead = hl.Sphere(radius, hl.STEEL_440C)
+    chain = hl.Chain([bead] * 20, bead, hl.drop_speed(0.01), gravity=9.81, dissipation=hl.LinearDashpot(5.0))
+    soft = hl.rod([hl.Layer(hl.PTFE, 76.2e-3, 19.1e-3)], base="fixed")
+    structure = hl.half_space(hl.STEEL_440C) if wall == "steel" else soft
+    until = 1e-3 if wall == "steel" else 1.2e-3
+    return hl.CoSimulation(chain, structure, window=STEP).run(until * radius / 4.76e-3, save_every=STEP)
+
+
+def pulses(time: np.ndarray, *waves: tuple[float, float]) -> np.ndarray:
+    return np.sum([a * np.exp(-(((time - at) / 2e-5) ** 2)) for a, at in waves], axis=0)
+
+
+def write(path: Path, lines: list[str], end: str = "\n") -> Path:
+    path.write_text("\n".join(lines) + end, encoding="utf-8")
+    return path
+
+
+HEADER = ["Model,TDS2014", "Record Length,1000", "Sample Interval,1e-6", "", "TIME,CH1,CH2"]
+
+
+def rows(delimiter: str = ",", scale: float = 1.0, offset: float = 0.0) -> list[str]:
+    """Waves of 3 V at 0.2 ms and 1.2 V at 0.6 ms in column 1; column 2 holds them 50 µs later. Trigger at 0.1 ms."""
+    time = 1e-6 * np.arange(1000)
+    first, second = (offset + pulses(time, (3.0, 2e-4 + d), (1.2, 6e-4 + d)) for d in (0.0, 5e-5))
+    table = zip((time - 1e-4) * scale, first, second, strict=True)
+    return [delimiter.join(f"{x:.9g}" for x in row) for row in table]
+
+
+@pytest.mark.parametrize("delimiter", [",", ";", "\t", "  ", ", "])
+def test_files_of_scopes(tmp_path: Path, delimiter: str) -> None:
+    path = write(tmp_path / "scope.csv", HEADER + rows(delimiter, offset=0.25) + ["", "  "])
+    data = read_signal(path, {7: 1, 16: 2}, calibration={7: 20.0, 16: 40.0})
+    assert data.sensor_force.dims == ("time", "sensor")
+    assert data.sensor_force.attrs["units"] == "N"
+    assert data.time.values[0] == pytest.approx(-1e-4)
+    assert np.ptp(np.diff(data.time)) < 1e-15
+    for sensor, amplitude, arrival in ((7, 60.0, 1e-4), (16, 120.0, 1.5e-4)):
+        waves = hl.reflections(data, sensor)
+        assert waves.incident == hl.Wave(pytest.approx(amplitude, rel=1e-3), pytest.approx(arrival, abs=1e-8))
+        assert waves.primary.amplitude_ratio == pytest.approx(0.4, abs=1e-3)
+        assert waves.primary.time_of_flight == pytest.approx(4e-4, abs=1e-8)
+        assert waves.secondary is None
+    data.to_netcdf(tmp_path / "signal.nc")
+    with xr.open_dataset(tmp_path / "signal.nc") as stored:
+        assert hl.amplitude_ratio(stored, 7).item() == hl.amplitude_ratio(data, 7).item()
+
+
+def test_line_ends_and_letters_of_any_system(tmp_path: Path) -> None:
+    path = tmp_path / "scope.csv"
+    text = "\r\n".join(["Zeit in µs,Spannung", *rows()])
+    for content in (text.encode("latin-1"), text.encode("utf-8-sig"), "\ufeff".encode() + "\r".join(rows()).encode()):
+        path.write_bytes(content)
+        assert read_signal(path, {7: 1}, calibration=1.0).time.size == 1000
+
+
+@pytest.mark.parametrize(
+    ("time_unit", "scale", "unit", "calibration", "amplitude"),
+    [
+        ("ms", 1e3, "mV", 20.0, 0.06),
+        ("us", 1e6, "N", None, 3.0),
+        ("ns", 1e9, "V", 1.0, 3.0),
+    ],
+)
+def test_units(tmp_path: Path, time_unit: str, scale: float, unit: str, calibration: float, amplitude: float) -> None:
+    path = write(tmp_path / "a.txt", rows(scale=scale))
+    data = read_signal(path, {7: 1}, time_unit=time_unit, unit=unit, calibration=calibration)
+    wave = hl.reflections(data, 7).incident
+    assert wave.amplitude == pytest.approx(amplitude, rel=1e-3)
+    assert wave.arrival == pytest.approx(1e-4, abs=1e-8)
+
+
+def test_the_baseline(tmp_path: Path) -> None:
+    path = write(tmp_path / "a.csv", rows(offset=0.25))
+    for baseline, expected in (("lead", 3.0), (50e-6, 3.0), (0, 3.25)):
+        data = read_signal(path, {7: 1}, calibration=1.0, baseline=baseline)
+        assert hl.reflections(data, 7).incident.amplitude == pytest.approx(expected, rel=1e-3)
+    late = write(tmp_path / "late.csv", rows(offset=0.25)[205:])
+    with pytest.raises(ValueError, match=r"late\.csv: sensor 7, baseline = 'lead': has no quiet lead"):
+        read_signal(late, {7: 1}, calibration=1.0)
+
+
+def test_a_sensor_wired_the_other_way_round(tmp_path: Path) -> None:
+    time = 1e-6 * np.arange(1000)
+    path = write(
+        tmp_path / "a.csv", [f"{t:.9g},{-v:.9g}" for t, v in zip(time, pulses(time, (3.0, 2e-4)), strict=True)]
+    )
+    data = read_signal(path, {7: 1}, calibration=-2.0)
+    assert hl.reflections(data, 7).incident.amplitude == pytest.approx(6.0, rel=1e-3)
+
+
+def test_wave_speed_needs_positions(tmp_path: Path) -> None:
+    path = write(tmp_path / "a.csv", rows())
+    data = read_signal(path, {7: 1, 16: 2}, calibration=1.0, positions={7: 0.062, 16: 0.092})
+    assert hl.wave_speed(data, 7, 16) == pytest.approx(0.03 / 5e-5, rel=1e-4)
+    with pytest.raises(ValueError, match="run: holds no positions of its sensors"):
+        hl.wave_speed(read_signal(path, {7: 1, 16: 2}, calibration=1.0), 7, 16)
+
+
+def garbled(change: dict[int, str | None], last: int | None = None) -> list[str]:
+    """The good file with some lines (counted from 1) replaced or left out, or cut after one."""
+    lines: list[str | None] = [*HEADER, *rows()]
+    for number, text in change.items():
+        lines[number - 1] = text
+    return [line for line in lines if line is not None][:last]
+
+
+FIELDS = rows()[102 - 6].split(",")
+"""What stands on line 102."""
+
+
+@pytest.mark.parametrize(
+    ("lines", "message"),
+    [
+        (garbled({102: "-4e-06,#OVERFLOW,0.1"}), r"line 102: '-4e-06,#OVERFLOW,0.1' must hold"),
+        (garbled({102: "-4e-06"}), "line 102: '-4e-06' must hold"),
+        (garbled({102: ",".join(FIELDS[:2])}), "line 102: .* must hold 3 columns"),
+        (garbled({102: ""}), "line 102: '' must hold"),
+        (garbled({102: f"{FIELDS[0]},nan,0.1"}), "line 102: .* finite"),
+        (garbled({102: f"{FIELDS[0]},inf,0.1"}), "line 102: .* finite"),
+        (garbled({102: rows()[101 - 6]}), "line 102: time .* must increase"),
+        (garbled({102: rows()[0]}), "line 102: time .* must increase"),
+        (garbled({102: None}), "line 102: .* a gap; the usual step is 1e-06 s"),
+        (garbled({}, last=12), "line 12: holds 7 samples, must be at least 16"),
+        (HEADER, "no line holds numbers"),
+        (["0,001;0,5"] * 50, "no line holds numbers with decimal points"),
+        ([f"{k}e-6,1.0,2.0" for k in range(50)], "sensor 7: the signal is constant, 20 N"),
+        ([f"0.1,{k}e-6,2.0" for k in range(50)], "are the columns swapped"),
+        ([f"{k + (k > 25) * 0.4 * (k - 25)}e-6,{k % 7}" for k in range(50)], "times must be evenly spaced"),
+    ],
+)
+def test_garbled_files_are_refused_with_their_line(tmp_path: Path, lines: list[str], message: str) -> None:
+    path = write(tmp_path / "scope.csv", lines)
+    with pytest.raises(ValueError, match=message) as caught:
+        read_signal(path, {7: 1}, calibration=20.0)
+    assert str(path) in str(caught.value)
+
+
+@pytest.mark.parametrize("last", ["0.000899,", "0.000899,3.1e-", "0.000899,3.1,", "0.00089", "0.000899,1,2"])
+def test_a_truncated_last_line(tmp_path: Path, last: str) -> None:
+    path = write(tmp_path / "scope.csv", [*HEADER, *rows()[:-1], last], end="")
+    with pytest.raises(ValueError, match=f"line {len(HEADER) + 1000}:"):
+        read_signal(path, {7: 2}, calibration=20.0)
+
+
+def test_a_whole_file_without_a_last_line_end(tmp_path: Path) -> None:
+    path = write(tmp_path / "scope.csv", [*HEADER, *rows()], end="")
+    assert read_signal(path, {7: 1}, calibration=20.0).time.size == 1000
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"sensors": {}}, "sensors = {}"),
+        ({"sensors": [7]}, r"sensors = \[7\]: must be a mapping"),
+        ({"sensors": {0: 1}}, "sensor = 0"),
+        ({"sensors": {7: -1}}, "column = -1"),
+        ({"sensors": {7: 0}}, "column 0 is the time column"),
+        ({"sensors": {7: 9}}, "no line holds numbers"),
+        ({"time_unit": "min"}, "time_unit = 'min': must be one of"),
+        ({"unit": "volts"}, "unit = 'volts': must be one of 'V', 'mV', 'N'"),
+        ({"unit": "N"}, "calibration = 20.0: must be None"),
+        ({"calibration": None}, "calibration = None: must give κ for sensor 7"),
+        ({"calibration": 0.0}, "calibration = 0.0"),
+        ({"calibration": {8: 2.0}}, "must give κ for sensor 7"),
+        ({"baseline": "start"}, "baseline = 'start'"),
+        ({"baseline": -1.0}, "baseline = -1.0"),
+        ({"baseline": 1.0}, "baseline = 1.0: must be shorter"),
+        ({"positions": {8: 0.1}}, "must hold sensor 7"),
+        ({"positions": {7: np.nan}}, r"positions\[7\] = nan"),
+    ],
+)
+def test_bad_arguments(tmp_path: Path, change: dict, message: str) -> None:
+    path = write(tmp_path / "scope.csv", [*HEADER, *rows()])
+    with pytest.raises(ValueError, match=message):
+        read_signal(path, **({"sensors": {7: 1}, "calibration": 20.0} | change))
+
+
+def test_a_missing_file(tmp_path: Path) -> None:
+    with pytest.raises(OSError, match=r"none\.csv"):
+        read_signal(tmp_path / "none.csv", {7: 1}, calibration=20.0)
+
+
+def test_bad_arrays() -> None:
+    time = 1e-6 * np.arange(1000)
+    force = pulses(time, (3.0, 2e-4))
+    gap = np.where(time > 5e-4, time + 1e-6, time)
+    for bad_time, forces, message in (
+        (time, {7: force[1:]}, r"forces\[7\]: holds 999 numbers, must be as many as time, 1000"),
+        (time, {7: force * 0.0}, "sensor 7: the signal is constant"),
+        (time, {7: np.where(time > 5e-4, np.nan, force)}, r"forces\[7\]\[501\] = nan"),
+        (gap, {7: force}, "sample 501: .* a gap"),
+        (time[::-1], {7: force}, "sample 1: .* must increase"),
+        (time, force, "must be a mapping"),
+        (time[:15], {7: force[:15]}, "at least 16"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            as_signal(bad_time, forces)
+
+
+def test_measures_of_runs_refuse_signals() -> None:
+    time = 1e-6 * np.arange(1000)
+    data = as_signal(time, {7: pulses(time, (3.0, 2e-4))})
+    for measure in (hl.contact_time, hl.energy_error):
+        with pytest.raises(ValueError, match="run: is a measured signal"):
+            measure(data)
+    with pytest.raises(ValueError, match="sensor = 8: must be one that was measured: 7"):
+        hl.reflections(data, 8)
+
+
+@pytest.mark.parametrize(
+    ("radius", "wall"), [(2.38e-3, "steel"), (4.76e-3, "steel"), (4.76e-3, "soft"), (9.53e-3, "steel")]
+)
+def test_clean_signals_agree_with_the_run(radius: float, wall: str) -> None:
+    """Two estimators of the same peaks: a polynomial through the force, and a spline between the contacts' peaks."""
+    data = run(radius, wall)
+    signal = as_signal(data.time, {7: hl.sensor_force(data, 7)})
+    expected, found = hl.reflections(data, 7), hl.reflections(signal, 7)
+    assert found.incident.amplitude == pytest.approx(expected.incident.amplitude, rel=5e-4)
+    assert found.primary.amplitude_ratio == pytest.approx(expected.primary.amplitude_ratio, abs=1e-3)
+    assert found.primary.time_of_flight == pytest.approx(expected.primary.time_of_flight, abs=1e-7)
+
+
+def test_the_first_wave_of_a_train_is_the_incident_one() -> None:
+    """A heavy striker: 145 N, 122 N, 109 N … pile up to 270 N at the wall, and stay apart."""
+    bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    chain = hl.Chain([bead] * 20, hl.Sphere(20e-3, hl.STEEL_440C), 0.44)
+    data = hl.CoSimulation(chain, hl.half_space(hl.STEEL_440C)).run(until=2e-3)
+    found = hl.reflections(as_signal(data.time, {7: hl.sensor_force(data, 7)}), 7)
+    assert found.incident.amplitude == pytest.approx(hl.reflections(data, 7).incident.amplitude, rel=1e-3)
+    assert found.primary.time_of_flight == pytest.approx(42.2e-6, abs=0.5e-6)
+
+
+@pytest.mark.parametrize(("radius", "wall"), [(2.38e-3, "steel"), (4.76e-3, "steel"), (4.76e-3, "soft")])
+def test_noise_moves_little(radius: float, wall: str) -> None:
+    """White noise of 2 % of the incident peak, 200 draws at 10 MHz: AR within 0.01, TOF within 0.5 µs of the run's."""
+    data = run(radius, wall)
+    expected, force = hl.reflections(data, 7), hl.sensor_force(data, 7).values
+    noise = 0.02 * expected.incident.amplitude * np.random.default_rng(7).standard_normal((200, force.size))
+    shots = xr.concat([as_signal(data.time, {7: force + one}) for one in noise], "shot")
+    ratios, flights = hl.amplitude_ratio(shots, 7), hl.time_of_flight(shots, 7)
+    assert float(abs(ratios - expected.primary.amplitude_ratio).max()) < 0.01
+    assert float(abs(flights - expected.primary.time_of_flight).max()) < 0.5e-6
+
+
+def test_noise_makes_no_waves() -> None:
+    """The incident wave of the steel run alone, then noise alone: nothing comes back that was not there."""
+    data = run().sel(time=slice(None, 4e-4))
+    force = hl.sensor_force(data, 7).values
+    rng = np.random.default_rng(3)
+    for level in (0.005, 0.02, 0.05, 0.1):
+        for _ in range(50):
+            waves = hl.reflections(as_signal(data.time, {7: force + level * 46.0 * rng.standard_normal(force.size)}), 7)
+            assert waves.incident is not None
+            assert waves.primary is None
+    for _ in range(50):
+        assert hl.reflections(as_signal(data.time, {7: rng.standard_normal(force.size)}), 7) == (None, None, None)
+
+
+def test_a_digitiser_of_eight_bits_makes_no_waves() -> None:
+    data = run()
+    force = hl.sensor_force(data, 7).values
+    step = 1.2 * force.max() / 256.0
+    waves = hl.reflections(as_signal(data.time, {7: np.round(force / step) * step}), 7)
+    expected = hl.reflections(data, 7)
+    assert waves.primary.amplitude_ratio == pytest.approx(expected.primary.amplitude_ratio, abs=5e-3)
+    assert waves.primary.time_of_flight == pytest.approx(expected.primary.time_of_flight, abs=5e-7)
+    assert waves.secondary is None

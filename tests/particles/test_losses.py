@@ -1,0 +1,259 @@
+"""The loss laws beside collision theory: energy, momentum, restitution and powers of the speed, orders, bad input."""
+
+import re
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+from scipy.special import beta
+
+import hertzlink as hl
+from particles.chain import ChainState
+from particles.dissipation import Dissipation
+
+STEEL = hl.Sphere(2.38e-3, hl.STEEL_316)
+SMALL, LARGE = hl.Sphere(2e-3, hl.BRASS_360), hl.Sphere(6e-3, hl.PTFE)
+
+beads = st.builds(
+    hl.Sphere,
+    radius=st.floats(1e-3, 2e-2),
+    material=st.sampled_from([hl.STEEL_440C, hl.BRASS_360, hl.PTFE, hl.ALUMINIUM_6061]),
+)
+rows = st.lists(beads, min_size=1, max_size=6)
+pairwise = st.one_of(
+    st.builds(hl.LinearDashpot, st.floats(0.0, 20.0)),
+    st.builds(hl.PowerDashpot, st.floats(0.0, 10.0), st.floats(1.0, 3.0)),
+    st.builds(hl.KuwabaraKono, st.floats(0.0, 1e-5)),
+    st.builds(hl.Tsuji, st.floats(0.0, 2.0)),
+    st.builds(hl.Restitution, st.floats(0.1, 1.0)),
+)
+laws = st.one_of(
+    pairwise,
+    st.builds(hl.PowerDashpot, st.floats(0.0, 10.0), st.floats(1.0, 3.0), st.just("thesis")),
+    st.builds(hl.MassProportional, st.floats(0.0, 1e4)),
+)
+integrators = st.sampled_from(["verlet", "rk4"])
+
+
+@settings(max_examples=60)
+@given(rows, beads, st.floats(0.05, 2.0), laws, st.sampled_from([0.0, 9.81]), integrators)
+def test_every_law_takes_energy_and_never_pulls(
+    row: list[hl.Sphere], striker: hl.Sphere, speed: float, law: Dissipation, gravity: float, integrator: str
+) -> None:
+    chain = hl.Chain(row, striker, speed, gravity, law, integrator)
+    simulation = hl.CoSimulation(chain, hl.half_space(hl.STEEL_440C))
+    run = simulation.run(until=10.0 * simulation.chain.contact_time)
+    energy = (run.kinetic_energy + run.contact_energy).values
+    assert np.all(np.diff(energy) <= 1e-6 * chain.impact_energy)
+    assert np.all(np.diff(run.dissipated_energy.values) >= 0.0)
+    assert np.all(run.contact_force.values >= 0.0)
+    assert hl.energy_error(run) < 1e-4
+
+
+@settings(max_examples=40)
+@given(rows, beads, st.floats(0.05, 2.0), pairwise, integrators)
+def test_losses_between_beads_keep_momentum(
+    row: list[hl.Sphere], striker: hl.Sphere, speed: float, law: Dissipation, integrator: str
+) -> None:
+    simulation = hl.CoSimulation(hl.Chain(row, striker, speed, dissipation=law, integrator=integrator), None)
+    run = simulation.run(until=10.0 * simulation.chain.contact_time)
+    assert momentum(simulation, run) == pytest.approx(np.full(run.time.size, striker.mass * speed), rel=1e-12)
+
+
+def momentum(simulation: hl.CoSimulation, run: object) -> NDArray[np.float64]:
+    total: NDArray[np.float64] = (simulation.chain.mass * run.velocity.values).sum(axis=1)  # type: ignore[attr-defined]
+    return total
+
+
+@pytest.mark.parametrize("integrator", ["verlet", "rk4"])
+def test_a_drag_takes_momentum_as_an_exponential(integrator: str) -> None:
+    chain = hl.Chain([LARGE, SMALL, STEEL], STEEL, 0.5, dissipation=hl.MassProportional(6900.0), integrator=integrator)
+    simulation = hl.CoSimulation(chain, None)
+    run = simulation.run(until=3e-4)
+    expected = STEEL.mass * 0.5 * np.exp(-6900.0 * run.time.values)
+    assert momentum(simulation, run) == pytest.approx(expected, rel=1e-6)
+
+
+def test_the_thesis_form_takes_momentum_unless_it_is_linear() -> None:
+    """Approach rates 2 and 1 m/s on three beads that just touch: forces −2^α, +1, +1 times γ, so 2 − 2^α in sum."""
+    window = 1e-12
+    for exponent in (1.0, 1.81, 2.5):
+        chain = hl.Chain([STEEL] * 2, STEEL, 3.0, dissipation=hl.PowerDashpot(5.58, exponent, "thesis"))
+        moving = hl.MovingChain(chain, None)
+        state, _ = moving.advance(ChainState(np.zeros(3), np.array([3.0, 1.0, 0.0])), (0.0, 0.0), window)
+        push = STEEL.mass * (state.velocity - [3.0, 1.0, 0.0]) / window
+        assert push == pytest.approx(5.58 * np.array([-(2.0**exponent), 1.0, 1.0]), rel=1e-4)
+        assert push.sum() == pytest.approx(5.58 * (2.0 - 2.0**exponent), abs=1e-3)
+
+
+def test_the_thesis_form_is_left_out_where_it_would_feed_energy() -> None:
+    """Approach rates 1 and 2 m/s on beads at 10 m/s and more: forces −1, −1, 2^α times γ push them on."""
+    chain = hl.Chain([STEEL] * 2, STEEL, 3.0, dissipation=hl.PowerDashpot(5.58, 1.81, "thesis"))
+    start = np.array([13.0, 12.0, 10.0])
+    state, _ = hl.MovingChain(chain, None).advance(ChainState(np.zeros(3), start), (0.0, 0.0), 1e-12)
+    assert state.velocity == pytest.approx(start, rel=1e-14)
+    assert state.lost == 0.0
+
+
+def test_the_linear_thesis_form_keeps_momentum_in_a_whole_run() -> None:
+    for exponent, kept in ((1.0, True), (1.81, False)):
+        law = hl.PowerDashpot(5.58, exponent, "thesis")
+        simulation = hl.CoSimulation(hl.Chain([STEEL] * 10, STEEL, 1.77, dissipation=law), None)
+        left = momentum(simulation, simulation.run(until=1e-4)) / (STEEL.mass * 1.77)
+        assert np.all(abs(left - 1.0) < 1e-12) if kept else 0.7 < left[-1] < 0.8
+
+
+def rebound(striker: hl.Sphere, bead: hl.Sphere, speed: float, law: Dissipation, contact: object = None) -> float:
+    """Rebound over approach speed of two free spheres."""
+    simulation = hl.CoSimulation(hl.Chain([bead], striker, speed, dissipation=law, law=contact), None)  # type: ignore[arg-type]
+    run = simulation.run(until=6.0 * simulation.chain.contact_time)
+    assert run.contact_force.values[-1, 0] == 0.0
+    first, second = run.velocity.values[-1]
+    return float(second - first) / speed
+
+
+@pytest.mark.parametrize("wanted", [1.0, 0.95, 0.6, 0.2, 0.05])
+@pytest.mark.parametrize(("striker", "bead"), [(STEEL, STEEL), (SMALL, LARGE), (LARGE, SMALL)])
+def test_restitution_holds_at_any_speed_and_mass(striker: hl.Sphere, bead: hl.Sphere, wanted: float) -> None:
+    for speed in (0.01, 0.3, 5.0):
+        assert rebound(striker, bead, speed, hl.Restitution(wanted)) == pytest.approx(wanted, rel=1e-3)
+
+
+@pytest.mark.parametrize("contact", [hl.PowerLaw(1e8, 1.2), hl.PowerLaw(1e6, 1.0), hl.PowerLaw(1e11, 2.0)])
+def test_restitution_holds_for_other_power_laws(contact: hl.PowerLaw) -> None:
+    for speed in (0.05, 2.0):
+        for wanted in (0.9, 0.4):
+            assert rebound(STEEL, LARGE, speed, hl.Restitution(wanted), contact) == pytest.approx(wanted, rel=1e-3)
+
+
+@pytest.mark.parametrize("alpha", [0.1, 0.7, 1.9, 3.0])
+def test_tsuji_is_the_collision_of_its_equation(alpha: float) -> None:
+    """δ″ = −δ^1.5 − α δ^¼ δ′ from δ′ = 1 until the force would pull, by another integrator."""
+
+    def force(_: float, state: NDArray[np.float64]) -> float:
+        approach = max(state[0], 0.0)
+        return float(approach**1.5 + alpha * approach**0.25 * state[1])
+
+    force.terminal, force.direction = True, -1.0  # type: ignore[attr-defined]
+    start = [1e-9, 1.0]
+    found = solve_ivp(
+        lambda t, s: [s[1], -force(t, s)], (0.0, 200.0), start, "LSODA", rtol=1e-10, atol=1e-13, events=force
+    )
+    expected = -float(found.y_events[0][-1][1])
+    assert rebound(SMALL, LARGE, 0.4, hl.Tsuji(alpha)) == pytest.approx(expected, rel=1e-3)
+
+
+def test_tsuji_and_restitution_are_one_law() -> None:
+    """ζ = α/√5: e = exp(−2θ/tan θ), cos θ = ζ (Antypov and Elliott 2011); ζ = 0.5 gives exp(−2π/(3√3))."""
+    expected = np.exp(-2.0 * np.pi / 27.0**0.5)
+    assert hl.Restitution(expected).damping_ratio == pytest.approx(0.5, rel=1e-12)
+    assert rebound(STEEL, STEEL, 0.7, hl.Tsuji(0.5 * 5.0**0.5)) == pytest.approx(expected, rel=1e-3)
+
+
+def reduced(striker: hl.Sphere, bead: hl.Sphere) -> tuple[float, float]:
+    """Reduced mass and stiffness."""
+    mass = striker.mass * bead.mass / (striker.mass + bead.mass)
+    return mass, hl.hertz_stiffness(striker.surface, bead.surface)
+
+
+def test_kuwabara_and_kono_lose_more_at_higher_speed() -> None:
+    """1 − e = 1.15344 (3/2) τ (k/m)^{2/5} v^{1/5} for small losses (Ramírez et al., Phys. Rev. E 60 (1999) 4465)."""
+    mass, stiffness = reduced(SMALL, LARGE)
+    for time in (1e-9, 4e-9):
+        for speed in (0.02, 2.0):
+            lost = 1.0 - rebound(SMALL, LARGE, speed, hl.KuwabaraKono(time))
+            expected = 1.15344 * 1.5 * time * (stiffness / mass) ** 0.4 * speed**0.2
+            assert lost == pytest.approx(expected, rel=2e-3)
+
+
+def test_a_linear_dashpot_loses_less_at_higher_speed() -> None:
+    """1 − e = (4/5) B(2/5, 3/2) γ δ/(m v) for small losses, δ = (5mv²/4k)^{2/5} at most: as v^−1/5."""
+    mass, stiffness = reduced(SMALL, LARGE)
+    for speed in (0.02, 2.0):
+        deepest = (1.25 * mass * speed**2 / stiffness) ** 0.4
+        lost = 1.0 - rebound(SMALL, LARGE, speed, hl.LinearDashpot(1e-3))
+        assert lost == pytest.approx(0.8 * beta(0.4, 1.5) * 1e-3 * deepest / (mass * speed), rel=2e-3)
+
+
+@pytest.mark.parametrize("exponent", [1.5, 1.81, 2.0])
+def test_a_power_dashpot_loses_as_its_exponent_says(exponent: float) -> None:
+    """1 − e = (4/5) B(2/5, 1 + α/2) γ v^{α−2} δ/m for small losses, so v^{α−6/5}."""
+    mass, stiffness = reduced(SMALL, LARGE)
+    for speed in (0.02, 2.0):
+        deepest = (1.25 * mass * speed**2 / stiffness) ** 0.4
+        lost = 1.0 - rebound(SMALL, LARGE, speed, hl.PowerDashpot(1e-3, exponent))
+        expected = 0.8 * beta(0.4, 1.0 + exponent / 2.0) * 1e-3 * speed ** (exponent - 2.0) * deepest / mass
+        assert lost == pytest.approx(expected, rel=2e-3)
+
+
+def run_of(law: Dissipation, gravity: float = 0.0, integrator: str = "verlet") -> NDArray[np.float64]:
+    chain = hl.Chain([STEEL] * 8, STEEL, 0.5, gravity, law, integrator)
+    velocity: NDArray[np.float64] = hl.CoSimulation(chain, hl.half_space(hl.STEEL_316)).run(until=2e-4).velocity.values
+    return velocity
+
+
+def test_a_power_of_one_is_a_linear_dashpot() -> None:
+    for integrator in ("verlet", "rk4"):
+        one, other = (
+            run_of(hl.PowerDashpot(4.0, 1.0), 9.81, integrator),
+            run_of(hl.LinearDashpot(4.0), 9.81, integrator),
+        )
+        assert one == pytest.approx(other, abs=1e-14)
+
+
+@pytest.mark.parametrize(
+    "law",
+    [
+        hl.LinearDashpot(4.0),
+        hl.PowerDashpot(5.58, 1.81),
+        hl.PowerDashpot(50.0, 2.5, "thesis"),
+        hl.MassProportional(6900.0),
+        hl.KuwabaraKono(1e-6),
+        hl.Tsuji(0.3),
+        hl.Restitution(0.7),
+    ],
+)
+def test_both_integrators_meet_with_order_two(law: Dissipation) -> None:
+    """A preloaded chain that a wave runs through: all contacts stay closed, so every law is smooth."""
+
+    def advanced(integrator: str, dt: float) -> NDArray[np.float64]:
+        moving = hl.MovingChain(hl.Chain([STEEL] * 6, STEEL, 1e-3, 981.0, law, integrator), STEEL.surface, dt=dt)
+        closed, _ = hl.MovingChain(moving.chain, STEEL.surface, dt=1e-8).advance(moving.start(), (0.0, 0.0), 1.5e-5)
+        state, _ = moving.advance(closed, (0.0, 0.0), 1.6e-5)
+        return state.position - moving.rest
+
+    finest = advanced("rk4", 5e-9)
+    errors = [abs(advanced("verlet", dt) - finest).max() for dt in (4e-7, 2e-7, 1e-7)]
+    assert np.log2(np.divide(errors[:-1], errors[1:])) == pytest.approx([2.0, 2.0], abs=0.2)
+    assert advanced("rk4", 1e-7) == pytest.approx(finest, abs=1e-6 * abs(finest).max())
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: hl.LinearDashpot(-1.0), r"coefficient = -1\.0: must be zero or a positive number of N s/m"),
+        (lambda: hl.LinearDashpot(float("nan")), "coefficient = nan"),
+        (lambda: hl.PowerDashpot(-5.58, 1.81), r"coefficient = -5\.58: must be zero or a positive number of N \(s/m\)"),
+        (lambda: hl.PowerDashpot(5.58, 0.5), r"exponent = 0\.5: must lie between 1 and 5"),
+        (lambda: hl.PowerDashpot(5.58, float("nan")), "exponent = nan"),
+        (lambda: hl.PowerDashpot(5.58, 1.81, "pairwize"), r"form = 'pairwize'.*did you mean 'pairwise'"),
+        (lambda: hl.MassProportional(-6900.0), r"rate = -6900\.0: must be zero or a positive number of 1/s"),
+        (lambda: hl.MassProportional(float("inf")), "rate = inf"),
+        (lambda: hl.KuwabaraKono(-1e-6), "time = -1e-06: must be zero or a positive number of s"),
+        (lambda: hl.Tsuji(-0.1), r"coefficient = -0\.1"),
+        (lambda: hl.Tsuji("0,1"), "coefficient = '0,1': must be a finite number"),  # type: ignore[arg-type]
+        (lambda: hl.Restitution(0.0), r"coefficient = 0\.0: must be a positive number"),
+        (lambda: hl.Restitution(1.2), r"coefficient = 1\.2: must lie between 1e-06 and 1"),
+    ],
+)
+def test_bad_losses(make: object, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        make()  # type: ignore[operator]
+
+
+def test_messages_name_the_unit_as_it_is_written() -> None:
+    with pytest.raises(ValueError, match=re.escape("N (s/m)^α")):
+        hl.PowerDashpot(-1.0)
