@@ -59,9 +59,10 @@ class PowerDashpot(Dissipation):
 
     form "thesis": equation 4.1, a force γ s|δ̇ₙ − δ̇ₙ₊₁|^α on bead n with s the sign of that difference of the approach
     rates behind and ahead. As printed, with γ < 0, it would feed energy: here γ > 0 takes it. It has no reaction, so
-    momentum is lost unless α = 1. The thesis states no unit: as a force (steel: α = 1.81, γ = 5.58) it takes 72 % of the
-    peak between its sensors 9 and 56, as an acceleration 0.1 %. It leaves the striker's contact out (δ₁ ≡ 0), here every
-    contact counts. Where beads move on together the printed form may feed energy; at such instants it is left out.
+    momentum is lost unless α = 1. The thesis states no unit: as a force (steel: α = 1.81, γ = 5.58) it takes 72 % of
+    the peak between its sensors 9 and 56, as an acceleration 0.1 %. It leaves the striker's contact out (δ₁ ≡ 0), here
+    every contact counts. Where beads move on together the printed form may feed energy; at such instants it is left
+    out.
     """
 
     coefficient: float
