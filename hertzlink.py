@@ -46,7 +46,7 @@ from coupling.scheme import Aitken, Condensed, NotConverged  # noqa: E402
 from coupling.signals import as_signal, read_signal  # noqa: E402
 from coupling.sweep import sweep  # noqa: E402
 from particles.bead import Cylinder, Ellipsoid, HollowSphere, Sphere, drop_speed  # noqa: E402
-from particles.chain import Chain, MovingChain  # noqa: E402
+from particles.chain import Chain  # noqa: E402
 from particles.contact import PowerLaw, TabulatedLaw, contact_law  # noqa: E402
 from particles.dissipation import (  # noqa: E402
     KuwabaraKono,
@@ -57,7 +57,21 @@ from particles.dissipation import (  # noqa: E402
     Tsuji,
 )
 from particles.excitation import Piston, PushedBead, SpringLoaded  # noqa: E402
+from particles.moving import MovingChain  # noqa: E402
 from particles.sensor import calibration_factor  # noqa: E402
+from particles.solitary import (  # noqa: E402
+    angular_frequency,
+    cutoff_frequency,
+    peak_force_from_particle_speed,
+    solitary_strain,
+    sound_speed,
+    tangent_stiffness,
+    transit_time,
+    transit_time_from_striker,
+    wave_speed_from_force,
+    wave_speed_from_particle_speed,
+    wave_width,
+)
 from plates.plate import Plate, kirchhoff_plate  # noqa: E402
 from plates.support import Supports  # noqa: E402
 from plates.theory import critical_distance_bounds, point_impedance  # noqa: E402
@@ -86,8 +100,11 @@ __all__ = [
     "Material", "MovingChain", "MovingStructure", "NYLON", "NotConverged", "POLYCARBONATE", "PTFE", "Participant",
     "Piston", "Plate", "PowerDashpot", "PowerLaw", "PushedBead", "ReflectedWave", "Reflections", "Restitution",
     "STEEL_316", "STEEL_440C", "Sphere", "SpringLoaded", "Structure", "Supports", "Surface", "TabulatedLaw",
-    "Tsuji", "Wave", "amplitude_ratio", "as_signal", "batch", "calibration_factor", "contact_law", "contact_time",
-    "contact_to_sensor_ratio", "critical_distance", "critical_distance_bounds", "drop_speed", "energy_error",
-    "fit_dissipation", "half_space", "hertz_stiffness", "kirchhoff_plate", "point_impedance", "read_signal",
-    "reduce", "reflections", "rod", "sensor_force", "sweep", "time_of_flight", "wave_speed",
+    "Tsuji", "Wave", "amplitude_ratio", "angular_frequency", "as_signal", "batch", "calibration_factor",
+    "contact_law", "contact_time", "contact_to_sensor_ratio", "critical_distance", "critical_distance_bounds",
+    "cutoff_frequency", "drop_speed", "energy_error", "fit_dissipation", "half_space", "hertz_stiffness",
+    "kirchhoff_plate", "peak_force_from_particle_speed", "point_impedance", "read_signal", "reduce", "reflections",
+    "rod", "sensor_force", "solitary_strain", "sound_speed", "sweep", "tangent_stiffness", "time_of_flight",
+    "transit_time", "transit_time_from_striker", "wave_speed", "wave_speed_from_force",
+    "wave_speed_from_particle_speed", "wave_width",
 ]  # fmt: skip

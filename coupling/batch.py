@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from coupling.result import DESCRIPTIONS, provenance
 from particles import kernels
-from particles.chain import Chain, MovingChain
+from particles.chain import Chain
+from particles.moving import MovingChain
 from structures.checks import instance, listed, positive, whole
 from structures.structure import Structure, Vector
 

@@ -11,7 +11,8 @@ from coupling.participant import Participant
 from coupling.result import Frames, dataset
 from coupling.scheme import Condensed, CoupledState, NotConverged, Scheme
 from particles import kernels
-from particles.chain import Chain, MovingChain
+from particles.chain import Chain
+from particles.moving import MovingChain
 from structures.checks import instance, positive
 from structures.stepping import MovingStructure, Oscillators, is_modal
 from structures.structure import Structure, half_space

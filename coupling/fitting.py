@@ -13,7 +13,7 @@ from scipy.stats import t as student
 
 from coupling.batch import batch
 from coupling.measures import reflections, sensor_force
-from particles.chain import Chain, MovingChain
+from particles.chain import Chain
 from particles.dissipation import (
     FORMS,
     Dissipation,
@@ -23,6 +23,7 @@ from particles.dissipation import (
     PowerDashpot,
     Tsuji,
 )
+from particles.moving import MovingChain
 from structures.checks import instance, listed, one_of, whole
 from structures.structure import Structure, Vector
 

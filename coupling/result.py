@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from particles.chain import MovingChain
+from particles.moving import MovingChain
 from structures.structure import Vector
 
 PACKAGES = ("hertzlink", "numpy", "scipy", "numba", "scikit-fem", "xarray")

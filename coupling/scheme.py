@@ -6,7 +6,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from coupling.participant import Participant
-from particles.chain import ChainState, MovingChain
+from particles.moving import ChainState, MovingChain
 from structures.checks import positive, whole
 from structures.stepping import MovingStructure
 from structures.structure import Vector

@@ -16,8 +16,9 @@ from coupling.measures import reflections, sensor_force
 from coupling.studies.table import Row
 from coupling.sweep import sweep
 from particles.bead import Ellipsoid, Sphere
-from particles.chain import STEPS_PER_CONTACT, Chain, MovingChain
+from particles.chain import Chain
 from particles.dissipation import Dissipation, LinearDashpot, MassProportional, PowerDashpot
+from particles.moving import STEPS_PER_CONTACT, MovingChain
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED, wave_speed_from_particle_speed
 from structures.material import BRASS_360, PTFE, STEEL_316, Material
 from structures.structure import Structure, Vector, half_space

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 import hertzlink as hl
-from particles.chain import ChainState
+from particles.moving import ChainState
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 SPEED = hl.drop_speed(0.01)

@@ -11,8 +11,8 @@ from scipy.integrate import solve_ivp
 from scipy.special import beta
 
 import hertzlink as hl
-from particles.chain import ChainState
 from particles.dissipation import Dissipation
+from particles.moving import ChainState
 
 STEEL = hl.Sphere(2.38e-3, hl.STEEL_316)
 SMALL, LARGE = hl.Sphere(2e-3, hl.BRASS_360), hl.Sphere(6e-3, hl.PTFE)

@@ -10,8 +10,8 @@ import xarray as xr
 import hertzlink as hl
 from coupling.studies import dissipation as study
 from coupling.studies.table import text
-from particles.chain import ChainState
 from particles.dissipation import Dissipation
+from particles.moving import ChainState
 
 DRAG = [49.4, 39.7, 30.5, 24.0, 17.4, 11.9, 9.4, 7.0]
 """N, with α₁ = 6900 1/s at the eight sensors; 66.1 N without (facts.yaml, rayleigh_alpha1)."""

@@ -1,0 +1,326 @@
+"""A chain in motion: the participant that faces a surface, and its state."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import pairwise
+from math import inf, pi, sqrt
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import gamma
+
+from particles import kernels
+from particles.bead import Bead
+from particles.chain import Chain
+from particles.contact import ContactLaw, contact_law
+from particles.excitation import Piston, PushedBead, SpringLoaded
+from structures.checks import finite, instance, positive
+from structures.structure import Vector
+from structures.surface import Surface
+
+STEPS_PER_CONTACT = 1800
+"""Steps in the shortest contact's duration. Verlet then keeps the energy to 1e-6 of the striker's (tests)."""
+
+STEPS_PER_DAMPING = 40
+"""Steps in the time in which the strongest loss would stop a contact; matters for soft, small, sticky beads only."""
+
+
+class ChainState(NamedTuple):
+    """Positions from touching, unloaded beads (m) and velocities (m/s) of striker and beads.
+
+    lost: energy lost so far (J); time: s from the first contact; driven: work of a force history or piston so far (J).
+    """
+
+    position: Vector
+    velocity: Vector
+    lost: float = 0.0
+    time: float = 0.0
+    driven: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class MovingChain:
+    """A chain as a participant: advance(state, (surface at start, at end), window) → (state, mean force).
+
+    surface: what the last bead faces, None for nothing. flexibility, m/N: a massless spring behind that contact.
+    dt: the step, s; by default chosen from the shortest contact time. A window holds a whole number of steps, so
+    the step used is at most this. Raises ValueError where dt is too large for a stable step.
+    """
+
+    chain: Chain
+    surface: Surface | None
+    flexibility: float = 0.0
+    dt: float | None = None
+    laws: tuple[ContactLaw | None, ...] = field(init=False)
+    mass: Vector = field(init=False)
+    static_force: Vector = field(init=False)
+    preload: Vector = field(init=False)
+    rest: Vector = field(init=False)
+
+    def __post_init__(self) -> None:
+        chain = self.chain
+        beads = np.array([bead.mass for bead in chain.beads])
+        finite("flexibility", self.flexibility, "m/N")
+        held = chain.preload if isinstance(chain.striker, Piston) else 0.0
+        static = np.concatenate([[held], chain.preload + chain.gravity_along * np.cumsum(beads)])
+        self._check_support(static)
+        object.__setattr__(self, "mass", np.concatenate([[chain.body.mass if chain.body else inf], beads]))
+        object.__setattr__(self, "laws", self._laws())
+        if not self._groups:
+            raise ValueError("beads: a single one that is pushed and faces nothing touches nothing; must have a contact")
+        preload = self._over_contacts(lambda law, i: law.approach(static[i]))
+        spring = np.append(np.zeros(len(chain.beads)), self.flexibility * static[-1])
+        object.__setattr__(self, "static_force", static)
+        object.__setattr__(self, "preload", preload)
+        object.__setattr__(self, "rest", np.cumsum((preload + spring)[::-1])[::-1].copy())
+        self._check_flexibility()
+        self._check_step()
+
+    @cached_property
+    def contact_time(self) -> float:
+        """The shortest time of any contact, s: a free collision at the striker's speed, or the preloaded half-swing.
+
+        For F = k δⁿ a collision takes 2√π Γ(1 + 1/(n+1))/Γ(½ + 1/(n+1)) times deepest approach over speed.
+        """
+        mass, speed, shortest = self.reduced_mass, self.speed, inf
+        energy = 0.5 * mass * speed**2
+        deepest = self._over_contacts(lambda law, i: law.overlap(energy[i]))
+        force = self._over_contacts(lambda law, i: law.force(deepest[i]))
+        for law, i in self._groups.items():
+            order = energy[i] / (force[i] * deepest[i])
+            collision = deepest[i] / speed * 2.0 * sqrt(pi) * gamma(1.0 + order) / gamma(0.5 + order)
+            swing = pi / np.sqrt(np.maximum(law.tangent(self.preload[i]) / mass[i], 1e-300))
+            shortest = min(shortest, float(np.minimum(collision, swing).min()))
+        return shortest
+
+    @property
+    def speed(self) -> float:
+        """The scale of the bodies' speeds, m/s: the first body's with all of the excitation's energy."""
+        moved = self.mass[0] if self.chain.body else self.mass[1]
+        return sqrt(2.0 * self.chain.impact_energy / float(moved))
+
+    @cached_property
+    def damping_time(self) -> float:
+        """The shortest time, s, in which a loss would stop a contact."""
+        loss = self.chain.dissipation
+        if loss is None:
+            return inf
+        deepest = self._overlap(self.chain.impact_energy) + self.preload
+        tangent = self._over_contacts(lambda law, i: law.tangent(deepest[i]))
+        secant = self._over_contacts(lambda law, i: law.force(deepest[i]) / np.maximum(deepest[i], 1e-300))
+        grown = {
+            kernels.TANGENT: tangent,
+            kernels.SECANT: np.sqrt(0.5 * (tangent + secant)),
+            kernels.GLOBAL: np.full_like(tangent, 4.0),
+        }
+        rates = loss.coefficients(self.reduced_mass) * grown.get(loss.kind, np.ones_like(tangent))
+        rates = rates * self.speed ** (loss.exponent - 1.0)
+        fastest = float((rates if loss.kind == kernels.DRAG else rates / self.reduced_mass).max())
+        return 1.0 / fastest if fastest > 0.0 else inf
+
+    @cached_property
+    def force_scale(self) -> float:
+        """The greatest force, N, of the last contact if it took all of the excitation's energy."""
+        law = self.laws[-1]
+        return float(law.force(law.overlap(np.array([self.chain.impact_energy])))[0]) if law else 0.0
+
+    @property
+    def stiffness(self) -> Vector:
+        """k of each contact, N/mⁿ; zero where there is none, one where the law is a table."""
+        return np.array([law.kernel[0] if law else 0.0 for law in self.laws])
+
+    def start(self) -> ChainState:
+        """Static equilibrium, the striker touching the first bead at the impact speed."""
+        velocity = np.zeros_like(self.rest)
+        velocity[0] = self.chain.speed
+        return ChainState(self.rest.copy(), velocity)
+
+    def advance(
+        self, state: ChainState, surface_motion: tuple[float, float], window: float
+    ) -> tuple[ChainState, float]:
+        """Move on by one window (s) while the surface moves linearly between two displacements (m).
+
+        Returns the new state and the mean force (N) on the surface above the static one.
+        """
+        y, v = state.position.copy(), state.velocity.copy()
+        force, lost, driven = kernels.advance(
+            y, v, self.constants, self.method, self.steps(window), state.time, window, *surface_motion
+        )
+        moved = ChainState(y, v, state.lost + lost, state.time + window, state.driven + driven)
+        return moved, force - float(self.static_force[-1])
+
+    def advance_condensed(
+        self,
+        state: ChainState,
+        surface: tuple[float, float],
+        compliance: float,
+        window: float,
+        guess: Vector,
+        tolerance: float,
+    ) -> tuple[ChainState, float, int, float]:
+        """Move on by one window against a linear structure.
+
+        surface: its displacement at the window's start, and at its end where no force above the static one acts;
+        compliance, m/N: what the mean force adds to that. guess: mean force and slope of the secant, updated.
+        Returns the state, the mean force above the static one, the chain windows tried and the residual (N).
+        """
+        y, v = state.position.copy(), state.velocity.copy()
+        static = float(self.static_force[-1])
+        force, lost, driven, count, residual = kernels.advance_condensed(
+            y, v, self.constants, self.method, self.steps(window), state.time, window, *surface, compliance, static,
+            guess, tolerance,
+        )  # fmt: skip
+        moved = ChainState(y, v, state.lost + lost, state.time + window, state.driven + driven)
+        return moved, force - static, count, residual
+
+    @cached_property
+    def constants(self) -> kernels.Constants:
+        """What the kernels call `chain`."""
+        chain, tables = self.chain, self.tables
+        loss, striker = chain.dissipation, chain.striker
+        drive, history = kernels.FREE, np.zeros((3, 1))
+        if isinstance(striker, PushedBead | Piston):
+            drive = kernels.PUSHED if isinstance(striker, PushedBead) else kernels.MOVED
+            history = np.array(striker.history)
+            history[1] += self.rest[0] if drive == kernels.MOVED else 0.0
+        spring, end = (
+            (striker.stiffness, self.rest[0] + striker.left) if isinstance(striker, SpringLoaded) else (0.0, 0.0)
+        )
+        numbers = kernels.Numbers(
+            loss.kind if loss else kernels.NO_LOSS,
+            loss.exponent if loss else 1.0,
+            chain.gravity_along,
+            float(self.flexibility),
+            0.0 if drive == kernels.MOVED else chain.preload,
+            spring,
+            float(end),
+            drive,
+        )
+        damping = loss.coefficients(self.reduced_mass) if loss else np.zeros_like(self.mass)
+        rows = np.concatenate(tables) if tables else np.zeros((1, 6))
+        return kernels.Constants(1.0 / self.mass, self.stiffness, self._first_rows(), rows, damping, history, numbers)
+
+    @cached_property
+    def method(self) -> int:
+        """What the kernels call `method`."""
+        if self.chain.integrator == "rk4":
+            return kernels.RK4
+        if np.any(self.constants.damping > 0.0):
+            return kernels.LOSSY_VERLET
+        numbers = self.constants.numbers
+        driven = numbers.drive != kernels.FREE or numbers.preload > 0.0 or numbers.spring > 0.0
+        return kernels.DRIVEN_VERLET if driven or np.any(self.constants.table >= 0) else kernels.VERLET
+
+    def steps(self, window: float) -> int:
+        """Steps in a window."""
+        step = self.dt
+        if step is None:
+            step = min(self.contact_time / STEPS_PER_CONTACT, self.damping_time / STEPS_PER_DAMPING)
+        return max(1, int(np.ceil(window / step * (1.0 - 1e-9))))
+
+    @cached_property
+    def reduced_mass(self) -> Vector:
+        """Reduced masses of the N + 1 contacts, kg; a structure, a piston or a force counts as immovable."""
+        inverse = np.append(1.0 / self.mass, 0.0)
+        reduced: Vector = 1.0 / (inverse[:-1] + inverse[1:])
+        return reduced
+
+    def cautions(self, deepest: Vector) -> tuple[list[str], list[str]]:
+        """What to know of the contact laws: cautions that were told, and approaches (m) where a law is not trusted."""
+        known = {law.caution: None for law in self._groups if law.caution}
+        beyond = []
+        for law, contacts in self._groups.items():
+            worst = contacts[int(deepest[contacts].argmax())]
+            if deepest[worst] > law.largest:
+                beyond.append(
+                    f"contact {worst + 1}: approach of {deepest[worst]:.3g} m is beyond {law.largest:.3g} m, "
+                    f"up to which its law ({law.name}) is trusted"
+                )
+        return list(known), beyond
+
+    def _laws(self) -> tuple[ContactLaw | None, ...]:
+        chain, given = self.chain, self.chain.law
+
+        def between(one: Bead, other: Bead | Surface) -> ContactLaw:
+            if given is None or (isinstance(given, ContactLaw) and isinstance(other, Surface)):
+                return contact_law(one, other)
+            if isinstance(given, ContactLaw):
+                return given
+            law = given(one, other)
+            instance("law", law, ContactLaw, "a function that returns a contact law such as PowerLaw(k, n)")
+            return law
+
+        first: ContactLaw | None = None
+        if chain.body is not None:
+            first = between(chain.body, chain.beads[0])
+        elif isinstance(chain.striker, Piston):
+            first = between(chain.beads[0], chain.striker.surface or Surface(chain.beads[0].material))
+        last = None if self.surface is None else between(chain.beads[-1], self.surface)
+        return (first, *(between(one, other) for one, other in pairwise(chain.beads)), last)
+
+    def _over_contacts(self, of: Callable[[ContactLaw, Vector], Vector]) -> Vector:
+        """of(law, contacts) for each law and the contacts that have it; zero where there is no contact."""
+        values = np.zeros(len(self.laws))
+        for law, contacts in self._groups.items():
+            values[contacts] = of(law, contacts)
+        return values
+
+    @cached_property
+    def _groups(self) -> dict[ContactLaw, Vector]:
+        groups: dict[ContactLaw, list[int]] = {}
+        for i, law in enumerate(self.laws):
+            if law is not None:
+                groups.setdefault(law, []).append(i)
+        return {law: np.array(contacts) for law, contacts in groups.items()}
+
+    @cached_property
+    def tables(self) -> list[Vector]:
+        """The different tables of the contact laws."""
+        found = {id(table): table for law in self._groups if (table := law.kernel[1]) is not None}
+        return list(found.values())
+
+    def _first_rows(self) -> Vector:
+        """Where each contact's table begins in all of them one after the other; −1 for Hertz's law."""
+        starts = dict(zip(map(id, self.tables), np.cumsum([0, *map(len, self.tables)]), strict=False))
+        first = np.full(len(self.laws), -1)
+        for law, contacts in self._groups.items():
+            first[contacts] = starts.get(id(law.kernel[1]), -1)
+        return first
+
+    def _overlap(self, energy: float) -> Vector:
+        """How deep each contact would be, m, if it held this energy (J) alone."""
+        return self._over_contacts(lambda law, i: law.overlap(np.full(i.size, energy)))
+
+    def _check_support(self, static: Vector) -> None:
+        """A chain that nothing holds bears no load, and one that hangs must be pressed on."""
+        if self.surface is None:
+            for name, value in (("gravity", self.chain.gravity_along), ("preload", self.chain.preload)):
+                if value != 0.0:
+                    raise ValueError(f"{name} = {value!r}: must be 0 for a chain that nothing holds (structure None)")
+        if static.min() < 0.0:
+            least = self.chain.preload - static.min()
+            raise ValueError(
+                f"preload = {self.chain.preload!r}: must be at least {least:.4g} N to hold a chain that hangs"
+            )
+
+    def _check_flexibility(self) -> None:
+        """A spring so negative that the contact would snap shut: its patch is smaller than the contact."""
+        deepest = self._overlap(self.chain.impact_energy)
+        tangent = self._over_contacts(lambda law, i: law.tangent(deepest[i]))
+        if -self.flexibility * float(tangent[-1]) >= 1.0:
+            raise ValueError(
+                f"flexibility = {self.flexibility!r}: more negative than this contact can bear; take a larger patch"
+            )
+
+    def _check_step(self) -> None:
+        """Twice the highest rate that a contact with all of the excitation's energy could have."""
+        if self.dt is None:
+            return
+        object.__setattr__(self, "dt", positive("dt", self.dt, "s"))
+        deepest = self._overlap(self.chain.impact_energy) + self.preload
+        tangent = self._over_contacts(lambda law, i: law.tangent(deepest[i]))
+        fastest = np.sqrt(2.0 * tangent / self.reduced_mass).max()
+        largest = min(2.0 / float(fastest), 2.0 * self.damping_time)
+        if self.dt > largest:
+            raise ValueError(f"dt = {self.dt!r}: too large for a stable step; must be below {largest:.3g} s")
