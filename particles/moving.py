@@ -68,7 +68,7 @@ class MovingChain:
         object.__setattr__(self, "mass", np.concatenate([[chain.body.mass if chain.body else inf], beads]))
         object.__setattr__(self, "laws", self._laws())
         if not self._groups:
-            raise ValueError("beads: a single one that is pushed and faces nothing touches nothing; must have a contact")
+            raise ValueError("beads: a single one that is pushed and faces nothing has no contact")
         preload = self._over_contacts(lambda law, i: law.approach(static[i]))
         spring = np.append(np.zeros(len(chain.beads)), self.flexibility * static[-1])
         object.__setattr__(self, "static_force", static)
