@@ -1,6 +1,7 @@
 """Bodies and their contact laws: the thesis's numbers, other forms of the same law, limits, ranges, bad input."""
 
 import logging
+from dataclasses import replace
 from math import pi, radians
 
 import numpy as np
@@ -285,6 +286,15 @@ def test_a_law_beyond_its_range_is_told_once(caplog: pytest.LogCaptureFixture) -
     assert len(caplog.records) == 1
     quiet = hl.CoSimulation(hl.Chain([bead] * 5, bead, 0.3), None).run(until=2e-4)
     assert "warnings" not in quiet.attrs
+
+
+def test_a_spring_behind_the_contact_is_no_part_of_its_law() -> None:
+    """The last bead moves by 0.5 mm, most of it the spring's; the contact's own approach stays small."""
+    bead = hl.Sphere(4e-3, STEEL)
+    soft = replace(hl.half_space(STEEL), flexibility=1e-3)
+    run = hl.CoSimulation(hl.Chain([bead], bead, 0.3), soft).run(until=2e-3)
+    assert float(run.displacement.sel(bead=1).max()) > 2.0 * hl.contact_law(bead, soft.surface).largest
+    assert "warnings" not in run.attrs
 
 
 @pytest.mark.parametrize(

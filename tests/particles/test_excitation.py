@@ -107,6 +107,7 @@ def test_speed_of_waves_in_a_preloaded_chain(preload: float, speed: float) -> No
     run = hl.CoSimulation(hl.Chain([BEAD] * 50, BEAD, speed, preload=preload), WALL).run(until=3e-4)
     theory = solitary.wave_speed_from_force(BEAD.size, BEAD.mass, STIFFNESS, peak(run), preload)
     assert hl.wave_speed(run, 20, 30) == pytest.approx(theory, rel=0.012)
+    assert hl.energy_error(run) < 1e-6
 
 
 @pytest.mark.parametrize("frequency", [8e3, 30e3])
