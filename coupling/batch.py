@@ -57,6 +57,10 @@ def batch(
     if save_every is None:
         save_every = min(one.contact_time for one in moving) / FRAMES_PER_CONTACT
     interval = positive("save_every", save_every, "s")
+    if interval > until:
+        raise ValueError(f"save_every = {save_every!r}: must not be longer than the run, until = {until!r} s")
+    for one in moving:
+        one.steps(until)
     frames = int(until / interval * (1.0 + 1e-9)) + 1
     size = len(chains) * frames * float(kept[0].size + kept[1].size)
     if size > MOST_SAVED:
@@ -65,7 +69,7 @@ def batch(
     velocity = np.empty((len(chains), frames, kept[1].size))
     _run(moving, interval, kept, force, velocity, threads)
     given = {"chains": [chain.describe() for chain in chains[:1]], "count": len(chains), "until": until, "dt": dt}
-    return _dataset(moving, kept, interval, force, velocity).assign_attrs(provenance({"batch": given}))
+    return _dataset(moving, kept, interval, force, velocity).assign_attrs(provenance({"batch": given}), beads=beads)
 
 
 def _surface(structure: Structure | None) -> Any:
@@ -81,8 +85,8 @@ def _kept(sensors: Iterable[int] | None, beads: int) -> Kept:
     """Contacts and bodies to keep, counted from zero."""
     if sensors is None:
         return np.arange(beads + 1), np.arange(beads + 1)
-    numbers = sorted({whole("sensors", sensor) for sensor in sensors})
-    if not numbers or numbers[-1] > beads:
+    numbers = sorted({whole("sensors", n) for n in listed("sensors", sensors, object, "one bead number or more")})
+    if numbers[-1] > beads:
         raise ValueError(f"sensors = {numbers!r}: must be beads from 1 to {beads}, counted from the struck end")
     contacts = sorted({n - 1 for n in numbers} | set(numbers))
     return np.array(contacts, dtype=np.int64), np.array(numbers, dtype=np.int64)

@@ -1,6 +1,7 @@
 """The command line: `hertzlink study NAME` and `hertzlink info`."""
 
 import logging
+import os
 import shutil
 import sys
 import tempfile
@@ -112,6 +113,8 @@ def check_output(folder: Path, force: bool) -> None:
             )
     if not whole.parent.is_dir():
         raise ValueError(f"--output {folder}: its parent folder does not exist")
+    if not os.access(whole.parent, os.W_OK):
+        raise ValueError(f"--output {folder}: its parent folder cannot be written")
 
 
 def write_folder(folder: Path, write: Callable[[Path], None], force: bool) -> None:

@@ -82,6 +82,7 @@ class CoSimulation:
         """
         until = positive("until", until, "s")
         window, stride, rows = self._times(until, save_every)
+        self.chain.steps(until)
         self._warn_if_coarse(window, stride)
         frames = Frames(rows, self.chain.mass.size)
         fused = isinstance(self.scheme, Condensed) and is_modal(self.structure.structure)

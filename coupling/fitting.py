@@ -13,6 +13,7 @@ from scipy.stats import t as student
 
 from coupling.batch import batch
 from coupling.measures import reflections, sensor_force
+from particles.bead import Bead
 from particles.chain import Chain
 from particles.dissipation import (
     FORMS,
@@ -40,6 +41,15 @@ SIZES = tuple(np.geomspace(3e-4, 1.0, 11))
 """Where the search begins: losses that would stop a contact in 1/size of its duration."""
 
 EXPONENTS = (1.2, 1.6, 2.0, 2.5)
+
+WEAK = 1.0
+"""Half-width of the 95 % interval of a coefficient's logarithm above which there is hardly a loss to be seen."""
+
+GROWN = 1.5
+"""Measured over lossless peak above which the signal cannot belong to the chain."""
+
+LARGEST = 200.0
+"""Logarithms are kept within ± this, so that their exponentials are numbers."""
 
 COMPARE = ("pulses", "peaks")
 
@@ -106,8 +116,11 @@ def fit_dissipation(
     measured = {n: _measured(signals, n) for n in numbers}
     if compare == "peaks" and len(numbers) <= 1 + (law is PowerDashpot):
         raise ValueError(f"sensors = {numbers!r}: must be more than parameters to compare peaks")
+    if not isinstance(chain.body, Bead):
+        raise ValueError(f"chain = {type(chain.striker).__name__}: must be struck by a bead or a SpringLoaded one")
     record = _record(signals, numbers)
     model = _Model(replace(chain, dissipation=None), law, form, structure, measured, record, compare)
+    model.check_amplitudes()
     best = least_squares(
         model.residual, model.nearest_start(), jac=model.jacobian, bounds=model.bounds, x_scale="jac", xtol=1e-7
     )
@@ -187,12 +200,15 @@ class _Model:
     @property
     def speed(self) -> float:
         """A typical approach rate, m/s, for reference."""
-        return 0.3 * MovingChain(self.chain, None).speed
+        return 0.3 * self._moving(self.chain).speed
 
     @property
     def bounds(self) -> tuple[list[float], list[float]]:
         """Of p."""
         return ([-np.inf, 1.0], [np.inf, 5.0]) if self.law is PowerDashpot else ([-np.inf], [np.inf])
+
+    def _moving(self, chain: Chain) -> MovingChain:
+        return MovingChain(chain, self.structure.surface if self.structure else None)
 
     def loss(self, p: Vector) -> Dissipation:
         """The loss of these parameters."""
@@ -204,7 +220,7 @@ class _Model:
     def pulses(self, parameters: Sequence[Vector]) -> list[list[_Pulse]]:
         """The simulated pulses at the measured moments, for all parameters at once."""
         chains = [replace(self.chain, dissipation=self.loss(p)) for p in parameters]
-        moving = [MovingChain(chain, None) for chain in chains]
+        moving = [self._moving(chain) for chain in chains]
         longest = min(one.contact_time for one in moving) / STEPS_PER_CONTACT
         dt = min([longest, *(one.damping_time / 20.0 for one in moving)])
         runs = batch(chains, self.until, self.structure, save_every=8.0 * longest, sensors=self.measured, dt=dt)
@@ -234,6 +250,16 @@ class _Model:
         ]
         return np.array([one.peak * (1.0 - scale) for (one, _), scale in zip(pairs, scales, strict=True)])
 
+    def check_amplitudes(self) -> None:
+        """No loss makes waves grow: a ValueError where the measured ones are greater than without any."""
+        lossless = self.pulses([np.array([-LARGEST, 1.0])])[0]
+        for (sensor, measured), found in zip(self.measured.items(), lossless, strict=True):
+            if measured.peak > GROWN * found.peak:
+                raise ValueError(
+                    f"signals: sensor {sensor} saw {measured.peak:.4g} N, where the chain without losses has "
+                    f"{found.peak:.4g} N; check the calibration and the impact speed"
+                )
+
     def residual(self, p: Vector) -> Vector:
         """For the optimiser."""
         row: Vector = self.residuals([p])[0]
@@ -250,7 +276,7 @@ class _Model:
         """The best of a coarse grid."""
         grid: list[Vector] = []
         for exponent in EXPONENTS if self.law is PowerDashpot else (1.0,):
-            unit = MovingChain(replace(self.chain, dissipation=self.loss(np.array([0.0, exponent]))), None)
+            unit = self._moving(replace(self.chain, dissipation=self.loss(np.array([0.0, exponent]))))
             scale = unit.damping_time / unit.contact_time
             grid.extend(np.array([log(size * scale), exponent]) for size in SIZES)
         starts = [p if self.law is PowerDashpot else p[:1] for p in grid]
@@ -267,23 +293,31 @@ def _fit(model: _Model, p: Vector, jacobian: Vector, residual: Vector) -> Fit:
         sensor: float(np.abs(pulse.force * found.peak / pulse.peak - found.force).mean() / np.abs(pulse.force).mean())
         for (sensor, pulse), found in pairs
     }
-    covariance = np.linalg.inv(jacobian.T @ jacobian) * float(residual @ residual) / (residual.size - p.size)
+    # The least number keeps what no parameter moves invertible: its interval is then as wide as can be.
+    information = jacobian.T @ jacobian + 1e-30 * np.eye(p.size)
+    covariance = np.linalg.inv(information) * float(residual @ residual) / (residual.size - p.size)
     reach = float(student.ppf(0.975, residual.size - p.size))
-    half = reach * np.sqrt(np.diag(covariance))
+    half = np.minimum(reach * np.sqrt(np.diag(covariance)), LARGEST)
     loss = model.loss(p)
     if model.law is not PowerDashpot:
         name = ONE_PARAMETER[model.law]
         value = getattr(loss, name)
-        return Fit(loss, {name: (value * exp(-half[0]), value * exp(half[0]))}, amplitude, shapes)
+        interval = {name: (value * exp(-half[0]), value * exp(half[0]))}
+        note = (
+            ""
+            if half[0] < WEAK
+            else f"the {name} is known within a factor of {exp(half[0]):.3g} only: there is hardly a loss"
+        )
+        return Fit(loss, interval, amplitude, shapes, not note, 0.0, note)
     # ln γ = p₀ − α ln v: its variance from those of p₀ and α.
     direction = np.array([1.0, -log(model.speed)])
     spread = float(direction @ covariance @ direction)
     correlation = float(direction @ covariance[:, 1] / np.sqrt(spread * covariance[1, 1]))
     assert isinstance(loss, PowerDashpot)
-    factor = exp(reach * spread**0.5)
+    factor = exp(min(reach * spread**0.5, LARGEST))
     intervals = {
         "coefficient": (loss.coefficient / factor, loss.coefficient * factor),
-        "exponent": (loss.exponent - float(half[1]), loss.exponent + float(half[1])),
+        "exponent": (max(loss.exponent - float(half[1]), 1.0), min(loss.exponent + float(half[1]), 5.0)),
     }
     identifiable = bool(half[1] <= SEPARABLE)
     note = "" if identifiable else (

@@ -1,6 +1,7 @@
 """Measured signals: the Dataset of a run's sensors, made from arrays or read from an oscilloscope's file."""
 
 from collections.abc import Callable, Mapping
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -36,6 +37,8 @@ def as_signal(
     Holds sensor_force over time and sensor. Raises ValueError for gaps, numbers that are not finite, constant forces.
     """
     instance("forces", forces, Mapping, "a mapping such as {7: force}")
+    if not forces:
+        raise ValueError("forces = {}: must hold at least one sensor, such as {7: force}")
     moments = trace("time", time)
     rows = {whole("sensor", sensor): trace(f"forces[{sensor}]", force) for sensor, force in forces.items()}
     for sensor, row in rows.items():
@@ -58,13 +61,15 @@ def read_signal(
     """The Dataset of a measured signal from an oscilloscope's text file, for `reflections` and the other measures.
 
     The file: lines of any kind, then one line for each sample, columns parted by commas, semicolons, tabs or blanks,
-    with decimal points; trigger times below zero are fine. sensors: sensor number → column, counted from 0.
+    with decimal points (commas cannot be told from delimiters); trigger times below zero are fine.
+    sensors: sensor number → column, counted from 0.
     time_unit: "s", "ms", "us" or "ns". unit: "V" or "mV", which take a calibration κ in N/V, one for all or sensor
     number → κ (negative for a sensor that is wired the other way round; `calibration_factor` measures it), or "N",
     which takes none. baseline and positions: see `as_signal`; "lead" takes the median of what comes before the wave.
     Raises OSError where the file cannot be read, and ValueError, with the line, where it is truncated or garbled, or
     has gaps, numbers that are not finite, times that do not increase, or a column that is constant.
     """
+    instance("path", path, str | Path, "the name of a file")  # type: ignore[arg-type]
     instance("sensors", sensors, Mapping, "a mapping from sensor number to column, such as {7: 1}")
     if not sensors:
         raise ValueError("sensors = {}: must name at least one sensor, such as {7: 1}")
@@ -72,6 +77,8 @@ def read_signal(
     time_column = whole("time_column", time_column, 0)
     if time_column in column_of.values():
         raise ValueError(f"sensors = {dict(sensors)!r}: column {time_column} is the time column")
+    if len(set(column_of.values())) < len(column_of):
+        raise ValueError(f"sensors = {dict(sensors)!r}: two of them read the same column")
     second = SECONDS[one_of("time_unit", time_unit, SECONDS)]
     newton = _newtons(unit, calibration, list(column_of))
     lines, table = _read(Path(path), [time_column, *column_of.values()])
@@ -112,7 +119,7 @@ def _read(path: Path, columns: list[int]) -> tuple[list[int], Vector]:
     starts = ((i, d) for i, line in enumerate(lines) for d in DELIMITERS if _numbers(line, d, columns) is not None)
     first, delimiter = next(starts, (len(lines), None))
     if first == len(lines):
-        raise ValueError(f"{path}: no line holds numbers with decimal points in columns {columns}")
+        raise ValueError(f"{path}: no line holds numbers in columns {columns}, with decimal points, not commas")
     rows, cells = [], len(lines[first].split(delimiter))
     for i, line in enumerate(lines[first:], start=first + 1):
         numbers = _numbers(line, delimiter, columns)
@@ -179,6 +186,9 @@ def _dataset(
         if sensor not in positions:
             raise ValueError(f"positions = {dict(positions)!r}: must hold sensor {sensor}, a position in m")
     places = [finite(f"positions[{sensor}]", positions[sensor], "m") for sensor in forces]
+    along = [place for _, place in sorted(zip(forces, places, strict=True))]
+    if any(after <= before for before, after in pairwise(along)):
+        raise ValueError(f"positions = {dict(positions)!r}: must increase with the number of the sensor")
     return data.assign_coords(centre=("sensor", places, {"units": "m", "long_name": "position along the chain"}))
 
 

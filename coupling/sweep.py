@@ -36,6 +36,8 @@ def sweep(
     positive("until", until, "s")
     if not callable(build):
         raise ValueError(f"build = {build!r}: must be a function that returns a CoSimulation")
+    if measure is not None and not callable(measure):
+        raise ValueError(f"measure = {measure!r}: must be a function of a run's Dataset")
     if not axes:
         raise ValueError("axes: name at least one, such as distance=[0.01, 0.02]")
     values = {name: listed(name, axis, object, "one value or more") for name, axis in axes.items()}
@@ -63,7 +65,13 @@ def _run_batch(
     points: list[dict[str, Any]],
 ) -> list[xr.Dataset]:
     runs = [_run_point(build, until, point) for point in points]
-    return runs if measure is None else [measure(run).assign_attrs(run.attrs) for run in runs]
+    return runs if measure is None else [_measured(measure, run) for run in runs]
+
+
+def _measured(measure: Callable[[xr.Dataset], xr.Dataset], run: xr.Dataset) -> xr.Dataset:
+    kept = measure(run)
+    instance("measure", kept, xr.Dataset, "a function that returns a Dataset")
+    return kept.assign_attrs(run.attrs)
 
 
 def _run_point(build: Callable[..., CoSimulation], until: float, point: dict[str, Any]) -> xr.Dataset:

@@ -98,7 +98,7 @@ class Chain:
         """What the excitation brings, J: the scale of steps, tolerances and of energy_error.
 
         The striker's kinetic energy at time zero, and what is left in its spring. For a force history ½ J²/m with its
-        greatest impulse J on the first bead, for a piston the energy of the first bead at twice the greatest speed; for
+        impulse J on the first bead, for a piston the energy of the first bead at twice the greatest speed; for
         one at rest, ½ m (10 mm/s)².
         """
         if self.body is not None:
@@ -109,7 +109,8 @@ class Chain:
         mass = self.beads[0].mass
         times, values, rates = self.striker.history  # type: ignore[union-attr]
         if isinstance(self.striker, PushedBead):
-            impulse = float(np.abs(np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(times))).max())
+            impulse = float(np.sum(0.5 * np.abs(values[1:] + values[:-1]) * np.diff(times)))
+            impulse = impulse or float(np.abs(values).max() * times[-1])
             return 0.5 * impulse**2 / mass
         fastest = float(max(np.abs(rates).max(), np.abs(np.diff(values) / np.diff(times)).max()))
         return 0.5 * mass * (2.0 * fastest if fastest > 0.0 else STILL) ** 2

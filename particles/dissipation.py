@@ -143,7 +143,7 @@ class Tsuji(Dissipation):
 class Restitution(Dissipation):
     """Tsuji's law with the coefficient that gives a binary collision this coefficient of restitution.
 
-    coefficient e in (0, 1]: rebound over approach speed, at any speed. In ξ = δ^{5/4} the collision is a linear
+    coefficient e from 0.01 to 1: rebound over approach speed, at any speed. In ξ = δ^{5/4} the collision is a linear
     oscillator of damping ratio ζ = α/√5 (Antypov and Elliott, EPL 94 (2011) 50004); it ends where the force would begin
     to pull, so e = exp(−2θ/tan θ) with θ = arccos ζ. For ζ > 1, below e = exp(−2), θ is imaginary.
     """
@@ -152,7 +152,7 @@ class Restitution(Dissipation):
     kind = kernels.SECANT
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "coefficient", within("coefficient", self.coefficient, 1e-6, 1.0))
+        object.__setattr__(self, "coefficient", within("coefficient", self.coefficient, 0.01, 1.0))
 
     def coefficients(self, mass: Vector) -> Vector:
         """2ζ √m at each contact."""

@@ -144,8 +144,8 @@ def _overlap_on_spring(stiffness, table, rows, approach, flexibility):
 def _value(history, t):
     """Value and rate of the drive's history at a time; its last value holds on."""
     times, values, rates = history
-    if t <= times[0] or t >= times[-1]:
-        return values[0 if t <= times[0] else times.size - 1], 0.0
+    if t < times[0] or t >= times[-1]:
+        return values[0 if t < times[0] else times.size - 1], 0.0
     i = np.searchsorted(times, t, side="right") - 1
     step = times[i + 1] - times[i]
     s = (t - times[i]) / step
@@ -356,11 +356,12 @@ def _accelerate(
 def _lossy_verlet(y, v, chain, t, wall, rate, dt, steps):
     """Velocity Verlet whose losses see the velocity foretold for the step's end: second order."""
     inverse_mass, stiffness, table, rows, damping, history, numbers = chain
-    a, half, forces = np.zeros_like(y), v.copy(), np.empty_like(y)
+    a, half, forces = np.zeros_like(y), v.copy(), np.zeros_like(y)
     driven = numbers.drive != FREE or numbers.spring > 0.0 or numbers.preload > 0.0
     on_striker, on_bead, push = 0.0, 0.0, 0.0
     impulse, lost, work = 0.0, 0.0, 0.0
     for step in range(steps + 1):
+        place, before = y[0], forces[0]
         if step > 0:
             for i in range(y.size):
                 half[i] = v[i] + 0.5 * dt * a[i]
@@ -381,7 +382,10 @@ def _lossy_verlet(y, v, chain, t, wall, rate, dt, steps):
         weight = dt if 0 < step < steps else 0.5 * dt
         impulse += weight * forces[-1]
         lost += weight * power
-        work += weight * (forces[0] * v[0] if numbers.drive == MOVED else push * v[1])
+        if numbers.drive == MOVED and step > 0:
+            # By its way, not its speed, which may jump at the history's ends.
+            work += 0.5 * (before + forces[0]) * (y[0] - place)
+        work += weight * push * v[1]
     return impulse, lost, work
 
 
@@ -397,6 +401,7 @@ def _rk4(y, v, chain, t, wall, rate, dt, steps):
     for step in range(steps):
         stage_y[:], stage_v[:] = y, v
         sum_a[:], sum_v[:] = 0.0, 0.0
+        place, piston_impulse = y[0], 0.0
         for stage in range(4):
             ahead = (0.0, 0.5, 0.5, 1.0)[stage] * dt
             weight = (1.0, 2.0, 2.0, 1.0)[stage] * dt / 6.0
@@ -415,7 +420,8 @@ def _rk4(y, v, chain, t, wall, rate, dt, steps):
             )  # fmt: skip
             impulse += weight * forces[-1]
             lost += weight * power
-            work += weight * (forces[0] * stage_v[0] if numbers.drive == MOVED else push * stage_v[1])
+            work += weight * push * stage_v[1]
+            piston_impulse += weight * forces[0]
             for i in range(y.size):
                 sum_v[i] += weight * stage_v[i]
                 sum_a[i] += weight * a[i]
@@ -424,6 +430,7 @@ def _rk4(y, v, chain, t, wall, rate, dt, steps):
             v[i] += sum_a[i]
         if numbers.drive == MOVED:
             y[0], v[0] = _value(history, t + (step + 1) * dt)
+            work += piston_impulse / dt * (y[0] - place)
     return impulse, lost, work
 
 

@@ -39,6 +39,10 @@ class ChainState(NamedTuple):
     driven: float = 0.0
 
 
+MOST_STEPS = 1e13
+"""Steps × bodies in a run: some hours."""
+
+
 @dataclass(frozen=True, eq=False)
 class MovingChain:
     """A chain as a participant: advance(state, (surface at start, at end), window) → (state, mean force).
@@ -217,7 +221,12 @@ class MovingChain:
         step = self.dt
         if step is None:
             step = min(self.contact_time / STEPS_PER_CONTACT, self.damping_time / STEPS_PER_DAMPING)
-        return max(1, int(np.ceil(window / step * (1.0 - 1e-9))))
+        count = float(np.ceil(window / step * (1.0 - 1e-9)))
+        if count * self.mass.size > MOST_STEPS:
+            raise ValueError(
+                f"dt = {step:.3g}: takes {count:.3g} steps in {window:.3g} s; give a longer dt, or a weaker dissipation"
+            )
+        return max(1, int(count))
 
     @cached_property
     def reduced_mass(self) -> Vector:
@@ -295,8 +304,11 @@ class MovingChain:
     def _check_support(self, static: Vector) -> None:
         """A chain that nothing holds bears no load, and one that hangs must be pressed on."""
         if self.surface is None:
-            for name, value in (("gravity", self.chain.gravity_along), ("preload", self.chain.preload)):
-                if value != 0.0:
+            for name, value, along in (
+                ("gravity", self.chain.gravity, self.chain.gravity_along),
+                ("preload", self.chain.preload, self.chain.preload),
+            ):
+                if abs(along) > 1e-12 * value:
                     raise ValueError(f"{name} = {value!r}: must be 0 for a chain that nothing holds (structure None)")
         if static.min() < 0.0:
             least = self.chain.preload - static.min()

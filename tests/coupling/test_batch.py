@@ -54,6 +54,17 @@ def test_measures_work_on_a_batch() -> None:
     assert '"count": 2' in runs.attrs["input"]
 
 
+def test_what_a_batch_did_not_keep_is_not_measured() -> None:
+    runs = hl.batch([chain()], until=4e-4, structure=WALL, sensors=[7])
+    with pytest.raises(ValueError, match="run: is a batch that kept contacts up to 8; keep the last bead"):
+        hl.contact_time(runs)
+    with pytest.raises(ValueError, match="run: holds no energies"):
+        hl.energy_error(runs)
+    whole = hl.contact_time(hl.batch([chain()], until=8e-4, structure=WALL))
+    last = hl.contact_time(hl.batch([chain()], until=8e-4, structure=WALL, sensors=[20]))
+    assert float(whole[0]) == pytest.approx(float(last[0]), rel=1e-9)  # type: ignore[index]
+
+
 @pytest.mark.parametrize(
     ("keywords", "message"),
     [
@@ -67,6 +78,9 @@ def test_measures_work_on_a_batch() -> None:
         ({"structure": hl.rod([hl.Layer(hl.PTFE, 0.05, 0.01)])}, "structure: a batch faces nothing or a half-space"),
         ({"structure": "steel"}, "structure = 'steel'"),
         ({"threads": 0}, "threads = 0"),
+        ({"sensors": 3}, "sensors = 3: must be a list of one bead number or more"),
+        ({"save_every": 1.0}, r"save_every = 1\.0: must not be longer than the run"),
+        ({"dt": 1e-20}, r"dt = 1e-20: takes .* steps in .* s; give a longer dt"),
         ({"save_every": 0.0}, r"save_every = 0\.0"),
         ({"until": 1e3}, "until: .* numbers are too many to keep"),
         ({"dt": 1e-4}, r"dt = 0\.0001: too large for a stable step"),

@@ -1,5 +1,7 @@
 """Fitted losses: known values come back from noisy signals, intervals cover them, and what cannot be told is said."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -111,3 +113,36 @@ def test_a_sensor_without_a_wave() -> None:
     run = run_of(hl.LinearDashpot(1.0), chain, 5e-5)
     with pytest.raises(ValueError, match="signals: sensor 15 saw no wave"):
         hl.fit_dissipation(run, chain, hl.LinearDashpot, sensors=[3, 15])
+
+
+def test_a_vertical_chain_on_a_half_space() -> None:
+    """Gravity and preload are the chain's; the wall is there to bear them."""
+    wall = hl.half_space(hl.STEEL_316)
+    chain = hl.Chain([BEAD] * 40, BEAD, 1.0, gravity=9.81, preload=0.5)
+    lossy = replace(chain, dissipation=hl.LinearDashpot(3.0))
+    run = hl.CoSimulation(lossy, wall).run(4e-4, save_every=2e-7)
+    fit = hl.fit_dissipation(run, chain, hl.LinearDashpot, sensors=[9, 16, 24], structure=wall)
+    assert isinstance(fit.loss, hl.LinearDashpot)
+    assert fit.loss.coefficient == pytest.approx(3.0, rel=2e-3)
+
+
+def test_signals_that_cannot_belong_to_the_chain() -> None:
+    """A slip of millivolts for volts makes waves a thousand times what the chain can have."""
+    chain = hl.Chain([BEAD] * 20, BEAD, 0.5)
+    run = run_of(hl.LinearDashpot(1.0), chain, 3e-4)
+    loud = hl.as_signal(run.time.values, {n: 1e3 * hl.sensor_force(run, n).values for n in (7, 12)})
+    with pytest.raises(ValueError, match=r"signals: sensor 7 saw .* where the chain without losses has .*calibration"):
+        hl.fit_dissipation(loud, chain, hl.LinearDashpot)
+
+
+def test_hardly_a_loss_is_said() -> None:
+    chain = hl.Chain([BEAD] * 20, BEAD, 0.5)
+    run = hl.CoSimulation(chain, None).run(3e-4, save_every=2e-7)
+    fit = hl.fit_dissipation(noisy(run, 1, 0.02, [7, 12]), chain, hl.KuwabaraKono)
+    assert not fit.identifiable
+    assert "there is hardly a loss" in fit.note
+    power = hl.fit_dissipation(noisy(run, 1, 0.02, [7, 12]), chain)
+    assert not power.identifiable
+    low, high = power.intervals["exponent"]
+    assert low >= 1.0
+    assert high <= 5.0

@@ -140,7 +140,7 @@ FIELDS = rows()[102 - 6].split(",")
         (garbled({102: None}), "line 102: .* a gap; the usual step is 1e-06 s"),
         (garbled({}, last=12), "line 12: holds 7 samples, must be at least 16"),
         (HEADER, "no line holds numbers"),
-        (["0,001;0,5"] * 50, "no line holds numbers with decimal points"),
+        (["0,001;0,5"] * 50, "no line holds numbers in columns"),
         ([f"{k}e-6,1.0,2.0" for k in range(50)], "sensor 7: the signal is constant, 20 N"),
         ([f"0.1,{k}e-6,2.0" for k in range(50)], "are the columns swapped"),
         ([f"{k + (k > 25) * 0.4 * (k - 25)}e-6,{k % 7}" for k in range(50)], "times must be evenly spaced"),

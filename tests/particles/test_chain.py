@@ -208,6 +208,14 @@ def test_a_step_too_large_for_stability_is_refused() -> None:
         hl.MovingChain(uniform(dissipation=hl.LinearDashpot(2e4)), hl.Surface(hl.STEEL_440C), dt=2e-6)
 
 
+def test_runs_that_would_not_end_are_refused() -> None:
+    with pytest.raises(ValueError, match=r"dt = 1e-16: takes .* steps in 0\.0001 s; give a longer dt"):
+        hl.CoSimulation(uniform(), hl.half_space(hl.STEEL_440C), dt=1e-16).run(until=1e-4)
+    for loss in (hl.LinearDashpot(1e30), hl.MassProportional(1e15)):
+        with pytest.raises(ValueError, match="a weaker dissipation"):
+            hl.CoSimulation(uniform(dissipation=loss), hl.half_space(hl.STEEL_440C)).run(until=1e-4)
+
+
 def test_gravity_needs_something_to_rest_on() -> None:
     with pytest.raises(ValueError, match=r"gravity = 9\.81: must be 0 for a chain that nothing holds"):
         hl.CoSimulation(uniform(gravity=9.81), None)

@@ -45,6 +45,15 @@ def test_a_piston_does_the_work_that_the_chain_gets(integrator: str, loss: hl.Li
     assert float(run.excitation_work.max()) > 0.0
 
 
+@pytest.mark.parametrize("integrator", ["verlet", "rk4"])
+@pytest.mark.parametrize("loss", [None, hl.Restitution(0.9)])
+def test_a_piston_that_jerks_a_preloaded_chain(integrator: str, loss: hl.Restitution | None) -> None:
+    """It starts and stops with a jump of its speed; the work against the preload counts its way."""
+    jerk = hl.Piston((0.0, 3e-5, 6e-5), (0.0, 1e-6, 0.0))
+    chain = hl.Chain([BEAD] * 8, jerk, integrator=integrator, preload=3.0, dissipation=loss)
+    assert hl.energy_error(hl.CoSimulation(chain, WALL).run(until=5e-4)) < 1e-5
+
+
 def test_a_piston_at_rest_holds_a_preloaded_chain() -> None:
     """Nothing moves; contact 1 carries the preload, and a dead load on the first bead carries it as well."""
     for striker, first in ((hl.Piston(), 20.0), (hl.PushedBead([0.0, 1e-3], [1e-9, 1e-9]), 1e-9)):

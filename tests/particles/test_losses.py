@@ -246,7 +246,7 @@ def test_both_integrators_meet_with_order_two(law: Dissipation) -> None:
         (lambda: hl.Tsuji(-0.1), r"coefficient = -0\.1"),
         (lambda: hl.Tsuji("0,1"), "coefficient = '0,1': must be a finite number"),  # type: ignore[arg-type]
         (lambda: hl.Restitution(0.0), r"coefficient = 0\.0: must be a positive number"),
-        (lambda: hl.Restitution(1.2), r"coefficient = 1\.2: must lie between 1e-06 and 1"),
+        (lambda: hl.Restitution(1.2), r"coefficient = 1\.2: must lie between 0.01 and 1"),
     ],
 )
 def test_bad_losses(make: object, message: str) -> None:
