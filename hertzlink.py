@@ -45,6 +45,7 @@ from coupling.participant import Participant  # noqa: E402
 from coupling.scheme import Aitken, Condensed, NotConverged  # noqa: E402
 from coupling.signals import as_signal, read_signal  # noqa: E402
 from coupling.sweep import sweep  # noqa: E402
+from coupling.tracks import Track, follow_waves  # noqa: E402
 from particles.bead import Cylinder, Ellipsoid, HollowSphere, Sphere, drop_speed  # noqa: E402
 from particles.chain import Chain  # noqa: E402
 from particles.contact import PowerLaw, TabulatedLaw, contact_law  # noqa: E402
@@ -100,11 +101,11 @@ __all__ = [
     "Material", "MovingChain", "MovingStructure", "NYLON", "NotConverged", "POLYCARBONATE", "PTFE", "Participant",
     "Piston", "Plate", "PowerDashpot", "PowerLaw", "PushedBead", "ReflectedWave", "Reflections", "Restitution",
     "STEEL_316", "STEEL_440C", "Sphere", "SpringLoaded", "Structure", "Supports", "Surface", "TabulatedLaw",
-    "Tsuji", "Wave", "amplitude_ratio", "angular_frequency", "as_signal", "batch", "calibration_factor",
+    "Track", "Tsuji", "Wave", "amplitude_ratio", "angular_frequency", "as_signal", "batch", "calibration_factor",
     "contact_law", "contact_time", "contact_to_sensor_ratio", "critical_distance", "critical_distance_bounds",
-    "cutoff_frequency", "drop_speed", "energy_error", "fit_dissipation", "half_space", "hertz_stiffness",
-    "kirchhoff_plate", "peak_force_from_particle_speed", "point_impedance", "read_signal", "reduce", "reflections",
-    "rod", "sensor_force", "solitary_strain", "sound_speed", "sweep", "tangent_stiffness", "time_of_flight",
-    "transit_time", "transit_time_from_striker", "wave_speed", "wave_speed_from_force",
+    "cutoff_frequency", "drop_speed", "energy_error", "fit_dissipation", "follow_waves", "half_space",
+    "hertz_stiffness", "kirchhoff_plate", "peak_force_from_particle_speed", "point_impedance", "read_signal",
+    "reduce", "reflections", "rod", "sensor_force", "solitary_strain", "sound_speed", "sweep", "tangent_stiffness",
+    "time_of_flight", "transit_time", "transit_time_from_striker", "wave_speed", "wave_speed_from_force",
     "wave_speed_from_particle_speed", "wave_width",
 ]  # fmt: skip
