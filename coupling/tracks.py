@@ -76,7 +76,7 @@ def follow_waves(run: xr.Dataset, smallest: float = SMALLEST_WAVE) -> list[Track
     for series in force.T:
         found = find_peaks(series, height=level, prominence=level)[0]
         peaks.append([interpolated(time, series, int(i)) for i in found])
-    chosen: list[tuple[bool, list[tuple[int, int]]]] = []
+    tracks = []
     free = [set(range(len(one))) for one in peaks]
     while True:
         paths = [path for forward in (True, False) for path in _paths(peaks, free, forward, scale)]
@@ -85,8 +85,7 @@ def follow_waves(run: xr.Dataset, smallest: float = SMALLEST_WAVE) -> list[Track
             break
         for n, k in best:
             free[n].discard(k)
-        chosen.append((best[-1][0] > best[0][0], best))
-    tracks = [_track(path, peaks, contacts) for _, path in chosen]
+        tracks.append(_track(best, peaks, contacts))
     return sorted(tracks, key=lambda track: float(track.times[0]))
 
 

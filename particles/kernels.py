@@ -339,7 +339,10 @@ def _accelerate(
         ahead = elastic
         # A striker that just touches pushes its dashpot at once.
         if approach >= 0.0 and stiffness[i] > 0.0 and NO_LOSS < numbers.loss < GLOBAL:
-            ahead = _damped(elastic, slope, overlap, approach_rate, numbers.loss, damping[i], numbers.exponent)
+            # The loss sees the contact's own part of the rate, and the spring behind gives way to it: to first order.
+            share = 1.0 / (1.0 + numbers.flexibility * slope) if i == last else 1.0
+            ahead = _damped(elastic, slope, overlap, share * approach_rate, numbers.loss, damping[i], numbers.exponent)
+            ahead = max(elastic + share * (ahead - elastic), 0.0)
             power += (ahead - elastic) * approach_rate
         a[i] = inverse_mass[i] * (behind - ahead) + numbers.gravity
         forces[i] = ahead
@@ -463,13 +466,15 @@ def advance_condensed(
     """One window against a linear structure whose surface ends at w = wall_free + compliance · (F̄ − static).
 
     The secant method on F̄ from guess = (F̄ − static, slope), which is updated: the residual falls at least as fast as F̄
-    rises, so its slope is −1 or steeper and nothing is divided by zero, an open gap included. y, v in place.
+    rises, so its slope is −1 or steeper and nothing is divided by zero, an open gap included. Where a loss makes the
+    force jump as the contact opens there may be no root: the interval that holds the jump is halved. y, v in place.
     Returns the mean force, the energy lost, the drive's work, the evaluations and the residual.
     """
     start_y, start_v = y.copy(), v.copy()
     tried, slope = guess[0] + static, guess[1]
     last_tried, last_residual, residual = 0.0, 0.0, np.inf
-    for count in range(1, 31):
+    low, high, halved = -np.inf, np.inf, False
+    for count in range(1, 61):
         if count > 1:
             y[:], v[:] = start_y, start_v
         wall_end = wall_free + compliance * (tried - static)
@@ -477,10 +482,21 @@ def advance_condensed(
         residual = force - tried
         if not abs(residual) > tolerance or compliance == 0.0:
             break
-        if count > 1:
+        if residual > 0.0:
+            low = max(low, tried)
+        else:
+            high = min(high, tried)
+        # A loss that jumps as the contact opens leaves no root, but a jump over zero.
+        if high - low <= tolerance:
+            residual = 0.0
+            break
+        if count > 1 and not halved:
             slope = min((residual - last_residual) / (tried - last_tried), -1.0)
         last_tried, last_residual = tried, residual
         tried -= residual / slope
+        halved = count > 8 and high < np.inf and low > -np.inf
+        if halved:
+            tried = 0.5 * (low + high)
     guess[0], guess[1] = force - static, slope
     return force, lost, driven, count, 0.0 if compliance == 0.0 else residual
 

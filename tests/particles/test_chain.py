@@ -1,12 +1,14 @@
 """The chain: an independent code's numbers, conservation, orders, preload, dashpots, mixed beads, bad input."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
 
 import hertzlink as hl
 from particles.moving import ChainState
@@ -142,6 +144,35 @@ def test_flexibility_is_a_spring_in_series() -> None:
     state = ChainState(np.array([0.0, depth]), np.zeros(2), 0.0)
     _, mean = moving.advance(state, (0.0, 0.0), 1e-10)
     assert mean == pytest.approx(force, rel=1e-6)
+
+
+@pytest.mark.parametrize("flexibility", [2e-9, 2e-8])
+def test_a_loss_sees_the_contacts_own_part_of_the_approach(flexibility: float) -> None:
+    """A bead on Hertz's contact with a dashpot, and a massless spring behind both: δ = δ_h + f F, integrated exactly.
+
+    F = k δ_h^1.5 + γ dδ_h/dt and F = (δ − δ_h)/f give dδ_h/dt, a third equation beside the bead's two.
+    """
+    dashpot, speed = 5.0, 0.3
+    chain = hl.Chain([BEAD], BEAD, speed, dissipation=hl.LinearDashpot(dashpot))
+    soft = replace(hl.half_space(hl.PTFE), flexibility=flexibility)
+    simulation = hl.CoSimulation(chain, soft)
+    k_bead, k_wall = simulation.chain.stiffness
+    mass = BEAD.mass
+
+    def rates(_: float, state: NDArray[np.float64]) -> list[float]:
+        y0, v0, y1, v1, own = state
+        on_wall = max((y1 - own) / flexibility, 0.0)
+        gap, rate = y0 - y1, v0 - v1
+        between = max(k_bead * max(gap, 0.0) ** 1.5 + (dashpot * rate if gap >= 0.0 else 0.0), 0.0)
+        own_rate = (on_wall - k_wall * max(own, 0.0) ** 1.5) / dashpot
+        return [v0, -between / mass, v1, (between - on_wall) / mass, own_rate]
+
+    run = simulation.run(until=6e-5)
+    exact = solve_ivp(
+        rates, (0.0, 6e-5), [0.0, speed, 0.0, 0.0, 0.0], "LSODA", run.time.values, rtol=1e-9, atol=1e-14, max_step=2e-8
+    )
+    moved = run.displacement.sel(bead=1).values
+    assert abs(moved - exact.y[2]).max() < 3e-3 * moved.max()
 
 
 def test_advance_has_no_hidden_state() -> None:
