@@ -146,7 +146,7 @@ def test_flexibility_is_a_spring_in_series() -> None:
     assert mean == pytest.approx(force, rel=1e-6)
 
 
-@pytest.mark.parametrize("flexibility", [2e-9, 2e-8])
+@pytest.mark.parametrize("flexibility", [2e-7, 1e-6])
 def test_a_loss_sees_the_contacts_own_part_of_the_approach(flexibility: float) -> None:
     """A bead on Hertz's contact with a dashpot, and a massless spring behind both: δ = δ_h + f F, integrated exactly.
 
@@ -167,12 +167,19 @@ def test_a_loss_sees_the_contacts_own_part_of_the_approach(flexibility: float) -
         own_rate = (on_wall - k_wall * max(own, 0.0) ** 1.5) / dashpot
         return [v0, -between / mass, v1, (between - on_wall) / mass, own_rate]
 
-    run = simulation.run(until=6e-5)
+    run = simulation.run(until=1.2e-4)
     exact = solve_ivp(
-        rates, (0.0, 6e-5), [0.0, speed, 0.0, 0.0, 0.0], "LSODA", run.time.values, rtol=1e-9, atol=1e-14, max_step=2e-8
+        rates,
+        (0.0, 1.2e-4),
+        [0.0, speed, 0.0, 0.0, 0.0],
+        "LSODA",
+        run.time.values,
+        rtol=1e-9,
+        atol=1e-14,
+        max_step=2e-8,
     )
     moved = run.displacement.sel(bead=1).values
-    assert abs(moved - exact.y[2]).max() < 3e-3 * moved.max()
+    assert abs(moved - exact.y[2]).max() < 1e-3 * moved.max()
 
 
 def test_advance_has_no_hidden_state() -> None:
