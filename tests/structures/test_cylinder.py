@@ -1,0 +1,303 @@
+"""Axisymmetric cylinders: bars and half-spaces in statics, published frequencies, rods, bases, patches, bad input."""
+
+from math import pi
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.integrate import quad
+from scipy.optimize import brentq
+from scipy.sparse.linalg import eigsh
+from scipy.special import jnp_zeros
+from skfem import Basis, ElementQuad2, ElementVector, MeshQuad
+
+import hertzlink as hl
+from structures.cylinder import cylinder
+from structures.elasticity import Foundation, body_matrices, patch_compliance, shear_modulus, shear_speed
+from structures.factor import factorise
+
+STEEL = hl.Layer(hl.STEEL_440C, length=76.2e-3, radius=19.1e-3)
+PTFE = hl.Layer(hl.PTFE, length=76.2e-3, radius=19.1e-3)
+BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
+
+
+def compliance(structure: hl.Structure) -> float:
+    """Static displacement of the contact per newton, without `flexibility`, m/N."""
+    return float(structure.contact @ factorise(structure.stiffness)(structure.contact))
+
+
+def frequencies(structure: hl.Structure, about: float, count: int) -> NDArray[np.float64]:
+    """The `count` natural frequencies nearest to `about`, Hz, ascending."""
+    shift = (2.0 * pi * about) ** 2
+    square = eigsh(structure.stiffness, count, structure.mass, sigma=shift, return_eigenvectors=False)
+    return np.sort(np.sqrt(np.abs(square))) / (2.0 * pi)
+
+
+def test_free_cylinder_moves_along_its_axis_without_cost() -> None:
+    """One mode of no energy, and its generalised mass 1/(bᵀφ)² is ρ π R² L."""
+    layers = [hl.Layer(hl.STEEL_440C, 0.03, 0.02), hl.Layer(hl.NYLON, 0.02, 0.02)]
+    free = cylinder(layers, base="free", cells=2)
+    square, modes = eigsh(free.stiffness, 2, free.mass, sigma=-1e6)
+    order = np.argsort(square)
+    mass = sum(layer.material.density * layer.area * layer.length for layer in layers)
+    assert abs(square[order[0]]) < 1e-9 * square[order[1]]
+    assert (free.contact @ modes[:, order[0]]) ** -2 == pytest.approx(mass, rel=1e-9)
+
+
+def test_bar_on_a_foundation_under_even_pressure() -> None:
+    """The displacement of a loaded end is Σ L/EA + 1/(kA), exactly where the layers' sides shrink alike (ν/E)."""
+    layers = [
+        hl.Layer(hl.Material(200e9, 0.30, 7800.0), 0.05, 0.02),
+        hl.Layer(hl.Material(100e9, 0.15, 7800.0), 0.03, 0.02),
+    ]
+    bar = cylinder(layers, base=Foundation(3e12), patch_radius=0.02)
+    exact = sum(y.length / y.material.youngs_modulus / y.area for y in layers) + 1.0 / (3e12 * layers[0].area)
+    assert compliance(bar) == pytest.approx(exact, rel=1e-9)
+
+
+@pytest.mark.parametrize(("poisson_ratio", "tolerance"), [(0.28, 5e-4), (0.46, 1e-3)])
+def test_patch_indents_a_large_cylinder_as_it_does_a_half_space(poisson_ratio: float, tolerance: float) -> None:
+    """Beyond 16 (1 − ν²)/(3 π² E a) there is only what the cylinder's size adds, which does not know the patch."""
+    large = hl.Layer(hl.Material(200e9, poisson_ratio, 7800.0), 0.1, 0.1)
+    beyond = []
+    for patch in (0.25e-3, 0.5e-3, 1e-3):
+        structure = cylinder([large], patch_radius=patch)
+        assert -structure.flexibility == patch_compliance(large.material, patch)
+        beyond.append((compliance(structure) + structure.flexibility) / patch_compliance(large.material, 0.25e-3))
+    assert beyond == pytest.approx([beyond[-1]] * 3, abs=tolerance)
+    assert abs(beyond[-1]) < 3e-3
+
+
+def test_patch_compliance_converges_with_the_mesh() -> None:
+    """The order is at least two, though the pressure ends abruptly at the patch's edge."""
+    found = [compliance(cylinder([STEEL], patch_radius=1e-3, cells=cells)) for cells in (2, 4, 8)]
+    steps = np.abs(np.diff(found))
+    assert np.log2(steps[0] / steps[1]) > 2.0
+    assert steps[1] < 5e-4 * found[-1]
+
+
+@pytest.mark.parametrize("poisson_ratio", [0.0, 0.28, 0.46])
+def test_free_cylinder_has_its_exact_equivoluminal_mode(poisson_ratio: float) -> None:
+    """u_r = J₁(kr) cos kz, u_z = −J₀(kr) sin kz with kR = 1.8412 and L = π/k leaves all faces free: ω = √2 c_s k.
+
+    By hand: there is no shear stress anywhere, σ_zz ∝ cos kz vanishes at z = ±L/2, and σ_rr ∝ J₁′(kR) on the side.
+    (Lamé's mode; it solves Pochhammer's equation at the phase velocity √2 c_s.) Its error falls with h⁴.
+    """
+    material = hl.Material(200e9, poisson_ratio, 7800.0)
+    number = jnp_zeros(1, 1)[0] / 0.02
+    exact = 2.0**0.5 * shear_speed(material) * number / (2.0 * pi)
+    layer, errors = hl.Layer(material, pi / number, 0.02), []
+    for cells in (4, 8):
+        free = cylinder([layer], base="free", highest_frequency=exact, cells=cells)
+        errors.append(frequencies(free, exact, 1)[0] / exact - 1.0)
+    assert 0.0 < errors[1] < 2e-5
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(4.0, abs=0.5)
+
+
+def test_hollow_cylinder_has_the_published_frequencies() -> None:
+    """NAFEMS FV41, a free cylinder of radii 1.8 and 2.2 m and length 10 m (The Standard NAFEMS Benchmarks, 1990)."""
+    mesh = MeshQuad.init_tensor(np.linspace(1.8, 2.2, 4), np.linspace(0.0, 10.0, 33))
+    basis = Basis(mesh, ElementVector(ElementQuad2()), intorder=5)
+    owner = np.zeros(mesh.nelements, dtype=int)
+    mass, stiffness = body_matrices(basis, [hl.Material(200e9, 0.3, 8000.0)], owner)
+    square = eigsh(stiffness, 6, mass, sigma=-1e4, return_eigenvectors=False)
+    found = np.sqrt(np.sort(np.abs(square))) / (2.0 * pi)
+    assert found[0] < 1e-2
+    assert found[1:] == pytest.approx([243.53, 377.41, 394.11, 397.72, 405.28], rel=5e-4)
+
+
+def test_slender_cylinder_is_a_rod() -> None:
+    """Free ends: f = n c/2L · [1 − (nπνR/2L)²], Rayleigh's correction for lateral inertia, as R/L vanishes."""
+    material, length = hl.STEEL_440C, 0.2
+    for slenderness in (0.1, 0.05, 0.025):
+        layer = hl.Layer(material, length, slenderness * length)
+        unit = material.bar_speed / (2.0 * length)
+        found = frequencies(cylinder([layer], base="free"), unit, 1)[0] / unit
+        correction = (pi * material.poisson_ratio * slenderness / 2.0) ** 2
+        assert 1.0 - found == pytest.approx(correction, rel=0.05)
+
+
+def pulse_answer(
+    structure: hl.Structure, duration: float, steps: int, windows: int = 100
+) -> tuple[NDArray[np.float64], float]:
+    """Displacement after a raised-cosine pulse of 1 N, and its work, J; `windows` of a pulse's duration each."""
+    moving = hl.MovingStructure(structure)
+    state, answer, work = moving.start(), [0.0], 0.0
+    for step in range(steps):
+        phase = (step + 0.5) / windows
+        force = 0.5 * (1.0 - np.cos(2.0 * pi * phase)) if phase < 1.0 else 0.0
+        state, surface = moving.advance(state, force, duration / windows)
+        work += force * (surface - answer[-1])
+        answer.append(surface)
+    return np.array(answer), work
+
+
+def test_wave_returns_as_in_a_rod() -> None:
+    """Steel, R/L = 1/40, struck all over its end: the echo of the fixed base has the rod's time within 0.2 %."""
+    layer = hl.Layer(hl.STEEL_440C, 0.2, 0.005)
+    arrivals = []
+    for structure in (cylinder([layer], patch_radius=0.005), hl.rod([layer])):
+        velocity = np.diff(pulse_answer(structure, 20e-6, 600)[0])
+        arrivals.append(int(np.argmin(velocity[300:])) + 300)
+    assert arrivals[0] == pytest.approx(arrivals[1], rel=2e-3)
+
+
+@pytest.mark.parametrize("material", [hl.STEEL_440C, hl.PTFE])
+def test_absorbing_base_equals_a_very_long_cylinder(material: hl.Material) -> None:
+    """Waves that are long beside the radius leave: the echo is below 0.5 % (ρ c_p in its place: 13 and 80 %)."""
+    short, long = (hl.Layer(material, length, 0.005) for length in (0.1, 0.3))
+    duration = 0.1 / material.bar_speed
+    reference = pulse_answer(cylinder([long], patch_radius=0.005), duration, 450)[0]
+    answer = pulse_answer(cylinder([short], base="absorbing", patch_radius=0.005), duration, 450)[0]
+    assert answer == pytest.approx(reference, abs=5e-3 * reference.max())
+
+
+def radiated(poisson_ratio: float) -> float:
+    """∫ Im g(x) x dx of the half-space's answer to a normal point force at rest (Miller and Pursey, 1954).
+
+    g = √(x² − p²)/[(2x² − 1)² − 4x² √(x² − p²) √(x² − 1)] with x = k/k_s and p = c_s/c_p: the
+    part up to x = 1, and the residue at Rayleigh's pole.
+    """
+    ratio = ((0.5 - poisson_ratio) / (1.0 - poisson_ratio)) ** 0.5
+
+    def rayleigh(x: float) -> float:
+        return (2.0 * x**2 - 1.0) ** 2 - 4.0 * x**2 * ((x**2 - ratio**2) * (x**2 - 1.0)) ** 0.5
+
+    def body(x: float) -> float:
+        first, second = np.emath.sqrt(x**2 - ratio**2), np.emath.sqrt(x**2 - 1.0)
+        return abs((first / ((2.0 * x**2 - 1.0) ** 2 - 4.0 * x**2 * first * second)).imag) * x
+
+    pole = brentq(rayleigh, 1.0 + 1e-9, 2.0)
+    slope = (rayleigh(pole + 1e-6) - rayleigh(pole - 1e-6)) / 2e-6
+    waves = pi * pole * (pole**2 - ratio**2) ** 0.5 / abs(slope)
+    return float(quad(body, 0.0, ratio)[0] + quad(body, ratio, 1.0)[0] + waves)
+
+
+def test_large_absorbing_cylinder_radiates_as_a_half_space() -> None:
+    """A pulse F(t) on a point of a half-space is left with ∫ F′² dt · radiated/(2π μ c_s) less energy."""
+    material, duration = hl.STEEL_440C, 40e-6
+    large = hl.Layer(material, 0.2, 0.2)
+    work = pulse_answer(cylinder([large], base="absorbing", side="absorbing", patch_radius=2e-3), duration, steps=150)[
+        1
+    ]
+    exact = radiated(material.poisson_ratio) / (2.0 * pi * shear_modulus(material) * shear_speed(material))
+    assert work == pytest.approx(exact * pi**2 / (2.0 * duration), rel=5e-3)
+
+
+def chain() -> hl.Chain:
+    return hl.Chain([BEAD] * 20, striker=BEAD, impact_speed=hl.drop_speed(0.01), gravity=9.81)
+
+
+def ratios(structure: hl.Structure, until: float = 1.5e-3) -> list[float]:
+    """Amplitude ratios at bead 7 of the primary wave, and of the secondary one; the run keeps its energy."""
+    run = hl.CoSimulation(chain(), structure).run(until)
+    assert float(hl.energy_error(run)) < 1e-5
+    waves = hl.reflections(run, sensor=7)
+    assert waves.primary is not None
+    assert waves.secondary is not None
+    return [waves.primary.amplitude_ratio, waves.secondary.amplitude_ratio]
+
+
+def reduced(layer: hl.Layer, **keywords: object) -> hl.Structure:
+    return hl.reduce(cylinder([layer], **keywords), until=1.5e-3)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("layer", [STEEL, PTFE], ids=["steel", "PTFE"])
+def test_amplitude_ratio_does_not_know_patch_nor_mesh(layer: hl.Layer) -> None:
+    """Patch and cells halved and doubled: within 0.1 % for the primary wave, 0.3 % for the secondary."""
+    patch = cylinder([layer]).origin["patch_radius"]
+    found = ratios(reduced(layer))
+    for keywords in ({"patch_radius": patch / 2.0}, {"patch_radius": patch * 2.0}, {"cells": 2}, {"cells": 8}):
+        other = ratios(reduced(layer, **keywords))
+        assert other[0] == pytest.approx(found[0], rel=1e-3)
+        assert other[1] == pytest.approx(found[1], rel=3e-3)
+
+
+@pytest.mark.thorough
+def test_a_dashpot_at_the_contact_does_not_know_the_patch_either() -> None:
+    """PTFE, γ = 5 N s/m: within 0.5 %. Steel on PTFE, whose contact opens and closes at a jump of the force, runs."""
+    bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    chain = hl.Chain([bead] * 20, bead, hl.drop_speed(0.01), gravity=9.81, dissipation=hl.LinearDashpot(5.0))
+
+    def ratio(structure: hl.Structure) -> float:
+        run = hl.CoSimulation(chain, hl.reduce(structure, until=1.5e-3)).run(1.5e-3)
+        assert hl.energy_error(run) < 1e-5
+        return hl.amplitude_ratio(run, 7).item()
+
+    patch = cylinder([PTFE]).origin["patch_radius"]
+    found = ratio(cylinder([PTFE]))
+    assert ratio(cylinder([PTFE], patch_radius=2.0 * patch)) == pytest.approx(found, rel=5e-3)
+    layers = [hl.Layer(hl.STEEL_440C, 6.35e-3, 9.525e-3), hl.Layer(hl.PTFE, 25.4e-3, 9.525e-3)]
+    assert 0.3 < ratio(cylinder(layers)) < 0.5
+
+
+@pytest.mark.parametrize("radius", [20e-3, 10e-3, 5e-3])
+def test_amplitude_ratio_of_a_slender_cylinder_is_that_of_a_rod(radius: float) -> None:
+    """Within 0.2 %: the rod does not know that near its rim the indentation is not that of a half-space."""
+    layer = hl.Layer(hl.STEEL_440C, 0.2, radius)
+    assert ratios(reduced(layer)) == pytest.approx(ratios(hl.rod([layer])), rel=2e-3, abs=1e-3)
+
+
+@pytest.mark.thorough
+def test_amplitude_ratio_of_a_large_cylinder_is_that_of_a_half_space() -> None:
+    """Within 0.2 %, and lower: Hertz's half-space keeps its waves to itself, this one sends some 0.1 % away."""
+    large = cylinder([hl.Layer(hl.STEEL_440C, 0.15, 0.15)], base="absorbing", side="absorbing")
+    found, quasistatic = ratios(large, until=0.8e-3)[0], ratios(hl.half_space(hl.STEEL_440C))[0]
+    assert found < quasistatic
+    assert found == pytest.approx(quasistatic, rel=2e-3)
+
+
+def test_layers_are_bonded() -> None:
+    """Two layers of one material are one, but for the finer mesh about their interface."""
+    halves = [hl.Layer(hl.PTFE, STEEL.length / 2.0, STEEL.radius)] * 2
+    assert compliance(cylinder(halves)) == pytest.approx(compliance(cylinder([PTFE])), rel=1e-4)
+
+
+def test_stiff_foundation_is_a_base_that_slides() -> None:
+    """Soft ground adds 1/(kA); hard ground lies between the fixed base and none."""
+    soft, hard, fixed = (
+        compliance(cylinder([STEEL], base=base)) for base in (Foundation(1e9), Foundation(1e18), "fixed")
+    )
+    assert soft - hard == pytest.approx(1.0 / (1e9 * STEEL.area), rel=1e-3)
+    assert fixed < hard < 1.01 * fixed
+
+
+@pytest.mark.parametrize(
+    ("layers", "keywords", "message"),
+    [
+        ([], {}, "layers"),
+        (["steel"], {}, "layers"),
+        (STEEL, {}, "layers"),
+        ([STEEL, hl.Layer(hl.PTFE, 0.02, 0.01)], {}, r"layers: have radii \[0\.0191, 0\.01\] m.*rod\(\)"),
+        ([STEEL], {"base": "fix"}, r"base = 'fix'.*did you mean 'fixed'"),
+        ([STEEL], {"base": 1e9}, r"base = 1000000000\.0: must be .* or a Foundation"),
+        ([STEEL], {"side": "fixed"}, "side = 'fixed'"),
+        ([STEEL], {"side": "absorbin"}, r"side = 'absorbin'.*did you mean 'absorbing'"),
+        ([STEEL], {"patch_radius": 0.0}, r"patch_radius = 0\.0"),
+        ([STEEL], {"patch_radius": -1e-3}, r"patch_radius = -0\.001"),
+        ([STEEL], {"patch_radius": float("nan")}, "patch_radius = nan"),
+        ([STEEL], {"patch_radius": 0.02}, r"patch_radius = 0\.02: must not exceed the cylinder's radius, 0\.0191 m"),
+        ([STEEL], {"patch_radius": 1e-300}, "patch_radius"),
+        ([STEEL], {"highest_frequency": 0.0}, r"highest_frequency = 0\.0"),
+        ([STEEL], {"highest_frequency": 1e12}, "highest_frequency, cells: need"),
+        ([hl.Layer(hl.STEEL_440C, 5.0, 5.0)], {"highest_frequency": 1e6}, "highest_frequency, cells: need"),
+        ([STEEL], {"cells": 0}, "cells = 0"),
+        ([STEEL], {"cells": 2.5}, r"cells = 2\.5"),
+        ([STEEL], {"cells": 10**6}, "highest_frequency, cells: need"),
+    ],
+)
+def test_bad_cylinders(layers: list[hl.Layer], keywords: dict[str, object], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        cylinder(layers, **keywords)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("bad", [0.0, -1.0, float("nan"), float("inf"), "soft"])
+def test_bad_foundations(bad: float) -> None:
+    with pytest.raises(ValueError, match=r"stiffness = .*N/m³"):
+        Foundation(bad)
+
+
+def test_patch_smaller_than_the_contact_is_refused() -> None:
+    small = reduced(PTFE, patch_radius=2e-4)
+    with pytest.raises(ValueError, match="take a larger patch"):
+        hl.CoSimulation(chain(), small)
