@@ -77,6 +77,12 @@ from plates.plate import Plate, kirchhoff_plate  # noqa: E402
 from plates.support import Supports  # noqa: E402
 from plates.theory import critical_distance_bounds, point_impedance  # noqa: E402
 from structures.cylinder import cylinder  # noqa: E402
+from structures.damping import (  # noqa: E402
+    loss_tangent,
+    modal_damping,
+    rayleigh,
+    standard_linear_solid,
+)
 from structures.elasticity import Foundation  # noqa: E402
 from structures.material import (  # noqa: E402
     ACRYLIC,
@@ -92,8 +98,8 @@ from structures.material import (  # noqa: E402
     Material,
 )
 from structures.reduction import reduce  # noqa: E402
-from structures.rod import Layer, rod  # noqa: E402
-from structures.stepping import MovingStructure  # noqa: E402
+from structures.rod import Layer, rod, rod_parts  # noqa: E402
+from structures.stepping import CentralDifference, GeneralisedAlpha, MovingStructure, Newmark  # noqa: E402
 from structures.structure import Structure, half_space  # noqa: E402
 from structures.surface import Surface, hertz_stiffness  # noqa: E402
 from structures.theory import (  # noqa: E402
@@ -109,18 +115,19 @@ from structures.theory import (  # noqa: E402
 )
 
 __all__ = [
-    "ACRYLIC", "ALUMINIUM_6061", "Aitken", "BRASS_360", "COPPER", "Chain", "CoSimulation", "Condensed", "Cylinder",
-    "Ellipsoid", "Fit", "Foundation", "HollowSphere", "KuwabaraKono", "Layer", "LinearDashpot", "MATERIALS",
-    "MassProportional", "Material", "MovingChain", "MovingStructure", "NYLON", "NotConverged", "POLYCARBONATE",
-    "PTFE", "Participant", "Piston", "Plate", "PowerDashpot", "PowerLaw", "PushedBead", "ReflectedWave",
-    "Reflections", "Restitution", "STEEL_316", "STEEL_440C", "Sphere", "SpringLoaded", "Structure", "Supports",
-    "Surface", "TabulatedLaw", "Track", "Tsuji", "Wave", "amplitude_ratio", "angular_frequency", "as_signal",
-    "axial_stiffness", "batch", "calibration_factor", "characteristic_length", "contact_law", "contact_time",
-    "contact_time_half_space", "contact_to_sensor_ratio", "critical_distance", "critical_distance_bounds",
-    "critical_modulus", "cutoff_frequency", "cylinder", "drop_speed", "energy_error", "fit_dissipation",
-    "follow_waves", "half_space", "hertz_stiffness", "kirchhoff_plate", "peak_force_from_particle_speed",
-    "point_impedance", "primary_amplitude_ratio", "primary_time_of_flight", "read_signal", "reduce", "reflections",
-    "rod", "secondary_delay", "sensor_force", "solitary_strain", "sound_speed", "sweep", "tangent_stiffness",
-    "time_of_flight", "transit_time", "transit_time_from_striker", "upper_layer_restitution", "upper_layer_speed",
-    "wave_speed", "wave_speed_from_force", "wave_speed_from_particle_speed", "wave_width",
+    "ACRYLIC", "ALUMINIUM_6061", "Aitken", "BRASS_360", "COPPER", "CentralDifference", "Chain", "CoSimulation",
+    "Condensed", "Cylinder", "Ellipsoid", "Fit", "Foundation", "GeneralisedAlpha", "HollowSphere", "KuwabaraKono",
+    "Layer", "LinearDashpot", "MATERIALS", "MassProportional", "Material", "MovingChain", "MovingStructure",
+    "NYLON", "Newmark", "NotConverged", "POLYCARBONATE", "PTFE", "Participant", "Piston", "Plate", "PowerDashpot",
+    "PowerLaw", "PushedBead", "ReflectedWave", "Reflections", "Restitution", "STEEL_316", "STEEL_440C", "Sphere",
+    "SpringLoaded", "Structure", "Supports", "Surface", "TabulatedLaw", "Track", "Tsuji", "Wave", "amplitude_ratio",
+    "angular_frequency", "as_signal", "axial_stiffness", "batch", "calibration_factor", "characteristic_length",
+    "contact_law", "contact_time", "contact_time_half_space", "contact_to_sensor_ratio", "critical_distance",
+    "critical_distance_bounds", "critical_modulus", "cutoff_frequency", "cylinder", "drop_speed", "energy_error",
+    "fit_dissipation", "follow_waves", "half_space", "hertz_stiffness", "kirchhoff_plate", "loss_tangent",
+    "modal_damping", "peak_force_from_particle_speed", "point_impedance", "primary_amplitude_ratio",
+    "primary_time_of_flight", "rayleigh", "read_signal", "reduce", "reflections", "rod", "rod_parts",
+    "secondary_delay", "sensor_force", "solitary_strain", "sound_speed", "standard_linear_solid", "sweep",
+    "tangent_stiffness", "time_of_flight", "transit_time", "transit_time_from_striker", "upper_layer_restitution",
+    "upper_layer_speed", "wave_speed", "wave_speed_from_force", "wave_speed_from_particle_speed", "wave_width",
 ]  # fmt: skip

@@ -14,7 +14,7 @@ from particles import kernels
 from particles.chain import Chain
 from particles.moving import MovingChain
 from structures.checks import instance, positive
-from structures.stepping import MovingStructure, Oscillators, is_modal
+from structures.stepping import MovingStructure, Oscillators
 from structures.structure import Structure, half_space
 from structures.surface import Surface
 
@@ -32,7 +32,8 @@ log = logging.getLogger("hertzlink.cosimulation")
 class CoSimulation:
     """A chain that faces a structure through the Hertzian contact at its last bead.
 
-    structure: a Structure, any Participant, or None for a chain that nothing holds.
+    structure: a Structure, a MovingStructure where it shall have another stepper, any Participant, or None for a chain
+    that nothing holds.
     scheme: how the two agree within a window; Condensed() for a Structure, Aitken() for a black box.
     window, s, is the time between exchanges and dt the chain's step; both are chosen from the shortest contact
     time unless given, and a window holds a whole number of steps.
@@ -65,7 +66,7 @@ class CoSimulation:
             instance("structure.surface", self.structure.surface, Surface, "a Surface(material)")
         if isinstance(self.scheme, Condensed) and not isinstance(self.structure, MovingStructure):
             raise ValueError(f"scheme = {self.scheme!r}: needs a Structure; use Aitken() for a solver of your own")
-        flexibility = structure.flexibility if isinstance(structure, Structure) else 0.0
+        flexibility = self.structure.structure.flexibility if isinstance(self.structure, MovingStructure) else 0.0
         surface = None if structure is None else self.structure.surface
         self.chain = MovingChain(chain, surface, flexibility, None if dt is None else positive("dt", dt, "s"))
         self.window = None if window is None else positive("window", window, "s")
@@ -85,7 +86,7 @@ class CoSimulation:
         self.chain.steps(until)
         self._warn_if_coarse(window, stride)
         frames = Frames(rows, self.chain.mass.size)
-        fused = isinstance(self.scheme, Condensed) and is_modal(self.structure.structure)
+        fused = isinstance(self.scheme, Condensed) and self.structure.modal
         self._start_frames(frames)
         if fused:
             self._run_compiled(window, stride, frames)
@@ -100,7 +101,7 @@ class CoSimulation:
         """The full input as plain data."""
         structure = self.structure
         known = isinstance(structure, MovingStructure)
-        origin: Any = structure.structure.origin if known else type(structure).__qualname__
+        origin: Any = structure.describe() if known else type(structure).__qualname__
         if self.chain.surface is None:
             origin = None
         return {"chain": self.chain.chain.describe(), "structure": origin, "scheme": repr(self.scheme)}
@@ -159,7 +160,7 @@ class CoSimulation:
     def _run_compiled(self, window: float, stride: int, frames: Frames) -> None:
         structure = self.structure.structure
         oscillators = Oscillators(structure, window)
-        modes = (oscillators.rows, *oscillators.response, structure.contact, structure.stiffness.diagonal())
+        modes = (oscillators.rows, *oscillators.response[:2], structure.contact, structure.stiffness.diagonal())
         tolerance = self.scheme.tolerance * self.chain.force_scale  # type: ignore[attr-defined]
         y, v = self.chain.start()[:2]
         static = float(self.chain.static_force[-1])

@@ -6,6 +6,7 @@ from math import ceil, pi
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import sparse
 from skfem import Basis, BilinearForm, ElementLineP2, MeshLine
 
@@ -18,6 +19,8 @@ ELEMENT_TRAVEL_TIME = 1.0e-6
 """Time, s, in which a wave crosses one quadratic element by default: a thirtieth of the contact of 9.5 mm beads."""
 
 FEWEST_ELEMENTS = 8
+
+BASES = ("fixed", "free", "absorbing")
 
 
 @dataclass(frozen=True)
@@ -48,13 +51,8 @@ def rod(layers: Sequence[Layer], base: str = "fixed", elements: int | None = Non
     elements: the number in each layer; by default a wave takes ELEMENT_TRAVEL_TIME to cross one.
     """
     layers = listed("layers", layers, Layer, "one Layer or more, the struck one first")
-    one_of("base", base, ("fixed", "free", "absorbing"))
-    counts = [_count(layer) if elements is None else whole("elements", elements) for layer in layers]
-
-    faces = np.concatenate([[0.0], np.cumsum([layer.length for layer in layers])])
-    nodes = [np.linspace(faces[i], faces[i + 1], count + 1)[:-1] for i, count in enumerate(counts)]
-    basis = Basis(MeshLine(np.append(np.concatenate(nodes), faces[-1])), ElementLineP2())
-    owner = np.searchsorted(faces, basis.mesh.p[0, basis.mesh.t].mean(axis=0)) - 1
+    one_of("base", base, BASES)
+    counts, basis, owner = _mesh(layers, elements)
     per_point = np.ones_like(basis.dx)
     axial = np.array([layer.material.youngs_modulus * layer.area for layer in layers])[owner, None] * per_point
     inertia = np.array([layer.material.density * layer.area for layer in layers])[owner, None] * per_point
@@ -74,6 +72,35 @@ def rod(layers: Sequence[Layer], base: str = "fixed", elements: int | None = Non
         mass, stiffness, contact = mass[kept][:, kept], stiffness[kept][:, kept], contact[kept]
     origin = {"kind": "rod", "base": base, "elements": counts, "layers": [asdict(layer) for layer in layers]}
     return Structure(mass, stiffness, damping, contact, 0.0, Surface(layers[0].material), origin)
+
+
+def rod_parts(layers: Sequence[Layer], base: str = "fixed", elements: int | None = None) -> list[sparse.csr_array]:
+    """What each layer adds to the stiffness of rod(layers, base, elements); the sum is its stiffness, N/m.
+
+    With it a layer gets damping of its own: standard_linear_solid(rod(layers), share, time, part=rod_parts(layers)[1]).
+    """
+    layers = listed("layers", layers, Layer, "one Layer or more, the struck one first")
+    one_of("base", base, BASES)
+    _, basis, owner = _mesh(layers, elements)
+    kept = np.arange(basis.N)
+    if base == "fixed":
+        kept = np.setdiff1d(kept, basis.nodal_dofs[0, -1])
+    parts = []
+    for i, layer in enumerate(layers):
+        axial = layer.material.youngs_modulus * layer.area * (owner == i)[:, None] * np.ones_like(basis.dx)
+        parts.append(sparse.csr_array(_stretching.assemble(basis, coefficient=axial))[kept][:, kept])
+        parts[-1].eliminate_zeros()
+    return parts
+
+
+def _mesh(layers: list[Layer], elements: int | None) -> tuple[list[int], Basis, NDArray[np.intp]]:
+    """The number of elements in each layer, their basis, and the layer that owns each."""
+    counts = [_count(layer) if elements is None else whole("elements", elements) for layer in layers]
+    faces = np.concatenate([[0.0], np.cumsum([layer.length for layer in layers])])
+    nodes = [np.linspace(faces[i], faces[i + 1], count + 1)[:-1] for i, count in enumerate(counts)]
+    basis = Basis(MeshLine(np.append(np.concatenate(nodes), faces[-1])), ElementLineP2())
+    owner = np.searchsorted(faces, basis.mesh.p[0, basis.mesh.t].mean(axis=0)) - 1
+    return counts, basis, owner
 
 
 def _count(layer: Layer) -> int:

@@ -4,23 +4,44 @@ Because a structure is linear, the state at a window's end is the state without 
 vector known beforehand. So a strong coupling needs one structural solve a window, whatever the contact does.
 """
 
-from typing import NamedTuple, Protocol
+from collections.abc import Callable
+from dataclasses import replace
+from math import ceil, sqrt
+from typing import Any, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 from scipy import sparse
-from scipy.linalg import expm
+from scipy.linalg import eigh, expm
+from scipy.sparse.linalg import LinearOperator, eigsh
 
-from structures.checks import positive
-from structures.factor import factorise
+from structures.checks import finite, instance, one_of, positive, whole
+from structures.factor import Solve, factorise
 from structures.structure import Structure, Vector
 from structures.surface import Surface
 
+NOTHING = np.zeros(0)
+
+WITHIN_STABLE = 0.9
+"""Part of the longest stable step that central differences take by default."""
+
+SMALL = 50
+"""So many degrees of freedom have all their frequencies computed where only the highest is wanted."""
+
+NEARLY_STATIC = 1e-12
+"""Shift of the inverse iteration for the slowest motion, in units of the greatest ratio of stiffness to mass."""
+
+INVERSE_ITERATIONS = 8
+
 
 class StructureState(NamedTuple):
-    """Degrees of freedom u and their rates, measured from static equilibrium."""
+    """Degrees of freedom u and their rates, measured from static equilibrium.
+
+    memory: what generalised-α carries besides, its accelerations and the last mean force; empty for the others.
+    """
 
     displacement: Vector
     velocity: Vector
+    memory: Vector = NOTHING
 
 
 class Step(Protocol):
@@ -31,6 +52,10 @@ class Step(Protocol):
     def free(self, state: StructureState) -> StructureState:
         """The state at the window's end where no force acts."""
         ...
+
+
+Stepper: TypeAlias = Callable[[Structure, float], Step]
+"""What makes the Step of a structure for a window, s."""
 
 
 class ImplicitMidpoint:
@@ -49,7 +74,7 @@ class ImplicitMidpoint:
 
     def free(self, state: StructureState) -> StructureState:
         """The state at the window's end where no force acts."""
-        u, v = state
+        u, v, _ = state
         middle = self.solve(self.structure.mass @ v - self.window / 2.0 * (self.structure.stiffness @ u))
         return StructureState(u + self.window * middle, 2.0 * middle - v)
 
@@ -80,15 +105,187 @@ class Oscillators:
 
     def free(self, state: StructureState) -> StructureState:
         """The state at the window's end where no force acts."""
-        u, v = state
+        u, v, _ = state
         return StructureState(self.rows[0] * u + self.rows[1] * v, self.rows[2] * u + self.rows[3] * v)
 
 
-class MovingStructure:
-    """A Structure as a participant: advance(state, mean force, window) → (state, displacement of the contact)."""
+class Newmark:
+    """Newmark's method with the mean force F̄ from the window's beginning to its end.
 
-    def __init__(self, structure: Structure) -> None:
-        self.structure = structure
+    M a₀ = F̄ b − C v₀ − K u₀, likewise a₁; u₁ = u₀ + H v₀ + H² [(½ − β) a₀ + β a₁], v₁ = v₀ + H [(1 − γ) a₀ + γ a₁]
+    (Newmark, J. Eng. Mech. Div. ASCE 85 (1959) 67). Second order for γ = ½, first for more, which damps what is fast.
+    β = ¼, γ = ½, the mean acceleration, is the implicit midpoint written otherwise, so it keeps the work too; the rest
+    do to second or first order in H only. 2β < γ is stable for windows below 1/(ω √(γ/2 − β)), ω the highest frequency.
+    Raises ValueError for γ < ½, longer windows, and masses that are not positive, as those of Maxwell arms.
+    """
+
+    def __init__(self, structure: Structure, window: float, beta: float = 0.25, gamma: float = 0.5) -> None:
+        self.structure, self.window = structure, window
+        self.beta, self.gamma = finite("beta", beta), finite("gamma", gamma)
+        if self.gamma < 0.5 or self.beta < 0.0:
+            raise ValueError(
+                f"beta, gamma = {beta!r}, {gamma!r}: must be 0 or more, and ½ or more, or nothing is stable"
+            )
+        _check_masses(structure, "newmark")
+        if 2.0 * self.beta < self.gamma:
+            longest = 1.0 / (_highest_frequency(structure) * sqrt(self.gamma / 2.0 - self.beta))
+            if window > longest:
+                raise ValueError(
+                    f"window = {window!r}: must be at most {longest:.6g} s, or Newmark's method is not stable"
+                )
+        damped = structure.mass + self.beta * window**2 * structure.stiffness
+        if structure.damping is not None:
+            damped = damped + self.gamma * window * structure.damping
+        self.solve_mass, self.solve = factorise(structure.mass), factorise(damped)
+        rest = np.zeros(structure.size)
+        self.response = self._end(StructureState(rest, rest), structure.contact)
+
+    def free(self, state: StructureState) -> StructureState:
+        """The state at the window's end where no force acts."""
+        return self._end(state, np.zeros(self.structure.size))
+
+    def _end(self, state: StructureState, force: Vector) -> StructureState:
+        u, v, _ = state
+        first = self.solve_mass(force - _resistance(self.structure, u, v))
+        u = u + self.window * v + self.window**2 * (0.5 - self.beta) * first
+        v = v + self.window * (1.0 - self.gamma) * first
+        last = self.solve(force - _resistance(self.structure, u, v))
+        return StructureState(u + self.window**2 * self.beta * last, v + self.window * self.gamma * last)
+
+
+class GeneralisedAlpha:
+    """Generalised-α (Chung and Hulbert, J. Appl. Mech. 60 (1993) 371): second order, and damps what is too fast to see.
+
+    spectral_radius ρ: what a window leaves of an infinitely fast motion; 1 leaves all, as the implicit midpoint, 0
+    nothing. The force of the balance, at (1 − α_f) H into the window, is drawn through the mean forces of this window
+    and the last, F̄ + (½ − α_f)(F̄ − F̄₋₁): with F̄ alone the order is one. Takes energy from fast motions, and keeps the
+    work of slow ones to second order in H. State: u, v, and in memory a and F̄₋₁.
+    """
+
+    def __init__(self, structure: Structure, window: float, spectral_radius: float = 0.8) -> None:
+        radius = finite("spectral_radius", spectral_radius)
+        if not 0.0 <= radius <= 1.0:
+            raise ValueError(f"spectral_radius = {spectral_radius!r}: must lie between 0 and 1")
+        self.structure, self.window = structure, window
+        self.inertial, self.late = (2.0 * radius - 1.0) / (radius + 1.0), radius / (radius + 1.0)
+        self.gamma = 0.5 - self.inertial + self.late
+        self.beta = 0.25 * (1.0 - self.inertial + self.late) ** 2
+        part = 1.0 - self.late
+        matrix = (1.0 - self.inertial) * structure.mass + part * self.beta * window**2 * structure.stiffness
+        if structure.damping is not None:
+            matrix = matrix + part * self.gamma * window * structure.damping
+        self.solve = factorise(matrix)
+        unit = (1.5 - self.late) * self.solve(structure.contact)
+        self.response = StructureState(window**2 * self.beta * unit, window * self.gamma * unit, np.append(unit, 1.0))
+
+    def free(self, state: StructureState) -> StructureState:
+        """The state at the window's end where no force acts."""
+        u, v, memory = state
+        memory = memory if memory.size else np.zeros(self.structure.size + 1)
+        acceleration, force = memory[:-1], memory[-1]
+        ahead_u = u + self.window * v + self.window**2 * (0.5 - self.beta) * acceleration
+        ahead_v = v + self.window * (1.0 - self.gamma) * acceleration
+        middle = (1.0 - self.late) * ahead_u + self.late * u, (1.0 - self.late) * ahead_v + self.late * v
+        push = (self.late - 0.5) * force * self.structure.contact - self.inertial * (self.structure.mass @ acceleration)
+        last = self.solve(push - _resistance(self.structure, *middle))
+        ahead_u, ahead_v = ahead_u + self.window**2 * self.beta * last, ahead_v + self.window * self.gamma * last
+        return StructureState(ahead_u, ahead_v, np.append(last, 0.0))
+
+
+class CentralDifference:
+    """Explicit central differences with a lumped mass, in as many equal steps h as the window needs.
+
+    M (u₊ − 2u + u₋)/h² + C (u₊ − u₋)/2h + K u = F̄ b, written with velocities at whole steps (Belytschko et al.,
+    Nonlinear Finite Elements, section 6.2). Second order; stable for h ≤ 2/ω, ω the highest frequency of the lumped
+    structure, damped or not. Energy swings by a part (ωh)²/4 of each motion and does not drift; the work of the
+    contact is kept to second order in h. steps: in a window; by default so many that h is 0.9 of the stable step.
+    Raises ValueError where steps are too few, or masses not positive, as those of Maxwell arms.
+    """
+
+    def __init__(self, structure: Structure, window: float, steps: int | None = None) -> None:
+        self.structure = lumped(structure)
+        self.stable_step = 2.0 / max(_highest_frequency(self.structure), 1e-300)
+        count = max(1, ceil(window / (WITHIN_STABLE * self.stable_step))) if steps is None else whole("steps", steps)
+        self.steps, self.step = count, window / count
+        if self.step > self.stable_step:
+            raise ValueError(
+                f"steps = {steps!r}: one of {self.step:.6g} s is longer than the stable one, {self.stable_step:.6g} s"
+            )
+        self.mass = self.structure.mass.diagonal()
+        self.solve: Solve = lambda right: right / self.mass
+        damping = self.structure.damping
+        if damping is not None:
+            self.solve = factorise(self.structure.mass + self.step / 2.0 * damping)
+        rest = np.zeros(structure.size)
+        self.response = self._end(StructureState(rest, rest), structure.contact)
+
+    def free(self, state: StructureState) -> StructureState:
+        """The state at the window's end where no force acts."""
+        return self._end(state, np.zeros(self.structure.size))
+
+    def _end(self, state: StructureState, force: Vector) -> StructureState:
+        u, v, _ = state
+        damping, half = self.structure.damping, self.step / 2.0
+        pull = force - self.structure.stiffness @ u
+        for _ in range(self.steps):
+            v = v + half * (pull if damping is None else pull - damping @ v) / self.mass
+            u = u + self.step * v
+            pull = force - self.structure.stiffness @ u
+            v = self.solve(self.mass * v + half * pull)
+        return StructureState(u, v)
+
+
+def lumped(structure: Structure) -> Structure:
+    """The structure with a diagonal mass: that of the consistent one, scaled to keep the mass (HRZ).
+
+    One factor serves the whole mesh: the one that keeps the kinetic energy of its slowest motion, so that of a free
+    body, all of whose mass moves. In a mesh of equal elements this is Hinton, Rock and Zienkiewicz's (Earthquake Eng.
+    Struct. Dyn. 4 (1976) 245), of order h⁴ in the frequencies of quadratic bars. A diagonal mass is left as it is.
+    Raises ValueError for masses that are not positive, as those of Maxwell arms.
+    """
+    instance("structure", structure, Structure, "a Structure")
+    _check_masses(structure, "a lumped mass")
+    diagonal = structure.mass.diagonal()
+    if _equal(structure.mass, sparse.diags_array(diagonal)):
+        return structure
+    slowest = structure.contact
+    shift = NEARLY_STATIC * float((structure.stiffness.diagonal() / diagonal).max())
+    solve = factorise(structure.stiffness + shift * structure.mass)
+    for _ in range(INVERSE_ITERATIONS):
+        slowest = solve(structure.mass @ slowest)
+        slowest = slowest / np.linalg.norm(slowest)
+    factor = float(slowest @ (structure.mass @ slowest)) / float(slowest @ (diagonal * slowest))
+    return replace(structure, mass=sparse.csr_array(sparse.diags_array(factor * diagonal)))
+
+
+def stable_step(structure: Structure) -> float:
+    """The longest stable step, s, of central differences with a lumped mass: 2/ω of the highest frequency."""
+    return 2.0 / max(_highest_frequency(lumped(structure)), 1e-300)
+
+
+STEPPERS: dict[str, Stepper] = {
+    "midpoint": ImplicitMidpoint,
+    "newmark": Newmark,
+    "generalised-alpha": GeneralisedAlpha,
+    "central-difference": CentralDifference,
+}
+
+
+class MovingStructure:
+    """A Structure as a participant: advance(state, mean force, window) → (state, displacement of the contact).
+
+    stepper: "midpoint", which keeps the energy exactly; "newmark", "generalised-alpha" or "central-difference" with
+    their default constants; or what makes a Step from a structure and a window, such as
+    functools.partial(GeneralisedAlpha, spectral_radius=0.5). All are of second order. A structure of oscillators moves
+    exactly where the stepper is the midpoint, see Oscillators. Central differences lump the mass, see `structure`.
+    """
+
+    def __init__(self, structure: Structure, stepper: str | Stepper = "midpoint") -> None:
+        instance("structure", structure, Structure, "a Structure")
+        if not callable(stepper):
+            one_of("stepper", stepper, STEPPERS)
+        self.structure = lumped(structure) if stepper == "central-difference" and structure.size else structure
+        self.stepper = stepper
         self._steps: dict[float, Step] = {}
 
     @property
@@ -98,8 +295,18 @@ class MovingStructure:
 
     @property
     def conservative(self) -> bool:
-        """Whether the structure keeps all the energy that it is given."""
+        """Whether the structure keeps all the energy that it is given, but for what its stepper loses."""
         return self.structure.damping is None
+
+    @property
+    def modal(self) -> bool:
+        """Whether it moves as Oscillators do."""
+        return self.stepper == "midpoint" and is_modal(self.structure)
+
+    def describe(self) -> dict[str, Any]:
+        """How the structure was made, and the stepper where it is not the midpoint, as plain data."""
+        chosen = {} if self.stepper == "midpoint" else {"stepper": self.stepper}
+        return {**self.structure.origin, **chosen}
 
     def start(self) -> StructureState:
         """At rest in static equilibrium."""
@@ -115,9 +322,7 @@ class MovingStructure:
         if not self.structure.size:
             return free
         response = self.step(window).response
-        return StructureState(
-            free.displacement + force * response.displacement, free.velocity + force * response.velocity
-        )
+        return StructureState(*(end + force * unit for end, unit in zip(free, response, strict=True)))
 
     def free(self, state: StructureState, window: float) -> StructureState:
         """The state at the window's end where no force acts."""
@@ -133,15 +338,15 @@ class MovingStructure:
 
     def energy(self, state: StructureState) -> float:
         """Kinetic and elastic energy above static equilibrium, J."""
-        u, v = state
+        u, v, _ = state
         return 0.5 * float(v @ (self.structure.mass @ v) + u @ (self.structure.stiffness @ u))
 
     def step(self, window: float) -> Step:
         """The stepper for this window, made once."""
         if window not in self._steps:
             positive("window", window, "s")
-            make = Oscillators if is_modal(self.structure) else ImplicitMidpoint
-            self._steps[window] = make(self.structure, window)
+            make = self.stepper if callable(self.stepper) else STEPPERS[self.stepper]
+            self._steps[window] = Oscillators(self.structure, window) if self.modal else make(self.structure, window)
         return self._steps[window]
 
 
@@ -155,3 +360,29 @@ def is_modal(structure: Structure) -> bool:
 def _equal(first: sparse.sparray, second: sparse.sparray) -> bool:
     difference = abs(first - second)
     return bool(difference.nnz == 0 or difference.max() == 0.0)
+
+
+def _resistance(structure: Structure, u: Vector, v: Vector) -> Vector:
+    """K u + C v."""
+    force: Vector = structure.stiffness @ u
+    return force if structure.damping is None else force + structure.damping @ v
+
+
+def _check_masses(structure: Structure, what: str) -> None:
+    if not (structure.mass.diagonal() > 0.0).all():
+        raise ValueError(f"structure: {what} needs masses that are positive; Maxwell arms have none, take the midpoint")
+
+
+def _highest_frequency(structure: Structure) -> float:
+    """The greatest ω of K u = ω² M u, rad/s, to 1e-6."""
+    if structure.size <= SMALL:
+        square = eigh(structure.stiffness.toarray(), structure.mass.toarray(), eigvals_only=True)[-1]
+    else:
+        solve = factorise(structure.mass)
+        inverse = LinearOperator(structure.mass.shape, matvec=solve, dtype=float)
+        start = np.random.default_rng(0).normal(size=structure.size)
+        square = eigsh(
+            structure.stiffness, 1, structure.mass, which="LM", v0=start, tol=1e-7, Minv=inverse,
+            return_eigenvectors=False,
+        )[0]  # fmt: skip
+    return sqrt(max(float(square), 0.0))

@@ -1,0 +1,341 @@
+"""Damping: decay, creep and loss against closed forms, passive whatever is combined, kept by a reduction."""
+
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.linalg import eigh, expm
+
+import hertzlink as hl
+from structures.damping import loss_tangent, maxwell_arms, modal_damping, rayleigh, standard_linear_solid
+from structures.rod import rod_parts
+from structures.stepping import GeneralisedAlpha, is_modal
+
+LAYERS = [hl.Layer(hl.STEEL_440C, 6.35e-3, 9.525e-3), hl.Layer(hl.PTFE, 25.4e-3, 9.525e-3)]
+ROD = hl.rod(LAYERS)
+BAR = hl.rod([hl.Layer(hl.PTFE, 0.05, 0.01)], elements=1)
+STATIC_STIFFNESS = hl.PTFE.youngs_modulus * np.pi * 0.01**2 / 0.05
+BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
+CHAIN = hl.Chain([BEAD] * 20, striker=BEAD, impact_speed=0.31)
+
+
+def dynamic_stiffness(structure: hl.Structure, omega: float) -> complex:
+    """Of the contact point, N/m, were there no mass."""
+    assert structure.damping is not None
+    matrix = structure.stiffness.toarray() + 1j * omega * structure.damping.toarray()
+    return complex(1.0 / (structure.contact @ np.linalg.solve(matrix, structure.contact)))
+
+
+def test_rayleigh_damps_each_mode_by_its_ratio() -> None:
+    """A mode decays with ζ = α/2ω + βω/2: its complex frequency is exact, and so is its motion in time."""
+    mass_rate, time = 2000.0, 1e-6
+    damped = rayleigh(BAR, mass_rate, time)
+    square, shapes = eigh(BAR.stiffness.toarray(), BAR.mass.toarray())
+    assert damped.damping is not None
+    rates = shapes.T @ damped.damping.toarray() @ shapes
+    ratio = mass_rate / (2.0 * np.sqrt(square)) + time * np.sqrt(square) / 2.0
+    assert rates == pytest.approx(np.diag(2.0 * ratio * np.sqrt(square)), abs=1e-9 * rates.max())
+
+    omega, zeta = np.sqrt(square[0]), ratio[0]
+    moving = hl.MovingStructure(damped)
+    state = moving.start()._replace(displacement=shapes[:, 0])
+    for _ in range(4000):
+        state, _ = moving.advance(state, 0.0, 5e-8)
+    swing = omega * np.sqrt(1.0 - zeta**2)
+    exact = np.exp(-zeta * omega * 2e-4) * (np.cos(swing * 2e-4) + zeta * omega / swing * np.sin(swing * 2e-4))
+    assert shapes[:, 0] @ (BAR.mass @ state.displacement) == pytest.approx(exact, rel=1e-4)
+
+
+def test_rayleigh_adds_to_what_is_there_and_is_noted() -> None:
+    rod = hl.rod(LAYERS, base="absorbing")
+    twice = rayleigh(rayleigh(rod, mass_rate=10.0), mass_rate=5.0, stiffness_time=1e-8)
+    assert rod.damping is not None
+    assert twice.damping is not None
+    expected = rod.damping + 15.0 * rod.mass + 1e-8 * rod.stiffness
+    assert abs(twice.damping - expected).max() < 1e-12 * abs(expected).max()
+    assert [note["mass_rate"] for note in twice.origin["damping"]] == [10.0, 5.0]
+    assert rayleigh(rod) is rod
+
+
+def test_modal_ratios_are_those_of_the_decay() -> None:
+    """Slow oscillators move exactly: u = e^(−ζωt) cos(ω_d t − φ)/cos φ; a rigid motion is left free."""
+    modes = hl.reduce(hl.rod(LAYERS, base="free"), until=1e-3)
+    damped = modal_damping(modes, 0.05)
+    assert is_modal(damped)
+    assert damped.damping is not None
+    omega = np.sqrt(modes.stiffness.diagonal())
+    assert damped.damping.diagonal() == pytest.approx(0.1 * omega)
+    moving = hl.MovingStructure(damped)
+    state, _ = moving.advance(moving.start()._replace(displacement=np.ones(modes.size)), 0.0, 1e-6)
+    slow = (omega * 1e-6 < 1.0) & (omega > 1e3)
+    swing = omega[slow] * np.sqrt(1.0 - 0.05**2)
+    exact = np.exp(-0.05 * omega[slow] * 1e-6) * (
+        np.cos(swing * 1e-6) + 0.05 * omega[slow] / swing * np.sin(swing * 1e-6)
+    )
+    assert state.displacement[slow] == pytest.approx(exact, rel=1e-10)
+    ratios = np.linspace(0.0, 0.1, modes.size)
+    assert modal_damping(modes, ratios).damping.diagonal() == pytest.approx(2.0 * ratios * omega)  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize("modulus", ["relaxed", "instantaneous"])
+def test_stress_relaxes_as_in_the_standard_linear_solid(modulus: str) -> None:
+    """At constant strain: E (1 + g e^(−t/τ)), or from E to E (1 − g); the arms by the matrix exponential."""
+    share, time = 0.6, 2e-5
+    damped = standard_linear_solid(BAR, share, time, modulus=modulus)
+    arms = maxwell_arms(damped)
+    assert arms is not None
+    held = np.linalg.solve(BAR.stiffness.toarray(), BAR.contact) * STATIC_STIFFNESS  # 1 m at the contact
+    stretched = arms.coupling @ held
+    for t in (0.0, 1e-5, 4e-5, 1e-3):
+        q = (np.eye(stretched.size) - expm(-t * np.diag(1.0 / arms.time))) @ stretched
+        force = BAR.contact @ (damped.stiffness[: BAR.size] @ np.append(held, q))
+        share_left = share * np.exp(-t / time) if modulus == "relaxed" else -share * (1.0 - np.exp(-t / time))
+        assert force == pytest.approx(STATIC_STIFFNESS * (1.0 + share_left), rel=1e-10)
+
+
+def test_creep_is_that_of_the_standard_linear_solid() -> None:
+    """A nearly massless bar under 1 N: w = [1 − g/(1 + g) e^(−t/(1 + g)τ)]/k, by a stepper that damps ringing."""
+    share, time = 1.5, 2e-3
+    light = hl.Structure(1e-6 * BAR.mass, BAR.stiffness, None, BAR.contact, 0.0, BAR.surface)
+    moving = hl.MovingStructure(
+        standard_linear_solid(light, share, time), partial(GeneralisedAlpha, spectral_radius=0.0)
+    )
+    state, found = moving.start(), []
+    for _ in range(1000):
+        state, surface = moving.advance(state, 1.0, 1e-5)
+        found.append(surface * STATIC_STIFFNESS)
+    t = 1e-5 * np.arange(1, 1001)
+    exact = 1.0 - share / (1.0 + share) * np.exp(-t / ((1.0 + share) * time))
+    assert found[10:] == pytest.approx(exact[10:], rel=1e-4)
+
+
+def test_loss_tangent_over_frequency() -> None:
+    """Im/Re of the bar's stiffness is tan δ at every frequency, greatest with g/(2√(1 + g)) at ωτ = 1/√(1 + g)."""
+    share, time = 0.8, 5e-5
+    damped = standard_linear_solid(BAR, share, time)
+    frequencies = np.geomspace(1e1, 1e6, 26)
+    stiffness = np.array([dynamic_stiffness(damped, 2.0 * np.pi * f) for f in frequencies])
+    assert stiffness.imag / stiffness.real == pytest.approx(loss_tangent(share, time, frequencies), rel=1e-8)
+    assert stiffness[0] == pytest.approx(STATIC_STIFFNESS, rel=5e-3)
+    assert stiffness[-1] == pytest.approx(1.8 * STATIC_STIFFNESS, rel=5e-3)
+    peak = 1.0 / (2.0 * np.pi * time * np.sqrt(1.0 + share))
+    assert loss_tangent(share, time, peak) == pytest.approx(share / (2.0 * np.sqrt(1.0 + share)), rel=1e-12)
+
+
+def test_each_layer_has_its_own_arm() -> None:
+    """Layers in series: their compliances L/(E(ω)A) add."""
+    layers = [hl.Layer(hl.STEEL_440C, 0.01, 0.01), hl.Layer(hl.PTFE, 0.02, 0.01), hl.Layer(hl.NYLON, 0.03, 0.02)]
+    rod, parts = hl.rod(layers), rod_parts(layers)
+    assert abs(sum(parts[1:], parts[0]) - rod.stiffness).max() < 1e-12 * abs(rod.stiffness).max()
+    given = {1: (0.5, 1e-5), 2: (2.0, 8e-5)}
+    for layer, (share, time) in given.items():
+        rod = standard_linear_solid(rod, share, time, part=parts[layer])
+    for omega in (1e3, 1e5, 1e6):
+        compliance = 0.0 + 0.0j
+        for i, layer in enumerate(layers):
+            share, time = given.get(i, (0.0, 1.0))
+            factor = 1.0 + share * 1j * omega * time / (1.0 + 1j * omega * time)
+            compliance += layer.length / (layer.material.youngs_modulus * layer.area * factor)
+        assert dynamic_stiffness(rod, omega) == pytest.approx(1.0 / compliance, rel=1e-8)
+
+
+@pytest.mark.parametrize("base", ["fixed", "free", "absorbing"])
+def test_arms_leave_rigid_motion_and_static_loads_alone(base: str) -> None:
+    """As many arms as there are ways to stretch, and K with the arms relaxed is what it was."""
+    rod = hl.rod(LAYERS, base=base)
+    arms = maxwell_arms(standard_linear_solid(rod, 0.5, 1e-5))
+    assert arms is not None
+    assert arms.coupling.shape == (rod.size - (base != "fixed"), rod.size)
+    stretch = 0.5 * rod.stiffness
+    assert abs(arms.coupling.T @ arms.coupling - stretch).max() < 1e-9 * abs(stretch).max()
+
+
+def random_structure(seed: int, size: int) -> tuple[hl.Structure, NDArray[np.float64]]:
+    """Frequencies up to 1e6 rad/s, with a rigid motion in every second; and a part of its stiffness."""
+    rng = np.random.default_rng(seed)
+    root, piece = rng.normal(size=(size, size)), rng.normal(size=(rng.integers(1, size + 1), size))
+    if seed % 2:
+        root, piece = root - root[:, [-1]], piece - piece[:, [-1]]
+    mass = rng.normal(size=(size, size))
+    structure = hl.Structure(
+        sparse.csr_array(mass @ mass.T + np.eye(size)), sparse.csr_array(1e10 * root.T @ root), None,
+        rng.normal(size=size), 0.0, hl.Surface(hl.PTFE),
+    )  # fmt: skip
+    return structure, 1e10 * piece.T @ piece
+
+
+def energies(structure: hl.Structure, window: float = 1e-6) -> NDArray[np.float64]:
+    """After ten pushes, with no force."""
+    moving = hl.MovingStructure(structure)
+    state = moving.start()
+    for force in np.random.default_rng(5).normal(size=10):
+        state, _ = moving.advance(state, force, window)
+    found = []
+    for _ in range(60):
+        found.append(moving.energy(state))
+        state, _ = moving.advance(state, 0.0, window)
+    return np.array(found)
+
+
+@settings(max_examples=40)
+@given(
+    seed=st.integers(0, 10_000),
+    size=st.integers(2, 7),
+    rates=st.tuples(st.floats(0.0, 1e5), st.floats(0.0, 1e-5)),
+    share=st.floats(1e-3, 20.0),
+    time=st.floats(1e-8, 1e-3),
+)
+def test_no_energy_is_made(seed: int, size: int, rates: tuple[float, float], share: float, time: float) -> None:
+    """Any structure, any part, any damping: without force the energy never grows, and matrices are positive."""
+    structure, part = random_structure(seed, size)
+    damped = standard_linear_solid(rayleigh(structure, *rates), share, time, part=part)
+    for matrix in (damped.mass, damped.stiffness, damped.damping):
+        assert matrix is not None
+        values = np.linalg.eigvalsh(matrix.toarray())
+        assert values.min() > -1e-9 * values.max()
+    found = energies(damped)
+    assert np.all(np.diff(found) <= 1e-9 * found[0])
+    assert np.all(np.diff(energies(hl.reduce(damped, until=1e-3))) <= 1e-9 * found[0])
+
+
+@pytest.mark.parametrize(
+    "damp", [partial(rayleigh, mass_rate=500.0, stiffness_time=1e-7), partial(rayleigh, mass_rate=1e3)]
+)
+@pytest.mark.parametrize("base", ["fixed", "free"])
+def test_rayleigh_stays_diagonal_in_a_reduction(damp: Callable[[hl.Structure], hl.Structure], base: str) -> None:
+    """So a reduced structure stays one of oscillators, whose rates are α + β ω² exactly."""
+    note = damp(ROD).origin["damping"][0]
+    reduced = hl.reduce(damp(hl.rod(LAYERS, base=base)), until=1e-3)
+    assert is_modal(reduced)
+    assert reduced.damping is not None
+    expected = note["mass_rate"] + note["stiffness_time"] * reduced.stiffness.diagonal()
+    assert reduced.damping.diagonal() == pytest.approx(expected, rel=1e-9)
+
+
+def test_other_damping_becomes_small_and_dense() -> None:
+    reduced = hl.reduce(rayleigh(hl.rod(LAYERS, base="absorbing"), 100.0, 1e-8), until=1e-3)
+    assert not is_modal(reduced)
+    assert reduced.damping is not None
+    assert reduced.damping.nnz > reduced.size
+    assert np.linalg.eigvalsh(reduced.damping.toarray()).min() > 0.0
+
+
+DAMPED = {
+    "Rayleigh": rayleigh(ROD, 500.0, 1e-7),
+    "arm on the PTFE": standard_linear_solid(ROD, 0.5, 2e-5, rod_parts(LAYERS)[1]),
+    "strong arm": standard_linear_solid(ROD, 3.0, 2e-5, rod_parts(LAYERS)[1]),
+    "arms on both": standard_linear_solid(
+        standard_linear_solid(ROD, 0.5, 2e-5, rod_parts(LAYERS)[1]), 0.1, 1e-5, rod_parts(LAYERS)[0]
+    ),
+    "one polymer": standard_linear_solid(hl.rod([hl.Layer(hl.ACRYLIC, 0.0762, 0.0191)]), 0.3, 3e-5),
+    "absorbing": standard_linear_solid(hl.rod(LAYERS[1:], base="absorbing"), 0.3, 3e-5),
+}
+
+
+@pytest.mark.parametrize("name", DAMPED)
+def test_reduced_and_full_give_one_amplitude_ratio(name: str) -> None:
+    """Both waves within 1e-3, and no energy lost but to the damping."""
+    reduced = hl.reduce(DAMPED[name], until=1.2e-3)
+    assert reduced.size < DAMPED[name].size
+    runs = [hl.CoSimulation(CHAIN, structure).run(1.2e-3) for structure in (DAMPED[name], reduced)]
+    for run in runs:
+        assert hl.energy_error(run) < 1e-6
+    for wave in ("primary", "secondary"):
+        one, other = (getattr(hl.reflections(run, sensor=7), wave) for run in runs)
+        assert (one is None) == (other is None)
+        if one is not None:
+            assert other.amplitude_ratio == pytest.approx(one.amplitude_ratio, rel=1e-3)
+
+
+def test_damping_weakens_the_echo_from_below() -> None:
+    """The secondary wave falls as the arm grows, 0.41 → 0.29 → 0.07; the primary, from the face, gains a little."""
+    structures = (ROD, DAMPED["arm on the PTFE"], DAMPED["strong arm"])
+    waves = [hl.reflections(hl.CoSimulation(CHAIN, hl.reduce(s, 1.2e-3)).run(1.2e-3), 7) for s in structures]
+    primary = [found.primary.amplitude_ratio for found in waves if found.primary is not None]
+    secondary = [found.secondary.amplitude_ratio for found in waves if found.secondary is not None]
+    assert primary == pytest.approx([0.550, 0.567, 0.626], abs=2e-3)
+    assert secondary == pytest.approx([0.409, 0.295, 0.074], abs=2e-3)
+
+
+def test_one_material_keeps_an_arm_for_each_oscillator() -> None:
+    """Where the arm is a share of all of K it is diagonal in the modes; reduced before or after, it is the same."""
+    plate = hl.kirchhoff_plate(
+        0.2, 0.2, 2e-3, hl.ACRYLIC, hl.Supports("clamped", "clamped", "free", "free"), cells=(8, 8)
+    )
+    modes = hl.reduce(plate.at(0.05, 0.1), until=1e-3)
+    before = standard_linear_solid(modes, 0.3, 2e-5)
+    after = hl.reduce(standard_linear_solid(plate.at(0.05, 0.1), 0.3, 2e-5), until=1e-3)
+    assert before.stiffness.nnz == 4 * modes.size
+    assert after.origin["reduction"]["size"] == after.size <= 2 * modes.size
+    for omega in (1e3, 1e4, 1e5):
+        assert dynamic_stiffness(after, omega) == pytest.approx(dynamic_stiffness(before, omega), rel=2e-3)
+
+
+def test_reducing_twice_keeps_the_arms() -> None:
+    once = hl.reduce(DAMPED["arm on the PTFE"], until=1e-3, tolerance=1e-3)
+    twice = hl.reduce(once, until=1e-3, tolerance=1e-3)
+    for omega in (1e3, 1e5):
+        assert dynamic_stiffness(twice, omega) == pytest.approx(dynamic_stiffness(once, omega), rel=1e-2)
+
+
+def test_a_half_space_has_nothing_to_damp() -> None:
+    wall = hl.half_space(hl.PTFE)
+    assert (
+        rayleigh(wall, 1.0, 1.0).size
+        == modal_damping(wall, 0.1).size
+        == standard_linear_solid(wall, 1.0, 1.0).size
+        == 0
+    )
+
+
+NEGATIVE = sparse.csr_array(-np.eye(BAR.size))
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: rayleigh(None), "structure = None: must be a Structure"),
+        (lambda: rayleigh(BAR, -1.0), r"mass_rate = -1\.0: must be zero or a positive number of 1/s"),
+        (lambda: rayleigh(BAR, 0.0, float("nan")), "stiffness_time = nan"),
+        (
+            lambda: rayleigh(standard_linear_solid(BAR, 1.0, 1.0), 0.0, 1.0),
+            "call rayleigh before standard_linear_solid",
+        ),
+        (lambda: modal_damping(BAR, 0.1), r"structure: its 2 degrees of freedom are not modes .*; reduce it first"),
+        (
+            lambda: modal_damping(hl.reduce(BAR, 1e-3), -0.1),
+            r"ratio = -0\.1: must be zero or positive, one number or 2",
+        ),
+        (lambda: modal_damping(hl.reduce(BAR, 1e-3), [0.1] * 3), r"ratio = .*one number or 2"),
+        (lambda: modal_damping(hl.reduce(BAR, 1e-3), "much"), "ratio = 'much'"),
+        (lambda: standard_linear_solid(BAR, 0.0, 1e-5), r"share = 0\.0"),
+        (lambda: standard_linear_solid(BAR, 1.0, -1e-5), "time = -1e-05: must be a positive number of s"),
+        (lambda: standard_linear_solid(BAR, 1.0, 1e-5, modulus="instantaneous"), r"share = 1\.0: must be below 1"),
+        (lambda: standard_linear_solid(BAR, 1.0, 1e-5, modulus="glassy"), "modulus = 'glassy': must be one of"),
+        (lambda: standard_linear_solid(BAR, 1.0, 1e-5, part=np.eye(3)), r"part has shape \(3, 3\): must be \(2, 2\)"),
+        (lambda: standard_linear_solid(BAR, 1.0, 1e-5, part=NEGATIVE), "part: must be positive semidefinite"),
+        (lambda: standard_linear_solid(BAR, 1.0, 1e-5, part=[[0.0, 1.0], [1.0, 0.0]]), "part: must be positive semi"),
+        (lambda: standard_linear_solid(BAR, 1.0, 1e-5, part=[[1.0, 2.0], [2.0, 1.0]]), "part: must be positive semi"),
+        (lambda: standard_linear_solid(BAR, 1.0, 1e-5, part=[[1.0, 1.0], [0.0, 1.0]]), "part: must be symmetric"),
+        (lambda: standard_linear_solid(BAR, 1.0, 1e-5, part="PTFE"), "part = 'PTFE': must be a matrix"),
+        (
+            lambda: standard_linear_solid(BAR, 0.5, 1e-5, 3.0 * BAR.stiffness, "instantaneous"),
+            r"part: 0\.5 of it is more than the structure's stiffness",
+        ),
+        (
+            lambda: standard_linear_solid(standard_linear_solid(BAR, 1.0, 1e-5), 1.0, 1e-5),
+            "part: the structure has Maxwell arms already",
+        ),
+        (lambda: loss_tangent(-1.0, 1.0, 1.0), r"share = -1\.0"),
+        (lambda: rod_parts([]), "layers"),
+        (lambda: rod_parts(LAYERS, base="fix"), r"base = 'fix'.*did you mean 'fixed'"),
+    ],
+)
+def test_bad_damping(call: Callable[[], object], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        call()
