@@ -67,8 +67,7 @@ def cylinder(
     Linear elasticity of a body of revolution, quadratic elements graded towards the contact, consistent mass.
     base: "fixed"; "free", so that it may fly off; Foundation(stiffness per area); or "absorbing". side: "free" or
     "absorbing". Absorbing faces are Lysmer's dashpots, met by the waves of a rod (ρ c_bar) where the side is free, by
-    those of a large body (ρ c_p) where it absorbs too: with both, a large cylinder is a half-space that radiates. Run
-    these without `reduce`, whose estimate is far too kind for them; 3 000 degrees of freedom take about a second.
+    those of a large body (ρ c_p) where it absorbs too: with both, a large cylinder is a half-space that radiates.
     patch_radius a, m: the force is spread evenly over a circle, whose mean displacement is that of the contact. The
     half-space's answer to it, 16(1 − ν²)/3π²Ea, is taken out by `flexibility`, as Hertz's law holds it already. It must
     be wider than the contact; by default an eighth of the shortest of radius, first layer and shear wavelength. Halved
