@@ -99,6 +99,7 @@ from structures.material import (  # noqa: E402
 )
 from structures.reduction import reduce  # noqa: E402
 from structures.rod import Layer, rod, rod_parts  # noqa: E402
+from structures.solid import solid  # noqa: E402
 from structures.stepping import CentralDifference, GeneralisedAlpha, MovingStructure, Newmark  # noqa: E402
 from structures.structure import Structure, half_space  # noqa: E402
 from structures.surface import Surface, hertz_stiffness  # noqa: E402
@@ -127,7 +128,7 @@ __all__ = [
     "fit_dissipation", "follow_waves", "half_space", "hertz_stiffness", "kirchhoff_plate", "loss_tangent",
     "modal_damping", "peak_force_from_particle_speed", "point_impedance", "primary_amplitude_ratio",
     "primary_time_of_flight", "rayleigh", "read_signal", "reduce", "reflections", "rod", "rod_parts",
-    "secondary_delay", "sensor_force", "solitary_strain", "sound_speed", "standard_linear_solid", "sweep",
+    "secondary_delay", "sensor_force", "solid", "solitary_strain", "sound_speed", "standard_linear_solid", "sweep",
     "tangent_stiffness", "time_of_flight", "transit_time", "transit_time_from_striker", "upper_layer_restitution",
     "upper_layer_speed", "wave_speed", "wave_speed_from_force", "wave_speed_from_particle_speed", "wave_width",
 ]  # fmt: skip

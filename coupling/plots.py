@@ -73,13 +73,21 @@ def curves(axis: Axes, x: np.ndarray, lines: Iterable[tuple[str, np.ndarray, str
     axis.xaxis.set_major_formatter("{x:g}")
 
 
-def intensity_map(time: np.ndarray, modulus: np.ndarray, force: np.ndarray) -> Figure:
-    """Force at a sensor over time (s) and Young's modulus (Pa); rows of `force` belong to moduli."""
+def intensity_map(
+    time: np.ndarray,
+    values: np.ndarray,
+    force: np.ndarray,
+    label: str = "Young's modulus of the rod (GPa)",
+    factor: float = 1e-9,
+) -> Figure:
+    """Force at a sensor over time (s) and Young's modulus (Pa), or another value; rows of `force` belong to values."""
     figure, (axis,) = panels(1, width=5.0, height=3.6)
-    mesh = axis.pcolormesh(time * 1e6, modulus * 1e-9, force, cmap="inferno", shading="nearest", rasterized=True)
+    mesh = axis.pcolormesh(time * 1e6, values * factor, force, cmap="inferno", shading="nearest", rasterized=True)
     axis.grid(visible=False)
-    axis.set(yscale="log", xlabel="time (µs)", ylabel="Young's modulus of the rod (GPa)")
+    axis.set(yscale="log", xlabel="time (µs)", ylabel=label)
+    axis.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axis.yaxis.set_major_formatter("{x:g}")
+    axis.yaxis.set_minor_formatter(NullFormatter())
     figure.colorbar(mesh, ax=axis, label="force at the sensor (N)")
     return figure
 
@@ -163,3 +171,54 @@ def contact_laws(approach: np.ndarray, laws: Iterable[tuple[str, np.ndarray]]) -
     axis.yaxis.set_major_formatter("{x:g}")
     axis.legend(frameon=False, fontsize="small")
     return figure
+
+
+def banded(axis: Axes, x: np.ndarray, values: xr.DataArray, middle: float, label: str) -> None:
+    """A curve over x for the middle dashpot (N s/m), and a band between the least and the greatest."""
+    ends = values.sortby("dashpot").transpose("dashpot", ...)
+    low, high = float(ends.dashpot[0]), float(ends.dashpot[-1])
+    axis.fill_between(
+        x, ends[0], ends[-1], color=COLOURS[0], alpha=0.15, linewidth=0.0, label=f"γ = {low:g} to {high:g} N s/m"
+    )
+    axis.plot(x, ends.sel(dashpot=middle), color=COLOURS[0], linewidth=1.2, label=label)
+
+
+def theory_line(axis: Axes, x: np.ndarray, y: np.ndarray, label: str, style: str = "-") -> None:
+    """A thin black line of a closed form."""
+    axis.plot(x, y, style, color="black", linewidth=0.9, label=label)
+
+
+def marked(axis: Axes, x: float, text: str) -> None:
+    """A dotted vertical line with a small text beside it."""
+    axis.axvline(x, color="grey", linestyle=":", linewidth=0.9)
+    axis.annotate(
+        text, (x, 0.2), (3, 0), xycoords=("data", "axes fraction"), textcoords="offset points", fontsize="x-small",
+        color="dimgrey",
+    )  # fmt: skip
+
+
+def displacements(axis: Axes, displacement: xr.DataArray, thick: int) -> None:
+    """Displacements (m, drawn in µm) of striker and beads over time (µs): one bead thick, the last one red."""
+    time, last = displacement.time.values * 1e6, int(displacement.bead[-1])
+    for bead in displacement.bead.values:
+        colour, width = {thick: (COLOURS[0], 1.8), last: (COLOURS[1], 1.8)}.get(int(bead), ("grey", 0.5))
+        label = f"bead {bead}" if bead in (thick, last) else None
+        axis.plot(time, displacement.sel(bead=bead) * 1e6, color=colour, linewidth=width, label=label)
+    axis.set(xlabel="time (µs)", xlim=(0.0, 1000.0))
+
+
+def histories(axis: Axes, force: xr.DataArray) -> None:
+    """Force (N) over time (µs) at each sensor."""
+    for i, sensor in enumerate(force.sensor.values):
+        axis.plot(
+            force.time * 1e6, force.sel(sensor=sensor), color=COLOURS[i], linewidth=1.0, label=f"at bead {sensor}"
+        )
+    axis.set(xlabel="time (µs)", xlim=(0.0, 1000.0))
+
+
+def log_x(axis: Axes) -> None:
+    """A logarithmic x with plain numbers at 1, 2 and 5 of each decade."""
+    axis.set_xscale("log")
+    axis.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.xaxis.set_major_formatter("{x:g}")
+    axis.xaxis.set_minor_formatter(NullFormatter())

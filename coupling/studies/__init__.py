@@ -13,6 +13,9 @@ if TYPE_CHECKING:
 STUDIES = {
     "plate-boundary": "plate_boundary",
     "rod-stiffness": "rod_stiffness",
+    "rod-length": "rod_length",
+    "upper-layer": "upper_layer",
+    "lower-layer": "lower_layer",
     "ellipsoids": "ellipsoids",
     "cylinders": "cylinders",
     "hollow-spheres": "hollow_spheres",

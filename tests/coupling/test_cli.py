@@ -26,6 +26,7 @@ def test_quick_study_writes_everything(tmp_path: Path) -> None:
     folder = tmp_path / "rod-stiffness"
     assert {path.name for path in folder.iterdir()} == {
         "rod-stiffness.nc", "table.txt", "files.txt", "stiffness.png", "force_intensity.png",
+        "force_histories.png", "displacements.png",
     }  # fmt: skip
     assert "AR, steel" in done.stdout
     assert (folder / "table.txt").read_text().strip() in done.stdout

@@ -1,0 +1,441 @@
+"""Solids from mesh files: exact fields, the axisymmetric cylinder, hexahedra, tags, formats, bad meshes."""
+
+import logging
+from itertools import permutations
+from pathlib import Path
+from typing import Any
+
+import meshio
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.integrate import quad
+from scipy.special import jv
+from skfem import Basis, ElementVector
+
+import hertzlink as hl
+from structures.cylinder import cylinder
+from structures.elasticity import body_matrices, first_lame_parameter, shear_modulus
+from structures.factor import factorise
+from structures.mesh_file import BodyMesh
+from structures.solid import patch_compliance, solid
+
+CYLINDER = Path(__file__).parent / "data" / "cylinder.msh"
+LAYER = {"length": 50.8e-3, "radius": 9.53e-3}
+BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
+SIDE = 0.02
+TOP = (SIDE / 2.0, SIDE / 2.0, SIDE)
+STRUCK = (0.0, 0.0, LAYER["length"])
+KINDS = ("tetra", "hexahedron")
+WIDE = 9e-3
+EDGES = [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)]
+
+Array = NDArray[Any]
+
+
+def box(kind: str = "tetra", cells: int = 5, bent: float = 0.0) -> meshio.Mesh:
+    """A cube of 20 mm, of hexahedra or of six tetrahedra for each of these; inner points moved at random by `bent`.
+
+    Its cell sets are "lower" and "upper" halves, "base" and "top"; and the points of its base are "held".
+    """
+    steps = np.arange(cells + 1) * SIDE / cells
+    points = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
+    number = np.arange(len(points)).reshape(3 * (cells + 1,))
+    corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+    cube = np.stack([number[x : x + cells, y : y + cells, z : z + cells].ravel() for x, y, z in corners], axis=1)
+    base, top = (
+        side[np.isclose(points[side, 2].min(axis=1), z)] for side, z in ((cube[:, :4], 0.0), (cube[:, 4:], SIDE))
+    )
+    volumes, faces = ("hexahedron", cube), ("quad", base, top)
+    if kind == "tetra":
+        paths = [np.cumsum(np.eye(3, dtype=int)[list(order)], axis=0) for order in permutations(range(3))]
+        split = [[0, *(corners.index(tuple(step)) for step in path.tolist())] for path in paths]
+        turned = [four if i in (0, 3, 4) else [four[j] for j in (0, 2, 1, 3)] for i, four in enumerate(split)]
+        volumes = ("tetra", np.concatenate([cube[:, four] for four in turned]))
+        faces = ("triangle", *(np.concatenate([side[:, [0, 1, 2]], side[:, [0, 2, 3]]]) for side in (base, top)))
+    inner = ((points > 1e-9) & (points < SIDE - 1e-9)).all(axis=1)
+    points[inner] += bent * SIDE / cells * np.random.default_rng(0).uniform(-1.0, 1.0, (inner.sum(), 3))
+    low = points[volumes[1], 2].mean(axis=1) < SIDE / 2.0
+    none = np.zeros(0, dtype=int)
+    count = len(faces[1])
+    sets = {
+        "lower": [np.flatnonzero(low), none],
+        "upper": [np.flatnonzero(~low), none],
+        "base": [none, np.arange(count)],
+        "top": [none, count + np.arange(count)],
+    }
+    blocks = [volumes, (faces[0], np.concatenate(faces[1:]))]
+    return meshio.Mesh(points, blocks, cell_sets=sets, point_sets={"held": np.flatnonzero(points[:, 2] == 0.0)})
+
+
+def compliance(structure: hl.Structure) -> float:
+    """Static displacement of the contact per newton, without `flexibility`, m/N."""
+    return float(structure.contact @ factorise(structure.stiffness)(structure.contact))
+
+
+def rigid(mesh: meshio.Mesh) -> Array:
+    """Unit translations along x, y, z and rotations about them, n × 6."""
+    basis = vectors(mesh)
+    place, along = basis.doflocs, np.arange(basis.N) % 3
+    units = np.eye(3)
+    turns = [np.cross(axis, place.T)[np.arange(basis.N), along] for axis in units]
+    return np.stack([*(unit[along] for unit in units), *turns], axis=1)
+
+
+def vectors(mesh: meshio.Mesh) -> Basis:
+    body = BodyMesh(mesh)
+    return Basis(body.mesh, ElementVector(body.element()), intorder=6)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_free_solid_moves_without_cost(kind: str) -> None:
+    """Translations have the mass ρV, rotations no strain, and the patch reads a translation as it is."""
+    mesh = box(kind, bent=0.1)
+    free, modes = solid(mesh, hl.STEEL_440C, TOP, patch_radius=WIDE), rigid(mesh)
+    mass = hl.STEEL_440C.density * SIDE**3
+    assert modes[:, :3].T @ free.mass @ modes[:, :3] == pytest.approx(mass * np.eye(3), abs=1e-10 * mass)
+    assert abs(free.stiffness @ modes).max() < 1e-11 * abs(free.stiffness.data).max()
+    assert free.contact @ modes[:, :3] == pytest.approx([0.0, 0.0, -1.0], abs=1e-12)
+    assert free.contact @ modes[:, 3:] == pytest.approx([-SIDE / 2.0, SIDE / 2.0, 0.0], rel=1e-3, abs=1e-6)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_even_strain_is_exact(kind: str) -> None:
+    """Patch test: u = A x leaves no force inside the body, and has the energy ½ V (λ tr² ε + 2μ ε:ε)."""
+    mesh, material = box(kind, bent=0.1), hl.ACRYLIC
+    free, basis = solid(mesh, material, TOP, patch_radius=WIDE), vectors(mesh)
+    gradient = np.array([[1.0, 0.3, -0.2], [0.1, -0.5, 0.4], [0.6, 0.2, 0.7]])
+    field = np.einsum("ij,jn->in", gradient, basis.doflocs)[np.arange(basis.N) % 3, np.arange(basis.N)]
+    force = free.stiffness @ field
+    strain = (gradient + gradient.T) / 2.0
+    density = first_lame_parameter(material) * np.trace(strain) ** 2 + 2.0 * shear_modulus(material) * (strain**2).sum()
+    inside = np.setdiff1d(np.arange(basis.N), basis.get_dofs().all())
+    assert field @ force == pytest.approx(density * SIDE**3, rel=1e-10)
+    assert abs(force[inside]).max() < 1e-10 * abs(force).max()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_matrices_are_those_of_the_weak_form(kind: str) -> None:
+    mesh = box(kind, bent=0.1)
+    two = solid(mesh, {"lower": hl.STEEL_440C, "upper": hl.PTFE}, TOP, patch_radius=WIDE)
+    body = BodyMesh(mesh)
+    owner = np.isin(np.arange(body.mesh.nelements), body.cells["upper"]).astype(int)
+    basis = Basis(body.mesh, ElementVector(body.element()), intorder=body.order)
+    expected = body_matrices(basis, [hl.STEEL_440C, hl.PTFE], owner)
+    for found, wanted in zip((two.mass, two.stiffness), expected, strict=True):
+        assert abs(found - wanted).max() < 1e-12 * abs(wanted).max()
+
+
+def test_patch_of_a_half_space() -> None:
+    """∫ p̂(k)² dk/πE* with the Hankel transform of the pressure, p̂ = 8 J₂(ka)/(ka)²."""
+    transform = quad(lambda k: (8.0 * jv(2, k) / k**2) ** 2, 1e-9, 200.0, limit=1000)[0]
+    exact = transform / (np.pi * hl.STEEL_440C.contact_modulus * 2e-3)
+    assert patch_compliance(hl.STEEL_440C, 2e-3) == pytest.approx(exact, rel=1e-6)
+
+
+def test_patch_compliance_of_a_cylinder() -> None:
+    """Beside the axisymmetric one, without what the half-space has of it: within 1 % of the patch's own."""
+    layer = hl.Layer(hl.STEEL_440C, **LAYER)
+    body, reference = solid(CYLINDER, hl.STEEL_440C, STRUCK, fixed="base"), cylinder([layer])
+    own = patch_compliance(hl.STEEL_440C, body.origin["patch_radius"])
+    beyond = [compliance(structure) + structure.flexibility for structure in (body, reference)]
+    assert body.flexibility == -own
+    assert beyond[0] == pytest.approx(beyond[1], abs=0.01 * own)
+
+
+def test_free_cylinder_weighs_what_it_should() -> None:
+    """Curved tetrahedra: ρ π R² L to 1e-4; straight ones between the same corners lose 0.4 %."""
+    exact = hl.Layer(hl.STEEL_440C, **LAYER).area * LAYER["length"]
+    curved = meshio.read(CYLINDER)
+    blocks = [(block.type.rstrip("106"), block.data[:, : 4 if "tetra" in block.type else 3]) for block in curved.cells]
+    volumes = [
+        vectors(mesh).dx.sum() for mesh in (curved, meshio.Mesh(curved.points, blocks, cell_data=curved.cell_data))
+    ]
+    assert volumes[0] == pytest.approx(exact, rel=1e-4)
+    assert volumes[1] < 0.997 * exact
+
+
+def ratios(structure: hl.Structure) -> list[float]:
+    """Amplitude ratios at bead 7 of the primary wave, and of the secondary one; the run keeps its energy."""
+    chain = hl.Chain(
+        [BEAD] * 20,
+        striker=BEAD,
+        impact_speed=hl.drop_speed(0.01),
+        gravity=9.81,
+        dissipation=hl.LinearDashpot(5.0),
+    )
+    run = hl.CoSimulation(chain, hl.reduce(structure, until=1.5e-3)).run(1.5e-3)
+    waves = hl.reflections(run, sensor=7)
+    assert waves.primary is not None
+    assert waves.secondary is not None
+    return [waves.primary.amplitude_ratio, waves.secondary.amplitude_ratio]
+
+
+@pytest.mark.parametrize(
+    ("material", "tolerance"),
+    [(hl.STEEL_440C, 5e-4), pytest.param(hl.PTFE, 2e-3, marks=pytest.mark.thorough)],
+    ids=["steel", "PTFE"],
+)
+def test_amplitude_ratio_is_that_of_the_axisymmetric_cylinder(material: hl.Material, tolerance: float) -> None:
+    """A mesh written by gmsh, 10 728 degrees of freedom: to a few 1e-4; PTFE bears the structure's own waves."""
+    found = ratios(solid(CYLINDER, material, STRUCK, fixed="base"))
+    assert found == pytest.approx(ratios(cylinder([hl.Layer(material, **LAYER)])), rel=tolerance)
+
+
+def test_hexahedra_answer_as_tetrahedra_do() -> None:
+    found = [compliance(solid(box(kind), hl.NYLON, TOP, fixed="base", patch_radius=WIDE)) for kind in KINDS]
+    assert found[0] == pytest.approx(found[1], rel=5e-3)
+
+
+def test_pressure_on_a_side_bends_the_other_way() -> None:
+    """The contact may lie on any face; its normal is found, and one that is given a little off is kept."""
+    place = (0.0, SIDE / 2.0, SIDE / 2.0)
+    side = solid(box(), hl.NYLON, place, patch_radius=WIDE)
+    assert side.origin["normal"] == pytest.approx([-1.0, 0.0, 0.0])
+    assert side.contact @ rigid(box())[:, 0] == pytest.approx(1.0)
+    given = solid(box(), hl.NYLON, place, normal=(-2.0, 0.2, 0.0), patch_radius=WIDE, curvature=5.0)
+    assert given.origin["normal"] == pytest.approx([-0.995037, 0.0995037, 0.0])
+    assert given.surface == hl.Surface(hl.NYLON, 5.0)
+
+
+@pytest.mark.parametrize("suffix", [".vtu", ".inp", ".msh"])
+def test_formats_tell_the_same(suffix: str, tmp_path: Path) -> None:
+    """gmsh's file, written again by meshio: with the names that the format keeps, else with the numbers."""
+    mesh, path = meshio.read(CYLINDER), tmp_path / f"again{suffix}"
+    fixed: str | int = 1 if suffix == ".vtu" else "base"
+    material: Any = {2: hl.BRASS_360} if suffix == ".vtu" else {"body": hl.BRASS_360}
+    del mesh.cell_sets["gmsh:bounding_entities"]
+    if suffix == ".vtu":
+        mesh.cell_sets = {}
+    mesh.write(path, file_format="gmsh" if suffix == ".msh" else None)
+    again = solid(path, material, STRUCK, fixed=fixed)
+    once = solid(CYLINDER, hl.BRASS_360, STRUCK, fixed="base")
+    assert abs(again.stiffness - once.stiffness).max() < 1e-9 * abs(once.stiffness).max()
+    assert again.contact == pytest.approx(once.contact, abs=1e-9)
+
+
+def test_points_of_an_abaqus_set_hold_as_their_facets_do(tmp_path: Path) -> None:
+    box("hexahedron").write(tmp_path / "box.inp")
+    one, other = (
+        solid(tmp_path / "box.inp", {"lower": hl.NYLON, "upper": hl.NYLON}, TOP, fixed=name, patch_radius=WIDE)
+        for name in ("base", "held")
+    )
+    assert abs(one.stiffness - other.stiffness).max() == 0.0
+    assert one.size == 3 * 11 * 11 * 10
+
+
+def test_millimetres_are_scaled() -> None:
+    mesh = box()
+    large = meshio.Mesh(1e3 * mesh.points, mesh.cells)
+    found = solid(large, hl.NYLON, TOP, patch_radius=WIDE, scale=1e-3)
+    assert abs(found.mass - solid(mesh, hl.NYLON, TOP, patch_radius=WIDE).mass).max() < 1e-12 * found.mass.max()
+
+
+def changed(mesh: meshio.Mesh, data: Any = None, points: Any = None, **keywords: Any) -> meshio.Mesh:
+    """The volume cells of a mesh, one of both replaced."""
+    kind = mesh.cells[0].type
+    return meshio.Mesh(
+        mesh.points if points is None else points, [(kind, mesh.cells[0].data if data is None else data)], **keywords
+    )
+
+
+def hexahedra(kind: str) -> meshio.Mesh:
+    """The cube's hexahedra with points in the middle of edges (20), of faces and of themselves (27)."""
+    mesh = box("hexahedron")
+    middles = [*EDGES, (0, 4, 7, 3), (1, 2, 6, 5), (0, 1, 5, 4), (3, 7, 6, 2), (0, 3, 2, 1), (4, 5, 6, 7), range(8)]
+    points, cells = mesh.points, [mesh.cells[0].data]
+    for corners in middles[: int(kind[-2:]) - 8]:
+        cells.append(len(points) + np.arange(len(cells[0]))[:, None])
+        points = np.concatenate([points, mesh.points[mesh.cells[0].data[:, list(corners)]].mean(axis=1)])
+    points, number = np.unique(np.round(points, 9), axis=0, return_inverse=True)
+    return meshio.Mesh(points, [(kind, number[np.concatenate(cells, axis=1)])])
+
+
+@pytest.mark.parametrize("kind", ["hexahedron20", "hexahedron27"])
+def test_hexahedra_with_midpoints(kind: str, caplog: pytest.LogCaptureFixture) -> None:
+    free = [solid(mesh, hl.NYLON, TOP, patch_radius=WIDE) for mesh in (hexahedra(kind), box("hexahedron"))]
+    assert free[0].stiffness.trace() == pytest.approx(free[1].stiffness.trace(), rel=1e-9)
+    assert ("midpoints of hexahedron20 are dropped" in caplog.text) == (kind == "hexahedron20")
+
+
+def test_unused_points_are_dropped(caplog: pytest.LogCaptureFixture) -> None:
+    mesh = box()
+    more = changed(mesh, mesh.cells[0].data + 1, np.concatenate([[[9.0, 9.0, 9.0]], mesh.points]))
+    assert solid(more, hl.NYLON, TOP, patch_radius=WIDE).size == solid(mesh, hl.NYLON, TOP, patch_radius=WIDE).size
+    assert "1 of 217 points belong to no cell; dropped" in caplog.text
+
+
+def test_cells_numbered_the_other_way_round(caplog: pytest.LogCaptureFixture) -> None:
+    """They give the same matrices: only the numbering is inverted."""
+    mesh = box("hexahedron")
+    turned = changed(mesh, mesh.cells[0].data[:, [4, 5, 6, 7, 0, 1, 2, 3]])
+    found, wanted = (solid(one, hl.NYLON, TOP, patch_radius=WIDE) for one in (turned, mesh))
+    assert found.stiffness.trace() == pytest.approx(wanted.stiffness.trace(), rel=1e-12)
+    assert found.contact.sum() == pytest.approx(-1.0)
+    assert "all cells are inverted" in caplog.text
+
+
+def test_cells_longer_than_half_a_wave(caplog: pytest.LogCaptureFixture) -> None:
+    with caplog.at_level(logging.WARNING):
+        solid(box(), hl.PTFE, TOP, patch_radius=WIDE)
+    assert "edges of up to 0.00693 m; the shear waves of 0.0123 m" in caplog.text
+
+
+def test_more_degrees_of_freedom_than_are_wise(caplog: pytest.LogCaptureFixture, monkeypatch: Any) -> None:
+    monkeypatch.setattr("structures.solid.MANY", 3992)
+    solid(box(), hl.NYLON, TOP, patch_radius=WIDE)
+    assert "mesh: 3993 degrees of freedom take minutes" in caplog.text
+
+
+def test_round_faces_can_be_struck() -> None:
+    """A cap of radius 30 mm, in flat facets: the normal is their mean; a millimetre off the surface is refused."""
+    mesh = box("hexahedron", cells=6)
+    x, y, _ = mesh.points.T
+    mesh.points[:, 2] *= 1.0 - ((x - TOP[0]) ** 2 + (y - TOP[1]) ** 2) / (2.0 * 0.03 * SIDE)
+    cap = solid(mesh, hl.NYLON, TOP, fixed="base", patch_radius=WIDE, curvature=1.0 / 0.03)
+    assert cap.origin["normal"] == pytest.approx([0.0, 0.0, 1.0], abs=1e-9)
+    free = solid(mesh, hl.NYLON, (*TOP[:2], SIDE + 5e-4), patch_radius=WIDE)
+    assert free.origin["contact"] == pytest.approx(TOP)
+    assert free.contact @ rigid(mesh)[:, 2] == pytest.approx(-1.0)
+    with pytest.raises(ValueError, match=r"lies 0\.001 m off the surface, whose nearest point is"):
+        solid(mesh, hl.NYLON, (*TOP[:2], SIDE + 1e-3), patch_radius=WIDE)
+
+
+def test_far_side_of_a_plate_is_not_pushed() -> None:
+    mesh = box()
+    mesh.points[:, 2] *= 0.2
+    plate = solid(mesh, hl.NYLON, (*TOP[:2], 0.2 * SIDE), fixed="base", patch_radius=WIDE)
+    assert plate.contact.sum() == pytest.approx(-1.0)
+
+
+def test_one_number_may_be_a_solid_and_a_face() -> None:
+    """As gmsh numbers them: from one on, in each dimension; names know theirs."""
+    mesh = box()
+    mesh.cell_sets = {}
+    mesh.cell_data["gmsh:physical"] = [np.ones(750, dtype=int), np.repeat([1, 2], 50)]
+    mesh.field_data = {"body": np.array([1, 3]), "base": np.array([1, 2]), "top": np.array([2, 2])}
+    found = solid(mesh, {"body": hl.NYLON}, TOP, fixed="base", patch_radius=WIDE)
+    assert found.size == solid(box(), hl.NYLON, TOP, fixed="base", patch_radius=WIDE).size
+    with pytest.raises(ValueError, match="fixed = 'body': must be one of '1', '2', 'base', 'top', 'held'"):
+        solid(mesh, hl.NYLON, TOP, fixed="body", patch_radius=WIDE)
+    with pytest.raises(ValueError, match="material = 'base': must be one of '1', 'body'"):
+        solid(mesh, {"base": hl.NYLON}, TOP, patch_radius=WIDE)
+
+
+TETRA, HEXA = box(), box("hexahedron")
+FIRST, POINTS = TETRA.cells[0].data, TETRA.points
+
+
+def turned_first() -> Array:
+    cells = FIRST.copy()
+    cells[0] = cells[0, [0, 2, 1, 3]]
+    return cells
+
+
+def flattened_first() -> Array:
+    cells = FIRST.copy()
+    cells[0, 3] = cells[0, 2]
+    return cells
+
+
+def twice() -> meshio.Mesh:
+    return changed(TETRA, np.concatenate([FIRST, FIRST + len(POINTS)]), np.concatenate([POINTS, POINTS + [0, 0, SIDE]]))
+
+
+@pytest.mark.parametrize(
+    ("mesh", "message"),
+    [
+        (3, "mesh = 3: must be the path of a file, or a meshio.Mesh"),
+        ("nowhere.msh", "mesh = 'nowhere.msh': there is no such file"),
+        (Path(__file__), "meshio cannot read it .*Could not deduce"),
+        (changed(TETRA, turned_first()), r"1 of 750 cells are inverted \(negative Jacobian\), the first near \("),
+        (changed(TETRA, flattened_first()), "1 of 750 cells are flat or folded"),
+        (changed(HEXA, HEXA.cells[0].data[:, [0, 2, 1, 3, 4, 5, 6, 7]]), "125 of 125 cells are flat or folded"),
+        (changed(TETRA, points=1e3 * POINTS), r"box is 20 × 20 × 20 m.*in millimetres\? Give scale=1e-3"),
+        (changed(TETRA, points=10.0 * POINTS), "its shortest edge 0.04 m: in millimetres"),
+        (changed(TETRA, points=POINTS[:, :2]), r"points of shape \(216, 2\)"),
+        (changed(TETRA, points=np.where(POINTS == SIDE, np.nan, POINTS)), "must be finite"),
+        (changed(TETRA, FIRST + 1), "has a cell with point 216, but only 216 points"),
+        (meshio.Mesh(POINTS, [TETRA.cells[1]]), "has no tetrahedra nor hexahedra"),
+        (meshio.Mesh(POINTS, [("tetra", FIRST), HEXA.cells[0]]), "mixes cells of type 'hexahedron', 'tetra'"),
+        (meshio.Mesh(POINTS, [("wedge", HEXA.cells[0].data[:, :6])]), "cells of type 'wedge'; must be one of 'tetra'"),
+        (twice(), "falls into 2 pieces that share no points"),
+    ],
+)
+def test_bad_meshes(mesh: Any, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        solid(mesh, hl.NYLON, TOP, patch_radius=WIDE)
+
+
+def test_midpoints_that_fold_cells() -> None:
+    mesh = meshio.read(CYLINDER)
+    cells = mesh.cells[1].data
+    mesh.points[cells[0, 4]] += 3.0 * (mesh.points[cells[0, 3]] - mesh.points[cells[0, 0]])
+    with pytest.raises(ValueError, match=r"midpoints of \d+ of 2206 cells fold them"):
+        solid(mesh, hl.NYLON, STRUCK)
+
+
+@pytest.mark.parametrize("text", ["", "$MeshFormat\n4.1 0 8\n", "*NODE\n1, a, b\n", "<VTKFile>"])
+@pytest.mark.parametrize("suffix", [".msh", ".inp", ".vtu", ".vtk"])
+def test_broken_files(text: str, suffix: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / f"broken{suffix}"
+    path.write_text(text)
+    with pytest.raises(ValueError, match="mesh"):
+        solid(path, hl.NYLON, TOP)
+    assert capsys.readouterr().out == ""
+
+
+@pytest.mark.parametrize(
+    ("keywords", "message"),
+    [
+        ({"material": "nylon"}, "material = 'nylon': must be a Material, or a dictionary"),
+        ({"material": {"lower": hl.NYLON}}, "material: 400 of 750 cells have none; their tags are 'upper'"),
+        ({"material": {"lower": hl.NYLON, "uper": hl.NYLON}}, "material = 'uper': .*did you mean 'upper'"),
+        ({"material": {"lower": hl.NYLON, 7: hl.NYLON}}, "material = 7: must be one of 'lower', 'upper'"),
+        ({"material": {"lower": "steel"}}, r"material\['lower'\] = 'steel': must be a Material"),
+        ({"material": {}}, "material: 750 of 750 cells have none"),
+        ({"fixed": "bas"}, "fixed = 'bas': must be one of .*did you mean 'base'"),
+        ({"fixed": 3}, "fixed = 3: must be one of 'base', 'top', 'held'"),
+        ({"fixed": "top"}, r"fixed = 'top': holds part of the patch about the contact"),
+        ({"contact": (0.01, 0.01, 0.03)}, r"contact = \(0.01, 0.01, 0.03\) m: lies 0.01 m off.*\(0.01, 0.01, 0.02\)"),
+        ({"contact": (0.01, 0.01, 0.01)}, "lies 0.01 m off the surface"),
+        ({"contact": (0.01, 0.01)}, "must be three numbers"),
+        ({"contact": (0.01, 0.01, float("nan"))}, "contact = nan"),
+        ({"contact": (0.005, 0.01, SIDE)}, "bears 9. % of the patch, as an edge of the body is near"),
+        ({"contact": (SIDE, SIDE, SIDE)}, "of the patch, as an edge of the body is near"),
+        ({"normal": (0.0, 0.0, -1.0)}, r"normal = \(0, 0, -1\): must point outward; that of the surface is \("),
+        ({"normal": (0.0, 0.0, 0.0)}, "normal = .*must have a length"),
+        ({"normal": "up"}, "normal = 'up': must be three numbers"),
+        (
+            {"patch_radius": None},
+            "edges of 0.00566 m at the contact .*refine them to 0.00111 m, or take .* 0.00849",
+        ),
+        ({"patch_radius": 0.0}, r"patch_radius = 0\.0"),
+        ({"patch_radius": 0.1}, "patch_radius = 0.1: the face about the contact bears"),
+        ({"scale": 0.0}, r"scale = 0\.0"),
+        ({"curvature": float("inf")}, "curvature = inf"),
+    ],
+)
+def test_bad_solids(keywords: dict[str, Any], message: str) -> None:
+    given = {"material": hl.NYLON, "contact": TOP, "patch_radius": WIDE, **keywords}
+    with pytest.raises(ValueError, match=message):
+        solid(TETRA, **given)
+
+
+def test_two_materials_cannot_share_cells() -> None:
+    mesh = box()
+    mesh.cell_sets["all"] = [np.arange(750), np.zeros(0, dtype=int)]
+    with pytest.raises(ValueError, match="material: 'lower' and 'all' share cells"):
+        solid(mesh, {"lower": hl.NYLON, "all": hl.PTFE}, TOP, patch_radius=WIDE)
+
+
+def test_mesh_without_tags_has_nothing_to_hold() -> None:
+    with pytest.raises(ValueError, match="fixed = 'base': the mesh has no tags for it"):
+        solid(changed(TETRA), hl.NYLON, TOP, fixed="base", patch_radius=WIDE)
+
+
+def test_points_that_span_no_facet_hold_nothing() -> None:
+    mesh = box()
+    mesh.point_sets["one"] = np.array([0])
+    with pytest.raises(ValueError, match="fixed = 'one': holds no whole facet of the boundary"):
+        solid(mesh, hl.NYLON, TOP, fixed="one", patch_radius=WIDE)

@@ -1,0 +1,81 @@
+"""The two studies of layers beside numbers that were recomputed independently, at γ = 5 N s/m."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import hertzlink as hl
+from coupling.studies import lower_layer, upper_layer
+from coupling.studies import struck_cylinders as struck
+from coupling.studies.table import text
+
+
+@pytest.fixture(scope="module")
+def upper() -> xr.Dataset:
+    return upper_layer.run(quick=True, jobs=1)
+
+
+@pytest.fixture(scope="module")
+def lower() -> xr.Dataset:
+    return lower_layer.run(quick=True, jobs=1)
+
+
+def test_thicker_steel_reflects_more(upper: xr.Dataset) -> None:
+    """Primary AR 0.398 to 0.701 for 6.35 to 101.6 mm; no secondary wave above 0.1 beyond about 25 mm."""
+    middle = upper.amplitude_ratio.sel(dashpot=5.0)
+    primary, secondary = (middle.sel(wave=wave) for wave in ("primary", "secondary"))
+    assert primary.values[[0, -1]] == pytest.approx([0.398, 0.701], abs=2e-3)
+    assert (primary.diff("length") > 0.0).all()
+    assert (secondary.sel(length=slice(0.0253, None)).fillna(0.0) < 0.1).all()
+    assert upper_layer.thinnest_without(upper.sel(dashpot=5.0)) == pytest.approx(25.4e-3, abs=1e-3)
+
+
+def test_thicker_ptfe_delays_the_secondary_wave_only(lower: xr.Dataset) -> None:
+    """25.4 to 50.8 mm: primary AR and TOF unchanged to 0.1 %, secondary TOF 584 and 645 µs."""
+    runs = lower.sel(dashpot=5.0).sel(length=[25.4e-3, 50.8e-3], method="nearest")
+    assert runs.length.values == pytest.approx([25.4e-3, 50.8e-3])
+    for name in ("amplitude_ratio", "time_of_flight"):
+        first, second = runs[name].sel(wave="primary").values
+        assert first == pytest.approx(second, rel=1e-3)
+    assert (runs.time_of_flight.sel(wave="secondary") * 1e6).values == pytest.approx([584.0, 645.0], abs=2.0)
+
+
+def test_secondary_wave_follows_one_branch(upper: xr.Dataset, lower: xr.Dataset) -> None:
+    for data, whole in ((upper, False), (lower, True)):
+        inside = struck.secondary_branch(data)
+        branch = data.time_of_flight.sel(dashpot=5.0, wave="secondary").where(inside, drop=True)
+        assert bool(inside.all()) is whole
+        assert branch.size > 3
+        assert (branch.diff("length") > 0.0).all()
+
+
+def test_equations() -> None:
+    """Recomputed in facts.yaml and the errata: AR by 6.24 and 6.26, TOF by 6.34, T_l by 6.32 with and without M_l/3."""
+    ends = upper_layer.theory(np.array([6.35e-3, 101.6e-3]), 25.4e-3)
+    assert ends.amplitude_ratio.values == pytest.approx([0.542, 0.963], abs=1e-3)
+    assert ends.printed.values * 1e6 == pytest.approx([587.0, 835.0], abs=1.0)
+    assert ends.time_of_flight.values[0] * 1e6 == pytest.approx(496.0, abs=1.0)
+    delays = upper_layer.theory(np.full(3, 6.35e-3), np.array([9.52e-3, 25.4e-3, 152.4e-3]))
+    assert delays.delay.values * 1e6 == pytest.approx([55.2, 90.1, 220.7], abs=0.2)
+    assert delays.delay_with_lower_mass.values * 1e6 == pytest.approx([58.8, 105.4, 395.1], abs=0.3)
+
+
+def test_a_layer_that_may_widen_makes_the_cylinder_a_rod() -> None:
+    """A thin layer of PTFE bonded to steel and base is stiffer than a rod's: 0.511 for 0.453; with ν = 0 it is not."""
+    layers = upper_layer.two_layers(6.35e-3, 9.52e-3)
+    free = [layers[0], replace(layers[1], material=replace(hl.PTFE, poisson_ratio=0.0))]
+    bodies = struck.slender(layers), struck.solid(layers), struck.solid(free)
+    found = [hl.amplitude_ratio(hl.CoSimulation(struck.chain(), body).run(1.5e-3), 7).item() for body in bodies]
+    assert found[0] == pytest.approx(0.453, abs=1e-3)
+    assert found[1] == pytest.approx(0.511, abs=1e-3)
+    assert found[2] == pytest.approx(found[0], abs=1e-3)
+
+
+def test_tables_and_figures(upper: xr.Dataset, lower: xr.Dataset) -> None:
+    table = text(upper_layer.table(upper))
+    assert "γ is not given" in table
+    assert "nan" not in table + text(lower_layer.table(lower))
+    for figures in (upper_layer.figures(upper), lower_layer.figures(lower)):
+        assert set(figures) == {"time_of_flight", "amplitude_ratio", "force_intensity"}
