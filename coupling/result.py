@@ -4,6 +4,7 @@ import json
 import logging
 import platform
 from collections.abc import Mapping
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
@@ -96,7 +97,13 @@ def _deepest(chain: MovingChain, frames: Frames) -> Vector:
 
 def provenance(given: Mapping[str, Any]) -> dict[str, str]:
     """Input and versions as text, for the attributes of a Dataset."""
-    return {"input": json.dumps(given, default=repr, ensure_ascii=False), "versions": json.dumps(versions())}
+    return {"input": json.dumps(given, default=repr, ensure_ascii=False), "versions": _versions()}
+
+
+@cache
+def _versions() -> str:
+    """Read once: the packages' metadata takes longer than many a run."""
+    return json.dumps(versions())
 
 
 def versions() -> dict[str, str]:
