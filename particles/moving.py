@@ -250,10 +250,15 @@ class MovingChain:
 
     def _laws(self) -> tuple[ContactLaw | None, ...]:
         chain, given = self.chain, self.chain.law
+        # Chains repeat their beads, and a batch has thousands of chains.
+        known: dict[tuple[int, int], ContactLaw] = {}
 
         def between(one: Bead, other: Bead | Surface) -> ContactLaw:
             if given is None or (isinstance(given, ContactLaw) and isinstance(other, Surface)):
-                return contact_law(one, other)
+                pair = (id(one), id(other))
+                if pair not in known:
+                    known[pair] = contact_law(one, other)
+                return known[pair]
             if isinstance(given, ContactLaw):
                 return given
             law = given(one, other)
