@@ -7,14 +7,13 @@ Functions take a number, or an array where the type says so, and give the same. 
 argument, where one is not finite or out of its range.
 """
 
-from collections.abc import Callable
 from math import pi, sqrt
 from typing import TypeVar
 
 import numpy as np
 from scipy.special import betainc
 
-from structures.checks import finite, not_negative, positive
+from structures.checks import each, finite, not_negative, positive, restitution_coefficient
 from structures.structure import Vector
 
 Number = TypeVar("Number", float, Vector)
@@ -37,7 +36,7 @@ the profile 1.8 would give cos(1/√10)⁻⁶ = 1.357.
 def tangent_stiffness(stiffness: float, preload: Number, exponent: float = HERTZ) -> Number:
     """C = dF/dδ = n k^{1/n} F₀^{(n−1)/n}, N/m, of a contact under a preload F₀ ≥ 0, N; n ≥ 1."""
     k, n = positive("stiffness", stiffness, "N/m^n"), _at_least_linear(exponent)
-    force = _each(not_negative, "preload", preload, "N")
+    force = each(not_negative, "preload", preload, "N")
     return _like(preload, n * k ** (1.0 / n) * force ** ((n - 1.0) / n))
 
 
@@ -49,7 +48,7 @@ def angular_frequency(
     ω² = (4C/m) sin²(kd/2) (thesis, equation 1.4, which prints ka and ≅: it is exact for small motions,
     F_d ≪ F₀). Periodic in k: waves longer than 2d, |k| ≤ π/d, are all there are.
     """
-    waves, d = _each(finite, "wave_number", wave_number, "rad/m"), positive("size", size, "m")
+    waves, d = each(finite, "wave_number", wave_number, "rad/m"), positive("size", size, "m")
     highest = 2.0 * pi * cutoff_frequency(mass, stiffness, preload, exponent)
     return _like(wave_number, highest * np.abs(np.sin(waves * d / 2.0)))
 
@@ -83,7 +82,7 @@ def wave_speed_from_force(
     """
     d, m, k = _particle(size, mass, stiffness)
     n, rest = _steeper_than_linear(exponent), not_negative("preload", preload, "N")
-    dynamic = _each(not_negative, "force", force, "N")
+    dynamic = each(not_negative, "force", force, "N")
     total = dynamic + rest
     some = np.where(total > 0.0, total, 1.0)
     # 1 − q, from whichever of the two forces keeps its digits.
@@ -107,7 +106,7 @@ def wave_speed_from_particle_speed(
     Long waves, identical particles. A Hertzian chain is 0.8 % slower.
     """
     d, m, k = _particle(size, mass, stiffness)
-    n, v = _steeper_than_linear(exponent), _each(positive, "particle_speed", particle_speed, "m/s")
+    n, v = _steeper_than_linear(exponent), each(positive, "particle_speed", particle_speed, "m/s")
     return _like(particle_speed, d * (2.0 * k / ((n + 1.0) * m) * v ** (n - 1.0)) ** (1.0 / (n + 1.0)))
 
 
@@ -122,7 +121,7 @@ def peak_force_from_particle_speed(
     n = 1.222 has 0.946.
     """
     m, k = positive("mass", mass, "kg"), positive("stiffness", stiffness, "N/m^n")
-    n, v = _steeper_than_linear(exponent), _each(positive, "particle_speed", particle_speed, "m/s")
+    n, v = _steeper_than_linear(exponent), each(positive, "particle_speed", particle_speed, "m/s")
     return _like(particle_speed, k * ((n + 1.0) * m * v**2 / (2.0 * k)) ** (n / (n + 1.0)))
 
 
@@ -149,7 +148,7 @@ def solitary_strain(
     """
     d, m, k = _particle(size, mass, stiffness)
     n, v = _steeper_than_linear(exponent), positive("speed", speed, "m/s")
-    x = _each(finite, "position", position, "m") - v * finite("time", time, "s")
+    x = each(finite, "position", position, "m") - v * finite("time", time, "s")
     phase = np.minimum(np.abs(pi * x / wave_width(d, n)), pi / 2.0)
     crest = (n + 1.0) * v**2 * m / (2.0 * k * d ** (n + 1.0))
     return _like(position, (crest * np.where(phase < pi / 2.0, np.cos(phase), 0.0) ** 2) ** (1.0 / (n - 1.0)))
@@ -161,8 +160,8 @@ def transit_time(distance: float, speed: Number, restitution: float = 1.0) -> Nu
     T = (d/V_in) (1 + e^{−1/5}) (thesis, equations 6.9 to 6.15), where e = v_ref/v_in = (V_ref/V_in)⁵ in (0, 1] compares
     particle speeds (before 6.19 the power is printed as −1/5). n = 3/2, no preload. Without the time in contact.
     """
-    way, e = positive("distance", distance, "m"), _restitution(restitution)
-    return _like(speed, way / _each(positive, "speed", speed, "m/s") * (1.0 + e**-0.2))
+    way, e = positive("distance", distance, "m"), restitution_coefficient("restitution", restitution)
+    return _like(speed, way / each(positive, "speed", speed, "m/s") * (1.0 + e**-0.2))
 
 
 def transit_time_from_striker(
@@ -175,7 +174,7 @@ def transit_time_from_striker(
     e = 1; 1.414 in 6.39 is (π/2)^{2/5} times 1.180, from m/k of a sphere, with e^{−1/5} where e^{1/5} is printed.
     n = 3/2, no preload. Without the time in contact (`contact_time_half_space`).
     """
-    number, v = positive("beads", beads), _each(positive, "striker_speed", striker_speed, "m/s")
+    number, v = positive("beads", beads), each(positive, "striker_speed", striker_speed, "m/s")
     speed = wave_speed_from_particle_speed(1.0, mass, stiffness, PARTICLE_TO_STRIKER_SPEED * v)
     return _like(striker_speed, transit_time(number, speed, restitution))
 
@@ -195,24 +194,6 @@ def _steeper_than_linear(exponent: float) -> float:
     if finite("exponent", exponent) <= 1.0:
         raise ValueError(f"exponent = {exponent!r}: must be greater than 1; softer contacts carry no solitary wave")
     return float(exponent)
-
-
-def _restitution(value: float) -> float:
-    if positive("restitution", value) > 1.0:
-        raise ValueError(f"restitution = {value!r}: must be at most 1; a structure at rest gives no energy")
-    return float(value)
-
-
-def _each(check: Callable[[str, float, str], float], name: str, value: Number, unit: str) -> Vector:
-    """`value` as an array, or a ValueError where one of its numbers fails the check."""
-    try:
-        numbers = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        raise ValueError(f"{name} = {value!r}: must be a number or an array of numbers, in {unit}") from None
-    # Minimum and maximum carry NaN along, so these two stand for all.
-    for extreme in (numbers.min(), numbers.max()) if numbers.size else ():
-        check(name, float(extreme), unit)
-    return numbers
 
 
 def _like(value: Number, result: Vector) -> Number:

@@ -1,9 +1,12 @@
 """Input checks shared by every room: each names the argument, its value and what would be right."""
 
 import math
-from collections.abc import Collection, Iterable
+from collections.abc import Callable, Collection, Iterable
 from difflib import get_close_matches
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 
 def finite(name: str, value: float, unit: str = "") -> float:
@@ -71,6 +74,28 @@ def whole(name: str, value: int, smallest: int = 1) -> int:
     if number != int(number) or number < smallest:
         raise ValueError(f"{name} = {value!r}: must be a whole number, {smallest} or more")
     return int(number)
+
+
+def restitution_coefficient(name: str, value: float, unit: str = "") -> float:
+    """`value` as a float, or a ValueError where it is no ratio of rebound to approach speed, in (0, 1]."""
+    if positive(name, value, unit) > 1.0:
+        raise ValueError(f"{name} = {value!r}: must be at most 1; a structure at rest gives no energy")
+    return float(value)
+
+
+def each(
+    check: Callable[[str, float, str], float], name: str, value: float | NDArray[np.float64], unit: str = ""
+) -> NDArray[np.float64]:
+    """`value` as an array, or a ValueError where one of its numbers fails the check."""
+    try:
+        numbers = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        in_unit = f", in {unit}" if unit else ""
+        raise ValueError(f"{name} = {value!r}: must be a number or an array of numbers{in_unit}") from None
+    # Minimum and maximum carry NaN along, so these two stand for all.
+    for extreme in (numbers.min(), numbers.max()) if numbers.size else ():
+        check(name, float(extreme), unit)
+    return numbers
 
 
 def _of(unit: str) -> str:

@@ -7,13 +7,12 @@ Functions take a number, or an array where the type says so, and give the same; 
 naming the argument, where one is not finite or out of its range.
 """
 
-from collections.abc import Callable
 from math import gamma, pi, sqrt
 from typing import TypeVar
 
 import numpy as np
 
-from structures.checks import finite, instance, not_negative, positive
+from structures.checks import each, finite, instance, not_negative, positive, restitution_coefficient
 from structures.material import Material
 from structures.structure import Vector
 
@@ -40,7 +39,7 @@ def contact_time_half_space(mass: Number | float, stiffness: Number | float, spe
     Two free bodies: the reduced mass m₁m₂/(m₁ + m₂). For one bead: the last of a chain, pushed on by the others,
     stays 1.5 times as long on steel and 1.6 times on PTFE (force above 1 % of its peak).
     """
-    m, k = _each(positive, "mass", mass, "kg"), _each(positive, "stiffness", stiffness, "N/m^1.5")
+    m, k = each(positive, "mass", mass, "kg"), each(positive, "stiffness", stiffness, "N/m^1.5")
     return _plain(HERTZ_COLLISION * (m / k) ** 0.4 / positive("speed", speed, "m/s") ** 0.2)
 
 
@@ -63,8 +62,8 @@ def primary_time_of_flight(
     """
     number, m = positive("beads", beads), positive("mass", mass, "kg")
     chain, v = positive("chain_stiffness", chain_stiffness, "N/m^1.5"), positive("striker_speed", striker_speed, "m/s")
-    wall = _each(positive, "wall_stiffness", wall_stiffness, "N/m^1.5")
-    transits = BEAD_TRANSIT * number * (1.0 + _each(_restitution, "restitution", restitution) ** -0.2)
+    wall = each(positive, "wall_stiffness", wall_stiffness, "N/m^1.5")
+    transits = BEAD_TRANSIT * number * (1.0 + each(restitution_coefficient, "restitution", restitution) ** -0.2)
     return _plain((HERTZ_COLLISION * wall**-0.4 + transits * chain**-0.4) * m**0.4 / v**0.2)
 
 
@@ -75,7 +74,7 @@ def primary_amplitude_ratio(restitution: Number) -> Number:
     comes, and one goes. Where a secondary wave takes its share, e is not the structure's alone: on an elastic
     half-space, e = 1, a chain has AR 0.979 for steel and 0.915 for PTFE.
     """
-    return _plain(_each(_restitution, "restitution", restitution) ** 1.2)
+    return _plain(each(restitution_coefficient, "restitution", restitution) ** 1.2)
 
 
 def critical_modulus(material: Material, wall_poisson_ratio: float | None = None) -> float:
@@ -100,7 +99,7 @@ def characteristic_length(bar_speed: Number | float, contact_time: Number | floa
     for a bead of 8000 kg/m³.) A longer rod keeps the energy of the wave in it, a much shorter one gives it back. No
     sharp bound: for steel rods of 19 mm diameter AR falls from 0.979 at 25 mm to 0.928 at 100 and 0.925 at 150 mm.
     """
-    speed, time = _each(positive, "bar_speed", bar_speed, "m/s"), _each(positive, "contact_time", contact_time, "s")
+    speed, time = each(positive, "bar_speed", bar_speed, "m/s"), each(positive, "contact_time", contact_time, "s")
     return _plain(speed * time / 2.0)
 
 
@@ -115,7 +114,7 @@ def upper_layer_restitution(mass: float, upper_mass: Number) -> Number:
     has less AR than e^{6/5}, 0.417 for 0.542 at M_u = 4m and 0.929 for 0.963 at 64m. A lower layer of PTFE resists
     meanwhile, and makes it 0.542 at 4m, 0.693 for 0.740 at 8m, and 0.923 at 64m.
     """
-    m, upper = positive("mass", mass, "kg"), _each(positive, "upper_mass", upper_mass, "kg")
+    m, upper = positive("mass", mass, "kg"), each(positive, "upper_mass", upper_mass, "kg")
     if upper.size and upper.min() <= m:
         raise ValueError(
             f"upper_mass = {float(upper.min())!r}: must be greater than mass = {m!r} kg, or the bead does not come back"
@@ -128,7 +127,7 @@ def upper_layer_speed(mass: float, upper_mass: Number, incident_speed: float) ->
 
     (Thesis, equation 6.30, right as printed.) v_in is the bead's own speed: in a chain 0.682 of the striker's, by 6.16.
     """
-    m, upper = positive("mass", mass, "kg"), _each(positive, "upper_mass", upper_mass, "kg")
+    m, upper = positive("mass", mass, "kg"), each(positive, "upper_mass", upper_mass, "kg")
     return _plain(2.0 * m * positive("incident_speed", incident_speed, "m/s") / (m + upper))
 
 
@@ -138,7 +137,7 @@ def axial_stiffness(youngs_modulus: float, area: float, length: Number) -> Numbe
     At rest, and free to widen: for layers longer than wide.
     """
     modulus, section = positive("youngs_modulus", youngs_modulus, "Pa"), positive("area", area, "m²")
-    return _plain(modulus * section / _each(positive, "length", length, "m"))
+    return _plain(modulus * section / each(positive, "length", length, "m"))
 
 
 def secondary_delay(upper_mass: Number | float, lower_mass: Number | float, lower_stiffness: Number | float) -> Number:
@@ -150,28 +149,9 @@ def secondary_delay(upper_mass: Number | float, lower_mass: Number | float, lowe
     Chains take longer: it is 11 % to 21 % short over section 6.1.4, where M_u = 4m (26 % to 50 % without M_l). A
     heavy upper layer makes a weak secondary wave, whose slower way back 6.33 leaves out: 38 % short for M_u = 16m.
     """
-    upper, lower = _each(positive, "upper_mass", upper_mass, "kg"), _each(not_negative, "lower_mass", lower_mass, "kg")
-    spring = _each(positive, "lower_stiffness", lower_stiffness, "N/m")
+    upper, lower = each(positive, "upper_mass", upper_mass, "kg"), each(not_negative, "lower_mass", lower_mass, "kg")
+    spring = each(positive, "lower_stiffness", lower_stiffness, "N/m")
     return _plain(pi * np.sqrt((upper + lower / 3.0) / spring))
-
-
-def _restitution(name: str, value: float, _: str) -> float:
-    if positive(name, value) > 1.0:
-        raise ValueError(f"{name} = {value!r}: must be at most 1; a structure at rest gives no energy")
-    return float(value)
-
-
-def _each(check: Callable[[str, float, str], float], name: str, value: float | Vector, unit: str = "") -> Vector:
-    """`value` as an array, or a ValueError where one of its numbers fails the check."""
-    try:
-        numbers = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        in_unit = f", in {unit}" if unit else ""
-        raise ValueError(f"{name} = {value!r}: must be a number or an array of numbers{in_unit}") from None
-    # Minimum and maximum carry NaN along, so these two stand for all.
-    for extreme in (numbers.min(), numbers.max()) if numbers.size else ():
-        check(name, float(extreme), unit)
-    return numbers
 
 
 def _plain(result: Vector) -> Number:  # type: ignore[type-var]
