@@ -1,19 +1,20 @@
 """What is read from a run, or from a measured signal: every measure is a function of the Dataset, over any axes."""
 
 from dataclasses import dataclass
+from itertools import count, takewhile
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
-from coupling.peaks import Peak, incident_passage, interpolated, waves_of_run, waves_of_signal
+from coupling.peaks import incident_passage, interpolated, waves_of_run, waves_of_signal
 from structures.checks import instance, one_of, positive, whole
 from structures.structure import Vector
 
 SMALLEST_WAVE = 0.01
 """Waves below this part of the incident one are not reported: beads that rattle after a wave make such peaks."""
 
-WAVES = ("primary", "secondary")
+WAVES = ("primary", "secondary", "third")
 
 
 @dataclass(frozen=True)
@@ -26,10 +27,14 @@ class Wave:
 
 @dataclass(frozen=True)
 class ReflectedWave(Wave):
-    """A wave that came back, beside the incident one: amplitude ratio AR, and time of flight TOF (s)."""
+    """A wave that came back, beside the incident one: amplitude ratio AR, and time of flight TOF (s).
+
+    begins: "structure"; "chain" where it came out of a meeting of waves on the way; "unknown" of a signal.
+    """
 
     amplitude_ratio: float
     time_of_flight: float
+    begins: str = "unknown"
 
 
 class Reflections(NamedTuple):
@@ -91,8 +96,13 @@ def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE) -
     """The waves that pass a sensor bead of one run.
 
     A wave is a peak of both contact forces of the bead, and its amplitude the peak of their mean, placed between
-    samples by a cubic spline. Which contact it passes first tells its direction: the incident wave is the first that
-    goes on, reflected ones are those that come back. A heavy striker sends a train; its first wave is the incident one.
+    samples by a cubic spline; where beads have drifted apart, so that a weak wave is two collisions, it arrives halfway
+    between them. Which contact it passes first tells its direction: the incident wave is the first that goes on,
+    reflected ones are those that come back. A heavy striker sends a train; its first wave is the incident one.
+    A reflected wave is followed back towards the structure, contact by contact, and tells where it `begins`: at the
+    "structure", or in the "chain", where it parted from a wave with which it was merged, or came back from an unlike
+    bead. Waves below 5 % that cannot be followed over four contacts are beads that rattle, and left out. So in a sweep
+    the secondary wave stays the same wave until it fades. `follow_waves` shows those that end before the sensor.
     smallest: a peak that is lower than this part of the incident amplitude, or rises by less, is no wave. Small
     secondary waves of 1 to 3 % are real: every collision of a wave with a wall leaves some (thesis, section 1.5).
     A solitary wave is five beads long: nearer than that to either end of the chain, or to a bead unlike the others,
@@ -104,16 +114,18 @@ def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE) -
     TOF to 0.5 µs for steel beads of 10 mm diameter, and in 99 of 100 draws for 5 mm; at 2 MHz AR has a standard
     deviation of 0.005.
     """
-    series = _series(run, sensor)
-    if series[0].ndim != 1:
+    series, dimensions = _series(run, sensor)
+    if series[0].ndim != len(dimensions[0]):
         raise ValueError("run: holds a sweep; use amplitude_ratio and time_of_flight, or select one point first")
-    return _reflections(run.time.values, *(one.values for one in series), smallest=positive("smallest", smallest))
+    values = [one.transpose(*order).values for one, order in zip(series, dimensions, strict=True)]
+    incident, back = _waves(run.time.values, *values, smallest=positive("smallest", smallest))
+    return Reflections(incident, back[0] if back else None, back[1] if len(back) > 1 else None)
 
 
 def amplitude_ratio(run: xr.Dataset, sensor: int, wave: str = "primary") -> xr.DataArray:
     """AR = reflected amplitude / incident amplitude at a sensor (thesis, section 6.1.1); NaN where no wave came.
 
-    A run gives a number, a sweep an array over its axes. wave: "primary" or "secondary".
+    A run gives a number, a sweep an array over its axes. wave: "primary", "secondary" or "third".
     """
     return _over_axes(run, sensor, wave, "amplitude_ratio", "1", f"amplitude ratio, {wave} wave")
 
@@ -121,7 +133,7 @@ def amplitude_ratio(run: xr.Dataset, sensor: int, wave: str = "primary") -> xr.D
 def time_of_flight(run: xr.Dataset, sensor: int, wave: str = "primary") -> xr.DataArray:
     """TOF, s: from the incident peak to the reflected one at a sensor (thesis, section 6.1.1); NaN where no wave came.
 
-    A run gives a number, a sweep an array over its axes. wave: "primary" or "secondary".
+    A run gives a number, a sweep an array over its axes. wave: "primary", "secondary" or "third".
     """
     return _over_axes(run, sensor, wave, "time_of_flight", "s", f"time of flight, {wave} wave")
 
@@ -258,20 +270,31 @@ def critical_distance(ratio: xr.DataArray, tolerance: float = 0.02) -> float | x
 def _over_axes(run: xr.Dataset, sensor: int, wave: str, what: str, units: str, label: str) -> xr.DataArray:
     one_of("wave", wave, WAVES)
 
-    def one(*series: Vector) -> float:
-        found = getattr(_reflections(time, *series, smallest=SMALLEST_WAVE), wave)
-        return float("nan") if found is None else float(getattr(found, what))
+    place = WAVES.index(wave)
 
-    series = _series(run, sensor)
+    def one(*series: Vector) -> float:
+        _, back = _waves(time, *series, smallest=SMALLEST_WAVE)
+        return float(getattr(back[place], what)) if len(back) > place else float("nan")
+
+    series, dimensions = _series(run, sensor)
     time = run.time.values
-    result: xr.DataArray = xr.apply_ufunc(one, *series, input_core_dims=[["time"]] * len(series), vectorize=True)
+    result: xr.DataArray = xr.apply_ufunc(one, *series, input_core_dims=dimensions, vectorize=True)
     result.attrs = {"units": units, "long_name": f"{label}, bead {sensor}"}
     return result.rename(what)
 
 
-def _series(run: xr.Dataset, sensor: int) -> tuple[xr.DataArray, ...]:
-    """What tells the waves over a bead: see `_passing` for a run; of a signal its force."""
-    return (sensor_force(run, sensor),) if _is_signal(run) else _passing(run, sensor)
+def _series(run: xr.Dataset, sensor: int) -> tuple[tuple[xr.DataArray, ...], list[list[str]]]:
+    """What tells the waves over a bead, and the dimensions of each for one run.
+
+    Of a signal the force; of a run the dynamic forces of the bead's contacts and those beyond, and its velocity.
+    """
+    if _is_signal(run):
+        return (sensor_force(run, sensor),), [["time"]]
+    *_, velocity = _passing(run, sensor)
+    number, kept = int(sensor), set(run.contact.values.tolist())
+    beyond = list(takewhile(kept.__contains__, count(number)))
+    force = _dynamic_force(run).sel(contact=beyond)
+    return (force.reset_coords(drop=True), velocity), [["contact", "time"], ["time"]]
 
 
 def _passing(run: xr.Dataset, sensor: int) -> tuple[xr.DataArray, ...]:
@@ -279,18 +302,18 @@ def _passing(run: xr.Dataset, sensor: int) -> tuple[xr.DataArray, ...]:
     return (*_contact_pair(run, sensor), run.velocity.sel(bead=int(sensor)).reset_coords(drop=True))
 
 
-def _reflections(time: Vector, *series: Vector, smallest: float) -> Reflections:
-    """The waves of a run's three series, or of a signal's one; see `_series` and `reflections`."""
+def _waves(time: Vector, *series: Vector, smallest: float) -> tuple[Wave | None, list[ReflectedWave]]:
+    """The incident wave and those that came back, from a run's series or a signal's one; see `_series`."""
     if len(series) == 1:
-        found: list[Peak] = waves_of_signal(time, series[0], smallest)
+        found = waves_of_signal(time, series[0], smallest)
+        origins = ["unknown"] * (len(found) - 1)
     else:
-        above, below, velocity = series
-        found = waves_of_run(time, above, below, velocity, smallest)
+        force, velocity = series
+        found, origins = waves_of_run(time, force, velocity, smallest)
     if not found:
-        return Reflections(None, None, None)
+        return None, []
     incident = Wave(*found[0])
-    back = [
-        ReflectedWave(amplitude, arrival, amplitude / incident.amplitude, arrival - incident.arrival)
-        for amplitude, arrival in found[1:3]
+    return incident, [
+        ReflectedWave(amplitude, arrival, amplitude / incident.amplitude, arrival - incident.arrival, begins)
+        for (amplitude, arrival), begins in zip(found[1:], origins, strict=True)
     ]
-    return Reflections(incident, back[0] if back else None, back[1] if len(back) > 1 else None)

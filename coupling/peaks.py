@@ -1,6 +1,9 @@
 """Waves in forces: those of a run, whose two contacts tell a direction, and those of a measured signal with its noise.
 
 Waves are given as (amplitude, arrival) in N and s, the incident one first, then those that came back.
+A wave that came back is followed from the sensor towards the structure, contact by contact: beads that rattle make
+small peaks too, but none that runs. The incident wave is the clock: what follows it takes about as long from contact to
+contact, the weaker the longer.
 """
 
 from typing import NamedTuple
@@ -29,6 +32,21 @@ step of the digitiser: from valley to peak, the greatest of a thousand noises re
 REACH, NARROWEST, WIDEST = 2.0, 0.3, 0.7
 """It is fitted over ± REACH (noise² / samples)^(1/12) of its width at half height, within these limits: `_reach`."""
 
+FEWEST_CONTACTS = 4
+"""A wave passes at least so many contacts; fewer are beads that rattle."""
+
+NEAR_END = 3
+"""A wave that is first or last seen within so many contacts of an end begins or ends there."""
+
+EARLY, LATE, SLACK = 0.55, 1.8, 0.3
+"""A wave's next peak comes after this part of the expected time, give or take SLACK of the chain's median one."""
+
+STRONG = 0.05
+"""A wave above this part of the incident one is no rattle, however near to the sensor it left another."""
+
+FAINT = 0.5
+"""On its way a wave may be lower than the smallest one that is reported by this factor."""
+
 Peak = tuple[float, float]
 
 
@@ -48,15 +66,102 @@ def incident_passage(above: Vector, below: Vector, velocity: Vector) -> Passage 
     return forward[0] if forward else None
 
 
-def waves_of_run(time: Vector, above: Vector, below: Vector, velocity: Vector, smallest: float) -> list[Peak]:
-    """The incident wave over a bead and those that come back, from the dynamic forces of its two contacts."""
-    first = incident_passage(above, below, velocity)
+def waves_of_run(time: Vector, force: Vector, velocity: Vector, smallest: float) -> tuple[list[Peak], list[str]]:
+    """The incident wave over a bead and those that come back, and where each of these begins.
+
+    force, contacts × time: the dynamic forces of the bead's two contacts, and of those beyond them as far as they are
+    known, the structure's last. A wave begins at the "structure", or in the "chain" where waves have met.
+    """
+    first = incident_passage(force[0], force[1], velocity)
     if first is None:
-        return []
-    force = 0.5 * (above + below)
-    incident = interpolated(time, force, first.peak)
-    later = [p for p in _passages(above, below, velocity, smallest * incident[0]) if p.start > first.end]
-    return [incident, *(interpolated(time, force, p.peak) for p in later if not p.goes_on)]
+        return [], []
+    mean = 0.5 * (force[0] + force[1])
+    incident = interpolated(time, mean, first.peak)
+    later = [p for p in _passages(force[0], force[1], velocity, smallest * incident[0]) if p.start > first.end]
+    path, waves, origins = _WayBack(time, force, FAINT * smallest * incident[0]), [incident], []
+    for passage in later:
+        if passage.goes_on:
+            continue
+        wave = _arrival(time, force, passage)
+        contacts, begins = path.follow(passage, (incident[0] / wave[0]) ** (1.0 / 6.0))
+        if begins == "structure" or contacts >= FEWEST_CONTACTS or wave[0] >= STRONG * incident[0]:
+            waves.append(wave)
+            origins.append(begins)
+    return waves, origins
+
+
+def hops(time: Vector, force: Vector) -> Vector:
+    """What the incident wave takes from each contact to the next, s; force: contacts × time.
+
+    At the last contact a soft structure holds it up, and beads that move as one pass it on at once: neither is how long
+    another wave takes, so there the median limits it.
+    """
+    arrivals = np.full(len(force), np.nan)
+    for row, series in enumerate(force):
+        least = FIRST_WAVE * series.max(initial=0.0)
+        peaks = find_peaks(series, height=least, prominence=least)[0] if least > 0.0 else []
+        if len(peaks):
+            arrivals[row] = time[peaks[0]]
+    taken = np.diff(arrivals)
+    usual = np.nanmedian(taken) if np.isfinite(taken).any() else np.nan
+    taken = np.where(np.isfinite(taken), taken, usual)
+    taken[-1] = min(taken[-1], usual)
+    return np.maximum(taken, SLACK * usual)
+
+
+class _WayBack:
+    """The contacts between a bead and the structure, with the peaks that waves left in them."""
+
+    def __init__(self, time: Vector, force: Vector, least: float) -> None:
+        self.time, self.force, self.least = time, force, least
+        self.hops = hops(time, force)
+        self.peaks: dict[int, Vector] = {}
+
+    def follow(self, passage: Passage, pace: float) -> tuple[int, str]:
+        """The contacts that the wave of a passage came through, and where it begins.
+
+        pace: its time from contact to contact beside that of the incident wave.
+        """
+        last = len(self.force) - 1
+        row, now = 1, self.time[passage.start]
+        left = self.time[passage.end]
+        pace = float(np.clip((left - now) / self.hops[0], EARLY * pace, LATE * pace))
+        while row < last:
+            before = next_peak(self._peaks(row + 1), now, -pace * self.hops[row], SLACK * float(np.median(self.hops)))
+            if before is None:
+                break
+            now, row = before, row + 1
+            pace = max((left - now) / float(self.hops[:row].sum()), EARLY * pace)
+        return row + 1, "structure" if row > last - NEAR_END else "chain"
+
+    def _peaks(self, row: int) -> Vector:
+        if row not in self.peaks:
+            self.peaks[row] = self.time[find_peaks(self.force[row], height=self.least, prominence=self.least)[0]]
+        return self.peaks[row]
+
+
+def next_peak(peaks: Vector, time: float, wait: float, slack: float) -> float | None:
+    """Of the peaks (s) the one that comes most nearly `wait` after `time`, before it where that is negative."""
+    late = (peaks - time) * np.sign(wait)
+    fitting = (late > EARLY * abs(wait) - slack) & (late < LATE * abs(wait) + slack)
+    near = np.abs(late - abs(wait))
+    return float(peaks[fitting][near[fitting].argmin()]) if fitting.any() else None
+
+
+def _arrival(time: Vector, force: Vector, passage: Passage) -> Peak:
+    """Amplitude and time of a wave over a bead whose two contacts come first.
+
+    Between beads that have drifted apart a weak wave is two collisions, and the mean of both contacts has two humps:
+    the time is then halfway between the contacts' peaks, whichever hump is the higher.
+    """
+    mean = 0.5 * (force[0] + force[1])
+    wave = interpolated(time, mean, passage.peak)
+    inside = mean[max(0, passage.start - 1) : passage.end + 2]
+    if find_peaks(inside)[0].size < 2:
+        return wave
+    first, last = (0, 1) if passage.goes_on else (1, 0)
+    ends = interpolated(time, force[first], passage.start)[1], interpolated(time, force[last], passage.end)[1]
+    return wave[0], 0.5 * (ends[0] + ends[1])
 
 
 def waves_of_signal(time: Vector, force: Vector, smallest: float) -> list[Peak]:

@@ -6,22 +6,13 @@ import numpy as np
 import xarray as xr
 from scipy.signal import find_peaks
 
-from coupling.measures import SMALLEST_WAVE, reflections
-from coupling.peaks import interpolated
+from coupling.measures import SMALLEST_WAVE
+from coupling.peaks import EARLY, FEWEST_CONTACTS, NEAR_END, SLACK, Peak, hops, interpolated, next_peak
 from structures.checks import instance, positive
 from structures.structure import Vector
 
-FEWEST_CONTACTS = 4
-"""A wave passes at least so many contacts; fewer are beads that rattle."""
-
-NEAR_END = 3
-"""A wave that is first or last seen within so many contacts of an end begins or ends there."""
-
-EARLY, LATE = 0.55, 1.8
-"""A wave's next peak comes within this range of the time from the last one."""
-
-Peak = tuple[float, float]
-"""Force (N) and time (s)."""
+Node = tuple[int, int]
+"""A contact's row, and which of its peaks."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,83 +50,82 @@ class Track:
 def follow_waves(run: xr.Dataset, smallest: float = SMALLEST_WAVE) -> list[Track]:
     """The waves of one run in order of time, each followed from contact to contact.
 
-    Peaks of at least `smallest` times the first wave's force are linked: the next contact's peak must come about as
-    long after as the last one did, or, at a wave's start, as a solitary wave of its force takes (V goes with F^(1/6)).
-    The longest waves take their peaks first. A missing wave is not in the list, a third one is, one that merges
-    with another ends in the "chain", and one that is left behind by another begins there: only waves that begin at
-    the "structure" tell of it. Raises ValueError for a sweep, a signal, or where no wave runs from the struck end.
+    Peaks of at least `smallest` times the greatest force in mid chain are linked: the next contact's peak must come
+    about as long after as the last hop, and the incident wave's hops, let expect; at a wave's start, as a solitary wave
+    of its force takes (V goes with F^(1/6)). The longest waves take their peaks first. A missing wave is not in the
+    list, a third one is, one that merges with another ends in the "chain", and one that is left behind by another
+    begins there: only waves that begin at the "structure" tell of it. Raises ValueError for a sweep, a signal, or where
+    no wave runs from the struck end.
     """
     instance("run", run, xr.Dataset, "the Dataset of one run")
     if "contact_force" not in run or run.contact_force.ndim != 2:
         raise ValueError("run: must be the Dataset of one run, with its contact forces")
-    force = (run.contact_force - run.static_force).values
-    time, contacts = run.time.values, run.contact.values
-    scale = _first_wave(run)
-    level = positive("smallest", smallest) * scale[0]
-    peaks = []
-    for series in force.T:
-        found = find_peaks(series, height=level, prominence=level)[0]
-        peaks.append([interpolated(time, series, int(i)) for i in found])
+    dynamic = run.contact_force - run.static_force
+    web = _Web(run.time.values, dynamic.transpose("contact", "time").values, positive("smallest", smallest))
     tracks = []
-    free = [set(range(len(one))) for one in peaks]
     while True:
-        paths = [path for forward in (True, False) for path in _paths(peaks, free, forward, scale)]
-        best = max(paths, key=len, default=[])
+        best = max([*web.paths(True), *web.paths(False)], key=len, default=[])
         if len(best) < FEWEST_CONTACTS:
             break
-        for n, k in best:
-            free[n].discard(k)
-        tracks.append(_track(best, peaks, contacts))
+        web.take(best)
+        tracks.append(_track(best, web.peaks, run.contact.values))
     return sorted(tracks, key=lambda track: float(track.times[0]))
 
 
-def _first_wave(run: xr.Dataset) -> tuple[float, float]:
-    """Force (N) of the first wave, and the time (s) that it takes from contact to contact, in mid chain."""
-    beads = run.sizes["contact"] - 1
-    for sensor in (max(1, beads // 2), max(1, beads // 3)):
-        incident = reflections(run, sensor).incident
-        after = reflections(run, sensor + 1).incident if sensor < beads else None
-        if incident and after and after.arrival > incident.arrival:
-            top = float((run.contact_force - run.static_force).sel(contact=sensor + 1).max())
-            return top, after.arrival - incident.arrival
-    raise ValueError("run: no wave runs from the struck end; it is too short, or the chain is")
+class _Web:
+    """The peaks of all contacts, those that no wave has taken yet, and what links them."""
+
+    def __init__(self, time: Vector, force: Vector, smallest: float) -> None:
+        self.hops = hops(time, force)
+        middle = len(force) // 2
+        self.first = float(force[middle].max())
+        level = smallest * self.first
+        self.peaks: list[list[Peak]] = []
+        for series in force:
+            found = find_peaks(series, height=level, prominence=level)[0]
+            self.peaks.append([interpolated(time, series, int(i)) for i in found])
+        if not self.peaks[middle] or not np.isfinite(self.hops).all():
+            raise ValueError("run: no wave runs from the struck end; it is too short, or the chain is")
+        self.times = [np.array([peak[1] for peak in one]) for one in self.peaks]
+        self.free = [set(range(len(one))) for one in self.peaks]
+        self.slack = SLACK * float(np.median(self.hops))
+
+    def take(self, path: list[Node]) -> None:
+        for row, which in path:
+            self.free[row].discard(which)
+
+    def paths(self, forward: bool) -> list[list[Node]]:
+        """All waves in one direction that can be linked from free peaks."""
+        order = range(len(self.peaks)) if forward else range(len(self.peaks) - 1, -1, -1)
+        taken: set[Node] = set()
+        found = []
+        for row in order:
+            for which in sorted(self.free[row]):
+                if (row, which) not in taken:
+                    found.append(self._path((row, which), 1 if forward else -1, taken))
+                    taken.update(found[-1])
+        return found
+
+    def _path(self, start: Node, step: int, taken: set[Node]) -> list[Node]:
+        """The wave from a peak on, up to where no peak follows, or one that is taken."""
+        path, pace = [start], (self.first / self.peaks[start[0]][start[1]][0]) ** (1.0 / 6.0)
+        while True:
+            row, which = path[-1]
+            if not 0 <= row + step < len(self.peaks):
+                return path
+            now, hop = self.times[row][which], self.hops[min(row, row + step)]
+            free = sorted(self.free[row + step])
+            following = next_peak(self.times[row + step][free], now, pace * hop, self.slack)
+            if following is None:
+                return path
+            node = row + step, int(np.flatnonzero(self.times[row + step] == following)[0])
+            if node in taken:
+                return path
+            pace = max((following - now) / hop, EARLY * pace)
+            path.append(node)
 
 
-def _paths(
-    peaks: list[list[Peak]], free: list[set[int]], forward: bool, scale: tuple[float, float]
-) -> list[list[tuple[int, int]]]:
-    """All waves in one direction that can be linked from free peaks, each as (contact, peak) pairs."""
-    order = range(len(peaks)) if forward else range(len(peaks) - 1, -1, -1)
-    step = 1 if forward else -1
-    taken: set[tuple[int, int]] = set()
-    found = []
-    for n in order:
-        for k in sorted(free[n]):
-            if (n, k) in taken:
-                continue
-            path, wait = [(n, k)], scale[1] * (scale[0] / peaks[n][k][0]) ** (1.0 / 6.0)
-            while True:
-                last, which = path[-1]
-                following = _next(peaks, free, last + step, peaks[last][which][1], wait)
-                if following is None or (last + step, following) in taken:
-                    break
-                wait = peaks[last + step][following][1] - peaks[last][which][1]
-                path.append((last + step, following))
-            taken.update(path)
-            found.append(path)
-    return found
-
-
-def _next(peaks: list[list[Peak]], free: list[set[int]], contact: int, time: float, wait: float) -> int | None:
-    """The free peak of a contact that comes most nearly `wait` after `time`, or None."""
-    if not 0 <= contact < len(peaks):
-        return None
-    late = {k: (peaks[contact][k][1] - time) / wait for k in free[contact]}
-    fitting = {k: abs(np.log(ratio)) for k, ratio in late.items() if EARLY < ratio < LATE}
-    return min(fitting, key=fitting.__getitem__) if fitting else None
-
-
-def _track(path: list[tuple[int, int]], peaks: list[list[Peak]], contacts: Vector) -> Track:
+def _track(path: list[Node], peaks: list[list[Peak]], contacts: Vector) -> Track:
     numbers = tuple(int(contacts[n]) for n, _ in path)
     values = [peaks[n][k] for n, k in path]
 

@@ -7,9 +7,9 @@ import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
-from coupling.measures import WAVES, reflections
+from coupling.measures import reflections
 from coupling.studies import struck_cylinders as struck
-from coupling.studies.struck_cylinders import BEAD, BEADS, DASHPOT, DASHPOTS, SENSOR, UNTIL, chain
+from coupling.studies.struck_cylinders import BEAD, BEADS, DASHPOT, DASHPOTS, SENSOR, UNTIL, WAVES, chain
 from coupling.studies.table import Row
 from coupling.sweep import sweep
 from structures.material import MATERIALS, PTFE, STEEL_440C, Material

@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
-from coupling.measures import WAVES, contact_time, reflections, sensor_force
+from coupling.measures import contact_time, reflections, sensor_force
 from coupling.sweep import sweep
 from particles.bead import STANDARD_GRAVITY, Sphere, drop_speed
 from particles.chain import Chain
@@ -32,14 +32,13 @@ SENSORS = (SENSOR, 16)
 DROP_HEIGHT = 0.01
 UNTIL = 1.5e-3
 
+WAVES = ("primary", "secondary")
+
 DASHPOT = 5.0
 """N s/m, at every contact; the thesis does not give its coefficient."""
 
 DASHPOTS = (4.0, DASHPOT, 6.0)
 """N s/m; the tables show the outer two as well."""
-
-STEEPEST, LEAP = 0.5, 0.1
-"""A secondary wave's TOF grows with less than the root of a length; where ln TOF leaps by more, it is another wave."""
 
 
 def chain(dashpot: float = DASHPOT) -> Chain:
@@ -59,7 +58,8 @@ def solid(layers: Sequence[Layer]) -> Structure:
 
 def measure(run: xr.Dataset) -> xr.Dataset:
     """What the studies keep of a run: AR and TOF at bead 7, and what the last bead does."""
-    incident, *returned = reflections(run, SENSOR)
+    waves = reflections(run, SENSOR)
+    incident, returned = waves.incident, (waves.primary, waves.secondary)
     largest = run.displacement.sel(bead=BEADS).max().reset_coords(drop=True)
     ratios = [wave.amplitude_ratio if wave else np.nan for wave in returned]
     flights = [wave.time_of_flight if wave else np.nan for wave in returned]
@@ -148,24 +148,12 @@ def sensitivity(values: xr.DataArray, factor: float = 1.0) -> str:
     return f"γ is not given; {low:.3g} and {high:.3g} for γ = 4 and 6 N s/m"
 
 
-def secondary_branch(data: xr.Dataset) -> xr.DataArray:
-    """For each length, whether the secondary wave still is that of the shortest one, for the middle dashpot."""
-    flights = data.time_of_flight.sel(dashpot=DASHPOT, wave="secondary").values
-    leaps = ~(np.abs(np.diff(np.log(flights))) < STEEPEST * np.diff(np.log(data.length.values)) + LEAP)
-    followed = int(leaps.argmax()) + 1 if leaps.any() else flights.size
-    return xr.DataArray(np.arange(flights.size) < followed, dims="length", coords={"length": data.length})
-
-
 def against_length(axis: "Axes", data: xr.Dataset, name: str, wave: str, label: str, xlabel: str) -> None:
     """AR or TOF of one wave over a length (mm): rods, their band between the outer dashpots, and cylinders."""
     from coupling import plots
 
     factor = 1e6 if name == "time_of_flight" else 1.0
     values, solids = data[name].sel(wave=wave) * factor, data[f"solid_{name}"].sel(wave=wave) * factor
-    if wave == "secondary":
-        inside = secondary_branch(data)
-        longest = float(data.length.where(inside).max())
-        values, solids = values.where(inside), solids.where(data.solid_length <= longest * (1.0 + 1e-9))
     plots.banded(axis, data.length.values * 1e3, values, DASHPOT, "rod, 1-D")
     plots.points(axis, data.solid_length.values * 1e3, solids.values, 1, "cylinder, axisymmetric")
     axis.set(xlabel=xlabel, ylabel=label)

@@ -109,7 +109,7 @@ def _flights(data: xr.Dataset) -> list[Row]:
     middle = data.sel(dashpot=struck.DASHPOT)
     primary, secondary = (middle.time_of_flight.sel(wave=wave) * 1e6 for wave in ("primary", "secondary"))
     expected = theory(data.length.values, LOWER) * 1e6
-    followed = secondary.where(struck.secondary_branch(data), drop=True)
+    followed = secondary.dropna("length")
     last = f"{float(followed.length[-1]) * 1e3:.0f} mm, {float(followed[-1]):.0f} µs"
     others = struck.sensitivity(data.time_of_flight.sel(wave="secondary").isel(length=0), 1e6)
     return [

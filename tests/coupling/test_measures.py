@@ -108,6 +108,49 @@ def test_small_peaks_are_not_reported_even_from_below_zero() -> None:
     assert secondary is None
 
 
+def test_a_third_wave_is_told_from_the_second() -> None:
+    run = signal((50.0, 1e-4, 1.0), (20.0, 4e-4, -1.0), (10.0, 6e-4, -1.0), (5.0, 8e-4, -1.0))
+    found = [hl.time_of_flight(run, 1, wave).item() for wave in ("primary", "secondary", "third")]
+    assert found == pytest.approx([3e-4, 5e-4, 7e-4], abs=1e-9)
+    assert hl.amplitude_ratio(run, 1, "third").item() == pytest.approx(0.1, rel=1e-5)
+    assert np.isnan(hl.amplitude_ratio(signal((50.0, 1e-4, 1.0), (20.0, 5e-4, -1.0)), 1, "third").item())
+
+
+@pytest.mark.parametrize(("sensor", "begins"), [(13, "chain"), (34, "structure")])
+def test_a_wave_that_was_merged_with_another_is_reported_as_such(sensor: int, begins: str) -> None:
+    """An aluminium block on nylon pushes twice while the last bead still leans on it: one wave leaves the structure,
+    and the weaker one falls behind it by bead 31; what comes second near the structure is another, weaker wave."""
+    bead = hl.Sphere(9.53e-3, hl.STEEL_440C)
+    block = hl.rod([hl.Layer(hl.ALUMINIUM_6061, 40e-3, 9.5e-3), hl.Layer(hl.NYLON, 70e-3, 9.5e-3)])
+    run = hl.CoSimulation(hl.Chain([bead] * 40, bead, 1.0), hl.reduce(block, 4e-3)).run(4e-3)
+    waves = hl.reflections(run, sensor)
+    assert waves.primary is not None
+    assert waves.secondary is not None
+    assert waves.primary.begins == "structure"
+    assert waves.secondary.begins == begins
+
+
+def test_a_wave_that_died_on_its_way_is_missing() -> None:
+    """Over 60 mm of steel the second wave ends between bead 8 and 7, where beads that rattle pass on 2 % later."""
+    layers = [hl.Layer(hl.STEEL_440C, 60.4e-3, 9.525e-3), hl.Layer(hl.PTFE, 25.4e-3, 9.525e-3)]
+    chain = hl.Chain([BEAD] * 20, BEAD, hl.drop_speed(0.01), 9.81, hl.LinearDashpot(5.0))
+    run = hl.CoSimulation(chain, hl.reduce(hl.rod(layers), 1.5e-3)).run(1.5e-3)
+    assert hl.reflections(run, 7).secondary is None
+    assert hl.reflections(run, 9).secondary is not None
+    assert (
+        hl.sensor_force(run, 7).sel(time=slice(1e-3, None)) > 0.015 * hl.reflections(run, 7).incident.amplitude
+    ).any()
+
+
+def test_a_ripple_between_unlike_beads_is_no_reflection() -> None:
+    """Steel and PTFE in turns leave ripples of 2 % behind the wave; the primary wave comes back from the wall."""
+    pair = [hl.Sphere(9.53e-3, material) for material in (hl.STEEL_440C, hl.PTFE)]
+    run = hl.CoSimulation(hl.Chain(pair * 15, pair[0], 0.44, 9.81), hl.half_space(hl.STEEL_440C)).run(until=6e-3)
+    primary = hl.reflections(run, 20).primary
+    assert primary is not None
+    assert primary.amplitude_ratio > 0.9
+
+
 def test_a_silent_run_has_no_waves() -> None:
     assert hl.reflections(signal(static=1.0), sensor=1) == (None, None, None)
 
