@@ -41,11 +41,14 @@ from coupling.measures import (  # noqa: E402
     time_of_flight,
     wave_speed,
 )
+from coupling.motion import structure_motion  # noqa: E402
 from coupling.participant import Participant  # noqa: E402
 from coupling.scheme import Aitken, Condensed, NotConverged  # noqa: E402
 from coupling.signals import as_signal, read_signal  # noqa: E402
 from coupling.sweep import sweep  # noqa: E402
 from coupling.tracks import Track, follow_waves  # noqa: E402
+from coupling.views.paraview import write_vtu  # noqa: E402
+from coupling.views.pictures import animation, picture  # noqa: E402
 from particles.bead import Cylinder, Ellipsoid, HollowSphere, Sphere, drop_speed  # noqa: E402
 from particles.chain import Chain  # noqa: E402
 from particles.contact import PowerLaw, TabulatedLaw, contact_law  # noqa: E402
@@ -82,6 +85,7 @@ from structures.damping import (  # noqa: E402
     modal_damping,
     rayleigh,
     standard_linear_solid,
+    stiffness_parts,
 )
 from structures.elasticity import Foundation  # noqa: E402
 from structures.material import (  # noqa: E402
@@ -122,13 +126,14 @@ __all__ = [
     "NYLON", "Newmark", "NotConverged", "POLYCARBONATE", "PTFE", "Participant", "Piston", "Plate", "PowerDashpot",
     "PowerLaw", "PushedBead", "ReflectedWave", "Reflections", "Restitution", "STEEL_316", "STEEL_440C", "Sphere",
     "SpringLoaded", "Structure", "Supports", "Surface", "TabulatedLaw", "Track", "Tsuji", "Wave", "amplitude_ratio",
-    "angular_frequency", "as_signal", "axial_stiffness", "batch", "calibration_factor", "characteristic_length",
-    "contact_law", "contact_time", "contact_time_half_space", "contact_to_sensor_ratio", "critical_distance",
-    "critical_distance_bounds", "critical_modulus", "cutoff_frequency", "cylinder", "drop_speed", "energy_error",
-    "fit_dissipation", "follow_waves", "half_space", "hertz_stiffness", "kirchhoff_plate", "loss_tangent",
-    "modal_damping", "peak_force_from_particle_speed", "point_impedance", "primary_amplitude_ratio",
-    "primary_time_of_flight", "rayleigh", "read_signal", "reduce", "reflections", "rod", "rod_parts",
-    "secondary_delay", "sensor_force", "solid", "solitary_strain", "sound_speed", "standard_linear_solid", "sweep",
-    "tangent_stiffness", "time_of_flight", "transit_time", "transit_time_from_striker", "upper_layer_restitution",
-    "upper_layer_speed", "wave_speed", "wave_speed_from_force", "wave_speed_from_particle_speed", "wave_width",
+    "angular_frequency", "animation", "as_signal", "axial_stiffness", "batch", "calibration_factor",
+    "characteristic_length", "contact_law", "contact_time", "contact_time_half_space", "contact_to_sensor_ratio",
+    "critical_distance", "critical_distance_bounds", "critical_modulus", "cutoff_frequency", "cylinder",
+    "drop_speed", "energy_error", "fit_dissipation", "follow_waves", "half_space", "hertz_stiffness",
+    "kirchhoff_plate", "loss_tangent", "modal_damping", "peak_force_from_particle_speed", "picture",
+    "point_impedance", "primary_amplitude_ratio", "primary_time_of_flight", "rayleigh", "read_signal", "reduce",
+    "reflections", "rod", "rod_parts", "secondary_delay", "sensor_force", "solid", "solitary_strain", "sound_speed",
+    "standard_linear_solid", "stiffness_parts", "structure_motion", "sweep", "tangent_stiffness", "time_of_flight",
+    "transit_time", "transit_time_from_striker", "upper_layer_restitution", "upper_layer_speed", "wave_speed",
+    "wave_speed_from_force", "wave_speed_from_particle_speed", "wave_width", "write_vtu",
 ]  # fmt: skip

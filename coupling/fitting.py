@@ -299,7 +299,7 @@ def _fit(model: _Model, p: Vector, jacobian: Vector, residual: Vector) -> Fit:
     reach = float(student.ppf(0.975, residual.size - p.size))
     half = np.minimum(reach * np.sqrt(np.diag(covariance)), LARGEST)
     loss = model.loss(p)
-    if model.law is not PowerDashpot:
+    if not isinstance(loss, PowerDashpot):
         name = ONE_PARAMETER[model.law]
         value = getattr(loss, name)
         interval = {name: (value * exp(-half[0]), value * exp(half[0]))}
@@ -313,7 +313,6 @@ def _fit(model: _Model, p: Vector, jacobian: Vector, residual: Vector) -> Fit:
     direction = np.array([1.0, -log(model.speed)])
     spread = float(direction @ covariance @ direction)
     correlation = float(direction @ covariance[:, 1] / np.sqrt(spread * covariance[1, 1]))
-    assert isinstance(loss, PowerDashpot)
     factor = exp(min(reach * spread**0.5, LARGEST))
     intervals = {
         "coefficient": (loss.coefficient / factor, loss.coefficient * factor),

@@ -3,10 +3,12 @@
 import math
 from collections.abc import Callable, Collection, Iterable
 from difflib import get_close_matches
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+
+Kind = TypeVar("Kind")
 
 
 def finite(name: str, value: float, unit: str = "") -> float:
@@ -53,10 +55,11 @@ def listed(name: str, value: object, kind: type, what: str) -> list[Any]:
     return items
 
 
-def instance(name: str, value: object, kind: type, what: str) -> None:
-    """A ValueError where `value` is not of the kind."""
+def instance(name: str, value: object, kind: type[Kind], what: str) -> Kind:
+    """`value`, or a ValueError where it is not of the kind."""
     if not isinstance(value, kind):
         raise ValueError(f"{name} = {value!r}: must be {what}")
+    return value
 
 
 def one_of(name: str, value: str, choices: Collection[str]) -> str:

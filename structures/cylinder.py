@@ -13,6 +13,7 @@ from scipy import sparse
 from skfem import Basis, ElementQuad2, ElementVector, FacetBasis, MeshQuad
 
 from structures.checks import instance, listed, one_of, positive, whole
+from structures.elastic_field import elastic_field
 from structures.elasticity import (
     Foundation,
     absorbing_faces,
@@ -23,6 +24,7 @@ from structures.elasticity import (
     pressure_speed,
     shear_speed,
 )
+from structures.field import Field
 from structures.rod import Layer
 from structures.structure import Structure, Vector
 from structures.surface import Surface
@@ -85,7 +87,7 @@ def cylinder(
     patch = _patch_radius(patch_radius, stack, frequency)
     across, along = _nodes_across(stack, patch, frequency, cells), _nodes_along(stack, patch, frequency, cells)
     _check_size(float(across.size * along.size))
-    mass, stiffness, damping, contact = _Section(stack, across, along).held(base, side, patch)
+    mass, stiffness, damping, contact, field = _Section(stack, across, along).held(base, side, patch)
     origin = {
         "kind": "cylinder",
         "base": asdict(base) if isinstance(base, Foundation) else base,
@@ -96,7 +98,8 @@ def cylinder(
         "layers": [asdict(layer) for layer in stack],
     }
     struck = stack[0].material
-    return Structure(mass, stiffness, damping, contact, -patch_compliance(struck, patch), Surface(struck), origin)
+    flexibility = -patch_compliance(struck, patch)
+    return Structure(mass, stiffness, damping, contact, flexibility, Surface(struck), origin, field=field)
 
 
 class _Section:
@@ -115,11 +118,12 @@ class _Section:
         self.axis, self.outer = np.flatnonzero(r == 0.0), np.flatnonzero(r == across[-1])
         self.top, self.bottom = np.flatnonzero(z == 0.0), np.flatnonzero(z == along[-1])
 
-    def held(self, base: str | Foundation, side: str, patch: float) -> tuple[Matrix, Matrix, Matrix | None, Vector]:
-        """M, K, C and b of the degrees of freedom that base and axis leave free."""
-        mass, stiffness = body_matrices(
-            self.basis, self.materials, self._owner(self.mesh.p[1, self.mesh.t].mean(axis=0))
-        )
+    def held(
+        self, base: str | Foundation, side: str, patch: float
+    ) -> tuple[Matrix, Matrix, Matrix | None, Vector, Field]:
+        """M, K, C, b and the field of the degrees of freedom that base and axis leave free."""
+        owner = self._owner(self.mesh.p[1, self.mesh.t].mean(axis=0))
+        mass, stiffness = body_matrices(self.basis, self.materials, owner)
         held = self.basis.get_dofs(self.axis).all(["u^1"])
         absorbing = [self.outer] if side == "absorbing" else []
         if isinstance(base, Foundation):
@@ -133,7 +137,8 @@ class _Section:
         if absorbing:
             damping = self._dashpots(np.concatenate(absorbing), rod_like=side == "free")[kept][:, kept]
         contact = patch_vector(self._on(self.top[self.middle[0, self.top] < patch]))
-        return mass[kept][:, kept], stiffness[kept][:, kept], damping, contact[kept]
+        field = elastic_field(self.mesh, ElementQuad2, INTEGRATION_ORDER, kept, self.materials, owner)
+        return mass[kept][:, kept], stiffness[kept][:, kept], damping, contact[kept], field
 
     def _dashpots(self, facets: Numbers, rod_like: bool) -> Matrix:
         """Damping of facets that swallow the waves of a rod, or those of a large body."""

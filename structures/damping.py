@@ -10,7 +10,7 @@ from scipy.sparse.linalg import splu
 
 from structures.checks import instance, not_negative, one_of, positive
 from structures.stepping import is_modal
-from structures.structure import Structure, Vector
+from structures.structure import Structure, Vector, known_field
 
 MODULI = ("relaxed", "instantaneous")
 
@@ -76,7 +76,7 @@ def standard_linear_solid(
     loss peaks at ω = 1/(τ√(1 + E₁/E)), see loss_tangent.
     share: E₁ of the arm in units of the modulus that the structure was made with. time: τ in s, in which the arm's
     stress fades at constant strain. part: the stiffness matrix of the layer that the arm stands beside, one of
-    rod_parts(…); by default all of K. Call again for each further layer or arm.
+    rod_parts(…) or stiffness_parts(structure); by default all of K. Call again for each further layer or arm.
     A large body of one material is better reduced first: its modes take the same arm each, exactly, at no cost.
     modulus: what the structure was made with: "relaxed", its E is that of slow loads, and the arm stiffens it at once;
     or "instantaneous", its E is that of sudden loads, and the arm's share < 1 of it fades, as in Prony series.
@@ -102,6 +102,17 @@ def standard_linear_solid(
     if _factored(damped.stiffness)[1].min() < -NO_PIVOT:
         raise ValueError(f"part: {share} of it is more than the structure's stiffness")
     return damped
+
+
+def stiffness_parts(structure: Structure) -> list[sparse.csr_array]:
+    """What each layer of a cylinder, or each material of a solid, adds to its stiffness, n × n, N/m.
+
+    In the order of the layers, or of the materials. With it a layer gets damping of its own:
+    standard_linear_solid(body, share, time, part=stiffness_parts(body)[1]). Their sum is K without elastic foundations.
+    A reduced structure tells them where its field was kept. Raises ValueError where the structure has no field; for
+    rods see `rod_parts`.
+    """
+    return known_field(structure).stiffness_parts()
 
 
 def with_arms(structure: Structure, root: sparse.csr_array, time: float, stiffness: Any = None) -> Structure:

@@ -69,11 +69,23 @@ def body_matrices(basis: Any, materials: Sequence[Material], owner: Owner) -> tu
     A mesh in the plane is that of a body of revolution, whose axis is x₀ = 0.
     """
     density = _spread(basis, owner, [material.density for material in materials])
+    return sparse.csr_array(_product.assemble(basis, factor=density)), _stiffness(basis, materials, owner)
+
+
+def part_stiffnesses(basis: Any, materials: Sequence[Material], owner: Owner) -> list[sparse.csr_array]:
+    """What the cells of each material add to the stiffness, n × n each; see `body_matrices`."""
+    return [_stiffness(basis, materials, owner, owner == number) for number in range(len(materials))]
+
+
+def _stiffness(basis: Any, materials: Sequence[Material], owner: Owner, counted: Any = True) -> sparse.csr_array:
+    """Stiffness of the cells that are counted."""
     lame = _spread(basis, owner, [first_lame_parameter(material) for material in materials])
     shear = _spread(basis, owner, [shear_modulus(material) for material in materials])
+    there = np.broadcast_to(counted, owner.shape)[:, None]
     form = _ring_strain if basis.mesh.dim() == 2 else _strain
-    stiffness = form.assemble(basis, lame=lame, shear=shear)
-    return sparse.csr_array(_product.assemble(basis, factor=density)), sparse.csr_array(stiffness)
+    matrix = sparse.csr_array(form.assemble(basis, lame=lame * there, shear=shear * there))
+    matrix.eliminate_zeros()
+    return matrix
 
 
 def absorbing_faces(

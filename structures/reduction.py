@@ -12,7 +12,8 @@ from scipy.linalg import eigh
 from structures.checks import instance, positive, whole
 from structures.damping import maxwell_arms, with_arms
 from structures.factor import Solve, shifted_solve
-from structures.structure import Structure, Vector
+from structures.field import Field
+from structures.structure import Structure, Vector, known_field
 
 log = logging.getLogger("hertzlink.reduction")
 
@@ -44,7 +45,9 @@ PROPORTIONAL = 1e-11
 Apply: TypeAlias = Callable[[Vector], Vector]
 
 
-def reduce(structure: Structure, until: float, tolerance: float = 1e-2, largest: int = LARGEST) -> Structure:
+def reduce(
+    structure: Structure, until: float, tolerance: float = 1e-2, largest: int = LARGEST, keep_field: bool = False
+) -> Structure:
     """A structure of oscillators (M = I, K diagonal) with the same motion of the contact point up to `until` s.
 
     It serves runs up to `until` only: after that, waves come back that the full structure does not know.
@@ -59,12 +62,15 @@ def reduce(structure: Structure, until: float, tolerance: float = 1e-2, largest:
     reach it. Amplitude ratios settle far earlier (tests): 1e-2 leaves them
     within 0.01 % of those without reduction. Where arms stand beside some layers only, the
     estimate may be too kind below 1e-3, by a factor of five.
+    keep_field: keep what gives displacement and stress of the whole body back, for `structure_motion`: 8 bytes for each
+    degree of freedom and oscillator. Raises ValueError where the structure has no field.
     """
     instance("structure", structure, Structure, "a Structure")
     until, tolerance = positive("until", until, "s"), positive("tolerance", tolerance)
     largest, size = whole("largest", largest), structure.size
     if until > structure.valid_until:
         raise ValueError(f"until = {until!r}: the structure was reduced for runs of at most {structure.valid_until} s")
+    field = known_field(structure) if keep_field else None
     if size == 0:
         return structure
     krylov = _Krylov(structure, min(largest, size))
@@ -79,20 +85,23 @@ def reduce(structure: Structure, until: float, tolerance: float = 1e-2, largest:
     if estimate > tolerance:
         log.warning("reduction: %d vectors leave an error of %.1e; raise largest or tolerance", largest, estimate)
     report = {"full_size": size, "tolerance": tolerance, "error_estimate": estimate}
-    return _made_of(krylov.oscillators(), structure, report, until)
+    modes = krylov.oscillators()
+    kept = None if field is None else field.in_basis(krylov.shapes(modes))
+    return _made_of(modes, structure, report, until, kept)
 
 
 class _Modes(NamedTuple):
     """Oscillators: ω², b, their damping (None; a vector where it is diagonal; a matrix), and (τ, the stiffness of the
-    arms in the same form) for each relaxation time."""
+    arms in the same form) for each relaxation time; and what they are made of, in vectors of the basis."""
 
     square: Vector
     contact: Vector
     damping: Vector | None
     arms: list[tuple[float, Vector]]
+    vectors: Vector
 
 
-def _made_of(modes: _Modes, full: Structure, report: dict[str, Any], until: float) -> Structure:
+def _made_of(modes: _Modes, full: Structure, report: dict[str, Any], until: float, field: Field | None) -> Structure:
     """The reduced structure: oscillators, and their Maxwell arms after them."""
     roots = [_root(stretch) for _, stretch in modes.arms]
     size = modes.square.size + sum(root.shape[0] for root in roots)
@@ -105,6 +114,7 @@ def _made_of(modes: _Modes, full: Structure, report: dict[str, Any], until: floa
         full.surface,
         {**full.origin, "reduction": {"size": size, **report}},
         until,
+        field,
     )
     for (time, _), root in zip(modes.arms, roots, strict=True):
         reduced = with_arms(reduced, root, time)
@@ -230,7 +240,11 @@ class _Krylov:
             return np.asarray(vectors.T @ (basis @ part.apply(basis.T)) @ vectors)
 
         damping = None if self.body.damping is None else projected(self.body.damping)
-        return _Modes(square, contact, damping, [(time, projected(arm)) for time, arm in self.body.arms])
+        return _Modes(square, contact, damping, [(time, projected(arm)) for time, arm in self.body.arms], vectors)
+
+    def shapes(self, modes: _Modes) -> Vector:
+        """The motion of the body in each of its oscillators, degrees of freedom × oscillators."""
+        return np.asarray(self.basis[: self.size].T @ modes.vectors)
 
 
 def _matrix(values: Vector) -> sparse.csr_array:

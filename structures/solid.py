@@ -14,6 +14,7 @@ from scipy import sparse
 from skfem import Basis, ElementVector, FacetBasis, LinearForm
 
 from structures.checks import finite, positive
+from structures.elastic_field import elastic_field
 from structures.elasticity import first_lame_parameter, shear_modulus, shear_speed
 from structures.material import Material
 from structures.mesh_file import BodyMesh, Numbers, Tag
@@ -101,9 +102,11 @@ def solid(
     }
     struck = materials[owner[patch.cell]]
     mass, stiffness, spread = mass[kept][:, kept], stiffness[kept][:, kept], patch.spread[kept]
-    return Structure(
-        mass, stiffness, None, spread, -patch_compliance(struck, radius), Surface(struck, curvature), origin
+    field, surface = (
+        elastic_field(body.mesh, body.element, body.order, kept, materials, owner),
+        Surface(struck, curvature),
     )
+    return Structure(mass, stiffness, None, spread, -patch_compliance(struck, radius), surface, origin, field=field)
 
 
 def _kept(body: BodyMesh, basis: Any, fixed: Tag | None, patch: "_Patch") -> Numbers:

@@ -1,7 +1,7 @@
 """A structure is data: M, K, C, the contact vector, and what Hertz's law needs. Theories make structures."""
 
+import dataclasses
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from math import inf
 from typing import Any
 
@@ -10,13 +10,14 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from structures.checks import finite, instance
+from structures.field import Field
 from structures.material import Material
 from structures.surface import Surface
 
 Vector = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclasses.dataclass(frozen=True, eq=False)
 class Structure:
     """A linear elastic body M ü + C u̇ + K u = b F that is pushed with the force F at one point.
 
@@ -28,6 +29,7 @@ class Structure:
     surface: material and curvature at the contact.
     origin: how the structure was made, as plain data; goes into the attributes of results.
     valid_until: the longest run, s, that it is good for; a reduced structure knows no longer ones.
+    field: what turns the degrees of freedom into displacement and stress of the body; None where nothing does.
 
     u and w are measured from static equilibrium. Raises ValueError where shapes do not agree.
     """
@@ -38,8 +40,9 @@ class Structure:
     contact: Vector
     flexibility: float
     surface: Surface
-    origin: Mapping[str, Any] = field(default_factory=dict)
+    origin: Mapping[str, Any] = dataclasses.field(default_factory=dict)
     valid_until: float = inf
+    field: Field | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "contact", _numbers("contact", self.contact).ravel())
@@ -59,11 +62,26 @@ class Structure:
         instance("surface", self.surface, Surface, "a Surface")
         if not isinstance(self.valid_until, int | float) or not self.valid_until > 0.0:
             raise ValueError(f"valid_until = {self.valid_until!r}: must be a positive number of s")
+        if self.field is not None:
+            instance("field", self.field, Field, "a Field")
+            if self.field.size > n:
+                raise ValueError(f"field: takes {self.field.size} degrees of freedom, but contact has {n} entries")
 
     @property
     def size(self) -> int:
         """The number of degrees of freedom."""
         return int(self.contact.size)
+
+
+def known_field(structure: Structure) -> Field:
+    """The field of a structure, or a ValueError that says what has one."""
+    instance("structure", structure, Structure, "a Structure")
+    if structure.field is not None:
+        return structure.field
+    kind = structure.origin.get("kind", "structure")
+    if "reduction" in structure.origin:
+        raise ValueError(f"structure: this {kind} lost its field when it was reduced; reduce(..., keep_field=True)")
+    raise ValueError(f"structure: a {kind} has no field; cylinder(...) and solid(...) have one")
 
 
 def _numbers(name: str, values: object) -> Vector:

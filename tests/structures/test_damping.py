@@ -1,6 +1,7 @@
 """Damping: decay, creep and loss against closed forms, passive whatever is combined, kept by a reduction."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -142,6 +143,50 @@ def test_each_layer_has_its_own_arm() -> None:
             factor = 1.0 + share * 1j * omega * time / (1.0 + 1j * omega * time)
             compliance += layer.length / (layer.material.youngs_modulus * layer.area * factor)
         assert dynamic_stiffness(rod, omega) == pytest.approx(1.0 / compliance, rel=1e-8)
+
+
+LAYERED = [hl.Layer(hl.STEEL_440C, 6e-3, 9.5e-3), hl.Layer(hl.PTFE, 25e-3, 9.5e-3), hl.Layer(hl.NYLON, 9e-3, 9.5e-3)]
+
+
+def test_parts_of_a_cylinder_add_to_its_stiffness() -> None:
+    """In the order of the layers: the part of PTFE is that in which its modulus shows, and no more."""
+    cylinder, parts = hl.cylinder(LAYERED), hl.stiffness_parts(hl.cylinder(LAYERED))
+    assert abs(sum(parts[1:], parts[0]) - cylinder.stiffness).max() < 1e-12 * abs(cylinder.stiffness).max()
+    # Twice as stiff and as heavy, the layer has the same waves, and so the same mesh.
+    twice = replace(hl.PTFE, youngs_modulus=2.0 * hl.PTFE.youngs_modulus, density=2.0 * hl.PTFE.density)
+    stiffer = [replace(layer, material=twice) if layer.material == hl.PTFE else layer for layer in LAYERED]
+    change = hl.cylinder(stiffer).stiffness - cylinder.stiffness
+    assert abs(change - parts[1]).max() < 1e-9 * abs(parts[1]).max()
+
+
+def test_parts_of_a_reduced_cylinder_are_those_in_its_modes() -> None:
+    reduced = hl.reduce(hl.cylinder(LAYERED), 5e-4, keep_field=True)
+    parts = hl.stiffness_parts(reduced)
+    total = sum((part.toarray() for part in parts[1:]), parts[0].toarray())
+    assert total == pytest.approx(reduced.stiffness.toarray(), abs=1e-8 * abs(reduced.stiffness).max())
+
+
+def test_a_viscous_layer_of_a_cylinder_is_that_of_the_rod_where_it_does_not_widen() -> None:
+    """ν = 0 for the PTFE: AR of both waves as on the rod, which one arm lowers from 0.40 to 0.31 in the second."""
+    layers = [LAYERED[0], replace(LAYERED[1], material=replace(hl.PTFE, poisson_ratio=0.0))]
+    found = []
+    for body, parts in (
+        (hl.rod(layers), hl.rod_parts(layers)),
+        (hl.cylinder(layers), hl.stiffness_parts(hl.cylinder(layers))),
+    ):
+        viscous = hl.reduce(standard_linear_solid(body, 0.5, 2e-5, part=parts[1]), 1.2e-3)
+        waves = hl.reflections(hl.CoSimulation(CHAIN, viscous).run(1.2e-3), 7)
+        assert waves.primary is not None
+        assert waves.secondary is not None
+        found.append([waves.primary.amplitude_ratio, waves.secondary.amplitude_ratio])
+    assert found[1] == pytest.approx(found[0], abs=3e-3)
+
+
+def test_parts_of_what_has_no_field() -> None:
+    with pytest.raises(ValueError, match="structure: a rod has no field; cylinder"):
+        hl.stiffness_parts(hl.rod(LAYERS))
+    with pytest.raises(ValueError, match="structure: this cylinder lost its field when it was reduced"):
+        hl.stiffness_parts(hl.reduce(hl.cylinder(LAYERED), 5e-4))
 
 
 @pytest.mark.parametrize("base", ["fixed", "free", "absorbing"])

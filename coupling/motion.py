@@ -1,0 +1,143 @@
+"""The motion of a struck body: its displacement and stress at chosen times of a run, recomputed afterwards."""
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+
+from coupling.result import provenance
+from structures.checks import instance
+from structures.field import Field
+from structures.stepping import MovingStructure
+from structures.structure import Structure, Vector, known_field
+
+ANOTHER = 0.05
+"""A recomputed contact may differ from the run's by this part of its greatest displacement."""
+
+LATE = 1e-9
+
+
+def structure_motion(run: xr.Dataset, structure: Structure, times: ArrayLike) -> xr.Dataset:
+    """Displacement and von Mises stress of a run's structure at the saved times nearest to `times` (s).
+
+    The structure moves again, from rest, under the run's contact force above the preload, the mean of its two ends
+    over each saved interval. So a run needs no memory for the body, and must be saved a dozen times a contact.
+    structure: the one that was run, or the one that it was reduced from; its field must be there, see
+    reduce(..., keep_field=True). The full one takes a solve for each saved interval.
+    Dataset: displacement (time, point, component) in m and von_mises (time, point) in Pa, both above static
+    equilibrium; position (point, component) in m; cells (cell, corner) in VTK's order, and the part (number of the
+    material) of each. Points where materials meet are there once for each. Bodies of revolution are told in their
+    half-plane (r, 0, −z). Within a patch's radius of the contact the stress is that of the patch, not Hertz's.
+    attributes: cell_type (meshio's), contact_error (greatest difference between the contact's motion here and in the
+    run, over its greatest displacement), and the run's input.
+    Raises ValueError for times outside the run, structures without a field, Datasets that are no single run, and where
+    contact_error is above 5 %: the run had another structure, or was saved too rarely.
+    """
+    field = known_field(structure)
+    force = _mean_force(run)
+    moments = run.time.values
+    _check_length(structure, float(moments[-1]))
+    rows = _nearest(moments, times)
+    states, contact = _moved(structure, force[: rows.max()], float(moments[1] - moments[0]), rows)
+    error = _contact_error(contact, run.surface_displacement.values[: contact.size])
+    if error > ANOTHER:
+        raise ValueError(
+            f"run: the structure's contact moves otherwise, by {100.0 * error:.2g} % of its greatest displacement; "
+            "give the structure that was run, and save the run more often (save_every)"
+        )
+    up = [float(x) for x in structure.origin.get("normal", (0.0, 0.0, 1.0))]
+    note = {**provenance({}), "input": run.attrs.get("input", ""), "contact_error": error, "up": up}
+    return _dataset(field, moments[rows], states).assign_attrs(note)
+
+
+def _mean_force(given: object) -> Vector:
+    """Force on the structure above the preload, N, the mean over each saved interval."""
+    run = instance("run", given, xr.Dataset, "the Dataset of a run")
+    if not {"contact_force", "surface_displacement"} <= set(run.data_vars):
+        raise ValueError("run: holds no contact_force and surface_displacement; must be the Dataset of a run")
+    if run.surface_displacement.dims != ("time",):
+        axes = [str(name) for name in run.surface_displacement.dims if name != "time"]
+        raise ValueError(f"run: has the axes {', '.join(axes)}; choose one run with run.isel({axes[0]}=0)")
+    if run.sizes["time"] < 2:
+        raise ValueError("run: holds one time only; must be a whole run")
+    force = (run.contact_force - run.static_force).isel(contact=-1).values
+    steps = np.diff(run.time.values)
+    if run.time.values[0] != 0.0 or np.ptp(steps) > 1e-6 * steps[0] or not np.isfinite(force).all():
+        raise ValueError("run: must be a whole run, from its start on, with every saved time")
+    return np.asarray(0.5 * (force[1:] + force[:-1]))
+
+
+def _check_length(structure: Structure, until: float) -> None:
+    if until > structure.valid_until * (1.0 + LATE):
+        raise ValueError(f"structure: was reduced for runs of at most {structure.valid_until} s, the run has {until} s")
+
+
+def _nearest(moments: Vector, times: ArrayLike) -> NDArray[np.intp]:
+    """Rows of the saved times nearest to the wanted ones, which must increase."""
+    try:
+        wanted = np.atleast_1d(np.asarray(times, dtype=float))
+    except (TypeError, ValueError):
+        wanted = np.zeros(0)
+    if wanted.ndim != 1 or not wanted.size or not np.isfinite(wanted).all():
+        raise ValueError(f"times = {times!r}: must be one time in s, or several")
+    late = LATE * moments[-1]
+    if wanted.min() < -late or wanted.max() > moments[-1] + late:
+        raise ValueError(f"times = {times!r}: must lie in the run, between 0 and {moments[-1]:.6g} s")
+    rows = np.rint(wanted / moments[1]).astype(np.intp)
+    if (np.diff(rows) <= 0).any():
+        raise ValueError(
+            f"times = {times!r}: must increase by the {moments[1]:.3g} s between saved times or more; take fewer"
+        )
+    return np.asarray(np.minimum(rows, moments.size - 1))
+
+
+def _moved(structure: Structure, force: Vector, interval: float, rows: NDArray[np.intp]) -> tuple[list[Vector], Vector]:
+    """Degrees of freedom at the rows, and the contact's displacement at all times up to the last of them."""
+    moving, wanted = MovingStructure(structure), set(rows.tolist())
+    state, contact = moving.start(), np.zeros(force.size + 1)
+    states = [state.displacement] if 0 in wanted else []
+    for row, mean in enumerate(force, start=1):
+        state, contact[row] = moving.advance(state, float(mean), interval)
+        if row in wanted:
+            states.append(state.displacement)
+    return states, contact
+
+
+def _contact_error(found: Vector, expected: Vector) -> float:
+    greatest = float(max(abs(found).max(), abs(expected).max()))
+    return float(abs(found - expected).max()) / greatest if greatest > 0.0 else 0.0
+
+
+def _dataset(field: Field, moments: Vector, states: list[Vector]) -> xr.Dataset:
+    grid, whole = field.grid, {"units": "1"}
+    variables: dict[str, Any] = {
+        "displacement": (
+            ("time", "point", "component"),
+            np.stack([field.displacement(u) for u in states]),
+            {"units": "m", "long_name": "displacement from static equilibrium"},
+        ),
+        "von_mises": (
+            ("time", "point"),
+            np.stack([field.von_mises(u) for u in states]),
+            {"units": "Pa", "long_name": "von Mises stress"},
+        ),
+        "cells": (("cell", "corner"), grid.cells, {**whole, "long_name": "points of each cell, in VTK's order"}),
+        "part": (("cell",), grid.part, {**whole, "long_name": "number of the cell's material"}),
+    }
+    coordinates: dict[str, Any] = {
+        "time": ("time", moments, {"units": "s"}),
+        "component": ("component", ["x", "y", "z"]),
+        "position": (("point", "component"), grid.points, {"units": "m", "long_name": "place at rest"}),
+    }
+    shape = "revolution" if grid.revolution else "solid"
+    return xr.Dataset(variables, coordinates, {"cell_type": grid.kind, "shape": shape})
+
+
+def known_motion(given: object) -> None:
+    """A ValueError where this is not what `structure_motion` returns."""
+    motion = instance("motion", given, xr.Dataset, "the Dataset of structure_motion(...)")
+    missing = {"displacement", "von_mises", "cells", "part"} - set(motion.data_vars)
+    if missing or motion.displacement.dims != ("time", "point", "component"):
+        what = ", ".join(sorted(missing)) or "one dimension of displacement (take times by isel(time=[...]))"
+        raise ValueError(f"motion: lacks {what}; must be the Dataset of structure_motion(...)")

@@ -1,0 +1,167 @@
+"""The figure about a rendered body: axes in mm or a scale, colour bar, time; imports matplotlib."""
+
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from coupling.views.render import Renderer
+from coupling.views.scene import Scene, round_number
+from structures.checks import not_negative, one_of, positive
+
+SHOWN = {"von_mises": ("von Mises stress", "Pa", "viridis"), "displacement": ("displacement", "m", "viridis")}
+"""What can be shown: its name, its unit and its colours."""
+
+UNITS = {
+    "Pa": ((1e9, "GPa"), (1e6, "MPa"), (1e3, "kPa"), (1.0, "Pa")),
+    "m": ((1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm")),
+}
+
+WITHIN = 0.95
+"""Colours end where this part of the body stays below, over all times: stress at the contact is a hundred times that of
+the waves, which would be lost."""
+
+COLOUR_ENDS = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0)
+
+FINER = 2
+"""How much finer than the figure the body is drawn."""
+
+LINE, LETTERS = 0.8, 9.0
+"""Width of lines and size of letters, points."""
+
+WIDEST, HIGHEST, NARROWEST = 4.8, 3.8, 3.7
+"""Inches: the body in a figure, and the least width of one, into which its title fits."""
+
+LEFT, RIGHT, ABOVE, BELOW = 0.75, 0.25, 0.42, 0.6
+BAR_GAP, BAR, BAR_TEXT = 0.2, 0.14, 0.75
+"""Margins about the body, and the colour bar beside or below it, inches."""
+
+
+class Drawing:
+    """A figure of a motion at one of its times, with the same colours, factor and frame at all of them.
+
+    show, factor, highest: see `picture`. dots: per inch. A context manager, as graphics are given back at its end.
+    """
+
+    def __init__(self, motion: xr.Dataset, show: str, factor: float | None, highest: float | None, dots: int) -> None:
+        one_of("show", show, SHOWN)
+        self.motion, self.dots, self.kind = motion, dots, SHOWN[show]
+        values = np.asarray(motion[show].values, dtype=float)
+        self.values = values if show == "von_mises" else np.linalg.norm(values, axis=-1)
+        self.scene = Scene(motion, None if factor is None else not_negative("factor", factor))
+        self.high = self._usual() if highest is None else positive("highest", highest, self.kind[1])
+        self.width = min(WIDEST, HIGHEST / self.scene.aspect)
+        self.renderer = Renderer(
+            self.scene, self.kind[2], self.high, round(FINER * dots * self.width), FINER * LINE * dots / 72.0
+        )
+        self.image: Any = None
+        self.figure, self.axes = self._laid_out()
+
+    def __enter__(self) -> "Drawing":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.renderer.close()
+
+    def draw(self, number: int) -> Figure:
+        """The figure at the time of this number."""
+        picture = self.renderer.image(number, self.values[number])
+        if self.image is None:
+            self.image = self.axes.imshow(picture, extent=self._extent(), aspect="auto", interpolation="antialiased")
+            self._label()
+        self.image.set_data(picture)
+        factor = self.scene.factor
+        times = f"{factor:,.0f}".replace(",", "\N{THIN SPACE}") if factor >= 1e3 else f"{factor:g}"
+        warp = f",  displacement × {times}" if factor > 0.0 else ""
+        self.figure.texts[0].set_text(f"t = {1e6 * float(self.motion.time[number]):.1f} µs{warp}")
+        return self.figure
+
+    def pixels(self, number: int) -> NDArray[np.uint8]:
+        """The figure at the time of this number, height × width × 3."""
+        canvas: Any = FigureCanvasAgg(self.draw(number))
+        canvas.draw()
+        return np.array(canvas.buffer_rgba())[..., :3]
+
+    def _usual(self) -> float:
+        """A round number that WITHIN of the body stays below, or the greatest value where that is near."""
+        of_cells = self.values[:, self.motion.cells.values].mean(axis=2)
+        order, size = np.argsort(of_cells, axis=None), np.broadcast_to(self.scene.sizes(), of_cells.shape).ravel()
+        passed = np.cumsum(size[order])
+        usual = float(of_cells.ravel()[order[np.searchsorted(passed, WITHIN * passed[-1])]])
+        greatest = float(self.values.max())
+        if not greatest > 0.0:
+            return 1.0
+        return greatest if usual > 0.5 * greatest else round_number(usual, up=True, ladder=COLOUR_ENDS)
+
+    def _laid_out(self) -> tuple[Figure, Any]:
+        """The figure, with a colour bar on the right, or below a body that is wide."""
+        height, wide = self.width * self.scene.aspect, self.scene.aspect < 0.6
+        left, below = LEFT, BELOW + (BAR + BELOW if wide else 0.0)
+        beside = RIGHT if wide else BAR_GAP + BAR + BAR_TEXT
+        total = max(NARROWEST, left + self.width + beside), below + height + ABOVE
+        left += (total[0] - left - self.width - beside) / 2.0
+        figure = Figure(figsize=total, dpi=self.dots)
+
+        def axes(x: float, y: float, width: float, tall: float) -> Any:
+            return figure.add_axes((x / total[0], y / total[1], width / total[0], tall / total[1]))
+
+        place = axes(left, below, self.width, height)
+        bar = axes(left, BELOW, self.width, BAR) if wide else axes(left + self.width + BAR_GAP, below, BAR, height)
+        scale, unit = _suitable(self.high, self.kind[1])
+        extend = "max" if self.values.max() > self.high * (1.0 + 1e-9) else "neither"
+        colours = ScalarMappable(Normalize(0.0, self.high / scale), self.kind[2])
+        way = "horizontal" if wide else "vertical"
+        shown = figure.colorbar(colours, cax=bar, extend=extend, extendfrac=0.04, orientation=way)
+        shown.set_label(f"{self.kind[0]} ({unit})", fontsize=LETTERS)
+        shown.ax.tick_params(labelsize=LETTERS - 1.0)
+        figure.text(0.5, 1.0 - 0.5 * ABOVE / total[1], "", ha="center", va="center", fontsize=LETTERS)
+        return figure, place
+
+    def _extent(self) -> tuple[float, ...]:
+        """Left, right, bottom, top of the image, mm; in an upright section the last two are depths."""
+        left, right, bottom, top = (1e3 * end for end in self.scene.extent)
+        return (left, right, -bottom, -top) if self.scene.flat and not self.scene.lying else (left, right, bottom, top)
+
+    def _label(self) -> None:
+        axes, scene = self.axes, self.scene
+        if not scene.flat:
+            self._scale()
+            return
+        along, up = ("depth (mm)", "r (mm)") if scene.lying else ("r (mm)", "depth (mm)")
+        axes.set_xlabel(along, fontsize=LETTERS)
+        axes.set_ylabel(up if scene.stretch == 1.0 else f"{up}\ndrawn × {scene.stretch:g}", fontsize=LETTERS)
+        axes.tick_params(labelsize=LETTERS - 1.0)
+        for name, axis, inches in (
+            ("x", axes.xaxis, self.width),
+            ("y", axes.yaxis, self.width * scene.aspect),
+        ):
+            axes.locator_params(axis=name, nbins=max(2, min(8, int(inches / 0.4))))
+            if "r" in axis.get_label_text()[:1]:
+                axis.set_major_formatter(lambda value, _: f"{abs(value):g}")
+
+    def _scale(self) -> None:
+        """A bar of a round length below a 3-D body, in place of axes."""
+        self.axes.set_axis_off()
+        left, right, bottom, top = self._extent()
+        length, low = round_number(0.3 * (right - left)), bottom - 0.08 / (self.width / (right - left))
+        start = (left + right - length) / 2.0
+        bar = {"color": "black", "linewidth": 2.0, "clip_on": False, "solid_capstyle": "butt"}
+        self.axes.plot([start, start + length], [low, low], **bar)
+        self.axes.annotate(
+            f"{length:g} mm", ((left + right) / 2.0, low), (0.0, -4.0), textcoords="offset points", ha="center",
+            va="top", fontsize=LETTERS, annotation_clip=False,
+        )  # fmt: skip
+        self.axes.set(xlim=(left, right), ylim=(bottom, top))
+
+
+def _suitable(value: float, unit: str) -> tuple[float, str]:
+    """A unit in which the value is no small number: its size and its name."""
+    return next((one for one in UNITS[unit] if value >= 0.2 * one[0]), UNITS[unit][-1])

@@ -1,0 +1,19 @@
+"""PTFE that creeps, under steel: the secondary wave pays for it; as a rod, and as a cylinder with its width."""
+
+import hertzlink as hl
+
+bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
+chain = hl.Chain([bead] * 20, bead, hl.drop_speed(0.01), gravity=9.81, dissipation=hl.LinearDashpot(5.0))
+layers = [hl.Layer(hl.STEEL_440C, 6.35e-3, 9.525e-3), hl.Layer(hl.PTFE, 25.4e-3, 9.525e-3)]
+rod, cylinder = hl.rod(layers), hl.cylinder(layers)
+
+# An arm beside the PTFE: half its modulus, which fades in 20 microseconds.
+bodies = {
+    "rod, elastic": rod,
+    "rod, viscous": hl.standard_linear_solid(rod, 0.5, 2e-5, part=hl.rod_parts(layers)[1]),
+    "cylinder, elastic": cylinder,
+    "cylinder, viscous": hl.standard_linear_solid(cylinder, 0.5, 2e-5, part=hl.stiffness_parts(cylinder)[1]),
+}
+for name, body in bodies.items():
+    waves = hl.reflections(hl.CoSimulation(chain, hl.reduce(body, until=1.5e-3)).run(until=1.5e-3), sensor=7)
+    print(f"{name}: AR {waves.primary.amplitude_ratio:.4f}, then {waves.secondary.amplitude_ratio:.4f}")

@@ -1,0 +1,173 @@
+"""Displacement and stress of elastic solids from their degrees of freedom: bodies of revolution, and 3-D ones."""
+
+from collections.abc import Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from skfem import Basis, ElementHex1, ElementHex2, ElementQuad1, ElementQuad2, ElementTetP1, ElementTetP2, ElementVector
+from skfem.assembly import Dofs
+
+from structures.elasticity import first_lame_parameter, part_stiffnesses, shear_modulus
+from structures.field import Field, Grid, Numbers, Whole
+from structures.material import Material
+
+GAUSS_ORDER = 2
+"""Two points along each side of a quadratic cell (four in a tetrahedron): there its stress is good to one order more
+than elsewhere (Barlow, Int. J. Numer. Meth. Eng. 10 (1976) 243), and hoop strain u_r/r needs no care on the axis."""
+
+CELLS: dict[type, tuple[type, str]] = {
+    ElementQuad2: (ElementQuad1, "quad9"),
+    ElementTetP2: (ElementTetP1, "tetra10"),
+    ElementHex2: (ElementHex1, "hexahedron27"),
+}
+"""Elements of the displacement: those of its stress, one order lower, and meshio's name of the cell."""
+
+MIRRORED: dict[str, tuple[tuple[int, ...], tuple[int, int, int]]] = {
+    "tetra10": ((1, 0, 2, 3, 4, 6, 5, 8, 7, 9), (1, 2, 3)),
+    "hexahedron27": (
+        (*range(4, 8), *range(4), *range(12, 16), *range(8, 12), *range(16, 24), 25, 24, 26), (1, 3, 4),
+    ),
+}  # fmt: skip
+"""The points of a cell in the order that turns it inside out, and the corners beside the first: scikit-fem takes cells
+of either kind, VTK does not."""
+
+SIX = {(0, 0): 0, (1, 1): 1, (2, 2): 2, (0, 1): 3, (1, 2): 4, (0, 2): 5}
+"""Where a stress tensor's entries stand in VTK's order."""
+
+
+def elastic_field(
+    mesh: Any, element: type, order: int, kept: NDArray[Any], materials: Sequence[Material], owner: Whole
+) -> Field:
+    """The field of a body of quadratic elements.
+
+    mesh: scikit-fem's; one in the plane is the half-plane (r, z) of a body of revolution, z into the body.
+    element: of one component of the displacement. order: of the integration of its stiffness. kept: which degrees of
+    freedom the structure has, in the order of ElementVector(element). owner: which of the materials each cell is made
+    of.
+    """
+    return Field(partial(ElasticSampler, mesh, element, order, kept, tuple(materials), owner), int(kept.size))
+
+
+class ElasticSampler:
+    """Displacement and stress at the nodes of the elements, a node for each material that meets there.
+
+    Stress is taken at the Gauss points, carried to the nodes of each cell by the linear function through them, and
+    averaged over the cells of one material.
+    """
+
+    def __init__(
+        self, mesh: Any, element: type, order: int, kept: NDArray[Any], materials: Sequence[Material], owner: Whole
+    ) -> None:
+        self.mesh, self.element, self.integration_order, self.materials = mesh, element, order, materials
+        self.kept, self.owner = kept, owner
+        self.lame = np.array([first_lame_parameter(material) for material in materials])[owner, None]
+        self.shear = np.array([shear_modulus(material) for material in materials])[owner, None]
+        self.revolution = mesh.dim() == 2
+        linear, kind = CELLS[element]
+        dofs = Dofs(mesh, ElementVector(element()))
+        nodes = Dofs(mesh, element()).element_dofs.T
+        self.size, cells, shapes = int(dofs.N), nodes.shape[0], nodes.shape[1]
+        self.dofs = dofs.element_dofs.T.reshape(cells, shapes, mesh.dim())
+        pairs = nodes + owner[:, None] * (nodes.max() + 1)
+        _, first, number = np.unique(pairs, return_index=True, return_inverse=True)
+        number = number.reshape(cells, shapes)
+        places = np.moveaxis(np.asarray(mesh.mapping().F(element.doflocs.T)), 0, -1).reshape(-1, mesh.dim())  # type: ignore[attr-defined]
+        vtk = _vtk_order(kind)
+        self.point_dofs = self.dofs.reshape(-1, mesh.dim())[first]
+        points = self._in_space(places[first])
+        self._grid = Grid(points, _upright(points, number[:, vtk], kind), kind, owner, self.revolution)
+        self._prepare(mesh, element, linear, number)
+
+    def _prepare(self, mesh: Any, element: type, linear: type, number: Whole) -> None:
+        """Slopes at the Gauss points, and what carries their stress to the nodes."""
+        scalar = Basis(mesh, element(), intorder=GAUSS_ORDER)
+        cells, gauss = scalar.dx.shape
+        functions = [one[0] for one in scalar.basis]
+        self.slopes = np.stack([np.broadcast_to(one.grad, (mesh.dim(), cells, gauss)) for one in functions], axis=-1)
+        if self.revolution:
+            radius = np.asarray(scalar.global_coordinates())[0]
+            values = np.stack([np.broadcast_to(np.asarray(one), (cells, gauss)) for one in functions], axis=-1)
+            self.hoop = values / radius[:, :, None]
+        through = _values(linear, scalar.X)
+        carry = _values(linear, element.doflocs.T).T @ np.linalg.pinv(through.T)  # type: ignore[attr-defined]
+        shapes = number.shape[1]
+        rows = np.broadcast_to(number[:, :, None], (cells, shapes, gauss))
+        columns = np.broadcast_to(np.arange(cells * gauss).reshape(cells, 1, gauss), rows.shape)
+        weights = carry / np.bincount(number.ravel())[number][:, :, None]
+        self.mean = sparse.csr_array(sparse.coo_array((weights.ravel(), (rows.ravel(), columns.ravel()))))
+
+    @property
+    def grid(self) -> Grid:
+        """Nodes and cells."""
+        return self._grid
+
+    def displacement(self, u: Numbers) -> Numbers:
+        """Displacement at the nodes, p × 3, m."""
+        return self._in_space(self._full(u)[self.point_dofs])
+
+    def stress(self, u: Numbers) -> Numbers:
+        """Stress at the nodes, p × 6, Pa."""
+        return np.asarray(self.mean @ self.gauss_stress(u).reshape(-1, 6))
+
+    def stiffness_parts(self) -> list[sparse.csr_array]:
+        """What each material adds to the stiffness, n × n each, n the degrees of freedom that are kept."""
+        basis = Basis(self.mesh, ElementVector(self.element()), intorder=self.integration_order)
+        parts = part_stiffnesses(basis, self.materials, self.owner)
+        return [part[self.kept][:, self.kept] for part in parts]
+
+    def gauss_stress(self, u: Numbers) -> Numbers:
+        """Stress at the Gauss points, cells × Gauss points × 6, Pa."""
+        inside = self._full(u)[self.dofs]
+        strain = np.zeros((*self.slopes.shape[1:3], 3, 3))
+        gradient = np.einsum("jcqs,csi->cqij", self.slopes, inside, optimize=True)
+        if self.revolution:
+            # The plane's z points into the body, space's out of it: r, hoop, z stand in for x, y, z.
+            turned = np.array([1.0, -1.0])
+            strain[:, :, ::2, ::2] = gradient * turned[:, None] * turned
+            strain[:, :, 1, 1] = np.einsum("cqs,cs->cq", self.hoop, inside[:, :, 0])
+        else:
+            strain[...] = gradient
+        strain = 0.5 * (strain + np.swapaxes(strain, 2, 3))
+        volume = np.trace(strain, axis1=2, axis2=3)
+        stress = np.empty((*volume.shape, 6))
+        for (i, j), place in SIX.items():
+            stress[..., place] = 2.0 * self.shear * strain[..., i, j] + (self.lame * volume if i == j else 0.0)
+        return stress
+
+    def _full(self, u: Numbers) -> Numbers:
+        """All degrees of freedom, those that the supports hold at zero."""
+        full = np.zeros(self.size)
+        full[self.kept] = u
+        return full
+
+    def _in_space(self, vectors: Numbers) -> Numbers:
+        """Vectors of space from those of the mesh: (r, z) becomes (r, 0, −z)."""
+        if not self.revolution:
+            return vectors
+        return np.column_stack([vectors[:, 0], np.zeros(len(vectors)), -vectors[:, 1]])
+
+
+def _values(element: type, places: Numbers) -> Numbers:
+    """Shape functions of a linear element at places of the reference cell, shapes × places."""
+    one = element()
+    return np.stack([one.lbasis(places, i)[0] * np.ones(places.shape[1]) for i in range(one.doflocs.shape[0])])
+
+
+def _vtk_order(kind: str) -> Whole:
+    """VTK's order of a cell's nodes, in scikit-fem's; only that of hexahedra is another one."""
+    from skfem.io.meshio import HEX_MAPPING
+
+    return np.array(HEX_MAPPING) if kind == "hexahedron27" else np.arange({"quad9": 9, "tetra10": 10}[kind])
+
+
+def _upright(points: Numbers, cells: Whole, kind: str) -> Whole:
+    """The cells, those that are inside out turned."""
+    if kind not in MIRRORED:
+        return cells
+    order, beside = MIRRORED[kind]
+    at = points[cells[:, [0, *beside]]]
+    inverted = np.linalg.det(at[:, 1:] - at[:, :1]) < 0.0
+    return np.where(inverted[:, None], cells[:, order], cells)

@@ -1,0 +1,266 @@
+"""Pictures, animations and ParaView files: whole or not there, of what was computed, at the times that were asked."""
+
+import importlib.util
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import meshio
+import numpy as np
+import pytest
+import pyvista
+import xarray as xr
+from PIL import Image
+
+import hertzlink as hl
+from coupling.views import render
+from coupling.views.scene import Scene, round_number
+from structures.factor import factorise
+from structures.structure import known_field
+
+BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
+CHAIN = hl.Chain([BEAD] * 3, BEAD, hl.drop_speed(0.01))
+RADIUS, STEEL, BELOW = 9.53e-3, 6e-3, 12e-3
+SOLID = Path(__file__).parent.parent / "structures" / "data" / "cylinder.msh"
+UNTIL = 2e-4
+
+
+@pytest.fixture(scope="module")
+def motion() -> xr.Dataset:
+    """Steel on PTFE, while it is struck."""
+    layers = [hl.Layer(hl.STEEL_440C, STEEL, RADIUS), hl.Layer(hl.PTFE, BELOW, RADIUS)]
+    body = hl.reduce(hl.cylinder(layers), until=UNTIL, keep_field=True)
+    run = hl.CoSimulation(CHAIN, body).run(UNTIL)
+    return hl.structure_motion(run, body, np.linspace(6e-5, UNTIL, 4))
+
+
+@pytest.fixture(scope="module")
+def solid_motion() -> xr.Dataset:
+    """A 3-D body that is pressed at rest: no run is needed to draw it."""
+    body = hl.solid(SOLID, hl.STEEL_440C, (0.0, 0.0, 50.8e-3), fixed="base")
+    field, u = known_field(body), 50.0 * factorise(body.stiffness)(body.contact)
+    grid = field.grid
+    return xr.Dataset(
+        {
+            "displacement": (("time", "point", "component"), field.displacement(u)[None]),
+            "von_mises": (("time", "point"), field.von_mises(u)[None]),
+            "cells": (("cell", "corner"), grid.cells),
+            "part": (("cell",), grid.part),
+        },
+        {"time": [1e-4], "position": (("point", "component"), grid.points)},
+        {"cell_type": grid.kind, "shape": "solid", "up": [0.0, 0.0, 1.0]},
+    )
+
+
+@pytest.fixture
+def screen() -> None:
+    """Skips where the machine cannot draw."""
+    try:
+        render.check_window()
+    except OSError as error:
+        pytest.skip(str(error))
+
+
+def pixels(path: Path) -> np.ndarray:
+    return np.asarray(Image.open(path).convert("RGB"), dtype=int)
+
+
+@pytest.mark.usefixtures("screen")
+def test_pictures_differ_between_times_and_fields(motion: xr.Dataset, tmp_path: Path) -> None:
+    moments = motion.time.values
+    kinds = [(moments[1], "von_mises"), (moments[2], "von_mises"), (moments[1], "displacement")]
+    drawn = []
+    for i, (time, show) in enumerate(kinds):
+        path = tmp_path / f"{i}.png"
+        assert hl.picture(motion, path, time=time, show=show, factor=500.0, highest=1e6 if i < 2 else 1e-6) == path
+        drawn.append(pixels(path))
+    assert drawn[0].shape == drawn[2].shape
+    for one, other in ((0, 2), (0, 1)):
+        height, width = (min(drawn[one].shape[k], drawn[other].shape[k]) for k in (0, 1))
+        assert (abs(drawn[one][:height, :width] - drawn[other][:height, :width]).max(axis=2) > 50).mean() > 0.02
+    assert (drawn[0][0] == 255).all()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["0.png", "1.png", "2.png"]
+
+
+@pytest.mark.usefixtures("screen")
+def test_a_section_is_mirrored_and_stands_in_its_place(motion: xr.Dataset) -> None:
+    """The image is symmetric; undeformed, its dark-bordered body fills the part of the frame that the extent tells."""
+    scene = Scene(motion, 0.0)
+    assert not scene.lying
+    renderer = render.Renderer(scene, "viridis", 1e6, 400, 1.0)
+    image = renderer.image(1, motion.von_mises.values[1]).astype(int)
+    renderer.close()
+    assert (abs(image - image[:, ::-1]).max(axis=2) > 30).mean() < 0.02
+    drawn = (image < 200).any(axis=2)
+    left, right, bottom, top = scene.extent
+    rows, columns = np.flatnonzero(drawn.any(axis=1)), np.flatnonzero(drawn.any(axis=0))
+    width, height = (right - left) / image.shape[1], (top - bottom) / image.shape[0]
+    assert left + width * columns[0] == pytest.approx(-RADIUS, abs=2.0 * width)
+    assert left + width * (columns[-1] + 1) == pytest.approx(RADIUS, abs=2.0 * width)
+    assert top - height * rows[0] == pytest.approx(0.0, abs=2.0 * height)
+    assert top - height * (rows[-1] + 1) == pytest.approx(-STEEL - BELOW, abs=2.0 * height)
+
+
+@pytest.mark.usefixtures("screen")
+def test_solids_are_drawn(solid_motion: xr.Dataset, tmp_path: Path) -> None:
+    assert Scene(solid_motion, None).lying
+    for show in ("von_mises", "displacement"):
+        image = pixels(hl.picture(solid_motion, tmp_path / f"{show}.png", show=show))
+        assert len(np.unique(image.reshape(-1, 3), axis=0)) > 500
+
+
+def test_sizes_of_cells(motion: xr.Dataset, solid_motion: xr.Dataset) -> None:
+    """The linear cells that are drawn fill the body, whose curved cells they cut short; tetrahedra count six times."""
+    assert Scene(motion, None).sizes().sum() == pytest.approx(RADIUS * (STEEL + BELOW))
+    assert Scene(solid_motion, None).sizes().sum() == pytest.approx(6.0 * np.pi * RADIUS**2 * 50.8e-3, rel=1e-2)
+
+
+def test_round_numbers() -> None:
+    assert [round_number(x) for x in (1.0, 1.9, 5.0, 0.049, 7e6)] == pytest.approx([1.0, 1.0, 5.0, 0.02, 5e6])
+    assert [round_number(x, up=True) for x in (1.1, 2.0, 0.06, 7e6)] == pytest.approx([2.0, 2.0, 0.1, 1e7])
+
+
+def test_bodies_lie_down_and_are_stretched(motion: xr.Dataset) -> None:
+    """A section of 20 to 1 lies, its radius drawn wider; the factor makes a tenth of the shortest side."""
+    long = motion.assign_coords(position=motion.position * [1.0, 1.0, 20.0])
+    scene = Scene(long, None)
+    assert scene.lying
+    assert scene.stretch > 1.0
+    greatest = scene.factor * float(np.linalg.norm(motion.displacement, axis=-1).max())
+    assert 0.04 * 2.0 * RADIUS < greatest <= 0.1 * 2.0 * RADIUS
+
+
+@pytest.mark.usefixtures("screen")
+def test_animations_have_a_frame_for_each_time(motion: xr.Dataset, tmp_path: Path) -> None:
+    path = hl.animation(motion, tmp_path / "wave.gif", frame_rate=5.0)
+    with Image.open(path) as film:
+        frames = []
+        for number in range(film.n_frames):
+            film.seek(number)
+            assert film.info["duration"] == 200
+            frames.append(np.asarray(film.convert("RGB"), dtype=int))
+    assert len(frames) == motion.sizes["time"]
+    assert all((frame[:2] == 255).all() for frame in frames)
+    for one, other in zip(frames[1:], frames, strict=False):
+        assert (abs(one - other).max(axis=2) > 50).mean() > 0.01
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.usefixtures("screen")
+def test_movies_need_an_extra(motion: xr.Dataset, tmp_path: Path) -> None:
+    if importlib.util.find_spec("imageio_ffmpeg") is None:
+        with pytest.raises(ValueError, match=r"wave\.mp4'.*hertzlink\[movie\]"):
+            hl.animation(motion, tmp_path / "wave.mp4")
+        assert not list(tmp_path.iterdir())
+    else:
+        assert hl.animation(motion, tmp_path / "wave.mp4").stat().st_size > 1000
+
+
+@pytest.mark.parametrize("kind", ["motion", "solid_motion"])
+def test_vtu_holds_what_was_computed(kind: str, request: pytest.FixtureRequest, tmp_path: Path) -> None:
+    """Read back by meshio, and by VTK, which finds its own order of points: the right area or volume."""
+    data: xr.Dataset = request.getfixturevalue(kind)
+    listing = hl.write_vtu(data, tmp_path / "paraview")
+    entries = ElementTree.parse(listing).getroot().findall("Collection/DataSet")
+    assert [float(entry.attrib["timestep"]) for entry in entries] == data.time.values.tolist()
+    for number, entry in enumerate(entries):
+        again = meshio.read(listing.parent / entry.attrib["file"])
+        assert (again.points == data.position.values).all()
+        assert (again.cells_dict[data.attrs["cell_type"]] == data.cells.values).all()
+        for name in ("displacement", "von_mises"):
+            assert (again.point_data[name] == data[name].values[number]).all()
+        assert (again.cell_data["part"][0] == data.part.values).all()
+    grid: Any = pyvista.read(listing.parent / entries[0].attrib["file"])
+    sizes = grid.compute_cell_sizes()
+    flat = kind == "motion"
+    exact = RADIUS * (STEEL + BELOW) if flat else np.pi * RADIUS**2 * 50.8e-3
+    assert sizes["Area" if flat else "Volume"].min() > 0.0
+    assert sizes["Area" if flat else "Volume"].sum() == pytest.approx(exact, rel=1e-6 if flat else 1e-2)
+    reader: Any = pyvista.get_reader(listing)
+    assert reader.time_values == pytest.approx(data.time.values)
+
+
+def test_folders_are_replaced_only_where_they_hold_a_motion(motion: xr.Dataset, tmp_path: Path) -> None:
+    folder = tmp_path / "paraview"
+    hl.write_vtu(motion, folder)
+    hl.write_vtu(motion.isel(time=[0]), folder)
+    assert sorted(path.name for path in folder.iterdir()) == ["motion.pvd", "motion_0000.vtu"]
+    (folder / "notes.txt").write_text("mine")
+    with pytest.raises(ValueError, match=r"folder = .*: holds notes\.txt; name another"):
+        hl.write_vtu(motion, folder)
+    with pytest.raises(ValueError, match=r"notes\.txt'.*is no folder of an earlier motion"):
+        hl.write_vtu(motion, folder / "notes.txt")
+    with pytest.raises(ValueError, match="its parent folder does not exist"):
+        hl.write_vtu(motion, tmp_path / "no" / "paraview")
+    with pytest.raises(ValueError, match="folder = 3: must be the name of a folder"):
+        hl.write_vtu(motion, 3)  # type: ignore[arg-type]
+    assert [path.name for path in tmp_path.iterdir()] == ["paraview"]
+
+
+@pytest.mark.usefixtures("screen")
+def test_nothing_half_written_stays(motion: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object) -> None:
+        raise RuntimeError("stopped")
+
+    (tmp_path / "a.png").write_text("before")
+    monkeypatch.setattr(render.Renderer, "image", fail)
+    with pytest.raises(RuntimeError, match="stopped"):
+        hl.picture(motion, tmp_path / "a.png")
+    with pytest.raises(RuntimeError, match="stopped"):
+        hl.animation(motion, tmp_path / "a.gif")
+    monkeypatch.setattr(meshio.Mesh, "write", fail)
+    with pytest.raises(RuntimeError, match="stopped"):
+        hl.write_vtu(motion, tmp_path / "paraview")
+    assert [path.name for path in tmp_path.iterdir()] == ["a.png"]
+    assert (tmp_path / "a.png").read_text() == "before"
+
+
+def test_a_machine_that_cannot_draw_says_so(
+    monkeypatch: pytest.MonkeyPatch, motion: xr.Dataset, tmp_path: Path
+) -> None:
+    """VTK would end the process: it is tried in another one first."""
+    monkeypatch.setattr(render, "SAFE_WINDOWS", ())
+    monkeypatch.setattr(render, "PROBE", "import os; os.abort()")
+    monkeypatch.setattr(render, "check_window", render.check_window.__wrapped__)
+    with pytest.raises(OSError, match="off-screen by OpenGL, which this machine lacks: install EGL or OSMesa"):
+        hl.picture(motion, tmp_path / "a.png")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("keywords", "message"),
+    [
+        ({"path": "a.jpg"}, r"path = .*a\.jpg': must end in \.png or \.pdf or \.svg"),
+        ({"path": "no/a.png"}, "must be a file in a folder that is there"),
+        ({"time": 1.0}, r"time = 1\.0: must lie between 6.*e-05 and 0\.0002 s"),
+        ({"time": float("nan")}, "time = nan"),
+        ({"show": "stress"}, r"show = 'stress': must be one of 'von_mises', 'displacement'"),
+        ({"show": "displacemen"}, "did you mean 'displacement'"),
+        ({"factor": -1.0}, r"factor = -1\.0: must be zero or a positive number"),
+        ({"highest": 0.0}, r"highest = 0\.0: must be a positive number of Pa"),
+    ],
+)
+def test_pictures_that_cannot_be_drawn(
+    motion: xr.Dataset, tmp_path: Path, keywords: dict[str, Any], message: str
+) -> None:
+    path = tmp_path / keywords.pop("path", "a.png")
+    with pytest.raises(ValueError, match=message):
+        hl.picture(motion, path, **keywords)
+    assert not list(tmp_path.iterdir())
+
+
+def test_what_is_no_motion(motion: xr.Dataset, tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=r"path = 3: must be the name of a file"):
+        hl.picture(motion, 3)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match=r"path = .*: must end in \.gif or \.mp4"):
+        hl.animation(motion, tmp_path / "a.png")
+    with pytest.raises(ValueError, match=r"frame_rate = 0\.0: must be a positive number of 1/s"):
+        hl.animation(motion, tmp_path / "a.gif", frame_rate=0.0)
+    for wrong, message in (
+        ("motion", "motion = 'motion': must be the Dataset of structure_motion"),
+        (motion.drop_vars("part"), "motion: lacks part; must be the Dataset of structure_motion"),
+        (motion.isel(time=0), r"motion: lacks one dimension of displacement \(take times by isel"),
+    ):
+        for draw, name in ((hl.picture, "a.png"), (hl.animation, "a.gif"), (hl.write_vtu, "a")):
+            with pytest.raises(ValueError, match=message):
+                draw(wrong, tmp_path / name)  # type: ignore[arg-type]
