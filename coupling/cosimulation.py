@@ -14,7 +14,7 @@ from particles import kernels
 from particles.chain import Chain
 from particles.moving import MovingChain
 from structures.checks import instance, positive
-from structures.stepping import MovingStructure, Oscillators
+from structures.stepping import MovingStructure
 from structures.structure import Structure, half_space
 from structures.surface import Surface
 
@@ -86,7 +86,7 @@ class CoSimulation:
         self.chain.steps(until)
         self._warn_if_coarse(window, stride)
         frames = Frames(rows, self.chain.mass.size)
-        fused = isinstance(self.scheme, Condensed) and self.structure.modal
+        fused = isinstance(self.scheme, Condensed) and self.structure.compact
         self._start_frames(frames)
         if fused:
             self._run_compiled(window, stride, frames)
@@ -108,7 +108,9 @@ class CoSimulation:
 
     def start(self) -> CoupledState:
         """The state at time zero: the striker touches the first bead."""
-        return CoupledState(self.chain.start(), self.structure.start(), 0.0, 0.0, 0, 0.0, np.array([0.0, -1.0]))
+        return CoupledState(
+            self.chain.start(), self.structure.start(), 0.0, 0.0, 0, 0.0, np.array([0.0, -1.0, 0.0, 0.0])
+        )
 
     def step(self, state: CoupledState, window: float) -> CoupledState:
         """One window on, by the scheme."""
@@ -158,15 +160,12 @@ class CoSimulation:
         frames.kinetic[0], frames.potential[0] = kernels.energies(y, v, self.chain.constants, 0.0)
 
     def _run_compiled(self, window: float, stride: int, frames: Frames) -> None:
-        structure = self.structure.structure
-        oscillators = Oscillators(structure, window)
-        modes = (oscillators.rows, *oscillators.response[:2], structure.contact, structure.stiffness.diagonal())
         tolerance = self.scheme.tolerance * self.chain.force_scale  # type: ignore[attr-defined]
         y, v = self.chain.start()[:2]
         static = float(self.chain.static_force[-1])
-        problem, done, detail = kernels.run_on_oscillators(
+        problem, done, detail = kernels.run_condensed(
             y, v, self.chain.constants, self.chain.method, self.chain.steps(window), window, static, tolerance,
-            stride, modes, frames.arrays(),
+            stride, tuple(self.structure.propagator(window)), frames.arrays(),
         )  # fmt: skip
         if problem == kernels.NON_FINITE:
             raise self._non_finite(int(detail), done * window)

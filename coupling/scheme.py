@@ -20,7 +20,7 @@ class CoupledState(NamedTuple):
     """Everything at a window's end: the states of both sides, and what the scheme remembers.
 
     surface, m: displacement of the contact point. force, N: mean over the window, above the static one.
-    evaluations: chain windows tried. residual, N. memory: two numbers that the scheme starts the next window from.
+    evaluations: chain windows tried. residual, N. memory: numbers that the scheme starts the next window from.
     """
 
     chain: ChainState

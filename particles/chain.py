@@ -1,6 +1,7 @@
 """A chain of beads and what sets it in motion, as data; `MovingChain` moves it."""
 
 from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import asdict, dataclass
 from math import pi, sin
 from typing import Any
@@ -124,4 +125,7 @@ class Chain:
 
     def describe(self) -> dict[str, Any]:
         """The chain as plain data, for the attributes of a result."""
-        return {**asdict(self), "beads": [asdict(bead) for bead in self.beads]}
+        # Chains repeat their beads; to write each of them anew takes as long as some of a short run.
+        rest, known = copy(self), {id(bead): asdict(bead) for bead in self.beads}
+        object.__setattr__(rest, "beads", ())
+        return {**asdict(rest), "beads": [known[id(bead)] for bead in self.beads]}

@@ -13,8 +13,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
-VERLET, DRIVEN_VERLET, LOSSY_VERLET, RK4 = 0, 1, 2, 3
-"""How a window is advanced. VERLET: Hertz's contacts, free striker; DRIVEN_VERLET: all but losses; the others: all."""
+VERLET, DRIVEN_VERLET, VISCOUS_VERLET, LOSSY_VERLET, RK4 = 0, 1, 2, 3, 4
+"""How a window is advanced. VERLET: Hertz's contacts, free striker; DRIVEN_VERLET: all but losses; VISCOUS_VERLET: as
+VERLET, with losses that are linear in the approach rate; the others: all."""
 
 NO_LOSS, DASHPOT, TANGENT, SECANT, GLOBAL, DRAG = 0, 1, 2, 3, 4, 5
 """What a loss grows with: see _damping, and for the last two, which are no contact forces, _body_losses."""
@@ -130,6 +131,8 @@ def _overlap_on_spring(stiffness, table, rows, approach, flexibility):
     """The contact's own part δ_h of an approach shared with a linear spring: δ = δ_h + f F(δ_h), by Newton."""
     if approach <= NEGLIGIBLE or flexibility == 0.0:
         return approach
+    if table < 0:
+        return _hertz_on_spring(stiffness * flexibility, approach)
     overlap, scale = approach, stiffness * flexibility
     for _ in range(50):
         excess = overlap + scale * _shape(table, rows, overlap) - approach
@@ -138,6 +141,21 @@ def _overlap_on_spring(stiffness, table, rows, approach, flexibility):
         if not abs(change) > 1e-15 * overlap:
             break
     return overlap
+
+
+@njit(cache=True)
+def _hertz_on_spring(scale, approach):
+    """The same for Hertz's law, δ = δ_h + scale δ_h^1.5: with g = √(δ_h/δ) and z = scale √δ, g² + z g³ = 1."""
+    z = scale * sqrt(approach)
+    # Newton's first step from g = 1; its sequence ends in a few more where the spring is stiff beside the contact.
+    part = 1.0 - z / (2.0 + 3.0 * z)
+    for _ in range(50):
+        change = (part * part * (1.0 + z * part) - 1.0) / (part * (2.0 + 3.0 * z * part))
+        part -= change
+        # It converges quadratically: after a change so small the next would be rounding.
+        if not abs(change) > 1e-9 * part:
+            break
+    return part * part * approach
 
 
 @njit(cache=True)
@@ -392,6 +410,74 @@ def _lossy_verlet(y, v, chain, t, wall, rate, dt, steps):
     return impulse, lost, work
 
 
+@njit(cache=True, inline="always")
+def _viscosity(loss, damping, slope):
+    """Loss over approach rate, N s/m, in a contact with F = kδ√δ; slope = k√δ."""
+    if loss == TANGENT:
+        return damping * 1.5 * slope
+    if loss == SECANT:
+        return damping * sqrt(1.25 * slope)
+    return damping
+
+
+@njit(cache=True, fastmath={"contract"}, inline="always")
+def _viscous_kick_drift(y, v, half, lost, inverse_mass, stiffness, damping, loss, gravity, wall_force, dt, kick, drift):
+    """half += kick · a(y, v); y += drift · half; v foretold for a step's end, and the power of each contact's loss."""
+    last = y.size - 1
+    behind = 0.0
+    for i in range(last):
+        approach, rate = y[i] - y[i + 1], v[i] - v[i + 1]
+        overlap = approach if approach > NEGLIGIBLE else 0.0
+        slope = stiffness[i] * sqrt(overlap)
+        elastic = slope * overlap
+        # A striker that just touches pushes its dashpot at once. The two together never pull.
+        push = max(_viscosity(loss, damping[i], slope) * rate, -elastic) if approach >= 0.0 else 0.0
+        lost[i] += kick * push * rate
+        ahead = elastic + push
+        a = inverse_mass[i] * (behind - ahead) + gravity
+        half[i] += kick * a
+        y[i] += drift * half[i]
+        v[i] = half[i] + 0.5 * dt * a
+        behind = ahead
+    a = inverse_mass[last] * (behind - wall_force) + gravity
+    half[last] += kick * a
+    y[last] += drift * half[last]
+    v[last] = half[last] + 0.5 * dt * a
+
+
+@njit(cache=True, fastmath={"contract"})
+def _viscous_verlet(y, v, inverse_mass, stiffness, damping, loss, gravity, flexibility, wall, rate, dt, steps):
+    """_lossy_verlet for Hertz's contacts, losses that are linear in the approach rate, and a free striker.
+
+    Its passes are joined into one that the compiler turns into vector instructions. Returns the impulse and the loss.
+    """
+    last = y.size - 1
+    half, lost = v.copy(), np.zeros_like(y)
+    no_rows = np.empty((0, 6))
+    impulse = 0.0
+    for step in range(steps + 1):
+        kick, drift = dt if 0 < step < steps else 0.5 * dt, dt if step < steps else 0.0
+        approach, approach_rate = y[last] - (wall + step * dt * rate), v[last] - rate
+        overlap = approach
+        if flexibility != 0.0:
+            overlap = _overlap_on_spring(stiffness[last], -1, no_rows, approach, flexibility)
+        wall_force = _hertz(stiffness[last], overlap)
+        if approach >= 0.0 and stiffness[last] > 0.0:
+            # The loss sees the contact's own part of the rate, and the spring behind gives way to it: to first order.
+            slope = stiffness[last] * sqrt(overlap if overlap > NEGLIGIBLE else 0.0)
+            share = 1.0 / (1.0 + 1.5 * flexibility * slope)
+            push = max(_viscosity(loss, damping[last], slope) * share * approach_rate, -wall_force)
+            push = max(share * push, -wall_force)
+            lost[last] += kick * push * approach_rate
+            wall_force += push
+        impulse += kick * wall_force
+        _viscous_kick_drift(
+            y, v, half, lost, inverse_mass, stiffness, damping, loss, gravity, wall_force, dt, kick, drift
+        )
+    v[:] = half
+    return impulse, lost.sum()
+
+
 @njit(cache=True)
 def _rk4(y, v, chain, t, wall, rate, dt, steps):
     """The classical Runge–Kutta method of order four; impulse, loss and work are integrated with the same weights."""
@@ -452,6 +538,12 @@ def advance(y, v, chain, method, steps, t, window, wall_start, wall_end):
         )
     elif method == DRIVEN_VERLET:
         impulse, work = _driven_verlet(y, v, chain, t, wall_start, rate, dt, steps)
+    elif method == VISCOUS_VERLET:
+        numbers = chain.numbers
+        impulse, lost = _viscous_verlet(
+            y, v, chain.inverse_mass, chain.stiffness, chain.damping, numbers.loss, numbers.gravity,
+            numbers.flexibility, wall_start, rate, dt, steps,
+        )  # fmt: skip
     elif method == LOSSY_VERLET:
         impulse, lost, work = _lossy_verlet(y, v, chain, t, wall_start, rate, dt, steps)
     else:
@@ -465,13 +557,14 @@ def advance_condensed(
 ):
     """One window against a linear structure whose surface ends at w = wall_free + compliance · (F̄ − static).
 
-    The secant method on F̄ from guess = (F̄ − static, slope), which is updated: the residual falls at least as fast as F̄
-    rises, so its slope is −1 or steeper and nothing is divided by zero, an open gap included. Where a loss makes the
-    force jump as the contact opens there may be no root: the interval that holds the jump is halved. y, v in place.
+    The secant method on F̄ from the parabola through those of the last three windows; guess = (F̄ − static, slope, the
+    two before), which is updated. The residual falls at least as fast as F̄ rises, so its slope is −1 or steeper and
+    nothing is divided by zero, an open gap included. Where a loss makes the force jump as the contact opens there may
+    be no root: the interval that holds the jump is halved. y, v in place.
     Returns the mean force, the energy lost, the drive's work, the evaluations and the residual.
     """
     start_y, start_v = y.copy(), v.copy()
-    tried, slope = guess[0] + static, guess[1]
+    tried, slope = max(3.0 * (guess[0] - guess[2]) + guess[3] + static, 0.0), guess[1]
     last_tried, last_residual, residual = 0.0, 0.0, np.inf
     low, high, halved = -np.inf, np.inf, False
     for count in range(1, 61):
@@ -497,7 +590,7 @@ def advance_condensed(
         halved = count > 8 and high < np.inf and low > -np.inf
         if halved:
             tried = 0.5 * (low + high)
-    guess[0], guess[1] = force - static, slope
+    guess[0], guess[1], guess[2], guess[3] = force - static, slope, guess[0], guess[2]
     return force, lost, driven, count, 0.0 if compliance == 0.0 else residual
 
 
@@ -555,42 +648,59 @@ def first_bad(y, v, wall):
 
 
 @njit(cache=True)
-def run_on_oscillators(y, v, chain, method, steps, window, static, tolerance, stride, modes, frames):
-    """The whole window loop of a chain on oscillators, one frame every `stride` windows.
+def _propagate(spread, state, out):
+    """The state at a window's end where no force acts, see structures.stepping.Propagator."""
+    parts = spread.shape[0]
+    count = spread.shape[1] // parts
+    out[:] = 0.0
+    for j in range(parts):
+        if count == 1:
+            for i in range(parts):
+                out[i] += spread[j, i] * state[j]
+        else:
+            for i in range(parts):
+                for k in range(count):
+                    out[i * count + k] += spread[j, i * count + k] * state[j * count + k]
 
-    modes = (rows, response u, response v, b, ω²), see structures.stepping.Oscillators.
+
+@njit(cache=True, fastmath={"contract", "reassoc"})
+def _dot(a, b):
+    """Of the first entries of b, as many as a has."""
+    total = 0.0
+    for i in range(a.size):
+        total += a[i] * b[i]
+    return total
+
+
+@njit(cache=True)
+def run_condensed(y, v, chain, method, steps, window, static, tolerance, stride, linear, frames):
+    """The whole window loop of a chain on a linear structure, one frame every `stride` windows.
+
+    linear = (spread, response, contact, weight), see structures.stepping.Propagator.
     frames = (y, v, contact forces, w, kinetic, potential, structure, lost, work,
     drive's work, evaluations), row 0 the start.
     Returns (OK, …), or what went wrong, in which window, and the bead or the residual.
     """
-    rows, response_u, response_v, contact, square = modes
+    spread, response, contact, weight = linear
     (
         out_y, out_v, out_force, out_wall, out_kinetic, out_potential, out_structure, out_lost, out_work, out_driven,
         out_count,
     ) = frames  # fmt: skip
-    n = contact.size
-    u, p = np.zeros(n), np.zeros(n)
-    compliance = 0.0
-    for i in range(n):
-        compliance += contact[i] * response_u[i]
-    guess = np.array([0.0, -1.0])
+    state, free = np.zeros(response.size), np.zeros(response.size)
+    compliance = _dot(contact, response)
+    guess = np.array([0.0, -1.0, 0.0, 0.0])
     wall, total_lost, total_driven, work, evaluations = 0.0, 0.0, 0.0, 0.0, 0
     for done in range(1, (out_wall.size - 1) * stride + 1):
-        wall_free = 0.0
-        for i in range(n):
-            at, rate = u[i], p[i]
-            u[i] = rows[0, i] * at + rows[1, i] * rate
-            p[i] = rows[2, i] * at + rows[3, i] * rate
-            wall_free += contact[i] * u[i]
-        t = (done - 1) * window
+        _propagate(spread, state, free)
+        t, before, wall_free = (done - 1) * window, wall, _dot(contact, free)
         force, lost, driven, count, residual = advance_condensed(
-            y, v, chain, method, steps, t, window, wall, wall_free, compliance, static, guess, tolerance
+            y, v, chain, method, steps, t, window, before, wall_free, compliance, static, guess, tolerance
         )
-        before, wall = wall, 0.0
-        for i in range(n):
-            u[i] += (force - static) * response_u[i]
-            p[i] += (force - static) * response_v[i]
-            wall += contact[i] * u[i]
+        wall = wall_free + compliance * (force - static)
+        for i in range(state.size):
+            end = free[i] + (force - static) * response[i]
+            # What damping leaves of an old motion would end in slow subnormal numbers too.
+            state[i] = 0.0 if abs(end) < NEGLIGIBLE**3 else end
         bad = first_bad(y, v, wall)
         if bad >= 0:
             return NON_FINITE, done, float(bad)
@@ -605,8 +715,8 @@ def run_on_oscillators(y, v, chain, method, steps, window, static, tolerance, st
             out_y[row], out_v[row], out_wall[row] = y, v, wall
             contact_forces(y, v, chain, done * window, wall, (wall - before) / window, out_force[row])
             out_kinetic[row], out_potential[row] = energies(y, v, chain, wall)
-            for i in range(n):
-                out_structure[row] += 0.5 * (p[i] * p[i] + square[i] * u[i] * u[i])
+            for i in range(weight.size):
+                out_structure[row] += 0.5 * weight[i] * state[i] * state[i]
             out_lost[row], out_work[row], out_driven[row], out_count[row] = total_lost, work, total_driven, evaluations
             evaluations = 0
     return OK, 0, 0.0

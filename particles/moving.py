@@ -166,7 +166,8 @@ class MovingChain:
         """Move on by one window against a linear structure.
 
         surface: its displacement at the window's start, and at its end where no force above the static one acts;
-        compliance, m/N: what the mean force adds to that. guess: mean force and slope of the secant, updated.
+        compliance, m/N: what the mean force adds to that. guess: mean force, slope of the secant and the two
+        mean forces before, updated.
         Returns the state, the mean force above the static one, the chain windows tried and the residual (N).
         """
         y, v = state.position.copy(), state.velocity.copy()
@@ -210,11 +211,13 @@ class MovingChain:
         """What the kernels call `method`."""
         if self.chain.integrator == "rk4":
             return kernels.RK4
-        if np.any(self.constants.damping > 0.0):
-            return kernels.LOSSY_VERLET
         numbers = self.constants.numbers
         driven = numbers.drive != kernels.FREE or numbers.preload > 0.0 or numbers.spring > 0.0
-        return kernels.DRIVEN_VERLET if driven or np.any(self.constants.table >= 0) else kernels.VERLET
+        plain = not driven and not np.any(self.constants.table >= 0)
+        if np.any(self.constants.damping > 0.0):
+            viscous = numbers.loss in (kernels.DASHPOT, kernels.TANGENT, kernels.SECANT) and numbers.exponent == 1.0
+            return kernels.VISCOUS_VERLET if plain and viscous else kernels.LOSSY_VERLET
+        return kernels.VERLET if plain else kernels.DRIVEN_VERLET
 
     def steps(self, window: float) -> int:
         """Steps in a window."""

@@ -6,12 +6,13 @@ vector known beforehand. So a strong coupling needs one structural solve a windo
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cached_property
 from math import ceil, sqrt
 from typing import Any, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 from scipy import sparse
-from scipy.linalg import eigh, expm
+from scipy.linalg import eigh
 from scipy.sparse.linalg import LinearOperator, eigsh
 
 from structures.checks import finite, instance, one_of, positive, whole
@@ -31,6 +32,14 @@ NEARLY_STATIC = 1e-12
 """Shift of the inverse iteration for the slowest motion, in units of the greatest ratio of stiffness to mass."""
 
 INVERSE_ITERATIONS = 8
+
+APART, TERMS = 0.5, 24
+"""Overdamped oscillators whose two rates, times the window, differ by twice this are sums of two exponentials; of the
+others, so many terms of a series are exact to rounding."""
+
+DENSE = 300
+"""Degrees of freedom. A coupled, damped structure of at most so many goes through the compiled window loop; of more, a
+window's dense product takes as long as a sparse solve."""
 
 
 class StructureState(NamedTuple):
@@ -90,23 +99,64 @@ class Oscillators:
     def __init__(self, structure: Structure, window: float) -> None:
         square = structure.stiffness.diagonal()
         rate = np.zeros_like(square) if structure.damping is None else structure.damping.diagonal()
-        generator = np.zeros((structure.size, 3, 3))
-        generator[:, 0, 1] = window
-        generator[:, 1, 0] = -window * square
-        generator[:, 1, 1] = -window * rate
-        generator[:, 1, 2] = window * structure.contact
-        fast = square * window**2 > 1.0
-        whole = np.empty_like(generator)
-        whole[~fast] = expm(generator[~fast])
-        half, identity = generator[fast] / 2.0, np.eye(3)
-        whole[fast] = np.linalg.solve(identity - half, identity + half)
-        self.rows = np.ascontiguousarray(whole[:, :2, :2].reshape(-1, 4).T)
-        self.response = StructureState(whole[:, 0, 2].copy(), whole[:, 1, 2].copy())
+        phase, drag = window**2 * square, window / 2.0 * rate
+        fast = phase > 1.0
+        lag, push, left = np.empty_like(phase), np.empty_like(phase), np.empty_like(phase)
+        lag[~fast], push[~fast], left[~fast] = _exact(phase[~fast], drag[~fast])
+        push[fast] = 1.0 / (1.0 + drag[fast] + phase[fast] / 4.0)
+        lag[fast], left[fast] = push[fast] / 2.0, 2.0 * push[fast] - 1.0
+        # The midpoint leaves as large a part of u as of v but for the damping; 1 − phase · lag would cancel.
+        kept = np.where(fast, left + 2.0 * drag * push, 1.0 - phase * lag)
+        self.rows = np.array([kept, window * push, -window * square * push, left])
+        self.response = StructureState(window**2 * lag * structure.contact, window * push * structure.contact)
 
     def free(self, state: StructureState) -> StructureState:
         """The state at the window's end where no force acts."""
         u, v, _ = state
         return StructureState(self.rows[0] * u + self.rows[1] * v, self.rows[2] * u + self.rows[3] * v)
+
+
+def _exact(phase: Vector, drag: Vector) -> tuple[Vector, Vector, Vector]:
+    """Of oscillators over a window H, with phase (ωH)² ≤ 1 and drag H/2 times the damping rate.
+
+    Returns the displacement after a steady unit force in units of H², its rate in units of H, and what is left of an
+    initial rate. In closed form: a matrix exponential of each is slower, and its threads wait for each other.
+    """
+    spread = np.sqrt(np.maximum(drag**2 - phase, 0.0))
+    # With λ = −drag ± spread, Σ hₖ/(k + 1)! and Σ hₖ/(k + 2)!, hₖ = Σ λ₁ⁱ λ₂ᵏ⁻ⁱ: no cancellation near critical damping.
+    lag, push = np.zeros_like(phase), np.zeros_like(phase)
+    term, before, factorial = np.ones_like(phase), np.zeros_like(phase), 1.0
+    near = np.where(spread <= APART, drag, 0.0)
+    for k in range(TERMS):
+        push += term / factorial
+        factorial *= k + 2.0
+        lag += term / factorial
+        term, before = -2.0 * near * term - phase * before, term
+    left = 1.0 - phase * lag - 2.0 * near * push
+    if (spread > APART).any():
+        apart, drag = spread > APART, drag[spread > APART]
+        phase, spread = phase[apart], spread[apart]
+        slow, fast = -phase / (drag + spread), -(drag + spread)
+        push[apart] = np.exp(slow) * -np.expm1(-2.0 * spread) / (2.0 * spread)
+        steady = np.divide(np.expm1(slow), slow, out=np.ones_like(slow), where=slow != 0.0)
+        lag[apart] = (steady - np.expm1(fast) / fast) / (2.0 * spread)
+        left[apart] = (slow * np.exp(slow) - fast * np.exp(fast)) / (2.0 * spread)
+    return lag, push, left
+
+
+class Propagator(NamedTuple):
+    """A window of a linear structure as arrays, for the compiled window loop.
+
+    The state is s·B numbers, component i of block k at i·B + k: displacement and velocity of each of B oscillators; or
+    one block of everything where all is coupled, the displacements first. spread: s × s·B, what component j leaves of
+    itself in component i of its own block, at (j, i·B + k). response: the state after 1 N from rest.
+    contact: b, of the first entries. weight: of the squares in twice the energy; none where that is not known.
+    """
+
+    spread: Vector
+    response: Vector
+    contact: Vector
+    weight: Vector
 
 
 class Newmark:
@@ -298,10 +348,33 @@ class MovingStructure:
         """Whether the structure keeps all the energy that it is given, but for what its stepper loses."""
         return self.structure.damping is None
 
-    @property
+    @cached_property
     def modal(self) -> bool:
         """Whether it moves as Oscillators do."""
         return self.stepper == "midpoint" and is_modal(self.structure)
+
+    @property
+    def compact(self) -> bool:
+        """Whether a window of it is a small Propagator: oscillators, or a few freedoms that damping couples."""
+        few = self.structure.size <= DENSE and not self.conservative
+        return self.modal or (self.stepper == "midpoint" and few)
+
+    def propagator(self, window: float) -> Propagator:
+        """A window as arrays; of a coupled structure, what the step makes of each displacement and velocity in turn."""
+        step, structure, size = self.step(window), self.structure, self.structure.size
+        displacement, velocity, _ = step.response
+        if isinstance(step, Oscillators):
+            spread = step.rows.reshape(2, 2, size).transpose(1, 0, 2).reshape(2, 2 * size)
+            weight = np.append(structure.stiffness.diagonal(), np.ones(size))
+            return Propagator(spread, np.append(displacement, velocity), structure.contact, weight)
+        # Without mass, as Maxwell arms are, a degree of freedom has a velocity that nothing depends on.
+        moving = np.flatnonzero(abs(structure.mass).sum(axis=0))
+        at_rest, straight = np.zeros(size), np.eye(size)
+        starts = [StructureState(unit, at_rest) for unit in straight]
+        starts += [StructureState(at_rest, unit) for unit in straight[moving]]
+        # One by one: with all at once the solver's threads may wait for each other far longer.
+        spread = np.array([np.append(u, v[moving]) for u, v, _ in map(step.free, starts)])
+        return Propagator(spread, np.append(displacement, velocity[moving]), structure.contact, NOTHING)
 
     def describe(self) -> dict[str, Any]:
         """How the structure was made, and the stepper where it is not the midpoint, as plain data."""

@@ -7,14 +7,17 @@ from scipy import sparse
 
 import hertzlink as hl
 from particles import kernels
+from structures.damping import standard_linear_solid
+from structures.rod import rod_parts
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 CHAIN = hl.Chain([BEAD] * 20, striker=BEAD, impact_speed=0.31)
 SUPPORTS = hl.Supports("clamped", "clamped", "free", "free")
 PLATE = hl.kirchhoff_plate(0.2, 0.2, 2.29e-3, hl.ALUMINIUM_6061, SUPPORTS, cells=(12, 12)).at(0.05, 0.1)
+LAYERS = [hl.Layer(hl.STEEL_440C, 6.35e-3, 9.525e-3), hl.Layer(hl.PTFE, 25.4e-3, 9.525e-3)]
 STRUCTURES = {
     "rod": hl.rod([hl.Layer(hl.ACRYLIC, 0.0762, 0.0191)]),
-    "layered rod": hl.rod([hl.Layer(hl.STEEL_440C, 6.35e-3, 9.525e-3), hl.Layer(hl.PTFE, 25.4e-3, 9.525e-3)]),
+    "layered rod": hl.rod(LAYERS),
     "plate": PLATE,
     "half-space": hl.half_space(hl.BRASS_360),
 }
@@ -62,6 +65,39 @@ def test_compiled_loop_equals_the_loop_in_python() -> None:
     compiled = simulation.run(until=6e-4)
     simulation._run_compiled = simulation._run_windows  # type: ignore[method-assign]
     check_same(compiled, simulation.run(until=6e-4), 1e-9)
+
+
+COUPLED = {
+    "an arm for each oscillator": standard_linear_solid(hl.reduce(PLATE, until=6e-4), 0.3, 2e-5),
+    "arms on a layer": hl.reduce(
+        standard_linear_solid(STRUCTURES["layered rod"], 0.3, 2e-5, part=rod_parts(LAYERS)[1]), until=6e-4
+    ),
+    "absorbing base": hl.reduce(hl.rod([hl.Layer(hl.ACRYLIC, 0.05, 0.01)], base="absorbing"), until=6e-4),
+    "not reduced": hl.rod([hl.Layer(hl.ACRYLIC, 0.05, 0.01)], base="absorbing", elements=12),
+}
+
+
+@pytest.mark.parametrize("name", COUPLED)
+def test_what_damping_couples_goes_through_the_compiled_loop_too(name: str) -> None:
+    """Its dense propagator gives what the implicit midpoint gives window by window, work and losses included."""
+    simulation = hl.CoSimulation(CHAIN, COUPLED[name])
+    assert simulation.structure.compact
+    assert not simulation.structure.modal
+    compiled = simulation.run(until=6e-4)
+    simulation._run_compiled = simulation._run_windows  # type: ignore[method-assign]
+    other = simulation.run(until=6e-4)
+    check_same(compiled, other, 1e-10)
+    scale = float(compiled.impact_energy)
+    assert compiled.interface_work.values == pytest.approx(other.interface_work.values, abs=1e-10 * scale)
+    assert np.isnan(compiled.structure_energy).all()
+    assert hl.energy_error(compiled) < 1e-6
+
+
+def test_large_structures_and_other_steppers_go_window_by_window() -> None:
+    large = hl.rod([hl.Layer(hl.ACRYLIC, 0.05, 0.01)], base="absorbing", elements=150)
+    assert not hl.MovingStructure(large).compact
+    assert not hl.MovingStructure(COUPLED["absorbing base"], "newmark").compact
+    assert not hl.MovingStructure(STRUCTURES["rod"]).compact
 
 
 def test_aitken_agrees_with_condensed() -> None:

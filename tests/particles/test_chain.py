@@ -1,7 +1,7 @@
 """The chain: an independent code's numbers, conservation, orders, preload, dashpots, mixed beads, bad input."""
 
 import re
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 import hertzlink as hl
+from particles import kernels
 from particles.moving import ChainState
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
@@ -180,6 +181,24 @@ def test_a_loss_sees_the_contacts_own_part_of_the_approach(flexibility: float) -
     )
     moved = run.displacement.sel(bead=1).values
     assert abs(moved - exact.y[2]).max() < 1e-3 * moved.max()
+
+
+@given(st.floats(-0.38, 1e6), st.floats(1e-12, 1e-3))
+def test_the_share_of_a_spring_behind_hertz_is_exact(softness: float, approach: float) -> None:
+    """δ = δ_h + c δ_h^1.5 to rounding, from springs so negative that they all but snap to such as take all of it."""
+    scale = softness / np.sqrt(approach)
+    overlap = kernels._overlap_on_spring(2.0, -1, np.empty((0, 6)), approach, scale / 2.0)
+    slope = 1.0 + 1.5 * scale * np.sqrt(overlap)
+    error = overlap + scale * overlap**1.5 - approach
+    assert abs(error) <= 1e-14 * (overlap + abs(scale) * overlap**1.5)
+    assert slope > 0.0
+
+
+def test_alike_beads_are_described_in_full() -> None:
+    """Each stands in the input as what it is, in its place."""
+    small, large = hl.Sphere(2e-3, hl.STEEL_316), hl.Sphere(6e-3, hl.PTFE)
+    chain = hl.Chain([small, large, small], small, 0.5, 9.81, hl.LinearDashpot(5.0))
+    assert chain.describe() == {**asdict(chain), "beads": [asdict(bead) for bead in (small, large, small)]}
 
 
 def test_advance_has_no_hidden_state() -> None:

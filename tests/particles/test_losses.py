@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 from scipy.special import beta
 
 import hertzlink as hl
+from particles import kernels
 from particles.dissipation import Dissipation
 from particles.moving import ChainState
 
@@ -252,6 +253,37 @@ def test_both_integrators_meet_with_order_two(law: Dissipation) -> None:
 def test_bad_losses(make: object, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         make()  # type: ignore[operator]
+
+
+@pytest.mark.parametrize("law", [hl.LinearDashpot(5.0), hl.KuwabaraKono(1e-6), hl.Tsuji(0.3), hl.Restitution(0.8)])
+@pytest.mark.parametrize("flexibility", [0.0, 2e-9, -5e-10])
+def test_the_joined_pass_is_the_general_one(law: Dissipation, flexibility: float) -> None:
+    """Losses that are linear in the approach rate: an impact, contacts closing and opening, a surface that moves."""
+    chain = hl.Chain([STEEL, SMALL, STEEL, LARGE, STEEL, SMALL], STEEL, 0.5, 9.81, law)
+    joined, general = (hl.MovingChain(chain, hl.Surface(hl.STEEL_316), flexibility) for _ in range(2))
+    assert joined.method == kernels.VISCOUS_VERLET
+    general.__dict__["method"] = kernels.LOSSY_VERLET
+    state, opened = joined.start(), False
+    other = state
+    for k in range(120):
+        motion = (1e-8 * k, 1e-8 * (k + 1))
+        (state, force), (other, force_too) = (
+            moving.advance(old, motion, 2e-6) for moving, old in ((joined, state), (general, other))
+        )
+        opened = opened or force + joined.static_force[-1] == 0.0
+        assert state.position == pytest.approx(other.position, abs=1e-11 * abs(other.position).max())
+        assert state.velocity == pytest.approx(other.velocity, abs=1e-10 * abs(other.velocity).max())
+        assert force == pytest.approx(force_too, abs=1e-10 * joined.force_scale)
+        assert state.lost == pytest.approx(other.lost, rel=1e-10)
+    assert opened
+    assert state.lost > 0.01 * chain.impact_energy
+
+
+def test_other_losses_take_the_general_pass() -> None:
+    for law in (hl.PowerDashpot(5.0, 1.8), hl.PowerDashpot(5.0, 1.0, "thesis"), hl.MassProportional(100.0)):
+        assert hl.MovingChain(hl.Chain([STEEL] * 3, STEEL, 0.5, dissipation=law), None).method == kernels.LOSSY_VERLET
+    pressed = hl.Chain([STEEL] * 3, STEEL, 0.5, dissipation=hl.LinearDashpot(5.0), preload=1.0)
+    assert hl.MovingChain(pressed, STEEL.surface).method == kernels.LOSSY_VERLET
 
 
 def test_messages_name_the_unit_as_it_is_written() -> None:
