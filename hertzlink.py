@@ -101,10 +101,11 @@ from structures.material import (  # noqa: E402
     STEEL_440C,
     Material,
 )
+from structures.moving import MovingStructure  # noqa: E402
 from structures.reduction import reduce  # noqa: E402
 from structures.rod import Layer, rod, rod_parts  # noqa: E402
 from structures.solid import solid  # noqa: E402
-from structures.stepping import CentralDifference, GeneralisedAlpha, MovingStructure, Newmark  # noqa: E402
+from structures.stepping import CentralDifference, GeneralisedAlpha, Newmark  # noqa: E402
 from structures.structure import Structure, half_space  # noqa: E402
 from structures.surface import Surface, hertz_stiffness  # noqa: E402
 from structures.theory import (  # noqa: E402

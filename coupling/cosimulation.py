@@ -14,7 +14,7 @@ from particles import kernels
 from particles.chain import Chain
 from particles.moving import MovingChain
 from structures.checks import instance, positive
-from structures.stepping import MovingStructure
+from structures.moving import MovingStructure
 from structures.structure import Structure, half_space
 from structures.surface import Surface
 

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from coupling.result import provenance
 from structures.checks import instance
 from structures.field import Field
-from structures.stepping import MovingStructure
+from structures.moving import MovingStructure
 from structures.structure import Structure, Vector, known_field
 
 ANOTHER = 0.05

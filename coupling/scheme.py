@@ -8,7 +8,7 @@ import numpy as np
 from coupling.participant import Participant
 from particles.moving import ChainState, MovingChain
 from structures.checks import positive, whole
-from structures.stepping import MovingStructure
+from structures.moving import MovingStructure
 from structures.structure import Vector
 
 

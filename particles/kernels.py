@@ -649,7 +649,7 @@ def first_bad(y, v, wall):
 
 @njit(cache=True)
 def _propagate(spread, state, out):
-    """The state at a window's end where no force acts, see structures.stepping.Propagator."""
+    """The state at a window's end where no force acts, see structures.moving.Propagator."""
     parts = spread.shape[0]
     count = spread.shape[1] // parts
     out[:] = 0.0
@@ -676,7 +676,7 @@ def _dot(a, b):
 def run_condensed(y, v, chain, method, steps, window, static, tolerance, stride, linear, frames):
     """The whole window loop of a chain on a linear structure, one frame every `stride` windows.
 
-    linear = (spread, response, contact, weight), see structures.stepping.Propagator.
+    linear = (spread, response, contact, weight), see structures.moving.Propagator.
     frames = (y, v, contact forces, w, kinetic, potential, structure, lost, work,
     drive's work, evaluations), row 0 the start.
     Returns (OK, …), or what went wrong, in which window, and the bead or the residual.

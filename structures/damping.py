@@ -9,7 +9,7 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from structures.checks import instance, not_negative, one_of, positive
-from structures.stepping import is_modal
+from structures.oscillators import is_modal
 from structures.structure import Structure, Vector, known_field
 
 MODULI = ("relaxed", "instantaneous")

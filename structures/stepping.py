@@ -1,4 +1,4 @@
-"""Structures in time: state in, state out, driven by the mean force over a window.
+"""Steppers: one window of a linear structure, driven by the mean force over it.
 
 Because a structure is linear, the state at a window's end is the state without force plus the mean force times a
 vector known beforehand. So a strong coupling needs one structural solve a window, whatever the contact does.
@@ -6,19 +6,17 @@ vector known beforehand. So a strong coupling needs one structural solve a windo
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import cached_property
 from math import ceil, sqrt
-from typing import Any, NamedTuple, Protocol, TypeAlias
+from typing import NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 from scipy import sparse
 from scipy.linalg import eigh
 from scipy.sparse.linalg import LinearOperator, eigsh
 
-from structures.checks import finite, instance, one_of, positive, whole
+from structures.checks import finite, instance, whole
 from structures.factor import Solve, factorise
 from structures.structure import Structure, Vector
-from structures.surface import Surface
 
 NOTHING = np.zeros(0)
 
@@ -32,14 +30,6 @@ NEARLY_STATIC = 1e-12
 """Shift of the inverse iteration for the slowest motion, in units of the greatest ratio of stiffness to mass."""
 
 INVERSE_ITERATIONS = 8
-
-APART, TERMS = 0.5, 24
-"""Overdamped oscillators whose two rates, times the window, differ by twice this are sums of two exponentials; of the
-others, so many terms of a series are exact to rounding."""
-
-DENSE = 300
-"""Degrees of freedom. A coupled, damped structure of at most so many goes through the compiled window loop; of more, a
-window's dense product takes as long as a sparse solve."""
 
 
 class StructureState(NamedTuple):
@@ -86,77 +76,6 @@ class ImplicitMidpoint:
         u, v, _ = state
         middle = self.solve(self.structure.mass @ v - self.window / 2.0 * (self.structure.stiffness @ u))
         return StructureState(u + self.window * middle, 2.0 * middle - v)
-
-
-class Oscillators:
-    """A structure with M = I and diagonal K and C, one oscillator for each degree of freedom.
-
-    Slow ones, ω H ≤ 1, move exactly. Fast ones take the implicit midpoint: seen once a window, their exact motion
-    would pose as a slow one, and one with a period of H would not be seen at all. Both keep the energy.
-    rows: 4 × n, each oscillator's 2 × 2 propagator: u₁ = r₀ u + r₁ v, v₁ = r₂ u + r₃ v. No limit on the window.
-    """
-
-    def __init__(self, structure: Structure, window: float) -> None:
-        square = structure.stiffness.diagonal()
-        rate = np.zeros_like(square) if structure.damping is None else structure.damping.diagonal()
-        phase, drag = window**2 * square, window / 2.0 * rate
-        fast = phase > 1.0
-        lag, push, left = np.empty_like(phase), np.empty_like(phase), np.empty_like(phase)
-        lag[~fast], push[~fast], left[~fast] = _exact(phase[~fast], drag[~fast])
-        push[fast] = 1.0 / (1.0 + drag[fast] + phase[fast] / 4.0)
-        lag[fast], left[fast] = push[fast] / 2.0, 2.0 * push[fast] - 1.0
-        # The midpoint leaves as large a part of u as of v but for the damping; 1 − phase · lag would cancel.
-        kept = np.where(fast, left + 2.0 * drag * push, 1.0 - phase * lag)
-        self.rows = np.array([kept, window * push, -window * square * push, left])
-        self.response = StructureState(window**2 * lag * structure.contact, window * push * structure.contact)
-
-    def free(self, state: StructureState) -> StructureState:
-        """The state at the window's end where no force acts."""
-        u, v, _ = state
-        return StructureState(self.rows[0] * u + self.rows[1] * v, self.rows[2] * u + self.rows[3] * v)
-
-
-def _exact(phase: Vector, drag: Vector) -> tuple[Vector, Vector, Vector]:
-    """Of oscillators over a window H, with phase (ωH)² ≤ 1 and drag H/2 times the damping rate.
-
-    Returns the displacement after a steady unit force in units of H², its rate in units of H, and what is left of an
-    initial rate. In closed form: a matrix exponential of each is slower, and its threads wait for each other.
-    """
-    spread = np.sqrt(np.maximum(drag**2 - phase, 0.0))
-    # With λ = −drag ± spread, Σ hₖ/(k + 1)! and Σ hₖ/(k + 2)!, hₖ = Σ λ₁ⁱ λ₂ᵏ⁻ⁱ: no cancellation near critical damping.
-    lag, push = np.zeros_like(phase), np.zeros_like(phase)
-    term, before, factorial = np.ones_like(phase), np.zeros_like(phase), 1.0
-    near = np.where(spread <= APART, drag, 0.0)
-    for k in range(TERMS):
-        push += term / factorial
-        factorial *= k + 2.0
-        lag += term / factorial
-        term, before = -2.0 * near * term - phase * before, term
-    left = 1.0 - phase * lag - 2.0 * near * push
-    if (spread > APART).any():
-        apart, drag = spread > APART, drag[spread > APART]
-        phase, spread = phase[apart], spread[apart]
-        slow, fast = -phase / (drag + spread), -(drag + spread)
-        push[apart] = np.exp(slow) * -np.expm1(-2.0 * spread) / (2.0 * spread)
-        steady = np.divide(np.expm1(slow), slow, out=np.ones_like(slow), where=slow != 0.0)
-        lag[apart] = (steady - np.expm1(fast) / fast) / (2.0 * spread)
-        left[apart] = (slow * np.exp(slow) - fast * np.exp(fast)) / (2.0 * spread)
-    return lag, push, left
-
-
-class Propagator(NamedTuple):
-    """A window of a linear structure as arrays, for the compiled window loop.
-
-    The state is s·B numbers, component i of block k at i·B + k: displacement and velocity of each of B oscillators; or
-    one block of everything where all is coupled, the displacements first. spread: s × s·B, what component j leaves of
-    itself in component i of its own block, at (j, i·B + k). response: the state after 1 N from rest.
-    contact: b, of the first entries. weight: of the squares in twice the energy; none where that is not known.
-    """
-
-    spread: Vector
-    response: Vector
-    contact: Vector
-    weight: Vector
 
 
 class Newmark:
@@ -296,7 +215,7 @@ def lumped(structure: Structure) -> Structure:
     instance("structure", structure, Structure, "a Structure")
     _check_masses(structure, "a lumped mass")
     diagonal = structure.mass.diagonal()
-    if _equal(structure.mass, sparse.diags_array(diagonal)):
+    if equal(structure.mass, sparse.diags_array(diagonal)):
         return structure
     slowest = structure.contact
     shift = NEARLY_STATIC * float((structure.stiffness.diagonal() / diagonal).max())
@@ -313,124 +232,8 @@ def stable_step(structure: Structure) -> float:
     return 2.0 / max(_highest_frequency(lumped(structure)), 1e-300)
 
 
-STEPPERS: dict[str, Stepper] = {
-    "midpoint": ImplicitMidpoint,
-    "newmark": Newmark,
-    "generalised-alpha": GeneralisedAlpha,
-    "central-difference": CentralDifference,
-}
-
-
-class MovingStructure:
-    """A Structure as a participant: advance(state, mean force, window) → (state, displacement of the contact).
-
-    stepper: "midpoint", which keeps the energy exactly; "newmark", "generalised-alpha" or "central-difference" with
-    their default constants; or what makes a Step from a structure and a window, such as
-    functools.partial(GeneralisedAlpha, spectral_radius=0.5). All are of second order. A structure of oscillators moves
-    exactly where the stepper is the midpoint, see Oscillators. Central differences lump the mass, see `structure`.
-    """
-
-    def __init__(self, structure: Structure, stepper: str | Stepper = "midpoint") -> None:
-        instance("structure", structure, Structure, "a Structure")
-        if not callable(stepper):
-            one_of("stepper", stepper, STEPPERS)
-        self.structure = lumped(structure) if stepper == "central-difference" and structure.size else structure
-        self.stepper = stepper
-        self._steps: dict[float, Step] = {}
-
-    @property
-    def surface(self) -> Surface:
-        """What Hertz's law needs to know of the contact point."""
-        return self.structure.surface
-
-    @property
-    def conservative(self) -> bool:
-        """Whether the structure keeps all the energy that it is given, but for what its stepper loses."""
-        return self.structure.damping is None
-
-    @cached_property
-    def modal(self) -> bool:
-        """Whether it moves as Oscillators do."""
-        return self.stepper == "midpoint" and is_modal(self.structure)
-
-    @property
-    def compact(self) -> bool:
-        """Whether a window of it is a small Propagator: oscillators, or a few freedoms that damping couples."""
-        few = self.structure.size <= DENSE and not self.conservative
-        return self.modal or (self.stepper == "midpoint" and few)
-
-    def propagator(self, window: float) -> Propagator:
-        """A window as arrays; of a coupled structure, what the step makes of each displacement and velocity in turn."""
-        step, structure, size = self.step(window), self.structure, self.structure.size
-        displacement, velocity, _ = step.response
-        if isinstance(step, Oscillators):
-            spread = step.rows.reshape(2, 2, size).transpose(1, 0, 2).reshape(2, 2 * size)
-            weight = np.append(structure.stiffness.diagonal(), np.ones(size))
-            return Propagator(spread, np.append(displacement, velocity), structure.contact, weight)
-        # Without mass, as Maxwell arms are, a degree of freedom has a velocity that nothing depends on.
-        moving = np.flatnonzero(abs(structure.mass).sum(axis=0))
-        at_rest, straight = np.zeros(size), np.eye(size)
-        starts = [StructureState(unit, at_rest) for unit in straight]
-        starts += [StructureState(at_rest, unit) for unit in straight[moving]]
-        # One by one: with all at once the solver's threads may wait for each other far longer.
-        spread = np.array([np.append(u, v[moving]) for u, v, _ in map(step.free, starts)])
-        return Propagator(spread, np.append(displacement, velocity[moving]), structure.contact, NOTHING)
-
-    def describe(self) -> dict[str, Any]:
-        """How the structure was made, and the stepper where it is not the midpoint, as plain data."""
-        chosen = {} if self.stepper == "midpoint" else {"stepper": self.stepper}
-        return {**self.structure.origin, **chosen}
-
-    def start(self) -> StructureState:
-        """At rest in static equilibrium."""
-        return StructureState(np.zeros(self.structure.size), np.zeros(self.structure.size))
-
-    def advance(self, state: StructureState, force: float, window: float) -> tuple[StructureState, float]:
-        """Move on by one window (s) under the mean force (N) above the static one."""
-        end = self.pushed(self.free(state, window), force, window)
-        return end, self.read(end)
-
-    def pushed(self, free: StructureState, force: float, window: float) -> StructureState:
-        """The state at the window's end from that without force, and the mean force."""
-        if not self.structure.size:
-            return free
-        response = self.step(window).response
-        return StructureState(*(end + force * unit for end, unit in zip(free, response, strict=True)))
-
-    def free(self, state: StructureState, window: float) -> StructureState:
-        """The state at the window's end where no force acts."""
-        return self.step(window).free(state) if self.structure.size else state
-
-    def read(self, state: StructureState) -> float:
-        """Displacement bᵀu of the contact point, m."""
-        return float(self.structure.contact @ state.displacement)
-
-    def compliance(self, window: float) -> float:
-        """What 1 N of mean force adds to the contact's displacement at the window's end, m/N."""
-        return self.read(self.step(window).response) if self.structure.size else 0.0
-
-    def energy(self, state: StructureState) -> float:
-        """Kinetic and elastic energy above static equilibrium, J."""
-        u, v, _ = state
-        return 0.5 * float(v @ (self.structure.mass @ v) + u @ (self.structure.stiffness @ u))
-
-    def step(self, window: float) -> Step:
-        """The stepper for this window, made once."""
-        if window not in self._steps:
-            positive("window", window, "s")
-            make = self.stepper if callable(self.stepper) else STEPPERS[self.stepper]
-            self._steps[window] = Oscillators(self.structure, window) if self.modal else make(self.structure, window)
-        return self._steps[window]
-
-
-def is_modal(structure: Structure) -> bool:
-    """Whether the degrees of freedom are modes: M = I, K and C diagonal."""
-    identity = sparse.eye_array(structure.size)
-    others = [structure.stiffness] + ([] if structure.damping is None else [structure.damping])
-    return _equal(structure.mass, identity) and all(_equal(m, sparse.diags_array(m.diagonal())) for m in others)
-
-
-def _equal(first: sparse.sparray, second: sparse.sparray) -> bool:
+def equal(first: sparse.sparray, second: sparse.sparray) -> bool:
+    """Whether two matrices hold the same numbers."""
     difference = abs(first - second)
     return bool(difference.nnz == 0 or difference.max() == 0.0)
 

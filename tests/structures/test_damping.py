@@ -14,8 +14,9 @@ from scipy.linalg import eigh, expm
 
 import hertzlink as hl
 from structures.damping import loss_tangent, maxwell_arms, modal_damping, rayleigh, standard_linear_solid
+from structures.oscillators import is_modal
 from structures.rod import rod_parts
-from structures.stepping import GeneralisedAlpha, is_modal
+from structures.stepping import GeneralisedAlpha
 
 LAYERS = [hl.Layer(hl.STEEL_440C, 6.35e-3, 9.525e-3), hl.Layer(hl.PTFE, 25.4e-3, 9.525e-3)]
 ROD = hl.rod(LAYERS)

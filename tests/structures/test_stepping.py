@@ -10,14 +10,13 @@ from scipy.linalg import eigh, expm
 
 import hertzlink as hl
 from structures.damping import rayleigh, standard_linear_solid
+from structures.oscillators import Oscillators, is_modal
 from structures.stepping import (
     CentralDifference,
     GeneralisedAlpha,
     ImplicitMidpoint,
     Newmark,
-    Oscillators,
     Stepper,
-    is_modal,
     lumped,
     stable_step,
 )

@@ -1,0 +1,151 @@
+"""A structure in time, as a participant: state in, state out, driven by the mean force over a window."""
+
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from structures.checks import instance, one_of, positive
+from structures.oscillators import Oscillators, is_modal
+from structures.stepping import (
+    NOTHING,
+    CentralDifference,
+    GeneralisedAlpha,
+    ImplicitMidpoint,
+    Newmark,
+    Step,
+    Stepper,
+    StructureState,
+    lumped,
+)
+from structures.structure import Structure, Vector
+from structures.surface import Surface
+
+DENSE = 300
+"""Degrees of freedom. A coupled, damped structure of at most so many goes through the compiled window loop; of more, a
+window's dense product takes as long as a sparse solve."""
+
+
+STEPPERS: dict[str, Stepper] = {
+    "midpoint": ImplicitMidpoint,
+    "newmark": Newmark,
+    "generalised-alpha": GeneralisedAlpha,
+    "central-difference": CentralDifference,
+}
+
+
+class Propagator(NamedTuple):
+    """A window of a linear structure as arrays, for the compiled window loop.
+
+    The state is s·B numbers, component i of block k at i·B + k: displacement and velocity of each of B oscillators; or
+    one block of everything where all is coupled, the displacements first. spread: s × s·B, what component j leaves of
+    itself in component i of its own block, at (j, i·B + k). response: the state after 1 N from rest.
+    contact: b, of the first entries. weight: of the squares in twice the energy; none where that is not known.
+    """
+
+    spread: Vector
+    response: Vector
+    contact: Vector
+    weight: Vector
+
+
+class MovingStructure:
+    """A Structure as a participant: advance(state, mean force, window) → (state, displacement of the contact).
+
+    stepper: "midpoint", which keeps the energy exactly; "newmark", "generalised-alpha" or "central-difference" with
+    their default constants; or what makes a Step from a structure and a window, such as
+    functools.partial(GeneralisedAlpha, spectral_radius=0.5). All are of second order. A structure of oscillators moves
+    exactly where the stepper is the midpoint, see Oscillators. Central differences lump the mass, see `structure`.
+    """
+
+    def __init__(self, structure: Structure, stepper: str | Stepper = "midpoint") -> None:
+        instance("structure", structure, Structure, "a Structure")
+        if not callable(stepper):
+            one_of("stepper", stepper, STEPPERS)
+        self.structure = lumped(structure) if stepper == "central-difference" and structure.size else structure
+        self.stepper = stepper
+        self._steps: dict[float, Step] = {}
+
+    @property
+    def surface(self) -> Surface:
+        """What Hertz's law needs to know of the contact point."""
+        return self.structure.surface
+
+    @property
+    def conservative(self) -> bool:
+        """Whether the structure keeps all the energy that it is given, but for what its stepper loses."""
+        return self.structure.damping is None
+
+    @cached_property
+    def modal(self) -> bool:
+        """Whether it moves as Oscillators do."""
+        return self.stepper == "midpoint" and is_modal(self.structure)
+
+    @property
+    def compact(self) -> bool:
+        """Whether a window of it is a small Propagator: oscillators, or a few freedoms that damping couples."""
+        few = self.structure.size <= DENSE and not self.conservative
+        return self.modal or (self.stepper == "midpoint" and few)
+
+    def propagator(self, window: float) -> Propagator:
+        """A window as arrays; of a coupled structure, what the step makes of each displacement and velocity in turn."""
+        step, structure, size = self.step(window), self.structure, self.structure.size
+        displacement, velocity, _ = step.response
+        if isinstance(step, Oscillators):
+            spread = step.rows.reshape(2, 2, size).transpose(1, 0, 2).reshape(2, 2 * size)
+            weight = np.append(structure.stiffness.diagonal(), np.ones(size))
+            return Propagator(spread, np.append(displacement, velocity), structure.contact, weight)
+        # Without mass, as Maxwell arms are, a degree of freedom has a velocity that nothing depends on.
+        moving = np.flatnonzero(abs(structure.mass).sum(axis=0))
+        at_rest, straight = np.zeros(size), np.eye(size)
+        starts = [StructureState(unit, at_rest) for unit in straight]
+        starts += [StructureState(at_rest, unit) for unit in straight[moving]]
+        # One by one: with all at once the solver's threads may wait for each other far longer.
+        spread = np.array([np.append(u, v[moving]) for u, v, _ in map(step.free, starts)])
+        return Propagator(spread, np.append(displacement, velocity[moving]), structure.contact, NOTHING)
+
+    def describe(self) -> dict[str, Any]:
+        """How the structure was made, and the stepper where it is not the midpoint, as plain data."""
+        chosen = {} if self.stepper == "midpoint" else {"stepper": self.stepper}
+        return {**self.structure.origin, **chosen}
+
+    def start(self) -> StructureState:
+        """At rest in static equilibrium."""
+        return StructureState(np.zeros(self.structure.size), np.zeros(self.structure.size))
+
+    def advance(self, state: StructureState, force: float, window: float) -> tuple[StructureState, float]:
+        """Move on by one window (s) under the mean force (N) above the static one."""
+        end = self.pushed(self.free(state, window), force, window)
+        return end, self.read(end)
+
+    def pushed(self, free: StructureState, force: float, window: float) -> StructureState:
+        """The state at the window's end from that without force, and the mean force."""
+        if not self.structure.size:
+            return free
+        response = self.step(window).response
+        return StructureState(*(end + force * unit for end, unit in zip(free, response, strict=True)))
+
+    def free(self, state: StructureState, window: float) -> StructureState:
+        """The state at the window's end where no force acts."""
+        return self.step(window).free(state) if self.structure.size else state
+
+    def read(self, state: StructureState) -> float:
+        """Displacement bᵀu of the contact point, m."""
+        return float(self.structure.contact @ state.displacement)
+
+    def compliance(self, window: float) -> float:
+        """What 1 N of mean force adds to the contact's displacement at the window's end, m/N."""
+        return self.read(self.step(window).response) if self.structure.size else 0.0
+
+    def energy(self, state: StructureState) -> float:
+        """Kinetic and elastic energy above static equilibrium, J."""
+        u, v, _ = state
+        return 0.5 * float(v @ (self.structure.mass @ v) + u @ (self.structure.stiffness @ u))
+
+    def step(self, window: float) -> Step:
+        """The stepper for this window, made once."""
+        if window not in self._steps:
+            positive("window", window, "s")
+            make = self.stepper if callable(self.stepper) else STEPPERS[self.stepper]
+            self._steps[window] = Oscillators(self.structure, window) if self.modal else make(self.structure, window)
+        return self._steps[window]
