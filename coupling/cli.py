@@ -3,6 +3,7 @@
 import logging
 import os
 import shutil
+import signal
 import sys
 import tempfile
 from collections.abc import Callable
@@ -24,6 +25,7 @@ LISTING = "files.txt"
 
 def main() -> None:
     """Run the command line; bad input ends with one line on standard error and exit code 2."""
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     logging.basicConfig(format="hertzlink: %(message)s", level=logging.WARNING)
     try:
         code = cli.main(prog_name="hertzlink", standalone_mode=False)
@@ -105,7 +107,7 @@ def check_output(folder: Path, force: bool) -> None:
     if whole.exists() and not force:
         raise ValueError(f"--output {folder}: exists already; name another folder, or --force to replace it")
     if whole.exists():
-        listed = (whole / LISTING).read_text(encoding="utf-8").split("\n") if (whole / LISTING).is_file() else []
+        listed = (whole / LISTING).read_text(encoding="utf-8").split() if (whole / LISTING).is_file() else []
         foreign = sorted(path.name for path in whole.iterdir() if path.name not in listed)
         if foreign or not listed:
             raise ValueError(
@@ -125,7 +127,7 @@ def write_folder(folder: Path, write: Callable[[Path], None], force: bool) -> No
     try:
         beside.chmod(0o755)
         write(beside)
-        (beside / LISTING).write_text("\n".join([LISTING, *sorted(path.name for path in beside.iterdir())]))
+        (beside / LISTING).write_text("\n".join([LISTING, *sorted(path.name for path in beside.iterdir())]) + "\n")
         old = beside.with_name(beside.name + "-old")
         if folder.exists():
             folder.rename(old)

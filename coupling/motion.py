@@ -1,5 +1,6 @@
 """The motion of a struck body: its displacement and stress at chosen times of a run, recomputed afterwards."""
 
+import json
 from typing import Any
 
 import numpy as np
@@ -32,11 +33,12 @@ def structure_motion(run: xr.Dataset, structure: Structure, times: ArrayLike) ->
     attributes: cell_type (meshio's), contact_error (greatest difference between the contact's motion here and in the
     run, over its greatest displacement), and the run's input.
     Raises ValueError for times outside the run, structures without a field, Datasets that are no single run, and where
-    contact_error is above 5 %: the run had another structure, or was saved too rarely.
+    contact_error is above 5 %: the run was saved too rarely; and where the run tells of another structure.
     """
     field = known_field(structure)
     force = _mean_force(run)
     moments = run.time.values
+    _check_same(run, structure)
     _check_length(structure, float(moments[-1]))
     rows = _nearest(moments, times)
     states, contact = _moved(structure, force[: rows.max()], float(moments[1] - moments[0]), rows)
@@ -66,6 +68,17 @@ def _mean_force(given: object) -> Vector:
     if run.time.values[0] != 0.0 or np.ptp(steps) > 1e-6 * steps[0] or not np.isfinite(force).all():
         raise ValueError("run: must be a whole run, from its start on, with every saved time")
     return np.asarray(0.5 * (force[1:] + force[:-1]))
+
+
+def _check_same(run: xr.Dataset, structure: Structure) -> None:
+    """A ValueError where the run's input tells of a structure that was made otherwise."""
+    told = json.loads(run.attrs.get("input", "{}")).get("structure")
+    mine = json.loads(json.dumps(dict(structure.origin), default=repr))
+    if not isinstance(told, dict):
+        return
+    for key in sorted((told.keys() | mine.keys()) - {"reduction", "stepper"}):
+        if told.get(key) != mine.get(key):
+            raise ValueError(f"structure: is not that of the run, whose {key} is another; give the one that was run")
 
 
 def _check_length(structure: Structure, until: float) -> None:
@@ -138,6 +151,8 @@ def known_motion(given: object) -> None:
     """A ValueError where this is not what `structure_motion` returns."""
     motion = instance("motion", given, xr.Dataset, "the Dataset of structure_motion(...)")
     missing = {"displacement", "von_mises", "cells", "part"} - set(motion.data_vars)
+    if motion.sizes.get("time") == 0:
+        raise ValueError("motion: holds no time")
     if missing or motion.displacement.dims != ("time", "point", "component"):
         what = ", ".join(sorted(missing)) or "one dimension of displacement (take times by isel(time=[...]))"
         raise ValueError(f"motion: lacks {what}; must be the Dataset of structure_motion(...)")

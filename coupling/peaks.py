@@ -44,6 +44,9 @@ EARLY, LATE, SLACK = 0.55, 1.8, 0.3
 STRONG = 0.05
 """A wave above this part of the incident one is no rattle, however near to the sensor it left another."""
 
+VALLEY = 0.02
+"""A wave that has broken into two collisions has a valley between them deeper than this part of its height."""
+
 FAINT = 0.5
 """On its way a wave may be lower than the smallest one that is reported by this factor."""
 
@@ -75,8 +78,7 @@ def waves_of_run(time: Vector, force: Vector, velocity: Vector, smallest: float)
     first = incident_passage(force[0], force[1], velocity)
     if first is None:
         return [], []
-    mean = 0.5 * (force[0] + force[1])
-    incident = interpolated(time, mean, first.peak)
+    incident = _arrival(time, force, first)
     later = [p for p in _passages(force[0], force[1], velocity, smallest * incident[0]) if p.start > first.end]
     path, waves, origins = _WayBack(time, force, FAINT * smallest * incident[0]), [incident], []
     for passage in later:
@@ -122,22 +124,35 @@ class _WayBack:
 
         pace: its time from contact to contact beside that of the incident wave.
         """
-        last = len(self.force) - 1
-        row, now = 1, self.time[passage.start]
-        left = self.time[passage.end]
-        pace = float(np.clip((left - now) / self.hops[0], EARLY * pace, LATE * pace))
-        while row < last:
-            before = next_peak(self._peaks(row + 1), now, -pace * self.hops[row], SLACK * float(np.median(self.hops)))
-            if before is None:
-                break
-            now, row = before, row + 1
-            pace = max((left - now) / float(self.hops[:row].sum()), EARLY * pace)
-        return row + 1, "structure" if row > last - NEAR_END else "chain"
+        last, left = len(self.force) - 1, self.time[passage.end]
+        pace = float(np.clip((left - self.time[passage.start]) / self.hops[0], EARLY * pace, LATE * pace))
+        path = traced([self._peaks(row) for row in range(last + 1)], self.hops, 1, self.time[passage.start], left, pace)
+        reached = 1 + len(path)
+        return reached + 1, "structure" if reached > last - NEAR_END else "chain"
 
     def _peaks(self, row: int) -> Vector:
         if row not in self.peaks:
             self.peaks[row] = self.time[find_peaks(self.force[row], height=self.least, prominence=self.least)[0]]
         return self.peaks[row]
+
+
+def traced(
+    peaks: list[Vector], hops: Vector, row: int, now: float, left: float, pace: float, first: int = 0
+) -> list[float]:
+    """The peaks (s) that a wave left in the rows after `row`, the latest first, where it came that way.
+
+    peaks: of each row, s; now: that of `row`; left: when it left the row `first`; pace: its time from row to row beside
+    `hops`.
+    """
+    path, slack = [], SLACK * float(np.median(hops))
+    while row + 1 < len(peaks):
+        before = next_peak(peaks[row + 1], now, -pace * hops[row], slack)
+        if before is None:
+            break
+        path.append(before)
+        now, row = before, row + 1
+        pace = max((left - now) / float(hops[first:row].sum()), EARLY * pace)
+    return path
 
 
 def next_peak(peaks: Vector, time: float, wait: float, slack: float) -> float | None:
@@ -151,17 +166,18 @@ def next_peak(peaks: Vector, time: float, wait: float, slack: float) -> float | 
 def _arrival(time: Vector, force: Vector, passage: Passage) -> Peak:
     """Amplitude and time of a wave over a bead whose two contacts come first.
 
-    Between beads that have drifted apart a weak wave is two collisions, and the mean of both contacts has two humps:
-    the time is then halfway between the contacts' peaks, whichever hump is the higher.
+    Between beads that have drifted apart a weak wave is two collisions, and the mean of both contacts has two humps
+    with a valley between: it then arrives halfway between the contacts' peaks, whichever hump is the higher. Waves on
+    the way to that lie in between, so that no time leaps as a parameter changes.
     """
-    mean = 0.5 * (force[0] + force[1])
-    wave = interpolated(time, mean, passage.peak)
-    inside = mean[max(0, passage.start - 1) : passage.end + 2]
-    if find_peaks(inside)[0].size < 2:
-        return wave
+    amplitude, peak = interpolated(time, 0.5 * (force[0] + force[1]), passage.peak)
     first, last = (0, 1) if passage.goes_on else (1, 0)
-    ends = interpolated(time, force[first], passage.start)[1], interpolated(time, force[last], passage.end)[1]
-    return wave[0], 0.5 * (ends[0] + ends[1])
+    halfway = 0.5 * (
+        interpolated(time, force[first], passage.start)[1] + interpolated(time, force[last], passage.end)[1]
+    )
+    between = np.interp(halfway, time, force[0]) + np.interp(halfway, time, force[1])
+    whole = float(np.clip(1.0 - (1.0 - 0.5 * between / amplitude) / VALLEY, 0.0, 1.0))
+    return amplitude, halfway + whole * (peak - halfway)
 
 
 def waves_of_signal(time: Vector, force: Vector, smallest: float) -> list[Peak]:

@@ -174,13 +174,19 @@ def contact_laws(approach: np.ndarray, laws: Iterable[tuple[str, np.ndarray]]) -
 
 
 def banded(axis: Axes, x: np.ndarray, values: xr.DataArray, middle: float, label: str) -> None:
-    """A curve over x for the middle dashpot (N s/m), and a band between the least and the greatest."""
+    """A curve over x for the middle dashpot (N s/m), and a band that holds those of all dashpots."""
     ends = values.sortby("dashpot").transpose("dashpot", ...)
     low, high = float(ends.dashpot[0]), float(ends.dashpot[-1])
     axis.fill_between(
-        x, ends[0], ends[-1], color=COLOURS[0], alpha=0.15, linewidth=0.0, label=f"γ = {low:g} to {high:g} N s/m"
+        x,
+        ends.min("dashpot"),
+        ends.max("dashpot"),
+        color=COLOURS[0],
+        alpha=0.15,
+        linewidth=0.0,
+        label=f"γ = {low:g} to {high:g} N s/m",
     )
-    axis.plot(x, ends.sel(dashpot=middle), color=COLOURS[0], linewidth=1.2, label=label)
+    axis.plot(x, values.sel(dashpot=middle), color=COLOURS[0], linewidth=1.2, label=label)
 
 
 def theory_line(axis: Axes, x: np.ndarray, y: np.ndarray, label: str, style: str = "-") -> None:

@@ -14,6 +14,9 @@ from coupling.result import DESCRIPTIONS
 from structures.checks import instance, listed, positive, whole
 from structures.structure import Vector
 
+IDLE = 30
+"""Seconds after which a process without work ends, as those of a sweep that was killed."""
+
 TAKEN = {"time", "bead", "contact", "centre", "static_force", "impact_energy", *DESCRIPTIONS}
 """Names of every run's own dimensions, coordinates and variables."""
 
@@ -52,7 +55,8 @@ def sweep(
     runs: list[xr.Dataset] = []
     work = (joblib.delayed(_run_batch)(build, until, measure, batch) for batch in batches)
     with tqdm(total=len(points), unit="run", disable=None, leave=False) as bar:
-        for done in joblib.Parallel(n_jobs=workers, return_as="generator", batch_size=1)(work):
+        parallel = joblib.Parallel(workers, return_as="generator", batch_size=1, idle_worker_timeout=IDLE)
+        for done in parallel(work):
             runs.extend(done)
             bar.update(len(done))
     return _combined(runs, values)

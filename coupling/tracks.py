@@ -7,7 +7,7 @@ import xarray as xr
 from scipy.signal import find_peaks
 
 from coupling.measures import SMALLEST_WAVE
-from coupling.peaks import EARLY, FEWEST_CONTACTS, NEAR_END, SLACK, Peak, hops, interpolated, next_peak
+from coupling.peaks import FAINT, FEWEST_CONTACTS, NEAR_END, Peak, hops, interpolated, traced
 from structures.checks import instance, positive
 from structures.structure import Vector
 
@@ -34,7 +34,7 @@ class Track:
         return self.contacts[-1] > self.contacts[0]
 
     def arrival(self, sensor: int) -> float:
-        """Time between the peaks of a bead's two contacts, s; NaN where the wave does not pass both."""
+        """When the wave passes a bead, s: halfway between the peaks of its two contacts; NaN where it misses one."""
         if sensor not in self.contacts or sensor + 1 not in self.contacts:
             return float("nan")
         pair = [self.times[self.contacts.index(n)] for n in (sensor, sensor + 1)]
@@ -50,25 +50,29 @@ class Track:
 def follow_waves(run: xr.Dataset, smallest: float = SMALLEST_WAVE) -> list[Track]:
     """The waves of one run in order of time, each followed from contact to contact.
 
-    Peaks of at least `smallest` times the greatest force in mid chain are linked: the next contact's peak must come
-    about as long after as the last hop, and the incident wave's hops, let expect; at a wave's start, as a solitary wave
-    of its force takes (V goes with F^(1/6)). The longest waves take their peaks first. A missing wave is not in the
-    list, a third one is, one that merges with another ends in the "chain", and one that is left behind by another
-    begins there: only waves that begin at the "structure" tell of it. Raises ValueError for a sweep, a signal, or where
-    no wave runs from the struck end.
+    Each is traced back from the last contact that it reached: the contact before must have peaked about as much earlier
+    as the wave's hops so far, and the incident wave's hops, let expect; the first hop as a solitary wave of its force
+    takes it (V goes with F^(1/6)). The longest waves take their peaks first; those whose peaks all stay below
+    `smallest` times the greatest force in mid chain are left out. A missing wave is not in the list, a third one is,
+    one that merges with another ends in the "chain", and one that is left behind by another begins there: only waves
+    that begin at the "structure" tell of it. Raises ValueError for a sweep, a signal, or where no wave runs from the
+    struck end.
     """
     instance("run", run, xr.Dataset, "the Dataset of one run")
     if "contact_force" not in run or run.contact_force.ndim != 2:
         raise ValueError("run: must be the Dataset of one run, with its contact forces")
     dynamic = run.contact_force - run.static_force
-    web = _Web(run.time.values, dynamic.transpose("contact", "time").values, positive("smallest", smallest))
+    if not positive("smallest", smallest) < 1.0:
+        raise ValueError(f"smallest = {smallest!r}: must be below 1, in units of the first wave")
+    web = _Web(run.time.values, dynamic.transpose("contact", "time").values, smallest)
     tracks = []
     while True:
         best = max([*web.paths(True), *web.paths(False)], key=len, default=[])
         if len(best) < FEWEST_CONTACTS:
             break
         web.take(best)
-        tracks.append(_track(best, web.peaks, run.contact.values))
+        if max(web.peaks[row][which][0] for row, which in best) >= smallest * web.first:
+            tracks.append(_track(best, web.peaks, run.contact.values))
     return sorted(tracks, key=lambda track: float(track.times[0]))
 
 
@@ -79,50 +83,47 @@ class _Web:
         self.hops = hops(time, force)
         middle = len(force) // 2
         self.first = float(force[middle].max())
-        level = smallest * self.first
+        level = FAINT * smallest * self.first
         self.peaks: list[list[Peak]] = []
         for series in force:
             found = find_peaks(series, height=level, prominence=level)[0]
             self.peaks.append([interpolated(time, series, int(i)) for i in found])
         if not self.peaks[middle] or not np.isfinite(self.hops).all():
             raise ValueError("run: no wave runs from the struck end; it is too short, or the chain is")
-        self.times = [np.array([peak[1] for peak in one]) for one in self.peaks]
         self.free = [set(range(len(one))) for one in self.peaks]
-        self.slack = SLACK * float(np.median(self.hops))
 
     def take(self, path: list[Node]) -> None:
         for row, which in path:
             self.free[row].discard(which)
 
     def paths(self, forward: bool) -> list[list[Node]]:
-        """All waves in one direction that can be linked from free peaks."""
-        order = range(len(self.peaks)) if forward else range(len(self.peaks) - 1, -1, -1)
+        """All waves in one direction that can be linked from free peaks, in order of time.
+
+        Each is traced back from the last contact that it reached, as `reflections` traces it from a sensor.
+        """
+        rows = list(range(len(self.peaks)))
+        if forward:
+            rows.reverse()
+        numbers = [sorted(self.free[row]) for row in rows]
+        times = [np.array([self.peaks[row][k][1] for k in which]) for row, which in zip(rows, numbers, strict=True)]
+        back = self.hops[::-1] if forward else self.hops
         taken: set[Node] = set()
         found = []
-        for row in order:
-            for which in sorted(self.free[row]):
-                if (row, which) not in taken:
-                    found.append(self._path((row, which), 1 if forward else -1, taken))
-                    taken.update(found[-1])
+        for start, row in enumerate(rows):
+            for place, which in enumerate(numbers[start]):
+                if (row, which) in taken:
+                    continue
+                now = float(times[start][place])
+                pace = (self.first / self.peaks[row][which][0]) ** (1.0 / 6.0)
+                path = [(row, which)]
+                for step, before in enumerate(traced(times, back, start, now, now, pace, start), start=start + 1):
+                    node = rows[step], numbers[step][int(np.flatnonzero(times[step] == before)[0])]
+                    if node in taken:
+                        break
+                    path.append(node)
+                taken.update(path)
+                found.append(path[::-1])
         return found
-
-    def _path(self, start: Node, step: int, taken: set[Node]) -> list[Node]:
-        """The wave from a peak on, up to where no peak follows, or one that is taken."""
-        path, pace = [start], (self.first / self.peaks[start[0]][start[1]][0]) ** (1.0 / 6.0)
-        while True:
-            row, which = path[-1]
-            if not 0 <= row + step < len(self.peaks):
-                return path
-            now, hop = self.times[row][which], self.hops[min(row, row + step)]
-            free = sorted(self.free[row + step])
-            following = next_peak(self.times[row + step][free], now, pace * hop, self.slack)
-            if following is None:
-                return path
-            node = row + step, int(np.flatnonzero(self.times[row + step] == following)[0])
-            if node in taken:
-                return path
-            pace = max((following - now) / hop, EARLY * pace)
-            path.append(node)
 
 
 def _track(path: list[Node], peaks: list[list[Peak]], contacts: Vector) -> Track:

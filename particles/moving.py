@@ -328,9 +328,11 @@ class MovingChain:
         """A spring so negative that the contact would snap shut: its patch is smaller than the contact."""
         deepest = self._overlap(self.chain.impact_energy)
         tangent = self._over_contacts(lambda law, i: law.tangent(deepest[i]))
-        if -self.flexibility * float(tangent[-1]) >= 1.0:
+        excess = -self.flexibility * float(tangent[-1])
+        if excess >= 1.0:
             raise ValueError(
-                f"flexibility = {self.flexibility!r}: more negative than this contact can bear; take a larger patch"
+                f"flexibility = {self.flexibility!r}: more negative than this contact can bear, which is wider than "
+                f"the structure's patch; give the structure a patch_radius at least {excess:.3g} times as large"
             )
 
     def _check_step(self) -> None:

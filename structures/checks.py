@@ -10,11 +10,14 @@ from numpy.typing import NDArray
 
 Kind = TypeVar("Kind")
 
+LONGEST = 100
+"""Letters of a value that an error shows."""
+
 
 def finite(name: str, value: float, unit: str = "") -> float:
-    """`value` as a float, or a ValueError where it is not a finite number."""
+    """`value` as a float, or a ValueError where it is not a finite number; text is none, nor are True and False."""
     try:
-        number = float(value)
+        number = math.nan if isinstance(value, str | bytes | bool) else float(value)
     except (TypeError, ValueError, OverflowError):
         number = math.nan
     if not math.isfinite(number):
@@ -58,8 +61,14 @@ def listed(name: str, value: object, kind: type, what: str) -> list[Any]:
 def instance(name: str, value: object, kind: type[Kind], what: str) -> Kind:
     """`value`, or a ValueError where it is not of the kind."""
     if not isinstance(value, kind):
-        raise ValueError(f"{name} = {value!r}: must be {what}")
+        raise ValueError(f"{name} = {_short(value)}: must be {what}")
     return value
+
+
+def _short(value: object) -> str:
+    """A few words of what may be a whole chain."""
+    text = repr(value)
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]}…"
 
 
 def one_of(name: str, value: str, choices: Collection[str]) -> str:

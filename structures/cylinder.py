@@ -73,10 +73,10 @@ def cylinder(
     patch_radius a, m: the force is spread evenly over a circle, whose mean displacement is that of the contact. The
     half-space's answer to it, 16(1 − ν²)/3π²Ea, is taken out by `flexibility`, as Hertz's law holds it already. It must
     be wider than the contact; by default an eighth of the shortest of radius, first layer and shear wavelength. Halved
-    or doubled, it moves amplitude ratios by less than 0.1 % (steel, PTFE, steel on PTFE), with a dashpot at the contact
+    or doubled, it moves amplitude ratios by less than 0.2 % (steel, PTFE, steel on PTFE), with a dashpot at the contact
     too.
     highest_frequency, Hz: the mesh resolves shear waves up to it.
-    cells: elements across the patch's radius, and in the shortest shear wavelength. Twice as many: 0.01 %.
+    cells: elements across the patch's radius, and in the shortest shear wavelength. Twice as many: 0.1 %.
     """
     stack = _stack(layers)
     if not isinstance(base, Foundation):
@@ -173,6 +173,11 @@ def _patch_radius(given: float | None, layers: list[Layer], frequency: float) ->
     patch = positive("patch_radius", given, "m")
     if patch > first.radius:
         raise ValueError(f"patch_radius = {given!r}: must not exceed the cylinder's radius, {first.radius} m")
+    if patch > first.length * (1.0 + 1e-6):
+        raise ValueError(
+            f"patch_radius = {given!r}: must not exceed the first layer's length, {first.length} m, or the patch is "
+            "no spot on a large body of its material"
+        )
     return first.radius if isclose(patch, first.radius, rel_tol=1e-6) else patch
 
 

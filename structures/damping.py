@@ -83,7 +83,8 @@ def standard_linear_solid(
 
     The arm's springs in series with dashpots become degrees of freedom q without mass, as many as the part has ways
     to stretch: with RᵀR the arm's stiffness, its energy is |R u − q|²/2 and its loss τ|q̇|², so M, C and K stay
-    symmetric and positive. q is in √J. Raises ValueError where the part is not positive, or exceeds K.
+    symmetric and positive. q is in √J. Raises ValueError where the part is not positive, or, of
+    the instantaneous modulus, where share times it exceeds K.
     """
     instance("structure", structure, Structure, "a Structure")
     share, time = positive("share", share), positive("time", time, "s")

@@ -147,5 +147,8 @@ class MovingStructure:
         if window not in self._steps:
             positive("window", window, "s")
             make = self.stepper if callable(self.stepper) else STEPPERS[self.stepper]
-            self._steps[window] = Oscillators(self.structure, window) if self.modal else make(self.structure, window)
+            step = Oscillators(self.structure, window) if self.modal else make(self.structure, window)
+            if not hasattr(step, "free") or not hasattr(step, "response"):
+                raise ValueError(f"stepper = {self.stepper!r}: gave {step!r}, must make a Step with free and response")
+            self._steps[window] = step
         return self._steps[window]

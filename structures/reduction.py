@@ -67,6 +67,7 @@ def reduce(
     """
     instance("structure", structure, Structure, "a Structure")
     until, tolerance = positive("until", until, "s"), positive("tolerance", tolerance)
+    instance("keep_field", keep_field, bool, "True or False")
     largest, size = whole("largest", largest), structure.size
     if until > structure.valid_until:
         raise ValueError(f"until = {until!r}: the structure was reduced for runs of at most {structure.valid_until} s")

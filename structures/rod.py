@@ -20,6 +20,12 @@ ELEMENT_TRAVEL_TIME = 1.0e-6
 
 FEWEST_ELEMENTS = 8
 
+LARGEST_RADIUS = 5.0
+"""m. Beads do not feel the sides of larger bodies; radii in millimetres are mostly above it."""
+
+MOST_ELEMENTS = 1_000_000
+"""Of the whole rod."""
+
 BASES = ("fixed", "free", "absorbing")
 
 
@@ -35,6 +41,8 @@ class Layer:
         instance("material", self.material, Material, "a Material; MATERIALS[name] gives one by name")
         object.__setattr__(self, "length", positive("length", self.length, "m"))
         object.__setattr__(self, "radius", positive("radius", self.radius, "m"))
+        if self.radius > LARGEST_RADIUS:
+            raise ValueError(f"radius = {self.radius!r}: must be at most {LARGEST_RADIUS:g} m; is it in millimetres?")
 
     @property
     def area(self) -> float:
@@ -49,9 +57,11 @@ def rod(layers: Sequence[Layer], base: str = "fixed", elements: int | None = Non
     base: "fixed"; "free", where the rod may fly off (under gravity it is held up until the wave comes); or
     "absorbing", a dashpot ρ c A of the last layer, which lets a wave out as a very long rod would.
     elements: the number in each layer; by default a wave takes ELEMENT_TRAVEL_TIME to cross one.
+    Hertz's contact is that of a half-space, though it sees the side of a soft or slender rod: there the amplitude ratio
+    differs from that of `cylinder` (steel of 9.5 mm radius 0.03 %, PTFE 1 %; of 5 mm 0.1 and 5 %).
     """
     layers = listed("layers", layers, Layer, "one Layer or more, the struck one first")
-    one_of("base", base, BASES)
+    _check_base(base)
     counts, basis, owner = _mesh(layers, elements)
     per_point = np.ones_like(basis.dx)
     axial = np.array([layer.material.youngs_modulus * layer.area for layer in layers])[owner, None] * per_point
@@ -80,7 +90,7 @@ def rod_parts(layers: Sequence[Layer], base: str = "fixed", elements: int | None
     With it a layer gets damping of its own: standard_linear_solid(rod(layers), share, time, part=rod_parts(layers)[1]).
     """
     layers = listed("layers", layers, Layer, "one Layer or more, the struck one first")
-    one_of("base", base, BASES)
+    _check_base(base)
     _, basis, owner = _mesh(layers, elements)
     kept = np.arange(basis.N)
     if base == "fixed":
@@ -93,9 +103,18 @@ def rod_parts(layers: Sequence[Layer], base: str = "fixed", elements: int | None
     return parts
 
 
+def _check_base(base: object) -> None:
+    if isinstance(base, str):
+        one_of("base", base, BASES)
+    else:
+        raise ValueError(f"base = {base!r}: must be one of {', '.join(map(repr, BASES))}; cylinder takes a Foundation")
+
+
 def _mesh(layers: list[Layer], elements: int | None) -> tuple[list[int], Basis, NDArray[np.intp]]:
     """The number of elements in each layer, their basis, and the layer that owns each."""
     counts = [_count(layer) if elements is None else whole("elements", elements) for layer in layers]
+    if sum(counts) > MOST_ELEMENTS:
+        raise ValueError(f"elements: {sum(counts)} are too many; at most {MOST_ELEMENTS} fit, or take shorter layers")
     faces = np.concatenate([[0.0], np.cumsum([layer.length for layer in layers])])
     nodes = [np.linspace(faces[i], faces[i + 1], count + 1)[:-1] for i, count in enumerate(counts)]
     basis = Basis(MeshLine(np.append(np.concatenate(nodes), faces[-1])), ElementLineP2())

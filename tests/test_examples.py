@@ -43,7 +43,7 @@ def test_example(name: str, tmp_path: Path) -> None:
 def test_the_mixed_lines_of_the_readme() -> None:
     """The signal's AR is that of the run behind it, 0.747, and noise."""
     code = re.findall(r"```python\n(.*?)```", (GALLERY.parent / "README.md").read_text(), flags=re.DOTALL)[1]
-    command = [sys.executable, "-c", "import hertzlink as hl\n" + code]
+    command = [sys.executable, "-c", code]
     done = subprocess.run(command, cwd=GALLERY.parent, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     name, ratio = done.stdout.splitlines()

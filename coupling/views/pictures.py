@@ -69,7 +69,7 @@ def animation(
     known_motion(motion)
     target, rate = _target(path, (".gif", ".mp4")), positive("frame_rate", frame_rate, "1/s")
     write: Callable[[Path, Images, float], None] = _write_gif
-    if target.suffix == ".mp4":
+    if target.suffix.lower() == ".mp4":
         if find_spec("imageio_ffmpeg") is None:
             raise ValueError(f'path = {str(path)!r}: .mp4 needs pip install "hertzlink[movie]"; .gif needs nothing')
         write = _write_mp4
@@ -128,7 +128,7 @@ def _target(path: str | Path, suffixes: tuple[str, ...]) -> Path:
     if not isinstance(path, str | Path):
         raise ValueError(f"path = {path!r}: must be the name of a file")
     target = Path(path)
-    if target.suffix not in suffixes:
+    if target.suffix.lower() not in suffixes:
         raise ValueError(f"path = {str(path)!r}: must end in {' or '.join(suffixes)}")
     if not target.parent.is_dir() or target.is_dir():
         raise ValueError(f"path = {str(path)!r}: must be a file in a folder that is there")

@@ -124,8 +124,12 @@ def test_runs_of_another_kind(run: xr.Dataset) -> None:
 
 def test_structures_that_were_not_run(run: xr.Dataset) -> None:
     other = hl.cylinder([hl.Layer(hl.BRASS_360, LAYER.length, LAYER.radius)])
-    with pytest.raises(ValueError, match=r"contact moves otherwise, by .* give the structure that was run"):
+    with pytest.raises(ValueError, match="structure: is not that of the run, whose layers is another"):
         hl.structure_motion(run, other, [UNTIL])
+    with pytest.raises(ValueError, match="structure: is not that of the run, whose damping is another"):
+        hl.structure_motion(run, hl.rayleigh(FULL, mass_rate=1e3), [UNTIL])
+    with pytest.raises(ValueError, match=r"contact moves otherwise, by .* give the structure that was run"):
+        hl.structure_motion(run.drop_attrs(), other, [UNTIL])
     with pytest.raises(ValueError, match="a rod has no field"):
         hl.structure_motion(run, hl.rod([LAYER]), [1e-4])
     with pytest.raises(

@@ -68,7 +68,21 @@ def test_a_sweep_has_a_continuous_secondary_branch() -> None:
     assert steps.max() < 2.0 * steps.min()
 
 
+@pytest.mark.parametrize("lower", [76.2e-3, 90e-3, 99e-3, 101.6e-3, 120e-3, 152.4e-3])
+def test_tracks_and_reflections_tell_the_same_of_a_wave(lower: float) -> None:
+    """A small wave ahead of the secondary one must not take its beginning from it."""
+    run = struck(hl.rod([STEEL_ON_PTFE[0], hl.Layer(hl.PTFE, lower, 9.525e-3)]), 1.5e-3)
+    secondary = hl.reflections(run, 7).secondary
+    assert secondary is not None
+    (track,) = [
+        one for one in hl.follow_waves(run) if not one.goes_on and abs(one.arrival(7) - secondary.arrival) < 5e-6
+    ]
+    assert track.begins == secondary.begins == "structure"
+
+
 def test_bad_input() -> None:
+    with pytest.raises(ValueError, match=r"smallest = 2\.0: must be below 1"):
+        hl.follow_waves(struck(None, 4e-4), smallest=2.0)
     run = struck(hl.half_space(hl.PTFE), 3e-5)
     with pytest.raises(ValueError, match="run: no wave runs from the struck end"):
         hl.follow_waves(run)

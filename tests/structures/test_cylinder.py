@@ -310,5 +310,12 @@ def test_bad_foundations(bad: float) -> None:
 
 def test_patch_smaller_than_the_contact_is_refused() -> None:
     small = reduced(PTFE, patch_radius=2e-4)
-    with pytest.raises(ValueError, match="take a larger patch"):
+    with pytest.raises(ValueError, match=r"give the structure a patch_radius at least \d\.\d+ times as large"):
         hl.CoSimulation(chain(), small)
+
+
+def test_patch_wider_than_the_coat_is_refused() -> None:
+    """On a thin coat a wide patch would feel what lies below, and take out what only a thick layer holds."""
+    coat = [hl.Layer(hl.STEEL_440C, 0.3e-3, 9.5e-3), hl.Layer(hl.PTFE, 25e-3, 9.5e-3)]
+    with pytest.raises(ValueError, match=r"patch_radius = 0\.002: must not exceed the first layer's length, 0\.0003 m"):
+        hl.cylinder(coat, patch_radius=2e-3)

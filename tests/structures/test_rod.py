@@ -1,5 +1,7 @@
 """Rods: frequencies, bases that reflect or swallow a pulse, layers, bad input."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -103,3 +105,21 @@ def test_bad_layers(bad: float) -> None:
         hl.Layer(hl.PTFE, 0.01, bad)
     with pytest.raises(ValueError, match="material = 'PTFE'"):
         hl.Layer("PTFE", 0.01, 0.01)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: hl.Layer(hl.STEEL_440C, 25.4, 9.525), r"radius = 9\.525: must be at most 5 m; is it in millimetres"),
+        (lambda: hl.Layer(hl.STEEL_440C, "25.4e-3", 9.5e-3), r"length = '25\.4e-3': must be a finite number"),
+        (lambda: hl.Layer(hl.STEEL_440C, True, 9.5e-3), r"length = True: must be a finite number"),
+        (lambda: hl.rod([hl.Layer(hl.STEEL_440C, 0.1, 9.5e-3)], elements=10**9), "elements: 1000000000 are too many"),
+        (
+            lambda: hl.rod([hl.Layer(hl.STEEL_440C, 0.1, 9.5e-3)], base=hl.Foundation(1e9)),
+            r"base = Foundation.*must be one of 'fixed', 'free', 'absorbing'; cylinder takes a Foundation",
+        ),
+    ],
+)
+def test_more_bad_input(call: Callable[[], object], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        call()

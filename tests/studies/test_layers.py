@@ -58,7 +58,7 @@ def test_secondary_wave_is_one_branch_until_it_fades(upper: xr.Dataset, lower: x
 
 
 def test_the_branch_has_no_jump_where_the_wave_breaks_into_two_collisions() -> None:
-    """Between 20 and 30 mm of steel the two humps of the force at bead 7 part; TOF moves by less than 1 % a step."""
+    """Between 20 and 30 mm of steel the two humps of the force at bead 7 part; TOF grows evenly all the same."""
     uppers = np.geomspace(20e-3, 30e-3, 33)
     branch = hl.sweep(
         lambda upper: hl.CoSimulation(struck.chain(), struck.slender(upper_layer.two_layers(upper, 25.4e-3))),
@@ -67,8 +67,9 @@ def test_the_branch_has_no_jump_where_the_wave_breaks_into_two_collisions() -> N
         measure=struck.measure,
         upper=uppers,
     ).time_of_flight.sel(wave="secondary")
-    steps = np.diff(np.log(branch.values))
-    assert np.abs(steps).max() < 0.01
+    steps = np.diff(branch.values) * 1e6
+    assert steps.min() > 0.2
+    assert steps.max() < 2.5
 
 
 def test_equations() -> None:
