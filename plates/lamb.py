@@ -1,11 +1,11 @@
 """Guided waves of a free plate of any thickness: Rayleigh and Lamb's equations, and the Rayleigh wave of its faces.
 
-Modes of an infinite, isotropic, elastic plate of thickness t = 2h in plane strain, faces free (Lamb 1917; Graff, Wave
-Motion in Elastic Solids, section 8.1; Achenbach, Wave Propagation in Elastic Solids, section 6.7). "S0", "S1" … move
-the faces apart and together (symmetric), "A0", "A1" … up and down together (antisymmetric). Numbers count frequencies
-upwards at a fixed wave number, so a mode may run backwards near its cut-off (S1 of most metals): its phase and group
-speeds are then those of the forward wave. Real wave numbers only. Functions take a number, or an array where the type
-says so, and give the same. All raise ValueError, naming the argument, where one is not finite or out of its range.
+Modes of an infinite, isotropic, elastic plate of thickness t = 2h in plane strain, faces free (Lamb, Proc. R. Soc. A 93
+(1917) 114; Graff, Wave Motion in Elastic Solids, chapter 8). "S0", "S1" … move the faces apart and together
+(symmetric), "A0", "A1" … up and down together (antisymmetric). Numbers count frequencies upwards at a fixed wave
+number, so a mode may run backwards near its cut-off (S1 of most metals): its phase and group speeds are then those of
+the forward wave. Real wave numbers only. Functions take a number, or an array where the type says so, and give the
+same. All raise ValueError, naming the argument, where one is not finite or out of its range.
 
 With Ω = ωh/c_s, κ = kh, η = (c_s/c_p)², x = ηΩ² − κ², y = Ω² − κ², C(x) = cos √x and S(x) = sin √x / √x, which are
 entire functions, the equations have neither poles nor roots of their own making:
@@ -38,8 +38,8 @@ LONG = 0.01
 def rayleigh_speed(material: Material) -> float:
     """Speed c_R, m/s, of waves along the face of a half-space.
 
-    ξ = (c_R/c_s)² is the one root in (0, 1) of ξ³ − 8ξ² + (24 − 16η)ξ − 16(1 − η) = 0, η = (c_s/c_p)² (Rayleigh 1885;
-    Achenbach, section 5.11). The thesis's 0.57 √(E/ρ) in section 6.2.2 is this for aluminium.
+    ξ = (c_R/c_s)² is the one root in (0, 1) of ξ³ − 8ξ² + (24 − 16η)ξ − 16(1 − η) = 0, η = (c_s/c_p)² (Achenbach, Wave
+    Propagation in Elastic Solids, chapter 5). The thesis's 0.57 √(E/ρ) in section 6.2.2 is this for aluminium.
     """
     eta = _speed_ratio(material)
 
@@ -78,8 +78,8 @@ def lamb_phase_speed(material: Material, thickness: float, frequency: Number, mo
 def lamb_group_speed(material: Material, thickness: float, frequency: Number, mode: str = "A0") -> Number:
     """Group speed dω/dk, m/s, of a mode at a frequency, Hz, in a plate of a thickness, m.
 
-    From the derivatives of the equation itself, good to what `lamb_phase_speed` is. ValueError where the mode does not
-    propagate.
+    From the derivatives of the equation itself, good to what `lamb_phase_speed` is; undefined where two modes cross (S0
+    and S1 at kt = π for ν = 0). ValueError where the mode does not propagate.
     """
     waves, pulse = _forward(material, thickness, frequency, mode)
     slope = _curve(material, mode).slope(waves, pulse)
@@ -114,9 +114,10 @@ class _Curve(NamedTuple):
     def below(self, waves: Vector, pulse: Vector) -> Vector:
         """How many frequencies of the family lie below Ω at κ: exact, so that no root is missed or taken for another.
 
-        Hold the faces' normal motion: the plate then has resonances known in closed form, √u = π (m − ½) and √v = π m
-        or so. Let go of one constraint: one frequency more lies below Ω if the face's stiffness is negative there,
-        and no other (Wittrick and Williams, Q. J. Mech. Appl. Math. 24 (1971) 263).
+        Hold the faces' normal motion: pressure and shear waves part, with frequencies at √x = πm, √y = π(m + 1) or, in
+        antisymmetric motion, √x and √y = π(m + ½), m = 0, 1 … Let go of it, one constraint: one frequency more lies
+        below Ω if the faces are of negative stiffness there, and no other (Wittrick and Williams, Q. J. Mech. Appl.
+        Math. 24 (1971) 263).
         """
         x, y = self.eta * pulse**2 - waves**2, pulse**2 - waves**2
         pressure, shear = np.sqrt(np.maximum(x, 0.0)) / pi, np.sqrt(np.maximum(y, 0.0)) / pi
@@ -226,8 +227,8 @@ def _long_bending(square: Vector, eta: float) -> tuple[Vector, Vector]:
 
 def _sine_slope(x: Vector, cosine: Vector, sine: Vector) -> Vector:
     """S′(x) = (C − S)/2x, by its series where that would cancel."""
-    near = np.abs(x) < 0.01
-    series = -1.0 / 6.0 + x * (1.0 / 60.0 - x * (1.0 / 1680.0 - x * (1.0 / 90720.0 - x / 7983360.0)))
+    near = np.abs(x) < 1e-3
+    series = -1.0 / 6.0 + x / 60.0 - x**2 / 1680.0
     scale = np.where(x < 0.0, np.exp(-np.sqrt(np.maximum(-x, 0.0))), 1.0)
     slope: Vector = np.where(near, series * scale, (cosine - sine) / (2.0 * np.where(near, 1.0, x)))
     return slope
