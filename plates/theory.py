@@ -44,7 +44,7 @@ THESIS_IMPACT = ThesisImpact(Material(200.0e9, 0.28, 8000.0, "steel 440C as heav
 T_c0 = 27.7, 55.6, 111.44 µs need E and ν of steel 440C, the density of 316, and the striker's 0.31 m/s. With the speed
 0.43 m/s besides, λ comes out as printed: 0.32, 0.166, 0.072; 1.28, 0.288 (printed "0.2"); 5.15, 1.16. This may be 0.682
 of 0.63 m/s, the striker's speed of section 3.3. Table 2.1 and 0.31 m/s give 0.295, 0.153, 0.0663 for D = 4.76 mm.
-T_c = 87.81, 59.1, 1435.17, 164.38 µs are 6.38 with λ of 0.43 m/s, and v of 0.31 m/s.
+T_c = 87.81, 59.1, 1435.17, 164.38 µs are 6.38 with λ of 0.43 m/s and v of 0.31 m/s, to 0.2 %.
 """
 
 
@@ -99,7 +99,7 @@ def plate_contact_time(
     """T_c, s, of a bead on an infinite thin plate: τ_c(λ) m^{2/5} v^{−1/5} k^{−2/5} (thesis, equation 6.38, right).
 
     inelasticity λ: by default that of the same bead, plate and speed. The printed T_c mix speeds (THESIS_IMPACT): λ of
-    one, v of another. For one bead: the last of a chain is pushed on by the others, and stays longer.
+    one, v of another. For one bead: the last of a chain is pushed on by the others (see `contact_time_half_space`).
     """
     time = _collision_time(bead, plate, impact_speed)
     parameter = _inelasticity(bead, plate, time) if inelasticity is None else np.asarray(inelasticity)
