@@ -143,16 +143,6 @@ def drop_speed(height: float) -> float:
     return sqrt(2.0 * STANDARD_GRAVITY * positive("height", height, "m"))
 
 
-def turn(name: str, angle: float) -> float:
-    """`angle` as a float, or a ValueError where it is more than one turn: then it is likely in degrees."""
-    number = finite(name, angle, "rad")
-    if abs(number) > 2.0 * pi:
-        raise ValueError(
-            f"{name} = {angle!r}: must lie within one turn (angle % tau), in rad; math.radians(45) for 45°"
-        )
-    return number
-
-
 def _check(bead: "Bead", *lengths: str) -> None:
     for name in lengths:
         object.__setattr__(bead, name, within(name, getattr(bead, name), 1e-9, 1e6, "m"))

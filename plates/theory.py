@@ -4,6 +4,7 @@ from typing import Protocol
 
 from plates.plate import Plate
 from structures.checks import instance, positive
+from structures.material import Material
 from structures.surface import Surface, hertz_stiffness
 from structures.theory import contact_time_half_space
 
@@ -29,7 +30,7 @@ class Bead(Protocol):
 
 
 def point_impedance(plate: Plate) -> float:
-    """Force over velocity of an infinite thin plate at a point, 8 √(D ρ t), N s/m.
+    """Force over velocity of an infinite thin plate at a point, 8 √(D ρ t), N s/m; see Plate.rigidity for laminates.
 
     (Cremer, Heckl, Petersson, Structure-Borne Sound, 3rd ed., table 5.1.) It is real: an impulse I moves the point by
     I / (8 √(D ρ t)), and there it stays until an echo returns.
@@ -49,6 +50,8 @@ def critical_distance_bounds(bead: Bead, plate: Plate, impact_speed: float) -> t
     if not hasattr(bead, "mass") or not hasattr(bead, "surface"):
         raise ValueError(f"bead = {bead!r}: must be a bead, with mass and surface")
     stiffness = hertz_stiffness(bead.surface, Surface(plate.material))
+    if not isinstance(plate.material, Material):
+        raise ValueError(f"plate.material = {plate.material!r}: must be a Material; equation 6.41 knows one speed √(E/ρ)")
     duration = contact_time_half_space(bead.mass, stiffness, positive("impact_speed", impact_speed, "m/s"))
     reach = plate.material.bar_speed * duration / 2.0
     return A0_LAMB * reach, RAYLEIGH * reach

@@ -1,0 +1,56 @@
+"""Graded lines: nodes along a side, fine at one point, coarser away from it, with nodes where they are asked for."""
+
+from math import ceil, log
+
+import numpy as np
+
+from structures.structure import Vector
+
+GROWTH = 1.3
+"""Size of a cell over that of its neighbour nearer to the contact."""
+
+SAME = 1e-6
+"""Lines nearer to each other than this part of the finest cell are one."""
+
+
+def graded(side: float, position: float, finest: float, coarsest: float, lines: Vector = np.zeros(0)) -> Vector:
+    """Ascending nodes from 0 to `side`: one at `position` with cells of `finest` beside it, `coarsest` ones far away.
+
+    Each cell is 1.3 times its neighbour nearer to the position until it is `coarsest`; where a side or a line cuts the
+    last one off, all in the stretch shrink alike. lines: further places that get a node, as far as they lie within.
+    """
+    stops = np.unique(np.concatenate([[0.0, position, side], lines[(lines > 0.0) & (lines < side)]]))
+    stops = stops[np.append(True, np.diff(stops) > SAME * finest)]
+    # The last stop may have been one with its neighbour; it is the side's end all the same.
+    stops[-1] = side
+    pieces = [np.zeros(1)]
+    for left, right in zip(stops[:-1], stops[1:], strict=True):
+        low, high = (left - position, right - position) if left >= position - SAME * finest else (
+            position - right, position - left
+        )  # fmt: skip
+        first, last = _count(max(low, 0.0), finest, coarsest), _count(high, finest, coarsest)
+        cells = max(1, ceil(last - first - 1e-9))
+        inner = _distance(np.linspace(first, last, cells + 1)[1:-1], finest, coarsest)
+        pieces += [position + inner if left >= position - SAME * finest else (position - inner)[::-1], [right]]
+    return np.concatenate(pieces)
+
+
+def _count(distance: float, finest: float, coarsest: float) -> float:
+    """How many cells, parts of them included, lie within a distance of the position."""
+    growing, reach = _growing(finest, coarsest)
+    if distance <= reach:
+        return log(1.0 + distance * (GROWTH - 1.0) / finest) / log(GROWTH)
+    return growing + (distance - reach) / coarsest
+
+
+def _distance(count: Vector, finest: float, coarsest: float) -> Vector:
+    """The distance within which so many cells lie."""
+    growing, reach = _growing(finest, coarsest)
+    near = finest * (GROWTH ** np.minimum(count, growing) - 1.0) / (GROWTH - 1.0)
+    return np.asarray(np.where(count <= growing, near, reach + (count - growing) * coarsest))
+
+
+def _growing(finest: float, coarsest: float) -> tuple[float, float]:
+    """How many cells grow before they are the coarsest, and how far these reach."""
+    growing = log(coarsest / finest) / log(GROWTH)
+    return growing, (coarsest - finest) / (GROWTH - 1.0)
