@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from math import pi, sqrt
 
-from structures.checks import finite, instance, one_of, positive, within
+from structures.checks import instance, one_of, positive, turn, within
 from structures.material import Material
 from structures.surface import Surface
 

@@ -1,4 +1,4 @@
-"""What may be added to a plate: point masses, stiffeners, regions that have lost stiffness. Plain data for any theory."""
+"""What may be added to a plate: point masses, stiffeners, weak regions. Plain data for any theory."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -105,7 +105,7 @@ def check_additions(additions: object, length: float, width: float) -> tuple[Add
         if min(xs) < 0.0 or max(xs) > length or min(ys) < 0.0 or max(ys) > width:
             raise ValueError(f"{name}: must lie on the plate, within {length} × {width} m")
         if isinstance(one, Stiffener) and not (one.along_x or one.along_y):
-            raise ValueError(f"{name}: must be parallel to a side; panels of any shape take stiffeners in any direction")
+            raise ValueError(f"{name}: must be parallel to a side; panels of any shape take others too")
         if isinstance(one, Weakened) and any(
             isinstance(other, Weakened) and one.overlaps(other) for other in additions[:i]
         ):

@@ -1,5 +1,6 @@
 """Graded lines: nodes along a side, fine at one point, coarser away from it, with nodes where they are asked for."""
 
+from itertools import pairwise
 from math import ceil, log
 
 import numpy as np
@@ -9,11 +10,13 @@ from structures.structure import Vector
 GROWTH = 1.3
 """Size of a cell over that of its neighbour nearer to the contact."""
 
+NONE = np.zeros(0)
+
 SAME = 1e-6
 """Lines nearer to each other than this part of the finest cell are one."""
 
 
-def graded(side: float, position: float, finest: float, coarsest: float, lines: Vector = np.zeros(0)) -> Vector:
+def graded(side: float, position: float, finest: float, coarsest: float, lines: Vector = NONE) -> Vector:
     """Ascending nodes from 0 to `side`: one at `position` with cells of `finest` beside it, `coarsest` ones far away.
 
     Each cell is 1.3 times its neighbour nearer to the position until it is `coarsest`; where a side or a line cuts the
@@ -23,16 +26,15 @@ def graded(side: float, position: float, finest: float, coarsest: float, lines: 
     stops = stops[np.append(True, np.diff(stops) > SAME * finest)]
     # The last stop may have been one with its neighbour; it is the side's end all the same.
     stops[-1] = side
-    pieces = [np.zeros(1)]
-    for left, right in zip(stops[:-1], stops[1:], strict=True):
-        low, high = (left - position, right - position) if left >= position - SAME * finest else (
-            position - right, position - left
-        )  # fmt: skip
-        first, last = _count(max(low, 0.0), finest, coarsest), _count(high, finest, coarsest)
+    nodes = [0.0]
+    for left, right in pairwise(stops.tolist()):
+        direction = 1.0 if left + right >= 2.0 * position else -1.0
+        near, far = sorted((max(0.0, direction * (left - position)), max(0.0, direction * (right - position))))
+        first, last = _count(near, finest, coarsest), _count(far, finest, coarsest)
         cells = max(1, ceil(last - first - 1e-9))
         inner = _distance(np.linspace(first, last, cells + 1)[1:-1], finest, coarsest)
-        pieces += [position + inner if left >= position - SAME * finest else (position - inner)[::-1], [right]]
-    return np.concatenate(pieces)
+        nodes += [*np.sort(position + direction * inner), right]
+    return np.array(nodes)
 
 
 def _count(distance: float, finest: float, coarsest: float) -> float:

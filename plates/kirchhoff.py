@@ -31,6 +31,8 @@ ORDERS = [(i, j) for i in range(3) for j in range(3)]
 Term = tuple[float, Vector, Vector]
 """factor · x⊗y: a number, and the entries of two beam matrices."""
 
+Whole = NDArray[np.int64]
+
 Integrals = dict[tuple[int, int], Vector]
 """Entries of P_ij by (i, j)."""
 
@@ -45,11 +47,11 @@ class Beam:
     nodes: Vector
     start: Support
     end: Support
-    kept: NDArray[np.intp] = field(init=False)
+    kept: Whole = field(init=False)
 
     def __post_init__(self) -> None:
         last = 2 * self.nodes.size - 2
-        held = {kind for kind in _held(self.start)} | {last + kind for kind in _held(self.end)}
+        held = set(_held(self.start)) | {last + kind for kind in _held(self.end)}
         object.__setattr__(self, "kept", np.setdiff1d(np.arange(last + 2), sorted(held)))
 
     @property
@@ -58,24 +60,24 @@ class Beam:
         return int(self.kept.size)
 
     @cached_property
-    def _entries(self) -> tuple[Vector, Vector, NDArray[np.intp], NDArray[np.intp]]:
-        """Rows and columns of a beam matrix; of the cells' 4 × 4 matrices, which entries are kept, and where they go."""
+    def _entries(self) -> tuple[Whole, Whole, Whole, Whole]:
+        """Rows and columns of a beam matrix; which entries of all cells' 4 × 4 are kept, and where they go."""
         number = np.full(2 * self.nodes.size, -1)
         number[self.kept] = np.arange(self.kept.size)
         local = number[2 * np.arange(self.nodes.size - 1)[:, None] + np.arange(4)]
-        rows, columns = (np.broadcast_to(side, (*local.shape, 4)).ravel() for side in (local[:, :, None], local[:, None]))
+        rows, columns = (np.broadcast_to(one, (*local.shape, 4)).ravel() for one in (local[:, :, None], local[:, None]))
         there = np.flatnonzero((rows >= 0) & (columns >= 0))
         code, slot = np.unique(rows[there] * self.size + columns[there], return_inverse=True)
         row, column = np.divmod(code, max(self.size, 1))
         return row, column, there, slot
 
     @property
-    def row(self) -> NDArray[np.intp]:
+    def row(self) -> Whole:
         """Row of each entry."""
         return self._entries[0]
 
     @property
-    def column(self) -> NDArray[np.intp]:
+    def column(self) -> Whole:
         """Column of each entry."""
         return self._entries[1]
 
@@ -100,7 +102,7 @@ class Beam:
     def point(self, position: float, derivative: int = 0) -> Vector:
         """v⁽ⁱ⁾ u⁽ⁱ⁾ at a position as a beam matrix; i: the derivative."""
         values = self.at(position, derivative)
-        return values[self.row] * values[self.column]
+        return np.asarray(values[self.row] * values[self.column])
 
     @property
     def springs(self) -> Vector:
@@ -113,8 +115,7 @@ class Beam:
 
     def _gathered(self, cells: Vector) -> Vector:
         _, _, there, slot = self._entries
-        gathered: Vector = np.bincount(slot, cells.ravel()[there], self.row.size)
-        return gathered
+        return np.asarray(np.bincount(slot, cells.ravel()[there], self.row.size), dtype=float)
 
 
 def plate_matrices(
@@ -136,7 +137,8 @@ def plate_matrices(
             left, right, bottom, top = one.region
             lost = (one.factor - 1.0) * section.bending
             elastic += _bending(lost, x.integrals(left, right), y.integrals(bottom, top))
-    return _assembled(x, y, inertia, elastic)
+    mass, stiffness = _assembled(x, y, inertia, elastic)
+    return mass, stiffness
 
 
 def _held(kind: Support) -> tuple[int, ...]:
@@ -189,8 +191,7 @@ def _assembled(x: Beam, y: Beam, *sums: Sequence[Term]) -> list[sparse.csr_array
     along, across = (np.bincount(beam.row, minlength=beam.size) for beam in (x, y))
     starts = np.concatenate([[0], np.cumsum(np.outer(along, across))])
     within_x, within_y = (np.arange(b.row.size) - (np.cumsum(n) - n)[b.row] for b, n in ((x, along), (y, across)))
-    place = starts[:-1].reshape(x.size, y.size)[x.row][:, y.row]
-    place += within_x[:, None] * across[y.row] + within_y
+    place = starts[:-1].reshape(x.size, y.size)[x.row][:, y.row] + within_x[:, None] * across[y.row] + within_y
     columns = np.empty(place.size, dtype=np.int32)
     columns[place.ravel()] = (x.column[:, None] * y.size + y.column).ravel()
     matrices, shape = [], (x.size * y.size,) * 2

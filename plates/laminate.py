@@ -78,8 +78,8 @@ class Laminate:
 
     surface: the isotropic material whose E and ν Hertz's contact sees; by default the struck ply's, if that is
     isotropic. Of an orthotropic one it is a material of contact modulus E/(1 − ν²) with E across the fibres, taken for
-    that along the normal, and ν₂₃ = E/2G₂₃ − 1: the ply is taken as isotropic around its fibres. For a carbon-epoxy
-    half-space this is a few per cent below the exact indentation modulus (tests/plates/test_laminate.py).
+    that along the normal, and ν₂₃ = E/2G₂₃ − 1: the ply is taken as isotropic around its fibres. The exact modulus of
+    such a half-space is within 4 % of it for carbon, and 10 % below it for glass, in epoxy (its test computes that).
     Raises ValueError where G₂₃ does not allow that: then give `surface`.
     """
 
@@ -142,9 +142,9 @@ class Laminate:
 def section_of(
     thickness: float | None, material: Material | Laminate, shear_correction: float = SHEAR_CORRECTION
 ) -> Section:
-    """The section of a plate of one material, or of a laminate, whose own thickness the given one must equal or be None.
+    """The section of a plate of one material, or of a laminate.
 
-    Raises ValueError where it is neither, or the thicknesses differ.
+    A laminate has a thickness of its own: give that, or None. Raises ValueError where it is another, or none at all.
     """
     if isinstance(material, Laminate):
         own = material.thickness
@@ -183,7 +183,8 @@ def _plane_stiffness(ply: Ply) -> Vector:
     else:
         along, across = material.youngs_modulus_along, material.youngs_modulus_across
         ratio, shear = material.poisson_ratio, material.shear_modulus
-    compliance = np.array([[1.0 / along, -ratio / along, 0.0], [-ratio / along, 1.0 / across, 0.0], [0, 0, 1.0 / shear]])
+    tension, contraction = 1.0 / along, -ratio / along
+    compliance = np.array([[tension, contraction, 0.0], [contraction, 1.0 / across, 0.0], [0.0, 0.0, 1.0 / shear]])
     c, s = np.cos(ply.angle), np.sin(ply.angle)
     # Strains along the fibres from those in the plate's axes; work makes its transpose turn the stresses back.
     turn = np.array([[c * c, s * s, c * s], [s * s, c * c, -c * s], [-2.0 * c * s, 2.0 * c * s, c * c - s * s]])

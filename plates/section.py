@@ -13,7 +13,7 @@ SHEAR_CORRECTION = 5.0 / 6.0
 
 
 DIRECTIONS = 720
-"""In which D(φ) is sampled: its mean is then exact to rounding unless stiffnesses differ by more than a thousand times."""
+"""In which D(φ) is sampled, so that its mean is exact to rounding for all but the most unlike stiffnesses."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +54,7 @@ def stiffness_towards(section: Section, angle: Vector) -> Vector:
 
 def all_around(section: Section) -> Vector:
     """`stiffness_towards` in directions spread evenly over half a turn; the other half is the same."""
-    return stiffness_towards(section, np.arange(DIRECTIONS) * (np.pi / DIRECTIONS))
+    return stiffness_towards(section, np.linspace(0.0, np.pi, DIRECTIONS, endpoint=False))
 
 
 def point_rigidity(section: Section) -> float:

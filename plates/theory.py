@@ -49,9 +49,9 @@ def critical_distance_bounds(bead: Bead, plate: Plate, impact_speed: float) -> t
     instance("plate", plate, Plate, "a Plate, as kirchhoff_plate makes")
     if not hasattr(bead, "mass") or not hasattr(bead, "surface"):
         raise ValueError(f"bead = {bead!r}: must be a bead, with mass and surface")
-    stiffness = hertz_stiffness(bead.surface, Surface(plate.material))
     if not isinstance(plate.material, Material):
-        raise ValueError(f"plate.material = {plate.material!r}: must be a Material; equation 6.41 knows one speed √(E/ρ)")
+        raise ValueError(f"plate.material = {plate.material!r}: must be a Material, with one speed √(E/ρ)")
+    stiffness = hertz_stiffness(bead.surface, Surface(plate.material))
     duration = contact_time_half_space(bead.mass, stiffness, positive("impact_speed", impact_speed, "m/s"))
     reach = plate.material.bar_speed * duration / 2.0
     return A0_LAMB * reach, RAYLEIGH * reach
