@@ -28,7 +28,7 @@ HIGHEST_FREQUENCY = 40.0e3
 
 FINEST, COARSEST = 12.0, 1.7
 """Cells to a wavelength at the highest frequency: at the contact, and far from it, where only the slower waves matter.
-On the thesis's plates amplitude ratios are within 0.4 % of those of 24 and 3 cells (benchmarks/plates.py)."""
+On the thesis's plates amplitude ratios are within 0.4 % of those of 24 and 3 cells (benchmarks/plate_meshes.py)."""
 
 NEAREST = 1e-6
 """A contact nearer than this part of a side to an edge lies on it."""

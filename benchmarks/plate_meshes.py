@@ -1,6 +1,6 @@
 """Rectangular plates: how fast they are assembled, and which mesh gives amplitude ratios for the least time.
 
-    python benchmarks/plates.py [--quick]
+    python benchmarks/plate_meshes.py [--quick]
 
 First, a plate of 100 000 unknowns, beside scikit-fem's plain assembly of the same elements at a smaller size (quick) or
 the same. Second, points of the boundary study on meshes graded towards the contact, beside uniform meshes that all
