@@ -76,6 +76,8 @@ from particles.solitary import (  # noqa: E402
     wave_speed_from_particle_speed,
     wave_width,
 )
+from plates.additions import PointMass, Stiffener, Weakened  # noqa: E402
+from plates.infinite import infinite_plate  # noqa: E402
 from plates.lamb import (  # noqa: E402
     lamb_cutoff_frequency,
     lamb_frequency,
@@ -83,8 +85,9 @@ from plates.lamb import (  # noqa: E402
     lamb_phase_speed,
     rayleigh_speed,
 )
+from plates.laminate import Laminate, OrthotropicMaterial, Ply  # noqa: E402
 from plates.plate import Plate, kirchhoff_plate  # noqa: E402
-from plates.support import Supports  # noqa: E402
+from plates.support import ElasticEdge, Supports  # noqa: E402
 from plates.theory import (  # noqa: E402
     THESIS_IMPACT,
     critical_distance_bounds,
@@ -97,6 +100,7 @@ from plates.theory import (  # noqa: E402
 from plates.zener import zener_contact_time, zener_restitution  # noqa: E402
 from structures.cylinder import cylinder  # noqa: E402
 from structures.damping import (  # noqa: E402
+    loss_factor,
     loss_tangent,
     modal_damping,
     rayleigh,
@@ -138,21 +142,23 @@ from structures.theory import (  # noqa: E402
 
 __all__ = [
     "ACRYLIC", "ALUMINIUM_6061", "Aitken", "BRASS_360", "COPPER", "CentralDifference", "Chain", "CoSimulation",
-    "Condensed", "Cylinder", "Ellipsoid", "Fit", "Foundation", "GeneralisedAlpha", "HollowSphere", "KuwabaraKono",
-    "Layer", "LinearDashpot", "MATERIALS", "MassProportional", "Material", "MovingChain", "MovingStructure", "NYLON",
-    "Newmark", "NotConverged", "POLYCARBONATE", "PTFE", "Participant", "Piston", "Plate", "PowerDashpot", "PowerLaw",
-    "PushedBead", "ReflectedWave", "Reflections", "Restitution", "STEEL_316", "STEEL_440C", "Sphere", "SpringLoaded",
-    "Structure", "Supports", "Surface", "THESIS_IMPACT", "TabulatedLaw", "Track", "Tsuji", "Wave", "amplitude_ratio",
-    "angular_frequency", "animation", "as_signal", "axial_stiffness", "batch", "calibration_factor",
-    "characteristic_length", "contact_law", "contact_time", "contact_time_half_space", "contact_to_sensor_ratio",
-    "critical_distance", "critical_distance_bounds", "critical_modulus", "cutoff_frequency", "cylinder", "drop_speed",
-    "energy_error", "fit_dissipation", "follow_waves", "half_space", "hertz_stiffness", "inelasticity_parameter",
-    "kirchhoff_plate", "lamb_cutoff_frequency", "lamb_frequency", "lamb_group_speed", "lamb_phase_speed",
-    "loss_tangent", "modal_damping", "normalised_time_of_flight", "peak_force_from_particle_speed", "picture",
-    "plate_amplitude_ratio", "plate_contact_time", "point_impedance", "primary_amplitude_ratio",
-    "primary_time_of_flight", "rayleigh", "rayleigh_speed", "read_signal", "reduce", "reflections", "rod", "rod_parts",
-    "secondary_delay", "sensor_force", "solid", "solitary_strain", "sound_speed", "standard_linear_solid",
-    "stiffness_parts", "structure_motion", "sweep", "tangent_stiffness", "time_of_flight", "transit_time",
-    "transit_time_from_striker", "upper_layer_restitution", "upper_layer_speed", "wave_speed", "wave_speed_from_force",
+    "Condensed", "Cylinder", "ElasticEdge", "Ellipsoid", "Fit", "Foundation", "GeneralisedAlpha", "HollowSphere",
+    "KuwabaraKono", "Laminate", "Layer", "LinearDashpot", "MATERIALS", "MassProportional", "Material",
+    "MovingChain", "MovingStructure", "NYLON", "Newmark", "NotConverged", "OrthotropicMaterial", "POLYCARBONATE",
+    "PTFE", "Participant", "Piston", "Plate", "Ply", "PointMass", "PowerDashpot", "PowerLaw", "PushedBead",
+    "ReflectedWave", "Reflections", "Restitution", "STEEL_316", "STEEL_440C", "Sphere", "SpringLoaded", "Stiffener",
+    "Structure", "Supports", "Surface", "THESIS_IMPACT", "TabulatedLaw", "Track", "Tsuji", "Wave", "Weakened",
+    "amplitude_ratio", "angular_frequency", "animation", "as_signal", "axial_stiffness", "batch",
+    "calibration_factor", "characteristic_length", "contact_law", "contact_time", "contact_time_half_space",
+    "contact_to_sensor_ratio", "critical_distance", "critical_distance_bounds", "critical_modulus",
+    "cutoff_frequency", "cylinder", "drop_speed", "energy_error", "fit_dissipation", "follow_waves", "half_space",
+    "hertz_stiffness", "inelasticity_parameter", "infinite_plate", "kirchhoff_plate", "lamb_cutoff_frequency",
+    "lamb_frequency", "lamb_group_speed", "lamb_phase_speed", "loss_factor", "loss_tangent", "modal_damping",
+    "normalised_time_of_flight", "peak_force_from_particle_speed", "picture", "plate_amplitude_ratio",
+    "plate_contact_time", "point_impedance", "primary_amplitude_ratio", "primary_time_of_flight", "rayleigh",
+    "rayleigh_speed", "read_signal", "reduce", "reflections", "rod", "rod_parts", "secondary_delay", "sensor_force",
+    "solid", "solitary_strain", "sound_speed", "standard_linear_solid", "stiffness_parts", "structure_motion",
+    "sweep", "tangent_stiffness", "time_of_flight", "transit_time", "transit_time_from_striker",
+    "upper_layer_restitution", "upper_layer_speed", "wave_speed", "wave_speed_from_force",
     "wave_speed_from_particle_speed", "wave_width", "write_vtu", "zener_contact_time", "zener_restitution",
 ]  # fmt: skip

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from math import pi, sqrt
 
-from structures.checks import finite, instance, one_of, positive, within
+from structures.checks import instance, one_of, positive, turn, within
 from structures.material import Material
 from structures.surface import Surface
 
@@ -141,16 +141,6 @@ Bead = Sphere | HollowSphere | Ellipsoid | Cylinder
 def drop_speed(height: float) -> float:
     """Speed √(2gh), m/s, of a striker that falls freely from a height (m) under g = 9.81 m/s²."""
     return sqrt(2.0 * STANDARD_GRAVITY * positive("height", height, "m"))
-
-
-def turn(name: str, angle: float) -> float:
-    """`angle` as a float, or a ValueError where it is more than one turn: then it is likely in degrees."""
-    number = finite(name, angle, "rad")
-    if abs(number) > 2.0 * pi:
-        raise ValueError(
-            f"{name} = {angle!r}: must lie within one turn (angle % tau), in rad; math.radians(45) for 45°"
-        )
-    return number
 
 
 def _check(bead: "Bead", *lengths: str) -> None:

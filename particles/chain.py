@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from particles.bead import Bead, turn
+from particles.bead import Bead
 from particles.contact import ContactLaw
 from particles.dissipation import Dissipation
 from particles.excitation import Excitation, Piston, PushedBead, SpringLoaded
-from structures.checks import instance, listed, not_negative, one_of, within
+from structures.checks import instance, listed, not_negative, one_of, turn, within
 from structures.structure import Vector
 
 INTEGRATORS = ("verlet", "rk4")

@@ -1,78 +1,203 @@
 """Matrices of rectangular Kirchhoff plates: Bogner–Fox–Schmit elements as tensor products of Hermite beams.
 
-With the beam matrices A0 = ∫uv, A1 = ∫u′v′, A2 = ∫u″v″, A20 = ∫u″v along x and along y,
-K = D [A2⊗A0 + A0⊗A2 + ν (A20⊗A20ᵀ + A20ᵀ⊗A20) + 2 (1 − ν) A1⊗A1], M = ρt A0⊗A0 and b = b_x⊗b_y.
+With the beam matrices P_ij = ∫ v⁽ⁱ⁾ u⁽ʲ⁾ along x and along y, M = ρt P₀₀⊗P₀₀ and, for the bending stiffness D,
+K = D₁₁ P₂₂⊗P₀₀ + D₂₂ P₀₀⊗P₂₂ + D₁₂ (P₂₀⊗P₀₂ + P₀₂⊗P₂₀) + 4 D₆₆ P₁₁⊗P₁₁
+  + 2 D₁₆ (P₂₁⊗P₀₁ + P₁₂⊗P₁₀) + 2 D₂₆ (P₀₁⊗P₂₁ + P₁₀⊗P₁₂).
+The contact vector is b_x⊗b_y. Stiffeners, point masses and weakened rectangles are tensor products too: on a line the
+beam matrix across it is that of a point, over a part the integrals run over that part only, wherever it ends.
 """
 
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from math import inf
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import sparse
-from skfem import Basis, BilinearForm, ElementLineHermite, MeshLine
 
+from plates.additions import Addition, PointMass, Stiffener, Weakened
+from plates.section import Section
+from plates.support import ElasticEdge, Support
 from structures.structure import Vector
+
+HELD = {"clamped": (0, 1), "simple": (0,), "soft simple": (0,), "symmetry": (1,), "free": ()}
+"""Which of deflection and slope each kind of end holds."""
+
+GAUSS = np.polynomial.legendre.leggauss(4)
+
+ORDERS = [(i, j) for i in range(3) for j in range(3)]
+
+Term = tuple[float, Vector, Vector]
+"""factor · x⊗y: a number, and the entries of two beam matrices."""
+
+Whole = NDArray[np.int64]
+
+Integrals = dict[tuple[int, int], Vector]
+"""Entries of P_ij by (i, j)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Beam:
-    """Hermite beam matrices along one side of a plate; degrees of freedom that the ends hold are left out."""
+    """Hermite beams along one side of a plate: a deflection and a slope at each node, less what the ends hold.
 
-    a0: sparse.csr_array
-    a1: sparse.csr_array
-    a2: sparse.csr_array
-    a20: sparse.csr_array
-    basis: Basis
-    kept: Vector
+    A beam matrix is the vector of its entries at (row, column), in the order of compressed rows.
+    """
 
-    def at(self, position: float) -> Vector:
-        """The values of all kept shape functions at a position, m."""
-        values: Vector = np.asarray(self.basis.point_source(np.array([position])))[self.kept]
-        return values
+    nodes: Vector
+    start: Support
+    end: Support
+    kept: Whole = field(init=False)
 
+    def __post_init__(self) -> None:
+        last = 2 * self.nodes.size - 2
+        held = set(_held(self.start)) | {last + kind for kind in _held(self.end)}
+        object.__setattr__(self, "kept", np.setdiff1d(np.arange(last + 2), sorted(held)))
 
-def beam(nodes: Vector, start: str, end: str) -> Beam:
-    """The beam over ascending nodes (m), its two ends "clamped", "simple", "free" or "mirror" (a plane of symmetry)."""
-    basis = Basis(MeshLine(nodes), ElementLineHermite(), intorder=6)
-    held: list[int] = []
-    for node, kind in ((0, start), (-1, end)):
-        deflection, slope = basis.nodal_dofs[:, node]
-        held += {"clamped": [deflection, slope], "simple": [deflection], "mirror": [slope], "free": []}[kind]
-    kept = np.setdiff1d(np.arange(basis.N), held)
-    forms = (_value_value, _slope_slope, _bend_bend, _bend_value)
-    a0, a1, a2, a20 = (sparse.csr_array(form.assemble(basis))[kept][:, kept] for form in forms)
-    return Beam(a0, a1, a2, a20, basis, kept)
+    @property
+    def size(self) -> int:
+        """Degrees of freedom that are not held."""
+        return int(self.kept.size)
+
+    @cached_property
+    def _entries(self) -> tuple[Whole, Whole, Whole, Whole]:
+        """Rows and columns of a beam matrix; which entries of all cells' 4 × 4 are kept, and where they go."""
+        number = np.full(2 * self.nodes.size, -1)
+        number[self.kept] = np.arange(self.kept.size)
+        local = number[2 * np.arange(self.nodes.size - 1)[:, None] + np.arange(4)]
+        rows, columns = (np.broadcast_to(one, (*local.shape, 4)).ravel() for one in (local[:, :, None], local[:, None]))
+        there = np.flatnonzero((rows >= 0) & (columns >= 0))
+        code, slot = np.unique(rows[there] * self.size + columns[there], return_inverse=True)
+        row, column = np.divmod(code, max(self.size, 1))
+        return row, column, there, slot
+
+    @property
+    def row(self) -> Whole:
+        """Row of each entry."""
+        return self._entries[0]
+
+    @property
+    def column(self) -> Whole:
+        """Column of each entry."""
+        return self._entries[1]
+
+    def integrals(self, start: float = -inf, end: float = inf) -> Integrals:
+        """P_ij = ∫ v⁽ⁱ⁾ u⁽ʲ⁾ for i, j = 0, 1, 2, from `start` to `end` (m) as far as the beam goes; exact."""
+        left, right = self.nodes[:-1], self.nodes[1:]
+        low, high = np.clip(left, start, end), np.clip(right, start, end)
+        place, weight = GAUSS
+        points = (low + high)[:, None] / 2.0 + (high - low)[:, None] / 2.0 * place
+        weights = (high - low)[:, None] / 2.0 * weight
+        shapes = _hermite(left[:, None], (right - left)[:, None], points)
+        return {(i, j): self._gathered(np.einsum("qcp,rcp,cp->cqr", shapes[i], shapes[j], weights)) for i, j in ORDERS}
+
+    def at(self, position: float, derivative: int = 0) -> Vector:
+        """The values of all kept shape functions, or of a derivative of theirs, at a position, m."""
+        cell = int(np.clip(np.searchsorted(self.nodes, position) - 1, 0, self.nodes.size - 2))
+        left, right = self.nodes[cell], self.nodes[cell + 1]
+        values = np.zeros(2 * self.nodes.size)
+        values[2 * cell : 2 * cell + 4] = _hermite(left, right - left, np.asarray(position))[derivative]
+        return values[self.kept]
+
+    def point(self, position: float, derivative: int = 0) -> Vector:
+        """v⁽ⁱ⁾ u⁽ⁱ⁾ at a position as a beam matrix; i: the derivative."""
+        values = self.at(position, derivative)
+        return np.asarray(values[self.row] * values[self.column])
+
+    @property
+    def springs(self) -> Vector:
+        """What elastic ends add: translation · vu + rotation · v′u′, a beam matrix."""
+        total = np.zeros(self.row.size)
+        for kind, position in ((self.start, self.nodes[0]), (self.end, self.nodes[-1])):
+            if isinstance(kind, ElasticEdge):
+                total += kind.translation * self.point(position) + kind.rotation * self.point(position, 1)
+        return total
+
+    def _gathered(self, cells: Vector) -> Vector:
+        _, _, there, slot = self._entries
+        return np.asarray(np.bincount(slot, cells.ravel()[there], self.row.size), dtype=float)
 
 
 def plate_matrices(
-    x: Beam, y: Beam, rigidity: float, poisson_ratio: float, mass_per_area: float
+    x: Beam, y: Beam, section: Section, additions: Sequence[Addition] = ()
 ) -> tuple[sparse.csr_array, sparse.csr_array]:
-    """M and K of the plate spanned by two beams; rigidity D in N m, mass per area in kg/m²."""
-    kron = sparse.kron
-    nu = poisson_ratio
-    bending = kron(x.a2, y.a0) + kron(x.a0, y.a2) + 2.0 * (1.0 - nu) * kron(x.a1, y.a1)
-    coupling = kron(x.a20, y.a20.T) + kron(x.a20.T, y.a20)
-    return (
-        sparse.csr_array(mass_per_area * kron(x.a0, y.a0)),
-        sparse.csr_array(rigidity * (bending + nu * coupling)),
-    )
+    """M and K of the plate that two beams span, with what is added to it."""
+    along, across = x.integrals(), y.integrals()
+    inertia: list[Term] = [(section.mass, along[0, 0], across[0, 0])]
+    elastic = _bending(section.bending, along, across)
+    elastic += [(1.0, x.springs, across[0, 0]), (1.0, along[0, 0], y.springs)]
+    for one in additions:
+        if isinstance(one, PointMass):
+            inertia.append((one.mass, x.point(one.x), y.point(one.y)))
+        elif isinstance(one, Stiffener):
+            more_inertia, more_elastic = _stiffener(one, x, y)
+            inertia.append(more_inertia)
+            elastic += more_elastic
+        elif isinstance(one, Weakened):
+            left, right, bottom, top = one.region
+            lost = (one.factor - 1.0) * section.bending
+            elastic += _bending(lost, x.integrals(left, right), y.integrals(bottom, top))
+    mass, stiffness = _assembled(x, y, inertia, elastic)
+    return mass, stiffness
 
 
-@BilinearForm
-def _value_value(u: Any, v: Any, _: Any) -> Any:
-    return u * v
+def _held(kind: Support) -> tuple[int, ...]:
+    return () if isinstance(kind, ElasticEdge) else HELD[kind]
 
 
-@BilinearForm
-def _slope_slope(u: Any, v: Any, _: Any) -> Any:
-    return u.grad[0] * v.grad[0]
+def _hermite(left: Vector, length: Vector, points: Vector) -> list[Vector]:
+    """The four shape functions of a cell, their slopes and their curvatures at points; 4 × the points' shape, each."""
+    s, h = (points - left) / length, length
+    values = [1.0 - 3.0 * s**2 + 2.0 * s**3, h * (s - 2.0 * s**2 + s**3), 3.0 * s**2 - 2.0 * s**3, h * (s**3 - s**2)]
+    slopes = [6.0 * (s**2 - s) / h, 1.0 - 4.0 * s + 3.0 * s**2, 6.0 * (s - s**2) / h, 3.0 * s**2 - 2.0 * s]
+    bends = [(12.0 * s - 6.0) / h**2, (6.0 * s - 4.0) / h, (6.0 - 12.0 * s) / h**2, (6.0 * s - 2.0) / h]
+    return [np.array(shapes) for shapes in (values, slopes, bends)]
 
 
-@BilinearForm
-def _bend_bend(u: Any, v: Any, _: Any) -> Any:
-    return u.hess[0][0] * v.hess[0][0]
+def _bending(stiffness: Vector, x: Integrals, y: Integrals) -> list[Term]:
+    """The terms of K for a bending stiffness 3 × 3, over the rectangle of the integrals."""
+    d = stiffness
+    terms = [
+        (d[0, 0], x[2, 2], y[0, 0]), (d[1, 1], x[0, 0], y[2, 2]), (4.0 * d[2, 2], x[1, 1], y[1, 1]),
+        (d[0, 1], x[2, 0], y[0, 2]), (d[0, 1], x[0, 2], y[2, 0]),
+    ]  # fmt: skip
+    if d[0, 2] != 0.0 or d[1, 2] != 0.0:
+        terms += [
+            (2.0 * d[0, 2], x[2, 1], y[0, 1]), (2.0 * d[0, 2], x[1, 2], y[1, 0]),
+            (2.0 * d[1, 2], x[0, 1], y[2, 1]), (2.0 * d[1, 2], x[1, 0], y[1, 2]),
+        ]  # fmt: skip
+    return terms
 
 
-@BilinearForm
-def _bend_value(u: Any, v: Any, _: Any) -> Any:
-    return u.hess[0][0] * v
+def _stiffener(one: Stiffener, x: Beam, y: Beam) -> tuple[Term, list[Term]]:
+    """Inertia, and bending and twist, of a stiffener along x or along y: it bends with the plate and twists with it."""
+    (x1, y1), (x2, y2) = one.start, one.end
+    if one.along_x:
+        line, value, slope = x.integrals(min(x1, x2), max(x1, x2)), y.point(y1), y.point(y1, 1)
+        ordered = [(line[0, 0], value), (line[2, 2], value), (line[1, 1], slope)]
+    else:
+        line, value, slope = y.integrals(min(y1, y2), max(y1, y2)), x.point(x1), x.point(x1, 1)
+        ordered = [(value, line[0, 0]), (value, line[2, 2]), (slope, line[1, 1])]
+    factors = (one.mass_per_length, one.bending_stiffness, one.torsion_stiffness)
+    inertia, *elastic = [(factor, *pair) for factor, pair in zip(factors, ordered, strict=True)]
+    return inertia, elastic
+
+
+def _assembled(x: Beam, y: Beam, *sums: Sequence[Term]) -> list[sparse.csr_array]:
+    """Σ factor · x⊗y for each list of terms. All share one pattern, that of the cells' neighbourhood.
+
+    Each sum is one dense product, entries of x by entries of y; only where they stand takes some thought.
+    """
+    along, across = (np.bincount(beam.row, minlength=beam.size) for beam in (x, y))
+    starts = np.concatenate([[0], np.cumsum(np.outer(along, across))])
+    within_x, within_y = (np.arange(b.row.size) - (np.cumsum(n) - n)[b.row] for b, n in ((x, along), (y, across)))
+    place = starts[:-1].reshape(x.size, y.size)[x.row][:, y.row] + within_x[:, None] * across[y.row] + within_y
+    columns = np.empty(place.size, dtype=np.int32)
+    columns[place.ravel()] = (x.column[:, None] * y.size + y.column).ravel()
+    matrices, shape = [], (x.size * y.size,) * 2
+    for terms in sums:
+        data = np.empty(place.size)
+        left = np.array([factor * entries for factor, entries, _ in terms])
+        data[place.ravel()] = (left.T @ np.array([entries for _, _, entries in terms])).ravel()
+        matrices.append(sparse.csr_array((data, columns, starts.astype(np.int32)), shape))
+    return matrices

@@ -12,6 +12,10 @@ SHEAR_CORRECTION = 5.0 / 6.0
 """Reissner's factor of the transverse shear stiffness of a homogeneous plate."""
 
 
+DIRECTIONS = 720
+"""In which D(φ) is sampled, so that its mean is exact to rounding for all but the most unlike stiffnesses."""
+
+
 @dataclass(frozen=True, eq=False)
 class Section:
     """A plate's wall per unit of its middle surface.
@@ -36,3 +40,27 @@ def homogeneous(thickness: float, material: Material, shear_correction: float = 
     shear = shear_correction * shear_modulus(material) * thickness * np.eye(2)
     mass = material.density * thickness
     return Section(bending, shear, mass, mass * thickness**2 / 12.0, thickness, material)
+
+
+def stiffness_towards(section: Section, angle: Vector) -> Vector:
+    """Bending stiffness D(φ) that a flexural wave travelling at angles φ (rad, from x to y) meets, N m.
+
+    D₁₁c⁴ + 2(D₁₂ + 2D₆₆)c²s² + D₂₂s⁴ + 4D₁₆c³s + 4D₂₆cs³: a wave along φ bends the plate by (c², s², 2cs).
+    """
+    curvature = np.array([np.cos(angle) ** 2, np.sin(angle) ** 2, np.sin(2.0 * angle)])
+    towards: Vector = np.einsum("i...,ij,j...->...", curvature, section.bending, curvature)
+    return towards
+
+
+def all_around(section: Section) -> Vector:
+    """`stiffness_towards` in directions spread evenly over half a turn; the other half is the same."""
+    return stiffness_towards(section, np.linspace(0.0, np.pi, DIRECTIONS, endpoint=False))
+
+
+def point_rigidity(section: Section) -> float:
+    """D of the isotropic plate with the same impedance at a point, N m.
+
+    An infinite plate answers a force e^{iωt} at a point with the velocity
+    iω/4π² ∫∫ k dk dφ / (D(φ) k⁴ − ρtω²) = 1/(16π √(ρt)) ∫ D(φ)^(−½) dφ, so D is that of the mean of 1/√D(φ).
+    """
+    return float(np.mean(all_around(section) ** -0.5) ** -2)

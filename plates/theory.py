@@ -68,7 +68,7 @@ class Bead(Protocol):
 
 
 def point_impedance(plate: Plate) -> float:
-    """Force over velocity of an infinite thin plate at a point, 8 √(D ρ t), N s/m.
+    """Force over velocity of an infinite thin plate at a point, 8 √(D ρ t), N s/m; see Plate.rigidity for laminates.
 
     (Cremer, Heckl, Petersson, Structure-Borne Sound, 3rd ed., table 5.1.) It is real: an impulse I moves the point by
     I / (8 √(D ρ t)), and there it stays until an echo returns.
@@ -155,6 +155,8 @@ def critical_distance_bounds(
     stiffness = _wall_stiffness(bead, plate)
     duration = contact_time_half_space(bead.mass, stiffness, positive("impact_speed", impact_speed, "m/s"))
     if wave_speeds is None:
+        if not isinstance(plate.material, Material):
+            raise ValueError(f"plate.material = {plate.material!r}: must be a Material, with one speed √(E/ρ)")
         wave_speeds = A0_LAMB * plate.material.bar_speed, RAYLEIGH * plate.material.bar_speed
     if np.shape(wave_speeds) != (2,):
         raise ValueError(f"wave_speeds = {wave_speeds!r}: must be two speeds, m/s")
@@ -167,7 +169,7 @@ def _wall_stiffness(bead: Bead, plate: Plate) -> float:
     instance("plate", plate, Plate, "a Plate, as kirchhoff_plate makes")
     if not all(hasattr(bead, name) for name in ("mass", "size", "surface")):
         raise ValueError(f"bead = {bead!r}: must be a bead, with mass, size and surface")
-    return hertz_stiffness(bead.surface, Surface(plate.material))
+    return hertz_stiffness(bead.surface, Surface(plate.section.struck))
 
 
 def _collision_time(bead: Bead, plate: Plate, impact_speed: float | Vector) -> Vector:

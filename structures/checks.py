@@ -95,6 +95,16 @@ def restitution_coefficient(name: str, value: float, unit: str = "") -> float:
     return float(value)
 
 
+def turn(name: str, angle: float) -> float:
+    """`angle` as a float, or a ValueError where it is more than one turn: then it is likely in degrees."""
+    number = finite(name, angle, "rad")
+    if abs(number) > 2.0 * math.pi:
+        raise ValueError(
+            f"{name} = {angle!r}: must lie within one turn (angle % tau), in rad; math.radians(45) for 45°"
+        )
+    return number
+
+
 def each(
     check: Callable[[str, float, str], float], name: str, value: float | NDArray[np.float64], unit: str = ""
 ) -> NDArray[np.float64]:

@@ -63,6 +63,20 @@ def modal_damping(structure: Structure, ratio: ArrayLike) -> Structure:
     return _damped(structure, sparse.diags_array(rates), kind="modal", ratio=ratios.tolist())
 
 
+def loss_factor(structure: Structure, factor: float) -> Structure:
+    """A structure of oscillators, as `reduce` makes them, that loses as K(1 + iη) does: modal damping ζ = η/2.
+
+    factor η: energy lost in a cycle over 2π times the greatest stored one, 0 to 1. At its resonance each oscillator
+    loses just that; below it less, above it more, since a force that is the same at all frequencies and out of phase
+    with the displacement would be felt before its cause (Crandall, J. Sound Vib. 11 (1970) 3).
+    Raises ValueError where η lies elsewhere, or the structure is not one of oscillators.
+    """
+    number = not_negative("factor", factor)
+    if number > 1.0:
+        raise ValueError(f"factor = {factor!r}: must be at most 1; it is η = 2ζ, and not in per cent")
+    return modal_damping(structure, number / 2.0)
+
+
 def standard_linear_solid(
     structure: Structure,
     share: float,

@@ -63,7 +63,8 @@ def reduce(
     within 0.01 % of those without reduction. Where arms stand beside some layers only, the
     estimate may be too kind below 1e-3, by a factor of five.
     keep_field: keep what gives displacement and stress of the whole body back, for `structure_motion`: 8 bytes for each
-    degree of freedom and oscillator. Raises ValueError where the structure has no field.
+    degree of freedom and oscillator. Raises ValueError where the structure has no field. A structure without mass has
+    nothing that oscillates, and is returned as it is.
     """
     instance("structure", structure, Structure, "a Structure")
     until, tolerance = positive("until", until, "s"), positive("tolerance", tolerance)
@@ -72,7 +73,7 @@ def reduce(
     if until > structure.valid_until:
         raise ValueError(f"until = {until!r}: the structure was reduced for runs of at most {structure.valid_until} s")
     field = known_field(structure) if keep_field else None
-    if size == 0:
+    if structure.mass.count_nonzero() == 0:
         return structure
     krylov = _Krylov(structure, min(largest, size))
     previous, estimate = None, np.inf
@@ -191,6 +192,8 @@ class _Krylov:
         self.weighted = np.empty((self.largest, size))  # rows M v
         self.stiffness = np.empty((self.largest, self.largest))
         self.pending, self.postponed = [self.body.contact], list[Vector]()
+        parts = [self.body.damping, *(arm for _, arm in self.body.arms)]
+        self.recursive = all(part is None or part.rates is not None for part in parts)
 
     @property
     def exhausted(self) -> bool:
@@ -215,8 +218,9 @@ class _Krylov:
         k, mass = self.size, self.body.mass
         vector = self.body.solve((self.pending or self.postponed).pop(0))
         before = np.sqrt(vector @ (mass @ vector))
-        for _ in range(2):
-            vector -= (self.weighted[:k] @ vector) @ self.basis[:k]
+        # Lanczos's new vector has a part in the last two only, in exact numbers; the whole basis clears the rounding.
+        for first in (max(k - 2, 0) if self.recursive else 0, 0):
+            vector -= (self.weighted[first:k] @ vector) @ self.basis[first:k]
         weighted = mass @ vector
         norm = np.sqrt(max(vector @ weighted, 0.0))
         if norm <= NOTHING_NEW * before:

@@ -385,3 +385,27 @@ NEGATIVE = sparse.csr_array(-np.eye(BAR.size))
 def test_bad_damping(call: Callable[[], object], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         call()
+
+
+def test_loss_factor_is_what_a_cycle_loses() -> None:
+    """η: energy lost in a cycle of resonance over 2π times the stored one, so free motion falls by e^(−πη) a cycle."""
+    square = (2.0 * np.pi * 1e3) ** 2
+    one = hl.Structure(np.eye(1), np.array([[square]]), None, np.ones(1), 0.0, hl.Surface(hl.PTFE))
+    damped = hl.loss_factor(one, 0.04)
+    moving, period = hl.MovingStructure(damped), 1e-3 / np.sqrt(1.0 - 0.02**2)
+    state = type(moving.start())(np.ones(1), np.array([-0.02 * np.sqrt(square)]))
+    for _ in range(100):
+        state = moving.free(state, period / 100.0)
+    assert state.displacement[0] == pytest.approx(np.exp(-np.pi * 0.04 / np.sqrt(1.0 - 0.02**2)), rel=1e-9)
+    stored, force = 0.5 * square, 2.0 * np.pi**2 * 1e3 * damped.damping[0, 0]
+    assert force / (2.0 * np.pi * stored) == pytest.approx(0.04, rel=1e-12)
+    assert hl.loss_factor(one, 0.0) is one
+
+
+@pytest.mark.parametrize(("factor", "message"), [(-0.1, r"factor = -0\.1"), (4.0, r"factor = 4\.0: must be at most 1")])
+def test_bad_loss_factors(factor: float, message: str) -> None:
+    one = hl.Structure(np.eye(1), np.eye(1), None, np.ones(1), 0.0, hl.Surface(hl.PTFE))
+    with pytest.raises(ValueError, match=message):
+        hl.loss_factor(one, factor)
+    with pytest.raises(ValueError, match="are not modes"):
+        hl.loss_factor(hl.rod([hl.Layer(hl.PTFE, 0.1, 0.01)]), 0.1)

@@ -13,7 +13,7 @@ def ratio(diameter: float, thickness: float, distance: float, **knobs: float) ->
     """AR at sensor 7, undamped, with mesh, reduction, window and step as given."""
     plate = hl.kirchhoff_plate(
         study.SIDE, study.SIDE, thickness, hl.ALUMINIUM_6061, study.SUPPORTS,
-        highest_frequency=knobs.get("highest_frequency", 40e3),
+        highest_frequency=knobs.get("highest_frequency", study.HIGHEST_FREQUENCY),
     )  # fmt: skip
     structure = hl.reduce(plate.at(distance, study.SIDE / 2.0), until=1.5e-3, tolerance=knobs.get("tolerance", 1e-2))
     simulation = hl.CoSimulation(study.chain(diameter), structure, window=knobs.get("window"), dt=knobs.get("dt"))

@@ -1,0 +1,129 @@
+"""What may be added to a plate: point masses, stiffeners, weak regions. Plain data for any theory."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import hypot
+
+import numpy as np
+
+from structures.checks import finite, not_negative, positive
+
+Place = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class PointMass:
+    """A small body fixed to the plate at (x, y), m; mass in kg. Without rotary inertia."""
+
+    x: float
+    y: float
+    mass: float
+
+    def __post_init__(self) -> None:
+        for name in ("x", "y"):
+            object.__setattr__(self, name, finite(name, getattr(self, name), "m"))
+        object.__setattr__(self, "mass", positive("mass", self.mass, "kg"))
+
+
+@dataclass(frozen=True)
+class Stiffener:
+    """A beam on the plate from start to end, (x, y) in m each, that bends and twists with it.
+
+    bending_stiffness EI, N m², of bending across the plate, about the plate's middle surface; torsion_stiffness GJ,
+    N m²; mass_per_length, kg/m, without rotary inertia.
+    """
+
+    start: Place
+    end: Place
+    bending_stiffness: float
+    torsion_stiffness: float = 0.0
+    mass_per_length: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("start", "end"):
+            object.__setattr__(self, name, _numbers(name, getattr(self, name), ("x", "y")))
+        if self.length == 0.0:
+            raise ValueError(f"end = {self.end!r}: must lie elsewhere than the start")
+        for name, unit in (("bending_stiffness", "N m²"), ("torsion_stiffness", "N m²"), ("mass_per_length", "kg/m")):
+            object.__setattr__(self, name, not_negative(name, getattr(self, name), unit))
+
+    @property
+    def length(self) -> float:
+        """m."""
+        return hypot(self.end[0] - self.start[0], self.end[1] - self.start[1])
+
+    @property
+    def along_x(self) -> bool:
+        """Whether it runs along x."""
+        return self.start[1] == self.end[1]
+
+    @property
+    def along_y(self) -> bool:
+        """Whether it runs along y."""
+        return self.start[0] == self.end[0]
+
+
+@dataclass(frozen=True)
+class Weakened:
+    """A rectangle whose bending stiffness is `factor` times the plate's, 0 < factor ≤ 1; its mass stays.
+
+    region: (left, right, bottom, top), m. A delamination between parts of thickness a and b, which slide on each other,
+    leaves (a³ + b³)/(a + b)³ of a homogeneous plate's.
+    """
+
+    region: tuple[float, float, float, float]
+    factor: float
+
+    def __post_init__(self) -> None:
+        names = ("left", "right", "bottom", "top")
+        region = _numbers("region", self.region, names)
+        left, right, bottom, top = region
+        if left >= right or bottom >= top:
+            raise ValueError(f"region = {self.region!r}: must be (left, right, bottom, top), ascending, in m")
+        object.__setattr__(self, "region", region)
+        factor = positive("factor", self.factor)
+        if factor > 1.0:
+            raise ValueError(f"factor = {self.factor!r}: must be at most 1, what is left of the bending stiffness")
+        object.__setattr__(self, "factor", factor)
+
+    def overlaps(self, other: "Weakened") -> bool:
+        """Whether the two have more than an edge in common."""
+        (l1, r1, b1, t1), (l2, r2, b2, t2) = self.region, other.region
+        return max(l1, l2) < min(r1, r2) and max(b1, b2) < min(t1, t2)
+
+
+Addition = PointMass | Stiffener | Weakened
+
+
+def check_additions(additions: object, length: float, width: float) -> tuple[Addition, ...]:
+    """The additions to a rectangle as a tuple, or a ValueError that names the one that does not fit on it."""
+    if not isinstance(additions, Sequence) or not all(isinstance(one, Addition) for one in additions):
+        raise ValueError(f"additions = {additions!r}: must be a list of PointMass, Stiffener and Weakened")
+    for i, one in enumerate(additions):
+        xs, ys = extent(one)
+        name = f"additions[{i}] = {one!r}"
+        if min(xs) < 0.0 or max(xs) > length or min(ys) < 0.0 or max(ys) > width:
+            raise ValueError(f"{name}: must lie on the plate, within {length} × {width} m")
+        if isinstance(one, Stiffener) and not (one.along_x or one.along_y):
+            raise ValueError(f"{name}: must be parallel to a side; panels of any shape take others too")
+        if isinstance(one, Weakened) and any(
+            isinstance(other, Weakened) and one.overlaps(other) for other in additions[:i]
+        ):
+            raise ValueError(f"{name}: overlaps an earlier one; give regions side by side, each with its own factor")
+    return tuple(additions)
+
+
+def extent(one: Addition) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """The x and the y, m, at which an addition begins and ends."""
+    if isinstance(one, PointMass):
+        return (one.x,), (one.y,)
+    if isinstance(one, Stiffener):
+        return (one.start[0], one.end[0]), (one.start[1], one.end[1])
+    return one.region[:2], one.region[2:]
+
+
+def _numbers(name: str, values: object, names: Sequence[str]) -> tuple[float, ...]:
+    """The values as a tuple of floats in m, as many as the names, or a ValueError."""
+    if not isinstance(values, Sequence | np.ndarray) or isinstance(values, str) or len(values) != len(names):
+        raise ValueError(f"{name} = {values!r}: must be ({', '.join(names)}), in m")
+    return tuple(finite(f"{name}[{i}]", value, "m") for i, value in enumerate(values))

@@ -1,0 +1,58 @@
+"""Graded lines: nodes along a side, fine at one point, coarser away from it, with nodes where they are asked for."""
+
+from itertools import pairwise
+from math import ceil, log
+
+import numpy as np
+
+from structures.structure import Vector
+
+GROWTH = 1.3
+"""Size of a cell over that of its neighbour nearer to the contact."""
+
+NONE = np.zeros(0)
+
+SAME = 1e-6
+"""Lines nearer to each other than this part of the finest cell are one."""
+
+
+def graded(side: float, position: float, finest: float, coarsest: float, lines: Vector = NONE) -> Vector:
+    """Ascending nodes from 0 to `side`: one at `position` with cells of `finest` beside it, `coarsest` ones far away.
+
+    Each cell is 1.3 times its neighbour nearer to the position until it is `coarsest`; where a side or a line cuts the
+    last one off, all in the stretch shrink alike. lines: further places that get a node, as far as they lie within.
+    """
+    stops = np.unique(np.concatenate([[0.0, position, side], lines[(lines > 0.0) & (lines < side)]]))
+    stops = stops[np.append(True, np.diff(stops) > SAME * finest)]
+    # The last stop may have been one with its neighbour; it is the side's end all the same.
+    stops[-1] = side
+    nodes = [0.0]
+    for left, right in pairwise(stops.tolist()):
+        direction = 1.0 if left + right >= 2.0 * position else -1.0
+        near, far = sorted((max(0.0, direction * (left - position)), max(0.0, direction * (right - position))))
+        first, last = _count(near, finest, coarsest), _count(far, finest, coarsest)
+        cells = max(1, ceil(last - first - 1e-9))
+        inner = _distance(np.linspace(first, last, cells + 1)[1:-1], finest, coarsest)
+        nodes += [*np.sort(position + direction * inner), right]
+    return np.array(nodes)
+
+
+def _count(distance: float, finest: float, coarsest: float) -> float:
+    """How many cells, parts of them included, lie within a distance of the position."""
+    growing, reach = _growing(finest, coarsest)
+    if distance <= reach:
+        return log(1.0 + distance * (GROWTH - 1.0) / finest) / log(GROWTH)
+    return growing + (distance - reach) / coarsest
+
+
+def _distance(count: Vector, finest: float, coarsest: float) -> Vector:
+    """The distance within which so many cells lie."""
+    growing, reach = _growing(finest, coarsest)
+    near = finest * (GROWTH ** np.minimum(count, growing) - 1.0) / (GROWTH - 1.0)
+    return np.asarray(np.where(count <= growing, near, reach + (count - growing) * coarsest))
+
+
+def _growing(finest: float, coarsest: float) -> tuple[float, float]:
+    """How many cells grow before they are the coarsest, and how far these reach."""
+    growing = log(coarsest / finest) / log(GROWTH)
+    return growing, (coarsest - finest) / (GROWTH - 1.0)

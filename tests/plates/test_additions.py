@@ -1,0 +1,181 @@
+"""Point masses, stiffeners, weakened regions on a rectangle: closed forms, and what reaches the contact."""
+
+from math import pi
+
+import numpy as np
+import pytest
+from independent import frequencies
+from numpy.polynomial.legendre import leggauss
+from scipy.optimize import brentq
+
+import hertzlink as hl
+
+MATERIAL = hl.Material(1.0e9, 0.3, 1000.0)
+LENGTH, WIDTH = 1.0, 0.7
+
+
+def simple_plate(*additions: object, cells: int = 24, **more: object) -> hl.Plate:
+    return hl.kirchhoff_plate(
+        LENGTH, WIDTH, 0.01, MATERIAL, hl.Supports(*["simple"] * 4), cells=(cells, cells), additions=additions, **more
+    )
+
+
+def wave_numbers(count: int) -> tuple[np.ndarray, np.ndarray]:
+    return np.meshgrid(pi * np.arange(1, count + 1) / LENGTH, pi * np.arange(1, count + 1) / WIDTH)
+
+
+def test_point_mass() -> None:
+    """1 = ω² m Σ φ²/(ω_n² − ω²), the receptance of Navier's series at the mass; anywhere in a cell."""
+    plain, (x, y), mass = simple_plate(), (0.317, 0.22), 3.0
+    p, q = wave_numbers(1500)
+    square = plain.rigidity / plain.mass_per_area * (p**2 + q**2) ** 2
+    shape = 4.0 / (plain.mass_per_area * LENGTH * WIDTH) * (np.sin(p * x) * np.sin(q * y)) ** 2
+
+    def condition(omega: float) -> float:
+        return float(omega**2 * mass * (shape / (square - omega**2)).sum() - 1.0)
+
+    first, second = np.sqrt(np.sort(square.ravel())[:2])
+    exact = [brentq(condition, 1.0, first * (1 - 1e-9)), brentq(condition, first * (1 + 1e-9), second * (1 - 1e-9))]
+    found = frequencies(simple_plate(hl.PointMass(x, y, mass)), 2)
+    assert exact[0] < 0.8 * first
+    assert found == pytest.approx(exact, rel=1e-3)
+    finer = frequencies(simple_plate(hl.PointMass(x, y, mass), cells=48), 2)
+    assert np.all(abs(finer - exact) < 0.5 * abs(found - exact))
+
+
+@pytest.mark.parametrize("along_x", [True, False])
+def test_stiffener(along_x: bool) -> None:
+    """A stiffener from edge to edge couples the sines across it by two numbers, its deflection and its twist."""
+    stiff, twist, mass, place, k = 900.0, 60.0, 2.0, 0.31, pi
+    rows = (1.0, 0.7) if along_x else (0.7, 1.0)
+    d, m = simple_plate().rigidity, simple_plate().mass_per_area
+    q = pi * np.arange(1, 4000) / 0.7
+    square = d / m * (k**2 + q**2) ** 2
+    shapes = np.array([np.sin(q * place), q * np.cos(q * place)]) * np.sqrt(2.0 / (m * 0.7))
+
+    def condition(omega: float) -> float:
+        added = np.diag([stiff * k**4 - omega**2 * mass, twist * k**2])
+        return float(np.linalg.det(np.eye(2) + added @ (shapes / (square - omega**2) @ shapes.T)))
+
+    ends = ((0.0, place), (1.0, place)) if along_x else ((place, 1.0), (place, 0.0))
+    one = hl.kirchhoff_plate(
+        *rows, 0.01, MATERIAL, hl.Supports(*["simple"] * 4), cells=(40, 40),
+        additions=[hl.Stiffener(*ends, stiff, twist, mass)],
+    )  # fmt: skip
+    found = frequencies(one, 1)[0]
+    exact = brentq(condition, 0.98 * found, 1.02 * found)
+    assert abs(exact / np.sqrt(square[0]) - 1.0) > 0.02
+    assert found == pytest.approx(exact, rel=1e-3)
+    assert found > exact
+
+
+def test_a_stiffened_strip_is_a_beam() -> None:
+    """ν = 0, free sides, narrow: ω = (π/L)² √((D b + EI)/(ρt b + μ)); half a stiffener on an edge of symmetry too."""
+    material, ei, mu = hl.Material(1e9, 0.0, 1000.0), 8.0, 0.9
+    strip = hl.kirchhoff_plate(
+        1.0, 0.02, 2e-3, material, hl.Supports("simple", "simple"), cells=(16, 2),
+        additions=[hl.Stiffener((0.0, 0.01), (1.0, 0.01), ei, 0.0, mu)],
+    )  # fmt: skip
+    exact = pi**2 * ((strip.rigidity * 0.02 + ei) / (strip.mass_per_area * 0.02 + mu)) ** 0.5
+    assert frequencies(strip, 1)[0] == pytest.approx(exact, rel=1e-3)
+    half = hl.kirchhoff_plate(
+        1.0, 0.01, 2e-3, material, hl.Supports("simple", "simple", "free", "symmetry"), cells=(16, 1),
+        additions=[hl.Stiffener((0.0, 0.01), (1.0, 0.01), ei / 2.0, 0.0, mu / 2.0)],
+    )  # fmt: skip
+    assert frequencies(half, 1)[0] == pytest.approx(exact, rel=1e-3)
+
+
+def test_a_plate_weakened_everywhere() -> None:
+    """Frequencies scale by √factor; in parts side by side as in one, also where they cross cells."""
+    whole = frequencies(simple_plate(cells=8), 5)
+    parts = [hl.Weakened((0.0, 0.43, 0.0, WIDTH), 0.36), hl.Weakened((0.43, LENGTH, 0.0, WIDTH), 0.36)]
+    for regions in ([hl.Weakened((0.0, LENGTH, 0.0, WIDTH), 0.36)], parts):
+        assert frequencies(simple_plate(*regions, cells=8), 5) == pytest.approx(0.6 * whole, rel=1e-9)
+
+
+def test_a_slightly_weakened_region() -> None:
+    """To first order ω² falls by the part of the mode's bending energy in the region, here of a sine mode."""
+    left, right, bottom, top, loss, nu = 0.13, 0.37, 0.21, 0.58, 1e-5, 0.3
+    points, weights = leggauss(30)
+    x, y = (left + right) / 2 + (right - left) / 2 * points, (bottom + top) / 2 + (top - bottom) / 2 * points
+    area = np.outer(weights, weights) * (right - left) * (top - bottom) / 4.0
+    kx, ky = pi / LENGTH, pi / WIDTH
+    both = np.outer(np.sin(kx * x), np.sin(ky * y)) ** 2
+    twist = (kx * ky) ** 2 * np.outer(np.cos(kx * x), np.cos(ky * y)) ** 2
+    bend = (kx**4 + ky**4 + 2.0 * nu * kx**2 * ky**2) * both
+    part = (area * (bend + 2.0 * (1.0 - nu) * twist)).sum() / ((kx**2 + ky**2) ** 2 * LENGTH * WIDTH / 4.0)
+    weak, sound = (
+        frequencies(simple_plate(*regions), 1)[0]
+        for regions in ([hl.Weakened((left, right, bottom, top), 1.0 - loss)], [])
+    )
+    assert (1.0 - (weak / sound) ** 2) / loss == pytest.approx(part, rel=1e-3)
+
+
+def test_regions_cross_cells_or_not() -> None:
+    """Graded meshes have lines along the region, uniform ones do not: these come nearer from above, by h."""
+    region = hl.Weakened((0.23, 0.61, 0.17, 0.49), 0.1)
+    lined = [
+        hl.kirchhoff_plate(
+            LENGTH, WIDTH, 0.01, MATERIAL, hl.Supports(*["simple"] * 4), highest_frequency=hertz, additions=[region]
+        )
+        for hertz in (700.0, 1.5e3)
+    ]
+    coarse, fine = (frequencies(one, 3) for one in lined)
+    assert coarse == pytest.approx(fine, rel=1e-3)
+    errors = np.array([frequencies(simple_plate(region, cells=n), 3) / fine - 1.0 for n in (15, 60)])
+    assert np.all(errors > 0.0)
+    assert np.all(errors[1] < errors[0] / 2.5)
+    assert errors[1].max() < 5e-3
+
+
+@pytest.mark.parametrize(("place", "changed"), [((0.12, 0.2), False), ((0.2, 0.2), True)], ids=["far", "under"])
+def test_only_a_defect_near_the_contact_changes_the_reflected_wave(place: tuple[float, float], changed: bool) -> None:
+    """Waves to the far defect and back, 160 mm, take longer than the contact of a 4.76 mm bead lasts."""
+    bead = hl.Sphere(2.38e-3, hl.STEEL_440C)
+    chain = hl.Chain([bead] * 15, bead, impact_speed=0.31)
+    ratios = []
+    for additions in ([], [hl.Weakened((0.19, 0.21, 0.19, 0.21), 0.3)]):
+        plate = hl.kirchhoff_plate(0.4, 0.4, 2.29e-3, hl.ALUMINIUM_6061, hl.Supports("clamped"), additions=additions)
+        run = hl.CoSimulation(chain, hl.reduce(plate.at(*place), 0.6e-3)).run(0.6e-3)
+        ratios.append(hl.amplitude_ratio(run, sensor=6).item())
+    change = abs(ratios[1] / ratios[0] - 1.0)
+    assert change > 0.05 if changed else change < 1e-3
+
+
+MASS = hl.PointMass(0.1, 0.1, 1.0)
+WEAK = hl.Weakened((0.1, 0.2, 0.1, 0.2), 0.5)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: hl.PointMass(0.1, 0.1, 0.0), r"mass = 0\.0: must be a positive number of kg"),
+        (lambda: hl.PointMass(float("inf"), 0.1, 1.0), "x = inf: must be a finite number of m"),
+        (lambda: hl.Stiffener((0.1, 0.1), (0.1, 0.1), 1.0), "end = .*must lie elsewhere than the start"),
+        (lambda: hl.Stiffener(0.1, (0.1, 0.1), 1.0), r"start = 0\.1: must be \(x, y\), in m"),
+        (lambda: hl.Stiffener((0.1, "a"), (0.1, 0.1), 1.0), r"start\[1\] = 'a'"),
+        (lambda: hl.Stiffener((0.1, 0.1), (0.2, 0.1), -1.0), r"bending_stiffness = -1\.0: must be zero or a positive"),
+        (lambda: hl.Stiffener((0.1, 0.1), (0.2, 0.1), 1.0, mass_per_length=-2.0), r"mass_per_length = -2\.0"),
+        (lambda: hl.Weakened((0.1, 0.2, 0.3), 0.5), r"region = .*must be \(left, right, bottom, top\)"),
+        (lambda: hl.Weakened((0.2, 0.1, 0.3, 0.4), 0.5), "region = .*ascending"),
+        (lambda: hl.Weakened((0.1, 0.2, 0.3, 0.4), 30.0), r"factor = 30\.0: must be at most 1"),
+        (lambda: hl.Weakened((0.1, 0.2, 0.3, 0.4), 0.0), r"factor = 0\.0: must be a positive number"),
+        (
+            lambda: simple_plate(hl.PointMass(1.1, 0.1, 1.0)),
+            r"additions\[0\] = .*must lie on the plate, within 1\.0 × 0\.7",
+        ),
+        (
+            lambda: simple_plate(MASS, hl.Stiffener((0.1, 0.1), (0.2, 0.3), 1.0)),
+            r"additions\[1\] = .*parallel .*panels",
+        ),
+        (
+            lambda: simple_plate(WEAK, hl.Weakened((0.15, 0.3, 0.0, 0.11), 0.5)),
+            r"additions\[1\] = .*overlaps an earlier",
+        ),
+        (lambda: simple_plate("mass"), "additions = .*must be a list of PointMass, Stiffener and Weakened"),
+        (lambda: hl.kirchhoff_plate(1.0, 1.0, 0.01, MATERIAL, hl.Supports(), additions=MASS), "additions = PointMass"),
+    ],
+)
+def test_bad_input(make: object, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        make()  # type: ignore[operator]
