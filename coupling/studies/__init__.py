@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 STUDIES = {
+    "aspect-ratio": "aspect_ratio",
     "plate-boundary": "plate_boundary",
     "rod-stiffness": "rod_stiffness",
     "rod-length": "rod_length",
