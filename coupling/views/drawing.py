@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from coupling.views.render import Renderer
 from coupling.views.scene import Scene, round_number
-from structures.checks import not_negative, one_of, positive
+from structures.checks import instance, not_negative, one_of, positive
+from structures.structure import Vector
 
 SHOWN = {"von_mises": ("von Mises stress", "Pa", "viridis"), "displacement": ("displacement", "m", "viridis")}
 """What can be shown: its name, its unit and its colours."""
@@ -39,6 +40,9 @@ WIDEST, HIGHEST, NARROWEST = 4.8, 3.8, 3.7
 """Inches: the body in a figure, and the least width of one, into which its title fits."""
 
 LEFT, RIGHT, ABOVE, BELOW = 0.75, 0.25, 0.42, 0.6
+HISTORY = 1.0
+"""Height of the force's history beneath the body, inches."""
+
 BAR_GAP, BAR, BAR_TEXT = 0.2, 0.14, 0.75
 """Margins about the body, and the colour bar beside or below it, inches."""
 
@@ -49,8 +53,13 @@ class Drawing:
     show, factor, highest: see `picture`. dots: per inch. A context manager, as graphics are given back at its end.
     """
 
-    def __init__(self, motion: xr.Dataset, show: str, factor: float | None, highest: float | None, dots: int) -> None:
+    def __init__(
+        self, motion: xr.Dataset, show: str, factor: float | None, highest: float | None, dots: int,
+        run: xr.Dataset | None = None,
+    ) -> None:  # fmt: skip
         one_of("show", show, SHOWN)
+        self.history = None if run is None else _history(run, motion)
+        self.now: Any = None
         self.motion, self.dots, self.kind = motion, dots, SHOWN[show]
         values = np.asarray(motion[show].values, dtype=float)
         self.values = values if show == "von_mises" else np.linalg.norm(values, axis=-1)
@@ -78,6 +87,9 @@ class Drawing:
             self.image = self.axes.imshow(picture, extent=self._extent(), aspect="auto", interpolation="antialiased")
             self._label()
         self.image.set_data(picture)
+        if self.now is not None:
+            moment = 1e6 * float(self.motion.time[number])
+            self.now.set_xdata([moment, moment])
         factor = self.scene.factor
         times = f"{factor:,.0f}".replace(",", "\N{THIN SPACE}") if factor >= 1e3 else f"{factor:g}"
         warp = f",  displacement × {times}" if factor > 0.0 else ""
@@ -104,7 +116,8 @@ class Drawing:
     def _laid_out(self) -> tuple[Figure, Any]:
         """The figure, with a colour bar on the right, or below a body that is wide."""
         height, wide = self.width * self.scene.aspect, self.scene.aspect < 0.6
-        left, below = LEFT, BELOW + (BAR + BELOW if wide else 0.0)
+        beneath = 0.0 if self.history is None else HISTORY + BELOW
+        left, below = LEFT, BELOW + (BAR + BELOW if wide else 0.0) + beneath
         beside = RIGHT if wide else BAR_GAP + BAR + BAR_TEXT
         total = max(NARROWEST, left + self.width + beside), below + height + ABOVE
         left += (total[0] - left - self.width - beside) / 2.0
@@ -114,7 +127,11 @@ class Drawing:
             return figure.add_axes((x / total[0], y / total[1], width / total[0], tall / total[1]))
 
         place = axes(left, below, self.width, height)
-        bar = axes(left, BELOW, self.width, BAR) if wide else axes(left + self.width + BAR_GAP, below, BAR, height)
+        bar = (
+            axes(left, BELOW + beneath, self.width, BAR)
+            if wide
+            else axes(left + self.width + BAR_GAP, below, BAR, height)
+        )
         scale, unit = _suitable(self.high, self.kind[1])
         extend = "max" if self.values.max() > self.high * (1.0 + 1e-9) else "neither"
         colours = ScalarMappable(Normalize(0.0, self.high / scale), self.kind[2])
@@ -122,8 +139,18 @@ class Drawing:
         shown = figure.colorbar(colours, cax=bar, extend=extend, extendfrac=0.04, orientation=way)
         shown.set_label(f"{self.kind[0]} ({unit})", fontsize=LETTERS)
         shown.ax.tick_params(labelsize=LETTERS - 1.0)
+        if self.history is not None:
+            self._draw_history(axes(left, BELOW, self.width, HISTORY), *self.history)
         figure.text(0.5, 1.0 - 0.5 * ABOVE / total[1], "", ha="center", va="center", fontsize=LETTERS)
         return figure, place
+
+    def _draw_history(self, axes: Any, time: Vector, force: Vector) -> None:
+        axes.plot(time, force, color="black", linewidth=LINE)
+        self.now = axes.axvline(time[0], color="#D55E00", linewidth=LINE)
+        axes.set_xlabel("time (µs)", fontsize=LETTERS)
+        axes.set_ylabel("force on the\nstructure (N)", fontsize=LETTERS)
+        axes.tick_params(labelsize=LETTERS - 1.0)
+        axes.margins(x=0.0)
 
     def _extent(self) -> tuple[float, ...]:
         """Left, right, bottom, top of the image, mm; in an upright section the last two are depths."""
@@ -160,6 +187,17 @@ class Drawing:
             va="top", fontsize=LETTERS, annotation_clip=False,
         )  # fmt: skip
         self.axes.set(xlim=(left, right), ylim=(bottom, top))
+
+
+def _history(run: xr.Dataset, motion: xr.Dataset) -> tuple[Vector, Vector]:
+    """Time (µs) and force of the last bead above the preload (N), over what the motion shows and what came before."""
+    force = (instance("run", run, xr.Dataset, "the Dataset of a run").contact_force - run.static_force).isel(contact=-1)
+    if force.dims != ("time",):
+        raise ValueError("run: must be the Dataset of one run")
+    shown = force.sel(time=slice(None, max(float(motion.time[-1]), 2.0 * float(run.time[1]))))
+    if motion.sizes["time"] == 1:
+        shown = force
+    return np.asarray(1e6 * shown.time.values), np.asarray(shown.values)
 
 
 def _suitable(value: float, unit: str) -> tuple[float, str]:

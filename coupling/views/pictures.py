@@ -31,13 +31,15 @@ def picture(
     show: str = "von_mises",
     factor: float | None = None,
     highest: float | None = None,
+    run: xr.Dataset | None = None,
 ) -> Path:
     """Draw the body of a `structure_motion` at its time nearest to `time` (s) into a .png, .pdf or .svg; its path.
 
     time: by default that of the greatest displacement. show: "von_mises" or "displacement", the size of the vector.
     factor: how much larger than true the displacement is drawn; by default a round number, for a tenth of the body's
     shortest side. highest: the upper end of the colours, Pa or m; by default a round number that 95 % of the body
-    stays below. Give both to compare pictures.
+    stays below. Give both to compare pictures. run: the Dataset that the motion is of; the force of its last bead on
+    the structure is then drawn beneath.
     Bodies of revolution are cut along their axis; long ones lie down, struck from the left. 3-D bodies are seen from
     outside, to scale. Grey lines: the section at rest; black ones: edges, and where materials meet.
     A file of the name is replaced, whole or not at all. Raises ValueError for a time or a name that is not there, and
@@ -48,7 +50,7 @@ def picture(
     number = _strongest(motion) if time is None else _nearest(motion, time)
     from coupling.views.drawing import Drawing
 
-    with Drawing(motion.isel(time=[number]), show, factor, highest, DOTS) as drawing, _whole(target) as beside:
+    with Drawing(motion.isel(time=[number]), show, factor, highest, DOTS, run) as drawing, _whole(target) as beside:
         drawing.draw(0).savefig(beside, dpi=DOTS)
     return target
 
@@ -60,11 +62,13 @@ def animation(
     factor: float | None = None,
     highest: float | None = None,
     frame_rate: float = 10.0,
+    run: xr.Dataset | None = None,
 ) -> Path:
     """Draw the body at all times of a `structure_motion` into a .gif, or an .mp4 (pip install "hertzlink[movie]").
 
-    frame_rate: pictures per second. Colours, factor and frame are the same in all, and suit them all; for the rest see
-    `picture`.
+    frame_rate: pictures per second. run: the Dataset that the motion is of; the force of its last bead on the structure
+    is then drawn beneath, with a line that moves on. Colours, factor and frame are the same in all, and suit them all;
+    for the rest see `picture`.
     """
     known_motion(motion)
     target, rate = _target(path, (".gif", ".mp4")), positive("frame_rate", frame_rate, "1/s")
@@ -75,7 +79,7 @@ def animation(
         write = _write_mp4
     from coupling.views.drawing import Drawing
 
-    with Drawing(motion, show, factor, highest, MOVING_DOTS) as drawing, _whole(target) as beside:
+    with Drawing(motion, show, factor, highest, MOVING_DOTS, run) as drawing, _whole(target) as beside:
         write(beside, (drawing.pixels(number) for number in range(motion.sizes["time"])), rate)
     return target
 

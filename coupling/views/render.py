@@ -97,10 +97,9 @@ def _surfaces(shape: Shape, rest: Vector) -> list[tuple[Any, Any]]:
     import pyvista
     from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter
 
-    flat, found = shape.cells.shape[1] == 4 and np.ptp(rest[:, 2]) == 0.0, []
-    solid = pyvista.CellType.HEXAHEDRON if shape.cells.shape[1] == 8 else pyvista.CellType.TETRA
+    flat, found = shape.kind == "quad" and np.ptp(rest[:, 2]) == 0.0, []
+    kind = pyvista.CellType[shape.kind.upper()]
     for part in np.unique(shape.part):
-        kind = pyvista.CellType.QUAD if flat else solid
         grid = pyvista.UnstructuredGrid({kind: shape.cells[shape.part == part]}, rest)
         grid.point_data["number"] = np.arange(len(rest))
         outside = vtkGeometryFilter()

@@ -23,6 +23,9 @@ SPLIT = {
 }  # fmt: skip
 """Quadratic cells (meshio's types) as linear ones between their points: what is drawn."""
 
+LINEAR = {"quad9": "quad", "tetra10": "tetra", "hexahedron27": "hexahedron"}
+"""What they are then."""
+
 NEIGHBOURS = {"quad9": (1, 3), "tetra10": (1, 2, 3), "hexahedron27": (1, 3, 4)}
 """Corners of the linear cells that share an edge with the first."""
 
@@ -42,21 +45,25 @@ LOOK = (-0.45, 0.75, -0.48)
 
 
 class Shape(NamedTuple):
-    """A body as linear cells. point: the motion's number of each point; side: −1 for those mirrored at the axis."""
+    """A body as linear cells. point: the motion's number of each point; side: −1 for those mirrored at the axis.
+
+    kind: "quad", of a section or of a plate, "tetra" or "hexahedron".
+    """
 
     point: NDArray[np.int64]
     side: Vector
     cells: NDArray[np.int64]
     part: NDArray[np.int64]
+    kind: str
 
 
 def shape_of(motion: xr.Dataset) -> Shape:
     """The body's cells, those of a section mirrored at the axis."""
-    split = np.array(SPLIT[motion.attrs["cell_type"]])
+    split, kind = np.array(SPLIT[motion.attrs["cell_type"]]), LINEAR[motion.attrs["cell_type"]]
     cells = motion.cells.values[:, split].reshape(-1, split.shape[1])
     part, count = np.repeat(motion.part.values, len(split)), motion.sizes["point"]
     if motion.attrs["shape"] != "revolution":
-        return Shape(np.arange(count), np.ones(count), cells, part)
+        return Shape(np.arange(count), np.ones(count), cells, part, kind)
     beside = np.flatnonzero(motion.position.values[:, 0] > 0.0)
     mirrored = np.arange(count)
     mirrored[beside] = count + np.arange(beside.size)
@@ -65,6 +72,7 @@ def shape_of(motion: xr.Dataset) -> Shape:
         np.concatenate([np.ones(count), -np.ones(beside.size)]),
         np.concatenate([cells, mirrored[cells]]),
         np.concatenate([part, part]),
+        kind,
     )
 
 

@@ -26,11 +26,20 @@ UNTIL = 2e-4
 
 
 @pytest.fixture(scope="module")
-def motion() -> xr.Dataset:
-    """Steel on PTFE, while it is struck."""
+def body() -> hl.Structure:
+    """Steel on PTFE."""
     layers = [hl.Layer(hl.STEEL_440C, STEEL, RADIUS), hl.Layer(hl.PTFE, BELOW, RADIUS)]
-    body = hl.reduce(hl.cylinder(layers), until=UNTIL, keep_field=True)
-    run = hl.CoSimulation(CHAIN, body).run(UNTIL)
+    return hl.reduce(hl.cylinder(layers), until=UNTIL, keep_field=True)
+
+
+@pytest.fixture(scope="module")
+def run(body: hl.Structure) -> xr.Dataset:
+    return hl.CoSimulation(CHAIN, body).run(UNTIL)
+
+
+@pytest.fixture(scope="module")
+def motion(run: xr.Dataset, body: hl.Structure) -> xr.Dataset:
+    """Steel on PTFE, while it is struck."""
     return hl.structure_motion(run, body, np.linspace(6e-5, UNTIL, 4))
 
 
@@ -264,3 +273,14 @@ def test_what_is_no_motion(motion: xr.Dataset, tmp_path: Path) -> None:
         for draw, name in ((hl.picture, "a.png"), (hl.animation, "a.gif"), (hl.write_vtu, "a")):
             with pytest.raises(ValueError, match=message):
                 draw(wrong, tmp_path / name)  # type: ignore[arg-type]
+
+
+@pytest.mark.usefixtures("screen")
+def test_the_force_beneath(run: xr.Dataset, motion: xr.Dataset, tmp_path: Path) -> None:
+    """The picture grows by the history; what is no run of one structure is refused."""
+    with_force = hl.picture(motion, tmp_path / "with.png", run=run)
+    without = hl.picture(motion, tmp_path / "without.png")
+    assert Image.open(with_force).height > Image.open(without).height + 200
+    with pytest.raises(ValueError, match="run: must be the Dataset of one run"):
+        hl.picture(motion, tmp_path / "bad.png", run=xr.concat([run, run], dim="speed"))
+    assert not (tmp_path / "bad.png").exists()
