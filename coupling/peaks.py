@@ -44,8 +44,9 @@ EARLY, LATE, SLACK = 0.55, 1.8, 0.3
 STRONG = 0.05
 """A wave above this part of the incident one is no rattle, however near to the sensor it left another."""
 
-VALLEY = 0.02
-"""A wave that has broken into two collisions has a valley between them deeper than this part of its height."""
+WHOLE, BROKEN = 0.998, 0.975
+"""Halfway between its contacts' peaks a whole wave has at least this part of its height; one that has broken into two
+collisions at most that."""
 
 FAINT = 0.5
 """On its way a wave may be lower than the smallest one that is reported by this factor."""
@@ -176,7 +177,7 @@ def _arrival(time: Vector, force: Vector, passage: Passage) -> Peak:
         interpolated(time, force[first], passage.start)[1] + interpolated(time, force[last], passage.end)[1]
     )
     between = np.interp(halfway, time, force[0]) + np.interp(halfway, time, force[1])
-    whole = float(np.clip(1.0 - (1.0 - 0.5 * between / amplitude) / VALLEY, 0.0, 1.0))
+    whole = float(np.clip((0.5 * between / amplitude - BROKEN) / (WHOLE - BROKEN), 0.0, 1.0))
     return amplitude, halfway + whole * (peak - halfway)
 
 
