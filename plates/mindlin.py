@@ -13,14 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from plates.panel_mesh import Numbers, tangents
+from plates.panel_mesh import tangents
 from plates.section import Section
 from plates.space import Space
 from plates.support import ElasticEdge, Support
+from structures.mesh_source import Numbers, Tag
 from structures.structure import Vector
 
-SMOOTH = 30.0
-"""Degrees. Where two sides of a held edge meet at less than this, the edge is a curve there, and has one tangent."""
+TWO_WAYS = 1e-6
+"""Directions in which s is held are two where the smaller eigenvalue of the sum of d dᵀ exceeds this part of the other:
+they differ by a tenth of a degree."""
 
 Matrix: TypeAlias = sparse.csr_array
 Blocks: TypeAlias = dict[tuple[int, int], Vector]
@@ -81,31 +83,27 @@ class Mindlin:
                 blocks[1 + i, 1 + j] = edge.rotation * (normal[:, i] * normal[:, j])[:, None, None] * overlap
         return self._assembled(self.space.cell_dofs[mesh.f2t[0, facets]], blocks)
 
-    def kept(self, edges: Mapping[str, Numbers], supports: Mapping[str, Support]) -> Matrix:
+    def kept(self, edges: Mapping[Tag, Numbers], supports: Mapping[Tag, Support]) -> Matrix:
         """size × n: the motions that the supports leave; at held edges s is turned into their axes.
 
-        Where sides of held edges meet at a corner, the slope obeys both; where they meet at less than SMOOTH degrees
-        they are one curve, whose tangent is the mean of theirs. So a polygon stands for a curved edge; were both
-        tangents held at each of its corners, the slope would vanish there, and the edge were clamped (Babuška's
-        paradox).
+        On simple edges that are polygons of curves, w vanishes on the curve: w = −(its distance) s·n on the facets.
         """
         space = self.space
         still = np.zeros(space.size, dtype=bool)
         held = np.zeros((space.size, 2, 2))  # the sum of d dᵀ over the directions d in which s is held
+        follows = np.zeros((space.size, 2))  # w over s_x and s_y where it is not free
         for name, support in supports.items():
             if isinstance(support, ElasticEdge) or support == "free":
                 continue
-            facets = edges[name]
-            along = tangents(space.mesh, facets)
-            across = along @ QUARTER_TURN
-            directions = {"clamped": [along, across], "simple": [along], "soft simple": [], "symmetry": [across]}
-            dofs = np.concatenate([space.vertex_dofs[space.mesh.facets[:, facets]], space.facet_dofs[:, facets]])
+            dofs, bend = space.on(edges[name])
+            if support in ("simple", "soft simple"):
+                follows[dofs] = -bend.beyond[:, :, None] * bend.outward
             if support != "symmetry":
                 still[dofs] = True
-            for direction in directions[support]:
-                squares = direction[:, :, None] * direction[:, None, :]
-                np.add.at(held, dofs, np.broadcast_to(squares, (*dofs.shape, 2, 2)))
-        return _remaining(still, held)
+            ways = {"clamped": (bend.along, bend.outward), "simple": (bend.along,), "symmetry": (bend.outward,)}
+            for way in ways.get(support, ()):
+                np.add.at(held, dofs, way[..., :, None] * way[..., None, :])
+        return _remaining(still, held, follows)
 
     def deflection(self, points: Vector) -> Matrix:
         """What reads w at points, p × 2, from the degrees of freedom; a ValueError where one lies outside."""
@@ -119,10 +117,6 @@ class Mindlin:
         return sparse.csr_array(along_x + along_y)
 
 
-QUARTER_TURN = np.array([[0.0, -1.0], [1.0, 0.0]])
-"""Turns unit vectors along sides, as rows, into those across."""
-
-
 def _bending(bending: Vector, products: Mapping[str, Vector]) -> Blocks:
     """Blocks of ∫ κᵀ B κ: the strain of s_x is (∂x, 0, ∂y), that of s_y (0, ∂y, ∂x)."""
     strains = {1: ((0, "x"), (2, "y")), 2: ((1, "y"), (2, "x"))}
@@ -133,20 +127,19 @@ def _bending(bending: Vector, products: Mapping[str, Vector]) -> Blocks:
     }
 
 
-def _remaining(still: NDArray[np.bool_], held: Vector) -> Matrix:
-    """The motions that are left where w is still, and s is held in directions d of which held is the sum of d dᵀ."""
+def _remaining(still: NDArray[np.bool_], held: Vector, follows: Vector) -> Matrix:
+    """The motions that are left where w follows s, and s is held in directions d of which held is the sum of d dᵀ."""
     strength, axes = np.linalg.eigh(held)
-    both = strength[:, 0] > np.tan(np.radians(SMOOTH / 2.0)) ** 2 * strength[:, 1]
-    free = np.stack([~both, strength[:, 1] == 0.0], axis=1)
+    free = np.stack([strength[:, 0] <= TWO_WAYS * strength[:, 1], strength[:, 1] == 0.0], axis=1)
     axes[free.all(axis=1)] = np.eye(2)
     moves = np.flatnonzero(~still)
     rows, columns, entries = [3 * moves], [3 * moves], [np.ones(moves.size)]
     for axis in (0, 1):
         turns = np.flatnonzero(free[:, axis])
-        for i in (0, 1):
-            rows.append(3 * turns + 1 + i)
-            columns.append(3 * turns + 1 + axis)
-            entries.append(axes[turns, i, axis])
+        into = axes[turns, :, axis]
+        rows += [3 * turns + 1, 3 * turns + 2, 3 * turns]
+        columns += [3 * turns + 1 + axis] * 3
+        entries += [into[:, 0], into[:, 1], np.where(still[turns], (follows[turns] * into).sum(axis=1), 0.0)]
     kept, column = np.unique(np.concatenate(columns), return_inverse=True)
     places = np.concatenate(rows), column
     matrix = sparse.csr_array(sparse.coo_array((np.concatenate(entries), places), shape=(3 * still.size, kept.size)))

@@ -14,14 +14,14 @@ from scipy import sparse
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefTri
 
-from plates.panel_mesh import Numbers, find_cells, tangents
+from plates.curve import curve
+from plates.panel_mesh import find_cells, tangents
 from plates.section import Section
 from plates.support import ElasticEdge, Support
+from structures.mesh_source import Numbers, Tag
 from structures.structure import Vector
 
 Matrix: TypeAlias = sparse.csr_array
-
-QUARTER_TURN = np.array([[0.0, -1.0], [1.0, 0.0]])
 
 
 class Morley:
@@ -94,17 +94,32 @@ class Morley:
         blocks = blocks + edge.rotation * across.swapaxes(1, 2) @ (weight[:, :, None] * across)
         return self._assembled(self.cell_dofs[cells], blocks)
 
-    def kept(self, edges: Mapping[str, Numbers], supports: Mapping[str, Support]) -> Matrix:
-        """size × n: the motions that the supports leave."""
+    def kept(self, edges: Mapping[Tag, Numbers], supports: Mapping[Tag, Support]) -> Matrix:
+        """size × n: the motions that the supports leave.
+
+        On simple edges that are polygons of curves, w vanishes on the curve: at a vertex it is −(the curve's distance)
+        times the mean slope across the two facets there.
+        """
         held = np.zeros(self.size, dtype=bool)
+        rows, columns, entries = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)], [np.zeros(0)]
         for name, support in supports.items():
-            if isinstance(support, str):
-                corners, sides = self.mesh.facets[:, edges[name]], self.mesh.nvertices + edges[name]
-                if support in ("clamped", "simple", "soft simple"):
-                    held[corners] = True
-                if support in ("clamped", "symmetry"):
-                    held[sides] = True
-        return sparse.csr_array(sparse.eye_array(self.size, format="csc")[:, ~held])
+            if isinstance(support, ElasticEdge):
+                continue
+            corners, sides = self.mesh.facets[:, edges[name]], self.mesh.nvertices + edges[name]
+            if support in ("clamped", "simple", "soft simple"):
+                held[corners] = True
+            if support in ("clamped", "symmetry"):
+                held[sides] = True
+            if support in ("simple", "soft simple"):
+                bend = curve(self.mesh, edges[name], np.array([0.0, 1.0]))
+                across = tangents(self.mesh, edges[name]) @ QUARTER_TURN
+                outward = np.sign((bend.outward.mean(axis=1) * across).sum(axis=1, keepdims=True))
+                rows.append(corners.T.ravel())
+                columns.append(np.repeat(sides, 2))
+                entries.append((-0.5 * bend.beyond * outward).ravel())
+        places = np.concatenate(rows), np.concatenate(columns)
+        follows = sparse.csr_array(sparse.coo_array((np.concatenate(entries), places), shape=(self.size, self.size)))
+        return sparse.csr_array((sparse.eye_array(self.size, format="csr") + follows)[:, ~held])
 
     def deflection(self, points: Vector) -> Matrix:
         """What reads w at points, p × 2, from the degrees of freedom; a ValueError where one lies outside."""

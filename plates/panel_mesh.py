@@ -1,13 +1,15 @@
 """Flat meshes of panels: where points lie in them, which way their sides run, and the names of their edges."""
 
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from structures.mesh_source import Groups, Numbers, Tag
 from structures.structure import Vector
 
-Numbers = NDArray[np.int64]
+QUARTER_TURN = np.array([[0.0, -1.0], [1.0, 0.0]])
+"""Turns vectors, as rows, to the right: those along an edge that has the plate on its left point outward then."""
 
 OUTSIDE = 1e-9
 """A point may lie beside the mesh by this part of the cell beside it."""
@@ -17,14 +19,36 @@ PAIRS = 2_000_000
 
 
 class PanelMesh(NamedTuple):
-    """A mesh of scikit-fem in m, the facets of its edges by name, and the planes that it is mirrored in.
-
-    mirrors: where the plate goes on as its mirror image beyond x = …, beyond y = …, or None.
-    """
+    """A mesh of scikit-fem in m, and the facets of its edges by name."""
 
     mesh: Any
-    edges: dict[str, Numbers]
-    mirrors: tuple[float | None, float | None] = (None, None)
+    edges: Groups
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Sizes of cells, m: at the contact, how much they grow with the distance from it, and the largest."""
+
+    finest: float
+    growth: float
+    coarsest: float
+
+
+class Shape(Protocol):
+    """What a panel may be made of: something that has named edges, and a mesh for each contact point, m."""
+
+    @property
+    def names(self) -> list[Tag]:
+        """The names of its edges."""
+        ...
+
+    def mesh(self, x: float, y: float, size: Sizes) -> PanelMesh:
+        """Its mesh for a contact at (x, y)."""
+        ...
+
+    def described(self) -> dict[str, Any]:
+        """How it was made, as plain data."""
+        ...
 
 
 def tangents(mesh: Any, facets: Numbers) -> Vector:
@@ -32,6 +56,13 @@ def tangents(mesh: Any, facets: Numbers) -> Vector:
     ends = mesh.p[:, mesh.facets[:, facets]]
     step = (ends[:, 1] - ends[:, 0]).T
     return np.asarray(step / np.linalg.norm(step, axis=1, keepdims=True))
+
+
+def distances(starts: Vector, ends: Vector, point: Vector) -> Vector:
+    """From a point to straight sides, whose ends are sides × 2, m."""
+    step, beside = ends - starts, point - starts
+    part = np.clip((beside * step).sum(axis=1) / (step**2).sum(axis=1), 0.0, 1.0)
+    return np.asarray(np.linalg.norm(beside - part[:, None] * step, axis=1))
 
 
 def find_cells(mesh: Any, points: Vector) -> Numbers:

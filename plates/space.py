@@ -14,7 +14,8 @@ from skfem import ElementQuad1, ElementQuadP, ElementTriP1, ElementTriP3, Elemen
 from skfem.assembly import Dofs
 from skfem.quadrature import get_quadrature
 
-from plates.panel_mesh import Numbers, find_cells
+from plates.panel_mesh import find_cells
+from structures.mesh_source import Numbers
 from structures.structure import Vector
 
 TRIANGLES = {3: ElementTriP3, 4: ElementTriP4}
@@ -84,6 +85,20 @@ class Space:
         step = self.mesh.p[:, ends[1]] - self.mesh.p[:, ends[0]]
         return self._sampled(cells, places, weights)._replace(weight=np.hypot(*step)[:, None] * weights)
 
+    def on(self, facets: Numbers) -> tuple[Numbers, Curve]:
+        """The functions that do not vanish on the facets, functions × facets, and the edge's curve there, … × facets.
+
+        On quadrilaterals those of a side belong to no point of it: they are given the side itself as the curve.
+        """
+        dofs = np.concatenate([self.vertex_dofs[self.mesh.facets[:, facets]], self.facet_dofs[:, facets]])
+        parts = np.append([0.0, 1.0], np.arange(1, self.degree) / self.degree)
+        bend = curve(self.mesh, facets, parts)
+        if self.corners.shape[1] == 4:
+            chord = tangents(self.mesh, facets)[:, None]
+            bend.beyond[:, 2:], bend.along[:, 2:] = 0.0, chord
+            bend.outward[:, 2:] = chord @ QUARTER_TURN
+        return dofs, Curve(*(one.swapaxes(0, 1) for one in bend))
+
     def at(self, points: Vector) -> Reading:
         """Reads functions at points, p × 2; a ValueError where one lies outside."""
         cells, places = self.find(points)
@@ -112,7 +127,7 @@ class Space:
         return cells, places
 
     def _linear(self, places: Vector) -> tuple[Vector, Vector]:
-        """Values, corners × …, and slopes, 2 × corners × …, of the functions that carry the reference cell into space."""
+        """Values, corners × …, and slopes, 2 × corners × …, of what carries the reference cell into space."""
         pairs = [self.linear.lbasis(places, i) for i in range(self.corners.shape[1])]
         values = np.stack([np.broadcast_to(value, places.shape[1:]) for value, _ in pairs])
         return values, np.stack([np.broadcast_to(_column(slope, places), places.shape) for _, slope in pairs], axis=1)

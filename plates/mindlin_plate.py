@@ -1,0 +1,51 @@
+"""Rectangular plates in Mindlin's theory."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from plates.added import known_additions, lines
+from plates.panel import PATCH, Panel, wall
+from plates.plate import HIGHEST_FREQUENCY
+from plates.rectangle import MIRROR, Rectangle
+from plates.section import SHEAR_CORRECTION, Section
+from plates.support import Support, Supports
+from structures.checks import instance, positive, whole
+from structures.material import Material
+from structures.mesh_source import Tag
+
+
+def mindlin_plate(
+    length: float,
+    width: float,
+    thickness: float,
+    material: Material | Section,
+    supports: Supports,
+    shear_correction: float = SHEAR_CORRECTION,
+    patch_radius: float | None = None,
+    highest_frequency: float = HIGHEST_FREQUENCY,
+    cells: tuple[int, int] | None = None,
+    additions: Sequence[Any] = (),
+) -> Panel:
+    """A rectangular plate in Mindlin's theory, on quadrilaterals of order 4; sizes in m."""
+    length, width = positive("length", length, "m"), positive("width", width, "m")
+    section = wall(thickness, material, shear_correction)
+    if section.thickness > min(length, width):
+        raise ValueError(f"thickness = {thickness!r}: exceeds the plate's shorter side, {min(length, width)} m")
+    instance("supports", supports, Supports, "Supports(left=, right=, bottom=, top=)")
+    if cells is not None:
+        if np.shape(cells) != (2,):
+            raise ValueError(f"cells = {cells!r}: must be two whole numbers, along x and along y")
+        cells = (whole("cells[0]", cells[0]), whole("cells[1]", cells[1]))
+    patch = PATCH * section.thickness if patch_radius is None else positive("patch_radius", patch_radius, "m")
+    added = known_additions(additions)
+    skewed = section.bending[2, :2].any() or section.bending[:2, 2].any() or section.shear[0, 1] != 0.0
+    alike = not added and not skewed
+    halved = alike and supports.left == supports.right, alike and supports.bottom == supports.top
+    shape = Rectangle(length, width, cells, halved, lines(added))
+    held: dict[Tag, Support] = {name: getattr(supports, name) for name in ("left", "right", "bottom", "top")} | {
+        MIRROR: "symmetry"
+    }
+    frequency = positive("highest_frequency", highest_frequency, "Hz")
+    return Panel("Mindlin plate", shape, section, held, patch, frequency, added)

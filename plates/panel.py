@@ -1,0 +1,240 @@
+"""Plates of any shape: a Panel holds shape, wall and supports; `panel.at(x, y)` is the structure struck there."""
+
+import logging
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, is_dataclass
+from math import log as ln
+from math import pi
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from plates.added import Matrix, Theory, known_additions, weakening, weakest, with_additions
+from plates.flat_mesh import FlatMesh
+from plates.mindlin import Mindlin
+from plates.morley import Morley
+from plates.outline import Outline
+from plates.panel_mesh import PanelMesh, Shape, Sizes
+from plates.plate import HIGHEST_FREQUENCY
+from plates.section import SHEAR_CORRECTION, Section, homogeneous
+from plates.struck import check_place, disc, mirrors
+from plates.support import ElasticEdge, Support, check_support
+from structures.checks import finite, instance, positive
+from structures.material import Material
+from structures.mesh_source import Tag, known
+from structures.structure import Structure, Vector
+from structures.surface import Surface
+
+log = logging.getLogger("hertzlink.plates")
+
+DEGREE = 4
+"""Of the polynomials in Mindlin's theory: free of locking in practice down to a thickness of 0.0025 of the side."""
+
+PATCH = 0.5
+"""The default patch's radius over the thickness."""
+
+INDENTATION = 1.6
+"""The radius, over the thickness, of the patch under which Mindlin's plate gives way as much as one of three dimensions
+does beyond Hertz's indentation; see `mindlin_plate`."""
+
+MANY = 200_000
+"""Degrees of freedom. 100 000 reduce in some 15 s."""
+
+
+class _Matrices(NamedTuple):
+    """A theory on a mesh; the motions that the supports leave; M and K of these."""
+
+    theory: Theory
+    kept: Matrix
+    mass: Matrix
+    stiffness: Matrix
+
+
+@dataclass(frozen=True, eq=False)
+class Panel:
+    """A plate of any shape; `kirchhoff_panel`, `mindlin_panel` and `mindlin_plate` make one.
+
+    kind: as results tell it. patch_radius, m: of the disc that the force is spread over in Mindlin's theory; None in
+    Kirchhoff's, where it acts at a point.
+    """
+
+    kind: str
+    shape: Shape
+    section: Section
+    supports: Mapping[Tag, Support]
+    patch_radius: float | None
+    highest_frequency: float
+    additions: tuple[Any, ...] = ()
+    _kept: dict[int, tuple[PanelMesh, _Matrices]] = field(default_factory=dict, init=False, repr=False)
+
+    @property
+    def mass_per_area(self) -> float:
+        """kg/m²."""
+        return self.section.mass
+
+    @property
+    def shortest_wavelength(self) -> float:
+        """Length of flexural waves at the highest frequency, m, where and whither the plate is softest."""
+        softest, circular = weakest(self.additions) * _softest(self.section), 2.0 * pi * self.highest_frequency
+        mass, turning, shear = self.section.mass, 0.0, np.inf
+        if self.patch_radius is not None:
+            turning, shear = self.section.rotary_inertia, float(np.linalg.eigvalsh(self.section.shear)[0])
+        # D k⁴ − (J + m D/S) ω² k² − m ω² (1 − J ω²/S) = 0: its larger root.
+        linear = (turning + mass * softest / shear) * circular**2
+        constant = mass * circular**2 * (1.0 - turning * circular**2 / shear)
+        square = (linear + np.sqrt(linear**2 + 4.0 * softest * constant)) / (2.0 * softest)
+        return float(2.0 * pi / np.sqrt(square))
+
+    def at(self, x: float, y: float) -> Structure:
+        """The plate struck at (x, y), m.
+
+        An outline or a rectangle is meshed for each contact, finest there; a mesh from a file serves all. On a
+        "symmetry" edge the whole plate, of which this is a part, is struck once. Raises ValueError outside the plate,
+        on an edge that cannot move, and where the patch reaches beyond an edge.
+        """
+        x, y = finite("x", x, "m"), finite("y", y, "m")
+        place, panel = np.array([x, y]), self.shape.mesh(x, y, self._sizes)
+        check_place(panel, self.supports, place, self.patch_radius)
+        across = mirrors(panel, self.supports, place)
+        copies = 2 ** len(across)
+        theory, kept, mass, stiffness = self._matrices(panel, copies)
+        points, weights = place[None], np.ones(1)
+        if self.patch_radius is not None:
+            points, weights = disc(place, self.patch_radius, across)
+        contact = (weights @ theory.deflection(points)) @ kept
+        if contact.size > MANY:
+            log.warning("%d degrees of freedom take minutes and gigabytes to reduce", contact.size)
+        surface = Surface(self.section.struck)
+        return Structure(mass, stiffness, None, contact, self._flexibility, surface, self._origin(x, y))
+
+    @property
+    def _flexibility(self) -> float:
+        """m/N. The mean deflection of a patch of radius a goes as −ln(a)/(2π S): here it is that of INDENTATION."""
+        if self.patch_radius is None:
+            return 0.0
+        stiffness = 2.0 * pi * float(np.sqrt(np.linalg.det(self.section.shear)))
+        return ln(self.patch_radius / (INDENTATION * self.section.thickness)) / stiffness
+
+    @property
+    def _sizes(self) -> Sizes:
+        wave = self.shortest_wavelength
+        if self.patch_radius is None:
+            return Sizes(wave / 24.0, 0.15, wave / 8.0)
+        return Sizes(min(self.patch_radius, wave), 0.6, wave)
+
+    def _matrices(self, panel: PanelMesh, copies: int) -> _Matrices:
+        """Of a mesh, as often as the plate goes on beyond its edges; those of the last mesh are kept."""
+        if not self._kept or next(iter(self._kept.values()))[0] is not panel:
+            self._kept.clear()
+            self._kept[1] = panel, self._assembled(panel)
+        if copies not in self._kept:
+            one = self._kept[1][1]
+            many = one._replace(mass=copies * one.mass, stiffness=copies * one.stiffness)
+            self._kept[copies] = panel, many
+        return self._kept[copies][1]
+
+    def _assembled(self, panel: PanelMesh) -> _Matrices:
+        thin = self.patch_radius is None
+        theory: Theory = Morley(panel.mesh, self.section) if thin else Mindlin(panel.mesh, self.section, DEGREE)
+        mass, stiffness = theory.matrices(weakening(self.additions))
+        for name, support in self.supports.items():
+            if isinstance(support, ElasticEdge):
+                stiffness = stiffness + theory.springs(panel.edges[name], support)
+        mass, stiffness = with_additions(theory, mass, stiffness, self.additions)
+        kept = theory.kept(panel.edges, self.supports)
+        if kept.shape[1] == 0:
+            raise ValueError("mesh: the supports hold every degree of freedom; use smaller cells")
+        return _Matrices(theory, kept, kept.T @ mass @ kept, kept.T @ stiffness @ kept)
+
+    def _origin(self, x: float, y: float) -> dict[str, Any]:
+        section = asdict(self.section)
+        section |= {name: section[name].tolist() for name in ("bending", "shear")}
+        return {
+            "kind": self.kind,
+            **self.shape.described(),
+            "section": section,
+            "supports": {name: asdict(s) if isinstance(s, ElasticEdge) else s for name, s in self.supports.items()},
+            "patch_radius": self.patch_radius,
+            "highest_frequency": self.highest_frequency,
+            "additions": [asdict(one) if is_dataclass(one) else repr(one) for one in self.additions],  # type: ignore[arg-type]
+            "at": [x, y],
+        }
+
+
+def kirchhoff_panel(
+    shape: Any,
+    thickness: float,
+    material: Material | Section,
+    supports: Mapping[Tag, Support] | None = None,
+    highest_frequency: float = HIGHEST_FREQUENCY,
+    additions: Sequence[Any] = (),
+    scale: float | None = None,
+) -> Panel:
+    """A thin plate of any shape in Kirchhoff's theory, on Morley's triangles.
+
+    See `mindlin_panel`, whose polynomials of high order need fewer degrees of freedom: these triangles are of order 2.
+    additions: PointMass and Weakened.
+    """
+    section = wall(thickness, material, SHEAR_CORRECTION)
+    found, held = _shape(shape, section, supports, scale)
+    if isinstance(found, FlatMesh) and found.quadrilateral:
+        raise ValueError("mesh: has quadrilaterals; Morley's elements are triangles, mindlin_panel takes both")
+    frequency = positive("highest_frequency", highest_frequency, "Hz")
+    return Panel("Kirchhoff panel", found, section, held, None, frequency, known_additions(additions))
+
+
+def mindlin_panel(
+    shape: Any,
+    thickness: float,
+    material: Material | Section,
+    supports: Mapping[Tag, Support] | None = None,
+    shear_correction: float = SHEAR_CORRECTION,
+    patch_radius: float | None = None,
+    highest_frequency: float = HIGHEST_FREQUENCY,
+    additions: Sequence[Any] = (),
+    scale: float | None = None,
+) -> Panel:
+    """A plate of any shape in Mindlin's theory, on triangles or quadrilaterals of order 4."""
+    section = wall(thickness, material, shear_correction)
+    found, held = _shape(shape, section, supports, scale)
+    patch = PATCH * section.thickness if patch_radius is None else positive("patch_radius", patch_radius, "m")
+    frequency = positive("highest_frequency", highest_frequency, "Hz")
+    return Panel("Mindlin panel", found, section, held, patch, frequency, known_additions(additions))
+
+
+def wall(thickness: float, material: Material | Section, shear_correction: float) -> Section:
+    """The section of a plate of a thickness, m, and a material, or the one that is given instead of a material."""
+    if isinstance(material, Section):
+        return material
+    thickness = positive("thickness", thickness, "m")
+    instance("material", material, Material, "a Material, or a Section; MATERIALS[name] gives one by name")
+    return homogeneous(thickness, material, positive("shear_correction", shear_correction))
+
+
+def _shape(
+    given: Any, section: Section, supports: Mapping[Tag, Support] | None, scale: float | None
+) -> tuple[Shape, dict[Tag, Support]]:
+    """The shape, and how its edges are held, the free ones left out."""
+    shape: Shape
+    if isinstance(given, Outline):
+        if scale is not None:
+            raise ValueError(f"scale = {scale!r}: an Outline is in m; scale is for meshes")
+        if section.thickness > given.size:
+            raise ValueError(f"thickness = {section.thickness!r}: exceeds the panel's longer side, {given.size:.3g} m")
+        shape = given
+    else:
+        shape = FlatMesh(given, section.thickness, scale)
+    if supports is None:
+        return shape, {}
+    instance("supports", supports, Mapping, 'a dictionary such as {"rim": "clamped"}, by name of edge')
+    for name, support in supports.items():
+        known("supports", name, shape.names)
+        check_support(f"supports[{name!r}]", support)
+    return shape, {name: support for name, support in supports.items() if support != "free"}
+
+
+def _softest(section: Section) -> float:
+    """The least stiffness of cylindrical bending in any direction, N m."""
+    angle = np.linspace(0.0, pi, 36, endpoint=False)
+    into: Vector = np.stack([np.cos(angle) ** 2, np.sin(angle) ** 2, 2.0 * np.sin(angle) * np.cos(angle)])
+    return float(np.einsum("ia,ij,ja->a", into, section.bending, into).min())
