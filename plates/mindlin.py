@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from plates.panel_mesh import tangents
+from plates.panel_mesh import QUARTER_TURN, tangents
 from plates.section import Section
 from plates.space import Space
 from plates.support import ElasticEdge, Support

@@ -15,7 +15,7 @@ from skfem.quadrature import get_quadrature
 from skfem.refdom import RefTri
 
 from plates.curve import curve
-from plates.panel_mesh import find_cells, tangents
+from plates.panel_mesh import QUARTER_TURN, find_cells, tangents
 from plates.section import Section
 from plates.support import ElasticEdge, Support
 from structures.mesh_source import Numbers, Tag

@@ -14,7 +14,8 @@ from skfem import ElementQuad1, ElementQuadP, ElementTriP1, ElementTriP3, Elemen
 from skfem.assembly import Dofs
 from skfem.quadrature import get_quadrature
 
-from plates.panel_mesh import find_cells
+from plates.curve import Curve, curve
+from plates.panel_mesh import QUARTER_TURN, find_cells, tangents
 from structures.mesh_source import Numbers
 from structures.structure import Vector
 

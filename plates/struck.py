@@ -43,7 +43,7 @@ def mirrors(panel: PanelMesh, supports: Mapping[Tag, Support], place: Vector) ->
 
 
 def check_place(panel: PanelMesh, supports: Mapping[Tag, Support], place: Vector, radius: float | None) -> None:
-    """A ValueError where a place, m, lies outside, on an edge that cannot move, or nearer to one than the disc needs."""
+    """A ValueError where a place, m, lies outside, on an edge that cannot move, or too near to one."""
     try:
         find_cells(panel.mesh, place[None])
     except ValueError:
@@ -63,7 +63,7 @@ def check_place(panel: PanelMesh, supports: Mapping[Tag, Support], place: Vector
     reach = _away(panel, boundary, place).min() if boundary.size else np.inf
     if reach < radius * (1.0 - NEAREST):
         raise ValueError(
-            f"patch_radius = {radius:.4g}: the patch at ({_text(place)}) m reaches beyond an edge, which is {reach:.3g} m "
+            f"patch_radius = {radius:.4g}: the patch at ({_text(place)}) m reaches beyond an edge {reach:.3g} m "
             "away; strike further inside, or take a smaller patch"
         )
 
