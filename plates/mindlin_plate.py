@@ -8,7 +8,7 @@ import numpy as np
 from plates.added import known_additions, lines
 from plates.panel import PATCH, Panel, wall
 from plates.plate import HIGHEST_FREQUENCY
-from plates.rectangle import MIRROR, Rectangle
+from plates.rectangle import MIRROR, NAMES, Rectangle
 from plates.section import SHEAR_CORRECTION, Section
 from plates.support import Support, Supports
 from structures.checks import instance, positive, whole
@@ -44,8 +44,7 @@ def mindlin_plate(
     alike = not added and not skewed
     halved = alike and supports.left == supports.right, alike and supports.bottom == supports.top
     shape = Rectangle(length, width, cells, halved, lines(added))
-    held: dict[Tag, Support] = {name: getattr(supports, name) for name in ("left", "right", "bottom", "top")} | {
-        MIRROR: "symmetry"
-    }
+    held: dict[Tag, Support] = {MIRROR: "symmetry"}
+    held.update((name, getattr(supports, name)) for name in NAMES)
     frequency = positive("highest_frequency", highest_frequency, "Hz")
     return Panel("Mindlin plate", shape, section, held, patch, frequency, added)

@@ -137,11 +137,12 @@ class Panel:
         thin = self.patch_radius is None
         theory: Theory = Morley(panel.mesh, self.section) if thin else Mindlin(panel.mesh, self.section, DEGREE)
         mass, stiffness = theory.matrices(weakening(self.additions))
-        for name, support in self.supports.items():
+        supports = {name: support for name, support in self.supports.items() if panel.edges[name].size}
+        for name, support in supports.items():
             if isinstance(support, ElasticEdge):
                 stiffness = stiffness + theory.springs(panel.edges[name], support)
         mass, stiffness = with_additions(theory, mass, stiffness, self.additions)
-        kept = theory.kept(panel.edges, self.supports)
+        kept = theory.kept(panel.edges, supports)
         if kept.shape[1] == 0:
             raise ValueError("mesh: the supports hold every degree of freedom; use smaller cells")
         return _Matrices(theory, kept, kept.T @ mass @ kept, kept.T @ stiffness @ kept)
