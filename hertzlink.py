@@ -76,8 +76,12 @@ from particles.solitary import (  # noqa: E402
     wave_speed_from_particle_speed,
     wave_width,
 )
+from plates.mindlin_plate import mindlin_plate  # noqa: E402
+from plates.outline import Outline, circle  # noqa: E402
+from plates.panel import Panel, kirchhoff_panel, mindlin_panel  # noqa: E402
 from plates.plate import Plate, kirchhoff_plate  # noqa: E402
-from plates.support import Supports  # noqa: E402
+from plates.section import Section, homogeneous  # noqa: E402
+from plates.support import ElasticEdge, Supports  # noqa: E402
 from plates.theory import critical_distance_bounds, point_impedance  # noqa: E402
 from structures.cylinder import cylinder  # noqa: E402
 from structures.damping import (  # noqa: E402
@@ -122,19 +126,20 @@ from structures.theory import (  # noqa: E402
 
 __all__ = [
     "ACRYLIC", "ALUMINIUM_6061", "Aitken", "BRASS_360", "COPPER", "CentralDifference", "Chain", "CoSimulation",
-    "Condensed", "Cylinder", "Ellipsoid", "Fit", "Foundation", "GeneralisedAlpha", "HollowSphere", "KuwabaraKono",
-    "Layer", "LinearDashpot", "MATERIALS", "MassProportional", "Material", "MovingChain", "MovingStructure",
-    "NYLON", "Newmark", "NotConverged", "POLYCARBONATE", "PTFE", "Participant", "Piston", "Plate", "PowerDashpot",
-    "PowerLaw", "PushedBead", "ReflectedWave", "Reflections", "Restitution", "STEEL_316", "STEEL_440C", "Sphere",
-    "SpringLoaded", "Structure", "Supports", "Surface", "TabulatedLaw", "Track", "Tsuji", "Wave", "amplitude_ratio",
-    "angular_frequency", "animation", "as_signal", "axial_stiffness", "batch", "calibration_factor",
-    "characteristic_length", "contact_law", "contact_time", "contact_time_half_space", "contact_to_sensor_ratio",
-    "critical_distance", "critical_distance_bounds", "critical_modulus", "cutoff_frequency", "cylinder",
-    "drop_speed", "energy_error", "fit_dissipation", "follow_waves", "half_space", "hertz_stiffness",
-    "kirchhoff_plate", "loss_tangent", "modal_damping", "peak_force_from_particle_speed", "picture",
-    "point_impedance", "primary_amplitude_ratio", "primary_time_of_flight", "rayleigh", "read_signal", "reduce",
-    "reflections", "rod", "rod_parts", "secondary_delay", "sensor_force", "solid", "solitary_strain", "sound_speed",
-    "standard_linear_solid", "stiffness_parts", "structure_motion", "sweep", "tangent_stiffness", "time_of_flight",
-    "transit_time", "transit_time_from_striker", "upper_layer_restitution", "upper_layer_speed", "wave_speed",
-    "wave_speed_from_force", "wave_speed_from_particle_speed", "wave_width", "write_vtu",
+    "Condensed", "Cylinder", "ElasticEdge", "Ellipsoid", "Fit", "Foundation", "GeneralisedAlpha", "HollowSphere",
+    "KuwabaraKono", "Layer", "LinearDashpot", "MATERIALS", "MassProportional", "Material", "MovingChain",
+    "MovingStructure", "NYLON", "Newmark", "NotConverged", "Outline", "POLYCARBONATE", "PTFE", "Panel", "Participant",
+    "Piston", "Plate", "PowerDashpot", "PowerLaw", "PushedBead", "ReflectedWave", "Reflections", "Restitution",
+    "STEEL_316", "STEEL_440C", "Section", "Sphere", "SpringLoaded", "Structure", "Supports", "Surface", "TabulatedLaw",
+    "Track", "Tsuji", "Wave", "amplitude_ratio", "angular_frequency", "animation", "as_signal", "axial_stiffness",
+    "batch", "calibration_factor", "characteristic_length", "circle", "contact_law", "contact_time",
+    "contact_time_half_space", "contact_to_sensor_ratio", "critical_distance", "critical_distance_bounds",
+    "critical_modulus", "cutoff_frequency", "cylinder", "drop_speed", "energy_error", "fit_dissipation", "follow_waves",
+    "half_space", "hertz_stiffness", "homogeneous", "kirchhoff_panel", "kirchhoff_plate", "loss_tangent",
+    "mindlin_panel", "mindlin_plate", "modal_damping", "peak_force_from_particle_speed", "picture", "point_impedance",
+    "primary_amplitude_ratio", "primary_time_of_flight", "rayleigh", "read_signal", "reduce", "reflections", "rod",
+    "rod_parts", "secondary_delay", "sensor_force", "solid", "solitary_strain", "sound_speed", "standard_linear_solid",
+    "stiffness_parts", "structure_motion", "sweep", "tangent_stiffness", "time_of_flight", "transit_time",
+    "transit_time_from_striker", "upper_layer_restitution", "upper_layer_speed", "wave_speed", "wave_speed_from_force",
+    "wave_speed_from_particle_speed", "wave_width", "write_vtu",
 ]  # fmt: skip

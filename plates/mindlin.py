@@ -109,12 +109,13 @@ class Mindlin:
         """What reads w at points, p × 2, from the degrees of freedom; a ValueError where one lies outside."""
         return sparse.csr_array(sparse.kron(self.space.at(points).value, np.array([[1.0, 0.0, 0.0]])))
 
-    def curvature(self, points: Vector) -> Matrix:
-        """What reads κ at points, p × 2: three rows for each point."""
-        reading = self.space.at(points)
+    def sampled(self, places: Vector) -> tuple[Matrix, Matrix]:
+        """What reads w, and κ in three rows, at places of the reference cell, 2 × places, in each cell in turn."""
+        reading = self.space.sampled(places)
         along_x = sparse.kron(reading.slope_x, np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]]))
         along_y = sparse.kron(reading.slope_y, np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]]))
-        return sparse.csr_array(along_x + along_y)
+        deflection = sparse.kron(reading.value, np.array([[1.0, 0.0, 0.0]]), format="csr")
+        return sparse.csr_array(deflection), sparse.csr_array(along_x + along_y)
 
 
 def _bending(bending: Vector, products: Mapping[str, Vector]) -> Blocks:

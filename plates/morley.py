@@ -127,10 +127,14 @@ class Morley:
         values = (self._powers(points[:, None], cells)[0] @ self.functions[cells])[:, 0]
         return self._reading(cells, values[:, None])
 
-    def curvature(self, points: Vector) -> Matrix:
-        """What reads w_xx, w_yy, 2 w_xy at points, p × 2: three rows for each point."""
-        cells = find_cells(self.mesh, points)
-        return self._reading(cells, self._curvatures()[cells])
+    def sampled(self, places: Vector) -> tuple[Matrix, Matrix]:
+        """What reads w, and the curvatures in three rows, at places of the reference cell, 2 × places, in each cell."""
+        count, cells = places.shape[1], np.arange(self.mesh.nelements)
+        shares = np.stack([1.0 - places.sum(axis=0), *places])
+        points = np.einsum("jic,iq->cqj", self.mesh.p[:, self.mesh.t], shares)
+        values = self._powers(points)[0] @ self.functions
+        curved = np.broadcast_to(self._curvatures()[:, None], (cells.size, count, 3, 6)).reshape(cells.size, -1, 6)
+        return self._reading(cells, values), self._reading(cells, curved)
 
     def _reading(self, cells: Numbers, functions: Vector) -> Matrix:
         """The matrix of rows for each point, points × rows × functions of its cell."""

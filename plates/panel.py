@@ -3,6 +3,7 @@
 import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, is_dataclass
+from functools import partial
 from math import log as ln
 from math import pi
 from typing import Any, NamedTuple
@@ -16,10 +17,12 @@ from plates.morley import Morley
 from plates.outline import Outline
 from plates.panel_mesh import PanelMesh, Shape, Sizes
 from plates.plate import HIGHEST_FREQUENCY
+from plates.plate_field import panel_sampler
 from plates.section import SHEAR_CORRECTION, Section, homogeneous
 from plates.struck import check_place, disc, mirrors
 from plates.support import ElasticEdge, Support, check_support
 from structures.checks import finite, instance, positive
+from structures.field import Field
 from structures.material import Material
 from structures.mesh_source import Tag, known
 from structures.structure import Structure, Vector
@@ -30,10 +33,10 @@ log = logging.getLogger("hertzlink.plates")
 DEGREE = 4
 """Of the polynomials in Mindlin's theory: free of locking in practice down to a thickness of 0.0025 of the side."""
 
-PATCH = 0.5
+PATCH = 0.6
 """The default patch's radius over the thickness."""
 
-INDENTATION = 1.6
+INDENTATION = 1.4
 """The radius, over the thickness, of the patch under which Mindlin's plate gives way as much as one of three dimensions
 does beyond Hertz's indentation; see `mindlin_plate`."""
 
@@ -104,8 +107,9 @@ class Panel:
         contact = (weights @ theory.deflection(points)) @ kept
         if contact.size > MANY:
             log.warning("%d degrees of freedom take minutes and gigabytes to reduce", contact.size)
-        surface = Surface(self.section.struck)
-        return Structure(mass, stiffness, None, contact, self._flexibility, surface, self._origin(x, y))
+        fields = Field(partial(panel_sampler, panel.mesh, theory, kept, self.section, stiffness), contact.size)
+        surface, origin = Surface(self.section.struck), self._origin(x, y)
+        return Structure(mass, stiffness, None, contact, self._flexibility, surface, origin, field=fields)
 
     @property
     def _flexibility(self) -> float:
@@ -120,7 +124,7 @@ class Panel:
         wave = self.shortest_wavelength
         if self.patch_radius is None:
             return Sizes(wave / 24.0, 0.15, wave / 8.0)
-        return Sizes(min(self.patch_radius, wave), 0.6, wave)
+        return Sizes(min(self.patch_radius, wave), 0.6, 1.25 * wave)
 
     def _matrices(self, panel: PanelMesh, copies: int) -> _Matrices:
         """Of a mesh, as often as the plate goes on beyond its edges; those of the last mesh are kept."""

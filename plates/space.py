@@ -103,12 +103,22 @@ class Space:
     def at(self, points: Vector) -> Reading:
         """Reads functions at points, p × 2; a ValueError where one lies outside."""
         cells, places = self.find(points)
-        values, slopes, _, _ = self._sampled(cells, places[:, :, None], np.ones(1))
-        rows = np.broadcast_to(np.arange(len(cells))[:, None], self.cell_dofs[cells].shape)
+        return self._reading(cells, places[:, :, None])
+
+    def sampled(self, places: Vector) -> Reading:
+        """Reads functions at the same places of the reference cell, 2 × places, in each cell in turn."""
+        cells = np.arange(self.mesh.nelements)
+        return self._reading(cells, np.repeat(places[:, None], cells.size, axis=1))
+
+    def _reading(self, cells: Numbers, places: Vector) -> Reading:
+        values, slopes, _, _ = self._sampled(cells, places, np.ones(places.shape[2]))
+        shape = len(cells), places.shape[2], values.shape[1]
+        rows = np.broadcast_to(np.arange(shape[0] * shape[1]).reshape(*shape[:2], 1), shape).ravel()
+        columns = np.broadcast_to(self.cell_dofs[cells][:, None], shape).ravel()
 
         def matrix(functions: Vector) -> sparse.csr_array:
-            entries = functions[:, :, 0].ravel(), (rows.ravel(), self.cell_dofs[cells].ravel())
-            return sparse.csr_array(sparse.coo_array(entries, shape=(len(cells), self.size)))
+            entries = functions.swapaxes(1, 2).ravel(), (rows, columns)
+            return sparse.csr_array(sparse.coo_array(entries, shape=(shape[0] * shape[1], self.size)))
 
         return Reading(matrix(values), matrix(slopes[0]), matrix(slopes[1]))
 
