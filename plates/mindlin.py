@@ -109,6 +109,14 @@ class Mindlin:
         """What reads w at points, p × 2, from the degrees of freedom; a ValueError where one lies outside."""
         return sparse.csr_array(sparse.kron(self.space.at(points).value, np.array([[1.0, 0.0, 0.0]])))
 
+    def mean(self, points: Vector, weights: Vector, bend: float) -> Vector:
+        """The mean, with weights, of w + bend ∇·s at points, p × 2, m: one number for each degree of freedom."""
+        reading, found = self.space.at(points), np.zeros(self.size)
+        found[0::3], found[1::3], found[2::3] = (
+            weights @ one for one in (reading.value, bend * reading.slope_x, bend * reading.slope_y)
+        )
+        return found
+
     def sampled(self, places: Vector) -> tuple[Matrix, Matrix]:
         """What reads w, and κ in three rows, at places of the reference cell, 2 × places, in each cell in turn."""
         reading = self.space.sampled(places)

@@ -4,14 +4,15 @@ import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, is_dataclass
 from functools import partial
-from math import log as ln
 from math import pi
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy import sparse
 
 from plates.added import Matrix, Theory, known_additions, weakening, weakest, with_additions
 from plates.flat_mesh import FlatMesh
+from plates.indentation import bending_by_poisson, remaining_flexibility
 from plates.mindlin import Mindlin
 from plates.morley import Morley
 from plates.outline import Outline
@@ -33,12 +34,8 @@ log = logging.getLogger("hertzlink.plates")
 DEGREE = 4
 """Of the polynomials in Mindlin's theory: free of locking in practice down to a thickness of 0.0025 of the side."""
 
-PATCH = 0.6
+PATCH = 0.5
 """The default patch's radius over the thickness."""
-
-INDENTATION = 1.4
-"""The radius, over the thickness, of the patch under which Mindlin's plate gives way as much as one of three dimensions
-does beyond Hertz's indentation; see `mindlin_plate`."""
 
 MANY = 200_000
 """Degrees of freedom. 100 000 reduce in some 15 s."""
@@ -101,23 +98,18 @@ class Panel:
         across = mirrors(panel, self.supports, place)
         copies = 2 ** len(across)
         theory, kept, mass, stiffness = self._matrices(panel, copies)
-        points, weights = place[None], np.ones(1)
-        if self.patch_radius is not None:
+        flexibility = 0.0
+        if isinstance(theory, Mindlin) and self.patch_radius is not None:
             points, weights = disc(place, self.patch_radius, across)
-        contact = (weights @ theory.deflection(points)) @ kept
+            contact = theory.mean(points, weights, bending_by_poisson(self.section, self.patch_radius)) @ kept
+            flexibility = remaining_flexibility(self.section, self.patch_radius)
+        else:
+            contact = theory.deflection(place[None]).toarray()[0] @ kept
         if contact.size > MANY:
             log.warning("%d degrees of freedom take minutes and gigabytes to reduce", contact.size)
         fields = Field(partial(panel_sampler, panel.mesh, theory, kept, self.section, stiffness), contact.size)
         surface, origin = Surface(self.section.struck), self._origin(x, y)
-        return Structure(mass, stiffness, None, contact, self._flexibility, surface, origin, field=fields)
-
-    @property
-    def _flexibility(self) -> float:
-        """m/N. The mean deflection of a patch of radius a goes as −ln(a)/(2π S): here it is that of INDENTATION."""
-        if self.patch_radius is None:
-            return 0.0
-        stiffness = 2.0 * pi * float(np.sqrt(np.linalg.det(self.section.shear)))
-        return ln(self.patch_radius / (INDENTATION * self.section.thickness)) / stiffness
+        return Structure(mass, stiffness, None, contact, flexibility, surface, origin, field=fields)
 
     @property
     def _sizes(self) -> Sizes:
@@ -149,7 +141,8 @@ class Panel:
         kept = theory.kept(panel.edges, supports)
         if kept.shape[1] == 0:
             raise ValueError("mesh: the supports hold every degree of freedom; use smaller cells")
-        return _Matrices(theory, kept, kept.T @ mass @ kept, kept.T @ stiffness @ kept)
+        mass, stiffness = (sparse.csr_array(kept.T @ one @ kept) for one in (mass, stiffness))
+        return _Matrices(theory, kept, mass, stiffness)
 
     def _origin(self, x: float, y: float) -> dict[str, Any]:
         section = asdict(self.section)

@@ -1,6 +1,7 @@
 """Rectangles as panels: quadrilaterals in rows and columns, fine at the contact; halves where all is symmetric."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from math import ceil, isclose
 from typing import Any
@@ -39,28 +40,32 @@ class Rectangle:
 
     def mesh(self, x: float, y: float, size: Sizes) -> PanelMesh:
         """Of the plate, or of its half or quarter where the contact lies on lines of symmetry."""
-        sides, nodes = (self.length, self.width), []
-        halves = [self.cells is None and self.halved[i] and isclose(at, sides[i] / 2.0) for i, at in enumerate((x, y))]
-        for i, at in enumerate((x, y)):
-            end = at if halves[i] else sides[i]
-            if self.cells is None:
-                nodes.append(graded(end, at, size, self.lines[i]))
-            else:
-                nodes.append(np.linspace(0.0, sides[i], self.cells[i] + 1))
-        mesh = MeshQuad.init_tensor(*nodes)
-        middle = mesh.p[:, mesh.facets].mean(axis=1)
-        edges: dict[Tag, Any] = {
-            "left": middle[0] == 0.0,
-            "bottom": middle[1] == 0.0,
-            "right": (middle[0] == nodes[0][-1]) & (not halves[0]),
-            "top": (middle[1] == nodes[1][-1]) & (not halves[1]),
-            MIRROR: ((middle[0] == nodes[0][-1]) & halves[0]) | ((middle[1] == nodes[1][-1]) & halves[1]),
-        }
-        return PanelMesh(mesh, {name: np.flatnonzero(on) for name, on in edges.items()})
+        if self.cells is not None:
+            return self._uniform
+        sides, at = (self.length, self.width), (x, y)
+        halves = [self.halved[i] and isclose(at[i], sides[i] / 2.0) for i in (0, 1)]
+        ends = [at[i] if halves[i] else sides[i] for i in (0, 1)]
+        return _meshed([graded(ends[i], at[i], size, self.lines[i]) for i in (0, 1)], halves)
+
+    @cached_property
+    def _uniform(self) -> PanelMesh:
+        cells = self.cells or (1, 1)
+        sides = zip((self.length, self.width), cells, strict=True)
+        return _meshed([np.linspace(0.0, side, count + 1) for side, count in sides], [False, False])
 
     def described(self) -> dict[str, Any]:
         """The rectangle as plain data."""
         return {"length": self.length, "width": self.width, "cells": self.cells}
+
+
+def _meshed(nodes: list[Vector], halves: list[bool]) -> PanelMesh:
+    """Cells between nodes along x and along y; where only half is meshed, its end is MIRROR."""
+    mesh = MeshQuad.init_tensor(*nodes)
+    x, y = mesh.p[:, mesh.facets].mean(axis=1)
+    right, top = x == nodes[0][-1], y == nodes[1][-1]
+    edges: dict[Tag, Any] = {"left": x == 0.0, "right": right & (not halves[0]), "bottom": y == 0.0}
+    edges |= {"top": top & (not halves[1]), MIRROR: (right & halves[0]) | (top & halves[1])}
+    return PanelMesh(mesh, {name: np.flatnonzero(on) for name, on in edges.items()})
 
 
 def graded(side: float, position: float, size: Sizes, lines: tuple[float, ...] = ()) -> Vector:
