@@ -28,7 +28,23 @@ def mindlin_plate(
     cells: tuple[int, int] | None = None,
     additions: Sequence[Any] = (),
 ) -> Panel:
-    """A rectangular plate in Mindlin's theory, on quadrilaterals of order 4; sizes in m."""
+    """A rectangular plate in Mindlin's theory: shear and rotary inertia, quadrilaterals of order 4; sizes in m.
+
+    material: one for all the thickness; or a Section, which brings its own thickness.
+    shear_correction: of the shear stiffness; 5/6 is Reissner's, π²/12 Mindlin's.
+    patch_radius a, m: the force is spread evenly over a disc, by default of half the thickness, since a point force
+    would sink without end. What Mindlin's plate and Hertz's half-space both hold of the indentation is taken out by
+    `flexibility`, so that the contact gives way as that of a plate of three dimensions does (plates/indentation.py);
+    then the radius is indifferent: halved and doubled it moves amplitude ratios by −0.03 and +0.12 % (beads of 4.76
+    and 9.53 mm on aluminium of 2.29 and 4.83 mm; without, by 1 %). There the amplitude ratio is 1 to 2 % below that of
+    `kirchhoff_plate`. The patch must not reach beyond an edge: strike an edge with `kirchhoff_plate`.
+    highest_frequency, Hz: the mesh resolves flexural waves up to it; the default suits steel beads of 4 to 20 mm. It
+    is finest at the contact; twice as fine, it moves amplitude ratios by less than 0.01 %.
+    cells: a uniform mesh of (along x, along y) cells instead, which all contact points share; they should be no larger
+    than the thickness.
+    additions: PointMass; Stiffener along any straight line; Weakened. Cells end where regions do.
+    Where the contact lies on a line of symmetry, the structure holds the motions that a force there can excite.
+    """
     length, width = positive("length", length, "m"), positive("width", width, "m")
     section = wall(thickness, material, shear_correction)
     if section.thickness > min(length, width):
