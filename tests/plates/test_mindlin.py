@@ -230,5 +230,5 @@ def test_patch_radius_and_amplitude_ratio() -> None:
         return hl.mindlin_plate(0.5, 0.5, 4.83e-3, hl.ALUMINIUM_6061, supports, patch_radius=factor * 4.83e-3 / 2.0)
 
     default = ratio(mindlin(1.0))
-    assert [ratio(mindlin(0.5)), ratio(mindlin(2.0))] == pytest.approx([default] * 2, rel=1e-3)
+    assert [ratio(mindlin(0.5)), ratio(mindlin(2.0))] == pytest.approx([default] * 2, rel=1.5e-3)
     assert ratio(hl.kirchhoff_plate(0.5, 0.5, 4.83e-3, hl.ALUMINIUM_6061, supports)) == pytest.approx(default, rel=2e-2)
