@@ -13,6 +13,7 @@ from scipy.special import ive, jv
 from skfem import MeshQuad, MeshTri
 
 import hertzlink as hl
+from plates.panel_mesh import QUARTER_TURN, tangents
 from structures.factor import factorise, shifted_solve
 
 MATERIAL = hl.Material(1.0e9, 0.3, 1000.0)
@@ -235,6 +236,17 @@ def test_infinite_plate_stays_where_an_impulse_left_it(make: Any) -> None:
     assert np.array(after) / pulse * impedance == pytest.approx(np.ones(len(after)), abs=1e-2)
 
 
+def test_springs_of_morleys_triangles() -> None:
+    """w = x on springs along x = 1, which is 1 m long: energy ½ (translation + rotation)."""
+    springs = {"right": hl.ElasticEdge(3.0, 5.0)}
+    plain, held = (hl.kirchhoff_panel(grid(3), 0.02, MATERIAL, supports) for supports in ({}, springs))
+    extra = held.at(0.5, 0.5).stiffness - plain.at(0.5, 0.5).stiffness
+    mesh = held._kept[1][0].mesh
+    u = np.concatenate([mesh.p[0], (tangents(mesh, np.arange(mesh.nfacets)) @ QUARTER_TURN)[:, 0]])
+    assert u @ extra @ u == pytest.approx(8.0)
+    assert abs(plain.at(0.5, 0.5).stiffness @ u).max() < 1e-9 * plain.section.bending[0, 0]
+
+
 def test_symmetric_half() -> None:
     """Struck on its edge of symmetry, half a panel is the whole one."""
     whole = hl.mindlin_plate(1.0, 1.0, 0.02, MATERIAL, hl.Supports("clamped", "clamped"), cells=(4, 8)).at(0.5, 0.5)
@@ -285,6 +297,10 @@ def test_stiffener(turn: float) -> None:
     assert bent @ extra @ bent == pytest.approx(3.0 * 1.0)
     assert twisted @ extra @ twisted == pytest.approx(5.0 * 1.0)
     assert lifted @ (other.mass - one.mass) @ lifted == pytest.approx(7.0 * 1.0)
+    # Any motion: the line is integrated cell by cell.
+    any_motion, part = np.random.default_rng(1).normal(size=one.size), (np.arange(20000) + 0.5) / 20000
+    deflected = theory.deflection(np.array(ends[0]) + part[:, None] * (np.array(ends[1]) - ends[0])) @ any_motion
+    assert any_motion @ (other.mass - one.mass) @ any_motion == pytest.approx(7.0 * np.mean(deflected**2), rel=1e-5)
 
 
 @pytest.mark.parametrize("make", [hl.mindlin_panel, hl.kirchhoff_panel])
@@ -323,6 +339,8 @@ def changed(**changes: Any) -> meshio.Mesh:
         return meshio.Mesh(points, cells)
     if "lines" in changes:
         cells = cells[1:]
+    if "mixed" in changes:
+        cells.append(("quad", np.array([[0, 1, 4, 3]])))
     if "twice" in changes:
         cells[0] = (cells[0][0], np.concatenate([cells[0][1], cells[0][1][:1]]))
     return meshio.Mesh(points * changes.get("times", 1.0), cells)
@@ -338,6 +356,7 @@ def changed(**changes: Any) -> meshio.Mesh:
         (changed(point=(4, (np.nan, 0.5, 0.0))), "must be finite"),
         (changed(kind="tetra"), r"has cells of type 'tetra'; a panel's mesh is flat, see solid"),
         (changed(lines=True), "has no triangles nor quadrilaterals"),
+        (changed(mixed=True), "mixes cells of type 'quad', 'triangle'"),
         (changed(twice=True), "3 cells share a side"),
         ("no_such_file.msh", "there is no such file"),
         (3.0, "must be the path of a file, or a meshio.Mesh"),
