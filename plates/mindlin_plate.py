@@ -41,7 +41,7 @@ def mindlin_plate(
     highest_frequency, Hz: the mesh resolves flexural waves up to it; the default suits steel beads of 4 to 20 mm. It
     is finest at the contact; twice as fine, it moves amplitude ratios by less than 0.01 %.
     cells: a uniform mesh of (along x, along y) cells instead, which all contact points share; they should be no larger
-    than the thickness.
+    than twice the thickness.
     additions: PointMass; Stiffener along any straight line; Weakened. Cells end where regions do.
     Where the contact lies on a line of symmetry, the structure holds the motions that a force there can excite.
     """

@@ -68,6 +68,12 @@ def check_place(panel: PanelMesh, supports: Mapping[Tag, Support], place: Vector
         )
 
 
+def cell_size(panel: PanelMesh, place: Vector) -> float:
+    """The longest side of the cell at a place, m."""
+    corners = panel.mesh.p[:, panel.mesh.t[:, find_cells(panel.mesh, place[None])[0]]]
+    return float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=0).max())
+
+
 def disc(place: Vector, radius: float, across: Sequence[Mirror]) -> tuple[Vector, Vector]:
     """Points, p × 2, m, and their weights, of the mean over a disc; those beyond mirrors are brought back."""
     part, weights = np.polynomial.legendre.leggauss(RINGS)

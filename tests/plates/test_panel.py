@@ -416,6 +416,13 @@ def test_bad_contacts(place: tuple[float, float], radius: float | None, message:
         hl.mindlin_panel(FLAT, 0.02, MATERIAL, {"left": "clamped"}, patch_radius=radius).at(*place)
 
 
+def test_cells_too_large_for_the_patch(caplog: pytest.LogCaptureFixture) -> None:
+    hl.mindlin_panel(FLAT, 0.3, MATERIAL).at(0.5, 0.5)
+    assert "at the contact" not in caplog.text
+    hl.mindlin_panel(FLAT, 0.1, MATERIAL).at(0.5, 0.5)
+    assert "cells of 0.707 m at the contact are too large for a patch of 0.05 m" in caplog.text
+
+
 def test_what_morleys_triangles_cannot() -> None:
     with pytest.raises(ValueError, match="mindlin_panel takes both"):
         hl.kirchhoff_panel(grid(2, quads=True), 0.02, MATERIAL)
