@@ -86,7 +86,11 @@ from plates.lamb import (  # noqa: E402
     rayleigh_speed,
 )
 from plates.laminate import Laminate, OrthotropicMaterial, Ply  # noqa: E402
+from plates.mindlin_plate import mindlin_plate  # noqa: E402
+from plates.outline import Outline, circle  # noqa: E402
+from plates.panel import Panel, kirchhoff_panel, mindlin_panel  # noqa: E402
 from plates.plate import Plate, kirchhoff_plate  # noqa: E402
+from plates.section import Section, homogeneous  # noqa: E402
 from plates.support import ElasticEdge, Supports  # noqa: E402
 from plates.theory import (  # noqa: E402
     THESIS_IMPACT,
@@ -144,21 +148,23 @@ __all__ = [
     "ACRYLIC", "ALUMINIUM_6061", "Aitken", "BRASS_360", "COPPER", "CentralDifference", "Chain", "CoSimulation",
     "Condensed", "Cylinder", "ElasticEdge", "Ellipsoid", "Fit", "Foundation", "GeneralisedAlpha", "HollowSphere",
     "KuwabaraKono", "Laminate", "Layer", "LinearDashpot", "MATERIALS", "MassProportional", "Material",
-    "MovingChain", "MovingStructure", "NYLON", "Newmark", "NotConverged", "OrthotropicMaterial", "POLYCARBONATE",
-    "PTFE", "Participant", "Piston", "Plate", "Ply", "PointMass", "PowerDashpot", "PowerLaw", "PushedBead",
-    "ReflectedWave", "Reflections", "Restitution", "STEEL_316", "STEEL_440C", "Sphere", "SpringLoaded", "Stiffener",
-    "Structure", "Supports", "Surface", "THESIS_IMPACT", "TabulatedLaw", "Track", "Tsuji", "Wave", "Weakened",
-    "amplitude_ratio", "angular_frequency", "animation", "as_signal", "axial_stiffness", "batch",
-    "calibration_factor", "characteristic_length", "contact_law", "contact_time", "contact_time_half_space",
-    "contact_to_sensor_ratio", "critical_distance", "critical_distance_bounds", "critical_modulus",
-    "cutoff_frequency", "cylinder", "drop_speed", "energy_error", "fit_dissipation", "follow_waves", "half_space",
-    "hertz_stiffness", "inelasticity_parameter", "infinite_plate", "kirchhoff_plate", "lamb_cutoff_frequency",
-    "lamb_frequency", "lamb_group_speed", "lamb_phase_speed", "loss_factor", "loss_tangent", "modal_damping",
-    "normalised_time_of_flight", "peak_force_from_particle_speed", "picture", "plate_amplitude_ratio",
-    "plate_contact_time", "point_impedance", "primary_amplitude_ratio", "primary_time_of_flight", "rayleigh",
-    "rayleigh_speed", "read_signal", "reduce", "reflections", "rod", "rod_parts", "secondary_delay", "sensor_force",
-    "solid", "solitary_strain", "sound_speed", "standard_linear_solid", "stiffness_parts", "structure_motion",
-    "sweep", "tangent_stiffness", "time_of_flight", "transit_time", "transit_time_from_striker",
-    "upper_layer_restitution", "upper_layer_speed", "wave_speed", "wave_speed_from_force",
-    "wave_speed_from_particle_speed", "wave_width", "write_vtu", "zener_contact_time", "zener_restitution",
+    "MovingChain", "MovingStructure", "NYLON", "Newmark", "NotConverged", "OrthotropicMaterial", "Outline",
+    "POLYCARBONATE", "PTFE", "Panel", "Participant", "Piston", "Plate", "Ply", "PointMass", "PowerDashpot",
+    "PowerLaw", "PushedBead", "ReflectedWave", "Reflections", "Restitution", "STEEL_316", "STEEL_440C", "Section",
+    "Sphere", "SpringLoaded", "Stiffener", "Structure", "Supports", "Surface", "THESIS_IMPACT", "TabulatedLaw",
+    "Track", "Tsuji", "Wave", "Weakened", "amplitude_ratio", "angular_frequency", "animation", "as_signal",
+    "axial_stiffness", "batch", "calibration_factor", "characteristic_length", "circle", "contact_law",
+    "contact_time", "contact_time_half_space", "contact_to_sensor_ratio", "critical_distance",
+    "critical_distance_bounds", "critical_modulus", "cutoff_frequency", "cylinder", "drop_speed", "energy_error",
+    "fit_dissipation", "follow_waves", "half_space", "hertz_stiffness", "homogeneous", "inelasticity_parameter",
+    "infinite_plate", "kirchhoff_panel", "kirchhoff_plate", "lamb_cutoff_frequency", "lamb_frequency",
+    "lamb_group_speed", "lamb_phase_speed", "loss_factor", "loss_tangent", "mindlin_panel", "mindlin_plate",
+    "modal_damping", "normalised_time_of_flight", "peak_force_from_particle_speed", "picture",
+    "plate_amplitude_ratio", "plate_contact_time", "point_impedance", "primary_amplitude_ratio",
+    "primary_time_of_flight", "rayleigh", "rayleigh_speed", "read_signal", "reduce", "reflections", "rod",
+    "rod_parts", "secondary_delay", "sensor_force", "solid", "solitary_strain", "sound_speed",
+    "standard_linear_solid", "stiffness_parts", "structure_motion", "sweep", "tangent_stiffness", "time_of_flight",
+    "transit_time", "transit_time_from_striker", "upper_layer_restitution", "upper_layer_speed", "wave_speed",
+    "wave_speed_from_force", "wave_speed_from_particle_speed", "wave_width", "write_vtu", "zener_contact_time",
+    "zener_restitution",
 ]  # fmt: skip

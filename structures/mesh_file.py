@@ -1,27 +1,31 @@
 """Meshes of solid bodies from files: what meshio reads, checked, with its tags, for scikit-fem."""
 
 import logging
-from collections.abc import Collection, Mapping
-from contextlib import redirect_stderr, redirect_stdout
-from io import StringIO
-from pathlib import Path
-from typing import Any, TypeAlias
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy import sparse
-from scipy.sparse.csgraph import connected_components
 from skfem import ElementHex2, ElementTetP2, MeshHex1, MeshHex2, MeshTet1, MeshTet2
 
-from structures.checks import instance, one_of, positive
+from structures.checks import instance, positive
 from structures.material import Material
+from structures.mesh_source import (
+    Numbers,
+    Tag,
+    check_whole,
+    joined,
+    known,
+    names,
+    near,
+    points_of,
+    read_mesh,
+    tagged,
+    tagged_facets,
+    used,
+)
 from structures.structure import Vector
 
 log = logging.getLogger("hertzlink.solid")
-
-Numbers: TypeAlias = NDArray[np.int64]
-Tag: TypeAlias = str | int
-Groups: TypeAlias = dict[Tag, Numbers]
 
 LONGEST_SIDE, SHORTEST_EDGE = 10.0, 0.02
 """m. A body larger than the first, or whose cells' edges are all longer than the second (a quarter of a shear wave of
@@ -61,20 +65,20 @@ class BodyMesh:
 
     def __init__(self, source: Any, scale: float | None = None) -> None:
         self.scale = 1.0 if scale is None else positive("scale", scale, "m per unit of the mesh")
-        read = _read(source)
+        read = read_mesh(source)
         self.kind, blocks = _volumes(read)
         make, self.element, corners, self.order = CELLS[self.kind]
-        points, cells, self._number = _used(self.scale * _points(read), _joined(read, blocks, self.kind), corners)
+        points, cells, self._number = used(self.scale * points_of(read), joined(read, blocks, self.kind), corners)
         edges = _edges(points, cells[:, :corners])
         _check_scale(points, edges, scale)
         _check_shapes(points, cells[:, :corners])
-        _check_whole(cells)
+        check_whole(cells)
         self.longest_edge, self.shortest_side = float(edges.max()), float(np.ptp(points, axis=0).min())
         order = _hexahedron_order(cells.shape[1]) if corners == 8 else np.arange(cells.shape[1])
         self.mesh = make(np.ascontiguousarray(points.T), np.ascontiguousarray(cells.T[order]))
         self._check_curves()
-        self.cells = _tagged(read, blocks, dimension=3)
-        self.facets = self._tagged_facets(read)
+        self.cells = tagged(read, blocks, dimension=3)
+        self.facets = tagged_facets(read, self.mesh, self._number, FACETS)
 
     def materials(self, given: Material | Mapping[Tag, Material]) -> tuple[list[Material], Numbers]:
         """The materials, and for each cell which one it is made of."""
@@ -93,7 +97,7 @@ class BodyMesh:
         bare = np.flatnonzero(owner < 0)
         if bare.size:
             missing = [tag for tag, cells in self.cells.items() if np.isin(cells, bare).any()]
-            raise ValueError(f"material: {bare.size} of {count} cells have none; their tags are {_list(missing)}")
+            raise ValueError(f"material: {bare.size} of {count} cells have none; their tags are {names(missing)}")
         return list(given.values()), owner
 
     def boundary(self, name: str, tag: Tag) -> Numbers:
@@ -113,69 +117,10 @@ class BodyMesh:
         jacobian = self.mesh.mapping().detDF(basis.X)
         bad = np.flatnonzero((jacobian.min(axis=1) <= 0.0) & (jacobian.max(axis=1) >= 0.0))
         if bad.size:
-            place = _near(self.mesh.p[:, self.mesh.t[:, bad[0]]].T)
+            place = near(self.mesh.p[:, self.mesh.t[:, bad[0]]].T)
             raise ValueError(
                 f"mesh: the midpoints of {bad.size} of {self.mesh.nelements} cells fold them, the first near {place}"
             )
-
-    def _tagged_facets(self, source: Any) -> Groups:
-        """By tag: the facets that the file lists as cells, and those all of whose corners a set of points holds."""
-        boundary = self.mesh.boundary_facets()
-        corners = np.sort(self.mesh.facets[:, boundary], axis=0).T
-        place = {tuple(key): facet for key, facet in zip(corners.tolist(), boundary.tolist(), strict=True)}
-        blocks = [i for i, block in enumerate(source.cells) if block.type in FACETS]
-        listed = [np.sort(self._number[source.cells[i].data[:, : FACETS[source.cells[i].type]]]) for i in blocks]
-        found = np.array([place.get(tuple(key), -1) for block in listed for key in block.tolist()], dtype=np.int64)
-        groups = {tag: found[members] for tag, members in _tagged(source, blocks, dimension=2).items()}
-        for tag, members in source.point_sets.items():
-            inside = np.zeros(len(self._number) + 1, dtype=bool)
-            inside[self._number[np.asarray(members, dtype=np.int64)]] = True
-            groups.setdefault(tag, boundary[inside[corners].all(axis=1)])
-        return {tag: np.unique(facets[facets >= 0]) for tag, facets in groups.items()}
-
-
-def known(name: str, tag: Tag, groups: Collection[Tag]) -> Tag:
-    """`tag`, or a ValueError that lists the tags there are and the nearest one; name: of the argument."""
-    if isinstance(tag, str | int) and tag in groups:
-        return tag
-    if not groups:
-        raise ValueError(f"{name} = {tag!r}: the mesh has no tags for it")
-    if isinstance(tag, str):
-        one_of(name, tag, [str(one) for one in groups])
-    raise ValueError(f"{name} = {tag!r}: must be one of {_list(groups)}")
-
-
-def _read(source: Any) -> Any:
-    """The meshio.Mesh of a file; meshio itself prints, and ends the process, where it cannot read one."""
-    import meshio  # type: ignore[import-untyped]
-
-    if isinstance(source, meshio.Mesh):
-        return source
-    if not isinstance(source, str | Path):
-        raise ValueError(f"mesh = {source!r}: must be the path of a file, or a meshio.Mesh")
-    if not Path(source).is_file():
-        raise ValueError(f"mesh = {str(source)!r}: there is no such file")
-    said, reason = StringIO(), ""
-    try:
-        with redirect_stdout(said), redirect_stderr(said):
-            return meshio.read(source)
-    except (meshio.ReadError, SystemExit) as error:
-        reason = said.getvalue() or str(error)
-    except (ArithmeticError, AssertionError, AttributeError, EOFError, ImportError, LookupError, OSError) as error:
-        reason = repr(error)
-    except (RuntimeError, SyntaxError, TypeError, ValueError) as error:
-        reason = repr(error)
-    raise ValueError(
-        f"mesh = {str(source)!r}: meshio cannot read it ({' '.join(reason.split())}); "
-        "gmsh's .msh, .vtu and Abaqus' .inp are known to work"
-    )
-
-
-def _points(source: Any) -> Vector:
-    points = np.asarray(source.points, dtype=float)
-    if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
-        raise ValueError(f"mesh: has points of shape {points.shape}; must be finite, with three coordinates each")
-    return points
 
 
 def _volumes(source: Any) -> tuple[str, list[int]]:
@@ -184,33 +129,11 @@ def _volumes(source: Any) -> tuple[str, list[int]]:
     if not kinds:
         raise ValueError("mesh: has no tetrahedra nor hexahedra; mesh the volume, and save it (in gmsh as a group)")
     if not kinds <= set(CELLS):
-        raise ValueError(f"mesh: has cells of type {_list(sorted(kinds - set(CELLS)))}; must be one of {_list(CELLS)}")
+        raise ValueError(f"mesh: has cells of type {names(sorted(kinds - set(CELLS)))}; must be one of {names(CELLS)}")
     if len(kinds) > 1:
-        raise ValueError(f"mesh: mixes cells of type {_list(sorted(kinds))}; must have one type")
+        raise ValueError(f"mesh: mixes cells of type {names(sorted(kinds))}; must have one type")
     kind = kinds.pop()
     return kind, [i for i, block in enumerate(source.cells) if block.type == kind]
-
-
-def _joined(source: Any, blocks: list[int], kind: str) -> Numbers:
-    """All cells, a row of points each."""
-    cells = np.concatenate([np.asarray(source.cells[i].data, dtype=np.int64) for i in blocks])
-    if cells.min() < 0 or cells.max() >= len(source.points):
-        raise ValueError(f"mesh: has a cell with point {cells.max()}, but only {len(source.points)} points")
-    if kind == "hexahedron20":
-        log.warning("mesh: midpoints of hexahedron20 are dropped, so edges become straight; hexahedron27 keeps them")
-        cells = cells[:, :8]
-    return cells
-
-
-def _used(points: Vector, cells: Numbers, corners: int) -> tuple[Vector, Numbers, Numbers]:
-    """Points and cells without unused points, corners first; and the new number of each point, or −1."""
-    first = np.unique(cells[:, :corners])
-    kept = np.concatenate([first, np.setdiff1d(cells, first)])
-    if kept.size < len(points):
-        log.warning("mesh: %d of %d points belong to no cell; dropped", len(points) - kept.size, len(points))
-    number = np.full(len(points), -1)
-    number[kept] = np.arange(kept.size)
-    return points[kept], number[cells], number
 
 
 def _edges(points: Vector, corners: Numbers) -> Vector:
@@ -241,49 +164,10 @@ def _check_shapes(points: Vector, corners: Numbers) -> None:
         (inverted & upright.any(), "inverted (negative Jacobian)"),
     ):
         if bad.any():
-            first = _near(at[np.flatnonzero(bad)[0]])
+            first = near(at[np.flatnonzero(bad)[0]])
             raise ValueError(f"mesh: {bad.sum()} of {len(at)} cells are {what}, the first near {first}")
     if inverted.all():
         log.warning("mesh: all cells are inverted (negative Jacobian): read as numbered the other way round")
-
-
-def _check_whole(cells: Numbers) -> None:
-    """A ValueError where the body falls to pieces, as assemblies do whose parts share no points."""
-    first, others = np.repeat(cells[:, :1], cells.shape[1] - 1, axis=1).ravel(), cells[:, 1:].ravel()
-    size = int(cells.max()) + 1
-    pieces = connected_components(sparse.coo_array((np.ones(first.size), (first, others)), shape=(size, size)))[0]
-    if pieces > 1:
-        raise ValueError(f"mesh: falls into {pieces} pieces that share no points; merge coincident points")
-
-
-def _tagged(source: Any, blocks: list[int], dimension: int) -> Groups:
-    """By name and by number: the members of the blocks, counted through all of them."""
-    starts = np.cumsum([0] + [len(source.cells[i].data) for i in blocks])
-    groups: Groups = {}
-    for name, parts in source.cell_sets.items():
-        here = [(start, i) for start, i in zip(starts[:-1], blocks, strict=True) if i < len(parts)]
-        members = [start + np.asarray(parts[i], dtype=np.int64) for start, i in here if parts[i] is not None]
-        if not name.startswith("gmsh:") and members:
-            groups[name] = np.concatenate(members)
-    numbers = _numbers(source, blocks)
-    groups.update({int(tag): np.flatnonzero(numbers == tag) for tag in np.unique(numbers)})
-    for name, (tag, its_dimension) in source.field_data.items():
-        if its_dimension == dimension and int(tag) in groups:
-            groups.setdefault(name, groups[int(tag)])
-    return {tag: members for tag, members in groups.items() if members.size}
-
-
-def _numbers(source: Any, blocks: list[int]) -> Numbers:
-    """The number of each cell of the blocks: gmsh's physical group, or else the file's only whole numbers."""
-    whole = [
-        name
-        for name, parts in source.cell_data.items()
-        if all(np.asarray(part).dtype.kind in "iu" and np.ndim(part) == 1 for part in parts)
-    ]
-    chosen = "gmsh:physical" if "gmsh:physical" in whole else whole[0] if len(whole) == 1 else None
-    if chosen is None or not blocks:
-        return np.zeros(0, dtype=np.int64)
-    return np.concatenate([np.asarray(source.cell_data[chosen][i], dtype=np.int64) for i in blocks])
 
 
 def _hexahedron_order(points: int) -> Numbers:
@@ -291,11 +175,3 @@ def _hexahedron_order(points: int) -> Numbers:
     from skfem.io.meshio import INV_HEX_MAPPING
 
     return np.array(INV_HEX_MAPPING[:points])
-
-
-def _near(corners: Vector) -> str:
-    return f"({', '.join(f'{x:.4g}' for x in corners.mean(axis=0))}) m"
-
-
-def _list(items: Collection[Tag]) -> str:
-    return ", ".join(map(repr, items))

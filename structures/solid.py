@@ -17,7 +17,8 @@ from structures.checks import finite, positive
 from structures.elastic_field import elastic_field
 from structures.elasticity import first_lame_parameter, shear_modulus, shear_speed
 from structures.material import Material
-from structures.mesh_file import BodyMesh, Numbers, Tag
+from structures.mesh_file import BodyMesh
+from structures.mesh_source import Numbers, Tag
 from structures.structure import Structure, Vector
 from structures.surface import Surface
 

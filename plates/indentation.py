@@ -1,0 +1,53 @@
+"""What Mindlin's plates make of a force on a small disc, and what is left to say of the plate in three dimensions.
+
+Hertz's law holds the indentation of a half-space. A plate of three dimensions gives way to a pressure p cos kx on its
+face by p (1 − ν²)/Ek · B(kt) more than the half-space, with B = (ch + 1)/(sh − x) + (ch − 1)/(sh + x) − 2, x = kt
+(Timoshenko and Goodier, Theory of Elasticity, section 24): 1/Dk⁴ + t²/5Dk² + … in long waves, nothing in short ones.
+Mindlin's plate gives way by 1/Dk⁴ + 1/Sk², with D/S = t²/5(1 − ν): too much in the second term, and in short waves
+without end, which is its logarithm under a point force. Two things put that right, and make the radius a of the disc
+indifferent: the transverse stress under the force bends the plate by Poisson's effect, e p̂ with e = νt²/10(1 − ν)
+(Reissner, J. Appl. Mech. 12 (1945) 69), less a²/8 as the disc's mean does the same; and what then differs is constant,
+a flexibility.
+"""
+
+from math import log, pi
+
+import numpy as np
+
+from plates.section import Section
+
+LAYER = -2.252968
+"""∫ B(x) − 12/x³ − 2.4/x [x < 1] dx from 0 on."""
+
+MEAN_OF_LOGARITHM = 0.3659315
+"""∫ (4 J₁²(x)/x² − [x < 1]) dx/x = ln 2 − γ + 1/4."""
+
+MEAN_OF_BENDING = -0.2373162
+"""∫ (4 J₁²(x)/x² − 1 + x²/4 [x < 1]) dx/x³ = −(ln 2 − γ)/4 − 5/24."""
+
+
+def bending_by_poisson(section: Section, radius: float) -> float:
+    """e − a²/8, m²: the contact reads w + (e − a²/8) ∇·s, in the mean over a disc of radius a, m."""
+    nu = section.struck.poisson_ratio
+    return nu * section.thickness**2 / (10.0 * (1.0 - nu)) - radius**2 / 8.0
+
+
+def remaining_flexibility(section: Section, radius: float) -> float:
+    """m/N: the layer of three dimensions, less the half-space, less Mindlin's plate under a disc of this radius, m.
+
+    With 2J₁(ka)/ka for the disc's mean; the stiffness of anisotropic walls is the mean over all directions.
+    """
+    rigidity, shear = _rigidity(section), float(np.sqrt(np.linalg.det(section.shear)))
+    bend, thickness = bending_by_poisson(section, radius), section.thickness
+    ratio = log(thickness / radius)
+    plate = radius**2 / rigidity * (MEAN_OF_BENDING - ratio / 4.0)
+    plate += (1.0 / shear - 2.0 * bend / rigidity) * (ratio + MEAN_OF_LOGARITHM)
+    plate += 2.0 * bend**2 / (rigidity * radius**2)
+    return (LAYER * thickness**2 / (12.0 * rigidity) - plate) / (2.0 * pi)
+
+
+def _rigidity(section: Section) -> float:
+    """D, N m, by which the plate bends under a point force in the mean over all directions."""
+    angle = np.linspace(0.0, pi, 180, endpoint=False)
+    into = np.stack([np.cos(angle) ** 2, np.sin(angle) ** 2, 2.0 * np.sin(angle) * np.cos(angle)])
+    return float(1.0 / (1.0 / np.einsum("ia,ij,ja->a", into, section.bending, into)).mean())

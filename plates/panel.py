@@ -1,0 +1,264 @@
+"""Plates of any shape: a Panel holds shape, wall and supports; `panel.at(x, y)` is the structure struck there."""
+
+import logging
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, is_dataclass
+from functools import partial
+from math import pi
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy import sparse
+
+from plates.added import Matrix, Theory, known_additions, weakening, weakest, with_additions
+from plates.flat_mesh import FlatMesh
+from plates.indentation import bending_by_poisson, remaining_flexibility
+from plates.mindlin import Mindlin
+from plates.morley import Morley
+from plates.outline import Outline
+from plates.panel_mesh import PanelMesh, Shape, Sizes
+from plates.plate import HIGHEST_FREQUENCY
+from plates.plate_field import panel_sampler
+from plates.section import SHEAR_CORRECTION, Section, homogeneous
+from plates.struck import cell_size, check_place, disc, mirrors
+from plates.support import ElasticEdge, Support, check_support
+from structures.checks import finite, instance, positive
+from structures.field import Field
+from structures.material import Material
+from structures.mesh_source import Tag, known
+from structures.structure import Structure, Vector
+from structures.surface import Surface
+
+log = logging.getLogger("hertzlink.plates")
+
+DEGREE = 4
+"""Of the polynomials in Mindlin's theory: free of locking in practice down to a thickness of 0.0025 of the side."""
+
+PATCH = 0.5
+"""The default patch's radius over the thickness."""
+
+PATCHES = 5.0
+"""Cells at the contact may be larger than the patch's radius by this: four times cost 0.2 % of the compliance, eight
+times 3 %."""
+
+MANY = 200_000
+"""Degrees of freedom. 100 000 reduce in some 15 s."""
+
+
+class _Matrices(NamedTuple):
+    """A theory on a mesh; the motions that the supports leave; M and K of these."""
+
+    theory: Theory
+    kept: Matrix
+    mass: Matrix
+    stiffness: Matrix
+
+
+@dataclass(frozen=True, eq=False)
+class Panel:
+    """A plate of any shape; `kirchhoff_panel`, `mindlin_panel` and `mindlin_plate` make one.
+
+    kind: as results tell it. patch_radius, m: of the disc that the force is spread over in Mindlin's theory; None in
+    Kirchhoff's, where it acts at a point.
+    """
+
+    kind: str
+    shape: Shape
+    section: Section
+    supports: Mapping[Tag, Support]
+    patch_radius: float | None
+    highest_frequency: float
+    additions: tuple[Any, ...] = ()
+    _kept: dict[int, tuple[PanelMesh, _Matrices]] = field(default_factory=dict, init=False, repr=False)
+
+    @property
+    def mass_per_area(self) -> float:
+        """kg/m²."""
+        return self.section.mass
+
+    @property
+    def shortest_wavelength(self) -> float:
+        """Length of flexural waves at the highest frequency, m, where and whither the plate is softest."""
+        softest, circular = weakest(self.additions) * _softest(self.section), 2.0 * pi * self.highest_frequency
+        mass, turning, shear = self.section.mass, 0.0, np.inf
+        if self.patch_radius is not None:
+            turning, shear = self.section.rotary_inertia, float(np.linalg.eigvalsh(self.section.shear)[0])
+        # D k⁴ − (J + m D/S) ω² k² − m ω² (1 − J ω²/S) = 0: its larger root.
+        linear = (turning + mass * softest / shear) * circular**2
+        constant = mass * circular**2 * (1.0 - turning * circular**2 / shear)
+        square = (linear + np.sqrt(linear**2 + 4.0 * softest * constant)) / (2.0 * softest)
+        return float(2.0 * pi / np.sqrt(square))
+
+    def at(self, x: float, y: float) -> Structure:
+        """The plate struck at (x, y), m.
+
+        An outline or a rectangle is meshed for each contact, finest there; a mesh from a file serves all. On a
+        "symmetry" edge the whole plate, of which this is a part, is struck once. Raises ValueError outside the plate,
+        on an edge that cannot move, and where the patch reaches beyond an edge.
+        """
+        x, y = finite("x", x, "m"), finite("y", y, "m")
+        place, panel = np.array([x, y]), self.shape.mesh(x, y, self._sizes)
+        check_place(panel, self.supports, place, self.patch_radius)
+        across = mirrors(panel, self.supports, place)
+        copies = 2 ** len(across)
+        theory, kept, mass, stiffness = self._matrices(panel, copies)
+        flexibility = 0.0
+        if isinstance(theory, Mindlin) and self.patch_radius is not None:
+            if (size := cell_size(panel, place)) > PATCHES * self.patch_radius:
+                log.warning(
+                    "cells of %.3g m at the contact are too large for a patch of %.3g m", size, self.patch_radius
+                )
+            points, weights = disc(place, self.patch_radius, across)
+            contact = theory.mean(points, weights, bending_by_poisson(self.section, self.patch_radius)) @ kept
+            flexibility = remaining_flexibility(self.section, self.patch_radius)
+        else:
+            contact = theory.deflection(place[None]).toarray()[0] @ kept
+        if contact.size > MANY:
+            log.warning("%d degrees of freedom take minutes and gigabytes to reduce", contact.size)
+        fields = Field(partial(panel_sampler, panel.mesh, theory, kept, self.section, stiffness), contact.size)
+        surface, origin = Surface(self.section.struck), self._origin(x, y)
+        return Structure(mass, stiffness, None, contact, flexibility, surface, origin, field=fields)
+
+    @property
+    def _sizes(self) -> Sizes:
+        wave = self.shortest_wavelength
+        if self.patch_radius is None:
+            return Sizes(wave / 24.0, 0.15, wave / 8.0)
+        return Sizes(min(self.patch_radius, wave), 0.6, 1.6 * wave)
+
+    def _matrices(self, panel: PanelMesh, copies: int) -> _Matrices:
+        """Of a mesh, as often as the plate goes on beyond its edges; those of the last mesh are kept."""
+        if not self._kept or next(iter(self._kept.values()))[0] is not panel:
+            self._kept.clear()
+            self._kept[1] = panel, self._assembled(panel)
+        if copies not in self._kept:
+            one = self._kept[1][1]
+            many = one._replace(mass=copies * one.mass, stiffness=copies * one.stiffness)
+            self._kept[copies] = panel, many
+        return self._kept[copies][1]
+
+    def _assembled(self, panel: PanelMesh) -> _Matrices:
+        thin = self.patch_radius is None
+        theory: Theory = Morley(panel.mesh, self.section) if thin else Mindlin(panel.mesh, self.section, DEGREE)
+        mass, stiffness = theory.matrices(weakening(self.additions))
+        supports = {name: support for name, support in self.supports.items() if panel.edges[name].size}
+        for name, support in supports.items():
+            if isinstance(support, ElasticEdge):
+                stiffness = stiffness + theory.springs(panel.edges[name], support)
+        mass, stiffness = with_additions(theory, mass, stiffness, self.additions)
+        kept = theory.kept(panel.edges, supports)
+        if kept.shape[1] == 0:
+            raise ValueError("mesh: the supports hold every degree of freedom; use smaller cells")
+        mass, stiffness = (sparse.csr_array(kept.T @ one @ kept) for one in (mass, stiffness))
+        return _Matrices(theory, kept, mass, stiffness)
+
+    def _origin(self, x: float, y: float) -> dict[str, Any]:
+        section = asdict(self.section)
+        section |= {name: section[name].tolist() for name in ("bending", "shear")}
+        return {
+            "kind": self.kind,
+            **self.shape.described(),
+            "section": section,
+            "supports": {name: asdict(s) if isinstance(s, ElasticEdge) else s for name, s in self.supports.items()},
+            "patch_radius": self.patch_radius,
+            "highest_frequency": self.highest_frequency,
+            "additions": [asdict(one) if is_dataclass(one) else repr(one) for one in self.additions],  # type: ignore[arg-type]
+            "at": [x, y],
+        }
+
+
+def kirchhoff_panel(
+    shape: Any,
+    thickness: float,
+    material: Material | Section,
+    supports: Mapping[Tag, Support] | None = None,
+    highest_frequency: float = HIGHEST_FREQUENCY,
+    additions: Sequence[Any] = (),
+    scale: float | None = None,
+) -> Panel:
+    """A thin plate of any shape in Kirchhoff's theory, on Morley's triangles; arguments as in `mindlin_panel`.
+
+    The force acts at a point. The triangles are an eighth of the shortest flexural wave, a third of that at the
+    contact, and of order 2: on a square plate the amplitude ratio is within 0.3 % of `kirchhoff_plate`, with twenty
+    times its degrees of freedom. `mindlin_panel` needs a tenth of them, in thin plates too; this is the check on it.
+    additions: PointMass and Weakened. Raises ValueError for meshes of quadrilaterals.
+    """
+    section = wall(thickness, material, SHEAR_CORRECTION)
+    found, held = _shape(shape, section, supports, scale)
+    if isinstance(found, FlatMesh) and found.quadrilateral:
+        raise ValueError("mesh: has quadrilaterals; Morley's elements are triangles, mindlin_panel takes both")
+    frequency = positive("highest_frequency", highest_frequency, "Hz")
+    return Panel("Kirchhoff panel", found, section, held, None, frequency, known_additions(additions))
+
+
+def mindlin_panel(
+    shape: Any,
+    thickness: float,
+    material: Material | Section,
+    supports: Mapping[Tag, Support] | None = None,
+    shear_correction: float = SHEAR_CORRECTION,
+    patch_radius: float | None = None,
+    highest_frequency: float = HIGHEST_FREQUENCY,
+    additions: Sequence[Any] = (),
+    scale: float | None = None,
+) -> Panel:
+    """A plate of any shape in Mindlin's theory, on triangles or quadrilaterals of order 4; sizes in m.
+
+    shape: an Outline, meshed with triangles that are finest at the contact (needs `pip install hertzlink[mesh]`); or a
+    flat mesh of triangles or quadrilaterals: a file that meshio reads (gmsh's .msh, .vtu, Abaqus' .inp) or a
+    meshio.Mesh, which all contacts share and whose cells at the contact should be no larger than twice the thickness.
+    Midpoints of curved cells are dropped.
+    material: one for all the thickness; or a Section, which brings its own thickness.
+    supports: how edges are held, by name: {"rim": "clamped"}; see Supports for the kinds, and ElasticEdge. Others are
+    free. Names are the outline's, or the mesh's tags: names and numbers of physical groups of lines in gmsh, sets of
+    points. Edges that are polygons of curves (sides that meet at less than 30°) are held on the curve: a simple circle
+    of 96 corners is good to 0.1 %; on quadrilaterals one side of a cell must be one side of the polygon for it.
+    additions: PointMass; Stiffener along any straight line; Weakened, exact where cells end at the region's edges.
+    scale: m per unit of the mesh. None is 1, and refuses panels that look like millimetres.
+    shear_correction, patch_radius, highest_frequency: see `mindlin_plate`.
+    Raises ValueError for what cannot be a panel: outlines that cross themselves, meshes that are folded or not flat,
+    names of edges that are not there; `at` where the contact lies outside, in a hole, or on an edge that is held.
+    """
+    section = wall(thickness, material, shear_correction)
+    found, held = _shape(shape, section, supports, scale)
+    patch = PATCH * section.thickness if patch_radius is None else positive("patch_radius", patch_radius, "m")
+    frequency = positive("highest_frequency", highest_frequency, "Hz")
+    return Panel("Mindlin panel", found, section, held, patch, frequency, known_additions(additions))
+
+
+def wall(thickness: float, material: Material | Section, shear_correction: float) -> Section:
+    """The section of a plate of a thickness, m, and a material, or the one that is given instead of a material."""
+    if isinstance(material, Section):
+        return material
+    thickness = positive("thickness", thickness, "m")
+    instance("material", material, Material, "a Material, or a Section; MATERIALS[name] gives one by name")
+    return homogeneous(thickness, material, positive("shear_correction", shear_correction))
+
+
+def _shape(
+    given: Any, section: Section, supports: Mapping[Tag, Support] | None, scale: float | None
+) -> tuple[Shape, dict[Tag, Support]]:
+    """The shape, and how its edges are held, the free ones left out."""
+    shape: Shape
+    if isinstance(given, Outline):
+        if scale is not None:
+            raise ValueError(f"scale = {scale!r}: an Outline is in m; scale is for meshes")
+        if section.thickness > given.size:
+            raise ValueError(f"thickness = {section.thickness!r}: exceeds the panel's longer side, {given.size:.3g} m")
+        shape = given
+    else:
+        shape = FlatMesh(given, section.thickness, scale)
+    if supports is None:
+        return shape, {}
+    instance("supports", supports, Mapping, 'a dictionary such as {"rim": "clamped"}, by name of edge')
+    for name, support in supports.items():
+        known("supports", name, shape.names)
+        check_support(f"supports[{name!r}]", support)
+    return shape, {name: support for name, support in supports.items() if support != "free"}
+
+
+def _softest(section: Section) -> float:
+    """The least stiffness of cylindrical bending in any direction, N m."""
+    angle = np.linspace(0.0, pi, 36, endpoint=False)
+    into: Vector = np.stack([np.cos(angle) ** 2, np.sin(angle) ** 2, 2.0 * np.sin(angle) * np.cos(angle)])
+    return float(np.einsum("ia,ij,ja->a", into, section.bending, into).min())

@@ -1,0 +1,98 @@
+"""Flat meshes of panels: where points lie in them, which way their sides run, and the names of their edges."""
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from structures.mesh_source import Groups, Numbers, Tag
+from structures.structure import Vector
+
+QUARTER_TURN = np.array([[0.0, -1.0], [1.0, 0.0]])
+"""Turns vectors, as rows, to the right: those along an edge that has the plate on its left point outward then."""
+
+OUTSIDE = 1e-9
+"""A point may lie beside the mesh by this part of the cell beside it."""
+
+PAIRS = 2_000_000
+"""Of points and cells that are compared at once."""
+
+
+class PanelMesh(NamedTuple):
+    """A mesh of scikit-fem in m, and the facets of its edges by name."""
+
+    mesh: Any
+    edges: Groups
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Sizes of cells, m: at the contact, how much they grow with the distance from it, and the largest."""
+
+    finest: float
+    growth: float
+    coarsest: float
+
+
+class Shape(Protocol):
+    """What a panel may be made of: something that has named edges, and a mesh for each contact point, m."""
+
+    @property
+    def names(self) -> list[Tag]:
+        """The names of its edges."""
+        ...
+
+    def mesh(self, x: float, y: float, size: Sizes) -> PanelMesh:
+        """Its mesh for a contact at (x, y)."""
+        ...
+
+    def described(self) -> dict[str, Any]:
+        """How it was made, as plain data."""
+        ...
+
+
+def tangents(mesh: Any, facets: Numbers) -> Vector:
+    """Unit vectors along facets, facets × 2."""
+    ends = mesh.p[:, mesh.facets[:, facets]]
+    step = (ends[:, 1] - ends[:, 0]).T
+    return np.asarray(step / np.linalg.norm(step, axis=1, keepdims=True))
+
+
+def distances(starts: Vector, ends: Vector, point: Vector) -> Vector:
+    """From a point to straight sides, whose ends are sides × 2, m."""
+    step, beside = ends - starts, point - starts
+    part = np.clip((beside * step).sum(axis=1) / (step**2).sum(axis=1), 0.0, 1.0)
+    return np.asarray(np.linalg.norm(beside - part[:, None] * step, axis=1))
+
+
+def find_cells(mesh: Any, points: Vector) -> Numbers:
+    """The cell of each point, p × 2; a ValueError where one lies outside of the mesh."""
+    corners = mesh.p[:, mesh.t]
+    near = np.ones(mesh.nelements, dtype=bool)
+    for axis in (0, 1):
+        margin = OUTSIDE * np.ptp(mesh.p[axis])
+        near &= corners[axis].max(axis=0) >= points[:, axis].min() - margin
+        near &= corners[axis].min(axis=0) <= points[:, axis].max() + margin
+    candidates = np.flatnonzero(near)
+    found = np.full(len(points), -1)
+    for part in np.array_split(np.arange(len(points)), 1 + candidates.size * len(points) // PAIRS):
+        if candidates.size and part.size:
+            depth = _depth(corners[:, :, candidates], points[part])
+            best = depth.argmax(axis=1)
+            found[part] = np.where(depth[np.arange(part.size), best] >= -OUTSIDE, candidates[best], -1)
+    if np.any(found < 0):
+        x, y = points[np.flatnonzero(found < 0)[0]]
+        raise ValueError(f"({x:.6g}, {y:.6g}) m lies outside of the plate")
+    return found
+
+
+def _depth(corners: Vector, points: Vector) -> Vector:
+    """How far inside of convex cells points lie, points × cells, in units of the cells' heights; negative outside."""
+    count = corners.shape[1]
+    depth = np.full((len(points), corners.shape[2]), np.inf)
+    for i in range(count):
+        start, end, other = corners[:, i], corners[:, (i + 1) % count], corners[:, (i + 2) % count]
+        across = np.array([start[1] - end[1], end[0] - start[0]])
+        height = ((other - start) * across).sum(axis=0)
+        depth = np.minimum(depth, (points @ across - (start * across).sum(axis=0)) / height)
+    return depth

@@ -1,0 +1,143 @@
+"""Displacement and surface stress of plates from their degrees of freedom, at the points of quadratic cells.
+
+The struck face is on top: where the plate is pushed it sinks, so displacement along z is −w. Stress is that of bending
+at the struck face of a homogeneous wall, z = t/2 above its middle, 6 M/t²; the lower face bears the opposite.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol, TypeAlias
+
+import numpy as np
+from scipy import sparse
+
+from plates.section import Section
+from structures.field import Grid
+from structures.mesh_source import Numbers
+from structures.structure import Vector
+
+Matrix: TypeAlias = sparse.csr_array
+
+THREE_QUADS = np.array([
+    [[0, 0], [1 / 2, 0], [1 / 3, 1 / 3], [0, 1 / 2]],
+    [[1, 0], [1 / 2, 1 / 2], [1 / 3, 1 / 3], [1 / 2, 0]],
+    [[0, 1], [0, 1 / 2], [1 / 3, 1 / 3], [1 / 2, 1 / 2]],
+])  # fmt: skip
+"""The reference triangle as three quadrilaterals."""
+
+FOUR_QUADS = np.array([
+    [[x, y], [x + 0.5, y], [x + 0.5, y + 0.5], [x, y + 0.5]] for x in (0.0, 0.5) for y in (0.0, 0.5)
+])  # fmt: skip
+"""The reference square as four."""
+
+NINE = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0.5, 0], [1, 0.5], [0.5, 1], [0, 0.5], [0.5, 0.5]])
+"""Where a quadratic quadrilateral has its points, in VTK's order."""
+
+SAME = 1e-7
+"""Points nearer than this part of the plate's size are one."""
+
+
+class Theory(Protocol):
+    """What a field needs of a plate's theory."""
+
+    def sampled(self, places: Vector) -> tuple[Matrix, Matrix]:
+        """What reads w, and the three curvatures, at places of the reference cell, 2 × places, in each cell in turn."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class PlateSampler:
+    """Reads the fields of a plate. points: p × 2, m. cells: quad9. deflection: p × n; curvature: 3 p × n, by point."""
+
+    points: Vector
+    cells: Numbers
+    deflection: Matrix
+    curvature: Matrix
+    section: Section
+    stiffness: Matrix
+
+    @property
+    def grid(self) -> Grid:
+        """Points and cells in the plane z = 0."""
+        flat = np.column_stack([self.points, np.zeros(len(self.points))])
+        return Grid(flat, self.cells, "quad9", np.zeros(len(self.cells), dtype=np.int64), False)
+
+    def displacement(self, u: Vector) -> Vector:
+        """p × 3, m."""
+        sinking = self.deflection @ u
+        return np.column_stack([np.zeros((sinking.size, 2)), -sinking])
+
+    def stress(self, u: Vector) -> Vector:
+        """p × 6, Pa, at the struck face."""
+        moments = (self.curvature @ u).reshape(-1, 3) @ self.section.bending.T
+        face = np.zeros((len(moments), 6))
+        face[:, [0, 1, 3]] = 6.0 / self.section.thickness**2 * moments
+        return face
+
+    def stiffness_parts(self) -> list[Matrix]:
+        """The stiffness of the wall, which is one part."""
+        return [self.stiffness]
+
+
+def panel_sampler(mesh: Any, theory: Theory, kept: Matrix, section: Section, stiffness: Matrix) -> PlateSampler:
+    """The sampler of a plate on a mesh of scikit-fem. kept: all degrees of freedom from those of a Structure."""
+    corners = mesh.t.shape[0]
+    quads = THREE_QUADS if corners == 3 else FOUR_QUADS
+    places, local = np.unique(np.round(_bilinear(quads), 12), axis=0, return_inverse=True)
+    x, y = places.T
+    shares = np.stack([1.0 - x - y, x, y] if corners == 3 else [(1 - x) * (1 - y), x * (1 - y), x * y, (1 - x) * y])
+    points = np.einsum("jic,iq->cqj", mesh.p[:, mesh.t], shares).reshape(-1, 2)
+    scale = SAME * np.ptp(points, axis=0).max()
+    # Off the lattice of round numbers, on which many points lie.
+    _, first, number = np.unique(np.floor(points / scale + 0.12345), axis=0, return_index=True, return_inverse=True)
+    number = number.ravel()
+    cells = number.reshape(mesh.nelements, -1)[:, local.reshape(len(quads), 9)].reshape(-1, 9)
+    deflection, curvature = theory.sampled(places.T)
+    mean = sparse.csr_array((1.0 / np.bincount(number)[number], (number, np.arange(number.size))))
+    spread = sparse.kron(mean, sparse.eye_array(3), format="csr")
+    return PlateSampler(
+        points[first],
+        _upright(points[first], cells),
+        deflection[first] @ kept,
+        spread @ curvature @ kept,
+        section,
+        stiffness,
+    )
+
+
+def product_sampler(
+    x: Vector, y: Vector, along_x: Sequence[Matrix], along_y: Sequence[Matrix], section: Section, stiffness: Matrix
+) -> PlateSampler:
+    """The sampler of a rectangular plate that is a tensor product of beams, of which w(x, y) = Σ f(x) g(y).
+
+    x, y: odd numbers of ascending points, m. along_x, along_y: what reads f, f′ and f″ (g, g′, g″) there from the
+    degrees of freedom of the beams; those of the plate count y fastest.
+    """
+    (f, f_x, f_xx), (g, g_y, g_yy) = along_x, along_y
+    rows = [sparse.kron(f_xx, g), sparse.kron(f, g_yy), 2.0 * sparse.kron(f_x, g_y)]
+    count = x.size * y.size
+    order = np.arange(3 * count).reshape(3, count).T.ravel()
+    curvature = sparse.csr_array(sparse.vstack(rows, format="csr"))[order]
+    number = np.arange(count).reshape(x.size, y.size)
+    low, high = number[:-2:2, :-2:2], number[2::2, :-2:2]
+    cells = np.stack([
+        low, high, number[2::2, 2::2], number[:-2:2, 2::2],
+        number[1::2, :-2:2], number[2::2, 1::2], number[1::2, 2::2], number[:-2:2, 1::2], number[1::2, 1::2],
+    ], axis=-1).reshape(-1, 9)  # fmt: skip
+    points = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
+    return PlateSampler(points, cells, sparse.csr_array(sparse.kron(f, g)), curvature, section, stiffness)
+
+
+def _bilinear(quads: Vector) -> Vector:
+    """The nine points of quadrilaterals, … × 2."""
+    x, y = NINE.T
+    shares = np.stack([(1 - x) * (1 - y), x * (1 - y), x * y, (1 - x) * y])
+    return np.asarray(np.einsum("qik,in->qnk", quads, shares).reshape(-1, 2))
+
+
+def _upright(points: Vector, cells: Numbers) -> Numbers:
+    """The cells anticlockwise."""
+    at = points[cells[:, [0, 1, 3]]]
+    one, other = at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]
+    inverted = one[:, 0] * other[:, 1] < one[:, 1] * other[:, 0]
+    return np.where(inverted[:, None], cells[:, [0, 3, 2, 1, 7, 6, 5, 4, 8]], cells)

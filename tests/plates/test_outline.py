@@ -1,0 +1,120 @@
+"""Outlines of panels: names of edges, circles, meshes, bad input."""
+
+import builtins
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hertzlink as hl
+from plates.panel_mesh import Sizes
+
+SQUARE = [(0.0, 0.0), (0.3, 0.0), (0.3, 0.3), (0.0, 0.3)]
+HOLE = [(0.1, 0.1), (0.2, 0.1), (0.15, 0.2)]
+
+
+def area(mesh: Any) -> float:
+    one, other = (mesh.p[:, mesh.t[i]] - mesh.p[:, mesh.t[0]] for i in (1, 2))
+    return float(0.5 * abs(one[0] * other[1] - one[1] * other[0]).sum())
+
+
+def test_names_of_edges() -> None:
+    assert hl.Outline(SQUARE, holes=[HOLE]).names == ["side 1", "side 2", "side 3", "side 4", "hole 1"]
+    assert hl.Outline(SQUARE, edges="rim").names == ["rim"]
+    assert hl.Outline(SQUARE, edges=["a", "b", "a", "c"]).names == ["a", "b", "c"]
+
+
+def test_circle_keeps_its_area() -> None:
+    x, y = np.array(hl.circle(0.2, centre=(1.0, 2.0), corners=24)).T
+    assert 0.5 * abs(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))) == pytest.approx(np.pi * 0.2**2, rel=1e-9)
+    assert (x.mean(), y.mean()) == pytest.approx((1.0, 2.0))
+
+
+def test_mesh_fits_the_outline() -> None:
+    """Area, length of each edge, a corner at the contact, sizes there and far away."""
+    pytest.importorskip("gmsh")
+    outline = hl.Outline(SQUARE, holes=[HOLE], edges=["bottom", "right", "top", "left"])
+    mesh, edges = outline.mesh(0.25, 0.25, Sizes(2e-3, 0.5, 0.05))
+    assert area(mesh) == pytest.approx(0.3 * 0.3 - 0.005, rel=1e-9)
+    lengths = {name: float(np.linalg.norm(np.diff(mesh.p[:, mesh.facets[:, on]], axis=1)[:, 0], axis=0).sum())
+               for name, on in edges.items()}  # fmt: skip
+    assert lengths == pytest.approx(
+        {"bottom": 0.3, "right": 0.3, "top": 0.3, "left": 0.3, "hole 1": 0.1 + 0.0125**0.5 * 2}
+    )
+    away = np.linalg.norm(mesh.p - np.array([[0.25], [0.25]]), axis=0)
+    sizes = np.linalg.norm(np.diff(mesh.p[:, mesh.facets], axis=1)[:, 0], axis=0)
+    assert away.min() < 1e-12
+    assert 1e-3 < sizes[(mesh.facets == away.argmin()).any(axis=0)].max() < 4e-3
+    assert 0.02 < sizes.max() < 0.1
+
+
+def test_direction_of_corners_is_indifferent() -> None:
+    pytest.importorskip("gmsh")
+    size = Sizes(0.02, 0.5, 0.1)
+    one = hl.Outline(SQUARE).mesh(0.1, 0.1, size).mesh
+    other = hl.Outline(SQUARE[::-1]).mesh(0.1, 0.1, size).mesh
+    assert area(one) == pytest.approx(area(other), rel=1e-9)
+
+
+def test_gmsh_of_others_is_left_alone() -> None:
+    gmsh = pytest.importorskip("gmsh")
+    gmsh.initialize()
+    try:
+        gmsh.model.add("theirs")
+        gmsh.option.setNumber("Mesh.Algorithm", 6)
+        hl.Outline(SQUARE).mesh(0.1, 0.1, Sizes(0.05, 0.5, 0.1))
+        assert gmsh.model.getCurrent() == "theirs"
+        assert gmsh.option.getNumber("Mesh.Algorithm") == 6
+    finally:
+        gmsh.finalize()
+
+
+def test_without_gmsh(monkeypatch: pytest.MonkeyPatch) -> None:
+    real = builtins.__import__
+
+    def without(name: str, *rest: Any, **more: Any) -> Any:
+        if name == "gmsh":
+            raise OSError("libGLU.so.1: cannot open shared object file")
+        return real(name, *rest, **more)
+
+    monkeypatch.setattr(builtins, "__import__", without)
+    with pytest.raises(ImportError, match=r"libGLU.*pip install hertzlink\[mesh\]"):
+        hl.Outline(SQUARE).mesh(0.1, 0.1, Sizes(0.05, 0.5, 0.1))
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"corners": SQUARE[:2]}, "must be three corners"),
+        ({"corners": "abc"}, "corners = 'abc'"),
+        ({"corners": [(0.0, 0.0), (1.0, 0.0), 3.0]}, r"corners\[2\] = 3\.0: must be \(x, y\)"),
+        ({"corners": [(0.0, 0.0), (float("nan"), 0.0), (1.0, 1.0)]}, r"corners\[1\]\[0\] = nan"),
+        ({"corners": [*SQUARE, SQUARE[0]]}, r"corners\[0\] and corners\[4\] coincide at \(0, 0\)"),
+        ({"corners": [SQUARE[0], SQUARE[2], SQUARE[1], SQUARE[3]]}, "the side from corner 0 meets that from corners"),
+        ({"corners": [(0.0, 0.0), (0.3, 0.0), (0.1, 0.0), (0.1, 0.2)]}, "runs back over"),
+        ({"corners": [(0.0, 0.0), (0.3, 0.0), (0.3, 0.3), (0.1, 0.0), (0.0, 0.3)]}, "must not cross"),
+        ({"holes": [[(0.2, 0.1), (0.4, 0.1), (0.2, 0.2)]]}, "meets that from holes"),
+        ({"holes": [[(0.5, 0.1), (0.6, 0.1), (0.5, 0.2)]]}, r"holes\[0\]: lies outside"),
+        ({"holes": [HOLE, [(0.14, 0.12), (0.16, 0.12), (0.15, 0.14)]]}, r"holes\[1\]: lies in holes\[0\]"),
+        ({"holes": HOLE}, r"holes\[0\] = \(0\.1, 0\.1\): must be three corners"),
+        ({"edges": ["a", "b"]}, "must be one name, or 4"),
+        ({"edges": ["a", "b", "c", 4]}, r"edges\[3\] = 4"),
+    ],
+)
+def test_bad_outlines(given: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        hl.Outline(**({"corners": SQUARE} | given))
+
+
+@pytest.mark.parametrize(
+    "changes", [{"radius": 0.0}, {"radius": float("nan")}, {"corners": 2}, {"centre": (0.0, np.inf)}]
+)
+def test_bad_circles(changes: dict[str, Any]) -> None:
+    with pytest.raises(ValueError, match=next(iter(changes))):
+        hl.circle(**({"radius": 0.1} | changes))
+
+
+@pytest.mark.parametrize("place", [(0.15, 0.13), (0.4, 0.1)])
+def test_contact_in_a_hole_or_outside(place: tuple[float, float]) -> None:
+    with pytest.raises(ValueError, match="lies outside of the outline, or in a hole"):
+        hl.mindlin_panel(hl.Outline(SQUARE, holes=[HOLE]), 1e-3, hl.PTFE).at(*place)

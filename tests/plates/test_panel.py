@@ -1,0 +1,436 @@
+"""Panels of any shape against Bessel's circles, one theory against the other, outlines against files; bad input."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import meshio
+import numpy as np
+import pytest
+from frequencies import parameters
+from scipy.optimize import brentq
+from scipy.special import ive, jv
+from skfem import MeshQuad, MeshTri
+
+import hertzlink as hl
+from plates.panel_mesh import QUARTER_TURN, tangents
+from structures.factor import factorise, shifted_solve
+
+MATERIAL = hl.Material(1.0e9, 0.3, 1000.0)
+NU = 0.3
+
+
+@dataclass(frozen=True)
+class Mass:
+    x: float
+    y: float
+    mass: float
+
+
+@dataclass(frozen=True)
+class Rib:
+    start: tuple[float, float]
+    end: tuple[float, float]
+    bending_stiffness: float
+    torsion_stiffness: float = 0.0
+    mass_per_length: float = 0.0
+
+
+@dataclass(frozen=True)
+class Soft:
+    region: tuple[float, float, float, float]
+    factor: float
+
+
+def found(panel: hl.Panel, count: int, place: tuple[float, float] = (0.0, 0.0)) -> np.ndarray:
+    """√(ω² ρt/D) of the lowest modes, 1/m²."""
+    return parameters(panel.at(*place), count, panel.section.bending[0, 0] / panel.section.mass)
+
+
+def circle_roots(edge: str, order: int, guess: float) -> float:
+    """(kR)² of the mode with `order` nodal diameters whose kR lies within 0.4 of the guess.
+
+    w = (A Jₙ(kr) + B Iₙ(kr)) cos nθ (Leissa, Vibration of Plates, NASA SP-160, chapter 2); I is scaled, by any factor.
+    """
+
+    def determinant(k: float) -> float:
+        rows = []
+        for shape, sign in ((jv, -1.0), (ive, 1.0)):
+            value = shape(order, k)
+            # I scaled by e^-k: its derivatives are those of I, scaled alike.
+            before = shape(order - 1, k) if order else sign * shape(1, k)
+            slope = before - order / k * value if order else before
+            curvature = sign * value - slope / k + order**2 / k**2 * value
+            turned = slope - order**2 * value / k
+            if edge == "clamped":
+                rows.append((value, slope))
+            elif edge == "simple":
+                rows.append((value, curvature + NU * (slope / k - order**2 / k**2 * value)))
+            else:
+                moment = curvature + NU * turned / k
+                shear = sign * slope - (1.0 - NU) * order**2 / k**2 * (slope - value / k)
+                rows.append((moment, shear))
+        return float(rows[0][0] * rows[1][1] - rows[0][1] * rows[1][0])
+
+    return float(brentq(determinant, guess - 0.4, guess + 0.4)) ** 2
+
+
+CIRCLES = {
+    "clamped": [(0, 3.2), (1, 4.6), (1, 4.6), (2, 5.9), (2, 5.9), (0, 6.3)],
+    "simple": [(0, 2.2), (1, 3.7), (1, 3.7), (2, 5.06), (2, 5.06), (0, 5.45)],
+    "free": [(2, 2.3), (2, 2.3), (0, 3.0), (3, 3.5), (3, 3.5), (1, 4.5)],
+}
+
+
+def exact_circle(edge: str) -> list[float]:
+    return [circle_roots(edge, order, guess) for order, guess in CIRCLES[edge]]
+
+
+def test_closed_forms_of_circles() -> None:
+    """The first of each as Leissa, NASA SP-160, tables 2.1 to 2.6, gives it for ν = 0.3 or 0.33."""
+    firsts = [exact_circle(edge)[0] for edge in ("clamped", "simple", "free")]
+    assert firsts == pytest.approx([10.216, 4.935, 5.358], rel=1e-3)
+
+
+@pytest.mark.parametrize("edge", ["clamped", "simple", "free"])
+@pytest.mark.parametrize("theory", ["Kirchhoff", "Mindlin"])
+def test_circles(edge: str, theory: str) -> None:
+    """A polygon of 96 corners; at simple edges, too, where Babuška's paradox lurks: without `curve` 4.935 is 5.00."""
+    pytest.importorskip("gmsh")
+    outline, rigid = hl.Outline(hl.circle(1.0), edges="rim"), 3 if edge == "free" else 0
+    if theory == "Mindlin":
+        panel = hl.mindlin_panel(outline, 0.005, MATERIAL, {"rim": edge}, highest_frequency=80.0)
+    else:
+        panel = hl.kirchhoff_panel(outline, 0.005, MATERIAL, {"rim": edge}, highest_frequency=220.0)
+    modes = found(panel, rigid + 6)
+    assert modes[:rigid] == pytest.approx(np.zeros(rigid), abs=1e-3)
+    assert modes[rigid:] == pytest.approx(exact_circle(edge), rel=4e-3 if theory == "Kirchhoff" else 2e-3)
+
+
+def l_shape(edges: Any = ()) -> hl.Outline:
+    return hl.Outline([(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)], edges=edges)
+
+
+def test_l_shape_in_both_theories() -> None:
+    """Two sides clamped, thin: within 1 %."""
+    pytest.importorskip("gmsh")
+    supports = {"side 1": "clamped", "side 5": "clamped"}
+    thick = hl.mindlin_panel(l_shape(), 0.004, MATERIAL, supports, highest_frequency=60.0)
+    thin = hl.kirchhoff_panel(l_shape(), 0.004, MATERIAL, supports, highest_frequency=100.0)
+    assert found(thick, 6, (0.5, 0.5)) == pytest.approx(found(thin, 6, (0.5, 0.5)), rel=1e-2)
+
+
+def grid(cells: int, turn: float = 0.0, quads: bool = False, edges: bool = True) -> meshio.Mesh:
+    """The unit square as a file would hold it, sides named, turned about the origin, cells in mixed order."""
+    nodes = np.linspace(0.0, 1.0, cells + 1)
+    mesh = MeshQuad.init_tensor(nodes, nodes) if quads else MeshTri.init_tensor(nodes, nodes)
+    lines, sets = [], {}
+    x, y = mesh.p[:, mesh.facets].mean(axis=1)
+    for name, on in (("left", x == 0.0), ("right", x == 1.0), ("bottom", y == 0.0), ("top", y == 1.0)):
+        sets[name] = [np.zeros(0, dtype=int), np.arange(len(lines), len(lines) + on.sum())]
+        lines += mesh.facets[:, on].T.tolist()
+    cosine, sine = np.cos(turn), np.sin(turn)
+    points = np.column_stack([(np.array([[cosine, -sine], [sine, cosine]]) @ mesh.p).T, np.zeros(mesh.p.shape[1])])
+    corners = anticlockwise(points, mesh.t.T)
+    # Each cell begins elsewhere, so that sides run both ways.
+    corners = np.array([np.roll(cell, i) for i, cell in enumerate(corners)])
+    cells_of = [("quad" if quads else "triangle", corners), ("line", np.array(lines))]
+    return meshio.Mesh(points, cells_of, cell_sets=sets if edges else {})
+
+
+def anticlockwise(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+    """scikit-fem sorts the corners of triangles; a file keeps their order."""
+    one, other = (points[cells[:, i]] - points[cells[:, 0]] for i in (1, -1))
+    clockwise = one[:, 0] * other[:, 1] < one[:, 1] * other[:, 0]
+    return np.where(clockwise[:, None], cells[:, ::-1], cells)
+
+
+SUPPORTS = {"left": "clamped", "bottom": "simple", "top": hl.ElasticEdge(3.0, 2.0)}
+
+
+@pytest.mark.parametrize("make", [hl.mindlin_panel, hl.kirchhoff_panel])
+@pytest.mark.parametrize("turn", [0.4, 2.1])
+def test_turning_the_model_changes_nothing(make: Any, turn: float) -> None:
+    """Oblique edges are held by turned slopes, not by penalties: to 1e-9, the patch's quadrature to 1e-6."""
+    one = make(grid(4), 0.02, MATERIAL, SUPPORTS)
+    other = make(grid(4, turn), 0.02, MATERIAL, SUPPORTS)
+    place = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]]) @ [0.6, 0.45]
+    assert found(other, 6, tuple(place)) == pytest.approx(found(one, 6, (0.6, 0.45)), rel=1e-9)
+    answers = [s.contact @ factorise(s.stiffness)(s.contact) for s in (one.at(0.6, 0.45), other.at(*place))]
+    assert answers[1] == pytest.approx(answers[0], rel=1e-6)
+
+
+@pytest.mark.parametrize("make", [hl.mindlin_panel, hl.kirchhoff_panel])
+def test_turning_a_laminate(make: Any) -> None:
+    """D₁₆ and D₂₆ of an orthotropic wall turned by an angle: as the wall as it is, on the mesh turned back."""
+    angle, wall = 0.5, hl.homogeneous(0.02, MATERIAL)
+    stiff = np.array([[900.0, 40.0, 0.0], [40.0, 100.0, 0.0], [0.0, 0.0, 50.0]])
+    straight = replace(wall, bending=stiff, shear=np.diag([9e6, 4e6]))
+    c, s = np.cos(angle), np.sin(angle)
+    # Curvatures along the wall's axes from those along x and y.
+    into = np.array([[c * c, s * s, c * s], [s * s, c * c, -c * s], [-2 * c * s, 2 * c * s, c * c - s * s]])
+    rotation = np.array([[c, s], [-s, c]])
+    turned = replace(wall, bending=into.T @ stiff @ into, shear=rotation.T @ straight.shear @ rotation)
+    assert abs(turned.bending[0, 2]) > 50.0
+    one = make(grid(4), 0.02, turned, SUPPORTS)
+    other = make(grid(4, -angle), 0.02, straight, SUPPORTS)
+    place = rotation @ [0.6, 0.45]
+    frequencies = [parameters(one.at(0.6, 0.45), 5, 1.0), parameters(other.at(*place), 5, 1.0)]
+    assert frequencies[1] == pytest.approx(frequencies[0], rel=1e-9)
+
+
+def test_quadrilaterals_in_any_order() -> None:
+    """Cells that begin at any corner fit together: as `mindlin_plate`."""
+    panel = hl.mindlin_panel(grid(4, quads=True), 0.1, MATERIAL, {"left": "clamped", "top": "simple"})
+    plate = hl.mindlin_plate(1.0, 1.0, 0.1, MATERIAL, hl.Supports(left="clamped", top="simple"), cells=(4, 4))
+    assert found(panel, 5, (0.4, 0.4)) == pytest.approx(found(plate, 5, (0.4, 0.4)), rel=1e-9)
+
+
+def test_order_of_morleys_triangles() -> None:
+    """All sides simple, ω a² √(ρt/D) = 2π² exactly: order 2."""
+    held = dict.fromkeys(("left", "right", "bottom", "top"), "simple")
+    errors = [found(hl.kirchhoff_panel(grid(n), 0.01, MATERIAL, held), 1, (0.5, 0.5))[0] / (2.0 * np.pi**2) - 1.0
+              for n in (8, 16, 32)]  # fmt: skip
+    assert np.log2(np.divide(errors[:-1], errors[1:])) == pytest.approx([2.0, 2.0], abs=0.2)
+
+
+def test_outline_and_file(tmp_path: Path) -> None:
+    """gmsh's mesh of an outline, written to a file and read again."""
+    pytest.importorskip("gmsh")
+    outline = l_shape(["a", "b", "c", "d", "e", "f"])
+    panel = hl.mindlin_panel(outline, 0.05, MATERIAL, {"a": "clamped", "d": "simple"}, highest_frequency=50.0)
+    mesh, edges = outline.mesh(0.5, 0.5, panel._sizes)
+    lines = np.concatenate([mesh.facets[:, on].T for on in edges.values()])
+    numbers = np.repeat(np.arange(len(edges)) + 7, [on.size for on in edges.values()])
+    data = {"gmsh:physical": [np.zeros(mesh.nelements, dtype=int), numbers]}
+    names = {name: np.array([7 + i, 1]) for i, name in enumerate(edges)}
+    points = np.column_stack([mesh.p.T, np.zeros(mesh.nvertices)])
+    file = meshio.Mesh(
+        1e3 * points, [("triangle", anticlockwise(points, mesh.t.T)), ("line", lines)], cell_data=data, field_data=names
+    )
+    path = tmp_path / "panel.vtu"
+    file.write(path)
+    # .vtu keeps the numbers; a meshio.Mesh the names.
+    for source, tags in ((path, (7, 10)), (file, ("a", "d"))):
+        held = {tags[0]: "clamped", tags[1]: "simple"}
+        read = hl.mindlin_panel(source, 0.05, MATERIAL, held, highest_frequency=50.0, scale=1e-3)
+        assert found(read, 4, (0.5, 0.5)) == pytest.approx(found(panel, 4, (0.5, 0.5)), rel=1e-9)
+
+
+@pytest.mark.parametrize("make", [hl.mindlin_panel, hl.kirchhoff_panel])
+def test_infinite_plate_stays_where_an_impulse_left_it(make: Any) -> None:
+    """I/(8 √(Dρt)) until the first echo, within 1 %, on triangles."""
+    pytest.importorskip("gmsh")
+    outline = hl.Outline(hl.circle(0.15))
+    panel = make(outline, 1e-3, hl.ALUMINIUM_6061, highest_frequency=20e3)
+    structure = hl.reduce(panel.at(0.0, 0.0), until=2.5e-4, tolerance=1e-3)
+    moving, pulse, window, after = hl.MovingStructure(structure), 150e-6, 1e-6, []
+    state = moving.start()
+    for step in range(250):
+        time = (step + 0.5) * window
+        force = 1.0 - np.cos(2.0 * np.pi * time / pulse) if time < pulse else 0.0
+        state, surface = moving.advance(state, force, window)
+        if time > pulse:
+            after.append(surface)
+    impedance = 8.0 * (panel.section.bending[0, 0] * panel.section.mass) ** 0.5
+    assert np.array(after) / pulse * impedance == pytest.approx(np.ones(len(after)), abs=1e-2)
+
+
+def test_springs_of_morleys_triangles() -> None:
+    """w = x on springs along x = 1, which is 1 m long: energy ½ (translation + rotation)."""
+    springs = {"right": hl.ElasticEdge(3.0, 5.0)}
+    plain, held = (hl.kirchhoff_panel(grid(3), 0.02, MATERIAL, supports) for supports in ({}, springs))
+    extra = held.at(0.5, 0.5).stiffness - plain.at(0.5, 0.5).stiffness
+    mesh = held._kept[1][0].mesh
+    u = np.concatenate([mesh.p[0], (tangents(mesh, np.arange(mesh.nfacets)) @ QUARTER_TURN)[:, 0]])
+    assert u @ extra @ u == pytest.approx(8.0)
+    assert abs(plain.at(0.5, 0.5).stiffness @ u).max() < 1e-9 * plain.section.bending[0, 0]
+
+
+def test_symmetric_half() -> None:
+    """Struck on its edge of symmetry, half a panel is the whole one."""
+    whole = hl.mindlin_plate(1.0, 1.0, 0.02, MATERIAL, hl.Supports("clamped", "clamped"), cells=(4, 8)).at(0.5, 0.5)
+    file = grid(4, quads=True)
+    file.points[:, 1] *= 0.5
+    half = hl.mindlin_panel(file, 0.02, MATERIAL, {"left": "clamped", "right": "clamped", "top": "symmetry"}).at(
+        0.5, 0.5
+    )
+    answers = [one.contact @ shifted_solve(one, 100.0)(one.contact) for one in (half, whole)]
+    assert answers[0] == pytest.approx(answers[1], rel=1e-9)
+
+
+def test_additions() -> None:
+    """Closed forms: a mass on a rigid free plate; a whole plate weakened; a bar that bends as its stiffener does."""
+    free = hl.mindlin_panel(grid(2), 0.05, MATERIAL).at(0.5, 0.5)
+    loaded = hl.mindlin_panel(grid(2), 0.05, MATERIAL, additions=[Mass(0.3, 0.6, 2.0)]).at(0.5, 0.5)
+    lift = np.zeros(free.size)
+    lift[0::3] = 1.0
+    assert lift @ (loaded.mass - free.mass) @ lift == pytest.approx(2.0)
+    for make in (hl.mindlin_panel, hl.kirchhoff_panel):
+        held = dict.fromkeys(("left", "right", "bottom", "top"), "clamped")
+        plain = found(make(grid(4), 0.001, MATERIAL, held), 3, (0.5, 0.5))
+        soft = found(make(grid(4), 0.001, MATERIAL, held, additions=[Soft((-1, 2, -1, 2), 0.25)]), 3, (0.5, 0.5))
+        assert soft == pytest.approx(0.5 * plain, rel=1e-3)
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.7])
+def test_stiffener(turn: float) -> None:
+    """Across the middle of a soft plate, aslant: the energy of w = (x·t)²/2 along it is EI/2 for each m, of xy GJ/2."""
+    rotation = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+    ends = [tuple(map(float, rotation @ end)) for end in ([0.05, 0.1], [0.85, 0.7])]
+    rib = Rib(ends[0], ends[1], 3.0, 5.0, 7.0)
+    plain, ribbed = (hl.mindlin_panel(grid(3, turn), 0.05, MATERIAL, additions=rest) for rest in ([], [rib]))
+    one, other = plain.at(*rotation @ [0.5, 0.5]), ribbed.at(*rotation @ [0.5, 0.5])
+    along = rotation @ [0.8, 0.6]
+    theory = ribbed._kept[1][1].theory
+    nodes = np.asarray(theory.space.mesh.mapping().F(theory.space.element.doflocs.T))
+    places = np.zeros((theory.space.size, 2))
+    places[theory.space.cell_dofs] = nodes.transpose(1, 2, 0)
+    reach = places @ along
+    bent, twisted, lifted = (np.zeros(one.size) for _ in range(3))
+    bent[0::3] = reach**2 / 2.0
+    bent[1::3], bent[2::3] = (reach[:, None] * along).T
+    # Slopes that turn about the stiffener's axis as one goes along it.
+    twisted[1::3], twisted[2::3] = (reach[:, None] * np.array([-along[1], along[0]])).T
+    lifted[0::3] = 1.0
+    extra = other.stiffness - one.stiffness
+    assert bent @ extra @ bent == pytest.approx(3.0 * 1.0)
+    assert twisted @ extra @ twisted == pytest.approx(5.0 * 1.0)
+    assert lifted @ (other.mass - one.mass) @ lifted == pytest.approx(7.0 * 1.0)
+    # Any motion: the line is integrated cell by cell.
+    any_motion, part = np.random.default_rng(1).normal(size=one.size), (np.arange(20000) + 0.5) / 20000
+    deflected = theory.deflection(np.array(ends[0]) + part[:, None] * (np.array(ends[1]) - ends[0])) @ any_motion
+    assert any_motion @ (other.mass - one.mass) @ any_motion == pytest.approx(7.0 * np.mean(deflected**2), rel=1e-5)
+
+
+@pytest.mark.parametrize("make", [hl.mindlin_panel, hl.kirchhoff_panel])
+def test_field_of_a_cylinder_bend(make: Any) -> None:
+    """A strip between two clamped ends under a slow force: the grid's deflection is the contact's where it is struck,
+    and the stress at the struck face 6 M/t² is a beam's, F L/8 in the middle and at the ends."""
+    panel = make(grid(8), 0.05, hl.Material(1.0e9, 0.0, 1000.0), {"left": "clamped", "right": "clamped"})
+    structure = panel.at(0.5, 0.5)
+    u = factorise(structure.stiffness)(structure.contact)
+    field = structure.field
+    assert field is not None
+    place, moved, stress = field.grid.points, field.displacement(u), field.stress(u)
+    middle = np.linalg.norm(place[:, :2] - 0.5, axis=1).argmin()
+    assert moved[middle, 2] == pytest.approx(-structure.contact @ u, rel=0.05)
+    assert np.all(moved[:, :2] == 0.0)
+    assert np.ptp(field.grid.points[:, 2]) == 0.0
+    # Pushed down in the middle, the struck face is stretched at the ends.
+    ends = np.isclose(place[:, 0], 0.0)
+    assert stress[ends, 0].mean() == pytest.approx(6.0 / 0.05**2 / 8.0, rel=0.15)
+    assert field.grid.kind == "quad9"
+
+
+FLAT = grid(2)
+
+
+def changed(**changes: Any) -> meshio.Mesh:
+    mesh = grid(2)
+    points, cells = mesh.points.copy(), [(block.type, block.data.copy()) for block in mesh.cells]
+    if "point" in changes:
+        number, place = changes["point"]
+        points[number] = place
+    if "turned" in changes:
+        cells[0][1][changes["turned"]] = cells[0][1][changes["turned"], ::-1]
+    if "kind" in changes:
+        cells = [(changes["kind"], np.array([[0, 1, 2, 3]]))]
+        return meshio.Mesh(points, cells)
+    if "lines" in changes:
+        cells = cells[1:]
+    if "mixed" in changes:
+        cells.append(("quad", np.array([[0, 1, 4, 3]])))
+    if "twice" in changes:
+        cells[0] = (cells[0][0], np.concatenate([cells[0][1], cells[0][1][:1]]))
+    return meshio.Mesh(points * changes.get("times", 1.0), cells)
+
+
+@pytest.mark.parametrize(
+    ("mesh", "message"),
+    [
+        (changed(times=1e3), r"in millimetres\? Give scale=1e-3"),
+        (changed(turned=[0]), r"1 of 8 cells are inverted \(numbered clockwise\)"),
+        (changed(point=(4, (2.0, 2.0, 0.0))), "inverted|folded"),
+        (changed(point=(4, (0.5, 0.5, 0.1))), r"is not flat, its box is 1 × 1 × 0\.1 m"),
+        (changed(point=(4, (np.nan, 0.5, 0.0))), "must be finite"),
+        (changed(kind="tetra"), r"has cells of type 'tetra'; a panel's mesh is flat, see solid"),
+        (changed(lines=True), "has no triangles nor quadrilaterals"),
+        (changed(mixed=True), "mixes cells of type 'quad', 'triangle'"),
+        (changed(twice=True), "3 cells share a side"),
+        ("no_such_file.msh", "there is no such file"),
+        (3.0, "must be the path of a file, or a meshio.Mesh"),
+    ],
+)
+def test_bad_meshes(mesh: Any, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        hl.mindlin_panel(mesh, 0.02, MATERIAL)
+
+
+def test_unused_points_are_dropped(caplog: pytest.LogCaptureFixture) -> None:
+    mesh = grid(2)
+    mesh.points = np.vstack([mesh.points, [[5.0, 5.0, 0.0]]])
+    panel = hl.mindlin_panel(mesh, 0.02, MATERIAL, {"left": "clamped"})
+    assert "1 of 10 points belong to no cell" in caplog.text
+    assert found(panel, 3, (0.5, 0.5)) == pytest.approx(
+        found(hl.mindlin_panel(grid(2), 0.02, MATERIAL, {"left": "clamped"}), 3, (0.5, 0.5)), rel=1e-9
+    )
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"thickness": 0.0}, r"thickness = 0\.0"),
+        ({"thickness": 2.0}, r"thickness = 2\.0: exceeds"),
+        ({"supports": {"lft": "clamped"}}, r"supports = 'lft'.*'left'"),
+        ({"supports": {"left": "glued"}}, r"supports\['left'\] = 'glued'"),
+        ({"supports": "clamped"}, "supports = 'clamped': must be a dictionary"),
+        ({"material": None}, "material = None"),
+        ({"scale": 0.0}, r"scale = 0\.0"),
+        ({"highest_frequency": np.nan}, "highest_frequency = nan"),
+        ({"additions": [Rib]}, "additions"),
+        ({"shape": hl.Outline([(0, 0), (1, 0), (0, 1)]), "scale": 1e-3}, "an Outline is in m"),
+        ({"shape": hl.Outline([(0, 0), (1, 0), (0, 1)]), "thickness": 3.0}, r"thickness = 3\.0: exceeds"),
+    ],
+)
+@pytest.mark.parametrize("make", [hl.mindlin_panel, hl.kirchhoff_panel])
+def test_bad_panels(make: Any, changes: dict[str, Any], message: str) -> None:
+    given: dict[str, Any] = {"shape": FLAT, "thickness": 0.02, "material": MATERIAL}
+    with pytest.raises(ValueError, match=message):
+        make(**(given | changes)).at(0.5, 0.5)
+
+
+@pytest.mark.parametrize(
+    ("place", "radius", "message"),
+    [
+        ((1.2, 0.5), None, "lies outside of the plate, or in a hole"),
+        ((np.nan, 0.5), None, "x = nan"),
+        ((0.0, 0.5), None, "lies on a clamped edge"),
+        ((0.5, 0.01), 0.02, "reaches beyond an edge 0.01 m away"),
+        ((0.5, 0.5), 0.7, "reaches beyond an edge 0.5 m away"),
+        ((0.5, 0.5), -1.0, "patch_radius = -1"),
+    ],
+)
+def test_bad_contacts(place: tuple[float, float], radius: float | None, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        hl.mindlin_panel(FLAT, 0.02, MATERIAL, {"left": "clamped"}, patch_radius=radius).at(*place)
+
+
+def test_cells_too_large_for_the_patch(caplog: pytest.LogCaptureFixture) -> None:
+    hl.mindlin_panel(FLAT, 0.3, MATERIAL).at(0.5, 0.5)
+    assert "at the contact" not in caplog.text
+    hl.mindlin_panel(FLAT, 0.1, MATERIAL).at(0.5, 0.5)
+    assert "cells of 0.707 m at the contact are too large for a patch of 0.05 m" in caplog.text
+
+
+def test_what_morleys_triangles_cannot() -> None:
+    with pytest.raises(ValueError, match="mindlin_panel takes both"):
+        hl.kirchhoff_panel(grid(2, quads=True), 0.02, MATERIAL)
+    with pytest.raises(ValueError, match=r"additions\[0\].*see mindlin_panel"):
+        hl.kirchhoff_panel(FLAT, 0.02, MATERIAL, additions=[Rib((0.1, 0.1), (0.5, 0.5), 1.0)]).at(0.5, 0.5)
+
+
+@pytest.mark.parametrize("one", [Mass(3.0, 0.5, 1.0), Rib((0.5, 0.5), (1.5, 0.5), 1.0)])
+def test_additions_off_the_plate(one: Any) -> None:
+    with pytest.raises(ValueError, match=r"additions\[0\] = .*lies outside of the plate"):
+        hl.mindlin_panel(FLAT, 0.02, MATERIAL, additions=[one]).at(0.5, 0.5)
