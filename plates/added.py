@@ -1,7 +1,4 @@
-"""What additions do to the matrices of a panel: point masses, stiffeners along straight lines, weakened regions.
-
-Additions are told by what they hold: a region and a factor; a bending stiffness along a line; or a place and a mass.
-"""
+"""What additions do to the matrices of a panel: point masses, stiffeners along straight lines, weakened regions."""
 
 from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias
@@ -9,6 +6,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from scipy import sparse
 
+from plates.additions import Addition, PointMass, Stiffener, Weakened
 from plates.mindlin import Mindlin
 from plates.morley import Morley
 from structures.structure import Vector
@@ -20,19 +18,19 @@ GAUSS = 5
 """Points on each part of a line that lies in one cell: exact for quartic functions."""
 
 
-def known_additions(given: Any) -> tuple[Any, ...]:
+def known_additions(given: Any) -> tuple[Addition, ...]:
     """The additions, or a ValueError where one is none."""
     if not isinstance(given, Sequence) or isinstance(given, str):
         raise ValueError(f"additions = {given!r}: must be a list of PointMass, Stiffener and Weakened")
     for i, one in enumerate(given):
-        if not any(map(lambda has, one=one: has(one), (_is_region, _is_beam, _is_mass))):  # type: ignore[misc]
+        if not isinstance(one, Addition):
             raise ValueError(f"additions[{i}] = {one!r}: must be a PointMass, a Stiffener or a Weakened")
     return tuple(given)
 
 
-def weakening(additions: Sequence[Any]) -> Callable[[Vector], Vector] | None:
+def weakening(additions: Sequence[Addition]) -> Callable[[Vector], Vector] | None:
     """The factor of the bending stiffness at points 2 × …, m; None where there is no weakened region."""
-    regions = [one for one in additions if _is_region(one)]
+    regions = [one for one in additions if isinstance(one, Weakened)]
 
     def factor(points: Vector) -> Vector:
         (x, y), found = points, np.ones(points.shape[1:])
@@ -44,36 +42,38 @@ def weakening(additions: Sequence[Any]) -> Callable[[Vector], Vector] | None:
     return factor if regions else None
 
 
-def weakest(additions: Sequence[Any]) -> float:
+def weakest(additions: Sequence[Addition]) -> float:
     """The least factor of the bending stiffness anywhere."""
-    return min([float(one.factor) for one in additions if _is_region(one)], default=1.0)
+    return min([float(one.factor) for one in additions if isinstance(one, Weakened)], default=1.0)
 
 
-def lines(additions: Sequence[Any]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def lines(additions: Sequence[Addition]) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """x and y, m, where regions end, and where stiffeners run that are parallel to an axis."""
     across: list[float] = []
     along: list[float] = []
     for one in additions:
-        if _is_region(one):
+        if isinstance(one, Weakened):
             across += one.region[:2]
             along += one.region[2:]
-        elif _is_beam(one):
+        elif isinstance(one, Stiffener):
             across += [one.start[0]] if one.start[0] == one.end[0] else []
             along += [one.start[1]] if one.start[1] == one.end[1] else []
     return tuple(across), tuple(along)
 
 
-def with_additions(theory: Theory, mass: Matrix, stiffness: Matrix, additions: Sequence[Any]) -> tuple[Matrix, Matrix]:
+def with_additions(
+    theory: Theory, mass: Matrix, stiffness: Matrix, additions: Sequence[Addition]
+) -> tuple[Matrix, Matrix]:
     """M and K with point masses and stiffeners; a ValueError names what does not lie on the plate."""
     for i, one in enumerate(additions):
         name = f"additions[{i}] = {one!r}"
         try:
-            if _is_beam(one):
+            if isinstance(one, Stiffener):
                 if not isinstance(theory, Mindlin):
                     raise ValueError("Morley's triangles are not continuous along lines; see mindlin_panel")
                 more, stiffer = _beam(theory, one)
                 mass, stiffness = mass + more, stiffness + stiffer
-            elif _is_mass(one):
+            elif isinstance(one, PointMass):
                 reading = theory.deflection(np.array([[one.x, one.y]]))
                 mass = mass + one.mass * (reading.T @ reading)
         except ValueError as error:
@@ -81,7 +81,7 @@ def with_additions(theory: Theory, mass: Matrix, stiffness: Matrix, additions: S
     return sparse.csr_array(mass), sparse.csr_array(stiffness)
 
 
-def _beam(theory: Mindlin, one: Any) -> tuple[Matrix, Matrix]:
+def _beam(theory: Mindlin, one: Stiffener) -> tuple[Matrix, Matrix]:
     """M and K of a beam that bends and twists with the plate: ½ ∫ EI (s·t)'² + GJ (s·n)'² + m ẇ² along it."""
     start, end = np.array(one.start, dtype=float), np.array(one.end, dtype=float)
     step = end - start
@@ -114,15 +114,3 @@ def _crossings(mesh: Any, start: Vector, step: Vector) -> Vector:
     kept: Vector = found[np.concatenate([[True], np.diff(found) > 1e-9])]
     kept[-1] = 1.0
     return kept
-
-
-def _is_region(one: Any) -> bool:
-    return hasattr(one, "region") and hasattr(one, "factor")
-
-
-def _is_beam(one: Any) -> bool:
-    return hasattr(one, "bending_stiffness")
-
-
-def _is_mass(one: Any) -> bool:
-    return hasattr(one, "mass") and hasattr(one, "x") and hasattr(one, "y")

@@ -99,6 +99,19 @@ class Beam:
         values[2 * cell : 2 * cell + 4] = _hermite(left, right - left, np.asarray(position))[derivative]
         return values[self.kept]
 
+    def reading(self, mirrored: bool) -> tuple[Vector, list[sparse.csr_array]]:
+        """Nodes and midpoints of cells, m, and what reads deflection, slope and curvature there, points × size each.
+
+        mirrored: as well beyond the end, of which the other half of the plate is the mirror image.
+        """
+        points = np.sort(np.concatenate([self.nodes, 0.5 * (self.nodes[1:] + self.nodes[:-1])]))
+        found = [np.array([self.at(point, derivative) for point in points]) for derivative in range(3)]
+        if mirrored:
+            points = np.concatenate([points, 2.0 * points[-1] - points[-2::-1]])
+            signs = (1.0, -1.0, 1.0)
+            found = [np.concatenate([one, sign * one[-2::-1]]) for one, sign in zip(found, signs, strict=True)]
+        return points, [sparse.csr_array(one) for one in found]
+
     def point(self, position: float, derivative: int = 0) -> Vector:
         """v⁽ⁱ⁾ u⁽ⁱ⁾ at a position as a beam matrix; i: the derivative."""
         values = self.at(position, derivative)

@@ -153,7 +153,8 @@ def section_of(
         return material.section(shear_correction)
     if not isinstance(material, Material):
         raise ValueError(
-            f"material = {material!r}: must be a Material or a Laminate; MATERIALS[name] gives a material by name"
+            f"material = {material!r}: must be a Material, a Laminate or, for panels, a Section; "
+            "MATERIALS[name] gives a material by name"
         )
     if thickness is None:
         raise ValueError("thickness = None: must be a positive number of m; only a Laminate has its own")

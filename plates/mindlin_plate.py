@@ -1,11 +1,12 @@
 """Rectangular plates in Mindlin's theory."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from plates.added import known_additions, lines
+from plates.additions import Addition
+from plates.laminate import Laminate
 from plates.panel import PATCH, Panel, wall
 from plates.plate import HIGHEST_FREQUENCY
 from plates.rectangle import MIRROR, NAMES, Rectangle
@@ -19,18 +20,18 @@ from structures.mesh_source import Tag
 def mindlin_plate(
     length: float,
     width: float,
-    thickness: float,
-    material: Material | Section,
+    thickness: float | None,
+    material: Material | Laminate | Section,
     supports: Supports,
     shear_correction: float = SHEAR_CORRECTION,
     patch_radius: float | None = None,
     highest_frequency: float = HIGHEST_FREQUENCY,
     cells: tuple[int, int] | None = None,
-    additions: Sequence[Any] = (),
+    additions: Sequence[Addition] = (),
 ) -> Panel:
     """A rectangular plate in Mindlin's theory: shear and rotary inertia, quadrilaterals of order 4; sizes in m.
 
-    material: one for all the thickness; or a Section, which brings its own thickness.
+    material: one for all the thickness; or a Laminate or a Section, which bring their own thickness.
     shear_correction: of the shear stiffness; 5/6 is Reissner's, π²/12 Mindlin's.
     patch_radius a, m: the force is spread evenly over a disc, by default of half the thickness, since a point force
     would sink without end. What Mindlin's plate and Hertz's half-space both hold of the indentation is taken out by

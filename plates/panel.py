@@ -2,7 +2,7 @@
 
 import logging
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, is_dataclass
+from dataclasses import asdict, dataclass, field
 from functools import partial
 from math import pi
 from typing import Any, NamedTuple
@@ -11,15 +11,17 @@ import numpy as np
 from scipy import sparse
 
 from plates.added import Matrix, Theory, known_additions, weakening, weakest, with_additions
+from plates.additions import Addition
 from plates.flat_mesh import FlatMesh
 from plates.indentation import bending_by_poisson, remaining_flexibility
+from plates.laminate import Laminate, section_of
 from plates.mindlin import Mindlin
 from plates.morley import Morley
 from plates.outline import Outline
 from plates.panel_mesh import PanelMesh, Shape, Sizes
 from plates.plate import HIGHEST_FREQUENCY
 from plates.plate_field import panel_sampler
-from plates.section import SHEAR_CORRECTION, Section, homogeneous
+from plates.section import SHEAR_CORRECTION, Section
 from plates.struck import cell_size, check_place, disc, mirrors
 from plates.support import ElasticEdge, Support, check_support
 from structures.checks import finite, instance, positive
@@ -68,7 +70,7 @@ class Panel:
     supports: Mapping[Tag, Support]
     patch_radius: float | None
     highest_frequency: float
-    additions: tuple[Any, ...] = ()
+    additions: tuple[Addition, ...] = ()
     _kept: dict[int, tuple[PanelMesh, _Matrices]] = field(default_factory=dict, init=False, repr=False)
 
     @property
@@ -162,18 +164,18 @@ class Panel:
             "supports": {name: asdict(s) if isinstance(s, ElasticEdge) else s for name, s in self.supports.items()},
             "patch_radius": self.patch_radius,
             "highest_frequency": self.highest_frequency,
-            "additions": [asdict(one) if is_dataclass(one) else repr(one) for one in self.additions],  # type: ignore[arg-type]
+            "additions": [asdict(one) for one in self.additions],
             "at": [x, y],
         }
 
 
 def kirchhoff_panel(
     shape: Any,
-    thickness: float,
-    material: Material | Section,
+    thickness: float | None,
+    material: Material | Laminate | Section,
     supports: Mapping[Tag, Support] | None = None,
     highest_frequency: float = HIGHEST_FREQUENCY,
-    additions: Sequence[Any] = (),
+    additions: Sequence[Addition] = (),
     scale: float | None = None,
 ) -> Panel:
     """A thin plate of any shape in Kirchhoff's theory, on Morley's triangles; arguments as in `mindlin_panel`.
@@ -193,13 +195,13 @@ def kirchhoff_panel(
 
 def mindlin_panel(
     shape: Any,
-    thickness: float,
-    material: Material | Section,
+    thickness: float | None,
+    material: Material | Laminate | Section,
     supports: Mapping[Tag, Support] | None = None,
     shear_correction: float = SHEAR_CORRECTION,
     patch_radius: float | None = None,
     highest_frequency: float = HIGHEST_FREQUENCY,
-    additions: Sequence[Any] = (),
+    additions: Sequence[Addition] = (),
     scale: float | None = None,
 ) -> Panel:
     """A plate of any shape in Mindlin's theory, on triangles or quadrilaterals of order 4; sizes in m.
@@ -208,7 +210,7 @@ def mindlin_panel(
     flat mesh of triangles or quadrilaterals: a file that meshio reads (gmsh's .msh, .vtu, Abaqus' .inp) or a
     meshio.Mesh, which all contacts share and whose cells at the contact should be no larger than twice the thickness.
     Midpoints of curved cells are dropped.
-    material: one for all the thickness; or a Section, which brings its own thickness.
+    material: one for all the thickness; or a Laminate or a Section, which bring their own thickness.
     supports: how edges are held, by name: {"rim": "clamped"}; see Supports for the kinds, and ElasticEdge. Others are
     free. Names are the outline's, or the mesh's tags: names and numbers of physical groups of lines in gmsh, sets of
     points. Edges that are polygons of curves (sides that meet at less than 30°) are held on the curve: a simple circle
@@ -226,13 +228,11 @@ def mindlin_panel(
     return Panel("Mindlin panel", found, section, held, patch, frequency, known_additions(additions))
 
 
-def wall(thickness: float, material: Material | Section, shear_correction: float) -> Section:
+def wall(thickness: float | None, material: Material | Laminate | Section, shear_correction: float) -> Section:
     """The section of a plate of a thickness, m, and a material, or the one that is given instead of a material."""
     if isinstance(material, Section):
         return material
-    thickness = positive("thickness", thickness, "m")
-    instance("material", material, Material, "a Material, or a Section; MATERIALS[name] gives one by name")
-    return homogeneous(thickness, material, positive("shear_correction", shear_correction))
+    return section_of(thickness, material, positive("shear_correction", shear_correction))
 
 
 def _shape(

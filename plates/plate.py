@@ -3,7 +3,7 @@
 import logging
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from math import isclose, pi
 from typing import TypeAlias
 
@@ -14,9 +14,11 @@ from plates.additions import Addition, Weakened, check_additions, extent
 from plates.grading import graded
 from plates.kirchhoff import Beam, plate_matrices
 from plates.laminate import Laminate, section_of
+from plates.plate_field import PlateSampler, product_sampler
 from plates.section import Section, all_around, point_rigidity
 from plates.support import ElasticEdge, Support, Supports
 from structures.checks import finite, instance, positive, whole
+from structures.field import Field
 from structures.material import Material
 from structures.structure import Structure, Vector
 from structures.surface import Surface
@@ -87,7 +89,7 @@ class Plate:
         edges = self.supports
         x, copies_x = self._inside("x", x, self.length, edges.left, edges.right)
         y, copies_y = self._inside("y", y, self.width, edges.bottom, edges.top)
-        copies = copies_x * copies_y
+        copies, more_x, more_y = copies_x * copies_y, 1, 1
         if self.cells is not None:
             along_x, along_y = self._uniform
         else:
@@ -103,7 +105,9 @@ class Plate:
         else:
             mass, stiffness = (copies * one for one in self._matrices(along_x, along_y))
         origin = {"kind": "Kirchhoff plate", **asdict(self), "at": [x, y]}
-        return Structure(mass, stiffness, None, contact, 0.0, Surface(self.section.struck), origin)
+        sampler = partial(_sampler, along_x, along_y, (more_x == 2, more_y == 2), self.section, stiffness)
+        surface, field = Surface(self.section.struck), Field(sampler, contact.size)
+        return Structure(mass, stiffness, None, contact, 0.0, surface, origin, field=field)
 
     @cached_property
     def _uniform(self) -> tuple[Beam, Beam]:
@@ -201,6 +205,14 @@ def kirchhoff_plate(
     frequency = positive("highest_frequency", highest_frequency, "Hz")
     added = check_additions(additions, length, width)
     return Plate(length, width, section.thickness, material, supports, cells, frequency, added)
+
+
+def _sampler(
+    x: Beam, y: Beam, mirrored: tuple[bool, bool], section: Section, stiffness: sparse.csr_array
+) -> PlateSampler:
+    """The fields of the whole plate."""
+    (xs, along), (ys, across) = (beam.reading(other) for beam, other in zip((x, y), mirrored, strict=True))
+    return product_sampler(xs, ys, along, across, section, stiffness)
 
 
 def _twists(section: Section) -> bool:

@@ -10,7 +10,9 @@ from typing import NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
+from plates.panel import Panel
 from plates.plate import Plate
+from plates.section import point_rigidity
 from plates.zener import zener_contact_time, zener_restitution
 from structures.checks import each, instance, positive
 from structures.material import Material
@@ -67,14 +69,15 @@ class Bead(Protocol):
         ...
 
 
-def point_impedance(plate: Plate) -> float:
+def point_impedance(plate: Plate | Panel) -> float:
     """Force over velocity of an infinite thin plate at a point, 8 √(D ρ t), N s/m; see Plate.rigidity for laminates.
 
     (Cremer, Heckl, Petersson, Structure-Borne Sound, 3rd ed., table 5.1.) It is real: an impulse I moves the point by
     I / (8 √(D ρ t)), and there it stays until an echo returns.
     """
-    instance("plate", plate, Plate, "a Plate, as kirchhoff_plate makes")
-    return float(8.0 * (plate.rigidity * plate.mass_per_area) ** 0.5)
+    if not isinstance(plate, Plate | Panel):
+        raise ValueError(f"plate = {plate!r}: must be a Plate or a Panel, as kirchhoff_plate or mindlin_plate make")
+    return float(8.0 * (point_rigidity(plate.section) * plate.mass_per_area) ** 0.5)
 
 
 # A bead on an infinite thin plate (section 6.2.1).

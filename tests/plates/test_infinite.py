@@ -73,7 +73,7 @@ def test_reduction_leaves_it_as_it_is() -> None:
     [
         (0.0, hl.PTFE, r"thickness = 0\.0"),
         (None, hl.PTFE, "thickness = None"),
-        (1e-3, "PTFE", "material = 'PTFE': must be a Material or a Laminate"),
+        (1e-3, "PTFE", "material = 'PTFE': must be a Material, a Laminate or"),
         (1e-3, LAMINATE, r"thickness = 0\.001: must be None or the laminate's own, 0\.002 m"),
     ],
 )

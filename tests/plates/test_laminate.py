@@ -170,7 +170,7 @@ def carbon(**other: float) -> hl.OrthotropicMaterial:
             r"thickness = 0\.002: must be None or .* 0\.001",
         ),
         (lambda: section_of(None, STEEL), "thickness = None: must be a positive number of m; only a Laminate"),
-        (lambda: section_of(1e-3, CARBON), "material = .*must be a Material or a Laminate"),
+        (lambda: section_of(1e-3, CARBON), "material = .*must be a Material, a Laminate or"),
     ],
 )
 def test_bad_input(make: object, message: str) -> None:

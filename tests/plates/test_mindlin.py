@@ -185,7 +185,7 @@ def test_uniform_mesh_serves_all_contacts() -> None:
         ({"thickness": float("nan")}, "thickness = nan"),
         ({"thickness": 0.5}, r"thickness = 0\.5: exceeds the plate's shorter side, 0\.2 m"),
         ({"length": -1.0}, r"length = -1\.0"),
-        ({"material": "PTFE"}, "material = 'PTFE': must be a Material, or a Section"),
+        ({"material": "PTFE"}, "material = 'PTFE': must be a Material, a Laminate or"),
         ({"supports": "free"}, "supports = 'free'"),
         ({"shear_correction": 0.0}, r"shear_correction = 0\.0"),
         ({"patch_radius": float("nan")}, "patch_radius = nan"),

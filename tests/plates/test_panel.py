@@ -1,6 +1,6 @@
 """Panels of any shape against Bessel's circles, one theory against the other, outlines against files; bad input."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,28 +18,6 @@ from structures.factor import factorise, shifted_solve
 
 MATERIAL = hl.Material(1.0e9, 0.3, 1000.0)
 NU = 0.3
-
-
-@dataclass(frozen=True)
-class Mass:
-    x: float
-    y: float
-    mass: float
-
-
-@dataclass(frozen=True)
-class Rib:
-    start: tuple[float, float]
-    end: tuple[float, float]
-    bending_stiffness: float
-    torsion_stiffness: float = 0.0
-    mass_per_length: float = 0.0
-
-
-@dataclass(frozen=True)
-class Soft:
-    region: tuple[float, float, float, float]
-    factor: float
 
 
 def found(panel: hl.Panel, count: int, place: tuple[float, float] = (0.0, 0.0)) -> np.ndarray:
@@ -262,14 +240,14 @@ def test_symmetric_half() -> None:
 def test_additions() -> None:
     """Closed forms: a mass on a rigid free plate; a whole plate weakened; a bar that bends as its stiffener does."""
     free = hl.mindlin_panel(grid(2), 0.05, MATERIAL).at(0.5, 0.5)
-    loaded = hl.mindlin_panel(grid(2), 0.05, MATERIAL, additions=[Mass(0.3, 0.6, 2.0)]).at(0.5, 0.5)
+    loaded = hl.mindlin_panel(grid(2), 0.05, MATERIAL, additions=[hl.PointMass(0.3, 0.6, 2.0)]).at(0.5, 0.5)
     lift = np.zeros(free.size)
     lift[0::3] = 1.0
     assert lift @ (loaded.mass - free.mass) @ lift == pytest.approx(2.0)
     for make in (hl.mindlin_panel, hl.kirchhoff_panel):
         held = dict.fromkeys(("left", "right", "bottom", "top"), "clamped")
         plain = found(make(grid(4), 0.001, MATERIAL, held), 3, (0.5, 0.5))
-        soft = found(make(grid(4), 0.001, MATERIAL, held, additions=[Soft((-1, 2, -1, 2), 0.25)]), 3, (0.5, 0.5))
+        soft = found(make(grid(4), 0.001, MATERIAL, held, additions=[hl.Weakened((-1, 2, -1, 2), 0.25)]), 3, (0.5, 0.5))
         assert soft == pytest.approx(0.5 * plain, rel=1e-3)
 
 
@@ -278,7 +256,7 @@ def test_stiffener(turn: float) -> None:
     """Across the middle of a soft plate, aslant: the energy of w = (x·t)²/2 along it is EI/2 for each m, of xy GJ/2."""
     rotation = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
     ends = [tuple(map(float, rotation @ end)) for end in ([0.05, 0.1], [0.85, 0.7])]
-    rib = Rib(ends[0], ends[1], 3.0, 5.0, 7.0)
+    rib = hl.Stiffener(ends[0], ends[1], 3.0, 5.0, 7.0)
     plain, ribbed = (hl.mindlin_panel(grid(3, turn), 0.05, MATERIAL, additions=rest) for rest in ([], [rib]))
     one, other = plain.at(*rotation @ [0.5, 0.5]), ribbed.at(*rotation @ [0.5, 0.5])
     along = rotation @ [0.8, 0.6]
@@ -388,7 +366,7 @@ def test_unused_points_are_dropped(caplog: pytest.LogCaptureFixture) -> None:
         ({"material": None}, "material = None"),
         ({"scale": 0.0}, r"scale = 0\.0"),
         ({"highest_frequency": np.nan}, "highest_frequency = nan"),
-        ({"additions": [Rib]}, "additions"),
+        ({"additions": [hl.Stiffener]}, "additions"),
         ({"shape": hl.Outline([(0, 0), (1, 0), (0, 1)]), "scale": 1e-3}, "an Outline is in m"),
         ({"shape": hl.Outline([(0, 0), (1, 0), (0, 1)]), "thickness": 3.0}, r"thickness = 3\.0: exceeds"),
     ],
@@ -427,10 +405,10 @@ def test_what_morleys_triangles_cannot() -> None:
     with pytest.raises(ValueError, match="mindlin_panel takes both"):
         hl.kirchhoff_panel(grid(2, quads=True), 0.02, MATERIAL)
     with pytest.raises(ValueError, match=r"additions\[0\].*see mindlin_panel"):
-        hl.kirchhoff_panel(FLAT, 0.02, MATERIAL, additions=[Rib((0.1, 0.1), (0.5, 0.5), 1.0)]).at(0.5, 0.5)
+        hl.kirchhoff_panel(FLAT, 0.02, MATERIAL, additions=[hl.Stiffener((0.1, 0.1), (0.5, 0.5), 1.0)]).at(0.5, 0.5)
 
 
-@pytest.mark.parametrize("one", [Mass(3.0, 0.5, 1.0), Rib((0.5, 0.5), (1.5, 0.5), 1.0)])
+@pytest.mark.parametrize("one", [hl.PointMass(3.0, 0.5, 1.0), hl.Stiffener((0.5, 0.5), (1.5, 0.5), 1.0)])
 def test_additions_off_the_plate(one: Any) -> None:
     with pytest.raises(ValueError, match=r"additions\[0\] = .*lies outside of the plate"):
         hl.mindlin_panel(FLAT, 0.02, MATERIAL, additions=[one]).at(0.5, 0.5)
