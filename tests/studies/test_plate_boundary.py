@@ -93,6 +93,25 @@ def test_a_distance_outside_the_lines_is_explained(quick: xr.Dataset) -> None:
 
 def test_figures_are_drawn(quick: xr.Dataset) -> None:
     figures = study.figures(quick)
-    assert set(figures) == {"amplitude_ratio", "time_of_flight", "critical_distance"}
+    assert set(figures) == {"amplitude_ratio", "time_of_flight", "critical_distance", "edges"}
     for figure in figures.values():
         assert all("mm" in axis.get_xlabel() for axis in figure.axes)
+
+
+def test_softer_edges_send_back_less(quick: xr.Dataset) -> None:
+    """Clamped, simple, free: the stiffer the edge, the more comes back; far away all are one plate."""
+    ratios = quick.edge_amplitude_ratio.fillna(0.0).sel(edge_bead=9.53e-3)
+    near = [float(ratios.sel(edge=edge, edge_distance=0.02)) for edge in ("clamped", "simple", "free")]
+    assert near[0] > near[1] > near[2]
+    far = ratios.sel(edge_distance=0.2)
+    assert float(far.max() - far.min()) < 5e-3
+    assert float(ratios.sel(edge="clamped", edge_distance=0.02)) == pytest.approx(
+        float(quick.amplitude_ratio.sel(distance=0.02, thickness=2.29e-3, diameter=9.53e-3)), rel=5e-3
+    )
+
+
+def test_shear_takes_a_little(quick: xr.Dataset) -> None:
+    """Mindlin's plate is softer than Kirchhoff's, by a few percent of AR for these beads."""
+    thin, thick = (quick.theory_amplitude_ratio.sel(theory=theory) for theory in ("Kirchhoff", "Mindlin"))
+    assert np.all(thick < thin)
+    assert np.all(thick > 0.95 * thin)
