@@ -17,6 +17,8 @@ NUMBERS = {
     "own_structure.py": ([0.8483], 2e-3),
     "mixed_chain.py": ([47.54, 43.79, 86.53, 11.7], 1e-3),
     "solid_view.py": ([0.605, 0.178], 5e-3),
+    "plate_wave.py": ([8.52], 2e-2),
+    "hidden_delamination.py": ([0.4947, 0.3672, 0.4947, 0.4947], 5e-3),
     "viscous_layer.py": ([0.398, 0.402, 0.411, 0.311, 0.407, 0.400, 0.420, 0.306], 5e-3),
     "body_from_mesh.py": ([0.9445, 0.379, 0.9445], 5e-3),
     "signal_from_file.py": ([45.4, 0.753, 460.6], 5e-3),
