@@ -16,8 +16,12 @@ from coupling.views.scene import Scene, round_number
 from structures.checks import instance, not_negative, one_of, positive
 from structures.structure import Vector
 
-SHOWN = {"von_mises": ("von Mises stress", "Pa", "viridis"), "displacement": ("displacement", "m", "viridis")}
-"""What can be shown: its name, its unit and its colours."""
+SHOWN = {
+    "von_mises": ("von Mises stress", "Pa", "viridis"),
+    "displacement": ("displacement", "m", "viridis"),
+    "deflection": ("deflection", "m", "RdBu_r"),
+}
+"""What can be shown: its name, unit and colours; those of the deflection, which has a sign, are white at zero."""
 
 UNITS = {
     "Pa": ((1e9, "GPa"), (1e6, "MPa"), (1e3, "kPa"), (1.0, "Pa")),
@@ -61,14 +65,13 @@ class Drawing:
         self.history = None if run is None else _history(run, motion)
         self.now: Any = None
         self.motion, self.dots, self.kind = motion, dots, SHOWN[show]
-        values = np.asarray(motion[show].values, dtype=float)
-        self.values = values if show == "von_mises" else np.linalg.norm(values, axis=-1)
+        self.values = _values(motion, show)
         self.scene = Scene(motion, None if factor is None else not_negative("factor", factor))
         self.high = self._usual() if highest is None else positive("highest", highest, self.kind[1])
+        self.low = -self.high if show == "deflection" else 0.0
         self.width = min(WIDEST, HIGHEST / self.scene.aspect)
-        self.renderer = Renderer(
-            self.scene, self.kind[2], self.high, round(FINER * dots * self.width), FINER * LINE * dots / 72.0
-        )
+        pixels, line = round(FINER * dots * self.width), FINER * LINE * dots / 72.0
+        self.renderer = Renderer(self.scene, self.kind[2], (self.low, self.high), pixels, line)
         self.image: Any = None
         self.figure, self.axes = self._laid_out()
 
@@ -104,11 +107,11 @@ class Drawing:
 
     def _usual(self) -> float:
         """A round number that WITHIN of the body stays below, or the greatest value where that is near."""
-        of_cells = self.values[:, self.motion.cells.values].mean(axis=2)
+        of_cells = abs(self.values[:, self.motion.cells.values].mean(axis=2))
         order, size = np.argsort(of_cells, axis=None), np.broadcast_to(self.scene.sizes(), of_cells.shape).ravel()
         passed = np.cumsum(size[order])
         usual = float(of_cells.ravel()[order[np.searchsorted(passed, WITHIN * passed[-1])]])
-        greatest = float(self.values.max())
+        greatest = float(abs(self.values).max())
         if not greatest > 0.0:
             return 1.0
         return greatest if usual > 0.5 * greatest else round_number(usual, up=True, ladder=COLOUR_ENDS)
@@ -133,8 +136,9 @@ class Drawing:
             else axes(left + self.width + BAR_GAP, below, BAR, height)
         )
         scale, unit = _suitable(self.high, self.kind[1])
-        extend = "max" if self.values.max() > self.high * (1.0 + 1e-9) else "neither"
-        colours = ScalarMappable(Normalize(0.0, self.high / scale), self.kind[2])
+        above, below_it = self.values.max() > self.high * (1.0 + 1e-9), self.values.min() < self.low * (1.0 + 1e-9)
+        extend = {(True, True): "both", (True, False): "max", (False, True): "min"}.get((above, below_it), "neither")
+        colours = ScalarMappable(Normalize(self.low / scale, self.high / scale), self.kind[2])
         way = "horizontal" if wide else "vertical"
         shown = figure.colorbar(colours, cax=bar, extend=extend, extendfrac=0.04, orientation=way)
         shown.set_label(f"{self.kind[0]} ({unit})", fontsize=LETTERS)
@@ -187,6 +191,16 @@ class Drawing:
             va="top", fontsize=LETTERS, annotation_clip=False,
         )  # fmt: skip
         self.axes.set(xlim=(left, right), ylim=(bottom, top))
+
+
+def _values(motion: xr.Dataset, show: str) -> Vector:
+    """What is shown, times × points; the deflection is the displacement into the struck face."""
+    if show == "von_mises":
+        return np.asarray(motion.von_mises.values, dtype=float)
+    vectors = np.asarray(motion.displacement.values, dtype=float)
+    if show == "deflection":
+        return np.asarray(-vectors @ np.array(motion.attrs["up"]))
+    return np.asarray(np.linalg.norm(vectors, axis=-1))
 
 
 def _history(run: xr.Dataset, motion: xr.Dataset) -> tuple[Vector, Vector]:

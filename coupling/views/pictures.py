@@ -35,7 +35,8 @@ def picture(
 ) -> Path:
     """Draw the body of a `structure_motion` at its time nearest to `time` (s) into a .png, .pdf or .svg; its path.
 
-    time: by default that of the greatest displacement. show: "von_mises" or "displacement", the size of the vector.
+    time: by default that of the greatest displacement. show: "von_mises"; "displacement", the size of the
+    vector; or "deflection", its part into the struck face, with its sign.
     factor: how much larger than true the displacement is drawn; by default a round number, for a tenth of the body's
     shortest side. highest: the upper end of the colours, Pa or m; by default a round number that 95 % of the body
     stays below. Give both to compare pictures. run: the Dataset that the motion is of; the force of its last bead on

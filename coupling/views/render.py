@@ -35,11 +35,12 @@ NO_WINDOW = (
 class Renderer:
     """Images of a scene; close it after use.
 
-    colours: a colour map of matplotlib's. high: its upper end. pixels: the width of the images. line: that of lines.
+    colours: a colour map of matplotlib's. ends: its lower and its upper end. pixels: the width of the images. line:
+    that of lines.
     Raises OSError where the machine cannot draw.
     """
 
-    def __init__(self, scene: Scene, colours: str, high: float, pixels: int, line: float) -> None:
+    def __init__(self, scene: Scene, colours: str, ends: tuple[float, float], pixels: int, line: float) -> None:
         check_window()
         import pyvista
 
@@ -59,7 +60,7 @@ class Renderer:
                 self.plotter.add_mesh(at_rest, color=REST_COLOUR, line_width=line, lighting=False)
             surface.point_data["value"] = np.zeros(surface.n_points)
             body = self.plotter.add_mesh(
-                surface, scalars="value", cmap=colours, clim=(0.0, high), show_scalar_bar=False,
+                surface, scalars="value", cmap=colours, clim=ends, show_scalar_bar=False,
                 lighting=not scene.flat, ambient=0.65, diffuse=0.4,
             )  # fmt: skip
             body.prop.interpolation = "Gouraud"

@@ -69,7 +69,7 @@ def test_pictures_of_a_plate(tmp_path: Path) -> None:
         pytest.skip(str(error))
     structure = hl.reduce(PLATE.at(0.05, SIDE / 2.0), UNTIL, keep_field=True)
     run, motion = moved(structure)
-    path = hl.picture(motion, tmp_path / "plate.png", show="displacement", run=run)
+    path = hl.picture(motion, tmp_path / "plate.png", show="deflection", run=run)
     assert path.stat().st_size > 10_000
     hl.animation(motion, tmp_path / "plate.gif", show="displacement", run=run)
     assert (tmp_path / "plate.gif").stat().st_size > path.stat().st_size / 4
