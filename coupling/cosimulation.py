@@ -58,7 +58,8 @@ class CoSimulation:
             self.structure = structure
         else:
             raise ValueError(
-                f"structure = {structure!r}: must be a Structure, None, or an object with surface, start and advance"
+                f"structure = {type(structure).__name__}: must be a Structure (of a plate plate.at(x, y)), None, or an "
+                "object with surface, start and advance"
             )
         if isinstance(self.scheme, type) or not hasattr(self.scheme, "step"):
             raise ValueError(f"scheme = {scheme!r}: must be a scheme such as Condensed() or Aitken()")

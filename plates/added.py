@@ -28,6 +28,21 @@ def known_additions(given: Any) -> tuple[Addition, ...]:
     return tuple(given)
 
 
+def check_regions(mesh: Any, additions: Sequence[Addition]) -> None:
+    """A ValueError where a weakened region does not lie within the panel's box."""
+    (left, bottom), (right, top) = mesh.p.min(axis=1), mesh.p.max(axis=1)
+    spare = 1e-6 * max(right - left, top - bottom)
+    for i, one in enumerate(additions):
+        if not isinstance(one, Weakened):
+            continue
+        inside = left - spare <= one.region[0] and one.region[1] <= right + spare
+        if not (inside and bottom - spare <= one.region[2] and one.region[3] <= top + spare):
+            raise ValueError(
+                f"additions[{i}] = {one!r}: must lie on the panel, between x = {left:.4g} and {right:.4g}, "
+                f"y = {bottom:.4g} and {top:.4g} m"
+            )
+
+
 def weakening(additions: Sequence[Addition]) -> Callable[[Vector], Vector] | None:
     """The factor of the bending stiffness at points 2 × …, m; None where there is no weakened region."""
     regions = [one for one in additions if isinstance(one, Weakened)]

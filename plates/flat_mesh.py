@@ -76,6 +76,11 @@ class FlatMesh:
         """The names and numbers of the edges."""
         return list(self._mesh.edges)
 
+    @property
+    def area(self) -> float:
+        """Nothing, as the mesh is there already."""
+        return 0.0
+
     def mesh(self, x: float, y: float, size: Sizes) -> PanelMesh:
         """The same mesh for all contact points; a warning where it is coarser than the waves want."""
         mesh = self._mesh.mesh
@@ -140,3 +145,11 @@ def _check_sides(mesh: Any) -> None:
     if shared.max() > 2:
         place = near(mesh.p[:, mesh.facets[:, shared.argmax()]].T)
         raise ValueError(f"mesh: {shared.max()} cells share a side near {place}; cells must not lie on each other")
+    inside = np.flatnonzero(mesh.f2t[1] >= 0)
+    start, end = mesh.p[:, mesh.facets[:, inside]].transpose(1, 0, 2)
+    middles = mesh.p[:, mesh.t].mean(axis=1)[:, mesh.f2t[:, inside]]
+    (along, up), away = end - start, middles - start[:, None]
+    beside = along * away[1] - up * away[0]
+    if (beside[0] * beside[1] >= 0.0).any():
+        place = near(mesh.p[:, mesh.facets[:, inside[(beside[0] * beside[1]).argmax()]]].T)
+        raise ValueError(f"mesh: both cells of a side lie on the same side of it near {place}; it is folded there")

@@ -7,7 +7,7 @@ import numpy as np
 from plates.added import known_additions, lines
 from plates.additions import Addition
 from plates.laminate import Laminate
-from plates.panel import PATCH, Panel, wall
+from plates.panel import Panel, patch_of, wall
 from plates.plate import HIGHEST_FREQUENCY
 from plates.rectangle import MIRROR, NAMES, Rectangle
 from plates.section import SHEAR_CORRECTION, Section
@@ -55,7 +55,7 @@ def mindlin_plate(
         if np.shape(cells) != (2,):
             raise ValueError(f"cells = {cells!r}: must be two whole numbers, along x and along y")
         cells = (whole("cells[0]", cells[0]), whole("cells[1]", cells[1]))
-    patch = PATCH * section.thickness if patch_radius is None else positive("patch_radius", patch_radius, "m")
+    patch = patch_of(section, patch_radius)
     added = known_additions(additions)
     skewed = section.bending[2, :2].any() or section.bending[:2, 2].any() or section.shear[0, 1] != 0.0
     alike = not added and not skewed

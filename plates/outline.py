@@ -62,6 +62,12 @@ class Outline:
         """The longer side of the box around it, m."""
         return float(np.ptp(np.array(self.corners), axis=0).max())
 
+    @property
+    def area(self) -> float:
+        """Inside the corners, holes included, m²."""
+        x, y = np.array(self.corners).T
+        return float(abs(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2.0)
+
     def contains(self, x: float, y: float) -> bool:
         """Whether a point, m, lies inside, and in no hole; points on an edge may count as either."""
         point = np.array([x, y])

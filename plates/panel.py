@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy import sparse
 
-from plates.added import Matrix, Theory, known_additions, weakening, weakest, with_additions
+from plates.added import Matrix, Theory, check_regions, known_additions, weakening, weakest, with_additions
 from plates.additions import Addition
 from plates.flat_mesh import FlatMesh
 from plates.indentation import bending_by_poisson, remaining_flexibility
@@ -18,7 +18,7 @@ from plates.laminate import Laminate, section_of
 from plates.mindlin import Mindlin
 from plates.morley import Morley
 from plates.outline import Outline
-from plates.panel_mesh import PanelMesh, Shape, Sizes
+from plates.panel_mesh import PanelMesh, Shape, Sizes, check_straight
 from plates.plate import HIGHEST_FREQUENCY
 from plates.plate_field import panel_sampler
 from plates.section import SHEAR_CORRECTION, Section
@@ -42,6 +42,12 @@ PATCH = 0.5
 PATCHES = 5.0
 """Cells at the contact may be larger than the patch's radius by this: four times cost 0.2 % of the compliance, eight
 times 3 %."""
+
+WIDEST = 2.0
+"""Thicknesses that a patch's radius may have: there AR is some 0.5 % off, at three 3 %."""
+
+MOST = 2_000_000
+"""Degrees of freedom that may be assembled."""
 
 MANY = 200_000
 """Degrees of freedom. 100 000 reduce in some 15 s."""
@@ -99,6 +105,7 @@ class Panel:
         on an edge that cannot move, and where the patch reaches beyond an edge.
         """
         x, y = finite("x", x, "m"), finite("y", y, "m")
+        self._check_size()
         place, panel = np.array([x, y]), self.shape.mesh(x, y, self._sizes)
         check_place(panel, self.supports, place, self.patch_radius)
         across = mirrors(panel, self.supports, place)
@@ -121,6 +128,16 @@ class Panel:
         surface, origin = Surface(self.section.struck), self._origin(x, y)
         return Structure(mass, stiffness, None, contact, flexibility, surface, origin, field=fields)
 
+    def _check_size(self) -> None:
+        """A ValueError before a mesh is made that would not fit in memory."""
+        coarsest, each = self._sizes.coarsest, 1 if self.patch_radius is None else 3 * DEGREE**2
+        count = each * self.shape.area / coarsest**2
+        if count > MOST:
+            raise ValueError(
+                f"highest_frequency = {self.highest_frequency!r}: wants some {count:.2g} degrees of freedom on "
+                f"{self.shape.area:.3g} m² of plate, more than {MOST:.0e}; is the plate in millimetres?"
+            )
+
     @property
     def _sizes(self) -> Sizes:
         wave = self.shortest_wavelength
@@ -140,11 +157,14 @@ class Panel:
         return self._kept[copies][1]
 
     def _assembled(self, panel: PanelMesh) -> _Matrices:
+        check_regions(panel.mesh, self.additions)
         thin = self.patch_radius is None
         theory: Theory = Morley(panel.mesh, self.section) if thin else Mindlin(panel.mesh, self.section, DEGREE)
         mass, stiffness = theory.matrices(weakening(self.additions))
         supports = {name: support for name, support in self.supports.items() if panel.edges[name].size}
         for name, support in supports.items():
+            if support in ("simple", "soft simple") and panel.mesh.t.shape[0] == 4:
+                check_straight(panel.mesh, panel.edges[name], name)
             if isinstance(support, ElasticEdge):
                 stiffness = stiffness + theory.springs(panel.edges[name], support)
         mass, stiffness = with_additions(theory, mass, stiffness, self.additions)
@@ -214,7 +234,7 @@ def mindlin_panel(
     supports: how edges are held, by name: {"rim": "clamped"}; see Supports for the kinds, and ElasticEdge. Others are
     free. Names are the outline's, or the mesh's tags: names and numbers of physical groups of lines in gmsh, sets of
     points. Edges that are polygons of curves (sides that meet at less than 30°) are held on the curve: a simple circle
-    of 96 corners is good to 0.1 %; on quadrilaterals one side of a cell must be one side of the polygon for it.
+    of 96 corners is good to 0.1 %; on quadrilaterals they are refused.
     additions: PointMass; Stiffener along any straight line; Weakened, exact where cells end at the region's edges.
     scale: m per unit of the mesh. None is 1, and refuses panels that look like millimetres.
     shear_correction, patch_radius, highest_frequency: see `mindlin_plate`.
@@ -223,14 +243,27 @@ def mindlin_panel(
     """
     section = wall(thickness, material, shear_correction)
     found, held = _shape(shape, section, supports, scale)
-    patch = PATCH * section.thickness if patch_radius is None else positive("patch_radius", patch_radius, "m")
+    patch = patch_of(section, patch_radius)
     frequency = positive("highest_frequency", highest_frequency, "Hz")
     return Panel("Mindlin panel", found, section, held, patch, frequency, known_additions(additions))
+
+
+def patch_of(section: Section, given: float | None) -> float:
+    """The radius of the disc that is pushed, m; a ValueError where it is no spot beside the thickness."""
+    if given is None:
+        return PATCH * section.thickness
+    patch, widest = positive("patch_radius", given, "m"), WIDEST * section.thickness
+    if patch > widest:
+        raise ValueError(f"patch_radius = {given!r}: must be at most {WIDEST:g} thicknesses, {widest:.4g} m")
+    return patch
 
 
 def wall(thickness: float | None, material: Material | Laminate | Section, shear_correction: float) -> Section:
     """The section of a plate of a thickness, m, and a material, or the one that is given instead of a material."""
     if isinstance(material, Section):
+        own = material.thickness
+        if thickness is not None and abs(positive("thickness", thickness, "m") - own) > 1e-6 * own:
+            raise ValueError(f"thickness = {thickness!r}: must be None or the section's own, {own:.9g} m")
         return material
     return section_of(thickness, material, positive("shear_correction", shear_correction))
 

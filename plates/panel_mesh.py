@@ -11,6 +11,9 @@ from structures.structure import Vector
 QUARTER_TURN = np.array([[0.0, -1.0], [1.0, 0.0]])
 """Turns vectors, as rows, to the right: those along an edge that has the plate on its left point outward then."""
 
+STRAIGHT, CURVED = 1e-3, 0.5
+"""Sines of the angle at which two sides of a curve meet: at less they are one line, at more there is a corner."""
+
 OUTSIDE = 1e-9
 """A point may lie beside the mesh by this part of the cell beside it."""
 
@@ -42,6 +45,11 @@ class Shape(Protocol):
         """The names of its edges."""
         ...
 
+    @property
+    def area(self) -> float:
+        """Of the panel, m²."""
+        ...
+
     def mesh(self, x: float, y: float, size: Sizes) -> PanelMesh:
         """Its mesh for a contact at (x, y)."""
         ...
@@ -49,6 +57,20 @@ class Shape(Protocol):
     def described(self) -> dict[str, Any]:
         """How it was made, as plain data."""
         ...
+
+
+def check_straight(mesh: Any, facets: Numbers, name: Tag) -> None:
+    """A ValueError where the sides of an edge meet at small angles, as those of a curve do."""
+    ends, ways = mesh.facets[:, facets], tangents(mesh, facets)
+    both = np.concatenate([ends[0], ends[1]])
+    order = np.argsort(both, kind="stable")
+    met = np.flatnonzero(np.diff(both[order]) == 0)
+    one, other = order[met] % facets.size, order[met + 1] % facets.size
+    turn = abs(ways[one, 0] * ways[other, 1] - ways[one, 1] * ways[other, 0])
+    if ((turn > STRAIGHT) & (turn < CURVED)).any():
+        raise ValueError(
+            f"supports[{name!r}]: a curve of quadrilaterals cannot be simple, which would clamp it; mesh with triangles"
+        )
 
 
 def tangents(mesh: Any, facets: Numbers) -> Vector:

@@ -32,6 +32,9 @@ FINEST, COARSEST = 12.0, 1.7
 """Cells to a wavelength at the highest frequency: at the contact, and far from it, where only the slower waves matter.
 On the thesis's plates amplitude ratios are within 0.4 % of those of 24 and 3 cells (benchmarks/plate_meshes.py)."""
 
+MOST = 2_000_000
+"""Degrees of freedom that may be assembled."""
+
 NEAREST = 1e-6
 """A contact nearer than this part of a side to an edge lies on it."""
 
@@ -90,6 +93,7 @@ class Plate:
         x, copies_x = self._inside("x", x, self.length, edges.left, edges.right)
         y, copies_y = self._inside("y", y, self.width, edges.bottom, edges.top)
         copies, more_x, more_y = copies_x * copies_y, 1, 1
+        self._check_size()
         if self.cells is not None:
             along_x, along_y = self._uniform
         else:
@@ -108,6 +112,15 @@ class Plate:
         sampler = partial(_sampler, along_x, along_y, (more_x == 2, more_y == 2), self.section, stiffness)
         surface, field = Surface(self.section.struck), Field(sampler, contact.size)
         return Structure(mass, stiffness, None, contact, 0.0, surface, origin, field=field)
+
+    def _check_size(self) -> None:
+        """A ValueError before a mesh is made that would not fit in memory."""
+        count = 4.0 * self.length * self.width * (COARSEST / self.shortest_wavelength) ** 2
+        if self.cells is None and count > MOST:
+            raise ValueError(
+                f"highest_frequency = {self.highest_frequency!r}: wants some {count:.2g} degrees of freedom on "
+                f"{self.length} × {self.width} m of plate, more than {MOST:.0e}; is the plate in millimetres?"
+            )
 
     @cached_property
     def _uniform(self) -> tuple[Beam, Beam]:
@@ -197,6 +210,8 @@ def kirchhoff_plate(
         if np.shape(cells) != (2,):
             raise ValueError(f"cells = {cells!r}: must be two whole numbers, along x and along y")
         cells = (whole("cells[0]", cells[0]), whole("cells[1]", cells[1]))
+    if section.thickness > min(length, width):
+        raise ValueError(f"thickness = {section.thickness!r}: exceeds the plate's shorter side, {min(length, width)} m")
     if section.thickness > min(length, width) / 10.0:
         log.warning(
             "thickness %g m is over a tenth of the plate's sides: Kirchhoff's theory is for thin plates",

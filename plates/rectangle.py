@@ -38,6 +38,11 @@ class Rectangle:
         """The edges, and the middle lines where only half is meshed."""
         return [*NAMES, MIRROR]
 
+    @property
+    def area(self) -> float:
+        """m²; nothing where the cells are given."""
+        return self.length * self.width if self.cells is None else 0.0
+
     def mesh(self, x: float, y: float, size: Sizes) -> PanelMesh:
         """Of the plate, or of its half or quarter where the contact lies on lines of symmetry."""
         if self.cells is not None:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from structures.checks import instance, not_negative, positive
 from structures.elasticity import shear_modulus
 from structures.material import Material
 from structures.structure import Vector
@@ -32,9 +33,33 @@ class Section:
     thickness: float
     struck: Material
 
+    def __post_init__(self) -> None:
+        for name, size in (("bending", 3), ("shear", 2)):
+            object.__setattr__(self, name, _positive_definite(name, getattr(self, name), size))
+        for name, unit in (("mass", "kg/m²"), ("thickness", "m")):
+            object.__setattr__(self, name, positive(name, getattr(self, name), unit))
+        object.__setattr__(self, "rotary_inertia", not_negative("rotary_inertia", self.rotary_inertia, "kg"))
+        instance("struck", self.struck, Material, "a Material, whose E and ν a bead meets")
+
+
+def _positive_definite(name: str, given: object, size: int) -> Vector:
+    """A stiffness as an array, or a ValueError where it is none."""
+    try:
+        matrix = np.asarray(given, dtype=float)
+    except (TypeError, ValueError):
+        matrix = np.zeros(0)
+    if matrix.shape != (size, size) or not np.isfinite(matrix).all():
+        shown = matrix.tolist() if matrix.size else given
+        raise ValueError(f"{name} = {shown!r}: must be {size} × {size} finite numbers")
+    if abs(matrix - matrix.T).max() > 1e-9 * abs(matrix).max() or np.linalg.eigvalsh(matrix)[0] <= 0.0:
+        raise ValueError(f"{name} = {matrix.tolist()!r}: must be symmetric and positive definite")
+    return matrix
+
 
 def homogeneous(thickness: float, material: Material, shear_correction: float = SHEAR_CORRECTION) -> Section:
-    """The section of a plate of one isotropic material."""
+    """The section of a plate of one isotropic material; thickness in m."""
+    thickness, shear_correction = positive("thickness", thickness, "m"), positive("shear_correction", shear_correction)
+    instance("material", material, Material, "a Material; MATERIALS[name] gives one by name")
     nu, rigidity = material.poisson_ratio, material.contact_modulus * thickness**3 / 12.0
     bending = rigidity * np.array([[1.0, nu, 0.0], [nu, 1.0, 0.0], [0.0, 0.0, (1.0 - nu) / 2.0]])
     shear = shear_correction * shear_modulus(material) * thickness * np.eye(2)

@@ -81,7 +81,7 @@ def known_field(structure: Structure) -> Field:
     kind = structure.origin.get("kind", "structure")
     if "reduction" in structure.origin:
         raise ValueError(f"structure: this {kind} lost its field when it was reduced; reduce(..., keep_field=True)")
-    raise ValueError(f"structure: a {kind} has no field; cylinder(...) and solid(...) have one")
+    raise ValueError(f"structure: the {kind} has no field; cylinders, solids and plates have one")
 
 
 def _numbers(name: str, values: object) -> Vector:

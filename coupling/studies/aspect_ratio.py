@@ -45,6 +45,8 @@ PRINTED = {
 """λ and T_c, µs, of section 6.2.1, by bead diameter and plate thickness."""
 
 
+MISPRINT = "; 0.2 is a misprint of 0.29, as the contact time beside it tells"
+
 THEIR_SIZE = {19.05e-3: 19.1e-3}
 """m; section 6.2.1 takes 19.1 mm, 6.2.2 also 19.05."""
 
@@ -118,7 +120,7 @@ def _printed(data: xr.Dataset) -> list[Row]:
         rows.append(
             Row(f"λ, {label}", parameter, found, "",
                 f"equation 6.37 at the striker's {boundary.IMPACT_SPEED} m/s; the printed one follows from "
-                f"{THESIS_IMPACT.bead_speed:.3g} m/s and 8000 kg/m³: {again:.3g}")
+                f"{THESIS_IMPACT.bead_speed:.3g} m/s and 8000 kg/m³: {again:.3g}{MISPRINT if parameter == 0.2 else ''}")
         )  # fmt: skip
         if duration is None:
             continue

@@ -247,7 +247,7 @@ def test_no_agreement_names_window_time_and_residual() -> None:
     ("keywords", "message"),
     [
         ({"chain": "chain"}, "chain = 'chain'"),
-        ({"structure": 3.0}, r"structure = 3\.0"),
+        ({"structure": 3.0}, r"structure = float: must be a Structure \(of a plate plate\.at"),
         ({"structure": Spring()}, r"scheme = Condensed.*needs a Structure; use Aitken"),
         ({"scheme": hl.Aitken}, "scheme = .*must be a scheme such as"),
         ({"scheme": "aitken"}, "scheme = 'aitken'"),

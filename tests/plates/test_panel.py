@@ -1,5 +1,6 @@
 """Panels of any shape against Bessel's circles, one theory against the other, outlines against files; bad input."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ from frequencies import parameters
 from scipy.optimize import brentq
 from scipy.special import ive, jv
 from skfem import MeshQuad, MeshTri
+from skfem.io.meshio import to_meshio
 
 import hertzlink as hl
 from plates.panel_mesh import QUARTER_TURN, tangents
@@ -247,7 +249,7 @@ def test_additions() -> None:
     for make in (hl.mindlin_panel, hl.kirchhoff_panel):
         held = dict.fromkeys(("left", "right", "bottom", "top"), "clamped")
         plain = found(make(grid(4), 0.001, MATERIAL, held), 3, (0.5, 0.5))
-        soft = found(make(grid(4), 0.001, MATERIAL, held, additions=[hl.Weakened((-1, 2, -1, 2), 0.25)]), 3, (0.5, 0.5))
+        soft = found(make(grid(4), 0.001, MATERIAL, held, additions=[hl.Weakened((0, 1, 0, 1), 0.25)]), 3, (0.5, 0.5))
         assert soft == pytest.approx(0.5 * plain, rel=1e-3)
 
 
@@ -385,7 +387,7 @@ def test_bad_panels(make: Any, changes: dict[str, Any], message: str) -> None:
         ((np.nan, 0.5), None, "x = nan"),
         ((0.0, 0.5), None, "lies on a clamped edge"),
         ((0.5, 0.01), 0.02, "reaches beyond an edge 0.01 m away"),
-        ((0.5, 0.5), 0.7, "reaches beyond an edge 0.5 m away"),
+        ((0.5, 0.5), 0.7, r"patch_radius = 0\.7: must be at most 2 thicknesses, 0\.04 m"),
         ((0.5, 0.5), -1.0, "patch_radius = -1"),
     ],
 )
@@ -412,3 +414,59 @@ def test_what_morleys_triangles_cannot() -> None:
 def test_additions_off_the_plate(one: Any) -> None:
     with pytest.raises(ValueError, match=r"additions\[0\] = .*lies outside of the plate"):
         hl.mindlin_panel(FLAT, 0.02, MATERIAL, additions=[one]).at(0.5, 0.5)
+
+
+@pytest.mark.parametrize("make", [hl.mindlin_panel, hl.kirchhoff_panel])
+@pytest.mark.parametrize("region", [(1.2, 1.5, 0.2, 0.4), (0.8, 1.4, 0.2, 0.4), (80.0, 120.0, 80.0, 120.0)])
+def test_weakened_regions_off_the_panel(make: Callable[..., hl.Panel], region: tuple[float, ...]) -> None:
+    with pytest.raises(ValueError, match=r"additions\[0\] = Weakened.*: must lie on the panel, between x = 0 and 1"):
+        make(grid(2), 0.02, MATERIAL, additions=[hl.Weakened(region, 0.5)]).at(0.5, 0.5)
+
+
+def test_a_round_edge_of_quadrilaterals_cannot_be_simple() -> None:
+    """It would be clamped; a straight edge of the same half ring may be simple, and the rim clamped."""
+    disc = to_meshio(MeshQuad.init_tensor(np.linspace(0.5, 1.0, 5), np.linspace(0.0, 2.0, 9)))
+    r, angle = disc.points[:, 0].copy(), disc.points[:, 1].copy()
+    disc.points = np.column_stack([r * np.cos(angle), r * np.sin(angle), 0.0 * r])
+    disc.point_sets = {"rim": np.flatnonzero(np.isclose(r, 1.0)), "end": np.flatnonzero(angle == 0.0)}
+    place = 0.75 * np.array([np.cos(1.0), np.sin(1.0)])
+    for kind in ("simple", "soft simple"):
+        with pytest.raises(ValueError, match=r"supports\['rim'\]: a curve of quadrilaterals cannot be simple"):
+            hl.mindlin_panel(disc, 0.05, MATERIAL, {"rim": kind}).at(*place)
+    assert hl.mindlin_panel(disc, 0.05, MATERIAL, {"rim": "clamped", "end": "simple"}).at(*place).size > 0
+
+
+def test_cells_on_the_same_side_of_their_side() -> None:
+    points = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.1, 0.1, 0.0], [0.05, 0.02, 0.0]])
+    folded = meshio.Mesh(points, [("triangle", np.array([[0, 1, 2], [0, 1, 3]]))])
+    with pytest.raises(ValueError, match="both cells of a side lie on the same side of it"):
+        hl.mindlin_panel(folded, 1e-3, MATERIAL)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: hl.kirchhoff_plate(300.0, 200.0, 2e-3, MATERIAL, hl.Supports()).at(150.0, 100.0), "in millimetres"),
+        (lambda: hl.mindlin_plate(300.0, 200.0, 2e-3, MATERIAL, hl.Supports()).at(150.0, 100.0), "in millimetres"),
+        (
+            lambda: hl.mindlin_panel(hl.Outline([(0, 0), (300, 0), (0, 200)]), 2e-3, MATERIAL).at(50.0, 50.0),
+            "in millimetres",
+        ),
+        (lambda: hl.kirchhoff_plate(0.3, 0.2, 2.0, MATERIAL, hl.Supports()), r"thickness = 2\.0: exceeds"),
+        (
+            lambda: hl.mindlin_plate(0.3, 0.2, 5e-3, hl.homogeneous(3e-3, MATERIAL), hl.Supports()),
+            r"thickness = 0\.005: must be None or the section's own, 0\.003 m",
+        ),
+        (lambda: hl.homogeneous(0.0, MATERIAL), r"thickness = 0\.0"),
+        (lambda: hl.homogeneous(2e-3, MATERIAL, -1.0), r"shear_correction = -1\.0"),
+        (lambda: replace(hl.homogeneous(2e-3, MATERIAL), mass=0.0), r"mass = 0\.0"),
+        (lambda: replace(hl.homogeneous(2e-3, MATERIAL), bending=np.eye(2)), "bending = .*must be 3 × 3"),
+        (lambda: replace(hl.homogeneous(2e-3, MATERIAL), bending=-np.eye(3)), "symmetric and positive definite"),
+        (lambda: replace(hl.homogeneous(2e-3, MATERIAL), bending=np.eye(3) + np.eye(3, k=1)), "symmetric and positive"),
+        (lambda: replace(hl.homogeneous(2e-3, MATERIAL), shear=np.full((2, 2), np.nan)), "shear = .*finite"),
+        (lambda: hl.lamb_phase_speed(MATERIAL, 1e-3, "1e4", "A0"), "frequency = '1e4'"),  # type: ignore[type-var]
+    ],
+)
+def test_nonsense_that_was_once_taken(call: Callable[[], object], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        call()

@@ -184,7 +184,7 @@ def test_a_viscous_layer_of_a_cylinder_is_that_of_the_rod_where_it_does_not_wide
 
 
 def test_parts_of_what_has_no_field() -> None:
-    with pytest.raises(ValueError, match="structure: a rod has no field; cylinder"):
+    with pytest.raises(ValueError, match="structure: the rod has no field; cylinders"):
         hl.stiffness_parts(hl.rod(LAYERS))
     with pytest.raises(ValueError, match="structure: this cylinder lost its field when it was reduced"):
         hl.stiffness_parts(hl.reduce(hl.cylinder(LAYERED), 5e-4))
