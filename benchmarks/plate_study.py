@@ -24,7 +24,7 @@ from coupling.studies import plate_boundary as study
 SHORT = 20
 """Windows of a shortened full-order run."""
 
-CORES, LONGEST = 2, 120.0
+CORES, LONGEST = 2, 60.0
 """Target: the whole study in two processes, s."""
 
 ASSEMBLY, REDUCTION = "assembly", "reduction (factorisation, Krylov vectors)"
