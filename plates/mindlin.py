@@ -15,7 +15,7 @@ from scipy import sparse
 
 from plates.panel_mesh import QUARTER_TURN, tangents
 from plates.section import Section
-from plates.space import Space
+from plates.shape_functions import Space
 from plates.support import ElasticEdge, Support
 from structures.mesh_source import Numbers, Tag
 from structures.structure import Vector

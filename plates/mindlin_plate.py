@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from plates.added import known_additions, lines
 from plates.additions import Addition
 from plates.laminate import Laminate
 from plates.panel import Panel, patch_of, wall
+from plates.panel_additions import known_additions, lines
 from plates.plate import HIGHEST_FREQUENCY
 from plates.rectangle import MIRROR, NAMES, Rectangle
 from plates.section import SHEAR_CORRECTION, Section

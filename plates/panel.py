@@ -10,19 +10,19 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy import sparse
 
-from plates.added import Matrix, Theory, check_regions, known_additions, weakening, weakest, with_additions
 from plates.additions import Addition
+from plates.contact_place import cell_size, check_place, disc, mirrors
 from plates.flat_mesh import FlatMesh
 from plates.indentation import bending_by_poisson, remaining_flexibility
 from plates.laminate import Laminate, section_of
 from plates.mindlin import Mindlin
 from plates.morley import Morley
 from plates.outline import Outline
+from plates.panel_additions import Matrix, Theory, check_regions, known_additions, weakening, weakest, with_additions
 from plates.panel_mesh import PanelMesh, Shape, Sizes, check_straight
 from plates.plate import HIGHEST_FREQUENCY
 from plates.plate_field import panel_sampler
 from plates.section import SHEAR_CORRECTION, Section
-from plates.struck import cell_size, check_place, disc, mirrors
 from plates.support import ElasticEdge, Support, check_support
 from structures.checks import finite, instance, positive
 from structures.field import Field
