@@ -14,7 +14,7 @@ from math import log, pi
 
 import numpy as np
 
-from plates.section import Section
+from plates.section import Section, all_around
 
 LAYER = -2.252968
 """∫ B(x) − 12/x³ − 2.4/x [x < 1] dx from 0 on."""
@@ -48,6 +48,4 @@ def remaining_flexibility(section: Section, radius: float) -> float:
 
 def _rigidity(section: Section) -> float:
     """D, N m, by which the plate bends under a point force in the mean over all directions."""
-    angle = np.linspace(0.0, pi, 180, endpoint=False)
-    into = np.stack([np.cos(angle) ** 2, np.sin(angle) ** 2, 2.0 * np.sin(angle) * np.cos(angle)])
-    return float(1.0 / (1.0 / np.einsum("ia,ij,ja->a", into, section.bending, into)).mean())
+    return float(1.0 / (1.0 / all_around(section)).mean())

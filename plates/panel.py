@@ -22,13 +22,13 @@ from plates.panel_additions import Matrix, Theory, check_regions, known_addition
 from plates.panel_mesh import PanelMesh, Shape, Sizes, check_straight
 from plates.plate import HIGHEST_FREQUENCY
 from plates.plate_field import panel_sampler
-from plates.section import SHEAR_CORRECTION, Section
+from plates.section import SHEAR_CORRECTION, Section, all_around
 from plates.support import ElasticEdge, Support, check_support
 from structures.checks import finite, instance, positive
 from structures.field import Field
 from structures.material import Material
 from structures.mesh_source import Tag, known
-from structures.structure import Structure, Vector
+from structures.structure import Structure
 from structures.surface import Surface
 
 log = logging.getLogger("hertzlink.plates")
@@ -87,7 +87,10 @@ class Panel:
     @property
     def shortest_wavelength(self) -> float:
         """Length of flexural waves at the highest frequency, m, where and whither the plate is softest."""
-        softest, circular = weakest(self.additions) * _softest(self.section), 2.0 * pi * self.highest_frequency
+        softest, circular = (
+            weakest(self.additions) * float(all_around(self.section).min()),
+            2.0 * pi * self.highest_frequency,
+        )
         mass, turning, shear = self.section.mass, 0.0, np.inf
         if self.patch_radius is not None:
             turning, shear = self.section.rotary_inertia, float(np.linalg.eigvalsh(self.section.shear)[0])
@@ -288,10 +291,3 @@ def _shape(
         known("supports", name, shape.names)
         check_support(f"supports[{name!r}]", support)
     return shape, {name: support for name, support in supports.items() if support != "free"}
-
-
-def _softest(section: Section) -> float:
-    """The least stiffness of cylindrical bending in any direction, N m."""
-    angle = np.linspace(0.0, pi, 36, endpoint=False)
-    into: Vector = np.stack([np.cos(angle) ** 2, np.sin(angle) ** 2, 2.0 * np.sin(angle) * np.cos(angle)])
-    return float(np.einsum("ia,ij,ja->a", into, section.bending, into).min())

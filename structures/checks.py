@@ -110,9 +110,9 @@ def each(
 ) -> NDArray[np.float64]:
     """`value` as an array, or a ValueError where one of its numbers fails the check."""
     try:
-        numbers = np.asarray(None if isinstance(value, str | bytes | bool) else value, dtype=float)
         if value is None or isinstance(value, str | bytes | bool):
             raise TypeError
+        numbers = np.asarray(value, dtype=float)
     except (TypeError, ValueError):
         in_unit = f", in {unit}" if unit else ""
         raise ValueError(f"{name} = {value!r}: must be a number or an array of numbers{in_unit}") from None
