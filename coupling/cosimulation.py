@@ -1,206 +1,273 @@
-"""The co-simulation: a chain, a structure, and the window loop that couples them."""
+"""The co-simulation: chains, structures, and the loop over windows that couples them."""
 
 import logging
+from collections.abc import Sequence
 from math import ceil, inf, log2
-from typing import Any
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 
-from coupling.participant import Participant
-from coupling.result import Frames, dataset
-from coupling.scheme import Condensed, CoupledState, NotConverged, Scheme
+from coupling.checkpoint import Keeper
+from coupling.frames import Counts, Frames
+from coupling.interface import Interface, for_each
+from coupling.participant import BlackBox
+from coupling.result import dataset, summary
+from coupling.scheme import Condensed, Scheme
+from coupling.state import CoupledState, NotConverged
+from coupling.trace import Trace
+from coupling.windows import Adaptive, Windows
 from particles import kernels
 from particles.chain import Chain
 from particles.moving import MovingChain
-from structures.checks import instance, positive
+from structures.checks import instance, listed, one_of, positive, whole
 from structures.moving import MovingStructure
-from structures.structure import Structure, half_space
-from structures.surface import Surface
 
-WINDOWS_PER_CONTACT = 64
+FEWEST_PER_CONTACT = 8
+"""Coarser substeps or frames are warned of: on a PTFE rod AR is 0.2 % off at 3.5 of them a contact, 3 % at 1.7."""
 
-FEWEST_WINDOWS_PER_CONTACT = 8
-"""Coarser windows or frames are warned of: on a PTFE rod AR is 0.2 % off at 3.5 windows a contact, 3 % at 1.7."""
+ADAPTIVE_PER_CONTACT = 16
+"""Saved intervals in the shortest contact, which are the longest adaptive windows."""
 
 MOST_SAVED = 2e8
-"""Saved times × beads: 1.6 GB in each of the three large arrays."""
+"""Saved times × bodies: 1.6 GB in each of the three large arrays."""
+
+GIVES_BACK = 0.01
+"""Part of the impact energy that a passive participant may have given back beyond what it got."""
+
+PROBE = 0.01
+"""Part of the greatest force with which it is tried whether a user's participant repeats a window."""
+
+LATE = 1e-9
+"""Times that differ by this part are one."""
+
+WAVEFORMS = ("linear", "quadratic")
+
+CHUNK = 256
+"""Saved times between which the compiled loop looks whether a checkpoint is due."""
 
 log = logging.getLogger("hertzlink.cosimulation")
 
 
-class CoSimulation:
-    """A chain that faces a structure through the Hertzian contact at its last bead.
+class Plan(NamedTuple):
+    """How a run is cut: length (s) of a substep, substeps in a window, substeps between saved times, saved times."""
 
-    structure: a Structure, a MovingStructure where it shall have another stepper, any Participant, or None for a chain
-    that nothing holds.
-    scheme: how the two agree within a window; Condensed() for a Structure, Aitken() for a black box.
-    window, s, is the time between exchanges and dt the chain's step; both are chosen from the shortest contact
-    time unless given, and a window holds a whole number of steps.
+    length: float
+    substeps: int
+    stride: int
+    rows: int
+
+    @property
+    def total(self) -> int:
+        """Substeps in the run."""
+        return (self.rows - 1) * self.stride
+
+
+class CoSimulation:
+    """Chains that face structures through the Hertzian contacts at their ends.
+
+    chain: a Chain, or a list of them. structure: what its last bead faces: a Structure, a MovingStructure where it
+    shall have another stepper, any Participant, or None for nothing. Several chains take a list of as many, or one
+    structure with as many contact points; one point of such a structure is a ContactPoint(structure, number).
+    behind: what the first bead of the chain, or of each, faces with its struck side, alike.
+    scheme: how the two sides agree within a window; Condensed() for Structures, Aitken() for black boxes.
+    window, s: the time after which they have agreed, or an Adaptive(tolerance); by default what the scheme needs.
+    dt, s: the chain's step; chosen from the shortest contact time unless given. substeps: of the structures in a
+    window, by default what the scheme needs; each holds a whole number of the chain's steps. waveform: how a surface
+    moves over a substep, "linear" or "quadratic".
     """
 
     def __init__(
         self,
-        chain: Chain,
-        structure: Structure | Participant | None,
+        chain: Chain | Sequence[Chain],
+        structure: Any,
         scheme: Scheme | None = None,
-        window: float | None = None,
+        window: float | Adaptive | None = None,
         dt: float | None = None,
+        *,
+        substeps: int | None = None,
+        waveform: str = "linear",
+        behind: Any = None,
     ) -> None:
-        if not isinstance(chain, Chain):
-            raise ValueError(f"chain = {chain!r}: must be a Chain")
+        several = not isinstance(chain, Chain) and isinstance(chain, Sequence)
+        chains = listed("chain", chain if several else [chain], Chain, "one Chain or more")
         self.scheme: Scheme = Condensed() if scheme is None else scheme
-        if structure is None:
-            self.structure: Any = MovingStructure(half_space(chain.beads[-1].material))
-        elif isinstance(structure, Structure):
-            self.structure = MovingStructure(structure)
-        elif isinstance(structure, Participant):
-            self.structure = structure
-        else:
-            raise ValueError(
-                f"structure = {type(structure).__name__}: must be a Structure (of a plate plate.at(x, y)), None, or an "
-                "object with surface, start and advance"
-            )
         if isinstance(self.scheme, type) or not hasattr(self.scheme, "step"):
             raise ValueError(f"scheme = {scheme!r}: must be a scheme such as Condensed() or Aitken()")
-        if structure is not None:
-            instance("structure.surface", self.structure.surface, Surface, "a Surface(material)")
-        if isinstance(self.scheme, Condensed) and not isinstance(self.structure, MovingStructure):
-            raise ValueError(f"scheme = {self.scheme!r}: needs a Structure; use Aitken() for a solver of your own")
-        flexibility = self.structure.structure.flexibility if isinstance(self.structure, MovingStructure) else 0.0
-        surface = None if structure is None else self.structure.surface
-        self.chain = MovingChain(chain, surface, flexibility, None if dt is None else positive("dt", dt, "s"))
-        self.window = None if window is None else positive("window", window, "s")
-        if self.window is not None and self.chain.dt is not None and self.chain.dt > self.window:
+        one_of("waveform", waveform, WAVEFORMS)
+        dt = None if dt is None else positive("dt", dt, "s")
+        sides = (for_each(name, given, len(chains), several) for name, given in (("structure", structure), ("behind", behind)))
+        self.interface = Interface(chains, *sides, quadratic=waveform == "quadratic", dt=dt)
+        self.scheme.start(self.interface)
+        self.window = window if window is None or isinstance(window, Adaptive) else positive("window", window, "s")
+        self.substeps = None if substeps is None else whole("substeps", substeps)
+        if self.substeps is not None and not isinstance(self.window, float):
+            raise ValueError(f"substeps = {substeps!r}: divide a window; give window, in s, as well")
+        if dt is not None and isinstance(self.window, float) and dt > self.window:
             raise ValueError(f"dt = {dt!r}: must not be longer than the window, {window} s")
 
-    def run(self, until: float, save_every: float | None = None) -> xr.Dataset:
-        """Simulate up to `until` (s) and return what was saved every `save_every` s (by default every window).
+    @property
+    def chain(self) -> MovingChain:
+        """The chain, or the first of several."""
+        return self.interface.chains[0]
 
-        The last saved time is `until`, or the last whole window or interval before it.
+    @property
+    def structure(self) -> Any:
+        """What it faces, as a participant."""
+        return self.interface.structures[0]
+
+    def run(
+        self,
+        until: float,
+        save_every: float | None = None,
+        checkpoint: str | Path | None = None,
+        trace: bool = False,
+    ) -> xr.Dataset:
+        """Simulate up to `until` (s) and return what was saved every `save_every` s (by default every substep).
+
+        The last saved time is `until`, or the last whole interval before it.
         By default times are `until` divided by a power of two, so that runs of the same length share theirs.
-        Raises ValueError for times that do not fit, NotConverged, and FloatingPointError where a bead's state
-        is no longer finite.
+        checkpoint: a file that keeps the complete state while the run goes on. Where it is there already the run goes on
+        from it, and ends with the same bits as a run at one go. It is a pickle: open only your own. trace: whether to
+        put the seconds that each part of the run took into its attribute "trace".
+        Raises ValueError for times that do not fit and for checkpoints of other runs, NotConverged, and
+        FloatingPointError where a body's state is no longer finite.
         """
         until = positive("until", until, "s")
-        window, stride, rows = self._times(until, save_every)
-        self.chain.steps(until)
-        self._warn_if_coarse(window, stride)
-        frames = Frames(rows, self.chain.mass.size)
-        fused = isinstance(self.scheme, Condensed) and self.structure.compact
-        self._start_frames(frames)
-        if fused:
-            self._run_compiled(window, stride, frames)
-        else:
-            self._run_windows(window, stride, frames)
-        if not (isinstance(self.structure, MovingStructure) and self.structure.conservative):
-            frames.structure[:] = np.nan
-        given = {**self.describe(), "until": until, "window": window, "steps_per_window": self.chain.steps(window)}
-        return dataset(self.chain, frames, window * stride, given)
+        plan = self._plan(until, save_every)
+        for chain in self.interface.chains:
+            chain.steps(until)
+        self._warn_if_coarse(plan)
+        given = {**self.describe(), "until": until, **self._told(plan)}
+        clock = Trace() if instance("trace", trace, bool, "True or False") else None
+        keeper = None if checkpoint is None else Keeper(checkpoint, given, self.interface)
+        frames = Frames(self.interface, plan.rows)
+        work = self._run_compiled if self._compact else self._run_windows
+        work(plan, frames, keeper, clock)
+        run = dataset(self.interface, frames, plan.length * plan.stride, given)
+        log.info("%s", summary(run))
+        return run if clock is None else run.assign_attrs(trace=clock.told())
 
     def describe(self) -> dict[str, Any]:
         """The full input as plain data."""
-        structure = self.structure
-        known = isinstance(structure, MovingStructure)
-        origin: Any = structure.describe() if known else type(structure).__qualname__
-        if self.chain.surface is None:
-            origin = None
-        return {"chain": self.chain.chain.describe(), "structure": origin, "scheme": repr(self.scheme)}
+        return {**self.interface.describe(), "scheme": repr(self.scheme)}
 
     def start(self) -> CoupledState:
-        """The state at time zero: the striker touches the first bead."""
-        return CoupledState(
-            self.chain.start(), self.structure.start(), 0.0, 0.0, 0, 0.0, np.array([0.0, -1.0, 0.0, 0.0])
-        )
+        """The state at time zero: strikers touch their first beads."""
+        return self.interface.start(self.scheme.start(self.interface))
 
     def step(self, state: CoupledState, window: float) -> CoupledState:
-        """One window on, by the scheme."""
-        return self.scheme.step(self.chain, self.structure, state, window)
+        """One window on, by the scheme, in one substep. Raises NotConverged."""
+        return self.scheme.step(self.interface, state, window, 1)[-1]
 
-    def _times(self, until: float, save_every: float | None) -> tuple[float, int, int]:
-        """Window, windows between saved frames, and frames."""
-        valid = self.structure.structure.valid_until if isinstance(self.structure, MovingStructure) else inf
-        if until > valid * (1.0 + 1e-9):
-            raise ValueError(f"until = {until!r}: the structure was reduced for runs of at most {valid} s")
-        longest = self.chain.contact_time / WINDOWS_PER_CONTACT
-        if self.window is not None and self.window > until:
-            raise ValueError(f"window = {self.window!r}: must not be longer than the run, until = {until!r} s")
+    def _plan(self, until: float, save_every: float | None) -> Plan:
+        for structure in self.interface.structures:
+            valid = structure.structure.valid_until if isinstance(structure, MovingStructure) else inf
+            if until > valid * (1.0 + LATE):
+                raise ValueError(f"until = {until!r}: the structure was reduced for runs of at most {valid} s")
+        adaptive, window = isinstance(self.window, Adaptive), self.window
+        per_contact = ADAPTIVE_PER_CONTACT if adaptive else self.scheme.substeps_per_contact
+        longest = self.interface.contact_time / per_contact
+        if isinstance(window, float):
+            if window > until:
+                raise ValueError(f"window = {window!r}: must not be longer than the run, until = {until!r} s")
+            substeps = self.substeps or max(1, ceil(window / longest * (1.0 - LATE)))
+            longest = window / substeps
+        else:
+            substeps = 1
         if save_every is None:
-            if self.window is not None:
-                return self.window, 1, self._rows(until / self.window)
-            windows = 2 ** max(0, ceil(log2(until / longest)))
-            return until / windows, 1, self._rows(windows)
+            if isinstance(window, float):
+                return Plan(longest, substeps, 1, self._rows(until / longest))
+            count = 2 ** max(0, ceil(log2(until / longest)))
+            return Plan(until / count, 1, 1, self._rows(count))
         save_every = positive("save_every", save_every, "s")
         if save_every > until:
             raise ValueError(f"save_every = {save_every!r}: must not be longer than the run, until = {until!r} s")
-        if self.window is not None and save_every < self.window * (1.0 - 1e-9):
-            raise ValueError(f"save_every = {save_every!r}: must not be shorter than the window, {self.window} s")
-        stride = ceil(save_every / (self.window or longest) * (1.0 - 1e-9))
-        return save_every / stride, stride, self._rows(until / save_every)
+        if isinstance(window, float) and save_every < longest * (1.0 - LATE):
+            raise ValueError(
+                f"save_every = {save_every!r}: must not be shorter than a substep of the window, {longest:.6g} s"
+            )
+        stride = 1 if adaptive else ceil(save_every / longest * (1.0 - LATE))
+        return Plan(save_every / stride, substeps, stride, self._rows(until / save_every))
 
     def _rows(self, intervals: float) -> int:
-        """Frames over so many intervals, the start included; a ValueError where they would not fit in memory."""
-        size = intervals * self.chain.mass.size
-        if size > MOST_SAVED:
-            raise ValueError(
-                f"until: {intervals:.3g} saved times of {self.chain.mass.size} beads are too many; give save_every"
-            )
-        return int(intervals * (1.0 + 1e-9)) + 1
+        """Saved times over so many intervals, the start included; a ValueError where they would not fit in memory."""
+        bodies = sum(chain.mass.size for chain in self.interface.chains)
+        if intervals * bodies > MOST_SAVED:
+            raise ValueError(f"until: {intervals:.3g} saved times of {bodies} bodies are too many; give save_every")
+        return int(intervals * (1.0 + LATE)) + 1
 
-    def _warn_if_coarse(self, window: float, stride: int) -> None:
-        coarse = self.chain.contact_time / FEWEST_WINDOWS_PER_CONTACT
-        for name, interval in (("window", window), ("save_every", window * stride)):
-            if interval > coarse * (1.0 + 1e-9):
-                log.warning("%s = %.3g s is coarse beside a contact; take at most %.3g s", name, interval, coarse)
+    def _warn_if_coarse(self, plan: Plan) -> None:
+        coarse = self.interface.contact_time / FEWEST_PER_CONTACT
+        name = "window" if plan.substeps == 1 else "window / substeps"
+        for what, interval in ((name, plan.length), ("save_every", plan.length * plan.stride)):
+            if interval > coarse * (1.0 + LATE) and not (what == name and isinstance(self.window, Adaptive)):
+                log.warning("%s = %.3g s is coarse beside a contact; take at most %.3g s", what, interval, coarse)
                 return
 
-    def _start_frames(self, frames: Frames) -> None:
-        y, v = self.chain.start()[:2]
-        frames.position[0], frames.velocity[0] = y, v
-        kernels.contact_forces(y, v, self.chain.constants, 0.0, 0.0, 0.0, frames.contact_force[0])
-        frames.kinetic[0], frames.potential[0] = kernels.energies(y, v, self.chain.constants, 0.0)
+    def _told(self, plan: Plan) -> dict[str, Any]:
+        """Of the plan, what belongs to the input."""
+        told: dict[str, Any] = {"window": plan.substeps * plan.length, "substeps": plan.substeps}
+        if isinstance(self.window, Adaptive):
+            told = {"window": repr(self.window), "save_every": plan.length}
+        told["steps"] = [chain.steps(plan.length) for chain in self.interface.chains]
+        return {**told, "waveform": WAVEFORMS[self.interface.quadratic]}
 
-    def _run_compiled(self, window: float, stride: int, frames: Frames) -> None:
-        tolerance = self.scheme.tolerance * self.chain.force_scale  # type: ignore[attr-defined]
-        y, v = self.chain.start()[:2]
-        static = float(self.chain.static_force[-1])
-        problem, done, detail = kernels.run_condensed(
-            y, v, self.chain.constants, self.chain.method, self.chain.steps(window), window, static, tolerance,
-            stride, tuple(self.structure.propagator(window)), frames.arrays(),
-        )  # fmt: skip
-        if problem == kernels.NON_FINITE:
-            raise self._non_finite(int(detail), done * window)
-        if problem == kernels.NOT_CONVERGED:
-            raise NotConverged(f"window {done}, t = {done * window:.4g} s: residual {detail:.3g} N")
+    @property
+    def _compact(self) -> bool:
+        """Whether the compiled loop can do it."""
+        one = self.interface.single and not self.interface.quadratic and not isinstance(self.window, Adaptive)
+        return one and isinstance(self.scheme, Condensed) and bool(self.structure.compact)
 
-    def _run_windows(self, window: float, stride: int, frames: Frames) -> None:
-        state, work, evaluations = self.start(), 0.0, 0
-        for done in range(1, (frames.surface.size - 1) * stride + 1):
-            before = state.surface
+    def _run_windows(self, plan: Plan, frames: Frames, keeper: Keeper | None, clock: Trace | None) -> None:
+        interface = self.interface if clock is None else clock.watch(self.interface)
+        adaptive = self.window.tolerance if isinstance(self.window, Adaptive) else None
+        windows = Windows(interface, self.scheme, adaptive)
+        state, done, counts = self.start(), 0, Counts()
+        if self.scheme.repeats:
+            for box in interface.boxes:
+                box.check(PROBE * interface.force_scale, plan.length, PROBE * interface.indentation_scale)
+        if keeper is not None and keeper.found:
+            state, done, counts = keeper.resume(frames)
+        else:
+            frames.record(self.interface, 0, state, counts)
+        while done < plan.total:
+            many = min(plan.substeps, plan.total - done) if self.scheme.whole_window else 1
             try:
-                state = self.step(state, window)
+                ends = windows.advance(state, plan.length, many)
             except NotConverged as error:
-                raise NotConverged(f"window {done}, t = {done * window:.4g} s: {error}") from error
-            y, v, lost, time, driven = state.chain
-            bad = kernels.first_bad(y, v, state.surface)
-            if bad >= 0:
-                raise self._non_finite(bad, done * window)
-            work += state.force * (state.surface - before)
-            evaluations += state.evaluations
-            if done % stride == 0:
-                row = done // stride
-                frames.position[row], frames.velocity[row], frames.surface[row] = y, v, state.surface
-                rate = (state.surface - before) / window
-                constants = self.chain.constants
-                kernels.contact_forces(y, v, constants, time, state.surface, rate, frames.contact_force[row])
-                frames.kinetic[row], frames.potential[row] = kernels.energies(y, v, constants, state.surface)
-                if isinstance(self.structure, MovingStructure):
-                    frames.structure[row] = self.structure.energy(state.structure)
-                frames.lost[row], frames.work[row], frames.driven[row] = lost, work, driven
-                frames.evaluations[row] = evaluations
-                evaluations = 0
+                raise NotConverged(f"window {done // plan.substeps + 1}, {error}") from error
+            for state in ends:
+                done, counts = done + 1, counts.after(state)
+                if done % plan.stride == 0:
+                    frames.record(self.interface, done // plan.stride, state, counts)
+                    counts = Counts()
+            self._check(state)
+            if keeper is not None and keeper.due():
+                keeper.write(frames, done // plan.stride, (state, done, counts))
+        if keeper is not None:
+            keeper.write(frames, plan.rows - 1, (state, done, counts))
 
-    def _non_finite(self, bead: int, time: float) -> FloatingPointError:
-        beads = len(self.chain.chain.beads)
+    def _check(self, state: CoupledState) -> None:
+        """Raises FloatingPointError for what is no longer finite, ValueError for participants that make energy."""
+        interface = self.interface
+        for number, chain in enumerate(state.chains):
+            bad = kernels.first_bad(chain.position, chain.velocity, state.surface[interface.of_chain[number][0]])
+            if bad >= 0:
+                raise self._non_finite(bad, state.time, number)
+        for place, box in enumerate(interface.structures if interface.boxes else ()):
+            if isinstance(box, BlackBox) and box.passive:
+                work = float(state.ledger.work[interface.touched_by(place)].sum())
+                if work < -GIVES_BACK * interface.impact_energy:
+                    raise ValueError(
+                        f"{box.name}.advance gives back more energy than it got, {-work:.3g} J up to t = "
+                        f"{state.time:.6g} s; check the displacement's sign (positive away from the chain) and unit (m), "
+                        "or say passive = False"
+                    )
+
+    def _non_finite(self, bead: int, time: float, number: int = 0) -> FloatingPointError:
+        beads = len(self.interface.chains[number].chain.beads)
         what = "the striker (bead 0)" if bead == 0 else f"bead {bead}" if bead <= beads else "the structure's surface"
-        return FloatingPointError(f"{what} is no longer finite at t = {time:.6g} s; check dt and the structure")
+        of = f" of chain {number}" if len(self.interface.chains) > 1 else ""
+        return FloatingPointError(f"{what}{of} is no longer finite at t = {time:.6g} s; check dt and the structure")

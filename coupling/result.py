@@ -11,88 +11,172 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from particles.moving import MovingChain
+from coupling.frames import Frames
+from coupling.interface import LAST, Interface
 from structures.structure import Vector
 
 PACKAGES = ("hertzlink", "numpy", "scipy", "numba", "scikit-fem", "xarray")
 
 DESCRIPTIONS = {
-    "displacement": (("time", "bead"), "m", "displacement from static equilibrium; bead 0 is the striker"),
-    "velocity": (("time", "bead"), "m/s", "velocity; bead 0 is the striker"),
-    "contact_force": (("time", "contact"), "N", "force between bead n - 1 and bead n, preload included"),
-    "surface_displacement": (("time",), "m", "displacement of the structure's contact point"),
-    "kinetic_energy": (("time",), "J", "kinetic energy of striker and beads"),
-    "contact_energy": (("time",), "J", "energy of contacts, gravity, dead load and spring, from the start"),
-    "dissipated_energy": (("time",), "J", "energy taken by losses since the start"),
-    "excitation_work": (("time",), "J", "work of a force history or a piston since the start"),
-    "interface_work": (("time",), "J", "work of the dynamic contact force on the structure since the start"),
-    "structure_energy": (("time",), "J", "kinetic and elastic energy of the structure, NaN where it is not known"),
-    "evaluations": (("time",), "1", "chain windows tried since the last saved time"),
+    "displacement": ("chain", "m", "displacement from static equilibrium; bead 0 is the striker"),
+    "velocity": ("chain", "m/s", "velocity; bead 0 is the striker"),
+    "contact_force": ("chain", "N", "force between bead n - 1 and bead n, preload included"),
+    "kinetic_energy": ("chain", "J", "kinetic energy of striker and beads"),
+    "contact_energy": ("chain", "J", "energy of contacts, gravity, dead load and spring, from the start"),
+    "dissipated_energy": ("chain", "J", "energy taken by losses since the start"),
+    "excitation_work": ("chain", "J", "work of a force history or a piston since the start"),
+    "surface_displacement": ("interface", "m", "displacement of the structure's contact point"),
+    "interface_work": ("interface", "J", "work of the dynamic contact force on the structure, as that felt it"),
+    "interface_work_of_chain": ("interface", "J", "the same work, as the chain gave it"),
+    "interface_mismatch": ("interface", "J", "work that the chain gave less work that the structure felt"),
+    "interface_impulse": ("interface", "N s", "impulse of the dynamic contact force on the structure"),
+    "structure_kinetic_energy": ("structure", "J", "kinetic energy of the structure, NaN where it is not known"),
+    "structure_elastic_energy": ("structure", "J", "elastic energy of the structure, NaN where it is not known"),
+    "structure_energy": ("structure", "J", "both, in the time stepping's own metric"),
+    "structure_dissipated_energy": ("structure", "J", "energy taken by the structure's damping since the start"),
+    "structure_numerical_loss": ("structure", "J", "work less energy and damping: what the time stepping lost"),
+    "evaluations": ("", "1", "chain windows tried since the last saved time"),
+    "substeps": ("", "1", "substeps since the last saved time; more than usual where a window was halved"),
+    "residual": ("", "N", "greatest disagreement on a mean force since the last saved time"),
 }
+"""What each variable belongs to, its unit, and what it is. Dimensions "chain", "interface" and "structure" are there
+where a run has several of them."""
 
+BODIES = {"displacement": "bead", "velocity": "bead", "contact_force": "contact"}
 
 log = logging.getLogger("hertzlink.result")
 
 
-class Frames:
-    """The arrays that a run fills, one row for each saved time, row 0 the start."""
-
-    def __init__(self, rows: int, bodies: int) -> None:
-        self.position, self.velocity, self.contact_force = (np.zeros((rows, bodies)) for _ in range(3))
-        self.surface, self.kinetic, self.potential, self.structure, self.lost, self.work, self.driven = (
-            np.zeros(rows) for _ in range(7)
-        )
-        self.evaluations = np.zeros(rows)
-
-    def arrays(self) -> tuple[Vector, ...]:
-        """In the order that the compiled window loop wants."""
-        return (
-            self.position, self.velocity, self.contact_force, self.surface, self.kinetic, self.potential,
-            self.structure, self.lost, self.work, self.driven, self.evaluations,
-        )  # fmt: skip
-
-
-def dataset(chain: MovingChain, frames: Frames, interval: float, given: Mapping[str, Any]) -> xr.Dataset:
-    """The Dataset of one run; `given` is its input. Structure energy is NaN where it is not known."""
-    potential = frames.potential + chain.static_force[-1] * frames.surface
-    values = {
-        "displacement": frames.position - chain.rest,
-        "velocity": frames.velocity,
-        "contact_force": frames.contact_force,
-        "surface_displacement": frames.surface,
-        "kinetic_energy": frames.kinetic,
-        "contact_energy": potential - potential[0],
-        "dissipated_energy": frames.lost,
-        "excitation_work": frames.driven,
-        "interface_work": frames.work,
-        "structure_energy": frames.structure,
-        "evaluations": frames.evaluations,
-    }
-    bodies = chain.mass.size
-    data = xr.Dataset(
-        {name: (DESCRIPTIONS[name][0], value, _attributes(name)) for name, value in values.items()},
-        coords={
-            "time": ("time", interval * np.arange(frames.surface.size), {"units": "s"}),
-            "bead": ("bead", np.arange(bodies)),
-            "contact": ("contact", np.arange(1, bodies + 1)),
-            "centre": ("bead", chain.chain.centres, {"units": "m", "long_name": "centre, from the struck end"}),
-            "impact_energy": ((), chain.chain.impact_energy, {"units": "J", "long_name": "energy of the excitation"}),
-            "static_force": ("contact", chain.static_force, {"units": "N", "long_name": "preload"}),
-        },
-    )
+def dataset(interface: Interface, frames: Frames, interval: float, given: Mapping[str, Any]) -> xr.Dataset:
+    """The Dataset of one run; `given` is its input. Chains shorter than the longest are filled up with NaN."""
+    chains = [_of_chain(interface, frames, number) for number in range(len(interface.chains))]
+    values = {name: [chain[name] for chain in chains] for name in chains[0]} | _of_both_sides(frames)
+    bodies = max(chain.mass.size for chain in interface.chains)
+    variables = {}
+    for name, (owner, _, _) in DESCRIPTIONS.items():
+        several = bool(owner) and len(values[name]) > 1
+        body = [BODIES[name]] if name in BODIES else []
+        if not owner or not several:
+            array = values[name] if not owner else values[name][0]
+        else:
+            array = np.stack([_filled(one, bodies) if body else one for one in values[name]], axis=1)
+        variables[name] = (["time", *([owner] if several else []), *body], array, _attributes(name))
+    data = xr.Dataset(variables, _coordinates(interface, interval * np.arange(frames.rows), bodies))
     data = data.assign_attrs(provenance(given))
-    told, new = chain.cautions(_deepest(chain, frames))
-    for caution in new:
-        log.warning("%s", caution)
-    return data.assign_attrs(warnings="\n".join(told + new)) if told + new else data
+    warnings = _warnings(interface, frames)
+    return data.assign_attrs(warnings="\n".join(warnings)) if warnings else data
 
 
-def _deepest(chain: MovingChain, frames: Frames) -> Vector:
-    """Greatest approach that each contact saw at a saved time, m; the last one's without the spring behind it."""
-    place = np.column_stack([frames.position, frames.surface])
-    deepest: Vector = (place[:, :-1] - place[:, 1:]).max(axis=0)
-    deepest[-1] -= chain.flexibility * frames.contact_force[:, -1].max()
-    return deepest
+def _of_chain(interface: Interface, frames: Frames, number: int) -> dict[str, Vector]:
+    """What belongs to one chain; contact energy with the work of the static forces on the surfaces."""
+    chain, own = interface.chains[number], frames.chains[number]
+    potential = own.potential.copy()
+    for k in interface.of_chain[number]:
+        potential += interface.static[k] * frames.surface[k]
+    return {
+        "displacement": own.position - chain.rest,
+        "velocity": own.velocity,
+        "contact_force": own.contact_force,
+        "kinetic_energy": own.kinetic,
+        "contact_energy": potential - potential[0],
+        "dissipated_energy": own.lost,
+        "excitation_work": own.driven,
+    }
+
+
+def _of_both_sides(frames: Frames) -> dict[str, Vector]:
+    """What belongs to contacts, structures and the run: contacts or structures × saved times."""
+    energy = frames.kinetic + frames.elastic
+    return {
+        "surface_displacement": frames.surface,
+        "interface_work": frames.work,
+        "interface_work_of_chain": frames.given,
+        "interface_mismatch": frames.given - frames.work,
+        "interface_impulse": frames.impulse,
+        "structure_kinetic_energy": frames.kinetic,
+        "structure_elastic_energy": frames.elastic,
+        "structure_energy": energy,
+        "structure_dissipated_energy": frames.damped,
+        "structure_numerical_loss": frames.felt - energy - frames.damped,
+        "evaluations": frames.evaluations,
+        "substeps": frames.substeps,
+        "residual": frames.residual,
+    }
+
+
+def _filled(array: Vector, bodies: int) -> Vector:
+    """Saved times × bodies, with NaN for the bodies that a shorter chain has not."""
+    return np.pad(array, ((0, 0), (0, bodies - array.shape[1])), constant_values=np.nan)
+
+
+def _coordinates(interface: Interface, times: Vector, bodies: int) -> dict[str, Any]:
+    chains = interface.chains
+    several = ["chain"] if len(chains) > 1 else []
+
+    def joined(arrays: list[Vector]) -> Vector:
+        filled = [np.pad(one, (0, bodies - one.size), constant_values=np.nan) for one in arrays]
+        return np.stack(filled) if several else filled[0]
+
+    energy = np.array([chain.chain.impact_energy for chain in chains])
+    coordinates: dict[str, Any] = {
+        "time": ("time", times, {"units": "s"}),
+        "bead": ("bead", np.arange(bodies)),
+        "contact": ("contact", np.arange(1, bodies + 1)),
+        "centre": (
+            [*several, "bead"],
+            joined([chain.chain.centres for chain in chains]),
+            {"units": "m", "long_name": "centre, from the struck end"},
+        ),
+        "impact_energy": (
+            several,
+            energy if several else float(energy[0]),
+            {"units": "J", "long_name": "energy of the excitation"},
+        ),
+        "static_force": (
+            [*several, "contact"],
+            joined([chain.static_force for chain in chains]),
+            {"units": "N", "long_name": "preload"},
+        ),
+    }
+    if several:
+        coordinates["chain"] = ("chain", np.arange(len(chains)))
+    if interface.size > 1:
+        coordinates["interface"] = ("interface", np.arange(interface.size))
+        for name, numbers in zip(("chain", "end", "structure", "point"), zip(*interface.contacts, strict=True), strict=True):
+            told = ["last bead" if end == LAST else "first bead" for end in numbers] if name == "end" else list(numbers)
+            coordinates[f"interface_{name}"] = ("interface", told)
+    if len(interface.structures) > 1:
+        coordinates["structure"] = ("structure", np.arange(len(interface.structures)))
+    return coordinates
+
+
+def _warnings(interface: Interface, frames: Frames) -> list[str]:
+    """What to know of the contact laws; what is new of it is logged."""
+    warnings = []
+    for number, chain in enumerate(interface.chains):
+        own, seat = frames.chains[number], interface.of_chain[number][0]
+        place = np.column_stack([own.position, frames.surface[seat]])
+        deepest: Vector = (place[:, :-1] - place[:, 1:]).max(axis=0)
+        # The last one's without the spring behind it.
+        deepest[-1] -= chain.flexibility * own.contact_force[:, -1].max()
+        told, new = chain.cautions(deepest)
+        for caution in new:
+            log.warning("%s", caution)
+        warnings += told + new
+    return warnings
+
+
+def summary(run: xr.Dataset) -> str:
+    """A run in one line: substeps, chain windows tried, and what the ledger says."""
+    substeps, tried = int(run.substeps.sum()), int(run.evaluations.sum())
+    energy = float(run.impact_energy.sum())
+    mismatch = float(abs(run.interface_mismatch).max()) / energy
+    return (
+        f"{float(run.time[-1]):.6g} s in {substeps} substeps, {tried / max(substeps, 1):.3g} chain windows each, residual "
+        f"{float(run.residual.max()):.2g} N at most; of the impact energy: interface mismatch {mismatch:.1e}, "
+        f"into structures {float(run.interface_work.isel(time=-1).sum()) / energy:.3g}, "
+        f"lost in chains {float(run.dissipated_energy.isel(time=-1).sum()) / energy:.3g}"
+    )
 
 
 def provenance(given: Mapping[str, Any]) -> dict[str, str]:

@@ -1,42 +1,45 @@
-"""Coupling schemes: each finds, for one window, the mean force on which chain and structure agree."""
+"""Coupling schemes: each finds, for one window, the mean forces on which chains and structures agree."""
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
-from coupling.participant import Participant
-from particles.moving import ChainState, MovingChain
-from structures.checks import positive, whole
-from structures.moving import MovingStructure
+from coupling.interface import Interface
+from coupling.state import CoupledState, NotConverged, foretold
+from structures.checks import positive
 from structures.structure import Vector
 
+SUBSTEPS_PER_CONTACT = 64
+"""Substeps in the shortest contact's duration, where both sides agree on every one of them."""
 
-class NotConverged(RuntimeError):
-    """Chain and structure did not agree on the mean force of a window."""
-
-
-class CoupledState(NamedTuple):
-    """Everything at a window's end: the states of both sides, and what the scheme remembers.
-
-    surface, m: displacement of the contact point. force, N: mean over the window, above the static one.
-    evaluations: chain windows tried. residual, N. memory: numbers that the scheme starts the next window from.
-    """
-
-    chain: ChainState
-    structure: Any
-    surface: float
-    force: float
-    evaluations: int
-    residual: float
-    memory: Vector
+MOST_TRIALS = 40
 
 
 class Scheme(Protocol):
-    """One window of both participants."""
+    """One window of both sides."""
 
-    def step(self, chain: MovingChain, structure: Any, state: CoupledState, window: float) -> CoupledState:
-        """From one window's end to the next."""
+    @property
+    def substeps_per_contact(self) -> int:
+        """So many substeps of the shortest contact's duration are enough for it."""
+        ...
+
+    @property
+    def repeats(self) -> bool:
+        """Whether it repeats windows, and needs participants that can."""
+        ...
+
+    @property
+    def whole_window(self) -> bool:
+        """Whether it solves for all substeps of a window together; else a window of several is several windows."""
+        ...
+
+    def start(self, interface: Interface) -> Any:
+        """What the first window starts from; a ValueError where the scheme cannot serve this interface."""
+        ...
+
+    def step(self, interface: Interface, state: CoupledState, length: float, substeps: int) -> list[CoupledState]:
+        """The states at the ends of the substeps of `length` s that make a window. Raises NotConverged."""
         ...
 
 
@@ -44,70 +47,87 @@ class Scheme(Protocol):
 class Condensed:
     """Strong coupling with one structural solve a window, for structures that are linear.
 
-    The surface ends a window at w_free + c F̄ with c known beforehand, so a scalar secant on F̄ over the cheap
-    chain window closes the loop. The interface creates no energy: the surface moves linearly, and the structure is
-    driven by the mean force of the chain's own steps.
+    The surfaces end a window at w_free + C F̄ with C known beforehand. One contact takes a scalar secant on F̄ over the
+    cheap chain window, several contacts Newton's method with C and a secant slope for each. The interface creates no
+    energy: the surface moves linearly, and the structure is driven by the mean force of the chain's own steps.
     tolerance: of the mean force, in units of the greatest force that the contact could bear.
     """
 
     tolerance: float = 1e-10
+    substeps_per_contact = SUBSTEPS_PER_CONTACT
+    repeats = True
+    whole_window = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "tolerance", positive("tolerance", self.tolerance))
 
-    def step(self, chain: MovingChain, structure: MovingStructure, state: CoupledState, window: float) -> CoupledState:
+    def start(self, interface: Interface) -> Vector:
+        """Of one contact what `MovingChain.advance_condensed` calls guess, of several the slopes of their secants."""
+        if interface.boxes:
+            raise ValueError(
+                f"scheme = {self!r}: needs Structures; use Aitken() for a solver of your own ({interface.boxes[0].name})"
+            )
+        return np.array([0.0, -1.0, 0.0, 0.0]) if self._scalar(interface) else np.zeros(interface.size)
+
+    def step(self, interface: Interface, state: CoupledState, length: float, substeps: int) -> list[CoupledState]:
         """From one window's end to the next. Raises NotConverged."""
+        solve = self._scalar_step if self._scalar(interface) else self._dense_step
+        return [solve(interface, state, length)]
+
+    def _scalar(self, interface: Interface) -> bool:
+        return interface.single and not interface.quadratic
+
+    def _scalar_step(self, interface: Interface, state: CoupledState, length: float) -> CoupledState:
+        chain, structure = interface.chains[0], interface.structures[0]
         tolerance = self.tolerance * chain.force_scale
-        free = structure.free(state.structure, window)
-        memory = state.memory.copy()
+        free = structure.free(state.structures[0], length)
+        memory, before, compliance = state.memory.copy(), float(state.surface[0]), structure.compliance(length)
         moved, force, count, residual = chain.advance_condensed(
-            state.chain, (state.surface, structure.read(free)), structure.compliance(window), window, memory, tolerance
+            state.chains[0], (before, structure.read(free)), compliance, length, memory, tolerance
         )
         if abs(residual) > tolerance:
             raise NotConverged(f"residual {residual:.3g} N after {count} evaluations, tolerance {tolerance:.3g} N")
-        end = structure.pushed(free, force, window)
-        return CoupledState(moved, end, structure.read(end), force, count, residual, memory)
+        end = structure.pushed(free, force, length)
+        surface, push = np.array([structure.read(end)]), np.array([force])
+        # The chain saw the surface end where the force before its last answer would have brought it.
+        work = push * (surface - compliance * residual - before)
+        return interface.next(state, length, (moved,), (end,), surface, push, (push, work), memory, count)
+
+    def _dense_step(self, interface: Interface, state: CoupledState, length: float) -> CoupledState:
+        """Newton's method on r(F) = G(w_free + C F) − F with G the chains' mean forces, its slopes by secants."""
+        tolerance = self.tolerance * interface.force_scale
+        free = [s.free(one, length) for s, one in zip(interface.structures, state.structures, strict=True)]
+        at_rest, compliance = interface.read(free), interface.compliance(length)
+        slope, identity = state.memory.copy(), np.eye(interface.size)
+        force = trial_force(interface, state, length)
+        last_surface, last_answer = at_rest, force
+        for count in range(1, MOST_TRIALS + 1):
+            surface = at_rest + compliance @ force
+            moved, answer, work = interface.follow(state.chains, state.past, surface, length)
+            residual = answer - force
+            if not abs(residual).max() > tolerance:
+                pushed = interface.pushed(free, force, length)
+                return interface.next(
+                    state, length, moved, pushed, surface, force, (answer, work), slope, count
+                )
+            if count > 1:
+                way = surface - last_surface
+                seen = abs(way) > 1e-14 * interface.indentation_scale
+                slope[seen] = np.minimum((answer - last_answer)[seen] / way[seen], 0.0)
+            last_surface, last_answer = surface, answer
+            force = force + np.linalg.solve(identity - slope[:, None] * compliance, residual)
+        worst = int(abs(residual).argmax())
+        raise NotConverged(
+            f"residual {residual[worst]:.3g} N at contact {worst} after {count} evaluations, "
+            f"tolerance {tolerance:.3g} N"
+        )
 
 
-@dataclass(frozen=True)
-class Aitken:
-    """Fixed-point iteration on the mean force with Aitken's relaxation, for structures that are black boxes.
-
-    (Küttler and Wall, Comput. Mech. 43 (2008) 61, section 3.2.) Each iteration repeats the window on both sides.
-    tolerance: of the mean force, in units of the greatest force that the contact could bear. relaxation: the
-    factor of the first iteration. A zero residual, as of an open gap, ends the iteration.
-    """
-
-    tolerance: float = 1e-9
-    relaxation: float = 0.5
-    largest_count: int = 50
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "tolerance", positive("tolerance", self.tolerance))
-        object.__setattr__(self, "relaxation", positive("relaxation", self.relaxation))
-        object.__setattr__(self, "largest_count", whole("largest_count", self.largest_count))
-
-    def step(self, chain: MovingChain, structure: Participant, state: CoupledState, window: float) -> CoupledState:
-        """From one window's end to the next. Raises NotConverged."""
-        tolerance = self.tolerance * chain.force_scale
-        tried, factor, last = float(state.memory[0]), self.relaxation, 0.0
-        for count in range(1, self.largest_count + 1):
-            moved, surface = _answer(structure.advance(state.structure, tried, window))
-            struck, force = chain.advance(state.chain, (state.surface, surface), window)
-            residual = force - tried
-            if not abs(residual) > tolerance:
-                memory = np.array([force, factor])
-                return CoupledState(struck, moved, surface, force, count, residual, memory)
-            if count > 1 and residual != last:
-                factor *= -last / (residual - last)
-            tried, last = tried + factor * residual, residual
-        raise NotConverged(f"residual {residual:.3g} N after {count} iterations, tolerance {tolerance:.3g} N")
-
-
-def _answer(returned: Any) -> tuple[Any, float]:
-    """What a structure's advance returned, or a ValueError where it is not (state, displacement)."""
-    try:
-        state, surface = returned
-        return state, float(surface)
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"structure.advance returned {returned!r}: must be (state, displacement in m)") from error
+def trial_force(interface: Interface, state: CoupledState, length: float, order: int = 2) -> Vector:
+    """Mean forces (N) over the coming substep, foretold from the last ones; no pull on a surface."""
+    past = state.past
+    if not past:
+        return np.zeros(interface.size)
+    middles = [node.time - node.length / 2.0 for node in past]
+    guess = foretold(middles, [node.force for node in past], order, state.time + length / 2.0)
+    return np.maximum(guess, -interface.static)

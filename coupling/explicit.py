@@ -1,0 +1,71 @@
+"""Explicit coupling: one exchange a substep, for participants that cannot repeat a window."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from coupling.interface import Interface
+from coupling.scheme import trial_force
+from coupling.state import CoupledState, NotConverged, foretold
+from structures.checks import instance, positive, whole
+from structures.structure import Vector
+
+MOST_ORDER = 2
+
+
+@dataclass(frozen=True)
+class Explicit:
+    """One exchange a substep: the structures are pushed by forces foretold from the last substeps.
+
+    predictor: order of the polynomial through the last mean forces, 0 to 2; 0 repeats the last one, which makes the
+    scheme of first order. parallel: both sides move at once, the chains against surfaces foretold alike; else, in
+    series, they follow the surfaces' new motion. Explicit schemes create or lose energy, see the run's ledger.
+    tolerance: the greatest difference between foretold and answered forces, in units of the greatest force that the
+    contact could bear; where it is larger the substep is halved, as it is where an explicit scheme is unstable. None
+    takes every substep as it is, as a participant must that cannot repeat one.
+    """
+
+    predictor: int = 1
+    parallel: bool = False
+    tolerance: float | None = 1e-3
+    substeps_per_contact = 512
+    whole_window = False
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "predictor", whole("predictor", self.predictor, 0))
+        if self.predictor > MOST_ORDER:
+            raise ValueError(f"predictor = {self.predictor!r}: must be 0, 1 or 2")
+        instance("parallel", self.parallel, bool, "True or False")
+        if self.tolerance is not None:
+            object.__setattr__(self, "tolerance", positive("tolerance", self.tolerance))
+
+    @property
+    def repeats(self) -> bool:
+        """Whether it repeats windows."""
+        return self.tolerance is not None
+
+    def start(self, interface: Interface) -> None:
+        """It remembers nothing but the last nodes."""
+
+    def step(self, interface: Interface, state: CoupledState, length: float, substeps: int) -> list[CoupledState]:
+        """From one substep's end to the next. Raises NotConverged where the forces were foretold badly."""
+        force = trial_force(interface, state, length, self.predictor)
+        pushed, surface = interface.push(state.structures, force, length)
+        seen = self._foretold_surface(state, length) if self.parallel else surface
+        followed, answer, work = interface.follow(state.chains, state.past, seen, length)
+        wrong = float(abs(answer - force).max())
+        if self.tolerance is not None and wrong > self.tolerance * interface.force_scale:
+            raise NotConverged(
+                f"foretold force {wrong:.3g} N beside the answer, tolerance "
+                f"{self.tolerance * interface.force_scale:.3g} N"
+            )
+        return [interface.next(state, length, followed, pushed, surface, force, (answer, work), None, 1)]
+
+    def _foretold_surface(self, state: CoupledState, length: float) -> Vector:
+        past = state.past
+        if not past:
+            return state.surface
+        times, places = [node.time for node in past], [node.surface for node in past]
+        if len(past) < MOST_ORDER + 1:
+            times, places = [times[0] - past[0].length, *times], [np.zeros_like(state.surface), *places]
+        return foretold(times, places, self.predictor, state.time + length)

@@ -1,0 +1,98 @@
+"""The arrays that a run fills, one column for each saved time."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from coupling.interface import Interface
+from coupling.state import CoupledState
+from particles import kernels
+from structures.moving import MovingStructure
+from structures.structure import Vector
+
+
+@dataclass(frozen=True)
+class Counts:
+    """Since the last saved time: chain windows tried, substeps, and the greatest residual (N)."""
+
+    evaluations: int = 0
+    substeps: int = 0
+    residual: float = 0.0
+
+    def after(self, state: CoupledState) -> "Counts":
+        """With one more substep, which ended in this state."""
+        return Counts(
+            self.evaluations + state.evaluations, self.substeps + 1, max(self.residual, state.residual)
+        )
+
+
+class ChainFrames:
+    """Of one chain: position (m), velocity (m/s) and contact_force (N), saved times × bodies; and, for each saved time,
+    kinetic and potential energy, the energy lost, and the excitation's work (J)."""
+
+    def __init__(self, rows: int, bodies: int) -> None:
+        self.position, self.velocity, self.contact_force = (np.zeros((rows, bodies)) for _ in range(3))
+        self.kinetic, self.potential, self.lost, self.driven = (np.zeros(rows) for _ in range(4))
+
+
+class Frames:
+    """Saved times from row 0, the start, on.
+
+    Contacts × saved times: surface (m), work and given (J), impulse (N s), see Ledger. Structures × saved times:
+    kinetic, elastic and damped (J), NaN where not known, and felt, the work on each. For each saved time: evaluations, substeps, residual.
+    """
+
+    def __init__(self, interface: Interface, rows: int) -> None:
+        self.rows = rows
+        self.chains = [ChainFrames(rows, chain.mass.size) for chain in interface.chains]
+        self.surface, self.work, self.given, self.impulse = (np.zeros((interface.size, rows)) for _ in range(4))
+        self.kinetic, self.elastic, self.felt, self.damped = (
+            np.zeros((len(interface.structures), rows)) for _ in range(4)
+        )
+        self.evaluations, self.substeps, self.residual = (np.zeros(rows) for _ in range(3))
+
+    def record(self, interface: Interface, row: int, state: CoupledState, counts: Counts) -> None:
+        """Put a state into a row."""
+        past = state.past
+        rate = np.zeros(interface.size)
+        if past:
+            before = past[-2].surface if len(past) > 1 else rate
+            rate = (past[-1].surface - before) / past[-1].length
+        for number, (chain, into) in enumerate(zip(interface.chains, self.chains, strict=True)):
+            y, v, lost, time, driven = state.chains[number]
+            seat = interface.of_chain[number][0]
+            wall = float(state.surface[seat])
+            into.position[row], into.velocity[row] = y, v
+            kernels.contact_forces(y, v, chain.constants, time, wall, float(rate[seat]), into.contact_force[row])
+            into.kinetic[row], into.potential[row] = kernels.energies(y, v, chain.constants, wall)
+            into.lost[row], into.driven[row] = lost, driven
+        for number, structure in enumerate(interface.structures):
+            known = isinstance(structure, MovingStructure)
+            energies = structure.energies(state.structures[number]) if known else (np.nan, np.nan)
+            self.kinetic[number, row], self.elastic[number, row] = energies
+            self.damped[number, row] = state.ledger.damped[number] if known else np.nan
+            self.felt[number, row] = state.ledger.work[interface.touched_by(number)].sum()
+        self.surface[:, row] = state.surface
+        self.work[:, row], self.given[:, row], self.impulse[:, row] = state.ledger[:3]
+        self.evaluations[row], self.substeps[row], self.residual[row] = counts.evaluations, counts.substeps, counts.residual
+
+    def upto(self, row: int) -> list[Vector]:
+        """Copies of everything up to a row, for a checkpoint."""
+        return [np.array(array[..., : row + 1] if wide else array[: row + 1]) for array, wide in self._arrays()]
+
+    def restore(self, kept: list[Vector]) -> None:
+        """Put back what `upto` gave."""
+        for (array, wide), values in zip(self._arrays(), kept, strict=True):
+            if wide:
+                array[..., : values.shape[-1]] = values
+            else:
+                array[: values.shape[0]] = values
+
+    def _arrays(self) -> list[tuple[Vector, bool]]:
+        """All arrays, and whether the saved times are their last axis."""
+        found: list[tuple[Vector, bool]] = []
+        for chain in self.chains:
+            found += [(array, False) for array in vars(chain).values()]
+        found += [(array, True) for name, array in vars(self).items() if isinstance(array, np.ndarray)]
+        return found

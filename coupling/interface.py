@@ -1,0 +1,323 @@
+"""Which chain faces what: the contacts of a co-simulation, and its two sides, each moved on by one substep."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from coupling.participant import BlackBox, Participant
+from coupling.state import REMEMBERED, CoupledState, Ledger, Node
+from particles.chain import Chain
+from particles.moving import ChainState, MovingChain
+from structures.checks import instance, whole
+from structures.moving import MovingStructure
+from structures.structure import Structure, Vector, half_space
+from structures.surface import Surface
+
+LAST, FIRST = 0, 1
+"""The ends of a chain: that of its last bead, and the struck one."""
+
+PIECES = 4
+"""Straight pieces that stand for a parabola of the surface over a substep."""
+
+Seats: TypeAlias = NDArray[np.intp]
+
+TAKES_PART = "a Structure (of a plate plate.at(x, y)), None, or an object with surface, start and advance"
+
+
+@dataclass(frozen=True)
+class ContactPoint:
+    """One of the contact points of a structure that has several, counted from 0."""
+
+    structure: Any
+    number: int
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "number", whole("number", self.number, 0))
+        if not isinstance(self.structure, Structure | Participant):
+            raise ValueError(f"structure = {type(self.structure).__name__}: must be {TAKES_PART}")
+        count = points(self.structure)
+        if self.number >= count:
+            raise ValueError(f"number = {self.number!r}: must be below {count}, the structure's number of contacts")
+
+
+class Contact(NamedTuple):
+    """An end of a chain (LAST or FIRST) on a point of a structure, by their places in the Interface."""
+
+    chain: int
+    end: int
+    structure: int
+    point: int
+
+
+def points(structure: Any) -> int:
+    """The number of contact points of a Structure or a Participant."""
+    surface = structure.surface
+    return len(surface) if isinstance(surface, tuple) else 1
+
+
+class Interface:
+    """Chains, structures, and the K contacts between them, ordered by chain, the last bead's before the first's.
+
+    facing, behind: for each chain what its last bead faces, and what its first bead faces with its struck side (None:
+    nothing): Structures, Participants or ContactPoints of them. The forces of all contacts are an array of K numbers,
+    and so are the displacements of the structures' contact points. quadratic: whether a surface moves along a parabola
+    through the node before, not straight.
+    """
+
+    def __init__(
+        self,
+        chains: Sequence[Chain],
+        facing: Sequence[Any],
+        behind: Sequence[Any],
+        quadratic: bool = False,
+        dt: float | None = None,
+    ) -> None:
+        self.quadratic = quadratic
+        self.structures: list[Any] = []
+        self.contacts: list[Contact] = []
+        self._seats: dict[int, int] = {}
+        self._known: list[Any] = []
+        for number, ends in enumerate(zip(facing, behind, strict=True)):
+            for end, given in zip((LAST, FIRST), ends, strict=True):
+                if given is not None or end == LAST:
+                    place, point = self._seat(given, chains[number])
+                    self.contacts.append(Contact(number, end, place, point))
+        self.size, self.single = len(self.contacts), len(self.contacts) == 1
+        self.of_chain = [[k for k, c in enumerate(self.contacts) if c.chain == i] for i in range(len(chains))]
+        self.of_structure = [self._at_points(place) for place in range(len(self.structures))]
+        energy = max(chain.impact_energy for chain in chains) if len(chains) > 1 else None
+        self.chains = tuple(
+            self._moving(chain, number, facing[number] is None, energy, dt) for number, chain in enumerate(chains)
+        )
+        self.static = np.array([float(self.chains[c.chain].static_force[c.end - 1]) for c in self.contacts])
+        self.force_scale = max(chain.force_scale for chain in self.chains)
+        self.indentation_scale = max(chain.indentation_scale for chain in self.chains)
+        self.contact_time = min(chain.contact_time for chain in self.chains)
+        self.impact_energy = sum(chain.chain.impact_energy for chain in self.chains)
+        self.boxes = [structure for structure in self.structures if isinstance(structure, BlackBox)]
+        self.damped = [
+            place
+            for place, one in enumerate(self.structures)
+            if isinstance(one, MovingStructure) and one.structure.damping is not None
+        ]
+
+    def describe(self) -> dict[str, Any]:
+        """Chains, structures and contacts as plain data."""
+        chains = [chain.chain.describe() for chain in self.chains]
+        structures = [
+            one.describe() if isinstance(one, MovingStructure) else type(one.participant).__qualname__
+            for one in self.structures
+        ]
+        if self.single:
+            return {"chain": chains[0], "structure": None if self.chains[0].surface is None else structures[0]}
+        return {"chains": chains, "structures": structures, "contacts": [list(contact) for contact in self.contacts]}
+
+    def touched_by(self, structure: int) -> list[int]:
+        """The contacts of a structure, by its place."""
+        return [k for k, contact in enumerate(self.contacts) if contact.structure == structure]
+
+    def start(self, memory: Any) -> CoupledState:
+        """The state at time zero, in static equilibrium."""
+        rest = np.zeros(self.size)
+        return CoupledState(
+            0.0,
+            tuple(chain.start() for chain in self.chains),
+            tuple(structure.start() for structure in self.structures),
+            rest,
+            rest,
+            Ledger(rest, rest, rest, np.zeros(len(self.structures))),
+            0,
+            0.0,
+            (),
+            memory,
+        )
+
+    def push(self, states: Sequence[Any], force: Vector, length: float) -> tuple[tuple[Any, ...], Vector]:
+        """The structures' states and the contacts' displacements (m) after mean forces (N) over `length` s."""
+        ends, surface = [], np.empty(self.size)
+        for number, structure in enumerate(self.structures):
+            seats = self.of_structure[number]
+            end, places = structure.advance(states[number], self._at(seats, force), length)
+            surface[seats[seats >= 0]] = np.atleast_1d(places)[seats >= 0]
+            ends.append(end)
+        return tuple(ends), surface
+
+    def follow(
+        self, states: Sequence[ChainState], past: Sequence[Node], surface: Vector, length: float
+    ) -> tuple[tuple[ChainState, ...], Vector, Vector]:
+        """The chains' states, mean forces (N) and works (J) after the surfaces moved on from the last node of `past`.
+
+        The works are those of the chains' own mean forces, above the static ones, on the surfaces as they see them.
+        """
+        before = past[-1].surface if past else np.zeros(self.size)
+        corners = self._corners(past, before, surface, length)
+        moved, force, work = list(states), np.zeros(self.size), np.zeros(self.size)
+        piece = length / (len(corners) - 1)
+        for start, end in zip(corners[:-1], corners[1:], strict=True):
+            push = np.empty(self.size)
+            for number, chain in enumerate(self.chains):
+                seats = self.of_chain[number]
+                if len(seats) == 1:
+                    motion: Any = float(start[seats[0]]), float(end[seats[0]])
+                else:
+                    motion = start[seats], end[seats]
+                moved[number], push[seats] = chain.advance(moved[number], motion, piece)
+            force += push / (len(corners) - 1)
+            work += push * (end - start)
+        return tuple(moved), force, work
+
+    def next(
+        self,
+        state: CoupledState,
+        length: float,
+        chains: tuple[ChainState, ...],
+        structures: tuple[Any, ...],
+        surface: Vector,
+        force: Vector,
+        answer: tuple[Vector, Vector],
+        memory: Any,
+        evaluations: int,
+    ) -> CoupledState:
+        """The state after a substep of `length` s, with its ledger.
+
+        force: what the structures felt. answer: the chains' mean forces and works.
+        """
+        ledger, way = state.ledger, surface - state.surface
+        damped = ledger.damped
+        if self.damped:
+            damped = damped.copy()
+            for place in self.damped:
+                damped[place] += self.structures[place].dissipated(
+                    state.structures[place], structures[place], length
+                )
+        given, work = answer
+        return CoupledState(
+            state.time + length,
+            chains,
+            structures,
+            surface,
+            force,
+            Ledger(ledger.work + force * way, ledger.given + work, ledger.impulse + length * force, damped),
+            evaluations,
+            float(abs(given - force).max()),
+            (*state.past[1 - REMEMBERED :], Node(state.time + length, length, surface, given)),
+            memory,
+        )
+
+    def read(self, states: Sequence[Any]) -> Vector:
+        """The displacements of the contacts in states of Structures, m."""
+        surface = np.empty(self.size)
+        for structure, state, seats in zip(self.structures, states, self.of_structure, strict=True):
+            surface[seats[seats >= 0]] = np.atleast_1d(structure.read(state))[seats >= 0]
+        return surface
+
+    def pushed(self, free: Sequence[Any], force: Vector, length: float) -> tuple[Any, ...]:
+        """The states of Structures at a substep's end from those without force, and the mean forces."""
+        return tuple(
+            structure.pushed(state, self._at(seats, force), length)
+            for structure, state, seats in zip(self.structures, free, self.of_structure, strict=True)
+        )
+
+    def compliance(self, length: float) -> Vector:
+        """What 1 N of mean force at each contact adds to the displacement of each at the end, m/N, K × K."""
+        whole_matrix = np.zeros((self.size, self.size))
+        for number, structure in enumerate(self.structures):
+            seats = self.of_structure[number]
+            used = seats >= 0
+            own = np.atleast_2d(structure.compliance(length))
+            whole_matrix[np.ix_(seats[used], seats[used])] = own[np.ix_(used, used)]
+        return whole_matrix
+
+    def _at(self, seats: Seats, force: Vector) -> Any:
+        """The forces at a structure's points, zero where nothing touches; a float where there is one."""
+        return float(force[seats[0]]) if seats.size == 1 else np.where(seats < 0, 0.0, force[seats])
+
+    def _corners(self, past: Sequence[Node], before: Vector, surface: Vector, length: float) -> list[Vector]:
+        """Displacements between which the surfaces move straight, at equal times."""
+        if not self.quadratic or not past:
+            return [before, surface]
+        earlier = past[-2].surface if len(past) > 1 else np.zeros(self.size)
+        last = past[-1].length
+        bend = 2.0 * ((surface - before) / length - (before - earlier) / last) / (length + last)
+        corners = []
+        for i in range(PIECES + 1):
+            part = i / PIECES
+            corners.append(before + part * (surface - before) + 0.5 * bend * length**2 * part * (part - 1.0))
+        return corners
+
+    def _seat(self, given: Any, chain: Chain) -> tuple[int, int]:
+        """The place of what an end of a chain faces among the structures, and the number of its point."""
+        given = half_space(chain.beads[-1].material) if given is None else given
+        whole_one, point = (given.structure, given.number) if isinstance(given, ContactPoint) else (given, None)
+        count = points(whole_one)
+        if point is None and count > 1:
+            raise ValueError(
+                f"structure: has {count} contact points; say which a chain faces by ContactPoint(structure, number)"
+            )
+        if id(whole_one) not in self._seats:
+            self._seats[id(whole_one)] = len(self.structures)
+            self._known.append(whole_one)
+            self.structures.append(_moving_structure(whole_one))
+        place = self._seats[id(whole_one)]
+        if any(contact[2:] == (place, point or 0) for contact in self.contacts):
+            raise ValueError(
+                "structure: two chains face one contact point; give it one for each, such as plate.at([x1, x2], "
+                "[y1, y2]), or a structure for each"
+            )
+        return place, point or 0
+
+    def _at_points(self, place: int) -> Seats:
+        """The contact at each point of a structure; −1 where nothing touches."""
+        seats = np.full(points(self.structures[place]), -1, dtype=np.intp)
+        for k, contact in enumerate(self.contacts):
+            if contact.structure == place:
+                seats[contact.point] = k
+        return seats
+
+    def _moving(self, chain: Chain, number: int, alone: bool, energy: float | None, dt: float | None) -> MovingChain:
+        facts = [self._facts(k) for k in self.of_chain[number]]
+        surface, flexibility = (None, 0.0) if alone else facts[0]
+        if len(facts) == 1:
+            return MovingChain(chain, surface, flexibility, dt, impact_energy=energy)
+        return MovingChain(chain, surface, flexibility, dt, *facts[1], impact_energy=energy)
+
+    def _facts(self, k: int) -> tuple[Surface, float]:
+        """Surface and flexibility (m/N) of a contact's point."""
+        contact = self.contacts[k]
+        structure = self.structures[contact.structure]
+        surfaces = structure.surface if isinstance(structure.surface, tuple) else (structure.surface,)
+        surface = instance("structure.surface", surfaces[contact.point], Surface, "a Surface(material)")
+        known = isinstance(structure, MovingStructure)
+        return surface, float(np.atleast_1d(structure.structure.flexibility)[contact.point]) if known else 0.0
+
+
+def for_each(name: str, given: Any, count: int, several: bool) -> list[Any]:
+    """What each of `count` chains faces: of several chains a list, one structure with as many points, or None for all."""
+    if not several:
+        return [given]
+    if given is None:
+        return [None] * count
+    if isinstance(given, Sequence):
+        if len(given) != count:
+            raise ValueError(f"{name}: has {len(given)} entries, must have one for each of {count} chains")
+        return list(given)
+    if isinstance(given, Structure | Participant) and points(given) == count:
+        return [ContactPoint(given, number) for number in range(count)] if count > 1 else [given]
+    raise ValueError(
+        f"{name}: must be a list of {count}, or one structure with {count} contact points, such as "
+        "plate.at([x1, x2], [y1, y2])"
+    )
+
+
+def _moving_structure(given: Any) -> Any:
+    """What advances a Structure, or a user's participant with its answers checked."""
+    if isinstance(given, Structure):
+        return MovingStructure(given)
+    if isinstance(given, MovingStructure):
+        return given
+    if isinstance(given, Participant):
+        return BlackBox(given)
+    raise ValueError(f"structure = {type(given).__name__}: must be {TAKES_PART}")

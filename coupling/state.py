@@ -1,0 +1,72 @@
+"""What a co-simulation is at one instant: both sides, the ledger, and what the next window starts from."""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from particles.moving import ChainState
+from structures.structure import Vector
+
+REMEMBERED = 3
+"""Substeps that predictors and quadratic waveforms look back at."""
+
+
+class NotConverged(RuntimeError):
+    """Chains and structures did not agree on the mean forces of a window."""
+
+
+class Node(NamedTuple):
+    """The end of a substep of `length` s: surface displacements (m) there, mean forces (N) that the chains answered."""
+
+    time: float
+    length: float
+    surface: Vector
+    force: Vector
+
+
+class Ledger(NamedTuple):
+    """Since the start, for each contact: work (J) of its dynamic force as the structure felt it, and as the chain gave
+    it, and impulse (N s); for each structure the energy (J) that its damping took."""
+
+    work: Vector
+    given: Vector
+    impulse: Vector
+    damped: Vector
+
+
+class CoupledState(NamedTuple):
+    """Everything at a window's end. K contacts, in the order of `Interface.contacts`.
+
+    surface, m, K: displacement of the structures' contact points. force, N, K: the mean over the last substep that the
+    structures felt, above the static one. evaluations: chain windows tried in this window. residual, N: the greatest
+    difference between the forces that the chains answered and those that the structures felt. past: the last nodes,
+    newest last. memory: what the scheme starts the next window from.
+    """
+
+    time: float
+    chains: tuple[ChainState, ...]
+    structures: tuple[Any, ...]
+    surface: Vector
+    force: Vector
+    ledger: Ledger
+    evaluations: int
+    residual: float
+    past: tuple[Node, ...]
+    memory: Any
+
+
+def foretold(places: Sequence[float], values: Sequence[Vector], order: int, at: float) -> Vector:
+    """The polynomial of at most this order through the newest values, last in the sequences, at another place.
+
+    Of lower order where there are fewer values, zero where there is none yet.
+    """
+    places, values = places[-order - 1 :], values[-order - 1 :]
+    total: Vector = np.zeros(0)
+    for i, value in enumerate(values):
+        weight = 1.0
+        for j, place in enumerate(places):
+            if j != i:
+                weight *= (at - place) / (places[i] - place)
+        total = weight * value + (total if i else 0.0)
+    return total

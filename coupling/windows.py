@@ -1,0 +1,104 @@
+"""From window to window: one that fails is halved and repeated, and so is one whose error is too large."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from coupling.interface import Interface
+from coupling.scheme import Scheme
+from coupling.state import CoupledState, NotConverged
+from structures.checks import positive
+
+MOST_HALVINGS = 12
+
+FINEST = 1024
+"""Parts of the shortest contact below which an adaptive window is not halved for its error."""
+
+GROWS_BELOW = 0.125
+"""A window is tried twice as long after one whose error was below this part of the tolerance."""
+
+TAKEN_AS_ONE = 1.0 + 1e-9
+
+
+@dataclass(frozen=True)
+class Adaptive:
+    """Windows as long as their error allows, between saved times: each is the saved interval over a power of two.
+
+    The error of a window is what the parabola through its ends and the node before has beyond the straight line that
+    the surface follows, in units of the greatest approach of a contact.
+    tolerance: of that error. Amplitude ratios are then within some ten tolerances of those with tiny windows (tests).
+    """
+
+    tolerance: float = 1e-5
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "tolerance", positive("tolerance", self.tolerance))
+
+
+@dataclass(frozen=True)
+class Windows:
+    """Moves a coupled state on by a scheme. tolerance: of adaptive windows, None where all are alike."""
+
+    interface: Interface
+    scheme: Scheme
+    tolerance: float | None = None
+
+    def advance(self, state: CoupledState, length: float, substeps: int) -> list[CoupledState]:
+        """The states at the ends of `substeps` substeps of `length` s. Raises NotConverged.
+
+        Those inside a substep that had to be halved are not among them; its last one counts all evaluations.
+        """
+        if self.tolerance is not None:
+            return [self._adapted(state, length, self.tolerance)]
+        return self._halved(state, length, substeps, MOST_HALVINGS)
+
+    def _halved(self, state: CoupledState, length: float, substeps: int, left: int) -> list[CoupledState]:
+        try:
+            return self.scheme.step(self.interface, state, length, substeps)
+        except NotConverged as error:
+            if left == 0:
+                raise NotConverged(f"window of {substeps * length:.3g} s from t = {state.time:.6g} s: {error}") from error
+        if substeps > 1:
+            first = self._halved(state, length, substeps // 2, left)
+            return first + self._halved(first[-1], length, substeps - substeps // 2, left)
+        middle = self._halved(state, length / 2.0, 1, left - 1)[-1]
+        return [_together(middle, self._halved(middle, length / 2.0, 1, left - 1)[-1])]
+
+    def _adapted(self, state: CoupledState, length: float, tolerance: float) -> CoupledState:
+        finest = self.interface.contact_time / FINEST
+        if length <= self._allowed(state, tolerance) * TAKEN_AS_ONE or length <= finest:
+            try:
+                end = self.scheme.step(self.interface, state, length, 1)[-1]
+            except NotConverged:
+                if length <= finest:
+                    return self._halved(state, length, 1, MOST_HALVINGS)[-1]
+            else:
+                if length <= finest or self.error(end) <= tolerance:
+                    return end
+        middle = self._adapted(state, length / 2.0, tolerance)
+        return _together(middle, self._adapted(middle, length / 2.0, tolerance))
+
+    def _allowed(self, state: CoupledState, tolerance: float) -> float:
+        """The longest window worth trying, from the last one and its error."""
+        if not state.past:
+            return np.inf
+        last = state.past[-1].length
+        return 2.0 * last if self.error(state) < GROWS_BELOW * tolerance else last
+
+    def error(self, state: CoupledState) -> float:
+        """What a parabola has beyond the straight motion of the last substep, in units of the greatest approach."""
+        now = state.past[-1]
+        before = state.past[-2] if len(state.past) > 1 else None
+        start = np.zeros_like(now.surface) if before is None else before.surface
+        earlier = state.past[-3].surface if len(state.past) > 2 else np.zeros_like(start)
+        length = now.length if before is None else before.length
+        change = (now.surface - start) / now.length - (start - earlier) / length
+        bend = 2.0 * float(abs(change).max()) / (now.length + length)
+        return bend * now.length**2 / 8.0 / self.interface.indentation_scale
+
+
+def _together(first: CoupledState, second: CoupledState) -> CoupledState:
+    """The second of two halves, with the evaluations and the residual of both."""
+    return second._replace(
+        evaluations=first.evaluations + second.evaluations, residual=max(first.residual, second.residual)
+    )
