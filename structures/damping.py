@@ -144,7 +144,7 @@ def with_arms(structure: Structure, root: sparse.csr_array, time: float, stiffne
         mass=sparse.csr_array(sparse.block_diag([structure.mass, sparse.csr_array((count, count))])),
         stiffness=sparse.csr_array(sparse.block_array([[held, -root.T], [-root, sparse.eye_array(count)]])),
         damping=sparse.csr_array(sparse.block_diag([own, time * sparse.eye_array(count)])),
-        contact=np.append(structure.contact, np.zeros(count)),
+        contact=np.concatenate([structure.contact, np.zeros((count, *structure.contact.shape[1:]))]),
     )
 
 

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from structures.checks import instance, one_of, positive
+from structures.checks import each, finite, instance, one_of, positive
 from structures.oscillators import Oscillators, is_modal
 from structures.stepping import (
     NOTHING,
@@ -16,10 +16,10 @@ from structures.stepping import (
     Step,
     Stepper,
     StructureState,
+    energies,
     lumped,
 )
 from structures.structure import Structure, Vector
-from structures.surface import Surface
 
 DENSE = 300
 """Degrees of freedom. A coupled, damped structure of at most so many goes through the compiled window loop; of more, a
@@ -52,6 +52,7 @@ class Propagator(NamedTuple):
 class MovingStructure:
     """A Structure as a participant: advance(state, mean force, window) → (state, displacement of the contact).
 
+    Of p contacts, forces and displacements are arrays of p, each positive away from its own chain.
     stepper: "midpoint", which keeps the energy exactly; "newmark", "generalised-alpha" or "central-difference" with
     their default constants; or what makes a Step from a structure and a window, such as
     functools.partial(GeneralisedAlpha, spectral_radius=0.5). All are of second order. A structure of oscillators moves
@@ -67,8 +68,8 @@ class MovingStructure:
         self._steps: dict[float, Step] = {}
 
     @property
-    def surface(self) -> Surface:
-        """What Hertz's law needs to know of the contact point."""
+    def surface(self) -> Any:
+        """What Hertz's law needs to know of the contact point: a Surface; a tuple of them for several contacts."""
         return self.structure.surface
 
     @property
@@ -83,9 +84,12 @@ class MovingStructure:
 
     @property
     def compact(self) -> bool:
-        """Whether a window of it is a small Propagator: oscillators, or a few freedoms that damping couples."""
+        """Whether a window of it is a small Propagator: oscillators, or a few freedoms that damping couples.
+
+        Only with one contact.
+        """
         few = self.structure.size <= DENSE and not self.conservative
-        return self.modal or (self.stepper == "midpoint" and few)
+        return self.structure.contacts == 1 and (self.modal or (self.stepper == "midpoint" and few))
 
     def propagator(self, window: float) -> Propagator:
         """A window as arrays; of a coupled structure, what the step makes of each displacement and velocity in turn."""
@@ -113,34 +117,72 @@ class MovingStructure:
         """At rest in static equilibrium."""
         return StructureState(np.zeros(self.structure.size), np.zeros(self.structure.size))
 
-    def advance(self, state: StructureState, force: float, window: float) -> tuple[StructureState, float]:
-        """Move on by one window (s) under the mean force (N) above the static one."""
+    def advance(self, state: StructureState, force: Any, window: float) -> tuple[StructureState, Any]:
+        """Move on by one window (s) under the mean force (N) above the static one, or the p forces of p contacts."""
         end = self.pushed(self.free(state, window), force, window)
         return end, self.read(end)
 
-    def pushed(self, free: StructureState, force: float, window: float) -> StructureState:
-        """The state at the window's end from that without force, and the mean force."""
+    def pushed(self, free: StructureState, force: Any, window: float) -> StructureState:
+        """The state at the window's end from that without force, and the mean force or forces."""
         if not self.structure.size:
             return free
         response = self.step(window).response
-        return StructureState(*(end + force * unit for end, unit in zip(free, response, strict=True)))
+        if self.structure.contact.ndim == 1:
+            return StructureState(*(end + force * unit for end, unit in zip(free, response, strict=True)))
+        forces = each(finite, "force", force, "N")
+        if forces.shape != (self.structure.contacts,):
+            raise ValueError(f"force = {force!r}: must be {self.structure.contacts} numbers of N, one for each contact")
+        # Steps without a memory may leave it without columns.
+        pairs = zip(free, response, strict=True)
+        return StructureState(*(end + unit @ forces if unit.size else end for end, unit in pairs))
 
     def free(self, state: StructureState, window: float) -> StructureState:
         """The state at the window's end where no force acts."""
         return self.step(window).free(state) if self.structure.size else state
 
-    def read(self, state: StructureState) -> float:
-        """Displacement bᵀu of the contact point, m."""
-        return float(self.structure.contact @ state.displacement)
+    def read(self, state: StructureState) -> Any:
+        """Displacement bᵀu of the contact point, m; an array of p for p contacts."""
+        contact = self.structure.contact
+        return float(contact @ state.displacement) if contact.ndim == 1 else contact.T @ state.displacement
 
-    def compliance(self, window: float) -> float:
-        """What 1 N of mean force adds to the contact's displacement at the window's end, m/N."""
-        return self.read(self.step(window).response) if self.structure.size else 0.0
+    def compliance(self, window: float) -> Any:
+        """What 1 N of mean force adds to the contact's displacement at the window's end, m/N.
+
+        Of p contacts p × p, entry (i, j) the displacement of i by a force on j; symmetric to rounding, as M, C and K
+        are. Newmark's method of other constants makes it so to second order only where damping couples the modes.
+        """
+        if not self.structure.size:
+            return 0.0 if self.structure.contacts == 1 else np.zeros((self.structure.contacts,) * 2)
+        return self.read(self.step(window).response)
 
     def energy(self, state: StructureState) -> float:
         """Kinetic and elastic energy above static equilibrium, J."""
-        u, v, _ = state
-        return 0.5 * float(v @ (self.structure.mass @ v) + u @ (self.structure.stiffness @ u))
+        return sum(energies(self.structure, state))
+
+    def energies(self, state: StructureState, window: float) -> tuple[float, float]:
+        """Kinetic and elastic energy above static equilibrium, J, as the stepper sees them in windows of this length.
+
+        Their sum is what the stepper keeps without damping and force, as far as it keeps anything: for central
+        differences and Newmark's method with γ = ½ that differs from `energy` by a part (ωH)²/4 of each motion or less.
+        """
+        if not self.structure.size:
+            return 0.0, 0.0
+        own = getattr(self.step(window), "energies", None)
+        return energies(self.structure, state) if own is None else own(state)
+
+    def dissipated(self, before: StructureState, after: StructureState, window: float) -> float:
+        """Energy, J, that damping took between two states a window apart: H v̄ᵀC v̄, v̄ the mean of the two rates.
+
+        Exact for the midpoint, and for oscillators, see there; of second order in the window for the other steppers.
+        """
+        damping = self.structure.damping
+        if damping is None or not self.structure.size:
+            return 0.0
+        step = self.step(window)
+        if isinstance(step, Oscillators):
+            return step.dissipated(before, after)
+        mean = 0.5 * (before.velocity + after.velocity)
+        return window * float(mean @ (damping @ mean))
 
     def step(self, window: float) -> Step:
         """The stepper for this window, made once."""

@@ -22,7 +22,8 @@ class Oscillators:
     """A structure with M = I and diagonal K and C, one oscillator for each degree of freedom.
 
     Slow ones, ω H ≤ 1, move exactly. Fast ones take the implicit midpoint: seen once a window, their exact motion
-    would pose as a slow one, and one with a period of H would not be seen at all. Both keep the energy.
+    would pose as a slow one, and one with a period of H would not be seen at all. Both keep the energy: the work
+    F̄ (w₁ − w₀) is what the structure gains and C takes.
     rows: 4 × n, each oscillator's 2 × 2 propagator: u₁ = r₀ u + r₁ v, v₁ = r₂ u + r₃ v. No limit on the window.
     """
 
@@ -38,12 +39,31 @@ class Oscillators:
         # The midpoint leaves as large a part of u as of v but for the damping; 1 − phase · lag would cancel.
         kept = np.where(fast, left + 2.0 * drag * push, 1.0 - phase * lag)
         self.rows = np.array([kept, window * push, -window * square * push, left])
+        self.window, self.square, self.rate, self.fast, self.push = window, square, rate, fast, window * push
+        lag, push = (x if structure.contacts == 1 else x[:, None] for x in (lag, push))
         self.response = StructureState(window**2 * lag * structure.contact, window * push * structure.contact)
 
     def free(self, state: StructureState) -> StructureState:
         """The state at the window's end where no force acts."""
         u, v, _ = state
         return StructureState(self.rows[0] * u + self.rows[1] * v, self.rows[2] * u + self.rows[3] * v)
+
+    def energies(self, state: StructureState) -> tuple[float, float]:
+        """Kinetic and elastic, J."""
+        u, v, _ = state
+        return 0.5 * float(v @ v), 0.5 * float(u @ (self.square * u))
+
+    def dissipated(self, before: StructureState, after: StructureState) -> float:
+        """What damping took between two states a window apart, J, under forces that were steady in it.
+
+        Of slow oscillators their force's work less their gain, of fast ones H c v̄²; exact, to rounding of the energy.
+        """
+        (u, v, _), (end_u, end_v, _) = before, after
+        force = (end_v - self.rows[2] * u - self.rows[3] * v) / self.push
+        gain = 0.5 * ((end_v - v) * (end_v + v) + self.square * (end_u - u) * (end_u + u))
+        fast = 0.25 * self.window * self.rate * (v + end_v) ** 2
+        taken = np.where(self.fast, fast, force * (end_u - u) - gain)
+        return float(taken[self.rate > 0.0].sum())
 
 
 def _exact(phase: Vector, drag: Vector) -> tuple[Vector, Vector, Vector]:

@@ -35,7 +35,7 @@ INVERSE_ITERATIONS = 8
 class StructureState(NamedTuple):
     """Degrees of freedom u and their rates, measured from static equilibrium.
 
-    memory: what generalised-α carries besides, its accelerations and the last mean force; empty for the others.
+    memory: what generalised-α carries besides, its accelerations and the last mean forces; empty for the others.
     """
 
     displacement: Vector
@@ -44,13 +44,23 @@ class StructureState(NamedTuple):
 
 
 class Step(Protocol):
-    """One window of a linear structure: end state = free(state) + mean force · response."""
+    """One window of a linear structure: end state = free(state) + mean force · response.
+
+    response: the state after 1 N from rest; of p contacts n × p, a column each. A Step may also have
+    energies(state), kinetic and elastic, J, in the form that it keeps; without, they are `energies` of the structure.
+    """
 
     response: StructureState
 
     def free(self, state: StructureState) -> StructureState:
         """The state at the window's end where no force acts."""
         ...
+
+
+def energies(structure: Structure, state: StructureState) -> tuple[float, float]:
+    """Kinetic and elastic energy ½ vᵀM v and ½ uᵀK u above static equilibrium, J."""
+    u, v, _ = state
+    return 0.5 * float(v @ (structure.mass @ v)), 0.5 * float(u @ (structure.stiffness @ u))
 
 
 Stepper: TypeAlias = Callable[[Structure, float], Step]
@@ -84,7 +94,8 @@ class Newmark:
     M a₀ = F̄ b − C v₀ − K u₀, likewise a₁; u₁ = u₀ + H v₀ + H² [(½ − β) a₀ + β a₁], v₁ = v₀ + H [(1 − γ) a₀ + γ a₁]
     (Newmark, J. Eng. Mech. Div. ASCE 85 (1959) 67). Second order for γ = ½, first for more, which damps what is fast.
     β = ¼, γ = ½, the mean acceleration, is the implicit midpoint written otherwise, so it keeps the work too; the rest
-    do to second or first order in H only. 2β < γ is stable for windows below 1/(ω √(γ/2 − β)), ω the highest frequency.
+    do to second or first order in H only. Without force and damping γ = ½ keeps the energy of `energies`.
+    2β < γ is stable for windows below 1/(ω √(γ/2 − β)), ω the highest frequency.
     Raises ValueError for γ < ½, longer windows, and masses that are not positive, as those of Maxwell arms.
     """
 
@@ -106,12 +117,22 @@ class Newmark:
         if structure.damping is not None:
             damped = damped + self.gamma * window * structure.damping
         self.solve_mass, self.solve = factorise(structure.mass), factorise(damped)
-        rest = np.zeros(structure.size)
-        self.response = self._end(StructureState(rest, rest), structure.contact)
+        self.response = _from_rest(self._end, structure.contact)
 
     def free(self, state: StructureState) -> StructureState:
         """The state at the window's end where no force acts."""
         return self._end(state, np.zeros(self.structure.size))
+
+    def energies(self, state: StructureState) -> tuple[float, float]:
+        """Kinetic and elastic, J; for γ = ½ the latter is ½ uᵀK u + ½ (β − ¼) H² (K u)ᵀM⁻¹(K u).
+
+        (Krenk, Comput. Methods Appl. Mech. Eng. 195 (2006) 6110.)
+        """
+        kinetic, elastic = energies(self.structure, state)
+        if self.gamma == 0.5 and self.beta != 0.25:
+            pull = self.structure.stiffness @ state.displacement
+            elastic += 0.5 * (self.beta - 0.25) * self.window**2 * float(pull @ self.solve_mass(pull))
+        return kinetic, elastic
 
     def _end(self, state: StructureState, force: Vector) -> StructureState:
         u, v, _ = state
@@ -145,20 +166,25 @@ class GeneralisedAlpha:
             matrix = matrix + part * self.gamma * window * structure.damping
         self.solve = factorise(matrix)
         unit = (1.5 - self.late) * self.solve(structure.contact)
-        self.response = StructureState(window**2 * self.beta * unit, window * self.gamma * unit, np.append(unit, 1.0))
+        last = np.ones(1) if structure.contacts == 1 else np.eye(structure.contacts)
+        memory = np.concatenate([unit, last])
+        self.response = StructureState(window**2 * self.beta * unit, window * self.gamma * unit, memory)
 
     def free(self, state: StructureState) -> StructureState:
         """The state at the window's end where no force acts."""
         u, v, memory = state
-        memory = memory if memory.size else np.zeros(self.structure.size + 1)
-        acceleration, force = memory[:-1], memory[-1]
+        size, count = self.structure.size, self.structure.contacts
+        memory = memory if memory.size else np.zeros(size + count)
+        acceleration, last_push = memory[:size], (self.late - 0.5) * memory[size:]
         ahead_u = u + self.window * v + self.window**2 * (0.5 - self.beta) * acceleration
         ahead_v = v + self.window * (1.0 - self.gamma) * acceleration
         middle = (1.0 - self.late) * ahead_u + self.late * u, (1.0 - self.late) * ahead_v + self.late * v
-        push = (self.late - 0.5) * force * self.structure.contact - self.inertial * (self.structure.mass @ acceleration)
+        contact = self.structure.contact
+        spread = last_push * contact if count == 1 else contact @ last_push
+        push = spread - self.inertial * (self.structure.mass @ acceleration)
         last = self.solve(push - _resistance(self.structure, *middle))
         ahead_u, ahead_v = ahead_u + self.window**2 * self.beta * last, ahead_v + self.window * self.gamma * last
-        return StructureState(ahead_u, ahead_v, np.append(last, 0.0))
+        return StructureState(ahead_u, ahead_v, np.append(last, np.zeros(count)))
 
 
 class CentralDifference:
@@ -166,8 +192,9 @@ class CentralDifference:
 
     M (u₊ − 2u + u₋)/h² + C (u₊ − u₋)/2h + K u = F̄ b, written with velocities at whole steps (Belytschko et al.,
     Nonlinear Finite Elements, section 6.2). Second order; stable for h ≤ 2/ω, ω the highest frequency of the lumped
-    structure, damped or not. Energy swings by a part (ωh)²/4 of each motion and does not drift; the work of the
-    contact is kept to second order in h. steps: in a window; by default so many that h is 0.9 of the stable step.
+    structure, damped or not. Energy swings by a part (ωh)²/4 of each motion and does not drift, that of `energies`
+    stays; the work of the contact is kept to second order in h.
+    steps: in a window; by default so many that h is 0.9 of the stable step.
     Raises ValueError where steps are too few, or masses not positive, as those of Maxwell arms.
     """
 
@@ -185,12 +212,18 @@ class CentralDifference:
         damping = self.structure.damping
         if damping is not None:
             self.solve = factorise(self.structure.mass + self.step / 2.0 * damping)
-        rest = np.zeros(structure.size)
-        self.response = self._end(StructureState(rest, rest), structure.contact)
+        self.response = _from_rest(self._end, structure.contact)
 
     def free(self, state: StructureState) -> StructureState:
         """The state at the window's end where no force acts."""
         return self._end(state, np.zeros(self.structure.size))
+
+    def energies(self, state: StructureState) -> tuple[float, float]:
+        """Kinetic and elastic, J, the latter ½ uᵀK u − h²/8 (K u)ᵀM⁻¹(K u): kept without force and damping."""
+        u, v, _ = state
+        pull = self.structure.stiffness @ u
+        lacking = self.step**2 / 8.0 * float(pull @ (pull / self.mass))
+        return 0.5 * float(v @ (self.mass * v)), 0.5 * float(u @ pull) - lacking
 
     def _end(self, state: StructureState, force: Vector) -> StructureState:
         u, v, _ = state
@@ -217,7 +250,7 @@ def lumped(structure: Structure) -> Structure:
     diagonal = structure.mass.diagonal()
     if equal(structure.mass, sparse.diags_array(diagonal)):
         return structure
-    slowest = structure.contact
+    slowest = structure.contact.reshape(structure.size, -1)[:, 0]
     shift = NEARLY_STATIC * float((structure.stiffness.diagonal() / diagonal).max())
     solve = factorise(structure.stiffness + shift * structure.mass)
     for _ in range(INVERSE_ITERATIONS):
@@ -236,6 +269,15 @@ def equal(first: sparse.sparray, second: sparse.sparray) -> bool:
     """Whether two matrices hold the same numbers."""
     difference = abs(first - second)
     return bool(difference.nnz == 0 or difference.max() == 0.0)
+
+
+def _from_rest(end: Callable[[StructureState, Vector], StructureState], contact: Vector) -> StructureState:
+    """The state that a unit force makes from rest; of several contacts each in turn, a column each."""
+    rest = np.zeros(contact.shape[0])
+    if contact.ndim == 1:
+        return end(StructureState(rest, rest), contact)
+    each = [end(StructureState(rest, rest), column) for column in contact.T]
+    return StructureState(*(np.column_stack(parts) for parts in zip(*each, strict=True)))
 
 
 def _resistance(structure: Structure, u: Vector, v: Vector) -> Vector:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from structures.checks import finite, instance
+from structures.checks import each, finite, instance, listed
 from structures.field import Field
 from structures.material import Material
 from structures.surface import Surface
@@ -19,14 +19,16 @@ Vector = NDArray[np.float64]
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Structure:
-    """A linear elastic body M ü + C u̇ + K u = b F that is pushed with the force F at one point.
+    """A linear elastic body M ü + C u̇ + K u = b F that is pushed with the force F at one point, or at several.
 
     mass, stiffness, damping: sparse, n × n, symmetric; damping None where there is none.
     contact: b, n numbers. It spreads a unit contact force over the degrees of freedom and reads the displacement
-    of the contact point, w = bᵀu + flexibility · F.
+    of the contact point, w = bᵀu + flexibility · F, away from the chain that pushes there. Of p contacts it is n × p,
+    a column each.
     flexibility, m/N: what the degrees of freedom do not show of the local indentation. It acts as a massless
-    spring in series with Hertz's contact; negative where a mesh already holds part of Hertz's indentation.
-    surface: material and curvature at the contact.
+    spring in series with Hertz's contact; negative where a mesh already holds part of Hertz's indentation. Of p
+    contacts one number, or p of them; kept as an array of p.
+    surface: material and curvature at the contact. Of p contacts one Surface, or p of them; kept as a tuple of p.
     origin: how the structure was made, as plain data; goes into the attributes of results.
     valid_until: the longest run, s, that it is good for; a reduced structure knows no longer ones.
     field: what turns the degrees of freedom into displacement and stress of the body; None where nothing does.
@@ -38,15 +40,15 @@ class Structure:
     stiffness: sparse.csr_array
     damping: sparse.csr_array | None
     contact: Vector
-    flexibility: float
-    surface: Surface
+    flexibility: Any
+    surface: Any
     origin: Mapping[str, Any] = dataclasses.field(default_factory=dict)
     valid_until: float = inf
     field: Field | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "contact", _numbers("contact", self.contact).ravel())
-        n = self.contact.size
+        object.__setattr__(self, "contact", _columns(_numbers("contact", self.contact)))
+        n = self.size
         for name in ("mass", "stiffness", "damping"):
             matrix = getattr(self, name)
             if matrix is None and name == "damping":
@@ -58,8 +60,12 @@ class Structure:
                 raise ValueError(f"{name} has shape {matrix.shape}: must be ({n}, {n}), as contact has {n} entries")
             if not np.isfinite(matrix.data).all():
                 raise ValueError(f"{name}: must hold finite numbers")
-        finite("flexibility", self.flexibility, "m/N")
-        instance("surface", self.surface, Surface, "a Surface")
+        if self.contacts == 1:
+            finite("flexibility", self.flexibility, "m/N")
+            instance("surface", self.surface, Surface, "a Surface")
+        else:
+            object.__setattr__(self, "flexibility", _flexibilities(self.flexibility, self.contacts))
+            object.__setattr__(self, "surface", _surfaces(self.surface, self.contacts))
         if not isinstance(self.valid_until, int | float) or not self.valid_until > 0.0:
             raise ValueError(f"valid_until = {self.valid_until!r}: must be a positive number of s")
         if self.field is not None:
@@ -70,7 +76,12 @@ class Structure:
     @property
     def size(self) -> int:
         """The number of degrees of freedom."""
-        return int(self.contact.size)
+        return int(self.contact.shape[0])
+
+    @property
+    def contacts(self) -> int:
+        """The number of contact points."""
+        return 1 if self.contact.ndim == 1 else int(self.contact.shape[1])
 
 
 def known_field(structure: Structure) -> Field:
@@ -92,6 +103,29 @@ def _numbers(name: str, values: object) -> Vector:
     if not np.isfinite(array).all():
         raise ValueError(f"{name}: must hold finite numbers")
     return array
+
+
+def _columns(contact: Vector) -> Vector:
+    """The contact vector of one contact point, n numbers, or of several, n × p."""
+    if contact.ndim > 2 or contact.shape[1:] == (0,):
+        raise ValueError(f"contact has shape {contact.shape}: must be (n,), or (n, p) for p contacts")
+    return contact if contact.shape[1:] > (1,) else contact.ravel()
+
+
+def _flexibilities(given: object, count: int) -> Vector:
+    """One number for each contact, from one for all or from as many."""
+    numbers = each(finite, "flexibility", given, "m/N")  # type: ignore[arg-type]
+    if numbers.shape not in ((), (count,)):
+        raise ValueError(f"flexibility = {given!r}: must be one number of m/N, or {count}, as there are contacts")
+    return np.broadcast_to(numbers, count).copy()
+
+
+def _surfaces(given: Any, count: int) -> tuple[Surface, ...]:
+    """One Surface for each contact, from one for all or from as many."""
+    surfaces = [given] * count if isinstance(given, Surface) else listed("surface", given, Surface, "Surfaces, or one")
+    if len(surfaces) != count:
+        raise ValueError(f"surface = {given!r}: must be one Surface, or {count}, as there are contacts")
+    return tuple(surfaces)
 
 
 def half_space(material: Material) -> Structure:
