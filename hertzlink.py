@@ -26,7 +26,10 @@ _check_rooms()
 from coupling.batch import batch  # noqa: E402
 from coupling.cli import main as main  # noqa: E402
 from coupling.cosimulation import CoSimulation  # noqa: E402
+from coupling.explicit import Explicit  # noqa: E402
 from coupling.fitting import Fit, fit_dissipation  # noqa: E402
+from coupling.interface import ContactPoint  # noqa: E402
+from coupling.iterated import IQN_ILS, Aitken, FixedPoint  # noqa: E402
 from coupling.measures import (  # noqa: E402
     ReflectedWave,
     Reflections,
@@ -43,12 +46,14 @@ from coupling.measures import (  # noqa: E402
 )
 from coupling.motion import structure_motion  # noqa: E402
 from coupling.participant import Participant  # noqa: E402
-from coupling.scheme import Aitken, Condensed, NotConverged  # noqa: E402
+from coupling.scheme import Condensed  # noqa: E402
 from coupling.signals import as_signal, read_signal  # noqa: E402
+from coupling.state import NotConverged  # noqa: E402
 from coupling.sweep import sweep  # noqa: E402
 from coupling.tracks import Track, follow_waves  # noqa: E402
 from coupling.views.paraview import write_vtu  # noqa: E402
 from coupling.views.pictures import animation, picture  # noqa: E402
+from coupling.windows import Adaptive  # noqa: E402
 from particles.bead import Cylinder, Ellipsoid, HollowSphere, Sphere, drop_speed  # noqa: E402
 from particles.chain import Chain  # noqa: E402
 from particles.contact import PowerLaw, TabulatedLaw, contact_law  # noqa: E402
@@ -145,26 +150,25 @@ from structures.theory import (  # noqa: E402
 )
 
 __all__ = [
-    "ACRYLIC", "ALUMINIUM_6061", "Aitken", "BRASS_360", "COPPER", "CentralDifference", "Chain", "CoSimulation",
-    "Condensed", "Cylinder", "ElasticEdge", "Ellipsoid", "Fit", "Foundation", "GeneralisedAlpha", "HollowSphere",
-    "KuwabaraKono", "Laminate", "Layer", "LinearDashpot", "MATERIALS", "MassProportional", "Material",
-    "MovingChain", "MovingStructure", "NYLON", "Newmark", "NotConverged", "OrthotropicMaterial", "Outline",
-    "POLYCARBONATE", "PTFE", "Panel", "Participant", "Piston", "Plate", "Ply", "PointMass", "PowerDashpot",
-    "PowerLaw", "PushedBead", "ReflectedWave", "Reflections", "Restitution", "STEEL_316", "STEEL_440C", "Section",
-    "Sphere", "SpringLoaded", "Stiffener", "Structure", "Supports", "Surface", "THESIS_IMPACT", "TabulatedLaw",
-    "Track", "Tsuji", "Wave", "Weakened", "amplitude_ratio", "angular_frequency", "animation", "as_signal",
-    "axial_stiffness", "batch", "calibration_factor", "characteristic_length", "circle", "contact_law",
-    "contact_time", "contact_time_half_space", "contact_to_sensor_ratio", "critical_distance",
-    "critical_distance_bounds", "critical_modulus", "cutoff_frequency", "cylinder", "drop_speed", "energy_error",
-    "fit_dissipation", "follow_waves", "half_space", "hertz_stiffness", "homogeneous", "inelasticity_parameter",
-    "infinite_plate", "kirchhoff_panel", "kirchhoff_plate", "lamb_cutoff_frequency", "lamb_frequency",
-    "lamb_group_speed", "lamb_phase_speed", "loss_factor", "loss_tangent", "mindlin_panel", "mindlin_plate",
-    "modal_damping", "normalised_time_of_flight", "peak_force_from_particle_speed", "picture",
-    "plate_amplitude_ratio", "plate_contact_time", "point_impedance", "primary_amplitude_ratio",
-    "primary_time_of_flight", "rayleigh", "rayleigh_speed", "read_signal", "reduce", "reflections", "rod",
-    "rod_parts", "secondary_delay", "sensor_force", "solid", "solitary_strain", "sound_speed",
-    "standard_linear_solid", "stiffness_parts", "structure_motion", "sweep", "tangent_stiffness", "time_of_flight",
-    "transit_time", "transit_time_from_striker", "upper_layer_restitution", "upper_layer_speed", "wave_speed",
-    "wave_speed_from_force", "wave_speed_from_particle_speed", "wave_width", "write_vtu", "zener_contact_time",
-    "zener_restitution",
+    "ACRYLIC", "ALUMINIUM_6061", "Adaptive", "Aitken", "BRASS_360", "COPPER", "CentralDifference", "Chain",
+    "CoSimulation", "Condensed", "ContactPoint", "Cylinder", "ElasticEdge", "Ellipsoid", "Explicit", "Fit",
+    "FixedPoint", "Foundation", "GeneralisedAlpha", "HollowSphere", "IQN_ILS", "KuwabaraKono", "Laminate", "Layer",
+    "LinearDashpot", "MATERIALS", "MassProportional", "Material", "MovingChain", "MovingStructure", "NYLON", "Newmark",
+    "NotConverged", "OrthotropicMaterial", "Outline", "POLYCARBONATE", "PTFE", "Panel", "Participant", "Piston",
+    "Plate", "Ply", "PointMass", "PowerDashpot", "PowerLaw", "PushedBead", "ReflectedWave", "Reflections",
+    "Restitution", "STEEL_316", "STEEL_440C", "Section", "Sphere", "SpringLoaded", "Stiffener", "Structure",
+    "Supports", "Surface", "THESIS_IMPACT", "TabulatedLaw", "Track", "Tsuji", "Wave", "Weakened", "amplitude_ratio",
+    "angular_frequency", "animation", "as_signal", "axial_stiffness", "batch", "calibration_factor",
+    "characteristic_length", "circle", "contact_law", "contact_time", "contact_time_half_space",
+    "contact_to_sensor_ratio", "critical_distance", "critical_distance_bounds", "critical_modulus", "cutoff_frequency",
+    "cylinder", "drop_speed", "energy_error", "fit_dissipation", "follow_waves", "half_space", "hertz_stiffness",
+    "homogeneous", "inelasticity_parameter", "infinite_plate", "kirchhoff_panel", "kirchhoff_plate",
+    "lamb_cutoff_frequency", "lamb_frequency", "lamb_group_speed", "lamb_phase_speed", "loss_factor", "loss_tangent",
+    "mindlin_panel", "mindlin_plate", "modal_damping", "normalised_time_of_flight", "peak_force_from_particle_speed",
+    "picture", "plate_amplitude_ratio", "plate_contact_time", "point_impedance", "primary_amplitude_ratio",
+    "primary_time_of_flight", "rayleigh", "rayleigh_speed", "read_signal", "reduce", "reflections", "rod", "rod_parts",
+    "secondary_delay", "sensor_force", "solid", "solitary_strain", "sound_speed", "standard_linear_solid",
+    "stiffness_parts", "structure_motion", "sweep", "tangent_stiffness", "time_of_flight", "transit_time",
+    "transit_time_from_striker", "upper_layer_restitution", "upper_layer_speed", "wave_speed", "wave_speed_from_force",
+    "wave_speed_from_particle_speed", "wave_width", "write_vtu", "zener_contact_time", "zener_restitution",
 ]  # fmt: skip

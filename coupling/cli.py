@@ -13,7 +13,7 @@ import click
 import joblib
 
 from coupling.result import provenance, versions
-from coupling.scheme import NotConverged
+from coupling.state import NotConverged
 from coupling.studies import STUDIES, study
 from coupling.studies.table import text
 

@@ -44,6 +44,9 @@ LATE = 1e-9
 
 WAVEFORMS = ("linear", "quadratic")
 
+TOTALS = 6
+"""Running sums of the compiled loop."""
+
 CHUNK = 256
 """Saved times between which the compiled loop looks whether a checkpoint is due."""
 
@@ -97,7 +100,10 @@ class CoSimulation:
             raise ValueError(f"scheme = {scheme!r}: must be a scheme such as Condensed() or Aitken()")
         one_of("waveform", waveform, WAVEFORMS)
         dt = None if dt is None else positive("dt", dt, "s")
-        sides = (for_each(name, given, len(chains), several) for name, given in (("structure", structure), ("behind", behind)))
+        sides = (
+            for_each(name, given, len(chains), several)
+            for name, given in (("structure", structure), ("behind", behind))
+        )
         self.interface = Interface(chains, *sides, quadratic=waveform == "quadratic", dt=dt)
         self.scheme.start(self.interface)
         self.window = window if window is None or isinstance(window, Adaptive) else positive("window", window, "s")
@@ -231,7 +237,7 @@ class CoSimulation:
         if keeper is not None and keeper.found:
             state, done, counts = keeper.resume(frames)
         else:
-            frames.record(self.interface, 0, state, counts)
+            frames.record(self.interface, 0, state, counts, plan.length)
         while done < plan.total:
             many = min(plan.substeps, plan.total - done) if self.scheme.whole_window else 1
             try:
@@ -241,13 +247,46 @@ class CoSimulation:
             for state in ends:
                 done, counts = done + 1, counts.after(state)
                 if done % plan.stride == 0:
-                    frames.record(self.interface, done // plan.stride, state, counts)
+                    frames.record(self.interface, done // plan.stride, state, counts, plan.length)
                     counts = Counts()
             self._check(state)
             if keeper is not None and keeper.due():
                 keeper.write(frames, done // plan.stride, (state, done, counts))
         if keeper is not None:
             keeper.write(frames, plan.rows - 1, (state, done, counts))
+
+    def _run_compiled(self, plan: Plan, frames: Frames, keeper: Keeper | None, clock: Trace | None) -> None:
+        chain, linear = self.chain, self.structure.propagator(plan.length)
+        tolerance = self.scheme.tolerance * chain.force_scale  # type: ignore[attr-defined]
+        start = self.start()
+        y, v = start.chains[0][:2]
+        moved = y, v, np.zeros(linear.response.size), start.memory, np.zeros(TOTALS)
+        row = 0
+        if keeper is not None and keeper.found:
+            moved, row = keeper.resume(frames)
+        else:
+            frames.record(self.interface, 0, start, Counts(), plan.length)
+        while row < plan.rows - 1:
+            y, v, body, guess, totals = moved
+            last = plan.rows - 1 if keeper is None else min(row + CHUNK, plan.rows - 1)
+            problem, done, detail = kernels.run_condensed(
+                y, v, chain.constants, chain.method, chain.steps(plan.length), plan.length, float(chain.static_force[-1]),
+                tolerance, plan.stride, tuple(linear), body, guess, totals, (row, last), frames.compiled(),
+            )  # fmt: skip
+            if problem == kernels.NON_FINITE:
+                raise self._non_finite(int(detail), done * plan.length)
+            if problem == kernels.NOT_CONVERGED:
+                raise NotConverged(f"window {done}, t = {done * plan.length:.4g} s: residual {detail:.3g} N")
+            row = last
+            if keeper is not None and (keeper.due() or row == plan.rows - 1):
+                keeper.write(frames, row, (moved, row))
+        frames.substeps[1:] = plan.stride
+        if not self.structure.conservative:
+            # The midpoint's identity: what the work leaves beside the energy, damping took.
+            frames.damped[:] = frames.work - frames.kinetic - frames.elastic
+        frames.felt[:] = frames.work
+        if clock is not None:
+            clock.compiled()
 
     def _check(self, state: CoupledState) -> None:
         """Raises FloatingPointError for what is no longer finite, ValueError for participants that make energy."""

@@ -1,7 +1,6 @@
 """The arrays that a run fills, one column for each saved time."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -22,9 +21,7 @@ class Counts:
 
     def after(self, state: CoupledState) -> "Counts":
         """With one more substep, which ended in this state."""
-        return Counts(
-            self.evaluations + state.evaluations, self.substeps + 1, max(self.residual, state.residual)
-        )
+        return Counts(self.evaluations + state.evaluations, self.substeps + 1, max(self.residual, state.residual))
 
 
 class ChainFrames:
@@ -52,8 +49,8 @@ class Frames:
         )
         self.evaluations, self.substeps, self.residual = (np.zeros(rows) for _ in range(3))
 
-    def record(self, interface: Interface, row: int, state: CoupledState, counts: Counts) -> None:
-        """Put a state into a row."""
+    def record(self, interface: Interface, row: int, state: CoupledState, counts: Counts, length: float) -> None:
+        """Put a state into a row. length, s: of a substep."""
         past = state.past
         rate = np.zeros(interface.size)
         if past:
@@ -69,13 +66,26 @@ class Frames:
             into.lost[row], into.driven[row] = lost, driven
         for number, structure in enumerate(interface.structures):
             known = isinstance(structure, MovingStructure)
-            energies = structure.energies(state.structures[number]) if known else (np.nan, np.nan)
+            energies = structure.energies(state.structures[number], length) if known else (np.nan, np.nan)
             self.kinetic[number, row], self.elastic[number, row] = energies
             self.damped[number, row] = state.ledger.damped[number] if known else np.nan
             self.felt[number, row] = state.ledger.work[interface.touched_by(number)].sum()
         self.surface[:, row] = state.surface
         self.work[:, row], self.given[:, row], self.impulse[:, row] = state.ledger[:3]
-        self.evaluations[row], self.substeps[row], self.residual[row] = counts.evaluations, counts.substeps, counts.residual
+        self.evaluations[row], self.substeps[row], self.residual[row] = (
+            counts.evaluations,
+            counts.substeps,
+            counts.residual,
+        )
+
+    def compiled(self) -> tuple[Vector, ...]:
+        """Of one chain and one contact, in the order that the compiled window loop wants."""
+        return (
+            *vars(self.chains[0]).values(),
+            *(array[0] for array in (self.surface, self.work, self.given, self.impulse, self.kinetic, self.elastic)),
+            self.evaluations,
+            self.residual,
+        )
 
     def upto(self, row: int) -> list[Vector]:
         """Copies of everything up to a row, for a checkpoint."""

@@ -190,9 +190,7 @@ class Interface:
         if self.damped:
             damped = damped.copy()
             for place in self.damped:
-                damped[place] += self.structures[place].dissipated(
-                    state.structures[place], structures[place], length
-                )
+                damped[place] += self.structures[place].dissipated(state.structures[place], structures[place], length)
         given, work = answer
         return CoupledState(
             state.time + length,

@@ -142,7 +142,9 @@ def _coordinates(interface: Interface, times: Vector, bodies: int) -> dict[str, 
         coordinates["chain"] = ("chain", np.arange(len(chains)))
     if interface.size > 1:
         coordinates["interface"] = ("interface", np.arange(interface.size))
-        for name, numbers in zip(("chain", "end", "structure", "point"), zip(*interface.contacts, strict=True), strict=True):
+        for name, numbers in zip(
+            ("chain", "end", "structure", "point"), zip(*interface.contacts, strict=True), strict=True
+        ):
             told = ["last bead" if end == LAST else "first bead" for end in numbers] if name == "end" else list(numbers)
             coordinates[f"interface_{name}"] = ("interface", told)
     if len(interface.structures) > 1:

@@ -107,9 +107,7 @@ class Condensed:
             residual = answer - force
             if not abs(residual).max() > tolerance:
                 pushed = interface.pushed(free, force, length)
-                return interface.next(
-                    state, length, moved, pushed, surface, force, (answer, work), slope, count
-                )
+                return interface.next(state, length, moved, pushed, surface, force, (answer, work), slope, count)
             if count > 1:
                 way = surface - last_surface
                 seen = abs(way) > 1e-14 * interface.indentation_scale

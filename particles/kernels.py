@@ -673,32 +673,45 @@ def _dot(a, b):
 
 
 @njit(cache=True)
-def run_condensed(y, v, chain, method, steps, window, static, tolerance, stride, linear, frames):
-    """The whole window loop of a chain on a linear structure, one frame every `stride` windows.
+def _square(matrix, x):
+    """½ xᵀ M x; a matrix of one row holds its diagonal."""
+    total = 0.0
+    for i in range(x.size):
+        total += x[i] * (matrix[0, i] * x[i] if matrix.shape[0] == 1 else _dot(matrix[i], x))
+    return 0.5 * total
 
-    linear = (spread, response, contact, weight), see structures.moving.Propagator.
-    frames = (y, v, contact forces, w, kinetic, potential, structure, lost, work,
-    drive's work, evaluations), row 0 the start.
+
+@njit(cache=True)
+def run_condensed(
+    y, v, chain, method, steps, window, static, tolerance, stride, linear, state, guess, totals, rows, frames
+):
+    """The window loop of a chain on a linear structure over a range of saved times, `stride` windows each.
+
+    linear = (spread, response, contact, stiffness, mass), see structures.moving.Propagator.
+    Moved on in place: y, v; the structure's state; guess, see advance_condensed; totals = (w, energy lost, drive's work,
+    work on the structure, work of the chain, impulse). rows = (last one done, last one to do).
+    frames = (y, v, contact forces, kinetic, potential, lost, drive's work, w, work on the structure, work of the chain,
+    impulse, kinetic and elastic of the structure, evaluations, residual).
     Returns (OK, …), or what went wrong, in which window, and the bead or the residual.
     """
-    spread, response, contact, weight = linear
+    spread, response, contact, stiffness, mass = linear
     (
-        out_y, out_v, out_force, out_wall, out_kinetic, out_potential, out_structure, out_lost, out_work, out_driven,
-        out_count,
+        out_y, out_v, out_force, out_kinetic, out_potential, out_lost, out_driven, out_wall, out_work, out_given,
+        out_impulse, out_moving, out_bent, out_count, out_residual,
     ) = frames  # fmt: skip
-    state, free = np.zeros(response.size), np.zeros(response.size)
+    free, size = np.zeros(response.size), contact.size
     compliance = _dot(contact, response)
-    guess = np.array([0.0, -1.0, 0.0, 0.0])
-    wall, total_lost, total_driven, work, evaluations = 0.0, 0.0, 0.0, 0.0, 0
-    for done in range(1, (out_wall.size - 1) * stride + 1):
+    evaluations, largest = 0, 0.0
+    for done in range(rows[0] * stride + 1, rows[1] * stride + 1):
         _propagate(spread, state, free)
-        t, before, wall_free = (done - 1) * window, wall, _dot(contact, free)
+        t, before, wall_free = (done - 1) * window, totals[0], _dot(contact, free)
         force, lost, driven, count, residual = advance_condensed(
             y, v, chain, method, steps, t, window, before, wall_free, compliance, static, guess, tolerance
         )
-        wall = wall_free + compliance * (force - static)
+        push = force - static
+        wall = wall_free + compliance * push
         for i in range(state.size):
-            end = free[i] + (force - static) * response[i]
+            end = free[i] + push * response[i]
             # What damping leaves of an old motion would end in slow subnormal numbers too.
             state[i] = 0.0 if abs(end) < NEGLIGIBLE**3 else end
         bad = first_bad(y, v, wall)
@@ -706,19 +719,25 @@ def run_condensed(y, v, chain, method, steps, window, static, tolerance, stride,
             return NON_FINITE, done, float(bad)
         if abs(residual) > tolerance:
             return NOT_CONVERGED, done, residual
-        total_lost += lost
-        total_driven += driven
-        work += (force - static) * (wall - before)
+        totals[0] = wall
+        totals[1] += lost
+        totals[2] += driven
+        totals[3] += push * (wall - before)
+        # The chain saw the surface end where the force before its last answer would have brought it.
+        totals[4] += push * (wall - compliance * residual - before)
+        totals[5] += push * window
         evaluations += count
+        largest = max(largest, abs(residual))
         if done % stride == 0:
             row = done // stride
-            out_y[row], out_v[row], out_wall[row] = y, v, wall
+            out_y[row], out_v[row] = y, v
             contact_forces(y, v, chain, done * window, wall, (wall - before) / window, out_force[row])
             out_kinetic[row], out_potential[row] = energies(y, v, chain, wall)
-            for i in range(weight.size):
-                out_structure[row] += 0.5 * weight[i] * state[i] * state[i]
-            out_lost[row], out_work[row], out_driven[row], out_count[row] = total_lost, work, total_driven, evaluations
-            evaluations = 0
+            out_bent[row], out_moving[row] = _square(stiffness, state[:size]), _square(mass, state[size:])
+            out_wall[row], out_lost[row], out_driven[row] = totals[0], totals[1], totals[2]
+            out_work[row], out_given[row], out_impulse[row] = totals[3], totals[4], totals[5]
+            out_count[row], out_residual[row] = evaluations, largest
+            evaluations, largest = 0, 0.0
     return OK, 0, 0.0
 
 

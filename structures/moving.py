@@ -8,7 +8,6 @@ import numpy as np
 from structures.checks import each, finite, instance, one_of, positive
 from structures.oscillators import Oscillators, is_modal
 from structures.stepping import (
-    NOTHING,
     CentralDifference,
     GeneralisedAlpha,
     ImplicitMidpoint,
@@ -40,13 +39,15 @@ class Propagator(NamedTuple):
     The state is s·B numbers, component i of block k at i·B + k: displacement and velocity of each of B oscillators; or
     one block of everything where all is coupled, the displacements first. spread: s × s·B, what component j leaves of
     itself in component i of its own block, at (j, i·B + k). response: the state after 1 N from rest.
-    contact: b, of the first entries. weight: of the squares in twice the energy; none where that is not known.
+    contact: b, of the first entries. stiffness, mass: of the displacements, and of the velocities after them; in one
+    row where they are diagonal.
     """
 
     spread: Vector
     response: Vector
     contact: Vector
-    weight: Vector
+    stiffness: Vector
+    mass: Vector
 
 
 class MovingStructure:
@@ -97,8 +98,8 @@ class MovingStructure:
         displacement, velocity, _ = step.response
         if isinstance(step, Oscillators):
             spread = step.rows.reshape(2, 2, size).transpose(1, 0, 2).reshape(2, 2 * size)
-            weight = np.append(structure.stiffness.diagonal(), np.ones(size))
-            return Propagator(spread, np.append(displacement, velocity), structure.contact, weight)
+            square, unit = structure.stiffness.diagonal()[None], np.ones((1, size))
+            return Propagator(spread, np.append(displacement, velocity), structure.contact, square, unit)
         # Without mass, as Maxwell arms are, a degree of freedom has a velocity that nothing depends on.
         moving = np.flatnonzero(abs(structure.mass).sum(axis=0))
         at_rest, straight = np.zeros(size), np.eye(size)
@@ -106,7 +107,9 @@ class MovingStructure:
         starts += [StructureState(at_rest, unit) for unit in straight[moving]]
         # One by one: with all at once the solver's threads may wait for each other far longer.
         spread = np.array([np.append(u, v[moving]) for u, v, _ in map(step.free, starts)])
-        return Propagator(spread, np.append(displacement, velocity[moving]), structure.contact, NOTHING)
+        stiffness, mass = structure.stiffness.toarray(), structure.mass.toarray()[np.ix_(moving, moving)]
+        response = np.append(displacement, velocity[moving])
+        return Propagator(spread, response, structure.contact, stiffness, mass)
 
     def describe(self) -> dict[str, Any]:
         """How the structure was made, and the stepper where it is not the midpoint, as plain data."""
