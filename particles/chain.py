@@ -18,7 +18,7 @@ from structures.structure import Vector
 INTEGRATORS = ("verlet", "rk4")
 
 STILL = 1e-2
-"""m/s, the scale of speeds in a chain that a piston at rest holds."""
+"""m/s, the scale of speeds in a chain that is at rest."""
 
 
 @dataclass(frozen=True)
@@ -26,11 +26,12 @@ class Chain:
     """Beads in a row, the first one struck, the last one facing a structure.
 
     beads: from the struck end on, of any kind and mixed. striker: a bead that arrives free, at impact_speed (m/s), at
-    time zero; or a SpringLoaded striker, a PushedBead or a Piston, which bring their own and take no impact_speed.
+    time zero; or a SpringLoaded striker, a PushedBead or a Piston, which bring their own and take no impact_speed; or
+    None: the first bead itself starts at impact_speed, by default at rest.
     gravity, m/s², acts on a chain whose axis, from the striker to the structure, falls at an angle of `inclination`
     (rad) to the horizontal: π/2 by default, the striker on top. preload, N: a static force along the chain, held
-    constant by a dead load on the first bead, or, with a Piston, by its place. The static forces are solved first, and
-    motions are measured from static equilibrium.
+    constant by a dead load on the first bead, or, with a Piston or a structure behind the chain, by its place. The
+    static forces are solved first, and motions are measured from static equilibrium.
     dissipation: None, or a loss such as LinearDashpot at every contact. integrator: "verlet" (velocity Verlet) or "rk4"
     (as in the thesis). law: what `contact_law` finds; or a law for all contacts between bodies; or a function
     law(body, next body or Surface) that returns one.
@@ -38,7 +39,7 @@ class Chain:
     """
 
     beads: Sequence[Bead]
-    striker: Bead | Excitation
+    striker: Bead | Excitation | None
     impact_speed: float | None = None
     gravity: float = 0.0
     dissipation: Dissipation | None = None
@@ -49,12 +50,15 @@ class Chain:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "beads", tuple(listed("beads", self.beads, Bead, "one bead, such as Sphere, or more")))  # type: ignore[arg-type]
-        what = "a bead, such as Sphere, or SpringLoaded, PushedBead or Piston"
-        instance("striker", self.striker, Bead | Excitation, what)  # type: ignore[arg-type]
+        what = "a bead, such as Sphere, or SpringLoaded, PushedBead, Piston or None"
+        instance("striker", self.striker, Bead | Excitation | None, what)  # type: ignore[arg-type]
         if isinstance(self.striker, Bead):
             if self.impact_speed is None:
                 raise ValueError("impact_speed = None: must be given, in m/s, for a striker that is a bead")
             object.__setattr__(self, "impact_speed", within("impact_speed", self.impact_speed, 1e-12, 1e5, "m/s"))
+        elif self.striker is None:
+            if self.impact_speed:
+                object.__setattr__(self, "impact_speed", within("impact_speed", self.impact_speed, 1e-12, 1e5, "m/s"))
         elif self.impact_speed is not None:
             kind = type(self.striker).__name__
             raise ValueError(
@@ -82,14 +86,14 @@ class Chain:
 
     @property
     def body(self) -> Bead | None:
-        """Body 0 of the results, the striker; None where a force or a motion stands for it."""
+        """Body 0 of the results, the striker; None where there is none, or a force or a motion stands for it."""
         if isinstance(self.striker, SpringLoaded):
             return self.striker.striker
         return None if isinstance(self.striker, PushedBead | Piston) else self.striker
 
     @property
     def speed(self) -> float:
-        """Of the striker at time zero, m/s."""
+        """Of the striker at time zero, or of the first bead where there is none, m/s."""
         if isinstance(self.striker, SpringLoaded):
             return self.striker.speed(self.gravity_along)
         return self.impact_speed or 0.0
@@ -100,7 +104,7 @@ class Chain:
 
         The striker's kinetic energy at time zero, and what is left in its spring. For a force history ½ J²/m with its
         impulse J on the first bead, for a piston the energy of the first bead at twice the greatest speed; for
-        one at rest, ½ m (10 mm/s)².
+        one at rest, ½ m (10 mm/s)². Without a striker the first bead's kinetic energy, at rest ½ m (10 mm/s)² too.
         """
         if self.body is not None:
             spring = (
@@ -108,6 +112,8 @@ class Chain:
             )
             return 0.5 * self.body.mass * self.speed**2 + spring
         mass = self.beads[0].mass
+        if self.striker is None:
+            return 0.5 * mass * (self.speed or STILL) ** 2
         times, values, rates = self.striker.history  # type: ignore[union-attr]
         if isinstance(self.striker, PushedBead):
             impulse = float(np.sum(0.5 * np.abs(values[1:] + values[:-1]) * np.diff(times)))

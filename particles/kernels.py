@@ -3,8 +3,9 @@
 Arrays, with N beads behind body 0, the striker:
     y, v     N + 1   positions (m) and velocities of the bodies; y is measured from touching, unloaded beads,
                      so the approach of a contact is δᵢ = yᵢ₋₁ − yᵢ, and that of the last one y_N − w
-The structure's surface is at w and moves at a constant rate during a window. Contacts 1 … N + 1 are stored from 0; the
-last one is with the structure. `chain` is a Constants.
+The structure's surface is at w and moves at a constant rate during a window. Where a structure is behind the chain too,
+body 0 is its surface, and moves on at the speed that it has as a window starts. Contacts 1 … N + 1 are stored from 0;
+the last one is with the structure. `chain` is a Constants.
 """
 
 from math import sqrt
@@ -20,8 +21,9 @@ VERLET, with losses that are linear in the approach rate; the others: all."""
 NO_LOSS, DASHPOT, TANGENT, SECANT, GLOBAL, DRAG = 0, 1, 2, 3, 4, 5
 """What a loss grows with: see _damping, and for the last two, which are no contact forces, _body_losses."""
 
-FREE, PUSHED, MOVED = 0, 1, 2
-"""What history the chain is driven by: none, a force on bead 1, or the motion of body 0."""
+FREE, PUSHED, MOVED, STEADY = 0, 1, 2, 3
+"""What body 0 is, and what history the chain is driven by. FREE: a striker, none; MOVED: it moves by a history; else it
+moves on at its speed, PUSHED with a history of the force on bead 1, STEADY with none."""
 
 NEGLIGIBLE = 1e-60
 """m. The front of a solitary wave falls off doubly exponentially; below this it would end in slow subnormal numbers."""
@@ -45,6 +47,8 @@ class Numbers(NamedTuple):
     """Along the chain, m/s²."""
     flexibility: float
     """The structure's, m/N: a massless spring behind the last contact."""
+    flexibility_behind: float
+    """The same of the structure behind the chain, at contact 1."""
     preload: float
     """A dead load on bead 1, N."""
     spring: float
@@ -198,11 +202,10 @@ def _kick_drift(y, v, inverse_mass, stiffness, gravity, wall_force, kick, drift)
 
 
 @njit(cache=True, fastmath={"contract"}, inline="always")
-def _table_kick_drift(y, v, inverse_mass, stiffness, table, rows, gravity, wall_force, kick, drift):
-    """The same for contacts of any kind."""
+def _table_kick_drift(first, behind, y, v, inverse_mass, stiffness, table, rows, gravity, wall_force, kick, drift):
+    """The same for contacts of any kind, and for the bodies from `first` on, which a force pushes from behind."""
     last = y.size - 1
-    behind = 0.0
-    for i in range(last):
+    for i in range(first, last):
         ahead = stiffness[i] * _shape(table[i], rows, y[i] - y[i + 1])
         v[i] += kick * (inverse_mass[i] * (behind - ahead) + gravity)
         y[i] += drift * v[i]
@@ -211,19 +214,19 @@ def _table_kick_drift(y, v, inverse_mass, stiffness, table, rows, gravity, wall_
     y[last] += drift * v[last]
 
 
+@njit(cache=True, inline="always")
+def _contact_force(i, approach, stiffness, table, rows, flexibility):
+    """Elastic force of one contact with a spring behind it."""
+    if flexibility != 0.0:
+        approach = _overlap_on_spring(stiffness[i], table[i], rows, approach, flexibility)
+    return stiffness[i] * _shape(table[i], rows, approach)
+
+
 @njit(cache=True)
-def _drive(y, v, inverse_mass, numbers, history, t, kick, drift):
-    """Kick body 0 and bead 1 by what acts from outside, before a step's pass; place a body that moves as told."""
-    on_striker, on_bead, _ = _outer_forces(numbers, history, y[0], t)
-    v[0] += kick * inverse_mass[0] * on_striker
-    v[1] += kick * inverse_mass[1] * on_bead
-    if numbers.drive == FREE:
-        return
-    # The pass will add gravity's kick to the velocity.
-    v[0] = -kick * numbers.gravity
-    if numbers.drive == MOVED:
-        place, rate = _value(history, t)
-        v[0] += (_value(history, t + drift)[0] - place) / drift if drift > 0.0 else rate
+def _mean_rate(history, t, step):
+    """Of the drive's history over a step; at its start where the step is zero."""
+    value, rate = _value(history, t)
+    return (_value(history, t + step)[0] - value) / step if step > 0.0 else rate
 
 
 @njit(cache=True, fastmath={"contract"})
@@ -246,35 +249,43 @@ def _verlet(y, v, inverse_mass, stiffness, gravity, flexibility, wall, rate, dt,
 
 @njit(cache=True, fastmath={"contract"})
 def _driven_verlet(y, v, chain, t, wall, rate, dt, steps):
-    """The same for contacts and drives of any kind. Returns the structure's impulse and the drive's work.
+    """The same for contacts and drives of any kind. Returns the impulses on the structure and on body 0 where it is no
+    striker, and the drive's work.
 
     The drive works on body 0 where that moves as told, else on bead 1; a step's work is its force times half the way
     before and after it.
     """
     inverse_mass, stiffness, table, rows, _, history, numbers = chain
     last = y.size - 1
+    first = 0 if numbers.drive == FREE else 1
     driven = numbers.drive != FREE or numbers.spring > 0.0 or numbers.preload > 0.0
     source = 0 if numbers.drive == MOVED else 1
-    impulse, work, push, before = 0.0, 0.0, 0.0, 0.0
+    impulse, impulse_behind, work, push, before, behind = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for step in range(steps + 1):
         kick = dt if 0 < step < steps else 0.5 * dt
         drift = dt if step < steps else 0.0
-        overlap = y[last] - (wall + step * dt * rate)
-        if numbers.flexibility != 0.0:
-            overlap = _overlap_on_spring(stiffness[last], table[last], rows, overlap, numbers.flexibility)
-        wall_force = stiffness[last] * _shape(table[last], rows, overlap)
+        now = t + step * dt
+        wall_force = _contact_force(
+            last, y[last] - (wall + step * dt * rate), stiffness, table, rows, numbers.flexibility
+        )
         impulse += kick * wall_force
         if driven:
             before = dt * v[source] if step > 0 else 0.0
+            on_striker, on_bead, push = _outer_forces(numbers, history, y[0], now)
+            v[0] += kick * inverse_mass[0] * on_striker
+            v[1] += kick * inverse_mass[1] * on_bead
+        if first == 1:
+            behind = _contact_force(0, y[0] - y[1], stiffness, table, rows, numbers.flexibility_behind)
+            impulse_behind += kick * behind
             if numbers.drive == MOVED:
-                push = stiffness[0] * _shape(table[0], rows, y[0] - y[1])
-            elif numbers.drive == PUSHED:
-                push = _value(history, t + step * dt)[0]
-            _drive(y, v, inverse_mass, numbers, history, t + step * dt, kick, drift)
-        _table_kick_drift(y, v, inverse_mass, stiffness, table, rows, numbers.gravity, wall_force, kick, drift)
+                v[0], push = _mean_rate(history, now, drift), behind
+            y[0] += drift * v[0]
+        _table_kick_drift(
+            first, behind, y, v, inverse_mass, stiffness, table, rows, numbers.gravity, wall_force, kick, drift
+        )
         if driven:
             work += 0.5 * push * (before + drift * v[source])
-    return impulse, work
+    return impulse, impulse_behind, work
 
 
 @njit(cache=True)
@@ -336,14 +347,16 @@ def _accelerate(
     Returns the power that is lost.
     """
     last = y.size - 1
-    wall_overlap = y[last] - wall
+    first_overlap, wall_overlap = y[0] - y[1], y[last] - wall
+    if numbers.flexibility_behind != 0.0:
+        first_overlap = _overlap_on_spring(stiffness[0], table[0], rows, first_overlap, numbers.flexibility_behind)
     if numbers.flexibility != 0.0:
         wall_overlap = _overlap_on_spring(stiffness[last], table[last], rows, wall_overlap, numbers.flexibility)
     power, behind = 0.0, on_striker
     for i in range(last + 1):
         approach = y[i] - (y[i + 1] if i < last else wall)
         approach_rate = v[i] - (v[i + 1] if i < last else rate)
-        overlap = approach if i < last else wall_overlap
+        overlap = wall_overlap if i == last else approach if i > 0 else first_overlap
         elastic, slope = 0.0, 0.0
         # Written out: handing `rows` to a function for every contact would cost more than the contact.
         if overlap > NEGLIGIBLE and table[i] < 0:
@@ -358,7 +371,8 @@ def _accelerate(
         # A striker that just touches pushes its dashpot at once.
         if approach >= 0.0 and stiffness[i] > 0.0 and NO_LOSS < numbers.loss < GLOBAL:
             # The loss sees the contact's own part of the rate, and the spring behind gives way to it: to first order.
-            share = 1.0 / (1.0 + numbers.flexibility * slope) if i == last else 1.0
+            flexibility = numbers.flexibility if i == last else 0.0 if i > 0 else numbers.flexibility_behind
+            share = 1.0 / (1.0 + flexibility * slope)
             ahead = _damped(elastic, slope, overlap, share * approach_rate, numbers.loss, damping[i], numbers.exponent)
             ahead = max(elastic + share * (ahead - elastic), 0.0)
             power += (ahead - elastic) * approach_rate
@@ -380,7 +394,7 @@ def _lossy_verlet(y, v, chain, t, wall, rate, dt, steps):
     a, half, forces = np.zeros_like(y), v.copy(), np.zeros_like(y)
     driven = numbers.drive != FREE or numbers.spring > 0.0 or numbers.preload > 0.0
     on_striker, on_bead, push = 0.0, 0.0, 0.0
-    impulse, lost, work = 0.0, 0.0, 0.0
+    impulse, impulse_behind, lost, work = 0.0, 0.0, 0.0, 0.0
     for step in range(steps + 1):
         place, before = y[0], forces[0]
         if step > 0:
@@ -402,12 +416,13 @@ def _lossy_verlet(y, v, chain, t, wall, rate, dt, steps):
                 v[i] = half[i] + 0.5 * dt * a[i]
         weight = dt if 0 < step < steps else 0.5 * dt
         impulse += weight * forces[-1]
+        impulse_behind += weight * forces[0]
         lost += weight * power
         if numbers.drive == MOVED and step > 0:
             # By its way, not its speed, which may jump at the history's ends.
             work += 0.5 * (before + forces[0]) * (y[0] - place)
         work += weight * push * v[1]
-    return impulse, lost, work
+    return impulse, impulse_behind, lost, work
 
 
 @njit(cache=True, inline="always")
@@ -486,11 +501,11 @@ def _rk4(y, v, chain, t, wall, rate, dt, steps):
     stage_y, stage_v, forces = np.empty_like(y), np.empty_like(y), np.empty_like(y)
     driven = numbers.drive != FREE or numbers.spring > 0.0 or numbers.preload > 0.0
     on_striker, on_bead, push = 0.0, 0.0, 0.0
-    impulse, lost, work = 0.0, 0.0, 0.0
+    impulse, impulse_behind, lost, work = 0.0, 0.0, 0.0, 0.0
     for step in range(steps):
         stage_y[:], stage_v[:] = y, v
         sum_a[:], sum_v[:] = 0.0, 0.0
-        place, piston_impulse = y[0], 0.0
+        place, impulse_before = y[0], impulse_behind
         for stage in range(4):
             ahead = (0.0, 0.5, 0.5, 1.0)[stage] * dt
             weight = (1.0, 2.0, 2.0, 1.0)[stage] * dt / 6.0
@@ -510,7 +525,7 @@ def _rk4(y, v, chain, t, wall, rate, dt, steps):
             impulse += weight * forces[-1]
             lost += weight * power
             work += weight * push * stage_v[1]
-            piston_impulse += weight * forces[0]
+            impulse_behind += weight * forces[0]
             for i in range(y.size):
                 sum_v[i] += weight * stage_v[i]
                 sum_a[i] += weight * a[i]
@@ -519,25 +534,26 @@ def _rk4(y, v, chain, t, wall, rate, dt, steps):
             v[i] += sum_a[i]
         if numbers.drive == MOVED:
             y[0], v[0] = _value(history, t + (step + 1) * dt)
-            work += piston_impulse / dt * (y[0] - place)
-    return impulse, lost, work
+            work += (impulse_behind - impulse_before) / dt * (y[0] - place)
+    return impulse, impulse_behind, lost, work
 
 
 @njit(cache=True)
 def advance(y, v, chain, method, steps, t, window, wall_start, wall_end):
     """Moves y, v on by one window from time t in place.
 
-    Returns the mean force on the structure, the energy lost and the drive's work.
+    Returns the mean forces on the structure and on body 0 where it is no striker (else zero), the energy lost and the
+    drive's work.
     """
     dt, rate = window / steps, (wall_end - wall_start) / window
-    lost, work = 0.0, 0.0
+    impulse_behind, lost, work = 0.0, 0.0, 0.0
     if method == VERLET:
         numbers = chain.numbers
         impulse = _verlet(
             y, v, chain.inverse_mass, chain.stiffness, numbers.gravity, numbers.flexibility, wall_start, rate, dt, steps
         )
     elif method == DRIVEN_VERLET:
-        impulse, work = _driven_verlet(y, v, chain, t, wall_start, rate, dt, steps)
+        impulse, impulse_behind, work = _driven_verlet(y, v, chain, t, wall_start, rate, dt, steps)
     elif method == VISCOUS_VERLET:
         numbers = chain.numbers
         impulse, lost = _viscous_verlet(
@@ -545,10 +561,12 @@ def advance(y, v, chain, method, steps, t, window, wall_start, wall_end):
             numbers.flexibility, wall_start, rate, dt, steps,
         )  # fmt: skip
     elif method == LOSSY_VERLET:
-        impulse, lost, work = _lossy_verlet(y, v, chain, t, wall_start, rate, dt, steps)
+        impulse, impulse_behind, lost, work = _lossy_verlet(y, v, chain, t, wall_start, rate, dt, steps)
     else:
-        impulse, lost, work = _rk4(y, v, chain, t, wall_start, rate, dt, steps)
-    return impulse / window, lost, work
+        impulse, impulse_behind, lost, work = _rk4(y, v, chain, t, wall_start, rate, dt, steps)
+    if chain.numbers.drive == FREE:
+        impulse_behind = 0.0
+    return impulse / window, impulse_behind / window, lost, work
 
 
 @njit(cache=True)
@@ -571,7 +589,7 @@ def advance_condensed(
         if count > 1:
             y[:], v[:] = start_y, start_v
         wall_end = wall_free + compliance * (tried - static)
-        force, lost, driven = advance(y, v, chain, method, steps, t, window, wall_start, wall_end)
+        force, _, lost, driven = advance(y, v, chain, method, steps, t, window, wall_start, wall_end)
         residual = force - tried
         if not abs(residual) > tolerance or compliance == 0.0:
             break
@@ -596,11 +614,11 @@ def advance_condensed(
 
 @njit(cache=True)
 def contact_forces(y, v, chain, t, wall, rate, out):
-    """Instantaneous forces of all contacts into out; a history that pushes bead 1 stands for contact 1."""
+    """Instantaneous forces of all contacts into out; a force history stands for contact 1 where there is none."""
     inverse_mass, stiffness, table, rows, damping, history, numbers = chain
     a = np.empty_like(y)
     _accelerate(y, v, wall, rate, 0.0, 0.0, inverse_mass, stiffness, table, rows, damping, numbers, a, out)
-    if numbers.drive == PUSHED:
+    if numbers.drive == PUSHED and stiffness[0] == 0.0:
         out[0] = _value(history, t)[0]
 
 
@@ -616,10 +634,11 @@ def energies(y, v, chain, wall):
             kinetic += 0.5 * v[i] * v[i] / inverse_mass[i]
             potential -= numbers.gravity * y[i] / inverse_mass[i]
         overlap = y[i] - (y[i + 1] if i < last else wall)
-        if i == last:
-            overlap = _overlap_on_spring(stiffness[i], table[i], rows, overlap, numbers.flexibility)
+        flexibility = numbers.flexibility if i == last else numbers.flexibility_behind if i == 0 else 0.0
+        if flexibility != 0.0:
+            overlap = _overlap_on_spring(stiffness[i], table[i], rows, overlap, flexibility)
             force = stiffness[i] * _shape(table[i], rows, overlap)
-            potential += 0.5 * numbers.flexibility * force * force
+            potential += 0.5 * flexibility * force * force
         potential += stiffness[i] * _shape_energy(table[i], rows, overlap)
     return kinetic, potential
 
@@ -756,7 +775,7 @@ def run_batch(
     bad = np.empty(y.shape[0], np.int64)
     for c in prange(y.shape[0]):
         exponent, gravity, preload, spring, spring_end = scalars[c]
-        numbers = Numbers(kinds[c, 1], exponent, gravity, 0.0, preload, spring, spring_end, FREE)
+        numbers = Numbers(kinds[c, 1], exponent, gravity, 0.0, 0.0, preload, spring, spring_end, FREE)
         # Copies, because threads that count references to one array wait for each other.
         place, speed, forces = y[c].copy(), v[c].copy(), np.empty(y.shape[1])
         chain = Constants(

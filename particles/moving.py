@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
 from math import inf, pi, sqrt
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.special import gamma
@@ -27,7 +27,7 @@ STEPS_PER_DAMPING = 40
 
 
 class ChainState(NamedTuple):
-    """Positions from touching, unloaded beads (m) and velocities (m/s) of striker and beads.
+    """Positions from touching, unloaded beads (m) and velocities (m/s) of striker, or the surface behind, and beads.
 
     lost: energy lost so far (J); time: s from the first contact; driven: work of a force history or piston so far (J).
     """
@@ -49,13 +49,20 @@ class MovingChain:
 
     surface: what the last bead faces, None for nothing. flexibility, m/N: a massless spring behind that contact.
     dt: the step, s; by default chosen from the shortest contact time. A window holds a whole number of steps, so
-    the step used is at most this. Raises ValueError where dt is too large for a stable step.
+    the step used is at most this.
+    behind: what the first bead faces with its struck side, and behind_flexibility that surface's spring. It takes the
+    striker's place: it is body 0, and contact 1 is with it, so it needs a chain without striker or with a PushedBead.
+    impact_energy, J: the scale of steps and tolerances, by default the chain's own.
+    Raises ValueError where dt is too large for a stable step, and for a striker where a surface is behind.
     """
 
     chain: Chain
     surface: Surface | None
     flexibility: float = 0.0
     dt: float | None = None
+    behind: Surface | None = None
+    behind_flexibility: float = 0.0
+    impact_energy: float | None = None
     laws: tuple[ContactLaw | None, ...] = field(init=False)
     mass: Vector = field(init=False)
     static_force: Vector = field(init=False)
@@ -66,20 +73,34 @@ class MovingChain:
         chain = self.chain
         beads = np.array([bead.mass for bead in chain.beads])
         finite("flexibility", self.flexibility, "m/N")
-        held = chain.preload if isinstance(chain.striker, Piston) else 0.0
+        self._check_behind()
+        if self.impact_energy is not None:
+            positive("impact_energy", self.impact_energy, "J")
+        held = chain.preload if self.behind or isinstance(chain.striker, Piston) else 0.0
         static = np.concatenate([[held], chain.preload + chain.gravity_along * np.cumsum(beads)])
         self._check_support(static)
         object.__setattr__(self, "mass", np.concatenate([[chain.body.mass if chain.body else inf], beads]))
         object.__setattr__(self, "laws", self._laws())
         if not self._groups:
-            raise ValueError("beads: a single one that is pushed and faces nothing has no contact")
+            raise ValueError("beads: a single one that no striker meets and that faces nothing has no contact")
         preload = self._over_contacts(lambda law, i: law.approach(static[i]))
-        spring = np.append(np.zeros(len(chain.beads)), self.flexibility * static[-1])
+        spring = np.zeros_like(preload)
+        spring[[0, -1]] = self.behind_flexibility * static[0], self.flexibility * static[-1]
         object.__setattr__(self, "static_force", static)
         object.__setattr__(self, "preload", preload)
         object.__setattr__(self, "rest", np.cumsum((preload + spring)[::-1])[::-1].copy())
         self._check_flexibility()
         self._check_step()
+
+    @property
+    def ends(self) -> int:
+        """How many structures the chain faces, one that is not there counted at the last end: 1 or 2."""
+        return 1 if self.behind is None else 2
+
+    @cached_property
+    def energy(self) -> float:
+        """The scale of energies that chooses steps and tolerances, J."""
+        return self.chain.impact_energy if self.impact_energy is None else self.impact_energy
 
     @cached_property
     def contact_time(self) -> float:
@@ -100,9 +121,9 @@ class MovingChain:
 
     @property
     def speed(self) -> float:
-        """The scale of the bodies' speeds, m/s: the first body's with all of the excitation's energy."""
+        """The scale of the bodies' speeds, m/s: the first body's with all of that energy."""
         moved = self.mass[0] if self.chain.body else self.mass[1]
-        return sqrt(2.0 * self.chain.impact_energy / float(moved))
+        return sqrt(2.0 * self.energy / float(moved))
 
     @cached_property
     def damping_time(self) -> float:
@@ -110,7 +131,7 @@ class MovingChain:
         loss = self.chain.dissipation
         if loss is None:
             return inf
-        deepest = self._overlap(self.chain.impact_energy) + self.preload
+        deepest = self._overlap(self.energy) + self.preload
         tangent = self._over_contacts(lambda law, i: law.tangent(deepest[i]))
         secant = self._over_contacts(lambda law, i: law.force(deepest[i]) / np.maximum(deepest[i], 1e-300))
         grown = {
@@ -123,11 +144,22 @@ class MovingChain:
         fastest = float((rates if loss.kind == kernels.DRAG else rates / self.reduced_mass).max())
         return 1.0 / fastest if fastest > 0.0 else inf
 
-    @cached_property
+    @property
     def force_scale(self) -> float:
-        """The greatest force, N, of the last contact if it took all of the excitation's energy."""
-        law = self.laws[-1]
-        return float(law.force(law.overlap(np.array([self.chain.impact_energy])))[0]) if law else 0.0
+        """The greatest force, N, of the last contact if it took all of that energy; the hardest's where it is none."""
+        return self._scales[0]
+
+    @property
+    def indentation_scale(self) -> float:
+        """The approach, m, of the same contact then."""
+        return self._scales[1]
+
+    @cached_property
+    def _scales(self) -> tuple[float, float]:
+        deepest = self._overlap(self.energy)
+        force = self._over_contacts(lambda law, i: law.force(deepest[i]))
+        contact = -1 if self.laws[-1] else int(force.argmax())
+        return float(force[contact]), float(deepest[contact])
 
     @property
     def stiffness(self) -> Vector:
@@ -135,24 +167,30 @@ class MovingChain:
         return np.array([law.kernel[0] if law else 0.0 for law in self.laws])
 
     def start(self) -> ChainState:
-        """Static equilibrium, the striker touching the first bead at the impact speed."""
+        """Static equilibrium, the striker touching the first bead at the impact speed; without one that bead has it."""
         velocity = np.zeros_like(self.rest)
-        velocity[0] = self.chain.speed
+        velocity[0 if self.chain.body else 1] = self.chain.speed
         return ChainState(self.rest.copy(), velocity)
 
-    def advance(
-        self, state: ChainState, surface_motion: tuple[float, float], window: float
-    ) -> tuple[ChainState, float]:
+    def advance(self, state: ChainState, motion: tuple[Any, Any], window: float) -> tuple[ChainState, Any]:
         """Move on by one window (s) while the surface moves linearly between two displacements (m).
 
-        Returns the new state and the mean force (N) on the surface above the static one.
+        Returns the new state and the mean force (N) on the surface above the static one. With a surface behind, each
+        displacement and the force are arrays of two numbers, the last end's first; displacements are positive away
+        from the chain, so backwards for the surface behind.
         """
         y, v = state.position.copy(), state.velocity.copy()
-        force, lost, driven = kernels.advance(
-            y, v, self.constants, self.method, self.steps(window), state.time, window, *surface_motion
+        (start, start_behind), (end, end_behind) = ((at, 0.0) if self.behind is None else at for at in motion)
+        if self.behind is not None:
+            y[0], v[0] = self.rest[0] - start_behind, (start_behind - end_behind) / window
+        force, force_behind, lost, driven = kernels.advance(
+            y, v, self.constants, self.method, self.steps(window), state.time, window, float(start), float(end)
         )
+        if self.behind is not None:
+            y[0] = self.rest[0] - end_behind
         moved = ChainState(y, v, state.lost + lost, state.time + window, state.driven + driven)
-        return moved, force - float(self.static_force[-1])
+        dynamic = np.array([force, force_behind]) - self.static_force[[-1, 0]]
+        return moved, float(dynamic[0]) if self.behind is None else dynamic
 
     def advance_condensed(
         self,
@@ -167,7 +205,7 @@ class MovingChain:
 
         surface: its displacement at the window's start, and at its end where no force above the static one acts;
         compliance, m/N: what the mean force adds to that. guess: mean force, slope of the secant and the two
-        mean forces before, updated.
+        mean forces before, updated. A surface behind moves on at the state's speed, from start() on not at all.
         Returns the state, the mean force above the static one, the chain windows tried and the residual (N).
         """
         y, v = state.position.copy(), state.velocity.copy()
@@ -184,7 +222,7 @@ class MovingChain:
         """What the kernels call `chain`."""
         chain, tables = self.chain, self.tables
         loss, striker = chain.dissipation, chain.striker
-        drive, history = kernels.FREE, np.zeros((3, 1))
+        drive, history = kernels.FREE if chain.body else kernels.STEADY, np.zeros((3, 1))
         if isinstance(striker, PushedBead | Piston):
             drive = kernels.PUSHED if isinstance(striker, PushedBead) else kernels.MOVED
             history = np.array(striker.history)
@@ -197,7 +235,8 @@ class MovingChain:
             loss.exponent if loss else 1.0,
             chain.gravity_along,
             float(self.flexibility),
-            0.0 if drive == kernels.MOVED else chain.preload,
+            float(self.behind_flexibility),
+            0.0 if self.behind or drive == kernels.MOVED else chain.preload,
             spring,
             float(end),
             drive,
@@ -273,6 +312,8 @@ class MovingChain:
             first = between(chain.body, chain.beads[0])
         elif isinstance(chain.striker, Piston):
             first = between(chain.beads[0], chain.striker.surface or Surface(chain.beads[0].material))
+        elif self.behind is not None:
+            first = between(chain.beads[0], self.behind)
         last = None if self.surface is None else between(chain.beads[-1], self.surface)
         return (first, *(between(one, other) for one, other in pairwise(chain.beads)), last)
 
@@ -309,6 +350,22 @@ class MovingChain:
         """How deep each contact would be, m, if it held this energy (J) alone."""
         return self._over_contacts(lambda law, i: law.overlap(np.full(i.size, energy)))
 
+    def _check_behind(self) -> None:
+        """A surface behind the chain has the place of a striker."""
+        finite("behind_flexibility", self.behind_flexibility, "m/N")
+        if self.behind is None:
+            if self.behind_flexibility != 0.0:
+                raise ValueError(
+                    f"behind_flexibility = {self.behind_flexibility!r}: must be 0 where nothing is behind the chain"
+                )
+            return
+        instance("behind", self.behind, Surface, "a Surface(material), or None")
+        if not isinstance(self.chain.striker, PushedBead | None):
+            raise ValueError(
+                f"striker = {type(self.chain.striker).__name__}: must be None or a PushedBead for a chain with a "
+                "structure behind it, which has the striker's place"
+            )
+
     def _check_support(self, static: Vector) -> None:
         """A chain that nothing holds bears no load, and one that hangs must be pressed on."""
         if self.surface is None:
@@ -326,21 +383,25 @@ class MovingChain:
 
     def _check_flexibility(self) -> None:
         """A spring so negative that the contact would snap shut: its patch is smaller than the contact."""
-        deepest = self._overlap(self.chain.impact_energy)
+        deepest = self._overlap(self.energy)
         tangent = self._over_contacts(lambda law, i: law.tangent(deepest[i]))
-        excess = -self.flexibility * float(tangent[-1])
-        if excess >= 1.0:
-            raise ValueError(
-                f"flexibility = {self.flexibility!r}: more negative than this contact can bear, which is wider than "
-                f"the structure's patch; give the structure a patch_radius at least {excess:.3g} times as large"
-            )
+        for name, flexibility, stiffness in (
+            ("flexibility", self.flexibility, tangent[-1]),
+            ("behind_flexibility", self.behind_flexibility, tangent[0]),
+        ):
+            excess = -flexibility * float(stiffness)
+            if excess >= 1.0:
+                raise ValueError(
+                    f"{name} = {flexibility!r}: more negative than this contact can bear, which is wider than "
+                    f"the structure's patch; give the structure a patch_radius at least {excess:.3g} times as large"
+                )
 
     def _check_step(self) -> None:
-        """Twice the highest rate that a contact with all of the excitation's energy could have."""
+        """Twice the highest rate that a contact with all of the scale's energy could have."""
         if self.dt is None:
             return
         object.__setattr__(self, "dt", positive("dt", self.dt, "s"))
-        deepest = self._overlap(self.chain.impact_energy) + self.preload
+        deepest = self._overlap(self.energy) + self.preload
         tangent = self._over_contacts(lambda law, i: law.tangent(deepest[i]))
         fastest = np.sqrt(2.0 * tangent / self.reduced_mass).max()
         largest = min(2.0 / float(fastest), 2.0 * self.damping_time)

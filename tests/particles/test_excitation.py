@@ -211,7 +211,7 @@ def test_loads_need_something_to_rest_on() -> None:
     hanging = hl.Chain([BEAD] * 5, BEAD, 0.3, gravity=9.81, inclination=-pi / 2.0)
     with pytest.raises(ValueError, match=r"preload = 0\.0: must be at least 0\.02216 N to hold a chain that hangs"):
         hl.CoSimulation(hanging, WALL)
-    with pytest.raises(ValueError, match="beads: a single one that is pushed and faces nothing"):
+    with pytest.raises(ValueError, match="beads: a single one that no striker meets and that faces nothing"):
         hl.CoSimulation(hl.Chain([BEAD], hl.PushedBead(TIME, FORCE)), None)  # type: ignore[arg-type]
     weak = hl.SpringLoaded(BEAD, 1.0, 1e-4, travel=0.1)
     with pytest.raises(ValueError, match="too weak for the striker to reach the chain"):
