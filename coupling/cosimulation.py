@@ -100,11 +100,9 @@ class CoSimulation:
             raise ValueError(f"scheme = {scheme!r}: must be a scheme such as Condensed() or Aitken()")
         one_of("waveform", waveform, WAVEFORMS)
         dt = None if dt is None else positive("dt", dt, "s")
-        sides = (
-            for_each(name, given, len(chains), several)
-            for name, given in (("structure", structure), ("behind", behind))
-        )
-        self.interface = Interface(chains, *sides, quadratic=waveform == "quadratic", dt=dt)
+        facing = for_each("structure", structure, len(chains), several)
+        back = for_each("behind", behind, len(chains), several)
+        self.interface = Interface(chains, facing, back, waveform == "quadratic", dt)
         self.scheme.start(self.interface)
         self.window = window if window is None or isinstance(window, Adaptive) else positive("window", window, "s")
         self.substeps = None if substeps is None else whole("substeps", substeps)
@@ -134,9 +132,9 @@ class CoSimulation:
 
         The last saved time is `until`, or the last whole interval before it.
         By default times are `until` divided by a power of two, so that runs of the same length share theirs.
-        checkpoint: a file that keeps the complete state while the run goes on. Where it is there already the run goes on
-        from it, and ends with the same bits as a run at one go. It is a pickle: open only your own. trace: whether to
-        put the seconds that each part of the run took into its attribute "trace".
+        checkpoint: a file that keeps the complete state while the run goes on. Where it is there already the run goes
+        on from it, and ends with the same bits as a run at one go. It is a pickle: open only your own. trace: whether
+        to put the seconds that each part of the run took into its attribute "trace".
         Raises ValueError for times that do not fit and for checkpoints of other runs, NotConverged, and
         FloatingPointError where a body's state is no longer finite.
         """
@@ -244,6 +242,8 @@ class CoSimulation:
                 ends = windows.advance(state, plan.length, many)
             except NotConverged as error:
                 raise NotConverged(f"window {done // plan.substeps + 1}, {error}") from error
+            except FloatingPointError as error:
+                raise FloatingPointError(f"window from t = {state.time:.6g} s: {error}") from error
             for state in ends:
                 done, counts = done + 1, counts.after(state)
                 if done % plan.stride == 0:
@@ -256,7 +256,8 @@ class CoSimulation:
             keeper.write(frames, plan.rows - 1, (state, done, counts))
 
     def _run_compiled(self, plan: Plan, frames: Frames, keeper: Keeper | None, clock: Trace | None) -> None:
-        chain, linear = self.chain, self.structure.propagator(plan.length)
+        chain, length, linear = self.chain, plan.length, self.structure.propagator(plan.length)
+        static = float(chain.static_force[-1])
         tolerance = self.scheme.tolerance * chain.force_scale  # type: ignore[attr-defined]
         start = self.start()
         y, v = start.chains[0][:2]
@@ -270,8 +271,8 @@ class CoSimulation:
             y, v, body, guess, totals = moved
             last = plan.rows - 1 if keeper is None else min(row + CHUNK, plan.rows - 1)
             problem, done, detail = kernels.run_condensed(
-                y, v, chain.constants, chain.method, chain.steps(plan.length), plan.length, float(chain.static_force[-1]),
-                tolerance, plan.stride, tuple(linear), body, guess, totals, (row, last), frames.compiled(),
+                y, v, chain.constants, chain.method, chain.steps(length), length, static, tolerance, plan.stride,
+                tuple(linear), body, guess, totals, (row, last), frames.compiled(),
             )  # fmt: skip
             if problem == kernels.NON_FINITE:
                 raise self._non_finite(int(detail), done * plan.length)
@@ -301,8 +302,8 @@ class CoSimulation:
                 if work < -GIVES_BACK * interface.impact_energy:
                     raise ValueError(
                         f"{box.name}.advance gives back more energy than it got, {-work:.3g} J up to t = "
-                        f"{state.time:.6g} s; check the displacement's sign (positive away from the chain) and unit (m), "
-                        "or say passive = False"
+                        f"{state.time:.6g} s; check the displacement's sign (positive away from the chain) and "
+                        "its unit (m), or say passive = False"
                     )
 
     def _non_finite(self, bead: int, time: float, number: int = 0) -> FloatingPointError:

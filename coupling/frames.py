@@ -37,7 +37,8 @@ class Frames:
     """Saved times from row 0, the start, on.
 
     Contacts × saved times: surface (m), work and given (J), impulse (N s), see Ledger. Structures × saved times:
-    kinetic, elastic and damped (J), NaN where not known, and felt, the work on each. For each saved time: evaluations, substeps, residual.
+    kinetic, elastic and damped (J), NaN where not known, and felt, the work on each. For each saved time: evaluations,
+    substeps and residual, see Counts.
     """
 
     def __init__(self, interface: Interface, rows: int) -> None:

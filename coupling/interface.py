@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -156,7 +157,7 @@ class Interface:
         corners = self._corners(past, before, surface, length)
         moved, force, work = list(states), np.zeros(self.size), np.zeros(self.size)
         piece = length / (len(corners) - 1)
-        for start, end in zip(corners[:-1], corners[1:], strict=True):
+        for start, end in pairwise(corners):
             push = np.empty(self.size)
             for number, chain in enumerate(self.chains):
                 seats = self.of_chain[number]
@@ -250,6 +251,8 @@ class Interface:
         """The place of what an end of a chain faces among the structures, and the number of its point."""
         given = half_space(chain.beads[-1].material) if given is None else given
         whole_one, point = (given.structure, given.number) if isinstance(given, ContactPoint) else (given, None)
+        if not isinstance(whole_one, Structure | Participant):
+            raise ValueError(f"structure = {type(whole_one).__name__}: must be {TAKES_PART}")
         count = points(whole_one)
         if point is None and count > 1:
             raise ValueError(
@@ -293,7 +296,7 @@ class Interface:
 
 
 def for_each(name: str, given: Any, count: int, several: bool) -> list[Any]:
-    """What each of `count` chains faces: of several chains a list, one structure with as many points, or None for all."""
+    """What each of `count` chains faces: of several a list, one structure with as many points, or None for all."""
     if not several:
         return [given]
     if given is None:
@@ -314,8 +317,4 @@ def _moving_structure(given: Any) -> Any:
     """What advances a Structure, or a user's participant with its answers checked."""
     if isinstance(given, Structure):
         return MovingStructure(given)
-    if isinstance(given, MovingStructure):
-        return given
-    if isinstance(given, Participant):
-        return BlackBox(given)
-    raise ValueError(f"structure = {type(given).__name__}: must be {TAKES_PART}")
+    return given if isinstance(given, MovingStructure) else BlackBox(given)

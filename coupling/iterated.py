@@ -20,8 +20,8 @@ class Iteration(ABC):
 
     A window is repeated until the mean forces that the chains answer, in all substeps and contacts, differ from those
     that pushed the structures by at most `tolerance` of the greatest force that a contact could bear, and the surfaces
-    from those of the repetition before by at most `tolerance` of the greatest approach. Nothing divides by a residual,
-    which is zero as long as a gap is open.
+    from those of the repetition before, if there was one, by at most `tolerance` of the greatest approach. Nothing
+    divides by a residual, which is zero as long as a gap is open.
     """
 
     tolerance: float
@@ -52,7 +52,7 @@ class Iteration(ABC):
             surface = np.array([end.surface for end in ends])
             residual = answer - force
             largest = float(abs(residual).max())
-            settled = largest == 0.0 or (before is not None and not abs(surface - before).max() > still)
+            settled = before is None or not abs(surface - before).max() > still
             if settled and not largest > enough:
                 memory = search.memory()
                 return [end._replace(memory=memory, evaluations=count) for end in ends]
@@ -199,7 +199,8 @@ class _LeastSquares(Search):
         if not kept:
             return self.scheme.relaxation * residual
         coefficients = np.linalg.solve(factors[1], -(factors[0].T @ residual))
-        return np.array([changes[i] for i in kept]).T @ coefficients + residual
+        change: Vector = np.array([changes[i] for i in kept]).T @ coefficients + residual
+        return change
 
     def memory(self) -> tuple[Differences, ...]:
         if not self.residuals:

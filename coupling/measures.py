@@ -212,17 +212,23 @@ def contact_time(run: xr.Dataset, threshold: float = 0.01) -> float | xr.DataArr
 def energy_error(run: xr.Dataset) -> float | xr.DataArray:
     """Greatest change of the total energy over a run, in units of the striker's energy.
 
-    The total holds beads, contacts, gravity, losses, and the structure's energy, less what a force history or a piston
-    put in. Where the structure's energy is not known (a damped structure, a black box) the work done on the structure
-    stands for it. A float for a run, an array for a sweep.
+    The total holds beads, contacts, gravity and losses of all chains, the structures' energies and what their damping
+    took, less what force histories or pistons put in. Where a structure's energy is not known (a black box) the work
+    done on it stands for it. A float for a run, an array for a sweep.
     """
     _dynamic_force(run)
     if "kinetic_energy" not in run:
         raise ValueError("run: holds no energies, as of a batch; must be the Dataset of CoSimulation or sweep")
-    total = run.kinetic_energy + run.contact_energy + run.dissipated_energy
-    total = total + run.structure_energy.fillna(run.interface_work) - run.excitation_work
-    change = abs(total - total.isel(time=0)).max("time") / run.impact_energy
+    of_chains = run.kinetic_energy + run.contact_energy + run.dissipated_energy - run.excitation_work
+    of_structures = (run.structure_energy + run.structure_dissipated_energy).fillna(run.structure_work)
+    total = _summed(of_chains, "chain") + _summed(of_structures, "structure")
+    change = abs(total - total.isel(time=0)).max("time") / _summed(run.impact_energy, "chain")
     return _number_or_array(change.reset_coords(drop=True), "1", "energy error")
+
+
+def _summed(values: xr.DataArray, dimension: str) -> xr.DataArray:
+    """Over chains or structures, where a run has several."""
+    return values.sum(dimension) if dimension in values.dims else values
 
 
 def _number_or_array(values: xr.DataArray, units: str, label: str) -> float | xr.DataArray:

@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from coupling.frames import Frames
-from coupling.interface import LAST, Interface
+from coupling.interface import LAST, Contact, Interface
 from structures.structure import Vector
 
 PACKAGES = ("hertzlink", "numpy", "scipy", "numba", "scikit-fem", "xarray")
@@ -30,6 +30,7 @@ DESCRIPTIONS = {
     "interface_work_of_chain": ("interface", "J", "the same work, as the chain gave it"),
     "interface_mismatch": ("interface", "J", "work that the chain gave less work that the structure felt"),
     "interface_impulse": ("interface", "N s", "impulse of the dynamic contact force on the structure"),
+    "structure_work": ("structure", "J", "work of all dynamic contact forces on the structure since the start"),
     "structure_kinetic_energy": ("structure", "J", "kinetic energy of the structure, NaN where it is not known"),
     "structure_elastic_energy": ("structure", "J", "elastic energy of the structure, NaN where it is not known"),
     "structure_energy": ("structure", "J", "both, in the time stepping's own metric"),
@@ -93,6 +94,7 @@ def _of_both_sides(frames: Frames) -> dict[str, Vector]:
         "interface_work_of_chain": frames.given,
         "interface_mismatch": frames.given - frames.work,
         "interface_impulse": frames.impulse,
+        "structure_work": frames.felt,
         "structure_kinetic_energy": frames.kinetic,
         "structure_elastic_energy": frames.elastic,
         "structure_energy": energy,
@@ -109,7 +111,7 @@ def _filled(array: Vector, bodies: int) -> Vector:
     return np.pad(array, ((0, 0), (0, bodies - array.shape[1])), constant_values=np.nan)
 
 
-def _coordinates(interface: Interface, times: Vector, bodies: int) -> dict[str, Any]:
+def _coordinates(interface: Interface, times: Any, bodies: int) -> dict[str, Any]:
     chains = interface.chains
     several = ["chain"] if len(chains) > 1 else []
 
@@ -142,11 +144,10 @@ def _coordinates(interface: Interface, times: Vector, bodies: int) -> dict[str, 
         coordinates["chain"] = ("chain", np.arange(len(chains)))
     if interface.size > 1:
         coordinates["interface"] = ("interface", np.arange(interface.size))
-        for name, numbers in zip(
-            ("chain", "end", "structure", "point"), zip(*interface.contacts, strict=True), strict=True
-        ):
-            told = ["last bead" if end == LAST else "first bead" for end in numbers] if name == "end" else list(numbers)
-            coordinates[f"interface_{name}"] = ("interface", told)
+        for name in Contact._fields:
+            told = [getattr(contact, name) for contact in interface.contacts]
+            words = ["last bead" if end == LAST else "first bead" for end in told] if name == "end" else told
+            coordinates[f"interface_{name}"] = ("interface", words)
     if len(interface.structures) > 1:
         coordinates["structure"] = ("structure", np.arange(len(interface.structures)))
     return coordinates
@@ -174,8 +175,8 @@ def summary(run: xr.Dataset) -> str:
     energy = float(run.impact_energy.sum())
     mismatch = float(abs(run.interface_mismatch).max()) / energy
     return (
-        f"{float(run.time[-1]):.6g} s in {substeps} substeps, {tried / max(substeps, 1):.3g} chain windows each, residual "
-        f"{float(run.residual.max()):.2g} N at most; of the impact energy: interface mismatch {mismatch:.1e}, "
+        f"{float(run.time[-1]):.6g} s in {substeps} substeps, {tried / max(substeps, 1):.3g} chain windows each, "
+        f"residual {float(run.residual.max()):.2g} N at most; of the impact energy: interface mismatch {mismatch:.1e}, "
         f"into structures {float(run.interface_work.isel(time=-1).sum()) / energy:.3g}, "
         f"lost in chains {float(run.dissipated_energy.isel(time=-1).sum()) / energy:.3g}"
     )

@@ -64,9 +64,8 @@ class Condensed:
     def start(self, interface: Interface) -> Vector:
         """Of one contact what `MovingChain.advance_condensed` calls guess, of several the slopes of their secants."""
         if interface.boxes:
-            raise ValueError(
-                f"scheme = {self!r}: needs Structures; use Aitken() for a solver of your own ({interface.boxes[0].name})"
-            )
+            name = interface.boxes[0].name
+            raise ValueError(f"scheme = {self!r}: needs a Structure; use Aitken() for a solver of your own ({name})")
         return np.array([0.0, -1.0, 0.0, 0.0]) if self._scalar(interface) else np.zeros(interface.size)
 
     def step(self, interface: Interface, state: CoupledState, length: float, substeps: int) -> list[CoupledState]:
@@ -128,4 +127,5 @@ def trial_force(interface: Interface, state: CoupledState, length: float, order:
         return np.zeros(interface.size)
     middles = [node.time - node.length / 2.0 for node in past]
     guess = foretold(middles, [node.force for node in past], order, state.time + length / 2.0)
-    return np.maximum(guess, -interface.static)
+    forces: Vector = np.maximum(guess, -interface.static)
+    return forces

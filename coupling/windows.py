@@ -57,9 +57,7 @@ class Windows:
             return self.scheme.step(self.interface, state, length, substeps)
         except NotConverged as error:
             if left == 0:
-                raise NotConverged(
-                    f"window of {substeps * length:.3g} s from t = {state.time:.6g} s: {error}"
-                ) from error
+                raise NotConverged(f"t = {state.time:.6g} s, {substeps * length:.3g} s long: {error}") from error
         if substeps > 1:
             first = self._halved(state, length, substeps // 2, left)
             return first + self._halved(first[-1], length, substeps - substeps // 2, left)

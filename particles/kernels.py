@@ -707,8 +707,8 @@ def run_condensed(
     """The window loop of a chain on a linear structure over a range of saved times, `stride` windows each.
 
     linear = (spread, response, contact, stiffness, mass), see structures.moving.Propagator.
-    Moved on in place: y, v; the structure's state; guess, see advance_condensed; totals = (w, energy lost, drive's work,
-    work on the structure, work of the chain, impulse). rows = (last one done, last one to do).
+    Moved on in place: y, v; the structure's state; guess, see advance_condensed; totals = (w, energy lost, drive's
+    work, work on the structure, work of the chain, impulse). rows = (last one done, last one to do).
     frames = (y, v, contact forces, kinetic, potential, lost, drive's work, w, work on the structure, work of the chain,
     impulse, kinetic and elastic of the structure, evaluations, residual).
     Returns (OK, …), or what went wrong, in which window, and the bead or the residual.

@@ -47,8 +47,8 @@ def test_momentum_passes_into_a_free_rod(reduced: bool) -> None:
     state = simulation.start()
     for _ in range(1500):
         state = simulation.step(state, 5e-7)
-        beads = simulation.chain.mass @ state.chain.velocity
-        body = everywhere @ (rod.mass @ state.structure.velocity)
+        beads = simulation.chain.mass @ state.chains[0].velocity
+        body = everywhere @ (rod.mass @ state.structures[0].velocity)
         assert beads + body == pytest.approx(BEAD.mass * 0.31, rel=1e-9)
     assert body > 0.1 * BEAD.mass * 0.31
 
@@ -89,7 +89,9 @@ def test_what_damping_couples_goes_through_the_compiled_loop_too(name: str) -> N
     check_same(compiled, other, 1e-10)
     scale = float(compiled.impact_energy)
     assert compiled.interface_work.values == pytest.approx(other.interface_work.values, abs=1e-10 * scale)
-    assert np.isnan(compiled.structure_energy).all()
+    for name in ("structure_kinetic_energy", "structure_elastic_energy", "structure_dissipated_energy"):
+        assert compiled[name].values == pytest.approx(other[name].values, abs=1e-10 * scale)
+    assert compiled.structure_dissipated_energy[-1] > 1e-3 * scale
     assert hl.energy_error(compiled) < 1e-6
 
 
@@ -124,7 +126,7 @@ def test_window_converges_with_order_two() -> None:
     """Against tiny windows, at a fixed and small step of the chain."""
 
     def displacement(window: float) -> float:
-        simulation = hl.CoSimulation(CHAIN, STRUCTURES["layered rod"], window=window, dt=1e-8)
+        simulation = hl.CoSimulation(CHAIN, STRUCTURES["layered rod"], window=window, dt=1e-8, substeps=1)
         return float(simulation.run(until=4.8e-4).surface_displacement[-1])
 
     exact = displacement(1e-7)
@@ -135,7 +137,7 @@ def test_window_converges_with_order_two() -> None:
 def test_amplitude_ratio_settles_with_the_window() -> None:
     reduced = hl.reduce(PLATE, until=1.2e-3)
     ratios = [
-        hl.amplitude_ratio(hl.CoSimulation(CHAIN, reduced, window=window).run(1.2e-3), sensor=7).item()
+        hl.amplitude_ratio(hl.CoSimulation(CHAIN, reduced, window=window, substeps=1).run(1.2e-3), sensor=7).item()
         for window in (4e-6, 2e-6, 5e-7)
     ]
     assert ratios[0] == pytest.approx(ratios[2], rel=5e-3)
@@ -167,12 +169,12 @@ def test_results_carry_their_input_and_go_to_netcdf(tmp_path) -> None:  # type: 
 
 
 def test_coarse_windows_are_warned_of(caplog: pytest.LogCaptureFixture) -> None:
-    hl.CoSimulation(CHAIN, None, window=2e-5).run(until=1e-4)
+    hl.CoSimulation(CHAIN, None, window=2e-5, substeps=1).run(until=1e-4)
     assert "window = 2e-05 s is coarse beside a contact" in caplog.text
 
 
 def test_a_run_ends_with_the_last_whole_window() -> None:
-    run = hl.CoSimulation(CHAIN, None, window=3e-6).run(until=1e-5)
+    run = hl.CoSimulation(CHAIN, None, window=3e-6, substeps=1).run(until=1e-5)
     assert run.time.values == pytest.approx([0.0, 3e-6, 6e-6, 9e-6])
 
 
@@ -206,7 +208,7 @@ class Silent(Spring):
 
 
 def test_a_black_box_that_answers_nonsense_is_told_so() -> None:
-    with pytest.raises(ValueError, match=r"structure\.advance returned None: must be \(state, displacement in m\)"):
+    with pytest.raises(ValueError, match=r"Silent\.advance returned None: must be \(state, displacement in m\)"):
         hl.CoSimulation(CHAIN, Silent(), scheme=hl.Aitken()).run(until=1e-4)
 
 
@@ -220,7 +222,7 @@ def test_a_black_box_takes_part() -> None:
 
 
 def test_non_finite_states_stop_the_run_with_time_and_particle() -> None:
-    with pytest.raises(FloatingPointError, match=r"the structure's surface is no longer finite at t = 0\.0002"):
+    with pytest.raises(FloatingPointError, match=r"from t = 0\.0002\d* s: Spring.advance returned .* nan m"):
         hl.CoSimulation(CHAIN, Spring(np.nan), scheme=hl.Aitken(), window=1e-6).run(until=4e-4)
     broken = hl.reduce(PLATE, until=5e-4)
     broken.contact[:] *= 1e200
@@ -239,7 +241,7 @@ def test_the_particle_that_broke_is_named(bead: int, name: str) -> None:
 
 
 def test_no_agreement_names_window_time_and_residual() -> None:
-    with pytest.raises(hl.NotConverged, match=r"window \d+, t = .* s: residual .* N after 1 iterations"):
+    with pytest.raises(hl.NotConverged, match=r"window \d+, t = .* s long: residual .* N after 1 iterations"):
         hl.CoSimulation(CHAIN, Spring(), scheme=hl.Aitken(largest_count=1), window=1e-6).run(until=4e-4)
 
 
@@ -265,17 +267,19 @@ def test_bad_simulations(keywords: dict[str, object], message: str) -> None:
 
 
 def test_bad_runs() -> None:
-    simulation = hl.CoSimulation(CHAIN, None, window=1e-6)
+    simulation = hl.CoSimulation(CHAIN, None, window=1e-6, substeps=1)
     for until in (0.0, -1.0, float("nan")):
         with pytest.raises(ValueError, match="until = "):
             simulation.run(until)
     with pytest.raises(ValueError, match=r"window = 1e-06: must not be longer than the run, until = 5e-07 s"):
         simulation.run(5e-7)
-    with pytest.raises(ValueError, match="save_every = 5e-07: must not be shorter than the window"):
+    with pytest.raises(
+        ValueError, match="save_every = 5e-07: must not be shorter than a substep of the window, 1e-06 s"
+    ):
         simulation.run(1e-3, save_every=5e-7)
     with pytest.raises(ValueError, match=r"save_every = 0\.002: must not be longer than the run"):
         simulation.run(1e-3, save_every=2e-3)
-    with pytest.raises(ValueError, match=r"until: .* saved times of 21 beads are too many; give save_every"):
+    with pytest.raises(ValueError, match=r"until: .* saved times of 21 bodies are too many; give save_every"):
         hl.CoSimulation(CHAIN, None).run(until=1e3)
     with pytest.raises(ValueError, match="tolerance = 0"):
         hl.Aitken(tolerance=0.0)
