@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 from skfem import MeshQuad, MeshTri
 
 from plates.panel_mesh import PanelMesh, Sizes
@@ -81,7 +82,7 @@ class FlatMesh:
         """Nothing, as the mesh is there already."""
         return 0.0
 
-    def mesh(self, x: float, y: float, size: Sizes) -> PanelMesh:
+    def mesh(self, x: ArrayLike, y: ArrayLike, size: Sizes) -> PanelMesh:
         """The same mesh for all contact points; a warning where it is coarser than the waves want."""
         mesh = self._mesh.mesh
         longest = float(np.linalg.norm(np.diff(mesh.p[:, mesh.facets], axis=1)[:, 0], axis=0).max())

@@ -1,5 +1,6 @@
-"""Graded lines: nodes along a side, fine at one point, coarser away from it, with nodes where they are asked for."""
+"""Graded lines: nodes along a side, fine at contacts, coarser away from them, with nodes where they are asked for."""
 
+from collections.abc import Sequence
 from itertools import pairwise
 from math import ceil, log
 
@@ -16,25 +17,38 @@ SAME = 1e-6
 """Lines nearer to each other than this part of the finest cell are one."""
 
 
-def graded(side: float, position: float, finest: float, coarsest: float, lines: Vector = NONE) -> Vector:
-    """Ascending nodes from 0 to `side`: one at `position` with cells of `finest` beside it, `coarsest` ones far away.
+def graded(side: float, positions: Sequence[float], finest: float, coarsest: float, lines: Vector = NONE) -> Vector:
+    """Ascending nodes from 0 to `side`: one at each position, with cells of `finest` beside it and `coarsest` far away.
 
-    Each cell is 1.3 times its neighbour nearer to the position until it is `coarsest`; where a side or a line cuts the
-    last one off, all in the stretch shrink alike. lines: further places that get a node, as far as they lie within.
+    Each cell is 1.3 times its neighbour nearer to the position until it is `coarsest`; where a side, a line, or the
+    middle between two positions cuts the last one off, all in the stretch shrink alike. lines: further places that get
+    a node, as far as they lie within.
     """
-    stops = np.unique(np.concatenate([[0.0, position, side], lines[(lines > 0.0) & (lines < side)]]))
+    inner = lines[(lines > 0.0) & (lines < side)]
+    stops = np.unique(np.concatenate([[0.0, *positions, *middles(positions), side], inner]))
     stops = stops[np.append(True, np.diff(stops) > SAME * finest)]
     # The last stop may have been one with its neighbour; it is the side's end all the same.
     stops[-1] = side
     nodes = [0.0]
     for left, right in pairwise(stops.tolist()):
+        position = nearest(positions, left, right)
         direction = 1.0 if left + right >= 2.0 * position else -1.0
         near, far = sorted((max(0.0, direction * (left - position)), max(0.0, direction * (right - position))))
         first, last = _count(near, finest, coarsest), _count(far, finest, coarsest)
         cells = max(1, ceil(last - first - 1e-9))
-        inner = _distance(np.linspace(first, last, cells + 1)[1:-1], finest, coarsest)
-        nodes += [*np.sort(position + direction * inner), right]
+        between = _distance(np.linspace(first, last, cells + 1)[1:-1], finest, coarsest)
+        nodes += [*np.sort(position + direction * between), right]
     return np.array(nodes)
+
+
+def middles(positions: Sequence[float]) -> list[float]:
+    """The middles between neighbouring positions."""
+    return [0.5 * (one + other) for one, other in pairwise(sorted(set(positions)))]
+
+
+def nearest(positions: Sequence[float], left: float, right: float) -> float:
+    """The position that is nearest to a stretch between two stops."""
+    return min(positions, key=lambda position: abs(left + right - 2.0 * position))
 
 
 def _count(distance: float, finest: float, coarsest: float) -> float:

@@ -104,6 +104,11 @@ class Laminate:
         return _isotropic(self.plies[0].material) if self.surface is None else self.surface
 
     @property
+    def back(self) -> Material:
+        """Likewise of the last ply, which a chain on the back strikes."""
+        return _isotropic(self.plies[-1].material) if self.surface is None else self.surface
+
+    @property
     def stiffnesses(self) -> Stiffnesses:
         """A, B and D about the middle surface: Σ Q̄ (z₂ⁿ − z₁ⁿ)/n for n = 1, 2, 3 over the plies.
 
@@ -159,6 +164,11 @@ def section_of(
     if thickness is None:
         raise ValueError("thickness = None: must be a positive number of m; only a Laminate has its own")
     return homogeneous(positive("thickness", thickness, "m"), material, shear_correction)
+
+
+def struck(section: Section, material: object, face: str) -> Material:
+    """The material that a contact on a face sees; a Section that was given knows but one."""
+    return material.back if face == "back" and isinstance(material, Laminate) else section.struck
 
 
 def _isotropic(ply: Material | OrthotropicMaterial) -> Material:

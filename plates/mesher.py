@@ -1,5 +1,7 @@
 """Triangles for outlines, by gmsh: an optional dependency, `pip install hertzlink[mesh]`."""
 
+from collections.abc import Sequence
+from functools import reduce
 from types import ModuleType
 from typing import TYPE_CHECKING
 
@@ -10,7 +12,7 @@ from plates.panel_mesh import PanelMesh, Sizes
 from structures.mesh_source import Numbers, Tag
 
 if TYPE_CHECKING:
-    from plates.outline import Outline
+    from plates.outline import Outline, Place
 
 OPTIONS = {
     "General.Terminal": 0.0,
@@ -28,8 +30,8 @@ ON_EDGE = 0.3
 """A contact nearer to an edge than this part of the finest size is no corner of the mesh."""
 
 
-def triangles(outline: "Outline", x: float, y: float, size: Sizes) -> PanelMesh:
-    """The outline's mesh, fine at (x, y) m, and its edges by name."""
+def triangles(outline: "Outline", places: "Sequence[Place]", size: Sizes) -> PanelMesh:
+    """The outline's mesh, fine at places (x, y) m, and its edges by name."""
     gmsh = _gmsh()
     ours = not gmsh.isInitialized()
     if ours:
@@ -40,7 +42,7 @@ def triangles(outline: "Outline", x: float, y: float, size: Sizes) -> PanelMesh:
         for name, value in OPTIONS.items():
             gmsh.option.setNumber(name, value)
         gmsh.model.add("hertzlink panel")
-        lines = _drawn(gmsh, outline, x, y, size)
+        lines = _drawn(gmsh, outline, places, size)
         gmsh.model.mesh.generate(2)
         return _read(gmsh, lines)
     finally:
@@ -63,7 +65,7 @@ def _gmsh() -> ModuleType:
     return gmsh  # type: ignore[no-any-return]
 
 
-def _drawn(gmsh: ModuleType, outline: "Outline", x: float, y: float, size: Sizes) -> dict[str, list[int]]:
+def _drawn(gmsh: ModuleType, outline: "Outline", places: "Sequence[Place]", size: Sizes) -> dict[str, list[int]]:
     """Draws the outline in gmsh, and tells its lines by the names of edges."""
     rings = [(outline.corners, outline.edges)]
     rings += [(hole, (f"hole {i + 1}",) * len(hole)) for i, hole in enumerate(outline.holes)]
@@ -76,12 +78,14 @@ def _drawn(gmsh: ModuleType, outline: "Outline", x: float, y: float, size: Sizes
         for name, side in zip(names, sides, strict=True):
             lines.setdefault(name, []).append(side)
     surface = gmsh.model.geo.addPlaneSurface(loops)
-    contact = gmsh.model.geo.addPoint(x, y, 0.0)
+    contacts = [gmsh.model.geo.addPoint(x, y, 0.0) for x, y in places]
     gmsh.model.geo.synchronize()
-    if outline.distance(x, y) > ON_EDGE * size.finest:
-        gmsh.model.mesh.embed(0, [contact], 2, surface)
+    for contact, place in zip(contacts, places, strict=True):
+        if outline.distance(*place) > ON_EDGE * size.finest:
+            gmsh.model.mesh.embed(0, [contact], 2, surface)
     field = gmsh.model.mesh.field.add("MathEval")
-    away = f"Sqrt((x-({x!r}))^2+(y-({y!r}))^2)"
+    distances = [f"Sqrt((x-({x!r}))^2+(y-({y!r}))^2)" for x, y in places]
+    away = reduce(lambda nearer, other: f"Min({nearer},{other})", distances)
     gmsh.model.mesh.field.setString(field, "F", f"Min({size.coarsest!r},{size.finest!r}+{size.growth!r}*{away})")
     gmsh.model.mesh.field.setAsBackgroundMesh(field)
     return lines

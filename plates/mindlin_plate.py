@@ -64,4 +64,4 @@ def mindlin_plate(
     held: dict[Tag, Support] = {MIRROR: "symmetry"}
     held.update((name, getattr(supports, name)) for name in NAMES)
     frequency = positive("highest_frequency", highest_frequency, "Hz")
-    return Panel("Mindlin plate", shape, section, held, patch, frequency, added)
+    return Panel("Mindlin plate", shape, section, held, patch, frequency, added, material)

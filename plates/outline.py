@@ -6,6 +6,7 @@ from math import cos, pi, sin, sqrt
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from plates.panel_mesh import PanelMesh, Sizes, distances
 from structures.checks import finite, instance, positive, whole
@@ -78,13 +79,21 @@ class Outline:
         rings = [ring for _, ring in self._rings()]
         return min(float(distances(ring, np.roll(ring, -1, axis=0), np.array([x, y])).min()) for ring in rings)
 
-    def mesh(self, x: float, y: float, size: Sizes) -> PanelMesh:
-        """Triangles, fine at (x, y), which is a corner of them; a ValueError where it lies outside or in a hole."""
+    def mesh(self, x: ArrayLike, y: ArrayLike, size: Sizes) -> PanelMesh:
+        """Triangles, fine at (x, y), which is a corner of them; a ValueError where it lies outside or in a hole.
+
+        x and y: m, of one place or of several.
+        """
         from plates.mesher import triangles
 
-        if not self.contains(x, y) and self.distance(x, y) > COINCIDE * self.size:
-            raise ValueError(f"x, y = {x!r}, {y!r}: lies outside of the outline, or in a hole; strike the plate")
-        return triangles(self, x, y, size)
+        xs, ys = (np.atleast_1d(np.asarray(given, dtype=float)).tolist() for given in (x, y))
+        places = list(dict.fromkeys(zip(xs, ys, strict=True)))
+        for one, other in places:
+            if not self.contains(one, other) and self.distance(one, other) > COINCIDE * self.size:
+                raise ValueError(
+                    f"x, y = {one!r}, {other!r}: lies outside of the outline, or in a hole; strike the plate"
+                )
+        return triangles(self, places, size)
 
     def described(self) -> dict[str, Any]:
         """The outline as plain data."""

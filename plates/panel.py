@@ -2,7 +2,7 @@
 
 import logging
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from math import pi
 from typing import Any, NamedTuple
@@ -11,24 +11,25 @@ import numpy as np
 from scipy import sparse
 
 from plates.additions import Addition
-from plates.contact_place import cell_size, check_place, disc, mirrors
+from plates.contact_place import Mirror, cell_size, check_place, disc, mirrors
+from plates.contacts import Contact, alike, contacts_at, one_or_all, told
 from plates.flat_mesh import FlatMesh
 from plates.indentation import bending_by_poisson, remaining_flexibility
-from plates.laminate import Laminate, section_of
+from plates.laminate import Laminate, section_of, struck
 from plates.mindlin import Mindlin
 from plates.morley import Morley
 from plates.outline import Outline
 from plates.panel_additions import Matrix, Theory, check_regions, known_additions, weakening, weakest, with_additions
 from plates.panel_mesh import PanelMesh, Shape, Sizes, check_straight
-from plates.plate import HIGHEST_FREQUENCY
+from plates.plate import HIGHEST_FREQUENCY, Places
 from plates.plate_field import panel_sampler
 from plates.section import SHEAR_CORRECTION, Section, all_around
 from plates.support import ElasticEdge, Support, check_support
-from structures.checks import finite, instance, positive
+from structures.checks import instance, positive
 from structures.field import Field
 from structures.material import Material
 from structures.mesh_source import Tag, known
-from structures.structure import Structure
+from structures.structure import Structure, Vector
 from structures.surface import Surface
 
 log = logging.getLogger("hertzlink.plates")
@@ -67,7 +68,7 @@ class Panel:
     """A plate of any shape; `kirchhoff_panel`, `mindlin_panel` and `mindlin_plate` make one.
 
     kind: as results tell it. patch_radius, m: of the disc that the force is spread over in Mindlin's theory; None in
-    Kirchhoff's, where it acts at a point.
+    Kirchhoff's, where it acts at a point. material: what the section was made of; a Laminate's faces may differ.
     """
 
     kind: str
@@ -77,6 +78,7 @@ class Panel:
     patch_radius: float | None
     highest_frequency: float
     additions: tuple[Addition, ...] = ()
+    material: Material | Laminate | Section | None = None
     _kept: dict[int, tuple[PanelMesh, _Matrices]] = field(default_factory=dict, init=False, repr=False)
 
     @property
@@ -100,36 +102,49 @@ class Panel:
         square = (linear + np.sqrt(linear**2 + 4.0 * softest * constant)) / (2.0 * softest)
         return float(2.0 * pi / np.sqrt(square))
 
-    def at(self, x: float, y: float) -> Structure:
-        """The plate struck at (x, y), m.
+    def at(self, x: float | Places, y: float | Places, face: str | Sequence[str] = "front") -> Structure:
+        """The plate struck at (x, y), m; or at several points, of which x and y are lists.
 
-        An outline or a rectangle is meshed for each contact, finest there; a mesh from a file serves all. On a
-        "symmetry" edge the whole plate, of which this is a part, is struck once. Raises ValueError outside the plate,
-        on an edge that cannot move, and where the patch reaches beyond an edge.
+        An outline or a rectangle is meshed for each contact, or each set of them, finest there; a mesh from a file
+        serves all. On a "symmetry" edge the whole plate, of which this is a part, is struck once.
+        face: "front" or "back", one for all or one for each. A contact's displacement is positive away from its chain.
+        In Mindlin's theory each contact's indentation is its own: how one on the back, or a few thicknesses away, feels
+        it is told by bending and shear alone.
+        Raises ValueError outside the plate, on an edge that cannot move, where the patch reaches beyond an edge, where
+        two contacts are one, and where some lie on a "symmetry" edge and others beside it.
         """
-        x, y = finite("x", x, "m"), finite("y", y, "m")
+        contacts = contacts_at(x, y, face)
         self._check_size()
-        place, panel = np.array([x, y]), self.shape.mesh(x, y, self._sizes)
-        check_place(panel, self.supports, place, self.patch_radius)
-        across = mirrors(panel, self.supports, place)
-        copies = 2 ** len(across)
-        theory, kept, mass, stiffness = self._matrices(panel, copies)
-        flexibility = 0.0
-        if isinstance(theory, Mindlin) and self.patch_radius is not None:
-            if (size := cell_size(panel, place)) > PATCHES * self.patch_radius:
-                log.warning(
-                    "cells of %.3g m at the contact are too large for a patch of %.3g m", size, self.patch_radius
-                )
-            points, weights = disc(place, self.patch_radius, across)
-            contact = theory.mean(points, weights, bending_by_poisson(self.section, self.patch_radius)) @ kept
-            flexibility = remaining_flexibility(self.section, self.patch_radius)
-        else:
-            contact = theory.deflection(place[None]).toarray()[0] @ kept
-        if contact.size > MANY:
-            log.warning("%d degrees of freedom take minutes and gigabytes to reduce", contact.size)
-        fields = Field(partial(panel_sampler, panel.mesh, theory, kept, self.section, stiffness), contact.size)
-        surface, origin = Surface(self.section.struck), self._origin(x, y)
-        return Structure(mass, stiffness, None, contact, flexibility, surface, origin, field=fields)
+        panel = self.shape.mesh([one.x for one in contacts], [one.y for one in contacts], self._sizes)
+        across = []
+        for one in contacts:
+            check_place(panel, self.supports, np.array([one.x, one.y]), self.patch_radius)
+            across.append(mirrors(panel, self.supports, np.array([one.x, one.y])))
+        theory, kept, mass, stiffness = self._matrices(panel, alike(contacts, [2 ** len(lines) for lines in across]))
+        columns = [self._contact(panel, theory, *pair) @ kept for pair in zip(contacts, across, strict=True)]
+        contact = np.column_stack(columns)
+        if len(contact) > MANY:
+            log.warning("%d degrees of freedom take minutes and gigabytes to reduce", len(contact))
+        walls, patch = [self._wall(one) for one in contacts], self.patch_radius
+        flexibility = one_or_all([0.0 if patch is None else remaining_flexibility(wall, patch) for wall in walls])
+        surface = one_or_all([Surface(wall.struck) for wall in walls])
+        fields = Field(partial(panel_sampler, panel.mesh, theory, kept, self.section, stiffness), len(contact))
+        return Structure(mass, stiffness, None, contact, flexibility, surface, self._origin(contacts), field=fields)
+
+    def _contact(self, panel: PanelMesh, theory: Theory, contact: Contact, across: list[Mirror]) -> Vector:
+        """What spreads the force of a contact, which lies on lines of symmetry or on none."""
+        place = np.array([contact.x, contact.y])
+        if not isinstance(theory, Mindlin) or self.patch_radius is None:
+            return np.asarray(contact.sign * theory.deflection(place[None]).toarray()[0])
+        if (size := cell_size(panel, place)) > PATCHES * self.patch_radius:
+            log.warning("cells of %.3g m at the contact are too large for a patch of %.3g m", size, self.patch_radius)
+        points, weights = disc(place, self.patch_radius, across)
+        bend = bending_by_poisson(self._wall(contact), self.patch_radius)
+        return np.asarray(contact.sign * theory.mean(points, weights, bend))
+
+    def _wall(self, contact: Contact) -> Section:
+        """The section with the material that the contact sees."""
+        return replace(self.section, struck=struck(self.section, self.material, contact.face))
 
     def _check_size(self) -> None:
         """A ValueError before a mesh is made that would not fit in memory."""
@@ -177,7 +192,7 @@ class Panel:
         mass, stiffness = (sparse.csr_array(kept.T @ one @ kept) for one in (mass, stiffness))
         return _Matrices(theory, kept, mass, stiffness)
 
-    def _origin(self, x: float, y: float) -> dict[str, Any]:
+    def _origin(self, contacts: Sequence[Contact]) -> dict[str, Any]:
         section = asdict(self.section)
         section |= {name: section[name].tolist() for name in ("bending", "shear")}
         return {
@@ -188,7 +203,7 @@ class Panel:
             "patch_radius": self.patch_radius,
             "highest_frequency": self.highest_frequency,
             "additions": [asdict(one) for one in self.additions],
-            "at": [x, y],
+            **told(contacts),
         }
 
 
@@ -213,7 +228,7 @@ def kirchhoff_panel(
     if isinstance(found, FlatMesh) and found.quadrilateral:
         raise ValueError("mesh: has quadrilaterals; Morley's elements are triangles, mindlin_panel takes both")
     frequency = positive("highest_frequency", highest_frequency, "Hz")
-    return Panel("Kirchhoff panel", found, section, held, None, frequency, known_additions(additions))
+    return Panel("Kirchhoff panel", found, section, held, None, frequency, known_additions(additions), material)
 
 
 def mindlin_panel(
@@ -248,7 +263,7 @@ def mindlin_panel(
     found, held = _shape(shape, section, supports, scale)
     patch = patch_of(section, patch_radius)
     frequency = positive("highest_frequency", highest_frequency, "Hz")
-    return Panel("Mindlin panel", found, section, held, patch, frequency, known_additions(additions))
+    return Panel("Mindlin panel", found, section, held, patch, frequency, known_additions(additions), material)
 
 
 def patch_of(section: Section, given: float | None) -> float:

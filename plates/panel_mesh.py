@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from structures.mesh_source import Groups, Numbers, Tag
 from structures.structure import Vector
@@ -30,7 +31,7 @@ class PanelMesh(NamedTuple):
 
 @dataclass(frozen=True)
 class Sizes:
-    """Sizes of cells, m: at the contact, how much they grow with the distance from it, and the largest."""
+    """Sizes of cells, m: at the contacts, how much they grow with the distance from them, and the largest."""
 
     finest: float
     growth: float
@@ -38,7 +39,7 @@ class Sizes:
 
 
 class Shape(Protocol):
-    """What a panel may be made of: something that has named edges, and a mesh for each contact point, m."""
+    """What a panel may be made of: something that has named edges, and a mesh for each contact point or set of them."""
 
     @property
     def names(self) -> list[Tag]:
@@ -50,8 +51,8 @@ class Shape(Protocol):
         """Of the panel, m²."""
         ...
 
-    def mesh(self, x: float, y: float, size: Sizes) -> PanelMesh:
-        """Its mesh for a contact at (x, y)."""
+    def mesh(self, x: ArrayLike, y: ArrayLike, size: Sizes) -> PanelMesh:
+        """Its mesh for a contact at (x, y), m, or for several."""
         ...
 
     def described(self) -> dict[str, Any]:

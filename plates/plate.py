@@ -11,17 +11,20 @@ import numpy as np
 from scipy import sparse
 
 from plates.additions import Addition, Weakened, check_additions, extent
+from plates.contacts import Contact, alike, contacts_at, one_or_all, told
 from plates.grading import graded
 from plates.kirchhoff import Beam, plate_matrices
-from plates.laminate import Laminate, section_of
+from plates.laminate import Laminate, section_of, struck
 from plates.plate_field import PlateSampler, product_sampler
 from plates.section import Section, all_around, point_rigidity
 from plates.support import ElasticEdge, Support, Supports
-from structures.checks import finite, instance, positive, whole
+from structures.checks import instance, positive, whole
 from structures.field import Field
 from structures.material import Material
 from structures.structure import Structure, Vector
 from structures.surface import Surface
+
+Places: TypeAlias = Sequence[float] | Vector
 
 Matrices: TypeAlias = tuple[sparse.csr_array, sparse.csr_array]
 
@@ -80,38 +83,46 @@ class Plate:
         rigidity = weakest * float(all_around(self.section).min())
         return float(2.0 * pi * (rigidity / self.mass_per_area) ** 0.25 / circular**0.5)
 
-    def at(self, x: float, y: float) -> Structure:
-        """The plate struck at (x, y), m from the left bottom corner.
+    def at(self, x: float | Places, y: float | Places, face: str | Sequence[str] = "front") -> Structure:
+        """The plate struck at (x, y), m from the left bottom corner; or at several points, of which x and y are lists.
 
-        Without `cells` the mesh is graded towards this point, which is a node of it: a point force converges
-        slowly on a uniform mesh. Where the point lies on a line of symmetry, the structure holds the motions that
-        a force there can excite, and no others. On a "symmetry" edge the whole plate, of which this is a half, is
+        Without `cells` the mesh is graded towards these points, which are nodes of it: a point force converges
+        slowly on a uniform mesh. Where all lie on a line of symmetry, the structure holds the motions that
+        forces there can excite, and no others. On a "symmetry" edge the whole plate, of which this is a half, is
         struck once; beside such an edge, its mirror image is struck too.
-        Raises ValueError outside the plate or on an edge that cannot move.
+        face: "front" or "back", one for all or one for each. A contact's displacement is positive away from its chain.
+        Raises ValueError outside the plate, on an edge that cannot move, where two contacts are one, and where some lie
+        on a "symmetry" edge and others beside it.
         """
-        edges = self.supports
-        x, copies_x = self._inside("x", x, self.length, edges.left, edges.right)
-        y, copies_y = self._inside("y", y, self.width, edges.bottom, edges.top)
-        copies, more_x, more_y = copies_x * copies_y, 1, 1
+        contacts = contacts_at(x, y, face)
+        copies = alike(contacts, [self._parts(one) for one in contacts])
         self._check_size()
-        if self.cells is not None:
-            along_x, along_y = self._uniform
-        else:
-            lines_x, lines_y = self._lines
-            along_x, more_x = self._graded_beam(self.length, x, edges.left, edges.right, lines_x)
-            along_y, more_y = self._graded_beam(self.width, y, edges.bottom, edges.top, lines_y)
-            copies *= more_x * more_y
-        contact = np.outer(along_x.at(x), along_y.at(y)).ravel()
+        (along_x, more_x), (along_y, more_y) = self._beams(contacts)
+        copies *= more_x * more_y
+        columns = [one.sign * np.outer(along_x.at(one.x), along_y.at(one.y)).ravel() for one in contacts]
+        contact = np.column_stack(columns)
         if contact.size == 0:
             raise ValueError(f"cells = {self.cells!r}: too few, the supports hold every node; use more")
         if self.cells is not None:
             mass, stiffness = self._counted(copies)
         else:
             mass, stiffness = (copies * one for one in self._matrices(along_x, along_y))
-        origin = {"kind": "Kirchhoff plate", **asdict(self), "at": [x, y]}
+        origin = {"kind": "Kirchhoff plate", **asdict(self), **told(contacts)}
         sampler = partial(_sampler, along_x, along_y, (more_x == 2, more_y == 2), self.section, stiffness)
-        surface, field = Surface(self.section.struck), Field(sampler, contact.size)
+        surfaces = [Surface(struck(self.section, self.material, one.face)) for one in contacts]
+        surface, field = one_or_all(surfaces), Field(sampler, len(contact))
         return Structure(mass, stiffness, None, contact, 0.0, surface, origin, field=field)
+
+    def _beams(self, contacts: Sequence[Contact]) -> list[tuple[Beam, int]]:
+        """The beams along x and along y that the contacts want, and how often each is to be counted."""
+        if self.cells is not None:
+            return [(beam, 1) for beam in self._uniform]
+        edges, (lines_x, lines_y) = self.supports, self._lines
+        xs, ys = [one.x for one in contacts], [one.y for one in contacts]
+        return [
+            self._graded_beam(self.length, xs, edges.left, edges.right, lines_x),
+            self._graded_beam(self.width, ys, edges.bottom, edges.top, lines_y),
+        ]
 
     def _check_size(self) -> None:
         """A ValueError before a mesh is made that would not fit in memory."""
@@ -155,29 +166,35 @@ class Plate:
         return xs, ys
 
     def _graded_beam(
-        self, side: float, position: float, start: Support, end: Support, lines: Vector
+        self, side: float, positions: list[float], start: Support, end: Support, lines: Vector
     ) -> tuple[Beam, int]:
-        """A beam graded towards the position; half of it, to be counted twice, where the plate is symmetric."""
+        """A beam graded towards the positions; half of it, to be counted twice, where the plate is symmetric."""
         finest, coarsest = self.shortest_wavelength / FINEST, self.shortest_wavelength / COARSEST
-        if start == end and isclose(position, side / 2.0) and self._mirrors:
-            return Beam(graded(position, position, finest, coarsest, lines), start, "symmetry"), 2
-        return Beam(graded(side, position, finest, coarsest, lines), start, end), 1
+        if start == end and all(isclose(position, side / 2.0) for position in positions) and self._mirrors:
+            middle = positions[0]
+            return Beam(graded(middle, [middle], finest, coarsest, lines), start, "symmetry"), 2
+        return Beam(graded(side, positions, finest, coarsest, lines), start, end), 1
 
     @property
     def _mirrors(self) -> bool:
         """Whether nothing but the supports could tell a half of the plate from the other."""
         return not self.additions and not _twists(self.section)
 
+    def _parts(self, one: Contact) -> int:
+        """Of how many like parts the plate consists that is struck there; a ValueError where it cannot be struck."""
+        edges = self.supports
+        along_x = self._halves(f"x{one.number}", one.x, self.length, edges.left, edges.right)
+        return along_x * self._halves(f"y{one.number}", one.y, self.width, edges.bottom, edges.top)
+
     @staticmethod
-    def _inside(name: str, value: float, side: float, start: Support, end: Support) -> tuple[float, int]:
-        """The position, and of how many like parts the plate consists that is struck there."""
-        at = finite(name, value, "m")
+    def _halves(name: str, at: float, side: float, start: Support, end: Support) -> int:
+        """2 on a symmetry edge, otherwise 1; a ValueError outside the plate and on edges that cannot move."""
         if not 0.0 <= at <= side:
-            raise ValueError(f"{name} = {value!r}: must lie on the plate, between 0 and {side} m")
+            raise ValueError(f"{name} = {at!r}: must lie on the plate, between 0 and {side} m")
         edge = start if at < NEAREST * side else end if at > (1.0 - NEAREST) * side else "free"
         if not isinstance(edge, ElasticEdge) and edge not in MOVING:
-            raise ValueError(f"{name} = {value!r}: lies on a {edge} edge, which cannot move; strike inside")
-        return at, 2 if edge == "symmetry" else 1
+            raise ValueError(f"{name} = {at!r}: lies on a {edge} edge, which cannot move; strike inside")
+        return 2 if edge == "symmetry" else 1
 
 
 def kirchhoff_plate(

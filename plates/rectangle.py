@@ -1,5 +1,6 @@
-"""Rectangles as panels: quadrilaterals in rows and columns, fine at the contact; halves where all is symmetric."""
+"""Rectangles as panels: quadrilaterals in rows and columns, fine at the contacts; halves where all is symmetric."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -7,8 +8,10 @@ from math import ceil, isclose
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 from skfem import MeshQuad
 
+from plates.grading import middles, nearest
 from plates.panel_mesh import PanelMesh, Sizes
 from structures.mesh_source import Tag
 from structures.structure import Vector
@@ -43,13 +46,14 @@ class Rectangle:
         """m²; nothing where the cells are given."""
         return self.length * self.width if self.cells is None else 0.0
 
-    def mesh(self, x: float, y: float, size: Sizes) -> PanelMesh:
-        """Of the plate, or of its half or quarter where the contact lies on lines of symmetry."""
+    def mesh(self, x: ArrayLike, y: ArrayLike, size: Sizes) -> PanelMesh:
+        """Of the plate, or of its half or quarter where the contacts lie on lines of symmetry."""
         if self.cells is not None:
             return self._uniform
-        sides, at = (self.length, self.width), (x, y)
-        halves = [self.halved[i] and isclose(at[i], sides[i] / 2.0) for i in (0, 1)]
-        ends = [at[i] if halves[i] else sides[i] for i in (0, 1)]
+        sides = (self.length, self.width)
+        at: list[list[float]] = [np.atleast_1d(np.asarray(given, dtype=float)).tolist() for given in (x, y)]
+        halves = [self.halved[i] and all(isclose(one, sides[i] / 2.0) for one in at[i]) for i in (0, 1)]
+        ends = [at[i][0] if halves[i] else sides[i] for i in (0, 1)]
         return _meshed([graded(ends[i], at[i], size, self.lines[i]) for i in (0, 1)], halves)
 
     @cached_property
@@ -73,11 +77,14 @@ def _meshed(nodes: list[Vector], halves: list[bool]) -> PanelMesh:
     return PanelMesh(mesh, {name: np.flatnonzero(on) for name, on in edges.items()})
 
 
-def graded(side: float, position: float, size: Sizes, lines: tuple[float, ...] = ()) -> Vector:
-    """Nodes from 0 to `side`, m: about a size apart that grows with the distance from the position; with the lines."""
-    inner = [line for line in {*lines, position} if 1e-9 * side < line < (1.0 - 1e-9) * side]
+def graded(side: float, positions: Sequence[float], size: Sizes, lines: tuple[float, ...] = ()) -> Vector:
+    """Nodes from 0 to `side`, m: about a size apart that grows with the distance from the nearest position.
+
+    One at each position, at the middles between them, and at the lines.
+    """
+    inner = [line for line in {*lines, *positions, *middles(positions)} if 1e-9 * side < line < (1.0 - 1e-9) * side]
     stops = [0.0, *sorted(inner), side]
-    parts = [_part(start, end, position, size)[:-1] for start, end in pairwise(stops)]
+    parts = [_part(start, end, nearest(positions, start, end), size)[:-1] for start, end in pairwise(stops)]
     return np.append(np.concatenate(parts), side)
 
 

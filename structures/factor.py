@@ -13,7 +13,7 @@ Solve = Callable[[Vector], Vector]
 
 
 def factorise(matrix: sparse.sparray) -> Solve:
-    """A function that solves matrix · x = y, for a symmetric positive definite matrix and one y or columns of them.
+    """A function that solves matrix · x = y, for a symmetric positive definite matrix.
 
     Rows and columns are scaled by 1/√diagonal first, since Hermite degrees of freedom mix units.
     """
@@ -22,8 +22,7 @@ def factorise(matrix: sparse.sparray) -> Solve:
     factor = splu(scaled, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
 
     def solve(right: Vector) -> Vector:
-        by = scale if right.ndim == 1 else scale[:, None]
-        solution: Vector = by * factor.solve(by * right)
+        solution: Vector = scale * factor.solve(scale * right)
         return solution
 
     return solve

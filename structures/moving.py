@@ -65,7 +65,7 @@ class MovingStructure:
         if not callable(stepper):
             one_of("stepper", stepper, STEPPERS)
         self.structure = lumped(structure) if stepper == "central-difference" and structure.size else structure
-        self.stepper = stepper
+        self.stepper, self._contact, self._contacts = stepper, structure.contact, structure.contacts
         self._steps: dict[float, Step] = {}
 
     @property
@@ -90,7 +90,7 @@ class MovingStructure:
         Only with one contact.
         """
         few = self.structure.size <= DENSE and not self.conservative
-        return self.structure.contacts == 1 and (self.modal or (self.stepper == "midpoint" and few))
+        return self._contacts == 1 and (self.modal or (self.stepper == "midpoint" and few))
 
     def propagator(self, window: float) -> Propagator:
         """A window as arrays; of a coupled structure, what the step makes of each displacement and velocity in turn."""
@@ -130,11 +130,11 @@ class MovingStructure:
         if not self.structure.size:
             return free
         response = self.step(window).response
-        if self.structure.contact.ndim == 1:
+        if self._contacts == 1:
             return StructureState(*(end + force * unit for end, unit in zip(free, response, strict=True)))
         forces = each(finite, "force", force, "N")
-        if forces.shape != (self.structure.contacts,):
-            raise ValueError(f"force = {force!r}: must be {self.structure.contacts} numbers of N, one for each contact")
+        if forces.shape != (self._contacts,):
+            raise ValueError(f"force = {force!r}: must be {self._contacts} numbers of N, one for each contact")
         # Steps without a memory may leave it without columns.
         pairs = zip(free, response, strict=True)
         return StructureState(*(end + unit @ forces if unit.size else end for end, unit in pairs))
@@ -145,8 +145,9 @@ class MovingStructure:
 
     def read(self, state: StructureState) -> Any:
         """Displacement bᵀu of the contact point, m; an array of p for p contacts."""
-        contact = self.structure.contact
-        return float(contact @ state.displacement) if contact.ndim == 1 else contact.T @ state.displacement
+        if self._contacts == 1:
+            return float(self._contact @ state.displacement)
+        return self._contact.T @ state.displacement
 
     def compliance(self, window: float) -> Any:
         """What 1 N of mean force adds to the contact's displacement at the window's end, m/N.
@@ -155,7 +156,7 @@ class MovingStructure:
         are. Newmark's method of other constants makes it so to second order only where damping couples the modes.
         """
         if not self.structure.size:
-            return 0.0 if self.structure.contacts == 1 else np.zeros((self.structure.contacts,) * 2)
+            return 0.0 if self._contacts == 1 else np.zeros((self._contacts,) * 2)
         return self.read(self.step(window).response)
 
     def energy(self, state: StructureState) -> float:

@@ -48,18 +48,20 @@ Apply: TypeAlias = Callable[[Vector], Vector]
 def reduce(
     structure: Structure, until: float, tolerance: float = 1e-2, largest: int = LARGEST, keep_field: bool = False
 ) -> Structure:
-    """A structure of oscillators (M = I, K diagonal) with the same motion of the contact point up to `until` s.
+    """A structure of oscillators (M = I, K diagonal) with the same motion of the contact points up to `until` s.
 
     It serves runs up to `until` only: after that, waves come back that the full structure does not know.
 
     Lanczos vectors of (K + s²M)⁻¹M from (K + s²M)⁻¹b, M-orthogonalised twice; K is projected on them and
-    diagonalised (Bai, Appl. Numer. Math. 43 (2002) 9). A damping matrix is projected on the same basis; Rayleigh's
-    stays diagonal, so each oscillator keeps its own damping. Maxwell arms are kept, for each relaxation time as many as
-    there are oscillators at most; they have no mass, and K couples them to the oscillators.
+    diagonalised (Bai, Appl. Numer. Math. 43 (2002) 9). Each contact starts a vector of its own. A damping matrix is
+    projected on the same basis; Rayleigh's stays diagonal, so each oscillator keeps its own damping. Maxwell arms are
+    kept, for each relaxation time as many as there are oscillators at most; they have no mass, and K couples them to
+    the oscillators.
     tolerance: relative error, in the mean square over time with a weight that fades as e^(−4 t/until), of the
-    displacement after a force pulse of 25 µs. It is estimated by the change over the last ten vectors, chooses the
-    size, and stands in `origin["reduction"]["error_estimate"]`; a warning is logged where `largest` vectors do not
-    reach it. Amplitude ratios settle far earlier (tests): 1e-2 leaves them
+    displacement after a force pulse of 25 µs; with several contacts that of each pair, in units of the geometric mean
+    of what either does to itself, and the largest counts. It is estimated by the change over the last ten vectors (for
+    each contact), chooses the size, and stands in `origin["reduction"]["error_estimate"]`; a warning is logged where
+    `largest` vectors do not reach it. Amplitude ratios settle far earlier (tests): 1e-2 leaves them
     within 0.01 % of those without reduction. Where arms stand beside some layers only, the
     estimate may be too kind below 1e-3, by a factor of five.
     keep_field: keep what gives displacement and stress of the whole body back, for `structure_motion`: 8 bytes for each
@@ -77,10 +79,10 @@ def reduce(
         return structure
     krylov = _Krylov(structure, min(largest, size))
     previous, estimate = None, np.inf
-    while estimate > tolerance and krylov.grow(BLOCK):
+    while estimate > tolerance and krylov.grow(BLOCK * structure.contacts):
         answer = _pulse_answer(krylov.oscillators(), until)
         if previous is not None:
-            estimate = float(np.linalg.norm(answer - previous) / np.linalg.norm(answer))
+            estimate = _change(previous, answer)
         previous = answer
         if krylov.exhausted:
             estimate = 0.0
@@ -93,8 +95,8 @@ def reduce(
 
 
 class _Modes(NamedTuple):
-    """Oscillators: ω², b, their damping (None; a vector where it is diagonal; a matrix), and (τ, the stiffness of the
-    arms in the same form) for each relaxation time; and what they are made of, in vectors of the basis."""
+    """Oscillators: ω², b (n × p), their damping (None; a vector where it is diagonal; a matrix), and (τ, the stiffness
+    of the arms in the same form) for each relaxation time; and what they are made of, in vectors of the basis."""
 
     square: Vector
     contact: Vector
@@ -111,7 +113,7 @@ def _made_of(modes: _Modes, full: Structure, report: dict[str, Any], until: floa
         sparse.csr_array(sparse.eye_array(modes.square.size)),
         sparse.csr_array(sparse.diags_array(modes.square)),
         None if modes.damping is None else _matrix(modes.damping),
-        modes.contact,
+        modes.contact.reshape(-1, *full.contact.shape[1:]),
         full.flexibility,
         full.surface,
         {**full.origin, "reduction": {"size": size, **report}},
@@ -131,10 +133,11 @@ class _Part(NamedTuple):
 
 
 class _Body:
-    """The degrees of freedom of a structure that have mass: M, b, C, its Maxwell arms, and K once they have relaxed."""
+    """The degrees of freedom of a structure that have mass: M, b (n × p), C, its Maxwell arms, and the relaxed K."""
 
     def __init__(self, structure: Structure) -> None:
-        self.mass, self.stiffness, self.contact = structure.mass, structure.stiffness, structure.contact
+        self.mass, self.stiffness = structure.mass, structure.stiffness
+        self.contact = structure.contact.reshape(structure.size, -1)
         self.solve, damping, arms = shifted_solve(structure, SHIFT), structure.damping, maxwell_arms(structure)
         self.coupling, self.arms = sparse.csr_array((0, structure.size)), list[tuple[float, _Part]]()
         if arms is not None:
@@ -186,19 +189,19 @@ class _Krylov:
 
     def __init__(self, structure: Structure, largest: int) -> None:
         self.body = _Body(structure)
-        size = self.body.contact.size
+        size = self.body.contact.shape[0]
         self.largest, self.size = min(largest, size), 0
         self.basis = np.empty((self.largest, size))
         self.weighted = np.empty((self.largest, size))  # rows M v
         self.stiffness = np.empty((self.largest, self.largest))
-        self.pending, self.postponed = [self.body.contact], list[Vector]()
+        self.pending, self.postponed = list(self.body.contact.T), list[Vector]()
         parts = [self.body.damping, *(arm for _, arm in self.body.arms)]
         self.recursive = all(part is None or part.rates is not None for part in parts)
 
     @property
     def exhausted(self) -> bool:
-        """Whether the basis holds all that the contact can excite."""
-        return not (self.pending or self.postponed) or self.size == self.body.contact.size
+        """Whether the basis holds all that the contacts can excite."""
+        return not (self.pending or self.postponed) or self.size == self.body.contact.shape[0]
 
     def grow(self, count: int) -> bool:
         """Add `count` vectors, or as many as there are; False where none could be added."""
@@ -215,11 +218,12 @@ class _Krylov:
 
         What arms pass on comes last: in rods of several layers it fills the basis with shapes that matter little.
         """
-        k, mass = self.size, self.body.mass
+        k, mass, near = self.size, self.body.mass, 2 * self.body.contact.shape[1]
         vector = self.body.solve((self.pending or self.postponed).pop(0))
         before = np.sqrt(vector @ (mass @ vector))
-        # Lanczos's new vector has a part in the last two only, in exact numbers; the whole basis clears the rounding.
-        for first in (max(k - 2, 0) if self.recursive else 0, 0):
+        # Lanczos's new vector has a part in the last two (for each contact) only, in exact numbers; the whole basis
+        # clears the rounding.
+        for first in (max(k - near, 0) if self.recursive else 0, 0):
             vector -= (self.weighted[first:k] @ vector) @ self.basis[first:k]
         weighted = mass @ vector
         norm = np.sqrt(max(vector @ weighted, 0.0))
@@ -263,8 +267,15 @@ def _root(stretch: Vector) -> sparse.csr_array:
     return sparse.csr_array(np.sqrt(values[kept])[:, None] * vectors[:, kept].T)
 
 
+def _change(previous: Vector, answer: Vector) -> float:
+    """The largest change of the answers, p × p × frequencies, each in units of the two contacts' own."""
+    own = [np.linalg.norm(answer[i, i]) for i in range(len(answer))]
+    pairs = [(i, j) for i in range(len(answer)) for j in range(i + 1)]
+    return max(float(np.linalg.norm(answer[i, j] - previous[i, j]) / np.sqrt(own[i] * own[j])) for i, j in pairs)
+
+
 def _pulse_answer(modes: _Modes, until: float) -> Vector:
-    """Laplace transform, at σ + iω, of the contact's displacement after a raised-cosine pulse of length PULSE.
+    """Laplace transform, at σ + iω, of the contacts' displacements after a raised-cosine pulse of length PULSE on each.
 
     By Parseval its norm is that of e^(−σt) w(t) over time.
     """
@@ -276,18 +287,19 @@ def _pulse_answer(modes: _Modes, until: float) -> Vector:
 
 
 def _receptance(modes: _Modes, s: Any) -> Any:
-    """Displacement of the contact for a unit force there, at each complex frequency s, m/N."""
+    """Displacement of each contact for a unit force on each, p × p × the complex frequencies s, m/N."""
     terms = [] if modes.damping is None else [(s, modes.damping)]
     terms += [(s * time / (1.0 + s * time), stretch) for time, stretch in modes.arms]
+    columns = modes.contact.T
     if all(matrix.ndim == 1 for _, matrix in terms):
         dynamic = modes.square + s[:, None] ** 2
         for factor, diagonal in terms:
             dynamic = dynamic + factor[:, None] * diagonal
-        return (modes.contact**2 / dynamic).sum(axis=1)
-    shapes, inertia = np.empty((s.size, modes.square.size), dtype=complex), s**2
+        return np.array([[(one * other / dynamic).sum(axis=1) for other in columns] for one in columns])
+    shapes, inertia = np.empty((s.size, *modes.contact.shape), dtype=complex), s**2
     for i in range(s.size):
         matrix = np.diag(modes.square + inertia[i])
         for factor, part in terms:
             matrix = matrix + factor[i] * (part if part.ndim == 2 else np.diag(part))
         shapes[i] = np.linalg.solve(matrix, modes.contact)
-    return shapes @ modes.contact
+    return np.array([[shapes[:, :, i] @ one for i in range(len(columns))] for one in columns])

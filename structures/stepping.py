@@ -78,7 +78,7 @@ class ImplicitMidpoint:
         if structure.damping is not None:
             matrix = matrix + window / 2.0 * structure.damping
         self.structure, self.window, self.solve = structure, window, factorise(matrix)
-        unit = self.solve(structure.contact)
+        unit = _of_each(self.solve, structure.contact)
         self.response = StructureState(window**2 / 2.0 * unit, window * unit)
 
     def free(self, state: StructureState) -> StructureState:
@@ -165,7 +165,7 @@ class GeneralisedAlpha:
         if structure.damping is not None:
             matrix = matrix + part * self.gamma * window * structure.damping
         self.solve = factorise(matrix)
-        unit = (1.5 - self.late) * self.solve(structure.contact)
+        unit = (1.5 - self.late) * _of_each(self.solve, structure.contact)
         last = np.ones(1) if structure.contacts == 1 else np.eye(structure.contacts)
         memory = np.concatenate([unit, last])
         self.response = StructureState(window**2 * self.beta * unit, window * self.gamma * unit, memory)
@@ -271,8 +271,13 @@ def equal(first: sparse.sparray, second: sparse.sparray) -> bool:
     return bool(difference.nnz == 0 or difference.max() == 0.0)
 
 
+def _of_each(solve: Solve, contact: Vector) -> Vector:
+    """What a unit force does; of several contacts each in turn, a column each."""
+    return solve(contact) if contact.ndim == 1 else np.column_stack([solve(column) for column in contact.T])
+
+
 def _from_rest(end: Callable[[StructureState, Vector], StructureState], contact: Vector) -> StructureState:
-    """The state that a unit force makes from rest; of several contacts each in turn, a column each."""
+    """The state that a unit force makes from rest, likewise."""
     rest = np.zeros(contact.shape[0])
     if contact.ndim == 1:
         return end(StructureState(rest, rest), contact)

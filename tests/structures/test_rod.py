@@ -116,7 +116,7 @@ def test_bad_layers(bad: float) -> None:
         (lambda: hl.rod([hl.Layer(hl.STEEL_440C, 0.1, 9.5e-3)], elements=10**9), "elements: 1000000000 are too many"),
         (
             lambda: hl.rod([hl.Layer(hl.STEEL_440C, 0.1, 9.5e-3)], base=hl.Foundation(1e9)),
-            r"base = Foundation.*must be one of 'fixed', 'free', 'absorbing'; cylinder takes a Foundation",
+            r"base = Foundation.*must be one of 'fixed', 'free', 'absorbing', 'contact'; cylinder takes a Foundation",
         ),
     ],
 )

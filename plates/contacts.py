@@ -1,0 +1,86 @@
+"""Where plates are struck: places and faces, of one contact or of several."""
+
+from collections.abc import Sequence
+from math import isclose
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from structures.checks import finite, listed, one_of
+
+FACES = ("front", "back")
+
+SAME = 1e-6
+"""Contacts whose places differ by this part are at one place."""
+
+
+class Contact(NamedTuple):
+    """A point of a plate, m, and the face on which a chain strikes it. number: as errors tell it, "[1]"."""
+
+    x: float
+    y: float
+    face: str
+    number: str = ""
+
+    @property
+    def sign(self) -> float:
+        """Of the contact's displacement, positive away from its chain, where the plate's is positive from the front."""
+        return 1.0 if self.face == "front" else -1.0
+
+
+def contacts_at(x: Any, y: Any, face: Any) -> list[Contact]:
+    """One contact of two numbers in m, or as many as x and y have; face: one for all, or one for each.
+
+    Raises ValueError where there are not as many of each, and where two contacts are one.
+    """
+    if np.ndim(x) == 0 and np.ndim(y) == 0:
+        return [Contact(finite("x", x, "m"), finite("y", y, "m"), one_of("face", face, FACES))]
+    xs, ys = (_numbers(name, given) for name, given in (("x", x), ("y", y)))
+    if len(xs) != len(ys):
+        raise ValueError(f"x, y: {len(xs)} and {len(ys)} numbers; must be as many, one of each for each contact")
+    faces = [face] * len(xs) if isinstance(face, str) else listed("face", face, str, "faces, one for each contact")
+    if len(faces) != len(xs):
+        raise ValueError(f"face = {face!r}: must be one face, or {len(xs)}, as there are contacts")
+    found: list[Contact] = []
+    for i, (one_x, one_y, one_face) in enumerate(zip(xs, ys, faces, strict=True)):
+        contact = Contact(one_x, one_y, one_of(f"face[{i}]", one_face, FACES), f"[{i}]" if len(xs) > 1 else "")
+        for j, other in enumerate(found):
+            if other.face == contact.face and _same(contact, other):
+                raise ValueError(
+                    f"x, y: contacts {j} and {i} are at one place, {one_x:.6g}, {one_y:.6g} m, on the {one_face}; "
+                    "must be apart, or on either face"
+                )
+        found.append(contact)
+    return found
+
+
+def told(contacts: Sequence[Contact]) -> dict[str, Any]:
+    """The contacts as plain data."""
+    if len(contacts) == 1:
+        only = contacts[0]
+        return {"at": [only.x, only.y], **({} if only.face == "front" else {"face": only.face})}
+    return {"at": [[one.x for one in contacts], [one.y for one in contacts]], "face": [one.face for one in contacts]}
+
+
+def alike(contacts: Sequence[Contact], copies: Sequence[int]) -> int:
+    """Of how many like parts the plate consists, or a ValueError where not all contacts are struck in each alike."""
+    if len(set(copies)) > 1:
+        raise ValueError(
+            f"x, y = {told(contacts)['at']}: some lie on a symmetry edge and others beside it, whose mirror images "
+            "would be struck too; must be all on it or all beside it, or take the whole plate"
+        )
+    return copies[0]
+
+
+def one_or_all(values: list[Any]) -> Any:
+    """What belongs to the only contact, or what belongs to each."""
+    return values[0] if len(values) == 1 else values
+
+
+def _numbers(name: str, given: Any) -> list[float]:
+    values = listed(name, given, object, "numbers of m, one for each contact")
+    return [finite(f"{name}[{i}]", value, "m") for i, value in enumerate(values)]
+
+
+def _same(one: Contact, other: Contact) -> bool:
+    return isclose(one.x, other.x, rel_tol=SAME) and isclose(one.y, other.y, rel_tol=SAME)
