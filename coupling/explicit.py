@@ -28,7 +28,7 @@ class Explicit:
     predictor: int = 1
     parallel: bool = False
     tolerance: float | None = 1e-3
-    substeps_per_contact = 512
+    substeps_per_contact = 256
     whole_window = False
 
     def __post_init__(self) -> None:
@@ -44,22 +44,27 @@ class Explicit:
         """Whether it repeats windows."""
         return self.tolerance is not None
 
-    def start(self, interface: Interface) -> None:
-        """It remembers nothing but the last nodes."""
+    def start(self, interface: Interface) -> Vector:
+        """Where the chains saw the surfaces last, m."""
+        return np.zeros(interface.size)
 
     def step(self, interface: Interface, state: CoupledState, length: float, substeps: int) -> list[CoupledState]:
         """From one substep's end to the next. Raises NotConverged where the forces were foretold badly."""
         force = trial_force(interface, state, length, self.predictor)
         pushed, surface = interface.push(state.structures, force, length)
-        seen = self._foretold_surface(state, length) if self.parallel else surface
-        followed, answer, work = interface.follow(state.chains, state.past, seen, length)
+        seen, past = surface, state.past
+        if self.parallel:
+            seen = self._foretold_surface(state, length)
+            # The chains go on from where they saw the surfaces last, or their jumps would do work unseen.
+            past = (*past[:-1], past[-1]._replace(surface=state.memory)) if past else ()
+        followed, answer, work = interface.follow(state.chains, past, seen, length)
         wrong = float(abs(answer - force).max())
         if self.tolerance is not None and wrong > self.tolerance * interface.force_scale:
             raise NotConverged(
                 f"foretold force {wrong:.3g} N beside the answer, tolerance "
                 f"{self.tolerance * interface.force_scale:.3g} N"
             )
-        return [interface.next(state, length, followed, pushed, surface, force, (answer, work), None, 1)]
+        return [interface.next(state, length, followed, pushed, surface, force, (answer, work), seen, 1)]
 
     def _foretold_surface(self, state: CoupledState, length: float) -> Vector:
         past = state.past

@@ -60,17 +60,16 @@ class Frames:
         for number, (chain, into) in enumerate(zip(interface.chains, self.chains, strict=True)):
             y, v, lost, time, driven = state.chains[number]
             seat = interface.of_chain[number][0]
-            wall = float(state.surface[seat])
-            into.position[row], into.velocity[row] = y, v
-            kernels.contact_forces(y, v, chain.constants, time, wall, float(rate[seat]), into.contact_force[row])
-            into.kinetic[row], into.potential[row] = kernels.energies(y, v, chain.constants, wall)
+            into.kinetic[row], into.potential[row] = kernels.frame(
+                y, v, chain.constants, time, float(state.surface[seat]), float(rate[seat]), into.contact_force[row]
+            )
             into.lost[row], into.driven[row] = lost, driven
         for number, structure in enumerate(interface.structures):
             known = isinstance(structure, MovingStructure)
             energies = structure.energies(state.structures[number], length) if known else (np.nan, np.nan)
             self.kinetic[number, row], self.elastic[number, row] = energies
             self.damped[number, row] = state.ledger.damped[number] if known else np.nan
-            self.felt[number, row] = state.ledger.work[interface.touched_by(number)].sum()
+            self.felt[number, row] = sum(state.ledger.work[k] for k in interface.touched_by(number))
         self.surface[:, row] = state.surface
         self.work[:, row], self.given[:, row], self.impulse[:, row] = state.ledger[:3]
         self.evaluations[row], self.substeps[row], self.residual[row] = (

@@ -88,6 +88,10 @@ class Interface:
                     self.contacts.append(Contact(number, end, place, point))
         self.size, self.single = len(self.contacts), len(self.contacts) == 1
         self.of_chain = [[k for k, c in enumerate(self.contacts) if c.chain == i] for i in range(len(chains))]
+        self._touching = [
+            [k for k, contact in enumerate(self.contacts) if contact.structure == place]
+            for place in range(len(self.structures))
+        ]
         self.of_structure = [self._at_points(place) for place in range(len(self.structures))]
         energy = max(chain.impact_energy for chain in chains) if len(chains) > 1 else None
         self.chains = tuple(
@@ -118,7 +122,7 @@ class Interface:
 
     def touched_by(self, structure: int) -> list[int]:
         """The contacts of a structure, by its place."""
-        return [k for k, contact in enumerate(self.contacts) if contact.structure == structure]
+        return self._touching[structure]
 
     def start(self, memory: Any) -> CoupledState:
         """The state at time zero, in static equilibrium."""
@@ -138,6 +142,9 @@ class Interface:
 
     def push(self, states: Sequence[Any], force: Vector, length: float) -> tuple[tuple[Any, ...], Vector]:
         """The structures' states and the contacts' displacements (m) after mean forces (N) over `length` s."""
+        if self.single:
+            state, place = self.structures[0].advance(states[0], float(force[0]), length)
+            return (state,), np.array([place])
         ends, surface = [], np.empty(self.size)
         for number, structure in enumerate(self.structures):
             seats = self.of_structure[number]
@@ -154,6 +161,9 @@ class Interface:
         The works are those of the chains' own mean forces, above the static ones, on the surfaces as they see them.
         """
         before = past[-1].surface if past else np.zeros(self.size)
+        if self.single and not self.quadratic:
+            only, mean = self.chains[0].advance(states[0], (float(before[0]), float(surface[0])), length)
+            return (only,), np.array([mean]), mean * (surface - before)
         corners = self._corners(past, before, surface, length)
         moved, force, work = list(states), np.zeros(self.size), np.zeros(self.size)
         piece = length / (len(corners) - 1)
@@ -181,10 +191,12 @@ class Interface:
         answer: tuple[Vector, Vector],
         memory: Any,
         evaluations: int,
+        residual: float | None = None,
     ) -> CoupledState:
         """The state after a substep of `length` s, with its ledger.
 
-        force: what the structures felt. answer: the chains' mean forces and works.
+        force: what the structures felt. answer: the chains' mean forces and works. residual: their difference from
+        `force` unless given, N.
         """
         ledger, way = state.ledger, surface - state.surface
         damped = ledger.damped
@@ -201,7 +213,7 @@ class Interface:
             force,
             Ledger(ledger.work + force * way, ledger.given + work, ledger.impulse + length * force, damped),
             evaluations,
-            float(abs(given - force).max()),
+            float(abs(given - force).max()) if residual is None else residual,
             (*state.past[1 - REMEMBERED :], Node(state.time + length, length, surface, given)),
             memory,
         )

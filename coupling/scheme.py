@@ -90,7 +90,9 @@ class Condensed:
         surface, push = np.array([structure.read(end)]), np.array([force])
         # The chain saw the surface end where the force before its last answer would have brought it.
         work = push * (surface - compliance * residual - before)
-        return interface.next(state, length, (moved,), (end,), surface, push, (push, work), memory, count)
+        return interface.next(
+            state, length, (moved,), (end,), surface, push, (push, work), memory, count, abs(residual)
+        )
 
     def _dense_step(self, interface: Interface, state: CoupledState, length: float) -> CoupledState:
         """Newton's method on r(F) = G(w_free + C F) − F with G the chains' mean forces, its slopes by secants."""

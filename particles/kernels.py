@@ -644,6 +644,13 @@ def energies(y, v, chain, wall):
 
 
 @njit(cache=True)
+def frame(y, v, chain, t, wall, rate, out):
+    """What is saved of an instant: contact_forces into out, and energies, in one call."""
+    contact_forces(y, v, chain, t, wall, rate, out)
+    return energies(y, v, chain, wall)
+
+
+@njit(cache=True)
 def _table_energies(rows, approach, out):
     for i in range(approach.size):
         out[i] = _shape_energy(0, rows, approach[i])
