@@ -57,7 +57,7 @@ class Chain:
                 raise ValueError("impact_speed = None: must be given, in m/s, for a striker that is a bead")
             object.__setattr__(self, "impact_speed", within("impact_speed", self.impact_speed, 1e-12, 1e5, "m/s"))
         elif self.striker is None:
-            if self.impact_speed:
+            if self.impact_speed is not None and self.impact_speed != 0.0:
                 object.__setattr__(self, "impact_speed", within("impact_speed", self.impact_speed, 1e-12, 1e5, "m/s"))
         elif self.impact_speed is not None:
             kind = type(self.striker).__name__

@@ -202,24 +202,16 @@ def _kick_drift(y, v, inverse_mass, stiffness, gravity, wall_force, kick, drift)
 
 
 @njit(cache=True, fastmath={"contract"}, inline="always")
-def _table_kick_drift(first, behind, y, v, inverse_mass, stiffness, table, rows, gravity, wall_force, kick, drift):
-    """The same for contacts of any kind, and for the bodies from `first` on, which a force pushes from behind."""
+def _table_kick_drift(y, v, inverse_mass, stiffness, table, rows, gravity, behind, wall_force, kick, drift):
+    """The same for contacts of any kind, and for bodies that a force pushes from behind."""
     last = y.size - 1
-    for i in range(first, last):
+    for i in range(last):
         ahead = stiffness[i] * _shape(table[i], rows, y[i] - y[i + 1])
         v[i] += kick * (inverse_mass[i] * (behind - ahead) + gravity)
         y[i] += drift * v[i]
         behind = ahead
     v[last] += kick * (inverse_mass[last] * (behind - wall_force) + gravity)
     y[last] += drift * v[last]
-
-
-@njit(cache=True, inline="always")
-def _contact_force(i, approach, stiffness, table, rows, flexibility):
-    """Elastic force of one contact with a spring behind it."""
-    if flexibility != 0.0:
-        approach = _overlap_on_spring(stiffness[i], table[i], rows, approach, flexibility)
-    return stiffness[i] * _shape(table[i], rows, approach)
 
 
 @njit(cache=True)
@@ -258,6 +250,10 @@ def _driven_verlet(y, v, chain, t, wall, rate, dt, steps):
     inverse_mass, stiffness, table, rows, _, history, numbers = chain
     last = y.size - 1
     first = 0 if numbers.drive == FREE else 1
+    # What the pass moves.
+    some_y, some_v, some_masses, some_stiffness, some_tables = (
+        y[first:], v[first:], inverse_mass[first:], stiffness[first:], table[first:],
+    )  # fmt: skip
     driven = numbers.drive != FREE or numbers.spring > 0.0 or numbers.preload > 0.0
     source = 0 if numbers.drive == MOVED else 1
     impulse, impulse_behind, work, push, before, behind = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -265,9 +261,10 @@ def _driven_verlet(y, v, chain, t, wall, rate, dt, steps):
         kick = dt if 0 < step < steps else 0.5 * dt
         drift = dt if step < steps else 0.0
         now = t + step * dt
-        wall_force = _contact_force(
-            last, y[last] - (wall + step * dt * rate), stiffness, table, rows, numbers.flexibility
-        )
+        overlap = y[last] - (wall + step * dt * rate)
+        if numbers.flexibility != 0.0:
+            overlap = _overlap_on_spring(stiffness[last], table[last], rows, overlap, numbers.flexibility)
+        wall_force = stiffness[last] * _shape(table[last], rows, overlap)
         impulse += kick * wall_force
         if driven:
             before = dt * v[source] if step > 0 else 0.0
@@ -275,14 +272,18 @@ def _driven_verlet(y, v, chain, t, wall, rate, dt, steps):
             v[0] += kick * inverse_mass[0] * on_striker
             v[1] += kick * inverse_mass[1] * on_bead
         if first == 1:
-            behind = _contact_force(0, y[0] - y[1], stiffness, table, rows, numbers.flexibility_behind)
+            overlap = y[0] - y[1]
+            if numbers.flexibility_behind != 0.0:
+                overlap = _overlap_on_spring(stiffness[0], table[0], rows, overlap, numbers.flexibility_behind)
+            behind = stiffness[0] * _shape(table[0], rows, overlap)
             impulse_behind += kick * behind
             if numbers.drive == MOVED:
                 v[0], push = _mean_rate(history, now, drift), behind
             y[0] += drift * v[0]
         _table_kick_drift(
-            first, behind, y, v, inverse_mass, stiffness, table, rows, numbers.gravity, wall_force, kick, drift
-        )
+            some_y, some_v, some_masses, some_stiffness, some_tables, rows, numbers.gravity, behind, wall_force, kick,
+            drift,
+        )  # fmt: skip
         if driven:
             work += 0.5 * push * (before + drift * v[source])
     return impulse, impulse_behind, work
@@ -356,7 +357,9 @@ def _accelerate(
     for i in range(last + 1):
         approach = y[i] - (y[i + 1] if i < last else wall)
         approach_rate = v[i] - (v[i + 1] if i < last else rate)
-        overlap = wall_overlap if i == last else approach if i > 0 else first_overlap
+        overlap = approach if i < last else wall_overlap
+        if i == 0:
+            overlap = first_overlap
         elastic, slope = 0.0, 0.0
         # Written out: handing `rows` to a function for every contact would cost more than the contact.
         if overlap > NEGLIGIBLE and table[i] < 0:
@@ -371,8 +374,11 @@ def _accelerate(
         # A striker that just touches pushes its dashpot at once.
         if approach >= 0.0 and stiffness[i] > 0.0 and NO_LOSS < numbers.loss < GLOBAL:
             # The loss sees the contact's own part of the rate, and the spring behind gives way to it: to first order.
-            flexibility = numbers.flexibility if i == last else 0.0 if i > 0 else numbers.flexibility_behind
-            share = 1.0 / (1.0 + flexibility * slope)
+            share = 1.0
+            if i == last:
+                share = 1.0 / (1.0 + numbers.flexibility * slope)
+            elif i == 0:
+                share = 1.0 / (1.0 + numbers.flexibility_behind * slope)
             ahead = _damped(elastic, slope, overlap, share * approach_rate, numbers.loss, damping[i], numbers.exponent)
             ahead = max(elastic + share * (ahead - elastic), 0.0)
             power += (ahead - elastic) * approach_rate

@@ -1,0 +1,388 @@
+"""Chains that face a structure with both ends, or start by themselves: mirrors, closed forms, ledgers, orders."""
+
+from collections.abc import Callable
+from dataclasses import asdict
+from math import pi
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.special import gamma
+
+import hertzlink as hl
+from particles import kernels
+from particles.dissipation import Dissipation
+from particles.moving import ChainState
+from structures.surface import hertz_stiffness
+
+Vector = NDArray[np.float64]
+Motion = Callable[[float], Vector]
+"""Displacements (m) of the two surfaces over time (s), the last end's first."""
+
+STEEL = hl.STEEL_316
+BEAD = hl.Sphere(2.38e-3, STEEL)
+LARGE = hl.Sphere(4.76e-3, hl.BRASS_360)
+FLAT, SOFT = hl.Surface(STEEL), hl.Surface(hl.PTFE)
+CURVED = hl.Surface(STEEL, 1.0 / BEAD.radius)
+"""As curved as the bead, so that it is pressed like a bead."""
+
+INTEGRATORS = ["verlet", "rk4"]
+LOSSES = [None, hl.Restitution(0.9)]
+COLLISION = 2.0 * pi**0.5 * gamma(1.4) / gamma(0.9)
+"""Time of Hertz's collision over deepest approach and speed (Johnson, Contact Mechanics, section 11.4): 2.94."""
+
+
+def still(time: float) -> Vector:
+    return np.zeros(2)
+
+
+def waving(time: float) -> Vector:
+    """Both surfaces move by a few micrometres, and by other amounts."""
+    return np.array([2e-6 * np.sin(3e4 * time), -3e-6 * np.sin(5e4 * time)])
+
+
+def run(
+    moving: hl.MovingChain, motion: Motion, window: float, count: int, state: ChainState | None = None
+) -> tuple[list[ChainState], Vector]:
+    """States at all windows' ends, the start first, and the mean forces of all windows."""
+    states, forces = [state or moving.start()], []
+    for i in range(count):
+        state, force = moving.advance(states[-1], (motion(i * window), motion((i + 1) * window)), window)
+        states.append(state)
+        forces.append(force)
+    return states, np.array(forces)
+
+
+def energy(moving: hl.MovingChain, state: ChainState, surfaces: Vector) -> float:
+    return float(sum(kernels.energies(state.position, state.velocity, moving.constants, surfaces[0])))
+
+
+def moving_chain(
+    chain: hl.Chain, dt: float | None = 2e-8, flexibilities: tuple[float, float] = (0.0, 0.0)
+) -> hl.MovingChain:
+    return hl.MovingChain(chain, SOFT, flexibilities[0], dt, FLAT, flexibilities[1])
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+@pytest.mark.parametrize("loss", LOSSES)
+@pytest.mark.parametrize("flexibilities", [(0.0, 0.0), (2e-9, 5e-8), (-1e-9, -1e-9)])
+def test_moving_walls_do_the_work_that_the_chain_gets(
+    integrator: str, loss: Dissipation | None, flexibilities: tuple[float, float]
+) -> None:
+    """Mean force times way, on both surfaces and static forces with it; and momentum is the impulse of both."""
+    chain = hl.Chain([BEAD, LARGE, BEAD], None, 0.3, preload=2.0, dissipation=loss, integrator=integrator)
+    moving = moving_chain(chain, 5e-9, flexibilities)
+    window = 1e-6
+    states, forces = run(moving, waving, window, 200)
+    total = forces + moving.static_force[[-1, 0]]
+    ways = np.array([waving((i + 1) * window) - waving(i * window) for i in range(200)])
+    given_away = (total * ways).sum(axis=1).cumsum()
+    balance = [energy(moving, state, waving(i * window)) + state.lost for i, state in enumerate(states)]
+    assert abs(given_away).max() > 0.05 * chain.impact_energy
+    assert balance[1:] + given_away == pytest.approx(np.full(200, balance[0]), abs=2e-6 * chain.impact_energy)
+    momentum = np.array([(moving.mass[1:] * state.velocity[1:]).sum() for state in states])
+    impulse = window * (total[:, 1] - total[:, 0])
+    assert np.diff(momentum) == pytest.approx(impulse, abs=1e-12 * momentum[0])
+    assert all(state.driven == 0.0 for state in states)
+
+
+beads = st.builds(
+    hl.Sphere,
+    radius=st.floats(1e-3, 1e-2),
+    material=st.sampled_from([STEEL, hl.BRASS_360, hl.PTFE, hl.ALUMINIUM_6061]),
+)
+surfaces = st.builds(hl.Surface, st.sampled_from([STEEL, hl.PTFE, hl.ALUMINIUM_6061]), st.floats(0.0, 100.0))
+losses = st.one_of(
+    st.none(),
+    st.builds(hl.LinearDashpot, st.floats(0.1, 5.0)),
+    st.builds(hl.Restitution, st.floats(0.5, 1.0)),
+    st.builds(hl.KuwabaraKono, st.floats(1e-7, 1e-6)),
+    st.builds(hl.PowerDashpot, st.floats(0.1, 2.0), st.just(1.5)),
+    st.builds(hl.MassProportional, st.floats(1.0, 1e4)),
+)
+
+
+@settings(max_examples=60)
+@given(
+    st.lists(st.tuples(beads, st.floats(-1.0, 1.0)), min_size=1, max_size=5),
+    st.tuples(surfaces, surfaces),
+    st.tuples(st.floats(-1e-10, 1e-7), st.floats(-1e-10, 1e-7)),
+    losses,
+    st.sampled_from([0.0, 3.0]),
+    st.sampled_from(INTEGRATORS),
+)
+def test_a_chain_turned_around_moves_as_its_mirror_image(
+    row: list[tuple[hl.Sphere, float]],
+    walls: tuple[hl.Surface, hl.Surface],
+    flexibilities: tuple[float, float],
+    loss: Dissipation | None,
+    preload: float,
+    integrator: str,
+) -> None:
+    ends = []
+    for turned in (False, True):
+        order = row[::-1] if turned else row
+        (last, behind), (spring, spring_behind) = ((pair[::-1] if turned else pair) for pair in (walls, flexibilities))
+        chain = hl.Chain([bead for bead, _ in order], None, 0.3, 0.0, loss, integrator, preload)
+        moving = hl.MovingChain(chain, last, spring, 5e-8, behind, spring_behind)
+        start = moving.start()
+        speeds = np.array([0.0, *(speed for _, speed in order)]) * (-1.0 if turned else 1.0)
+        path: Motion = (lambda time: waving(time)[::-1]) if turned else waving
+        states, forces = run(moving, path, 1e-6, 100, start._replace(velocity=speeds))
+        ends.append((states[-1].position[1:] - moving.rest[1:], states[-1].velocity[1:], forces, states[-1].lost))
+    (place, velocity, forces, lost), (place_too, velocity_too, forces_too, lost_too) = ends
+    assert place_too[::-1] == pytest.approx(-place, abs=1e-13)
+    assert velocity_too[::-1] == pytest.approx(-velocity, abs=1e-8)
+    assert forces_too[:, ::-1] == pytest.approx(forces, abs=1e-7 * abs(forces).max())
+    assert lost_too == pytest.approx(lost, rel=1e-8)
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+@pytest.mark.parametrize("loss", LOSSES)
+def test_a_surface_behind_that_moves_as_told_is_a_piston(integrator: str, loss: Dissipation | None) -> None:
+    """Both go forwards by 50 mm/s; the surface's work is what the piston's ledger counts."""
+    keywords: dict[str, object] = {"dissipation": loss, "integrator": integrator, "preload": 3.0, "gravity": 9.81}
+    piston = hl.MovingChain(hl.Chain([BEAD] * 4, hl.Piston((0.0, 2e-4), (0.0, 1e-5)), **keywords), SOFT)  # type: ignore[arg-type]
+    chain = hl.Chain([BEAD] * 4, None, **keywords)  # type: ignore[arg-type]
+    moving = hl.MovingChain(chain, SOFT, behind=FLAT, impact_energy=piston.energy)
+    window = 1e-6
+    assert moving.steps(window) == piston.steps(window)
+    states, forces = run(moving, lambda time: np.array([0.0, -5e-2 * time]), window, 120)
+    told = piston.start()
+    for state, force in zip(states[1:], forces, strict=True):
+        told, told_force = piston.advance(told, (0.0, 0.0), window)
+        assert state.position == pytest.approx(told.position, abs=1e-17)
+        assert force[0] == pytest.approx(told_force, abs=1e-10)
+    assert states[-1].lost == pytest.approx(told.lost, rel=1e-9, abs=1e-20)
+    work = 5e-2 * window * (forces[:, 1] + 3.0).sum()
+    assert work == pytest.approx(told.driven, rel=1e-9)
+    assert work > 0.1 * piston.energy
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+@pytest.mark.parametrize("loss", [None, hl.LinearDashpot(3.0), hl.Restitution(0.9), hl.MassProportional(1e3)])
+def test_a_first_bead_that_starts_by_itself_is_a_striker(integrator: str, loss: Dissipation | None) -> None:
+    """The same bodies, numbered from one instead of from zero."""
+    alone = hl.Chain([BEAD, LARGE, BEAD], None, 0.4, dissipation=loss, integrator=integrator)
+    struck = hl.Chain([LARGE, BEAD], BEAD, 0.4, dissipation=loss, integrator=integrator)
+    assert alone.impact_energy == struck.impact_energy
+    one, other = hl.MovingChain(alone, FLAT), hl.MovingChain(struck, FLAT)
+    state, state_too = one.start(), other.start()
+    for _ in range(100):
+        state, force = one.advance(state, (0.0, 0.0), 1e-6)
+        state_too, force_too = other.advance(state_too, (0.0, 0.0), 1e-6)
+        assert force == pytest.approx(force_too, abs=1e-9)
+    assert state.position[1:] == pytest.approx(state_too.position, abs=1e-15)
+    assert state.velocity[0] == state.position[0] == 0.0
+    assert state.lost == pytest.approx(state_too.lost, rel=1e-9)
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+def test_a_bead_to_and_fro_between_two_walls(integrator: str) -> None:
+    """A period is two of Hertz's collisions, T = 2.94 δ/v with ½mv² = ⅖kδ^2.5 on each wall, and two flights."""
+    speed, gap, window = 0.3, 2e-5, 1e-6
+    moving = hl.MovingChain(hl.Chain([BEAD], None, speed, integrator=integrator), SOFT, behind=FLAT)
+    states, _ = run(moving, lambda time: np.array([0.0, gap]), window, 1000)
+    place, velocity = (np.array([state[i][1] for state in states]) for i in (0, 1))
+    # It touches the wall ahead at place 0; near there it flies freely, but for a negligible force.
+    touching = np.flatnonzero((velocity > 0.99999 * speed) & (place <= 0.0) & (place > -1e-6))
+    period = np.diff(touching * window - place[touching] / velocity[touching])
+    stiffnesses = [hertz_stiffness(BEAD.surface, wall) for wall in (SOFT, FLAT)]
+    deepest = [(1.25 * BEAD.mass * speed**2 / k) ** 0.4 for k in stiffnesses]
+    expected = sum(COLLISION * depth / speed + gap / speed for depth in deepest)
+    assert period.size >= 2
+    assert period[period > window] == pytest.approx(expected, rel=1e-5)
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+@pytest.mark.parametrize("mode", [1, 3, 5])
+def test_modes_of_a_preloaded_chain_between_two_walls(integrator: str, mode: int) -> None:
+    """ω = 2√(k_t/m) sin(jπ/(2(N + 1))) with k_t = 3/2 k^(2/3) F₀^(1/3): a mode swings back after its period."""
+    count, preload = 5, 20.0
+    chain = hl.Chain([BEAD] * count, None, preload=preload, integrator=integrator)
+    moving = hl.MovingChain(chain, CURVED, behind=CURVED)
+    stiffness = 1.5 * hertz_stiffness(BEAD.surface, BEAD.surface) ** (2 / 3) * preload ** (1 / 3)
+    period = 2.0 * pi / (2.0 * (stiffness / BEAD.mass) ** 0.5 * np.sin(mode * pi / (2.0 * (count + 1))))
+    shape = 1e-12 * np.sin(mode * pi * np.arange(count + 1) / (count + 1))
+    start = moving.start()
+    states, _ = run(moving, still, period / 8.0, 8, start._replace(position=moving.rest + shape))
+    found = [(state.position - moving.rest) @ shape / (shape @ shape) for state in states]
+    assert found == pytest.approx(np.cos(2.0 * pi * np.arange(9) / 8.0), abs=2e-4)
+
+
+def test_springs_behind_both_contacts_are_in_series() -> None:
+    """A preloaded bead swings with ω² m = 2/(1/k_t + f); the springs are short of f F₀ at rest."""
+    preload, spring = 20.0, 5e-8
+    chain = hl.Chain([BEAD], None, preload=preload)
+    moving = hl.MovingChain(chain, FLAT, spring, behind=FLAT, behind_flexibility=spring)
+    contact = hertz_stiffness(BEAD.surface, FLAT)
+    short = (preload / contact) ** (2 / 3) + spring * preload
+    assert moving.rest == pytest.approx([2.0 * short, short], rel=1e-12)
+    stiffness = 2.0 / (1.0 / (1.5 * contact ** (2 / 3) * preload ** (1 / 3)) + spring)
+    period = 2.0 * pi * (BEAD.mass / stiffness) ** 0.5
+    states, _ = run(moving, still, period / 8.0, 8, moving.start()._replace(position=moving.rest + [0.0, 1e-12]))
+    found = [(state.position[1] - moving.rest[1]) / 1e-12 for state in states]
+    assert found == pytest.approx(np.cos(2.0 * pi * np.arange(9) / 8.0), abs=2e-3)
+
+
+@pytest.mark.parametrize("loss", [None, hl.KuwabaraKono(1e-6)])
+@pytest.mark.parametrize(("integrator", "order"), [("verlet", 2.0), ("rk4", 4.0)])
+def test_orders_between_moving_walls(integrator: str, order: float, loss: Dissipation | None) -> None:
+    """All contacts stay closed, so that forces are smooth; springs behind both ends; one window."""
+
+    def after(dt: float, integrator: str = integrator) -> Vector:
+        chain = hl.Chain([BEAD] * 4, None, 1e-2, preload=20.0, dissipation=loss, integrator=integrator)
+        moving = moving_chain(chain, dt, (1e-8, 2e-8))
+        states, forces = run(moving, lambda time: np.array([0.03, -0.02]) * time, 2e-5, 1)
+        return np.concatenate([states[-1].position[1:] - moving.rest[1:], forces[0] * 1e-8])
+
+    exact = after(1e-8, "rk4")
+    errors = [abs(after(dt) - exact).max() for dt in (5e-7, 2.5e-7, 1.25e-7)]
+    assert np.log2(np.divide(errors[:-1], errors[1:])) == pytest.approx([order, order], abs=0.2)
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+@pytest.mark.parametrize("loss", LOSSES)
+def test_a_held_chain_rests(integrator: str, loss: Dissipation | None) -> None:
+    """Preload at contact 1, and weights add up from there; nothing moves, and no force is above the static one."""
+    keywords: dict[str, object] = {"preload": 3.0, "gravity": 9.81, "dissipation": loss, "integrator": integrator}
+    moving = moving_chain(hl.Chain([BEAD] * 4, None, **keywords), None, (1e-8, 1e-8))  # type: ignore[arg-type]
+    weights = BEAD.mass * 9.81 * np.arange(5)
+    assert moving.static_force == pytest.approx(3.0 + weights, rel=1e-12)
+    states, forces = run(moving, still, 5e-5, 2)
+    assert abs(states[-1].position - moving.rest).max() < 1e-16
+    assert abs(forces).max() < 1e-9
+    out = np.empty(5)
+    kernels.contact_forces(*states[-1][:2], moving.constants, 1e-4, 0.0, 0.0, out)
+    assert out == pytest.approx(3.0 + weights, rel=1e-9)
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+@pytest.mark.parametrize("loss", LOSSES)
+def test_a_pushed_bead_with_a_structure_behind(integrator: str, loss: Dissipation | None) -> None:
+    """The force pulls the first bead against the surface behind; its work and that of the surface are told apart."""
+    push = hl.PushedBead((0.0, 2e-5, 4e-5), (0.0, -20.0, 0.0))
+    moving = moving_chain(hl.Chain([BEAD] * 3, push, dissipation=loss, integrator=integrator, preload=1.0), 5e-9)
+    window = 1e-6
+    states, forces = run(moving, waving, window, 80)
+    ways = np.array([waving((i + 1) * window) - waving(i * window) for i in range(80)])
+    given_away = float(((forces + moving.static_force[[-1, 0]]) * ways).sum())
+    gained = energy(moving, states[-1], waving(80 * window)) - energy(moving, states[0], np.zeros(2))
+    assert gained + given_away + states[-1].lost == pytest.approx(states[-1].driven, abs=1e-5 * moving.energy)
+    assert abs(states[-1].driven) > 0.01 * moving.energy
+    out = np.empty(4)
+    kernels.contact_forces(*states[20][:2], moving.constants, states[20].time, waving(2e-5)[0], 0.0, out)
+    approach = states[20].position[0] - states[20].position[1]
+    if loss is None:
+        assert out[0] == pytest.approx(hertz_stiffness(BEAD.surface, FLAT) * approach**1.5, rel=1e-9)
+    assert out[0] > 5.0
+
+
+def test_the_last_bead_may_face_nothing() -> None:
+    """Started backwards by a surface that comes from behind: a heavy wall at u gives a bead 2u."""
+    moving = hl.MovingChain(hl.Chain([BEAD], None), None, behind=FLAT, impact_energy=0.5 * BEAD.mass * 0.2**2)
+    states, forces = run(moving, lambda time: np.array([0.0, -0.1 * time]), 1e-5, 20)
+    assert states[-1].velocity[1] == pytest.approx(0.2, rel=1e-6)
+    assert 1e-5 * forces[:, 1].sum() == pytest.approx(BEAD.mass * 0.2, rel=1e-6)
+    assert abs(forces[:, 0]).max() == 0.0
+
+
+def test_windows_repeat_and_leave_their_state() -> None:
+    moving = moving_chain(hl.Chain([BEAD] * 3, None, 0.3))
+    state = moving.start()
+    copies = [state.position.copy(), state.velocity.copy()]
+    one, other = (moving.advance(state, (still(0.0), np.array([1e-7, 2e-7])), 1e-6) for _ in range(2))
+    assert np.array_equal(one[0].position, other[0].position)
+    assert np.array_equal(one[1], other[1])
+    assert np.array_equal(state[:2], copies)
+    assert one[0].position[0] == moving.rest[0] - 2e-7
+    assert one[0].velocity[0] == pytest.approx(-0.2)
+
+
+def test_scales() -> None:
+    """½mv² = ⅖kδ^2.5 and F = kδ^1.5 at the last contact, for the chain's own energy or a given one."""
+    chain = hl.Chain([BEAD, LARGE], None, 0.3)
+    assert chain.impact_energy == pytest.approx(0.5 * BEAD.mass * 0.3**2)
+    for asked, scale in ((None, chain.impact_energy), (1e-3, 1e-3)):
+        moving = hl.MovingChain(chain, SOFT, behind=FLAT, impact_energy=asked)
+        stiffness = hertz_stiffness(LARGE.surface, SOFT)
+        depth = (2.5 * scale / stiffness) ** 0.4
+        assert moving.indentation_scale == pytest.approx(depth)
+        assert moving.force_scale == pytest.approx(stiffness * depth**1.5)
+        assert moving.speed == pytest.approx((2.0 * scale / BEAD.mass) ** 0.5)
+    shortest = hl.MovingChain(chain, SOFT, behind=FLAT).contact_time
+    assert hl.MovingChain(chain, SOFT, behind=FLAT, impact_energy=1e10 * chain.impact_energy).contact_time == (
+        pytest.approx(shortest / 10.0)  # As v^(−1/5).
+    )
+    # Facing nothing ahead, the hardest contact stands for the last one.
+    alone = hl.MovingChain(chain, None)
+    stiffness = hertz_stiffness(BEAD.surface, LARGE.surface)
+    depth = (2.5 * chain.impact_energy / stiffness) ** 0.4
+    assert (alone.force_scale, alone.indentation_scale) == pytest.approx((stiffness * depth**1.5, depth))
+    assert (alone.ends, moving.ends) == (1, 2)
+    assert hl.Chain([BEAD], None).impact_energy == pytest.approx(0.5 * BEAD.mass * 1e-4)
+    assert hl.Chain([BEAD], None, 0).impact_energy == hl.Chain([BEAD], None).impact_energy
+
+
+def test_runs_without_a_striker() -> None:
+    """The co-simulation takes them; body 0 stays in its place, and a dead load presses on the first bead."""
+    for keywords in ({}, {"gravity": 9.81, "preload": 1.0}, {"dissipation": hl.LinearDashpot(3.0), "gravity": 9.81}):
+        chain = hl.Chain([BEAD] * 8, None, 0.3, **keywords)  # type: ignore[arg-type]
+        found = hl.CoSimulation(chain, hl.half_space(STEEL)).run(until=2e-4)
+        assert hl.energy_error(found) < 1e-5
+        assert float(abs(found.displacement.sel(bead=0)).max()) == 0.0
+        assert float(abs(found.contact_force.sel(contact=1)).max()) == 0.0
+        assert float(found.velocity.sel(bead=1)[0]) == 0.3
+    described = chain.describe()
+    assert described["striker"] is None
+    assert described["beads"] == [asdict(BEAD)] * 8
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: hl.Chain([BEAD], None, -0.3), r"impact_speed = -0\.3: must be a positive number"),
+        (lambda: hl.Chain([BEAD], None, "fast"), r"impact_speed = 'fast': must be a finite number"),  # type: ignore[arg-type]
+        (lambda: hl.Chain([BEAD], "none"), r"striker = 'none': must be .* or None"),  # type: ignore[arg-type]
+        (
+            lambda: hl.MovingChain(hl.Chain([BEAD], BEAD, 0.3), FLAT, behind=FLAT),
+            r"striker = Sphere: must be None or a PushedBead for a chain with a structure behind it",
+        ),
+        (lambda: hl.MovingChain(hl.Chain([BEAD], hl.Piston()), FLAT, behind=FLAT), "striker = Piston: must be None"),
+        (
+            lambda: hl.MovingChain(hl.Chain([BEAD], hl.SpringLoaded(BEAD, 1e3, 1e-3)), FLAT, behind=FLAT),
+            "striker = SpringLoaded: must be None",
+        ),
+        (lambda: hl.MovingChain(hl.Chain([BEAD], None), FLAT, behind=STEEL), r"behind = Material.*must be a Surface"),  # type: ignore[arg-type]
+        (
+            lambda: hl.MovingChain(hl.Chain([BEAD], None), FLAT, behind_flexibility=1e-9),
+            r"behind_flexibility = 1e-09: must be 0 where nothing is behind",
+        ),
+        (
+            lambda: hl.MovingChain(hl.Chain([BEAD], None), FLAT, behind=FLAT, behind_flexibility=float("nan")),
+            r"behind_flexibility = nan: must be a finite number",
+        ),
+        (
+            lambda: hl.MovingChain(hl.Chain([BEAD], None, 0.3), FLAT, behind=FLAT, behind_flexibility=-1e-6),
+            r"behind_flexibility = -1e-06: more negative than this contact can bear",
+        ),
+        (
+            lambda: hl.MovingChain(hl.Chain([BEAD], None), FLAT, impact_energy=0.0),
+            r"impact_energy = 0\.0: must be a positive number of J",
+        ),
+        (
+            lambda: hl.MovingChain(hl.Chain([BEAD] * 2, None, preload=1.0), None, behind=FLAT),
+            r"preload = 1\.0: must be 0 for a chain that nothing holds",
+        ),
+        (lambda: hl.MovingChain(hl.Chain([BEAD], None), None), "beads: a single one that no striker meets"),
+        (
+            lambda: hl.MovingChain(hl.Chain([BEAD], None, 0.3), FLAT, behind=FLAT, dt=1e-3),
+            r"dt = 0\.001: too large for a stable step",
+        ),
+    ],
+)  # fmt: skip
+def test_bad_input(make: Callable[[], object], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        make()
