@@ -1,0 +1,238 @@
+"""The monolithic reference: chains and structures as one system of equations, with one integrator of eighth order.
+
+It shares with hertzlink's own runs the input and the contact laws alone, neither kernels nor steppers nor windows, and
+is meant for small systems: all matrices are dense. With q the displacements from static equilibrium of all bodies and
+all degrees of freedom, the approach of every contact is linear in them, δ = δ_static + A q, and
+
+    M q̈ + C q̇ + K q = loads − Aᵀ (F(δ, δ̇) − F_static).
+"""
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+from scipy.linalg import block_diag
+
+import hertzlink as hl
+
+Numbers = NDArray[np.float64]
+
+TOLERANCE = 1e-13
+"""Relative, of DOP853; the absolute one is so small a part of a hundredth of the excitation's speed, over 10 µs."""
+
+LONGEST_STEP = 1e-6
+"""s. Without it the integrator may step over a gap that opens and shuts."""
+
+NEWTON_STEPS = 60
+
+
+class Contact(NamedTuple):
+    """The "last" or the "first" bead of a chain on a contact point of a structure, by their numbers."""
+
+    chain: int
+    end: str
+    structure: int
+    point: int = 0
+
+
+def monolithic(
+    chains: Sequence[hl.Chain],
+    structures: Sequence[Any],
+    contacts: Sequence[Contact],
+    times: Numbers,
+    tolerance: float = TOLERANCE,
+) -> list[xr.Dataset]:
+    """One Dataset for each chain, at the given times (s, from zero), as hertzlink's measures take them.
+
+    chains: with a free striker or none. structures: M, K, C, contact (n,) or (n, p), flexibility and surface (one, or p
+    of them), as a Structure or alike. A contact point moves away from its chain, backwards from a first bead.
+    total_energy, J: of the whole system, with what losses took.
+    """
+    system = System(chains, structures, contacts)
+    solution = solve_ivp(
+        system.rate, (0.0, times[-1]), system.start, "DOP853", times,
+        rtol=tolerance, atol=tolerance * system.scale, max_step=LONGEST_STEP,
+    )  # fmt: skip
+    assert solution.success, solution.message
+    return system.datasets(times, solution.y)
+
+
+class System:
+    """All bodies and degrees of freedom of chains and structures in one vector q, and all their contacts.
+
+    Each chain has a row for its striker and every bead, and as many contacts: the striker's first (or that with the
+    structure behind the chain), the last bead's last.
+    """
+
+    def __init__(self, chains: Sequence[hl.Chain], structures: Sequence[Any], contacts: Sequence[Contact]) -> None:
+        self.chains, self.structures, self.facing = chains, structures, contacts
+        self.bodies = np.cumsum([0] + [len(chain.beads) + 1 for chain in chains])
+        self.freedoms = self.bodies[-1] + np.cumsum([0] + [len(body.contact) for body in structures])
+        bodies, size = self.bodies[-1], self.freedoms[-1]
+        masses = np.concatenate([[_striker_mass(chain), *(bead.mass for bead in chain.beads)] for chain in chains])
+        self.mass = block_diag(np.diag(masses), *(_dense(body.mass) for body in structures))
+        self.stiffness = block_diag(np.zeros((bodies, bodies)), *(_dense(body.stiffness) for body in structures))
+        self.damping = block_diag(np.zeros((bodies, bodies)), *(_damping(body) for body in structures))
+        self.law, self.spring, self.viscosity, self.static_force = (np.zeros(bodies) for _ in range(4))
+        self.approach = np.zeros((bodies, size))
+        self.load, self.speed = np.zeros(size), np.zeros(size)
+        for chain, first in zip(chains, self.bodies, strict=False):
+            self._place_chain(chain, first)
+        for contact in contacts:
+            self._place_contact(contact)
+        assert not ((self.spring != 0.0) & (self.viscosity != 0.0)).any(), "a dashpot beside a flexibility"
+        law = np.maximum(self.law, 1e-300)
+        self.preload = (self.static_force / law) ** (2.0 / 3.0) * (self.law > 0.0) + self.spring * self.static_force
+
+    def _place_chain(self, chain: hl.Chain, first: int) -> None:
+        count, weights = len(chain.beads), chain.gravity_along * np.array([bead.mass for bead in chain.beads])
+        rows = slice(first, first + count + 1)
+        self.static_force[rows] = np.append(0.0, chain.preload + np.cumsum(weights))
+        if chain.striker is not None:
+            self._touch(first, first, hl.contact_law(chain.striker, chain.beads[0]), chain)
+            self.load[first] = chain.gravity_along * chain.striker.mass
+            self.speed[first] = chain.impact_speed
+        for i in range(1, count):
+            self._touch(first + i, first + i, hl.contact_law(chain.beads[i - 1], chain.beads[i]), chain)
+
+    def _place_contact(self, contact: Contact) -> None:
+        """The surface is at w along the chain's axis beyond a last bead, and at −w before a first one."""
+        chain, body = self.chains[contact.chain], self.structures[contact.structure]
+        last, row = contact.end == "last", self.bodies[contact.chain]
+        row += len(chain.beads) if last else 0
+        surface = body.surface[contact.point] if isinstance(body.surface, tuple) else body.surface
+        spread = np.asarray(body.contact).reshape(len(body.contact), -1)
+        self._touch(row, None, hl.contact_law(chain.beads[-1 if last else 0], surface), chain)
+        self.approach[row, row if last else row + 1] = 1.0 if last else -1.0
+        self.approach[row, slice(*self.freedoms[contact.structure :][:2])] = -spread[:, contact.point]
+        self.spring[row] = np.broadcast_to(body.flexibility, spread.shape[1])[contact.point]
+
+    def _touch(self, row: int, body: int | None, law: hl.PowerLaw, chain: hl.Chain) -> None:
+        stiffness, table = law.kernel
+        assert table is None, f"{law.name}: Hertz's law alone"
+        assert isinstance(chain.dissipation, hl.LinearDashpot | None), "a linear dashpot or none"
+        self.law[row] = stiffness
+        self.viscosity[row] = chain.dissipation.coefficient if chain.dissipation else 0.0
+        if body is not None:
+            self.approach[row, [body, body + 1]] = 1.0, -1.0
+
+    @property
+    def start(self) -> Numbers:
+        """q, q̇ and the energy lost, at time zero."""
+        return np.concatenate([np.zeros_like(self.speed), self.speed, [0.0]])
+
+    @property
+    def scale(self) -> Numbers:
+        """Of each entry of the state: a hundredth of the greatest speed, 10 µs of that, and of the energy."""
+        fastest, ones = abs(self.speed).max(), np.ones_like(self.speed)
+        return 0.01 * np.concatenate([1e-5 * fastest * ones, fastest * ones, [self.impact_energy]])
+
+    @property
+    def impact_energy(self) -> float:
+        """Kinetic energy at time zero, J."""
+        return 0.5 * float(self.speed @ self.mass @ self.speed)
+
+    @cached_property
+    def inverse(self) -> tuple[Numbers, Numbers, Numbers, Numbers]:
+        """M⁻¹K, M⁻¹C, M⁻¹Aᵀ and M⁻¹ loads."""
+        right = (self.stiffness, self.damping, self.approach.T, self.load)
+        return tuple(np.linalg.solve(self.mass, matrix) for matrix in right)
+
+    def rate(self, _time: float, state: Numbers) -> Numbers:
+        """Of the state."""
+        size = self.speed.size
+        q, v = state[:size], state[size:-1]
+        stiffness, damping, contact, load = self.inverse
+        force, elastic, rate = self.force(q, v)
+        lost = (force - elastic) @ rate + v @ (self.damping @ v)
+        acceleration = load - stiffness @ q - damping @ v - contact @ (force - self.static_force)
+        return np.concatenate([v, acceleration, [lost]])
+
+    def force(self, q: Numbers, v: Numbers) -> tuple[Numbers, Numbers, Numbers]:
+        """Force of each contact, its elastic part (N), and the rate of approach (m/s)."""
+        overlap, rate = np.maximum(self.preload + self.approach @ q, 0.0), self.approach @ v
+        for i in np.flatnonzero(self.spring):
+            overlap[i] = _overlap_on_spring(overlap[i], self.law[i] * self.spring[i])
+        elastic = self.law * overlap * np.sqrt(overlap)
+        force = np.where(overlap > 0.0, np.maximum(elastic + self.viscosity * rate, 0.0), 0.0)
+        return force, elastic, rate
+
+    def total_energy(self, state: Numbers) -> float:
+        """Energy of everything, with what the static loads and the losses took, J."""
+        size = self.speed.size
+        q, v = state[:size], state[size:-1]
+        _, elastic, _ = self.force(q, v)
+        overlap = (elastic / np.maximum(self.law, 1e-300)) ** (2.0 / 3.0)
+        contacts = 0.4 * elastic @ overlap + 0.5 * self.spring @ elastic**2
+        loads = (self.load + self.static_force @ self.approach) @ q
+        return 0.5 * float(v @ self.mass @ v + q @ self.stiffness @ q) + contacts - loads + float(state[-1])
+
+    def datasets(self, times: Numbers, states: Numbers) -> list[xr.Dataset]:
+        """For each chain what hertzlink's own results hold, as far as measures want it."""
+        size = self.speed.size
+        q, v = states[:size].T, states[size:-1].T
+        force = np.array([self.force(*pair)[0] for pair in zip(q, v, strict=True)])
+        energy = np.array([self.total_energy(state) for state in states.T])
+        return [self._dataset(n, times, q, v, force, energy) for n in range(len(self.chains))]
+
+    def _dataset(self, n: int, times: Numbers, q: Numbers, v: Numbers, force: Numbers, energy: Numbers) -> xr.Dataset:
+        rows = slice(*self.bodies[n : n + 2])
+        surfaces = {"last": "surface_displacement", "first": "first_surface_displacement"}
+        moved = {}
+        for contact in (contact for contact in self.facing if contact.chain == n):
+            body = slice(*self.freedoms[contact.structure :][:2])
+            spread = np.asarray(self.structures[contact.structure].contact).reshape(body.stop - body.start, -1)
+            moved[surfaces[contact.end]] = ("time", q[:, body] @ spread[:, contact.point])
+        return xr.Dataset(
+            {
+                "displacement": (("time", "bead"), q[:, rows]),
+                "velocity": (("time", "bead"), v[:, rows]),
+                "contact_force": (("time", "contact"), force[:, rows]),
+                "total_energy": ("time", energy),
+                **moved,
+            },
+            coords={
+                "time": ("time", times, {"units": "s"}),
+                "bead": ("bead", np.arange(rows.stop - rows.start)),
+                "contact": ("contact", np.arange(1, rows.stop - rows.start + 1)),
+                "centre": ("bead", _centres(self.chains[n]), {"units": "m"}),
+                "impact_energy": ((), self.impact_energy, {"units": "J"}),
+                "static_force": ("contact", self.static_force[rows], {"units": "N"}),
+            },
+        )
+
+
+def _overlap_on_spring(approach: float, scale: float) -> float:
+    """Hertz's own part δ of an approach δ + scale δ√δ, by Newton's method in √δ."""
+    if approach == 0.0:
+        return 0.0
+    root = np.sqrt(approach)
+    for _ in range(NEWTON_STEPS):
+        step = (root**2 + scale * root**3 - approach) / (2.0 * root + 3.0 * scale * root**2)
+        root -= step
+        if abs(step) <= 1e-16 * root:
+            break
+    return float(root**2)
+
+
+def _striker_mass(chain: hl.Chain) -> float:
+    """1 kg that nothing touches where there is no striker."""
+    return 1.0 if chain.striker is None else float(chain.striker.mass)
+
+
+def _centres(chain: hl.Chain) -> Numbers:
+    sizes = np.array([bead.size for bead in chain.beads])
+    striker = 0.0 if chain.striker is None else chain.striker.size
+    return np.concatenate([[-striker / 2.0], np.cumsum(sizes) - sizes / 2.0])
+
+
+def _dense(matrix: Any) -> Numbers:
+    return np.asarray(matrix.toarray() if hasattr(matrix, "toarray") else matrix, float)
+
+
+def _damping(body: Any) -> Numbers:
+    return np.zeros_like(_dense(body.mass)) if body.damping is None else _dense(body.damping)
