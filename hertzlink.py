@@ -27,6 +27,7 @@ from coupling.batch import batch  # noqa: E402
 from coupling.cli import main as main  # noqa: E402
 from coupling.cosimulation import CoSimulation  # noqa: E402
 from coupling.fitting import Fit, fit_dissipation  # noqa: E402
+from coupling.fmu import write_fmu  # noqa: E402
 from coupling.measures import (  # noqa: E402
     ReflectedWave,
     Reflections,
@@ -43,6 +44,7 @@ from coupling.measures import (  # noqa: E402
 )
 from coupling.motion import structure_motion  # noqa: E402
 from coupling.participant import Participant  # noqa: E402
+from coupling.precice import run_in_precice  # noqa: E402
 from coupling.scheme import Aitken, Condensed, NotConverged  # noqa: E402
 from coupling.signals import as_signal, read_signal  # noqa: E402
 from coupling.sweep import sweep  # noqa: E402
@@ -162,9 +164,9 @@ __all__ = [
     "modal_damping", "normalised_time_of_flight", "peak_force_from_particle_speed", "picture",
     "plate_amplitude_ratio", "plate_contact_time", "point_impedance", "primary_amplitude_ratio",
     "primary_time_of_flight", "rayleigh", "rayleigh_speed", "read_signal", "reduce", "reflections", "rod",
-    "rod_parts", "secondary_delay", "sensor_force", "solid", "solitary_strain", "sound_speed",
+    "rod_parts", "run_in_precice", "secondary_delay", "sensor_force", "solid", "solitary_strain", "sound_speed",
     "standard_linear_solid", "stiffness_parts", "structure_motion", "sweep", "tangent_stiffness", "time_of_flight",
     "transit_time", "transit_time_from_striker", "upper_layer_restitution", "upper_layer_speed", "wave_speed",
-    "wave_speed_from_force", "wave_speed_from_particle_speed", "wave_width", "write_vtu", "zener_contact_time",
-    "zener_restitution",
+    "wave_speed_from_force", "wave_speed_from_particle_speed", "wave_width", "write_fmu", "write_vtu",
+    "zener_contact_time", "zener_restitution",
 ]  # fmt: skip
