@@ -28,6 +28,7 @@ from coupling.cli import main as main  # noqa: E402
 from coupling.cosimulation import CoSimulation  # noqa: E402
 from coupling.explicit import Explicit  # noqa: E402
 from coupling.fitting import Fit, fit_dissipation  # noqa: E402
+from coupling.fmu import write_fmu  # noqa: E402
 from coupling.interface import ContactPoint  # noqa: E402
 from coupling.iterated import IQN_ILS, Aitken, FixedPoint  # noqa: E402
 from coupling.measures import (  # noqa: E402
@@ -46,6 +47,7 @@ from coupling.measures import (  # noqa: E402
 )
 from coupling.motion import structure_motion  # noqa: E402
 from coupling.participant import Participant  # noqa: E402
+from coupling.precice import run_in_precice  # noqa: E402
 from coupling.scheme import Condensed  # noqa: E402
 from coupling.signals import as_signal, read_signal  # noqa: E402
 from coupling.state import NotConverged  # noqa: E402
@@ -156,8 +158,8 @@ __all__ = [
     "LinearDashpot", "MATERIALS", "MassProportional", "Material", "MovingChain", "MovingStructure", "NYLON", "Newmark",
     "NotConverged", "OrthotropicMaterial", "Outline", "POLYCARBONATE", "PTFE", "Panel", "Participant", "Piston",
     "Plate", "Ply", "PointMass", "PowerDashpot", "PowerLaw", "PushedBead", "ReflectedWave", "Reflections",
-    "Restitution", "STEEL_316", "STEEL_440C", "Section", "Sphere", "SpringLoaded", "Stiffener", "Structure",
-    "Supports", "Surface", "THESIS_IMPACT", "TabulatedLaw", "Track", "Tsuji", "Wave", "Weakened", "amplitude_ratio",
+    "Restitution", "STEEL_316", "STEEL_440C", "Section", "Sphere", "SpringLoaded", "Stiffener", "Structure", "Supports",
+    "Surface", "THESIS_IMPACT", "TabulatedLaw", "Track", "Tsuji", "Wave", "Weakened", "amplitude_ratio",
     "angular_frequency", "animation", "as_signal", "axial_stiffness", "batch", "calibration_factor",
     "characteristic_length", "circle", "contact_law", "contact_time", "contact_time_half_space",
     "contact_to_sensor_ratio", "critical_distance", "critical_distance_bounds", "critical_modulus", "cutoff_frequency",
@@ -167,8 +169,9 @@ __all__ = [
     "mindlin_panel", "mindlin_plate", "modal_damping", "normalised_time_of_flight", "peak_force_from_particle_speed",
     "picture", "plate_amplitude_ratio", "plate_contact_time", "point_impedance", "primary_amplitude_ratio",
     "primary_time_of_flight", "rayleigh", "rayleigh_speed", "read_signal", "reduce", "reflections", "rod", "rod_parts",
-    "secondary_delay", "sensor_force", "solid", "solitary_strain", "sound_speed", "standard_linear_solid",
-    "stiffness_parts", "structure_motion", "sweep", "tangent_stiffness", "time_of_flight", "transit_time",
-    "transit_time_from_striker", "upper_layer_restitution", "upper_layer_speed", "wave_speed", "wave_speed_from_force",
-    "wave_speed_from_particle_speed", "wave_width", "write_vtu", "zener_contact_time", "zener_restitution",
+    "run_in_precice", "secondary_delay", "sensor_force", "solid", "solitary_strain", "sound_speed",
+    "standard_linear_solid", "stiffness_parts", "structure_motion", "sweep", "tangent_stiffness", "time_of_flight",
+    "transit_time", "transit_time_from_striker", "upper_layer_restitution", "upper_layer_speed", "wave_speed",
+    "wave_speed_from_force", "wave_speed_from_particle_speed", "wave_width", "write_fmu", "write_vtu",
+    "zener_contact_time", "zener_restitution",
 ]  # fmt: skip

@@ -1,0 +1,349 @@
+"""The chain as an FMU, run by FMPy: its description, a coupled run with rollback, what it refuses, bad input."""
+
+import ctypes
+import subprocess
+import sys
+import zipfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import hertzlink as hl
+
+fmpy = pytest.importorskip("fmpy")
+pytest.importorskip("pythonfmu")
+
+from fmpy import fmi2  # noqa: E402
+from fmpy.fmi1 import FMICallException  # noqa: E402
+from fmpy.validation import validate_fmu  # noqa: E402
+
+BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
+CHAIN = hl.Chain([BEAD] * 20, striker=BEAD, impact_speed=0.31, gravity=9.81, dissipation=hl.LinearDashpot(5.0))
+ROD = hl.reduce(hl.rod([hl.Layer(hl.ACRYLIC, 0.0762, 0.0191)]), until=8e-4)
+SURFACE = hl.Surface(hl.ACRYLIC)
+UNTIL, WINDOW = 8e-4, 1e-6
+DISCARD, FATAL = 2, 4
+
+
+def softer(one: Any, other: Any) -> hl.PowerLaw:
+    """A law of one's own, in a module."""
+    return hl.PowerLaw(4e9, 1.5)
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return hl.write_fmu(CHAIN, SURFACE, tmp_path_factory.mktemp("fmu") / "a chain.fmu")
+
+
+class Unit:
+    """What a program that opens an FMU does, by FMPy, with the names of variables and the messages on the log."""
+
+    def __init__(self, path: Path, folder: Path) -> None:
+        description = fmpy.read_model_description(str(path))
+        self.references = {variable.name: variable.valueReference for variable in description.modelVariables}
+        fmpy.extract(str(path), unzipdir=str(folder))
+        self.log: list[tuple[int, str]] = []
+        # Kept, or ctypes would free what the library still calls.
+        self.callbacks = fmi2.fmi2CallbackFunctions()
+        self.callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(self._told)
+        self.callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(fmi2.calloc)
+        self.callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(fmi2.free)
+        self.fmu = fmi2.FMU2Slave(
+            guid=description.guid,
+            unzipDirectory=str(folder),
+            modelIdentifier=description.coSimulation.modelIdentifier,
+            instanceName=folder.name,
+        )
+        self.fmu.instantiate(callbacks=self.callbacks, loggingOn=True)
+
+    def _told(self, component: Any, name: bytes, status: int, category: bytes, message: bytes) -> None:
+        self.log.append((status, message.decode()))
+
+    def begin(self, **parameters: float) -> None:
+        self.fmu.setupExperiment(startTime=0.0)
+        self.fmu.enterInitializationMode()
+        for name, value in parameters.items():
+            self.set(name, value)
+        self.fmu.exitInitializationMode()
+
+    def set(self, name: str, value: float) -> None:
+        self.fmu.setReal([self.references[name]], [value])
+
+    def get(self, name: str) -> float:
+        return float(self.fmu.getReal([self.references[name]])[0])
+
+    def step(self, time: float, window: float, surface: float) -> float:
+        """The mean force over a step, while the surface moves to a displacement."""
+        self.set("surface_displacement", surface)
+        self.fmu.doStep(currentCommunicationPoint=time, communicationStepSize=window)
+        return self.get("mean_contact_force")
+
+
+@contextmanager
+def opened(path: Path, folder: Path, **parameters: float) -> Iterator[Unit]:
+    unit = Unit(path, folder)
+    try:
+        unit.begin(**parameters)
+        yield unit
+        unit.fmu.terminate()
+    finally:
+        unit.fmu.freeInstance()
+
+
+@pytest.fixture
+def unit(written: Path, tmp_path: Path) -> Iterator[Unit]:
+    with opened(written, tmp_path / "unit") as one:
+        yield one
+
+
+def coupled(unit: Unit, structure: hl.MovingStructure, windows: int, tolerance: float) -> dict[str, list[float]]:
+    """A secant on the mean force of each window: both sides are taken back to its start as often as it needs."""
+    found: dict[str, list[float]] = {"contact_force": [], "sensor_force[7]": [], "surface": []}
+    before, force, surface = structure.start(), 0.0, 0.0
+    for window in range(windows):
+        saved, tried, last = unit.fmu.getFMUstate(), force, (np.nan, np.nan)
+        for _ in range(30):
+            moved, surface = structure.advance(before, tried, WINDOW)
+            unit.fmu.setFMUstate(saved)
+            force = unit.step(window * WINDOW, WINDOW, surface)
+            residual = force - tried
+            if abs(residual) <= tolerance:
+                break
+            slope = (residual - last[1]) / (tried - last[0])
+            last, tried = (tried, residual), tried - residual / (slope if slope < -0.5 else -1.0)
+        else:
+            raise AssertionError(f"window {window}: residual {residual:.3g} N")
+        unit.fmu.freeFMUstate(saved)
+        before = moved
+        for name in ("contact_force", "sensor_force[7]"):
+            found[name].append(unit.get(name))
+        found["surface"].append(surface)
+    return found
+
+
+def ratio(time: Any, force: Any) -> float:
+    return float(hl.amplitude_ratio(hl.as_signal(time, {7: force}), sensor=7))
+
+
+def check_same_as_cosimulation(found: dict[str, list[float]], run: xr.Dataset) -> None:
+    contact = (run.contact_force - run.static_force).isel(contact=-1).values[1:]
+    sensor = hl.sensor_force(run, 7).values[1:]
+    scale = contact.max()
+    assert np.array(found["contact_force"]) == pytest.approx(contact, abs=1e-9 * scale)
+    assert np.array(found["sensor_force[7]"]) == pytest.approx(sensor, abs=1e-9 * scale)
+    assert np.array(found["surface"]) == pytest.approx(
+        run.surface_displacement.values[1:], abs=1e-9 * abs(run.surface_displacement).max().item()
+    )
+    time = run.time.values[1:]
+    assert ratio(time, found["sensor_force[7]"]) == pytest.approx(ratio(time, sensor), rel=1e-9)
+    assert ratio(time, sensor) == pytest.approx(hl.amplitude_ratio(run, sensor=7).item(), abs=0.01)
+
+
+def test_with_rollback_it_runs_as_cosimulation_does(unit: Unit) -> None:
+    """FMPy and a secant against our structure, CoSimulation with Aitken's iteration: the same to 1e-9."""
+    run = hl.CoSimulation(CHAIN, ROD, scheme=hl.Aitken(tolerance=1e-11), window=WINDOW).run(UNTIL)
+    tolerance = 1e-11 * hl.MovingChain(CHAIN, SURFACE).force_scale
+    check_same_as_cosimulation(coupled(unit, hl.MovingStructure(ROD), round(UNTIL / WINDOW), tolerance), run)
+
+
+def test_fmpy_finds_no_fault_in_it(written: Path) -> None:
+    """FMPy's checks: the standard's schema, names, start values, the model's structure, units."""
+    assert validate_fmu(str(written)) == []
+    description = fmpy.read_model_description(str(written))
+    assert description.fmiVersion == "2.0"
+    assert description.coSimulation.canGetAndSetFMUstate
+    assert description.coSimulation.canSerializeFMUstate
+    assert description.coSimulation.canHandleVariableCommunicationStepSize
+    units = {variable.name: variable.unit for variable in description.modelVariables}
+    assert units["surface_displacement"] == "m"
+    assert units["impact_speed"] == "m/s"
+    assert {units[f"sensor_force[{bead}]"] for bead in range(1, 21)} == {"N"}
+
+
+def test_fmpy_runs_it_alone(written: Path) -> None:
+    """Against a surface that stands still, with FMPy's own loop and the step that the FMU proposes."""
+    found = fmpy.simulate_fmu(str(written), stop_time=3e-4, output=["sensor_force[7]"])
+    moving = hl.MovingChain(CHAIN, SURFACE)
+    exact = hl.CoSimulation(CHAIN, hl.half_space(hl.ACRYLIC), window=moving.contact_time / 64).run(3e-4)
+    assert found["sensor_force[7]"].max() == pytest.approx(hl.reflections(exact, 7).incident.amplitude, rel=1e-4)  # type: ignore[union-attr]
+
+
+def test_steps_may_differ_in_length(unit: Unit) -> None:
+    """The surface moves on one line, so a step and its parts come to the same, and so do their impulses."""
+    start = unit.fmu.getFMUstate()
+    whole = unit.step(0.0, 4e-6, 2e-7)
+    end = [unit.get(f"sensor_force[{bead}]") for bead in range(1, 21)]
+    unit.fmu.setFMUstate(start)
+    parts = [(0.0, 1e-6, 0.5e-7), (1e-6, 2.5e-6, 1.75e-7), (3.5e-6, 0.5e-6, 2e-7)]
+    impulse = sum(unit.step(*part) * part[1] for part in parts)
+    assert impulse == pytest.approx(whole * 4e-6, rel=1e-5)
+    assert [unit.get(f"sensor_force[{bead}]") for bead in range(1, 21)] == pytest.approx(end, rel=1e-5, abs=1e-6)
+
+
+def test_a_state_survives_as_bytes_in_another_instance(unit: Unit, written: Path, tmp_path: Path) -> None:
+    unit.step(0.0, 1e-5, 1e-7)
+    saved = unit.fmu.getFMUstate()
+    text = unit.fmu.serializeFMUstate(saved)
+    expected = unit.step(1e-5, 1e-6, 2e-7)
+    with opened(written, tmp_path / "other") as other:
+        other.fmu.setFMUstate(other.fmu.deSerializeFMUstate(text))
+        assert other.get("surface_displacement") == 1e-7
+        assert other.step(1e-5, 1e-6, 2e-7) == expected
+
+
+def test_two_units_and_a_reset_do_not_disturb_each_other(unit: Unit, tmp_path: Path) -> None:
+    """Of different chains, in one process, where Python holds their module once."""
+    long = hl.Chain([BEAD] * 3, striker=BEAD, impact_speed=1.0)
+    first = unit.step(0.0, 1e-5, 0.0), unit.get("sensor_force[1]")
+    with opened(hl.write_fmu(long, SURFACE, tmp_path / "three.fmu"), tmp_path / "three") as other:
+        other.step(0.0, 1e-5, 0.0)
+        assert other.get("sensor_force[1]") > 2.0 * first[1]
+    unit.fmu.reset()
+    unit.begin()
+    assert (unit.step(0.0, 1e-5, 0.0), unit.get("sensor_force[1]")) == first
+
+
+def test_the_impact_speed_is_a_parameter(written: Path, tmp_path: Path) -> None:
+    faster = hl.CoSimulation(
+        hl.Chain([BEAD] * 20, BEAD, 0.5, gravity=9.81, dissipation=hl.LinearDashpot(5.0)),
+        hl.half_space(hl.ACRYLIC),
+        window=1e-5,
+        dt=1e-8,
+    ).run(until=1e-5)
+    with opened(written, tmp_path / "unit", impact_speed=0.5) as unit:
+        unit.step(0.0, 1e-5, 0.0)
+        assert unit.get("sensor_force[1]") == pytest.approx(hl.sensor_force(faster, 1).values[-1], rel=1e-4)
+
+
+REFUSED: dict[str, Callable[[Unit], Any]] = {
+    "surface displacement = nan: must be a finite number": lambda unit: unit.step(0.0, 1e-6, np.nan),
+    "window = -1e-06: must be a positive number": lambda unit: unit.step(0.0, -1e-6, 0.0),
+    "current_time = 0.001: must be where the last step ended": lambda unit: unit.step(1e-3, 1e-6, 0.0),
+    "is no longer finite": lambda unit: unit.step(0.0, 1e-6, -1e300),
+}
+
+
+@pytest.mark.parametrize("message", REFUSED)
+@pytest.mark.filterwarnings("ignore:overflow:RuntimeWarning", "ignore:invalid:RuntimeWarning")
+def test_a_step_that_cannot_be_is_refused_and_changes_nothing(unit: Unit, message: str) -> None:
+    with pytest.raises(FMICallException) as refused:
+        REFUSED[message](unit)
+    assert refused.value.status == DISCARD
+    assert any(status == 3 and message in text for status, text in unit.log)
+    assert unit.get("mean_contact_force") == 0.0
+    unit.step(0.0, 1e-5, 0.0)
+    assert unit.get("sensor_force[1]") > 1.0
+
+
+def test_a_parameter_that_cannot_be_is_told(written: Path, tmp_path: Path) -> None:
+    unit = Unit(written, tmp_path / "unit")
+    with pytest.raises(FMICallException) as refused:
+        unit.begin(impact_speed=-1.0)
+    unit.fmu.freeInstance()
+    assert refused.value.status == FATAL
+    assert any("impact_speed = -1.0: must be a positive number" in text for _, text in unit.log)
+
+
+def test_another_version_of_hertzlink_is_told(written: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("importlib.metadata.version", lambda name: "99.0")
+    monkeypatch.delitem(sys.modules, "hertzlink_chain", raising=False)
+    unit = object.__new__(Unit)
+    with pytest.raises(Exception, match="Failed to instantiate"):
+        unit.__init__(written, tmp_path / "unit")  # type: ignore[misc]
+    monkeypatch.delitem(sys.modules, "hertzlink_chain", raising=False)
+    assert any("written by hertzlink 0.1.0, not 99.0: write it anew" in text for _, text in unit.log)
+
+
+def test_laws_of_ones_own_and_other_excitations_go_along(tmp_path: Path) -> None:
+    chain = hl.Chain([BEAD] * 5, hl.PushedBead([0.0, 1e-5, 2e-5], [0.0, 50.0, 0.0]), law=softer)
+    path = hl.write_fmu(chain, SURFACE, tmp_path / "pushed.fmu", flexibility=1e-9, dt=2e-8)
+    moving = hl.MovingChain(chain, SURFACE, 1e-9, 2e-8)
+    _, force = moving.advance(moving.start(), (0.0, 1e-7), 2e-4)
+    with opened(path, tmp_path / "unit") as unit:
+        assert "impact_speed" not in unit.references
+        assert unit.step(0.0, 2e-4, 1e-7) == force
+    assert force > 0.1
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the library for Linux")
+def test_its_library_brings_no_python(written: Path, tmp_path: Path) -> None:
+    """It takes that of the program that opens it, so it fits any, and cannot be loaded where there is none."""
+    with zipfile.ZipFile(written) as archive:
+        library = archive.extract("binaries/linux64/HertzlinkChain.so", tmp_path)
+    needed = subprocess.run(["ldd", library], capture_output=True, text=True, check=True).stdout
+    assert "libc.so" in needed
+    assert "libpython3" not in needed
+    assert ctypes.PyDLL(library).fmi2DoStep
+
+
+def test_writing_leaves_nothing_behind(tmp_path: Path) -> None:
+    path, modules = sys.path.copy(), set(sys.modules)
+    target = tmp_path / "chain.fmu"
+    target.write_text("an older file")
+    assert hl.write_fmu(CHAIN, SURFACE, str(target)) == target
+    assert [one.name for one in tmp_path.iterdir()] == ["chain.fmu"]
+    assert zipfile.is_zipfile(target)
+    assert sys.path == path
+    assert not any("hertzlink_chain" in name for name in set(sys.modules) - modules)
+
+
+def test_a_failure_leaves_the_older_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fails(*_: Any, **__: Any) -> None:
+        raise OSError("disk full")
+
+    target = tmp_path / "chain.fmu"
+    target.write_text("an older file")
+    monkeypatch.setattr("zipfile.ZipFile", fails)
+    with pytest.raises(OSError, match="disk full"):
+        hl.write_fmu(CHAIN, SURFACE, target)
+    assert [one.name for one in tmp_path.iterdir()] == ["chain.fmu"]
+    assert target.read_text() == "an older file"
+
+
+LOCAL = hl.Chain([BEAD] * 2, BEAD, 1.0, law=lambda one, other: hl.PowerLaw(1e9, 1.5))
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"path": "chain.zip"}, "path = 'chain.zip': must be the name of a file that ends in .fmu"),
+        ({"path": 3}, "path = 3: must be the name of a file"),
+        ({"path": "none/chain.fmu"}, "path = 'none/chain.fmu': its folder does not exist"),
+        ({"path": "folder.fmu"}, "path = 'folder.fmu': is a folder"),
+        ({"chain": [BEAD]}, "chain = .*: must be a Chain"),
+        ({"surface": ROD}, r"surface = Structure[\s\S]*: must be a Surface"),
+        ({"dt": 1.0}, "dt = 1.0: too large for a stable step"),
+        ({"flexibility": np.nan}, "flexibility = nan: must be a finite number"),
+        ({"chain": LOCAL}, "chain: cannot be put into an FMU"),
+    ],
+)
+def test_bad_input(changed: dict[str, Any], message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "folder.fmu").mkdir()
+    with pytest.raises(ValueError, match=message):
+        hl.write_fmu(**{"chain": CHAIN, "surface": SURFACE, "path": "chain.fmu", **changed})
+    assert [one.name for one in tmp_path.iterdir()] == ["folder.fmu"]
+
+
+def test_a_law_of_the_script_itself_is_refused(tmp_path: Path) -> None:
+    """Another Python would not find it: there, __main__ is another script."""
+    script = (
+        "import hertzlink as hl\n"
+        "def law(one, other): return hl.PowerLaw(4e9, 1.5)\n"
+        "bead = hl.Sphere(4.76e-3, hl.STEEL_440C)\n"
+        "hl.write_fmu(hl.Chain([bead] * 2, bead, 1.0, law=law), hl.Surface(hl.PTFE), 'chain.fmu')\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True)
+    assert "ValueError: chain: a law of your own must stand in a module" in done.stderr
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_missing_pythonfmu_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setitem(sys.modules, "pythonfmu", None)
+    with pytest.raises(ImportError, match=r'pip install "hertzlink\[fmu\]"'):
+        hl.write_fmu(CHAIN, SURFACE, tmp_path / "chain.fmu")

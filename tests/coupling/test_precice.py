@@ -1,0 +1,319 @@
+"""The chain in preCICE, against a double of its Python bindings: the order of calls, numbers, bad input.
+
+No live preCICE is needed, and none was tried.
+"""
+
+import sys
+from pathlib import Path
+from types import ModuleType
+from typing import Any, ClassVar
+
+import numpy as np
+import pytest
+import xarray as xr
+from numpy.typing import NDArray
+
+import hertzlink as hl
+
+BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
+CHAIN = hl.Chain([BEAD] * 20, striker=BEAD, impact_speed=0.31, gravity=9.81, dissipation=hl.LinearDashpot(5.0))
+SURFACE = hl.Surface(hl.ACRYLIC)
+ROD = hl.reduce(hl.rod([hl.Layer(hl.ACRYLIC, 0.0762, 0.0191)]), until=8e-4)
+WINDOW = 1e-6
+MOVING = hl.MovingChain(CHAIN, SURFACE)
+
+
+class OutOfOrder(Exception):
+    """preCICE stops with an error of its own."""
+
+
+class Double:
+    """A preCICE 3 participant whose partner is a structure, and which stops a caller that leaves the documented order.
+
+    (Documentation of the Python bindings 3, and of preCICE, "couple your code".) Displacements are linear over a window
+    and the force counts that was written last, as with waveform-degree 1 and 0. Implicit: the window is repeated, with
+    Aitken's relaxation of the force, until the force changes by less than the tolerance.
+    """
+
+    def __init__(self, name: str, configuration: str, rank: int, size: int) -> None:
+        assert (name, rank, size) == ("Chain", 0, 1)
+        assert Path(configuration).is_file()
+        self.calls = ["Participant"]
+        self.state, self.elapsed, self.windows = "made", 0.0, 0
+        self.wrote = self.asked_to_write = self.asked_to_read = self.must_read = False
+        self.structure = hl.MovingStructure(ROD)
+        self.before, self.surface, self.used, self.factor, self.last = self.structure.start(), 0.0, 0.0, 0.5, 0.0
+        self.force, self.count = 0.0, 0
+        self.moved, self.end = self.structure.advance(self.before, 0.0, WINDOW)
+        type(self).latest = self
+
+    # What a test chooses.
+    implicit, dimensions, until, tolerance, initial, axis = True, 3, 8e-4, 1e-11 * MOVING.force_scale, False, 2
+    sizes: ClassVar[dict[str, int]] = {"Displacement": 1, "Force": 1}
+    latest: "Double"
+
+    def _call(self, name: str, *states: str) -> None:
+        self.calls.append(name)
+        if self.state not in states:
+            raise OutOfOrder(f"{name} is not allowed now: {self.state}")
+        if self.must_read and not self.asked_to_read and name != "requires_reading_checkpoint":
+            raise OutOfOrder(f"{name} before requires_reading_checkpoint")
+
+    def get_mesh_dimensions(self, mesh: str) -> int:
+        self._call("get_mesh_dimensions", "made", "running")
+        assert mesh == "Chain-Mesh"
+        return self.dimensions
+
+    def get_data_dimensions(self, mesh: str, data: str) -> int:
+        self._call("get_data_dimensions", "made", "running")
+        assert mesh == "Chain-Mesh"
+        return self.sizes[data]
+
+    def set_mesh_vertices(self, mesh: str, positions: NDArray[np.float64]) -> NDArray[np.int32]:
+        self._call("set_mesh_vertices", "made")
+        assert positions.shape == (1, self.dimensions)
+        self.positions = positions
+        return np.array([7], dtype=np.int32)
+
+    def requires_initial_data(self) -> bool:
+        self._call("requires_initial_data", "made")
+        return self.initial
+
+    def initialize(self) -> None:
+        self._call("initialize", "made")
+        if not hasattr(self, "positions"):
+            raise OutOfOrder("initialize before set_mesh_vertices")
+        if self.initial and not self.wrote:
+            raise OutOfOrder("initialize without initial data")
+        self.state, self.wrote = "running", False
+
+    def is_coupling_ongoing(self) -> bool:
+        self._call("is_coupling_ongoing", "running", "over")
+        return self.state == "running"
+
+    def requires_writing_checkpoint(self) -> bool:
+        self._call("requires_writing_checkpoint", "running")
+        self.asked_to_write = True
+        return self.implicit and self.elapsed == 0.0 and self.count == 0
+
+    def requires_reading_checkpoint(self) -> bool:
+        self._call("requires_reading_checkpoint", "running", "over")
+        self.asked_to_read = True
+        return self.must_read
+
+    def is_time_window_complete(self) -> bool:
+        self._call("is_time_window_complete", "running", "over")
+        return self.elapsed == 0.0 and self.count == 0
+
+    def get_max_time_step_size(self) -> float:
+        self._call("get_max_time_step_size", "running")
+        return WINDOW - self.elapsed
+
+    def read_data(self, mesh: str, data: str, ids: NDArray[np.int32], time: float) -> NDArray[np.float64]:
+        self._call("read_data", "running")
+        assert (mesh, data, ids.tolist()) == ("Chain-Mesh", "Displacement", [7])
+        if not 0.0 <= time <= (WINDOW - self.elapsed) * (1.0 + 1e-12):
+            raise OutOfOrder(f"read_data at {time} s, beyond the window")
+        value = self.surface + (self.end - self.surface) * (self.elapsed + time) / WINDOW
+        if self.sizes[data] == 1:
+            return np.array([value])
+        vector = np.zeros((1, self.dimensions))
+        vector[0, self.axis] = -value
+        return vector
+
+    def write_data(self, mesh: str, data: str, ids: NDArray[np.int32], values: NDArray[np.float64]) -> None:
+        self._call("write_data", "made", "running")
+        assert (mesh, data, ids.tolist()) == ("Chain-Mesh", "Force", [7])
+        vector = self.sizes[data] > 1
+        assert np.shape(values) == ((1, self.dimensions) if vector else (1,))
+        self.force, self.wrote = float(-values[0, self.axis] if vector else values[0]), True
+
+    def advance(self, step: float) -> None:
+        self._call("advance", "running")
+        if not self.wrote:
+            raise OutOfOrder("advance without data")
+        if self.implicit and not self.asked_to_write and self.elapsed == 0.0 and self.count == 0:
+            raise OutOfOrder("advance before requires_writing_checkpoint")
+        assert 0.0 < step <= (WINDOW - self.elapsed) * (1.0 + 1e-12)
+        self.elapsed += step
+        self.wrote = self.asked_to_write = self.asked_to_read = self.must_read = False
+        if self.elapsed > WINDOW * (1.0 - 1e-9):
+            self.elapsed = 0.0
+            self._iterate() if self.implicit else self._accept()
+
+    def _iterate(self) -> None:
+        self.count += 1
+        assert self.count < 50
+        residual = self.force - self.used
+        if abs(residual) <= self.tolerance:
+            self._accept()
+            return
+        if self.count > 1 and residual != self.last:
+            self.factor *= -self.last / (residual - self.last)
+        self.used, self.last = self.used + self.factor * residual, residual
+        self.moved, self.end = self.structure.advance(self.before, self.used, WINDOW)
+        self.must_read = True
+
+    def _accept(self) -> None:
+        """The next window begins with the force of this one."""
+        self.before, self.surface, self.used, self.factor, self.count = self.moved, self.end, self.force, 0.5, 0
+        self.moved, self.end = self.structure.advance(self.before, self.used, WINDOW)
+        self.windows += 1
+        if self.windows == round(self.until / WINDOW):
+            self.state = "over"
+
+    def finalize(self) -> None:
+        self._call("finalize", "over")
+        self.state = "finalized"
+
+
+@pytest.fixture
+def double(monkeypatch: pytest.MonkeyPatch) -> type[Double]:
+    """A fresh kind of double, as the module `precice`."""
+    kind = type("Participant", (Double,), {})
+    module = ModuleType("precice")
+    module.Participant = kind  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "precice", module)
+    return kind
+
+
+@pytest.fixture
+def configuration(tmp_path: Path) -> Path:
+    path = tmp_path / "precice-config.xml"
+    path.write_text("<precice-configuration/>")
+    return path
+
+
+@pytest.fixture(scope="module")
+def cosimulation() -> xr.Dataset:
+    return hl.CoSimulation(CHAIN, ROD, scheme=hl.Aitken(tolerance=1e-11), window=WINDOW).run(8e-4)
+
+
+def check_same(run: xr.Dataset, expected: xr.Dataset, tolerance: float) -> None:
+    for name in ("displacement", "velocity", "contact_force", "surface_displacement"):
+        scale = float(abs(expected[name]).max())
+        assert run[name].values == pytest.approx(expected[name].values, abs=tolerance * scale)
+
+
+def test_implicit_coupling_gives_what_cosimulation_gives(
+    double: type[Double], configuration: Path, cosimulation: xr.Dataset
+) -> None:
+    run = hl.run_in_precice(CHAIN, SURFACE, configuration)
+    assert double.latest.state == "finalized"
+    assert run.time.values == pytest.approx(cosimulation.time.values, rel=1e-12, abs=1e-15)
+    check_same(run, cosimulation, 1e-9)
+    for sensor in (7, 12):
+        ours, theirs = (hl.reflections(one, sensor) for one in (run, cosimulation))
+        assert ours.primary is not None
+        assert theirs.primary is not None
+        assert ours.primary.amplitude_ratio == pytest.approx(theirs.primary.amplitude_ratio, rel=1e-9)
+        assert ours.primary.arrival == pytest.approx(theirs.primary.arrival, rel=1e-9)
+        assert ours.primary.begins == theirs.primary.begins == "structure"
+    assert double.latest.calls.count("advance") > 1.5 * double.latest.windows
+
+
+def test_shorter_steps_than_the_window_of_precice_change_nothing(double: type[Double], configuration: Path) -> None:
+    """A quarter of the window or less: the same line of the surface, the same impulse over the window."""
+    dt = WINDOW / 60
+    run = hl.run_in_precice(CHAIN, SURFACE, configuration, window=0.26e-6, dt=dt)
+    expected = hl.CoSimulation(CHAIN, ROD, scheme=hl.Aitken(tolerance=1e-11), window=WINDOW, dt=dt).run(8e-4)
+    assert np.diff(run.time.values) == pytest.approx(WINDOW / 4, rel=1e-6)
+    check_same(run.isel(time=slice(None, None, 4)), expected, 1e-8)
+
+
+def test_vectors_are_taken_along_the_direction(
+    double: type[Double], configuration: Path, cosimulation: xr.Dataset
+) -> None:
+    """The chain pushes down, z points up."""
+    double.sizes = {"Displacement": 3, "Force": 3}
+    run = hl.run_in_precice(CHAIN, SURFACE, configuration, direction=(0, 0, -2.0), position=(0.1, 0.2, 0.0))
+    check_same(run, cosimulation, 1e-9)
+    assert double.latest.positions.tolist() == [[0.1, 0.2, 0.0]]
+
+
+def test_explicit_coupling_answers_one_window_later(double: type[Double], configuration: Path) -> None:
+    """Each window the structure moves under the force of the window before."""
+    double.implicit, double.until = False, 2e-4
+    run = hl.run_in_precice(CHAIN, SURFACE, configuration)
+    structure = hl.MovingStructure(ROD)
+    chain, body, surface, force = MOVING.start(), structure.start(), 0.0, 0.0
+    for _ in range(200):
+        body, end = structure.advance(body, force, WINDOW)
+        chain, force = MOVING.advance(chain, (surface, end), WINDOW)
+        surface = end
+    assert run.velocity.values[-1] == pytest.approx(chain.velocity, rel=1e-12, abs=1e-15)
+    assert run.surface_displacement.values[-1] == pytest.approx(surface, rel=1e-12)
+
+
+def test_the_order_of_calls(double: type[Double], configuration: Path) -> None:
+    """As documented, from the first call to the second window; and the last calls."""
+    double.initial, double.until, double.tolerance = True, 3e-6, np.inf
+    hl.run_in_precice(CHAIN, SURFACE, configuration)
+    prepared = ["Participant", "get_mesh_dimensions", "get_data_dimensions", "get_data_dimensions", "set_mesh_vertices"]
+    started = ["requires_initial_data", "write_data", "initialize"]
+    window = ["is_coupling_ongoing", "requires_writing_checkpoint", "get_max_time_step_size", "read_data", "write_data"]
+    closed = ["advance", "requires_reading_checkpoint", "is_time_window_complete"]
+    assert double.latest.calls == [*prepared, *started, *(window + closed) * 3, "is_coupling_ongoing", "finalize"]
+
+
+def test_a_repeated_window_starts_from_the_old_state(double: type[Double], configuration: Path) -> None:
+    """Repeating every window some ten times, for a tolerance that nothing meets but the same force, adds no frames."""
+    double.until, double.tolerance = 1e-4, 1e-13 * MOVING.force_scale
+    run = hl.run_in_precice(CHAIN, SURFACE, configuration)
+    assert run.sizes["time"] == 101
+    assert np.diff(run.time.values) == pytest.approx(WINDOW, rel=1e-9)
+
+
+def test_the_dataset_tells_its_units_and_input(double: type[Double], configuration: Path, tmp_path: Path) -> None:
+    double.until = 2e-6
+    run = hl.run_in_precice(CHAIN, SURFACE, configuration)
+    units = {"displacement": "m", "velocity": "m/s", "contact_force": "N", "surface_displacement": "m", "time": "s"}
+    assert {name: run[name].attrs["units"] for name in units} == units
+    assert "precice-config.xml" in run.attrs["input"]
+    run.to_netcdf(tmp_path / "run.nc")
+    with pytest.raises(ValueError, match="holds no energies"):
+        hl.energy_error(run)
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"chain": None}, "chain = None: must be a Chain"),
+        ({"surface": "steel"}, "surface = 'steel': must be a Surface"),
+        ({"configuration": "none.xml"}, "configuration = 'none.xml': must be preCICE's configuration file"),
+        ({"configuration": 3}, "configuration = 3: must be the name of a file"),
+        ({"names": {"mehs": "A"}}, r"names = 'mehs': must be one of .* \(did you mean 'mesh'\?\)"),
+        ({"names": {"mesh": 1}}, r"names\['mesh'\] = 1: must be a name in the configuration"),
+        ({"names": "Chain"}, "names = 'Chain': must be a mapping"),
+        ({"position": (0.0, 1.0)}, r"position = \(0.0, 1.0\): must hold 3 numbers"),
+        ({"window": 0.0}, "window = 0.0: must be a positive number"),
+    ],
+)
+def test_bad_input(double: type[Double], configuration: Path, changed: dict[str, Any], message: str) -> None:
+    given: dict[str, Any] = {"chain": CHAIN, "surface": SURFACE, "configuration": configuration, **changed}
+    with pytest.raises(ValueError, match=message):
+        hl.run_in_precice(**given)
+
+
+@pytest.mark.parametrize(
+    ("direction", "message"),
+    [
+        (None, "direction = None: must be given for data that are vectors, as 3 numbers"),
+        ((0.0, 1.0), r"direction = \(0.0, 1.0\): must hold 3 numbers"),
+        ((0.0, 0.0, 0.0), r"direction = .*: must not be zero"),
+        ((0.0, np.nan, 0.0), "direction = nan: must be a finite number"),
+    ],
+)
+def test_bad_direction(double: type[Double], configuration: Path, direction: Any, message: str) -> None:
+    double.sizes = {"Displacement": 3, "Force": 3}
+    with pytest.raises(ValueError, match=message):
+        hl.run_in_precice(CHAIN, SURFACE, configuration, direction=direction)
+
+
+def test_missing_and_old_bindings_are_named(monkeypatch: pytest.MonkeyPatch, configuration: Path) -> None:
+    monkeypatch.setitem(sys.modules, "precice", None)
+    with pytest.raises(ImportError, match=r'install preCICE 3, then pip install "hertzlink\[precice\]"'):
+        hl.run_in_precice(CHAIN, SURFACE, configuration)
+    monkeypatch.setitem(sys.modules, "precice", ModuleType("precice"))
+    with pytest.raises(ImportError, match="version 3"):
+        hl.run_in_precice(CHAIN, SURFACE, configuration)
