@@ -176,14 +176,14 @@ class CoSimulation:
         if isinstance(window, float):
             if window > until:
                 raise ValueError(f"window = {window!r}: must not be longer than the run, until = {until!r} s")
-            substeps = self.substeps or max(1, ceil(window / longest * (1.0 - LATE)))
+            substeps = self.substeps or _power_of_two(window / longest)
             longest = window / substeps
         else:
             substeps = 1
         if save_every is None:
             if isinstance(window, float):
                 return Plan(longest, substeps, 1, self._rows(until / longest))
-            count = 2 ** max(0, ceil(log2(until / longest)))
+            count = _power_of_two(until / longest)
             return Plan(until / count, 1, 1, self._rows(count))
         save_every = positive("save_every", save_every, "s")
         if save_every > until:
@@ -311,3 +311,8 @@ class CoSimulation:
         what = "the striker (bead 0)" if bead == 0 else f"bead {bead}" if bead <= beads else "the structure's surface"
         of = f" of chain {number}" if len(self.interface.chains) > 1 else ""
         return FloatingPointError(f"{what}{of} is no longer finite at t = {time:.6g} s; check dt and the structure")
+
+
+def _power_of_two(parts: float) -> int:
+    """The least one that is not below, so that windows can be halved and runs of one length share their times."""
+    return int(2 ** max(0, ceil(log2(parts * (1.0 - LATE)))))

@@ -28,7 +28,7 @@ class Explicit:
     predictor: int = 1
     parallel: bool = False
     tolerance: float | None = 1e-3
-    substeps_per_contact = 256
+    substeps_per_contact = 512
     whole_window = False
 
     def __post_init__(self) -> None:

@@ -17,7 +17,7 @@ import hertzlink as hl  # the front door comes first: it names rooms that are no
 from pythonfmu import DefaultExperiment, Fmi2Causality, Fmi2Initial, Fmi2Slave, Fmi2Variability, Real
 from pythonfmu.enums import Fmi2Status
 
-from coupling.cosimulation import WINDOWS_PER_CONTACT
+from coupling.scheme import SUBSTEPS_PER_CONTACT
 from coupling.fmu import CONTENT
 from coupling.guest import GuestState, advance, guest_chain, start
 
@@ -42,7 +42,7 @@ class HertzlinkChain(Fmi2Slave):  # type: ignore[misc]
         self.units: dict[str, str] = {}
         self.exit_initialization_mode()
         self.description = f"hertzlink: a chain of {len(self.chain.beads)} beads and its contact with a surface"
-        self.default_experiment = DefaultExperiment(0.0, step_size=self.moving.contact_time / WINDOWS_PER_CONTACT)
+        self.default_experiment = DefaultExperiment(0.0, step_size=self.moving.contact_time / SUBSTEPS_PER_CONTACT)
         self._register_all()
 
     def _register_all(self) -> None:
