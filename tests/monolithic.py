@@ -96,6 +96,8 @@ class System:
             self._touch(first, first, hl.contact_law(chain.striker, chain.beads[0]), chain)
             self.load[first] = chain.gravity_along * chain.striker.mass
             self.speed[first] = chain.impact_speed
+        else:
+            self.speed[first + 1] = chain.impact_speed or 0.0
         for i in range(1, count):
             self._touch(first + i, first + i, hl.contact_law(chain.beads[i - 1], chain.beads[i]), chain)
 
