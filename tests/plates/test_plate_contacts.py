@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from scipy.integrate import quad
 
 import hertzlink as hl
 from plates.grading import GROWTH, graded
@@ -97,9 +98,9 @@ def test_front_and_back_at_one_place_move_as_one(name: str) -> None:
     state, _ = moving.advance(moving.start(), np.array([3.0, 1.0]), 1e-5)
     state, moved = moving.advance(state, np.array([2.0, 2.0]), 1e-5)
     assert moved[0] > 0.0
-    assert moved[1] == -moved[0]
+    assert moved[1] == pytest.approx(-moved[0], rel=1e-12)
     _, squeezed = moving.advance(moving.start(), np.array([2.0, 2.0]), 1e-5)
-    assert abs(squeezed).max() < 1e-15 * moved[0]
+    assert abs(squeezed).max() < 1e-12 * moved[0]
 
 
 @pytest.mark.parametrize("name", PLATES)
@@ -110,6 +111,22 @@ def test_a_contact_on_the_back_is_one_on_the_front_turned_over(name: str) -> Non
     assert back.contacts == 1
     assert back.flexibility == front.flexibility
     assert back.origin == {**front.origin, "face": "back"}
+
+
+@pytest.mark.parametrize(("patch", "bound"), [(0.5, 0.05), (0.25, 0.4), (2.0, 1.4)])
+def test_what_front_and_back_of_a_thick_plate_lack_of_each_other(patch: float, bound: float) -> None:
+    """In three dimensions they differ by the wall's squeeze less Hertz's, (1 − ν²)/πEt ∫ (ch x − 1)/(sh x + x) − 1 dx.
+
+    (Timoshenko and Goodier, section 24: the part of their solution that is symmetric about the middle surface.)
+    """
+    metal = hl.ALUMINIUM_6061
+    plate = hl.mindlin_plate(
+        LENGTH, WIDTH, THICKNESS, metal, SIMPLE, patch_radius=patch * THICKNESS, highest_frequency=2e3
+    )
+    found = receptance(plate.at([0.1, 0.1], [0.2, 0.2], ["front", "back"]), 0.0)
+    squeeze = quad(lambda x: (np.cosh(x) - 1.0) / (np.sinh(x) + x) - 1.0, 1e-9, 50.0)[0] / np.pi
+    lacking = (found[0, 0] + found[0, 1]) * metal.youngs_modulus * THICKNESS - (1.0 - metal.poisson_ratio**2) * squeeze
+    assert 0.5 * bound < abs(lacking) < bound
 
 
 def test_contacts_on_either_face_answer_with_opposite_signs() -> None:
@@ -269,6 +286,7 @@ def test_results_tell_places_and_faces() -> None:
         ([], [], "front", r"x = \[\]: must be a list of numbers of m"),
         ([[0.1], [0.2]], [0.1, 0.2], "front", r"x\[0\] = \[0\.1\]: must be a finite number of m"),
         ([0.1, float("nan")], [0.1, 0.2], "front", r"x\[1\] = nan: must be a finite number of m"),
+        ([0.1, [0.2, 0.3]], [0.1, 0.2], "front", r"x\[1\] = \[0\.2, 0\.3\]: must be a finite number of m"),
         ([0.1, None], [0.1, 0.2], "front", r"x\[1\] = None: must be a finite number of m"),
         ("0.1", 0.2, "front", r"x = '0\.1': must be a finite number of m"),
         ([0.1, 0.1], [0.2, 0.2], "front", r"x, y: contacts 0 and 1 are at one place, 0\.1, 0\.2 m, on the front"),

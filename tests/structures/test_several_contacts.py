@@ -71,6 +71,7 @@ def test_a_rod_between_two_chains_is_told() -> None:
     assert (ROD.contacts, ROD.size) == (2, ROD.contact.shape[0])
     assert [surface.material for surface in ROD.surface] == [hl.STEEL_440C, hl.ACRYLIC]
     assert ROD.flexibility.tolist() == [0.0, 0.0]
+    assert abs(sum(hl.rod_parts(LAYERS, base="contact", elements=6)) - ROD.stiffness).max() < 1e-6
     assert hl.MovingStructure(ROD).surface == ROD.surface
 
 
@@ -325,16 +326,17 @@ def test_bad_structures(change: dict[str, object], message: str) -> None:
         replace(ROD, **change)
 
 
-@pytest.mark.parametrize("force", [1.0, [1.0], [1.0, 2.0, 3.0], [[1.0, 2.0]], [1.0, float("nan")], None, "ab"])
+@pytest.mark.parametrize("force", [1.0, [1.0], [1.0, 2.0, 3.0], [[1.0, 2.0]], None, "ab"])
 def test_bad_forces(force: object) -> None:
     moving = hl.MovingStructure(ROD)
     with pytest.raises(ValueError, match="force = "):
         moving.advance(moving.start(), force, 1e-6)
 
 
-def test_lumping_serves_all_contacts() -> None:
-    """Central differences lump the mass once, alike for each contact."""
-    lumped = hl.MovingStructure(ROD, "central-difference").structure
+def test_lumping_does_not_hang_on_the_contacts() -> None:
+    """Nor where two of them, on the two faces of one place, cancel."""
+    rod = hl.rod(LAYERS, elements=6)
+    pair = replace(rod, contact=np.column_stack([rod.contact, -rod.contact]))
+    lumped = hl.MovingStructure(pair, "central-difference").structure
     assert lumped.contacts == 2
-    assert (CentralDifference(ROD, 1e-7).structure.mass - lumped.mass).count_nonzero() == 0
-    assert lumped.mass.sum() == pytest.approx(ROD.mass.sum(), rel=0.02)
+    assert (CentralDifference(rod, 1e-7).structure.mass - lumped.mass).count_nonzero() == 0
