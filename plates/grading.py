@@ -38,10 +38,10 @@ def graded(side: float, positions: Sequence[float], finest: float, coarsest: flo
 
 
 def stops(side: float, positions: Sequence[float], finest: float, lines: Vector = NONE) -> list[float]:
-    """0, the positions, the middles between them, the lines that lie within, and `side`; one of those that are one."""
+    """From 0 to `side`, the positions, the middles between them, and the lines; one of those that are one."""
     middles = [0.5 * (one + other) for one, other in pairwise(sorted(positions))]
-    inner = lines[(lines > 0.0) & (lines < side)]
-    places = np.unique(np.concatenate([[0.0, *positions, *middles, side], inner]))
+    places = np.unique(np.concatenate([[0.0, *positions, *middles, side], lines]))
+    places = places[(places >= 0.0) & (places <= side)]
     places = places[np.append(True, np.diff(places) > SAME * finest)]
     # The last stop may have been one with its neighbour; it is the side's end all the same.
     places[-1] = side
