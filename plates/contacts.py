@@ -1,12 +1,14 @@
 """Where plates are struck: places and faces, of one contact or of several."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from math import isclose
-from typing import Any, NamedTuple
-
-import numpy as np
+from typing import Any, NamedTuple, TypeAlias
 
 from structures.checks import finite, listed, one_of
+from structures.structure import Vector
+
+Places: TypeAlias = Sequence[float] | Vector
+"""One coordinate of each contact, m."""
 
 FACES = ("front", "back")
 
@@ -33,7 +35,7 @@ def contacts_at(x: Any, y: Any, face: Any) -> list[Contact]:
 
     Raises ValueError where there are not as many of each, and where two contacts are one.
     """
-    if np.ndim(x) == 0 and np.ndim(y) == 0:
+    if not (_many(x) or _many(y)):
         return [Contact(finite("x", x, "m"), finite("y", y, "m"), one_of("face", face, FACES))]
     xs, ys = (_numbers(name, given) for name, given in (("x", x), ("y", y)))
     if len(xs) != len(ys):
@@ -75,6 +77,10 @@ def alike(contacts: Sequence[Contact], copies: Sequence[int]) -> int:
 def one_or_all(values: list[Any]) -> Any:
     """What belongs to the only contact, or what belongs to each."""
     return values[0] if len(values) == 1 else values
+
+
+def _many(given: Any) -> bool:
+    return isinstance(given, Iterable) and not isinstance(given, str | bytes) and getattr(given, "ndim", 1) > 0
 
 
 def _numbers(name: str, given: Any) -> list[float]:

@@ -13,8 +13,9 @@ GROWTH = 1.3
 
 NONE = np.zeros(0)
 
-SAME = 1e-6
-"""Lines nearer to each other than this part of the finest cell are one."""
+SAME = 1e-2
+"""Lines nearer to each other than this part of the finest cell are one. Cells of a thousandth of it cost six digits of
+the solution, of a hundred-thousandth all."""
 
 
 def graded(side: float, positions: Sequence[float], finest: float, coarsest: float, lines: Vector = NONE) -> Vector:
@@ -24,13 +25,8 @@ def graded(side: float, positions: Sequence[float], finest: float, coarsest: flo
     middle between two positions cuts the last one off, all in the stretch shrink alike. lines: further places that get
     a node, as far as they lie within.
     """
-    inner = lines[(lines > 0.0) & (lines < side)]
-    stops = np.unique(np.concatenate([[0.0, *positions, *middles(positions), side], inner]))
-    stops = stops[np.append(True, np.diff(stops) > SAME * finest)]
-    # The last stop may have been one with its neighbour; it is the side's end all the same.
-    stops[-1] = side
     nodes = [0.0]
-    for left, right in pairwise(stops.tolist()):
+    for left, right in pairwise(stops(side, positions, finest, lines)):
         position = nearest(positions, left, right)
         direction = 1.0 if left + right >= 2.0 * position else -1.0
         near, far = sorted((max(0.0, direction * (left - position)), max(0.0, direction * (right - position))))
@@ -41,9 +37,15 @@ def graded(side: float, positions: Sequence[float], finest: float, coarsest: flo
     return np.array(nodes)
 
 
-def middles(positions: Sequence[float]) -> list[float]:
-    """The middles between neighbouring positions."""
-    return [0.5 * (one + other) for one, other in pairwise(sorted(set(positions)))]
+def stops(side: float, positions: Sequence[float], finest: float, lines: Vector = NONE) -> list[float]:
+    """From 0 to `side`, the positions, the middles between them, and the lines; one of those that are one."""
+    middles = [0.5 * (one + other) for one, other in pairwise(sorted(positions))]
+    places = np.unique(np.concatenate([[0.0, *positions, *middles, side], lines]))
+    places = places[(places >= 0.0) & (places <= side)]
+    places = places[np.append(True, np.diff(places) > SAME * finest)]
+    # The last stop may have been one with its neighbour; it is the side's end all the same.
+    places[-1] = side
+    return [float(place) for place in places]
 
 
 def nearest(positions: Sequence[float], left: float, right: float) -> float:

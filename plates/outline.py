@@ -2,12 +2,13 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from math import cos, pi, sin, sqrt
+from math import cos, hypot, pi, sin, sqrt
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from plates.grading import SAME
 from plates.panel_mesh import PanelMesh, Sizes, distances
 from structures.checks import finite, instance, positive, whole
 from structures.mesh_source import Tag
@@ -80,19 +81,21 @@ class Outline:
         return min(float(distances(ring, np.roll(ring, -1, axis=0), np.array([x, y])).min()) for ring in rings)
 
     def mesh(self, x: ArrayLike, y: ArrayLike, size: Sizes) -> PanelMesh:
-        """Triangles, fine at (x, y), which is a corner of them; a ValueError where it lies outside or in a hole.
+        """Triangles, fine at (x, y), a corner of them; a ValueError where it lies outside or in a hole.
 
         x and y: m, of one place or of several.
         """
         from plates.mesher import triangles
 
         xs, ys = (np.atleast_1d(np.asarray(given, dtype=float)).tolist() for given in (x, y))
-        places = list(dict.fromkeys(zip(xs, ys, strict=True)))
-        for one, other in places:
+        places: list[Place] = []
+        for one, other in zip(xs, ys, strict=True):
             if not self.contains(one, other) and self.distance(one, other) > COINCIDE * self.size:
                 raise ValueError(
                     f"x, y = {one!r}, {other!r}: lies outside of the outline, or in a hole; strike the plate"
                 )
+            if all(hypot(one - x, other - y) > SAME * size.finest for x, y in places):
+                places.append((one, other))
         return triangles(self, places, size)
 
     def described(self) -> dict[str, Any]:

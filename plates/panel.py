@@ -12,7 +12,7 @@ from scipy import sparse
 
 from plates.additions import Addition
 from plates.contact_place import Mirror, cell_size, check_place, disc, mirrors
-from plates.contacts import Contact, alike, contacts_at, one_or_all, told
+from plates.contacts import Contact, Places, alike, contacts_at, one_or_all, told
 from plates.flat_mesh import FlatMesh
 from plates.indentation import bending_by_poisson, remaining_flexibility
 from plates.laminate import Laminate, section_of, struck
@@ -21,7 +21,7 @@ from plates.morley import Morley
 from plates.outline import Outline
 from plates.panel_additions import Matrix, Theory, check_regions, known_additions, weakening, weakest, with_additions
 from plates.panel_mesh import PanelMesh, Shape, Sizes, check_straight
-from plates.plate import HIGHEST_FREQUENCY, Places
+from plates.plate import HIGHEST_FREQUENCY
 from plates.plate_field import panel_sampler
 from plates.section import SHEAR_CORRECTION, Section, all_around
 from plates.support import ElasticEdge, Support, check_support
@@ -108,8 +108,9 @@ class Panel:
         An outline or a rectangle is meshed for each contact, or each set of them, finest there; a mesh from a file
         serves all. On a "symmetry" edge the whole plate, of which this is a part, is struck once.
         face: "front" or "back", one for all or one for each. A contact's displacement is positive away from its chain.
-        In Mindlin's theory each contact's indentation is its own: how one on the back, or a few thicknesses away, feels
-        it is told by bending and shear alone.
+        In Mindlin's theory `flexibility` is each contact's own: what one does to another is told by bending and shear
+        alone. From the front to the back of one place that lacks 0.04 F/Et with the default patch, up to 1.3 F/Et with
+        others.
         Raises ValueError outside the plate, on an edge that cannot move, where the patch reaches beyond an edge, where
         two contacts are one, and where some lie on a "symmetry" edge and others beside it.
         """

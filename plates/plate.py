@@ -11,7 +11,7 @@ import numpy as np
 from scipy import sparse
 
 from plates.additions import Addition, Weakened, check_additions, extent
-from plates.contacts import Contact, alike, contacts_at, one_or_all, told
+from plates.contacts import Contact, Places, alike, contacts_at, one_or_all, told
 from plates.grading import graded
 from plates.kirchhoff import Beam, plate_matrices
 from plates.laminate import Laminate, section_of, struck
@@ -23,8 +23,6 @@ from structures.field import Field
 from structures.material import Material
 from structures.structure import Structure, Vector
 from structures.surface import Surface
-
-Places: TypeAlias = Sequence[float] | Vector
 
 Matrices: TypeAlias = tuple[sparse.csr_array, sparse.csr_array]
 

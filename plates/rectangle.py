@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from skfem import MeshQuad
 
-from plates.grading import middles, nearest
+from plates.grading import nearest, stops
 from plates.panel_mesh import PanelMesh, Sizes
 from structures.mesh_source import Tag
 from structures.structure import Vector
@@ -82,9 +82,8 @@ def graded(side: float, positions: Sequence[float], size: Sizes, lines: tuple[fl
 
     One at each position, at the middles between them, and at the lines.
     """
-    inner = [line for line in {*lines, *positions, *middles(positions)} if 1e-9 * side < line < (1.0 - 1e-9) * side]
-    stops = [0.0, *sorted(inner), side]
-    parts = [_part(start, end, nearest(positions, start, end), size)[:-1] for start, end in pairwise(stops)]
+    ends = stops(side, positions, size.finest, np.array(lines))
+    parts = [_part(start, end, nearest(positions, start, end), size)[:-1] for start, end in pairwise(ends)]
     return np.append(np.concatenate(parts), side)
 
 
@@ -102,6 +101,6 @@ def _part(start: float, end: float, position: float, size: Sizes) -> Vector:
     fine = np.linspace(near, far, 200 * count + 1)
     steps = passed(fine)
     distance = np.interp(np.linspace(steps[0], steps[-1], count + 1), steps, fine)
-    nodes = position + distance if start >= position else position - distance[::-1]
+    nodes = position + distance if start + end >= 2.0 * position else position - distance[::-1]
     nodes[0], nodes[-1] = start, end
     return np.asarray(nodes)

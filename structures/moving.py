@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from structures.checks import each, finite, instance, one_of, positive
+from structures.checks import instance, one_of, positive
 from structures.oscillators import Oscillators, is_modal
 from structures.stepping import (
     CentralDifference,
@@ -132,11 +132,10 @@ class MovingStructure:
         response = self.step(window).response
         if self._contacts == 1:
             return StructureState(*(end + force * unit for end, unit in zip(free, response, strict=True)))
-        forces = each(finite, "force", force, "N")
-        if forces.shape != (self._contacts,):
+        if np.shape(force) != (self._contacts,):
             raise ValueError(f"force = {force!r}: must be {self._contacts} numbers of N, one for each contact")
+        forces, pairs = np.asarray(force, dtype=float), zip(free, response, strict=True)
         # Steps without a memory may leave it without columns.
-        pairs = zip(free, response, strict=True)
         return StructureState(*(end + unit @ forces if unit.size else end for end, unit in pairs))
 
     def free(self, state: StructureState, window: float) -> StructureState:

@@ -1,0 +1,365 @@
+"""Structures with several contacts: reciprocity, superposition, reduction, steppers, bad input."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.linalg import expm
+
+import hertzlink as hl
+from structures.damping import loss_factor, modal_damping, rayleigh, standard_linear_solid
+from structures.factor import factorise
+from structures.reduction import _Modes, _receptance
+from structures.stepping import CentralDifference, GeneralisedAlpha, Newmark, Stepper, StructureState
+
+Array = NDArray[np.float64]
+
+LAYERS = [hl.Layer(hl.STEEL_440C, 0.02, 0.01), hl.Layer(hl.ACRYLIC, 0.05, 0.01)]
+ROD = hl.rod(LAYERS, base="contact", elements=6)
+STEPPERS: dict[str, str | Stepper] = {
+    "midpoint": "midpoint",
+    "newmark": "newmark",
+    "newmark, linear acceleration": partial(Newmark, beta=1.0 / 6.0),
+    "generalised-alpha": "generalised-alpha",
+    "generalised-alpha, 0": partial(GeneralisedAlpha, spectral_radius=0.0),
+    "central-difference": "central-difference",
+}
+
+
+def single(structure: hl.Structure, i: int) -> hl.Structure:
+    """The structure with the contact i alone."""
+    return replace(
+        structure, contact=structure.contact[:, i], flexibility=structure.flexibility[i], surface=structure.surface[i]
+    )
+
+
+def run(structure: hl.Structure, forces: Array, window: float, stepper: str | Stepper = "midpoint") -> Array:
+    """Displacements, windows × contacts, under forces of the same shape (of one contact without the last axis)."""
+    moving = hl.MovingStructure(structure, stepper)
+    state, found = moving.start(), []
+    for force in forces:
+        state, moved = moving.advance(state, force, window)
+        found.append(moved)
+    return np.array(found)
+
+
+def test_a_wave_runs_from_end_to_end_of_a_rod() -> None:
+    """d'Alembert: after L/c the far end of a free bar moves by twice the impulse over ρcA, the struck one by once."""
+    layer = hl.Layer(hl.STEEL_440C, 0.5, 0.01)
+    rod = hl.rod([layer], base="contact")
+    speed = layer.material.bar_speed
+    impedance, travel = layer.material.density * speed * layer.area, layer.length / speed
+    window = travel / 200.0
+    times = (np.arange(300) + 0.5) * window
+    pulse = np.where(times < 0.4 * travel, 1.0 - np.cos(2.0 * np.pi * times / (0.4 * travel)), 0.0)
+    impulse = 0.4 * travel
+    for struck in (0, 1):
+        forces = np.zeros((300, 2))
+        forces[:, struck] = pulse
+        moved = run(rod, forces, window)
+        assert moved[150, struck] == pytest.approx(impulse / impedance, rel=1e-3)
+        assert abs(moved[190, 1 - struck]) < 1e-3 * impulse / impedance
+        assert moved[299, 1 - struck] == pytest.approx(-2.0 * impulse / impedance, rel=1e-3)
+
+
+def test_a_rod_between_two_chains_is_told() -> None:
+    assert (ROD.contacts, ROD.size) == (2, ROD.contact.shape[0])
+    assert [surface.material for surface in ROD.surface] == [hl.STEEL_440C, hl.ACRYLIC]
+    assert ROD.flexibility.tolist() == [0.0, 0.0]
+    assert abs(sum(hl.rod_parts(LAYERS, base="contact", elements=6)) - ROD.stiffness).max() < 1e-6
+    assert hl.MovingStructure(ROD).surface == ROD.surface
+
+
+def test_equal_forces_from_both_ends_squeeze_a_rod() -> None:
+    """Its ends give way by F L/EA together, and its middle stays: the free rod does not fly off."""
+    layer = hl.Layer(hl.PTFE, 0.03, 0.01)
+    rod = rayleigh(hl.rod([layer], base="contact"), stiffness_time=1e-4)
+    moved = run(rod, np.full((400, 2), 3.0), 1e-5, partial(GeneralisedAlpha, spectral_radius=0.0))
+    shorter = 3.0 * layer.length / (layer.material.youngs_modulus * layer.area)
+    assert moved[-1].sum() == pytest.approx(shorter, rel=1e-6)
+    assert moved[-1, 0] == pytest.approx(moved[-1, 1], rel=1e-6)
+
+
+DAMPED: dict[str, Callable[[hl.Structure], hl.Structure]] = {
+    "undamped": lambda body: body,
+    "Rayleigh": lambda body: rayleigh(body, 1e3, 1e-7),
+    "arms": lambda body: standard_linear_solid(body, 0.5, 1e-5),
+    "dashpot": lambda body: replace(body, damping=sparse.diags_array(900.0 * abs(body.contact[:, 1]))),
+}
+
+
+MASSLESS = ("midpoint", "generalised-alpha", "generalised-alpha, 0")
+"""Steppers that take Maxwell arms."""
+
+
+@pytest.mark.parametrize(
+    ("name", "damping"), [(name, one) for name in STEPPERS for one in DAMPED if one != "arms" or name in MASSLESS]
+)
+def test_two_contacts_are_the_sum_of_two_structures(name: str, damping: str) -> None:
+    structure, stepper = DAMPED[damping](ROD), STEPPERS[name]
+    forces, window = np.random.default_rng(0).normal(size=(100, 2)), 2e-7
+    both = run(structure, forces, window, stepper)
+    for read in (0, 1):
+        apart = np.zeros(100)
+        for pushed in (0, 1):
+            moving = hl.MovingStructure(single(structure, pushed), stepper)
+            state = moving.start()
+            for k, force in enumerate(forces[:, pushed]):
+                state, _ = moving.advance(state, force, window)
+                apart[k] += structure.contact[:, read] @ state.displacement
+        assert both[:, read] == pytest.approx(apart, abs=1e-12 * abs(apart).max())
+
+
+@pytest.mark.parametrize("name", STEPPERS)
+def test_compliance_is_what_forces_add_and_is_reciprocal(name: str) -> None:
+    """Maxwell and Betti; and no pair of forces gains work."""
+    moving, window = hl.MovingStructure(rayleigh(ROD, 1e3, 1e-7), STEPPERS[name]), 2e-7
+    state, _ = moving.advance(moving.start(), np.array([1.0, -2.0]), window)
+    found = moving.compliance(window)
+    _, still = moving.advance(state, np.zeros(2), window)
+    for i, force in enumerate(np.eye(2)):
+        assert moving.advance(state, force, window)[1] - still == pytest.approx(found[:, i], abs=1e-12 * found.max())
+    assert found == pytest.approx(found.T, abs=1e-12 * found.max())
+    assert np.linalg.eigvalsh(found).min() > 0.0
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    ends=st.lists(st.integers(0, ROD.size - 1), min_size=2, max_size=4, unique=True),
+    window=st.floats(1e-8, 1e-4),
+    seed=st.integers(0, 2**32 - 1),
+)
+def test_the_work_of_all_forces_is_the_energy(ends: list[int], window: float, seed: int) -> None:
+    """Two to four contacts anywhere: Σ F̄ (w₁ − w₀) is what the midpoint gains and Rayleigh's damping takes."""
+    columns = np.eye(ROD.size)[:, ends] * np.where(np.arange(len(ends)) % 2, -1.0, 1.0)
+    body = rayleigh(hl.Structure(ROD.mass, ROD.stiffness, None, columns, 0.0, hl.Surface(hl.PTFE)), 1e3, 1e-7)
+    moving = hl.MovingStructure(body)
+    state, before, work, taken = moving.start(), np.zeros(len(ends)), 0.0, 0.0
+    for force in np.random.default_rng(seed).normal(size=(30, len(ends))):
+        after, moved = moving.advance(state, force, window)
+        work += force @ (moved - before)
+        taken += moving.dissipated(state, after, window)
+        state, before = after, moved
+    gain = sum(moving.energies(state, window))
+    assert gain + taken == pytest.approx(work, rel=1e-7)
+
+
+TWO = 2000.0**2 * np.array([[3.0, -1.0], [-1.0, 2.0]])
+
+
+@pytest.mark.parametrize("name", STEPPERS)
+def test_every_stepper_has_order_two_with_two_forces(name: str) -> None:
+    """Two coupled, damped masses under forces of unlike frequencies; the exact answer is a matrix exponential."""
+    damping = np.array([[900.0, -300.0], [-300.0, 500.0]])
+    columns, drives = np.array([[1.0, 0.3], [0.2, -1.0]]), np.array([3300.0, 2100.0])
+    body = hl.Structure(
+        sparse.csr_array(np.diag([2.0, 1.0])),
+        sparse.csr_array(TWO), sparse.csr_array(damping), columns, 0.0, hl.Surface(hl.PTFE),
+    )  # fmt: skip
+    errors = []
+    for steps in (160, 320, 640):
+        window = 5e-3 / steps
+        start, end = np.arange(steps)[:, None] * window, np.arange(1, steps + 1)[:, None] * window
+        means = 1.0 - (np.sin(drives * end) - np.sin(drives * start)) / (drives * window)
+        exact = exact_motion(damping, columns, drives, window, steps)
+        errors.append(abs(run(body, means, window, STEPPERS[name]) - exact).max() / abs(exact).max())
+    assert np.log2(np.divide(errors[:-1], errors[1:])) == pytest.approx([2.0, 2.0], abs=0.2)
+    assert errors[-1] < 1e-3
+
+
+def exact_motion(damping: Array, columns: Array, drives: Array, window: float, steps: int) -> Array:
+    """Of the contacts under 1 − cos Ωt on each; the generator holds 1 and, for each drive, cos Ωt and sin Ωt."""
+    inverse, generator = np.diag([0.5, 1.0]), np.zeros((9, 9))
+    generator[:2, 2:4] = np.eye(2)
+    generator[2:4, :2], generator[2:4, 2:4] = -inverse @ TWO, -inverse @ damping
+    generator[2:4, 4] = inverse @ columns.sum(axis=1)
+    for i, drive in enumerate(drives):
+        generator[2:4, 5 + 2 * i] = -inverse @ columns[:, i]
+        generator[5 + 2 * i, 6 + 2 * i], generator[6 + 2 * i, 5 + 2 * i] = -drive, drive
+    step, state, found = expm(window * generator), np.array([0.0] * 4 + [1.0, 1.0, 0.0, 1.0, 0.0]), []
+    for _ in range(steps):
+        state = step @ state
+        found.append(columns.T @ state[:2])
+    return np.array(found)
+
+
+def pulses(windows: int, window: float) -> Array:
+    """Raised cosines of 40 µs on contact 0, and of 30 µs, later, on contact 1."""
+    times = (np.arange(windows) + 0.5) * window
+    first = np.where(times < 40e-6, 1.0 - np.cos(2.0 * np.pi * times / 40e-6), 0.0)
+    late = times - 60e-6
+    return np.column_stack([first, np.where((late > 0) & (late < 30e-6), 1.0 - np.cos(2 * np.pi * late / 30e-6), 0.0)])
+
+
+LONG = hl.rod([hl.Layer(hl.STEEL_440C, 0.3, 0.01), hl.Layer(hl.ACRYLIC, 0.2, 0.01)], base="contact")
+
+
+@pytest.mark.parametrize("damping", DAMPED)
+def test_reduced_answers_like_the_full_one_at_both_contacts(damping: str) -> None:
+    full = DAMPED[damping](LONG)
+    reduced = hl.reduce(full, until=4e-4, tolerance=1e-3)
+    assert (reduced.contacts, reduced.surface) == (2, full.surface)
+    assert reduced.size < full.size / 2
+    forces, fading = pulses(4000, 1e-7), np.exp(-4.0 * np.arange(4000) / 4000.0)[:, None]
+    for pushed in (0, 1):
+        chosen = forces * (np.arange(2) == pushed)
+        exact, found = run(full, chosen, 1e-7), run(reduced, chosen, 1e-7)
+        own = np.linalg.norm(fading * exact, axis=0)
+        error = np.linalg.norm(fading * (found - exact), axis=0)
+        # Steel against acrylic: contacts that are 6 times as stiff as each other.
+        assert error[pushed] < 3e-3 * own[pushed]
+        assert error[1 - pushed] < 3e-3 * own[pushed] * np.array([6.0, 1.0])[pushed]
+
+
+def test_every_contact_counts_in_the_tolerance() -> None:
+    """Whichever is first: the estimate, over ten vectors for each contact, is that of the worst pair."""
+    swapped = replace(LONG, contact=LONG.contact[:, ::-1])
+    reports = [hl.reduce(body, until=4e-4, tolerance=1e-3).origin["reduction"] for body in (LONG, swapped)]
+    few, many = (hl.reduce(single(LONG, i), until=4e-4, tolerance=1e-3).size for i in (0, 1))
+    assert reports[0]["size"] == reports[1]["size"] >= max(few, many)
+    assert reports[0]["size"] % 20 == 0
+    assert reports[0]["error_estimate"] == pytest.approx(reports[1]["error_estimate"], rel=1e-6)
+
+
+@pytest.mark.parametrize("damping", ["none", "diagonal", "full"])
+def test_the_estimate_is_made_of_all_receptances(damping: str) -> None:
+    """bᵀ(Λ + s² + sC + arms)⁻¹b between three contacts, by dense inverses; one relaxation time."""
+    rng = np.random.default_rng(4)
+    square, contact, root = rng.uniform(1.0, 9.0, 6), rng.normal(size=(6, 3)), rng.normal(size=(6, 6))
+    loss = {"none": None, "diagonal": rng.uniform(0.1, 0.5, 6), "full": root @ root.T}[damping]
+    stretch = rng.uniform(0.5, 1.0, 6)
+    s = np.array([0.3 + 1.0j, 0.3 + 2.5j])
+    found = _receptance(_Modes(square, contact, loss, [(0.7, stretch)], np.eye(6)), s)
+    assert found.shape == (3, 3, 2)
+    for k, one in enumerate(s):
+        matrix = np.diag(square + one**2 + 0.7 * one / (1.0 + 0.7 * one) * stretch)
+        if loss is not None:
+            matrix = matrix + one * (np.diag(loss) if loss.ndim == 1 else loss)
+        assert found[:, :, k] == pytest.approx(contact.T @ np.linalg.inv(matrix) @ contact, rel=1e-10)
+
+
+def test_a_contact_given_twice_costs_no_vectors() -> None:
+    """On the back at the same place: the block of vectors has no more directions than one of them."""
+    rod = hl.rod(LAYERS, elements=12)
+    pair = replace(rod, contact=np.column_stack([rod.contact, -rod.contact]))
+    once, twice = hl.reduce(rod, 3e-4, tolerance=1e-4), hl.reduce(pair, 3e-4, tolerance=1e-4)
+    assert twice.contact[:, 1] == pytest.approx(-twice.contact[:, 0], rel=1e-12)
+    assert twice.size <= once.size + 10
+    forces = pulses(300, 1e-6)
+    moved = run(twice, forces, 1e-6)
+    assert moved[:, 1] == pytest.approx(-moved[:, 0], rel=1e-12)
+    assert moved[:, 0] == pytest.approx(run(once, forces @ [1.0, -1.0], 1e-6), abs=1e-3 * abs(moved).max())
+
+
+def test_oscillators_with_damping_take_both_forces() -> None:
+    """Modal, and of equal loss factor: exact in one window, by their closed form, at both contacts."""
+    modes = hl.reduce(ROD, until=2e-4, tolerance=1e-3)
+    for damped in (modal_damping(modes, 0.1), loss_factor(modes, 0.2)):
+        moving = hl.MovingStructure(damped)
+        assert moving.modal
+        assert not moving.compact
+        square = modes.stiffness.diagonal()
+        rate = np.sqrt(square * (1.0 - 0.01))
+        time, force = 2e-8, np.array([2.0, 3.0])
+        _, moved = moving.advance(moving.start(), force, time)
+        step = 1.0 - np.exp(-0.1 * np.sqrt(square) * time) * (
+            np.cos(rate * time) + 0.1 / 0.99**0.5 * np.sin(rate * time)
+        )
+        lag = np.divide(step, square, out=np.full_like(step, time**2 / 2.0), where=square * time**2 > 1e-12)
+        assert moved == pytest.approx(modes.contact.T @ (lag * (modes.contact @ force)), rel=1e-6)
+
+
+def test_a_step_of_ones_own_takes_columns_without_memory() -> None:
+    class Halving:
+        def __init__(self, structure: hl.Structure, window: float) -> None:
+            self.response = StructureState(0.5 * structure.contact, structure.contact)
+
+        def free(self, state: StructureState) -> StructureState:
+            return StructureState(0.5 * state.displacement, 0.5 * state.velocity)
+
+    moving = hl.MovingStructure(ROD, Halving)
+    state, moved = moving.advance(moving.start(), np.array([2.0, 4.0]), 1e-6)
+    assert moved == pytest.approx([1.0, 2.0])
+    assert moving.advance(state, np.zeros(2), 1e-6)[1] == pytest.approx([0.5, 1.0])
+    kinetic, elastic = moving.energies(state, 1e-6)
+    assert kinetic == pytest.approx(0.5 * state.velocity @ (ROD.mass @ state.velocity), rel=1e-12)
+    assert elastic == pytest.approx(0.5 * state.displacement @ (ROD.stiffness @ state.displacement), rel=1e-12)
+
+
+def test_a_half_space_may_have_two_contacts() -> None:
+    """Nothing moves, and nothing is passed on."""
+    none = sparse.csr_array((0, 0))
+    moving = hl.MovingStructure(hl.Structure(none, none, None, np.zeros((0, 2)), 0.0, hl.Surface(hl.PTFE)))
+    state, moved = moving.advance(moving.start(), np.ones(2), 1e-6)
+    assert moved.tolist() == [0.0, 0.0]
+    assert moving.compliance(1e-6).tolist() == [[0.0, 0.0], [0.0, 0.0]]
+    assert moving.energies(state, 1e-6) == (0.0, 0.0)
+
+
+def test_static_compliance_of_a_bar_is_reciprocal() -> None:
+    """F on one section moves another by F min(x, ξ)/EA from the fixed end: both ways, at each pair."""
+    layer = hl.Layer(hl.PTFE, 0.1, 0.01)
+    rod = hl.rod([layer], elements=10)
+    nodes = np.array([0, 8, 14])
+    places = np.array([0.0, 0.04, 0.07])  # every second degree of freedom is a node, 1 cm apart
+    order = np.argsort(-np.linalg.solve(rod.stiffness.toarray(), rod.contact))
+    columns = np.eye(rod.size)[:, order[nodes]]
+    body = hl.Structure(rod.mass, rod.stiffness, None, columns, 0.0, rod.surface)
+    solve = factorise(body.stiffness)
+    found = body.contact.T @ np.column_stack([solve(column) for column in body.contact.T])
+    to_base = layer.length - places
+    expected = np.minimum(to_base[:, None], to_base) / (layer.material.youngs_modulus * layer.area)
+    assert found == pytest.approx(expected, rel=1e-9)
+
+
+def test_one_column_is_one_contact() -> None:
+    rod = hl.rod(LAYERS)
+    column = replace(rod, contact=rod.contact[:, None])
+    assert column.contact.shape == rod.contact.shape
+    assert column.contacts == 1
+    assert isinstance(hl.MovingStructure(column).advance(hl.MovingStructure(column).start(), 1.0, 1e-6)[1], float)
+
+
+SURFACE = hl.Surface(hl.PTFE)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"contact": np.ones((3, 2))}, r"mass has shape .*: must be \(3, 3\), as contact has 3 entries"),
+        ({"contact": np.ones((ROD.size, 2, 2))}, r"contact has shape .*: must be \(n,\), or \(n, p\) for p contacts"),
+        ({"contact": np.ones((ROD.size, 0))}, r"contact has shape .*: must be \(n,\), or \(n, p\)"),
+        ({"contact": np.full((ROD.size, 2), np.nan)}, "contact: must hold finite numbers"),
+        ({"flexibility": [0.0, 1e-9, 0.0]}, r"flexibility = \[0\.0, 1e-09, 0\.0\]: must be one number of m/N, or 2"),
+        ({"flexibility": [0.0, np.inf]}, "flexibility = inf: must be a finite number of m/N"),
+        ({"flexibility": "soft"}, "flexibility = 'soft': must be a number or an array of numbers"),
+        ({"surface": None}, "surface = None: must be a list of Surfaces, or one"),
+        ({"surface": [SURFACE]}, "surface = .*: must be one Surface, or 2, as there are contacts"),
+        ({"surface": [SURFACE, "flat"]}, "surface = .*: must be a list of Surfaces"),
+    ],
+)
+def test_bad_structures(change: dict[str, object], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        replace(ROD, **change)
+
+
+@pytest.mark.parametrize("force", [1.0, [1.0], [1.0, 2.0, 3.0], [[1.0, 2.0]], None, "ab"])
+def test_bad_forces(force: object) -> None:
+    moving = hl.MovingStructure(ROD)
+    with pytest.raises(ValueError, match="force = "):
+        moving.advance(moving.start(), force, 1e-6)
+
+
+def test_lumping_does_not_hang_on_the_contacts() -> None:
+    """Nor where two of them, on the two faces of one place, cancel."""
+    rod = hl.rod(LAYERS, elements=6)
+    pair = replace(rod, contact=np.column_stack([rod.contact, -rod.contact]))
+    lumped = hl.MovingStructure(pair, "central-difference").structure
+    assert lumped.contacts == 2
+    assert (CentralDifference(rod, 1e-7).structure.mass - lumped.mass).count_nonzero() == 0
