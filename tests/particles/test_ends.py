@@ -326,6 +326,34 @@ def test_scales() -> None:
     assert hl.Chain([BEAD], None, 0).impact_energy == hl.Chain([BEAD], None).impact_energy
 
 
+def test_the_given_energy_sets_what_is_stable() -> None:
+    """Stiffnesses grow as E^(1/5), and with them viscoelastic losses, and what a negative spring must bear."""
+    chain = hl.Chain([BEAD], None, 0.3, dissipation=hl.KuwabaraKono(1e-6))
+    times = [hl.MovingChain(chain, FLAT, impact_energy=scale).damping_time for scale in (1e-6, 1e-1)]
+    assert times[0] / times[1] == pytest.approx(10.0)
+    stiffness = 1.5 * hertz_stiffness(BEAD.surface, FLAT) ** 0.8 * 2.5**0.2
+    for keyword in ("flexibility", "behind_flexibility"):
+        spring = {keyword: -0.9 / (stiffness * 1e-6**0.2)}
+        hl.MovingChain(chain, FLAT, behind=FLAT, impact_energy=1e-6, **spring)  # type: ignore[arg-type]
+        with pytest.raises(ValueError, match=f"{keyword} = .*: more negative than"):
+            hl.MovingChain(chain, FLAT, behind=FLAT, impact_energy=1e-4, **spring)  # type: ignore[arg-type]
+    plain, step = hl.Chain([BEAD], None), 0.9 * (2.0 * BEAD.mass / (stiffness * 1e-6**0.2)) ** 0.5
+    hl.MovingChain(plain, FLAT, dt=step, impact_energy=1e-6)
+    with pytest.raises(ValueError, match="too large for a stable step"):
+        hl.MovingChain(plain, FLAT, dt=step, impact_energy=1e-4)
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+@pytest.mark.parametrize("loss", LOSSES)
+def test_a_striker_is_no_surface_behind(integrator: str, loss: Dissipation | None) -> None:
+    """The kernel gives no force behind, though contact 1 is closed."""
+    moving = hl.MovingChain(hl.Chain([BEAD], BEAD, 0.3, dissipation=loss, integrator=integrator), FLAT)
+    y, v = moving.start()[:2]
+    force, behind, _, _ = kernels.advance(y, v, moving.constants, moving.method, 100, 0.0, 1e-5, 0.0, 0.0)
+    assert force > 0.0
+    assert behind == 0.0
+
+
 def test_runs_without_a_striker() -> None:
     """The co-simulation takes them; body 0 stays in its place, and a dead load presses on the first bead."""
     for keywords in ({}, {"gravity": 9.81, "preload": 1.0}, {"dissipation": hl.LinearDashpot(3.0), "gravity": 9.81}):
