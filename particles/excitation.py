@@ -55,7 +55,7 @@ class PushedBead:
     """A force history on the first bead in place of a striker.
 
     time (s, from zero, increasing) and force (N): monotone cubics run between the points, and the last force holds on.
-    Contact 1 of the results is this force.
+    Contact 1 of the results is this force, or, with a structure behind the chain, the contact with that.
     """
 
     time: Sequence[float]

@@ -249,8 +249,8 @@ def _driven_verlet(y, v, chain, t, wall, rate, dt, steps):
     """
     inverse_mass, stiffness, table, rows, _, history, numbers = chain
     last = y.size - 1
+    # The pass moves body 0 only where that is a striker.
     first = 0 if numbers.drive == FREE else 1
-    # What the pass moves.
     some_y, some_v, some_masses, some_stiffness, some_tables = (
         y[first:], v[first:], inverse_mass[first:], stiffness[first:], table[first:],
     )  # fmt: skip

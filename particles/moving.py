@@ -180,17 +180,18 @@ class MovingChain:
         from the chain, so backwards for the surface behind.
         """
         y, v = state.position.copy(), state.velocity.copy()
-        (start, start_behind), (end, end_behind) = ((at, 0.0) if self.behind is None else at for at in motion)
+        start, end = motion
         if self.behind is not None:
+            (start, start_behind), (end, end_behind) = motion
             y[0], v[0] = self.rest[0] - start_behind, (start_behind - end_behind) / window
         force, force_behind, lost, driven = kernels.advance(
-            y, v, self.constants, self.method, self.steps(window), state.time, window, float(start), float(end)
+            y, v, self.constants, self.method, self.steps(window), state.time, window, start, end
         )
-        if self.behind is not None:
-            y[0] = self.rest[0] - end_behind
         moved = ChainState(y, v, state.lost + lost, state.time + window, state.driven + driven)
-        dynamic = np.array([force, force_behind]) - self.static_force[[-1, 0]]
-        return moved, float(dynamic[0]) if self.behind is None else dynamic
+        if self.behind is None:
+            return moved, force - float(self.static_force[-1])
+        y[0] = self.rest[0] - end_behind
+        return moved, np.array([force, force_behind]) - self.static_force[[-1, 0]]
 
     def advance_condensed(
         self,

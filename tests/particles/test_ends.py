@@ -301,6 +301,20 @@ def test_windows_repeat_and_leave_their_state() -> None:
     assert one[0].velocity[0] == pytest.approx(-0.2)
 
 
+def test_a_surface_behind_that_rests_while_the_one_ahead_gives_way() -> None:
+    """The condensed window ends at the force and the place that a window with both ends told then confirms."""
+    moving = moving_chain(hl.Chain([BEAD] * 2, None, 0.3, preload=2.0))
+    (*_, state), _ = run(moving, still, 1e-6, 10)
+    window, compliance = 1e-6, 1e-8
+    guess = np.array([0.0, -1.0, 0.0, 0.0])
+    solved, force, _, _ = moving.advance_condensed(state, (0.0, 1e-8), compliance, window, guess, 1e-9)
+    end = np.array([1e-8 + compliance * force, 0.0])
+    told, forces = moving.advance(state, (still(0.0), end), window)
+    assert abs(force) > 0.1
+    assert forces[0] == pytest.approx(force, abs=1e-9)
+    assert solved.position == pytest.approx(told.position, abs=1e-17)
+
+
 def test_scales() -> None:
     """½mv² = ⅖kδ^2.5 and F = kδ^1.5 at the last contact, for the chain's own energy or a given one."""
     chain = hl.Chain([BEAD, LARGE], None, 0.3)
@@ -324,6 +338,34 @@ def test_scales() -> None:
     assert (alone.ends, moving.ends) == (1, 2)
     assert hl.Chain([BEAD], None).impact_energy == pytest.approx(0.5 * BEAD.mass * 1e-4)
     assert hl.Chain([BEAD], None, 0).impact_energy == hl.Chain([BEAD], None).impact_energy
+
+
+def test_the_given_energy_sets_what_is_stable() -> None:
+    """Stiffnesses grow as E^(1/5), and with them viscoelastic losses, and what a negative spring must bear."""
+    chain = hl.Chain([BEAD], None, 0.3, dissipation=hl.KuwabaraKono(1e-6))
+    times = [hl.MovingChain(chain, FLAT, impact_energy=scale).damping_time for scale in (1e-6, 1e-1)]
+    assert times[0] / times[1] == pytest.approx(10.0)
+    stiffness = 1.5 * hertz_stiffness(BEAD.surface, FLAT) ** 0.8 * 2.5**0.2
+    for keyword in ("flexibility", "behind_flexibility"):
+        spring = {keyword: -0.9 / (stiffness * 1e-6**0.2)}
+        hl.MovingChain(chain, FLAT, behind=FLAT, impact_energy=1e-6, **spring)  # type: ignore[arg-type]
+        with pytest.raises(ValueError, match=f"{keyword} = .*: more negative than"):
+            hl.MovingChain(chain, FLAT, behind=FLAT, impact_energy=1e-4, **spring)  # type: ignore[arg-type]
+    plain, step = hl.Chain([BEAD], None), 0.9 * (2.0 * BEAD.mass / (stiffness * 1e-6**0.2)) ** 0.5
+    hl.MovingChain(plain, FLAT, dt=step, impact_energy=1e-6)
+    with pytest.raises(ValueError, match="too large for a stable step"):
+        hl.MovingChain(plain, FLAT, dt=step, impact_energy=1e-4)
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+@pytest.mark.parametrize("loss", LOSSES)
+def test_a_striker_is_no_surface_behind(integrator: str, loss: Dissipation | None) -> None:
+    """The kernel gives no force behind, though contact 1 is closed."""
+    moving = hl.MovingChain(hl.Chain([BEAD], BEAD, 0.3, dissipation=loss, integrator=integrator), FLAT)
+    y, v = moving.start()[:2]
+    force, behind, _, _ = kernels.advance(y, v, moving.constants, moving.method, 100, 0.0, 1e-5, 0.0, 0.0)
+    assert force > 0.0
+    assert behind == 0.0
 
 
 def test_runs_without_a_striker() -> None:
