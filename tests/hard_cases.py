@@ -73,7 +73,7 @@ def soft() -> Case:
 
 def stiff() -> Case:
     """A tenth of a bead on 100 GN/m, a thousand times stiffer than the contact; its own period is 0.4 µs."""
-    return _one(oscillator(0.1, 1e11), 6e-4)
+    return _one(oscillator(0.1, 1e11), 5e-4)
 
 
 def chattering() -> Case:
