@@ -108,3 +108,13 @@ CASES: dict[str, Callable[[], Case]] = {
     "chattering": chattering,
     "two chains": two_chains,
 }
+
+REFERENCE = {
+    "light": (0.8767226,),
+    "lighter": (0.8715607,),
+    "soft": (0.7083072,),
+    "stiff": (0.9858116,),
+    "chattering": (0.7795188,),
+    "two chains": (0.2793548, 0.7641386),
+}
+"""Amplitude ratios at the sensor, of each chain, sampled every 0.25 µs."""

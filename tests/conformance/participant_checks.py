@@ -2,9 +2,9 @@
 
 A participant is a structure (start, advance(state, mean force, window) → (state, displacement)) or a MovingChain
 (advance(state, surface at start and end, window) → (state, mean force)). With several contact points, `surface` is a
-tuple, and forces and displacements are arrays with one number for each. Only answers are compared, never states, whose
-form is the participant's own. But for the one that looks for it, checks hand every window a copy of the state, so that
-each fault is found by the check that is meant for it.
+tuple (of a chain, the second is `behind`), and forces and displacements are arrays with one number for each.
+Only answers are compared, never states, whose form is the participant's own. But for the one that looks for it, checks
+hand every window a copy of the state, so that each fault is found by the check that is meant for it.
 
 All take window, s, and size, the scale of the drive: N for a structure, m for what a chain faces.
 """
@@ -144,9 +144,9 @@ def _drives(participant: Any, seed: int, size: float | None) -> list[Any]:
     """Random mean forces, each held over a window; for a chain, the ends of a window's motion."""
     random = np.random.default_rng(seed)
     if isinstance(participant, hl.MovingChain):
-        place = (MOTION if size is None else size) * random.normal(size=WINDOWS + 1)
+        place = (MOTION if size is None else size) * random.normal(size=(WINDOWS + 1, _points(participant)))
         place[0] = 0.0
-        return list(pairwise(place.tolist()))
+        return list(pairwise(_shaped(participant, row) for row in place))
     forces = (FORCE if size is None else size) * random.normal(size=(WINDOWS, _points(participant)))
     return [_shaped(participant, force) for force in forces]
 
@@ -155,7 +155,7 @@ def _pulse(participant: Any, size: float | None) -> list[Any]:
     """A smooth push and its end."""
     if isinstance(participant, hl.MovingChain):
         place = (MOTION if size is None else size) * np.sin(np.pi * np.arange(WINDOWS + 1) / WINDOWS) ** 2
-        return list(pairwise(place.tolist()))
+        return list(pairwise(_shaped(participant, row * np.ones(_points(participant))) for row in place))
     rise = (FORCE if size is None else size) * np.sin(np.pi * (np.arange(WINDOWS) + 0.5) / WINDOWS) ** 2
     return [_shaped(participant, force * np.ones(_points(participant))) for force in rise]
 
@@ -199,11 +199,16 @@ def _one(participant: Any, state: Any, drive: Any, window: float) -> Any:
 
 
 def _points(participant: Any) -> int:
+    """Contact points of a structure; of a chain its ends that face a surface."""
+    if isinstance(participant, hl.MovingChain):
+        return 1 if getattr(participant, "behind", None) is None else 2
     return len(participant.surface) if isinstance(participant.surface, tuple) else 1
 
 
-def _shaped(participant: Any, force: Answers) -> Any:
-    return force if isinstance(participant.surface, tuple) else float(force[0])
+def _shaped(participant: Any, values: Answers) -> Any:
+    """A number where there is one contact point, an array where there are several."""
+    several = isinstance(participant.surface, tuple) or _points(participant) > 1
+    return values if several else float(values[0])
 
 
 def _same(one: Any, other: Any) -> bool:
