@@ -1,7 +1,10 @@
 """Each broken participant is caught by the check that is meant for its fault, and by no other."""
 
+import subprocess
+import sys
 from collections.abc import Callable
 from itertools import count
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -162,6 +165,21 @@ def test_a_fault_is_caught_by_its_own_check_alone(broken: type, name: str) -> No
             CHECKS[name](broken)
     else:
         CHECKS[name](broken)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize(("damping", "code"), [(40.0, 0), (-40.0, 1)])
+def test_a_users_participant_by_the_option(damping: float, code: int, tmp_path: Path) -> None:
+    """From the folder of the module that makes it."""
+    here = Path(__file__).parent
+    (tmp_path / "plant.py").write_text(
+        f"import sys\nsys.path.insert(0, {str(here)!r})\nfrom test_broken_participants import Sound\n\n\n"
+        f"def make():\n    made = Sound()\n    made.damping = {damping}\n    return made\n"
+    )
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(here / "test_conformance.py")]
+    done = subprocess.run([*command, "--participant", "plant:make"], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == code, done.stdout
+    assert ("gives back more than it was given" in done.stdout) == bool(code)
 
 
 def test_random_answers_are_neither_repeatable_nor_deterministic() -> None:
