@@ -111,6 +111,8 @@ class System:
         self._touch(row, None, hl.contact_law(chain.beads[-1 if last else 0], surface), chain)
         self.approach[row, row if last else row + 1] = 1.0 if last else -1.0
         self.approach[row, slice(*self.freedoms[contact.structure :][:2])] = -spread[:, contact.point]
+        if not last:
+            self.static_force[row] = chain.preload
         self.spring[row] = np.broadcast_to(body.flexibility, spread.shape[1])[contact.point]
 
     def _touch(self, row: int, body: int | None, law: hl.PowerLaw, chain: hl.Chain) -> None:

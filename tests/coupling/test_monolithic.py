@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import xarray as xr
-from hard_cases import BEAD, CASES, SENSOR, Body, Case, chain
+from hard_cases import BEAD, CASES, REFERENCE, SENSOR, Body, Case, chain
 from monolithic import Contact, monolithic
 
 import hertzlink as hl
@@ -18,16 +18,6 @@ ROD = hl.rod([hl.Layer(hl.ACRYLIC, 0.0762, 0.0191)], elements=8)
 TIP = hl.Structure(
     np.diag([0.5, 5.0]) * BEAD.mass, [[1e7, -1e7], [-1e7, 1.1e7]], None, [1.0, 0.0], 3e-9, hl.Surface(hl.STEEL_440C)
 )
-
-REFERENCE = {
-    "light": (0.8767226,),
-    "lighter": (0.8715607,),
-    "soft": (0.7083072,),
-    "stiff": (0.9858116,),
-    "chattering": (0.7795188,),
-    "two chains": (0.2793548, 0.7641386),
-}
-"""Amplitude ratios at the sensor."""
 
 
 def solve(case: Case, tolerance: float = 1e-13, interval: float = 2.5e-7) -> list[xr.Dataset]:

@@ -1,0 +1,81 @@
+"""hertzlink's own participants, by name: what makes each."""
+
+import runpy
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import hertzlink as hl
+from structures.damping import rayleigh, standard_linear_solid
+
+BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
+CHAIN = hl.Chain([BEAD] * 3, BEAD, 0.31)
+FLAT = hl.Surface(hl.STEEL_440C)
+ROD = hl.rod([hl.Layer(hl.ACRYLIC, 0.05, 0.01)], elements=8)
+LAYERED = hl.rod([hl.Layer(hl.STEEL_440C, 6.35e-3, 9.525e-3), hl.Layer(hl.PTFE, 25.4e-3, 9.525e-3)], elements=4)
+SUPPORTS = hl.Supports("clamped", "clamped", "free", "free")
+PLATE = hl.kirchhoff_plate(0.2, 0.2, 2.29e-3, hl.ALUMINIUM_6061, SUPPORTS, cells=(6, 6)).at(0.05, 0.1)
+
+STRUCTURES = {
+    "rod": ROD,
+    "layered rod": LAYERED,
+    "damped rod": rayleigh(ROD, 5e2, 1e-7),
+    "rod with an absorbing base": hl.rod([hl.Layer(hl.ACRYLIC, 0.05, 0.01)], base="absorbing", elements=8),
+    "rod with Maxwell arms": standard_linear_solid(ROD, 0.3, 2e-5),
+    "plate": PLATE,
+    "reduced plate": hl.reduce(PLATE, until=1e-3),
+    "half-space": hl.half_space(hl.BRASS_360),
+}
+
+STEPPERS = ("newmark", "generalised-alpha", "central-difference")
+
+SPRING_MASS = Path(__file__).parents[2] / "examples" / "own_structure.py"
+
+
+class Duffing:
+    """m ẍ + k x + k₃ x³ = F, a black box that is not linear, by twenty steps of Runge and Kutta's method a window."""
+
+    surface = FLAT
+    mass, stiffness, cubic = 0.01, 2e7, 1e16
+
+    def start(self) -> tuple[float, float]:
+        return 0.0, 0.0
+
+    def advance(self, state: tuple[float, float], force: float, window: float) -> tuple[tuple[float, float], float]:
+        y, h = np.array(state), window / 20.0
+        for _ in range(20):
+            a = self._rate(y, force)
+            b = self._rate(y + 0.5 * h * a, force)
+            c = self._rate(y + 0.5 * h * b, force)
+            d = self._rate(y + h * c, force)
+            y = y + h / 6.0 * (a + 2.0 * b + 2.0 * c + d)
+        return (float(y[0]), float(y[1])), float(y[0])
+
+    def _rate(self, y: Any, force: float) -> Any:
+        x, v = y
+        return np.array([v, (force - self.stiffness * x - self.cubic * x**3) / self.mass])
+
+
+def spring_mass() -> Any:
+    """That of the gallery."""
+    return runpy.run_path(str(SPRING_MASS))["SpringMass"](mass=0.0141, stiffness=1.7e7)
+
+
+OURS = {
+    **{name: partial(hl.MovingStructure, structure) for name, structure in STRUCTURES.items()},
+    **{f"rod, {stepper}": partial(hl.MovingStructure, ROD, stepper) for stepper in STEPPERS},
+    "spring and mass": spring_mass,
+    "Duffing": Duffing,
+}
+
+CHAINS = {
+    "chain": partial(hl.MovingChain, CHAIN, FLAT),
+    "chain on a spring": partial(hl.MovingChain, CHAIN, FLAT, 1e-9),
+    "chain with dashpots under gravity": partial(
+        hl.MovingChain, hl.Chain([BEAD] * 3, BEAD, 0.31, gravity=9.81, dissipation=hl.LinearDashpot(5.0)), FLAT
+    ),
+    "chain by rk4": partial(hl.MovingChain, hl.Chain([BEAD] * 3, BEAD, 0.31, integrator="rk4"), FLAT),
+    "chain in coarse steps": partial(hl.MovingChain, CHAIN, FLAT, dt=1e-6),
+}

@@ -1,0 +1,216 @@
+"""What every participant owes to a co-simulation, as plain functions that fail with an AssertionError.
+
+A participant is a structure (start, advance(state, mean force, window) → (state, displacement)) or a MovingChain
+(advance(state, surface at start and end, window) → (state, mean force)). With several contact points, `surface` is a
+tuple (of a chain, the second is `behind`), and forces and displacements are arrays with one number for each.
+Only answers are compared, never states, whose form is the participant's own. But for the one that looks for it, checks
+hand every window a copy of the state, so that each fault is found by the check that is meant for it.
+
+All take window, s, and size, the scale of the drive: N for a structure, m for what a chain faces.
+"""
+
+import pickle
+from collections.abc import Callable, Sequence
+from copy import deepcopy
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import hertzlink as hl
+
+Answers = NDArray[np.float64]
+
+WINDOW, FORCE, MOTION = 1e-6, 10.0, 2e-6
+"""s, N, m: a thirtieth of a contact of 9.5 mm beads, and what a drop of 10 mm brings."""
+
+SHORT = 1e-7
+"""s, of a window whose halves are compared with it."""
+
+WINDOWS = 48
+
+WITHDRAWAL = 0.2
+"""Force over motion of what draws energy out of a structure, in units of that which fed it; the greater the sooner, but
+from 0.5 on no longer all of it."""
+
+
+def check_repeatable(participant: Any, window: float = WINDOW, size: float | None = None) -> None:
+    """A window from one state, twice, gives one answer, then and later: the old state is left as it was."""
+    state = participant.start()
+    for drive in _drives(participant, 1, size):
+        first, answer = participant.advance(state, drive, window)
+        second, again = participant.advance(state, drive, window)
+        assert _same(answer, again), f"advance gave {answer!r}, and from the same state {again!r}"
+        ahead = [_one(participant, end, drive, window) for end in (first, second)]
+        assert _same(*ahead), f"after a repeated window advance gave {ahead[1]!r} instead of {ahead[0]!r}"
+        state = first
+
+
+def check_independent(participant: Any, window: float = WINDOW, size: float | None = None) -> None:
+    """Two histories through one instance, window by window in turn, are what each is alone."""
+    histories = [_drives(participant, seed, size) for seed in (2, 3)]
+    alone = [_run(participant, history, window) for history in histories]
+    states, turns = [participant.start(), participant.start()], ([], [])
+    for drives in zip(*histories, strict=True):
+        for n, drive in enumerate(drives):
+            states[n], answer = participant.advance(deepcopy(states[n]), drive, window)
+            turns[n].append(np.atleast_1d(answer))
+    for one, other in zip(alone, turns, strict=True):
+        assert _same(one, other), "a history changes where another is advanced in between: advance keeps a state"
+
+
+def check_deterministic(make: Callable[[], Any], window: float = WINDOW, size: float | None = None) -> None:
+    """A new instance gives the same bits. make: what makes one."""
+    one, other = (_run(make(), _drives(make(), 4, size), window) for _ in range(2))
+    assert _same(one, other), "two instances give different answers to the same forces"
+
+
+def check_pickles(participant: Any, window: float = WINDOW, size: float | None = None) -> None:
+    """A state that was written and read goes on to the same bits."""
+    state = participant.start()
+    for drive in _drives(participant, 5, size)[:8]:
+        written = pickle.dumps(state)
+        state, answer = participant.advance(deepcopy(state), drive, window)
+        assert _same(answer, _one(participant, pickle.loads(written), drive, window)), (
+            "a pickled state goes on otherwise"
+        )
+
+
+def check_splits(
+    participant: Any, window: float = SHORT, size: float | None = None, order: float = 2.0, rounding: float = 1e-9
+) -> None:
+    """A window against two halves of it under the same force: the difference falls by 2^order with the window.
+
+    Over a smooth pulse of WINDOWS, at their ends; a chain's answer is the mean force over them. Take windows in which
+    the fastest motion hardly turns: a mesh shows its order there only. More than three quarters of the order are asked
+    for, and none where the difference, in the mean square, is below `rounding` of the answers.
+    """
+    drives = _pulse(participant, size)
+    whole, halves, quarters = (_split(participant, drives, window, parts) for parts in (1, 2, 4))
+    coarse, fine, least = (_mean_square(x) for x in (whole - halves, halves - quarters, rounding * quarters))
+    assert not (fine > least and fine > coarse / 2.0 ** (0.75 * order)), (
+        f"halves differ from windows by {coarse:.3g}, quarters from halves by {fine:.3g}: not of order {order:g}"
+    )
+
+
+def check_finite(participant: Any, window: float = WINDOW, size: float | None = None) -> None:
+    """Every answer is a finite number, one for each contact point."""
+    answers = _run(participant, _drives(participant, 7, size), window)
+    assert answers.shape == (WINDOWS, _points(participant)), (
+        f"{answers.shape[1:]} answers, {_points(participant)} asked"
+    )
+    assert np.isfinite(answers).all(), f"not finite in window {int(np.argmin(np.isfinite(answers).all(axis=1)))}"
+
+
+def check_starts_at_rest(participant: Any, window: float = WINDOW, rounding: float = 1e-12) -> None:
+    """Without force the contact points of a structure stay where they are, in m."""
+    answers = _run(participant, [_shaped(participant, np.zeros(_points(participant)))] * WINDOWS, window)
+    assert not (abs(answers) > rounding).any(), f"moves to {abs(answers).max():.3g} m without a force"
+
+
+def check_passive(participant: Any, window: float = WINDOW, size: float | None = None, tolerance: float = 1e-9) -> None:
+    """From rest, the work Σ F̄ (w₁ − w₀) on a structure never falls below zero, by that part of the greatest work.
+
+    Random forces feed it; then forces against its motion, which draw out again what they can. The first window goes
+    without force, so that a displacement at rest counts for nothing.
+    """
+    rest = _shaped(participant, np.zeros(_points(participant)))
+    state, place = participant.advance(participant.start(), rest, window)
+    forces = [np.atleast_1d(force) for force in _drives(participant, 8, size)]
+    moves: list[Any] = []
+    for n in range(8 * WINDOWS):
+        if n >= WINDOWS:
+            forces.append(-WITHDRAWAL * _scale(forces[:WINDOWS]) / _scale(moves[:WINDOWS]) * moves[-1])
+        state, end = participant.advance(deepcopy(state), _shaped(participant, forces[n]), window)
+        moves.append(np.atleast_1d(end) - np.atleast_1d(place))
+        place = end
+    work = np.cumsum(np.sum(np.array(forces) * moves, axis=1))
+    assert not work.min() < -tolerance * abs(work).max(), (
+        f"gives back more than it was given: {work.min():.3g} J, of {abs(work).max():.3g} J at most"
+    )
+
+
+def check_structure(make: Callable[[], Any], window: float = WINDOW, size: float | None = None) -> None:
+    """All of them, for a structure."""
+    for check in (check_repeatable, check_independent, check_pickles, check_finite, check_passive):
+        check(make(), window, size)
+    check_deterministic(make, window, size)
+    check_starts_at_rest(make(), window)
+    check_splits(make(), min(window, SHORT), size)
+
+
+def _drives(participant: Any, seed: int, size: float | None) -> list[Any]:
+    """Random mean forces, each held over a window; for a chain, the ends of a window's motion."""
+    random = np.random.default_rng(seed)
+    if isinstance(participant, hl.MovingChain):
+        place = (MOTION if size is None else size) * random.normal(size=(WINDOWS + 1, _points(participant)))
+        place[0] = 0.0
+        return list(pairwise(_shaped(participant, row) for row in place))
+    forces = (FORCE if size is None else size) * random.normal(size=(WINDOWS, _points(participant)))
+    return [_shaped(participant, force) for force in forces]
+
+
+def _pulse(participant: Any, size: float | None) -> list[Any]:
+    """A smooth push and its end."""
+    if isinstance(participant, hl.MovingChain):
+        place = (MOTION if size is None else size) * np.sin(np.pi * np.arange(WINDOWS + 1) / WINDOWS) ** 2
+        return list(pairwise(_shaped(participant, row * np.ones(_points(participant))) for row in place))
+    rise = (FORCE if size is None else size) * np.sin(np.pi * (np.arange(WINDOWS) + 0.5) / WINDOWS) ** 2
+    return [_shaped(participant, force * np.ones(_points(participant))) for force in rise]
+
+
+def _run(participant: Any, drives: Sequence[Any], window: float) -> Answers:
+    """Answers, windows × contact points, from the start."""
+    return _split(participant, drives, window, 1)
+
+
+def _split(participant: Any, drives: Sequence[Any], window: float, parts: int) -> Answers:
+    """Answers at whole windows that were each cut into so many."""
+    state, answers = participant.start(), []
+    for drive in drives:
+        found = []
+        for piece in _pieces(drive, parts):
+            state, answer = participant.advance(deepcopy(state), piece, window / parts)
+            found.append(np.atleast_1d(np.asarray(answer, float)))
+        answers.append(np.mean(found, axis=0) if isinstance(drive, tuple) else found[-1])
+    return np.array(answers)
+
+
+def _pieces(drive: Any, parts: int) -> list[Any]:
+    """The same force in each, or the pieces of a straight motion."""
+    if not isinstance(drive, tuple):
+        return [drive] * parts
+    ends = [drive[0] + share * (drive[1] - drive[0]) for share in np.arange(parts + 1) / parts]
+    return list(pairwise(ends))
+
+
+def _scale(values: Any) -> float:
+    """Root of the mean square, one where all are zero."""
+    return _mean_square(np.array(values)) or 1.0
+
+
+def _mean_square(values: Answers) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _one(participant: Any, state: Any, drive: Any, window: float) -> Any:
+    return participant.advance(deepcopy(state), drive, window)[1]
+
+
+def _points(participant: Any) -> int:
+    """Contact points of a structure; of a chain its ends that face a surface."""
+    if isinstance(participant, hl.MovingChain):
+        return 1 if getattr(participant, "behind", None) is None else 2
+    return len(participant.surface) if isinstance(participant.surface, tuple) else 1
+
+
+def _shaped(participant: Any, values: Answers) -> Any:
+    """A number where there is one contact point, an array where there are several."""
+    several = isinstance(participant.surface, tuple) or _points(participant) > 1
+    return values if several else float(values[0])
+
+
+def _same(one: Any, other: Any) -> bool:
+    """To the bit; what is not a number is like itself."""
+    return np.array_equal(np.asarray(one, float), np.asarray(other, float), equal_nan=True)

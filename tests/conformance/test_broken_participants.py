@@ -1,0 +1,206 @@
+"""Each broken participant is caught by the check that is meant for its fault, and by no other."""
+
+import subprocess
+import sys
+from collections.abc import Callable
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import participant_checks as checks
+import pytest
+from our_participants import FLAT
+
+import hertzlink as hl
+
+
+class Sound:
+    """A mass on a damped spring by the implicit midpoint: what the broken ones do but for their fault."""
+
+    surface: Any = FLAT
+    mass, stiffness, damping = 0.01, 2e7, 40.0
+
+    def start(self) -> Any:
+        return 0.0, 0.0
+
+    def advance(self, state: Any, force: float, window: float) -> tuple[Any, float]:
+        u, v = state
+        matrix = self.mass + window / 2.0 * self.damping + window**2 / 4.0 * self.stiffness
+        middle = (self.mass * v + window / 2.0 * (force - self.stiffness * u)) / matrix
+        return (u + window * middle, 2.0 * middle - v), u + window * middle
+
+
+class ChangesTheOldState(Sound):
+    """In place: the array that it was given is the one that it returns."""
+
+    def start(self) -> Any:
+        return np.zeros(2)
+
+    def advance(self, state: Any, force: float, window: float) -> tuple[Any, float]:
+        state[:], answer = super().advance(state, force, window)
+        return state, answer
+
+
+class KeepsAState(Sound):
+    """A solver with a checkpoint of its own, of the last window alone; its state is but a window's number."""
+
+    def start(self) -> Any:
+        self.checkpoint, self.current = (0, (0.0, 0.0)), (0, (0.0, 0.0))
+        return 0
+
+    def advance(self, state: Any, force: float, window: float) -> tuple[Any, float]:
+        if state == self.checkpoint[0]:
+            self.current = self.checkpoint
+        self.checkpoint = self.current
+        end, answer = super().advance(self.current[1], force, window)
+        self.current = (state + 1, end)
+        return state + 1, answer
+
+
+class DiffersByInstance(Sound):
+    """A constant drawn anew for each."""
+
+    drawn = count(1)
+
+    def __init__(self) -> None:
+        self.stiffness = 2e7 * (1.0 + 1e-9 * next(self.drawn))
+
+
+class FeedsEnergy(Sound):
+    """A dashpot of the wrong sign, so weak that 10 ms make a tenth more of a motion."""
+
+    damping = -0.2
+
+
+class LiesElsewhere(Sound):
+    """Displacements that count from elsewhere than equilibrium."""
+
+    def advance(self, state: Any, force: float, window: float) -> tuple[Any, float]:
+        end, answer = super().advance(state, force, window)
+        return end, answer + 1e-6
+
+
+class FirstOrder(Sound):
+    """Backward Euler."""
+
+    damping = 0.0
+
+    def advance(self, state: Any, force: float, window: float) -> tuple[Any, float]:
+        u, v = state
+        v = (v + window / self.mass * (force - self.stiffness * u)) / (1.0 + window**2 * self.stiffness / self.mass)
+        return (u + window * v, v), u + window * v
+
+
+class EndsInNoNumber(Sound):
+    """After 40 windows."""
+
+    def advance(self, state: Any, force: float, window: float) -> tuple[Any, float]:
+        end, answer = super().advance(state[:2], force, window)
+        windows = state[2] + 1 if len(state) == 3 else 1
+        return (*end, windows), answer if windows < 40 or force == 0.0 else float("nan")
+
+
+class HoldsAFunction(Sound):
+    """A state that cannot be written."""
+
+    def start(self) -> Any:
+        return lambda: (0.0, 0.0)
+
+    def advance(self, state: Any, force: float, window: float) -> tuple[Any, float]:
+        end, answer = super().advance(state(), force, window)
+        return (lambda: end), answer
+
+
+class Noisy(Sound):
+    """Random answers, another at each call."""
+
+    def advance(self, state: Any, force: float, window: float) -> tuple[Any, float]:
+        end, answer = super().advance(state, force, window)
+        return end, answer * (1.0 + 1e-6 * np.random.default_rng().normal())
+
+
+class TwoPoints(Sound):
+    """Two of them side by side."""
+
+    surface = (FLAT, FLAT)
+
+    def start(self) -> Any:
+        return np.zeros((2, 2))
+
+
+def test_what_is_sound_passes() -> None:
+    for make in (Sound, TwoPoints):
+        checks.check_structure(make)
+
+
+CHECKS: dict[str, Callable[[Callable[[], Any]], None]] = {
+    "repeatable": lambda make: checks.check_repeatable(make()),
+    "independent": lambda make: checks.check_independent(make()),
+    "deterministic": checks.check_deterministic,
+    "pickles": lambda make: checks.check_pickles(make()),
+    "splits": lambda make: checks.check_splits(make()),
+    "finite": lambda make: checks.check_finite(make()),
+    "at rest": lambda make: checks.check_starts_at_rest(make()),
+    "passive": lambda make: checks.check_passive(make()),
+}
+
+FAULTS = {
+    ChangesTheOldState: "repeatable",
+    KeepsAState: "independent",
+    DiffersByInstance: "deterministic",
+    HoldsAFunction: "pickles",
+    FirstOrder: "splits",
+    EndsInNoNumber: "finite",
+    LiesElsewhere: "at rest",
+    FeedsEnergy: "passive",
+}
+
+
+@pytest.mark.parametrize("name", CHECKS)
+@pytest.mark.parametrize("broken", FAULTS, ids=lambda broken: broken.__name__)
+def test_a_fault_is_caught_by_its_own_check_alone(broken: type, name: str) -> None:
+    if FAULTS[broken] == name:
+        with pytest.raises((AssertionError, AttributeError)):
+            CHECKS[name](broken)
+    else:
+        CHECKS[name](broken)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize(("damping", "code"), [(40.0, 0), (-40.0, 1)])
+def test_a_users_participant_by_the_option(damping: float, code: int, tmp_path: Path) -> None:
+    """From the folder of the module that makes it."""
+    here = Path(__file__).parent
+    (tmp_path / "plant.py").write_text(
+        f"import sys\nsys.path.insert(0, {str(here)!r})\nfrom test_broken_participants import Sound\n\n\n"
+        f"def make():\n    made = Sound()\n    made.damping = {damping}\n    return made\n"
+    )
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(here / "test_conformance.py")]
+    done = subprocess.run([*command, "--participant", "plant:make"], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == code, done.stdout
+    assert ("gives back more than it was given" in done.stdout) == bool(code)
+
+
+def test_random_answers_are_neither_repeatable_nor_deterministic() -> None:
+    for name in ("repeatable", "deterministic"):
+        with pytest.raises(AssertionError):
+            CHECKS[name](Noisy)
+
+
+@pytest.mark.parametrize("broken", FAULTS, ids=lambda broken: broken.__name__)
+def test_one_call_runs_them_all(broken: type) -> None:
+    with pytest.raises((AssertionError, AttributeError)):
+        checks.check_structure(broken)
+
+
+def test_a_chain_that_changes_its_old_state_is_caught() -> None:
+    class Broken(hl.MovingChain):
+        def advance(self, state: Any, surface_motion: Any, window: float) -> Any:
+            moved, force = super().advance(state, surface_motion, window)
+            state.velocity[:] = moved.velocity
+            return moved, force
+
+    bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    with pytest.raises(AssertionError):
+        checks.check_repeatable(Broken(hl.Chain([bead], bead, 0.31), FLAT))
