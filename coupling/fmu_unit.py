@@ -1,7 +1,8 @@
 """The chain as an FMI 2.0 co-simulation unit: the script that `write_fmu` puts into an FMU, beside the chain.
 
 It runs in the Python of the program that opens the FMU, where this version of hertzlink must be installed. pythonfmu
-tells a step that was refused as fmi2Discard, and an error that nobody foresaw as fmi2Fatal.
+tells a step that was refused as fmi2Discard. An error that leaves the unit it tells as fmi2Fatal, after which the
+standard allows no further call; so none that can be foreseen does.
 """
 
 import pickle
@@ -38,9 +39,10 @@ class HertzlinkChain(Fmi2Slave):  # type: ignore[misc]
             raise ValueError(f"written by hertzlink {content['version']}, not {version('hertzlink')}: write it anew")
         self.chain: hl.Chain = content["chain"]
         self.facing = {name: content[name] for name in ("surface", "flexibility", "dt")}
-        self.impact_speed, self.surface_displacement, self.begin = self.chain.impact_speed, 0.0, 0.0
+        self.impact_speed, self.surface_displacement = self.chain.impact_speed, 0.0
+        self.begin, self.fault = 0.0, ""
         self.units: dict[str, str] = {}
-        self.exit_initialization_mode()
+        self._start()
         self.description = f"hertzlink: a chain of {len(self.chain.beads)} beads and its contact with a surface"
         self.default_experiment = DefaultExperiment(0.0, step_size=self.moving.contact_time / SUBSTEPS_PER_CONTACT)
         self._register_all()
@@ -87,13 +89,23 @@ class HertzlinkChain(Fmi2Slave):  # type: ignore[misc]
         self.begin = start_time
 
     def exit_initialization_mode(self) -> None:
-        """Start with the parameters that are set now."""
+        """Start with the parameters that are set now; where they cannot be, every step is refused."""
+        self.fault = ""
+        try:
+            self._start()
+        except ValueError as error:
+            self.fault = str(error)
+            self.log(self.fault, Fmi2Status.error)
+
+    def _start(self) -> None:
         self.moving = guest_chain(replace(self.chain, impact_speed=self.impact_speed), **self.facing)
         self.state = start(self.moving)
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         """Move on; a step that cannot be is told on the log, refused (fmi2Discard), and changes nothing."""
         try:
+            if self.fault:
+                raise ValueError(self.fault)
             if abs(current_time - self.begin - self.state.chain.time) > CLOCK * abs(step_size):
                 now = self.begin + self.state.chain.time
                 raise ValueError(f"current_time = {current_time!r}: must be where the last step ended, {now!r} s")
