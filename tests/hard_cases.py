@@ -57,7 +57,7 @@ def oscillator(beads: float, stiffness: float, damping: float | None = None) -> 
 
 
 def light() -> Case:
-    """Added mass: a hundredth of a bead on a soft spring; plain repetition of windows diverges."""
+    """Added mass: a hundredth of a bead on a soft spring, which longer windows throw about."""
     return _one(oscillator(1e-2, 3e5), 1.2e-3)
 
 
