@@ -6,7 +6,7 @@ from functools import cache, partial
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.integrate import quad
@@ -194,6 +194,8 @@ positions = st.lists(st.floats(0.0, 1.0), min_size=1, max_size=4)
 
 @settings(max_examples=200, deadline=None)
 @given(positions=positions, finest=st.floats(1e-3, 0.1), ratio=st.floats(1.0, 20.0))
+@example(positions=[1.0 - 1e-5], finest=0.1, ratio=5.0)
+@example(positions=[1e-52, 0.3, 0.3 + 1e-5], finest=0.1, ratio=5.0)
 def test_lines_are_fine_at_every_position(positions: list[float], finest: float, ratio: float) -> None:
     nodes = graded(1.0, positions, finest, ratio * finest)
     sizes = np.diff(nodes)
@@ -211,9 +213,12 @@ def test_lines_are_fine_at_every_position(positions: list[float], finest: float,
 
 @settings(max_examples=100, deadline=None)
 @given(positions=positions, finest=st.floats(1e-3, 0.1), ratio=st.floats(1.0, 20.0))
+@example(positions=[1.0 - 1e-5], finest=0.1, ratio=5.0)
+@example(positions=[1e-52, 0.3, 0.3 + 1e-5], finest=0.1, ratio=5.0)
 def test_cells_are_fine_at_every_position(positions: list[float], finest: float, ratio: float) -> None:
     nodes = graded_cells(1.0, positions, Sizes(finest, 0.6, ratio * finest))
     sizes = np.diff(nodes)
+    assert (nodes[0], nodes[-1]) == (0.0, 1.0)
     assert sizes.min() > 3e-3 * finest
     for position in positions:
         assert abs(nodes - position).min() <= 2e-2 * finest
