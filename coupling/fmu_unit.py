@@ -18,9 +18,9 @@ import hertzlink as hl  # the front door comes first: it names rooms that are no
 from pythonfmu import DefaultExperiment, Fmi2Causality, Fmi2Initial, Fmi2Slave, Fmi2Variability, Real
 from pythonfmu.enums import Fmi2Status
 
-from coupling.scheme import SUBSTEPS_PER_CONTACT
 from coupling.fmu import CONTENT
 from coupling.guest import GuestState, advance, guest_chain, start
+from coupling.scheme import SUBSTEPS_PER_CONTACT
 
 UNITS = {"m": {"m": "1"}, "m/s": {"m": "1", "s": "-1"}, "N": {"kg": "1", "m": "1", "s": "-2"}}
 """Exponents of the base units."""

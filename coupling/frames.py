@@ -63,6 +63,7 @@ class Frames:
             into.kinetic[row], into.potential[row] = kernels.frame(
                 y, v, chain.constants, time, float(state.surface[seat]), float(rate[seat]), into.contact_force[row]
             )
+            into.position[row], into.velocity[row] = y, v
             into.lost[row], into.driven[row] = lost, driven
         for number, structure in enumerate(interface.structures):
             known = isinstance(structure, MovingStructure)

@@ -1,11 +1,9 @@
 """The monolithic reference: closed forms, its own convergence, and what the co-simulation converges to."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 import xarray as xr
-from hard_cases import BEAD, CASES, REFERENCE, SENSOR, Body, Case, chain
+from hard_cases import BEAD, CASES, REFERENCE, SENSOR, Case, chain
 from monolithic import Contact, monolithic
 
 import hertzlink as hl
@@ -48,8 +46,9 @@ def test_a_bead_that_is_a_structure_leaves_the_chain_as_it_was() -> None:
     """The eighth of fifteen beads as a mass with two contacts, the second that of the chain behind's first bead."""
     whole = hl.Chain([BEAD] * 15, striker=BEAD, impact_speed=0.31)
     before = hl.Chain([BEAD] * 7, striker=BEAD, impact_speed=0.31)
-    behind = SimpleNamespace(beads=(BEAD,) * 7, striker=None, gravity_along=0.0, preload=0.0, dissipation=None)
-    mass = Body(np.array([[BEAD.mass]]), np.zeros((1, 1)), np.array([[1.0, -1.0]]), BEAD.surface)
+    behind = hl.Chain([BEAD] * 7, striker=None)
+    none = np.zeros((1, 1))
+    mass = hl.Structure(np.array([[BEAD.mass]]), none, None, np.array([[1.0, -1.0]]), 0.0, BEAD.surface)
     times = np.linspace(0.0, 6e-4, 601)
     one = monolithic([whole], [], [], times)[0]
     near, far = monolithic([before, behind], [mass], [Contact(0, "last", 0, 0), Contact(1, "first", 0, 1)], times)
