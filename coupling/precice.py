@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 
 from coupling.guest import GuestState, advance, guest_chain, start
-from coupling.result import DESCRIPTIONS, provenance
+from coupling.result import provenance, variable
 from particles.chain import Chain
 from particles.moving import MovingChain
 from structures.checks import each, finite, instance, one_of, positive
@@ -177,10 +177,7 @@ def _dataset(moving: MovingChain, states: list[GuestState], given: dict[str, Any
         "contact_force": force,
         "surface_displacement": np.array([state.surface for state in states]),
     }
-    variables = {}
-    for name, data in values.items():
-        dimensions, units, text = DESCRIPTIONS[name]
-        variables[name] = (dimensions, data, {"units": units, "long_name": text})
+    variables = {name: variable(name, data) for name, data in values.items()}
     coordinates = {
         "time": ("time", np.array([state.chain.time for state in states]), {"units": "s"}),
         "bead": ("bead", np.arange(moving.mass.size)),

@@ -51,21 +51,27 @@ log = logging.getLogger("hertzlink.result")
 def dataset(interface: Interface, frames: Frames, interval: float, given: Mapping[str, Any]) -> xr.Dataset:
     """The Dataset of one run; `given` is its input. Chains shorter than the longest are filled up with NaN."""
     chains = [_of_chain(interface, frames, number) for number in range(len(interface.chains))]
-    values = {name: [chain[name] for chain in chains] for name in chains[0]} | _of_both_sides(frames)
+    values: dict[str, Any] = {name: [chain[name] for chain in chains] for name in chains[0]} | _of_both_sides(frames)
     bodies = max(chain.mass.size for chain in interface.chains)
     variables = {}
     for name, (owner, _, _) in DESCRIPTIONS.items():
-        several = bool(owner) and len(values[name]) > 1
-        body = [BODIES[name]] if name in BODIES else []
-        if not owner or not several:
-            array = values[name] if not owner else values[name][0]
+        many = values[name] if owner else [values[name]]
+        if len(many) == 1:
+            variables[name] = variable(name, many[0])
         else:
-            array = np.stack([_filled(one, bodies) if body else one for one in values[name]], axis=1)
-        variables[name] = (["time", *([owner] if several else []), *body], array, _attributes(name))
+            filled = [_filled(one, bodies) for one in many] if name in BODIES else many
+            variables[name] = variable(name, np.stack(filled, axis=1), owner)
     data = xr.Dataset(variables, _coordinates(interface, interval * np.arange(frames.rows), bodies))
     data = data.assign_attrs(provenance(given))
     warnings = _warnings(interface, frames)
     return data.assign_attrs(warnings="\n".join(warnings)) if warnings else data
+
+
+def variable(name: str, values: Any, *owner: str) -> tuple[list[str], Any, dict[str, str]]:
+    """Dimensions, values and attributes of a variable; owner: what it has several of."""
+    _, units, text = DESCRIPTIONS[name]
+    bodies = [BODIES[name]] if name in BODIES else []
+    return ["time", *owner, *bodies], values, {"units": units, "long_name": text}
 
 
 def _of_chain(interface: Interface, frames: Frames, number: int) -> dict[str, Vector]:
@@ -202,8 +208,3 @@ def versions() -> dict[str, str]:
         except PackageNotFoundError:
             found[package] = "not installed"
     return found
-
-
-def _attributes(name: str) -> dict[str, str]:
-    _, units, text = DESCRIPTIONS[name]
-    return {"units": units, "long_name": text}
