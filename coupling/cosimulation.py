@@ -150,7 +150,8 @@ class CoSimulation:
         work = self._run_compiled if self._compact else self._run_windows
         work(plan, frames, keeper, clock)
         run = dataset(self.interface, frames, plan.length * plan.stride, given)
-        log.info("%s", summary(run))
+        if log.isEnabledFor(logging.INFO):
+            log.info("%s", summary(run))
         return run if clock is None else run.assign_attrs(trace=clock.told())
 
     def describe(self) -> dict[str, Any]:
@@ -307,8 +308,9 @@ class CoSimulation:
                     )
 
     def _non_finite(self, bead: int, time: float, number: int = 0) -> FloatingPointError:
-        beads = len(self.interface.chains[number].chain.beads)
-        what = "the striker (bead 0)" if bead == 0 else f"bead {bead}" if bead <= beads else "the structure's surface"
+        chain = self.interface.chains[number].chain
+        first = "the striker (bead 0)" if chain.body else "what moves the first bead (bead 0)"
+        what = first if bead == 0 else f"bead {bead}" if bead <= len(chain.beads) else "the structure's surface"
         of = f" of chain {number}" if len(self.interface.chains) > 1 else ""
         return FloatingPointError(f"{what}{of} is no longer finite at t = {time:.6g} s; check dt and the structure")
 
