@@ -51,9 +51,7 @@ def batch(
     if len(lengths) > 1:
         raise ValueError(f"chains: hold {sorted(n - 1 for n in lengths)} beads; must have equally many")
     if any(one.constants.numbers.drive != kernels.FREE for one in moving):
-        raise ValueError(
-            "chains: without a striker, or with a PushedBead or a Piston, must be run by CoSimulation or sweep"
-        )
+        raise ValueError("chains: with a PushedBead, a Piston or no striker must be run by CoSimulation or sweep")
     beads = lengths.pop() - 1
     kept = _kept(sensors, beads)
     if save_every is None:

@@ -21,9 +21,9 @@ DESCRIPTIONS = {
     "displacement": (
         "chain",
         "m",
-        "displacement from static equilibrium; bead 0 is the striker, or the surface behind",
+        "displacement from static equilibrium; bead 0 is the striker or the surface behind",
     ),
-    "velocity": ("chain", "m/s", "velocity; bead 0 is the striker, or the surface behind"),
+    "velocity": ("chain", "m/s", "velocity; bead 0 is the striker or the surface behind"),
     "contact_force": ("chain", "N", "force between bead n - 1 and bead n, preload included"),
     "kinetic_energy": ("chain", "J", "kinetic energy of striker and beads"),
     "contact_energy": ("chain", "J", "energy of contacts, gravity, dead load and spring, from the start"),
