@@ -5,7 +5,7 @@ import pickle
 from collections import deque
 from collections.abc import Iterable, Iterator
 from concurrent.futures import CancelledError
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import lru_cache
 from types import ModuleType
@@ -25,8 +25,8 @@ log = logging.getLogger("hertzlink.sweep")
 def on_cluster(work: Work, batches: list[Batch], cluster: Any) -> Iterator[tuple[int, Outcome]]:
     """Run batches on a cluster, and tell each point's place and outcome; this process alone writes the store.
 
-    The points of a batch go one after the other to the same worker. Where a worker dies, what it was running goes to
-    others; a point that was running whenever one of several died (distributed's `allowed-failures`) is tried once more,
+    The points of a batch go one after the other to whichever worker is free, most often the one that ran the last.
+    Where a worker dies, what it was running goes to others; a point that was running whenever one of several died (distributed's `allowed-failures`) is tried once more,
     with nothing else on the cluster, and if its workers die again it has failed. Without a store that ends the sweep.
     Raises RuntimeError then, and ConnectionError where the scheduler is lost.
     """
@@ -87,48 +87,54 @@ def _spread(
     waiting = deque(deque(batch.items()) for batch in batches)
     running: dict[Any, tuple[int, Point, deque[tuple[int, Point]]]] = {}
 
-    def begin(batch: deque[tuple[int, Point]], worker: str | None = None) -> None:
+    def begin(batch: deque[tuple[int, Point]]) -> None:
         i, point = batch.popleft()
-        near = {} if worker is None else {"workers": [worker], "allow_other_workers": True}
-        future = client.submit(_run, task, _packed(point), pure=False, **near)
-        running[future] = i, point, batch
+        # Tied to a worker, however loosely, it would never run where all workers died and others came.
+        running[client.submit(_run, task, _packed(point), pure=False)] = i, point, batch
 
     try:
         while waiting or running:
             threads = sum(client.nthreads().values())
             while waiting and len(running) < max(1, threads):
                 begin(waiting.popleft())
-            for future in _finished(distributed, client, list(running)):
-                i, point, batch = running.pop(future)
-                worker, outcome = None, None
-                with suppress(distributed.KilledWorker):
-                    worker, outcome = future.result()
-                # Not released, it would be run again where its worker dies.
-                future.release()
+            # All that is finished is fetched before anything begins that might end its worker.
+            done = _finished(distributed, client, running)
+            finished = [(*running.pop(future), _fetched(distributed, future)) for future in done]
+            for _, _, batch, _ in finished:
                 if batch:
-                    begin(batch, worker)
-                yield i, point, outcome
+                    begin(batch)
+            yield from ((i, point, outcome) for i, point, _, outcome in finished)
     finally:
         client.cancel(list(running))
 
 
-def _finished(distributed: ModuleType, client: Any, futures: list[Any]) -> Iterable[Any]:
-    """Those that are finished, none where that takes long."""
+def _finished(distributed: ModuleType, client: Any, futures: Iterable[Any]) -> list[Any]:
+    """Those that are finished, none where that takes long; what died with its worker is run again."""
     try:
         with client.as_current():
-            done: Iterable[Any] = distributed.wait(futures, timeout=POLL, return_when="FIRST_COMPLETED").done
-            return done
+            done = distributed.wait(list(futures), timeout=POLL, return_when="FIRST_COMPLETED").done
     except TimeoutError:
-        return ()
+        return []
     except CancelledError as error:
         raise ConnectionError("cluster: the scheduler was lost, or took the sweep's points away") from error
+    return [future for future in done if future.status in ("finished", "error")]
 
 
-def _run(task: bytes, point: bytes) -> tuple[str, xr.Dataset | Failure]:
-    """On a worker: its address, and the point's outcome."""
+def _fetched(distributed: ModuleType, future: Any) -> xr.Dataset | Failure | None:
+    """The outcome, None where workers died of it; released, so that it is not run again where its worker dies."""
+    try:
+        outcome: xr.Dataset | Failure = future.result()
+        return outcome
+    except distributed.KilledWorker:
+        return None
+    finally:
+        future.release()
+
+
+def _run(task: bytes, point: bytes) -> xr.Dataset | Failure:
+    """On a worker."""
     work, guarded = _unpacked(task)
-    outcome = work.attempt(pickle.loads(point)) if guarded else work.run(pickle.loads(point))
-    return import_distributed().get_worker().address, outcome
+    return work.attempt(pickle.loads(point)) if guarded else work.run(pickle.loads(point))
 
 
 def _packed(value: object) -> bytes:
