@@ -26,8 +26,9 @@ def on_cluster(work: Work, batches: list[Batch], cluster: Any) -> Iterator[tuple
     """Run batches on a cluster, and tell each point's place and outcome; this process alone writes the store.
 
     The points of a batch go one after the other to whichever worker is free, most often the one that ran the last.
-    Where a worker dies, what it was running goes to others; a point that was running whenever one of several died (distributed's `allowed-failures`) is tried once more,
-    with nothing else on the cluster, and if its workers die again it has failed. Without a store that ends the sweep.
+    Where a worker dies, what it was running goes to others. A point that was running when several died (distributed's
+    `allowed-failures` and one more) is tried again with nothing else on the cluster, and has failed if they die again;
+    without a store the first time ends the sweep.
     Raises RuntimeError then, and ConnectionError where the scheduler is lost.
     """
     distributed = import_distributed()

@@ -2,7 +2,7 @@
 
 import logging
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import groupby, product
 from typing import TYPE_CHECKING, Any
 
@@ -63,29 +63,25 @@ def sweep(
         raise ValueError(f"build = {build!r}: must be a function that returns a CoSimulation")
     if measure is not None and not callable(measure):
         raise ValueError(f"measure = {measure!r}: must be a function of a run's Dataset")
-    instance("retry", retry, bool, "True or False")
+    if instance("retry", retry, bool, "True or False") and store is None:
+        raise ValueError("retry = True: needs the store that tells which points failed")
     if cluster is not None:
         check_cluster(cluster)
         if jobs is not None:
             raise ValueError(f"jobs = {jobs!r}: must be None with a cluster, whose workers tell how many run at once")
-    jobs = joblib.cpu_count() if jobs is None else whole("jobs", jobs)
+    most = joblib.cpu_count() if jobs is None else whole("jobs", jobs)
     values = _values(axes, TAKEN if store is None else TAKEN | {ERROR})
     points: list[Point] = [dict(zip(values, point, strict=True)) for point in product(*values.values())]
     # Checked before a folder is made.
     texts = [str(i) if store is None else describe_point(point) for i, point in enumerate(points)]
     work = Work(build, until, measure, None if store is None else open_store(store, build, until, measure))
-    outcomes = {} if work.store is None else _found(work.store, points, retry)
-
-    new = {text: i for i, text in reversed(list(enumerate(texts))) if i not in outcomes}
     together = len(values[list(values)[-1]]) if len(values) > 1 else 1
-    groups = groupby(sorted(new.values()), lambda i: i // together)
-    batches: list[Batch] = [{i: points[i] for i in group} for _, group in groups]
-    runs = in_processes(work, batches, jobs) if cluster is None else on_cluster(work, batches, cluster)
-    failed = sum(isinstance(outcome, Failure) for outcome in outcomes.values())
-    with Progress(len(outcomes) + len(new), len(outcomes), failed) as progress:
-        for i, outcome in runs if batches else ():
-            outcomes[i] = outcome
-            progress.advance(isinstance(outcome, Failure))
+
+    def run(batches: list[Batch]) -> Iterator[tuple[int, Outcome]]:
+        return in_processes(work, batches, most) if cluster is None else on_cluster(work, batches, cluster)
+
+    found = {} if work.store is None else _found(work.store, points, retry)
+    outcomes = _finished(found, points, texts, together, run)
     if work.store is not None:
         outcomes.update((i, work.store.load(point)) for i, point in enumerate(points) if outcomes.get(i) is None)
         _tell_failures(work.store, outcomes)
@@ -115,8 +111,30 @@ def _found(store: Store, points: list[Point], retry: bool) -> dict[int, Outcome]
     return outcomes
 
 
+def _finished(
+    found: Mapping[int, Outcome],
+    points: list[Point],
+    texts: list[str],
+    together: int,
+    run: Callable[[list[Batch]], Iterator[tuple[int, Outcome]]],
+) -> dict[int, Outcome]:
+    """Outcomes by place, those found and those of the points that are left; what has the same text is run once."""
+    left = {text: i for i, text in reversed(list(enumerate(texts))) if i not in found}
+    groups = groupby(sorted(left.values()), lambda i: i // together)
+    batches: list[Batch] = [{i: points[i] for i in group} for _, group in groups]
+    outcomes = dict(found)
+    failed = sum(isinstance(outcome, Failure) for outcome in found.values())
+    with Progress(len(found) + len(left), len(found), failed) as progress:
+        for i, outcome in run(batches) if batches else ():
+            outcomes[i] = outcome
+            progress.advance(isinstance(outcome, Failure))
+    return outcomes
+
+
 def _tell_failures(store: Store, outcomes: Mapping[int, Outcome]) -> None:
-    """A warning where some points failed; RuntimeError where all did."""
+    """A warning where some points failed; RuntimeError where all did, or somebody took points away."""
+    if any(outcome is None for outcome in outcomes.values()):
+        raise RuntimeError(f"points were taken out of {store.folder} while the sweep ran; run it again")
     failures = [outcome for outcome in outcomes.values() if isinstance(outcome, Failure)]
     if len(failures) == len(outcomes):
         raise RuntimeError(
