@@ -389,6 +389,19 @@ def test_progress_estimates_the_time_left(caplog: pytest.LogCaptureFixture) -> N
     assert len(caplog.records) == 1
 
 
+def spoiling(material: hl.Material, radius: float) -> hl.CoSimulation:
+    """Takes away the points that were finished before it."""
+    for path in Path("store").glob("*.nc"):
+        path.unlink()
+    return build(material, radius)
+
+
+def test_points_that_are_taken_away_are_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(RuntimeError, match=r"taken out of .*store"):
+        swept(tmp_path / "store", build=spoiling)
+
+
 SCRIPT = """
 import sys, time
 import hertzlink as hl
