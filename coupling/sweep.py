@@ -22,7 +22,10 @@ from structures.structure import Vector
 if TYPE_CHECKING:
     from distributed import Client
 
-TAKEN = {"time", "bead", "contact", "centre", "static_force", "impact_energy", *DESCRIPTIONS}
+TAKEN = {
+    "time", "bead", "contact", "chain", "interface", "structure", "centre", "static_force", "impact_energy",
+    "interface_chain", "interface_end", "interface_structure", "interface_point", *DESCRIPTIONS,
+}  # fmt: skip
 """Names of every run's own dimensions, coordinates and variables."""
 
 log = logging.getLogger("hertzlink.sweep")

@@ -47,7 +47,7 @@ class Step(Protocol):
     """One window of a linear structure: end state = free(state) + mean force · response.
 
     response: the state after 1 N from rest; of p contacts n × p, a column each. A Step may also have
-    energies(state, load), kinetic and elastic, J, in the form that it keeps; without, they are `energies` of the structure.
+    energies(state, load), kinetic and elastic, J, in the form that it keeps; without, they are the structure's.
     """
 
     response: StructureState
