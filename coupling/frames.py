@@ -90,8 +90,8 @@ class Frames:
         )
 
     def upto(self, row: int) -> list[Vector]:
-        """Copies of everything up to a row, for a checkpoint."""
-        return [np.array(array[..., : row + 1] if wide else array[: row + 1]) for array, wide in self._arrays()]
+        """Everything up to a row, for a checkpoint: views, as copies of a long run may not fit in memory."""
+        return [array[..., : row + 1] if wide else array[: row + 1] for array, wide in self._arrays()]
 
     def restore(self, kept: list[Vector]) -> None:
         """Put back what `upto` gave."""
