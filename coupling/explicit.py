@@ -62,7 +62,8 @@ class Explicit:
         if self.tolerance is not None and wrong > self.tolerance * interface.force_scale:
             raise NotConverged(
                 f"foretold force {wrong:.3g} N beside the answer, tolerance "
-                f"{self.tolerance * interface.force_scale:.3g} N"
+                f"{self.tolerance * interface.force_scale:.3g} N",
+                evaluations=1,
             )
         return [interface.next(state, length, followed, pushed, surface, force, (answer, work), seen, 1)]
 

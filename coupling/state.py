@@ -13,7 +13,11 @@ REMEMBERED = 3
 
 
 class NotConverged(RuntimeError):
-    """Chains and structures did not agree on the mean forces of a window."""
+    """Chains and structures did not agree on the mean forces of a window. evaluations: chain windows tried for it."""
+
+    def __init__(self, message: str, evaluations: int = 0) -> None:
+        super().__init__(message)
+        self.evaluations = evaluations
 
 
 class Node(NamedTuple):

@@ -53,30 +53,41 @@ class Windows:
         return self._halved(state, length, substeps, MOST_HALVINGS)
 
     def _halved(self, state: CoupledState, length: float, substeps: int, left: int) -> list[CoupledState]:
-        try:
-            return self.scheme.step(self.interface, state, length, substeps)
-        except NotConverged as error:
-            if left == 0:
-                raise NotConverged(f"t = {state.time:.6g} s, {substeps * length:.3g} s long: {error}") from error
-        if substeps > 1:
-            first = self._halved(state, length, substeps // 2, left)
-            return first + self._halved(first[-1], length, substeps - substeps // 2, left)
-        middle = self._halved(state, length / 2.0, 1, left - 1)[-1]
-        return [_together(middle, self._halved(middle, length / 2.0, 1, left - 1)[-1])]
+        """In pieces of so many substeps as converged last; a substep alone is cut in two at most `left` times."""
+        ends: list[CoupledState] = []
+        piece, vain = substeps, 0
+        while len(ends) < substeps:
+            piece = min(piece, substeps - len(ends))
+            try:
+                found = self.scheme.step(self.interface, state, length, piece)
+            except NotConverged as error:
+                vain += error.evaluations
+                if piece > 1:
+                    piece //= 2
+                    continue
+                if left == 0:
+                    raise NotConverged(f"t = {state.time:.6g} s, {length:.3g} s long: {error}") from error
+                middle = self._halved(state, length / 2.0, 1, left - 1)[-1]
+                found = [_together(middle, self._halved(middle, length / 2.0, 1, left - 1)[-1])]
+            ends += [_more(found[0], vain), *found[1:]]
+            state, vain = ends[-1], 0
+        return ends
 
     def _adapted(self, state: CoupledState, length: float, tolerance: float) -> CoupledState:
-        finest = self.interface.contact_time / FINEST
+        finest, vain = self.interface.contact_time / FINEST, 0
         if length <= self._allowed(state, tolerance) * TAKEN_AS_ONE or length <= finest:
             try:
                 end = self.scheme.step(self.interface, state, length, 1)[-1]
-            except NotConverged:
+            except NotConverged as error:
                 if length <= finest:
                     return self._halved(state, length, 1, MOST_HALVINGS)[-1]
+                vain = error.evaluations
             else:
                 if length <= finest or self.error(end) <= tolerance:
                     return end
+                vain = end.evaluations
         middle = self._adapted(state, length / 2.0, tolerance)
-        return _together(middle, self._adapted(middle, length / 2.0, tolerance))
+        return _more(_together(middle, self._adapted(middle, length / 2.0, tolerance)), vain)
 
     def _allowed(self, state: CoupledState, tolerance: float) -> float:
         """The longest window worth trying, from the last one and its error."""
@@ -102,3 +113,8 @@ def _together(first: CoupledState, second: CoupledState) -> CoupledState:
     return second._replace(
         evaluations=first.evaluations + second.evaluations, residual=max(first.residual, second.residual)
     )
+
+
+def _more(state: CoupledState, vain: int) -> CoupledState:
+    """With the evaluations of attempts that came to nothing."""
+    return state._replace(evaluations=state.evaluations + vain)
