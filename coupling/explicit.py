@@ -13,9 +13,6 @@ from structures.structure import Vector
 
 MOST_ORDER = 2
 
-JUMP = 0.125
-"""Substeps shorter than this part of the usual one are judged by the impulse that was foretold wrongly."""
-
 
 @dataclass(frozen=True)
 class Explicit:
@@ -70,11 +67,11 @@ class Explicit:
         return [interface.next(state, length, followed, pushed, surface, force, (answer, work), seen, 1)]
 
     def _enough(self, interface: Interface, length: float) -> float:
-        """The greatest difference between foretold and answered forces in a substep, N."""
+        """The greatest difference between foretold and answered forces in a substep, N; of a short one the impulse's."""
         if self.tolerance is None:
             return inf
         usual = interface.contact_time / self.substeps_per_contact
-        return self.tolerance * interface.force_scale * max(1.0, JUMP * usual / length)
+        return self.tolerance * interface.force_scale * max(1.0, usual / length)
 
     def _foretold_surface(self, state: CoupledState, length: float) -> Vector:
         past = state.past
