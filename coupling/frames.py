@@ -67,7 +67,8 @@ class Frames:
             into.lost[row], into.driven[row] = lost, driven
         for number, structure in enumerate(interface.structures):
             known = isinstance(structure, MovingStructure)
-            energies = structure.energies(state.structures[number], length) if known else (np.nan, np.nan)
+            force = interface.at(number, state.force)
+            energies = structure.energies(state.structures[number], length, force) if known else (np.nan, np.nan)
             self.kinetic[number, row], self.elastic[number, row] = energies
             self.damped[number, row] = state.ledger.damped[number] if known else np.nan
             self.felt[number, row] = sum(state.ledger.work[k] for k in interface.touched_by(number))

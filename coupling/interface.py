@@ -148,7 +148,7 @@ class Interface:
         ends, surface = [], np.empty(self.size)
         for number, structure in enumerate(self.structures):
             seats = self.of_structure[number]
-            end, places = structure.advance(states[number], self._at(seats, force), length)
+            end, places = structure.advance(states[number], self.at(number, force), length)
             surface[seats[seats >= 0]] = np.atleast_1d(places)[seats >= 0]
             ends.append(end)
         return tuple(ends), surface
@@ -228,8 +228,8 @@ class Interface:
     def pushed(self, free: Sequence[Any], force: Vector, length: float) -> tuple[Any, ...]:
         """The states of Structures at a substep's end from those without force, and the mean forces."""
         return tuple(
-            structure.pushed(state, self._at(seats, force), length)
-            for structure, state, seats in zip(self.structures, free, self.of_structure, strict=True)
+            structure.pushed(state, self.at(number, force), length)
+            for number, (structure, state) in enumerate(zip(self.structures, free, strict=True))
         )
 
     def compliance(self, length: float) -> Vector:
@@ -242,8 +242,9 @@ class Interface:
             whole_matrix[np.ix_(seats[used], seats[used])] = own[np.ix_(used, used)]
         return whole_matrix
 
-    def _at(self, seats: Seats, force: Vector) -> Any:
+    def at(self, structure: int, force: Vector) -> Any:
         """The forces at a structure's points, zero where nothing touches; a float where there is one."""
+        seats = self.of_structure[structure]
         return float(force[seats[0]]) if seats.size == 1 else np.where(seats < 0, 0.0, force[seats])
 
     def _corners(self, past: Sequence[Node], before: Vector, surface: Vector, length: float) -> list[Vector]:

@@ -12,6 +12,7 @@ GALLERY = Path(__file__).parent.parent / "examples"
 NUMBERS = {
     "wall.py": ([49.9881, 128.525, 48.9536, 587.462], 1e-5),
     "rod_materials.py": ([0.428, 0.486, 0.730, 0.742], 5e-3),
+    "resumed_sweep.py": ([0.911, 0.924, 0.829, 0.922], 5e-3),
     "layered_rod.py": ([25.4, 478.8, 584.0, 50.8, 478.8, 645.0], 3e-3),
     "plate_edge.py": ([0.928, 0.730, 0.573, 0.553, 0.554, 0.554], 5e-3),
     "own_structure.py": ([0.8483], 2e-3),
