@@ -13,7 +13,7 @@ OF_CONTACTS = ("contact_force", "surface_displacement")
 
 
 class ContactForces(NamedTuple):
-    """The contacts, K of them; their forces on the structures, preload included (N, time × K), and the preloads (N, K)."""
+    """The K contacts; their forces on the structures (N, time × K), preload included, and their preloads (N, K)."""
 
     contacts: list[Contact]
     force: Vector
@@ -30,17 +30,21 @@ def contact_forces(given: object) -> ContactForces:
         if axes := [str(axis) for axis in run[name].dims if axis not in known]:
             raise ValueError(f"run: has the axes {', '.join(axes)}; choose one run with run.isel({axes[0]}=0)")
     contacts = _contacts(run)
-    whole_chains(run)
+    check_whole(run, "chain")
     forces = [_of(run.contact_force, contact) for contact in contacts]
     statics = [_of(run.static_force, contact) for contact in contacts]
     return ContactForces(contacts, np.stack(forces, axis=-1), np.array(statics))
 
 
-def whole_chains(run: xr.Dataset) -> None:
-    """A ValueError where a run has lost some of its chains or contacts."""
-    chains = 1 + int(run.interface_chain.max()) if "interface_chain" in run.coords else 1
-    if "chain" in run.coords and run.chain.size < chains:
-        raise ValueError(f"run: holds {run.chain.size} of {chains} chains, must be the whole run: all of them take part")
+def check_whole(run: xr.Dataset, *names: str) -> None:
+    """A ValueError where a run of several chains or structures has lost some of them. names: by default both."""
+    for name in names or ("chain", "structure"):
+        told = f"interface_{name}"
+        count = 1 + int(run[told].max()) if told in run.coords else 1
+        if name in run.coords and run[name].size < count:
+            raise ValueError(
+                f"run: holds {run[name].size} of its {count} {name}s; give the whole run, with all of them"
+            )
 
 
 def _contacts(run: xr.Dataset) -> list[Contact]:

@@ -1,9 +1,11 @@
 """When the contacts between chains and structures open and close, placed between a run's saved times."""
 
 import logging
+from typing import TypeAlias
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from coupling.contact_forces import contact_forces
@@ -16,6 +18,8 @@ SMALLEST_GAP = 1e-3
 
 OPENS, CLOSES = "opens", "closes"
 
+Flags: TypeAlias = NDArray[np.bool_]
+
 log = logging.getLogger("hertzlink.events")
 
 
@@ -23,17 +27,17 @@ def contact_events(run: xr.Dataset, smallest: float = SMALLEST_GAP) -> xr.Datase
     """When each contact between a chain and a structure opens and closes, in one run.
 
     A contact is open where bead and surface are apart, the static indentation counted; with a dashpot, whose force is
-    never a pull, the force ends before that. At time zero all contacts touch, so that one that is pressed first does not
-    close. The gap is interpolated by a cubic through the two saved times before and the two after: the error falls with
-    about the fourth power of save_every, with the second where a dashpot closes.
+    never a pull, the force ends before that. At time zero all contacts touch: one that is pressed first does not close.
+    The gap is interpolated by a cubic through the two saved times before and the two after: the error falls with about
+    the fourth power of save_every, with the second where a dashpot closes.
     smallest: gaps and contacts that stay below this part of the contact's greatest approach are left out. Those that
-    come and go between two saved times are not seen; of a contact the ledger's impulse still tells, and it is warned of.
+    come and go between two saved times are not seen; of contacts the impulse still tells, and they are warned of.
     Dataset over the dimension event, in order of time: time (s), kind ("opens" or "closes") and the interface, and
     for several interfaces the chain, end, structure and point of each. The first opening is
     events.time[events.kind == "opens"][0].
     Raises ValueError for signals, sweeps, one chain of several, and runs without gaps.
     """
-    contacts, force, static = contact_forces(run)
+    _, force, static = contact_forces(run)
     level = positive("smallest", smallest)
     if level >= 1.0:
         raise ValueError(f"smallest = {smallest!r}: must be below 1, in units of the greatest approach")
@@ -48,7 +52,7 @@ def contact_events(run: xr.Dataset, smallest: float = SMALLEST_GAP) -> xr.Datase
             found += [(at, kind, k) for at, kind in _crossings(time, gap, level * deepest)]
             mean = np.diff(impulses[:, k]) / np.diff(time) + static[k]
             _warn_of_hidden(time, gap > level * deepest, mean > level * force[:, k].max(), k)
-    return _dataset(sorted(found), contacts if "interface" in run.dims else []).assign_attrs(run.attrs)
+    return _dataset(run, sorted(found))
 
 
 def _crossings(time: Vector, gap: Vector, level: float) -> list[tuple[float, str]]:
@@ -72,7 +76,7 @@ def _zero(time: Vector, gap: Vector, row: int) -> float:
     return float(inside[0]) if inside.size else float(time[row])
 
 
-def _warn_of_hidden(time: Vector, opened: Vector, pushed: Vector, interface: int) -> None:
+def _warn_of_hidden(time: Vector, opened: Flags, pushed: Flags, interface: int) -> None:
     """Of pushes between two saved times at both of which a contact is open."""
     hidden = np.flatnonzero(opened[:-1] & opened[1:] & pushed)
     if hidden.size:
@@ -82,14 +86,12 @@ def _warn_of_hidden(time: Vector, opened: Vector, pushed: Vector, interface: int
         )  # fmt: skip
 
 
-def _dataset(found: list[tuple[float, str, int]], contacts: list[Contact]) -> xr.Dataset:
+def _dataset(run: xr.Dataset, found: list[tuple[float, str, int]]) -> xr.Dataset:
     numbers = np.array([k for _, _, k in found], dtype=int)
-    variables = {
-        "kind": ("event", np.array([kind for _, kind, _ in found], dtype=str)),
-        "interface": ("event", numbers),
-    }
-    if contacts:
-        for name, values in zip(Contact._fields, zip(*contacts, strict=True), strict=True):
-            variables[name] = ("event", np.asarray(values)[numbers])
+    kinds = np.array([kind for _, kind, _ in found], dtype=str)
+    variables = {"kind": ("event", kinds), "interface": ("event", numbers)}
+    if "interface" in run.dims:
+        for name in Contact._fields:
+            variables[name] = ("event", run[f"interface_{name}"].values[numbers])
     times = np.array([at for at, _, _ in found], dtype=float)
-    return xr.Dataset(variables, {"time": ("event", times, {"units": "s"})})
+    return xr.Dataset(variables, {"time": ("event", times, {"units": "s"})}, run.attrs)

@@ -67,7 +67,7 @@ class Explicit:
         return [interface.next(state, length, followed, pushed, surface, force, (answer, work), seen, 1)]
 
     def _enough(self, interface: Interface, length: float) -> float:
-        """The greatest difference between foretold and answered forces in a substep, N; of a short one the impulse's."""
+        """The greatest difference between foretold and answered forces, N; in short substeps its impulse counts."""
         if self.tolerance is None:
             return inf
         usual = interface.contact_time / self.substeps_per_contact
