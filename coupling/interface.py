@@ -20,6 +20,9 @@ from structures.surface import Surface
 LAST, FIRST = 0, 1
 """The ends of a chain: that of its last bead, and the struck one."""
 
+NAMES = ("structure", "behind")
+"""What tells what an end faces, see CoSimulation."""
+
 PIECES = 4
 """Straight pieces that stand for a parabola of the surface over a substep."""
 
@@ -84,7 +87,8 @@ class Interface:
         for number, ends in enumerate(zip(facing, behind, strict=True)):
             for end, given in zip((LAST, FIRST), ends, strict=True):
                 if given is not None or end == LAST:
-                    place, point = self._seat(given, chains[number])
+                    where = NAMES[end] if len(chains) == 1 else f"{NAMES[end]}[{number}]"
+                    place, point = self._seat(where, given, chains[number])
                     self.contacts.append(Contact(number, end, place, point))
         self.size, self.single = len(self.contacts), len(self.contacts) == 1
         self.of_chain = [[k for k, c in enumerate(self.contacts) if c.chain == i] for i in range(len(chains))]
@@ -260,16 +264,16 @@ class Interface:
             corners.append(before + part * (surface - before) + 0.5 * bend * length**2 * part * (part - 1.0))
         return corners
 
-    def _seat(self, given: Any, chain: Chain) -> tuple[int, int]:
+    def _seat(self, where: str, given: Any, chain: Chain) -> tuple[int, int]:
         """The place of what an end of a chain faces among the structures, and the number of its point."""
         given = half_space(chain.beads[-1].material) if given is None else given
         whole_one, point = (given.structure, given.number) if isinstance(given, ContactPoint) else (given, None)
         if not isinstance(whole_one, Structure | Participant):
-            raise ValueError(f"structure = {type(whole_one).__name__}: must be {TAKES_PART}")
+            raise ValueError(f"{where} = {type(whole_one).__name__}: must be {TAKES_PART}")
         count = points(whole_one)
         if point is None and count > 1:
             raise ValueError(
-                f"structure: has {count} contact points; say which a chain faces by ContactPoint(structure, number)"
+                f"{where}: has {count} contact points; say which one the chain faces by ContactPoint(structure, number)"
             )
         if id(whole_one) not in self._seats:
             self._seats[id(whole_one)] = len(self.structures)
@@ -278,8 +282,8 @@ class Interface:
         place = self._seats[id(whole_one)]
         if any(contact[2:] == (place, point or 0) for contact in self.contacts):
             raise ValueError(
-                "structure: two chains face one contact point; give it one for each, such as plate.at([x1, x2], "
-                "[y1, y2]), or a structure for each"
+                f"{where}: another end of a chain faces that contact point; give it one for each, such as "
+                "plate.at([x1, x2], [y1, y2]), or a structure for each"
             )
         return place, point or 0
 

@@ -31,6 +31,7 @@ DESCRIPTIONS = {
     "dissipated_energy": ("chain", "J", "energy taken by losses since the start"),
     "excitation_work": ("chain", "J", "work of a force history or a piston since the start"),
     "surface_displacement": ("interface", "m", "displacement of the structure's contact point"),
+    "gap": ("interface", "m", "between bead and surface, negative where they indent; NaN where a chain faces nothing"),
     "interface_work": ("interface", "J", "work of the dynamic contact force on the structure, as that felt it"),
     "interface_work_of_chain": ("interface", "J", "the same work, as the chain gave it"),
     "interface_mismatch": ("interface", "J", "work that the chain gave less work that the structure felt"),
@@ -59,6 +60,7 @@ def dataset(interface: Interface, frames: Frames, interval: float, given: Mappin
     """The Dataset of one run; `given` is its input. Chains shorter than the longest are filled up with NaN."""
     chains = [_of_chain(interface, frames, number) for number in range(len(interface.chains))]
     values: dict[str, Any] = {name: [chain[name] for chain in chains] for name in chains[0]} | _of_both_sides(frames)
+    values["gap"] = [_gap(interface, frames, k) for k in range(interface.size)]
     bodies = max(chain.mass.size for chain in interface.chains)
     variables = {}
     for name, (owner, _, _) in DESCRIPTIONS.items():
@@ -96,6 +98,16 @@ def _of_chain(interface: Interface, frames: Frames, number: int) -> dict[str, Ve
         "dissipated_energy": own.lost,
         "excitation_work": own.driven,
     }
+
+
+def _gap(interface: Interface, frames: Frames, k: int) -> Vector:
+    """Of one contact, at each saved time."""
+    contact = interface.contacts[k]
+    position = frames.chains[contact.chain].position
+    if contact.end != LAST:
+        return np.asarray(position[:, 1] - position[:, 0])
+    faces = interface.chains[contact.chain].surface is not None
+    return np.asarray(frames.surface[k] - position[:, -1]) if faces else np.full(frames.rows, np.nan)
 
 
 def _of_both_sides(frames: Frames) -> dict[str, Vector]:
