@@ -14,6 +14,7 @@ from multiprocessing.context import ForkServerContext
 from pathlib import Path
 from time import sleep
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -138,7 +139,7 @@ def test_broken_off_and_resumed(error: type[BaseException], part: float, tmp_pat
 
 
 @pytest.mark.parametrize("stage", ["pickle.dump", "os.fsync", "os.replace"])
-def test_broken_off_while_writing(stage: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_broken_off_while_writing(stage: str, tmp_path: Path) -> None:
     """The checkpoint before is whole, and nothing lies beside it."""
     straight, path, seen = run("full order"), tmp_path / "kept", []
     module, name = stage.split(".")
@@ -150,9 +151,8 @@ def test_broken_off_while_writing(stage: str, tmp_path: Path, monkeypatch: pytes
             raise KeyboardInterrupt
         return real(*given, **keywords)
 
-    monkeypatch.setattr(stage, breaks)
-    with pytest.raises(KeyboardInterrupt):
-        run("full order", path)
+    with often(), patch(stage, breaks), pytest.raises(KeyboardInterrupt):
+        CASES["full order"][0]().run(UNTIL, checkpoint=path)
     assert os.listdir(tmp_path) == ["kept"]
     assert path.read_bytes() == seen[-1] != b""
     check_same(run("full order", path), straight)
@@ -373,7 +373,7 @@ def test_a_participant_that_cannot_go_back_is_told(tmp_path: Path) -> None:
     assert os.listdir(tmp_path) == ["kept"]
 
 
-def test_a_full_disk_leaves_the_checkpoint_before(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_full_disk_leaves_the_checkpoint_before(tmp_path: Path) -> None:
     count = 0
 
     def full(_: int) -> None:
@@ -382,10 +382,9 @@ def test_a_full_disk_leaves_the_checkpoint_before(tmp_path: Path, monkeypatch: p
         if count > 50:
             raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(os, "fsync", full)
-    with pytest.raises(ValueError, match=r"cannot be written \(\[Errno 28\] No space left"):
-        run("full order", tmp_path / "kept")
-    monkeypatch.undo()
+    told = pytest.raises(ValueError, match=r"cannot be written \(\[Errno 28\] No space left")
+    with often(), patch("os.fsync", full), told:
+        CASES["full order"][0]().run(UNTIL, checkpoint=tmp_path / "kept")
     assert os.listdir(tmp_path) == ["kept"]
     check_same(run("full order", tmp_path / "kept"), run("full order"))
 
