@@ -28,9 +28,10 @@ SUM = 65
 """Bytes of the line with the sum."""
 
 INTERVAL = 10.0
-"""Seconds between checkpoints, or more: at least ten times as long as the last one took to write."""
+"""Seconds between checkpoints, or more, see PAUSE."""
 
-MOST_WRITING = 0.1
+PAUSE = 10.0
+"""A run goes on at least so many times as long as its last checkpoint took to write; its saved times make that grow."""
 
 PROBE = 0.01
 """Part of the greatest force with which structures are pushed, to know them again by their answer."""
@@ -93,7 +94,7 @@ class Keeper:
                 f"{self.name}: cannot be written ({error}); name a file in a folder that you may write to, with room"
             ) from error
         self.last = monotonic()
-        self.pause = max(INTERVAL, (self.last - begin) / MOST_WRITING)
+        self.pause = max(INTERVAL, PAUSE * (self.last - begin))
 
     def _replace(self, kept: dict[str, Any]) -> None:
         """Write a file beside, under one name, so that what a killed run left of it goes; then rename it."""
