@@ -58,7 +58,7 @@ def contact_events(run: xr.Dataset, smallest: float = SMALLEST_GAP) -> xr.Datase
 def _crossings(time: Vector, gap: Vector, level: float) -> list[tuple[float, str]]:
     """Where a gap changes its sign on its way from beyond ∓ level to beyond ± level."""
     beyond = np.flatnonzero(abs(gap) > level)
-    opened = np.concatenate([[False], gap[beyond] > 0.0])
+    opened = np.append(gap[0] > level, gap[beyond] > 0.0)
     found = []
     for before, after, row in zip(opened, opened[1:], beyond, strict=False):
         if before != after:

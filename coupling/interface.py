@@ -1,6 +1,6 @@
 """Which chain faces what: the contacts of a co-simulation, and its two sides, each moved on by one substep."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple, TypeAlias
@@ -318,12 +318,14 @@ def for_each(name: str, given: Any, count: int, several: bool) -> list[Any]:
         return [given]
     if given is None:
         return [None] * count
-    if isinstance(given, Sequence):
-        if len(given) != count:
-            raise ValueError(f"{name}: has {len(given)} entries, must have one for each of {count} chains")
-        return list(given)
-    if isinstance(given, Structure | Participant) and points(given) == count:
-        return [ContactPoint(given, number) for number in range(count)] if count > 1 else [given]
+    if isinstance(given, Structure | Participant):
+        if points(given) == count:
+            return [ContactPoint(given, number) for number in range(count)] if count > 1 else [given]
+    elif isinstance(given, Iterable) and not isinstance(given, str | ContactPoint):
+        entries = list(given)
+        if len(entries) != count:
+            raise ValueError(f"{name}: has {len(entries)} entries, must have one for each of {count} chains")
+        return entries
     raise ValueError(
         f"{name}: must be a list of {count}, or one structure with {count} contact points, such as "
         "plate.at([x1, x2], [y1, y2])"
