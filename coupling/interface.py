@@ -90,7 +90,8 @@ class Interface:
                     where = NAMES[end] if len(chains) == 1 else f"{NAMES[end]}[{number}]"
                     place, point = self._seat(where, given, chains[number])
                     self.contacts.append(Contact(number, end, place, point))
-        self.size, self.single = len(self.contacts), len(self.contacts) == 1
+        self.size = len(self.contacts)
+        self.single = self.size == 1 and points(self.structures[0]) == 1
         self.of_chain = [[k for k, c in enumerate(self.contacts) if c.chain == i] for i in range(len(chains))]
         self._touching = [
             [k for k, contact in enumerate(self.contacts) if contact.structure == place]
