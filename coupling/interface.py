@@ -40,8 +40,7 @@ class ContactPoint:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "number", whole("number", self.number, 0))
-        if not isinstance(self.structure, Structure | Participant):
-            raise ValueError(f"structure = {type(self.structure).__name__}: must be {TAKES_PART}")
+        _takes_part("structure", self.structure)
         count = points(self.structure)
         if self.number >= count:
             raise ValueError(f"number = {self.number!r}: must be below {count}, the structure's number of contacts")
@@ -269,8 +268,7 @@ class Interface:
         """The place of what an end of a chain faces among the structures, and the number of its point."""
         given = half_space(chain.beads[-1].material) if given is None else given
         whole_one, point = (given.structure, given.number) if isinstance(given, ContactPoint) else (given, None)
-        if not isinstance(whole_one, Structure | Participant):
-            raise ValueError(f"{where} = {type(whole_one).__name__}: must be {TAKES_PART}")
+        _takes_part(where, whole_one)
         count = points(whole_one)
         if point is None and count > 1:
             raise ValueError(
@@ -331,6 +329,14 @@ def for_each(name: str, given: Any, count: int, several: bool) -> list[Any]:
         f"{name}: must be a list of {count}, or one structure with {count} contact points, such as "
         "plate.at([x1, x2], [y1, y2])"
     )
+
+
+def _takes_part(where: str, given: Any) -> None:
+    """A ValueError for what is neither a structure nor a participant."""
+    if isinstance(given, type):
+        raise ValueError(f"{where} = the class {given.__name__}: must be an object of it, such as {given.__name__}(…)")
+    if not isinstance(given, Structure | Participant):
+        raise ValueError(f"{where} = {type(given).__name__}: must be {TAKES_PART}")
 
 
 def _moving_structure(given: Any) -> Any:
