@@ -1,7 +1,7 @@
 """The co-simulation: chains, structures, and the loop over windows that couples them."""
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Iterable
 from math import ceil, inf, log2
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -83,7 +83,7 @@ class CoSimulation:
 
     def __init__(
         self,
-        chain: Chain | Sequence[Chain],
+        chain: Chain | Iterable[Chain],
         structure: Any,
         scheme: Scheme | None = None,
         window: float | Adaptive | None = None,
@@ -93,7 +93,7 @@ class CoSimulation:
         waveform: str = "linear",
         behind: Any = None,
     ) -> None:
-        several = not isinstance(chain, Chain) and isinstance(chain, Sequence)
+        several = not isinstance(chain, Chain) and isinstance(chain, Iterable)
         chains = listed("chain", chain if several else [chain], Chain, "one Chain or more")
         self.scheme: Scheme = Condensed() if scheme is None else scheme
         if isinstance(self.scheme, type) or not hasattr(self.scheme, "step"):

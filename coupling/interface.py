@@ -1,6 +1,6 @@
 """Which chain faces what: the contacts of a co-simulation, and its two sides, each moved on by one substep."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple, TypeAlias
@@ -40,8 +40,7 @@ class ContactPoint:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "number", whole("number", self.number, 0))
-        if not isinstance(self.structure, Structure | Participant):
-            raise ValueError(f"structure = {type(self.structure).__name__}: must be {TAKES_PART}")
+        _takes_part("structure", self.structure)
         count = points(self.structure)
         if self.number >= count:
             raise ValueError(f"number = {self.number!r}: must be below {count}, the structure's number of contacts")
@@ -90,7 +89,8 @@ class Interface:
                     where = NAMES[end] if len(chains) == 1 else f"{NAMES[end]}[{number}]"
                     place, point = self._seat(where, given, chains[number])
                     self.contacts.append(Contact(number, end, place, point))
-        self.size, self.single = len(self.contacts), len(self.contacts) == 1
+        self.size = len(self.contacts)
+        self.single = self.size == 1 and points(self.structures[0]) == 1
         self.of_chain = [[k for k, c in enumerate(self.contacts) if c.chain == i] for i in range(len(chains))]
         self._touching = [
             [k for k, contact in enumerate(self.contacts) if contact.structure == place]
@@ -268,8 +268,7 @@ class Interface:
         """The place of what an end of a chain faces among the structures, and the number of its point."""
         given = half_space(chain.beads[-1].material) if given is None else given
         whole_one, point = (given.structure, given.number) if isinstance(given, ContactPoint) else (given, None)
-        if not isinstance(whole_one, Structure | Participant):
-            raise ValueError(f"{where} = {type(whole_one).__name__}: must be {TAKES_PART}")
+        _takes_part(where, whole_one)
         count = points(whole_one)
         if point is None and count > 1:
             raise ValueError(
@@ -318,16 +317,26 @@ def for_each(name: str, given: Any, count: int, several: bool) -> list[Any]:
         return [given]
     if given is None:
         return [None] * count
-    if isinstance(given, Sequence):
-        if len(given) != count:
-            raise ValueError(f"{name}: has {len(given)} entries, must have one for each of {count} chains")
-        return list(given)
-    if isinstance(given, Structure | Participant) and points(given) == count:
-        return [ContactPoint(given, number) for number in range(count)] if count > 1 else [given]
+    if isinstance(given, Structure | Participant):
+        if points(given) == count:
+            return [ContactPoint(given, number) for number in range(count)] if count > 1 else [given]
+    elif isinstance(given, Iterable) and not isinstance(given, str | ContactPoint):
+        entries = list(given)
+        if len(entries) != count:
+            raise ValueError(f"{name}: has {len(entries)} entries, must have one for each of {count} chains")
+        return entries
     raise ValueError(
         f"{name}: must be a list of {count}, or one structure with {count} contact points, such as "
         "plate.at([x1, x2], [y1, y2])"
     )
+
+
+def _takes_part(where: str, given: Any) -> None:
+    """A ValueError for what is neither a structure nor a participant."""
+    if isinstance(given, type):
+        raise ValueError(f"{where} = the class {given.__name__}: must be an object of it, such as {given.__name__}(…)")
+    if not isinstance(given, Structure | Participant):
+        raise ValueError(f"{where} = {type(given).__name__}: must be {TAKES_PART}")
 
 
 def _moving_structure(given: Any) -> Any:

@@ -169,10 +169,10 @@ def _coordinates(interface: Interface, times: Any, bodies: int) -> dict[str, Any
         coordinates["chain"] = ("chain", np.arange(len(chains)))
     if interface.size > 1:
         coordinates["interface"] = ("interface", np.arange(interface.size))
-        for name in Contact._fields:
-            told = [getattr(contact, name) for contact in interface.contacts]
-            words = ["last bead" if end == LAST else "first bead" for end in told] if name == "end" else told
-            coordinates[f"interface_{name}"] = ("interface", words)
+    for name in () if interface.single else Contact._fields:
+        told = [getattr(contact, name) for contact in interface.contacts]
+        words = ["last bead" if end == LAST else "first bead" for end in told] if name == "end" else told
+        coordinates[f"interface_{name}"] = ("interface", words) if interface.size > 1 else words[0]
     if len(interface.structures) > 1:
         coordinates["structure"] = ("structure", np.arange(len(interface.structures)))
     return coordinates
