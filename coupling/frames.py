@@ -20,8 +20,12 @@ class Counts:
     residual: float = 0.0
 
     def after(self, state: CoupledState) -> "Counts":
-        """With one more substep, which ended in this state."""
-        return Counts(self.evaluations + state.evaluations, self.substeps + 1, max(self.residual, state.residual))
+        """With one more substep, or its parts, which ended in this state."""
+        return Counts(
+            self.evaluations + state.evaluations,
+            self.substeps + state.substeps,
+            max(self.residual, state.residual),
+        )
 
 
 class ChainFrames:

@@ -118,9 +118,11 @@ class Windows:
 
 
 def _together(first: CoupledState, second: CoupledState) -> CoupledState:
-    """The second of two halves, with the evaluations and the residual of both."""
+    """The second of two halves, with the evaluations, the substeps and the residual of both."""
     return second._replace(
-        evaluations=first.evaluations + second.evaluations, residual=max(first.residual, second.residual)
+        evaluations=first.evaluations + second.evaluations,
+        substeps=first.substeps + second.substeps,
+        residual=max(first.residual, second.residual),
     )
 
 
