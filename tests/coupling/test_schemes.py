@@ -60,7 +60,9 @@ def slow(rows: dict[str, Any], *quick: str) -> list[Any]:
 
 
 DEFAULTS = [
-    pytest.param(name, case, marks=() if name in ("condensed", "Aitken") and case != "lighter" else pytest.mark.thorough)
+    pytest.param(
+        name, case, marks=() if name in ("condensed", "Aitken") and case != "lighter" else pytest.mark.thorough
+    )
     for name in GOOD
     for case in CASES
     if not name.endswith("2") or case in ("light", "chattering")
@@ -331,7 +333,9 @@ def test_condensed_reaches_rounding() -> None:
     """Where no more can be had it ends all the same: a secant or Newton's method then repeats itself."""
     assert two_ends(hl.Condensed(1e-30)).run(1e-4).residual.max() == 0.0
     for structure in ("rod", "plate"):
-        runs = [hl.CoSimulation(chain(), STRUCTURES[structure], hl.Condensed(most)).run(UNTIL) for most in (1e-30, 1e-11)]
+        runs = [
+            hl.CoSimulation(chain(), STRUCTURES[structure], hl.Condensed(most)).run(UNTIL) for most in (1e-30, 1e-11)
+        ]
         assert ratios(runs[0]) == pytest.approx(ratios(runs[1]), abs=1e-9)
         assert runs[0].residual.max() < 1e-12
 
@@ -350,6 +354,7 @@ def test_halving_rescues_a_repetition_that_diverges() -> None:
 
 def test_windows_begin_with_pieces_as_the_last_one_ended() -> None:
     """A window of 128 substeps of the lightest body converges in pieces; few attempts at all of them are made."""
+
     class Watched(hl.Aitken):
         def step(self, interface: Any, state: Any, length: float, substeps: int) -> Any:
             tried.append(substeps)
