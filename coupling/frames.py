@@ -20,8 +20,12 @@ class Counts:
     residual: float = 0.0
 
     def after(self, state: CoupledState) -> "Counts":
-        """With one more substep, which ended in this state."""
-        return Counts(self.evaluations + state.evaluations, self.substeps + 1, max(self.residual, state.residual))
+        """With one more substep, or its parts, which ended in this state."""
+        return Counts(
+            self.evaluations + state.evaluations,
+            self.substeps + state.substeps,
+            max(self.residual, state.residual),
+        )
 
 
 class ChainFrames:
@@ -90,8 +94,8 @@ class Frames:
         )
 
     def upto(self, row: int) -> list[Vector]:
-        """Copies of everything up to a row, for a checkpoint."""
-        return [np.array(array[..., : row + 1] if wide else array[: row + 1]) for array, wide in self._arrays()]
+        """Everything up to a row, for a checkpoint: views, as copies of a long run may not fit in memory."""
+        return [array[..., : row + 1] if wide else array[: row + 1] for array, wide in self._arrays()]
 
     def restore(self, kept: list[Vector]) -> None:
         """Put back what `upto` gave."""

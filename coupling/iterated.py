@@ -58,7 +58,9 @@ class Iteration(ABC):
                 return [end._replace(memory=memory, evaluations=count) for end in ends]
             force = force + search.step(residual.ravel(), answer.ravel()).reshape(force.shape)
             before = surface
-        raise NotConverged(f"residual {largest:.3g} N after {count} iterations, tolerance {enough:.3g} N")
+        raise NotConverged(
+            f"residual {largest:.3g} N after {count} iterations, tolerance {enough:.3g} N", evaluations=count * substeps
+        )
 
     @abstractmethod
     def search(self, memory: Any, length: float) -> "Search":
@@ -210,23 +212,23 @@ class _LeastSquares(Search):
 
 
 def _independent(columns: list[Vector], filtering: float) -> tuple[list[int], tuple[Vector, Vector]]:
-    """Which columns add to those before them, and Q and R of these: modified Gram–Schmidt, twice."""
+    """Which columns add to those before them, and Q and R of these: Gram–Schmidt, twice."""
+    size = columns[0].size if columns else 0
+    most = min(size, len(columns))
     kept: list[int] = []
-    directions: list[Vector] = []
-    rows: list[Vector] = []
+    directions, upper = np.zeros((most, size)), np.zeros((most, most))
     for i, column in enumerate(columns):
-        rest, shares = column, np.zeros(len(directions))
+        n = len(kept)
+        if n == most:
+            break
+        rest, shares = column, np.zeros(n)
         for _ in range(2):
-            for j, direction in enumerate(directions):
-                part = float(direction @ rest)
-                shares[j] += part
-                rest = rest - part * direction
+            part = directions[:n] @ rest
+            shares += part
+            rest = rest - part @ directions[:n]
         length = float(np.linalg.norm(rest))
-        if len(directions) < column.size and length > filtering * float(np.linalg.norm(column)):
+        if length > filtering * float(np.linalg.norm(column)):
+            directions[n], upper[:n, n], upper[n, n] = rest / length, shares, length
             kept.append(i)
-            directions.append(rest / length)
-            rows.append(np.append(shares, length))
-    upper = np.zeros((len(kept), len(kept)))
-    for i, row in enumerate(rows):
-        upper[: i + 1, i] = row
-    return kept, (np.array(directions).T, upper)
+    n = len(kept)
+    return kept, (directions[:n].T, upper[:n, :n])

@@ -3,6 +3,7 @@
 import json
 import logging
 import platform
+import re
 from collections.abc import Mapping
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
@@ -49,6 +50,8 @@ DESCRIPTIONS = {
 where a run has several of them."""
 
 BODIES = {"displacement": "bead", "velocity": "bead", "contact_force": "contact"}
+
+ADDRESS = re.compile(" at 0x[0-9a-fA-F]+")
 
 log = logging.getLogger("hertzlink.result")
 
@@ -206,7 +209,12 @@ def summary(run: xr.Dataset) -> str:
 
 def provenance(given: Mapping[str, Any]) -> dict[str, str]:
     """Input and versions as text, for the attributes of a Dataset."""
-    return {"input": json.dumps(given, default=repr, ensure_ascii=False), "versions": _versions()}
+    return {"input": as_text(given), "versions": _versions()}
+
+
+def as_text(given: Mapping[str, Any]) -> str:
+    """Input as JSON, the same in every process: what is no plain data by its repr, without addresses."""
+    return json.dumps(given, default=lambda value: ADDRESS.sub("", repr(value)), ensure_ascii=False)
 
 
 @cache

@@ -53,7 +53,7 @@ class Condensed:
     tolerance: of the mean force, in units of the greatest force that the contact could bear.
     """
 
-    tolerance: float = 1e-10
+    tolerance: float = 1e-11
     substeps_per_contact = SUBSTEPS_PER_CONTACT
     repeats = True
     whole_window = False
@@ -85,7 +85,9 @@ class Condensed:
             state.chains[0], (before, structure.read(free)), compliance, length, memory, tolerance
         )
         if abs(residual) > tolerance:
-            raise NotConverged(f"residual {residual:.3g} N after {count} evaluations, tolerance {tolerance:.3g} N")
+            raise NotConverged(
+                f"residual {residual:.3g} N after {count} evaluations, tolerance {tolerance:.3g} N", evaluations=count
+            )
         end = structure.pushed(free, force, length)
         surface, push = np.array([structure.read(end)]), np.array([force])
         # The chain saw the surface end where the force before its last answer would have brought it.
@@ -118,7 +120,8 @@ class Condensed:
         worst = int(abs(residual).argmax())
         raise NotConverged(
             f"residual {residual[worst]:.3g} N at contact {worst} after {count} evaluations, "
-            f"tolerance {tolerance:.3g} N"
+            f"tolerance {tolerance:.3g} N",
+            evaluations=count,
         )
 
 

@@ -13,7 +13,11 @@ REMEMBERED = 3
 
 
 class NotConverged(RuntimeError):
-    """Chains and structures did not agree on the mean forces of a window."""
+    """Chains and structures did not agree on the mean forces of a window. evaluations: chain windows tried for it."""
+
+    def __init__(self, message: str, evaluations: int = 0) -> None:
+        super().__init__(message)
+        self.evaluations = evaluations
 
 
 class Node(NamedTuple):
@@ -41,7 +45,8 @@ class CoupledState(NamedTuple):
     surface, m, K: displacement of the structures' contact points. force, N, K: the mean over the last substep that the
     structures felt, above the static one. evaluations: chain windows tried in this window. residual, N: the greatest
     difference between the forces that the chains answered and those that the structures felt. past: the last nodes,
-    newest last. memory: what the scheme starts the next window from.
+    newest last. memory: what the scheme starts the next window from. substeps: that led here from the state before, more
+    than one where a substep was halved. piece: so many substeps converged together where a window was cut, else 0.
     """
 
     time: float
@@ -54,6 +59,8 @@ class CoupledState(NamedTuple):
     residual: float
     past: tuple[Node, ...]
     memory: Any
+    substeps: int = 1
+    piece: int = 0
 
 
 def foretold(places: Sequence[float], values: Sequence[Vector], order: int, at: float) -> Vector:

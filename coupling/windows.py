@@ -17,6 +17,10 @@ FINEST = 1024
 GROWS_BELOW = 0.125
 """A window is tried twice as long after one whose error was below this part of the tolerance."""
 
+UNTOUCHED = 0.1
+"""What an error counts where nothing touches: no chain sees that line, but its bend tells of the stepping's own error,
+which is a part of it about as small as the window is beside the motion's time."""
+
 TAKEN_AS_ONE = 1.0 + 1e-9
 
 
@@ -25,8 +29,8 @@ class Adaptive:
     """Windows as long as their error allows, between saved times: each is the saved interval over a power of two.
 
     The error of a window is what the parabola through its ends and the node before has beyond the straight line that
-    the surface follows, in units of the greatest approach of a contact.
-    tolerance: of that error. Amplitude ratios are then within some ten tolerances of those with tiny windows (tests).
+    the surface follows, in units of the greatest approach of a contact; a tenth of it where nothing touches.
+    tolerance: of that error. Amplitude ratios are then within some three tolerances of those with tiny windows (tests).
     """
 
     tolerance: float = 1e-5
@@ -53,30 +57,45 @@ class Windows:
         return self._halved(state, length, substeps, MOST_HALVINGS)
 
     def _halved(self, state: CoupledState, length: float, substeps: int, left: int) -> list[CoupledState]:
-        try:
-            return self.scheme.step(self.interface, state, length, substeps)
-        except NotConverged as error:
-            if left == 0:
-                raise NotConverged(f"t = {state.time:.6g} s, {substeps * length:.3g} s long: {error}") from error
-        if substeps > 1:
-            first = self._halved(state, length, substeps // 2, left)
-            return first + self._halved(first[-1], length, substeps - substeps // 2, left)
-        middle = self._halved(state, length / 2.0, 1, left - 1)[-1]
-        return [_together(middle, self._halved(middle, length / 2.0, 1, left - 1)[-1])]
+        """In pieces of so many substeps as converged last; a substep alone is cut in two at most `left` times.
+
+        A window after one that came in pieces begins with pieces of twice their length.
+        """
+        ends: list[CoupledState] = []
+        piece, vain = min(substeps, 2 * state.piece) if state.piece else substeps, 0
+        while len(ends) < substeps:
+            many = min(piece, substeps - len(ends))
+            try:
+                found = self.scheme.step(self.interface, state, length, many)
+            except NotConverged as error:
+                vain += error.evaluations
+                if many > 1:
+                    piece = many // 2
+                    continue
+                if left == 0:
+                    raise NotConverged(f"t = {state.time:.6g} s, {length:.3g} s long: {error}") from error
+                middle = self._halved(state, length / 2.0, 1, left - 1)[-1]
+                found = [_together(middle, self._halved(middle, length / 2.0, 1, left - 1)[-1])]
+            ends += [_more(found[0], vain), *found[1:]]
+            state, vain = ends[-1], 0
+        ends[-1] = state._replace(piece=piece if piece < substeps else 0)
+        return ends
 
     def _adapted(self, state: CoupledState, length: float, tolerance: float) -> CoupledState:
-        finest = self.interface.contact_time / FINEST
+        finest, vain = self.interface.contact_time / FINEST, 0
         if length <= self._allowed(state, tolerance) * TAKEN_AS_ONE or length <= finest:
             try:
                 end = self.scheme.step(self.interface, state, length, 1)[-1]
-            except NotConverged:
+            except NotConverged as error:
                 if length <= finest:
                     return self._halved(state, length, 1, MOST_HALVINGS)[-1]
+                vain = error.evaluations
             else:
                 if length <= finest or self.error(end) <= tolerance:
                     return end
+                vain = end.evaluations
         middle = self._adapted(state, length / 2.0, tolerance)
-        return _together(middle, self._adapted(middle, length / 2.0, tolerance))
+        return _more(_together(middle, self._adapted(middle, length / 2.0, tolerance)), vain)
 
     def _allowed(self, state: CoupledState, tolerance: float) -> float:
         """The longest window worth trying, from the last one and its error."""
@@ -92,13 +111,21 @@ class Windows:
         start = np.zeros_like(now.surface) if before is None else before.surface
         earlier = state.past[-3].surface if len(state.past) > 2 else np.zeros_like(start)
         length = now.length if before is None else before.length
-        change = (now.surface - start) / now.length - (start - earlier) / length
-        bend = 2.0 * float(abs(change).max()) / (now.length + length)
+        change = abs((now.surface - start) / now.length - (start - earlier) / length)
+        seen = np.where(now.force > -self.interface.static, change, UNTOUCHED * change)
+        bend = 2.0 * float(seen.max()) / (now.length + length)
         return bend * now.length**2 / 8.0 / self.interface.indentation_scale
 
 
 def _together(first: CoupledState, second: CoupledState) -> CoupledState:
-    """The second of two halves, with the evaluations and the residual of both."""
+    """The second of two halves, with the evaluations, the substeps and the residual of both."""
     return second._replace(
-        evaluations=first.evaluations + second.evaluations, residual=max(first.residual, second.residual)
+        evaluations=first.evaluations + second.evaluations,
+        substeps=first.substeps + second.substeps,
+        residual=max(first.residual, second.residual),
     )
+
+
+def _more(state: CoupledState, vain: int) -> CoupledState:
+    """With the evaluations of attempts that came to nothing."""
+    return state._replace(evaluations=state.evaluations + vain)

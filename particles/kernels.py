@@ -607,7 +607,8 @@ def advance_condensed(
         if high - low <= tolerance:
             residual = 0.0
             break
-        if count > 1 and not halved:
+        # Alike where the tolerance is below rounding.
+        if count > 1 and not halved and tried != last_tried:
             slope = min((residual - last_residual) / (tried - last_tried), -1.0)
         last_tried, last_residual = tried, residual
         tried -= residual / slope

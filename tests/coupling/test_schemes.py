@@ -1,0 +1,421 @@
+"""All schemes: hard cases, orders, the ledger, what a window costs, and windows that fail."""
+
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from hard_cases import BEAD, CASES, REFERENCE, SENSOR, chain, light, oscillator
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from smooth_cases import INTERVAL, LAYERS, STRUCTURES, UNTIL, reference
+
+import hertzlink as hl
+from coupling.iterated import _independent
+from structures.damping import rayleigh
+
+FREE_ROD = hl.rod([hl.Layer(hl.ACRYLIC, 0.05, 0.01)], base="free", elements=8)
+DAMPED_ROD = rayleigh(STRUCTURES["rod"], 5e2, 1e-7)
+
+STRONG = {
+    "condensed": hl.Condensed(),
+    "fixed point": hl.FixedPoint(),
+    "Aitken": hl.Aitken(),
+    "IQN-ILS": hl.IQN_ILS(),
+}
+EXPLICIT = {
+    f"explicit, {'parallel' if parallel else 'serial'}, {predictor}": hl.Explicit(predictor, parallel)
+    for predictor in (0, 1, 2)
+    for parallel in (False, True)
+}
+SCHEMES = {**STRONG, **EXPLICIT}
+GOOD = {name: scheme for name, scheme in SCHEMES.items() if getattr(scheme, "predictor", 1) > 0}
+each = pytest.mark.parametrize("name", SCHEMES)
+
+
+def couple(case: Any, scheme: Any, **keywords: Any) -> xr.Dataset:
+    """The run of a hard case."""
+    chains = list(case.chains) if len(case.chains) > 1 else case.chains[0]
+    return hl.CoSimulation(chains, case.structures[0], scheme, **keywords).run(case.until)
+
+
+def ratios(run: xr.Dataset) -> Any:
+    return np.atleast_1d(hl.amplitude_ratio(run, SENSOR).values)
+
+
+def changes(run: xr.Dataset) -> tuple[Any, Any]:
+    """Changes of the total energy over a run, and the mismatch, both in units of the impact energy."""
+    parts = run.kinetic_energy + run.contact_energy + run.dissipated_energy
+    bodies = run.structure_energy + run.structure_dissipated_energy
+    total = sum(one.sum(set(one.dims) - {"time"}) for one in (parts, bodies))
+    mismatch = run.interface_mismatch.sum(set(run.interface_mismatch.dims) - {"time"})
+    energy = float(run.impact_energy.sum())
+    return (total - total[0]).values / energy, mismatch.values / energy
+
+
+def slow(rows: dict[str, Any], *quick: str) -> list[Any]:
+    return [name if name in quick else pytest.param(name, marks=pytest.mark.thorough) for name in rows]
+
+
+DEFAULTS = [
+    pytest.param(
+        name, case, marks=() if name in ("condensed", "Aitken") and case != "lighter" else pytest.mark.thorough
+    )
+    for name in GOOD
+    for case in CASES
+    if not name.endswith("2") or case in ("light", "chattering")
+]
+
+
+@pytest.mark.parametrize(("name", "case"), DEFAULTS)
+def test_hard_cases_at_default_settings(name: str, case: str) -> None:
+    assert ratios(couple(CASES[case](), GOOD[name])) == pytest.approx(REFERENCE[case], abs=1e-4)
+
+
+@pytest.mark.parametrize("case", slow(CASES, "soft", "stiff", "chattering"))
+@pytest.mark.parametrize("name", slow({**STRONG, "explicit, serial, 1": None}, "condensed", "Aitken"))
+def test_hard_cases_with_windows_longer_than_the_contact(name: str, case: str) -> None:
+    """50 µs; free contacts of the beads last 37 µs."""
+    assert ratios(couple(CASES[case](), SCHEMES[name], window=5e-5)) == pytest.approx(REFERENCE[case], abs=1e-4)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("case", ["light", "soft", "stiff", "chattering", "two chains"])
+def test_forces_that_are_only_repeated_are_off_by_more(case: str) -> None:
+    """Explicit(predictor=0) at default settings: first order, 512 substeps a contact."""
+    assert ratios(couple(CASES[case](), hl.Explicit(0))) == pytest.approx(REFERENCE[case], abs=2e-3)
+
+
+ORDERS = [
+    *((name, structure, 2.0, None) for name in STRONG for structure in STRUCTURES),
+    *((name, structure, order, order)
+      for start, order in (("explicit, serial, 0", 1.0), ("explicit, parallel, 0", 1.0),
+                           ("explicit, serial, 1", 2.0), ("explicit, parallel, 1", 2.0))
+      for name in [start] for structure in STRUCTURES),
+    *((name, structure, 2.0, None) for name in ("explicit, serial, 2", "explicit, parallel, 2")
+      for structure in STRUCTURES),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "structure", "motion", "energy"), ORDERS)
+def test_orders_in_the_window(name: str, structure: str, motion: float, energy: float | None) -> None:
+    """Of the surface's motion, root mean square against the monolithic reference; of AR where it is of the strong
+    schemes, where it has no other terms; and of the energy that explicit schemes make."""
+    exact, scheme = reference(structure), SCHEMES[name]
+    if name in EXPLICIT:
+        scheme = hl.Explicit(scheme.predictor, scheme.parallel, tolerance=None)  # type: ignore[attr-defined]
+    errors = []
+    for window in (1e-6, 5e-7, 2.5e-7):
+        simulation = hl.CoSimulation(chain(), STRUCTURES[structure], scheme, window, 5e-9, substeps=1)
+        run = simulation.run(UNTIL, save_every=INTERVAL)
+        away = run.surface_displacement - exact.surface_displacement.values
+        ratio = hl.amplitude_ratio(run, SENSOR).item() - hl.amplitude_ratio(exact, SENSOR).item()
+        errors.append([np.sqrt((away**2).mean().item()), abs(ratio), hl.energy_error(run)])
+    observed = np.log2(np.divide(errors[:-1], errors[1:]))
+    assert observed[:, 0] == pytest.approx(motion, abs=0.2)
+    if name in STRONG:
+        assert observed[:, 1] == pytest.approx(motion, abs=0.2)
+    if energy is not None:
+        assert observed[-1, 2] == pytest.approx(energy, abs=0.2)
+
+
+@pytest.mark.parametrize("case", slow(CASES, "light", "lighter", "soft", "stiff", "chattering"))
+def test_the_condensed_interface_makes_no_energy_on_hard_cases(case: str) -> None:
+    total, mismatch = changes(couple(CASES[case](), hl.Condensed()))
+    assert abs(mismatch).max() < 1e-11
+    assert abs(total).max() < 1e-6
+
+
+def two_ends(scheme: Any = None) -> hl.CoSimulation:
+    """A pushed chain between two points of a plate."""
+    plate = hl.kirchhoff_plate(0.1, 0.1, 2.29e-3, hl.ALUMINIUM_6061, hl.Supports(*["clamped"] * 4), cells=(6, 6))
+    body = plate.at([0.03, 0.06], [0.05, 0.05])
+    last, first = hl.ContactPoint(body, 0), hl.ContactPoint(body, 1)
+    pushed = hl.Chain([BEAD] * 6, striker=None, preload=1.0, impact_speed=0.31)
+    return hl.CoSimulation(pushed, last, scheme, behind=first)
+
+
+@pytest.mark.parametrize("structure", STRUCTURES)
+def test_the_condensed_interface_makes_no_energy(structure: str) -> None:
+    run = hl.CoSimulation(chain(), STRUCTURES[structure]).run(UNTIL)
+    assert abs(changes(run)[1]).max() < 1e-11
+    assert float(run.interface_work[-1]) > 1e-3 * float(run.impact_energy)
+
+
+def test_the_condensed_interface_makes_no_energy_on_two_ends_of_a_chain() -> None:
+    run = two_ends().run(3e-4)
+    total, mismatch = changes(run)
+    assert run.sizes["interface"] == 2
+    assert abs(mismatch).max() < 1e-11
+    assert abs(total).max() < 1e-6
+
+
+def lossy(gravity: float) -> hl.Chain:
+    """With dashpots."""
+    return hl.Chain([BEAD] * 14, BEAD, 0.31, gravity=gravity, dissipation=hl.LinearDashpot(5.0))
+
+
+@each
+@pytest.mark.parametrize("losses", [False, True])
+def test_the_ledger_closes(name: str, losses: bool) -> None:
+    """What the total energy loses is the mismatch, to the chain's own drift; a structure keeps or damps all work."""
+    parallel = "parallel" in name
+    struck, structure = chain(), STRUCTURES["layered rod"]
+    if losses:
+        struck, structure = lossy(0.0 if parallel else 9.81), DAMPED_ROD
+    run = hl.CoSimulation(struck, structure, SCHEMES[name], window=5e-7, substeps=1).run(5e-4)
+    total, mismatch = changes(run)
+    assert (run.interface_work_of_chain - run.interface_work).values == pytest.approx(run.interface_mismatch.values)
+    # In parallel the chain's last contact sees the surface foretold, not the one by which its energy is counted.
+    counted = (run.contact_force[:, -1] == 0.0).values if parallel else slice(None)
+    assert abs(total + mismatch)[counted].max() < 1e-6
+    energy = float(run.impact_energy)
+    assert abs(run.structure_numerical_loss).max() < 1e-10 * energy
+    assert (abs(mismatch).max() > 3e-5) == name.endswith("0")
+    if losses:
+        assert run.structure_dissipated_energy[-1] > 1e-4 * energy
+
+
+@each
+def test_impulse_is_the_momentum_of_a_free_rod(name: str) -> None:
+    simulation, everywhere = hl.CoSimulation(chain(), FREE_ROD, SCHEMES[name]), np.ones(FREE_ROD.size)
+    state, moved = simulation.start(), 0.0
+    for _ in range(1500):
+        state = simulation.step(state, 5e-7)
+        moved = float(everywhere @ (FREE_ROD.mass @ state.structures[0].velocity))
+        assert moved == pytest.approx(float(state.ledger.impulse[0]), abs=1e-10 * BEAD.mass)
+    beads = float(simulation.chain.mass @ state.chains[0].velocity)
+    assert moved > 0.1 * BEAD.mass * 0.31
+    strong = name in STRONG
+    assert beads + moved == pytest.approx(BEAD.mass * 0.31, rel=1e-8 if strong else 2e-2)
+
+
+class Counted(hl.MovingStructure):
+    """Counts its solves."""
+
+    solves = 0
+
+    def free(self, state: Any, window: float) -> Any:
+        self.solves += 1
+        return super().free(state, window)
+
+
+@pytest.fixture
+def chain_windows(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[int]]:
+    """How often a chain is advanced."""
+    count, advance = [0], hl.MovingChain.advance
+
+    def counted(self: hl.MovingChain, *given: Any) -> Any:
+        count[0] += 1
+        return advance(self, *given)
+
+    monkeypatch.setattr(hl.MovingChain, "advance", counted)
+    yield count
+
+
+def test_condensed_takes_one_structural_solve_a_window() -> None:
+    one, two = Counted(STRUCTURES["rod"]), Counted(CASES["two chains"]().structures[0])
+    run = hl.CoSimulation(chain(), one).run(4e-4)
+    assert one.solves == run.substeps.sum() == run.sizes["time"] - 1
+    both = [hl.ContactPoint(two, 0), hl.ContactPoint(two, 1)]
+    run = hl.CoSimulation([chain(0.31), chain(0.2)], both).run(4e-4)
+    assert two.solves == run.substeps.sum() == run.sizes["time"] - 1
+    assert run.evaluations.sum() > 1.2 * two.solves
+
+
+@pytest.mark.parametrize("name", ["fixed point", "Aitken", "IQN-ILS", "explicit, serial, 1"])
+def test_evaluations_are_the_chain_windows_tried(name: str, chain_windows: list[int]) -> None:
+    """Those of windows in vain too."""
+    one = Counted(STRUCTURES["rod"])
+    run = hl.CoSimulation(chain(), one, SCHEMES[name], window=2e-5).run(4e-4)
+    assert run.evaluations.sum() == chain_windows[0] == one.solves
+    chain_windows[0] = 0
+    case = light()
+    run = hl.CoSimulation(case.chains[0], case.structures[0], hl.FixedPoint(), 8e-6, substeps=1).run(4e-4)
+    assert run.evaluations.sum() == chain_windows[0] > 40 * run.sizes["time"]
+
+
+class Box:
+    """A structure of which nothing is known but its answers."""
+
+    def __init__(self, structure: hl.Structure) -> None:
+        self.inside, self.surface = hl.MovingStructure(structure), structure.surface
+
+    def start(self) -> Any:
+        return self.inside.start()
+
+    def advance(self, state: Any, force: float, window: float) -> tuple[Any, float]:
+        return self.inside.advance(state, force, window)
+
+
+class Hardening:
+    """m ẍ + k x + k₃ x³ = F by twenty steps of Störmer and Verlet a window."""
+
+    surface = hl.Surface(hl.STEEL_440C)
+    mass, stiffness, cubic = 0.01, 2e7, 1e18
+
+    def start(self) -> tuple[float, float]:
+        return 0.0, 0.0
+
+    def advance(self, state: tuple[float, float], force: float, window: float) -> tuple[tuple[float, float], float]:
+        (x, v), h = state, window / 20.0
+        for _ in range(20):
+            v += 0.5 * h * (force - self.stiffness * x - self.cubic * x**3) / self.mass
+            x += h * v
+            v += 0.5 * h * (force - self.stiffness * x - self.cubic * x**3) / self.mass
+        return (x, v), x
+
+
+@pytest.mark.parametrize("name", [name for name in GOOD if name != "condensed"])
+def test_a_black_box_is_what_its_structure_is(name: str) -> None:
+    known, boxed = (
+        hl.CoSimulation(chain(), one, GOOD[name], window=1e-6).run(4e-4)
+        for one in (STRUCTURES["rod"], Box(STRUCTURES["rod"]))
+    )
+    for variable in ("velocity", "surface_displacement", "interface_work", "evaluations"):
+        assert (known[variable] == boxed[variable]).all()
+    assert np.isnan(boxed.structure_energy).all()
+    assert hl.energy_error(boxed) == pytest.approx(hl.energy_error(known), abs=1e-9)
+
+
+def test_schemes_agree_on_a_black_box_that_is_not_linear() -> None:
+    found = [
+        hl.amplitude_ratio(hl.CoSimulation(chain(), Hardening(), scheme, 2e-6).run(UNTIL), SENSOR).item()
+        for name, scheme in GOOD.items()
+        if name != "condensed"
+    ]
+    soft = Hardening()
+    soft.cubic = 0.0
+    linear = hl.amplitude_ratio(hl.CoSimulation(chain(), soft, hl.Aitken(), 2e-6).run(UNTIL), SENSOR).item()
+    assert found == pytest.approx([found[0]] * 7, abs=1e-4)
+    assert abs(found[0] - linear) > 0.01
+
+
+@each
+def test_nothing_divides_by_a_residual_of_zero(name: str) -> None:
+    """A chain whose wave has not come yet, and one that hangs off a gap that opens."""
+    scheme = SCHEMES[name]
+    with np.errstate(all="raise", under="ignore"):
+        run = hl.CoSimulation(chain(), STRUCTURES["rod"], scheme, window=2e-5).run(1e-4)
+        assert run.residual.max() == run.interface_work.max() == 0.0
+        assert abs(run.surface_displacement).max() < 1e-15
+        thrown = hl.Chain([BEAD], BEAD, 0.31)
+        run = hl.CoSimulation(thrown, oscillator(3.0, 1e6), scheme, window=2e-5).run(4e-4)
+    apart = run.contact_force[:, -1] == 0.0
+    assert 0.5 < float(apart.mean()) < 0.99
+    assert np.isfinite(run.velocity).all()
+    assert run.evaluations.min() >= 0
+
+
+FAILS = {
+    "fixed point": (hl.FixedPoint(largest_count=1), "residual .* N after 1 iterations, tolerance"),
+    "Aitken": (hl.Aitken(largest_count=1), "residual .* N after 1 iterations, tolerance"),
+    "IQN-ILS": (hl.IQN_ILS(largest_count=1), "residual .* N after 1 iterations, tolerance"),
+    "explicit": (hl.Explicit(tolerance=1e-6), "foretold force .* N beside the answer, tolerance"),
+}
+
+
+@pytest.mark.parametrize("name", FAILS)
+def test_no_agreement_names_window_time_and_residual(name: str) -> None:
+    """The wave comes after 130 µs."""
+    scheme, what = FAILS[name]
+    with pytest.raises(hl.NotConverged, match=r"window \d+, t = .* s, .* s long: " + what) as caught:
+        hl.CoSimulation(chain(), STRUCTURES["rod"], scheme, window=1e-6, substeps=1).run(4e-4)
+    window, time, length = re.match(r"window (\d+), t = (\S+) s, (\S+) s long", str(caught.value)).groups()  # type: ignore[union-attr]
+    assert float(length) == pytest.approx(1e-6 / 2**12, rel=1e-2)
+    assert (int(window) - 1) * 1e-6 - 1e-9 <= float(time) <= int(window) * 1e-6 + 1e-9
+    assert float(time) > 1e-4
+
+
+def test_condensed_reaches_rounding() -> None:
+    """Where no more can be had it ends all the same: a secant or Newton's method then repeats itself."""
+    assert two_ends(hl.Condensed(1e-30)).run(1e-4).residual.max() == 0.0
+    for structure in ("rod", "plate"):
+        runs = [
+            hl.CoSimulation(chain(), STRUCTURES[structure], hl.Condensed(most)).run(UNTIL) for most in (1e-30, 1e-11)
+        ]
+        assert ratios(runs[0]) == pytest.approx(ratios(runs[1]), abs=1e-9)
+        assert runs[0].residual.max() < 1e-12
+
+
+def test_halving_rescues_a_repetition_that_diverges() -> None:
+    """Added mass: at 8 µs the light body gives way ten times as far as the contact's own approach."""
+    case = light()
+    given = {"window": 8e-6, "substeps": 1}
+    run = couple(case, hl.FixedPoint(), **given)
+    steps = case.until / 8e-6
+    assert run.substeps.sum() > 1.3 * steps
+    assert set(run.substeps.values[1:]) >= {1.0, 2.0}
+    assert ratios(run) == pytest.approx(REFERENCE["light"], abs=1e-3)
+    assert couple(case, hl.Condensed(), **given).substeps.sum() == steps
+
+
+def test_windows_begin_with_pieces_as_the_last_one_ended() -> None:
+    """A window of 128 substeps of the lightest body converges in pieces; few attempts at all of them are made."""
+
+    class Watched(hl.Aitken):
+        def step(self, interface: Any, state: Any, length: float, substeps: int) -> Any:
+            tried.append(substeps)
+            return super().step(interface, state, length, substeps)
+
+    tried: list[int] = []
+    run = couple(CASES["lighter"](), Watched(), window=5e-5)
+    assert run.substeps.sum() == 24 * 128
+    assert tried.count(128) < 12
+    assert 0 < tried.count(32) < 100
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 6])
+@given(seed=st.integers(0, 2**32 - 1))
+@settings(max_examples=15)
+def test_quasi_newton_ends_on_a_linear_problem_after_a_repetition_for_each_unknown(count: int, seed: int) -> None:
+    """x = G x + g, also where plain repetition diverges: n differences are all there is to know of G."""
+    random = np.random.default_rng(seed)
+    slope = 3.0 * random.normal(size=(count, count)) - 8.0 * np.eye(count)
+    right, x = random.normal(size=count), np.zeros(count)
+    search = hl.IQN_ILS(filtering=1e-12).search(None, 1e-6)
+    for _ in range(count + 1):
+        answer = slope @ x + right
+        x = x + search.step(answer - x, answer)
+    exact = np.linalg.solve(np.eye(count) - slope, right)
+    assert x == pytest.approx(exact, abs=1e-7 * abs(exact).max())
+
+
+def test_the_filter_drops_what_newer_differences_hold_already() -> None:
+    random = np.random.default_rng(1)
+    a, b, c = random.normal(size=(3, 6))
+    columns = [a, b, a - b + 1e-5 * c, c, 2.0 * c]
+    kept, (directions, upper) = _independent(columns, 1e-3)
+    assert kept == [0, 1, 3]
+    assert directions.T @ directions == pytest.approx(np.eye(3), abs=1e-14)
+    assert directions @ upper == pytest.approx(np.array([a, b, c]).T, abs=1e-13)
+    assert _independent(columns, 1e-7)[0] == [0, 1, 2]
+    assert _independent([], 1e-3)[0] == []
+    assert _independent([np.zeros(6), a], 1e-3)[0] == [1]
+
+
+def test_differences_of_earlier_windows_save_repetitions() -> None:
+    tried = [
+        float(couple(light(), hl.IQN_ILS(reuse=reuse), window=4e-6, substeps=4).evaluations.sum()) for reuse in (0, 2)
+    ]
+    assert tried[1] < 0.8 * tried[0]
+
+
+@given(
+    mass=st.floats(-2.0, 1.0).map(lambda power: 10.0**power),
+    stiffness=st.floats(4.0, 9.0).map(lambda power: 10.0**power),
+    damping=st.floats(0.0, 50.0),
+)
+@settings(max_examples=6)
+def test_schemes_agree_on_any_oscillator(mass: float, stiffness: float, damping: float) -> None:
+    """Strong schemes to their tolerances, explicit ones to their own error."""
+    struck, body = hl.Chain([BEAD] * 3, BEAD, 0.31), oscillator(mass, stiffness, damping)
+    runs = {}
+    for name in ("condensed", "fixed point", "Aitken", "IQN-ILS", "explicit, serial, 2"):
+        window = 2e-6 if name in STRONG else 1e-7
+        runs[name] = hl.CoSimulation(struck, body, SCHEMES[name], window).run(2e-4, save_every=2e-6)
+    exact = runs.pop("condensed").velocity
+    for name, run in runs.items():
+        assert abs(run.velocity - exact).max() < (1e-5 if name in STRONG else 1e-2) * 0.31
