@@ -149,6 +149,15 @@ def test_a_contact_between_saved_times_is_warned_of(caplog: pytest.LogCaptureFix
     assert message.endswith("save the run more often")
 
 
+def test_part_of_a_run_begins_as_it_is() -> None:
+    """In a gap, which is then no opening."""
+    case = chattering()
+    run = hl.CoSimulation(case.chains[0], case.structures[0]).run(case.until, save_every=1e-6)
+    events, later = hl.contact_events(run), hl.contact_events(run.sel(time=slice(2.96e-4, None)))
+    assert later.kind.values[0] == "closes"
+    assert later.time.values == pytest.approx(events.time.values[1:], rel=1e-12)
+
+
 def test_nothing_to_tell() -> None:
     """Of a chain that faces nothing, of one that the wave has not reached, and of part of a run."""
     chain = hl.Chain([BEAD] * 6, BEAD, SPEED)

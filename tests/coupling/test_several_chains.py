@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 import xarray as xr
-from hard_cases import BEAD
+from hard_cases import BEAD, oscillator
 from monolithic import Contact, monolithic
 
 import hertzlink as hl
@@ -442,3 +442,13 @@ def test_one_chain_on_one_of_two_points_is_as_on_a_structure_with_that_one(schem
     alone = hl.CoSimulation(CHAIN, lone, SCHEMES[scheme]).run(3e-4, save_every=1e-6)
     assert run.contact_force.values == pytest.approx(alone.contact_force.values, abs=1e-4)
     assert int(run.interface_point) == 1
+
+
+def test_a_dashpot_that_closes_on_a_light_tip_does_not_stop_an_explicit_run() -> None:
+    """The force jumps there, however short the substep."""
+    chain, tip = hl.Chain([BEAD] * 10, BEAD, 0.31, dissipation=LOSS), oscillator(0.7, 5e6)
+    found, expected = (
+        hl.CoSimulation(chain, tip, scheme).run(UNTIL, save_every=1e-6) for scheme in (hl.Explicit(), hl.Condensed())
+    )
+    assert found.velocity.values == pytest.approx(expected.velocity.values, abs=1e-3 * 0.31)
+    assert hl.energy_error(found) < 1e-4
