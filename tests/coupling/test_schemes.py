@@ -1,7 +1,6 @@
 """All schemes: hard cases, orders, the ledger, what a window costs, and windows that fail."""
 
 import re
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -10,7 +9,7 @@ import xarray as xr
 from hard_cases import BEAD, CASES, REFERENCE, SENSOR, chain, light, oscillator
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from smooth_cases import INTERVAL, LAYERS, STRUCTURES, UNTIL, reference
+from smooth_cases import INTERVAL, STRUCTURES, UNTIL, reference
 
 import hertzlink as hl
 from coupling.iterated import _independent
@@ -60,7 +59,9 @@ def slow(rows: dict[str, Any], *quick: str) -> list[Any]:
 
 
 DEFAULTS = [
-    pytest.param(name, case, marks=() if name in ("condensed", "Aitken") and case != "lighter" else pytest.mark.thorough)
+    pytest.param(
+        name, case, marks=() if name in ("condensed", "Aitken") and case != "lighter" else pytest.mark.thorough
+    )
     for name in GOOD
     for case in CASES
     if not name.endswith("2") or case == "chattering"
@@ -74,9 +75,9 @@ def test_hard_cases_at_default_settings(name: str, case: str) -> None:
 
 
 @pytest.mark.parametrize("case", slow(CASES, "soft", "stiff", "chattering"))
-@pytest.mark.parametrize("name", slow({**STRONG, "explicit, serial, 1": None}, "condensed", "Aitken"))
+@pytest.mark.parametrize("name", slow(STRONG, "condensed", "Aitken"))
 def test_hard_cases_with_windows_longer_than_the_contact(name: str, case: str) -> None:
-    """50 µs; free contacts of the beads last 37 µs."""
+    """50 µs, of a contact that lasts 37 µs. Explicit schemes, which go substep by substep, are as at default."""
     until = 1e-3 if case == "two chains" else 8e-4
     assert ratios(couple(CASES[case](), SCHEMES[name], until, window=5e-5)) == pytest.approx(REFERENCE[case], abs=1e-4)
 
@@ -89,14 +90,10 @@ def test_forces_that_are_only_repeated_are_off_by_more(case: str) -> None:
 
 
 ORDERS = [
-    *((name, structure, 2.0, None) for name in STRONG for structure in STRUCTURES),
-    *((name, structure, order, order)
-      for start, order in (("explicit, serial, 0", 1.0), ("explicit, parallel, 0", 1.0),
-                           ("explicit, serial, 1", 2.0), ("explicit, parallel, 1", 2.0))
-      for name in [start] for structure in STRUCTURES),
-    *((name, structure, 2.0, None) for name in ("explicit, serial, 2", "explicit, parallel, 2")
-      for structure in STRUCTURES),
-]  # fmt: skip
+    (name, structure, 1.0 if name.endswith("0") else 2.0, {"0": 1.0, "1": 2.0}.get(name[-1]))
+    for name in SCHEMES
+    for structure in STRUCTURES
+]
 
 
 @pytest.mark.parametrize(("name", "structure", "motion", "energy"), ORDERS)
@@ -203,7 +200,7 @@ class Counted(hl.MovingStructure):
 
 
 @pytest.fixture
-def chain_windows(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[int]]:
+def chain_windows(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """How often a chain is advanced."""
     count, advance = [0], hl.MovingChain.advance
 
@@ -212,7 +209,7 @@ def chain_windows(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[int]]:
         return advance(self, *given)
 
     monkeypatch.setattr(hl.MovingChain, "advance", counted)
-    yield count
+    return count
 
 
 def test_condensed_takes_one_structural_solve_a_window() -> None:
@@ -332,7 +329,9 @@ def test_condensed_reaches_rounding() -> None:
     """Where no more can be had it ends all the same: a secant or Newton's method then repeats itself."""
     assert two_ends(hl.Condensed(1e-30)).run(1e-4).residual.max() == 0.0
     for structure in ("rod", "plate"):
-        runs = [hl.CoSimulation(chain(), STRUCTURES[structure], hl.Condensed(most)).run(UNTIL) for most in (1e-30, 1e-11)]
+        runs = [
+            hl.CoSimulation(chain(), STRUCTURES[structure], hl.Condensed(most)).run(UNTIL) for most in (1e-30, 1e-11)
+        ]
         assert ratios(runs[0]) == pytest.approx(ratios(runs[1]), abs=1e-9)
         assert runs[0].residual.max() < 1e-12
 
@@ -351,6 +350,7 @@ def test_halving_rescues_a_repetition_that_diverges() -> None:
 
 def test_windows_begin_with_pieces_as_the_last_one_ended() -> None:
     """A window of 128 substeps of the lightest body converges in pieces; few attempts at all of them are made."""
+
     class Watched(hl.Aitken):
         def step(self, interface: Any, state: Any, length: float, substeps: int) -> Any:
             tried.append(substeps)
@@ -404,7 +404,7 @@ def test_differences_of_earlier_windows_save_repetitions() -> None:
     stiffness=st.floats(4.0, 9.0).map(lambda power: 10.0**power),
     damping=st.floats(0.0, 50.0),
 )
-@settings(max_examples=6)
+@settings(max_examples=4)
 def test_schemes_agree_on_any_oscillator(mass: float, stiffness: float, damping: float) -> None:
     """Strong schemes to their tolerances, explicit ones to their own error."""
     struck, body = hl.Chain([BEAD] * 3, BEAD, 0.31), oscillator(mass, stiffness, damping)

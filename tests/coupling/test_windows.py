@@ -43,9 +43,9 @@ def test_parabolas_are_of_second_order_too(structure: str, scheme: Any) -> None:
     """The mean force that drives the structure is of second order; so the whole is."""
     errors = [
         away(
-            hl.CoSimulation(
-                chain(), STRUCTURES[structure], scheme, window, 5e-9, substeps=1, waveform="quadratic"
-            ).run(UNTIL, save_every=INTERVAL),
+            hl.CoSimulation(chain(), STRUCTURES[structure], scheme, window, 5e-9, substeps=1, waveform="quadratic").run(
+                UNTIL, save_every=INTERVAL
+            ),
             structure,
         )
         for window in (5e-7, 2.5e-7, 1.25e-7)
