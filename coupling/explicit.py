@@ -19,9 +19,9 @@ class Explicit:
     """One exchange a substep: the structures are pushed by forces foretold from the last substeps.
 
     predictor: order of the polynomial through the last mean forces, 0 to 2; 0 repeats the last one, which makes the
-    scheme of first order, 1 and 2 are of second. parallel: both sides move at once, the chains against surfaces
-    foretold alike; else, in series, they follow the surfaces' new motion. Explicit schemes create or lose energy, see
-    the run's ledger.
+    scheme of first order, 1 and 2 are of second. parallel: both sides move at once, the chains against surfaces that
+    are foretold alike; else, in series, they follow the surfaces' new motion. Explicit schemes create or lose energy,
+    see the run's ledger.
     tolerance: the greatest difference between foretold and answered forces, in units of the greatest force that the
     contact could bear; where it is larger the substep is halved. That stops a scheme that grows unstable on a light
     structure, but seldom rescues it: its forces are foretold from the longer substeps before. A force that jumps, as

@@ -1,6 +1,6 @@
 """The arrays that a run fills, one column for each saved time."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,8 +11,7 @@ from structures.moving import MovingStructure
 from structures.structure import Vector
 
 
-@dataclass(frozen=True)
-class Counts:
+class Counts(NamedTuple):
     """Since the last saved time: chain windows tried, substeps, and the greatest residual (N)."""
 
     evaluations: int = 0
@@ -78,11 +77,7 @@ class Frames:
             self.felt[number, row] = sum(state.ledger.work[k] for k in interface.touched_by(number))
         self.surface[:, row] = state.surface
         self.work[:, row], self.given[:, row], self.impulse[:, row] = state.ledger[:3]
-        self.evaluations[row], self.substeps[row], self.residual[row] = (
-            counts.evaluations,
-            counts.substeps,
-            counts.residual,
-        )
+        self.evaluations[row], self.substeps[row], self.residual[row] = counts
 
     def compiled(self) -> tuple[Vector, ...]:
         """Of one chain and one contact, in the order that the compiled window loop wants."""

@@ -45,8 +45,8 @@ class CoupledState(NamedTuple):
     surface, m, K: displacement of the structures' contact points. force, N, K: the mean over the last substep that the
     structures felt, above the static one. evaluations: chain windows tried in this window. residual, N: the greatest
     difference between the forces that the chains answered and those that the structures felt. past: the last nodes,
-    newest last. memory: what the scheme starts the next window from. substeps: that led here from the state before, more
-    than one where a substep was halved. piece: so many substeps converged together where a window was cut, else 0.
+    newest last. memory: what the scheme starts the next window from. substeps: that led here from the state before,
+    more than one where one was halved. piece: so many substeps converged together where a window was cut, else 0.
     """
 
     time: float

@@ -76,9 +76,12 @@ class Windows:
                     raise NotConverged(f"t = {state.time:.6g} s, {length:.3g} s long: {error}") from error
                 middle = self._halved(state, length / 2.0, 1, left - 1)[-1]
                 found = [_together(middle, self._halved(middle, length / 2.0, 1, left - 1)[-1])]
-            ends += [_more(found[0], vain), *found[1:]]
+            if vain:
+                found[0] = _more(found[0], vain)
+            ends += found
             state, vain = ends[-1], 0
-        ends[-1] = state._replace(piece=piece if piece < substeps else 0)
+        if piece < substeps:
+            ends[-1] = state._replace(piece=piece)
         return ends
 
     def _adapted(self, state: CoupledState, length: float, tolerance: float) -> CoupledState:

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
-from math import inf, pi, sqrt
+from math import ceil, inf, pi, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -264,12 +264,12 @@ class MovingChain:
         step = self.dt
         if step is None:
             step = min(self.contact_time / STEPS_PER_CONTACT, self.damping_time / STEPS_PER_DAMPING)
-        count = float(np.ceil(window / step * (1.0 - 1e-9)))
+        count = window / step * (1.0 - 1e-9)
         if count * self.mass.size > MOST_STEPS:
             raise ValueError(
                 f"dt = {step:.3g}: takes {count:.3g} steps in {window:.3g} s; give a longer dt, or a weaker dissipation"
             )
-        return max(1, int(count))
+        return max(1, ceil(count))
 
     @cached_property
     def reduced_mass(self) -> Vector:

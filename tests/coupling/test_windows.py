@@ -1,0 +1,169 @@
+"""Windows: waveforms, substeps, and those whose length follows their error."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from hard_cases import CASES, REFERENCE, SENSOR, chain, oscillator
+from smooth_cases import INTERVAL, STRUCTURES, UNTIL, reference
+
+import hertzlink as hl
+from coupling.cosimulation import ADAPTIVE_PER_CONTACT
+from coupling.windows import FINEST, Windows
+
+FULL_PLATE = hl.kirchhoff_plate(
+    0.2, 0.2, 2.29e-3, hl.ALUMINIUM_6061, hl.Supports("clamped", "clamped", "free", "free"), cells=(12, 12)
+).at(0.05, 0.1)
+
+
+class Counted(hl.MovingStructure):
+    """Counts its solves, and goes window by window."""
+
+    solves, compact = 0, False
+
+    def free(self, state: Any, window: float) -> Any:
+        self.solves += 1
+        return super().free(state, window)
+
+
+def away(run: xr.Dataset, structure: str) -> float:
+    """Root mean square of the surface's distance from the reference, m."""
+    square = (run.surface_displacement - reference(structure).surface_displacement.values) ** 2
+    return float(np.sqrt(square.mean()))
+
+
+def ratio(run: xr.Dataset) -> float:
+    return float(hl.amplitude_ratio(run, SENSOR))
+
+
+@pytest.mark.parametrize("scheme", [hl.Condensed(), hl.Aitken(), hl.Explicit(2, tolerance=None)])
+@pytest.mark.parametrize("structure", STRUCTURES)
+def test_parabolas_are_of_second_order_too(structure: str, scheme: Any) -> None:
+    """The mean force that drives the structure is of second order; so the whole is."""
+    errors = [
+        away(
+            hl.CoSimulation(chain(), STRUCTURES[structure], scheme, window, 5e-9, substeps=1, waveform="quadratic").run(
+                UNTIL, save_every=INTERVAL
+            ),
+            structure,
+        )
+        for window in (5e-7, 2.5e-7, 1.25e-7)
+    ]
+    assert np.log2(np.divide(errors[:-1], errors[1:])) == pytest.approx(2.0, abs=0.2)
+
+
+@pytest.mark.parametrize("structure", STRUCTURES)
+def test_parabolas_bring_amplitude_ratios_nearer_but_make_energy(structure: str) -> None:
+    """At 1 µs; the mean force does another work along a parabola than along the straight line."""
+    straight, bent = (
+        hl.CoSimulation(chain(), STRUCTURES[structure], window=1e-6, dt=5e-9, substeps=1, waveform=waveform).run(
+            UNTIL, save_every=INTERVAL
+        )
+        for waveform in ("linear", "quadratic")
+    )
+    exact = ratio(reference(structure))
+    assert abs(ratio(bent) - exact) < 0.7 * abs(ratio(straight) - exact)
+    assert away(bent, structure) < away(straight, structure)
+    assert hl.energy_error(straight) < 1e-7 < 1e-6 < hl.energy_error(bent) < 1e-3
+    energy = float(bent.impact_energy)
+    assert hl.energy_error(bent) == pytest.approx(float(abs(bent.interface_mismatch).max()) / energy, rel=0.05)
+
+
+def test_condensed_takes_substeps_as_windows() -> None:
+    """Of 4 µs in four, as four windows of 1 µs."""
+    runs = [
+        hl.CoSimulation(chain(), STRUCTURES["layered rod"], window=window, substeps=substeps).run(UNTIL)
+        for window, substeps in ((4e-6, 4), (1e-6, 1))
+    ]
+    assert runs[0].time.values == pytest.approx(runs[1].time.values)
+    assert runs[0].velocity.values == pytest.approx(runs[1].velocity.values, abs=1e-13)
+
+
+@pytest.mark.parametrize("scheme", [hl.FixedPoint(), hl.Aitken(), hl.IQN_ILS()])
+def test_a_waveform_is_what_its_substeps_are_one_by_one(scheme: Any) -> None:
+    """All substeps of a window agree; only the way there differs."""
+    runs = [
+        hl.CoSimulation(chain(), STRUCTURES["layered rod"], scheme, window, substeps=substeps).run(UNTIL)
+        for window, substeps in ((8e-6, 16), (5e-7, 1))
+    ]
+    assert runs[0].velocity.values == pytest.approx(runs[1].velocity.values, abs=1e-7 * 0.31)
+    assert runs[0].evaluations.sum() > runs[1].evaluations.sum()
+
+
+def test_windows_have_as_many_substeps_as_the_scheme_needs() -> None:
+    contact = hl.CoSimulation(chain(), None).chain.contact_time
+    for scheme in (hl.Condensed(), hl.Aitken(), hl.Explicit()):
+        run = hl.CoSimulation(chain(), oscillator(1.0, 1e6), scheme, window=5e-5).run(1e-4)
+        count = (run.sizes["time"] - 1) // 2
+        assert np.log2(count) == int(np.log2(count))
+        assert 5e-5 / count <= contact / scheme.substeps_per_contact < 1e-4 / count
+
+
+@pytest.mark.parametrize("case", ["rod", "layered rod", "plate", "chattering", "light"])
+def test_amplitude_ratios_are_within_three_tolerances(case: str) -> None:
+    """From 1e-3 to 1e-6, over three decades; then the chain's own steps decide, by 2e-6."""
+    if case in CASES:
+        struck, body, until, exact = *(one[0] for one in CASES[case]()[:2]), CASES[case]().until, REFERENCE[case][0]
+    else:
+        struck, body, until, exact = chain(), STRUCTURES[case], UNTIL, ratio(reference(case))
+    for tolerance in (1e-3, 1e-4, 1e-5, 1e-6):
+        error = ratio(hl.CoSimulation(struck, body, window=hl.Adaptive(tolerance)).run(until)) - exact
+        assert abs(error) < 3.0 * tolerance + 2e-6
+
+
+@pytest.mark.parametrize("case", ["layered rod", "full plate"])
+def test_adaptive_windows_take_fewer_solves_for_the_same_error(case: str) -> None:
+    """Beside as many windows of one length; errors of these fall with the square of it."""
+    body = FULL_PLATE if case == "full plate" else STRUCTURES[case]
+    given = {"until": UNTIL, "save_every": 1e-6}
+    exact = ratio(hl.CoSimulation(chain(), body, window=6.25e-8, substeps=1).run(**given))
+    adaptive, fixed = Counted(body), Counted(body)
+    run = hl.CoSimulation(chain(), adaptive, window=hl.Adaptive(1e-5)).run(UNTIL)
+    error = abs(ratio(run) - exact)
+    other = hl.CoSimulation(chain(), fixed, window=5e-7, substeps=1).run(**given)
+    needed = fixed.solves * np.sqrt(abs(ratio(other) - exact) / error)
+    assert adaptive.solves < 0.65 * needed
+    assert adaptive.solves >= run.substeps.sum()
+
+
+def test_adaptive_windows_are_parts_of_the_saved_interval(monkeypatch: pytest.MonkeyPatch) -> None:
+    lengths: list[tuple[float, float]] = []
+    advance = Windows.advance
+
+    def watched(self: Windows, state: Any, length: float, substeps: int) -> Any:
+        ends = advance(self, state, length, substeps)
+        lengths.extend((node.time, node.length) for end in ends for node in end.past)
+        return ends
+
+    monkeypatch.setattr(Windows, "advance", watched)
+    simulation = hl.CoSimulation(chain(), STRUCTURES["layered rod"], window=hl.Adaptive(1e-5))
+    run = simulation.run(UNTIL)
+    interval = float(run.time[1])
+    parts = np.log2(interval / np.array([length for _, length in lengths]))
+    assert parts == pytest.approx(np.round(parts), abs=1e-9)
+    assert len(set(np.round(parts))) >= 4
+    ends = np.array([time for time, _ in lengths]) / interval * 2.0 ** np.round(parts)
+    assert ends == pytest.approx(np.round(ends), abs=1e-6)
+    assert interval <= simulation.chain.contact_time / ADAPTIVE_PER_CONTACT < 2.0 * interval
+    assert run.substeps.sum() > 1.3 * (run.sizes["time"] - 1)
+    assert min(length for _, length in lengths) >= simulation.chain.contact_time / FINEST / 2.0
+
+
+def test_adaptive_windows_follow_saved_times() -> None:
+    run = hl.CoSimulation(chain(), STRUCTURES["rod"], window=hl.Adaptive()).run(3e-4, save_every=1e-6)
+    assert run.time.values == pytest.approx(1e-6 * np.arange(301))
+
+
+@pytest.mark.parametrize("scheme", [hl.Condensed(), hl.Aitken(), hl.Explicit()])
+def test_adaptive_windows_keep_the_energy(scheme: Any) -> None:
+    run = hl.CoSimulation(chain(), STRUCTURES["layered rod"], scheme, hl.Adaptive(1e-6)).run(UNTIL)
+    loose = isinstance(scheme, hl.Explicit)
+    assert hl.energy_error(run) < (1e-3 if loose else 1e-6)
+    assert abs(run.interface_mismatch).max() < (1e-3 if loose else 1e-8) * float(run.impact_energy)
+
+
+@pytest.mark.parametrize("tolerance", [0.0, -1e-5, float("nan"), "small"])
+def test_bad_tolerances(tolerance: Any) -> None:
+    with pytest.raises(ValueError, match="tolerance = "):
+        hl.Adaptive(tolerance)
