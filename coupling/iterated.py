@@ -7,9 +7,9 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from coupling.interface import Interface
-from coupling.scheme import SUBSTEPS_PER_CONTACT, trial_force
+from coupling.scheme import SUBSTEPS_PER_CONTACT, TOLERANCES, trial_force
 from coupling.state import CoupledState, NotConverged
-from structures.checks import positive, whole
+from structures.checks import positive, whole, within
 from structures.structure import Vector
 
 NOTHING = np.zeros((0, 0))
@@ -32,7 +32,7 @@ class Iteration(ABC):
     whole_window: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "tolerance", positive("tolerance", self.tolerance))
+        object.__setattr__(self, "tolerance", within("tolerance", self.tolerance, *TOLERANCES))
         object.__setattr__(self, "relaxation", positive("relaxation", self.relaxation))
         object.__setattr__(self, "largest_count", whole("largest_count", self.largest_count))
 

@@ -7,11 +7,14 @@ import numpy as np
 
 from coupling.interface import Interface
 from coupling.state import CoupledState, NotConverged, foretold
-from structures.checks import positive
+from structures.checks import within
 from structures.structure import Vector
 
 SUBSTEPS_PER_CONTACT = 64
 """Substeps in the shortest contact's duration, where both sides agree on every one of them."""
+
+TOLERANCES = 1e-14, 1.0
+"""Below lies rounding."""
 
 MOST_TRIALS = 40
 
@@ -59,7 +62,7 @@ class Condensed:
     whole_window = False
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "tolerance", positive("tolerance", self.tolerance))
+        object.__setattr__(self, "tolerance", within("tolerance", self.tolerance, *TOLERANCES))
 
     def start(self, interface: Interface) -> Vector:
         """Of one contact what `MovingChain.advance_condensed` calls guess, of several the slopes of their secants."""
