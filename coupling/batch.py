@@ -51,7 +51,7 @@ def batch(
     if len(lengths) > 1:
         raise ValueError(f"chains: hold {sorted(n - 1 for n in lengths)} beads; must have equally many")
     if any(one.constants.numbers.drive != kernels.FREE for one in moving):
-        raise ValueError("chains: a PushedBead or a Piston must be run by CoSimulation or sweep")
+        raise ValueError("chains: with a PushedBead, a Piston or no striker must be run by CoSimulation or sweep")
     beads = lengths.pop() - 1
     kept = _kept(sensors, beads)
     if save_every is None:
@@ -76,7 +76,7 @@ def _surface(structure: Structure | None) -> Any:
     if structure is None:
         return None
     instance("structure", structure, Structure, "None or half_space(material)")
-    if structure.mass.shape[0] or structure.flexibility != 0.0:
+    if structure.size or structure.contacts > 1 or structure.flexibility != 0.0:
         raise ValueError("structure: a batch faces nothing or a half-space; use sweep for a structure that moves")
     return structure.surface
 

@@ -1,7 +1,7 @@
 """The co-simulation: chains, structures, and the loop over windows that couples them."""
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Iterable
 from math import ceil, inf, log2
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -47,8 +47,8 @@ WAVEFORMS = ("linear", "quadratic")
 TOTALS = 6
 """Running sums of the compiled loop."""
 
-CHUNK = 256
-"""Saved times between which the compiled loop looks whether a checkpoint is due."""
+CHUNK = 4096
+"""Windows between which the compiled loop looks whether a checkpoint is due; at least one saved interval."""
 
 log = logging.getLogger("hertzlink.cosimulation")
 
@@ -83,7 +83,7 @@ class CoSimulation:
 
     def __init__(
         self,
-        chain: Chain | Sequence[Chain],
+        chain: Chain | Iterable[Chain],
         structure: Any,
         scheme: Scheme | None = None,
         window: float | Adaptive | None = None,
@@ -93,7 +93,7 @@ class CoSimulation:
         waveform: str = "linear",
         behind: Any = None,
     ) -> None:
-        several = not isinstance(chain, Chain) and isinstance(chain, Sequence)
+        several = not isinstance(chain, Chain) and isinstance(chain, Iterable)
         chains = listed("chain", chain if several else [chain], Chain, "one Chain or more")
         self.scheme: Scheme = Condensed() if scheme is None else scheme
         if isinstance(self.scheme, type) or not hasattr(self.scheme, "step"):
@@ -132,9 +132,10 @@ class CoSimulation:
 
         The last saved time is `until`, or the last whole interval before it.
         By default times are `until` divided by a power of two, so that runs of the same length share theirs.
-        checkpoint: a file that keeps the complete state while the run goes on. Where it is there already the run goes
-        on from it, and ends with the same bits as a run at one go. It is a pickle: open only your own. trace: whether
-        to put the seconds that each part of the run took into its attribute "trace".
+        checkpoint: a file that keeps the complete state, written some seconds apart and at the end. Where it is there
+        already the run goes on from it, and ends with the same bits as a run at one go; a finished one is read. Of a
+        user's participant it holds the states, by pickle: they must be all that changes. One run at a time may write
+        a file; open only your own. trace: whether to put the seconds that each part took into the attribute "trace".
         Raises ValueError for times that do not fit and for checkpoints of other runs, NotConverged, and
         FloatingPointError where a body's state is no longer finite.
         """
@@ -145,12 +146,18 @@ class CoSimulation:
         self._warn_if_coarse(plan)
         given = {**self.describe(), "until": until, **self._told(plan)}
         clock = Trace() if instance("trace", trace, bool, "True or False") else None
-        keeper = None if checkpoint is None else Keeper(checkpoint, given, self.interface)
+        keeper = None
+        if checkpoint is not None:
+            keeper = Keeper(checkpoint, given, self.interface, plan.length, self.scheme.repeats)
         frames = Frames(self.interface, plan.rows)
         work = self._run_compiled if self._compact else self._run_windows
-        work(plan, frames, keeper, clock)
+        if clock is None:
+            work(plan, frames, keeper, None)
+        else:
+            work(plan, clock.watch(frames), clock.watch(keeper), clock)
         run = dataset(self.interface, frames, plan.length * plan.stride, given)
-        log.info("%s", summary(run))
+        if log.isEnabledFor(logging.INFO):
+            log.info("%s", summary(run))
         return run if clock is None else run.assign_attrs(trace=clock.told())
 
     def describe(self) -> dict[str, Any]:
@@ -214,7 +221,8 @@ class CoSimulation:
         """Of the plan, what belongs to the input."""
         told: dict[str, Any] = {"window": plan.substeps * plan.length, "substeps": plan.substeps}
         if isinstance(self.window, Adaptive):
-            told = {"window": repr(self.window), "save_every": plan.length}
+            told = {"window": repr(self.window)}
+        told["save_every"] = plan.length * plan.stride
         told["steps"] = [chain.steps(plan.length) for chain in self.interface.chains]
         return {**told, "waveform": WAVEFORMS[self.interface.quadratic]}
 
@@ -225,17 +233,16 @@ class CoSimulation:
         return one and isinstance(self.scheme, Condensed) and bool(self.structure.compact)
 
     def _run_windows(self, plan: Plan, frames: Frames, keeper: Keeper | None, clock: Trace | None) -> None:
-        interface = self.interface if clock is None else clock.watch(self.interface)
+        interface = self.interface if clock is None else clock.watch_interface(self.interface)
         adaptive = self.window.tolerance if isinstance(self.window, Adaptive) else None
         windows = Windows(interface, self.scheme, adaptive)
         state, done, counts = self.start(), 0, Counts()
         if self.scheme.repeats:
             for box in interface.boxes:
                 box.check(PROBE * interface.force_scale, plan.length, PROBE * interface.indentation_scale)
-        if keeper is not None and keeper.found:
-            state, done, counts = keeper.resume(frames)
-        else:
-            frames.record(self.interface, 0, state, counts, plan.length)
+        frames.record(self.interface, 0, state, counts, plan.length)
+        if keeper is not None:
+            state, done, counts = keeper.begin(frames, (state, done, counts))
         while done < plan.total:
             many = min(plan.substeps, plan.total - done) if self.scheme.whole_window else 1
             try:
@@ -250,27 +257,28 @@ class CoSimulation:
                     frames.record(self.interface, done // plan.stride, state, counts, plan.length)
                     counts = Counts()
             self._check(state)
-            if keeper is not None and keeper.due():
-                keeper.write(frames, done // plan.stride, (state, done, counts))
-        if keeper is not None:
-            keeper.write(frames, plan.rows - 1, (state, done, counts))
+            if keeper is not None:
+                keeper.keep(frames, done // plan.stride, (state, done, counts), done == plan.total)
 
     def _run_compiled(self, plan: Plan, frames: Frames, keeper: Keeper | None, clock: Trace | None) -> None:
-        chain, length, linear = self.chain, plan.length, self.structure.propagator(plan.length)
+        loop: Any = kernels.run_condensed
+        structure = self.structure
+        if clock is not None:
+            loop, structure = clock.timed("compiled loop", loop), clock.watch(structure)
+        chain, length, linear = self.chain, plan.length, structure.propagator(plan.length)
         static = float(chain.static_force[-1])
         tolerance = self.scheme.tolerance * chain.force_scale  # type: ignore[attr-defined]
         start = self.start()
         y, v = start.chains[0][:2]
         moved = y, v, np.zeros(linear.response.size), start.memory, np.zeros(TOTALS)
         row = 0
-        if keeper is not None and keeper.found:
-            moved, row = keeper.resume(frames)
-        else:
-            frames.record(self.interface, 0, start, Counts(), plan.length)
+        frames.record(self.interface, 0, start, Counts(), plan.length)
+        if keeper is not None:
+            moved, row = keeper.begin(frames, (moved, row))
         while row < plan.rows - 1:
             y, v, body, guess, totals = moved
-            last = plan.rows - 1 if keeper is None else min(row + CHUNK, plan.rows - 1)
-            problem, done, detail = kernels.run_condensed(
+            last = plan.rows - 1 if keeper is None else min(row + max(1, CHUNK // plan.stride), plan.rows - 1)
+            problem, done, detail = loop(
                 y, v, chain.constants, chain.method, chain.steps(length), length, static, tolerance, plan.stride,
                 tuple(linear), body, guess, totals, (row, last), frames.compiled(),
             )  # fmt: skip
@@ -279,15 +287,13 @@ class CoSimulation:
             if problem == kernels.NOT_CONVERGED:
                 raise NotConverged(f"window {done}, t = {done * plan.length:.4g} s: residual {detail:.3g} N")
             row = last
-            if keeper is not None and (keeper.due() or row == plan.rows - 1):
-                keeper.write(frames, row, (moved, row))
+            if keeper is not None:
+                keeper.keep(frames, row, (moved, row), row == plan.rows - 1)
         frames.substeps[1:] = plan.stride
         if not self.structure.conservative:
             # The midpoint's identity: what the work leaves beside the energy, damping took.
             frames.damped[:] = frames.work - frames.kinetic - frames.elastic
         frames.felt[:] = frames.work
-        if clock is not None:
-            clock.compiled()
 
     def _check(self, state: CoupledState) -> None:
         """Raises FloatingPointError for what is no longer finite, ValueError for participants that make energy."""
@@ -307,8 +313,9 @@ class CoSimulation:
                     )
 
     def _non_finite(self, bead: int, time: float, number: int = 0) -> FloatingPointError:
-        beads = len(self.interface.chains[number].chain.beads)
-        what = "the striker (bead 0)" if bead == 0 else f"bead {bead}" if bead <= beads else "the structure's surface"
+        chain = self.interface.chains[number].chain
+        first = "the striker (bead 0)" if chain.body else "what moves the first bead (bead 0)"
+        what = first if bead == 0 else f"bead {bead}" if bead <= len(chain.beads) else "the structure's surface"
         of = f" of chain {number}" if len(self.interface.chains) > 1 else ""
         return FloatingPointError(f"{what}{of} is no longer finite at t = {time:.6g} s; check dt and the structure")
 

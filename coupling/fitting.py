@@ -117,7 +117,8 @@ def fit_dissipation(
     if compare == "peaks" and len(numbers) <= 1 + (law is PowerDashpot):
         raise ValueError(f"sensors = {numbers!r}: must be more than parameters to compare peaks")
     if not isinstance(chain.body, Bead):
-        raise ValueError(f"chain = {type(chain.striker).__name__}: must be struck by a bead or a SpringLoaded one")
+        kind = "none" if chain.striker is None else type(chain.striker).__name__
+        raise ValueError(f"chain: its striker is {kind}; must be a bead, or a SpringLoaded one")
     record = _record(signals, numbers)
     model = _Model(replace(chain, dissipation=None), law, form, structure, measured, record, compare)
     model.check_amplitudes()

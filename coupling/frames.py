@@ -70,7 +70,8 @@ class Frames:
             into.lost[row], into.driven[row] = lost, driven
         for number, structure in enumerate(interface.structures):
             known = isinstance(structure, MovingStructure)
-            energies = structure.energies(state.structures[number], length) if known else (np.nan, np.nan)
+            force = interface.at(number, state.force)
+            energies = structure.energies(state.structures[number], length, force) if known else (np.nan, np.nan)
             self.kinetic[number, row], self.elastic[number, row] = energies
             self.damped[number, row] = state.ledger.damped[number] if known else np.nan
             self.felt[number, row] = sum(state.ledger.work[k] for k in interface.touched_by(number))
@@ -88,8 +89,8 @@ class Frames:
         )
 
     def upto(self, row: int) -> list[Vector]:
-        """Copies of everything up to a row, for a checkpoint."""
-        return [np.array(array[..., : row + 1] if wide else array[: row + 1]) for array, wide in self._arrays()]
+        """Everything up to a row, for a checkpoint: views, as copies of a long run may not fit in memory."""
+        return [array[..., : row + 1] if wide else array[: row + 1] for array, wide in self._arrays()]
 
     def restore(self, kept: list[Vector]) -> None:
         """Put back what `upto` gave."""

@@ -1,6 +1,6 @@
 """Which chain faces what: the contacts of a co-simulation, and its two sides, each moved on by one substep."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple, TypeAlias
@@ -20,6 +20,9 @@ from structures.surface import Surface
 LAST, FIRST = 0, 1
 """The ends of a chain: that of its last bead, and the struck one."""
 
+NAMES = ("structure", "behind")
+"""What tells what an end faces, see CoSimulation."""
+
 PIECES = 4
 """Straight pieces that stand for a parabola of the surface over a substep."""
 
@@ -37,8 +40,7 @@ class ContactPoint:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "number", whole("number", self.number, 0))
-        if not isinstance(self.structure, Structure | Participant):
-            raise ValueError(f"structure = {type(self.structure).__name__}: must be {TAKES_PART}")
+        _takes_part("structure", self.structure)
         count = points(self.structure)
         if self.number >= count:
             raise ValueError(f"number = {self.number!r}: must be below {count}, the structure's number of contacts")
@@ -84,9 +86,11 @@ class Interface:
         for number, ends in enumerate(zip(facing, behind, strict=True)):
             for end, given in zip((LAST, FIRST), ends, strict=True):
                 if given is not None or end == LAST:
-                    place, point = self._seat(given, chains[number])
+                    where = NAMES[end] if len(chains) == 1 else f"{NAMES[end]}[{number}]"
+                    place, point = self._seat(where, given, chains[number])
                     self.contacts.append(Contact(number, end, place, point))
-        self.size, self.single = len(self.contacts), len(self.contacts) == 1
+        self.size = len(self.contacts)
+        self.single = self.size == 1 and points(self.structures[0]) == 1
         self.of_chain = [[k for k, c in enumerate(self.contacts) if c.chain == i] for i in range(len(chains))]
         self._touching = [
             [k for k, contact in enumerate(self.contacts) if contact.structure == place]
@@ -148,7 +152,7 @@ class Interface:
         ends, surface = [], np.empty(self.size)
         for number, structure in enumerate(self.structures):
             seats = self.of_structure[number]
-            end, places = structure.advance(states[number], self._at(seats, force), length)
+            end, places = structure.advance(states[number], self.at(number, force), length)
             surface[seats[seats >= 0]] = np.atleast_1d(places)[seats >= 0]
             ends.append(end)
         return tuple(ends), surface
@@ -228,8 +232,8 @@ class Interface:
     def pushed(self, free: Sequence[Any], force: Vector, length: float) -> tuple[Any, ...]:
         """The states of Structures at a substep's end from those without force, and the mean forces."""
         return tuple(
-            structure.pushed(state, self._at(seats, force), length)
-            for structure, state, seats in zip(self.structures, free, self.of_structure, strict=True)
+            structure.pushed(state, self.at(number, force), length)
+            for number, (structure, state) in enumerate(zip(self.structures, free, strict=True))
         )
 
     def compliance(self, length: float) -> Vector:
@@ -242,8 +246,9 @@ class Interface:
             whole_matrix[np.ix_(seats[used], seats[used])] = own[np.ix_(used, used)]
         return whole_matrix
 
-    def _at(self, seats: Seats, force: Vector) -> Any:
+    def at(self, structure: int, force: Vector) -> Any:
         """The forces at a structure's points, zero where nothing touches; a float where there is one."""
+        seats = self.of_structure[structure]
         return float(force[seats[0]]) if seats.size == 1 else np.where(seats < 0, 0.0, force[seats])
 
     def _corners(self, past: Sequence[Node], before: Vector, surface: Vector, length: float) -> list[Vector]:
@@ -259,16 +264,15 @@ class Interface:
             corners.append(before + part * (surface - before) + 0.5 * bend * length**2 * part * (part - 1.0))
         return corners
 
-    def _seat(self, given: Any, chain: Chain) -> tuple[int, int]:
+    def _seat(self, where: str, given: Any, chain: Chain) -> tuple[int, int]:
         """The place of what an end of a chain faces among the structures, and the number of its point."""
         given = half_space(chain.beads[-1].material) if given is None else given
         whole_one, point = (given.structure, given.number) if isinstance(given, ContactPoint) else (given, None)
-        if not isinstance(whole_one, Structure | Participant):
-            raise ValueError(f"structure = {type(whole_one).__name__}: must be {TAKES_PART}")
+        _takes_part(where, whole_one)
         count = points(whole_one)
         if point is None and count > 1:
             raise ValueError(
-                f"structure: has {count} contact points; say which a chain faces by ContactPoint(structure, number)"
+                f"{where}: has {count} contact points; say which one the chain faces by ContactPoint(structure, number)"
             )
         if id(whole_one) not in self._seats:
             self._seats[id(whole_one)] = len(self.structures)
@@ -277,8 +281,8 @@ class Interface:
         place = self._seats[id(whole_one)]
         if any(contact[2:] == (place, point or 0) for contact in self.contacts):
             raise ValueError(
-                "structure: two chains face one contact point; give it one for each, such as plate.at([x1, x2], "
-                "[y1, y2]), or a structure for each"
+                f"{where}: another end of a chain faces that contact point; give it one for each, such as "
+                "plate.at([x1, x2], [y1, y2]), or a structure for each"
             )
         return place, point or 0
 
@@ -313,16 +317,26 @@ def for_each(name: str, given: Any, count: int, several: bool) -> list[Any]:
         return [given]
     if given is None:
         return [None] * count
-    if isinstance(given, Sequence):
-        if len(given) != count:
-            raise ValueError(f"{name}: has {len(given)} entries, must have one for each of {count} chains")
-        return list(given)
-    if isinstance(given, Structure | Participant) and points(given) == count:
-        return [ContactPoint(given, number) for number in range(count)] if count > 1 else [given]
+    if isinstance(given, Structure | Participant):
+        if points(given) == count:
+            return [ContactPoint(given, number) for number in range(count)] if count > 1 else [given]
+    elif isinstance(given, Iterable) and not isinstance(given, str | ContactPoint):
+        entries = list(given)
+        if len(entries) != count:
+            raise ValueError(f"{name}: has {len(entries)} entries, must have one for each of {count} chains")
+        return entries
     raise ValueError(
         f"{name}: must be a list of {count}, or one structure with {count} contact points, such as "
         "plate.at([x1, x2], [y1, y2])"
     )
+
+
+def _takes_part(where: str, given: Any) -> None:
+    """A ValueError for what is neither a structure nor a participant."""
+    if isinstance(given, type):
+        raise ValueError(f"{where} = the class {given.__name__}: must be an object of it, such as {given.__name__}(…)")
+    if not isinstance(given, Structure | Participant):
+        raise ValueError(f"{where} = {type(given).__name__}: must be {TAKES_PART}")
 
 
 def _moving_structure(given: Any) -> Any:

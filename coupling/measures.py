@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from coupling.contact_forces import check_whole
 from coupling.peaks import incident_passage, interpolated, waves_of_run, waves_of_signal
 from structures.checks import instance, one_of, positive, whole
 from structures.structure import Vector
@@ -75,12 +76,19 @@ def _measured(run: xr.Dataset, sensor: int) -> int:
 def _contact_pair(run: xr.Dataset, sensor: int) -> tuple[xr.DataArray, xr.DataArray]:
     """Forces of a bead's two contacts, the struck side first, above the preload."""
     dynamic = _dynamic_force(run)
-    number, kept = whole("sensor", sensor), set(run.contact.values.tolist())
+    number, kept = whole("sensor", sensor), _kept(run)
     if not {number, number + 1} <= kept:
         beads = max(kept) - 1
         raise ValueError(f"sensor = {sensor!r}: must be a bead from 1 to {beads}, counted from the struck end")
     above, below = (dynamic.sel(contact=n).reset_coords(drop=True) for n in (number, number + 1))
     return above, below
+
+
+def _kept(run: xr.Dataset) -> set[int]:
+    """The contacts of a run, of the longest of several chains; the others are filled up with NaN."""
+    force = run.static_force
+    there = force.notnull().any([axis for axis in force.dims if axis != "contact"])
+    return set(run.contact.values[there.values].tolist())
 
 
 def _dynamic_force(run: xr.Dataset) -> xr.DataArray:
@@ -116,7 +124,11 @@ def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE) -
     """
     series, dimensions = _series(run, sensor)
     if series[0].ndim != len(dimensions[0]):
-        raise ValueError("run: holds a sweep; use amplitude_ratio and time_of_flight, or select one point first")
+        axis = next(axis for axis in series[0].dims if axis not in dimensions[0])
+        raise ValueError(
+            f"run: holds several over {axis}; use amplitude_ratio and time_of_flight, or choose one with "
+            f"run.isel({axis}=0)"
+        )
     values = [one.transpose(*order).values for one, order in zip(series, dimensions, strict=True)]
     incident, back = _waves(run.time.values, *values, smallest=positive("smallest", smallest))
     return Reflections(incident, back[0] if back else None, back[1] if len(back) > 1 else None)
@@ -188,7 +200,9 @@ def contact_time(run: xr.Dataset, threshold: float = 0.01) -> float | xr.DataArr
         raise ValueError(f"threshold = {threshold!r}: must lie between 0 and 1")
     time = run.time.values
 
-    def one(force: Vector) -> float:
+    def one(forces: Vector) -> float:
+        # Chains shorter than the longest are filled up with NaN.
+        force = forces[np.flatnonzero(~np.isnan(forces).all(axis=1))[-1]]
         level = threshold * force.max()
         above = force > level
         start = int(above.argmax())
@@ -204,8 +218,8 @@ def contact_time(run: xr.Dataset, threshold: float = 0.01) -> float | xr.DataArr
     kept = int(run.contact[-1])
     if "beads" in run.attrs and kept <= int(run.attrs["beads"]):
         raise ValueError(f"run: is a batch that kept contacts up to {kept}; keep the last bead among its sensors")
-    force = dynamic.isel(contact=-1).reset_coords(drop=True)
-    result = xr.apply_ufunc(one, force, input_core_dims=[["time"]], vectorize=True)
+    force = dynamic.reset_coords(drop=True)
+    result = xr.apply_ufunc(one, force, input_core_dims=[["contact", "time"]], vectorize=True)
     return _number_or_array(result, "s", "contact of the last bead")
 
 
@@ -214,9 +228,11 @@ def energy_error(run: xr.Dataset) -> float | xr.DataArray:
 
     The total holds beads, contacts, gravity and losses of all chains, the structures' energies and what their damping
     took, less what force histories or pistons put in. Where a structure's energy is not known (a black box) the work
-    done on it stands for it. A float for a run, an array for a sweep.
+    done on it stands for it. A float for a run, an array for a sweep. Raises ValueError for one chain or structure of
+    several: the energy is that of all.
     """
     _dynamic_force(run)
+    check_whole(run)
     if "kinetic_energy" not in run:
         raise ValueError("run: holds no energies, as of a batch; must be the Dataset of CoSimulation or sweep")
     of_chains = run.kinetic_energy + run.contact_energy + run.dissipated_energy - run.excitation_work
@@ -297,7 +313,7 @@ def _series(run: xr.Dataset, sensor: int) -> tuple[tuple[xr.DataArray, ...], lis
     if _is_signal(run):
         return (sensor_force(run, sensor),), [["time"]]
     *_, velocity = _passing(run, sensor)
-    number, kept = int(sensor), set(run.contact.values.tolist())
+    number, kept = int(sensor), _kept(run)
     beyond = list(takewhile(kept.__contains__, count(number)))
     force = _dynamic_force(run).sel(contact=beyond)
     return (force.reset_coords(drop=True), velocity), [["contact", "time"], ["time"]]
@@ -315,6 +331,10 @@ def _waves(time: Vector, *series: Vector, smallest: float) -> tuple[Wave | None,
         origins = ["unknown"] * (len(found) - 1)
     else:
         force, velocity = series
+        # Chains shorter than the longest are filled up with NaN.
+        force = force[~np.isnan(force).all(axis=1)]
+        if len(force) < 2:
+            return None, []
         found, origins = waves_of_run(time, force, velocity, smallest)
     if not found:
         return None, []

@@ -7,6 +7,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
+from coupling.contact_forces import contact_forces
 from coupling.result import provenance
 from structures.checks import instance
 from structures.field import Field
@@ -24,6 +25,7 @@ def structure_motion(run: xr.Dataset, structure: Structure, times: ArrayLike) ->
 
     The structure moves again, from rest, under the run's contact force above the preload, the mean of its two ends
     over each saved interval. So a run needs no memory for the body, and must be saved a dozen times a contact.
+    Of a run with several structures choose one first, run.isel(structure=0).
     structure: the one that was run, or the one that it was reduced from; its field must be there, see
     reduce(..., keep_field=True). The full one takes a solve for each saved interval.
     Dataset: displacement (time, point, component) in m and von_mises (time, point) in Pa, both above static
@@ -36,13 +38,13 @@ def structure_motion(run: xr.Dataset, structure: Structure, times: ArrayLike) ->
     contact_error is above 5 %: the run was saved too rarely; and where the run tells of another structure.
     """
     field = known_field(structure)
-    force = _mean_force(run)
+    place, force, surface = _contacts_of(run, structure)
     moments = run.time.values
-    _check_same(run, structure)
+    _check_same(run, structure, place)
     _check_length(structure, float(moments[-1]))
     rows = _nearest(moments, times)
     states, contact = _moved(structure, force[: rows.max()], float(moments[1] - moments[0]), rows)
-    error = _contact_error(contact, run.surface_displacement.values[: contact.size])
+    error = _contact_error(contact, surface[: len(contact)])
     if error > ANOTHER:
         raise ValueError(
             f"run: the structure's contact moves otherwise, by {100.0 * error:.2g} % of its greatest displacement; "
@@ -53,26 +55,35 @@ def structure_motion(run: xr.Dataset, structure: Structure, times: ArrayLike) ->
     return _dataset(field, moments[rows], states).assign_attrs(note)
 
 
-def _mean_force(given: object) -> Vector:
-    """Force on the structure above the preload, N, the mean over each saved interval."""
+def _contacts_of(given: object, structure: Structure) -> tuple[int, Vector, Vector]:
+    """A structure's place in the run, and at each of its p contact points the force above the preload (N), the mean
+    over each saved interval, and the displacement (m); intervals × p, times × p. NaN where nothing touches it."""
+    contacts, force, static = contact_forces(given)
     run = instance("run", given, xr.Dataset, "the Dataset of a run")
-    if not {"contact_force", "surface_displacement"} <= set(run.data_vars):
-        raise ValueError("run: holds no contact_force and surface_displacement; must be the Dataset of a run")
-    if run.surface_displacement.dims != ("time",):
-        axes = [str(name) for name in run.surface_displacement.dims if name != "time"]
-        raise ValueError(f"run: has the axes {', '.join(axes)}; choose one run with run.isel({axes[0]}=0)")
-    if run.sizes["time"] < 2:
+    if "structure" in run.dims:
+        raise ValueError("run: has several structures; choose that one with run.isel(structure=0)")
+    place = int(run.structure) if "structure" in run.coords else 0
+    moments = run.time.values
+    if moments.size < 2:
         raise ValueError("run: holds one time only; must be a whole run")
-    force = (run.contact_force - run.static_force).isel(contact=-1).values
-    steps = np.diff(run.time.values)
-    if run.time.values[0] != 0.0 or np.ptp(steps) > 1e-6 * steps[0] or not np.isfinite(force).all():
+    steps = np.diff(moments)
+    if moments[0] != 0.0 or np.ptp(steps) > 1e-6 * steps[0] or not np.isfinite(force).all():
         raise ValueError("run: must be a whole run, from its start on, with every saved time")
-    return np.asarray(0.5 * (force[1:] + force[:-1]))
+    own = {contact.point: k for k, contact in enumerate(contacts) if contact.structure == place}
+    if max(own, default=0) >= structure.contacts:
+        raise ValueError(f"structure: has {structure.contacts} contact points, that of the run more; give that one")
+    dynamic, surface = force - static, run.surface_displacement.values.reshape(moments.size, -1)
+    points = [own.get(point) for point in range(structure.contacts)]
+    nothing = np.full(moments.size, np.nan)
+    forces = np.stack([nothing if k is None else dynamic[:, k] for k in points], axis=-1)
+    places = np.stack([nothing if k is None else surface[:, k] for k in points], axis=-1)
+    return place, 0.5 * (forces[1:] + forces[:-1]), places
 
 
-def _check_same(run: xr.Dataset, structure: Structure) -> None:
+def _check_same(run: xr.Dataset, structure: Structure, place: int) -> None:
     """A ValueError where the run's input tells of a structure that was made otherwise."""
-    told = json.loads(run.attrs.get("input", "{}")).get("structure")
+    given = json.loads(run.attrs.get("input", "{}"))
+    told = given["structures"][place] if "structures" in given else given.get("structure")
     mine = json.loads(json.dumps(dict(structure.origin), default=repr))
     if not isinstance(told, dict):
         return
@@ -106,18 +117,22 @@ def _nearest(moments: Vector, times: ArrayLike) -> NDArray[np.intp]:
 
 
 def _moved(structure: Structure, force: Vector, interval: float, rows: NDArray[np.intp]) -> tuple[list[Vector], Vector]:
-    """Degrees of freedom at the rows, and the contact's displacement at all times up to the last of them."""
+    """Degrees of freedom at the rows, and the contacts' displacements at all times up to the last of them."""
     moving, wanted = MovingStructure(structure), set(rows.tolist())
-    state, contact = moving.start(), np.zeros(force.size + 1)
+    state, contact = moving.start(), np.zeros((len(force) + 1, structure.contacts))
     states = [state.displacement] if 0 in wanted else []
-    for row, mean in enumerate(force, start=1):
-        state, contact[row] = moving.advance(state, float(mean), interval)
+    for row, mean in enumerate(np.nan_to_num(force), start=1):
+        push = float(mean[0]) if structure.contacts == 1 else mean
+        state, contact[row] = moving.advance(state, push, interval)
         if row in wanted:
             states.append(state.displacement)
     return states, contact
 
 
 def _contact_error(found: Vector, expected: Vector) -> float:
+    """Of the contacts that something touches."""
+    touched = ~np.isnan(expected[0])
+    found, expected = found[:, touched], expected[:, touched]
     greatest = float(max(abs(found).max(), abs(expected).max()))
     return float(abs(found - expected).max()) / greatest if greatest > 0.0 else 0.0
 

@@ -1,11 +1,16 @@
 """What takes part in a co-simulation: state in, state out, no hidden state."""
 
+from collections.abc import Sequence
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
+from structures.checks import short
 from structures.structure import Vector
 from structures.surface import Surface
+
+ROUNDING = 1e-9
+"""Part of a negligible displacement that is rounding."""
 
 
 @runtime_checkable
@@ -38,22 +43,33 @@ class Participant(Protocol):
 class BlackBox:
     """A user's participant, with its answers checked: every error names it.
 
-    Raises ValueError for answers that are not (state, displacement), FloatingPointError where the displacement is
-    not finite; what the participant itself raises gets a note.
+    Raises ValueError for a surface that is none, and for answers that are not (state, displacement);
+    FloatingPointError where the displacement is not finite. What the participant itself raises gets a note.
     """
 
     def __init__(self, participant: Participant) -> None:
         self.participant, self.surface = participant, participant.surface
         self.name = type(participant).__name__
-        self.contacts = len(self.surface) if isinstance(self.surface, tuple) else 1
+        surfaces = self.surface if isinstance(self.surface, tuple) else (self.surface,)
+        if not surfaces or not all(isinstance(one, Surface) for one in surfaces):
+            raise ValueError(
+                f"{self.name}.surface = {short(self.surface)}: must be a Surface(material), or a tuple with one for "
+                "each contact point"
+            )
+        self.contacts = len(surfaces)
         self.passive = bool(getattr(participant, "passive", True))
 
     def start(self) -> Any:
         """The state at time zero."""
-        return self.participant.start()
+        try:
+            return self.participant.start()
+        except Exception as error:
+            error.add_note(f"raised by {self.name}.start()")
+            raise
 
     def advance(self, state: Any, force: Any, window: float) -> tuple[Any, Any]:
         """The participant's own answer, checked."""
+        force = force if self.contacts == 1 else np.array(force)
         try:
             returned = self.participant.advance(state, force, window)
         except Exception as error:
@@ -61,36 +77,64 @@ class BlackBox:
             raise
         try:
             state, surface = returned
-            place = float(surface) if self.contacts == 1 else np.array(surface, dtype=float)
+            place = np.array(surface)
         except (TypeError, ValueError) as error:
-            raise ValueError(
-                f"{self.name}.advance returned {returned!r}: must be (state, displacement in m)"
-            ) from error
-        if self.contacts > 1 and np.shape(place) != (self.contacts,):
-            raise ValueError(f"{self.name}.advance returned displacements {place!r}: must be {self.contacts} of them")
+            raise self._wrong(returned) from error
+        if place.dtype.kind not in "iuf" or place.shape != self._pushes(0.0).shape:
+            raise self._wrong(returned)
         if not np.isfinite(place).all():
-            raise FloatingPointError(f"{self.name}.advance returned a displacement of {place!r} m")
-        return state, place
+            raise FloatingPointError(f"{self.name}.advance returned a displacement of {surface!r} m")
+        return state, float(place) if self.contacts == 1 else place.astype(float)
 
     def check(self, force: float, window: float, negligible: float) -> None:
-        """A ValueError where it is not at rest at the start, or does not repeat a window under a force (N).
+        """A ValueError where it is not at rest at the start, does not repeat a window, or moves against a force (N).
 
         negligible, m: a displacement that is as good as none.
         """
-        rest = self.advance(self.start(), self._pushes(0.0), window)[1]
+        rest = self._once(self.start(), self._pushes(0.0), window)[1]
         if np.any(np.abs(rest) > negligible):
             raise ValueError(
                 f"{self.name}.advance returned a displacement of {rest!r} m from start() without force: must be 0, as "
                 "displacements are measured from static equilibrium"
             )
         start, pushes = self.start(), self._pushes(force)
-        first, second = (self.advance(start, pushes, window)[1] for _ in range(2))
+        ends, places = zip(*(self._once(start, pushes, window) for _ in range(2)), strict=True)
+        self._check_repeated(places, "from one state, force and window")
+        self._check_repeated([self._once(end, pushes, window)[1] for end in ends], "after a window and its repetition")
+        if self.passive:
+            for number in range(self.contacts):
+                self._check_direction(number, force, window, ROUNDING * negligible)
+
+    def _check_repeated(self, places: Sequence[Any], told: str) -> None:
+        first, second = places
         if np.any(first != second):
             raise ValueError(
-                f"{self.name}.advance is not repeatable: from one state, force and window it came to {first!r} m and "
-                f"then to {second!r} m. Keep all that changes in the state, and return a new one instead of changing "
-                "the old; a solver that cannot repeat a window takes part by Explicit(tolerance=None) only"
+                f"{self.name}.advance is not repeatable: {told} it came to {first!r} m and then to {second!r} m. Keep "
+                "all that changes in the state, and return a new one instead of changing the old; a solver that cannot "
+                "repeat a window takes part by Explicit(tolerance=None) only"
             )
 
-    def _pushes(self, force: float) -> float | Vector:
-        return force if self.contacts == 1 else np.full(self.contacts, force)
+    def _check_direction(self, number: int, force: float, window: float, rounding: float) -> None:
+        """From rest, a point that is pushed alone can but give way: else the structure gives energy at once."""
+        pushes = np.zeros(self.contacts)
+        pushes[number] = force
+        place = float(np.ravel(self._once(self.start(), pushes.reshape(self._pushes(0.0).shape), window)[1])[number])
+        if place < -rounding:
+            point = f"contact point {number}" if self.contacts > 1 else "the contact point"
+            raise ValueError(
+                f"{self.name}.advance moved {point} by {place:.3g} m, towards the chain, under {force:.3g} N from rest "
+                f"for {window:.3g} s; displacements are positive away from the chain. A structure that gives "
+                "energy says passive = False"
+            )
+
+    def _once(self, state: Any, pushes: Vector, window: float) -> tuple[Any, Any]:
+        """One window under forces of any shape, a float where there is one."""
+        return self.advance(state, float(pushes) if self.contacts == 1 else pushes, window)
+
+    def _pushes(self, force: float) -> Vector:
+        """The same force on all contact points."""
+        return np.full(() if self.contacts == 1 else self.contacts, force)
+
+    def _wrong(self, returned: Any) -> ValueError:
+        many = f"{self.contacts} displacements" if self.contacts > 1 else "displacement"
+        return ValueError(f"{self.name}.advance returned {short(returned)}: must be (state, {many} in m)")

@@ -3,6 +3,7 @@
 import json
 import logging
 import platform
+import re
 from collections.abc import Mapping
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
@@ -18,14 +19,19 @@ from structures.structure import Vector
 PACKAGES = ("hertzlink", "numpy", "scipy", "numba", "scikit-fem", "xarray")
 
 DESCRIPTIONS = {
-    "displacement": ("chain", "m", "displacement from static equilibrium; bead 0 is the striker"),
-    "velocity": ("chain", "m/s", "velocity; bead 0 is the striker"),
+    "displacement": (
+        "chain",
+        "m",
+        "displacement from static equilibrium; bead 0 is the striker or the surface behind",
+    ),
+    "velocity": ("chain", "m/s", "velocity; bead 0 is the striker or the surface behind"),
     "contact_force": ("chain", "N", "force between bead n - 1 and bead n, preload included"),
     "kinetic_energy": ("chain", "J", "kinetic energy of striker and beads"),
     "contact_energy": ("chain", "J", "energy of contacts, gravity, dead load and spring, from the start"),
     "dissipated_energy": ("chain", "J", "energy taken by losses since the start"),
     "excitation_work": ("chain", "J", "work of a force history or a piston since the start"),
     "surface_displacement": ("interface", "m", "displacement of the structure's contact point"),
+    "gap": ("interface", "m", "between bead and surface, negative where they indent; NaN where a chain faces nothing"),
     "interface_work": ("interface", "J", "work of the dynamic contact force on the structure, as that felt it"),
     "interface_work_of_chain": ("interface", "J", "the same work, as the chain gave it"),
     "interface_mismatch": ("interface", "J", "work that the chain gave less work that the structure felt"),
@@ -45,6 +51,8 @@ where a run has several of them."""
 
 BODIES = {"displacement": "bead", "velocity": "bead", "contact_force": "contact"}
 
+ADDRESS = re.compile(" at 0x[0-9a-fA-F]+")
+
 log = logging.getLogger("hertzlink.result")
 
 
@@ -52,6 +60,7 @@ def dataset(interface: Interface, frames: Frames, interval: float, given: Mappin
     """The Dataset of one run; `given` is its input. Chains shorter than the longest are filled up with NaN."""
     chains = [_of_chain(interface, frames, number) for number in range(len(interface.chains))]
     values: dict[str, Any] = {name: [chain[name] for chain in chains] for name in chains[0]} | _of_both_sides(frames)
+    values["gap"] = [_gap(interface, frames, k) for k in range(interface.size)]
     bodies = max(chain.mass.size for chain in interface.chains)
     variables = {}
     for name, (owner, _, _) in DESCRIPTIONS.items():
@@ -89,6 +98,16 @@ def _of_chain(interface: Interface, frames: Frames, number: int) -> dict[str, Ve
         "dissipated_energy": own.lost,
         "excitation_work": own.driven,
     }
+
+
+def _gap(interface: Interface, frames: Frames, k: int) -> Vector:
+    """Of one contact, at each saved time."""
+    contact = interface.contacts[k]
+    position = frames.chains[contact.chain].position
+    if contact.end != LAST:
+        return np.asarray(position[:, 1] - position[:, 0])
+    faces = interface.chains[contact.chain].surface is not None
+    return np.asarray(frames.surface[k] - position[:, -1]) if faces else np.full(frames.rows, np.nan)
 
 
 def _of_both_sides(frames: Frames) -> dict[str, Vector]:
@@ -150,10 +169,10 @@ def _coordinates(interface: Interface, times: Any, bodies: int) -> dict[str, Any
         coordinates["chain"] = ("chain", np.arange(len(chains)))
     if interface.size > 1:
         coordinates["interface"] = ("interface", np.arange(interface.size))
-        for name in Contact._fields:
-            told = [getattr(contact, name) for contact in interface.contacts]
-            words = ["last bead" if end == LAST else "first bead" for end in told] if name == "end" else told
-            coordinates[f"interface_{name}"] = ("interface", words)
+    for name in () if interface.single else Contact._fields:
+        told = [getattr(contact, name) for contact in interface.contacts]
+        words = ["last bead" if end == LAST else "first bead" for end in told] if name == "end" else told
+        coordinates[f"interface_{name}"] = ("interface", words) if interface.size > 1 else words[0]
     if len(interface.structures) > 1:
         coordinates["structure"] = ("structure", np.arange(len(interface.structures)))
     return coordinates
@@ -190,7 +209,12 @@ def summary(run: xr.Dataset) -> str:
 
 def provenance(given: Mapping[str, Any]) -> dict[str, str]:
     """Input and versions as text, for the attributes of a Dataset."""
-    return {"input": json.dumps(given, default=repr, ensure_ascii=False), "versions": _versions()}
+    return {"input": as_text(given), "versions": _versions()}
+
+
+def as_text(given: Mapping[str, Any]) -> str:
+    """Input as JSON, the same in every process: what is no plain data by its repr, without addresses."""
+    return json.dumps(given, default=lambda value: ADDRESS.sub("", repr(value)), ensure_ascii=False)
 
 
 @cache

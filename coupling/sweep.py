@@ -1,24 +1,34 @@
-"""Many runs over any axes, in processes, into one Dataset."""
+"""Many runs over any axes, in processes or on a cluster, into one Dataset; finished points may be kept in a store."""
 
-from collections.abc import Callable, Iterable
-from itertools import product
-from typing import Any
+import logging
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from itertools import groupby, product
+from typing import TYPE_CHECKING, Any
 
 import joblib
 import numpy as np
 import xarray as xr
-from tqdm import tqdm
 
+from coupling.cluster import check_cluster, on_cluster
 from coupling.cosimulation import CoSimulation
+from coupling.progress import Progress
 from coupling.result import DESCRIPTIONS
+from coupling.store import ERROR, Failure, Point, Store, describe_point, open_store
+from coupling.work import Batch, Outcome, Work, in_processes
 from structures.checks import instance, listed, positive, whole
 from structures.structure import Vector
 
-IDLE = 30
-"""Seconds after which a process without work ends, as those of a sweep that was killed."""
+if TYPE_CHECKING:
+    from distributed import Client
 
-TAKEN = {"time", "bead", "contact", "centre", "static_force", "impact_energy", *DESCRIPTIONS}
+TAKEN = {
+    "time", "bead", "contact", "chain", "interface", "structure", "centre", "static_force", "impact_energy",
+    "interface_chain", "interface_end", "interface_structure", "interface_point", *DESCRIPTIONS,
+}  # fmt: skip
 """Names of every run's own dimensions, coordinates and variables."""
+
+log = logging.getLogger("hertzlink.sweep")
 
 
 def sweep(
@@ -26,6 +36,9 @@ def sweep(
     until: float,
     jobs: int | None = None,
     measure: Callable[[xr.Dataset], xr.Dataset] | None = None,
+    store: str | os.PathLike[str] | None = None,
+    cluster: "Client | str | None" = None,
+    retry: bool = False,
     **axes: Iterable[Any],
 ) -> xr.Dataset:
     """Run `build(**point)` up to `until` (s) at every combination of the axes' values.
@@ -35,62 +48,113 @@ def sweep(
     attributes of the first run. All runs share the sampling of the coarsest. Points that share all but the last
     axis run in one process, one after the other, so that `build` may cache what they have in common.
     Raises ValueError for an empty axis or a name that every run has; an error in one point ends the sweep.
+
+    store: a folder that keeps each point as soon as it is finished, as netCDF. The same sweep again, after it was
+    killed or with longer axes, runs the points that are not there, and gives what one straight sweep would. Axes are
+    then numbers, texts, or dataclasses of these, such as materials. The store knows build and measure by their names
+    alone: give another folder where their code has changed, or what they take from around them. A point that fails
+    (ValueError, TypeError, LookupError, RuntimeError, ArithmeticError, or its process dies, alone too) is recorded
+    there, and the others go on: the Dataset has NaN for it, and the error as text in the variable `error`, which is
+    empty where all is well. It is not run again but with `retry`. With jobs=1 points run in this process, and one that
+    kills it ends the sweep. Sweeps may share a store; at once they might run a point twice, which does no harm.
+    cluster: a `distributed.Client`, or the address of its scheduler, instead of processes; see `on_cluster`.
+    Raises ValueError for a store of another sweep, or with damaged or foreign files, which are left alone; RuntimeError
+    where all points fail.
     """
-    positive("until", until, "s")
+    until = positive("until", until, "s")
     if not callable(build):
         raise ValueError(f"build = {build!r}: must be a function that returns a CoSimulation")
     if measure is not None and not callable(measure):
         raise ValueError(f"measure = {measure!r}: must be a function of a run's Dataset")
+    if instance("retry", retry, bool, "True or False") and store is None:
+        raise ValueError("retry = True: needs the store that tells which points failed")
+    if cluster is not None:
+        check_cluster(cluster)
+        if jobs is not None:
+            raise ValueError(f"jobs = {jobs!r}: must be None with a cluster, whose workers tell how many run at once")
+    most = joblib.cpu_count() if jobs is None else whole("jobs", jobs)
+    values = _values(axes, TAKEN if store is None else TAKEN | {ERROR})
+    points: list[Point] = [dict(zip(values, point, strict=True)) for point in product(*values.values())]
+    # Checked before a folder is made.
+    texts = [str(i) if store is None else describe_point(point) for i, point in enumerate(points)]
+    work = Work(build, until, measure, None if store is None else open_store(store, build, until, measure))
+    together = len(values[list(values)[-1]]) if len(values) > 1 else 1
+
+    def run(batches: list[Batch]) -> Iterator[tuple[int, Outcome]]:
+        return in_processes(work, batches, most) if cluster is None else on_cluster(work, batches, cluster)
+
+    found = {} if work.store is None else _found(work.store, points, retry)
+    outcomes = _finished(found, points, texts, together, run)
+    if work.store is not None:
+        outcomes.update((i, work.store.load(point)) for i, point in enumerate(points) if outcomes.get(i) is None)
+        _tell_failures(work.store, outcomes)
+    return _combined([outcomes[i] for i in range(len(points))], values)
+
+
+def _values(axes: dict[str, Iterable[Any]], taken: set[str]) -> dict[str, list[Any]]:
     if not axes:
         raise ValueError("axes: name at least one, such as distance=[0.01, 0.02]")
     values = {name: listed(name, axis, object, "one value or more") for name, axis in axes.items()}
-    names = list(values)
-    if taken := sorted(TAKEN & set(names)):
-        raise ValueError(f"axes = {names!r}: {', '.join(taken)} is a name that every run uses")
-    points = [dict(zip(names, point, strict=True)) for point in product(*values.values())]
-    together = len(values[names[-1]]) if len(names) > 1 else 1
-    batches = [points[i : i + together] for i in range(0, len(points), together)]
-    workers = min(joblib.cpu_count() if jobs is None else whole("jobs", jobs), len(batches))
-
-    runs: list[xr.Dataset] = []
-    work = (joblib.delayed(_run_batch)(build, until, measure, batch) for batch in batches)
-    with tqdm(total=len(points), unit="run", disable=None, leave=False) as bar:
-        parallel = joblib.Parallel(workers, return_as="generator", batch_size=1, idle_worker_timeout=IDLE)
-        for done in parallel(work):
-            runs.extend(done)
-            bar.update(len(done))
-    return _combined(runs, values)
+    if used := sorted(taken & set(values)):
+        raise ValueError(f"axes = {list(values)!r}: {', '.join(used)} is a name that every run uses")
+    return values
 
 
-def _run_batch(
-    build: Callable[..., CoSimulation],
-    until: float,
-    measure: Callable[[xr.Dataset], xr.Dataset] | None,
-    points: list[dict[str, Any]],
-) -> list[xr.Dataset]:
-    runs = [_run_point(build, until, point) for point in points]
-    return runs if measure is None else [_measured(measure, run) for run in runs]
+def _found(store: Store, points: list[Point], retry: bool) -> dict[int, Outcome]:
+    """What the store holds of the points, by their place."""
+    outcomes: dict[int, Outcome] = {}
+    for i, point in enumerate(points):
+        outcome = store.load(point)
+        if retry and isinstance(outcome, Failure):
+            store.forget(point)
+        elif outcome is not None:
+            outcomes[i] = outcome
+    if outcomes:
+        log.info("%d of %d points are in %s", len(outcomes), len(points), store.folder)
+    return outcomes
 
 
-def _measured(measure: Callable[[xr.Dataset], xr.Dataset], run: xr.Dataset) -> xr.Dataset:
-    kept = measure(run)
-    instance("measure", kept, xr.Dataset, "a function that returns a Dataset")
-    return kept.assign_attrs(run.attrs)
+def _finished(
+    found: Mapping[int, Outcome],
+    points: list[Point],
+    texts: list[str],
+    together: int,
+    run: Callable[[list[Batch]], Iterator[tuple[int, Outcome]]],
+) -> dict[int, Outcome]:
+    """Outcomes by place, those found and those of the points that are left; what has the same text is run once."""
+    left = {text: i for i, text in reversed(list(enumerate(texts))) if i not in found}
+    groups = groupby(sorted(left.values()), lambda i: i // together)
+    batches: list[Batch] = [{i: points[i] for i in group} for _, group in groups]
+    outcomes = dict(found)
+    failed = sum(isinstance(outcome, Failure) for outcome in found.values())
+    with Progress(len(found) + len(left), len(found), failed) as progress:
+        for i, outcome in run(batches) if batches else ():
+            outcomes[i] = outcome
+            progress.advance(isinstance(outcome, Failure))
+    return outcomes
 
 
-def _run_point(build: Callable[..., CoSimulation], until: float, point: dict[str, Any]) -> xr.Dataset:
-    try:
-        simulation = build(**point)
-        instance("build", simulation, CoSimulation, "a function that returns a CoSimulation")
-        return simulation.run(until)
-    except (ValueError, TypeError, LookupError, RuntimeError, ArithmeticError) as error:
-        error.add_note(f"in the sweep's point {point!r}")
-        raise
+def _tell_failures(store: Store, outcomes: Mapping[int, Outcome]) -> None:
+    """A warning where some points failed; RuntimeError where all did, or somebody took points away."""
+    if any(outcome is None for outcome in outcomes.values()):
+        raise RuntimeError(f"points were taken out of {store.folder} while the sweep ran; run it again")
+    failures = [outcome for outcome in outcomes.values() if isinstance(outcome, Failure)]
+    if len(failures) == len(outcomes):
+        raise RuntimeError(
+            f"all {len(failures)} points failed, as recorded in {store.folder}; one with {failures[0]}; "
+            "retry=True runs them again"
+        )
+    if failures:
+        log.warning(
+            "%d of %d points failed: see the variable error, and %s; retry=True runs them again",
+            len(failures), len(outcomes), store.folder,
+        )  # fmt: skip
 
 
-def _combined(runs: list[xr.Dataset], values: dict[str, list[Any]]) -> xr.Dataset:
+def _combined(outcomes: Sequence[Outcome], values: dict[str, list[Any]]) -> xr.Dataset:
     """One Dataset over the axes, on the times that all runs share; coordinates that differ get the axes too."""
-    aligned = runs
+    places, runs = zip(*((i, run) for i, run in enumerate(outcomes) if isinstance(run, xr.Dataset)), strict=True)
+    aligned: Sequence[xr.Dataset] = runs
     if "time" in runs[0].sizes:
         frames = min(run.sizes["time"] for run in runs) - 1
         aligned = [run.isel(time=slice(None, None, max(1, (run.sizes["time"] - 1) // frames))) for run in runs]
@@ -104,15 +168,29 @@ def _combined(runs: list[xr.Dataset], values: dict[str, list[Any]]) -> xr.Datase
     first = aligned[0]
 
     def stacked(name: str) -> tuple[tuple[str, ...], Vector, dict[str, Any]]:
-        data = np.stack([run[name].values for run in aligned]).reshape(*shape, *first[name].shape)
-        return (*values, *map(str, first[name].dims)), data, first[name].attrs
+        data = _placed(np.stack([run[name].values for run in aligned]), places, len(outcomes))
+        return (*values, *map(str, first[name].dims)), data.reshape(*shape, *first[name].shape), first[name].attrs
 
     coordinates: dict[str, Any] = {name: (name, _labels(axis)) for name, axis in values.items()}
     for name, coordinate in first.coords.items():
         same = all(np.array_equal(run[name].values, coordinate.values) for run in aligned)
         coordinates[str(name)] = coordinate if same else stacked(str(name))
-    variables = {str(name): stacked(str(name)) for name in first.data_vars}
+    variables: dict[str, Any] = {str(name): stacked(str(name)) for name in first.data_vars}
+    if len(runs) < len(outcomes):
+        errors = np.array([str(one) if isinstance(one, Failure) else "" for one in outcomes]).reshape(shape)
+        variables[ERROR] = (tuple(values), errors, {"long_name": "why the point failed, empty where it did not"})
     return xr.Dataset(variables, coordinates, runs[0].attrs)
+
+
+def _placed(data: Vector, places: Sequence[int], count: int) -> Vector:
+    """Rows of the points that were run among those of all; the others are NaN, texts empty."""
+    if len(places) == count:
+        return data
+    if data.dtype.kind in "biu":
+        data = data.astype(float)
+    everywhere = np.full((count, *data.shape[1:]), "" if data.dtype.kind == "U" else np.nan, data.dtype)
+    everywhere[list(places)] = data
+    return everywhere
 
 
 def _labels(axis: list[Any]) -> list[Any]:

@@ -6,30 +6,59 @@ from copy import copy
 from time import perf_counter
 from typing import Any
 
+from coupling.checkpoint import Keeper
+from coupling.frames import Frames
 from coupling.interface import Interface
+from coupling.participant import BlackBox
+from particles.moving import MovingChain
+from structures.moving import MovingStructure
 
-CHAINS, STRUCTURES = ("advance", "advance_condensed"), ("advance", "free", "pushed", "dissipated", "energies")
+PARTS: dict[type, tuple[str, tuple[str, ...]]] = {
+    MovingChain: ("chains", ("advance", "advance_condensed")),
+    MovingStructure: ("structures", ("advance", "free", "pushed", "dissipated", "propagator")),
+    BlackBox: ("structures", ("advance",)),
+    Frames: ("saving", ("record",)),
+    Keeper: ("checkpoint", ("begin", "keep")),
+}
+"""The part that each kind of object belongs to, and its methods that take time. None of them calls another one's."""
 
 
 class Trace:
-    """A clock for each part of a run; what is left of the total is the scheme's, and the saving of frames."""
+    """A clock for each part of a run, none of which holds another; the rest of the total is mostly the scheme's."""
 
     def __init__(self) -> None:
-        self.seconds = {"chains": 0.0, "structures": 0.0}
-        self.calls = {"chains": 0, "structures": 0}
+        self.seconds: dict[str, float] = {}
+        self.calls: dict[str, int] = {}
         self.begin = perf_counter()
 
-    def watch(self, interface: Interface) -> Interface:
+    def watch_interface(self, interface: Interface) -> Interface:
         """An interface that does the same, and tells this clock."""
         watched = copy(interface)
-        watched.chains = tuple(_Watched(chain, CHAINS, self._timed("chains")) for chain in interface.chains)  # type: ignore[misc]
-        watched.structures = [_Watched(one, STRUCTURES, self._timed("structures")) for one in interface.structures]
+        watched.chains = tuple(map(self.watch, interface.chains))
+        watched.structures = [self.watch(one) for one in interface.structures]
         return watched
 
-    def compiled(self) -> None:
-        """The run so far was the compiled loop, which does both sides."""
-        self.seconds = {"compiled loop": perf_counter() - self.begin}
-        self.calls = {"compiled loop": 1}
+    def watch(self, one: Any) -> Any:
+        """An object that does the same, and tells this clock; None is none."""
+        if one is None:
+            return None
+        part, methods = next(PARTS[kind] for kind in type(one).__mro__ if kind in PARTS)
+        return _Watched(one, {name: self.timed(part, getattr(one, name)) for name in methods})
+
+    def timed(self, part: str, work: Callable[..., Any]) -> Callable[..., Any]:
+        """A function that does the same, and belongs to a part."""
+        self.seconds.setdefault(part, 0.0)
+        self.calls.setdefault(part, 0)
+
+        def timed(*given: Any) -> Any:
+            begin = perf_counter()
+            try:
+                return work(*given)
+            finally:
+                self.seconds[part] += perf_counter() - begin
+                self.calls[part] += 1
+
+        return timed
 
     def told(self) -> str:
         """Seconds and calls of each part, as JSON."""
@@ -37,29 +66,13 @@ class Trace:
         rest = total - sum(self.seconds.values())
         return json.dumps({"seconds": {**self.seconds, "rest": rest, "total": total}, "calls": self.calls})
 
-    def _timed(self, part: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-        def wrap(work: Callable[..., Any]) -> Callable[..., Any]:
-            def timed(*given: Any) -> Any:
-                begin = perf_counter()
-                try:
-                    return work(*given)
-                finally:
-                    self.seconds[part] += perf_counter() - begin
-                    self.calls[part] += 1
-
-            return timed
-
-        return wrap
-
 
 class _Watched:
-    """Another object, some of whose methods are timed."""
+    """Another object, some of whose methods are replaced."""
 
-    def __init__(self, one: Any, methods: tuple[str, ...], timed: Callable[[Any], Any]) -> None:
+    def __init__(self, one: Any, own: dict[str, Callable[..., Any]]) -> None:
         self._one = one
-        for name in methods:
-            if hasattr(one, name):
-                setattr(self, name, timed(getattr(one, name)))
+        vars(self).update(own)
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._one, name)

@@ -42,7 +42,8 @@ class Track:
 
     def speed(self, run: xr.Dataset) -> float:
         """Mean speed along the track, m/s."""
-        first, last = (min(n, int(run.bead[-1])) for n in (self.contacts[0], self.contacts[-1]))
+        beads = int(run.bead[run.centre.notnull()][-1])
+        first, last = (min(n, beads) for n in (self.contacts[0], self.contacts[-1]))
         way = abs(float(run.centre.sel(bead=last) - run.centre.sel(bead=first)))
         return way / float(self.times[-1] - self.times[0])
 
@@ -60,8 +61,11 @@ def follow_waves(run: xr.Dataset, smallest: float = SMALLEST_WAVE) -> list[Track
     """
     instance("run", run, xr.Dataset, "the Dataset of one run")
     if "contact_force" not in run or run.contact_force.ndim != 2:
-        raise ValueError("run: must be the Dataset of one run, with its contact forces")
-    dynamic = run.contact_force - run.static_force
+        axes = [str(axis) for axis in getattr(run, "contact_force", run.time).dims if axis not in ("time", "contact")]
+        choose = f"; choose one with run.isel({axes[0]}=0)" if axes else ""
+        raise ValueError(f"run: must be the Dataset of one run, with its contact forces{choose}")
+    # Chains shorter than the longest are filled up with NaN.
+    dynamic = (run.contact_force - run.static_force).dropna("contact", how="all")
     if not positive("smallest", smallest) < 1.0:
         raise ValueError(f"smallest = {smallest!r}: must be below 1, in units of the first wave")
     web = _Web(run.time.values, dynamic.transpose("contact", "time").values, smallest)
@@ -72,7 +76,7 @@ def follow_waves(run: xr.Dataset, smallest: float = SMALLEST_WAVE) -> list[Track
             break
         web.take(best)
         if max(web.peaks[row][which][0] for row, which in best) >= smallest * web.first:
-            tracks.append(_track(best, web.peaks, run.contact.values))
+            tracks.append(_track(best, web.peaks, dynamic.contact.values))
     return sorted(tracks, key=lambda track: float(track.times[0]))
 
 

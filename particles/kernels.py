@@ -19,7 +19,7 @@ VERLET, DRIVEN_VERLET, VISCOUS_VERLET, LOSSY_VERLET, RK4 = 0, 1, 2, 3, 4
 VERLET, with losses that are linear in the approach rate; the others: all."""
 
 NO_LOSS, DASHPOT, TANGENT, SECANT, GLOBAL, DRAG = 0, 1, 2, 3, 4, 5
-"""What a loss grows with: see _damping, and for the last two, which are no contact forces, _body_losses."""
+"""What a loss grows with: see _damped, and for the last two, which are no contact forces, _lose_on_bodies."""
 
 FREE, PUSHED, MOVED, STEADY = 0, 1, 2, 3
 """What body 0 is, and what history the chain is driven by. FREE: a striker, none; MOVED: it moves by a history; else it

@@ -61,11 +61,11 @@ def listed(name: str, value: object, kind: type, what: str) -> list[Any]:
 def instance(name: str, value: object, kind: type[Kind], what: str) -> Kind:
     """`value`, or a ValueError where it is not of the kind."""
     if not isinstance(value, kind):
-        raise ValueError(f"{name} = {_short(value)}: must be {what}")
+        raise ValueError(f"{name} = {short(value)}: must be {what}")
     return value
 
 
-def _short(value: object) -> str:
+def short(value: object) -> str:
     """A few words of what may be a whole chain."""
     text = repr(value)
     return text if len(text) <= LONGEST else f"{text[:LONGEST]}…"

@@ -162,16 +162,22 @@ class MovingStructure:
         """Kinetic and elastic energy above static equilibrium, J."""
         return sum(energies(self.structure, state))
 
-    def energies(self, state: StructureState, window: float) -> tuple[float, float]:
+    def energies(self, state: StructureState, window: float, force: Any = 0.0) -> tuple[float, float]:
         """Kinetic and elastic energy above static equilibrium, J, as the stepper sees them in windows of this length.
 
-        Their sum is what the stepper keeps without damping and force, as far as it keeps anything: for central
-        differences and Newmark's method with γ = ½ that differs from `energy` by a part (ωH)²/4 of each motion or less.
+        Without damping the work of a steady `force` (N; p of them for p contacts) goes into their sum, as far as the
+        stepper keeps anything: for central differences and Newmark's method with γ = ½ that differs from `energy` by a
+        part (ωH)²/4 of each motion or less.
         """
         if not self.structure.size:
             return 0.0, 0.0
         own = getattr(self.step(window), "energies", None)
-        return energies(self.structure, state) if own is None else own(state)
+        if own is None:
+            return energies(self.structure, state)
+        spread = self.structure.contact
+        load = spread * force if spread.ndim == 1 else spread @ np.broadcast_to(force, spread.shape[1])
+        kept: tuple[float, float] = own(state, load)
+        return kept
 
     def dissipated(self, before: StructureState, after: StructureState, window: float) -> float:
         """Energy, J, that damping took between two states a window apart: H v̄ᵀC v̄, v̄ the mean of the two rates.

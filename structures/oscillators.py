@@ -48,7 +48,7 @@ class Oscillators:
         u, v, _ = state
         return StructureState(self.rows[0] * u + self.rows[1] * v, self.rows[2] * u + self.rows[3] * v)
 
-    def energies(self, state: StructureState) -> tuple[float, float]:
+    def energies(self, state: StructureState, load: Vector) -> tuple[float, float]:
         """Kinetic and elastic, J."""
         u, v, _ = state
         return 0.5 * float(v @ v), 0.5 * float(u @ (self.square * u))

@@ -47,7 +47,7 @@ class Step(Protocol):
     """One window of a linear structure: end state = free(state) + mean force · response.
 
     response: the state after 1 N from rest; of p contacts n × p, a column each. A Step may also have
-    energies(state), kinetic and elastic, J, in the form that it keeps; without, they are `energies` of the structure.
+    energies(state, load), kinetic and elastic, J, in the form that it keeps; without, they are the structure's.
     """
 
     response: StructureState
@@ -123,14 +123,14 @@ class Newmark:
         """The state at the window's end where no force acts."""
         return self._end(state, np.zeros(self.structure.size))
 
-    def energies(self, state: StructureState) -> tuple[float, float]:
-        """Kinetic and elastic, J; for γ = ½ the latter is ½ uᵀK u + ½ (β − ¼) H² (K u)ᵀM⁻¹(K u).
+    def energies(self, state: StructureState, load: Vector) -> tuple[float, float]:
+        """Kinetic and elastic, J; for γ = ½ the latter is ½ uᵀK u + ½ (β − ¼) H² rᵀM⁻¹r, r = load − K u.
 
         (Krenk, Comput. Methods Appl. Mech. Eng. 195 (2006) 6110.)
         """
         kinetic, elastic = energies(self.structure, state)
         if self.gamma == 0.5 and self.beta != 0.25:
-            pull = self.structure.stiffness @ state.displacement
+            pull = load - self.structure.stiffness @ state.displacement
             elastic += 0.5 * (self.beta - 0.25) * self.window**2 * float(pull @ self.solve_mass(pull))
         return kinetic, elastic
 
@@ -218,11 +218,12 @@ class CentralDifference:
         """The state at the window's end where no force acts."""
         return self._end(state, np.zeros(self.structure.size))
 
-    def energies(self, state: StructureState) -> tuple[float, float]:
-        """Kinetic and elastic, J, the latter ½ uᵀK u − h²/8 (K u)ᵀM⁻¹(K u): kept without force and damping."""
+    def energies(self, state: StructureState, load: Vector) -> tuple[float, float]:
+        """Kinetic and elastic, J, the latter ½ uᵀK u − h²/8 rᵀM⁻¹r, r = load − K u: what a window without damping keeps
+        of the work."""
         u, v, _ = state
         pull = self.structure.stiffness @ u
-        lacking = self.step**2 / 8.0 * float(pull @ (pull / self.mass))
+        lacking = self.step**2 / 8.0 * float((load - pull) @ ((load - pull) / self.mass))
         return 0.5 * float(v @ (self.mass * v)), 0.5 * float(u @ pull) - lacking
 
     def _end(self, state: StructureState, force: Vector) -> StructureState:

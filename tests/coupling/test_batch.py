@@ -71,7 +71,7 @@ def test_what_a_batch_did_not_keep_is_not_measured() -> None:
         ({"chains": []}, "chains = "),
         ({"chains": [BEAD]}, "chains = "),
         ({"chains": [chain(), hl.Chain([BEAD], BEAD, 0.3)]}, r"chains: hold \[1, 20\] beads; must have equally many"),
-        ({"chains": [hl.Chain([BEAD], hl.Piston([0.0, 1e-5], [0.0, 1e-6]))]}, "chains: a PushedBead or a Piston must"),
+        ({"chains": [hl.Chain([BEAD], hl.Piston([0.0, 1e-5], [0.0, 1e-6]))]}, "chains: with a PushedBead"),
         ({"until": -1.0}, r"until = -1\.0"),
         ({"sensors": [21]}, r"sensors = \[21\]: must be beads from 1 to 20"),
         ({"sensors": []}, r"sensors = \[\]"),

@@ -253,7 +253,7 @@ def test_no_agreement_names_window_time_and_residual() -> None:
         ({"structure": Spring()}, r"scheme = Condensed.*needs a Structure; use Aitken"),
         ({"scheme": hl.Aitken}, "scheme = .*must be a scheme such as"),
         ({"scheme": "aitken"}, "scheme = 'aitken'"),
-        ({"structure": Steel(), "scheme": hl.Aitken()}, r"structure\.surface = 'steel': must be a Surface"),
+        ({"structure": Steel(), "scheme": hl.Aitken()}, r"\.surface = 'steel': must be a Surface"),
         ({"window": -1e-6}, "window = -1e-06"),
         ({"dt": 0.0}, r"dt = 0\.0"),
         ({"dt": 1e-3}, r"dt = 0\.001"),

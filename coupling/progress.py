@@ -1,0 +1,48 @@
+"""How far a sweep is: a bar on a terminal, else a line in the log now and then, with an estimate of the time left."""
+
+import logging
+import time
+from collections.abc import Callable
+from types import TracebackType
+
+from tqdm import tqdm
+
+EVERY = 10.0
+"""Shortest time between two lines of the log, s."""
+
+log = logging.getLogger("hertzlink.sweep")
+
+
+class Progress:
+    """Counts the points of a sweep; those that were finished before (`done`) count, but do not tell how fast it is.
+
+    clock: tells the time, s.
+    """
+
+    def __init__(self, total: int, done: int = 0, failed: int = 0, clock: Callable[[], float] = time.monotonic) -> None:
+        self.total, self.done, self.failed, self._before, self._clock = total, done, failed, done, clock
+        self._begin = self._told = clock()
+        self._bar = tqdm(total=total, initial=done, unit="run", disable=None, leave=False)
+
+    def __enter__(self) -> "Progress":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._bar.close()
+
+    def advance(self, failed: bool = False) -> None:
+        """One point more."""
+        self.done += 1
+        self.failed += failed
+        self._bar.update()
+        if self._bar.disable and self._clock() - self._told >= EVERY:
+            self._told = self._clock()
+            left = tqdm.format_interval(self.left())
+            log.info("%d of %d points, %d failed, about %s left", self.done, self.total, self.failed, left)
+
+    def left(self) -> float:
+        """Estimate of the time left, s, NaN before the first point."""
+        run = self.done - self._before
+        return (self._clock() - self._begin) * (self.total - self.done) / run if run else float("nan")

@@ -1,0 +1,140 @@
+"""What a sweep does at each point, and the processes of this machine that do it."""
+
+import logging
+import os
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import joblib
+import xarray as xr
+from joblib.externals.loky.process_executor import TerminatedWorkerError
+
+from coupling.cosimulation import CoSimulation
+from coupling.store import Failure, Point, Store
+from structures.checks import instance
+
+IDLE = 30
+"""Seconds after which a process without work ends, as those of a sweep that was killed."""
+
+FAILURES = (ValueError, TypeError, LookupError, RuntimeError, ArithmeticError)
+"""Errors of one point; others, such as a full disk, are the whole sweep's."""
+
+Outcome = xr.Dataset | Failure | None
+"""A run, or why there is none; None for a run that its process has put into the store."""
+
+Batch = Mapping[int, Point]
+"""Points, by their place in the sweep, that one process runs one after the other."""
+
+log = logging.getLogger("hertzlink.sweep")
+
+
+@dataclass(frozen=True)
+class Work:
+    """What is done at every point: run `build(**point)` up to `until` (s), measure, and keep in the store if any."""
+
+    build: Callable[..., CoSimulation]
+    until: float
+    measure: Callable[[xr.Dataset], xr.Dataset] | None = None
+    store: Store | None = None
+
+    def run(self, point: Point) -> xr.Dataset:
+        """What is kept of the point's run; errors are raised, and tell the point."""
+        try:
+            simulation = self.build(**point)
+            instance("build", simulation, CoSimulation, "a function that returns a CoSimulation")
+            run = simulation.run(self.until)
+            if self.measure is None:
+                return run
+            kept = instance("measure", self.measure(run), xr.Dataset, "a function that returns a Dataset")
+            return kept.assign_attrs(run.attrs)
+        except FAILURES as error:
+            error.add_note(f"in the sweep's point {point!r}")
+            raise
+
+    def attempt(self, point: Point) -> xr.Dataset | Failure:
+        """The same, errors returned."""
+        try:
+            return self.run(point)
+        except FAILURES as error:
+            return Failure(type(error).__name__, str(error))
+
+    def finish(self, point: Point) -> Outcome:
+        """Without a store `run`; with it what is new goes there as soon as it is known, and failures are told."""
+        if self.store is None:
+            return self.run(point)
+        if self.store.holds(point):
+            return self.store.failure(point)
+        return self.keep(point, self.attempt(point))
+
+    def keep(self, point: Point, outcome: xr.Dataset | Failure) -> Outcome:
+        """Put an outcome into the store, if any; a run that it cannot hold is a failure."""
+        if self.store is None:
+            return outcome
+        try:
+            self.store.keep(point, outcome)
+        except ValueError as error:
+            outcome = Failure(type(error).__name__, str(error))
+            self.store.keep(point, outcome)
+        return outcome if isinstance(outcome, Failure) else None
+
+
+def in_processes(work: Work, batches: list[Batch], jobs: int) -> Iterator[tuple[int, Outcome]]:
+    """Run batches in processes of this machine, and tell each point's place and outcome.
+
+    Where a process is killed, a sweep without a store ends. With one the points that were running are tried again,
+    each alone in a process: one that is the end of that too has failed, and the others go on.
+    """
+    while batches:
+        told: set[int] = set()
+        try:
+            for outcomes in _parallel(work, batches, jobs):
+                told.update(outcomes)
+                yield from outcomes.items()
+            return
+        except TerminatedWorkerError as error:
+            if work.store is None:
+                error.add_note("a sweep with a store keeps the points that are finished, and tells which one it was")
+                raise
+            log.warning("a process of the sweep was killed; the points that were running are tried again, one by one")
+        batches = [left for batch in batches if (left := {i: batch[i] for i in batch if i not in told})]
+        new = [[point for point in batch.values() if not work.store.holds(point)] for batch in batches]
+        # Batches begin in their order and go from point to point.
+        for point in [points[0] for points in new if points][:jobs]:
+            _run_alone(work, work.store, point)
+
+
+def _parallel(work: Work, batches: list[Batch], jobs: int) -> Iterator[dict[int, Outcome]]:
+    # In a process of its own, even one batch cannot end the sweep.
+    fewest = 1 if work.store is None else 2
+    here: dict[str, Any] = {} if work.store is None else {"backend": "loky"}
+    parallel = joblib.Parallel(
+        min(jobs, max(fewest, len(batches))),
+        return_as="generator",
+        batch_size=1,
+        idle_worker_timeout=IDLE,
+        **here,
+    )
+    owner = None if work.store is None else os.getpid()
+    outcomes: Iterator[dict[int, Outcome]] = parallel(joblib.delayed(_run_batch)(work, one, owner) for one in batches)
+    return outcomes
+
+
+def _run_batch(work: Work, batch: Batch, owner: int | None) -> dict[int, Outcome]:
+    outcomes = {}
+    for i, point in batch.items():
+        # Where the sweep was killed, and perhaps resumed, what is left is no longer this process's to run.
+        if owner is not None and owner not in (os.getpid(), os.getppid()):
+            break
+        outcomes[i] = work.finish(point)
+    return outcomes
+
+
+def _run_alone(work: Work, store: Store, point: Point) -> None:
+    """Run a point, and nothing else beside it, in a process; one that is the end of the process has failed."""
+    try:
+        list(_parallel(work, [{0: point}], jobs=2))
+    except TerminatedWorkerError as error:
+        if not store.holds(point):
+            said = "the process that ran it was killed or ended, alone too; perhaps it wants more memory than there is"
+            store.keep(point, Failure(type(error).__name__, said))

@@ -1,0 +1,144 @@
+"""Sweeps on a cluster of two worker processes, of which some are killed."""
+
+import os
+import signal
+import sys
+import threading
+import time
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hertzlink as hl
+
+distributed = pytest.importorskip("distributed")
+
+UNTIL = 1e-4
+
+
+def build(folder: str, radius: float, material: str = "PTFE") -> hl.CoSimulation:
+    """9 mm always kill their worker."""
+    with (Path(folder) / "runs").open("a") as file:
+        file.write(f"{material} {radius}\n")
+    time.sleep(0.05)
+    if radius == 9e-3:
+        os.kill(os.getpid(), signal.SIGKILL)
+    bead = hl.Sphere(radius, hl.STEEL_440C)
+    return hl.CoSimulation(hl.Chain([bead] * 3, bead, 0.3), hl.half_space(hl.MATERIALS[material]))
+
+
+@pytest.fixture(scope="module")
+def client() -> Iterator[Any]:
+    import dask
+
+    with (
+        dask.config.set({"distributed.scheduler.allowed-failures": 1}),
+        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster,
+        distributed.Client(cluster, set_as_default=False) as client,
+    ):
+        yield client
+
+
+def test_a_cluster_changes_nothing(client: Any, tmp_path: Path) -> None:
+    """Given as a Client or by its address; what a script defines travels too."""
+    axes = {"folder": [str(tmp_path)], "radius": [2e-3, 3e-3]}
+
+    def here(folder: str, radius: float) -> hl.CoSimulation:
+        return build(folder, radius)
+
+    plain = hl.sweep(build, UNTIL, jobs=1, **axes)
+    assert hl.sweep(here, UNTIL, cluster=client, **axes).identical(plain)
+    address = client.scheduler.address
+    assert hl.sweep(build, UNTIL, cluster=address, store=tmp_path / "store", **axes).identical(plain)
+    assert len(list((tmp_path / "store").glob("*.nc"))) == 2
+
+
+def test_errors_on_a_cluster(client: Any, tmp_path: Path) -> None:
+    """Without a store the first ends the sweep, with one it is recorded."""
+    axes = {"folder": [str(tmp_path)], "radius": [-1.0, 2e-3]}
+    with pytest.raises(ValueError, match=r"radius = -1\.0") as caught:
+        hl.sweep(build, UNTIL, cluster=client, **axes)
+    assert "radius" in caught.value.__notes__[0]
+    runs = hl.sweep(build, UNTIL, cluster=client, store=tmp_path / "store", **axes).squeeze()
+    assert runs.error.values[0].startswith("ValueError: radius = -1.0")
+    assert runs.error.values[1] == ""
+
+
+@pytest.mark.thorough
+def test_a_worker_that_is_killed_loses_nothing(client: Any, tmp_path: Path) -> None:
+    """Finished points are not run again; the one that was running is."""
+    store = tmp_path / "store"
+    axes = {
+        "folder": [str(tmp_path)],
+        "material": ["PTFE", "acrylic", "nylon"],
+        "radius": [i * 1e-3 for i in range(1, 9)],
+    }
+    victim = next(iter(client.run(os.getpid).values()))
+    then: list[int] = []
+
+    def kill() -> None:
+        while len(list(store.glob("*.nc"))) < 5:
+            time.sleep(0.01)
+        os.kill(victim, signal.SIGKILL)
+        then.append(len(list(store.glob("*.nc"))))
+
+    killer = threading.Thread(target=kill)
+    killer.start()
+    runs = hl.sweep(build, UNTIL, cluster=client, store=store, **axes)
+    killer.join()
+    assert 5 <= then[0] < 24
+    counts = Counter((tmp_path / "runs").read_text().splitlines())
+    assert len(counts) == 24
+    # One was running; one more may have been run, and not yet fetched.
+    assert sum(counts.values()) <= 24 + 2
+    assert runs.identical(hl.sweep(build, UNTIL, jobs=1, **axes))
+
+
+@pytest.mark.thorough
+def test_a_point_that_kills_its_workers_fails_alone(client: Any, tmp_path: Path) -> None:
+    axes = {"folder": [str(tmp_path)], "radius": [1e-3, 9e-3, 2e-3, 3e-3]}
+    runs = hl.sweep(build, UNTIL, cluster=client, store=tmp_path / "store", **axes).squeeze()
+    assert runs.error.values[1].startswith("KilledWorker: the workers that ran it died")
+    assert runs.error.values[[0, 2, 3]].tolist() == ["", "", ""]
+    assert np.isfinite(runs.contact_force.isel(radius=[0, 2, 3])).all()
+    counts = Counter((tmp_path / "runs").read_text().splitlines())
+    assert counts["PTFE 0.009"] == 4
+    with pytest.raises(RuntimeError, match=r"the workers that ran the sweep's point .*0\.009"):
+        hl.sweep(build, UNTIL, cluster=client, folder=[str(tmp_path)], radius=[9e-3])
+
+
+def test_bad_clusters(client: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    axes = {"folder": ["."], "radius": [1e-3]}
+    with pytest.raises(ValueError, match="jobs = 2: must be None with a cluster"):
+        hl.sweep(build, UNTIL, jobs=2, cluster=client, **axes)
+    with pytest.raises(ValueError, match=r"cluster = 3: must be a distributed\.Client"):
+        hl.sweep(build, UNTIL, cluster=3, **axes)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="cluster = 'nowhere': must be the address of a scheduler"):
+        hl.sweep(build, UNTIL, cluster="nowhere", **axes)
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(ImportError, match=r"pip install hertzlink\[cluster\]"):
+        hl.sweep(build, UNTIL, cluster="tcp://127.0.0.1:8786", **axes)
+
+
+@pytest.mark.thorough
+def test_a_scheduler_that_goes_is_told(tmp_path: Path) -> None:
+    """What was finished is kept."""
+    store = tmp_path / "store"
+    axes = {"folder": [str(tmp_path)], "radius": [i * 1e-4 for i in range(10, 50)]}
+    cluster = distributed.LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=":0")
+
+    def close() -> None:
+        while len(list(store.glob("*.nc"))) < 3:
+            time.sleep(0.01)
+        cluster.close()
+
+    closer = threading.Thread(target=close)
+    closer.start()
+    with cluster, pytest.raises(ConnectionError, match="the scheduler was lost"):
+        hl.sweep(build, UNTIL, cluster=cluster.scheduler_address, store=store, **axes)
+    closer.join()
+    assert len(list(store.glob("*.nc"))) >= 3

@@ -1,0 +1,196 @@
+"""When contacts open and close: Hertz's collision, a bead between walls, the reference's gaps, and coarse sampling."""
+
+import logging
+from math import pi, sqrt
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from hard_cases import BEAD, chattering, oscillator
+from monolithic import monolithic
+from scipy.optimize import brentq
+from scipy.special import gamma
+
+import hertzlink as hl
+
+SPEED = 0.31
+SENT = hl.Chain([BEAD], striker=None, impact_speed=SPEED)
+ROD = hl.rod([hl.Layer(hl.ACRYLIC, 0.03, 0.01)], elements=4)
+
+
+def wall() -> hl.Structure:
+    return hl.half_space(hl.STEEL_440C)
+
+
+def hertz_time() -> float:
+    """2.943 (m²/(k²v))^(1/5) with k of F = k δ^1.5 in ½ m v² = 2/5 k δ^2.5 (Johnson, Contact Mechanics, 11.24)."""
+    stiffness = hl.contact_law(BEAD, hl.Surface(hl.STEEL_440C)).kernel[0]
+    deepest = (1.25 * BEAD.mass * SPEED**2 / stiffness) ** 0.4
+    return float(deepest / SPEED * 2.0 * sqrt(pi) * gamma(1.4) / gamma(0.9))
+
+
+def times(events: xr.Dataset, kind: str) -> Any:
+    return events.time.values[events.kind.values == kind]
+
+
+def test_a_bead_leaves_a_wall_in_hertzs_time() -> None:
+    """It touches at time zero, which is no event."""
+    events = hl.contact_events(hl.CoSimulation(SENT, wall()).run(1.5 * hertz_time()))
+    assert events.kind.values.tolist() == ["opens"]
+    assert times(events, "opens") == pytest.approx([hertz_time()], rel=1e-6)
+    assert events.time.attrs["units"] == "s"
+
+
+def test_the_error_falls_with_save_every_to_the_power_of_three_and_a_half() -> None:
+    """As the force goes with δ^1.5; mean over many places of the opening between 8 to 32 saved times in a contact."""
+    errors = []
+    for parts in (8, 16, 32):
+        wrong = []
+        for shift in np.linspace(0.0, 1.0, 17)[:-1]:
+            interval = hertz_time() / (parts + shift)
+            run = hl.CoSimulation(SENT, wall()).run(hertz_time() + 3.0 * interval, save_every=interval)
+            wrong.append(times(hl.contact_events(run), "opens")[0] / hertz_time() - 1.0)
+        errors.append(np.sqrt(np.mean(np.square(wrong))))
+    assert np.log2(np.array(errors[:-1]) / errors[1:]) == pytest.approx(3.5, abs=0.2)
+    assert errors[0] < 1e-3
+
+
+def test_a_bead_between_two_walls() -> None:
+    """Each collision takes Hertz's time, and the one wall is left as the other is met."""
+    run = hl.CoSimulation(SENT, wall(), behind=wall()).run(6.5 * hertz_time(), save_every=hertz_time() / 40.3)
+    events = hl.contact_events(run)
+    after_the_first = events.isel(event=slice(1, None))
+    assert events.time.values[0] == 0.0, "the wall behind is left at once"
+    assert after_the_first.time.values == pytest.approx(hertz_time() * np.repeat(np.arange(1, 7), 2), rel=1e-5)
+    for kind, end, first in (("opens", "last bead", 1), ("closes", "first bead", 1), ("opens", "first bead", 2)):
+        chosen = after_the_first.isel(event=(after_the_first.kind == kind) & (after_the_first.end == end))
+        assert chosen.time.values == pytest.approx(hertz_time() * np.arange(first, 7, 2), rel=1e-5)
+
+
+def test_six_gaps_of_the_chattering_case() -> None:
+    """Each within 0.1 µs of the reference's, though saved every 4 µs only."""
+    case = chattering()
+    run = hl.CoSimulation(case.chains[0], case.structures[0], window=2.5e-7).run(case.until, save_every=4e-6)
+    moments = np.linspace(0.0, case.until, 3201)
+    reference = monolithic(case.chains, case.structures, case.contacts, moments, 1e-12)[0]
+    gap = reference.surface_displacement.values - reference.displacement.values[:, -1]
+    apart = gap > 0.0
+    expected = {
+        "opens": moments[1:][apart[1:] & ~apart[:-1] & (moments[1:] > 1e-4)],
+        "closes": moments[1:][~apart[1:] & apart[:-1] & (moments[1:] > 1e-4)],
+    }
+    assert len(expected["opens"]) == 6
+    events = hl.contact_events(run)
+    for kind, at in expected.items():
+        assert times(events, kind) == pytest.approx(at, abs=2.5e-7)
+
+
+@pytest.mark.parametrize("number", [1, 2])
+def test_static_indentation_counts(number: int) -> None:
+    """Beads that a static force holds leave where the force comes to zero, not where the dynamic one does."""
+    held = hl.Chain([BEAD] * 3, BEAD, SPEED, gravity=9.81, preload=float(number))
+    run = hl.CoSimulation(held, oscillator(3.0, 1e6)).run(8e-4, save_every=1e-6)
+    events = hl.contact_events(run)
+    opens = times(events, "opens")
+    assert opens.size
+    force = run.contact_force.isel(contact=-1)
+    assert float(run.gap[0]) < 0.0
+    for at, kind in zip(events.time.values, events.kind.values, strict=True):
+        near = force.sel(time=slice(at - 2e-6, at + 2e-6)).values
+        apart = near[-1 if kind == "opens" else 0]
+        assert apart == 0.0
+        assert near.max() > 0.0
+
+
+FREQUENCY = 2.1e4
+
+
+def sine(interval: float, phase: float = 0.3) -> xr.Dataset:
+    """A run whose gap is a sine, and is never closed between saved times alone."""
+    run = hl.CoSimulation(SENT, wall()).run(1e-4, save_every=interval)
+    gap = -1e-6 * (np.sin(2.0 * pi * FREQUENCY * run.time.values - phase) + 0.2)
+    return run.assign(gap=("time", gap), interface_impulse=("time", np.zeros(run.time.size)))
+
+
+def test_order_four_on_a_sine() -> None:
+    """Mean over many phases; it opens where it falls through −0.2."""
+    errors = []
+    for interval in (2e-6, 1e-6, 5e-7):
+        wrong = []
+        for phase in np.linspace(0.0, 0.5, 16):
+            found = times(hl.contact_events(sine(interval, phase)), "opens")
+            expected = (phase + pi + np.arcsin(0.2)) / (2.0 * pi * FREQUENCY) + np.arange(2) / FREQUENCY
+            wrong.append(found[-2:] - expected)
+        errors.append(np.sqrt(np.mean(np.square(wrong))))
+    assert np.log2(np.array(errors[:-1]) / errors[1:]) == pytest.approx(4.0, abs=0.2)
+
+
+def test_what_is_smaller_than_asked_for_is_left_out() -> None:
+    """The sine is open by two thirds of its greatest approach."""
+    run = sine(5e-7)
+    assert times(hl.contact_events(run, smallest=0.66), "opens").size == 2
+    assert hl.contact_events(run, smallest=0.67).sizes["event"] == 0
+
+
+def test_a_contact_between_saved_times_is_warned_of(caplog: pytest.LogCaptureFixture) -> None:
+    """The impulse tells of it; the bead is on its way back at the next saved time."""
+    case = chattering()
+    run = hl.CoSimulation(case.chains[0], case.structures[0]).run(case.until, save_every=1e-6)
+    with caplog.at_level(logging.WARNING, "hertzlink.events"):
+        assert hl.contact_events(run).sizes["event"] == 11
+        assert not caplog.messages
+        opened = run.gap.values > 0.0
+        rows = np.flatnonzero(opened | (run.time.values < 2.9e-4) | (run.time.values > 3.6e-4))
+        seen = hl.contact_events(run.isel(time=rows))
+    assert seen.sizes["event"] == 9
+    (message,) = caplog.messages
+    assert message.startswith("interface 0 closes and opens again between saved times, first after t = 0.000302")
+    assert message.endswith("save the run more often")
+
+
+def test_part_of_a_run_begins_as_it_is() -> None:
+    """In a gap, which is then no opening."""
+    case = chattering()
+    run = hl.CoSimulation(case.chains[0], case.structures[0]).run(case.until, save_every=1e-6)
+    events, later = hl.contact_events(run), hl.contact_events(run.sel(time=slice(2.96e-4, None)))
+    assert later.kind.values[0] == "closes"
+    assert later.time.values == pytest.approx(events.time.values[1:], rel=1e-12)
+
+
+def test_nothing_to_tell() -> None:
+    """Of a chain that faces nothing, of one that the wave has not reached, and of part of a run."""
+    chain = hl.Chain([BEAD] * 6, BEAD, SPEED)
+    assert hl.contact_events(hl.CoSimulation(chain, None).run(2e-4)).sizes["event"] == 0
+    assert hl.contact_events(hl.CoSimulation(chain, ROD).run(2e-5)).sizes["event"] == 0
+    bounced = hl.CoSimulation(SENT, wall()).run(2.0 * hertz_time())
+    assert hl.contact_events(bounced.isel(time=slice(-10, None))).sizes["event"] == 0
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda run: 3, "run = 3: must be the Dataset of a run"),
+        (lambda run: run.drop_vars("contact_force"), "holds no contact_force and surface_displacement"),
+        (lambda run: run.drop_vars("gap"), "run: holds no gap and interface_impulse; must be the Dataset of CoSimul"),
+        (lambda run: xr.concat([run, run], "speed"), r"has the axes speed; choose one run with run\.isel\(speed=0\)"),
+    ],
+)
+def test_bad_runs(change: Any, message: str) -> None:
+    run = hl.CoSimulation(SENT, wall()).run(2e-5)
+    with pytest.raises(ValueError, match=message):
+        hl.contact_events(change(run))
+
+
+@pytest.mark.parametrize("smallest", [0.0, -1.0, 1.0, float("nan"), "small"])
+def test_bad_levels(smallest: Any) -> None:
+    run = hl.CoSimulation(SENT, wall()).run(2e-5)
+    with pytest.raises(ValueError, match="smallest = "):
+        hl.contact_events(run, smallest)
+
+
+def test_the_root_is_that_of_the_gap() -> None:
+    """Beside a root of the saved gap's own spline where the sampling is fine."""
+    run = hl.CoSimulation(SENT, wall()).run(1.5 * hertz_time(), save_every=hertz_time() / 500.5)
+    at = float(times(hl.contact_events(run), "opens")[0])
+    assert at == pytest.approx(brentq(lambda t: float(run.gap.interp(time=t)), 0.9 * at, 1.1 * at), rel=1e-6)

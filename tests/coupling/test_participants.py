@@ -1,0 +1,408 @@
+"""Black boxes that fail, lie or cannot repeat are named in the error, whatever the scheme; sound ones take part."""
+
+import runpy
+import threading
+import time
+from functools import cache
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from hard_cases import BEAD
+
+import hertzlink as hl
+
+CHAIN = hl.Chain([BEAD] * 3, BEAD, 0.31)
+UNTIL = 2e-4
+STEEL = hl.Surface(hl.STEEL_440C)
+SCHEMES = {
+    "Aitken": hl.Aitken(),
+    "IQN-ILS": hl.IQN_ILS(),
+    "FixedPoint": hl.FixedPoint(),
+    "Explicit": hl.Explicit(),
+}
+
+
+class Sound:
+    """A mass on a damped spring by the implicit midpoint."""
+
+    surface: Any = STEEL
+    mass, stiffness, damping = 0.0141, 1.7e7, 40.0
+
+    def start(self) -> Any:
+        return 0.0, 0.0
+
+    def advance(self, state: Any, force: Any, window: float) -> Any:
+        u, v = state
+        whole = self.mass + window / 2.0 * self.damping + window**2 / 4.0 * self.stiffness
+        middle = (self.mass * v + window / 2.0 * (force - self.stiffness * u)) / whole
+        return (u + window * middle, 2.0 * middle - v), u + window * middle
+
+
+class SoundPair(Sound):
+    """Two of them, each at a contact point of its own."""
+
+    surface = (STEEL, STEEL)
+
+    def start(self) -> Any:
+        return np.zeros(2), np.zeros(2)
+
+
+@cache
+def spring_mass() -> Any:
+    """That of the gallery."""
+    return runpy.run_path(str(Path(__file__).parents[2] / "examples" / "own_structure.py"))["SpringMass"]
+
+
+def simulate(participant: Any, scheme: Any = None, until: float = UNTIL) -> xr.Dataset:
+    """A pair faces two chains."""
+    pair = isinstance(participant, Sound) and isinstance(participant.surface, tuple)
+    chains = [CHAIN, hl.Chain([BEAD] * 2, BEAD, 0.2)] if pair else CHAIN
+    return hl.CoSimulation(chains, participant, scheme or hl.Aitken()).run(until)
+
+
+def answering(answer: Any, kind: type = Sound) -> Any:
+    """A participant whose displacement, or whole answer, is made otherwise from the sound one."""
+
+    class Liar(kind):  # type: ignore[misc, valid-type]
+        def advance(self, state: Any, force: Any, window: float) -> Any:
+            return answer(*super().advance(state, force, window))
+
+    return Liar()
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_a_black_box_does_as_the_structure_that_it_is(scheme: str) -> None:
+    """Of one contact point and of two."""
+    matrices = [np.array([[value]]) for value in (Sound.mass, Sound.stiffness, Sound.damping)]
+    one = hl.Structure(*matrices, np.ones(1), 0.0, STEEL)
+    pair = hl.Structure(*(np.kron(np.eye(2), matrix) for matrix in matrices), np.eye(2), 0.0, STEEL)
+    for box, structure in ((Sound(), one), (SoundPair(), pair)):
+        found = simulate(box, SCHEMES[scheme])
+        chains = [CHAIN, hl.Chain([BEAD] * 2, BEAD, 0.2)] if structure is pair else CHAIN
+        expected = hl.CoSimulation(chains, structure).run(UNTIL)
+        greatest = float(expected.contact_force.max())
+        interval = found.sizes["time"] // expected.sizes["time"] + 1 if scheme == "Explicit" else 1
+        force = found.contact_force.isel(time=slice(None, None, interval))
+        assert force.values == pytest.approx(expected.contact_force.values, abs=1e-3 * greatest, nan_ok=True)
+        assert found.structure_kinetic_energy.isnull().all()
+        assert hl.energy_error(found) < 1e-4
+
+
+def test_a_second_surface_that_is_none() -> None:
+    class Odd(SoundPair):
+        surface = (STEEL, None)
+
+    with pytest.raises(ValueError, match=r"Odd\.surface = \(Surface.*: must be a Surface"):
+        hl.CoSimulation([CHAIN, CHAIN], Odd(), hl.Aitken())
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_the_spring_and_mass_of_the_gallery(scheme: str) -> None:
+    """It moves exactly under a constant force, as a structure of one oscillator does."""
+    mass, stiffness = 0.0141, 1.7e7
+    unit = 1.0 / np.sqrt(mass)
+    exact = hl.Structure(np.eye(1), [[stiffness / mass]], None, [unit], 0.0, spring_mass().surface)
+    chain = hl.Chain([BEAD] * 10, BEAD, 0.44)
+    expected = hl.CoSimulation(chain, exact).run(5e-4, save_every=1e-6)
+    run = hl.CoSimulation(chain, spring_mass()(mass, stiffness), SCHEMES[scheme]).run(5e-4, save_every=1e-6)
+    assert hl.amplitude_ratio(run, 5).item() == pytest.approx(hl.amplitude_ratio(expected, 5).item(), abs=1e-4)
+    assert run.contact_force.values == pytest.approx(expected.contact_force.values, abs=0.05)
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize("kind", [ZeroDivisionError, KeyError, OSError, MemoryError, StopIteration])
+def test_what_a_participant_raises_keeps_its_type_and_gets_a_note(scheme: str, kind: type[Exception]) -> None:
+    class Fails(Sound):
+        calls = 0
+
+        def advance(self, state: Any, force: Any, window: float) -> Any:
+            self.calls += 1
+            if force > 1.0:
+                raise kind("the solver ended")
+            return super().advance(state, force, window)
+
+    with pytest.raises(kind, match="the solver ended") as caught:
+        simulate(Fails(), SCHEMES[scheme])
+    assert any("raised by Fails.advance(state, force = " in note for note in caught.value.__notes__)
+
+
+def test_a_start_that_fails_gets_a_note_too() -> None:
+    class CannotStart(Sound):
+        def start(self) -> Any:
+            raise FileNotFoundError("no mesh")
+
+    with pytest.raises(FileNotFoundError, match="no mesh") as caught:
+        simulate(CannotStart())
+    assert caught.value.__notes__ == ["raised by CannotStart.start()"]
+
+
+ANSWERS = {
+    "a complex number": lambda state, place: (state, complex(place, 1e-9)),
+    "text": lambda state, place: (state, str(place)),
+    "nothing": lambda state, place: (state, None),
+    "truth": lambda state, place: (state, place > 0.0),
+    "a list": lambda state, place: (state, [place]),
+    "an array": lambda state, place: (state, np.array([place, place])),
+    "a function": lambda state, place: (state, lambda: place),
+    "no state": lambda state, place: place,
+    "more than two": lambda state, place: (state, place, 0.0),
+    "None alone": lambda state, place: None,
+}
+
+
+@pytest.mark.parametrize("scheme", [*SCHEMES, "Explicit, unvetted"])
+@pytest.mark.parametrize("answer", ANSWERS)
+def test_answers_that_are_no_displacement(answer: str, scheme: str) -> None:
+    with pytest.raises(ValueError, match=r"Liar\.advance returned .*: must be \(state, displacement in m\)"):
+        simulate(answering(ANSWERS[answer]), SCHEMES.get(scheme, hl.Explicit(tolerance=None)))
+
+
+@pytest.mark.parametrize(
+    "places",
+    [lambda p: p[:1], lambda p: p[0], lambda p: p[:, None], lambda p: p + 0j, lambda p: ["a", "b"], lambda p: {}],
+)
+def test_answers_of_two_points_that_are_not_two_numbers(places: Any) -> None:
+    liar = answering(lambda state, place: (state, places(place)), SoundPair)
+    with pytest.raises(ValueError, match=r"Liar\.advance returned [^:]*: must be \(state, 2 displacements in m\)"):
+        simulate(liar)
+
+
+def test_an_answer_is_not_told_at_length() -> None:
+    with pytest.raises(ValueError, match="must be") as caught:
+        simulate(answering(lambda state, place: list(range(100000))))
+    assert len(str(caught.value)) < 300
+
+
+@pytest.mark.parametrize("scheme", [*SCHEMES, "Explicit, unvetted"])
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, np.float32("nan")])
+def test_a_displacement_that_is_not_finite(value: Any, scheme: str) -> None:
+    liar = answering(lambda state, place: (state, place if abs(place) < 1e-8 else value))
+    message = r"window from t = .* s: Liar\.advance returned a displacement of .* m"
+    with pytest.raises(FloatingPointError, match=message):
+        simulate(liar, SCHEMES.get(scheme, hl.Explicit(tolerance=None)))
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_displacements_that_count_from_elsewhere(scheme: str) -> None:
+    with pytest.raises(ValueError, match=r"Liar\.advance returned a displacement of .* without force: must be 0"):
+        simulate(answering(lambda state, place: (state, place + 1e-6)), SCHEMES[scheme])
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize("kind", [Sound, SoundPair])
+def test_a_displacement_of_the_wrong_sign_is_found_before_the_run(kind: type, scheme: str) -> None:
+    liar = answering(lambda state, place: (state, -place), kind)
+    point = "the contact point" if kind is Sound else "contact point 0"
+    message = rf"Liar\.advance moved {point} by -.* m, towards the chain, under .* N from rest .* passive = False"
+    with pytest.raises(ValueError, match=message):
+        simulate(liar, SCHEMES[scheme])
+
+
+def test_a_wrong_sign_at_the_second_point() -> None:
+    with pytest.raises(ValueError, match="moved contact point 1 by -"):
+        simulate(answering(lambda state, place: (state, place * np.array([1.0, -1.0])), SoundPair))
+
+
+class FeedsEnergy(Sound):
+    """A dashpot of the wrong sign, which shows only when it moves."""
+
+    damping = -400.0
+
+
+@pytest.mark.parametrize("scheme", [*SCHEMES, "Explicit, unvetted"])
+def test_a_source_of_energy_is_found_out_unless_it_says_so(scheme: str) -> None:
+    chosen = SCHEMES.get(scheme, hl.Explicit(tolerance=None))
+    message = r"FeedsEnergy\.advance gives back more energy than it got, .* J up to t = .* passive = False"
+    with pytest.raises(ValueError, match=message):
+        simulate(FeedsEnergy(), chosen, 1e-3)
+    honest = FeedsEnergy()
+    honest.passive = False  # type: ignore[attr-defined]
+    run = simulate(honest, chosen, 1e-3)
+    assert float(run.structure_work.min()) < -0.01 * float(run.impact_energy)
+
+
+class Motor(Sound):
+    """Pushes back on its own from the start, by 10 N."""
+
+    passive = False
+
+    def advance(self, state: Any, force: Any, window: float) -> Any:
+        return super().advance(state, force - 10.0, window)
+
+
+def test_a_motor_may_move_towards_the_chain() -> None:
+    assert float(simulate(Motor()).surface_displacement.min()) < -1e-7
+
+
+def hidden_states() -> dict[str, Any]:
+    """Participants that do not come to the same from the same state."""
+
+    class KeepsItself(Sound):
+        def start(self) -> Any:
+            self.state = super().start()
+
+        def advance(self, state: Any, force: Any, window: float) -> Any:
+            self.state, place = super().advance(self.state, force, window)
+            return None, place
+
+    class ChangesTheOldState(Sound):
+        def start(self) -> Any:
+            return np.zeros(2)
+
+        def advance(self, state: Any, force: Any, window: float) -> Any:
+            state[:], place = super().advance(state, force, window)
+            return state, place
+
+    class ReturnsItsOwn(Sound):
+        """A new state for each call, but one that it goes on to write to."""
+
+        def __init__(self) -> None:
+            self.buffer = np.zeros(2)
+
+        def advance(self, state: Any, force: Any, window: float) -> Any:
+            (u, v), place = super().advance(tuple(state), force, window)
+            self.buffer += (u, v)
+            return self.buffer, place
+
+    class Random(Sound):
+        numbers = np.random.default_rng(1)
+
+        def advance(self, state: Any, force: Any, window: float) -> Any:
+            state, place = super().advance(state, force, window)
+            return state, place * (1.0 + 1e-9 * self.numbers.normal())
+
+    class Counts(Sound):
+        """Grows stiffer with every call."""
+
+        def __init__(self) -> None:
+            self.calls = count(1)
+
+        def advance(self, state: Any, force: Any, window: float) -> Any:
+            self.stiffness = 1.7e7 * (1.0 + 1e-3 * next(self.calls))
+            return super().advance(state, force, window)
+
+    return {kind.__name__: kind for kind in (KeepsItself, ChangesTheOldState, ReturnsItsOwn, Random, Counts)}
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize("name", hidden_states())
+def test_what_cannot_repeat_is_told_before_the_run(name: str, scheme: str) -> None:
+    with pytest.raises(ValueError, match=rf"{name}\.advance is not repeatable: .* Explicit\(tolerance=None\) only"):
+        simulate(hidden_states()[name](), SCHEMES[scheme])
+
+
+def test_what_cannot_repeat_takes_part_unvetted() -> None:
+    """Each substep is asked for once, in order, and comes to what the sound one does."""
+
+    class Once(Sound):
+        def start(self) -> Any:
+            self.state, self.calls = super().start(), 0
+
+        def advance(self, state: Any, force: Any, window: float) -> Any:
+            self.calls += 1
+            self.state, place = super().advance(self.state, force, window)
+            return None, place
+
+    once = Once()
+    found, expected = simulate(once, hl.Explicit(tolerance=None)), simulate(Sound(), hl.Explicit(tolerance=None))
+    assert found.contact_force.values.tobytes() == expected.contact_force.values.tobytes()
+    assert once.calls == int(found.substeps.sum())
+
+
+def test_a_participant_may_write_into_the_forces_that_it_gets() -> None:
+    class Writes(SoundPair):
+        def advance(self, state: Any, force: Any, window: float) -> Any:
+            answer = super().advance(state, force, window)
+            force[:] = np.nan
+            return answer
+
+    assert simulate(Writes()).equals(simulate(SoundPair()))
+
+
+def test_states_of_any_kind() -> None:
+    """None where nothing is to be remembered; one that cannot be written; one that holds a lock."""
+
+    class Spring(Sound):
+        def start(self) -> Any:
+            return None
+
+        def advance(self, state: Any, force: Any, window: float) -> Any:
+            return None, force / 1e9
+
+    class HoldsALock(Sound):
+        def start(self) -> Any:
+            return super().start(), threading.Lock(), lambda: 0
+
+        def advance(self, state: Any, force: Any, window: float) -> Any:
+            end, place = super().advance(state[0], force, window)
+            return (end, *state[1:]), place
+
+    soft = hl.Structure(np.zeros((0, 0)), np.zeros((0, 0)), None, np.zeros(0), 1e-9, STEEL)
+    expected = hl.CoSimulation(CHAIN, soft, window=2e-7).run(UNTIL, save_every=2e-6).contact_force
+    run = hl.CoSimulation(CHAIN, Spring(), hl.Aitken(), window=2e-7).run(UNTIL, save_every=2e-6)
+    assert run.contact_force.values == pytest.approx(expected.values, abs=2e-3 * float(expected.max()))
+    assert simulate(HoldsALock()).equals(simulate(Sound()))
+
+
+def test_a_slow_one_is_timed() -> None:
+    class Slow(Sound):
+        def advance(self, state: Any, force: Any, window: float) -> Any:
+            time.sleep(1e-3)
+            return super().advance(state, force, window)
+
+    run = hl.CoSimulation(CHAIN, Slow(), hl.Explicit(tolerance=None), window=1e-6, substeps=1).run(5e-5, trace=True)
+    assert "trace" in run.attrs
+    assert run.drop_attrs().equals(
+        hl.CoSimulation(CHAIN, Sound(), hl.Explicit(tolerance=None), window=1e-6, substeps=1).run(5e-5).drop_attrs()
+    )
+
+
+@pytest.mark.parametrize(
+    ("surface", "message"),
+    [
+        ("steel", r"Odd\.surface = 'steel': must be a Surface\(material\), or a tuple"),
+        (None, r"Odd\.surface = None: must be a Surface"),
+        (hl.STEEL_440C, r"Odd\.surface = Material.*: must be a Surface"),
+        ([STEEL, STEEL], r"Odd\.surface = \[Surface.*: must be a Surface\(material\), or a tuple"),
+        ((None,), r"Odd\.surface = \(None,\): must be a Surface"),
+        ((), r"Odd\.surface = \(\): must be a Surface"),
+    ],
+)
+def test_surfaces_that_are_none(surface: Any, message: str) -> None:
+    class Odd(Sound):
+        pass
+
+    odd = Odd()
+    odd.surface = surface
+    with pytest.raises(ValueError, match=message):
+        hl.CoSimulation(CHAIN, odd, hl.Aitken())
+
+
+def test_what_is_no_participant() -> None:
+    class NoSurface:
+        start, advance = Sound.start, Sound.advance
+
+    for given, message in (
+        (NoSurface(), "structure = NoSurface: must be a Structure .* or an object with surface, start and advance"),
+        (Sound, r"structure = the class Sound: must be an object of it, such as Sound\(…\)"),
+        (Sound().advance, "structure = method: must be a Structure"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            hl.CoSimulation(CHAIN, given, hl.Aitken())
+    with pytest.raises(ValueError, match="structure = the class Sound: must be an object of it"):
+        hl.ContactPoint(Sound, 0)
+    with pytest.raises(ValueError, match=r"needs a Structure; use Aitken\(\) for a solver of your own \(Sound\)"):
+        hl.CoSimulation(CHAIN, Sound())
+
+
+def test_the_one_of_several_that_fails_is_named() -> None:
+    class Second(Sound):
+        def advance(self, state: Any, force: Any, window: float) -> Any:
+            return state, "far"
+
+    with pytest.raises(ValueError, match=r"Second\.advance returned .*'far'.*: must be \(state, displacement in m\)"):
+        hl.CoSimulation([CHAIN, CHAIN], [Sound(), Second()], hl.Aitken()).run(UNTIL)

@@ -1,0 +1,497 @@
+"""Sweeps with a store: nothing lost, nothing run twice, failing points apart, files that are not theirs left alone."""
+
+import json
+import logging
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import hertzlink as hl
+from coupling.progress import Progress
+from coupling.store import describe_point
+
+UNTIL = 1e-4
+RADII = [2e-3, 3e-3, 4e-3]
+MATERIALS = [hl.PTFE, hl.ACRYLIC]
+called: list[tuple[str, float]] = []
+"""Points that were run in this process."""
+
+
+def build(material: hl.Material, radius: float) -> hl.CoSimulation:
+    called.append((material.name, radius))
+    bead = hl.Sphere(radius, hl.STEEL_440C)
+    return hl.CoSimulation(hl.Chain([bead] * 3, bead, 0.3, gravity=9.81), hl.half_space(material))
+
+
+def other(material: hl.Material, radius: float) -> hl.CoSimulation:
+    return build(material, radius)
+
+
+def largest(run: xr.Dataset) -> xr.Dataset:
+    """Of every kind that a file keeps."""
+    force = float(run.contact_force.max())
+    return xr.Dataset(
+        {
+            "force": ((), force, {"units": "N", "limit": float("nan"), "note": ""}),
+            "single": ((), np.float32(force)),
+            "frames": ((), run.sizes["time"]),
+            "large": ((), force > 10.0),
+            "told": ((), f"{force:.0f} N"),
+            "missing": ("contact", np.where(run.contact > 2, np.nan, 1.0)),
+        },
+        {"contact": run.contact, "where": ("contact", ["first", "", "third", "wänd"])},
+    )
+
+
+def swept(store: Path | None = None, **changes: object) -> xr.Dataset:
+    given = {
+        "build": build,
+        "until": UNTIL,
+        "jobs": 1,
+        "material": MATERIALS,
+        "radius": RADII,
+        "store": store,
+        **changes,
+    }
+    return hl.sweep(**given)  # type: ignore[arg-type]
+
+
+@pytest.fixture(autouse=True)
+def _forget_calls() -> None:
+    called.clear()
+
+
+def contents(folder: Path) -> dict[Path, bytes]:
+    return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+@pytest.mark.parametrize("measure", [None, largest])
+def test_a_store_changes_no_bit(tmp_path: Path, measure: object) -> None:
+    """Straight without a store, straight with it, and read back."""
+    plain = swept(measure=measure)
+    kept, resumed = (swept(tmp_path / "store", measure=measure) for _ in range(2))
+    assert len(called) == 12
+    assert kept.identical(plain)
+    assert resumed.identical(plain)
+    for name in plain.variables:
+        assert resumed[name].dtype == plain[name].dtype
+        assert resumed[name].values.tobytes() == plain[name].values.tobytes()
+    assert not list((tmp_path / "store").glob(".*"))
+
+
+def test_longer_axes_run_the_new_points_alone(tmp_path: Path) -> None:
+    swept(tmp_path, radius=RADII[1:], material=MATERIALS[:1])
+    called.clear()
+    grown = swept(tmp_path)
+    assert called == [("PTFE", 2e-3), *(("acrylic", radius) for radius in RADII)]
+    turned = hl.sweep(build, UNTIL, jobs=1, store=tmp_path, radius=np.array(RADII), material=MATERIALS)
+    assert len(called) == 4
+    assert turned.transpose(*grown.dims).identical(grown)
+
+
+def test_a_value_given_twice_is_run_once(tmp_path: Path) -> None:
+    twice = swept(tmp_path, material=[hl.PTFE], radius=[3e-3, 2e-3, 3e-3])
+    assert called == [("PTFE", 3e-3), ("PTFE", 2e-3)]
+    assert twice.isel(radius=0).identical(twice.isel(radius=2))
+
+
+def test_a_point_is_a_netcdf_file(tmp_path: Path) -> None:
+    runs = swept(tmp_path, measure=largest, material=[hl.PTFE], radius=[2e-3])
+    (path,) = tmp_path.glob("*.nc")
+    with xr.open_dataset(path, engine="h5netcdf") as point:
+        assert point.force.item() == runs.force.item()
+        assert json.loads(point.sweep_point)["radius"] == 2e-3
+
+
+def test_failing_points_stand_apart(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    radii = [-1.0, 2e-3, 3e-3]
+    with caplog.at_level(logging.WARNING, "hertzlink.sweep"):
+        runs = swept(tmp_path, measure=largest, radius=radii)
+    assert "2 of 6 points failed" in caplog.text
+    assert str(tmp_path) in caplog.text
+    assert runs.error.dims == ("material", "radius")
+    assert runs.error.sel(radius=-1.0).str.startswith("ValueError: radius = -1.0").all()
+    assert (runs.error.sel(radius=RADII[:2]) == "").all()
+    good = swept(measure=largest, radius=RADII[:2])
+    found = runs.sel(radius=RADII[:2])
+    for name in good.data_vars:
+        assert np.array_equal(found[name].values, good[name].values, equal_nan=name == "missing")
+    for name in ("force", "frames", "single", "missing"):
+        assert runs[name].sel(radius=-1.0).isnull().all()
+    assert (runs.told.sel(radius=-1.0) == "").all()
+    called.clear()
+    assert swept(tmp_path, measure=largest, radius=radii).identical(runs)
+    assert called == []
+    swept(tmp_path, measure=largest, radius=radii, retry=True)
+    assert called == [("PTFE", -1.0), ("acrylic", -1.0)]
+
+
+def test_coordinates_of_failing_points_are_missing(tmp_path: Path) -> None:
+    runs = swept(tmp_path, radius=[-1.0, *RADII])
+    assert runs.static_force.sel(radius=-1.0).isnull().all()
+    assert runs.static_force.sel(radius=RADII).notnull().all()
+    assert runs.time.dims == ("time",)
+
+
+allowed: list[float] = []
+
+
+def with_errors(material: hl.Material, radius: float) -> hl.CoSimulation:
+    if radius not in allowed:
+        raise KeyError("not yet")
+    return build(material, radius)
+
+
+def test_a_point_that_failed_may_run_later(tmp_path: Path) -> None:
+    allowed[:] = RADII[:1]
+    assert set(swept(tmp_path, build=with_errors).error.values.ravel()) == {"", "KeyError: 'not yet'"}
+    allowed[:] = RADII
+    runs = swept(tmp_path, build=with_errors, retry=True)
+    assert "error" not in runs
+    assert runs.identical(swept())
+    assert not list(tmp_path.glob("*.json")) or [path.name for path in tmp_path.glob("*.json")] == ["sweep.json"]
+
+
+def test_all_points_failing_is_an_error(tmp_path: Path) -> None:
+    with pytest.raises(RuntimeError, match=r"all 2 points failed.*ValueError: radius = -1.*retry=True"):
+        swept(tmp_path, radius=[-1.0])
+
+
+def unfit(run: xr.Dataset) -> xr.Dataset:
+    if run.impact_energy > 5e-5:
+        raise ZeroDivisionError("too heavy")
+    return xr.Dataset({"force": run.contact_force.max()})
+
+
+def test_errors_of_measure_count(tmp_path: Path) -> None:
+    runs = swept(tmp_path, measure=unfit)
+    assert runs.error.sel(radius=4e-3).values.tolist() == ["ZeroDivisionError: too heavy"] * 2
+    with pytest.raises(ZeroDivisionError) as caught:
+        swept(measure=unfit)
+    assert "radius" in caught.value.__notes__[0]
+
+
+def date(run: xr.Dataset) -> xr.Dataset:
+    return xr.Dataset({"a": ((), np.datetime64("2020-01-01", "ns"))})
+
+
+def nothing_known(run: xr.Dataset) -> xr.Dataset:
+    return xr.Dataset({"a": ((), 1.0)}, attrs={}).assign(b=((), 1.0, {"known": None}))
+
+
+def reserved(run: xr.Dataset) -> xr.Dataset:
+    return xr.Dataset({"error": ((), 1.0)})
+
+
+@pytest.mark.parametrize(
+    ("measure", "message"),
+    [(date, "survive netCDF"), (nothing_known, "cannot hold"), (reserved, "must not return 'error'")],
+)
+def test_what_a_file_cannot_keep_fails(tmp_path: Path, measure: object, message: str) -> None:
+    with pytest.raises(RuntimeError, match=message):
+        swept(tmp_path, measure=measure)
+    assert not list(tmp_path.glob("*.nc"))
+    assert not list(tmp_path.glob(".*"))
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"build": other}, "build = 'test_sweep_store.build', now it is 'test_sweep_store.other'"),
+        ({"until": 2e-4}, r"until = 0\.0001, now it is 0\.0002"),
+        ({"measure": largest}, "measure = None, now it is 'test_sweep_store.largest'"),
+    ],
+)
+def test_the_store_of_another_sweep(tmp_path: Path, changes: dict[str, object], message: str) -> None:
+    swept(tmp_path, material=[hl.PTFE], radius=[2e-3])
+    before = contents(tmp_path)
+    with pytest.raises(ValueError, match=message):
+        swept(tmp_path, **changes)
+    assert contents(tmp_path) == before
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A store of a good point, one that failed, and a manifest."""
+    folder = tmp_path_factory.mktemp("finished")
+    swept(folder, measure=largest, material=[hl.PTFE], radius=[2e-3, -1.0])
+    return folder
+
+
+@settings(max_examples=60)
+@given(place=st.floats(0.0, 1.0, exclude_max=True), flip=st.integers(1, 255), cut=st.booleans())
+@pytest.mark.parametrize("suffix", ["point", "failure", "manifest"])
+def test_damaged_files_are_told_and_left(finished: Path, suffix: str, place: float, flip: int, cut: bool) -> None:
+    path = {
+        "point": next(finished.glob("*.nc")),
+        "failure": next(path for path in finished.glob("*.json") if path.name != "sweep.json"),
+        "manifest": finished / "sweep.json",
+    }[suffix]
+    whole = path.read_bytes()
+    at = int(place * (len(whole) - 1))
+    broken = whole[:at] if cut else whole[:at] + bytes([whole[at] ^ flip]) + whole[at + 1 :]
+    if suffix != "point" and same_json(whole, broken):
+        return
+    try:
+        path.write_bytes(broken)
+        before = contents(finished)
+        with pytest.raises(ValueError, match=path.name):
+            swept(finished, measure=largest, material=[hl.PTFE], radius=[2e-3, -1.0, 3e-3])
+        assert contents(finished) == before
+    finally:
+        path.write_bytes(whole)
+
+
+def same_json(whole: bytes, broken: bytes) -> bool:
+    """Blanks between a record's items may change."""
+    try:
+        return bool(json.loads(whole) == json.loads(broken))
+    except ValueError:
+        return False
+
+
+def test_another_points_file_is_told(tmp_path: Path) -> None:
+    swept(tmp_path, material=[hl.PTFE], radius=[2e-3, 3e-3])
+    first, second = sorted(tmp_path.glob("*.nc"))
+    first.write_bytes(second.read_bytes())
+    with pytest.raises(ValueError, match=first.name):
+        swept(tmp_path, material=[hl.PTFE], radius=[2e-3, 3e-3])
+
+
+@pytest.mark.parametrize("name", ["notes.txt", "sweep.json", "0123456789abcdef0123456789abcdef.nc"])
+def test_foreign_folders_are_left_alone(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).write_text('{"mine": 1}')
+    before = contents(tmp_path)
+    with pytest.raises(ValueError, match=name if name.startswith("n") else r"sweep\.json"):
+        swept(tmp_path)
+    assert contents(tmp_path) == before
+
+
+def test_a_foreign_file_in_a_store(tmp_path: Path) -> None:
+    swept(tmp_path, material=[hl.PTFE], radius=[2e-3])
+    (tmp_path / "notes.txt").write_text("mine")
+    with pytest.raises(ValueError, match=r"notes\.txt"):
+        swept(tmp_path)
+
+
+def test_folders_that_cannot_be(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "file").write_text("mine")
+    for path in (tmp_path / "file", tmp_path / "file" / "store"):
+        with pytest.raises(ValueError, match="must be a folder that can be written"):
+            swept(path)
+    assert contents(tmp_path) == {tmp_path / "file": b"mine"}
+    monkeypatch.setattr(os, "access", lambda path, mode: False)
+    with pytest.raises(ValueError, match="must be a folder that can be written"):
+        swept(tmp_path / "store")
+    assert called == []
+
+
+def test_a_newer_format_is_told(tmp_path: Path) -> None:
+    swept(tmp_path, material=[hl.PTFE], radius=[2e-3])
+    path = tmp_path / "sweep.json"
+    path.write_text(json.dumps({**json.loads(path.read_text()), "version": 2}))
+    with pytest.raises(ValueError, match="version = 2"):
+        swept(tmp_path)
+
+
+def test_half_written_files_go_when_they_are_old(tmp_path: Path) -> None:
+    """A younger one may be another sweep's."""
+    swept(tmp_path, material=[hl.PTFE], radius=[2e-3])
+    old, young = tmp_path / ".old.part", tmp_path / ".young.part"
+    for path in (old, young):
+        path.write_text("half")
+    os.utime(old, (0.0, 0.0))
+    swept(tmp_path, material=[hl.PTFE], radius=[2e-3])
+    assert not old.exists()
+    assert young.exists()
+
+
+@dataclass(frozen=True)
+class Case:
+    name: str
+    sizes: tuple[float, ...]
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"radius": [2e-3, len]}, "radius = <built-in function len>: must be a number"),
+        ({"material": [object()]}, "material = <object"),
+        ({"radius": [1j]}, "radius = 1j"),
+        (
+            {"material": [hl.half_space(hl.PTFE)], "radius": [hl.rod([hl.Layer(hl.PTFE, 0.1, 0.01)])]},
+            "must be a number",
+        ),
+        ({"build": lambda material, radius: build(material, radius)}, "build = .*must have a name"),
+        ({"measure": lambda run: run}, "measure = .*must have a name"),
+        ({"store": 3}, "store = 3"),
+        ({"retry": 1}, "retry = 1"),
+        ({"retry": True, "store": None}, "retry = True: needs the store"),
+        ({"error": [1.0]}, "error is a name"),
+    ],
+)
+def test_bad_input_leaves_no_folder(tmp_path: Path, changes: dict[str, object], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        swept(**{"store": tmp_path / "store", **changes})  # type: ignore[arg-type]
+    assert not (tmp_path / "store").exists()
+
+
+numbers = st.one_of(st.booleans(), st.integers(), st.floats(allow_nan=False), st.text(max_size=3), st.none())
+
+
+@given(numbers, numbers)
+def test_points_are_told_apart(one: object, two: object) -> None:
+    same = type(one) is type(two) and repr(one) == repr(two)
+    assert (describe_point({"a": one}) == describe_point({"a": two})) is same
+    assert (describe_point({"a": Case("", (one,))}) == describe_point({"a": Case("", (two,))})) is same  # type: ignore[arg-type]
+
+
+@given(st.floats(allow_nan=False), st.integers(-(2**60), 2**60))
+def test_numpy_numbers_are_numbers(number: float, count: int) -> None:
+    plain = describe_point({"a": number, "b": count, "c": [number, number], "d": True})
+    numpy = {"d": np.bool_(True), "c": np.array([number] * 2), "b": np.int64(count), "a": np.float64(number)}
+    assert describe_point(numpy) == plain
+
+
+def test_objects_are_told_apart() -> None:
+    """By class and by everything that builds them."""
+    bead = hl.Sphere(2e-3, hl.PTFE)
+    values = [bead, hl.Sphere(2e-3, hl.ACRYLIC), hl.HollowSphere(2e-3, 1e-3, hl.PTFE), hl.Chain([bead] * 2, bead, 0.3)]
+    values += [hl.Chain([bead] * 2, bead, 0.4), Case("a", (1.0,)), {"name": "a", "sizes": [1.0]}, ["a", [1.0]]]
+    assert len({describe_point({"a": value}) for value in values}) == len(values)
+
+
+def test_progress_estimates_the_time_left(caplog: pytest.LogCaptureFixture) -> None:
+    """Ten points were there, four take 3 s each, sixteen are left: 48 s; a line every ten seconds at most."""
+    now = [0.0]
+    with caplog.at_level(logging.INFO, "hertzlink.sweep"), Progress(30, 10, 1, clock=lambda: now[0]) as progress:
+        assert np.isnan(progress.left())
+        for number in range(4):
+            now[0] += 3.0
+            progress.advance(failed=number == 2)
+        assert progress.left() == pytest.approx(48.0)
+        assert [record.getMessage() for record in caplog.records] == ["14 of 30 points, 2 failed, about 00:48 left"]
+        for _ in range(9):
+            now[0] += 1.0
+            progress.advance()
+    assert len(caplog.records) == 1
+
+
+def spoiling(material: hl.Material, radius: float) -> hl.CoSimulation:
+    """Takes away the points that were finished before it."""
+    for path in Path("store").glob("*.nc"):
+        path.unlink()
+    return build(material, radius)
+
+
+def test_points_that_are_taken_away_are_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(RuntimeError, match=r"taken out of .*store"):
+        swept(tmp_path / "store", build=spoiling)
+
+
+SCRIPT = """
+import sys, time
+import hertzlink as hl
+
+def build(material, radius):
+    with open("runs", "a") as file:
+        file.write(f"{material.name} {radius}\\n")
+    time.sleep(0.05)
+    if radius == 5e-3:
+        raise ValueError("five")
+    bead = hl.Sphere(radius, hl.STEEL_440C)
+    return hl.CoSimulation(hl.Chain([bead] * 3, bead, 0.3, gravity=9.81), hl.half_space(material))
+
+def run(jobs, store, radii=[1e-3, 2e-3, 3e-3, 4e-3, 5e-3, 6e-3]):
+    materials = [hl.PTFE, hl.ACRYLIC, hl.NYLON, hl.COPPER, hl.STEEL_316]
+    return hl.sweep(build, 1e-4, jobs=jobs, store=store, material=materials, radius=radii)
+"""
+
+
+@pytest.mark.thorough
+def test_killed_sweeps_resume(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Killed at chance moments, in one process and in two: a finished point is never run again, and no bit differs."""
+    (tmp_path / "swept_script.py").write_text(SCRIPT)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    import swept_script  # type: ignore[import-not-found]
+
+    store, chance = tmp_path / "store", random.Random(1)
+    seen: dict[str, int] = {}
+    for jobs in (1, 1, 2):
+        target = len(list(store.glob("*"))) + chance.randint(3, 6)
+        command = [sys.executable, "-c", f"import swept_script; swept_script.run({jobs}, 'store')"]
+        with subprocess.Popen(command, env={**os.environ, "PYTHONPATH": os.pathsep.join([".", *sys.path])}) as process:
+            while len(list(store.glob("*"))) < target:
+                assert process.poll() is None
+                time.sleep(0.01)
+            time.sleep(chance.uniform(0.0, 0.1))
+            process.send_signal(signal.SIGKILL)
+            process.wait()
+        begun = (tmp_path / "runs").read_text()
+        time.sleep(0.3)
+        assert (tmp_path / "runs").read_text() == begun, "processes of a sweep that was killed must begin nothing"
+        for one, count in counted(store).items():
+            assert seen.setdefault(one, count) == count
+    resumed = swept_script.run(1, store)
+    runs = Counter((tmp_path / "runs").read_text().splitlines())
+    assert len(runs) == 30
+    assert all(runs[one] == count for one, count in seen.items())
+    assert sum(runs.values()) <= 30 + 1 + 1 + 2
+    assert (resumed.error.sel(radius=5e-3) == "ValueError: five").all()
+    radii = [1e-3, 2e-3, 3e-3, 4e-3, 6e-3]
+    straight = swept_script.run(1, None, radii)
+    assert resumed.sel(radius=radii).drop_vars("error").identical(straight)
+
+
+def counted(store: Path) -> dict[str, int]:
+    """How often each point was run that is now in the store."""
+    runs = Counter(Path("runs").read_text().splitlines())
+    found = {}
+    for path in store.iterdir():
+        if path.suffix == ".nc":
+            with xr.open_dataset(path, engine="h5netcdf") as file:
+                point = json.loads(file.sweep_point)
+        elif path.suffix == ".json" and path.name != "sweep.json":
+            point = json.loads(json.loads(path.read_text())["point"])
+        else:
+            continue
+        one = f"{point['material']['name']} {point['radius']}"
+        found[one] = runs[one]
+    return found
+
+
+def deadly(folder: str, radius: float) -> hl.CoSimulation:
+    """3 mm kill their process."""
+    with (Path(folder) / "runs").open("a") as file:
+        file.write(f"{radius}\n")
+    if radius == 3e-3:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return build(hl.PTFE, radius)
+
+
+@pytest.mark.thorough
+def test_a_process_that_dies_ends_its_own_point_alone(tmp_path: Path) -> None:
+    radii = [1e-3, 2e-3, 3e-3, 4e-3, 5e-3]
+    runs = hl.sweep(deadly, UNTIL, jobs=2, store=tmp_path / "store", folder=[str(tmp_path)], radius=radii).squeeze()
+    assert runs.error.sel(radius=3e-3).item().startswith("TerminatedWorkerError: the process that ran it was killed")
+    good = [radius for radius in radii if radius != 3e-3]
+    assert (runs.error.sel(radius=good) == "").all()
+    straight = swept(material=[hl.PTFE], radius=good).squeeze()
+    assert np.array_equal(runs.contact_force.sel(radius=good).values, straight.contact_force.values)
+    counts = Counter((tmp_path / "runs").read_text().split())
+    assert counts["0.003"] == 2
+    assert sum(counts.values()) <= len(radii) + 2, "what was finished must not be run again"
