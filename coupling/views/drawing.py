@@ -205,9 +205,11 @@ def _values(motion: xr.Dataset, show: str) -> Vector:
 
 def _history(run: xr.Dataset, motion: xr.Dataset) -> tuple[Vector, Vector]:
     """Time (µs) and force of the last bead above the preload (N), over what the motion shows and what came before."""
-    force = (instance("run", run, xr.Dataset, "the Dataset of a run").contact_force - run.static_force).isel(contact=-1)
-    if force.dims != ("time",):
-        raise ValueError("run: must be the Dataset of one run")
+    forces = instance("run", run, xr.Dataset, "the Dataset of a run").contact_force - run.static_force
+    if set(forces.dims) != {"time", "contact"}:
+        raise ValueError("run: must be the Dataset of one run; of several chains choose one, run.isel(chain=0)")
+    # Chains shorter than the longest are filled up with NaN.
+    force = forces.dropna("contact", how="all").isel(contact=-1)
     shown = force.sel(time=slice(None, max(float(motion.time[-1]), 2.0 * float(run.time[1]))))
     if motion.sizes["time"] == 1:
         shown = force
