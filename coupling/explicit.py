@@ -13,6 +13,9 @@ from structures.structure import Vector
 
 MOST_ORDER = 2
 
+MOST_MADE = 0.05
+"""Part of the impact energy; what makes or loses more of it is no longer the motion of the bodies."""
+
 
 @dataclass(frozen=True)
 class Explicit:
@@ -68,7 +71,11 @@ class Explicit:
             raise NotConverged(
                 f"foretold force {wrong:.3g} N beside the answer, tolerance {enough:.3g} N", evaluations=1
             )
-        return [interface.next(state, length, followed, pushed, surface, force, (answer, work), seen, 1)]
+        end = interface.next(state, length, followed, pushed, surface, force, (answer, work), seen, 1)
+        made = float(abs((end.ledger.given - end.ledger.work).sum())) / interface.impact_energy
+        if self.tolerance is not None and made > MOST_MADE:
+            raise NotConverged(f"the exchange has made or lost {made:.2g} of the impact energy", evaluations=1)
+        return [end]
 
     def _enough(self, interface: Interface, length: float) -> float:
         """The greatest difference between foretold and answered forces, N; in short substeps its impulse counts."""

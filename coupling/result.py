@@ -53,6 +53,9 @@ BODIES = {"displacement": "bead", "velocity": "bead", "contact_force": "contact"
 
 ADDRESS = re.compile(" at 0x[0-9a-fA-F]+")
 
+LARGE = 0.01
+"""Part of the impact energy that an exchange may make or lose without a warning."""
+
 log = logging.getLogger("hertzlink.result")
 
 
@@ -179,8 +182,8 @@ def _coordinates(interface: Interface, times: Any, bodies: int) -> dict[str, Any
 
 
 def _warnings(interface: Interface, frames: Frames) -> list[str]:
-    """What to know of the contact laws; what is new of it is logged."""
-    warnings = []
+    """What to know of the contact laws and of the exchange; what is new of it is logged."""
+    warnings = _of_mismatch(interface, frames)
     for number, chain in enumerate(interface.chains):
         own, seat = frames.chains[number], interface.of_chain[number][0]
         place = np.column_stack([own.position, frames.surface[seat]])
@@ -192,6 +195,19 @@ def _warnings(interface: Interface, frames: Frames) -> list[str]:
             log.warning("%s", caution)
         warnings += told + new
     return warnings
+
+
+def _of_mismatch(interface: Interface, frames: Frames) -> list[str]:
+    """Where the exchange made or lost energy that is not small."""
+    worst = float(abs((frames.given - frames.work).sum(axis=0)).max()) / interface.impact_energy
+    if not worst > LARGE:
+        return []
+    caution = (
+        f"the exchange made or lost {100.0 * worst:.2g} % of the impact energy, see interface_mismatch; take shorter "
+        "windows, or a scheme that iterates"
+    )
+    log.warning("%s", caution)
+    return [caution]
 
 
 def summary(run: xr.Dataset) -> str:

@@ -417,3 +417,16 @@ def test_schemes_agree_on_any_oscillator(mass: float, stiffness: float, damping:
     exact = runs.pop("condensed").velocity
     for name, run in runs.items():
         assert abs(run.velocity - exact).max() < (1e-5 if name in STRONG else 1e-2) * 0.31
+
+
+def test_an_explicit_scheme_that_grows_unstable_stops() -> None:
+    """A thousandth of a bead at 1 µs: the lagged force feeds it; unchecked, the run tells so."""
+    case = CASES["lighter"]()
+    with pytest.raises(hl.NotConverged, match=r"t = 0\.000\d+ s, .*the exchange has made or lost 0\.05 of the impact"):
+        hl.CoSimulation(case.chains[0], case.structures[0], hl.Explicit(), window=1e-6, substeps=1).run(1e-3)
+
+
+def test_an_exchange_that_makes_energy_is_warned_of() -> None:
+    case = CASES["chattering"]()
+    run = hl.CoSimulation(case.chains[0], case.structures[0], hl.Explicit(0, parallel=True)).run(case.until)
+    assert "the exchange made or lost 1.5 % of the impact energy" in run.attrs["warnings"]
