@@ -293,7 +293,6 @@ class CoSimulation:
         if not self.structure.conservative:
             # The midpoint's identity: what the work leaves beside the energy, damping took.
             frames.damped[:] = frames.work - frames.kinetic - frames.elastic
-        frames.felt[:] = frames.work
 
     def _check(self, state: CoupledState) -> None:
         """Raises FloatingPointError for what is no longer finite, ValueError for participants that make energy."""

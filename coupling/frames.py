@@ -40,31 +40,28 @@ class Frames:
     """Saved times from row 0, the start, on.
 
     Contacts × saved times: surface (m), work and given (J), impulse (N s), see Ledger. Structures × saved times:
-    kinetic, elastic and damped (J), NaN where not known, and felt, the work on each. For each saved time: evaluations,
-    substeps and residual, see Counts.
+    kinetic, elastic and damped (J), NaN where not known. For each saved time: evaluations, substeps and residual, see
+    Counts.
     """
 
     def __init__(self, interface: Interface, rows: int) -> None:
         self.rows = rows
         self.chains = [ChainFrames(rows, chain.mass.size) for chain in interface.chains]
         self.surface, self.work, self.given, self.impulse = (np.zeros((interface.size, rows)) for _ in range(4))
-        self.kinetic, self.elastic, self.felt, self.damped = (
-            np.zeros((len(interface.structures), rows)) for _ in range(4)
-        )
+        self.kinetic, self.elastic, self.damped = (np.zeros((len(interface.structures), rows)) for _ in range(3))
         self.evaluations, self.substeps, self.residual = (np.zeros(rows) for _ in range(3))
 
     def record(self, interface: Interface, row: int, state: CoupledState, counts: Counts, length: float) -> None:
         """Put a state into a row. length, s: of a substep."""
         past = state.past
-        rate = np.zeros(interface.size)
-        if past:
-            before = past[-2].surface if len(past) > 1 else rate
-            rate = (past[-1].surface - before) / past[-1].length
         for number, (chain, into) in enumerate(zip(interface.chains, self.chains, strict=True)):
             y, v, lost, time, driven = state.chains[number]
             seat = interface.of_chain[number][0]
+            wall, rate = float(state.surface[seat]), 0.0
+            if past:
+                rate = (wall - float(past[-2].surface[seat] if len(past) > 1 else 0.0)) / past[-1].length
             into.kinetic[row], into.potential[row] = kernels.frame(
-                y, v, chain.constants, time, float(state.surface[seat]), float(rate[seat]), into.contact_force[row]
+                y, v, chain.constants, time, wall, rate, into.contact_force[row]
             )
             into.position[row], into.velocity[row] = y, v
             into.lost[row], into.driven[row] = lost, driven
@@ -74,7 +71,6 @@ class Frames:
             energies = structure.energies(state.structures[number], length, force) if known else (np.nan, np.nan)
             self.kinetic[number, row], self.elastic[number, row] = energies
             self.damped[number, row] = state.ledger.damped[number] if known else np.nan
-            self.felt[number, row] = sum(state.ledger.work[k] for k in interface.touched_by(number))
         self.surface[:, row] = state.surface
         self.work[:, row], self.given[:, row], self.impulse[:, row] = state.ledger[:3]
         self.evaluations[row], self.substeps[row], self.residual[row] = counts

@@ -81,8 +81,7 @@ class Interface:
         self.quadratic = quadratic
         self.structures: list[Any] = []
         self.contacts: list[Contact] = []
-        self._seats: dict[int, int] = {}
-        self._known: list[Any] = []
+        self._given: list[Any] = []
         for number, ends in enumerate(zip(facing, behind, strict=True)):
             for end, given in zip((LAST, FIRST), ends, strict=True):
                 if given is not None or end == LAST:
@@ -274,11 +273,13 @@ class Interface:
             raise ValueError(
                 f"{where}: has {count} contact points; say which one the chain faces by ContactPoint(structure, number)"
             )
-        if id(whole_one) not in self._seats:
-            self._seats[id(whole_one)] = len(self.structures)
-            self._known.append(whole_one)
+        place = next((i for i, one in enumerate(self._given) if one is whole_one), len(self._given))
+        if place == len(self._given):
+            self._given.append(whole_one)
             self.structures.append(_moving_structure(whole_one))
-        place = self._seats[id(whole_one)]
+            bodies = [one.structure for one in self.structures if isinstance(one, MovingStructure)]
+            if len({id(body) for body in bodies}) < len(bodies):
+                raise ValueError(f"{where}: is in two MovingStructures, which would move apart; give one of them twice")
         if any(contact[2:] == (place, point or 0) for contact in self.contacts):
             raise ValueError(
                 f"{where}: another end of a chain faces that contact point; give it one for each, such as "

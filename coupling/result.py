@@ -62,7 +62,8 @@ log = logging.getLogger("hertzlink.result")
 def dataset(interface: Interface, frames: Frames, interval: float, given: Mapping[str, Any]) -> xr.Dataset:
     """The Dataset of one run; `given` is its input. Chains shorter than the longest are filled up with NaN."""
     chains = [_of_chain(interface, frames, number) for number in range(len(interface.chains))]
-    values: dict[str, Any] = {name: [chain[name] for chain in chains] for name in chains[0]} | _of_both_sides(frames)
+    values: dict[str, Any] = {name: [chain[name] for chain in chains] for name in chains[0]}
+    values |= _of_both_sides(interface, frames)
     values["gap"] = [_gap(interface, frames, k) for k in range(interface.size)]
     bodies = max(chain.mass.size for chain in interface.chains)
     variables = {}
@@ -113,21 +114,22 @@ def _gap(interface: Interface, frames: Frames, k: int) -> Vector:
     return np.asarray(frames.surface[k] - position[:, -1]) if faces else np.full(frames.rows, np.nan)
 
 
-def _of_both_sides(frames: Frames) -> dict[str, Vector]:
+def _of_both_sides(interface: Interface, frames: Frames) -> dict[str, Vector]:
     """What belongs to contacts, structures and the run: contacts or structures × saved times."""
     energy = frames.kinetic + frames.elastic
+    work = np.stack([frames.work[interface.touched_by(place)].sum(axis=0) for place in range(len(energy))])
     return {
         "surface_displacement": frames.surface,
         "interface_work": frames.work,
         "interface_work_of_chain": frames.given,
         "interface_mismatch": frames.given - frames.work,
         "interface_impulse": frames.impulse,
-        "structure_work": frames.felt,
+        "structure_work": work,
         "structure_kinetic_energy": frames.kinetic,
         "structure_elastic_energy": frames.elastic,
         "structure_energy": energy,
         "structure_dissipated_energy": frames.damped,
-        "structure_numerical_loss": frames.felt - energy - frames.damped,
+        "structure_numerical_loss": work - energy - frames.damped,
         "evaluations": frames.evaluations,
         "substeps": frames.substeps,
         "residual": frames.residual,

@@ -452,3 +452,11 @@ def test_a_dashpot_that_closes_on_a_light_tip_does_not_stop_an_explicit_run() ->
     )
     assert found.velocity.values == pytest.approx(expected.velocity.values, abs=1e-3 * 0.31)
     assert hl.energy_error(found) < 1e-4
+
+
+def test_one_structure_in_two_moving_ones_is_refused() -> None:
+    """The two would know nothing of each other."""
+    body = hl.rod([hl.Layer(hl.ACRYLIC, 0.03, 0.01)], base="contact", elements=4)
+    ends = [hl.ContactPoint(hl.MovingStructure(body), number) for number in range(2)]
+    with pytest.raises(ValueError, match=r"structure\[1\]: is in two MovingStructures"):
+        hl.CoSimulation([hl.Chain([BEAD] * 3, BEAD, 0.3)] * 2, ends)
