@@ -10,8 +10,9 @@ from coupling.state import CoupledState, NotConverged, foretold
 from structures.checks import within
 from structures.structure import Vector
 
-SUBSTEPS_PER_CONTACT = 64
-"""Substeps in the shortest contact's duration, where both sides agree on every one of them."""
+SUBSTEPS_PER_CONTACT = 112
+"""Substeps in the shortest contact's duration, where both sides agree on every one of them. With 64 the worst amplitude
+ratio found, on a tip of one bead's mass that chatters, was off by 3e-4; the error falls with the square."""
 
 TOLERANCES = 1e-14, 1.0
 """Below lies rounding."""
