@@ -131,7 +131,9 @@ class CoSimulation:
         checkpoint: str | Path | None = None,
         trace: bool = False,
     ) -> xr.Dataset:
-        """Simulate up to `until` (s) and return what was saved every `save_every` s (by default every substep).
+        """Simulate up to `until` (s) and return what was saved every `save_every` s.
+
+        By default that is every substep of a window that was given, else 64 times in the shortest contact or more.
 
         The last saved time is `until`, or the last whole interval before it.
         By default times are `until` divided by a power of two, so that runs of the same length share theirs.

@@ -30,7 +30,8 @@ class Adaptive:
 
     The error of a window is what the parabola through its ends and the node before has beyond the straight line that
     the surface follows, in units of the greatest approach of a contact; a tenth of it where nothing touches.
-    tolerance: of that error. Amplitude ratios are then within some three tolerances of those with tiny windows (tests).
+    tolerance: of that error. Amplitude ratios are then within some three tolerances of those with tiny windows (tests),
+    within fifteen on light plates.
     """
 
     tolerance: float = 1e-5
