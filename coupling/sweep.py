@@ -47,16 +47,17 @@ def sweep(
     The Dataset has a dimension for each axis (named values, such as materials, become their names) and the
     attributes of the first run. All runs share the sampling of the coarsest. Points that share all but the last
     axis run in one process, one after the other, so that `build` may cache what they have in common.
-    Raises ValueError for an empty axis or a name that every run has; an error in one point ends the sweep.
+    Raises ValueError for an empty axis or a name that every run has. An error in one point ends the sweep, with a note
+    that names the point.
 
     store: a folder that keeps each point as soon as it is finished, as netCDF. The same sweep again, after it was
     killed or with longer axes, runs the points that are not there, and gives what one straight sweep would. Axes are
     then numbers, texts, or dataclasses of these, such as materials. The store knows build and measure by their names
     alone: give another folder where their code has changed, or what they take from around them. A point that fails
-    (ValueError, TypeError, LookupError, RuntimeError, ArithmeticError, or its process dies, alone too) is recorded
-    there, and the others go on: the Dataset has NaN for it, and the error as text in the variable `error`, which is
-    empty where all is well. It is not run again but with `retry`. With jobs=1 points run in this process, and one that
-    kills it ends the sweep. Sweeps may share a store; at once they might run a point twice, which does no harm.
+    (any Exception of build, the run or measure, or its process dies, alone too) is recorded there, and the others go
+    on: the Dataset has NaN for it, and the error as text in the variable `error`, which is empty where all is well. It
+    is not run again but with `retry`. With jobs=1 points run in this process, and one that kills it ends the sweep.
+    Sweeps may share a store; at once they might run a point twice, which does no harm.
     cluster: a `distributed.Client`, or the address of its scheduler, instead of processes; see `on_cluster`.
     Raises ValueError for a store of another sweep, or with damaged or foreign files, which are left alone; RuntimeError
     where all points fail.

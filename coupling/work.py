@@ -17,9 +17,6 @@ from structures.checks import instance
 IDLE = 30
 """Seconds after which a process without work ends, as those of a sweep that was killed."""
 
-FAILURES = (ValueError, TypeError, LookupError, RuntimeError, ArithmeticError)
-"""Errors of one point; others, such as a full disk, are the whole sweep's."""
-
 Outcome = xr.Dataset | Failure | None
 """A run, or why there is none; None for a run that its process has put into the store."""
 
@@ -48,7 +45,7 @@ class Work:
                 return run
             kept = instance("measure", self.measure(run), xr.Dataset, "a function that returns a Dataset")
             return kept.assign_attrs(run.attrs)
-        except FAILURES as error:
+        except Exception as error:
             error.add_note(f"in the sweep's point {point!r}")
             raise
 
@@ -56,7 +53,9 @@ class Work:
         """The same, errors returned."""
         try:
             return self.run(point)
-        except FAILURES as error:
+        # The user's own code may raise any error, and none may cost the points that are well. What is not the point's
+        # own (KeyboardInterrupt, SystemExit, a store that cannot be written) still ends the sweep.
+        except Exception as error:  # noqa: BLE001 - see above
             return Failure(type(error).__name__, str(error))
 
     def finish(self, point: Point) -> Outcome:

@@ -183,6 +183,35 @@ def test_errors_of_measure_count(tmp_path: Path) -> None:
     assert "radius" in caught.value.__notes__[0]
 
 
+class OwnError(Exception):
+    """No kind of error that Python knows."""
+
+
+def own_error(material: hl.Material, radius: float) -> hl.CoSimulation:
+    if radius == 3e-3:
+        raise OwnError("three")
+    return build(material, radius)
+
+
+def test_errors_of_any_kind_count(tmp_path: Path) -> None:
+    runs = swept(tmp_path, build=own_error)
+    assert (runs.error.sel(radius=3e-3) == "OwnError: three").all()
+    assert (runs.error.sel(radius=[2e-3, 4e-3]) == "").all()
+    with pytest.raises(OwnError) as caught:
+        swept(build=own_error)
+    assert "'radius': 0.003" in caught.value.__notes__[0]
+
+
+def stopping(material: hl.Material, radius: float) -> hl.CoSimulation:
+    raise KeyboardInterrupt
+
+
+def test_an_interrupt_ends_the_sweep(tmp_path: Path) -> None:
+    with pytest.raises(KeyboardInterrupt):
+        swept(tmp_path, build=stopping)
+    assert [path.name for path in tmp_path.iterdir()] == ["sweep.json"]
+
+
 def date(run: xr.Dataset) -> xr.Dataset:
     return xr.Dataset({"a": ((), np.datetime64("2020-01-01", "ns"))})
 
