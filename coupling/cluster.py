@@ -164,7 +164,7 @@ def _fetched(distributed: ModuleType, future: Any) -> xr.Dataset | Failure | Non
 def _run(task: bytes, point: bytes) -> xr.Dataset | Failure:
     """On a worker."""
     work, guarded = _unpacked(task)
-    return work.attempt(pickle.loads(point)) if guarded else work.run(pickle.loads(point))
+    return work.attempt(pickle.loads(point)) if guarded else work.run_elsewhere(pickle.loads(point))
 
 
 def _packed(value: object) -> bytes:

@@ -48,7 +48,7 @@ def sweep(
     attributes of the first run. All runs share the sampling of the coarsest. Points that share all but the last
     axis run in one process, one after the other, so that `build` may cache what they have in common.
     Raises ValueError for an empty axis or a name that every run has. An error in one point ends the sweep, with a note
-    that names the point.
+    that names the point (RuntimeError where its process dies, or for an error that no pickle can hold).
 
     store: a folder that keeps each point as soon as it is finished, as netCDF. The same sweep again, after it was
     killed or with longer axes, runs the points that are not there, and gives what one straight sweep would. Axes are
