@@ -58,7 +58,10 @@ def sweep(
     on: the Dataset has NaN for it, and the error as text in the variable `error`, which is empty where all is well. It
     is not run again but with `retry`. With jobs=1 points run in this process, and one that kills it ends the sweep.
     Sweeps may share a store; at once they might run a point twice, which does no harm.
-    cluster: a `distributed.Client`, or the address of its scheduler, instead of processes; see `on_cluster`.
+    cluster: a `distributed.Client`, or the address of its scheduler, instead of processes. The
+    workers need hertzlink; this process alone writes the store. Where a worker dies, others run what it was running; a
+    point that several died of fails as above. ConnectionError where the scheduler is lost, or for a minute no worker is
+    there.
     Raises ValueError for a store of another sweep, or with damaged or foreign files, which are left alone; RuntimeError
     where all points fail.
     """
