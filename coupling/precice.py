@@ -13,10 +13,11 @@ import numpy as np
 import xarray as xr
 
 from coupling.guest import GuestState, advance, guest_chain, start
+from coupling.paths import path_of
 from coupling.result import provenance, variable
 from particles.chain import Chain
 from particles.moving import MovingChain
-from structures.checks import each, finite, instance, one_of, positive
+from structures.checks import each, finite, instance, one_of, positive, short
 from structures.structure import Vector
 from structures.surface import Surface
 
@@ -54,10 +55,10 @@ def run_in_precice(
     moving = guest_chain(chain, surface, flexibility, dt)
     longest = inf if window is None else positive("window", window, "s")
     called = NAMES | _names(names or {})
-    instance("configuration", configuration, str | Path, "the name of a file")  # type: ignore[arg-type]
-    if not Path(configuration).is_file():
-        raise ValueError(f"configuration = {str(configuration)!r}: must be preCICE's configuration file")
-    interface = _Interface(precice, str(configuration), called, direction, position)
+    file = path_of("configuration", configuration, "name of a file")
+    if not file.is_file():
+        raise ValueError(f"configuration = {short(str(configuration))}: must be preCICE's configuration file")
+    interface = _Interface(precice, str(file), called, direction, position)
     states = _exchange(moving, interface, longest)
     given = {"chain": chain.describe(), "configuration": str(configuration), "names": called}
     return _dataset(moving, states, {**given, "window": window})

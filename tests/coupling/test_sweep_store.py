@@ -327,6 +327,29 @@ def test_folders_that_cannot_be(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     assert called == []
 
 
+@pytest.mark.parametrize(
+    ("path", "message"),
+    [
+        ("", "store = '': must be the path of a folder"),
+        ("null\0", r"store = 'null\\x00': must be the path of a folder"),
+        (b"store", "store = b'store': must be the path of a folder"),
+        ("none/a/b", r"store = 'none/a/b': must be a folder that can be written; .*none.a is none"),
+        ("~nobody of that name/store", "store = '~nobody of that name/store': must be the path of a folder"),
+    ],
+)
+def test_paths_that_cannot_be(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, path: str, message: str) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ValueError, match=message):
+        hl.sweep(build, UNTIL, jobs=1, store=path, material=[hl.PTFE], radius=[2e-3])
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_store_in_the_users_own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("HOME", str(tmp_path))
+    hl.sweep(build, UNTIL, jobs=1, store="~/kept", material=[hl.PTFE], radius=[2e-3])
+    assert len(list((tmp_path / "kept").glob("*.nc"))) == 1
+
+
 def test_a_newer_format_is_told(tmp_path: Path) -> None:
     swept(tmp_path, material=[hl.PTFE], radius=[2e-3])
     path = tmp_path / "sweep.json"
