@@ -42,7 +42,7 @@ def run_in_precice(
     "Chain", "mesh": "Chain-Mesh", "displacement": "Displacement", "force": "Force". The mesh has one vertex, at
     `position` (m, by default the origin). The chain reads the displacement of the surface (m, from static equilibrium)
     and writes the mean force over preCICE's window so far (N, above the static one), both positive away from the
-    chain; data that are vectors along `direction`, the way that the chain pushes.
+    chain; data that are vectors along `direction`, the way that the chain pushes, which is None where both are scalars.
     The surface moves linearly over a step: preCICE's window, or an even part of it no longer than `window` (s), which
     suits a displacement of waveform-degree 2 or more. The force is meant to be constant over preCICE's window, with
     waveform-degree="0" and substeps="false"; then the interface creates no energy if the coupling is implicit.
@@ -108,6 +108,8 @@ class _Interface:
             self.participant.get_data_dimensions(names["mesh"], name)
             for name in (names["displacement"], names["force"])
         ]
+        if direction is not None and max(sizes) == 1:
+            raise ValueError(f"direction = {short(direction)}: must be None, since displacement and force are scalars")
         self.directions = [self._along(direction, size) for size in sizes]
         self.vertices = self.participant.set_mesh_vertices(names["mesh"], vertex[np.newaxis])
 
