@@ -1,6 +1,7 @@
 """Sweeps: any axes into one Dataset, the same numbers as single runs, in one process or more."""
 
 import os
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -87,6 +88,9 @@ def of_beads(count: int) -> hl.CoSimulation:
         (on_half_space, {"until": -1.0, "radius": [1e-3]}, "until = -1"),
         (on_half_space, {"jobs": 0, "radius": [1e-3]}, "jobs = 0"),
         (on_half_space, {"radius": [1e-3, -1e-3]}, r"radius = -0\.001"),
+        (on_half_space, {"radius": [1e-3, 2e-3, 1e-3]}, r"radius = .*: must not hold 0\.001 twice"),
+        (on, {"length": [0.1], "material": [hl.PTFE, replace(hl.PTFE, density=1.0)]}, "must not hold 'PTFE' twice"),
+        (on, {"length": [0.1]}, r"takes material, length, but the axes are length \(missing .*'material'"),
         (on_half_space, {"time": [1e-3]}, "time is a name that every run uses"),
         (on_half_space, {"velocity": [1e-3]}, "velocity is a name that every run uses"),
         (3, {"radius": [1e-3]}, "build = 3"),

@@ -101,12 +101,6 @@ def test_longer_axes_run_the_new_points_alone(tmp_path: Path) -> None:
     assert turned.transpose(*grown.dims).identical(grown)
 
 
-def test_a_value_given_twice_is_run_once(tmp_path: Path) -> None:
-    twice = swept(tmp_path, material=[hl.PTFE], radius=[3e-3, 2e-3, 3e-3])
-    assert called == [("PTFE", 3e-3), ("PTFE", 2e-3)]
-    assert twice.isel(radius=0).identical(twice.isel(radius=2))
-
-
 def test_a_point_is_a_netcdf_file(tmp_path: Path) -> None:
     runs = swept(tmp_path, measure=largest, material=[hl.PTFE], radius=[2e-3])
     (path,) = tmp_path.glob("*.nc")
@@ -389,6 +383,7 @@ class Case:
         ({"build": lambda material, radius: build(material, radius)}, "build = .*must have a name"),
         ({"measure": lambda run: run}, "measure = .*must have a name"),
         ({"store": 3}, "store = 3"),
+        ({"lenght": [1.0]}, r"build = .*: takes material, radius, but the axes are .*lenght \(got an unexpected"),
         ({"retry": 1}, "retry = 1"),
         ({"retry": True, "store": None}, "retry = True: needs the store"),
         ({"error": [1.0]}, "error is a name"),
