@@ -2,6 +2,7 @@
 
 import logging
 import pickle
+import time
 from collections import deque
 from collections.abc import Iterable, Iterator
 from concurrent.futures import CancelledError
@@ -19,6 +20,9 @@ from coupling.work import Batch, Outcome, Work
 POLL = 5.0
 """Seconds after which a cluster is asked again how large it is."""
 
+PATIENCE = 60.0
+"""Seconds after which a cluster without workers ends the sweep."""
+
 log = logging.getLogger("hertzlink.sweep")
 
 
@@ -29,7 +33,7 @@ def on_cluster(work: Work, batches: list[Batch], cluster: Any) -> Iterator[tuple
     Where a worker dies, what it was running goes to others. A point that was running when several died (distributed's
     `allowed-failures` and one more) is tried again with nothing else on the cluster, and has failed if they die again;
     without a store the first time ends the sweep.
-    Raises RuntimeError then, and ConnectionError where the scheduler is lost.
+    Raises RuntimeError then, and ConnectionError where the scheduler is lost, or no worker is there for PATIENCE.
     """
     distributed = import_distributed()
     killed: dict[int, Point] = {}
@@ -66,6 +70,8 @@ def check_cluster(cluster: Any) -> None:
             f"cluster = {cluster!r}: must be a distributed.Client that is not asynchronous, or a scheduler's address, "
             "such as 'tcp://10.0.0.1:8786'"
         )
+    if getattr(cluster, "status", "running") in ("closing", "closed"):
+        raise ValueError(f"cluster = {cluster!r}: is closed; give a distributed.Client that is open")
 
 
 @contextmanager
@@ -93,9 +99,11 @@ def _spread(
         # Tied to a worker, however loosely, it would never run where all workers died and others came.
         running[client.submit(_run, task, _packed(point), pure=False)] = i, point, batch
 
+    absence = _Absence()
     try:
         while waiting or running:
             threads = sum(client.nthreads().values())
+            absence.tell(threads)
             while waiting and len(running) < max(1, threads):
                 begin(waiting.popleft())
             # All that is finished is fetched before anything begins that might end its worker.
@@ -107,6 +115,27 @@ def _spread(
             yield from ((i, point, outcome) for i, point, _, outcome in finished)
     finally:
         client.cancel(list(running))
+
+
+class _Absence:
+    """Tells of a cluster without workers: a warning, and at last a ConnectionError."""
+
+    def __init__(self) -> None:
+        self.seen, self.told = time.monotonic(), False
+
+    def tell(self, threads: int) -> None:
+        """threads: those that all workers have now."""
+        absent = time.monotonic() - self.seen
+        if threads:
+            self.seen, self.told = time.monotonic(), False
+        elif absent > PATIENCE:
+            raise ConnectionError(
+                f"cluster: has had no workers for {absent:.0f} s; start some before the sweep "
+                "(client.wait_for_workers(1) waits for the first)"
+            )
+        elif absent > 0.5 * POLL and not self.told:
+            log.warning("the cluster has no workers; waiting for some")
+            self.told = True
 
 
 def _finished(distributed: ModuleType, client: Any, futures: Iterable[Any]) -> list[Any]:
@@ -135,7 +164,7 @@ def _fetched(distributed: ModuleType, future: Any) -> xr.Dataset | Failure | Non
 def _run(task: bytes, point: bytes) -> xr.Dataset | Failure:
     """On a worker."""
     work, guarded = _unpacked(task)
-    return work.attempt(pickle.loads(point)) if guarded else work.run(pickle.loads(point))
+    return work.attempt(pickle.loads(point)) if guarded else work.run_elsewhere(pickle.loads(point))
 
 
 def _packed(value: object) -> bytes:

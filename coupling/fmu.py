@@ -12,7 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from coupling.guest import guest_chain
+from coupling.paths import path_of
 from particles.chain import Chain
+from structures.checks import short
 from structures.surface import Surface
 
 UNIT = Path(__file__).with_name("fmu_unit.py")
@@ -45,7 +47,7 @@ def write_fmu(
     content = _pickled(
         {"version": version("hertzlink"), "chain": chain, "surface": surface, "flexibility": flexibility, "dt": dt}
     )
-    with tempfile.TemporaryDirectory(prefix=f".{target.stem}-", dir=target.parent) as name:
+    with _beside(path, target) as name:
         folder = Path(name)
         script = Path(shutil.copy(UNIT, folder / f"{MODULE}.py"))
         (folder / CONTENT).write_bytes(content)
@@ -58,7 +60,7 @@ def write_fmu(
                 canSerializeFMUstate=True,
             )
         os.replace(whole, target)
-    return Path(path)
+    return Path(path).expanduser()
 
 
 def _builder() -> Any:
@@ -71,14 +73,24 @@ def _builder() -> Any:
 
 def _target(path: str | Path) -> Path:
     """The file to write, or a ValueError."""
-    if not isinstance(path, str | Path) or Path(path).suffix != ".fmu":
-        raise ValueError(f"path = {path!r}: must be the name of a file that ends in .fmu")
-    whole = Path(path).resolve()
+    what = "name of a file that ends in .fmu"
+    named = path_of("path", path, what)
+    if named.suffix != ".fmu":
+        raise ValueError(f"path = {short(path)}: must be the {what}")
+    whole = named.resolve()
     if whole.is_dir():
         raise ValueError(f"path = {str(path)!r}: is a folder; name a file")
     if not whole.parent.is_dir():
         raise ValueError(f"path = {str(path)!r}: its folder does not exist")
     return whole
+
+
+def _beside(path: str | Path, target: Path) -> tempfile.TemporaryDirectory[str]:
+    """A hidden folder next to the target, to be filled; a ValueError where there can be none."""
+    try:
+        return tempfile.TemporaryDirectory(prefix=f".{target.stem}-", dir=target.parent)
+    except OSError as error:
+        raise ValueError(f"path = {str(path)!r}: its folder cannot be written; {error.strerror}") from error
 
 
 def _pickled(content: dict[str, Any]) -> bytes:

@@ -13,10 +13,11 @@ import numpy as np
 import xarray as xr
 
 from coupling.guest import GuestState, advance, guest_chain, start
+from coupling.paths import path_of
 from coupling.result import provenance, variable
 from particles.chain import Chain
 from particles.moving import MovingChain
-from structures.checks import each, finite, instance, one_of, positive
+from structures.checks import each, finite, instance, one_of, positive, short
 from structures.structure import Vector
 from structures.surface import Surface
 
@@ -41,7 +42,7 @@ def run_in_precice(
     "Chain", "mesh": "Chain-Mesh", "displacement": "Displacement", "force": "Force". The mesh has one vertex, at
     `position` (m, by default the origin). The chain reads the displacement of the surface (m, from static equilibrium)
     and writes the mean force over preCICE's window so far (N, above the static one), both positive away from the
-    chain; data that are vectors along `direction`, the way that the chain pushes.
+    chain; data that are vectors along `direction`, the way that the chain pushes, which is None where both are scalars.
     The surface moves linearly over a step: preCICE's window, or an even part of it no longer than `window` (s), which
     suits a displacement of waveform-degree 2 or more. The force is meant to be constant over preCICE's window, with
     waveform-degree="0" and substeps="false"; then the interface creates no energy if the coupling is implicit.
@@ -54,10 +55,10 @@ def run_in_precice(
     moving = guest_chain(chain, surface, flexibility, dt)
     longest = inf if window is None else positive("window", window, "s")
     called = NAMES | _names(names or {})
-    instance("configuration", configuration, str | Path, "the name of a file")  # type: ignore[arg-type]
-    if not Path(configuration).is_file():
-        raise ValueError(f"configuration = {str(configuration)!r}: must be preCICE's configuration file")
-    interface = _Interface(precice, str(configuration), called, direction, position)
+    file = path_of("configuration", configuration, "name of a file")
+    if not file.is_file():
+        raise ValueError(f"configuration = {short(str(configuration))}: must be preCICE's configuration file")
+    interface = _Interface(precice, str(file), called, direction, position)
     states = _exchange(moving, interface, longest)
     given = {"chain": chain.describe(), "configuration": str(configuration), "names": called}
     return _dataset(moving, states, {**given, "window": window})
@@ -107,6 +108,8 @@ class _Interface:
             self.participant.get_data_dimensions(names["mesh"], name)
             for name in (names["displacement"], names["force"])
         ]
+        if direction is not None and max(sizes) == 1:
+            raise ValueError(f"direction = {short(direction)}: must be None, since displacement and force are scalars")
         self.directions = [self._along(direction, size) for size in sizes]
         self.vertices = self.participant.set_mesh_vertices(names["mesh"], vertex[np.newaxis])
 

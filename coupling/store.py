@@ -19,6 +19,7 @@ import numpy as np
 import xarray as xr
 from h5netcdf import CompatibilityError
 
+from coupling.paths import path_of
 from coupling.result import versions
 
 Point = Mapping[str, Any]
@@ -112,14 +113,13 @@ class Store:
 def open_store(
     path: str | os.PathLike[str], build: Callable[..., Any], until: float, measure: Callable[..., Any] | None
 ) -> Store:
-    """The store in a folder, which is made where there is none.
+    """The store in a folder, which is made where there is none, in one that is there.
 
     Its manifest tells what decides the numbers beside the point: the names of build and measure, until (s), and
     hertzlink's version. Raises ValueError where these differ, for a folder that holds anything else or cannot be
     written, and for functions without a name of their own.
     """
-    if not isinstance(path, str | os.PathLike):
-        raise ValueError(f"store = {path!r}: must be the path of a folder")
+    folder = path_of("store", path, "path of a folder")
     manifest = {
         "format": FORMAT,
         "version": VERSION,
@@ -128,9 +128,10 @@ def open_store(
         "measure": None if measure is None else _named("measure", measure),
         "hertzlink": versions()["hertzlink"],
     }
-    folder = Path(path).absolute()
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        if not folder.parent.is_dir():
+            raise ValueError(f"store = {str(path)!r}: must be a folder that can be written; {folder.parent} is none")
+        folder.mkdir(exist_ok=True)
         names = sorted(os.listdir(folder))
         for name in names:
             if not OURS.fullmatch(name):

@@ -1,7 +1,9 @@
 """Many runs over any axes, in processes or on a cluster, into one Dataset; finished points may be kept in a store."""
 
+import inspect
 import logging
 import os
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import groupby, product
 from typing import TYPE_CHECKING, Any
@@ -16,7 +18,7 @@ from coupling.progress import Progress
 from coupling.result import DESCRIPTIONS
 from coupling.store import ERROR, Failure, Point, Store, describe_point, open_store
 from coupling.work import Batch, Outcome, Work, in_processes
-from structures.checks import instance, listed, positive, whole
+from structures.checks import instance, listed, positive, short, whole
 from structures.structure import Vector
 
 if TYPE_CHECKING:
@@ -47,25 +49,30 @@ def sweep(
     The Dataset has a dimension for each axis (named values, such as materials, become their names) and the
     attributes of the first run. All runs share the sampling of the coarsest. Points that share all but the last
     axis run in one process, one after the other, so that `build` may cache what they have in common.
-    Raises ValueError for an empty axis or a name that every run has; an error in one point ends the sweep.
+    Raises ValueError for an axis that is empty or names two values alike, a name that every run has, and axes that
+    build does not take. An error in one point ends the sweep, with a note that names the point (RuntimeError where its
+    process dies, or for an error that no pickle can hold).
 
     store: a folder that keeps each point as soon as it is finished, as netCDF. The same sweep again, after it was
     killed or with longer axes, runs the points that are not there, and gives what one straight sweep would. Axes are
     then numbers, texts, or dataclasses of these, such as materials. The store knows build and measure by their names
     alone: give another folder where their code has changed, or what they take from around them. A point that fails
-    (ValueError, TypeError, LookupError, RuntimeError, ArithmeticError, or its process dies, alone too) is recorded
-    there, and the others go on: the Dataset has NaN for it, and the error as text in the variable `error`, which is
-    empty where all is well. It is not run again but with `retry`. With jobs=1 points run in this process, and one that
-    kills it ends the sweep. Sweeps may share a store; at once they might run a point twice, which does no harm.
-    cluster: a `distributed.Client`, or the address of its scheduler, instead of processes; see `on_cluster`.
+    (any Exception of build, the run or measure, or its process dies, alone too) is recorded there, and the others go
+    on: the Dataset has NaN for it, and the error as text in the variable `error`, which is empty where all is well. It
+    is not run again but with `retry`. With jobs=1 points run in this process, and one that kills it ends the sweep.
+    Sweeps may share a store; at once they might run a point twice, which does no harm.
+    cluster: a `distributed.Client`, or the address of its scheduler, instead of processes. The
+    workers need hertzlink; this process alone writes the store. Where a worker dies, others run what it was running; a
+    point that several died of fails as above. ConnectionError where the scheduler is lost, or for a minute no worker is
+    there.
     Raises ValueError for a store of another sweep, or with damaged or foreign files, which are left alone; RuntimeError
     where all points fail.
     """
     until = positive("until", until, "s")
     if not callable(build):
-        raise ValueError(f"build = {build!r}: must be a function that returns a CoSimulation")
+        raise ValueError(f"build = {short(build)}: must be a function that returns a CoSimulation")
     if measure is not None and not callable(measure):
-        raise ValueError(f"measure = {measure!r}: must be a function of a run's Dataset")
+        raise ValueError(f"measure = {short(measure)}: must be a function of a run's Dataset")
     if instance("retry", retry, bool, "True or False") and store is None:
         raise ValueError("retry = True: needs the store that tells which points failed")
     if cluster is not None:
@@ -74,6 +81,7 @@ def sweep(
             raise ValueError(f"jobs = {jobs!r}: must be None with a cluster, whose workers tell how many run at once")
     most = joblib.cpu_count() if jobs is None else whole("jobs", jobs)
     values = _values(axes, TAKEN if store is None else TAKEN | {ERROR})
+    _check_names(build, values)
     points: list[Point] = [dict(zip(values, point, strict=True)) for point in product(*values.values())]
     # Checked before a folder is made.
     texts = [str(i) if store is None else describe_point(point) for i, point in enumerate(points)]
@@ -97,7 +105,26 @@ def _values(axes: dict[str, Iterable[Any]], taken: set[str]) -> dict[str, list[A
     values = {name: listed(name, axis, object, "one value or more") for name, axis in axes.items()}
     if used := sorted(taken & set(values)):
         raise ValueError(f"axes = {list(values)!r}: {', '.join(used)} is a name that every run uses")
+    for name, axis in values.items():
+        labels = np.asarray(_labels(axis)).tolist()
+        if twice := [label for label, count in Counter(labels).items() if count > 1]:
+            raise ValueError(f"{name} = {short(axis)}: must not hold {short(twice[0])} twice")
     return values
+
+
+def _check_names(build: Callable[..., CoSimulation], values: Mapping[str, Any]) -> None:
+    """Raises ValueError where build does not take just what the axes give."""
+    try:
+        signature = inspect.signature(build)
+    except (TypeError, ValueError):  # of some that are written in C
+        return
+    try:
+        signature.bind(**values)
+    except TypeError as error:
+        raise ValueError(
+            f"build = {short(build)}: takes {', '.join(signature.parameters) or 'nothing'}, but the axes are "
+            f"{', '.join(values)} ({error})"
+        ) from None
 
 
 def _found(store: Store, points: list[Point], retry: bool) -> dict[int, Outcome]:

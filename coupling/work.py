@@ -2,23 +2,22 @@
 
 import logging
 import os
+import pickle
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import joblib
 import xarray as xr
+from joblib.externals.loky.backend.reduction import dumps
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 
 from coupling.cosimulation import CoSimulation
 from coupling.store import Failure, Point, Store
-from structures.checks import instance
+from structures.checks import instance, short
 
 IDLE = 30
 """Seconds after which a process without work ends, as those of a sweep that was killed."""
-
-FAILURES = (ValueError, TypeError, LookupError, RuntimeError, ArithmeticError)
-"""Errors of one point; others, such as a full disk, are the whole sweep's."""
 
 Outcome = xr.Dataset | Failure | None
 """A run, or why there is none; None for a run that its process has put into the store."""
@@ -48,21 +47,35 @@ class Work:
                 return run
             kept = instance("measure", self.measure(run), xr.Dataset, "a function that returns a Dataset")
             return kept.assign_attrs(run.attrs)
-        except FAILURES as error:
+        except Exception as error:
             error.add_note(f"in the sweep's point {point!r}")
             raise
+
+    def run_elsewhere(self, point: Point) -> xr.Dataset:
+        """`run` in a process that answers another: RuntimeError with the type and text of an error that cannot go."""
+        try:
+            return self.run(point)
+        except Exception as error:
+            if _travels(error):
+                raise
+            told = RuntimeError(f"{type(error).__name__}: {error}")
+            for note in error.__notes__:
+                told.add_note(note)
+            raise told from error
 
     def attempt(self, point: Point) -> xr.Dataset | Failure:
         """The same, errors returned."""
         try:
             return self.run(point)
-        except FAILURES as error:
+        # The user's own code may raise any error, and none may cost the points that are well. What is not the point's
+        # own (KeyboardInterrupt, SystemExit, a store that cannot be written) still ends the sweep.
+        except Exception as error:  # noqa: BLE001 - see above
             return Failure(type(error).__name__, str(error))
 
-    def finish(self, point: Point) -> Outcome:
+    def finish(self, point: Point, elsewhere: bool) -> Outcome:
         """Without a store `run`; with it what is new goes there as soon as it is known, and failures are told."""
         if self.store is None:
-            return self.run(point)
+            return self.run_elsewhere(point) if elsewhere else self.run(point)
         if self.store.holds(point):
             return self.store.failure(point)
         return self.keep(point, self.attempt(point))
@@ -82,8 +95,8 @@ class Work:
 def in_processes(work: Work, batches: list[Batch], jobs: int) -> Iterator[tuple[int, Outcome]]:
     """Run batches in processes of this machine, and tell each point's place and outcome.
 
-    Where a process is killed, a sweep without a store ends. With one the points that were running are tried again,
-    each alone in a process: one that is the end of that too has failed, and the others go on.
+    Where a process is killed, a sweep without a store ends with a RuntimeError. With one the points that were running
+    are tried again, each alone in a process: one that is the end of that too has failed, and the others go on.
     """
     while batches:
         told: set[int] = set()
@@ -94,8 +107,11 @@ def in_processes(work: Work, batches: list[Batch], jobs: int) -> Iterator[tuple[
             return
         except TerminatedWorkerError as error:
             if work.store is None:
-                error.add_note("a sweep with a store keeps the points that are finished, and tells which one it was")
-                raise
+                first = next(point for batch in batches for i, point in batch.items() if i not in told)
+                raise RuntimeError(
+                    f"a process died at one of the sweep's points, {short(first)} or a later one; perhaps for want of "
+                    "memory; give store= to find out which, and to keep the others"
+                ) from error
             log.warning("a process of the sweep was killed; the points that were running are tried again, one by one")
         batches = [left for batch in batches if (left := {i: batch[i] for i in batch if i not in told})]
         new = [[point for point in batch.values() if not work.store.holds(point)] for batch in batches]
@@ -115,18 +131,18 @@ def _parallel(work: Work, batches: list[Batch], jobs: int) -> Iterator[dict[int,
         idle_worker_timeout=IDLE,
         **here,
     )
-    owner = None if work.store is None else os.getpid()
+    owner = os.getpid()
     outcomes: Iterator[dict[int, Outcome]] = parallel(joblib.delayed(_run_batch)(work, one, owner) for one in batches)
     return outcomes
 
 
-def _run_batch(work: Work, batch: Batch, owner: int | None) -> dict[int, Outcome]:
+def _run_batch(work: Work, batch: Batch, owner: int) -> dict[int, Outcome]:
     outcomes = {}
     for i, point in batch.items():
         # Where the sweep was killed, and perhaps resumed, what is left is no longer this process's to run.
-        if owner is not None and owner not in (os.getpid(), os.getppid()):
+        if work.store is not None and owner not in (os.getpid(), os.getppid()):
             break
-        outcomes[i] = work.finish(point)
+        outcomes[i] = work.finish(point, elsewhere=owner != os.getpid())
     return outcomes
 
 
@@ -138,3 +154,12 @@ def _run_alone(work: Work, store: Store, point: Point) -> None:
         if not store.holds(point):
             said = "the process that ran it was killed or ended, alone too; perhaps it wants more memory than there is"
             store.keep(point, Failure(type(error).__name__, said))
+
+
+def _travels(error: Exception) -> bool:
+    """Whether an error survives the way to another process."""
+    try:
+        pickle.loads(dumps(error))
+    except Exception:  # noqa: BLE001 - the error's own code runs here, its constructor among it
+        return False
+    return True

@@ -1,5 +1,6 @@
 """Sweeps on a cluster of two worker processes, of which some are killed."""
 
+import logging
 import os
 import signal
 import sys
@@ -122,6 +123,27 @@ def test_bad_clusters(client: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(ImportError, match=r"pip install hertzlink\[cluster\]"):
         hl.sweep(build, UNTIL, cluster="tcp://127.0.0.1:8786", **axes)
+
+
+def test_a_closed_client_is_refused(client: Any) -> None:
+    with distributed.Client(client.scheduler.address, set_as_default=False) as closed:
+        pass
+    with pytest.raises(ValueError, match=r"cluster = .*: is closed"):
+        hl.sweep(build, UNTIL, cluster=closed, folder=["."], radius=[1e-3])
+
+
+def test_a_cluster_without_workers_is_told(monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> None:
+    """One warning, then an error."""
+    monkeypatch.setattr("coupling.cluster.POLL", 0.1)
+    monkeypatch.setattr("coupling.cluster.PATIENCE", 0.5)
+    with (
+        distributed.LocalCluster(n_workers=0, dashboard_address=":0") as cluster,
+        distributed.Client(cluster, set_as_default=False) as empty,
+        caplog.at_level(logging.WARNING, "hertzlink.sweep"),
+        pytest.raises(ConnectionError, match="cluster: has had no workers"),
+    ):
+        hl.sweep(build, UNTIL, cluster=empty, folder=["."], radius=[1e-3])
+    assert caplog.text.count("the cluster has no workers; waiting for some") == 1
 
 
 @pytest.mark.thorough

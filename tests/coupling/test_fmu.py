@@ -302,6 +302,12 @@ def test_writing_leaves_nothing_behind(tmp_path: Path) -> None:
     assert not any("hertzlink_chain" in name for name in set(sys.modules) - modules)
 
 
+def test_a_path_of_the_users_own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert hl.write_fmu(CHAIN, SURFACE, "~/chain.fmu") == tmp_path / "chain.fmu"
+    assert zipfile.is_zipfile(tmp_path / "chain.fmu")
+
+
 def test_a_failure_leaves_the_older_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def fails(*_: Any, **__: Any) -> None:
         raise OSError("disk full")
@@ -324,6 +330,8 @@ LOCAL = hl.Chain([BEAD] * 2, BEAD, 1.0, law=lambda one, other: hl.PowerLaw(1e9, 
         ({"path": "chain.zip"}, "path = 'chain.zip': must be the name of a file that ends in .fmu"),
         ({"path": 3}, "path = 3: must be the name of a file"),
         ({"path": "none/chain.fmu"}, "path = 'none/chain.fmu': its folder does not exist"),
+        ({"path": "null\0.fmu"}, r"path = 'null\\x00\.fmu': must be the name of a file"),
+        ({"path": "/proc/chain.fmu"}, "path = '/proc/chain.fmu': its folder (cannot be written|does not exist)"),
         ({"path": "folder.fmu"}, "path = 'folder.fmu': is a folder"),
         ({"chain": [BEAD]}, "chain = .*: must be a Chain"),
         ({"surface": ROD}, r"surface = Structure[\s\S]*: must be a Surface"),

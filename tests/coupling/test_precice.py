@@ -298,6 +298,7 @@ def test_the_dataset_tells_its_units_and_input(double: type[Double], configurati
         ({"names": {"mesh": 1}}, r"names\['mesh'\] = 1: must be a name in the configuration"),
         ({"names": "Chain"}, "names = 'Chain': must be a mapping"),
         ({"position": (0.0, 1.0)}, r"position = \(0.0, 1.0\): must hold 3 numbers"),
+        ({"direction": (0, 0, -1)}, r"direction = \(0, 0, -1\): must be None, since displacement and force"),
         ({"window": 0.0}, "window = 0.0: must be a positive number"),
     ],
 )

@@ -1,5 +1,8 @@
 """Sweeps: any axes into one Dataset, the same numbers as single runs, in one process or more."""
 
+import os
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -85,6 +88,9 @@ def of_beads(count: int) -> hl.CoSimulation:
         (on_half_space, {"until": -1.0, "radius": [1e-3]}, "until = -1"),
         (on_half_space, {"jobs": 0, "radius": [1e-3]}, "jobs = 0"),
         (on_half_space, {"radius": [1e-3, -1e-3]}, r"radius = -0\.001"),
+        (on_half_space, {"radius": [1e-3, 2e-3, 1e-3]}, r"radius = .*: must not hold 0\.001 twice"),
+        (on, {"length": [0.1], "material": [hl.PTFE, replace(hl.PTFE, density=1.0)]}, "must not hold 'PTFE' twice"),
+        (on, {"length": [0.1]}, r"takes material, length, but the axes are length \(missing .*'material'"),
         (on_half_space, {"time": [1e-3]}, "time is a name that every run uses"),
         (on_half_space, {"velocity": [1e-3]}, "velocity is a name that every run uses"),
         (3, {"radius": [1e-3]}, "build = 3"),
@@ -101,3 +107,31 @@ def test_an_error_names_the_point() -> None:
     with pytest.raises(ValueError, match="radius") as caught:
         hl.sweep(on_half_space, until=4e-4, jobs=1, radius=[1e-3, -1e-3])
     assert caught.value.__notes__ == ["in the sweep's point {'radius': -0.001}"]
+
+
+class NoPickle(Exception):
+    """Cannot be made from its text alone."""
+
+    def __init__(self, code: int, where: str) -> None:
+        super().__init__(f"code {code} in {where}")
+
+
+def failing_or_dying(radius: float) -> hl.CoSimulation:
+    if radius == 3e-3:
+        raise NoPickle(7, "the mesh")
+    if radius == 4e-3:
+        os._exit(1)
+    return on_half_space(radius)
+
+
+def test_an_error_that_no_pickle_holds_is_told_by_type_and_text() -> None:
+    with pytest.raises(RuntimeError, match="NoPickle: code 7 in the mesh") as caught:
+        hl.sweep(failing_or_dying, until=1e-4, jobs=2, radius=[2e-3, 3e-3])
+    assert caught.value.__notes__ == ["in the sweep's point {'radius': 0.003}"]
+    with pytest.raises(NoPickle):
+        hl.sweep(failing_or_dying, until=1e-4, jobs=1, radius=[2e-3, 3e-3])
+
+
+def test_a_process_that_dies_is_told() -> None:
+    with pytest.raises(RuntimeError, match=r"a process died at one of the sweep's points, .*radius.*give store="):
+        hl.sweep(failing_or_dying, until=1e-4, jobs=2, radius=[2e-3, 4e-3])

@@ -101,12 +101,6 @@ def test_longer_axes_run_the_new_points_alone(tmp_path: Path) -> None:
     assert turned.transpose(*grown.dims).identical(grown)
 
 
-def test_a_value_given_twice_is_run_once(tmp_path: Path) -> None:
-    twice = swept(tmp_path, material=[hl.PTFE], radius=[3e-3, 2e-3, 3e-3])
-    assert called == [("PTFE", 3e-3), ("PTFE", 2e-3)]
-    assert twice.isel(radius=0).identical(twice.isel(radius=2))
-
-
 def test_a_point_is_a_netcdf_file(tmp_path: Path) -> None:
     runs = swept(tmp_path, measure=largest, material=[hl.PTFE], radius=[2e-3])
     (path,) = tmp_path.glob("*.nc")
@@ -181,6 +175,35 @@ def test_errors_of_measure_count(tmp_path: Path) -> None:
     with pytest.raises(ZeroDivisionError) as caught:
         swept(measure=unfit)
     assert "radius" in caught.value.__notes__[0]
+
+
+class OwnError(Exception):
+    """No kind of error that Python knows."""
+
+
+def own_error(material: hl.Material, radius: float) -> hl.CoSimulation:
+    if radius == 3e-3:
+        raise OwnError("three")
+    return build(material, radius)
+
+
+def test_errors_of_any_kind_count(tmp_path: Path) -> None:
+    runs = swept(tmp_path, build=own_error)
+    assert (runs.error.sel(radius=3e-3) == "OwnError: three").all()
+    assert (runs.error.sel(radius=[2e-3, 4e-3]) == "").all()
+    with pytest.raises(OwnError) as caught:
+        swept(build=own_error)
+    assert "'radius': 0.003" in caught.value.__notes__[0]
+
+
+def stopping(material: hl.Material, radius: float) -> hl.CoSimulation:
+    raise KeyboardInterrupt
+
+
+def test_an_interrupt_ends_the_sweep(tmp_path: Path) -> None:
+    with pytest.raises(KeyboardInterrupt):
+        swept(tmp_path, build=stopping)
+    assert [path.name for path in tmp_path.iterdir()] == ["sweep.json"]
 
 
 def date(run: xr.Dataset) -> xr.Dataset:
@@ -298,6 +321,29 @@ def test_folders_that_cannot_be(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     assert called == []
 
 
+@pytest.mark.parametrize(
+    ("path", "message"),
+    [
+        ("", "store = '': must be the path of a folder"),
+        ("null\0", r"store = 'null\\x00': must be the path of a folder"),
+        (b"store", "store = b'store': must be the path of a folder"),
+        ("none/a/b", r"store = 'none/a/b': must be a folder that can be written; .*none.a is none"),
+        ("~nobody of that name/store", "store = '~nobody of that name/store': must be the path of a folder"),
+    ],
+)
+def test_paths_that_cannot_be(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, path: str, message: str) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ValueError, match=message):
+        hl.sweep(build, UNTIL, jobs=1, store=path, material=[hl.PTFE], radius=[2e-3])
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_store_in_the_users_own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("HOME", str(tmp_path))
+    hl.sweep(build, UNTIL, jobs=1, store="~/kept", material=[hl.PTFE], radius=[2e-3])
+    assert len(list((tmp_path / "kept").glob("*.nc"))) == 1
+
+
 def test_a_newer_format_is_told(tmp_path: Path) -> None:
     swept(tmp_path, material=[hl.PTFE], radius=[2e-3])
     path = tmp_path / "sweep.json"
@@ -337,6 +383,7 @@ class Case:
         ({"build": lambda material, radius: build(material, radius)}, "build = .*must have a name"),
         ({"measure": lambda run: run}, "measure = .*must have a name"),
         ({"store": 3}, "store = 3"),
+        ({"lenght": [1.0]}, r"build = .*: takes material, radius, but the axes are .*lenght \(got an unexpected"),
         ({"retry": 1}, "retry = 1"),
         ({"retry": True, "store": None}, "retry = True: needs the store"),
         ({"error": [1.0]}, "error is a name"),

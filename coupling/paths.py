@@ -1,0 +1,18 @@
+"""Paths that a user gives: ~ is the user's folder, and what can be no path is told by the argument's name."""
+
+import os
+from pathlib import Path
+from typing import Any
+
+from structures.checks import short
+
+
+def path_of(name: str, path: Any, what: str) -> Path:
+    """The path, absolute; raises ValueError for what is empty, holds a null byte, or is no path."""
+    try:
+        text = os.fspath(path)
+        if not isinstance(text, str) or not text or "\0" in text:
+            raise TypeError
+        return Path(text).expanduser().absolute()
+    except (TypeError, RuntimeError):  # RuntimeError: ~ of a user who is not there
+        raise ValueError(f"{name} = {short(path)}: must be the {what}") from None
