@@ -5,6 +5,7 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
+from coupling.state import NotConverged
 from structures.checks import short
 from structures.structure import Vector
 from structures.surface import Surface
@@ -44,7 +45,8 @@ class BlackBox:
     """A user's participant, with its answers checked: every error names it.
 
     Raises ValueError for a surface that is none, and for answers that are not (state, displacement);
-    FloatingPointError where the displacement is not finite. What the participant itself raises gets a note.
+    FloatingPointError where the displacement is not finite. What the participant itself raises gets a note;
+    of a FloatingPointError it ends the message, and of a NotConverged, which becomes a RuntimeError.
     """
 
     def __init__(self, participant: Participant) -> None:
@@ -73,7 +75,13 @@ class BlackBox:
         try:
             returned = self.participant.advance(state, force, window)
         except Exception as error:
-            error.add_note(f"raised by {self.name}.advance(state, force = {force!r}, window = {window!r})")
+            told = f"raised by {self.name}.advance(state, force = {force!r}, window = {window!r})"
+            # The loop over windows would take these two for its own.
+            if isinstance(error, FloatingPointError):
+                raise FloatingPointError(f"{error}, {told}") from error
+            if isinstance(error, NotConverged):
+                raise RuntimeError(f"{error}, {told}") from error
+            error.add_note(told)
             raise
         try:
             state, surface = returned

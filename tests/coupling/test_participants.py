@@ -406,3 +406,23 @@ def test_the_one_of_several_that_fails_is_named() -> None:
 
     with pytest.raises(ValueError, match=r"Second\.advance returned .*'far'.*: must be \(state, displacement in m\)"):
         hl.CoSimulation([CHAIN, CHAIN], [Sound(), Second()], hl.Aitken()).run(UNTIL)
+
+
+@pytest.mark.parametrize("scheme", [*SCHEMES, "Explicit, unvetted"])
+@pytest.mark.parametrize(("kind", "told"), [(FloatingPointError, FloatingPointError), (hl.NotConverged, RuntimeError)])
+def test_errors_that_the_loop_knows_too_are_told_as_the_participants(kind: Any, told: type, scheme: str) -> None:
+    class Fails(Sound):
+        failures = 0
+
+        def advance(self, state: Any, force: Any, window: float) -> Any:
+            if force > 1.0:
+                self.failures += 1
+                raise kind("the solver ended")
+            return super().advance(state, force, window)
+
+    fails = Fails()
+    message = r"the solver ended, raised by Fails\.advance\(state, force = .*, window = .*\)"
+    with pytest.raises(told, match=message) as caught:
+        simulate(fails, SCHEMES.get(scheme, hl.Explicit(tolerance=None)))
+    assert type(caught.value) is told
+    assert fails.failures == 1
