@@ -13,6 +13,9 @@ from structures.surface import Surface
 ROUNDING = 1e-9
 """Part of a negligible displacement that is rounding."""
 
+FARTHEST = 1e3
+"""m; no structure gives way so far, and the chain's forces would overflow."""
+
 
 @runtime_checkable
 class Participant(Protocol):
@@ -45,8 +48,8 @@ class BlackBox:
     """A user's participant, with its answers checked: every error names it.
 
     Raises ValueError for a surface that is none, and for answers that are not (state, displacement);
-    FloatingPointError where the displacement is not finite. What the participant itself raises gets a note;
-    of a FloatingPointError it ends the message, and of a NotConverged, which becomes a RuntimeError.
+    FloatingPointError where the displacement is not finite, or absurdly far. What the participant itself raises
+    gets a note; of a FloatingPointError it ends the message, and of a NotConverged, which becomes a RuntimeError.
     """
 
     def __init__(self, participant: Participant) -> None:
@@ -90,8 +93,11 @@ class BlackBox:
             raise self._wrong(returned) from error
         if place.dtype.kind not in "iuf" or place.shape != self._pushes(0.0).shape:
             raise self._wrong(returned)
-        if not np.isfinite(place).all():
-            raise FloatingPointError(f"{self.name}.advance returned a displacement of {surface!r} m")
+        if not (abs(place) <= FARTHEST).all():
+            raise FloatingPointError(
+                f"{self.name}.advance returned a displacement of {surface!r} m under force = {force!r}: must be at "
+                f"most {FARTHEST:g} m"
+            )
         return state, float(place) if self.contacts == 1 else place.astype(float)
 
     def check(self, force: float, window: float, negligible: float) -> None:
