@@ -21,7 +21,7 @@ from coupling.windows import Adaptive, Windows
 from particles import kernels
 from particles.chain import Chain
 from particles.moving import MovingChain
-from structures.checks import instance, listed, one_of, positive, whole
+from structures.checks import instance, listed, one_of, positive, short, whole
 from structures.moving import MovingStructure
 
 FEWEST_PER_CONTACT = 8
@@ -97,10 +97,13 @@ class CoSimulation:
         behind: Any = None,
     ) -> None:
         several = not isinstance(chain, Chain) and isinstance(chain, Iterable)
-        chains = listed("chain", chain if several else [chain], Chain, "one Chain or more")
+        if several:
+            chains = listed("chain", chain, Chain, "one Chain or more")
+        else:
+            chains = [instance("chain", chain, Chain, "a Chain, or a list of them")]
         self.scheme: Scheme = Condensed() if scheme is None else scheme
         if isinstance(self.scheme, type) or not hasattr(self.scheme, "step"):
-            raise ValueError(f"scheme = {scheme!r}: must be a scheme such as Condensed() or Aitken()")
+            raise ValueError(f"scheme = {short(scheme)}: must be a scheme such as Condensed() or Aitken()")
         one_of("waveform", waveform, WAVEFORMS)
         dt = None if dt is None else positive("dt", dt, "s")
         facing = for_each("structure", structure, len(chains), several)

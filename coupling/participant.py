@@ -47,9 +47,10 @@ class Participant(Protocol):
 class BlackBox:
     """A user's participant, with its answers checked: every error names it.
 
-    Raises ValueError for a surface that is none, and for answers that are not (state, displacement);
-    FloatingPointError where the displacement is not finite, or absurdly far. What the participant itself raises
-    gets a note; of a FloatingPointError it ends the message, and of a NotConverged, which becomes a RuntimeError.
+    Raises ValueError for a surface that is none, a `passive` that is not True or False, and answers that are not
+    (state, displacement); FloatingPointError where the displacement is not finite, or absurdly far. What the
+    participant itself raises gets a note; of a FloatingPointError it ends the message, and of a NotConverged, which
+    becomes a RuntimeError.
     """
 
     def __init__(self, participant: Participant) -> None:
@@ -62,7 +63,9 @@ class BlackBox:
                 "each contact point"
             )
         self.contacts = len(surfaces)
-        self.passive = bool(getattr(participant, "passive", True))
+        self.passive = getattr(participant, "passive", True)
+        if not isinstance(self.passive, bool | np.bool_):
+            raise ValueError(f"{self.name}.passive = {short(self.passive)}: must be True or False")
 
     def start(self) -> Any:
         """The state at time zero."""

@@ -382,6 +382,14 @@ def test_surfaces_that_are_none(surface: Any, message: str) -> None:
         hl.CoSimulation(CHAIN, odd, hl.Aitken())
 
 
+@pytest.mark.parametrize("passive", ["no", 0, None])
+def test_passive_is_true_or_false(passive: Any) -> None:
+    box = Sound()
+    box.passive = passive  # type: ignore[attr-defined]
+    with pytest.raises(ValueError, match=rf"Sound\.passive = {passive!r}: must be True or False"):
+        hl.CoSimulation(CHAIN, box, hl.Aitken())
+
+
 def test_what_is_no_participant() -> None:
     class NoSurface:
         start, advance = Sound.start, Sound.advance
