@@ -258,6 +258,8 @@ class CoSimulation:
                 raise NotConverged(f"window {done // plan.substeps + 1}, {error}") from error
             except FloatingPointError as error:
                 raise FloatingPointError(f"window from t = {state.time:.6g} s: {error}") from error
+            if not self.scheme.repeats and done == 0:
+                self._check_rest(ends[0])
             for state in ends:
                 done, counts = done + 1, counts.after(state)
                 if done % plan.stride == 0:
@@ -300,6 +302,13 @@ class CoSimulation:
         if not self.structure.conservative:
             # The midpoint's identity: what the work leaves beside the energy, damping took.
             frames.damped[:] = frames.work - frames.kinetic - frames.elastic
+
+    def _check_rest(self, first: CoupledState) -> None:
+        """Raises ValueError for participants that move in the first substep, which goes without force."""
+        for place, box in enumerate(self.interface.structures):
+            if isinstance(box, BlackBox):
+                moved = first.surface[self.interface.touched_by(place)]
+                box.check_rest(moved if box.contacts > 1 else float(moved[0]), PROBE * self.interface.indentation_scale)
 
     def _check(self, state: CoupledState) -> None:
         """Raises FloatingPointError for what is no longer finite, ValueError for participants that make energy."""

@@ -108,19 +108,25 @@ class BlackBox:
 
         negligible, m: a displacement that is as good as none.
         """
-        rest = self._once(self.start(), self._pushes(0.0), window)[1]
-        if np.any(np.abs(rest) > negligible):
-            raise ValueError(
-                f"{self.name}.advance returned a displacement of {rest!r} m from start() without force: must be 0, as "
-                "displacements are measured from static equilibrium"
-            )
-        start, pushes = self.start(), self._pushes(force)
-        ends, places = zip(*(self._once(start, pushes, window) for _ in range(2)), strict=True)
-        self._check_repeated(places, "from one state, force and window")
-        self._check_repeated([self._once(end, pushes, window)[1] for end in ends], "after a window and its repetition")
+        self.check_rest(self._once(self.start(), self._pushes(0.0), window)[1], negligible)
+        self.check_repeats(self.start(), self._pushes(force), window)
         if self.passive:
             for number in range(self.contacts):
                 self._check_direction(number, force, window, ROUNDING * negligible)
+
+    def check_rest(self, place: Any, negligible: float) -> None:
+        """A ValueError where a first window without force did not end as good as at rest, at displacements (m)."""
+        if np.any(np.abs(place) > negligible):
+            raise ValueError(
+                f"{self.name}.advance returned a displacement of {place!r} m from start() without force: must be 0, as "
+                "displacements are measured from static equilibrium"
+            )
+
+    def check_repeats(self, state: Any, force: Any, window: float) -> None:
+        """A ValueError where a window, or what follows it, comes to something else the second time."""
+        ends, places = zip(*(self._once(state, force, window) for _ in range(2)), strict=True)
+        self._check_repeated(places, "from one state, force and window")
+        self._check_repeated([self._once(end, force, window)[1] for end in ends], "after a window and its repetition")
 
     def _check_repeated(self, places: Sequence[Any], told: str) -> None:
         first, second = places

@@ -186,10 +186,12 @@ def test_a_displacement_that_is_not_finite_or_absurd(value: Any, scheme: str) ->
         simulate(liar, SCHEMES.get(scheme, hl.Explicit(tolerance=None)))
 
 
-@pytest.mark.parametrize("scheme", SCHEMES)
-def test_displacements_that_count_from_elsewhere(scheme: str) -> None:
+@pytest.mark.parametrize("kind", [Sound, SoundPair])
+@pytest.mark.parametrize("scheme", [*SCHEMES, "Explicit, unvetted"])
+def test_displacements_that_count_from_elsewhere(scheme: str, kind: type) -> None:
+    liar = answering(lambda state, place: (state, place + 1e-6), kind)
     with pytest.raises(ValueError, match=r"Liar\.advance returned a displacement of .* without force: must be 0"):
-        simulate(answering(lambda state, place: (state, place + 1e-6)), SCHEMES[scheme])
+        simulate(liar, SCHEMES.get(scheme, hl.Explicit(tolerance=None)))
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)
