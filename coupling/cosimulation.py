@@ -207,13 +207,15 @@ class CoSimulation:
                 f"save_every = {save_every!r}: must not be shorter than a substep of the window, {longest:.6g} s"
             )
         stride = 1 if adaptive else ceil(save_every / longest * (1.0 - LATE))
-        return Plan(save_every / stride, substeps, stride, self._rows(until / save_every))
+        return Plan(save_every / stride, substeps, stride, self._rows(until / save_every, save_every))
 
-    def _rows(self, intervals: float) -> int:
+    def _rows(self, intervals: float, save_every: float | None = None) -> int:
         """Saved times over so many intervals, the start included; a ValueError where they would not fit in memory."""
         bodies = sum(chain.mass.size for chain in self.interface.chains)
         if intervals * bodies > MOST_SAVED:
-            raise ValueError(f"until: {intervals:.3g} saved times of {bodies} bodies are too many; give save_every")
+            name, advice = ("until", "give save_every") if save_every is None else ("save_every", "take a longer one")
+            given = "" if save_every is None else f" = {save_every!r}"
+            raise ValueError(f"{name}{given}: {intervals:.3g} saved times of {bodies} bodies are too many; {advice}")
         return int(intervals * (1.0 + LATE)) + 1
 
     def _warn_if_coarse(self, plan: Plan) -> None:
@@ -255,6 +257,7 @@ class CoSimulation:
             try:
                 ends = windows.advance(state, plan.length, many)
             except NotConverged as error:
+                self._check_repeats(state, plan.length)
                 raise NotConverged(f"window {done // plan.substeps + 1}, {error}") from error
             except FloatingPointError as error:
                 raise FloatingPointError(f"window from t = {state.time:.6g} s: {error}") from error
@@ -302,6 +305,14 @@ class CoSimulation:
         if not self.structure.conservative:
             # The midpoint's identity: what the work leaves beside the energy, damping took.
             frames.damped[:] = frames.work - frames.kinetic - frames.elastic
+
+    def _check_repeats(self, state: CoupledState, length: float) -> None:
+        """Raises ValueError for participants that cannot repeat under the load at which a scheme gave up, or twice."""
+        for place, box in enumerate(self.interface.structures):
+            if isinstance(box, BlackBox) and self.scheme.repeats:
+                last = box.last_force
+                for force in (last, 2.0 * last):
+                    box.check_repeats(state.structures[place], force, length)
 
     def _check_rest(self, first: CoupledState) -> None:
         """Raises ValueError for participants that move in the first substep, which goes without force."""

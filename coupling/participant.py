@@ -55,6 +55,7 @@ class BlackBox:
 
     def __init__(self, participant: Participant) -> None:
         self.participant, self.surface = participant, participant.surface
+        self.last_force: Any = None
         self.name = type(participant).__name__
         surfaces = self.surface if isinstance(self.surface, tuple) else (self.surface,)
         if not surfaces or not all(isinstance(one, Surface) for one in surfaces):
@@ -78,6 +79,7 @@ class BlackBox:
     def advance(self, state: Any, force: Any, window: float) -> tuple[Any, Any]:
         """The participant's own answer, checked."""
         force = force if self.contacts == 1 else np.array(force)
+        self.last_force = force if self.contacts == 1 else force.copy()
         try:
             returned = self.participant.advance(state, force, window)
         except Exception as error:

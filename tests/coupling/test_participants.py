@@ -297,6 +297,29 @@ def test_what_cannot_repeat_is_told_before_the_run(name: str, scheme: str) -> No
         simulate(hidden_states()[name](), SCHEMES[scheme])
 
 
+@pytest.mark.parametrize("scheme", ["Aitken", "IQN-ILS", "FixedPoint"])
+@pytest.mark.parametrize("kind", [Sound, SoundPair])
+def test_what_cannot_repeat_under_load_is_told_where_the_scheme_gives_up(kind: type, scheme: str) -> None:
+    """The try before the run is of a hundredth of the greatest force."""
+
+    class Slips(kind):  # type: ignore[misc, valid-type]
+        numbers = np.random.default_rng(1)
+
+        def advance(self, state: Any, force: Any, window: float) -> Any:
+            state, place = super().advance(state, force, window)
+            return state, place + np.where(np.abs(force) > 30.0, 1e-7 * self.numbers.normal(), 0.0)
+
+    slips = answering(lambda state, place: (state, place if np.ndim(place) else float(place)), Slips)
+    with pytest.raises(ValueError, match=r"Liar\.advance is not repeatable: from one state") as caught:
+        simulate(slips, SCHEMES[scheme])
+    assert isinstance(caught.value.__context__, hl.NotConverged)
+
+
+def test_what_repeats_but_does_not_converge_is_told_as_that() -> None:
+    with pytest.raises(hl.NotConverged, match=r"window 74, .*residual"):
+        simulate(Sound(), hl.Aitken(largest_count=1, tolerance=1e-14))
+
+
 def test_what_cannot_repeat_takes_part_unvetted() -> None:
     """Each substep is asked for once, in order, and comes to what the sound one does."""
 
