@@ -21,7 +21,7 @@ from coupling.windows import Adaptive, Windows
 from particles import kernels
 from particles.chain import Chain
 from particles.moving import MovingChain
-from structures.checks import instance, listed, one_of, positive, whole
+from structures.checks import instance, listed, one_of, positive, short, whole
 from structures.moving import MovingStructure
 
 FEWEST_PER_CONTACT = 8
@@ -97,10 +97,13 @@ class CoSimulation:
         behind: Any = None,
     ) -> None:
         several = not isinstance(chain, Chain) and isinstance(chain, Iterable)
-        chains = listed("chain", chain if several else [chain], Chain, "one Chain or more")
+        if several:
+            chains = listed("chain", chain, Chain, "one Chain or more")
+        else:
+            chains = [instance("chain", chain, Chain, "a Chain, or a list of them")]
         self.scheme: Scheme = Condensed() if scheme is None else scheme
         if isinstance(self.scheme, type) or not hasattr(self.scheme, "step"):
-            raise ValueError(f"scheme = {scheme!r}: must be a scheme such as Condensed() or Aitken()")
+            raise ValueError(f"scheme = {short(scheme)}: must be a scheme such as Condensed() or Aitken()")
         one_of("waveform", waveform, WAVEFORMS)
         dt = None if dt is None else positive("dt", dt, "s")
         facing = for_each("structure", structure, len(chains), several)
@@ -195,8 +198,8 @@ class CoSimulation:
         if save_every is None:
             if isinstance(window, float):
                 return Plan(longest, substeps, 1, self._rows(until / longest))
-            count = _power_of_two(until * SAVED_PER_CONTACT / self.interface.contact_time)
-            stride = 1 if adaptive else _power_of_two(until / count / longest)
+            count = _power_of_two(until * min(SAVED_PER_CONTACT, per_contact) / self.interface.contact_time)
+            stride = _power_of_two(until / count / longest)
             return Plan(until / count / stride, 1, stride, self._rows(count))
         save_every = positive("save_every", save_every, "s")
         if save_every > until:
@@ -206,13 +209,15 @@ class CoSimulation:
                 f"save_every = {save_every!r}: must not be shorter than a substep of the window, {longest:.6g} s"
             )
         stride = 1 if adaptive else ceil(save_every / longest * (1.0 - LATE))
-        return Plan(save_every / stride, substeps, stride, self._rows(until / save_every))
+        return Plan(save_every / stride, substeps, stride, self._rows(until / save_every, save_every))
 
-    def _rows(self, intervals: float) -> int:
+    def _rows(self, intervals: float, save_every: float | None = None) -> int:
         """Saved times over so many intervals, the start included; a ValueError where they would not fit in memory."""
         bodies = sum(chain.mass.size for chain in self.interface.chains)
         if intervals * bodies > MOST_SAVED:
-            raise ValueError(f"until: {intervals:.3g} saved times of {bodies} bodies are too many; give save_every")
+            name, advice = ("until", "give save_every") if save_every is None else ("save_every", "take a longer one")
+            given = "" if save_every is None else f" = {save_every!r}"
+            raise ValueError(f"{name}{given}: {intervals:.3g} saved times of {bodies} bodies are too many; {advice}")
         return int(intervals * (1.0 + LATE)) + 1
 
     def _warn_if_coarse(self, plan: Plan) -> None:
@@ -254,9 +259,12 @@ class CoSimulation:
             try:
                 ends = windows.advance(state, plan.length, many)
             except NotConverged as error:
+                self._check_repeats(state, plan.length)
                 raise NotConverged(f"window {done // plan.substeps + 1}, {error}") from error
             except FloatingPointError as error:
                 raise FloatingPointError(f"window from t = {state.time:.6g} s: {error}") from error
+            if not self.scheme.repeats and done == 0:
+                self._check_rest(ends[0])
             for state in ends:
                 done, counts = done + 1, counts.after(state)
                 if done % plan.stride == 0:
@@ -299,6 +307,21 @@ class CoSimulation:
         if not self.structure.conservative:
             # The midpoint's identity: what the work leaves beside the energy, damping took.
             frames.damped[:] = frames.work - frames.kinetic - frames.elastic
+
+    def _check_repeats(self, state: CoupledState, length: float) -> None:
+        """Raises ValueError for participants that cannot repeat under the load at which a scheme gave up, or twice."""
+        for place, box in enumerate(self.interface.structures):
+            if isinstance(box, BlackBox) and self.scheme.repeats:
+                last = box.last_force
+                for force in (last, 2.0 * last):
+                    box.check_repeats(state.structures[place], force, length)
+
+    def _check_rest(self, first: CoupledState) -> None:
+        """Raises ValueError for participants that move in the first substep, which goes without force."""
+        for place, box in enumerate(self.interface.structures):
+            if isinstance(box, BlackBox):
+                moved = first.surface[self.interface.touched_by(place)]
+                box.check_rest(moved if box.contacts > 1 else float(moved[0]), PROBE * self.interface.indentation_scale)
 
     def _check(self, state: CoupledState) -> None:
         """Raises FloatingPointError for what is no longer finite, ValueError for participants that make energy."""

@@ -6,9 +6,9 @@ from math import inf
 import numpy as np
 
 from coupling.interface import Interface
-from coupling.scheme import trial_force
+from coupling.scheme import TOLERANCES, trial_force
 from coupling.state import CoupledState, NotConverged, foretold
-from structures.checks import instance, positive, whole
+from structures.checks import instance, whole, within
 from structures.structure import Vector
 
 MOST_ORDER = 2
@@ -44,7 +44,7 @@ class Explicit:
             raise ValueError(f"predictor = {self.predictor!r}: must be 0, 1 or 2")
         instance("parallel", self.parallel, bool, "True or False")
         if self.tolerance is not None:
-            object.__setattr__(self, "tolerance", positive("tolerance", self.tolerance))
+            object.__setattr__(self, "tolerance", within("tolerance", self.tolerance, *TOLERANCES))
 
     @property
     def repeats(self) -> bool:

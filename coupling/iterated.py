@@ -14,6 +14,9 @@ from structures.structure import Vector
 
 NOTHING = np.zeros((0, 0))
 
+MOST_RELAXATION = 2.0
+"""From here on no fixed-point iteration converges, however stiff the structure."""
+
 
 class Iteration(ABC):
     """What the iterated schemes share: the loop, and when it ends.
@@ -34,6 +37,8 @@ class Iteration(ABC):
     def __post_init__(self) -> None:
         object.__setattr__(self, "tolerance", within("tolerance", self.tolerance, *TOLERANCES))
         object.__setattr__(self, "relaxation", positive("relaxation", self.relaxation))
+        if self.relaxation >= MOST_RELAXATION:
+            raise ValueError(f"relaxation = {self.relaxation!r}: must lie between 0 and {MOST_RELAXATION:g}")
         object.__setattr__(self, "largest_count", whole("largest_count", self.largest_count))
 
     def start(self, interface: Interface) -> Any:

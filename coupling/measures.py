@@ -1,5 +1,6 @@
 """What is read from a run, or from a measured signal: every measure is a function of the Dataset, over any axes."""
 
+import logging
 from dataclasses import dataclass
 from itertools import count, takewhile
 from typing import NamedTuple
@@ -16,6 +17,8 @@ SMALLEST_WAVE = 0.01
 """Waves below this part of the incident one are not reported: beads that rattle after a wave make such peaks."""
 
 WAVES = ("primary", "secondary", "third")
+
+log = logging.getLogger("hertzlink.measures")
 
 
 @dataclass(frozen=True)
@@ -50,7 +53,7 @@ def sensor_force(run: xr.Dataset, sensor: int) -> xr.DataArray:
     """Force at the centre of bead `sensor` (1 … N from the struck end), N, above the preload.
 
     Of a run the mean of the bead's two contact forces (thesis, section 3.1), of a signal what was measured. Raises
-    ValueError for a sensor that is not there.
+    ValueError for a sensor that is not there; of several chains those that are too short for it get NaN, and a warning.
     """
     if _is_signal(run):
         force: xr.DataArray = run.sensor_force.sel(sensor=_measured(run, sensor)).reset_coords(drop=True)
@@ -80,8 +83,19 @@ def _contact_pair(run: xr.Dataset, sensor: int) -> tuple[xr.DataArray, xr.DataAr
     if not {number, number + 1} <= kept:
         beads = max(kept) - 1
         raise ValueError(f"sensor = {sensor!r}: must be a bead from 1 to {beads}, counted from the struck end")
+    _warn_of_shorter(run, number)
     above, below = (dynamic.sel(contact=n).reset_coords(drop=True) for n in (number, number + 1))
     return above, below
+
+
+def _warn_of_shorter(run: xr.Dataset, sensor: int) -> None:
+    """Of several chains, those without such a bead get NaN."""
+    if "chain" in run.static_force.dims:
+        there = run.static_force.sel(contact=sensor + 1).notnull()
+        there = there.any([axis for axis in there.dims if axis != "chain"])
+        if not there.all():
+            shorter = ", ".join(map(str, there.chain.values[~there.values]))
+            log.warning("sensor = %d: beyond the end of chain %s of the run, for which it gives nan", sensor, shorter)
 
 
 def _kept(run: xr.Dataset) -> set[int]:

@@ -5,12 +5,16 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
+from coupling.state import NotConverged
 from structures.checks import short
 from structures.structure import Vector
 from structures.surface import Surface
 
 ROUNDING = 1e-9
 """Part of a negligible displacement that is rounding."""
+
+FARTHEST = 1e3
+"""m; no structure gives way so far, and the chain's forces would overflow."""
 
 
 @runtime_checkable
@@ -43,12 +47,15 @@ class Participant(Protocol):
 class BlackBox:
     """A user's participant, with its answers checked: every error names it.
 
-    Raises ValueError for a surface that is none, and for answers that are not (state, displacement);
-    FloatingPointError where the displacement is not finite. What the participant itself raises gets a note.
+    Raises ValueError for a surface that is none, a `passive` that is not True or False, and answers that are not
+    (state, displacement); FloatingPointError where the displacement is not finite, or absurdly far. What the
+    participant itself raises gets a note; of a FloatingPointError it ends the message, and of a NotConverged, which
+    becomes a RuntimeError.
     """
 
     def __init__(self, participant: Participant) -> None:
         self.participant, self.surface = participant, participant.surface
+        self.last_force: Any = None
         self.name = type(participant).__name__
         surfaces = self.surface if isinstance(self.surface, tuple) else (self.surface,)
         if not surfaces or not all(isinstance(one, Surface) for one in surfaces):
@@ -57,7 +64,9 @@ class BlackBox:
                 "each contact point"
             )
         self.contacts = len(surfaces)
-        self.passive = bool(getattr(participant, "passive", True))
+        self.passive = getattr(participant, "passive", True)
+        if not isinstance(self.passive, bool | np.bool_):
+            raise ValueError(f"{self.name}.passive = {short(self.passive)}: must be True or False")
 
     def start(self) -> Any:
         """The state at time zero."""
@@ -70,10 +79,17 @@ class BlackBox:
     def advance(self, state: Any, force: Any, window: float) -> tuple[Any, Any]:
         """The participant's own answer, checked."""
         force = force if self.contacts == 1 else np.array(force)
+        self.last_force = force if self.contacts == 1 else force.copy()
         try:
             returned = self.participant.advance(state, force, window)
         except Exception as error:
-            error.add_note(f"raised by {self.name}.advance(state, force = {force!r}, window = {window!r})")
+            told = f"raised by {self.name}.advance(state, force = {force!r}, window = {window!r})"
+            # The loop over windows would take these two for its own.
+            if isinstance(error, FloatingPointError):
+                raise FloatingPointError(f"{error}, {told}") from error
+            if isinstance(error, NotConverged):
+                raise RuntimeError(f"{error}, {told}") from error
+            error.add_note(told)
             raise
         try:
             state, surface = returned
@@ -82,8 +98,11 @@ class BlackBox:
             raise self._wrong(returned) from error
         if place.dtype.kind not in "iuf" or place.shape != self._pushes(0.0).shape:
             raise self._wrong(returned)
-        if not np.isfinite(place).all():
-            raise FloatingPointError(f"{self.name}.advance returned a displacement of {surface!r} m")
+        if not (abs(place) <= FARTHEST).all():
+            raise FloatingPointError(
+                f"{self.name}.advance returned a displacement of {surface!r} m under force = {force!r}: must be at "
+                f"most {FARTHEST:g} m"
+            )
         return state, float(place) if self.contacts == 1 else place.astype(float)
 
     def check(self, force: float, window: float, negligible: float) -> None:
@@ -91,19 +110,25 @@ class BlackBox:
 
         negligible, m: a displacement that is as good as none.
         """
-        rest = self._once(self.start(), self._pushes(0.0), window)[1]
-        if np.any(np.abs(rest) > negligible):
-            raise ValueError(
-                f"{self.name}.advance returned a displacement of {rest!r} m from start() without force: must be 0, as "
-                "displacements are measured from static equilibrium"
-            )
-        start, pushes = self.start(), self._pushes(force)
-        ends, places = zip(*(self._once(start, pushes, window) for _ in range(2)), strict=True)
-        self._check_repeated(places, "from one state, force and window")
-        self._check_repeated([self._once(end, pushes, window)[1] for end in ends], "after a window and its repetition")
+        self.check_rest(self._once(self.start(), self._pushes(0.0), window)[1], negligible)
+        self.check_repeats(self.start(), self._pushes(force), window)
         if self.passive:
             for number in range(self.contacts):
                 self._check_direction(number, force, window, ROUNDING * negligible)
+
+    def check_rest(self, place: Any, negligible: float) -> None:
+        """A ValueError where a first window without force did not end as good as at rest, at displacements (m)."""
+        if np.any(np.abs(place) > negligible):
+            raise ValueError(
+                f"{self.name}.advance returned a displacement of {place!r} m from start() without force: must be 0, as "
+                "displacements are measured from static equilibrium"
+            )
+
+    def check_repeats(self, state: Any, force: Any, window: float) -> None:
+        """A ValueError where a window, or what follows it, comes to something else the second time."""
+        ends, places = zip(*(self._once(state, force, window) for _ in range(2)), strict=True)
+        self._check_repeated(places, "from one state, force and window")
+        self._check_repeated([self._once(end, force, window)[1] for end in ends], "after a window and its repetition")
 
     def _check_repeated(self, places: Sequence[Any], told: str) -> None:
         first, second = places

@@ -54,7 +54,7 @@ def listed(name: str, value: object, kind: type, what: str) -> list[Any]:
     many = isinstance(value, Iterable) and not isinstance(value, str | bytes) and getattr(value, "ndim", 1) > 0
     items = list(value) if many else []  # type: ignore[call-overload]
     if not items or not all(isinstance(item, kind) for item in items):
-        raise ValueError(f"{name} = {value!r}: must be a list of {what}")
+        raise ValueError(f"{name} = {short(value)}: must be a list of {what}")
     return items
 
 
@@ -66,8 +66,8 @@ def instance(name: str, value: object, kind: type[Kind], what: str) -> Kind:
 
 
 def short(value: object) -> str:
-    """A few words of what may be a whole chain."""
-    text = repr(value)
+    """A few words, on one line, of what may be a whole chain."""
+    text = " ".join(repr(value).split())
     return text if len(text) <= LONGEST else f"{text[:LONGEST]}…"
 
 

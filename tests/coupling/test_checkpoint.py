@@ -124,8 +124,8 @@ class Breaks(SpringMass):
 @pytest.mark.parametrize("part", [0.05, 0.3, 0.95])
 def test_broken_off_and_resumed(error: type[BaseException], part: float, tmp_path: Path) -> None:
     """Nothing is lost and nothing done twice: the participant is called as often as without the break, and
-    for the window that broke, the tries at the start and the answer by which it is known again."""
-    simulation = hl.CoSimulation(CHAIN, Breaks(), hl.Explicit(tolerance=1e3), 6e-7, substeps=1)
+    for the window that broke, the six tries at the start and the answer by which it is known again."""
+    simulation = hl.CoSimulation(CHAIN, Breaks(), hl.Explicit(tolerance=1.0), 6e-7, substeps=1)
     Breaks.calls, Breaks.last, Breaks.error = 0, 0, error
     with often():
         straight = simulation.run(UNTIL)

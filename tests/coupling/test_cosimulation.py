@@ -249,6 +249,10 @@ def test_no_agreement_names_window_time_and_residual() -> None:
     ("keywords", "message"),
     [
         ({"chain": "chain"}, "chain = 'chain'"),
+        ({"chain": 3}, "^chain = 3: must be a Chain, or a list of them$"),
+        ({"chain": PLATE, "structure": CHAIN}, r"^chain = Structure\(mass=.{1,100}…: must be a Chain, or a list"),
+        ({"chain": [PLATE], "structure": CHAIN}, r"^chain = \[Structure\(mass=.{1,100}…: must be a list of one Chain"),
+        ({"scheme": PLATE}, r"^scheme = Structure\(mass=.{1,100}…: must be a scheme such as"),
         ({"structure": 3.0}, r"structure = float: must be a Structure \(of a plate plate\.at"),
         ({"structure": Spring()}, r"scheme = Condensed.*needs a Structure; use Aitken"),
         ({"scheme": hl.Aitken}, "scheme = .*must be a scheme such as"),
@@ -281,5 +285,18 @@ def test_bad_runs() -> None:
         simulation.run(1e-3, save_every=2e-3)
     with pytest.raises(ValueError, match=r"until: .* saved times of 21 bodies are too many; give save_every"):
         hl.CoSimulation(CHAIN, None).run(until=1e3)
+    with pytest.raises(ValueError, match=r"save_every = 1e-12: 1e\+08 saved times .* too many; take a longer one"):
+        hl.CoSimulation(CHAIN, None).run(1e-4, save_every=1e-12)
     with pytest.raises(ValueError, match="tolerance = 0"):
         hl.Aitken(tolerance=0.0)
+    with pytest.raises(ValueError, match="tolerance = 1e-30: must lie between 1e-14 and 1"):
+        hl.Explicit(tolerance=1e-30)
+
+
+@pytest.mark.parametrize("scheme", [hl.FixedPoint, hl.Aitken, hl.IQN_ILS])
+def test_relaxation_from_2_on(scheme: type) -> None:
+    """Of a rigid structure a repetition leaves 1 − relaxation of the residual."""
+    for value in (2.0, 2.5):
+        with pytest.raises(ValueError, match=f"relaxation = {value}: must lie between 0 and 2"):
+            scheme(relaxation=value)
+    assert scheme(relaxation=1.99).relaxation == 1.99

@@ -178,18 +178,20 @@ def test_an_answer_is_not_told_at_length() -> None:
 
 
 @pytest.mark.parametrize("scheme", [*SCHEMES, "Explicit, unvetted"])
-@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, np.float32("nan")])
-def test_a_displacement_that_is_not_finite(value: Any, scheme: str) -> None:
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, np.float32("nan"), 1e300, -1e4])
+def test_a_displacement_that_is_not_finite_or_absurd(value: Any, scheme: str) -> None:
     liar = answering(lambda state, place: (state, place if abs(place) < 1e-8 else value))
     message = r"window from t = .* s: Liar\.advance returned a displacement of .* m"
     with pytest.raises(FloatingPointError, match=message):
         simulate(liar, SCHEMES.get(scheme, hl.Explicit(tolerance=None)))
 
 
-@pytest.mark.parametrize("scheme", SCHEMES)
-def test_displacements_that_count_from_elsewhere(scheme: str) -> None:
+@pytest.mark.parametrize("kind", [Sound, SoundPair])
+@pytest.mark.parametrize("scheme", [*SCHEMES, "Explicit, unvetted"])
+def test_displacements_that_count_from_elsewhere(scheme: str, kind: type) -> None:
+    liar = answering(lambda state, place: (state, place + 1e-6), kind)
     with pytest.raises(ValueError, match=r"Liar\.advance returned a displacement of .* without force: must be 0"):
-        simulate(answering(lambda state, place: (state, place + 1e-6)), SCHEMES[scheme])
+        simulate(liar, SCHEMES.get(scheme, hl.Explicit(tolerance=None)))
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)
@@ -295,6 +297,29 @@ def test_what_cannot_repeat_is_told_before_the_run(name: str, scheme: str) -> No
         simulate(hidden_states()[name](), SCHEMES[scheme])
 
 
+@pytest.mark.parametrize("scheme", ["Aitken", "IQN-ILS", "FixedPoint"])
+@pytest.mark.parametrize("kind", [Sound, SoundPair])
+def test_what_cannot_repeat_under_load_is_told_where_the_scheme_gives_up(kind: type, scheme: str) -> None:
+    """The try before the run is of a hundredth of the greatest force."""
+
+    class Slips(kind):  # type: ignore[misc, valid-type]
+        numbers = np.random.default_rng(1)
+
+        def advance(self, state: Any, force: Any, window: float) -> Any:
+            state, place = super().advance(state, force, window)
+            return state, place + np.where(np.abs(force) > 30.0, 1e-7 * self.numbers.normal(), 0.0)
+
+    slips = answering(lambda state, place: (state, place if np.ndim(place) else float(place)), Slips)
+    with pytest.raises(ValueError, match=r"Liar\.advance is not repeatable: from one state") as caught:
+        simulate(slips, SCHEMES[scheme])
+    assert isinstance(caught.value.__context__, hl.NotConverged)
+
+
+def test_what_repeats_but_does_not_converge_is_told_as_that() -> None:
+    with pytest.raises(hl.NotConverged, match=r"window 74, .*residual"):
+        simulate(Sound(), hl.Aitken(largest_count=1, tolerance=1e-14))
+
+
 def test_what_cannot_repeat_takes_part_unvetted() -> None:
     """Each substep is asked for once, in order, and comes to what the sound one does."""
 
@@ -382,6 +407,14 @@ def test_surfaces_that_are_none(surface: Any, message: str) -> None:
         hl.CoSimulation(CHAIN, odd, hl.Aitken())
 
 
+@pytest.mark.parametrize("passive", ["no", 0, None])
+def test_passive_is_true_or_false(passive: Any) -> None:
+    box = Sound()
+    box.passive = passive  # type: ignore[attr-defined]
+    with pytest.raises(ValueError, match=rf"Sound\.passive = {passive!r}: must be True or False"):
+        hl.CoSimulation(CHAIN, box, hl.Aitken())
+
+
 def test_what_is_no_participant() -> None:
     class NoSurface:
         start, advance = Sound.start, Sound.advance
@@ -406,3 +439,23 @@ def test_the_one_of_several_that_fails_is_named() -> None:
 
     with pytest.raises(ValueError, match=r"Second\.advance returned .*'far'.*: must be \(state, displacement in m\)"):
         hl.CoSimulation([CHAIN, CHAIN], [Sound(), Second()], hl.Aitken()).run(UNTIL)
+
+
+@pytest.mark.parametrize("scheme", [*SCHEMES, "Explicit, unvetted"])
+@pytest.mark.parametrize(("kind", "told"), [(FloatingPointError, FloatingPointError), (hl.NotConverged, RuntimeError)])
+def test_errors_that_the_loop_knows_too_are_told_as_the_participants(kind: Any, told: type, scheme: str) -> None:
+    class Fails(Sound):
+        failures = 0
+
+        def advance(self, state: Any, force: Any, window: float) -> Any:
+            if force > 1.0:
+                self.failures += 1
+                raise kind("the solver ended")
+            return super().advance(state, force, window)
+
+    fails = Fails()
+    message = r"the solver ended, raised by Fails\.advance\(state, force = .*, window = .*\)"
+    with pytest.raises(told, match=message) as caught:
+        simulate(fails, SCHEMES.get(scheme, hl.Explicit(tolerance=None)))
+    assert type(caught.value) is told
+    assert fails.failures == 1

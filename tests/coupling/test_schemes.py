@@ -215,10 +215,10 @@ def chain_windows(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 def test_condensed_takes_one_structural_solve_a_window() -> None:
     one, two = Counted(STRUCTURES["rod"]), Counted(CASES["two chains"]().structures[0])
     run = hl.CoSimulation(chain(), one).run(4e-4)
-    assert one.solves == run.substeps.sum() == run.sizes["time"] - 1
+    assert one.solves == run.substeps.sum() == 2 * (run.sizes["time"] - 1)
     both = [hl.ContactPoint(two, 0), hl.ContactPoint(two, 1)]
     run = hl.CoSimulation([chain(0.31), chain(0.2)], both).run(4e-4)
-    assert two.solves == run.substeps.sum() == run.sizes["time"] - 1
+    assert two.solves == run.substeps.sum() >= run.sizes["time"] - 1
     assert run.evaluations.sum() > 1.2 * two.solves
 
 
@@ -351,7 +351,7 @@ def test_halving_rescues_a_repetition_that_diverges() -> None:
 
 
 def test_windows_begin_with_pieces_as_the_last_one_ended() -> None:
-    """A window of 128 substeps of the lightest body converges in pieces; few attempts at all of them are made."""
+    """A window of 256 substeps of the lightest body converges in pieces; few attempts at all of them are made."""
 
     class Watched(hl.Aitken):
         def step(self, interface: Any, state: Any, length: float, substeps: int) -> Any:
@@ -360,9 +360,9 @@ def test_windows_begin_with_pieces_as_the_last_one_ended() -> None:
 
     tried: list[int] = []
     run = couple(CASES["lighter"](), Watched(), 5e-4, window=5e-5)
-    assert run.substeps.sum() == 10 * 128
-    assert tried.count(128) < 8
-    assert 0 < tried.count(32) < 100
+    assert run.substeps.sum() == 10 * 256
+    assert tried.count(256) < 8
+    assert 0 < tried.count(64) < 100
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 6])
