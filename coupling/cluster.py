@@ -15,7 +15,8 @@ from typing import Any
 import xarray as xr
 
 from coupling.store import Failure, Point
-from coupling.work import Batch, Outcome, Work
+from coupling.work import Batch, Outcome, Work, shown
+from structures.checks import short
 
 POLL = 5.0
 """Seconds after which a cluster is asked again how large it is."""
@@ -43,9 +44,10 @@ def on_cluster(work: Work, batches: list[Batch], cluster: Any) -> Iterator[tuple
             if outcome is not None:
                 yield i, work.keep(point, outcome)
             elif work.store is None:
-                raise RuntimeError(f"the workers that ran the sweep's point {point!r} died; perhaps for want of memory")
+                said = f"the workers that ran the sweep's point {shown(point)} died; perhaps for want of memory"
+                raise RuntimeError(said)
             else:
-                log.warning("the workers that ran the sweep's point %r died; it is tried again, alone", point)
+                log.warning("the workers that ran the sweep's point %s died; it is tried again, alone", shown(point))
                 killed[i] = point
         for one in killed.items():
             for i, point, outcome in _spread(distributed, client, task, [dict([one])]):
@@ -67,11 +69,11 @@ def check_cluster(cluster: Any) -> None:
     known = import_distributed().Client
     if not isinstance(cluster, str | known) or getattr(cluster, "asynchronous", False):
         raise ValueError(
-            f"cluster = {cluster!r}: must be a distributed.Client that is not asynchronous, or a scheduler's address, "
-            "such as 'tcp://10.0.0.1:8786'"
+            f"cluster = {short(cluster)}: must be a distributed.Client that is not asynchronous, or a scheduler's "
+            "address, such as 'tcp://10.0.0.1:8786'"
         )
     if getattr(cluster, "status", "running") in ("closing", "closed"):
-        raise ValueError(f"cluster = {cluster!r}: is closed; give a distributed.Client that is open")
+        raise ValueError(f"cluster = {short(cluster)}: is closed; give a distributed.Client that is open")
 
 
 @contextmanager
@@ -82,7 +84,7 @@ def _connected(distributed: ModuleType, cluster: Any) -> Iterator[Any]:
     try:
         client = distributed.Client(cluster, set_as_default=False)
     except (OSError, ValueError) as error:
-        raise ValueError(f"cluster = {cluster!r}: must be the address of a scheduler; {error}") from error
+        raise ValueError(f"cluster = {short(cluster)}: must be the address of a scheduler; {error}") from error
     with client:
         yield client
 

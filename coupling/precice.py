@@ -141,7 +141,7 @@ class _Interface:
         vector = _vector("direction", direction, size)
         length = float(np.linalg.norm(vector))
         if length == 0.0:
-            raise ValueError(f"direction = {direction!r}: must not be zero")
+            raise ValueError(f"direction = {short(direction)}: must not be zero")
         return vector / length
 
 
@@ -156,7 +156,7 @@ def _names(given: Mapping[str, str]) -> dict[str, str]:
 def _vector(name: str, value: Sequence[float], size: int) -> Vector:
     numbers = each(finite, name, np.asarray(value))
     if numbers.shape != (size,):
-        raise ValueError(f"{name} = {value!r}: must hold {size} numbers, as in the configuration")
+        raise ValueError(f"{name} = {short(value)}: must hold {size} numbers, as in the configuration")
     return numbers
 
 

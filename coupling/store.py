@@ -21,6 +21,7 @@ from h5netcdf import CompatibilityError
 
 from coupling.paths import path_of
 from coupling.result import versions
+from structures.checks import short
 
 Point = Mapping[str, Any]
 
@@ -197,7 +198,8 @@ def _compare(path: Path, manifest: Mapping[str, Any]) -> None:
         raise ValueError(f"store: {path} is not of a sweep, or damaged; give another folder")
     for key, value in manifest.items():
         if stored.get(key) != value:
-            raise ValueError(f"store: {path} has {key} = {stored.get(key)!r}, now it is {value!r}; give another folder")
+            told = f"{key} = {short(stored.get(key))}, now it is {short(value)}"
+            raise ValueError(f"store: {path} has {told}; give another folder")
 
 
 def _sweep_up(folder: Path) -> None:

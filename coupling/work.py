@@ -3,6 +3,7 @@
 import logging
 import os
 import pickle
+import traceback
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -28,6 +29,11 @@ Batch = Mapping[int, Point]
 log = logging.getLogger("hertzlink.sweep")
 
 
+def shown(point: Point) -> str:
+    """A point as an error shows it, no value at length."""
+    return "{" + ", ".join(f"{name!r}: {short(value)}" for name, value in point.items()) + "}"
+
+
 @dataclass(frozen=True)
 class Work:
     """What is done at every point: run `build(**point)` up to `until` (s), measure, and keep in the store if any."""
@@ -48,7 +54,7 @@ class Work:
             kept = instance("measure", self.measure(run), xr.Dataset, "a function that returns a Dataset")
             return kept.assign_attrs(run.attrs)
         except Exception as error:
-            error.add_note(f"in the sweep's point {point!r}")
+            error.add_note(f"in the sweep's point {shown(point)}")
             raise
 
     def run_elsewhere(self, point: Point) -> xr.Dataset:
@@ -59,9 +65,10 @@ class Work:
             if _travels(error):
                 raise
             told = RuntimeError(f"{type(error).__name__}: {error}")
-            for note in error.__notes__:
+            for note in (*error.__notes__, "".join(traceback.format_tb(error.__traceback__))):
                 told.add_note(note)
-            raise told from error
+        # Not from within the handler: the error would go along as the context of what is told.
+        raise told
 
     def attempt(self, point: Point) -> xr.Dataset | Failure:
         """The same, errors returned."""
@@ -109,7 +116,7 @@ def in_processes(work: Work, batches: list[Batch], jobs: int) -> Iterator[tuple[
             if work.store is None:
                 first = next(point for batch in batches for i, point in batch.items() if i not in told)
                 raise RuntimeError(
-                    f"a process died at one of the sweep's points, {short(first)} or a later one; perhaps for want of "
+                    f"a process died at one of the sweep's points, {shown(first)} or a later one; perhaps for want of "
                     "memory; give store= to find out which, and to keep the others"
                 ) from error
             log.warning("a process of the sweep was killed; the points that were running are tried again, one by one")

@@ -109,11 +109,26 @@ def test_an_error_names_the_point() -> None:
     assert caught.value.__notes__ == ["in the sweep's point {'radius': -0.001}"]
 
 
+def test_a_long_value_of_a_point_hides_no_other() -> None:
+    with pytest.raises(ValueError, match="length") as caught:
+        hl.sweep(on, until=4e-4, jobs=1, material=[replace(hl.PTFE, name="x" * 300)], length=[-1.0])
+    (note,) = caught.value.__notes__
+    assert note.endswith("…, 'length': -1.0}")
+    assert len(note) < 200
+
+
+def cannot(text: str) -> None:
+    raise TypeError("made of two things")
+
+
 class NoPickle(Exception):
-    """Cannot be made from its text alone."""
+    """Is pickled, but cannot be read back."""
 
     def __init__(self, code: int, where: str) -> None:
         super().__init__(f"code {code} in {where}")
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return cannot, (str(self),)
 
 
 def failing_or_dying(radius: float) -> hl.CoSimulation:
@@ -127,7 +142,9 @@ def failing_or_dying(radius: float) -> hl.CoSimulation:
 def test_an_error_that_no_pickle_holds_is_told_by_type_and_text() -> None:
     with pytest.raises(RuntimeError, match="NoPickle: code 7 in the mesh") as caught:
         hl.sweep(failing_or_dying, until=1e-4, jobs=2, radius=[2e-3, 3e-3])
-    assert caught.value.__notes__ == ["in the sweep's point {'radius': 0.003}"]
+    point, lines = caught.value.__notes__
+    assert point == "in the sweep's point {'radius': 0.003}"
+    assert "in failing_or_dying" in lines
     with pytest.raises(NoPickle):
         hl.sweep(failing_or_dying, until=1e-4, jobs=1, radius=[2e-3, 3e-3])
 
