@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import hertzlink as hl
+from structures.checks import short
 
 Answers = NDArray[np.float64]
 
@@ -39,8 +40,8 @@ def check_repeatable(participant: Any, window: float = WINDOW, size: float | Non
     """A window from one state, twice, gives one answer, then and later: the old state is left as it was."""
     state = participant.start()
     for drive in _drives(participant, 1, size):
-        first, answer = participant.advance(state, drive, window)
-        second, again = participant.advance(state, drive, window)
+        first, answer = _advance(participant, state, drive, window)
+        second, again = _advance(participant, state, drive, window)
         assert _same(answer, again), f"advance gave {answer!r}, and from the same state {again!r}"
         ahead = [_one(participant, end, drive, window) for end in (first, second)]
         assert _same(*ahead), f"after a repeated window advance gave {ahead[1]!r} instead of {ahead[0]!r}"
@@ -54,7 +55,7 @@ def check_independent(participant: Any, window: float = WINDOW, size: float | No
     states, turns = [participant.start(), participant.start()], ([], [])
     for drives in zip(*histories, strict=True):
         for n, drive in enumerate(drives):
-            states[n], answer = participant.advance(deepcopy(states[n]), drive, window)
+            states[n], answer = _advance(participant, deepcopy(states[n]), drive, window)
             turns[n].append(np.atleast_1d(answer))
     for one, other in zip(alone, turns, strict=True):
         assert _same(one, other), "a history changes where another is advanced in between: advance keeps a state"
@@ -71,7 +72,7 @@ def check_pickles(participant: Any, window: float = WINDOW, size: float | None =
     state = participant.start()
     for drive in _drives(participant, 5, size)[:8]:
         written = pickle.dumps(state)
-        state, answer = participant.advance(deepcopy(state), drive, window)
+        state, answer = _advance(participant, deepcopy(state), drive, window)
         assert _same(answer, _one(participant, pickle.loads(written), drive, window)), (
             "a pickled state goes on otherwise"
         )
@@ -116,13 +117,13 @@ def check_passive(participant: Any, window: float = WINDOW, size: float | None =
     without force, so that a displacement at rest counts for nothing.
     """
     rest = _shaped(participant, np.zeros(_points(participant)))
-    state, place = participant.advance(participant.start(), rest, window)
+    state, place = _advance(participant, participant.start(), rest, window)
     forces = [np.atleast_1d(force) for force in _drives(participant, 8, size)]
     moves: list[Any] = []
     for n in range(8 * WINDOWS):
         if n >= WINDOWS:
             forces.append(-WITHDRAWAL * _scale(forces[:WINDOWS]) / _scale(moves[:WINDOWS]) * moves[-1])
-        state, end = participant.advance(deepcopy(state), _shaped(participant, forces[n]), window)
+        state, end = _advance(participant, deepcopy(state), _shaped(participant, forces[n]), window)
         moves.append(np.atleast_1d(end) - np.atleast_1d(place))
         place = end
     work = np.cumsum(np.sum(np.array(forces) * moves, axis=1))
@@ -171,7 +172,7 @@ def _split(participant: Any, drives: Sequence[Any], window: float, parts: int) -
     for drive in drives:
         found = []
         for piece in _pieces(drive, parts):
-            state, answer = participant.advance(deepcopy(state), piece, window / parts)
+            state, answer = _advance(participant, deepcopy(state), piece, window / parts)
             found.append(np.atleast_1d(np.asarray(answer, float)))
         answers.append(np.mean(found, axis=0) if isinstance(drive, tuple) else found[-1])
     return np.array(answers)
@@ -194,8 +195,17 @@ def _mean_square(values: Answers) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
+def _advance(participant: Any, state: Any, drive: Any, window: float) -> Any:
+    """What it returns, a new state and the answer."""
+    returned = participant.advance(state, drive, window)
+    what = "mean force in N" if isinstance(participant, hl.MovingChain) else "displacement in m"
+    pair = isinstance(returned, tuple | list) and len(returned) == 2
+    assert pair, f"{type(participant).__name__}.advance returned {short(returned)}: must be (state, {what})"
+    return returned
+
+
 def _one(participant: Any, state: Any, drive: Any, window: float) -> Any:
-    return participant.advance(deepcopy(state), drive, window)[1]
+    return _advance(participant, deepcopy(state), drive, window)[1]
 
 
 def _points(participant: Any) -> int:

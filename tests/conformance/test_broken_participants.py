@@ -167,6 +167,40 @@ def test_a_fault_is_caught_by_its_own_check_alone(broken: type, name: str) -> No
         CHECKS[name](broken)
 
 
+def asked_for(name: str, folder: Path) -> Any:
+    """The suite by its option, from a folder."""
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(Path(__file__).parent)]
+    return subprocess.run([*command, "--participant", name], cwd=folder, capture_output=True, text=True)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("plant", "must be module:function"),
+        ("plant:nosuch", "plant has no function nosuch"),
+        ("plant:number", "plant has no function number"),
+        ("nosuch:make", "cannot import nosuch from this folder: No module named 'nosuch'"),
+    ],
+)
+def test_what_the_option_does_not_find_is_told_in_a_line(name: str, told: str, tmp_path: Path) -> None:
+    (tmp_path / "plant.py").write_text("number = 3\n")
+    done = asked_for(name, tmp_path)
+    assert done.returncode == pytest.ExitCode.USAGE_ERROR
+    assert done.stderr.strip() == f"ERROR: --participant {name}: {told}"
+
+
+@pytest.mark.parametrize("returned", [None, (0.0, 0.0, 0.0)])
+@pytest.mark.parametrize("name", CHECKS)
+def test_what_is_no_answer_is_told_as_in_a_run(name: str, returned: Any) -> None:
+    class Mute(Sound):
+        def advance(self, state: Any, force: float, window: float) -> Any:
+            return returned
+
+    with pytest.raises(AssertionError, match=r"Mute\.advance returned .*: must be \(state, displacement in m\)"):
+        CHECKS[name](Mute)
+
+
 @pytest.mark.thorough
 @pytest.mark.parametrize(("damping", "code"), [(40.0, 0), (-40.0, 1)])
 def test_a_users_participant_by_the_option(damping: float, code: int, tmp_path: Path) -> None:
@@ -176,10 +210,11 @@ def test_a_users_participant_by_the_option(damping: float, code: int, tmp_path: 
         f"import sys\nsys.path.insert(0, {str(here)!r})\nfrom test_broken_participants import Sound\n\n\n"
         f"def make():\n    made = Sound()\n    made.damping = {damping}\n    return made\n"
     )
-    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(here / "test_conformance.py")]
-    done = subprocess.run([*command, "--participant", "plant:make"], cwd=tmp_path, capture_output=True, text=True)
+    done = asked_for("plant:make", tmp_path)
     assert done.returncode == code, done.stdout
     assert ("gives back more than it was given" in done.stdout) == bool(code)
+    assert ("8 passed" in done.stdout) != bool(code)
+    assert "skipped" not in done.stdout
 
 
 def test_random_answers_are_neither_repeatable_nor_deterministic() -> None:

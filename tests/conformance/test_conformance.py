@@ -3,10 +3,7 @@
 The function makes a new participant each time. Each check can be called from Python too: see participant_checks.py.
 """
 
-import sys
 from collections.abc import Callable
-from importlib import import_module
-from pathlib import Path
 from typing import Any
 
 import participant_checks as checks
@@ -19,20 +16,12 @@ OF_STRUCTURES = [checks.check_splits, checks.check_passive, checks.check_starts_
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     named = metafunc.config.getoption("participant", None)
-    structures, chains = ({named: _named(named)}, {}) if named else (OURS, CHAINS)
+    structures, chains = ({named[0]: named[1]}, {}) if named else (OURS, CHAINS)
     if "make" in metafunc.fixturenames:
         found = {**structures, **(chains if "chains" in metafunc.function.__name__ else {})}
         metafunc.parametrize("make", list(found.values()), ids=list(found))
     elif "chain" in metafunc.fixturenames:
         metafunc.parametrize("chain", list(chains.values()), ids=list(chains))
-
-
-def _named(name: str) -> Callable[[], Any]:
-    module, _, function = name.partition(":")
-    if not function:
-        raise pytest.UsageError(f"--participant {name}: must be module:function")
-    sys.path.insert(0, str(Path.cwd()))
-    return getattr(import_module(module), function)
 
 
 @pytest.mark.parametrize("check", ALIKE, ids=lambda check: check.__name__)
