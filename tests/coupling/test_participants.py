@@ -85,9 +85,9 @@ def test_a_black_box_does_as_the_structure_that_it_is(scheme: str) -> None:
         chains = [CHAIN, hl.Chain([BEAD] * 2, BEAD, 0.2)] if structure is pair else CHAIN
         expected = hl.CoSimulation(chains, structure).run(UNTIL)
         greatest = float(expected.contact_force.max())
-        interval = found.sizes["time"] // expected.sizes["time"] + 1 if scheme == "Explicit" else 1
-        force = found.contact_force.isel(time=slice(None, None, interval))
-        assert force.values == pytest.approx(expected.contact_force.values, abs=1e-3 * greatest, nan_ok=True)
+        assert found.contact_force.values == pytest.approx(
+            expected.contact_force.values, abs=1e-3 * greatest, nan_ok=True
+        )
         assert found.structure_kinetic_energy.isnull().all()
         assert hl.energy_error(found) < 1e-4
 
@@ -223,7 +223,8 @@ def test_a_source_of_energy_is_found_out_unless_it_says_so(scheme: str) -> None:
         simulate(FeedsEnergy(), chosen, 1e-3)
     honest = FeedsEnergy()
     honest.passive = False  # type: ignore[attr-defined]
-    run = simulate(honest, chosen, 1e-3)
+    # What an exchange makes of such a motion would stop an explicit scheme that looks at it.
+    run = simulate(honest, hl.Explicit(tolerance=None) if isinstance(chosen, hl.Explicit) else chosen, 1e-3)
     assert float(run.structure_work.min()) < -0.01 * float(run.impact_energy)
 
 
