@@ -353,7 +353,7 @@ POINT = hl.ContactPoint(PLATE, 0)
     [
         ([], None, None, r"chain = \[\]: must be a list of one Chain or more"),
         ([CHAIN, BEAD], PLATE, None, r"chain = .*: must be a list of one Chain or more"),
-        (BEAD, PLATE, None, "chain = .*: must be a list of one Chain or more"),
+        (BEAD, PLATE, None, "chain = .*: must be a Chain, or a list of them"),
         ([CHAIN] * 3, PLATE, None, "structure: must be a list of 3, or one structure with 3 contact points"),
         ([CHAIN] * 2, ACRYLIC_ROD, None, "structure: must be a list of 2, or one structure with 2 contact points"),
         ([CHAIN] * 2, [ACRYLIC_ROD], None, "structure: has 1 entries, must have one for each of 2 chains"),
