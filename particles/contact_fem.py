@@ -1,0 +1,218 @@
+"""Contact laws by finite elements: bodies of revolution that touch at their poles, hollow ones too.
+
+Each body is half a bead, down to its mid-plane, condensed to its surface (`compliance`); both are pressed together
+without friction (`active_set`). Linear elasticity, so strains must stay small.
+"""
+
+import logging
+from dataclasses import dataclass, replace
+from math import log2, nan, sqrt
+
+import numpy as np
+
+from particles.active_set import edge_approach, forces_of_steps
+from particles.bead import Bead, HollowSphere
+from particles.compliance import MIDPLANES, surface_compliance
+from particles.contact import SMALL_CONTACT, PowerLaw, TabulatedLaw, contact_law
+from particles.contact_mesh import Spheroid, body_of, half_plane
+from particles.power_fit import PowerFit, fit_power_law
+from structures.checks import instance, one_of, positive
+from structures.structure import Vector
+from structures.surface import Surface, hertz_stiffness, relative_curvatures
+
+ELEMENTS = 30
+"""Over the radius of the widest contact: 10 µm for the thesis's hollow spheres, pressed by 20 µm."""
+
+FEWEST = 3
+"""Elements over the radius of the narrowest contact that is computed."""
+
+ORDER = 2.0
+"""Of the convergence of F(δ) where the contact's edge lies at a corner of the mesh."""
+
+LARGE_ERROR = 0.01
+
+LEAST_ORDER = 1.0
+
+WIDEST_CONTACT = 0.5
+"""Radius of a contact over that of a body, beyond which half a bead pressed along its axis says nothing."""
+
+THIN = 0.1
+"""Approach over the thickness of a wall, from which its turns count."""
+
+MARGIN = 1.15
+"""How far the mesh lets bodies touch, over the contact's radius between half-spaces."""
+
+ROUGH, TRIES = 15.0, 12
+"""Elements over the widest contact, and trials, of the rough law that tells the approach at a force."""
+
+PARTS_BELOW = np.geomspace(1e-9, 1.0, 72, endpoint=False)
+"""Forces below the first computed one, over it."""
+
+log_of_laws = logging.getLogger("hertzlink.contact")
+
+
+@dataclass(frozen=True)
+class FemLaw(TabulatedLaw):
+    """A contact law by finite elements, computed from the approach `smallest` to `largest`, m.
+
+    Below, it goes on as Hertz's law in series with a spring, through the first computed point; beyond `largest`, a run
+    warns. error: largest relative error of the force in the range, estimated from a mesh of cells twice as large;
+    order: the observed order of convergence, from a third mesh; nan where that is too coarse to tell.
+    """
+
+    smallest: float = 0.0
+    error: float = 0.0
+    order: float = nan
+
+    def fit(self, lowest: float | None = None, highest: float | None = None, weighting: str = "relative") -> PowerFit:
+        """The nearest power law, by default over the whole computed range; see `fit_power_law`."""
+        low = self.smallest if lowest is None else lowest
+        return fit_power_law(self, low, self.largest if highest is None else highest, weighting)
+
+
+def contact_law_fem(
+    first: Bead,
+    second: Bead | Surface | None = None,
+    max_force: float | None = None,
+    max_approach: float | None = None,
+    midplane: str = "roller",
+    spacing: float | None = None,
+) -> FemLaw:
+    """The law of two bodies of revolution by finite elements, up to max_force (N) or max_approach (m).
+
+    first, second: Sphere, HollowSphere or Ellipsoid(axis="along"); second may be a Surface, which is a half-space
+    (curved: with the gap of an arc), and is by default like the first. The approach is that of their mid-planes, which
+    may slide sideways (midplane "roller", the thesis's) or not ("clamped").
+    Quadratic elements on the true arc, the gap that of the undeformed arcs, no friction, small strains; primal-dual
+    active set. spacing, m: size of the elements at the contact; by default a thirtieth of the radius of the widest
+    contact. Load steps are the approaches at which the contact's edge meets a corner of the mesh: there the force
+    converges smoothly, by the square of the spacing; elsewhere it is as good only on average.
+    Ranges that leave small strains, and meshes too coarse for 1 %, get a caution, logged.
+    Raises ValueError for other bodies, for surfaces that conform, and where a contact has no three elements;
+    ActiveSetNotConverged.
+    """
+    instance("first", first, Bead, "a body")  # type: ignore[arg-type]
+    second = first if second is None else instance("second", second, Bead | Surface, "a body or a Surface")  # type: ignore[arg-type]
+    one_of("midplane", midplane, MIDPLANES)
+    if (max_force is None) == (max_approach is None):
+        raise ValueError(f"max_force = {max_force!r}, max_approach = {max_approach!r}: one of the two must be given")
+    contact = _Contact(first, second, midplane)
+    if max_approach is not None:
+        return contact.law(positive("max_approach", max_approach, "m"), spacing)
+    wanted = positive("max_force", max_force, "N")  # type: ignore[arg-type]
+    return contact.law_to_force(wanted, spacing)
+
+
+Points = tuple[Vector, Vector]
+"""Approaches, m, and forces, N."""
+
+
+class _Contact:
+    """Two bodies that touch at their poles, and what their radii and walls allow."""
+
+    def __init__(self, first: Bead, second: Bead | Surface, midplane: str) -> None:
+        self.beads, self.midplane = (("first", first), ("second", second)), midplane
+        for name, bead in self.beads:
+            body_of(bead, 1.0, name)
+        one, other = first.surface, second if isinstance(second, Surface) else second.surface
+        self.curvature = relative_curvatures(one, other)[1]
+        self.hertz = PowerLaw(hertz_stiffness(one, other))
+        self.half_spaces = contact_law(first, second)
+
+    def widest(self, approach: float) -> float:
+        """Radius of the contact at an approach, m, between half-spaces; between shells it is smaller."""
+        return sqrt(approach / self.curvature)
+
+    def law(self, approach: float, spacing: float | None) -> FemLaw:
+        """The law up to an approach, m."""
+        size = self.widest(approach) / ELEMENTS if spacing is None else positive("spacing", spacing, "m")
+        fine = self.steps(approach, size)
+        error, order = _error(fine, *(self.steps(approach, size, coarser, fewest=1) for coarser in (2.0, 4.0)))
+        cautions = self._cautions(approach)
+        if error > LARGE_ERROR:
+            cautions.append(f"cells of {size:.3g} m leave the force off by some {100.0 * error:.2g} %")
+        caution = "; ".join(cautions)
+        if caution:
+            log_of_laws.warning("contact_law_fem: %s", caution)
+        points = _continued_to_zero(fine, self.hertz)
+        return FemLaw(*points, "finite elements", caution, approach, float(fine[0][0]), error, order)  # type: ignore[arg-type]
+
+    def law_to_force(self, force: float, spacing: float | None) -> FemLaw:
+        """The law up to a force, N: a rough law tells how far the bodies approach."""
+        approach = float(self.half_spaces.approach(np.array(force)))
+        for _ in range(TRIES):
+            approach *= 1.2
+            rough = TabulatedLaw(*self.steps(approach, self.widest(approach) / ROUGH))  # type: ignore[arg-type]
+            if rough.forces[-1] > 1.05 * force:
+                law = self.law(1.03 * float(rough.approach(np.array(force))), spacing)
+                return replace(law, largest=float(law.approach(np.array(force))))
+        raise ValueError(f"max_force = {force!r}: not reached at an approach of {approach:.3g} m; ask for less")
+
+    def steps(self, approach: float, size: float, coarser: float = 1.0, fewest: int = FEWEST) -> Points:
+        """Approaches, m, at which the contact's edge meets a corner of the mesh, past `approach` by one; forces, N.
+
+        size: of the cells at the contact, m; coarser: a factor on all cells; fewest: cells in the narrowest contact.
+        """
+        compliance, gap = self._condensed(approach, size, coarser)
+        edges = np.array([edge_approach(compliance, gap, last) for last in range(2 * fewest, gap.size, 2)])
+        rising = edges[edges >= np.maximum.accumulate(edges)]
+        needed = int(np.searchsorted(rising, approach)) + 1
+        if needed > rising.size:
+            raise ValueError(f"approach = {approach:.3g} m: the contact is wider there than between half-spaces")
+        if needed < 2:
+            raise ValueError(
+                f"spacing = {size:.3g} m: gives the widest contact fewer than {FEWEST} cells; must be less than "
+                f"{self.widest(approach) / FEWEST:.3g} m"
+            )
+        return rising[:needed], forces_of_steps(compliance, gap, rising[:needed])
+
+    def _condensed(self, approach: float, size: float, coarser: float) -> tuple[Vector, Vector]:
+        """Compliance of both bodies together, m × m, m/N, and the gap between their surfaces, m numbers, m."""
+        reach = MARGIN * self.widest(approach) + 2.0 * size * coarser
+        compliances, drops = {}, []
+        for name, bead in self.beads:
+            body = body_of(bead, reach, name)
+            if isinstance(body, Spheroid) and reach > WIDEST_CONTACT * body.radius:
+                raise ValueError(
+                    f"{name} = {bead!r}: is too small for a contact of {reach:.3g} m radius, at an approach of "
+                    f"{approach:.3g} m; ask for less"
+                )
+            plane = half_plane(body, reach, size, coarser)
+            drops.append(body.drop(plane.along[plane.surface]))
+            if body not in compliances:
+                compliances[body] = surface_compliance(body, plane, self.midplane)
+        one, other = (compliances[body_of(bead, reach, name)] for name, bead in self.beads)
+        return one + other, drops[0] + drops[1]
+
+    def _cautions(self, approach: float) -> list[str]:
+        """Where strains or turns are no longer small."""
+        cautions, radius = [], self.widest(approach)
+        if radius * self.curvature > SMALL_CONTACT:
+            cautions.append(f"a contact of {radius:.3g} m radius leaves small strains")
+        for _, bead in self.beads:
+            if isinstance(bead, HollowSphere) and approach > THIN * (bead.radius - bead.inner_radius):
+                cautions.append(f"an approach of {approach:.3g} m leaves the small turns of a wall so thin")
+        return list(dict.fromkeys(cautions))
+
+
+def _error(fine: Points, coarse: Points, coarsest: Points) -> tuple[float, float]:
+    """Largest relative error of the finest law's force, and the observed order, from meshes of cells twice as large.
+
+    The order is that of the mean differences where all three hold. Without one, the whole difference is the error.
+    """
+    approaches, forces = fine
+    by_coarse, by_coarsest = (TabulatedLaw(*points).force(approaches) for points in (coarse, coarsest))  # type: ignore[arg-type]
+    near = np.abs(by_coarse - forces) / forces
+    far = np.abs(by_coarsest - by_coarse) / forces
+    common = approaches >= coarsest[0][0]
+    order = log2(float(far[common].mean() / near[common].mean())) if np.count_nonzero(common) > 2 else nan
+    gain = 2.0 ** min(max(order, LEAST_ORDER), ORDER) if order == order else 2.0
+    return float(near.max()) / (gain - 1.0), order
+
+
+def _continued_to_zero(points: Points, hertz: PowerLaw) -> Points:
+    """The points, and before them Hertz's law in series with the spring that leads to the first one."""
+    approach, force = points[0][0], points[1][0]
+    forces = force * PARTS_BELOW
+    softness = (approach - float(hertz.approach(np.array(force)))) / force
+    return np.append(hertz.approach(forces) + softness * forces, points[0]), np.append(forces, points[1])
