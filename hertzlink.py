@@ -57,6 +57,7 @@ from coupling.tracks import Track, follow_waves  # noqa: E402
 from coupling.views.paraview import write_vtu  # noqa: E402
 from coupling.views.pictures import animation, picture  # noqa: E402
 from coupling.windows import Adaptive  # noqa: E402
+from particles.active_set import ActiveSetNotConverged  # noqa: E402
 from particles.bead import Cylinder, Ellipsoid, HollowSphere, Sphere, drop_speed  # noqa: E402
 from particles.chain import Chain  # noqa: E402
 from particles.contact import PowerLaw, TabulatedLaw, contact_law  # noqa: E402
@@ -154,15 +155,15 @@ from structures.theory import (  # noqa: E402
 )
 
 __all__ = [
-    "ACRYLIC", "ALUMINIUM_6061", "Adaptive", "Aitken", "BRASS_360", "COPPER", "CentralDifference", "Chain",
-    "CoSimulation", "Condensed", "ContactPoint", "Cylinder", "ElasticEdge", "Ellipsoid", "Explicit", "Fit",
-    "FixedPoint", "Foundation", "GeneralisedAlpha", "HollowSphere", "IQN_ILS", "KuwabaraKono", "Laminate", "Layer",
-    "LinearDashpot", "MATERIALS", "MassProportional", "Material", "MovingChain", "MovingStructure", "NYLON", "Newmark",
-    "NotConverged", "OrthotropicMaterial", "Outline", "POLYCARBONATE", "PTFE", "Panel", "Participant", "Piston",
-    "Plate", "Ply", "PointMass", "PowerDashpot", "PowerLaw", "PushedBead", "ReflectedWave", "Reflections",
-    "Restitution", "STEEL_316", "STEEL_440C", "Section", "Sphere", "SpringLoaded", "Stiffener", "Structure", "Supports",
-    "Surface", "THESIS_IMPACT", "TabulatedLaw", "Track", "Tsuji", "Wave", "Weakened", "amplitude_ratio",
-    "angular_frequency", "animation", "as_signal", "axial_stiffness", "batch", "calibration_factor",
+    "ACRYLIC", "ALUMINIUM_6061", "ActiveSetNotConverged", "Adaptive", "Aitken", "BRASS_360", "COPPER",
+    "CentralDifference", "Chain", "CoSimulation", "Condensed", "ContactPoint", "Cylinder", "ElasticEdge", "Ellipsoid",
+    "Explicit", "Fit", "FixedPoint", "Foundation", "GeneralisedAlpha", "HollowSphere", "IQN_ILS", "KuwabaraKono",
+    "Laminate", "Layer", "LinearDashpot", "MATERIALS", "MassProportional", "Material", "MovingChain", "MovingStructure",
+    "NYLON", "Newmark", "NotConverged", "OrthotropicMaterial", "Outline", "POLYCARBONATE", "PTFE", "Panel",
+    "Participant", "Piston", "Plate", "Ply", "PointMass", "PowerDashpot", "PowerLaw", "PushedBead", "ReflectedWave",
+    "Reflections", "Restitution", "STEEL_316", "STEEL_440C", "Section", "Sphere", "SpringLoaded", "Stiffener",
+    "Structure", "Supports", "Surface", "THESIS_IMPACT", "TabulatedLaw", "Track", "Tsuji", "Wave", "Weakened",
+    "amplitude_ratio", "angular_frequency", "animation", "as_signal", "axial_stiffness", "batch", "calibration_factor",
     "characteristic_length", "circle", "contact_events", "contact_law", "contact_law_fem", "contact_time",
     "contact_time_half_space", "contact_to_sensor_ratio", "critical_distance", "critical_distance_bounds",
     "critical_modulus", "cutoff_frequency", "cylinder", "drop_speed", "energy_error", "fit_dissipation", "follow_waves",

@@ -30,8 +30,10 @@ ORDER = 2.0
 """Of the convergence of F(δ) where the contact's edge lies at a corner of the mesh."""
 
 LARGE_ERROR = 0.01
+"""Of the force, above which a law says so."""
 
 LEAST_ORDER = 1.0
+"""Below this, the difference to the coarser law is taken for the error as it is."""
 
 WIDEST_CONTACT = 0.5
 """Radius of a contact over that of a body, beyond which half a bead pressed along its axis says nothing."""
@@ -86,7 +88,7 @@ def contact_law_fem(
     Quadratic elements on the true arc, the gap that of the undeformed arcs, no friction, small strains; primal-dual
     active set. spacing, m: size of the elements at the contact; by default a thirtieth of the radius of the widest
     contact. Load steps are the approaches at which the contact's edge meets a corner of the mesh: there the force
-    converges smoothly, by the square of the spacing; elsewhere it is as good only on average.
+    converges smoothly, by the square of the spacing, while between them the tangent trembles.
     Ranges that leave small strains, and meshes too coarse for 1 %, get a caution, logged.
     Raises ValueError for other bodies, for surfaces that conform, and where a contact has no three elements;
     ActiveSetNotConverged.
@@ -126,7 +128,11 @@ class _Contact:
     def law(self, approach: float, spacing: float | None) -> FemLaw:
         """The law up to an approach, m."""
         size = self.widest(approach) / ELEMENTS if spacing is None else positive("spacing", spacing, "m")
+        if size * FEWEST > self.widest(approach):
+            raise self._too_coarse(approach, size)
         fine = self.steps(approach, size)
+        if fine[0][0] >= approach:
+            raise self._too_coarse(approach, size)
         error, order = _error(fine, *(self.steps(approach, size, coarser, fewest=1) for coarser in (2.0, 4.0)))
         cautions = self._cautions(approach)
         if error > LARGE_ERROR:
@@ -156,15 +162,16 @@ class _Contact:
         compliance, gap = self._condensed(approach, size, coarser)
         edges = np.array([edge_approach(compliance, gap, last) for last in range(2 * fewest, gap.size, 2)])
         rising = edges[edges >= np.maximum.accumulate(edges)]
-        needed = int(np.searchsorted(rising, approach)) + 1
+        needed = max(int(np.searchsorted(rising, approach)) + 1, 2)
         if needed > rising.size:
             raise ValueError(f"approach = {approach:.3g} m: the contact is wider there than between half-spaces")
-        if needed < 2:
-            raise ValueError(
-                f"spacing = {size:.3g} m: gives the widest contact fewer than {FEWEST} cells; must be less than "
-                f"{self.widest(approach) / FEWEST:.3g} m"
-            )
         return rising[:needed], forces_of_steps(compliance, gap, rising[:needed])
+
+    def _too_coarse(self, approach: float, size: float) -> ValueError:
+        return ValueError(
+            f"spacing = {size:.3g} m: leaves the radius of the widest contact fewer than {FEWEST} cells; "
+            f"{self.widest(approach) / ELEMENTS:.3g} m is a good one"
+        )
 
     def _condensed(self, approach: float, size: float, coarser: float) -> tuple[Vector, Vector]:
         """Compliance of both bodies together, m × m, m/N, and the gap between their surfaces, m numbers, m."""
@@ -198,7 +205,8 @@ class _Contact:
 def _error(fine: Points, coarse: Points, coarsest: Points) -> tuple[float, float]:
     """Largest relative error of the finest law's force, and the observed order, from meshes of cells twice as large.
 
-    The order is that of the mean differences where all three hold. Without one, the whole difference is the error.
+    The order is that of the mean differences where all three hold. Without one, the whole difference is the error;
+    observed orders above two, where the bodies' bending tells, are not trusted to last.
     """
     approaches, forces = fine
     by_coarse, by_coarsest = (TabulatedLaw(*points).force(approaches) for points in (coarse, coarsest))  # type: ignore[arg-type]

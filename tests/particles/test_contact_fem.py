@@ -1,0 +1,314 @@
+"""Contact laws by finite elements: Hertz, thin shells, the thesis's Table 5.1, the uncondensed mesh, bad input."""
+
+import logging
+from math import pi
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import sparse
+from scipy.sparse.linalg import spsolve
+from skfem import Basis, ElementQuad2
+
+import hertzlink as hl
+from particles.active_set import ActiveSetNotConverged, contact_forces, edge_approach, forces_of_steps
+from particles.compliance import supported_stiffness, surface_compliance
+from particles.contact_fem import FemLaw, contact_law_fem
+from particles.contact_mesh import Body, HalfPlane, body_of, half_plane
+from particles.power_fit import fit_power_law
+from structures.structure import Vector
+
+ALUMINIUM, STEEL = hl.ALUMINIUM_6061, hl.STEEL_316
+RADIUS = 9.525e-3
+TABLE_5_1 = {0.0: (3.759e9, 1.504), 0.5: (3.193e9, 1.493), 0.75: (1.174e9, 1.423), 0.908: (4.671e7, 1.222)}
+SPHERE = hl.Sphere(RADIUS, ALUMINIUM)
+
+
+def bead(ratio: float) -> hl.Sphere | hl.HollowSphere:
+    return hl.HollowSphere(RADIUS, ratio * RADIUS, ALUMINIUM) if ratio else SPHERE
+
+
+@pytest.fixture(scope="module")
+def laws() -> dict[float, FemLaw]:
+    return {ratio: contact_law_fem(bead(ratio), max_approach=20e-6) for ratio in TABLE_5_1}
+
+
+def against_hertz(law: FemLaw, first: hl.Sphere, second: hl.Sphere | hl.Surface, approaches: Vector) -> Vector:
+    """Relative deviation of the force."""
+    return law.force(approaches) / hl.contact_law(first, second).force(approaches) - 1.0
+
+
+@pytest.mark.parametrize("ratio", TABLE_5_1)
+def test_hollow_spheres_of_the_thesis(laws: dict[float, FemLaw], ratio: float) -> None:
+    """Table 5.1, Abaqus: F(δ) within 4 % from 1 to 20 µm."""
+    approaches = np.geomspace(1e-6, 20e-6, 100)
+    stiffness, exponent = TABLE_5_1[ratio]
+    assert laws[ratio].force(approaches) == pytest.approx(stiffness * approaches**exponent, rel=0.04)
+    assert laws[ratio].caution == ""
+    assert laws[ratio].largest == 20e-6
+
+
+@pytest.mark.parametrize("ratio", TABLE_5_1)
+def test_fits_of_the_thesis(laws: dict[float, FemLaw], ratio: float) -> None:
+    """Table 5.1's k and n come out of 0.2 to 10 µm by least squares of the force: n within 0.004, k within 1.5 %."""
+    fit = laws[ratio].fit(0.2e-6, 10e-6, "absolute")
+    stiffness, exponent = TABLE_5_1[ratio]
+    assert fit.exponent == pytest.approx(exponent, abs=0.004)
+    assert fit.stiffness == pytest.approx(stiffness, rel=0.015)
+
+
+def test_solid_spheres(laws: dict[float, FemLaw]) -> None:
+    """Hertz within 0.4 % at 1 µm, 1.2 % at 10 µm; beads are stiffer than half-spaces."""
+    off = against_hertz(laws[0.0], SPHERE, SPHERE, np.array([1e-6, 10e-6]))
+    assert 0.0 < off[0] < 0.004
+    assert off[0] < off[1] < 0.012
+
+
+def edge_law(body: Body, reach: float, cells: int, growth: float) -> hl.TabulatedLaw:
+    """The law of a body and its mirror image: cells up to the reach; growth beside that of contact_law_fem."""
+    plane = half_plane(body, reach, reach / cells / growth, growth)
+    compliance = 2.0 * surface_compliance(body, plane, "roller")
+    gap = 2.0 * body.drop(plane.along[plane.surface])
+    edges = np.array([edge_approach(compliance, gap, last) for last in range(2, gap.size, 2)])
+    return hl.TabulatedLaw(edges, forces_of_steps(compliance, gap, edges))  # type: ignore[arg-type]
+
+
+@pytest.mark.thorough
+def test_observed_order() -> None:
+    """A contact small beside its bead is Hertz's; the error of the force falls by the square of the cells' size."""
+    body, top = body_of(SPHERE, 1.0, "first"), 1e-12
+    approaches = np.linspace(0.3, 1.0, 20) * top
+    reach = 1.2 * np.sqrt(0.5 * top * RADIUS)
+    errors = [
+        np.abs(against_hertz(edge_law(body, reach, cells, 0.8), SPHERE, SPHERE, approaches)).mean()
+        for cells in (5, 10, 20)
+    ]
+    assert errors[-1] < 2e-4
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(2.0, abs=0.2)
+    assert np.log2(errors[1] / errors[2]) == pytest.approx(2.0, abs=0.2)
+
+
+def test_error_estimate_and_smoothness(laws: dict[float, FemLaw]) -> None:
+    """The estimate holds the error beside a law of half the spacing, and its tangent does not tremble."""
+    ratio = 0.908
+    size = np.sqrt(0.5 * 20e-6 * RADIUS) / 60.0
+    finer = contact_law_fem(bead(ratio), max_approach=20e-6, spacing=size)
+    law = laws[ratio]
+    approaches = np.geomspace(law.smallest, law.largest, 200)
+    error = np.abs(law.force(approaches) / finer.force(approaches) - 1.0).max()
+    assert 0.3 * law.error < error < law.error < 0.003
+    exponents = approaches * law.tangent(approaches) / law.force(approaches)
+    assert np.all(np.diff(exponents) < 1e-3)
+    assert exponents[0] < 1.45
+    assert exponents[-1] == pytest.approx(1.17, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        (SPHERE, hl.Surface(ALUMINIUM)),
+        (SPHERE, hl.Surface(STEEL)),
+        (SPHERE, hl.Surface(STEEL, -50.0)),
+        (SPHERE, hl.Sphere(2.38e-3, STEEL)),
+        (hl.Sphere(2.38e-3, STEEL), SPHERE),
+        (hl.Ellipsoid(2.36e-3, 10.16e-3, STEEL, axis="along"), None),
+    ],
+)
+def test_small_contacts_are_hertzian(first: hl.Sphere, second: hl.Sphere | hl.Surface | None) -> None:
+    """Within 0.3 % where the contact is some 10⁻³ of the radius: unequal bodies, flats, hollows, poles of ellipsoids"""
+    law = contact_law_fem(first, second, max_approach=1e-8, spacing=0.3e-6)
+    approaches = np.geomspace(law.smallest, law.largest, 20)
+    assert against_hertz(law, first, first if second is None else second, approaches) == pytest.approx(0.0, abs=0.003)
+
+
+def test_thin_shell() -> None:
+    """Hertz in series with Reissner's shell, R/h = 20, within 2 %."""
+    shell = hl.HollowSphere(RADIUS, 0.95 * RADIUS, ALUMINIUM)
+    law = contact_law_fem(shell, max_force=5.0)
+    approaches = np.geomspace(law.smallest, law.largest, 20)
+    assert law.force(approaches) == pytest.approx(hl.contact_law(shell, shell).force(approaches), rel=0.02)
+
+
+@pytest.mark.parametrize("ratio", TABLE_5_1)
+def test_clamped_midplane(laws: dict[float, FemLaw], ratio: float) -> None:
+    """Stiffer, by up to 3.5 %; within 4.2 % of Table 5.1."""
+    law = contact_law_fem(bead(ratio), max_approach=20e-6, midplane="clamped")
+    approaches = np.geomspace(1e-6, 20e-6, 20)
+    stiffness, exponent = TABLE_5_1[ratio]
+    assert law.force(approaches) == pytest.approx(stiffness * approaches**exponent, rel=0.042)
+    gain = law.force(approaches) / laws[ratio].force(approaches) - 1.0
+    assert np.all(gain > 0.001)
+    assert np.all(gain < 0.035)
+
+
+def whole_mesh_force(sides: list[tuple[Body, HalfPlane]], approach: float) -> float:
+    """Force between two bodies on their whole meshes, each contact a row of its own: nodes change sides one by one."""
+    stiffness, pressed = zip(*(supported_stiffness(*side, "roller") for side in sides), strict=True)
+    start = stiffness[0].shape[0]
+    gap = sum(body.drop(plane.along[plane.surface]) for body, plane in sides)
+    overlap, touching = approach - gap, gap < 0.5 * approach
+    both = sparse.block_diag(stiffness) / 1e9
+    while True:
+        rows, count = np.flatnonzero(touching), int(touching.sum())
+        joined = np.concatenate([pressed[0][rows], start + pressed[1][rows]])
+        pairs = sparse.csr_array((np.ones(2 * count), (np.tile(np.arange(count), 2), joined)), (count, both.shape[0]))
+        system = sparse.csc_array(sparse.block_array([[both, -pairs.T], [-pairs, None]]))
+        solution = spsolve(system, np.concatenate([np.zeros(both.shape[0]), -overlap[rows]]))
+        moved = solution[pressed[0]] + solution[start + pressed[1]]
+        forces = np.zeros(gap.size)
+        forces[rows] = 1e9 * solution[both.shape[0] :]
+        inside = np.where(touching, np.inf, overlap - moved)
+        worst = int(np.argmin(forces)) if forces.min() < 0.0 else int(np.argmin(-np.where(touching, -np.inf, inside)))
+        if forces.min() >= 0.0 and not np.any((overlap - moved > 1e-16) & ~touching):
+            return float(forces.sum())
+        touching[worst] = not touching[worst]
+
+
+@pytest.mark.parametrize("approach", [2e-6, 7.3e-6, 20e-6])
+def test_same_force_on_the_whole_mesh(approach: float) -> None:
+    """Without condensing, a steel ball in an aluminium shell: the same to 1e-8, between the load steps too."""
+    reach, spacing = 0.4e-3, 0.04e-3
+    bodies = [body_of(body, reach, "first") for body in (bead(0.75), hl.Sphere(6e-3, STEEL))]
+    sides = [(body, half_plane(body, reach, spacing)) for body in bodies]
+    compliance = sum(surface_compliance(body, plane, "roller") for body, plane in sides)
+    gap = sum(body.drop(plane.along[plane.surface]) for body, plane in sides)
+    force = forces_of_steps(compliance, gap, np.append(np.geomspace(1e-6, approach, 5)[:-1], approach))[-1]  # type: ignore[arg-type]
+    assert force == pytest.approx(whole_mesh_force(sides, approach), rel=1e-8)
+
+
+def test_many_load_steps_follow_the_law(laws: dict[float, FemLaw]) -> None:
+    """The force at 120 approaches anywhere, each active set from the last, is the law's within its trembling."""
+    body, reach = body_of(bead(0.908), 1.0, "first"), 0.36e-3
+    plane = half_plane(body, reach, 10e-6)
+    compliance = 2.0 * surface_compliance(body, plane, "roller")
+    gap = 2.0 * body.drop(plane.along[plane.surface])
+    approaches = np.geomspace(1e-6, 20e-6, 120)
+    assert forces_of_steps(compliance, gap, approaches) == pytest.approx(laws[0.908].force(approaches), rel=0.004)
+
+
+def test_mesh_lies_on_the_arc() -> None:
+    """Every surface node is on the sphere, those of unlike bodies face each other; the volume is the sphere's."""
+    sphere, shell = body_of(hl.Sphere(3e-3, STEEL), 1.0, "first"), body_of(bead(0.75), 1.0, "second")
+    planes = [half_plane(body, 0.3e-3, 20e-6) for body in (sphere, shell)]
+    for plane, radius in zip(planes, (3e-3, RADIUS), strict=True):
+        on_top = plane.mesh.doflocs[:, plane.depth == 0.0]
+        assert np.hypot(*on_top) == pytest.approx(radius, rel=1e-13)
+    r, other = (plane.mesh.doflocs[0, plane.surface] for plane in planes)
+    assert r == pytest.approx(other, abs=1e-18)
+    assert np.diff(r) == pytest.approx(10e-6, rel=1e-9)
+    for plane, outer, inner in zip(planes, (3e-3, RADIUS), (0.0, 0.75 * RADIUS), strict=True):
+        basis = Basis(plane.mesh, ElementQuad2(), intorder=6)
+        assert basis.dx.min() > 0.0
+        volume = float((2.0 * pi * np.asarray(basis.global_coordinates())[0] * basis.dx).sum())
+        assert volume == pytest.approx(2.0 / 3.0 * pi * (outer**3 - inner**3), rel=3e-5)
+
+
+def test_order_of_bodies_does_not_matter() -> None:
+    """F(a, b) = F(b, a); max_force ends where max_approach does."""
+    ball = hl.Sphere(2.38e-3, STEEL)
+    law = contact_law_fem(bead(0.908), ball, max_force=20.0)
+    assert float(law.force(np.array(law.largest))) == pytest.approx(20.0, rel=1e-9)
+    swapped = contact_law_fem(ball, bead(0.908), max_approach=law.largest)
+    approaches = np.geomspace(law.smallest, law.largest, 20)
+    assert law.force(approaches) == pytest.approx(swapped.force(approaches), rel=2e-3)
+
+
+@settings(max_examples=5, deadline=None)
+@given(
+    size=st.floats(1e-3, 1e3), modulus=st.floats(1e-4, 1e2), wall=st.floats(0.05, 0.9), poisson=st.floats(-0.3, 0.48)
+)
+def test_laws_scale(size: float, modulus: float, wall: float, poisson: float) -> None:
+    """s times as large and m times as stiff: F(s δ) = s² m F(δ)."""
+    material, stiffer = hl.Material(70e9, poisson, 2700.0), hl.Material(modulus * 70e9, poisson, 2700.0)
+    small = hl.HollowSphere(1e-2, 1e-2 * (1.0 - wall), material)
+    large = hl.HollowSphere(size * 1e-2, size * 1e-2 * (1.0 - wall), stiffer)
+    law = contact_law_fem(small, max_approach=10e-6, spacing=20e-6)
+    scaled = contact_law_fem(large, max_approach=size * 10e-6, spacing=size * 20e-6)
+    approaches = np.geomspace(1e-8, 10e-6, 10)
+    assert scaled.force(size * approaches) == pytest.approx(size**2 * modulus * law.force(approaches), rel=1e-6)
+
+
+def test_chain_of_shells(laws: dict[float, FemLaw]) -> None:
+    """Section 5.3.3's chain: 642.2 m/s by the thesis's finite elements; below the first load step, Hertz's law."""
+    shell = hl.HollowSphere(9.525e-3, 8.649e-3, ALUMINIUM)
+    run = hl.CoSimulation(hl.Chain([shell] * 29, shell, 0.32, law=laws[0.908]), None).run(until=1e-3)
+    arrivals = [float(run.time[int(np.abs(run.contact_force.values[:, n]).argmax())]) for n in (11, 18)]
+    speed = 7 * shell.size / (arrivals[1] - arrivals[0])
+    assert speed == pytest.approx(642.2, rel=0.02)
+    tail = np.array([1e-12, 1e-11])
+    assert laws[0.908].force(tail) == pytest.approx(hl.contact_law(shell, shell).force(tail), rel=0.02)
+
+
+def test_fit_gives_back_a_power_law() -> None:
+    """k and n of a power law, by both weightings, with the range that they belong to; and as a law for a chain."""
+    law = hl.PowerLaw(4.671e7, 1.222)
+    for weighting in ("relative", "absolute"):
+        fit = fit_power_law(law, 1e-7, 1e-5, weighting)
+        assert (fit.stiffness, fit.exponent) == pytest.approx((4.671e7, 1.222), rel=1e-6)
+        assert fit.misfit < 1e-6
+        assert (fit.lowest, fit.highest, fit.weighting) == (1e-7, 1e-5, weighting)
+        assert fit.law.largest == 1e-5
+    with pytest.raises(ValueError, match="highest"):
+        fit_power_law(law, 1e-5, 1e-6)
+    with pytest.raises(ValueError, match="weighting"):
+        fit_power_law(law, 1e-7, 1e-6, "linear")
+
+
+def test_fits_depend_on_range_and_weighting(laws: dict[float, FemLaw]) -> None:
+    """Errata: a thin shell's exponent is 1.29 over 1 to 10 N, 1.20 over 10 to 100 N."""
+    law = contact_law_fem(bead(0.908), max_force=100.0)
+    low, middle, high = law.approach(np.array([1.0, 10.0, 100.0]))
+    assert law.fit(low, middle).exponent == pytest.approx(1.289, abs=0.005)
+    assert law.fit(middle, high).exponent == pytest.approx(1.198, abs=0.005)
+    whole = laws[0.908].fit()
+    assert (whole.lowest, whole.highest) == (laws[0.908].smallest, 20e-6)
+    assert whole.misfit > 0.05
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "asked", "words"),
+    [
+        (SPHERE, None, {}, "max_force = None, max_approach = None"),
+        (SPHERE, None, {"max_force": 1.0, "max_approach": 1e-6}, "max_force = 1.0, max_approach = 1e-06"),
+        (SPHERE, None, {"max_approach": -1e-6}, "max_approach"),
+        (SPHERE, None, {"max_force": 0.0}, "max_force"),
+        (SPHERE, None, {"max_approach": 1e-6, "midplane": "glued"}, "midplane"),
+        (SPHERE, None, {"max_approach": 1e-6, "spacing": 1e-3}, "spacing = 0.001 m: leaves"),
+        (SPHERE, None, {"max_approach": 1e-6, "spacing": 1e-9}, "spacing = 1e-09"),
+        (SPHERE, None, {"max_approach": 8e-3}, "too small for a contact"),
+        (SPHERE, hl.Surface(STEEL, -1.0 / RADIUS), {"max_approach": 1e-6}, "curvature"),
+        (SPHERE, hl.Surface(STEEL, 0.0, 50.0), {"max_approach": 1e-6}, "second"),
+        (SPHERE, hl.Cylinder(1e-3, 5e-3, STEEL), {"max_approach": 1e-6}, "second"),
+        (hl.Ellipsoid(2e-3, 5e-3, STEEL), None, {"max_approach": 1e-6}, "first"),
+        ("ball", None, {"max_approach": 1e-6}, "first"),
+    ],
+)
+def test_bad_input(first: object, second: object, asked: dict[str, object], words: str) -> None:
+    """A ValueError names what is wrong."""
+    with pytest.raises(ValueError, match=words):
+        contact_law_fem(first, second, **asked)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("ratio", "approach", "spacing", "words"),
+    [
+        (0.0, 0.25e-3, 40e-6, "small strains"),
+        (0.908, 0.1e-3, 40e-6, "small turns"),
+        (0.0, 20e-6, 100e-6, "leave the force off"),
+    ],
+)
+def test_cautions(ratio: float, approach: float, spacing: float, words: str, caplog: pytest.LogCaptureFixture) -> None:
+    """Large strains, large turns and coarse meshes are told by the law and logged."""
+    with caplog.at_level(logging.WARNING, logger="hertzlink.contact"):
+        law = contact_law_fem(bead(ratio), max_approach=approach, spacing=spacing)
+    assert words in law.caution
+    assert law.caution in caplog.text
+
+
+def test_active_set_that_does_not_converge_is_named() -> None:
+    """Two nodes whose forces pull each other apart are never at rest."""
+    compliance = np.array([[1.0, -2.0], [-2.0, 1.0]])
+    with pytest.raises(ActiveSetNotConverged, match="nodes in contact") as caught:
+        contact_forces(compliance, np.zeros(2), 1e-6, np.array([True, True]))
+    assert caught.value.approach == 1e-6
