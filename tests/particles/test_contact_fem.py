@@ -102,6 +102,10 @@ def test_error_estimate_and_smoothness(laws: dict[float, FemLaw]) -> None:
     assert np.all(np.diff(exponents) < 1e-3)
     assert exponents[0] < 1.45
     assert exponents[-1] == pytest.approx(1.17, abs=0.01)
+    below = np.geomspace(1e-4, 1.0, 100) * law.smallest
+    exponents = below * law.tangent(below) / law.force(below)
+    assert np.all(np.diff(exponents) < 1e-3)
+    assert exponents[0] == pytest.approx(1.5, abs=0.01)
 
 
 @pytest.mark.parametrize(
@@ -202,6 +206,16 @@ def test_mesh_lies_on_the_arc() -> None:
         assert basis.dx.min() > 0.0
         volume = float((2.0 * pi * np.asarray(basis.global_coordinates())[0] * basis.dx).sum())
         assert volume == pytest.approx(2.0 / 3.0 * pi * (outer**3 - inner**3), rel=3e-5)
+
+
+@pytest.mark.parametrize(("fall", "body"), [(1e-3, bead(0.5)), (2e-3, hl.Ellipsoid(1e-2, 4e-2, STEEL, axis="along"))])
+def test_gap_is_that_of_the_arc(fall: float, body: hl.HollowSphere | hl.Ellipsoid) -> None:
+    """Where the undeformed surface has fallen by 1 mm of 9.525, by 2 mm of 20: no parabola; a Surface has its arc."""
+    half = 0.5 * body.size
+    r = body.radius * np.sqrt(1.0 - (1.0 - fall / half) ** 2)
+    assert body_of(body, 1.0, "first").drop(np.array([r])) == pytest.approx(fall, rel=1e-12)
+    hollow = body_of(hl.Surface(STEEL, -100.0), 1.0, "second").drop(np.array([6e-3]))
+    assert hollow == pytest.approx(-2e-3, rel=1e-12)
 
 
 def test_order_of_bodies_does_not_matter() -> None:
