@@ -21,7 +21,7 @@ from structures.structure import Vector
 from structures.surface import Surface, hertz_stiffness, relative_curvatures
 
 ELEMENTS = 30
-"""Over the radius of the widest contact: 10 µm for the thesis's hollow spheres, pressed by 20 µm."""
+"""Over the radius of the widest contact: 10 µm for the thesis's thickest hollow spheres, pressed by 20 µm."""
 
 FEWEST = 3
 """Elements over the radius of the narrowest contact that is computed."""
@@ -42,7 +42,9 @@ THIN = 0.1
 """Approach over the thickness of a wall, from which its turns count."""
 
 MARGIN = 1.15
-"""How far the mesh lets bodies touch, over the contact's radius between half-spaces."""
+"""How far the mesh lets bodies touch, over the contact's radius that is expected; it widens where they touch beyond."""
+
+WIDENING = 1.4
 
 ROUGH, TRIES = 15.0, 12
 """Elements over the widest contact, and trials, of the rough law that tells the approach at a force."""
@@ -119,11 +121,12 @@ class _Contact:
         one, other = first.surface, second if isinstance(second, Surface) else second.surface
         self.curvature = relative_curvatures(one, other)[1]
         self.hertz = PowerLaw(hertz_stiffness(one, other))
-        self.half_spaces = contact_law(first, second)
+        self.analytic = contact_law(first, second)
 
     def widest(self, approach: float) -> float:
-        """Radius of the contact at an approach, m, between half-spaces; between shells it is smaller."""
-        return sqrt(approach / self.curvature)
+        """Radius of the contact at an approach, m, by Hertz's law, less the approach that goes into shells."""
+        overlap = float(self.hertz.approach(self.analytic.force(np.array(approach))))
+        return sqrt(overlap / self.curvature)
 
     def law(self, approach: float, spacing: float | None) -> FemLaw:
         """The law up to an approach, m."""
@@ -145,7 +148,7 @@ class _Contact:
 
     def law_to_force(self, force: float, spacing: float | None) -> FemLaw:
         """The law up to a force, N: a rough law tells how far the bodies approach."""
-        approach = float(self.half_spaces.approach(np.array(force)))
+        approach = float(self.analytic.approach(np.array(force)))
         for _ in range(TRIES):
             approach *= 1.2
             rough = TabulatedLaw(*self.steps(approach, self.widest(approach) / ROUGH))  # type: ignore[arg-type]
@@ -159,13 +162,16 @@ class _Contact:
 
         size: of the cells at the contact, m; coarser: a factor on all cells; fewest: cells in the narrowest contact.
         """
-        compliance, gap = self._condensed(approach, size, coarser)
-        edges = np.array([edge_approach(compliance, gap, last) for last in range(2 * fewest, gap.size, 2)])
-        rising = edges[edges >= np.maximum.accumulate(edges)]
-        needed = max(int(np.searchsorted(rising, approach)) + 1, 2)
-        if needed > rising.size:
-            raise ValueError(f"approach = {approach:.3g} m: the contact is wider there than between half-spaces")
-        return rising[:needed], forces_of_steps(compliance, gap, rising[:needed])
+        reach = MARGIN * self.widest(approach) + 2.0 * size * coarser
+        for _ in range(TRIES):
+            compliance, gap = self._condensed(reach, size, coarser)
+            edges = np.array([edge_approach(compliance, gap, last) for last in range(2 * fewest, gap.size, 2)])
+            rising = edges[edges >= np.maximum.accumulate(edges)]
+            needed = max(int(np.searchsorted(rising, approach)) + 1, 2)
+            if needed <= rising.size:
+                return rising[:needed], forces_of_steps(compliance, gap, rising[:needed])
+            reach *= WIDENING
+        raise ValueError(f"approach = {approach:.3g} m: the contact is wider than {reach:.3g} m there; ask for less")
 
     def _too_coarse(self, approach: float, size: float) -> ValueError:
         return ValueError(
@@ -173,17 +179,13 @@ class _Contact:
             f"{self.widest(approach) / ELEMENTS:.3g} m is a good one"
         )
 
-    def _condensed(self, approach: float, size: float, coarser: float) -> tuple[Vector, Vector]:
+    def _condensed(self, reach: float, size: float, coarser: float) -> tuple[Vector, Vector]:
         """Compliance of both bodies together, m × m, m/N, and the gap between their surfaces, m numbers, m."""
-        reach = MARGIN * self.widest(approach) + 2.0 * size * coarser
         compliances, drops = {}, []
         for name, bead in self.beads:
             body = body_of(bead, reach, name)
             if isinstance(body, Spheroid) and reach > WIDEST_CONTACT * body.radius:
-                raise ValueError(
-                    f"{name} = {bead!r}: is too small for a contact of {reach:.3g} m radius, at an approach of "
-                    f"{approach:.3g} m; ask for less"
-                )
+                raise ValueError(f"{name} = {bead!r}: is too small for a contact of {reach:.3g} m radius; ask for less")
             plane = half_plane(body, reach, size, coarser)
             drops.append(body.drop(plane.along[plane.surface]))
             if body not in compliances:
