@@ -39,8 +39,7 @@ def supported_stiffness(body: Body, plane: HalfPlane, midplane: str) -> tuple[sp
     """
     basis = Basis(plane.mesh, ElementVector(ElementQuad2()), intorder=INTEGRATION_ORDER)
     across, axial = (np.concatenate([basis.nodal_dofs[i], basis.facet_dofs[i], basis.interior_dofs[i]]) for i in (0, 1))
-    width, height = body.extents
-    axis, end, bottom = plane.along == 0.0, plane.along == width, plane.depth == height
+    axis, end, bottom = plane.along == 0.0, plane.along == plane.along.max(), plane.depth == plane.depth.max()
     if isinstance(body, Block):
         end = bottom = end | bottom
     clamped = isinstance(body, Block) or midplane == "clamped"

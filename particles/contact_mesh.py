@@ -21,8 +21,11 @@ GROWTH = 0.2
 LARGE = 1e4
 """Extent of what stands for a half-space, over the reach of the contact; its far sides are held."""
 
+MOST_TOUCHING = 400
+"""Cells in a row that may touch, each two nodes to press one by one: a minute."""
+
 MOST_CELLS = 40_000
-"""Of one body: some 320 000 degrees of freedom."""
+"""Of one body: some 330 000 degrees of freedom."""
 
 STEEPEST = 0.25 * pi
 """The angle from the pole up to which nodes lie at equal steps of r; beyond, at equal steps of the angle."""
@@ -129,6 +132,11 @@ def half_plane(body: Body, reach: float, spacing: float, coarser: float = 1.0) -
     are those of every body, whatever its size, so that those of two bodies face each other; all lie on the arc.
     """
     width, height = body.extents
+    if reach > MOST_TOUCHING * spacing * coarser:
+        raise ValueError(
+            f"spacing = {spacing:.3g}: too small for bodies that may touch up to {reach:.3g} m from the pole; "
+            f"must be {reach / MOST_TOUCHING:.3g} m or more"
+        )
     even = np.linspace(0.0, reach, ceil(reach / spacing / coarser * (1.0 - 1e-9)) + 1)
     across = np.append(even[:-1], reach + _growing(width - reach, spacing, coarser))
     down = _growing(height, spacing, coarser)
