@@ -62,6 +62,7 @@ from particles.bead import Cylinder, Ellipsoid, HollowSphere, Sphere, drop_speed
 from particles.chain import Chain  # noqa: E402
 from particles.contact import PowerLaw, TabulatedLaw, contact_law  # noqa: E402
 from particles.contact_fem import contact_law_fem  # noqa: E402
+from particles.deformable import DeformableChain  # noqa: E402
 from particles.dissipation import (  # noqa: E402
     KuwabaraKono,
     LinearDashpot,
@@ -156,7 +157,7 @@ from structures.theory import (  # noqa: E402
 
 __all__ = [
     "ACRYLIC", "ALUMINIUM_6061", "ActiveSetNotConverged", "Adaptive", "Aitken", "BRASS_360", "COPPER",
-    "CentralDifference", "Chain", "CoSimulation", "Condensed", "ContactPoint", "Cylinder", "ElasticEdge", "Ellipsoid",
+    "CentralDifference", "Chain", "CoSimulation", "Condensed", "ContactPoint", "Cylinder", "DeformableChain", "ElasticEdge", "Ellipsoid",
     "Explicit", "Fit", "FixedPoint", "Foundation", "GeneralisedAlpha", "HollowSphere", "IQN_ILS", "KuwabaraKono",
     "Laminate", "Layer", "LinearDashpot", "MATERIALS", "MassProportional", "Material", "MovingChain", "MovingStructure",
     "NYLON", "Newmark", "NotConverged", "OrthotropicMaterial", "Outline", "POLYCARBONATE", "PTFE", "Panel",

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from coupling.result import DESCRIPTIONS, provenance
 from particles import kernels
 from particles.chain import Chain
+from particles.deformable import DeformableChain
 from particles.moving import MovingChain
 from structures.checks import instance, listed, positive, whole
 from structures.structure import Structure, Vector
@@ -41,10 +42,13 @@ def batch(
     dt: the step, s, by default each chain's own. threads: by default one for each core.
     Returns the contact forces and velocities of a run's Dataset with a dimension "chain" before the others; measures
     that need no more, such as `amplitude_ratio`, work on it. A chain's result does not depend on the others'.
-    Raises ValueError for chains of different lengths, or driven by a history, or a result too large for the memory;
+    Raises ValueError for chains of different lengths, driven by a history or of deformable beads, or a result too large
+    for the memory;
     FloatingPointError where a body's state is no longer finite.
     """
     chains = listed("chains", chains, Chain, "one Chain or more")
+    if any(isinstance(chain, DeformableChain) for chain in chains):
+        raise ValueError("chains: of deformable beads must be run by CoSimulation or sweep")
     until = positive("until", until, "s")
     moving = [MovingChain(chain, _surface(structure), dt=dt) for chain in chains]
     lengths = {one.mass.size for one in moving}

@@ -213,7 +213,7 @@ class CoSimulation:
 
     def _rows(self, intervals: float, save_every: float | None = None) -> int:
         """Saved times over so many intervals, the start included; a ValueError where they would not fit in memory."""
-        bodies = sum(chain.mass.size for chain in self.interface.chains)
+        bodies = sum(chain.rest.size for chain in self.interface.chains)
         if intervals * bodies > MOST_SAVED:
             name, advice = ("until", "give save_every") if save_every is None else ("save_every", "take a longer one")
             given = "" if save_every is None else f" = {save_every!r}"

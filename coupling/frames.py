@@ -28,11 +28,13 @@ class Counts(NamedTuple):
 
 
 class ChainFrames:
-    """Of one chain: position (m), velocity (m/s) and contact_force (N), saved times × bodies; and, for each saved time,
-    kinetic and potential energy, the energy lost, and the excitation's work (J)."""
+    """Of one chain: position (m) and velocity (m/s), saved times × coordinates, first those of the bodies;
+    contact_force (N), saved times × bodies; and, for each saved time, kinetic and potential energy, the energy lost, and
+    the excitation's work (J)."""
 
-    def __init__(self, rows: int, bodies: int) -> None:
-        self.position, self.velocity, self.contact_force = (np.zeros((rows, bodies)) for _ in range(3))
+    def __init__(self, rows: int, bodies: int, coordinates: int) -> None:
+        self.position, self.velocity = (np.zeros((rows, coordinates)) for _ in range(2))
+        self.contact_force = np.zeros((rows, bodies))
         self.kinetic, self.potential, self.lost, self.driven = (np.zeros(rows) for _ in range(4))
 
 
@@ -46,7 +48,7 @@ class Frames:
 
     def __init__(self, interface: Interface, rows: int) -> None:
         self.rows = rows
-        self.chains = [ChainFrames(rows, chain.mass.size) for chain in interface.chains]
+        self.chains = [ChainFrames(rows, chain.mass.size, chain.rest.size) for chain in interface.chains]
         self.surface, self.work, self.given, self.impulse = (np.zeros((interface.size, rows)) for _ in range(4))
         self.kinetic, self.elastic, self.damped = (np.zeros((len(interface.structures), rows)) for _ in range(3))
         self.evaluations, self.substeps, self.residual = (np.zeros(rows) for _ in range(3))

@@ -6,6 +6,7 @@ import numpy as np
 
 from particles import kernels
 from particles.chain import Chain
+from particles.deformable import moving_chain
 from particles.moving import ChainState, MovingChain
 from structures.checks import finite, instance, positive
 from structures.structure import Vector
@@ -29,7 +30,7 @@ def guest_chain(chain: Chain, surface: Surface, flexibility: float = 0.0, dt: fl
     """The chain, ready to face a surface that another program moves. Raises ValueError, see MovingChain."""
     instance("chain", chain, Chain, "a Chain")
     instance("surface", surface, Surface, "a Surface(material); of a structure structure.surface")
-    return MovingChain(chain, surface, flexibility, dt)
+    return moving_chain(chain, surface, flexibility, dt)
 
 
 def start(moving: MovingChain) -> GuestState:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from coupling.participant import BlackBox, Participant
 from coupling.state import REMEMBERED, CoupledState, Ledger, Node
 from particles.chain import Chain
+from particles.deformable import moving_chain
 from particles.moving import ChainState, MovingChain
 from structures.checks import instance, whole
 from structures.moving import MovingStructure
@@ -299,8 +300,8 @@ class Interface:
         facts = [self._facts(k) for k in self.of_chain[number]]
         surface, flexibility = (None, 0.0) if alone else facts[0]
         if len(facts) == 1:
-            return MovingChain(chain, surface, flexibility, dt, impact_energy=energy)
-        return MovingChain(chain, surface, flexibility, dt, *facts[1], impact_energy=energy)
+            return moving_chain(chain, surface, flexibility, dt, impact_energy=energy)
+        return moving_chain(chain, surface, flexibility, dt, *facts[1], impact_energy=energy)
 
     def _facts(self, k: int) -> tuple[Surface, float]:
         """Surface and flexibility (m/N) of a contact's point."""

@@ -175,8 +175,8 @@ def _bindings() -> Any:
 def _dataset(moving: MovingChain, states: list[GuestState], given: dict[str, Any]) -> xr.Dataset:
     force = np.array([state.contact_force for state in states]) + moving.static_force
     values = {
-        "displacement": np.array([state.chain.position for state in states]) - moving.rest,
-        "velocity": np.array([state.chain.velocity for state in states]),
+        "displacement": (np.array([state.chain.position for state in states]) - moving.rest)[:, : moving.mass.size],
+        "velocity": np.array([state.chain.velocity for state in states])[:, : moving.mass.size],
         "contact_force": force,
         "surface_displacement": np.array([state.surface for state in states]),
     }

@@ -4,7 +4,7 @@ import json
 import logging
 import platform
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
@@ -14,6 +14,7 @@ import xarray as xr
 
 from coupling.frames import Frames
 from coupling.interface import LAST, Contact, Interface
+from particles.deformable import MovingDeformableChain
 from structures.structure import Vector
 
 PACKAGES = ("hertzlink", "numpy", "scipy", "numba", "scikit-fem", "xarray")
@@ -26,6 +27,9 @@ DESCRIPTIONS = {
     ),
     "velocity": ("chain", "m/s", "velocity; bead 0 is the striker or the surface behind"),
     "contact_force": ("chain", "N", "force between bead n - 1 and bead n, preload included"),
+    "section_force": ("chain", "N", "compressive force through the central section of a deformable bead"),
+    "vibration_energy": ("chain", "J", "kinetic and elastic energy of a deformable bead's modes beyond the rigid one"),
+    "vibration_amplitude": ("chain", "m √kg", "amplitude of these modes, mass-normalised"),
     "kinetic_energy": ("chain", "J", "kinetic energy of striker and beads"),
     "contact_energy": ("chain", "J", "energy of contacts, gravity, dead load and spring, from the start"),
     "dissipated_energy": ("chain", "J", "energy taken by losses since the start"),
@@ -47,9 +51,17 @@ DESCRIPTIONS = {
     "residual": ("", "N", "greatest disagreement on a mean force since the last saved time"),
 }
 """What each variable belongs to, its unit, and what it is. Dimensions "chain", "interface" and "structure" are there
-where a run has several of them."""
+where a run has several of them; what tells of deformable beads is there where it has such."""
 
-BODIES = {"displacement": "bead", "velocity": "bead", "contact_force": "contact"}
+BODIES = {
+    "displacement": ["bead"],
+    "velocity": ["bead"],
+    "contact_force": ["contact"],
+    "section_force": ["bead"],
+    "vibration_energy": ["bead"],
+    "vibration_amplitude": ["bead", "mode"],
+}
+"""Dimensions of what a chain has several of."""
 
 ADDRESS = re.compile(" at 0x[0-9a-fA-F]+")
 
@@ -62,18 +74,20 @@ log = logging.getLogger("hertzlink.result")
 def dataset(interface: Interface, frames: Frames, interval: float, given: Mapping[str, Any]) -> xr.Dataset:
     """The Dataset of one run; `given` is its input. Chains shorter than the longest are filled up with NaN."""
     chains = [_of_chain(interface, frames, number) for number in range(len(interface.chains))]
-    values: dict[str, Any] = {name: [chain[name] for chain in chains] for name in chains[0]}
+    known = dict.fromkeys(name for chain in chains for name in chain)
+    values: dict[str, Any] = {name: [chain.get(name) for chain in chains] for name in known}
     values |= _of_both_sides(interface, frames)
     values["gap"] = [_gap(interface, frames, k) for k in range(interface.size)]
     bodies = max(chain.mass.size for chain in interface.chains)
     variables = {}
     for name, (owner, _, _) in DESCRIPTIONS.items():
+        if name not in values:
+            continue
         many = values[name] if owner else [values[name]]
         if len(many) == 1:
             variables[name] = variable(name, many[0])
         else:
-            filled = [_filled(one, bodies) for one in many] if name in BODIES else many
-            variables[name] = variable(name, np.stack(filled, axis=1), owner)
+            variables[name] = variable(name, np.stack(_filled(many, bodies if name in BODIES else 0), axis=1), owner)
     data = xr.Dataset(variables, _coordinates(interface, interval * np.arange(frames.rows), bodies))
     data = data.assign_attrs(provenance(given))
     warnings = _warnings(interface, frames)
@@ -83,19 +97,27 @@ def dataset(interface: Interface, frames: Frames, interval: float, given: Mappin
 def variable(name: str, values: Any, *owner: str) -> tuple[list[str], Any, dict[str, str]]:
     """Dimensions, values and attributes of a variable; owner: what it has several of."""
     _, units, text = DESCRIPTIONS[name]
-    bodies = [BODIES[name]] if name in BODIES else []
-    return ["time", *owner, *bodies], values, {"units": units, "long_name": text}
+    return ["time", *owner, *BODIES.get(name, [])], values, {"units": units, "long_name": text}
 
 
 def _of_chain(interface: Interface, frames: Frames, number: int) -> dict[str, Vector]:
     """What belongs to one chain; contact energy with the work of the static forces on the surfaces."""
     chain, own = interface.chains[number], frames.chains[number]
+    bodies = chain.mass.size
     potential = own.potential.copy()
     for k in interface.of_chain[number]:
         potential += interface.static[k] * frames.surface[k]
+    deformed = {}
+    if isinstance(chain, MovingDeformableChain):
+        deformed = {
+            "section_force": chain.section_force(own.contact_force, own.position),
+            "vibration_energy": chain.vibration_energy(own.position, own.velocity),
+            "vibration_amplitude": own.position[:, bodies:].reshape(frames.rows, bodies, -1),
+        }
     return {
-        "displacement": own.position - chain.rest,
-        "velocity": own.velocity,
+        **deformed,
+        "displacement": (own.position - chain.rest)[:, :bodies],
+        "velocity": own.velocity[:, :bodies],
         "contact_force": own.contact_force,
         "kinetic_energy": own.kinetic,
         "contact_energy": potential - potential[0],
@@ -107,11 +129,11 @@ def _of_chain(interface: Interface, frames: Frames, number: int) -> dict[str, Ve
 def _gap(interface: Interface, frames: Frames, k: int) -> Vector:
     """Of one contact, at each saved time."""
     contact = interface.contacts[k]
-    position = frames.chains[contact.chain].position
+    chain = interface.chains[contact.chain]
+    struck, far = chain.poles(frames.chains[contact.chain].position)
     if contact.end != LAST:
-        return np.asarray(position[:, 1] - position[:, 0])
-    faces = interface.chains[contact.chain].surface is not None
-    return np.asarray(frames.surface[k] - position[:, -1]) if faces else np.full(frames.rows, np.nan)
+        return np.asarray(struck[:, 1] - far[:, 0])
+    return np.asarray(frames.surface[k] - far[:, -1]) if chain.surface is not None else np.full(frames.rows, np.nan)
 
 
 def _of_both_sides(interface: Interface, frames: Frames) -> dict[str, Vector]:
@@ -136,9 +158,18 @@ def _of_both_sides(interface: Interface, frames: Frames) -> dict[str, Vector]:
     }
 
 
-def _filled(array: Vector, bodies: int) -> Vector:
-    """Saved times × bodies, with NaN for the bodies that a shorter chain has not."""
-    return np.pad(array, ((0, 0), (0, bodies - array.shape[1])), constant_values=np.nan)
+def _filled(arrays: Sequence[Vector | None], bodies: int) -> list[Vector]:
+    """Arrays of one shape, with NaN for what a chain has not: bodies of a longer one, modes."""
+    shape = np.max([array.shape for array in arrays if array is not None], axis=0)
+    if bodies:
+        shape[1] = bodies
+    filled = []
+    for array in arrays:
+        part = np.full(shape, np.nan)
+        if array is not None:
+            part[tuple(map(slice, array.shape))] = array
+        filled.append(part)
+    return filled
 
 
 def _coordinates(interface: Interface, times: Any, bodies: int) -> dict[str, Any]:
@@ -188,7 +219,7 @@ def _warnings(interface: Interface, frames: Frames) -> list[str]:
     warnings = _of_mismatch(interface, frames)
     for number, chain in enumerate(interface.chains):
         own, seat = frames.chains[number], interface.of_chain[number][0]
-        place = np.column_stack([own.position, frames.surface[seat]])
+        place = np.column_stack([own.position[:, : chain.mass.size], frames.surface[seat]])
         deepest: Vector = (place[:, :-1] - place[:, 1:]).max(axis=0)
         # The last one's without the spring behind it.
         deepest[-1] -= chain.flexibility * own.contact_force[:, -1].max()

@@ -2,7 +2,8 @@
 
 Arrays, with N beads behind body 0, the striker:
     y, v     N + 1   positions (m) and velocities of the bodies; y is measured from touching, unloaded beads,
-                     so the approach of a contact is δᵢ = yᵢ₋₁ − yᵢ, and that of the last one y_N − w
+                     so the approach of a contact is δᵢ = yᵢ₋₁ − yᵢ, and that of the last one y_N − w; behind them, where
+                     beads vibrate, the m amplitudes (m √kg) of each body's modes, and their rates
 The structure's surface is at w and moves at a constant rate during a window. Where a structure is behind the chain too,
 body 0 is its surface, and moves on at the speed that it has as a window starts. Contacts 1 … N + 1 are stored from 0;
 the last one is with the structure. `chain` is a Constants.
@@ -36,6 +37,11 @@ MANTISSA_BITS, EXPONENT_BIAS = 52, 1023
 
 OK, NON_FINITE, NOT_CONVERGED = 0, 1, 2
 
+SETTLED = 1e-13
+"""Of the greatest contact force, how far forces that beads pass on to each other may still change."""
+
+MOST_SWEEPS = 200
+
 
 class Numbers(NamedTuple):
     """Scalars that do not change during a run."""
@@ -57,6 +63,19 @@ class Numbers(NamedTuple):
     drive: int
 
 
+class Vibrations(NamedTuple):
+    """Of the bodies, see particles.vibration: N + 1 rows, a column for each of the m modes; m = 0 for rigid bodies."""
+
+    stiffness: np.ndarray
+    """Squares of the angular frequencies, 1/s²."""
+    struck: np.ndarray
+    """Motion of the pole on the struck side, 1/√kg."""
+    far: np.ndarray
+    """Motion of the other one."""
+    cross: np.ndarray
+    """N + 1 numbers, m/N: what a force at one pole moves the other at once."""
+
+
 class Constants(NamedTuple):
     """All that does not change during a run. Only the outermost loops take it: unpacking costs more than a contact."""
 
@@ -72,6 +91,7 @@ class Constants(NamedTuple):
     """N + 1, the coefficient of each contact's (GLOBAL, DRAG: each body's) loss."""
     history: np.ndarray
     """3 × ·, of the drive: times (s), values (N or m) and rates. Cubic between times, constant outside."""
+    vibrations: Vibrations
     numbers: Numbers
 
 
@@ -247,7 +267,7 @@ def _driven_verlet(y, v, chain, t, wall, rate, dt, steps):
     The drive works on body 0 where that moves as told, else on bead 1; a step's work is its force times half the way
     before and after it.
     """
-    inverse_mass, stiffness, table, rows, _, history, numbers = chain
+    inverse_mass, stiffness, table, rows, _, history, _, numbers = chain
     last = y.size - 1
     # The pass moves body 0 only where that is a striker.
     first = 0 if numbers.drive == FREE else 1
@@ -394,10 +414,110 @@ def _accelerate(
 
 
 @njit(cache=True)
+def _poles(y, vibrations, wall, out):
+    """Approaches of the contacts between the poles of vibrating bodies into out; of rates their rates."""
+    _, struck, far, _ = vibrations
+    bodies, modes = struck.shape
+    for i in range(bodies):
+        behind, ahead = y[i], y[i]
+        for k in range(modes):
+            amplitude = y[bodies + i * modes + k]
+            behind += struck[i, k] * amplitude
+            ahead += far[i, k] * amplitude
+        if i > 0:
+            out[i - 1] -= behind
+        out[i] = ahead
+    out[bodies - 1] -= wall
+
+
+@njit(cache=True)
+def _settle(approach, cross, stiffness, table, rows, numbers, forces, overlap):
+    """Elastic forces of contacts, and their own parts of the approach, into forces and overlap.
+
+    What moves a pole at once, beyond a body's modes, is in its contacts' laws; but a force also moves the other pole,
+    whose contact it presses. Contacts have no mass, so all of that settles at once: by Gauss–Seidel sweeps, which
+    begin with what is in `forces` and converge by the ratio of `cross` to the contacts' own flexibility.
+    """
+    last = approach.size - 1
+    for _ in range(MOST_SWEEPS):
+        change, largest = 0.0, 0.0
+        for i in range(last + 1):
+            shared = approach[i]
+            if i > 0:
+                shared += cross[i] * forces[i - 1]
+            if i < last:
+                shared += cross[i + 1] * forces[i + 1]
+            if i == last and numbers.flexibility != 0.0:
+                shared = _overlap_on_spring(stiffness[i], table[i], rows, shared, numbers.flexibility)
+            elif i == 0 and numbers.flexibility_behind != 0.0:
+                shared = _overlap_on_spring(stiffness[i], table[i], rows, shared, numbers.flexibility_behind)
+            force = stiffness[i] * _shape(table[i], rows, shared)
+            change, largest = max(change, abs(force - forces[i])), max(largest, force)
+            overlap[i], forces[i] = shared, force
+        if not change > SETTLED * largest:
+            break
+
+
+@njit(cache=True)
+def _accelerate_vibrating(
+    y, v, wall, rate, on_striker, on_bead, inverse_mass, stiffness, table, rows, damping, vibrations, numbers, a, forces
+):
+    """`_accelerate` for bodies that vibrate. forces: from where to begin with settling them.
+
+    Losses in a contact see the rate at which the poles approach.
+    """
+    square, struck, far, cross = vibrations
+    bodies, modes = struck.shape
+    last = bodies - 1
+    approach, approach_rate, overlap = np.empty(bodies), np.empty(bodies), np.empty(bodies)
+    _poles(y, vibrations, wall, approach)
+    _settle(approach, cross, stiffness, table, rows, numbers, forces, overlap)
+    power = 0.0
+    if NO_LOSS < numbers.loss < GLOBAL:
+        _poles(v, vibrations, rate, approach_rate)
+        for i in range(bodies):
+            if approach[i] < 0.0 or stiffness[i] == 0.0:
+                continue
+            elastic, slope = forces[i], stiffness[i] * _shape_tangent(table[i], rows, overlap[i])
+            share = 1.0
+            if i == last:
+                share = 1.0 / (1.0 + numbers.flexibility * slope)
+            elif i == 0:
+                share = 1.0 / (1.0 + numbers.flexibility_behind * slope)
+            lossy = _damped(
+                elastic, slope, overlap[i], share * approach_rate[i], numbers.loss, damping[i], numbers.exponent
+            )
+            forces[i] = max(elastic + share * (lossy - elastic), 0.0)
+            power += (forces[i] - elastic) * approach_rate[i]
+    behind = 0.0
+    for i in range(bodies):
+        ahead = forces[i]
+        a[i] = inverse_mass[i] * (behind - ahead) + numbers.gravity
+        for k in range(modes):
+            place = bodies + i * modes + k
+            a[place] = struck[i, k] * behind - far[i, k] * ahead - square[i, k] * y[place]
+        behind = ahead
+    a[0] += inverse_mass[0] * on_striker
+    a[1] += inverse_mass[1] * on_bead
+    if numbers.drive != FREE:
+        a[0] = 0.0
+    if numbers.loss >= GLOBAL:
+        power += _lose_on_bodies(
+            y[:bodies], v[:bodies], wall, rate, inverse_mass, stiffness, damping, numbers, a[:bodies]
+        )
+    if numbers.loss == DRAG:
+        for i in range(bodies):
+            for place in range(bodies + i * modes, bodies + (i + 1) * modes):
+                a[place] -= damping[i] * v[place]
+                power += damping[i] * v[place] * v[place]
+    return power
+
+
+@njit(cache=True)
 def _lossy_verlet(y, v, chain, t, wall, rate, dt, steps):
     """Velocity Verlet whose losses see the velocity foretold for the step's end: second order."""
-    inverse_mass, stiffness, table, rows, damping, history, numbers = chain
-    a, half, forces = np.zeros_like(y), v.copy(), np.zeros_like(y)
+    inverse_mass, stiffness, table, rows, damping, history, vibrations, numbers = chain
+    a, half, forces = np.zeros_like(y), v.copy(), np.zeros_like(inverse_mass)
     driven = numbers.drive != FREE or numbers.spring > 0.0 or numbers.preload > 0.0
     on_striker, on_bead, push = 0.0, 0.0, 0.0
     impulse, impulse_behind, lost, work = 0.0, 0.0, 0.0, 0.0
@@ -413,10 +533,17 @@ def _lossy_verlet(y, v, chain, t, wall, rate, dt, steps):
                 y[0], v[0] = _value(history, t + step * dt)
                 half[0] = v[0]
             on_striker, on_bead, push = _outer_forces(numbers, history, y[0], t + step * dt)
-        power = _accelerate(
-            y, v, wall + step * dt * rate, rate, on_striker, on_bead, inverse_mass, stiffness, table, rows, damping,
-            numbers, a, forces,
-        )  # fmt: skip
+        place_of_wall = wall + step * dt * rate
+        if y.size == inverse_mass.size:
+            power = _accelerate(
+                y, v, place_of_wall, rate, on_striker, on_bead, inverse_mass, stiffness, table, rows, damping,
+                numbers, a, forces,
+            )  # fmt: skip
+        else:
+            power = _accelerate_vibrating(
+                y, v, place_of_wall, rate, on_striker, on_bead, inverse_mass, stiffness, table, rows, damping,
+                vibrations, numbers, a, forces,
+            )  # fmt: skip
         if step > 0:
             for i in range(y.size):
                 v[i] = half[i] + 0.5 * dt * a[i]
@@ -502,9 +629,9 @@ def _viscous_verlet(y, v, inverse_mass, stiffness, damping, loss, gravity, flexi
 @njit(cache=True)
 def _rk4(y, v, chain, t, wall, rate, dt, steps):
     """The classical Runge–Kutta method of order four; impulse, loss and work are integrated with the same weights."""
-    inverse_mass, stiffness, table, rows, damping, history, numbers = chain
+    inverse_mass, stiffness, table, rows, damping, history, vibrations, numbers = chain
     a, sum_a, sum_v = np.empty_like(y), np.empty_like(y), np.empty_like(y)
-    stage_y, stage_v, forces = np.empty_like(y), np.empty_like(y), np.empty_like(y)
+    stage_y, stage_v, forces = np.empty_like(y), np.empty_like(y), np.zeros_like(inverse_mass)
     driven = numbers.drive != FREE or numbers.spring > 0.0 or numbers.preload > 0.0
     on_striker, on_bead, push = 0.0, 0.0, 0.0
     impulse, impulse_behind, lost, work = 0.0, 0.0, 0.0, 0.0
@@ -524,10 +651,16 @@ def _rk4(y, v, chain, t, wall, rate, dt, steps):
                 stage_y[0], stage_v[0] = _value(history, t + passed)
             if driven:
                 on_striker, on_bead, push = _outer_forces(numbers, history, stage_y[0], t + passed)
-            power = _accelerate(
-                stage_y, stage_v, wall + passed * rate, rate, on_striker, on_bead, inverse_mass, stiffness, table, rows,
-                damping, numbers, a, forces,
-            )  # fmt: skip
+            if y.size == inverse_mass.size:
+                power = _accelerate(
+                    stage_y, stage_v, wall + passed * rate, rate, on_striker, on_bead, inverse_mass, stiffness, table,
+                    rows, damping, numbers, a, forces,
+                )  # fmt: skip
+            else:
+                power = _accelerate_vibrating(
+                    stage_y, stage_v, wall + passed * rate, rate, on_striker, on_bead, inverse_mass, stiffness, table,
+                    rows, damping, vibrations, numbers, a, forces,
+                )  # fmt: skip
             impulse += weight * forces[-1]
             lost += weight * power
             work += weight * push * stage_v[1]
@@ -622,9 +755,15 @@ def advance_condensed(
 @njit(cache=True)
 def contact_forces(y, v, chain, t, wall, rate, out):
     """Instantaneous forces of all contacts into out; a force history stands for contact 1 where there is none."""
-    inverse_mass, stiffness, table, rows, damping, history, numbers = chain
+    inverse_mass, stiffness, table, rows, damping, history, vibrations, numbers = chain
     a = np.empty_like(y)
-    _accelerate(y, v, wall, rate, 0.0, 0.0, inverse_mass, stiffness, table, rows, damping, numbers, a, out)
+    if y.size == inverse_mass.size:
+        _accelerate(y, v, wall, rate, 0.0, 0.0, inverse_mass, stiffness, table, rows, damping, numbers, a, out)
+    else:
+        out[:] = 0.0
+        _accelerate_vibrating(
+            y, v, wall, rate, 0.0, 0.0, inverse_mass, stiffness, table, rows, damping, vibrations, numbers, a, out
+        )
     if numbers.drive == PUSHED and stiffness[0] == 0.0:
         out[0] = _value(history, t)[0]
 
@@ -632,18 +771,30 @@ def contact_forces(y, v, chain, t, wall, rate, out):
 @njit(cache=True)
 def energies(y, v, chain, wall):
     """Kinetic energy, and the potential energy of contacts, gravity, dead load and the striker's spring, J."""
-    inverse_mass, stiffness, table, rows, _, _, numbers = chain
-    last = y.size - 1
+    inverse_mass, stiffness, table, rows, _, _, vibrations, numbers = chain
+    last = inverse_mass.size - 1
+    overlaps, forces = np.zeros(last + 1), np.zeros(last + 1)
     kinetic = 0.0
     potential = 0.5 * numbers.spring * max(numbers.spring_end - y[0], 0.0) ** 2 - numbers.preload * y[1]
+    vibrating = y.size > last + 1
+    if vibrating:
+        _poles(y, vibrations, wall, overlaps)
+        _settle(overlaps.copy(), vibrations.cross, stiffness, table, rows, numbers, forces, overlaps)
+        for place in range(last + 1, y.size):
+            rate_square = vibrations.stiffness.ravel()[place - last - 1]
+            kinetic += 0.5 * v[place] * v[place]
+            potential += 0.5 * rate_square * y[place] * y[place]
+        for i in range(1, last + 1):
+            potential -= vibrations.cross[i] * forces[i - 1] * forces[i]
     for i in range(last + 1):
         if inverse_mass[i] > 0.0:
             kinetic += 0.5 * v[i] * v[i] / inverse_mass[i]
             potential -= numbers.gravity * y[i] / inverse_mass[i]
-        overlap = y[i] - (y[i + 1] if i < last else wall)
+        overlap = overlaps[i] if vibrating else y[i] - (y[i + 1] if i < last else wall)
         flexibility = numbers.flexibility if i == last else numbers.flexibility_behind if i == 0 else 0.0
         if flexibility != 0.0:
-            overlap = _overlap_on_spring(stiffness[i], table[i], rows, overlap, flexibility)
+            if not vibrating:
+                overlap = _overlap_on_spring(stiffness[i], table[i], rows, overlap, flexibility)
             force = stiffness[i] * _shape(table[i], rows, overlap)
             potential += 0.5 * flexibility * force * force
         potential += stiffness[i] * _shape_energy(table[i], rows, overlap)
@@ -794,7 +945,7 @@ def run_batch(
         place, speed, forces = y[c].copy(), v[c].copy(), np.empty(y.shape[1])
         chain = Constants(
             inverse_mass[c].copy(), stiffness[c].copy(), table[c].copy(), rows, damping[c].copy(), np.zeros((3, 1)),
-            numbers,
+            Vibrations(np.zeros((1, 0)), np.zeros((1, 0)), np.zeros((1, 0)), np.zeros(1)), numbers,
         )  # fmt: skip
         for row in range(out_force.shape[1]):
             if row > 0:

@@ -83,12 +83,9 @@ class MovingChain:
         object.__setattr__(self, "laws", self._laws())
         if not self._groups:
             raise ValueError("beads: a single one that no striker meets and that faces nothing has no contact")
-        preload = self._over_contacts(lambda law, i: law.approach(static[i]))
-        spring = np.zeros_like(preload)
-        spring[[0, -1]] = self.behind_flexibility * static[0], self.flexibility * static[-1]
         object.__setattr__(self, "static_force", static)
-        object.__setattr__(self, "preload", preload)
-        object.__setattr__(self, "rest", np.cumsum((preload + spring)[::-1])[::-1].copy())
+        object.__setattr__(self, "preload", self._over_contacts(lambda law, i: law.approach(static[i])))
+        object.__setattr__(self, "rest", self._at_rest())
         self._check_flexibility()
         self._check_step()
 
@@ -164,7 +161,27 @@ class MovingChain:
     @property
     def stiffness(self) -> Vector:
         """k of each contact, N/mⁿ; zero where there is none, one where the law is a table."""
-        return np.array([law.kernel[0] if law else 0.0 for law in self.laws])
+        return np.array([law.kernel[0] if law else 0.0 for law in self.local_laws])
+
+    @property
+    def local_laws(self) -> tuple[ContactLaw | None, ...]:
+        """What the kernels take for the contacts' laws."""
+        return self.laws
+
+    @property
+    def vibrations(self) -> kernels.Vibrations:
+        """What the kernels know of the bodies' vibrations: here they are rigid."""
+        none = np.zeros((self.mass.size, 0))
+        return kernels.Vibrations(none, none, none, np.zeros(self.mass.size))
+
+    def poles(self, position: Vector) -> tuple[Vector, Vector]:
+        """Where the bodies' poles are, of the struck side and the other, saved times × bodies, m; see `ChainState`."""
+        return position, position
+
+    @cached_property
+    def longest_step(self) -> float:
+        """The step by default, s."""
+        return min(self.contact_time / STEPS_PER_CONTACT, self.damping_time / STEPS_PER_DAMPING)
 
     def start(self) -> ChainState:
         """Static equilibrium, the striker touching the first bead at the impact speed; without one that bead has it."""
@@ -244,7 +261,9 @@ class MovingChain:
         )
         damping = loss.coefficients(self.reduced_mass) if loss else np.zeros_like(self.mass)
         rows = np.concatenate(tables) if tables else np.zeros((1, 6))
-        return kernels.Constants(1.0 / self.mass, self.stiffness, self._first_rows(), rows, damping, history, numbers)
+        return kernels.Constants(
+            1.0 / self.mass, self.stiffness, self._first_rows(), rows, damping, history, self.vibrations, numbers
+        )
 
     @cached_property
     def method(self) -> int:
@@ -261,9 +280,7 @@ class MovingChain:
 
     def steps(self, window: float) -> int:
         """Steps in a window."""
-        step = self.dt
-        if step is None:
-            step = min(self.contact_time / STEPS_PER_CONTACT, self.damping_time / STEPS_PER_DAMPING)
+        step = self.longest_step if self.dt is None else self.dt
         count = window / step * (1.0 - 1e-9)
         if count * self.mass.size > MOST_STEPS:
             raise ValueError(
@@ -300,7 +317,7 @@ class MovingChain:
             if given is None or (isinstance(given, ContactLaw) and isinstance(other, Surface)):
                 pair = (id(one), id(other))
                 if pair not in known:
-                    known[pair] = contact_law(one, other)
+                    known[pair] = self._found_law(one, other)
                 return known[pair]
             if isinstance(given, ContactLaw):
                 return given
@@ -317,6 +334,20 @@ class MovingChain:
             first = between(chain.beads[0], self.behind)
         last = None if self.surface is None else between(chain.beads[-1], self.surface)
         return (first, *(between(one, other) for one, other in pairwise(chain.beads)), last)
+
+    def _found_law(self, one: Bead, other: Bead | Surface) -> ContactLaw:
+        """The law of two bodies where the user gives none."""
+        return contact_law(one, other)
+
+    def _at_rest(self) -> Vector:
+        """Positions in static equilibrium, m."""
+        shortened = self.preload.copy()
+        shortened[[0, -1]] += self._springs() * self.static_force[[0, -1]]
+        return np.cumsum(shortened[::-1])[::-1].copy()
+
+    def _springs(self) -> Vector:
+        """Flexibilities behind the first and the last contact, m/N."""
+        return np.array([self.behind_flexibility, self.flexibility])
 
     def _over_contacts(self, of: Callable[[ContactLaw, Vector], Vector]) -> Vector:
         """of(law, contacts) for each law and the contacts that have it; zero where there is no contact."""
@@ -336,16 +367,14 @@ class MovingChain:
     @cached_property
     def tables(self) -> list[Vector]:
         """The different tables of the contact laws."""
-        found = {id(table): table for law in self._groups if (table := law.kernel[1]) is not None}
+        laws = {law: None for law in self.local_laws if law is not None}
+        found = {id(table): table for law in laws if (table := law.kernel[1]) is not None}
         return list(found.values())
 
     def _first_rows(self) -> Vector:
         """Where each contact's table begins in all of them one after the other; −1 for Hertz's law."""
         starts = dict(zip(map(id, self.tables), np.cumsum([0, *map(len, self.tables)]), strict=False))
-        first = np.full(len(self.laws), -1)
-        for law, contacts in self._groups.items():
-            first[contacts] = starts.get(id(law.kernel[1]), -1)
-        return first
+        return np.array([-1 if law is None else starts.get(id(law.kernel[1]), -1) for law in self.local_laws])
 
     def _overlap(self, energy: float) -> Vector:
         """How deep each contact would be, m, if it held this energy (J) alone."""

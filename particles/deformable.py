@@ -1,0 +1,216 @@
+"""Chains of deformable beads: what a bead does between its contacts is told by a few of its own vibrations.
+
+Substructuring (Craig and Bampton's kin with free interfaces, MacNeal, Comput. Struct. 1 (1971) 581): a bead moves by its
+rigid motion and its lowest free vibrations; beyond those it gives way at once. Of that the part at the pole which is
+pushed is in the contact's law, which is not linear; the part at the other pole is a flexibility (`Vibration.cross`).
+"""
+
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from math import ceil, inf, log2, pi
+from typing import Any
+
+import numpy as np
+
+from particles import kernels
+from particles.bead import Bead
+from particles.chain import Chain
+from particles.contact import NARROWEST, SAMPLES, ContactLaw, TabulatedLaw, contact_law
+from particles.contact_fem import contact_law_fem
+from particles.contact_mesh import body_of
+from particles.moving import MovingChain
+from particles.vibration import Vibration, vibration
+from structures.checks import whole
+from structures.structure import Vector
+from structures.surface import Surface
+
+MOST_MODES = 40
+
+STEPS_PER_VIBRATION = 30
+"""Steps in the shortest period of a bead's modes."""
+
+BEYOND = 4.0
+"""How far tables go on beyond the approach up to which a law is trusted."""
+
+
+@dataclass(frozen=True)
+class DeformableChain(Chain):
+    """A chain whose beads deform and vibrate, as in the thesis's finite elements: Spheres, HollowSpheres, Ellipsoids.
+
+    Takes a Chain's place anywhere, with the same arguments; results also hold the force through each bead's central
+    section, and what its vibration does.
+    modes: the rigid motion and the lowest axisymmetric vibrations of each free bead. With one the beads are rigid
+    outside their contacts: a Chain with the law of finite elements. law: by default `contact_law_fem`, up to the
+    approach at which one contact would hold all of the striker's energy; one that is given must count the approach of
+    mid-planes. Forces from outside, gravity and what a spring, a dead load or a force history do, act on beads as
+    wholes; losses see the rate at which poles approach.
+    """
+
+    modes: int = 8
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "modes", whole("modes", self.modes))
+        if self.modes > MOST_MODES:
+            raise ValueError(f"modes = {self.modes!r}: must be at most {MOST_MODES}")
+        for i, bead in enumerate(self.beads):
+            body_of(bead, 1.0, f"beads[{i}]")
+        if self.body is not None:
+            body_of(self.body, 1.0, "striker")
+
+
+class MovingDeformableChain(MovingChain):
+    """A DeformableChain as a participant, see MovingChain.
+
+    Its state's positions and velocities are those of the centres of mass, and behind them the amplitudes (m √kg) and
+    rates of the modes, body by body. laws count the approach of mid-planes, local_laws what is left of it without the
+    modes.
+    """
+
+    chain: DeformableChain
+
+    @cached_property
+    def shapes(self) -> tuple[Vibration | None, ...]:
+        """The vibrations of body 0 and of the beads; None where there is no body."""
+        elastic = self.chain.modes - 1
+        bodies: tuple[Bead | None, ...] = (self.chain.body, *self.chain.beads)
+        return tuple(None if body is None else vibration(body, elastic) for body in bodies)
+
+    @cached_property
+    def vibrations(self) -> kernels.Vibrations:
+        """What the kernels know of the bodies' vibrations."""
+        bodies, elastic = len(self.shapes), self.chain.modes - 1
+        stiffness, struck, far = (np.zeros((bodies, elastic)) for _ in range(3))
+        cross = np.zeros(bodies)
+        for i, shape in enumerate(self.shapes):
+            if shape is not None and elastic:
+                stiffness[i], struck[i], far[i] = shape.frequencies**2, shape.struck, shape.far
+                cross[i] = shape.cross
+        return kernels.Vibrations(stiffness, struck, far, cross)
+
+    @cached_property
+    def local_laws(self) -> tuple[ContactLaw | None, ...]:
+        """Force against the approach of poles less what the modes tell: the residual flexibility, and Hertz's."""
+        if self.chain.modes == 1:
+            return self.laws
+        known: dict[tuple[int, float], ContactLaw] = {}
+        local: list[ContactLaw | None] = []
+        softness = [0.0 if shape is None else shape.compression - shape.cross for shape in self.shapes]
+        for law, told in zip(self.laws, np.add(softness, [*softness[1:], 0.0]).tolist(), strict=True):
+            if law is not None and (id(law), told) not in known:
+                known[id(law), told] = _without(law, told, self._deepest(law), self.chain.modes)
+            local.append(None if law is None else known[id(law), told])
+        return tuple(local)
+
+    @cached_property
+    def method(self) -> int:
+        """What the kernels call `method`."""
+        if self.chain.modes == 1:
+            return super().method
+        return kernels.RK4 if self.chain.integrator == "rk4" else kernels.LOSSY_VERLET
+
+    @cached_property
+    def longest_step(self) -> float:
+        """The step by default, s."""
+        return min(super().longest_step, self._shortest_period / STEPS_PER_VIBRATION)
+
+    @property
+    def _shortest_period(self) -> float:
+        fastest = float(self.vibrations.stiffness.max(initial=0.0)) ** 0.5
+        return 2.0 * pi / fastest if fastest > 0.0 else inf
+
+    def poles(self, position: Vector) -> tuple[Vector, Vector]:
+        """Where the bodies' poles are, of the struck side and the other, saved times × bodies, m; see `ChainState`."""
+        bodies = self.mass.size
+        amplitude = position[:, bodies:].reshape(len(position), bodies, -1)
+        struck, far = ((shape * amplitude).sum(axis=2) for shape in (self.vibrations.struck, self.vibrations.far))
+        return position[:, :bodies] + struck, position[:, :bodies] + far
+
+    def section_force(self, contact_force: Vector, position: Vector) -> Vector:
+        """Compressive force through the central section of each body, saved times × bodies, N.
+
+        contact_force and position: saved times × contacts, and × coordinates. From the momentum of the struck half.
+        """
+        bodies = self.mass.size
+        vibrations = self.vibrations
+        amplitude = position[:, bodies:].reshape(len(position), bodies, -1)
+        behind = np.column_stack([np.zeros(len(contact_force)), contact_force[:, :-1]])[:, :, None]
+        ahead = contact_force[:, :, None]
+        acceleration = vibrations.struck * behind - vibrations.far * ahead - vibrations.stiffness * amplitude
+        section = np.zeros_like(vibrations.struck)
+        for i, shape in enumerate(self.shapes):
+            if shape is not None and section.size:
+                section[i] = shape.section
+        force: Vector = 0.5 * (behind + ahead)[:, :, 0] - (section * acceleration).sum(axis=2)
+        return force
+
+    def vibration_energy(self, position: Vector, velocity: Vector) -> Vector:
+        """Kinetic and elastic energy of each body's modes beyond the rigid one, saved times × bodies, J."""
+        bodies = self.mass.size
+        amplitude, rate = (y[:, bodies:].reshape(len(y), bodies, -1) for y in (position, velocity))
+        energy: Vector = 0.5 * (rate**2 + self.vibrations.stiffness * amplitude**2).sum(axis=2)
+        return energy
+
+    def _found_law(self, one: Bead, other: Bead | Surface) -> ContactLaw:
+        """By finite elements; by formulas for surfaces of structures that are curved in one direction only."""
+        analytic = contact_law(one, other)
+        if isinstance(other, Surface) and other.second_curvature != other.curvature:
+            return analytic
+        return _law_up_to(one, other, _even(self._deepest(analytic)))
+
+    def _deepest(self, law: ContactLaw) -> float:
+        """The approach, m, at which one contact would hold all energy, on top of the greatest static force."""
+        beads = sum(bead.mass for bead in self.chain.beads)
+        static = self.chain.preload + abs(self.chain.gravity_along) * beads
+        return float(law.overlap(np.array(self.energy)) + law.approach(np.array(static)))
+
+    def _at_rest(self) -> Vector:
+        """Positions and amplitudes in static equilibrium."""
+        force, vibrations = self.static_force, self.vibrations
+        behind, ahead = np.append(0.0, force[:-1])[:, None], force[:, None]
+        rates = np.where(vibrations.stiffness > 0.0, vibrations.stiffness, inf)
+        amplitude = (vibrations.struck * behind - vibrations.far * ahead) / rates
+        approach = np.array([law.approach(f) if law else 0.0 for law, f in zip(self.local_laws, force, strict=True)])
+        approach[[0, -1]] += self._springs() * force[[0, -1]]
+        approach[1:] -= vibrations.cross[1:] * force[:-1]
+        approach[:-1] -= vibrations.cross[1:] * force[1:]
+        shortened = approach - (vibrations.far * amplitude).sum(axis=1)
+        shortened[:-1] += (vibrations.struck * amplitude).sum(axis=1)[1:]
+        return np.append(np.cumsum(shortened[::-1])[::-1], amplitude.ravel())
+
+    def _check_step(self) -> None:
+        super()._check_step()
+        largest = self._shortest_period / pi
+        if self.dt is not None and self.dt > 0.9 * largest:
+            raise ValueError(f"dt = {self.dt!r}: too large for the beads' modes; must be below {0.9 * largest:.3g} s")
+
+
+def moving_chain(chain: Chain, *facts: Any, **more: Any) -> MovingChain:
+    """What moves a chain, of rigid or of deformable beads; see MovingChain for what else it takes."""
+    kind = MovingDeformableChain if isinstance(chain, DeformableChain) else MovingChain
+    return kind(chain, *facts, **more)
+
+
+@lru_cache(maxsize=256)
+def _law_up_to(first: Bead, second: Bead | Surface, approach: float) -> ContactLaw:
+    return contact_law_fem(first, second, max_approach=approach)
+
+
+def _even(approach: float) -> float:
+    """The next power of √2, so that the runs of a sweep share their laws."""
+    return float(2.0 ** (ceil(2.0 * log2(approach)) / 2.0))
+
+
+def _without(law: ContactLaw, flexibility: float, deepest: float, modes: int) -> ContactLaw:
+    """The law less a linear flexibility, m/N, that is in it: as deep as it grows, and as `deepest`, m, at least."""
+    approaches = np.geomspace(NARROWEST, BEYOND * deepest, SAMPLES)
+    forces = law.force(approaches)
+    local = approaches - flexibility * forces
+    growing = np.append(True, np.diff(local) > 0.0)
+    count = approaches.size if growing.all() else int(growing.argmin())
+    if approaches[count - 1] < deepest:
+        raise ValueError(
+            f"modes = {modes!r}: too many for a contact that may be pressed by {deepest:.3g} m: they tell more of "
+            f"its approach than there is beyond {approaches[count - 1]:.3g} m; take fewer"
+        )
+    return TabulatedLaw(local[:count], forces[:count], law.name, law.caution)  # type: ignore[arg-type]

@@ -1,0 +1,278 @@
+"""Chains of deformable beads: the limit of rigid ones, conservation, orders, statics, convergence, bad input."""
+
+import re
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import hertzlink as hl
+from particles.deformable import MovingDeformableChain, moving_chain
+from particles.moving import ChainState
+from particles.vibration import vibration
+
+STEEL, BEAD = hl.STEEL_316, hl.Sphere(2.38e-3, hl.STEEL_316)
+SURFACE = hl.Surface(STEEL)
+
+
+def deformable(modes: int = 8, count: int = 5, speed: float = 0.5, **more: Any) -> hl.DeformableChain:
+    return hl.DeformableChain([BEAD] * count, BEAD, speed, modes=modes, **more)
+
+
+@pytest.fixture(scope="module")
+def law() -> Any:
+    return hl.contact_law_fem(BEAD, max_force=60.0)
+
+
+STRUCTURES = {
+    "nothing": lambda: None,
+    "half-space": lambda: hl.half_space(STEEL),
+    "rod": lambda: hl.rod([hl.Layer(STEEL, 50e-3, 5e-3)]),
+    "solid": lambda: hl.cylinder([hl.Layer(STEEL, 10e-3, 8e-3)]),
+}
+
+
+@pytest.mark.parametrize("structure", STRUCTURES)
+@pytest.mark.parametrize("integrator", ["verlet", "rk4"])
+@pytest.mark.parametrize(
+    "more", [{}, {"gravity": 9.81, "dissipation": hl.LinearDashpot(1.0)}, {"preload": 2.0, "striker": "spring"}]
+)
+def test_with_one_mode_it_is_a_chain_with_that_law(
+    law: Any, structure: str, integrator: str, more: dict[str, Any]
+) -> None:
+    more = dict(more)
+    striker: Any = BEAD
+    if more.pop("striker", None):
+        striker = hl.SpringLoaded(BEAD, 100.0, 2e-3)
+    if structure == "nothing":
+        more = {name: value for name, value in more.items() if name not in ("gravity", "preload")}
+    speed = 0.5 if striker is BEAD else None
+    rigid = hl.Chain([BEAD] * 5, striker, speed, integrator=integrator, law=law, **more)
+    soft = hl.DeformableChain([BEAD] * 5, striker, speed, integrator=integrator, law=law, modes=1, **more)
+    runs = [hl.CoSimulation(chain, STRUCTURES[structure]()).run(until=6e-5) for chain in (rigid, soft)]
+    known = set(runs[0].data_vars)
+    assert set(runs[1].data_vars) - known == {"section_force", "vibration_energy", "vibration_amplitude"}
+    # A structure's contact is Hertz's in one and computed in the other.
+    if structure == "nothing":
+        for name in known:
+            assert np.array_equal(runs[0][name], runs[1][name], equal_nan=True), name
+    else:
+        peak = [run.contact_force.max("time") for run in runs]
+        assert peak[1].values == pytest.approx(peak[0].values, rel=0.03)
+
+
+def test_with_one_mode_and_laws_for_all_contacts_it_is_a_chain_on_a_rod(law: Any) -> None:
+    def laws(one: Any, other: Any) -> Any:
+        return hl.contact_law(one, other) if isinstance(other, hl.Surface) else law
+
+    rod = hl.rod([hl.Layer(STEEL, 50e-3, 5e-3)])
+    more: dict[str, Any] = {"gravity": 9.81, "dissipation": hl.LinearDashpot(1.0), "law": laws}
+    rigid = hl.CoSimulation(hl.Chain([BEAD] * 5, BEAD, 0.5, **more), rod).run(until=2e-4)
+    soft = hl.CoSimulation(hl.DeformableChain([BEAD] * 5, BEAD, 0.5, modes=1, **more), rod).run(until=2e-4)
+    for name in rigid.data_vars:
+        assert np.array_equal(rigid[name], soft[name], equal_nan=True), name
+
+
+beads = st.one_of(
+    st.builds(hl.Sphere, st.sampled_from([2e-3, 3e-3, 4.76e-3]), st.sampled_from([STEEL, hl.ALUMINIUM_6061, hl.PTFE])),
+    st.sampled_from([hl.HollowSphere(4e-3, 2e-3, STEEL), hl.HollowSphere(5e-3, 4e-3, hl.ALUMINIUM_6061)]),
+    st.just(hl.Ellipsoid(2e-3, 6e-3, STEEL, "along")),
+)
+
+
+@settings(max_examples=12)
+@given(st.lists(beads, min_size=2, max_size=4), st.sampled_from([1, 2, 5, 9]), st.floats(0.05, 1.0))
+def test_momentum_and_energy_stay(row: list[Any], modes: int, speed: float) -> None:
+    chain = hl.DeformableChain(row[1:], row[0], speed, modes=modes)
+    run = hl.CoSimulation(chain, None).run(until=2e-4)
+    momentum = (run.velocity * [body.mass for body in row]).sum("bead")
+    assert momentum.values == pytest.approx(float(momentum[0]), rel=1e-11)
+    assert hl.energy_error(run) < 1e-5
+    if modes == 1:
+        assert float(abs(run.vibration_energy).max()) == 0.0
+
+
+def test_energy_and_work_on_a_structure_balance() -> None:
+    run = hl.CoSimulation(deformable(), hl.rod([hl.Layer(hl.PTFE, 20e-3, 5e-3)])).run(until=3e-4)
+    assert hl.energy_error(run) < 1e-5
+    assert float(abs(run.interface_mismatch).max()) < 1e-9 * float(run.impact_energy)
+
+
+@pytest.mark.parametrize("loss", [None, hl.LinearDashpot(2.0), hl.Tsuji(0.05), hl.MassProportional(2e3)])
+def test_losses_take_what_is_missing(loss: Any) -> None:
+    run = hl.CoSimulation(deformable(dissipation=loss), None).run(until=2e-4)
+    assert hl.energy_error(run) < 2e-5
+    lost = float(run.dissipated_energy[-1] / run.impact_energy)
+    assert lost > 0.05 if loss else lost == 0.0
+    assert np.all(np.diff(run.dissipated_energy) >= -1e-12 * float(run.impact_energy))
+
+
+def advanced(chain: hl.DeformableChain, dt: float, until: float) -> Any:
+    moving = moving_chain(chain, SURFACE, dt=dt)
+    state, _ = moving.advance(moving.start(), (0.0, 0.0), until)
+    return state.position[: moving.mass.size] - moving.rest[: moving.mass.size]
+
+
+@pytest.mark.parametrize("loss", [None, hl.LinearDashpot(1.0)])
+def test_verlet_has_order_two(loss: Any) -> None:
+    chain = deformable(5, 3, dissipation=loss)
+    finest = advanced(chain, 5e-10, 3e-5)
+    errors = [abs(advanced(chain, dt, 3e-5) - finest).max() for dt in (4e-8, 2e-8, 1e-8)]
+    assert np.log2(np.divide(errors[:-1], errors[1:])) == pytest.approx([2.0, 2.0], abs=0.2)
+
+
+def test_both_integrators_agree() -> None:
+    chain = deformable(5, 3, dissipation=hl.LinearDashpot(1.0))
+    verlet, rk4 = advanced(chain, 5e-10, 3e-5), advanced(replace(chain, integrator="rk4"), 2e-9, 3e-5)
+    assert verlet == pytest.approx(rk4, abs=1e-6 * abs(rk4).max())
+
+
+def test_static_equilibrium_stays(law: Any) -> None:
+    chain = hl.DeformableChain([BEAD] * 4, None, gravity=9.81, preload=5.0, modes=6)
+    run = hl.CoSimulation(chain, hl.half_space(STEEL)).run(until=1e-4)
+    assert float(abs(run.displacement).max()) < 1e-9 * law.largest
+    assert run.contact_force.values[:, 1:] == pytest.approx(
+        np.broadcast_to(run.static_force.values[1:], run.contact_force.values[:, 1:].shape), rel=1e-9
+    )
+
+
+@pytest.mark.parametrize("modes", [1, 2, 4, 9])
+def test_even_compression_is_that_of_the_law(law: Any, modes: int) -> None:
+    """Whatever the modes tell, the mid-planes of beads pressed on both sides alike approach by the law of both."""
+    chain = hl.DeformableChain([BEAD] * 4, None, preload=5.0, modes=modes, law=law)
+    moving = moving_chain(chain, SURFACE)
+    assert -np.diff(moving.rest[2:5]) == pytest.approx(np.full(2, law.approach(5.0)), rel=1e-9)
+
+
+def test_a_push_on_one_side_moves_the_other_by_the_whole_flexibility() -> None:
+    """Rigid motion, modes and the rest together: what is known of both poles does not depend on the number of modes."""
+    across = []
+    for modes in (1, 3, 8):
+        shape = vibration(BEAD, modes)
+        across.append(shape.cross + float((shape.struck * shape.far / shape.frequencies**2).sum()))
+    assert across == pytest.approx([across[0]] * 3, rel=1e-6)
+
+
+def test_a_chain_turned_around_moves_as_its_mirror_image() -> None:
+    bodies = [BEAD, hl.Sphere(3e-3, hl.ALUMINIUM_6061), hl.HollowSphere(4e-3, 3e-3, STEEL)]
+    moving = moving_chain(hl.DeformableChain(bodies[1:], bodies[0], 0.5, modes=4), None, dt=2e-9)
+    turned = moving_chain(hl.DeformableChain(bodies[1::-1], bodies[2], 0.5, modes=4), None, dt=2e-9)
+    assert isinstance(turned, MovingDeformableChain)
+    there, back = moving.start(), turned.start()
+    there.velocity[:3], back.velocity[:3] = [0.5, 0.0, -0.2], [0.2, 0.0, -0.5]
+    for _ in range(20):
+        there, _ = moving.advance(there, (0.0, 0.0), 2e-6)
+        back, _ = turned.advance(back, (0.0, 0.0), 2e-6)
+    assert abs(there.velocity[1]) > 0.05
+    assert back.velocity[2::-1] == pytest.approx(-there.velocity[:3], abs=1e-11)
+    forces = [one.poles(state.position[None])[0] for one, state in ((moving, there), (turned, back))]
+    assert forces[0].shape == forces[1].shape == (1, 3)
+
+
+def test_more_modes_settle() -> None:
+    found = {}
+    for modes in (1, 2, 4, 8, 14):
+        run = hl.CoSimulation(deformable(modes, 12), None).run(until=1e-4)
+        found[modes] = float(run.contact_force.sel(contact=8).max())
+    assert found[8] == pytest.approx(found[14], rel=1e-3)
+    assert found[4] == pytest.approx(found[14], rel=3e-3)
+
+
+def test_the_central_section_carries_the_momentum_of_half_a_bead() -> None:
+    """In slow motion its force is the mean of the contacts'; at any time its impulse is what half a bead gets."""
+    run = hl.CoSimulation(deformable(8, 8), None).run(until=1e-4)
+    mean = hl.sensor_force(run, 4)
+    section = run.section_force.sel(bead=4)
+    assert float(section.max()) == pytest.approx(float(mean.max()), rel=0.02)
+    assert float(abs(section - mean).max()) > 1e-3 * float(mean.max())
+    assert section.integrate("time").item() == pytest.approx(mean.integrate("time").item(), rel=2e-3)
+    slow = hl.CoSimulation(deformable(8, 8, speed=1e-4), None).run(until=6e-4)
+    difference = abs(slow.section_force.sel(bead=4) - hl.sensor_force(slow, 4)).max()
+    assert float(difference / slow.section_force.sel(bead=4).max()) < 0.1 * float(
+        abs(section - mean).max() / section.max()
+    )
+
+
+def test_vibration_left_behind_is_small() -> None:
+    """Rayleigh (Phil. Mag. 11 (1906) 283): of spheres that collide slowly hardly any energy stays in vibrations."""
+    chain = hl.DeformableChain([BEAD], BEAD, 0.5, modes=10)
+    run = hl.CoSimulation(chain, None).run(until=5e-5)
+    assert float(run.contact_force[-1, 0]) == 0.0
+    left = float(run.vibration_energy[-1].sum() / run.impact_energy)
+    assert 0.0 < left < 1e-4
+    assert float(run.vibration_energy.max("time").sum() / run.impact_energy) > 10.0 * left
+
+
+def test_a_participant_goes_on_from_a_checkpoint(tmp_path: Any) -> None:
+    rod = hl.rod([hl.Layer(STEEL, 50e-3, 5e-3)])
+    straight = hl.CoSimulation(deformable(), rod).run(until=1e-4)
+    kept = hl.CoSimulation(deformable(), rod).run(until=1e-4, checkpoint=tmp_path / "run.ck")
+    again = hl.CoSimulation(deformable(), rod).run(until=1e-4, checkpoint=tmp_path / "run.ck")
+    for name in straight.data_vars:
+        assert np.array_equal(straight[name], kept[name], equal_nan=True), name
+        assert np.array_equal(straight[name], again[name], equal_nan=True), name
+    with pytest.raises(ValueError, match="another run"):
+        hl.CoSimulation(deformable(7), rod).run(until=1e-4, checkpoint=tmp_path / "run.ck")
+
+
+def test_chains_of_both_kinds_share_a_run() -> None:
+    plate = hl.kirchhoff_plate(0.1, 0.1, 5e-3, STEEL, hl.Supports("clamped", "clamped", "clamped", "clamped"))
+    chains = [hl.Chain([BEAD] * 4, BEAD, 0.5), deformable(5, 3)]
+    run = hl.CoSimulation(chains, plate.at([0.03, 0.07], [0.05, 0.05])).run(until=5e-5)
+    assert run.vibration_amplitude.dims == ("time", "chain", "bead", "mode")
+    assert np.isnan(run.section_force.isel(chain=0)).all()
+    assert np.isnan(run.section_force.isel(chain=1, bead=4)).all()
+    assert not np.isnan(run.section_force.isel(chain=1, bead=slice(0, 4))).any()
+
+
+def test_two_ends_and_a_gap() -> None:
+    """Struck from behind by a structure that is pushed, the chain passes the push on; its gap tells the poles'."""
+    rod = hl.rod([hl.Layer(STEEL, 30e-3, 4e-3)])
+    chain = hl.DeformableChain([BEAD] * 3, None, 0.3, modes=5)
+    run = hl.CoSimulation(chain, hl.half_space(STEEL), behind=rod).run(until=8e-5)
+    assert hl.energy_error(run) < 2e-5
+    open_ones = run.gap.values > 1e-12
+    forces = np.stack([run.contact_force.values[:, -1], run.contact_force.values[:, 0]], axis=-1)
+    assert np.all(forces[open_ones] == 0.0)
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ({"modes": 0}, "modes = 0: must be a whole number, 1 or more"),
+        ({"modes": 2.5}, "modes = 2.5: must be a whole number"),
+        ({"modes": 41}, "modes = 41: must be at most 40"),
+        ({"beads": [hl.Cylinder(2e-3, 4e-3, STEEL)]}, "beads[0] = Cylinder"),
+        ({"beads": [BEAD, hl.Ellipsoid(2e-3, 6e-3, STEEL, "across")]}, "beads[1] = Ellipsoid"),
+        ({"striker": hl.Cylinder(2e-3, 4e-3, STEEL)}, "striker = Cylinder"),
+        ({"law": "fem"}, "law = 'fem'"),
+    ],
+)
+def test_bad_input_is_named(given: dict[str, Any], told: str) -> None:
+    with pytest.raises(ValueError, match=re.escape(told)):
+        hl.DeformableChain(**{"beads": [BEAD], "striker": BEAD, "impact_speed": 0.5, **given})
+
+
+def test_too_long_a_step_is_named() -> None:
+    with pytest.raises(ValueError, match=r"dt = 2e-07: too large for the beads' modes"):
+        hl.CoSimulation(deformable(10), None, dt=2e-7)
+
+
+def test_a_batch_says_what_runs_deformable_chains() -> None:
+    with pytest.raises(ValueError, match=r"chains: of deformable beads must be run by CoSimulation"):
+        hl.batch([deformable()], until=1e-4)
+
+
+def test_a_window_repeats() -> None:
+    moving = moving_chain(deformable(), SURFACE)
+    state = moving.start()
+    for _ in range(5):
+        state, _ = moving.advance(state, (0.0, 1e-8), 5e-6)
+    ends = [moving.advance(state, (1e-8, 2e-8), 5e-6) for _ in range(2)]
+    assert isinstance(ends[0][0], ChainState)
+    for one, other in zip(ends[0][0], ends[1][0], strict=True):
+        assert np.array_equal(one, other)
+    assert ends[0][1] == ends[1][1]
