@@ -29,8 +29,8 @@ class Counts(NamedTuple):
 
 class ChainFrames:
     """Of one chain: position (m) and velocity (m/s), saved times × coordinates, first those of the bodies;
-    contact_force (N), saved times × bodies; and, for each saved time, kinetic and potential energy, the energy lost, and
-    the excitation's work (J)."""
+    contact_force (N), saved times × bodies; and, for each saved time, kinetic and potential energy, the energy lost,
+    and the excitation's work (J)."""
 
     def __init__(self, rows: int, bodies: int, coordinates: int) -> None:
         self.position, self.velocity = (np.zeros((rows, coordinates)) for _ in range(2))

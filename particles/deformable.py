@@ -1,8 +1,8 @@
 """Chains of deformable beads: what a bead does between its contacts is told by a few of its own vibrations.
 
-Substructuring (Craig and Bampton's kin with free interfaces, MacNeal, Comput. Struct. 1 (1971) 581): a bead moves by its
-rigid motion and its lowest free vibrations; beyond those it gives way at once. Of that the part at the pole which is
-pushed is in the contact's law, which is not linear; the part at the other pole is a flexibility (`Vibration.cross`).
+Substructuring with free interfaces (MacNeal, Comput. Struct. 1 (1971) 581): a bead moves by its rigid motion and its
+lowest free vibrations; beyond those it gives way at once. Of that the part at the pole which is pushed is in the
+contact's law, which is not linear; the part at the other pole is a flexibility (`Vibration.cross`).
 """
 
 from dataclasses import dataclass

@@ -2,8 +2,8 @@
 
 Arrays, with N beads behind body 0, the striker:
     y, v     N + 1   positions (m) and velocities of the bodies; y is measured from touching, unloaded beads,
-                     so the approach of a contact is δᵢ = yᵢ₋₁ − yᵢ, and that of the last one y_N − w; behind them, where
-                     beads vibrate, the m amplitudes (m √kg) of each body's modes, and their rates
+                     so the approach of a contact is δᵢ = yᵢ₋₁ − yᵢ, and that of the last one y_N − w; behind them,
+                     where beads vibrate, the m amplitudes (m √kg) of each body's modes, and their rates
 The structure's surface is at w and moves at a constant rate during a window. Where a structure is behind the chain too,
 body 0 is its surface, and moves on at the speed that it has as a window starts. Contacts 1 … N + 1 are stored from 0;
 the last one is with the structure. `chain` is a Constants.

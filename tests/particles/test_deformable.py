@@ -86,7 +86,7 @@ beads = st.one_of(
 @settings(max_examples=12)
 @given(st.lists(beads, min_size=2, max_size=4), st.sampled_from([1, 2, 5, 9]), st.floats(0.05, 1.0))
 def test_momentum_and_energy_stay(row: list[Any], modes: int, speed: float) -> None:
-    chain = hl.DeformableChain(row[1:], row[0], speed, modes=modes)
+    chain = hl.DeformableChain(row[1:], row[0], speed, modes=modes, law=hl.contact_law)
     run = hl.CoSimulation(chain, None).run(until=2e-4)
     momentum = (run.velocity * [body.mass for body in row]).sum("bead")
     assert momentum.values == pytest.approx(float(momentum[0]), rel=1e-11)
@@ -133,9 +133,9 @@ def test_both_integrators_agree() -> None:
 def test_static_equilibrium_stays(law: Any) -> None:
     chain = hl.DeformableChain([BEAD] * 4, None, gravity=9.81, preload=5.0, modes=6)
     run = hl.CoSimulation(chain, hl.half_space(STEEL)).run(until=1e-4)
-    assert float(abs(run.displacement).max()) < 1e-9 * law.largest
+    assert float(abs(run.displacement).max()) < 1e-8 * law.largest
     assert run.contact_force.values[:, 1:] == pytest.approx(
-        np.broadcast_to(run.static_force.values[1:], run.contact_force.values[:, 1:].shape), rel=1e-9
+        np.broadcast_to(run.static_force.values[1:], run.contact_force.values[:, 1:].shape), rel=1e-8
     )
 
 
@@ -158,8 +158,9 @@ def test_a_push_on_one_side_moves_the_other_by_the_whole_flexibility() -> None:
 
 def test_a_chain_turned_around_moves_as_its_mirror_image() -> None:
     bodies = [BEAD, hl.Sphere(3e-3, hl.ALUMINIUM_6061), hl.HollowSphere(4e-3, 3e-3, STEEL)]
-    moving = moving_chain(hl.DeformableChain(bodies[1:], bodies[0], 0.5, modes=4), None, dt=2e-9)
-    turned = moving_chain(hl.DeformableChain(bodies[1::-1], bodies[2], 0.5, modes=4), None, dt=2e-9)
+    more: dict[str, Any] = {"modes": 4, "law": hl.contact_law}
+    moving = moving_chain(hl.DeformableChain(bodies[1:], bodies[0], 0.5, **more), None, dt=2e-9, impact_energy=1e-4)
+    turned = moving_chain(hl.DeformableChain(bodies[1::-1], bodies[2], 0.5, **more), None, dt=2e-9, impact_energy=1e-4)
     assert isinstance(turned, MovingDeformableChain)
     there, back = moving.start(), turned.start()
     there.velocity[:3], back.velocity[:3] = [0.5, 0.0, -0.2], [0.2, 0.0, -0.5]
