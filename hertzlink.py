@@ -28,6 +28,7 @@ from coupling.cli import main as main  # noqa: E402
 from coupling.cosimulation import CoSimulation  # noqa: E402
 from coupling.events import contact_events  # noqa: E402
 from coupling.explicit import Explicit  # noqa: E402
+from coupling.explicit_chain import explicit_chain  # noqa: E402
 from coupling.fitting import Fit, fit_dissipation  # noqa: E402
 from coupling.fmu import write_fmu  # noqa: E402
 from coupling.interface import ContactPoint  # noqa: E402
@@ -166,7 +167,7 @@ __all__ = [
     "amplitude_ratio", "angular_frequency", "animation", "as_signal", "axial_stiffness", "batch", "calibration_factor",
     "characteristic_length", "circle", "contact_events", "contact_law", "contact_law_fem", "contact_time",
     "contact_time_half_space", "contact_to_sensor_ratio", "critical_distance", "critical_distance_bounds",
-    "critical_modulus", "cutoff_frequency", "cylinder", "drop_speed", "energy_error", "fit_dissipation", "follow_waves",
+    "critical_modulus", "cutoff_frequency", "cylinder", "drop_speed", "energy_error", "explicit_chain", "fit_dissipation", "follow_waves",
     "half_space", "hertz_stiffness", "homogeneous", "inelasticity_parameter", "infinite_plate", "kirchhoff_panel",
     "kirchhoff_plate", "lamb_cutoff_frequency", "lamb_frequency", "lamb_group_speed", "lamb_phase_speed", "loss_factor",
     "loss_tangent", "mindlin_panel", "mindlin_plate", "modal_damping", "normalised_time_of_flight",
