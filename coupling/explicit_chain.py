@@ -1,0 +1,191 @@
+"""A chain of deformable beads by explicit finite elements: slow, and the reference for faster models of it."""
+
+import logging
+from math import ceil, sqrt
+from time import perf_counter
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from coupling.result import DESCRIPTIONS, provenance
+from particles import explicit_kernels as kernels
+from particles.bead import Bead
+from particles.chain import Chain
+from particles.contact import PowerLaw, contact_law
+from particles.contact_mesh import body_of
+from particles.explicit_beads import ExplicitBead, explicit_bead
+from particles.moving import MovingChain
+from structures.checks import instance, positive
+from structures.surface import hertz_stiffness, relative_curvatures
+
+CELLS = 4
+"""Over the radius of a contact that holds all of the impact energy; three then lie over that of the wave's contacts."""
+
+MARGIN = 1.2
+"""How far the mesh lets bodies touch, over that radius; it widens where they touch beyond."""
+
+WIDENING, TRIES = 1.4, 6
+
+WIDEST = 0.4
+"""Part of a bead's radius beyond which a contact is no longer small."""
+
+SAFETY = 0.9
+"""Part of the longest stable step that is taken."""
+
+SAVED_PER_CONTACT = 256
+"""Saved times in a contact. Forces are means between them, which lowers a peak by 1e-5."""
+
+MOST_SAVED = 1e8
+"""Saved times × bodies."""
+
+OWN = {
+    "section_force": ("N", "force through the bead's central section, positive in compression"),
+    "vibration_energy": ("J", "kinetic and strain energy of the bead beyond its rigid motion"),
+    "closing_loss": ("J", "energy that nodes lost as they closed, since the start"),
+}
+
+log = logging.getLogger("hertzlink.explicit_chain")
+
+
+class _Frames(NamedTuple):
+    """Times, s, what was saved at them, and what it took."""
+
+    times: Any
+    saved: kernels.Saved
+    bead: ExplicitBead
+    step: float
+    spacing: float
+    reach: float
+
+
+def explicit_chain(
+    chain: Chain,
+    until: float,
+    spacing: float | None = None,
+    save_every: float | None = None,
+    rigid_wall: bool = False,
+) -> xr.Dataset:
+    """A chain of equal deformable beads up to `until` (s), by finite elements and central differences.
+
+    Beads and striker: equal bodies of revolution about the chain's axis (Sphere, HollowSphere, Ellipsoid along).
+    spacing, m: size of the cells at the contacts, by default a quarter of the radius of a contact that holds the whole
+    impact energy. save_every, s: by default 256 times in a contact. rigid_wall: what the last bead touches, or nothing.
+
+    Quadratic elements on the true arc, masses lumped (Hinton, Rock and Zienkiewicz), small strains, no friction.
+    Nodes that face each other close exactly: a multiplier takes away the overlap that is predicted for the next step.
+    This loses half the energy of the closing nodes' relative motion, `closing_loss`; nothing else is lost.
+    The Dataset has CoSimulation's variables; displacement and velocity are those of centres of mass, contact_energy is
+    the strain energy. Forces are means over the saved interval about each saved time. Own variables, time × bead:
+    section_force, N, and vibration_energy, J. Attributes: degrees_of_freedom, cells (of all bodies), step, spacing and
+    reach of the contact's mesh (s, m), seconds (of the run, without the set-up).
+    Raises ValueError for what it cannot do, and where contacts are wider than 0.4 of a radius; FloatingPointError.
+    """
+    chain, until = _checked(chain), positive("until", until, "s")
+    bead = chain.beads[0]
+    if save_every is not None and positive("save_every", save_every, "s") > until:
+        raise ValueError(f"save_every = {save_every!r}: must not be longer than the run, until = {until!r} s")
+    if spacing is not None:
+        positive("spacing", spacing, "m")
+    instance("rigid_wall", rigid_wall, bool, "True or False")
+    radius = _widest_contact(bead, chain.impact_energy, rigid_wall)
+    size = radius / CELLS if spacing is None else float(spacing)
+    interval = save_every or MovingChain(chain, None).contact_time / SAVED_PER_CONTACT
+    rows = int(until / interval * (1.0 + 1e-9)) + 1
+    if rows * (len(chain.beads) + 1) > MOST_SAVED:
+        name = "until" if save_every is None else "save_every"
+        raise ValueError(f"{name}: {rows} saved times are too many; take a longer save_every")
+    reach = max(MARGIN * radius, size)
+    for _ in range(TRIES):
+        began = perf_counter()
+        frames = _run(chain, size, ceil(reach / size * (1.0 - 1e-9)) * size, interval, rows, rigid_wall)
+        if frames is not None:
+            given = {"chain": chain.describe(), "until": until, "save_every": interval, "rigid_wall": rigid_wall}
+            return _dataset(chain, frames, given, perf_counter() - began)
+        reach *= WIDENING
+        log.info("bodies touch beyond the mesh's reach, which widens to %.3g m", reach)
+    raise ValueError(f"impact_speed = {chain.impact_speed!r}: contacts are wider than {reach:.3g} m; take a lower speed")
+
+
+def _run(chain: Chain, size: float, reach: float, interval: float, rows: int, wall: bool) -> _Frames | None:
+    """The run on a mesh; None where bodies touch beyond its reach."""
+    body = chain.beads[0]
+    if reach > WIDEST * body_of(body, reach, "beads").radius:
+        raise ValueError(f"impact_speed = {chain.impact_speed!r}: contacts reach {reach:.3g} m, too wide for {body!r}")
+    bead, bodies = explicit_bead(body, reach, size), len(chain.beads) + 1
+    stride = ceil(interval / (SAFETY * bead.stable_step))
+    stride += 1 - stride % 2
+    step = interval / stride
+    padded = ceil(bodies / kernels.LANES) * kernels.LANES
+    displacement, velocity = np.zeros((2, bead.mass.size, 2, padded))
+    velocity[:, 1, 0] = chain.speed
+    saved = kernels.Saved(*(np.zeros((rows, bodies)) for _ in range(5)), *(np.zeros(rows) for _ in range(3)))
+    model = kernels.Model(*(getattr(bead, name) for name in kernels.Model._fields))
+    status = kernels.run(model, displacement, velocity, step, stride, bodies, wall, saved)
+    if status == kernels.TOO_WIDE:
+        return None
+    if status == kernels.NON_FINITE:
+        raise FloatingPointError("explicit_chain: the state of the beads is no longer finite")
+    return _Frames(interval * np.arange(rows), saved, bead, step, size, reach)
+
+
+def _checked(chain: Chain) -> Chain:
+    """The chain, or a ValueError that names what the explicit one has not."""
+    instance("chain", chain, Chain, "a Chain")
+    if not isinstance(chain.striker, Bead):
+        raise ValueError(f"striker = {chain.striker!r}: must be a bead like the others in an explicit chain")
+    for name, bead in [("striker", chain.striker), *(("beads", bead) for bead in chain.beads)]:
+        if bead != chain.beads[0]:
+            raise ValueError(f"{name} = {bead!r}: must be equal to the first bead in an explicit chain")
+    body_of(chain.beads[0], 1.0, "beads")
+    for name, usual in (("gravity", 0.0), ("preload", 0.0), ("dissipation", None), ("law", None)):
+        if getattr(chain, name) != usual:
+            raise ValueError(f"{name} = {getattr(chain, name)!r}: must be {usual!r} in an explicit chain")
+    if chain.integrator != "verlet":
+        raise ValueError(f"integrator = {chain.integrator!r}: must be 'verlet', the central difference, here")
+    return chain
+
+
+def _widest_contact(bead: Bead, energy: float, wall: bool) -> float:
+    """Radius, m, of a contact that holds this energy (J), by Hertz's law at the force of the analytic one."""
+    law = contact_law(bead, bead)
+    force = law.force(law.overlap(np.array(energy)))
+    hertz = PowerLaw(hertz_stiffness(bead.surface, bead.surface))
+    widest = sqrt(float(hertz.approach(force)) / relative_curvatures(bead.surface, bead.surface)[1])
+    # At a rigid wall half the compliance and twice the radius raise the force by 8^(1/5).
+    return widest * (8.0 ** (1.0 / 15.0) if wall else 1.0)
+
+
+def _dataset(chain: Chain, frames: _Frames, given: dict[str, Any], seconds: float) -> xr.Dataset:
+    """The result of a run, with the variables that CoSimulation's has where they mean something here."""
+    saved, bodies = frames.saved, len(chain.beads) + 1
+    nothing = np.zeros(frames.times.size)
+    values = {
+        "displacement": saved.displacement, "velocity": saved.velocity, "contact_force": saved.contact_force,
+        "kinetic_energy": saved.kinetic, "contact_energy": saved.strain, "dissipated_energy": nothing,
+        "excitation_work": nothing, "structure_work": nothing, "structure_energy": nothing,
+        "structure_dissipated_energy": nothing, "section_force": saved.section_force,
+        "vibration_energy": saved.vibration, "closing_loss": saved.closing,
+    }  # fmt: skip
+    variables = {}
+    for name, value in values.items():
+        units, text = OWN.get(name) or DESCRIPTIONS[name][1:]
+        axis = [] if value.ndim == 1 else ["contact" if name == "contact_force" else "bead"]
+        variables[name] = (["time", *axis], value, {"units": units, "long_name": text})
+    variables["displacement"][2]["long_name"] = "displacement of the centre of mass; bead 0 is the striker"
+    variables["velocity"][2]["long_name"] = "velocity of the centre of mass; bead 0 is the striker"
+    variables["contact_energy"][2]["long_name"] = "strain energy of striker and beads"
+    coordinates = {
+        "time": ("time", frames.times, {"units": "s"}),
+        "bead": ("bead", np.arange(bodies)),
+        "contact": ("contact", np.arange(1, bodies + 1)),
+        "centre": ("bead", chain.centres, {"units": "m", "long_name": "centre, from the struck end"}),
+        "impact_energy": ((), chain.impact_energy, {"units": "J", "long_name": "energy of the excitation"}),
+        "static_force": ("contact", np.zeros(bodies), {"units": "N", "long_name": "preload"}),
+    }
+    free = 2 * frames.bead.mass.size - int(frames.bead.held.sum())
+    told = {
+        "degrees_of_freedom": bodies * free, "cells": bodies * frames.bead.cells, "step": frames.step,
+        "spacing": frames.spacing, "reach": frames.reach, "seconds": seconds,
+    }  # fmt: skip
+    return xr.Dataset(variables, coordinates, {**provenance({**given, "spacing": frames.spacing}), **told})
