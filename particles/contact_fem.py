@@ -5,17 +5,17 @@ without friction (`active_set`). Linear elasticity, so strains must stay small.
 """
 
 import logging
-from dataclasses import dataclass, replace
-from math import log2, nan, sqrt
+from dataclasses import replace
+from math import sqrt
 
 import numpy as np
 
 from particles.active_set import edge_approach, forces_of_steps
 from particles.bead import Bead, HollowSphere
 from particles.compliance import MIDPLANES, surface_compliance
+from particles.computed_law import LARGE_ERROR, ComputedLaw, Points, continued_to_zero, error_and_order, only_one_of
 from particles.contact import SMALL_CONTACT, PowerLaw, TabulatedLaw, contact_law
 from particles.contact_mesh import Spheroid, body_of, half_plane
-from particles.power_fit import PowerFit, fit_power_law
 from structures.checks import instance, one_of, positive
 from structures.structure import Vector
 from structures.surface import Surface, hertz_stiffness, relative_curvatures
@@ -25,15 +25,6 @@ ELEMENTS = 30
 
 FEWEST = 3
 """Elements over the radius of the narrowest contact that is computed."""
-
-ORDER = 2.0
-"""Of the convergence of F(δ) where the contact's edge lies at a corner of the mesh."""
-
-LARGE_ERROR = 0.01
-"""Of the force, above which a law says so."""
-
-LEAST_ORDER = 1.0
-"""Below this, the difference to the coarser law is taken for the error as it is."""
 
 WIDEST_CONTACT = 0.5
 """Radius of a contact over that of a body, beyond which half a bead pressed along its axis says nothing."""
@@ -49,29 +40,7 @@ WIDENING = 1.4
 ROUGH, TRIES = 15.0, 12
 """Elements over the widest contact, and trials, of the rough law that tells the approach at a force."""
 
-PARTS_BELOW = np.geomspace(1e-9, 1.0, 72, endpoint=False)
-"""Forces below the first computed one, over it."""
-
 log_of_laws = logging.getLogger("hertzlink.contact")
-
-
-@dataclass(frozen=True)
-class FemLaw(TabulatedLaw):
-    """A contact law by finite elements, computed from the approach `smallest` to `largest`, m.
-
-    Below, it goes on as Hertz's law in series with a spring, through the first computed point; beyond `largest`, a run
-    warns. error: largest relative error of the force in the range, estimated from a mesh of cells twice as large;
-    order: the observed order of convergence, from a third mesh; nan where that is too coarse to tell.
-    """
-
-    smallest: float = 0.0
-    error: float = 0.0
-    order: float = nan
-
-    def fit(self, lowest: float | None = None, highest: float | None = None, weighting: str = "relative") -> PowerFit:
-        """The nearest power law, by default over the whole computed range; see `fit_power_law`."""
-        low = self.smallest if lowest is None else lowest
-        return fit_power_law(self, low, self.largest if highest is None else highest, weighting)
 
 
 def contact_law_fem(
@@ -81,7 +50,7 @@ def contact_law_fem(
     max_approach: float | None = None,
     midplane: str = "roller",
     spacing: float | None = None,
-) -> FemLaw:
+) -> ComputedLaw:
     """The law of two bodies of revolution by finite elements, up to max_force (N) or max_approach (m).
 
     first, second: Sphere, HollowSphere or Ellipsoid(axis="along"); second may be a Surface, which is a half-space
@@ -98,17 +67,12 @@ def contact_law_fem(
     instance("first", first, Bead, "a body")  # type: ignore[arg-type]
     second = first if second is None else instance("second", second, Bead | Surface, "a body or a Surface")  # type: ignore[arg-type]
     one_of("midplane", midplane, MIDPLANES)
-    if (max_force is None) == (max_approach is None):
-        raise ValueError(f"max_force = {max_force!r}, max_approach = {max_approach!r}: one of the two must be given")
+    only_one_of(max_force, max_approach)
     contact = _Contact(first, second, midplane)
     if max_approach is not None:
         return contact.law(positive("max_approach", max_approach, "m"), spacing)
     wanted = positive("max_force", max_force, "N")  # type: ignore[arg-type]
     return contact.law_to_force(wanted, spacing)
-
-
-Points = tuple[Vector, Vector]
-"""Approaches, m, and forces, N."""
 
 
 class _Contact:
@@ -128,7 +92,7 @@ class _Contact:
         overlap = float(self.hertz.approach(self.analytic.force(np.array(approach))))
         return sqrt(overlap / self.curvature)
 
-    def law(self, approach: float, spacing: float | None) -> FemLaw:
+    def law(self, approach: float, spacing: float | None) -> ComputedLaw:
         """The law up to an approach, m."""
         size = self.widest(approach) / ELEMENTS if spacing is None else positive("spacing", spacing, "m")
         if size * FEWEST > self.widest(approach):
@@ -136,17 +100,17 @@ class _Contact:
         fine = self.steps(approach, size)
         if fine[0][0] >= approach:
             raise self._too_coarse(approach, size)
-        error, order = _error(fine, *(self.steps(approach, size, coarser, fewest=1) for coarser in (2.0, 4.0)))
+        error, order = error_and_order(fine, *(self.steps(approach, size, coarser, fewest=1) for coarser in (2.0, 4.0)))
         cautions = self._cautions(approach)
         if error > LARGE_ERROR:
             cautions.append(f"cells of {size:.3g} m leave the force off by some {100.0 * error:.2g} %")
         caution = "; ".join(cautions)
         if caution:
             log_of_laws.warning("contact_law_fem: %s", caution)
-        points = _continued_to_zero(fine, self.hertz)
-        return FemLaw(*points, "finite elements", caution, approach, float(fine[0][0]), error, order)  # type: ignore[arg-type]
+        points = continued_to_zero(fine, self.hertz)
+        return ComputedLaw(*points, "finite elements", caution, approach, float(fine[0][0]), error, order)  # type: ignore[arg-type]
 
-    def law_to_force(self, force: float, spacing: float | None) -> FemLaw:
+    def law_to_force(self, force: float, spacing: float | None) -> ComputedLaw:
         """The law up to a force, N: a rough law tells how far the bodies approach."""
         approach = float(self.analytic.approach(np.array(force)))
         for _ in range(TRIES):
@@ -202,27 +166,3 @@ class _Contact:
             if isinstance(bead, HollowSphere) and approach > THIN * (bead.radius - bead.inner_radius):
                 cautions.append(f"an approach of {approach:.3g} m leaves the small turns of a wall so thin")
         return list(dict.fromkeys(cautions))
-
-
-def _error(fine: Points, coarse: Points, coarsest: Points) -> tuple[float, float]:
-    """Largest relative error of the finest law's force, and the observed order, from meshes of cells twice as large.
-
-    The order is that of the mean differences where all three hold. Without one, the whole difference is the error;
-    observed orders above two, where the bodies' bending tells, are not trusted to last.
-    """
-    approaches, forces = fine
-    by_coarse, by_coarsest = (TabulatedLaw(*points).force(approaches) for points in (coarse, coarsest))  # type: ignore[arg-type]
-    near = np.abs(by_coarse - forces) / forces
-    far = np.abs(by_coarsest - by_coarse) / forces
-    common = approaches >= coarsest[0][0]
-    order = log2(float(far[common].mean() / near[common].mean())) if np.count_nonzero(common) > 2 else nan
-    gain = 2.0 ** min(max(order, LEAST_ORDER), ORDER) if order == order else 2.0
-    return float(near.max()) / (gain - 1.0), order
-
-
-def _continued_to_zero(points: Points, hertz: PowerLaw) -> Points:
-    """The points, and before them Hertz's law in series with the spring that leads to the first one."""
-    approach, force = points[0][0], points[1][0]
-    forces = force * PARTS_BELOW
-    softness = (approach - float(hertz.approach(np.array(force)))) / force
-    return np.append(hertz.approach(forces) + softness * forces, points[0]), np.append(forces, points[1])

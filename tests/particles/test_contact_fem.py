@@ -14,7 +14,8 @@ from skfem import Basis, ElementQuad2
 import hertzlink as hl
 from particles.active_set import ActiveSetNotConverged, contact_forces, edge_approach, forces_of_steps
 from particles.compliance import supported_stiffness, surface_compliance
-from particles.contact_fem import FemLaw, contact_law_fem
+from particles.computed_law import ComputedLaw
+from particles.contact_fem import contact_law_fem
 from particles.contact_mesh import Body, HalfPlane, body_of, half_plane
 from particles.power_fit import fit_power_law
 from structures.structure import Vector
@@ -30,17 +31,17 @@ def bead(ratio: float) -> hl.Sphere | hl.HollowSphere:
 
 
 @pytest.fixture(scope="module")
-def laws() -> dict[float, FemLaw]:
+def laws() -> dict[float, ComputedLaw]:
     return {ratio: contact_law_fem(bead(ratio), max_approach=20e-6) for ratio in TABLE_5_1}
 
 
-def against_hertz(law: FemLaw, first: hl.Sphere, second: hl.Sphere | hl.Surface, approaches: Vector) -> Vector:
+def against_hertz(law: ComputedLaw, first: hl.Sphere, second: hl.Sphere | hl.Surface, approaches: Vector) -> Vector:
     """Relative deviation of the force."""
     return law.force(approaches) / hl.contact_law(first, second).force(approaches) - 1.0
 
 
 @pytest.mark.parametrize("ratio", TABLE_5_1)
-def test_hollow_spheres_of_the_thesis(laws: dict[float, FemLaw], ratio: float) -> None:
+def test_hollow_spheres_of_the_thesis(laws: dict[float, ComputedLaw], ratio: float) -> None:
     """Table 5.1, Abaqus: F(δ) within 4 % from 1 to 20 µm."""
     approaches = np.geomspace(1e-6, 20e-6, 100)
     stiffness, exponent = TABLE_5_1[ratio]
@@ -50,7 +51,7 @@ def test_hollow_spheres_of_the_thesis(laws: dict[float, FemLaw], ratio: float) -
 
 
 @pytest.mark.parametrize("ratio", TABLE_5_1)
-def test_fits_of_the_thesis(laws: dict[float, FemLaw], ratio: float) -> None:
+def test_fits_of_the_thesis(laws: dict[float, ComputedLaw], ratio: float) -> None:
     """Table 5.1's k and n come out of 0.2 to 10 µm by least squares of the force: n within 0.004, k within 1.5 %."""
     fit = laws[ratio].fit(0.2e-6, 10e-6, "absolute")
     stiffness, exponent = TABLE_5_1[ratio]
@@ -58,7 +59,7 @@ def test_fits_of_the_thesis(laws: dict[float, FemLaw], ratio: float) -> None:
     assert fit.stiffness == pytest.approx(stiffness, rel=0.015)
 
 
-def test_solid_spheres(laws: dict[float, FemLaw]) -> None:
+def test_solid_spheres(laws: dict[float, ComputedLaw]) -> None:
     """Hertz within 0.4 % at 1 µm, 1.2 % at 10 µm; beads are stiffer than half-spaces."""
     off = against_hertz(laws[0.0], SPHERE, SPHERE, np.array([1e-6, 10e-6]))
     assert 0.0 < off[0] < 0.004
@@ -89,7 +90,7 @@ def test_observed_order() -> None:
     assert np.log2(errors[1] / errors[2]) == pytest.approx(2.0, abs=0.2)
 
 
-def test_error_estimate_and_smoothness(laws: dict[float, FemLaw]) -> None:
+def test_error_estimate_and_smoothness(laws: dict[float, ComputedLaw]) -> None:
     """The estimate holds the error beside a law of half the spacing, and its tangent does not tremble."""
     law = laws[0.908]
     finer = contact_law_fem(bead(0.908), max_approach=20e-6, spacing=3e-6)
@@ -142,7 +143,7 @@ def test_thinnest_shells() -> None:
 
 
 @pytest.mark.parametrize("ratio", TABLE_5_1)
-def test_clamped_midplane(laws: dict[float, FemLaw], ratio: float) -> None:
+def test_clamped_midplane(laws: dict[float, ComputedLaw], ratio: float) -> None:
     """Stiffer, by up to 3.5 %; within 4.2 % of Table 5.1."""
     law = contact_law_fem(bead(ratio), max_approach=20e-6, midplane="clamped")
     approaches = np.geomspace(1e-6, 20e-6, 20)
@@ -188,7 +189,7 @@ def test_same_force_on_the_whole_mesh(approach: float) -> None:
     assert force == pytest.approx(whole_mesh_force(sides, approach), rel=1e-8)
 
 
-def test_many_load_steps_follow_the_law(laws: dict[float, FemLaw]) -> None:
+def test_many_load_steps_follow_the_law(laws: dict[float, ComputedLaw]) -> None:
     """The force at 120 approaches anywhere, each active set from the last, is the law's within its trembling."""
     body, reach = body_of(bead(0.908), 1.0, "first"), 0.36e-3
     plane = half_plane(body, reach, 10e-6)
@@ -250,7 +251,7 @@ def test_laws_scale(size: float, modulus: float, wall: float, poisson: float) ->
     assert scaled.force(size * approaches) == pytest.approx(size**2 * modulus * law.force(approaches), rel=1e-6)
 
 
-def test_chain_of_shells(laws: dict[float, FemLaw]) -> None:
+def test_chain_of_shells(laws: dict[float, ComputedLaw]) -> None:
     """Section 5.3.3's chain: 642.2 m/s by the thesis's finite elements; below the first load step, Hertz's law."""
     shell = hl.HollowSphere(9.525e-3, 8.649e-3, ALUMINIUM)
     run = hl.CoSimulation(hl.Chain([shell] * 29, shell, 0.32, law=laws[0.908]), None).run(until=1e-3)
@@ -276,7 +277,7 @@ def test_fit_gives_back_a_power_law() -> None:
         fit_power_law(law, 1e-7, 1e-6, "linear")
 
 
-def test_fits_depend_on_range_and_weighting(laws: dict[float, FemLaw]) -> None:
+def test_fits_depend_on_range_and_weighting(laws: dict[float, ComputedLaw]) -> None:
     """Errata: a thin shell's exponent is 1.29 over 1 to 10 N, 1.20 over 10 to 100 N."""
     law = contact_law_fem(bead(0.908), max_force=100.0)
     low, middle, high = law.approach(np.array([1.0, 10.0, 100.0]))
