@@ -152,6 +152,17 @@ def test_observed_order() -> None:
     assert np.log2((coarse - fine) / (fine - finest)) == pytest.approx(4.0, abs=0.2)
 
 
+@pytest.mark.thorough
+@pytest.mark.parametrize(("bead", "finer"), list(zip(BEADS, [0.03, 0.01, 0.03, 0.05, 0.02], strict=True)))
+def test_default_spacing(bead: hl.Sphere | hl.HollowSphere | hl.Ellipsoid, finer: float) -> None:
+    """Beside a much finer mesh, ten frequencies are within 1e-4."""
+    found, exact = vibration(bead, 10), vibration(bead, 10, finer * bead.radius)
+    assert found.frequencies == pytest.approx(exact.frequencies, rel=1e-4)
+    assert found.compression == pytest.approx(exact.compression, rel=3e-4)
+    assert between_poles(found) == pytest.approx(between_poles(exact), rel=1e-4)
+    assert found.section == pytest.approx(exact.section, abs=1e-4 * sqrt(bead.mass))
+
+
 def pole_to_pole(bead: hl.Sphere, slow: float) -> float:
     """Exact motion along the chain, m/N, of one pole of a solid sphere by a harmonic unit force at the other.
 
@@ -173,17 +184,17 @@ def pole_to_pole(bead: hl.Sphere, slow: float) -> float:
 
 @pytest.mark.parametrize("poisson_ratio", [0.0, 0.25, 0.45])
 @pytest.mark.parametrize(
-    ("modes", "slow", "tolerance"), [(0, 0.05, 1e-4), (4, 0.1, 1e-4), (30, 0.3, 1e-4), (30, 1.4, 1e-3)]
+    ("modes", "slow", "tolerance"), [(0, 0.05, 1e-4), (4, 0.1, 1e-4), (30, 0.3, 1e-4), (30, 1.0, 1e-3)]
 )
 def test_answer_of_the_other_pole(poisson_ratio: float, modes: int, slow: float, tolerance: float) -> None:
     """Rigid motion, modes and `cross` together answer as the exact series does: within 1e-4 of what a pole itself gives
-    way to slow forces, 1e-3 half-way to the first mode."""
+    way to slow forces, 1e-3 at a third of the first frequency."""
     bead = hl.Sphere(RADIUS, Material(200e9, poisson_ratio, 8000.0))
     found = vibration(bead, modes)
     square = (slow * shear_speed(bead.material) / RADIUS) ** 2
     by_modes = float(np.sum(found.struck * found.far / (found.frequencies**2 - square)))
     answer = by_modes + found.cross - 1.0 / (bead.mass * square)
-    given_way = vibration(bead, 30).compression
+    given_way = vibration(bead, 10).compression
     assert answer == pytest.approx(pole_to_pole(bead, slow), rel=0.0, abs=tolerance * given_way)
 
 
@@ -259,7 +270,7 @@ def test_halves_make_the_whole(bead: hl.Sphere) -> None:
     assert between_poles(found) == pytest.approx(expected.cross, rel=1e-6)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=6, deadline=None)
 @given(st.floats(0.01, 100.0), st.floats(0.01, 100.0), st.floats(0.01, 100.0))
 def test_scaling(size: float, modulus: float, density: float) -> None:
     """Units: ω by √(E/ρ)/R, poles by 1/√(ρR³), compliances by 1/ER, momenta by √(ρR³)."""
