@@ -30,7 +30,11 @@ STEPS_PER_VIBRATION = 30
 """Steps in the shortest period of a bead's modes."""
 
 BEYOND = 4.0
-"""How far tables go on beyond the approach up to which a law is trusted."""
+"""How far tables go on beyond the deepest approach."""
+
+LEAST_LEFT = 0.2
+"""Part of a contact's flexibility that the modes must leave to it: else small errors of both are large ones of what is
+left."""
 
 
 @dataclass(frozen=True)
@@ -202,15 +206,15 @@ def _even(approach: float) -> float:
 
 
 def _without(law: ContactLaw, flexibility: float, deepest: float, modes: int) -> ContactLaw:
-    """The law less a linear flexibility, m/N, that is in it: as deep as it grows, and as `deepest`, m, at least."""
+    """The law less a linear flexibility, m/N, that is in it: as deep as enough is left, and as `deepest`, m, at least."""
     approaches = np.geomspace(NARROWEST, BEYOND * deepest, SAMPLES)
     forces = law.force(approaches)
     local = approaches - flexibility * forces
-    growing = np.append(True, np.diff(local) > 0.0)
-    count = approaches.size if growing.all() else int(growing.argmin())
+    enough = np.append(True, np.diff(local) > LEAST_LEFT * np.diff(approaches))
+    count = approaches.size if enough.all() else int(enough.argmin())
     if approaches[count - 1] < deepest:
         raise ValueError(
-            f"modes = {modes!r}: too many for a contact that may be pressed by {deepest:.3g} m: they tell more of "
-            f"its approach than there is beyond {approaches[count - 1]:.3g} m; take fewer"
+            f"modes = {modes!r}: too many for a contact that may be pressed by {deepest:.3g} m: beyond "
+            f"{approaches[count - 1]:.3g} m they leave hardly anything of its approach; take fewer"
         )
     return TabulatedLaw(local[:count], forces[:count], law.name, law.caution)  # type: ignore[arg-type]
