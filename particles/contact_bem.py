@@ -84,6 +84,7 @@ def contact_law_bem(
     max_force: float | None = None,
     max_approach: float | None = None,
     correction: float | tuple[float, float] | None = None,
+    midplane: bool = False,
     cells: int = CELLS,
 ) -> ComputedLaw:
     """The law of two bodies that touch at a point by boundary elements, up to max_force (N) or max_approach (m).
@@ -91,8 +92,9 @@ def contact_law_bem(
     first, second: Sphere, Ellipsoid or Cylinder; second may be a Surface, and is by default like the first.
     correction c, m/N: what a half-space gives way, under a unit force, between the body's mid-plane and infinity, less
     what the body does above its mid-plane: taken off the approach once for each body, which leaves δ − 2cF for two
-    alike; one number, or one for each. A Surface has no mid-plane, and none is taken off for it. By default none is
-    for any: the approach is then that of points at infinity, Hertz's.
+    alike; one number, or one for each. A Surface has no mid-plane, and none is taken off for it. Without a correction
+    the approach is Hertz's, of points at infinity. midplane: ask for that of the mid-planes, so that a correction must
+    be given.
     cells: along each side of a grid over the contact that Hertz expects, of its shape; each load step has its own.
     error is told by grids of half and a quarter as many cells. The force converges by the square of the cells' side,
     but scatters with how the ellipse cuts cells: the `order` of three grids says little.
@@ -103,9 +105,8 @@ def contact_law_bem(
     """
     pair = _Pair(first, first if second is None else second)
     only_one_of(max_force, max_approach)
-    if whole("cells", cells) < FEWEST:
-        raise ValueError(f"cells = {cells!r}: must be {FEWEST} or more; {CELLS} is a good number")
-    softness = pair.softness(correction)
+    whole("cells", cells, FEWEST)
+    softness = pair.softness(correction, midplane)
     overlap = pair.overlap(max_force, max_approach, softness)
     steps = BEYOND * overlap * np.geomspace(LEAST_PART, 1.0, LOAD_STEPS)
     fine, coarse, coarsest = (pair.forces(steps, count) for count in (cells, cells // 2, cells // 4))
@@ -128,8 +129,10 @@ def contact_law_bem(
 def contact_pressures(
     first: Round, second: Round | Surface | None, approach: float, cells: int = CELLS
 ) -> ContactPressures:
-    """Pressures between two half-spaces at one approach, m; see `contact_law_bem`."""
-    return _Pair(first, first if second is None else second).pressed(positive("approach", approach, "m"), cells)
+    """Pressures between two half-spaces at one approach, m, without correction; see `contact_law_bem`."""
+    return _Pair(first, first if second is None else second).pressed(
+        positive("approach", approach, "m"), whole("cells", cells, FEWEST)
+    )
 
 
 class _Pair:
@@ -149,8 +152,10 @@ class _Pair:
         self.hertz = PowerLaw(hertz_stiffness(one, other))
         self.modulus = 1.0 / (1.0 / one.material.contact_modulus + 1.0 / other.material.contact_modulus)
 
-    def softness(self, correction: float | tuple[float, float] | None) -> float:
+    def softness(self, correction: float | tuple[float, float] | None, midplane: bool) -> float:
         """What is taken off the approach for both bodies, m/N."""
+        if midplane and correction is None:
+            raise ValueError("correction = None: must be given, in m/N, for an approach of the mid-planes")
         numbers = correction if isinstance(correction, tuple) else (correction or 0.0,) * 2
         if len(numbers) != 2:
             raise ValueError(f"correction = {correction!r}: must be one number, or one for each body, in m/N")
