@@ -167,7 +167,7 @@ def section_compliance(material: Material, plane: HalfPlane, state: str, length:
     lame, shear = first_lame_parameter(material), shear_modulus(material)
     if state == "stress":
         lame *= 2.0 * shear / (lame + 2.0 * shear)
-    stiffness = sparse.csr_array(2.0 * length * _plane_strain.assemble(basis, lame=lame, shear=shear))[kept][:, kept]
+    stiffness = sparse.csr_array(2.0 * length * _plane.assemble(basis, lame=lame, shear=shear))[kept][:, kept]
     pressed = np.searchsorted(kept, upright[plane.surface])
     solve, compliance = factorise(stiffness), np.empty((pressed.size, pressed.size))
     for column, dof in enumerate(pressed):
@@ -177,5 +177,5 @@ def section_compliance(material: Material, plane: HalfPlane, state: str, length:
 
 
 @BilinearForm
-def _plane_strain(u: Any, v: Any, w: Any) -> Any:
+def _plane(u: Any, v: Any, w: Any) -> Any:
     return w.lame * div(u) * div(v) + 2.0 * w.shear * ddot(sym_grad(u), sym_grad(v))
