@@ -9,9 +9,6 @@ from particles.contact import ContactLaw, TabulatedLaw
 from particles.power_fit import PowerFit, fit_power_law
 from structures.structure import Vector
 
-LARGE_ERROR = 0.01
-"""Of the force, above which a law says so."""
-
 ORDER = 2.0
 """Of the convergence of F(δ), by finite elements where the contact's edge lies at a corner of the mesh."""
 

@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 from scipy.special import ellipe, ellipkm1
 
 from particles.bead import Cylinder, Ellipsoid, Sphere
-from particles.computed_law import LARGE_ERROR, ORDER, ComputedLaw, Points, continued_to_zero, only_one_of
+from particles.computed_law import ORDER, ComputedLaw, Points, continued_to_zero, only_one_of
 from particles.contact import MOST_ELONGATED, SMALL_CONTACT, PowerLaw
 from structures.checks import finite, instance, positive, whole
 from structures.structure import Vector
@@ -25,6 +25,7 @@ CELLS = 64
 """Along each side of the grid: the force is right to 1.2e-4."""
 
 FEWEST = 32
+"""Cells, of which a quarter still tells the error."""
 
 MARGIN = 1.1
 """Half the grid's side over the semi-axis of the contact that Hertz expects."""
@@ -113,10 +114,7 @@ def contact_law_bem(
     near, far = (float(np.abs(one / other - 1.0).max()) for one, other in ((coarse, fine), (coarsest, coarse)))
     # Either difference may be small by chance.
     error = max(near, far / 2.0**ORDER)
-    cautions = pair.cautions(overlap)
-    if error > LARGE_ERROR:
-        cautions.append(f"{cells} cells leave the force off by some {100.0 * error:.2g} %")
-    caution = "; ".join(cautions)
+    caution = "; ".join(pair.cautions(overlap))
     if caution:
         log_of_laws.warning("contact_law_bem: %s", caution)
     points: Points = (steps - softness * fine, fine)

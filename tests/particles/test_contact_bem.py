@@ -72,12 +72,13 @@ def test_other_bodies(first: hl.Sphere, second: hl.Sphere | hl.Surface | None) -
         assert swapped.force(approaches) == pytest.approx(law.force(approaches), rel=1e-9)
 
 
-def test_below_the_first_step_is_hertz() -> None:
-    """Down to zero, with or without a correction."""
-    for correction in (None, 1e-9):
-        law = hl.contact_law_bem(BALL, max_approach=1e-6, correction=correction)
-        below = law.smallest * np.array([1e-6, 1e-5, 1e-4])
-        assert law.force(below) == pytest.approx(hl.contact_law(BALL, BALL).force(below), rel=2e-3)
+@pytest.mark.parametrize("correction", [0.0, 5e-9])
+def test_below_the_first_step_is_hertz(correction: float) -> None:
+    """Down to zero, less the correction of both bodies."""
+    law = hl.contact_law_bem(BALL, max_approach=1e-6, correction=correction)
+    hertz = hl.contact_law(BALL, BALL)
+    forces = float(law.force(np.array(law.smallest))) * np.array([1e-8, 1e-6, 1e-4, 1e-2])
+    assert law.force(hertz.approach(forces) - 2.0 * correction * forces) == pytest.approx(forces, rel=3e-4)
     assert float(law.force(np.array(0.0))) == 0.0
 
 
