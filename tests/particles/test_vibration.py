@@ -1,0 +1,301 @@
+"""Free vibrations of beads: Lamb's frequencies, breathing shells, what the poles lack beyond the modes, bad input."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import pairwise
+from math import ceil, pi, sqrt
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.linalg import eigh
+from scipy.optimize import brentq
+from scipy.special import spherical_jn, spherical_yn
+from skfem import Basis, ElementQuad2, ElementVector, MeshQuad, MeshQuad2
+
+import hertzlink as hl
+from particles.compliance import INTEGRATION_ORDER
+from particles.contact_mesh import body_of
+from particles.vibration import Vibration, vibration
+from structures.elasticity import body_matrices, shear_speed
+from structures.material import Material
+from structures.structure import Vector
+
+STEEL = hl.STEEL_316
+RADIUS = 2.38e-3
+SPHERE = hl.Sphere(RADIUS, STEEL)
+SHELL = hl.HollowSphere(9.525e-3, 0.908 * 9.525e-3, hl.ALUMINIUM_6061)
+OBLATE, PROLATE = (hl.Ellipsoid(2.36e-3, length, STEEL, axis="along") for length in (3.0e-3, 10.16e-3))
+SPHERE_OF_LAMB = hl.Sphere(RADIUS, Material(200e9, 0.25, 8000.0))
+BEADS = [SPHERE, SHELL, OBLATE, PROLATE, hl.HollowSphere(9.525e-3, 4.7625e-3, STEEL)]
+
+
+def slowness(poisson_ratio: float) -> float:
+    """Speed of shear waves over that of pressure waves."""
+    return sqrt((1.0 - 2.0 * poisson_ratio) / (2.0 - 2.0 * poisson_ratio))
+
+
+def waves(order: int, slow: Vector, poisson_ratio: float) -> tuple[Vector, Vector]:
+    """Radial motion, times r, and (radial, tangential) tractions, times r²/2μ, of waves of (pressure, shear).
+
+    2 and 2 × 2 numbers, for r ∇ and r ∇×∇×(r ·) of j_l(kr) P_l; slow: r times the wavenumber k of shear waves. A. C.
+    Eringen and E. S. Suhubi, Elastodynamics II (1975), section 8.13.
+    """
+    fast = slow * slowness(poisson_ratio)
+    push, after_push, shear, after_shear = (spherical_jn(n, k) for k in (fast, slow) for n in (order, order + 1))
+    both = order * (order + 1)
+    motion = np.array([order * push - fast * after_push, both * shear])
+    radial = [
+        (order**2 - order - 0.5 * slow**2) * push + 2.0 * fast * after_push,
+        both * ((order - 1) * shear - slow * after_shear),
+    ]
+    tangential = [
+        (order - 1) * push - fast * after_push,
+        (order**2 - 1 - 0.5 * slow**2) * shear + slow * after_shear,
+    ]
+    return motion, np.array([radial, tangential])
+
+
+def roots(function: Callable[[Vector], Vector], low: float, high: float) -> list[float]:
+    at = np.linspace(low, high, 1000)
+    values = function(at)
+    changes = np.flatnonzero(values[1:] * values[:-1] < 0.0)
+    return [brentq(function, at[i], at[i + 1], xtol=1e-14) for i in changes]
+
+
+def spheroidal(order: int, poisson_ratio: float) -> list[float]:
+    """Lamb's frequencies ωR/c_s up to 12 of a free solid sphere's spheroidal modes, without the rigid motion."""
+
+    def free_surface(slow: Vector) -> Vector:
+        (radial, by_shear), (tangential, other) = waves(order, slow, poisson_ratio)[1]
+        return radial if order == 0 else radial * other - tangential * by_shear
+
+    return roots(free_surface, 0.5, 12.0)
+
+
+def breathing(shell: hl.HollowSphere) -> float:
+    """Lowest frequency, rad/s, of the purely radial motion of a shell: no traction inside or outside."""
+    material = shell.material
+    ratio = slowness(material.poisson_ratio)
+
+    def free_surfaces(frequency: Vector) -> Vector:
+        rows = []
+        for radius in (shell.radius, shell.inner_radius):
+            slow = frequency * radius / shear_speed(material)
+            fast = slow * ratio
+            rows.append([-0.5 * slow**2 * f(0, fast) + 2.0 * fast * f(1, fast) for f in (spherical_jn, spherical_yn)])
+        (outer, also_outer), (inner, also_inner) = rows
+        return outer * also_inner - inner * also_outer
+
+    thin = thin_breathing(shell)
+    return roots(free_surfaces, 0.5 * thin, 2.0 * thin)[0]
+
+
+def thin_breathing(shell: hl.HollowSphere) -> float:
+    """√(2E/ρ(1 − ν)) over the mean radius, rad/s."""
+    material, mean = shell.material, 0.5 * (shell.radius + shell.inner_radius)
+    return sqrt(2.0 * material.youngs_modulus / (material.density * (1.0 - material.poisson_ratio))) / mean
+
+
+def own(bead: hl.Sphere, found: Vibration) -> Vector:
+    """ωR/c_s."""
+    return found.frequencies * bead.radius / shear_speed(bead.material)
+
+
+def between_poles(found: Vibration) -> float:
+    """b, m/N: by what a unit force at one pole moves the other, at rest relative to the centre of mass."""
+    return found.cross + float(np.sum(found.struck * found.far / found.frequencies**2))
+
+
+@pytest.mark.parametrize("poisson_ratio", [0.0, 0.25, 0.33, 0.45])
+def test_lambs_frequencies(poisson_ratio: float) -> None:
+    """The ten lowest of all orders together are the sphere's modes, in order, and 1e-4 too high at most."""
+    bead = hl.Sphere(RADIUS, Material(200e9, poisson_ratio, 8000.0))
+    exact = np.sort(np.concatenate([spheroidal(order, poisson_ratio) for order in range(13)]))[:10]
+    off = own(bead, vibration(bead, 10)) / exact - 1.0
+    assert np.all(off > 0.0)
+    assert np.all(off < 1e-4)
+
+
+def test_published_frequencies() -> None:
+    """The closed form gives what H. Lamb (Proc. London Math. Soc. 13 (1882) 189) and A. E. H. Love (A Treatise on the
+    Mathematical Theory of Elasticity, sections 196 and 199) print for ν = 1/4, over π, and the modes agree."""
+    found = own(SPHERE_OF_LAMB, vibration(SPHERE_OF_LAMB, 10)) / pi
+    assert spheroidal(2, 0.25)[0] / pi == pytest.approx(0.840, abs=5e-4)
+    assert found[0] == pytest.approx(0.840, abs=5e-4)
+    radial = np.array([0.8160, 1.9285])
+    assert np.array(spheroidal(0, 0.25)) / pi * slowness(0.25) == pytest.approx(radial, abs=5e-5)
+    assert np.abs(found * slowness(0.25) - radial[0]).min() < 1e-4
+
+
+@pytest.mark.parametrize("inner", [0.1, 0.5, 0.75, 0.908, 0.97])
+def test_breathing_shells(inner: float) -> None:
+    """A mode of the shell is the purely radial one; where it is thin, ω² = 2E/ρ(1 − ν)R², and all moves alike, but the
+    outer surface less, by the wall's own strain, −2ν/(1 − ν) of that along it."""
+    shell = hl.HollowSphere(RADIUS, inner * RADIUS, STEEL)
+    found = vibration(shell, 16)
+    off = np.abs(found.frequencies / breathing(shell) - 1.0)
+    assert off.min() < 1e-5
+    if inner > 0.9:
+        mode = off.argmin()
+        assert found.frequencies[mode] == pytest.approx(thin_breathing(shell), rel=0.003)
+        share, wall = STEEL.poisson_ratio / (1.0 - STEEL.poisson_ratio), 2.0 * (1.0 - inner) / (1.0 + inner)
+        assert found.struck[mode] * sqrt(shell.mass) == pytest.approx(1.0 - share * wall, rel=0.003)
+        assert found.section[mode] / sqrt(shell.mass) == pytest.approx(0.25, rel=0.003)
+
+
+def test_observed_order() -> None:
+    """Quadratic elements: frequencies by the fourth power of the spacing."""
+    coarse, fine, finest = (vibration(SPHERE, 10, RADIUS / cells).frequencies for cells in (8, 16, 32))
+    assert np.log2((coarse - fine) / (fine - finest)) == pytest.approx(4.0, abs=0.2)
+
+
+def pole_to_pole(bead: hl.Sphere, slow: float) -> float:
+    """Exact motion along the chain, m/N, of one pole of a solid sphere by a harmonic unit force at the other.
+
+    A point force is a sum of pressures (2l + 1)/4πR² P_l; slow: ωR/c_s. The sum alternates: the means of its partial
+    sums, taken over and over, settle to 1e-10.
+    """
+    material, radius = bead.material, bead.radius
+    scale = radius / (4.0 * pi * radius**2) * (1.0 + material.poisson_ratio) / material.youngs_modulus
+    terms = []
+    for order in range(60):
+        motion, traction = waves(order, np.array(slow), material.poisson_ratio)
+        both = np.linalg.solve(traction, [1.0, 0.0]) if order else np.array([1.0 / traction[0, 0], 0.0])
+        terms.append(-scale * (2 * order + 1) * (-1) ** order * float(motion @ both))
+    sums = np.cumsum(terms)
+    while sums.size > 20:
+        sums = 0.5 * (sums[1:] + sums[:-1])
+    return float(sums[-1])
+
+
+@pytest.mark.parametrize("poisson_ratio", [0.0, 0.25, 0.45])
+@pytest.mark.parametrize(
+    ("modes", "slow", "tolerance"), [(0, 0.05, 1e-4), (4, 0.1, 1e-4), (30, 0.3, 1e-4), (30, 1.4, 1e-3)]
+)
+def test_answer_of_the_other_pole(poisson_ratio: float, modes: int, slow: float, tolerance: float) -> None:
+    """Rigid motion, modes and `cross` together answer as the exact series does: within 1e-4 of what a pole itself gives
+    way to slow forces, 1e-3 half-way to the first mode."""
+    bead = hl.Sphere(RADIUS, Material(200e9, poisson_ratio, 8000.0))
+    found = vibration(bead, modes)
+    square = (slow * shear_speed(bead.material) / RADIUS) ** 2
+    by_modes = float(np.sum(found.struck * found.far / (found.frequencies**2 - square)))
+    answer = by_modes + found.cross - 1.0 / (bead.mass * square)
+    given_way = vibration(bead, 30).compression
+    assert answer == pytest.approx(pole_to_pole(bead, slow), rel=0.0, abs=tolerance * given_way)
+
+
+def left_after(found: Vibration, fewest: int) -> Vector:
+    """What `cross` would be after `fewest` modes and more, up to twice as many, over `compression`."""
+    left = between_poles(found) - np.cumsum(found.struck * found.far / found.frequencies**2)
+    return left[fewest : 2 * fewest] / found.compression
+
+
+def test_more_modes_leave_less() -> None:
+    """In a shell `cross` falls as the modes' number rises. In a solid bead it does not: waves along the surface meet
+    again at the other pole, so each pair of modes adds as much as it takes, and only the mean over them tends to 0."""
+    shell, sphere = (vibration(bead, 100, 0.0625 * bead.radius) for bead in (SHELL, SPHERE))
+    sizes = [float(np.abs(left_after(shell, count)).max()) for count in (6, 12, 25, 50)]
+    assert all(more < 0.7 * fewer for fewer, more in pairwise(sizes))
+    for count in (6, 12, 25, 50):
+        assert 0.01 < np.abs(left_after(sphere, count)).max() < 0.03
+    assert abs(left_after(sphere, 50).mean()) < 0.004
+
+
+@pytest.mark.parametrize("bead", [SPHERE, SHELL, OBLATE])
+def test_share_of_the_mass(bead: hl.Sphere | hl.HollowSphere | hl.Ellipsoid) -> None:
+    """Seen as a sum of modes, halves that move oppositely need all symmetric ones: Σ section² → mass/4, from below."""
+    found = vibration(bead, 100, 0.0625 * bead.radius)
+    shares = np.cumsum(4.0 * found.section**2) / bead.mass
+    assert 0.2 < shares[3] < shares[15] < 0.83
+    assert 0.9 < shares[-1] < 1.0
+
+
+def whole_bead(bead: hl.Sphere | hl.HollowSphere | hl.Ellipsoid, rows: int, columns: int) -> Vibration:
+    """All modes of a mesh of both halves, 2 × columns cells along the arc, by dense matrices; `cross` is b."""
+    body = body_of(bead, 1.0, "bead")
+    flat = MeshQuad2.from_mesh(
+        MeshQuad.init_tensor(np.linspace(0.0, pi, 2 * columns + 1), np.linspace(0.0, 1.0 - body.hollow, rows + 1))
+    )
+    angle, depth = flat.doflocs
+    places = np.stack([body.radius * (1.0 - depth) * np.sin(angle), -body.half * (1.0 - depth) * np.cos(angle)])
+    basis = Basis(replace(flat, doflocs=places), ElementVector(ElementQuad2()), intorder=INTEGRATION_ORDER)
+    across, along = (np.concatenate([basis.nodal_dofs[i], basis.facet_dofs[i], basis.interior_dofs[i]]) for i in (0, 1))
+    centre = depth == 1.0
+    joined = np.eye(basis.N)
+    joined[:, along[centre][:1]] += joined[:, along[centre][1:]].sum(axis=1, keepdims=True)
+    gone = [across[(angle == 0.0) | (angle == pi) | centre], along[centre][1:]]
+    joined = np.delete(joined, np.concatenate(gone), axis=1)
+    full, stiffness = (
+        matrix.toarray() for matrix in body_matrices(basis, [bead.material], np.zeros(flat.nelements, int))
+    )
+    full *= bead.mass / full[np.ix_(along, along)].sum()
+    squares, shapes = eigh(joined.T @ stiffness @ joined, joined.T @ full @ joined)
+    squares, shapes = squares[1:], joined @ shapes[:, 1:]
+    shapes *= np.sign(shapes[along[(angle == 0.0) & (depth == 0.0)][0]])
+    struck, far = (shapes[along[(angle == end) & (depth == 0.0)][0]] for end in (0.0, pi))
+    # Momentum of either half: the mid-plane's nodes belong to both, so their mass is taken cell by cell.
+    upper = basis.mesh.p[1, basis.mesh.t].mean(axis=0) < 0.0
+    half_mass = body_matrices(basis, [replace(bead.material, density=1e-9), bead.material], upper.astype(int))[0]
+    section = half_mass[along].sum(axis=0) @ shapes * bead.mass / (2.0 * half_mass[np.ix_(along, along)].sum())
+    opposite = struck * far < 0.0
+    compression = float(np.sum(2.0 * struck[opposite] ** 2 / squares[opposite]))
+    return Vibration(np.sqrt(squares), struck, far, compression, float(np.sum(struck * far / squares)), section)
+
+
+@pytest.mark.parametrize("bead", BEADS)
+def test_halves_make_the_whole(bead: hl.Sphere) -> None:
+    """A mesh of both halves has the same modes, and the sum of all of them is b."""
+    longest = max(bead.radius, 0.5 * bead.size)
+    found = vibration(bead, 12, longest / 4.0)
+    hollow = bead.inner_radius / bead.radius if isinstance(bead, hl.HollowSphere) else 0.0
+    expected = whole_bead(bead, max(ceil(4.0 * (1.0 - hollow)), 2), 7)
+    assert found.frequencies == pytest.approx(expected.frequencies[:12], rel=1e-8)
+    assert found.struck == pytest.approx(expected.struck[:12], rel=1e-5)
+    assert found.far == pytest.approx(expected.far[:12], rel=1e-5)
+    assert found.section == pytest.approx(expected.section[:12], rel=1e-5, abs=1e-6 * sqrt(bead.mass))
+    assert between_poles(found) == pytest.approx(expected.cross, rel=1e-6)
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.floats(0.01, 100.0), st.floats(0.01, 100.0), st.floats(0.01, 100.0))
+def test_scaling(size: float, modulus: float, density: float) -> None:
+    """Units: ω by √(E/ρ)/R, poles by 1/√(ρR³), compliances by 1/ER, momenta by √(ρR³)."""
+    material = Material(200e9 * modulus, 0.25, 8000.0 * density)
+    found, unit = vibration(hl.Sphere(RADIUS * size, material), 5), vibration(SPHERE_OF_LAMB, 5)
+    mass, softness = sqrt(density * size**3), 1.0 / (modulus * size)
+    assert found.frequencies == pytest.approx(unit.frequencies * sqrt(modulus / density) / size, rel=1e-7)
+    assert found.struck == pytest.approx(unit.struck / mass, rel=1e-7)
+    assert found.far == pytest.approx(unit.far / mass, rel=1e-7)
+    assert found.section == pytest.approx(unit.section * mass, rel=1e-7)
+    assert found.compression == pytest.approx(unit.compression * softness, rel=1e-7)
+    assert found.cross == pytest.approx(unit.cross * softness, rel=1e-7)
+
+
+def test_without_modes() -> None:
+    found = vibration(SPHERE, 0)
+    assert found.frequencies.shape == found.struck.shape == found.far.shape == found.section.shape == (0,)
+    assert found.compression == 0.0
+    assert found.cross == pytest.approx(between_poles(vibration(SPHERE, 10)), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((SPHERE, -1), "modes = -1"),
+        ((SPHERE, 2.5), "modes = 2.5"),
+        ((SPHERE, "many"), "modes = 'many'"),
+        ((SPHERE, 10, 0.0), "spacing = 0.0"),
+        ((SPHERE, 10, 1e-6), "spacing = 1e-06"),
+        ((SPHERE, 1000, RADIUS), "modes = 1000"),
+        ((hl.Cylinder(RADIUS, RADIUS, STEEL), 3), "bead = Cylinder"),
+        ((hl.Ellipsoid(RADIUS, RADIUS, STEEL), 3), "bead = Ellipsoid"),
+        ((hl.half_space(STEEL), 3), "bead = "),
+        (("ball", 3), "bead = 'ball'"),
+    ],
+)
+def test_bad_input(arguments: tuple[Any, ...], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        vibration(*arguments)
