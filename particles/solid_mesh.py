@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
-from skfem import Basis, ElementTetP2, ElementVector, MeshHex, MeshTet2
+from skfem import Basis, BilinearForm, ElementTetP2, ElementVector, MeshHex, MeshTet2
+from skfem.helpers import dot
 
 from particles.bead import Bead, Cylinder, Sphere
 from structures.checks import short
@@ -97,6 +98,13 @@ def contact_eighth(bead: Cylinder | Sphere, reach: float, spacing: float, coarse
     return eighth(bead, across, along, graded(bead.radius, spacing, GROWTH_OUTSIDE, coarser))
 
 
+def even_eighth(bead: Sphere, spacing: float) -> Eighth:
+    """Mesh of a sphere, of cells of about one size, spacing in m, down its axis."""
+    cells = max(ceil(bead.radius / spacing * (1.0 - 1e-9)), 2)
+    side = np.linspace(0.0, bead.radius, cells + 1)
+    return eighth(bead, CORNER * side, CORNER * side, side)
+
+
 def patch_eighth(bead: Cylinder | Sphere, radius: float, cells: float) -> Eighth:
     """Mesh of a bead that is pressed on a circle about its pole, radius in m; cells: their size there over it."""
     size, coarser = 0.5 * radius, 2.0 * cells
@@ -142,11 +150,14 @@ class SolidEighth:
     """Mass, kg, and stiffness, N/m, of what an eighth's supports leave free, n × n.
 
     motions: 3 × nodes, the places of their motions along x, y and z among the n, −1 where they are held.
+    weight: n, kg: momentum along the chain by unit rates; kept: n, where they are among all of the mesh's.
     """
 
     mass: sparse.csr_array
     stiffness: sparse.csr_array
     motions: Whole
+    weight: Vector
+    kept: Whole
 
 
 def supported(part: Eighth, midplane: str = "symmetric") -> SolidEighth:
@@ -154,13 +165,38 @@ def supported(part: Eighth, midplane: str = "symmetric") -> SolidEighth:
 
     midplane: "symmetric", which may slide sideways only, or "antisymmetric", which may move along the chain only.
     """
-    basis = Basis(part.mesh, ElementVector(ElementTetP2()), intorder=INTEGRATION_ORDER)
+    basis = _basis(part)
     motions = [np.concatenate([basis.nodal_dofs[i], basis.edge_dofs[i]]) for i in range(3)]
     middle = part.box[2] == part.bead.radius
     held = [motions[0][part.box[0] == 0.0], motions[1][part.box[1] == 0.0]]
     held += [motions[2][middle]] if midplane == "symmetric" else [motions[0][middle], motions[1][middle]]
     kept = np.setdiff1d(np.arange(basis.N), np.concatenate(held))
-    mass, stiffness = body_matrices(basis, [part.bead.material], np.zeros(part.mesh.nelements, dtype=np.int64))
+    unscaled, stiffness = body_matrices(basis, [part.bead.material], np.zeros(part.mesh.nelements, dtype=np.int64))
+    # Curved edges are parabolas, which lack a little of the arc's mass.
+    mass = unscaled * (0.125 * part.bead.mass / unscaled[motions[2]][:, motions[2]].sum())
     places = np.full(basis.N, -1, dtype=np.int64)
     places[kept] = np.arange(kept.size)
-    return SolidEighth(mass[kept][:, kept], stiffness[kept][:, kept], places[np.stack(motions)])
+    # The mid-plane's nodes carry momentum of cells that move, held as they may be.
+    weight = mass[:, motions[2]].sum(axis=1)[kept]
+    return SolidEighth(mass[kept][:, kept], stiffness[kept][:, kept], places[np.stack(motions)], weight, kept)
+
+
+def turning(part: Eighth) -> sparse.csr_array:
+    """What a turn about the chain's axis changes of a motion u, kg: uᵀDu = ∫ρ |∂u/∂φ − ẑ × u|², of all of the mesh's.
+
+    It is m² uᵀMu where u goes around the axis as cos mφ or sin mφ, so 0 for motions of a body of revolution.
+    """
+    return sparse.csr_array(part.bead.material.density * _turned.assemble(_basis(part)))
+
+
+def _basis(part: Eighth) -> Basis:
+    return Basis(part.mesh, ElementVector(ElementTetP2()), intorder=INTEGRATION_ORDER)
+
+
+@BilinearForm
+def _turned(u: Any, v: Any, w: Any) -> Any:
+    one, other = (
+        w.x[0] * field.grad[:, 1] - w.x[1] * field.grad[:, 0] - np.stack([-field[1], field[0], 0.0 * field[2]])
+        for field in (u, v)
+    )
+    return dot(one, other)
