@@ -46,7 +46,7 @@ def slow() -> xr.Dataset:
 
 @pytest.fixture(scope="module")
 def fast() -> xr.Dataset:
-    return collide(BEAD, FAST, 1.2 * collision_theory(BEAD, FAST)[1], 120e-6)
+    return collide(BEAD, FAST, 1.2 * collision_theory(BEAD, FAST)[1], 100e-6)
 
 
 def test_slow_collision_is_hertz(slow: xr.Dataset) -> None:
@@ -73,8 +73,8 @@ def test_balances(request: pytest.FixtureRequest, which: str) -> None:
     energy = run.kinetic_energy + run.contact_energy
     assert float(energy[0]) == pytest.approx(0.5 * BEAD.mass * speed**2, rel=1e-5)
     assert hl.energy_error(run) < 1e-5
-    assert np.ptp(energy + run.closing_loss) < 2e-8 * run.impact_energy
-    assert np.all(np.diff(run.closing_loss) >= 0.0)
+    assert np.ptp((energy + run.closing_loss).values) < 1e-8 * float(run.impact_energy)
+    assert float(run.closing_loss[-1]) > 1e-8 * float(run.impact_energy)
     assert momentum(run, BEAD) == pytest.approx(BEAD.mass * speed, rel=1e-9)
     impulse = float(run.contact_force.sel(contact=1).sum() * run.time[1])
     assert impulse == pytest.approx(BEAD.mass * float(run.velocity[-1, 1]), rel=1e-9)
@@ -82,18 +82,23 @@ def test_balances(request: pytest.FixtureRequest, which: str) -> None:
 
 def test_mirror_images(fast: xr.Dataset) -> None:
     """Seen from the centre of mass two equal beads that collide are mirror images."""
-    assert fast.velocity.sum("bead") == pytest.approx(FAST, rel=1e-9)
-    top = float(fast.section_force.max())
-    assert fast.section_force.sel(bead=0) == pytest.approx(fast.section_force.sel(bead=1).values, abs=1e-6 * top)
-    vibration = fast.vibration_energy
-    assert vibration.sel(bead=0) == pytest.approx(vibration.sel(bead=1).values, abs=1e-7 * float(fast.impact_energy))
-    assert float(vibration.min()) > -1e-9 * float(fast.impact_energy)
+    striker, struck = fast.section_force.values.T
+    assert striker == pytest.approx(struck, abs=1e-6 * struck.max())
+    energy = float(fast.impact_energy)
+    striker, struck = fast.vibration_energy.values.T
+    assert striker == pytest.approx(struck, abs=1e-7 * energy)
+    assert struck.min() > -1e-9 * energy
 
 
 def test_section_force_is_half_of_the_contact_force(slow: xr.Dataset) -> None:
-    """Of a bead whose two halves are accelerated alike; the bead's vibration makes it 2 % more at most."""
-    force, section = slow.contact_force.sel(contact=1), slow.section_force.sel(bead=1)
-    assert abs(section - 0.5 * force).max() < 0.02 * float(force.max())
+    """Of a bead whose two halves are accelerated alike: within what the contact's changes in twice the time in which
+    a pressure wave comes from there, before which there is none."""
+    force, section = slow.contact_force.sel(contact=1).values, slow.section_force.sel(bead=1).values
+    travel = BEAD.radius / pressure_speed(BEAD.material)
+    change = np.abs(np.gradient(force, slow.time.values)).max()
+    assert np.abs(section - 0.5 * force).max() < change * 2.0 * travel
+    early = slow.time.values < 0.9 * travel
+    assert np.abs(section[early]).max() < 1e-3 * force[early].max()
 
 
 def model_of(bead: ExplicitBead) -> kernels.Model:
@@ -114,10 +119,10 @@ def test_a_bead_that_touches_nothing_moves_on(body: hl.Sphere | hl.HollowSphere 
     bead = explicit_bead(body, 0.1 * body.radius, 0.05 * body.radius)
     step = 0.9 * bead.stable_step
     saved = one_body(bead, 2.0, step, 20, 51, wall=False)
-    assert saved.displacement[:, 0] == pytest.approx(2.0 * 51 * step * np.arange(20), rel=1e-12)
-    assert saved.velocity == pytest.approx(2.0, rel=1e-12)
-    assert saved.kinetic == pytest.approx(2.0 * body.mass, rel=1e-12)
-    assert np.abs(saved.strain).max() < 1e-12 * body.mass
+    assert saved.displacement[:, 0] == pytest.approx(2.0 * 51 * step * np.arange(20), rel=1e-11)
+    assert saved.velocity == pytest.approx(2.0, rel=1e-11)
+    assert saved.kinetic == pytest.approx(2.0 * body.mass, rel=1e-11)
+    assert np.abs(saved.strain).max() < 1e-11 * body.mass
 
 
 def test_a_rigid_wall_is_a_mirror(fast: xr.Dataset) -> None:
@@ -209,13 +214,22 @@ def test_other_bodies_keep_energy_and_momentum() -> None:
 
 @pytest.mark.thorough
 def test_a_wave_along_a_chain() -> None:
-    """The measures read it: wave speed and peaks within 2 % of point masses', which a bead's own motion hastens."""
-    chain = hl.Chain([BEAD] * 8, BEAD, FAST)
-    run = hl.explicit_chain(chain, 60e-6, 80e-6, rigid_wall=True)
-    points = hl.CoSimulation(chain, None).run(60e-6)
+    """The measures read it. It is 3 % faster than in a chain of point masses, 5 % higher: at 5 m/s spheres are that
+    much stiffer than half-spaces, and a bead's near side moves on before its centre does."""
+    chain = hl.Chain([BEAD] * 8, BEAD, 5.0)
+    run = hl.explicit_chain(chain, 70e-6, 50e-6, rigid_wall=True)
+    points = hl.CoSimulation(chain, None).run(70e-6)
     assert hl.energy_error(run) < 1e-5
-    assert hl.wave_speed(run, 3, 5) == pytest.approx(hl.wave_speed(points, 3, 5), rel=0.04)
-    assert float(hl.sensor_force(run, 4).max()) == pytest.approx(float(hl.sensor_force(points, 4).max()), rel=0.04)
+    assert 1.01 < hl.wave_speed(run, 3, 5) / hl.wave_speed(points, 3, 5) < 1.04
+    found, expected = (hl.reflections(one, 4).incident for one in (run, points))
+    assert found is not None
+    assert expected is not None
+    assert 1.02 < found.amplitude / expected.amplitude < 1.06
+    given = (run.contact_force.sel(contact=9) * run.time[1]).cumsum("time")
+    kept = momentum(run, BEAD) + given.values - 0.5 * run.contact_force.sel(contact=9).values * float(run.time[1])
+    assert kept == pytest.approx(5.0 * BEAD.mass, rel=1e-3)
+    last = momentum(run, BEAD)[-1] + float(given[-1])
+    assert last == pytest.approx(5.0 * BEAD.mass, rel=1e-9)
 
 
 def test_the_result() -> None:
