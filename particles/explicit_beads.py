@@ -140,19 +140,26 @@ def half_bead(body: Spheroid, reach: float, spacing: float) -> HalfBead:
     rings = ceil(log(2.0 * body.radius / reach) / growth)
     if (wide * deep + rings * (wide + deep)) > MOST_CELLS:
         raise ValueError(f"spacing = {spacing:.3g}: needs more cells than the {MOST_CELLS} that fit")
-    down, up, out = np.linspace(0.0, 1.0, deep + 1), np.linspace(0.0, 1.0, wide + 1), np.arange(1.0, rings + 2.0)
-    beside, above = MeshQuad.init_tensor(out, up), MeshQuad.init_tensor(down, out)
-    beside = MeshQuad(np.stack([beside.p[0], beside.p[0] * beside.p[1]]), beside.t)
-    above = MeshQuad(np.stack([above.p[0] * above.p[1], above.p[1]]), above.t)
-    flat = MeshQuad2.from_mesh(MeshQuad.init_tensor(down, up) + beside + above)
-    whole = np.round(flat.doflocs)
-    inwards, outwards = np.where(abs(flat.doflocs - whole) < JOINED, whole, flat.doflocs)
+    flat = _rings_plane(deep, wide, rings)
+    inwards, outwards = flat.doflocs
     place = _in_half_ball(inwards, outwards, reach / body.radius, rings)
     middle = np.maximum(inwards, outwards) == 1.0 + rings
     place[1, middle] = 0.0
     mesh = MeshQuad2(np.array([[body.radius], [body.half]]) * place, flat.t)
     touching = np.flatnonzero((inwards == 0.0) & (outwards <= 1.0))
     return HalfBead(mesh, touching[np.argsort(outwards[touching])], middle)
+
+
+def _rings_plane(deep: int, wide: int, rings: int) -> Any:
+    """Cells in the plane that `_in_half_ball` maps: the unit square, and rings about it."""
+    down, up, out = np.linspace(0.0, 1.0, deep + 1), np.linspace(0.0, 1.0, wide + 1), np.arange(1.0, rings + 2.0)
+    beside, above = MeshQuad.init_tensor(out, up), MeshQuad.init_tensor(down, out)
+    beside = MeshQuad(np.stack([beside.p[0], beside.p[0] * beside.p[1]]), beside.t)
+    above = MeshQuad(np.stack([above.p[0] * above.p[1], above.p[1]]), above.t)
+    flat = MeshQuad2.from_mesh(MeshQuad.init_tensor(down, up) + beside + above)
+    # scikit-fem rounds the corners of meshes that it joins.
+    whole = np.round(flat.doflocs)
+    return MeshQuad2(np.where(abs(flat.doflocs - whole) < JOINED, whole, flat.doflocs), flat.t)
 
 
 def _in_half_ball(inwards: Vector, outwards: Vector, reach: float, rings: int) -> Vector:
