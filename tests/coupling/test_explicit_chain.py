@@ -91,14 +91,14 @@ def test_mirror_images(fast: xr.Dataset) -> None:
     assert struck.min() > -1e-9 * energy
 
 
-def test_section_force_is_half_of_the_contact_force(slow: xr.Dataset) -> None:
+def test_section_force_is_half_of_the_contact_force(fast: xr.Dataset) -> None:
     """Of a bead whose two halves are accelerated alike: within what the contact's changes in twice the time in which
     a pressure wave comes from there, before which there is none."""
-    force, section = slow.contact_force.sel(contact=1).values, slow.section_force.sel(bead=1).values
+    force, section = fast.contact_force.sel(contact=1).values, fast.section_force.sel(bead=1).values
     travel = BEAD.radius / pressure_speed(BEAD.material)
-    change = np.abs(np.gradient(force, slow.time.values)).max()
+    change = np.abs(np.gradient(force, fast.time.values)).max()
     assert np.abs(section - 0.5 * force).max() < change * 2.0 * travel
-    early = slow.time.values < 0.9 * travel
+    early = fast.time.values < 0.9 * travel
     assert np.abs(section[early]).max() < 1e-3 * force[early].max()
 
 
