@@ -181,6 +181,9 @@ def test_masses(body: hl.Sphere | hl.HollowSphere | hl.Ellipsoid) -> None:
     steps = 0.025 * body.radius * np.arange(5)
     curvature = body.surface.curvature
     assert bead.drop == pytest.approx(0.5 * curvature * steps**2, rel=4e-3)
+    for pole, *others in (bead.struck, bead.facing):
+        assert bead.held[pole]
+        assert not bead.held[others].any()
     assert bead.mass[bead.struck] == pytest.approx(bead.mass[bead.facing], rel=1e-9)
 
 
