@@ -22,6 +22,9 @@ from structures.surface import hertz_stiffness, relative_curvatures
 CELLS = 4
 """Over the radius of a contact that holds all of the impact energy; three then lie over that of the wave's contacts."""
 
+FEWEST = 3
+"""Over that radius, below which a run warns: with 1.7 of them the thesis's wave has 7 % too little force."""
+
 MARGIN = 1.2
 """How far the mesh lets bodies touch, over that radius; it widens where they touch beyond."""
 
@@ -38,6 +41,9 @@ SAVED_PER_CONTACT = 256
 
 MOST_SAVED = 1e8
 """Saved times × bodies."""
+
+LATE = 1e-9
+"""Times that differ by this part are one."""
 
 OWN = {
     "section_force": ("N", "force through the bead's central section, positive in compression"),
@@ -57,6 +63,7 @@ class _Frames(NamedTuple):
     step: float
     spacing: float
     reach: float
+    seconds: float
 
 
 def explicit_chain(
@@ -78,39 +85,49 @@ def explicit_chain(
     The Dataset has CoSimulation's variables; displacement and velocity are those of centres of mass, contact_energy is
     the strain energy. Forces are means over the saved interval about each saved time. Own variables, time × bead:
     section_force, N, and vibration_energy, J. Attributes: degrees_of_freedom, cells (of all bodies), step, spacing and
-    reach of the contact's mesh (s, m), seconds (of the run, without the set-up).
-    Raises ValueError for what it cannot do, and where contacts are wider than 0.4 of a radius; FloatingPointError.
+    reach of the contact's mesh (s, m), seconds (of the steps, without the set-up).
+    Raises ValueError for unlike beads, gravity, preload, losses, laws and other strikers or integrators, and where
+    contacts are wider than 0.4 of a radius; FloatingPointError.
     """
     chain, until = _checked(chain), positive("until", until, "s")
     bead = chain.beads[0]
-    if save_every is not None and positive("save_every", save_every, "s") > until:
-        raise ValueError(f"save_every = {save_every!r}: must not be longer than the run, until = {until!r} s")
-    if spacing is not None:
-        positive("spacing", spacing, "m")
     instance("rigid_wall", rigid_wall, bool, "True or False")
     radius = _widest_contact(bead, chain.impact_energy, rigid_wall)
-    size = radius / CELLS if spacing is None else float(spacing)
-    interval = save_every or MovingChain(chain, None).contact_time / SAVED_PER_CONTACT
-    rows = int(until / interval * (1.0 + 1e-9)) + 1
-    if rows * (len(chain.beads) + 1) > MOST_SAVED:
-        name = "until" if save_every is None else "save_every"
-        raise ValueError(f"{name}: {rows} saved times are too many; take a longer save_every")
+    size = radius / CELLS if spacing is None else positive("spacing", spacing, "m")
+    if size * FEWEST > radius:
+        log.warning("spacing = %.3g m: leaves contacts fewer than %d cells; take %.3g m", size, FEWEST, radius / CELLS)
+    interval, rows = _saved_times(chain, until, save_every)
     reach = max(MARGIN * radius, size)
     for _ in range(TRIES):
-        began = perf_counter()
         frames = _run(chain, size, ceil(reach / size * (1.0 - 1e-9)) * size, interval, rows, rigid_wall)
         if frames is not None:
             given = {"chain": chain.describe(), "until": until, "save_every": interval, "rigid_wall": rigid_wall}
-            return _dataset(chain, frames, given, perf_counter() - began)
+            return _dataset(chain, frames, given)
         reach *= WIDENING
         log.info("bodies touch beyond the mesh's reach, which widens to %.3g m", reach)
-    raise ValueError(f"impact_speed = {chain.impact_speed!r}: contacts are wider than {reach:.3g} m; take a lower speed")
+    raise ValueError(
+        f"impact_speed = {chain.impact_speed!r}: contacts are wider than {reach:.3g} m; take a lower speed"
+    )
+
+
+def _saved_times(chain: Chain, until: float, save_every: float | None) -> tuple[float, int]:
+    """The time between them, s, and their number."""
+    if save_every is None:
+        interval, name = MovingChain(chain, None).contact_time / SAVED_PER_CONTACT, f"until = {until!r}"
+    else:
+        interval, name = positive("save_every", save_every, "s"), f"save_every = {save_every!r}"
+    if save_every is not None and interval > until:
+        raise ValueError(f"save_every = {save_every!r}: must not be longer than the run, until = {until!r} s")
+    rows = int(until / interval * (1.0 + LATE)) + 1
+    if rows * (len(chain.beads) + 1) > MOST_SAVED:
+        raise ValueError(f"{name}: {rows} saved times of {len(chain.beads) + 1} bodies are too many")
+    return interval, rows
 
 
 def _run(chain: Chain, size: float, reach: float, interval: float, rows: int, wall: bool) -> _Frames | None:
     """The run on a mesh; None where bodies touch beyond its reach."""
     body = chain.beads[0]
-    if reach > WIDEST * body_of(body, reach, "beads").radius:
+    if reach > WIDEST * body.radius:
         raise ValueError(f"impact_speed = {chain.impact_speed!r}: contacts reach {reach:.3g} m, too wide for {body!r}")
     bead, bodies = explicit_bead(body, reach, size), len(chain.beads) + 1
     stride = ceil(interval / (SAFETY * bead.stable_step))
@@ -121,12 +138,14 @@ def _run(chain: Chain, size: float, reach: float, interval: float, rows: int, wa
     velocity[:, 1, 0] = chain.speed
     saved = kernels.Saved(*(np.zeros((rows, bodies)) for _ in range(5)), *(np.zeros(rows) for _ in range(3)))
     model = kernels.Model(*(getattr(bead, name) for name in kernels.Model._fields))
+    began = perf_counter()
     status = kernels.run(model, displacement, velocity, step, stride, bodies, wall, saved)
+    seconds = perf_counter() - began
     if status == kernels.TOO_WIDE:
         return None
     if status == kernels.NON_FINITE:
         raise FloatingPointError("explicit_chain: the state of the beads is no longer finite")
-    return _Frames(interval * np.arange(rows), saved, bead, step, size, reach)
+    return _Frames(interval * np.arange(rows), saved, bead, step, size, reach, seconds)
 
 
 def _checked(chain: Chain) -> Chain:
@@ -156,7 +175,7 @@ def _widest_contact(bead: Bead, energy: float, wall: bool) -> float:
     return widest * (8.0 ** (1.0 / 15.0) if wall else 1.0)
 
 
-def _dataset(chain: Chain, frames: _Frames, given: dict[str, Any], seconds: float) -> xr.Dataset:
+def _dataset(chain: Chain, frames: _Frames, given: dict[str, Any]) -> xr.Dataset:
     """The result of a run, with the variables that CoSimulation's has where they mean something here."""
     saved, bodies = frames.saved, len(chain.beads) + 1
     nothing = np.zeros(frames.times.size)
@@ -186,6 +205,6 @@ def _dataset(chain: Chain, frames: _Frames, given: dict[str, Any], seconds: floa
     free = 2 * frames.bead.mass.size - int(frames.bead.held.sum())
     told = {
         "degrees_of_freedom": bodies * free, "cells": bodies * frames.bead.cells, "step": frames.step,
-        "spacing": frames.spacing, "reach": frames.reach, "seconds": seconds,
+        "spacing": frames.spacing, "reach": frames.reach, "seconds": frames.seconds,
     }  # fmt: skip
     return xr.Dataset(variables, coordinates, {**provenance({**given, "spacing": frames.spacing}), **told})
