@@ -22,4 +22,6 @@ for name, structure in structures.items():
         )
 
 section, sensor = run.section_force.sel(bead=7), hl.sensor_force(run, 7)
-print(f"largest force at bead 7: {float(section.max()):.2f} N at its central section, {float(sensor.max()):.2f} N as a mean")
+print(
+    f"largest force at bead 7: {float(section.max()):.2f} N at its central section, {float(sensor.max()):.2f} N as a mean"
+)

@@ -17,8 +17,8 @@ from skfem import ElementTetP2, ElementVector, FacetBasis, LinearForm
 
 from particles.active_set import contact_forces, forces_of_steps
 from particles.bead import Bead, Cylinder, Sphere
+from particles.computed_law import ComputedLaw
 from particles.contact import SMALL_CONTACT, ContactLaw, contact_law
-from particles.contact_fem import FemLaw
 from particles.solid_mesh import (
     MIDPLANES,
     Eighth,
@@ -100,7 +100,7 @@ def contact_law_solid(
     max_force: float | None = None,
     max_approach: float | None = None,
     spacing: float | None = None,
-) -> FemLaw:
+) -> ComputedLaw:
     """The law of two equal Cylinders side by side, or two equal Spheres, up to max_force (N) or max_approach (m).
 
     By three-dimensional finite elements: cylinders touch along a line as long as they are, with free ends. The approach
@@ -142,7 +142,7 @@ class _Pair:
         force = width**2 * pi * self.bead.material.contact_modulus / (4.0 * self.bead.radius) * self.bead.length
         return float(self.analytic.approach(np.array(force)))
 
-    def law(self, approach: float, spacing: float | None) -> FemLaw:
+    def law(self, approach: float, spacing: float | None) -> ComputedLaw:
         """The law up to an approach, m."""
         good = self.width(approach) / ELEMENTS[type(self.bead)]
         size = good if spacing is None else positive("spacing", spacing, "m")
@@ -163,9 +163,9 @@ class _Pair:
         if caution:
             log_of_laws.warning("contact_law_solid: %s", caution)
         points = _continued_to_zero(approaches, forces, self.analytic)
-        return FemLaw(*points, "finite elements, 3-D", caution, approach, float(approaches[0]), error)  # type: ignore[arg-type]
+        return ComputedLaw(*points, "finite elements, 3-D", caution, approach, float(approaches[0]), error)  # type: ignore[arg-type]
 
-    def law_to_force(self, force: float, spacing: float | None) -> FemLaw:
+    def law_to_force(self, force: float, spacing: float | None) -> ComputedLaw:
         """The law up to a force, N, which may need a larger approach than theory says."""
         approach = float(self.analytic.approach(np.array(force)))
         for _ in range(TRIES):

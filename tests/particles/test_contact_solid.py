@@ -10,7 +10,8 @@ from scipy.special import spherical_jn
 from skfem import Basis, ElementTetP2, ElementVector
 
 import hertzlink as hl
-from particles.contact_fem import FemLaw, contact_law_fem
+from particles.computed_law import ComputedLaw
+from particles.contact_fem import contact_law_fem
 from particles.contact_solid import _by_curvature, contact_law_solid, midplane_correction, vibration_of_solid
 from particles.solid_mesh import contact_eighth, supported
 from particles.vibration import Vibration, vibration
@@ -24,7 +25,7 @@ CYLINDER = hl.Cylinder(RADIUS, 4.76e-3, STEEL)
 
 
 @pytest.fixture(scope="module")
-def parallel() -> FemLaw:
+def parallel() -> ComputedLaw:
     return contact_law_solid(CYLINDER, CYLINDER, max_approach=0.76e-6, spacing=4e-6)
 
 
@@ -58,7 +59,7 @@ def test_even_pull_is_even() -> None:
     assert float(motion @ felt) == pytest.approx(STEEL.youngs_modulus * volume / 8.0, rel=2e-3)
 
 
-def test_parallel_cylinders(parallel: FemLaw) -> None:
+def test_parallel_cylinders(parallel: ComputedLaw) -> None:
     """Errata: exponent 1.07 to 1.08 over 1 to 100 N. Ends that are free make them softer than in plane strain, and the
     middle stiffer than in plane stress, by no more than 1 − ν²."""
     one, hundred = (float(parallel.approach(np.array(force))) for force in (1.0, 100.0))
@@ -82,7 +83,7 @@ def test_long_cylinders() -> None:
 
 
 @pytest.mark.thorough
-def test_finer_cells_say_the_same(parallel: FemLaw) -> None:
+def test_finer_cells_say_the_same(parallel: ComputedLaw) -> None:
     """A quarter of the size: within 0.5 %, where the coarse law is computed and where it is carried on to 1 N."""
     fine = contact_law_solid(CYLINDER, max_force=100.0)
     assert float(fine.force(np.array(fine.largest))) == pytest.approx(100.0, rel=1e-9)
