@@ -21,7 +21,5 @@ for name, structure in structures.items():
             f"energy error {hl.energy_error(run):.0e}"
         )
 
-section, sensor = run.section_force.sel(bead=7), hl.sensor_force(run, 7)
-print(
-    f"largest force at bead 7: {float(section.max()):.2f} N at its central section, {float(sensor.max()):.2f} N as a mean"
-)
+section, mean = float(run.section_force.sel(bead=7).max()), float(hl.sensor_force(run, 7).max())
+print(f"largest force at bead 7: {section:.2f} N through its central section, {mean:.2f} N as its contacts' mean")

@@ -206,7 +206,7 @@ def _even(approach: float) -> float:
 
 
 def _without(law: ContactLaw, flexibility: float, deepest: float, modes: int) -> ContactLaw:
-    """The law less a linear flexibility, m/N, that is in it: as deep as enough is left, and as `deepest`, m, at least."""
+    """The law less a linear flexibility, m/N: as deep as enough is left, and as `deepest`, m, at least."""
     approaches = np.geomspace(NARROWEST, BEYOND * deepest, SAMPLES)
     forces = law.force(approaches)
     local = approaches - flexibility * forces
