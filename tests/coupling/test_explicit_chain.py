@@ -81,6 +81,17 @@ def test_balances(request: pytest.FixtureRequest, which: str) -> None:
     assert impulse == pytest.approx(BEAD.mass * float(run.velocity[-1, 1]), rel=1e-9)
 
 
+def test_every_step_obeys_newton() -> None:
+    """Saved at each step, a bead's velocity at whole steps is what the forces so far, and half of the last, gave it."""
+    run = hl.explicit_chain(hl.Chain([BEAD], BEAD, FAST), 0.4e-6, 100e-6, save_every=2e-9)
+    force, step = run.contact_force.sel(contact=1).values, float(run.time[1])
+    assert run.step == pytest.approx(step)
+    given = step * (np.cumsum(force) - 0.5 * force)
+    assert BEAD.mass * run.velocity.sel(bead=1).values == pytest.approx(given, rel=1e-9)
+    moved_on = np.diff(run.displacement.sel(bead=1).values)
+    assert BEAD.mass * moved_on == pytest.approx(step * step * np.cumsum(force)[:-1], rel=1e-9)
+
+
 def test_mirror_images(fast: xr.Dataset) -> None:
     """Seen from the centre of mass two equal beads that collide are mirror images."""
     striker, struck = fast.section_force.values.T
