@@ -224,7 +224,7 @@ def test_the_mesh_widens_where_bodies_touch_beyond_it(monkeypatch: pytest.Monkey
 
 
 def test_other_bodies_keep_energy_and_momentum() -> None:
-    """A shell and an ellipsoid; the shell's force within 3 % of its own law's."""
+    """A shell and an ellipsoid."""
     for body, speed, until in ((SHELL, 5.0, 30e-6), (EGG, 20.0, 15e-6)):
         run = collide(body, speed, until, 0.05 * body.radius)
         assert hl.energy_error(run) < 3e-5
