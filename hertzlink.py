@@ -24,6 +24,7 @@ def _check_rooms() -> None:
 _check_rooms()
 
 from coupling.batch import batch  # noqa: E402
+from coupling.bead_motion import bead_motion  # noqa: E402
 from coupling.cli import main as main  # noqa: E402
 from coupling.cosimulation import CoSimulation  # noqa: E402
 from coupling.events import contact_events  # noqa: E402
@@ -165,7 +166,7 @@ __all__ = [
     "PushedBead", "ReflectedWave", "Reflections", "Restitution", "STEEL_316", "STEEL_440C", "Section", "Sphere",
     "SpringLoaded", "Stiffener", "Structure", "Supports", "Surface", "THESIS_IMPACT", "TabulatedLaw", "Track", "Tsuji",
     "Wave", "Weakened", "amplitude_ratio", "angular_frequency", "animation", "as_signal", "axial_stiffness", "batch",
-    "calibration_factor", "characteristic_length", "circle", "contact_events", "contact_law", "contact_law_fem",
+    "bead_motion", "calibration_factor", "characteristic_length", "circle", "contact_events", "contact_law", "contact_law_fem",
     "contact_time", "contact_time_half_space", "contact_to_sensor_ratio", "critical_distance",
     "critical_distance_bounds", "critical_modulus", "cutoff_frequency", "cylinder", "drop_speed", "energy_error",
     "fit_dissipation", "follow_waves", "half_space", "hertz_stiffness", "homogeneous", "inelasticity_parameter",

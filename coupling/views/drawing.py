@@ -166,7 +166,8 @@ class Drawing:
         if not scene.flat:
             self._scale()
             return
-        along, up = ("depth (mm)", "r (mm)") if scene.lying else ("r (mm)", "depth (mm)")
+        depth = f"{self.motion.attrs.get('depth', 'depth')} (mm)"
+        along, up = (depth, "r (mm)") if scene.lying else ("r (mm)", depth)
         axes.set_xlabel(along, fontsize=LETTERS)
         axes.set_ylabel(up if scene.stretch == 1.0 else f"{up}\ndrawn × {scene.stretch:g}", fontsize=LETTERS)
         axes.tick_params(labelsize=LETTERS - 1.0)
