@@ -149,7 +149,7 @@ class _Run:
     def _other(self, number: int, contact: int) -> Surface:
         """What the bead touches there."""
         beside = contact if contact < number else contact + 1
-        body = self.bodies[beside] if beside < len(self.bodies) else None
+        body: Bead | None = self.bodies[beside] if beside < len(self.bodies) else None
         if body is not None:
             return body.surface
         striker = self.chain.striker
@@ -230,8 +230,8 @@ def _check_same(run: xr.Dataset, chain: DeformableChain) -> None:
         raise ValueError(f"chain: has modes = {chain.modes}, that of the run {modes}; give the one that was run")
     given = json.loads(run.attrs.get("input") or "{}")
     place = int(run.chain) if "chain" in run.coords else 0
-    input_ = given["chains"][place] if "chains" in given else given.get("chain")
-    mine = json.loads(as_text(chain.describe()))
-    for key in sorted(mine) if isinstance(input_, dict) else ():
-        if input_.get(key) != mine[key]:
-            raise ValueError(f"chain: is not that of the run, whose {key} is another; give the one that was run")
+    described = given["chains"][place] if "chains" in given else given.get("chain")
+    mine = json.loads(as_text(chain.describe()["beads"]))
+    other = isinstance(described, dict) and described.get("beads", mine) != mine
+    if other or not np.allclose(run.centre.values[:told], chain.centres, rtol=1e-9, atol=0.0):
+        raise ValueError("chain: has other bodies than that of the run; give the one that was run")

@@ -181,7 +181,30 @@ def test_the_dataset_tells_all_and_is_drawn_and_written(passage: xr.Dataset, run
     listing = hl.write_vtu(passage.isel(time=[3]), tmp_path / "paraview")
     written = meshio.read(listing.with_name("motion_0000.vtu"))
     assert written.point_data["von_mises"] == pytest.approx(passage.von_mises.values[3])
+    axial = passage.stress.sel(stress_component="axial").values[3]
+    assert written.point_data["axial_stress"] == pytest.approx(axial)
     assert set(np.unique(written.cell_data["part"][0])) == {3, 4}
+
+
+def test_beads_are_drawn_at_their_places(passage: xr.Dataset, run: xr.Dataset, tmp_path: Path) -> None:
+    """Side by side, struck from the left; beneath, the force through each of them."""
+    from coupling.views import render
+    from coupling.views.drawing import Drawing
+
+    try:
+        render.check_window()
+    except OSError as error:
+        pytest.skip(str(error))
+    with Drawing(passage, "von_mises", 0.0, 20e6, 80, run) as drawing:
+        drawing.draw(4)
+        history, labels = drawing.figure.axes[2], [axes.get_xlabel() for axes in drawing.figure.axes]
+        assert len(history.lines) == 3
+        assert history.get_ylabel() == "force through\nthe beads (N)"
+        assert "along the chain (mm)" in [*labels, *(axes.get_ylabel() for axes in drawing.figure.axes)]
+    hl.picture(passage, tmp_path / "beads.png", factor=0.0, run=run)
+    assert (tmp_path / "beads.png").stat().st_size > 10_000
+    with pytest.raises(ValueError, match="run: must be the Dataset of one run, that of the beads' motion"):
+        hl.picture(passage, tmp_path / "beads.png", run=run.drop_vars("section_force"))
 
 
 def test_cells_are_not_inside_out(passage: xr.Dataset) -> None:
@@ -206,7 +229,8 @@ def test_cells_are_not_inside_out(passage: xr.Dataset) -> None:
         ({"chain": hl.Chain([BEAD] * 6, BEAD, 0.5)}, "must be the DeformableChain that was run"),
         ({"chain": replace(CHAIN, beads=[BEAD] * 5)}, "chain: has 5 beads, that of the run 6"),
         ({"chain": replace(CHAIN, modes=7)}, "chain: has modes = 7, that of the run 8"),
-        ({"chain": replace(CHAIN, impact_speed=0.4)}, "whose impact_speed is another; give the one that was run"),
+        ({"chain": replace(CHAIN, striker=hl.Sphere(2e-3, STEEL))}, "chain: has other bodies than that of the run"),
+        ({"chain": replace(CHAIN, beads=[hl.Sphere(BEAD.radius, hl.PTFE)] * 6)}, "chain: has other bodies"),
         ({"structure": "wall"}, "structure = 'wall': must be a Structure, a Surface or None"),
         ({"run": {"time": 0}}, "must be the Dataset of a run of a DeformableChain"),
     ],
