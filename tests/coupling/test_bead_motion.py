@@ -90,6 +90,7 @@ def test_poles_of_free_beads_are_those_of_the_participant(run: xr.Dataset) -> No
     assert pole(motion, CHAIN, 6, "far") == pytest.approx(far[:, 6], abs=0.1 * deformed)
 
 
+@pytest.mark.thorough
 def test_mixed_bodies_stay_shut_and_bear_the_force() -> None:
     """A shell, an ellipsoid and another material: each contact has the radius of its pair."""
     row = [
@@ -134,6 +135,7 @@ def test_a_rigid_outside_has_its_static_fields(run: xr.Dataset) -> None:
     assert through_section(motion, 2, chain.centres[2]) == pytest.approx(mean, rel=2e-3, abs=1e-6)
 
 
+@pytest.mark.thorough
 def test_ends_need_to_be_told() -> None:
     """Bodies at both ends; the bead at one bears what its own contacts press."""
     chain = hl.DeformableChain([BEAD] * 2, None, 0.3, modes=3)
