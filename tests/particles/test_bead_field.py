@@ -108,8 +108,9 @@ def test_a_bead_pushed_at_one_pole_carries_half_the_force(bead: hl.Sphere) -> No
     push = pressed(bead)
     field = BeadField(bead, 0, push.radius)
     ahead, behind = (field.at(*pair, np.zeros(0)) for pair in ((push, NONE), (NONE, push)))
-    for _, stress in (ahead, behind):
-        assert through_section(field, stress) == pytest.approx(0.5 * FORCE, rel=3e-3)
+    forces = [through_section(field, stress) for _, stress in (ahead, behind)]
+    assert forces[0] == pytest.approx(0.5 * FORCE, rel=3e-3)
+    assert forces[1] == pytest.approx(forces[0], rel=1e-9)
     struck, far = poles(field)
     assert ahead[0][struck, 2] == -behind[0][far, 2]
     assert ahead[0][far, 2] == pytest.approx(-behind[0][struck, 2], rel=1e-9)
