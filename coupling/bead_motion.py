@@ -44,7 +44,7 @@ def bead_motion(
     touch something and are among the beads.
     Each bead is told by its modes, and by the static field of the contacts' forces (mode acceleration, see
     `particles.bead_field`); these press as Hertz's pressure, on the circle that it has at that force, 8 cells in radius
-    where it is widest.
+    where it is widest: then stress is good to 1 % of the greatest pressure, at the circle's edge to 7 %.
     Dataset: as of `structure_motion`, and stress (time, point, stress_component) in Pa, positive where it pulls:
     "radial", "hoop", "axial", "shear". Displacement is from static equilibrium, as in the run; stress holds that of the
     preload, as contact forces do. Beads are told in their half-planes (r, 0, −z), at their places along the chain, z
