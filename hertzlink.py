@@ -24,6 +24,7 @@ def _check_rooms() -> None:
 _check_rooms()
 
 from coupling.batch import batch  # noqa: E402
+from coupling.bead_motion import bead_motion  # noqa: E402
 from coupling.cli import main as main  # noqa: E402
 from coupling.cosimulation import CoSimulation  # noqa: E402
 from coupling.events import contact_events  # noqa: E402
@@ -170,18 +171,19 @@ __all__ = [
     "PressuresNotConverged", "PushedBead", "ReflectedWave", "Reflections", "Restitution", "STEEL_316", "STEEL_440C",
     "Section", "Sphere", "SpringLoaded", "Stiffener", "Structure", "Supports", "Surface", "THESIS_IMPACT",
     "TabulatedLaw", "Track", "Tsuji", "Wave", "Weakened", "amplitude_ratio", "angular_frequency", "animation",
-    "as_signal", "axial_stiffness", "batch", "calibration_factor", "characteristic_length", "circle", "contact_events",
-    "contact_law", "contact_law_bem", "contact_law_fem", "contact_law_plane", "contact_law_solid", "contact_time",
-    "contact_time_half_space", "contact_to_sensor_ratio", "critical_distance", "critical_distance_bounds",
-    "critical_modulus", "cutoff_frequency", "cylinder", "drop_speed", "energy_error", "explicit_chain",
-    "fit_dissipation", "follow_waves", "half_space", "hertz_stiffness", "homogeneous", "inelasticity_parameter",
-    "infinite_plate", "kirchhoff_panel", "kirchhoff_plate", "lamb_cutoff_frequency", "lamb_frequency",
-    "lamb_group_speed", "lamb_phase_speed", "loss_factor", "loss_tangent", "mindlin_panel", "mindlin_plate",
-    "modal_damping", "normalised_time_of_flight", "peak_force_from_particle_speed", "picture", "plate_amplitude_ratio",
-    "plate_contact_time", "point_impedance", "primary_amplitude_ratio", "primary_time_of_flight", "rayleigh",
-    "rayleigh_speed", "read_signal", "reduce", "reflections", "rod", "rod_parts", "run_in_precice", "secondary_delay",
-    "sensor_force", "solid", "solitary_strain", "sound_speed", "standard_linear_solid", "stiffness_parts",
-    "structure_motion", "sweep", "tangent_stiffness", "time_of_flight", "transit_time", "transit_time_from_striker",
-    "upper_layer_restitution", "upper_layer_speed", "wave_speed", "wave_speed_from_force",
-    "wave_speed_from_particle_speed", "wave_width", "write_fmu", "write_vtu", "zener_contact_time", "zener_restitution",
+    "as_signal", "axial_stiffness", "batch", "bead_motion", "calibration_factor", "characteristic_length", "circle",
+    "contact_events", "contact_law", "contact_law_bem", "contact_law_fem", "contact_law_plane", "contact_law_solid",
+    "contact_time", "contact_time_half_space", "contact_to_sensor_ratio", "critical_distance",
+    "critical_distance_bounds", "critical_modulus", "cutoff_frequency", "cylinder", "drop_speed", "energy_error",
+    "explicit_chain", "fit_dissipation", "follow_waves", "half_space", "hertz_stiffness", "homogeneous",
+    "inelasticity_parameter", "infinite_plate", "kirchhoff_panel", "kirchhoff_plate", "lamb_cutoff_frequency",
+    "lamb_frequency", "lamb_group_speed", "lamb_phase_speed", "loss_factor", "loss_tangent", "mindlin_panel",
+    "mindlin_plate", "modal_damping", "normalised_time_of_flight", "peak_force_from_particle_speed", "picture",
+    "plate_amplitude_ratio", "plate_contact_time", "point_impedance", "primary_amplitude_ratio",
+    "primary_time_of_flight", "rayleigh", "rayleigh_speed", "read_signal", "reduce", "reflections", "rod", "rod_parts",
+    "run_in_precice", "secondary_delay", "sensor_force", "solid", "solitary_strain", "sound_speed",
+    "standard_linear_solid", "stiffness_parts", "structure_motion", "sweep", "tangent_stiffness", "time_of_flight",
+    "transit_time", "transit_time_from_striker", "upper_layer_restitution", "upper_layer_speed", "wave_speed",
+    "wave_speed_from_force", "wave_speed_from_particle_speed", "wave_width", "write_fmu", "write_vtu",
+    "zener_contact_time", "zener_restitution",
 ]  # fmt: skip

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from coupling.contact_forces import contact_forces
 from coupling.result import provenance
 from structures.checks import instance
-from structures.field import Field
+from structures.field import Grid
 from structures.moving import MovingStructure
 from structures.structure import Structure, Vector, known_field
 
@@ -42,7 +42,7 @@ def structure_motion(run: xr.Dataset, structure: Structure, times: ArrayLike) ->
     moments = run.time.values
     _check_same(run, structure, place)
     _check_length(structure, float(moments[-1]))
-    rows = _nearest(moments, times)
+    rows = nearest_rows(moments, times)
     states, contact = _moved(structure, force[: rows.max()], float(moments[1] - moments[0]), rows)
     error = _contact_error(contact, surface[: len(contact)])
     if error > ANOTHER:
@@ -52,7 +52,8 @@ def structure_motion(run: xr.Dataset, structure: Structure, times: ArrayLike) ->
         )
     up = [float(x) for x in structure.origin.get("normal", (0.0, 0.0, 1.0))]
     note = {**provenance({}), "input": run.attrs.get("input", ""), "contact_error": error, "up": up}
-    return _dataset(field, moments[rows], states).assign_attrs(note)
+    displacement, stress = (np.stack([of(u) for u in states]) for of in (field.displacement, field.von_mises))
+    return motion_dataset(field.grid, moments[rows], displacement, stress).assign_attrs(note)
 
 
 def _contacts_of(given: object, structure: Structure) -> tuple[int, Vector, Vector]:
@@ -97,7 +98,7 @@ def _check_length(structure: Structure, until: float) -> None:
         raise ValueError(f"structure: was reduced for runs of at most {structure.valid_until} s, the run has {until} s")
 
 
-def _nearest(moments: Vector, times: ArrayLike) -> NDArray[np.intp]:
+def nearest_rows(moments: Vector, times: ArrayLike) -> NDArray[np.intp]:
     """Rows of the saved times nearest to the wanted ones, which must increase."""
     try:
         wanted = np.atleast_1d(np.asarray(times, dtype=float))
@@ -105,15 +106,17 @@ def _nearest(moments: Vector, times: ArrayLike) -> NDArray[np.intp]:
         wanted = np.zeros(0)
     if wanted.ndim != 1 or not wanted.size or not np.isfinite(wanted).all():
         raise ValueError(f"times = {times!r}: must be one time in s, or several")
-    late = LATE * moments[-1]
-    if wanted.min() < -late or wanted.max() > moments[-1] + late:
-        raise ValueError(f"times = {times!r}: must lie in the run, between 0 and {moments[-1]:.6g} s")
-    rows = np.rint(wanted / moments[1]).astype(np.intp)
+    first, last = float(moments[0]), float(moments[-1])
+    late = LATE * last
+    if wanted.min() < first - late or wanted.max() > last + late:
+        raise ValueError(f"times = {times!r}: must lie in the run, between {first:.6g} and {last:.6g} s")
+    rows = np.rint(np.interp(wanted, moments, np.arange(moments.size))).astype(np.intp)
     if (np.diff(rows) <= 0).any():
         raise ValueError(
-            f"times = {times!r}: must increase by the {moments[1]:.3g} s between saved times or more; take fewer"
+            f"times = {times!r}: must increase by the {moments[1] - first:.3g} s between saved times or more; "
+            "take fewer"
         )
-    return np.asarray(np.minimum(rows, moments.size - 1))
+    return np.asarray(rows)
 
 
 def _moved(structure: Structure, force: Vector, interval: float, rows: NDArray[np.intp]) -> tuple[list[Vector], Vector]:
@@ -137,19 +140,16 @@ def _contact_error(found: Vector, expected: Vector) -> float:
     return float(abs(found - expected).max()) / greatest if greatest > 0.0 else 0.0
 
 
-def _dataset(field: Field, moments: Vector, states: list[Vector]) -> xr.Dataset:
-    grid, whole = field.grid, {"units": "1"}
+def motion_dataset(grid: Grid, moments: Vector, displacement: Vector, von_mises: Vector) -> xr.Dataset:
+    """What `structure_motion` returns, less its notes: fields at t times, t × p × 3 in m and t × p in Pa."""
+    whole = {"units": "1"}
     variables: dict[str, Any] = {
         "displacement": (
             ("time", "point", "component"),
-            np.stack([field.displacement(u) for u in states]),
+            displacement,
             {"units": "m", "long_name": "displacement from static equilibrium"},
         ),
-        "von_mises": (
-            ("time", "point"),
-            np.stack([field.von_mises(u) for u in states]),
-            {"units": "Pa", "long_name": "von Mises stress"},
-        ),
+        "von_mises": (("time", "point"), von_mises, {"units": "Pa", "long_name": "von Mises stress"}),
         "cells": (("cell", "corner"), grid.cells, {**whole, "long_name": "points of each cell, in VTK's order"}),
         "part": (("cell",), grid.part, {**whole, "long_name": "number of the cell's material"}),
     }
@@ -163,11 +163,11 @@ def _dataset(field: Field, moments: Vector, states: list[Vector]) -> xr.Dataset:
 
 
 def known_motion(given: object) -> None:
-    """A ValueError where this is not what `structure_motion` returns."""
-    motion = instance("motion", given, xr.Dataset, "the Dataset of structure_motion(...)")
+    """A ValueError where this is not what `structure_motion` or `bead_motion` returns."""
+    motion = instance("motion", given, xr.Dataset, "the Dataset of structure_motion(...) or bead_motion(...)")
     missing = {"displacement", "von_mises", "cells", "part"} - set(motion.data_vars)
     if motion.sizes.get("time") == 0:
         raise ValueError("motion: holds no time")
     if missing or motion.displacement.dims != ("time", "point", "component"):
         what = ", ".join(sorted(missing)) or "one dimension of displacement (take times by isel(time=[...]))"
-        raise ValueError(f"motion: lacks {what}; must be the Dataset of structure_motion(...)")
+        raise ValueError(f"motion: lacks {what}; must be the Dataset of structure_motion(...) or bead_motion(...)")

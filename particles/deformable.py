@@ -138,7 +138,9 @@ class MovingDeformableChain(MovingChain):
         bodies = self.mass.size
         vibrations = self.vibrations
         amplitude = position[:, bodies:].reshape(len(position), bodies, -1)
-        behind = np.column_stack([np.zeros(len(contact_force)), contact_force[:, :-1]])[:, :, None]
+        # Where nothing touches the first bead, a force history stands for its contact, which pushes all of the bead.
+        pushed = np.where([law is not None for law in self.laws[:-1]], contact_force[:, :-1], 0.0)
+        behind = np.column_stack([np.zeros(len(contact_force)), pushed])[:, :, None]
         ahead = contact_force[:, :, None]
         acceleration = vibrations.struck * behind - vibrations.far * ahead - vibrations.stiffness * amplitude
         section = np.zeros_like(vibrations.struck)

@@ -24,6 +24,7 @@ from particles.contact_mesh import MOST_CELLS, Spheroid, body_of
 from structures.checks import instance, positive, whole
 from structures.elasticity import body_matrices, shear_speed
 from structures.factor import factorise
+from structures.material import Material
 from structures.structure import Vector
 
 CELLS = 16
@@ -82,11 +83,12 @@ def vibration(bead: Bead, modes: int, spacing: float | None = None) -> Vibration
 @lru_cache(maxsize=64)
 def _vibration(bead: Bead, modes: int, spacing: float | None) -> Vibration:
     body = body_of(bead, 1.0, "bead")
-    section = _Section(body, _spacing(body, modes) if spacing is None else spacing, bead.mass)  # type: ignore[arg-type]
+    mesh, angle, depth = _mesh(body, mode_spacing(body, modes) if spacing is None else spacing)  # type: ignore[arg-type]
+    section = Section(mesh, angle, depth, body.material, bead.mass)
     opposite, together = section.half(opposite=True), section.half(opposite=False)
     if modes > together.weight.size // 2:
         raise ValueError(f"modes = {modes}: must be {together.weight.size // 2} or less with such elements")
-    shift = (shear_speed(body.material) / body.half) ** 2  # type: ignore[union-attr]
+    shift = lowest_rate(body)  # type: ignore[arg-type]
     found = [(*mode, -1.0) for mode in _lowest(opposite, modes, shift)]
     found += [(*mode, 1.0) for mode in _lowest(together, modes + 1, shift)[1:]]
     square, struck, momentum, same = np.array(sorted(found)[:modes]).reshape(-1, 4).T
@@ -101,7 +103,12 @@ def _vibration(bead: Bead, modes: int, spacing: float | None) -> Vibration:
     )
 
 
-def _spacing(body: Spheroid, modes: int) -> float:
+def lowest_rate(body: Spheroid) -> float:
+    """The scale of the lowest ω², 1/s²."""
+    return (shear_speed(body.material) / body.half) ** 2
+
+
+def mode_spacing(body: Spheroid, modes: int) -> float:
     """Size of the elements, m, for wavelengths that fall as the root of the modes' number, or in a wall as that."""
     many, across = max(modes / TYPICAL, 1.0), sqrt(body.radius * body.half)
     if body.hollow == 0.0:
@@ -109,32 +116,39 @@ def _spacing(body: Spheroid, modes: int) -> float:
     return min(across / CELLS / (1.0 + body.hollow), across * sqrt(1.0 - body.hollow) / BENDING_CELLS) / many
 
 
-class _Half(NamedTuple):
+class Half(NamedTuple):
     """What the supports leave free of half a bead: mass, kg, and stiffness, N/m, n × n.
 
-    weight: n, kg: momentum along the chain by unit rates; pole: which of the n is the pole's motion along the chain.
+    along: n, 1 for motions along the chain, else 0; weight: n, kg: momentum along the chain by unit rates; pole: which
+    of the n is the pole's motion along the chain; spread: what gives all degrees of freedom of the half from these.
     """
 
     mass: sparse.csr_array
     stiffness: sparse.csr_array
+    along: Vector
     weight: Vector
     pole: int
+    spread: sparse.csr_array
 
 
-class _Section:
-    """The half-plane (r, z) of the struck half of a bead: z runs along the chain, and is 0 at the mid-plane."""
+class Section:
+    """The half-plane (r, z) of the struck half of a bead: z runs along the chain, and is 0 at the mid-plane.
 
-    def __init__(self, body: Spheroid, spacing: float, mass: float) -> None:
-        mesh, self.angle, depth = _mesh(body, spacing)
+    mesh: of quadratic cells. angle, depth: of its nodes, from 0 at the pole; depth 1 is the centre. mass, kg: of the
+    whole bead.
+    """
+
+    def __init__(self, mesh: Any, angle: Vector, depth: Vector, material: Material, mass: float) -> None:
+        self.angle = angle
         basis = Basis(mesh, ElementVector(ElementQuad2()), intorder=INTEGRATION_ORDER)
         self.across, self.along = (
             np.concatenate([basis.nodal_dofs[i], basis.facet_dofs[i], basis.interior_dofs[i]]) for i in (0, 1)
         )
         self.centre, self.pole = depth == 1.0, int(np.flatnonzero((self.angle == 0.0) & (depth == 0.0))[0])
-        unscaled, self.stiffness = body_matrices(basis, [body.material], np.zeros(mesh.nelements, dtype=np.int64))
+        unscaled, self.stiffness = body_matrices(basis, [material], np.zeros(mesh.nelements, dtype=np.int64))
         self.mass = unscaled * (0.5 * mass / unscaled[self.along][:, self.along].sum())
 
-    def half(self, opposite: bool) -> _Half:
+    def half(self, opposite: bool) -> Half:
         """The half whose poles move oppositely, with a mid-plane that slides sideways, or together, with one that does
         not. All nodes at the centre of a solid bead share one place, and so one motion."""
         axis, middle = self.angle == 0.0, self.angle == self.angle.max()
@@ -145,10 +159,11 @@ class _Section:
         moving = np.flatnonzero(np.isin(joined, kept))
         places = np.searchsorted(kept, joined[moving])
         spread = sparse.csr_array((np.ones(moving.size), (moving, places)), shape=(joined.size, kept.size))
+        along = np.isin(kept, self.along).astype(float)
         # Taken before the mid-plane is held: its nodes carry momentum of cells that move.
         weight = spread.T @ self.mass[:, self.along].sum(axis=1)
         pole = int(np.searchsorted(kept, self.along[self.pole]))
-        return _Half(spread.T @ self.mass @ spread, spread.T @ self.stiffness @ spread, weight, pole)
+        return Half(spread.T @ self.mass @ spread, spread.T @ self.stiffness @ spread, along, weight, pole, spread)
 
 
 def _mesh(body: Spheroid, spacing: float) -> tuple[Any, Vector, Vector]:
@@ -166,30 +181,38 @@ def _mesh(body: Spheroid, spacing: float) -> tuple[Any, Vector, Vector]:
     return replace(flat, doflocs=places), angle, depth
 
 
-def _lowest(half: _Half, count: int, shift: float) -> list[tuple[float, float, float]]:
-    """The lowest modes of the whole bead in this half: ω², motion of the pole, momentum of the half.
+def _lowest(half: Half, count: int, shift: float) -> list[tuple[float, float, float]]:
+    """The lowest modes of the whole bead in this half: ω², motion of the pole, momentum of the half."""
+    squares, shapes = lowest_modes(half, count, shift)
+    momenta = half.weight @ shapes
+    return list(zip(squares.tolist(), shapes[half.pole].tolist(), momenta.tolist(), strict=True))
 
-    shift, 1/s²: taken off ω², so that the rigid motion does not stop the factorisation.
+
+def lowest_modes(half: Half, count: int, shift: float) -> tuple[Vector, Vector]:
+    """ω² of the lowest modes of the whole bead in this half, ascending, and their shapes, n × count, mass-normalised.
+
+    Their poles move inwards. shift, 1/s²: taken off ω², so that the rigid motion does not stop the factorisation.
     """
     if count == 0:
-        return []
+        return np.zeros(0), np.zeros((half.along.size, 0))
     inverse = LinearOperator(half.mass.shape, matvec=factorise(half.stiffness + shift * half.mass), dtype=float)
     start = np.random.default_rng(0).normal(size=half.weight.size)
     squares, shapes = eigsh(half.stiffness, count, half.mass, sigma=-shift, OPinv=inverse, v0=start)
+    rising = np.argsort(squares)
+    squares, shapes = squares[rising], shapes[:, rising]
     # The whole bead has twice the mass of the half that eigsh normalises.
     shapes *= np.where(shapes[half.pole] < 0.0, -1.0, 1.0) / sqrt(2.0)
-    momenta = half.weight @ shapes
-    return sorted(zip(squares.tolist(), shapes[half.pole].tolist(), momenta.tolist(), strict=True))
+    return squares, shapes
 
 
-def _squeeze(half: _Half) -> float:
+def _squeeze(half: Half) -> float:
     """Motion of each pole inwards by unit forces on both against each other, m/N; it grows as the mesh is refined."""
     force = np.zeros(half.weight.size)
     force[half.pole] = 1.0
     return float(factorise(half.stiffness)(force)[half.pole])
 
 
-def _drift(half: _Half) -> float:
+def _drift(half: Half) -> float:
     """Motion of each pole relative to the centre of mass by unit forces on both poles the same way, m/N.
 
     In the frame of the pole, the force on it does nothing, and the bead hangs in an even acceleration.

@@ -148,11 +148,11 @@ class Drawing:
         figure.text(0.5, 1.0 - 0.5 * ABOVE / total[1], "", ha="center", va="center", fontsize=LETTERS)
         return figure, place
 
-    def _draw_history(self, axes: Any, time: Vector, force: Vector) -> None:
+    def _draw_history(self, axes: Any, time: Vector, force: Vector, name: str) -> None:
         axes.plot(time, force, color="black", linewidth=LINE)
         self.now = axes.axvline(time[0], color="#D55E00", linewidth=LINE)
         axes.set_xlabel("time (µs)", fontsize=LETTERS)
-        axes.set_ylabel("force on the\nstructure (N)", fontsize=LETTERS)
+        axes.set_ylabel(name, fontsize=LETTERS)
         axes.tick_params(labelsize=LETTERS - 1.0)
         axes.margins(x=0.0)
 
@@ -166,7 +166,8 @@ class Drawing:
         if not scene.flat:
             self._scale()
             return
-        along, up = ("depth (mm)", "r (mm)") if scene.lying else ("r (mm)", "depth (mm)")
+        depth = f"{self.motion.attrs.get('depth', 'depth')} (mm)"
+        along, up = (depth, "r (mm)") if scene.lying else ("r (mm)", depth)
         axes.set_xlabel(along, fontsize=LETTERS)
         axes.set_ylabel(up if scene.stretch == 1.0 else f"{up}\ndrawn × {scene.stretch:g}", fontsize=LETTERS)
         axes.tick_params(labelsize=LETTERS - 1.0)
@@ -203,14 +204,33 @@ def _values(motion: xr.Dataset, show: str) -> Vector:
     return np.asarray(np.linalg.norm(vectors, axis=-1))
 
 
-def _history(run: xr.Dataset, motion: xr.Dataset) -> tuple[Vector, Vector]:
-    """Time (µs) and force of the last bead above the preload (N), over what the motion shows and what came before."""
-    forces = instance("run", run, xr.Dataset, "the Dataset of a run").contact_force - run.static_force
+def _history(run: xr.Dataset, motion: xr.Dataset) -> tuple[Vector, Vector, str]:
+    """Time (µs) and force, over what the motion shows and what came before, and what the force is called.
+
+    Of the last bead above the preload, or through those that are drawn, a column each, N.
+    """
+    instance("run", run, xr.Dataset, "the Dataset of a run")
+    if "bead" in motion.coords:
+        return *_until(_through_beads(run, motion), motion), "force through\nthe beads (N)"
+    forces = run.contact_force - run.static_force
     if set(forces.dims) != {"time", "contact"}:
         raise ValueError("run: must be the Dataset of one run; of several chains choose one, run.isel(chain=0)")
     # Chains shorter than the longest are filled up with NaN.
     force = forces.dropna("contact", how="all").isel(contact=-1)
-    shown = force.sel(time=slice(None, max(float(motion.time[-1]), 2.0 * float(run.time[1]))))
+    return *_until(force, motion), "force on the\nstructure (N)"
+
+
+def _through_beads(run: xr.Dataset, motion: xr.Dataset) -> xr.DataArray:
+    drawn = np.unique(motion.bead)
+    if "section_force" not in run or set(run.section_force.dims) != {"time", "bead"} or drawn[-1] >= run.bead.size:
+        raise ValueError("run: must be the Dataset of one run, that of the beads' motion")
+    through: xr.DataArray = run.section_force.isel(bead=drawn)
+    return through
+
+
+def _until(force: xr.DataArray, motion: xr.Dataset) -> tuple[Vector, Vector]:
+    """Time (µs) and force up to the motion's last time; all of it beside a motion of one time."""
+    shown = force.sel(time=slice(None, max(float(motion.time[-1]), 2.0 * float(force.time[1]))))
     if motion.sizes["time"] == 1:
         shown = force
     return np.asarray(1e6 * shown.time.values), np.asarray(shown.values)

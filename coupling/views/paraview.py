@@ -1,4 +1,4 @@
-"""A `structure_motion` as files that ParaView opens: a .vtu for each time, and a .pvd that lists them."""
+"""A `structure_motion` or `bead_motion` as files that ParaView opens: a .vtu for each time, a .pvd that lists them."""
 
 import re
 import shutil
@@ -15,11 +15,11 @@ OURS = re.compile(r"motion(_\d+)?\.(vtu|pvd)")
 
 
 def write_vtu(motion: xr.Dataset, folder: str | Path) -> Path:
-    """Write a `structure_motion` into a folder: motion_0000.vtu, ... and motion.pvd, whose path is returned.
+    """Write a `structure_motion` or `bead_motion` into a folder: motion_0000.vtu, ... and motion.pvd; the path of that.
 
-    Displacement (m), von_mises (Pa) and, for each cell, part; cells stay quadratic. A body of revolution is written as
-    its half-plane (r, 0, −z). The folder is made, whole or not at all; one that holds an earlier motion and nothing
-    else is replaced, any other is left alone (ValueError).
+    Displacement (m), von_mises and, of beads, the stresses (Pa); for each cell, part; cells stay quadratic. A body of
+    revolution is written as its half-plane (r, 0, −z). The folder is made, whole or not at all; one that holds an
+    earlier motion and nothing else is replaced, any other is left alone (ValueError).
     """
     import meshio  # type: ignore[import-untyped]
 
@@ -33,6 +33,8 @@ def write_vtu(motion: xr.Dataset, folder: str | Path) -> Path:
         cells, parts = [(motion.attrs["cell_type"], motion.cells.values)], {"part": [motion.part.values]}
         for number, moment in enumerate(motion.time.values.tolist()):
             fields = {name: motion[name].values[number] for name in ("displacement", "von_mises")}
+            for which in motion.stress_component.values if "stress" in motion else ():
+                fields[f"{which}_stress"] = motion.stress.sel(stress_component=which).values[number]
             name = f"motion_{number:04d}.vtu"
             meshio.Mesh(motion.position.values, cells, fields, parts).write(beside / name)
             ElementTree.SubElement(collection, "DataSet", timestep=repr(moment), part="0", file=name)

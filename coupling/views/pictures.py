@@ -1,4 +1,4 @@
-"""Pictures and animations of a `structure_motion`, drawn off-screen."""
+"""Pictures and animations of a `structure_motion` or a `bead_motion`, drawn off-screen."""
 
 import os
 import tempfile
@@ -33,14 +33,14 @@ def picture(
     highest: float | None = None,
     run: xr.Dataset | None = None,
 ) -> Path:
-    """Draw the body of a `structure_motion` at its time nearest to `time` (s) into a .png, .pdf or .svg; its path.
+    """Draw a `structure_motion` or `bead_motion` at its time nearest to `time` (s) into a .png, .pdf or .svg; its path.
 
     time: by default that of the greatest displacement. show: "von_mises"; "displacement", the size of the
     vector; or "deflection", its part into the struck face, with its sign.
     factor: how much larger than true the displacement is drawn; by default a round number, for a tenth of the body's
-    shortest side. highest: the upper end of the colours, Pa or m; by default a round number that 95 % of the body
-    stays below. Give both to compare pictures. run: the Dataset that the motion is of; the force of its last bead on
-    the structure is then drawn beneath.
+    shortest side; with 0 beads that touch do not overlap. highest: the upper end of the colours, Pa or m; by default a
+    round number that 95 % of the body stays below. Give both to compare pictures. run: the Dataset that the motion is
+    of; the force of its last bead on the structure, or that through the beads that are drawn, is then drawn beneath.
     Bodies of revolution are cut along their axis; long ones lie down, struck from the left. 3-D bodies are seen from
     outside, to scale. Grey lines: the section at rest; black ones: edges, and where materials meet.
     A file of the name is replaced, whole or not at all. Raises ValueError for a time or a name that is not there, and
@@ -65,11 +65,10 @@ def animation(
     frame_rate: float = 10.0,
     run: xr.Dataset | None = None,
 ) -> Path:
-    """Draw the body at all times of a `structure_motion` into a .gif, or an .mp4 (pip install "hertzlink[movie]").
+    """Draw all times of a `structure_motion` or `bead_motion` into a .gif, or an .mp4 (pip install "hertzlink[movie]").
 
-    frame_rate: pictures per second. run: the Dataset that the motion is of; the force of its last bead on the structure
-    is then drawn beneath, with a line that moves on. Colours, factor and frame are the same in all, and suit them all;
-    for the rest see `picture`.
+    frame_rate: pictures per second. run: the Dataset that the motion is of; its force is then drawn beneath, with a
+    line that moves on. Colours, factor and frame are the same in all, and suit them all; for the rest see `picture`.
     """
     known_motion(motion)
     target, rate = _target(path, (".gif", ".mp4")), positive("frame_rate", frame_rate, "1/s")

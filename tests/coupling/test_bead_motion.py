@@ -1,0 +1,265 @@
+"""Motion of the beads of deformable chains: sections, contacts that stay shut, preload, places, ends, wrong input."""
+
+import re
+from dataclasses import replace
+from math import pi
+from pathlib import Path
+from typing import Any
+
+import meshio
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.integrate import simpson
+
+import hertzlink as hl
+from coupling.motion import known_motion
+from particles.deformable import MovingDeformableChain, moving_chain
+
+STEEL = hl.STEEL_316
+BEAD = hl.Sphere(2.38e-3, STEEL)
+CHAIN = hl.DeformableChain([BEAD] * 6, BEAD, 0.5)
+ROD = hl.rod([hl.Layer(STEEL, 30e-3, 5e-3)])
+
+
+@pytest.fixture(scope="module")
+def run() -> xr.Dataset:
+    return hl.CoSimulation(CHAIN, None).run(until=6e-5)
+
+
+@pytest.fixture(scope="module")
+def passage(run: xr.Dataset) -> xr.Dataset:
+    """The wave passes beads 3 and 4."""
+    peak = float(run.time[int(run.contact_force.sel(contact=4).values.argmax())])
+    return hl.bead_motion(run, CHAIN, peak + np.arange(-12e-6, 13e-6, 3e-6), [3, 4])
+
+
+def of_bead(motion: xr.Dataset, number: int) -> xr.Dataset:
+    return motion.isel(point=np.flatnonzero(motion.bead == number))
+
+
+def through_section(motion: xr.Dataset, number: int, centre: float) -> np.ndarray:
+    """Force through the central section of a bead at each time, N."""
+    one = of_bead(motion, number)
+    r, _, z = one.position.values.T
+    nodes = np.flatnonzero(abs(z + centre) < 1e-9)
+    nodes = nodes[np.argsort(r[nodes])]
+    axial = one.stress.sel(stress_component="axial").values[:, nodes]
+    return np.asarray(-2.0 * pi * simpson(r[nodes] * axial, x=r[nodes]))
+
+
+def pole(motion: xr.Dataset, chain: hl.Chain, number: int, side: str) -> np.ndarray:
+    """Displacement of a pole along the chain at each time, m."""
+    one, bead = of_bead(motion, number), chain.beads[number - 1] if number else chain.body
+    assert bead is not None
+    place = chain.centres[number] + {"struck": -0.5, "far": 0.5}[side] * bead.size
+    r, _, z = one.position.values.T
+    return np.asarray(-one.displacement.values[:, np.flatnonzero((r == 0.0) & (abs(z + place) < 1e-9))[0], 2])
+
+
+def test_central_sections_bear_what_the_run_says(run: xr.Dataset, passage: xr.Dataset) -> None:
+    """The integral of the axial stress is the force from the momentum of half a bead, whatever the wave does."""
+    for number in (3, 4):
+        expected = run.section_force.sel(bead=number, time=passage.time).values
+        found = through_section(passage, number, CHAIN.centres[number])
+        assert found == pytest.approx(expected, abs=2e-3 * expected.max())
+        assert expected.max() > 10.0
+
+
+def test_the_contact_stays_shut(run: xr.Dataset, passage: xr.Dataset) -> None:
+    """Poles that touch move alike, though each belongs to a field of its own; those that do not, part."""
+    force = run.contact_force.sel(contact=4, time=passage.time).values
+    gap = pole(passage, CHAIN, 4, "struck") - pole(passage, CHAIN, 3, "far")
+    approach = hl.contact_law_fem(BEAD, max_force=30.0).approach(force)
+    touching = force > 0.5
+    assert touching.sum() > 4
+    assert gap[touching] == pytest.approx(np.zeros(touching.sum()), abs=3e-3 * approach.max())
+
+
+def test_poles_of_free_beads_are_those_of_the_participant(run: xr.Dataset) -> None:
+    """Where nothing touches them: the modes alone, and the rigid motion."""
+    time = float(run.time[-1])
+    motion = hl.bead_motion(run, CHAIN, time, [1, 6])
+    moving = moving_chain(CHAIN, None)
+    assert isinstance(moving, MovingDeformableChain)
+    amplitude, last = run.vibration_amplitude.values[-1:].reshape(1, -1), run.isel(time=[-1])
+    _, far = moving.poles(np.concatenate([last.displacement.values, amplitude], axis=1))
+    assert float(run.contact_force[-1, 6]) == 0.0
+    assert pole(motion, CHAIN, 6, "far") == pytest.approx(far[:, 6], rel=1e-3)
+    deformed = abs(far[0, 6] - float(last.displacement[0, 6]))
+    assert pole(motion, CHAIN, 6, "far") == pytest.approx(far[:, 6], abs=0.1 * deformed)
+
+
+@pytest.mark.thorough
+def test_mixed_bodies_stay_shut_and_bear_the_force() -> None:
+    """A shell, an ellipsoid and another material: each contact has the radius of its pair."""
+    row = [
+        hl.Sphere(3e-3, hl.ALUMINIUM_6061),
+        hl.HollowSphere(4e-3, 2.4e-3, STEEL),
+        hl.Ellipsoid(2e-3, 6e-3, STEEL, "along"),
+    ]
+    chain = hl.DeformableChain(row, BEAD, 0.5, modes=6)
+    run = hl.CoSimulation(chain, None).run(until=3e-5)
+    motion = hl.bead_motion(run, chain, np.arange(4e-6, 30e-6, 4e-6))
+    assert set(np.unique(motion.bead)) == {0, 1, 2, 3}
+    for number in range(4):
+        expected = run.section_force.sel(bead=number, time=motion.time).values
+        found = through_section(motion, number, chain.centres[number])
+        assert found == pytest.approx(expected, abs=1e-2 * float(run.section_force.max()))
+    for contact in (1, 2, 3):
+        force = run.contact_force.sel(contact=contact, time=motion.time).values
+        gap = pole(motion, chain, contact, "struck") - pole(motion, chain, contact - 1, "far")
+        approach = float(abs(run.displacement.sel(bead=contact - 1) - run.displacement.sel(bead=contact)).max())
+        assert gap[force > 0.5] == pytest.approx(np.zeros((force > 0.5).sum()), abs=1e-2 * approach)
+
+
+def test_at_rest_under_a_preload() -> None:
+    """No displacement yet, but Hertz's pressure at the poles: p₀ = (6 F E*²/π³R²)^(1/3) (Johnson, equation 4.24)."""
+    chain = hl.DeformableChain([BEAD] * 3, None, gravity=9.81, preload=20.0, modes=4)
+    run = hl.CoSimulation(chain, ROD).run(until=2e-6)
+    motion = hl.bead_motion(run, chain, 0.0, 2)
+    assert float(abs(motion.displacement).max()) < 1e-14
+    modulus = 0.5 * STEEL.youngs_modulus / (1.0 - STEEL.poisson_ratio**2)
+    pressure = (6.0 * 20.0 * modulus**2 / pi**3 / (0.5 * BEAD.radius) ** 2) ** (1.0 / 3.0)
+    assert -float(motion.stress.sel(stress_component="axial").min()) == pytest.approx(pressure, rel=0.03)
+    assert through_section(motion, 2, chain.centres[2]) == pytest.approx([20.0], rel=3e-3)
+    assert float(motion.von_mises.max()) == pytest.approx(0.62 * pressure, rel=0.03)
+
+
+def test_a_rigid_outside_has_its_static_fields(run: xr.Dataset) -> None:
+    """With modes = 1 a bead is accelerated evenly at every moment: its section bears the mean of both contacts."""
+    chain = replace(CHAIN, modes=1)
+    rigid = hl.CoSimulation(chain, None).run(until=3e-5)
+    motion = hl.bead_motion(rigid, chain, [1e-5, 1.5e-5, 2e-5], 2)
+    mean = hl.sensor_force(rigid, 2).sel(time=motion.time).values
+    assert through_section(motion, 2, chain.centres[2]) == pytest.approx(mean, rel=2e-3, abs=1e-6)
+
+
+@pytest.mark.thorough
+def test_ends_need_to_be_told() -> None:
+    """Bodies at both ends; the bead at one bears what its own contacts press."""
+    chain = hl.DeformableChain([BEAD] * 2, None, 0.3, modes=3)
+    run = hl.CoSimulation(chain, hl.half_space(hl.ACRYLIC), behind=ROD).run(until=4e-5)
+    times = np.arange(5e-6, 40e-6, 5e-6)
+    assert hl.bead_motion(run, chain, 1e-6, 1).sizes["time"] == 1
+    with pytest.raises(ValueError, match="structure = None: must be what bead 2 touches, a Structure or a Surface"):
+        hl.bead_motion(run, chain, times, 2)
+    for facing in (hl.half_space(hl.ACRYLIC), hl.Surface(hl.ACRYLIC)):
+        motion = hl.bead_motion(run, chain, times, 2, structure=facing)
+        expected = run.section_force.sel(bead=2, time=motion.time).values
+        assert through_section(motion, 2, chain.centres[2]) == pytest.approx(expected, abs=5e-3 * expected.max())
+    back = hl.CoSimulation(replace(chain, impact_speed=None, preload=5.0), hl.half_space(STEEL), behind=ROD)
+    with pytest.raises(ValueError, match="behind = None: must be what bead 1 touches"):
+        hl.bead_motion(back.run(until=1e-6), replace(chain, impact_speed=None, preload=5.0), 0.0, 1)
+    with pytest.raises(ValueError, match="contact 3: is no circle"):
+        hl.bead_motion(run, chain, times, 2, structure=hl.Surface(STEEL, 0.0, 100.0))
+
+
+def test_a_push_from_outside_acts_on_the_bead_as_a_whole() -> None:
+    """It is told as contact 1, but no pole feels it: the section bears half the force of the contact ahead."""
+    moments = np.linspace(0.0, 2e-5, 41)
+    push = hl.PushedBead(moments, 10.0 * np.sin(pi * moments / 2e-5))
+    chain = hl.DeformableChain([BEAD] * 2, push, modes=1)
+    run = hl.CoSimulation(chain, None).run(until=2e-5)
+    motion = hl.bead_motion(run, chain, [1e-5, 1.5e-5], 1)
+    ahead = run.contact_force.sel(contact=2, time=motion.time).values
+    assert ahead.max() > 0.5
+    assert through_section(motion, 1, chain.centres[1]) == pytest.approx(0.5 * ahead, rel=3e-3)
+
+
+def test_the_dataset_tells_all_and_is_drawn_and_written(passage: xr.Dataset, run: xr.Dataset, tmp_path: Path) -> None:
+    known_motion(passage)
+    assert passage.stress.dims == ("time", "point", "stress_component")
+    assert {passage[name].attrs["units"] for name in ("stress", "von_mises")} == {"Pa"}
+    assert passage.attrs["input"] == run.attrs["input"]
+    z = -passage.position.sel(component="z").values
+    for number in (3, 4):
+        own = z[passage.bead.values == number]
+        assert [own.min(), own.max()] == pytest.approx(CHAIN.centres[number] + np.array([-1.0, 1.0]) * BEAD.radius)
+    radial, hoop, axial, shear = np.moveaxis(passage.stress.values, -1, 0)
+    square = 0.5 * ((radial - hoop) ** 2 + (hoop - axial) ** 2 + (axial - radial) ** 2) + 3.0 * shear**2
+    assert passage.von_mises.values == pytest.approx(np.sqrt(square), rel=1e-9)
+    passage.to_netcdf(tmp_path / "motion.nc", engine="h5netcdf")
+    listing = hl.write_vtu(passage.isel(time=[3]), tmp_path / "paraview")
+    written = meshio.read(listing.with_name("motion_0000.vtu"))
+    assert written.point_data["von_mises"] == pytest.approx(passage.von_mises.values[3])
+    axial = passage.stress.sel(stress_component="axial").values[3]
+    assert written.point_data["axial_stress"] == pytest.approx(axial)
+    assert set(np.unique(written.cell_data["part"][0])) == {3, 4}
+
+
+def test_beads_are_drawn_at_their_places(passage: xr.Dataset, run: xr.Dataset, tmp_path: Path) -> None:
+    """Side by side, struck from the left; beneath, the force through each of them."""
+    from coupling.views import render
+    from coupling.views.drawing import Drawing
+
+    try:
+        render.check_window()
+    except OSError as error:
+        pytest.skip(str(error))
+    with Drawing(passage, "von_mises", 0.0, 20e6, 80, run) as drawing:
+        drawing.draw(4)
+        history, labels = drawing.figure.axes[2], [axes.get_xlabel() for axes in drawing.figure.axes]
+        assert len(history.lines) == 3
+        assert history.get_ylabel() == "force through\nthe beads (N)"
+        assert "along the chain (mm)" in [*labels, *(axes.get_ylabel() for axes in drawing.figure.axes)]
+    hl.picture(passage, tmp_path / "beads.png", factor=0.0, run=run)
+    assert (tmp_path / "beads.png").stat().st_size > 10_000
+    with pytest.raises(ValueError, match="run: must be the Dataset of one run, that of the beads' motion"):
+        hl.picture(passage, tmp_path / "beads.png", run=run.drop_vars("section_force"))
+
+
+def test_cells_are_not_inside_out(passage: xr.Dataset) -> None:
+    """Area of each quadrilateral from its corners, of one sign; together half of two disks."""
+    r, _, z = passage.position.values[passage.cells.values[:, :4]].transpose(2, 0, 1)
+    area = 0.5 * (r * np.roll(z, -1, axis=1) - np.roll(r, -1, axis=1) * z).sum(axis=1)
+    assert (np.sign(area) == np.sign(area[0])).all()
+    assert abs(area).sum() == pytest.approx(pi * BEAD.radius**2, rel=1e-2)
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ({"times": [7e-5]}, "times = [7e-05]: must lie in the run, between 0 and 6e-05 s"),
+        ({"times": [2e-5, 1e-5]}, "must increase by the"),
+        ({"times": []}, "times = []: must be one time in s, or several"),
+        ({"beads": 7}, "beads = 7: must be different numbers from 0 to 6"),
+        ({"beads": [-1]}, "beads = -1: must be a whole number, 0 or more"),
+        ({"beads": [2, 2]}, "beads = [2, 2]: must be different numbers"),
+        ({"beads": []}, "beads = []: must be a list of numbers"),
+        ({"beads": "all"}, "beads = 'all': must be a list of numbers"),
+        ({"chain": hl.Chain([BEAD] * 6, BEAD, 0.5)}, "must be the DeformableChain that was run"),
+        ({"chain": replace(CHAIN, beads=[BEAD] * 5)}, "chain: has 5 beads, that of the run 6"),
+        ({"chain": replace(CHAIN, modes=7)}, "chain: has modes = 7, that of the run 8"),
+        ({"chain": replace(CHAIN, striker=hl.Sphere(2e-3, STEEL))}, "chain: has other bodies than that of the run"),
+        ({"chain": replace(CHAIN, beads=[hl.Sphere(BEAD.radius, hl.PTFE)] * 6)}, "chain: has other bodies"),
+        ({"structure": "wall"}, "structure = 'wall': must be a Structure, a Surface or None"),
+        ({"run": {"time": 0}}, "must be the Dataset of a run of a DeformableChain"),
+    ],
+)
+def test_bad_input_is_named(run: xr.Dataset, given: dict[str, Any], told: str) -> None:
+    with pytest.raises(ValueError, match=re.escape(told)):
+        hl.bead_motion(**{"run": run, "chain": CHAIN, "times": [2e-5], **given})
+
+
+def test_runs_of_another_kind(run: xr.Dataset) -> None:
+    rigid = hl.CoSimulation(hl.Chain([BEAD] * 6, BEAD, 0.5), None).run(until=1e-5)
+    with pytest.raises(ValueError, match="run: holds no vibration_amplitude; must be that of a DeformableChain"):
+        hl.bead_motion(rigid, CHAIN, 1e-5)
+    with pytest.raises(ValueError, match=r"has the axes speed; choose one run with run\.isel\(speed=0\)"):
+        hl.bead_motion(xr.concat([run, run], dim="speed"), CHAIN, 1e-5)
+
+
+def test_one_of_several_chains() -> None:
+    short = hl.DeformableChain([BEAD] * 3, BEAD, 0.5, modes=3)
+    long = hl.DeformableChain([BEAD] * 4, BEAD, 0.5, modes=5)
+    run = hl.CoSimulation([short, long], [hl.half_space(STEEL), hl.half_space(STEEL)]).run(until=2e-5)
+    with pytest.raises(ValueError, match=r"run: has several chains; choose that one with run\.isel\(chain=0\)"):
+        hl.bead_motion(run, short, 1e-5)
+    for place, chain in enumerate((short, long)):
+        one = run.isel(chain=place)
+        motion = hl.bead_motion(one, chain, [1e-5, 1.5e-5], 2)
+        expected = one.section_force.sel(bead=2, time=motion.time).values
+        assert through_section(motion, 2, chain.centres[2]) == pytest.approx(expected, abs=3e-3 * expected.max())
+    with pytest.raises(ValueError, match="chain: has 3 beads, that of the run 4"):
+        hl.bead_motion(run.isel(chain=1), short, 1e-5)

@@ -1,0 +1,176 @@
+"""Fields of pressed beads: Hertz's stresses, approach, sections, symmetry, the modes' part, bad input."""
+
+from math import pi
+
+import numpy as np
+import pytest
+from scipy.integrate import simpson
+
+import hertzlink as hl
+from particles import bead_field
+from particles.bead_field import BeadField, Push
+from particles.vibration import vibration
+from structures.structure import Vector
+
+STEEL = hl.STEEL_316
+SPHERE = hl.Sphere(2.38e-3, STEEL)
+SHELL = hl.HollowSphere(9.525e-3, 0.8 * 9.525e-3, hl.ALUMINIUM_6061)
+PROLATE = hl.Ellipsoid(2.36e-3, 10.16e-3, STEEL, axis="along")
+FORCE, NONE = 20.0, Push(0.0, 0.0)
+
+
+def pressed(bead: hl.Sphere | hl.HollowSphere | hl.Ellipsoid, force: float = FORCE) -> Push:
+    """By its like: Hertz's radius (3 F R/4 E*)^(1/3) (Johnson, Contact Mechanics, equation 4.22)."""
+    modulus = bead.material.youngs_modulus / (2.0 * (1.0 - bead.material.poisson_ratio**2))
+    return Push(force, (0.75 * force / (2.0 * bead.surface.curvature) / modulus) ** (1.0 / 3.0))
+
+
+def squeezed(bead: hl.Sphere | hl.HollowSphere | hl.Ellipsoid, modes: int = 0) -> tuple[BeadField, Vector, Vector]:
+    push = pressed(bead)
+    field = BeadField(bead, modes, push.radius)
+    return field, *field.at(push, push, field.at_rest(push, push))
+
+
+def poles(field: BeadField) -> tuple[int, int]:
+    """Numbers of the struck one and the other."""
+    r, _, z = field.grid.points.T
+    axis = np.flatnonzero(r == 0.0)
+    return int(axis[z[axis].argmax()]), int(axis[z[axis].argmin()])
+
+
+def through_section(field: BeadField, stress: Vector) -> float:
+    """Force through the mid-plane, N, positive where it presses."""
+    r, _, z = field.grid.points.T
+    nodes = np.flatnonzero(abs(z) < 1e-9 * z.max())
+    nodes = nodes[np.argsort(r[nodes])]
+    return float(-2.0 * pi * simpson(r[nodes] * stress[nodes, 2], x=r[nodes]))
+
+
+def test_stresses_below_the_contact_are_hertzs() -> None:
+    """On the axis (Johnson, equation 3.45): σ_z, σ_r, and the greatest shear, 0.31 p₀ at 0.48 a for ν = 0.3."""
+    field, _, stress = squeezed(SPHERE)
+    radius, nu = pressed(SPHERE).radius, STEEL.poisson_ratio
+    assert nu == 0.3
+    pressure = 1.5 * FORCE / (pi * radius**2)
+    r, _, z = field.grid.points.T
+    axis = np.flatnonzero((r == 0.0) & (z > SPHERE.radius - 3.0 * radius))
+    depth = (SPHERE.radius - z[axis]) / radius
+    across, hoop, along = stress[axis, :3].T / pressure
+    assert along == pytest.approx(-1.0 / (1.0 + depth**2), abs=0.01)
+    turn = np.arctan2(1.0, depth)
+    expected = -(1.0 + nu) * (1.0 - depth * turn) + 0.5 / (1.0 + depth**2)
+    assert across == pytest.approx(expected, abs=0.01)
+    assert hoop == pytest.approx(expected, abs=0.01)
+    shear = 0.5 * abs(along - across)
+    assert shear.max() == pytest.approx(0.31, abs=0.005)
+    assert depth[shear.argmax()] == pytest.approx(0.48, abs=0.07)
+
+
+def test_finer_cells_settle(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The approach to 1e-4, and the pressure on the axis to p₀, which forces a little off near the pole would miss."""
+    pressure, found = 1.5 * FORCE / (pi * pressed(SPHERE).radius ** 2), []
+    for cells in (8, 16, 32):
+        monkeypatch.setattr(bead_field, "CELLS", cells)
+        field, displacement, stress = squeezed(SPHERE)
+        struck = poles(field)[0]
+        found.append(displacement[struck, 2])
+        assert stress[struck, 2] == pytest.approx(-pressure, rel=6e-3)
+    assert abs(found[1] / found[0] - 1.0) < 1e-4
+    assert abs(found[2] / found[1] - 1.0) < 0.5 * abs(found[1] / found[0] - 1.0)
+
+
+def test_the_free_surface_beside_the_contact() -> None:
+    """σ_r = (1 − 2ν)/3 p₀ a²/r² = −σ_θ (Johnson, equation 3.43), and no σ_z."""
+    field, _, stress = squeezed(SPHERE)
+    radius = pressed(SPHERE).radius
+    pressure = 1.5 * FORCE / (pi * radius**2)
+    r, _, z = field.grid.points.T
+    beside = (z > 0.0) & (abs(np.hypot(r, z) - SPHERE.radius) < 1e-9) & (r > 1.5 * radius) & (r < 4.0 * radius)
+    expected = (1.0 - 2.0 * STEEL.poisson_ratio) / 3.0 * (radius / r[beside]) ** 2
+    across, hoop, along = stress[beside, :3].T / pressure
+    assert across == pytest.approx(expected, abs=0.02)
+    assert hoop == pytest.approx(-expected, abs=0.02)
+    assert along == pytest.approx(np.zeros(expected.size), abs=0.02)
+
+
+@pytest.mark.parametrize("bead", [SPHERE, SHELL, PROLATE])
+def test_mid_planes_approach_as_the_contact_law_says(bead: hl.Sphere) -> None:
+    field, displacement, _ = squeezed(bead)
+    law = hl.contact_law_fem(bead, max_force=1.5 * FORCE)
+    struck, far = displacement[list(poles(field)), 2]
+    assert struck == -far
+    assert -2.0 * struck == pytest.approx(law.approach(FORCE), rel=4e-3)
+
+
+@pytest.mark.parametrize("bead", [SPHERE, SHELL, PROLATE])
+def test_a_squeezed_bead_is_its_own_mirror_image(bead: hl.Sphere) -> None:
+    """And its mid-plane bears the force, without shear."""
+    field, displacement, stress = squeezed(bead, 6)
+    points = np.round(field.grid.points / bead.radius, 9) + 0.0
+    order, image = np.lexsort(points.T), np.lexsort((points * [1.0, 1.0, -1.0]).T)
+    inner = abs(points[order]).max(axis=1) > 0.0
+    order, image = order[inner], image[inner]
+    assert displacement[order] == pytest.approx(displacement[image] * [1.0, 1.0, -1.0], abs=1e-17)
+    turned = stress[image] * [1.0, 1.0, 1.0, 1.0, -1.0, -1.0]
+    assert stress[order] == pytest.approx(turned, abs=1e-9 * abs(stress).max())
+    assert through_section(field, stress) == pytest.approx(FORCE, rel=3e-3)
+
+
+@pytest.mark.parametrize("bead", [SPHERE, SHELL])
+def test_a_bead_pushed_at_one_pole_carries_half_the_force(bead: hl.Sphere) -> None:
+    """Accelerated evenly: half its mass lies behind the mid-plane. Turned around, it is the same bead."""
+    push = pressed(bead)
+    field = BeadField(bead, 0, push.radius)
+    ahead, behind = (field.at(*pair, np.zeros(0)) for pair in ((push, NONE), (NONE, push)))
+    forces = [through_section(field, stress) for _, stress in (ahead, behind)]
+    assert forces[0] == pytest.approx(0.5 * FORCE, rel=3e-3)
+    assert forces[1] == pytest.approx(forces[0], rel=1e-9)
+    struck, far = poles(field)
+    assert ahead[0][struck, 2] == -behind[0][far, 2]
+    assert ahead[0][far, 2] == pytest.approx(-behind[0][struck, 2], rel=1e-9)
+
+
+@pytest.mark.parametrize("bead", [SPHERE, PROLATE])
+def test_the_other_pole_moves_by_the_whole_flexibility(bead: hl.Sphere) -> None:
+    """Far from the push it does not matter how that is spread: b of `vibration`, relative to the centre of mass."""
+    push = pressed(bead)
+    field = BeadField(bead, 0, push.radius)
+    displacement = field.at(push, NONE, np.zeros(0))[0]
+    assert -displacement[poles(field)[1], 2] == pytest.approx(FORCE * vibration(bead, 0).cross, rel=2e-3)
+
+
+def test_the_number_of_modes_does_not_change_what_is_static() -> None:
+    fields = [squeezed(SPHERE, modes) for modes in (0, 3, 9)]
+    for _, displacement, stress in fields[1:]:
+        assert displacement == pytest.approx(fields[0][1], abs=1e-12 * abs(fields[0][1]).max())
+        assert stress == pytest.approx(fields[0][2], abs=1e-12 * abs(fields[0][2]).max())
+
+
+@pytest.mark.parametrize("bead", [SPHERE, SHELL])
+def test_each_mode_moves_the_poles_and_the_section_as_vibration_says(bead: hl.Sphere) -> None:
+    """Poles by struck and far, inwards and on; the section bears −Σ section q″, q″ = −ω² q."""
+    modes = 7
+    field, told = BeadField(bead, modes, 0.0), vibration(bead, modes)
+    for number in range(modes):
+        amplitude = np.zeros(modes)
+        amplitude[number] = 1e-9
+        displacement, stress = field.at(NONE, NONE, amplitude)
+        struck, far = -displacement[list(poles(field)), 2] / 1e-9
+        scale = abs(told.struck).max()
+        assert struck == pytest.approx(told.struck[number], abs=2e-3 * scale)
+        assert far == pytest.approx(told.far[number], abs=2e-3 * scale)
+        force = 1e-9 * told.section[number] * told.frequencies[number] ** 2
+        highest = 1e-9 * (abs(told.section) * told.frequencies**2).max()
+        assert through_section(field, stress) == pytest.approx(force, abs=1e-2 * highest)
+
+
+def test_the_force_is_whole_whatever_the_radius() -> None:
+    """Narrower contacts than the cells, and none."""
+    field = BeadField(SPHERE, 0, 1e-4)
+    for radius in (1e-4, 7e-5, 3e-6, 0.0):
+        assert field._load(Push(FORCE, radius)).sum() == pytest.approx(FORCE, rel=1e-12)
+
+
+def test_contacts_too_wide_are_refused() -> None:
+    with pytest.raises(ValueError, match=r"widest = 0\.002: must be at most 0\.00119 m, half the bead's radius"):
+        BeadField(SPHERE, 3, 2e-3)
