@@ -197,6 +197,15 @@ def test_the_central_section_carries_the_momentum_of_half_a_bead() -> None:
     )
 
 
+def test_a_push_on_the_whole_of_a_bead_is_half_a_push_on_its_half() -> None:
+    """Slowly pushed by a history, which acts on all of the bead, half of the force ahead goes through its middle."""
+    push = hl.PushedBead([0.0, 2e-4, 4e-4], [0.0, 5.0, 0.0])
+    run = hl.CoSimulation(hl.DeformableChain([BEAD] * 3, push, modes=4), hl.half_space(STEEL)).run(until=2e-4)
+    ahead = run.contact_force.sel(contact=2)
+    assert float(ahead.max()) > 1.0
+    assert run.section_force.sel(bead=1).values == pytest.approx(0.5 * ahead.values, abs=0.05 * float(ahead.max()))
+
+
 def test_vibration_left_behind_is_small() -> None:
     """Rayleigh (Phil. Mag. 11 (1906) 283): of spheres that collide slowly hardly any energy stays in vibrations."""
     chain = hl.DeformableChain([BEAD], BEAD, 0.5, modes=10)
