@@ -22,6 +22,9 @@ from structures.surface import hertz_stiffness, relative_curvatures
 CELLS = 4
 """Over the radius of a contact that holds all of the impact energy; three then lie over that of the wave's contacts."""
 
+FEWEST = 3
+"""Over that radius, below which a run warns: with 1.7 of them the thesis's wave has 7 % too little force."""
+
 MARGIN = 1.2
 """How far the mesh lets bodies touch, over that radius; it widens where they touch beyond."""
 
@@ -57,6 +60,7 @@ class _Frames(NamedTuple):
     step: float
     spacing: float
     reach: float
+    seconds: float
 
 
 def explicit_chain(
@@ -90,6 +94,8 @@ def explicit_chain(
     instance("rigid_wall", rigid_wall, bool, "True or False")
     radius = _widest_contact(bead, chain.impact_energy, rigid_wall)
     size = radius / CELLS if spacing is None else float(spacing)
+    if size * FEWEST > radius:
+        log.warning("spacing = %.3g m: leaves contacts fewer than %d cells; take %.3g m", size, FEWEST, radius / CELLS)
     interval = save_every or MovingChain(chain, None).contact_time / SAVED_PER_CONTACT
     rows = int(until / interval * (1.0 + 1e-9)) + 1
     if rows * (len(chain.beads) + 1) > MOST_SAVED:
@@ -97,20 +103,21 @@ def explicit_chain(
         raise ValueError(f"{name}: {rows} saved times are too many; take a longer save_every")
     reach = max(MARGIN * radius, size)
     for _ in range(TRIES):
-        began = perf_counter()
         frames = _run(chain, size, ceil(reach / size * (1.0 - 1e-9)) * size, interval, rows, rigid_wall)
         if frames is not None:
             given = {"chain": chain.describe(), "until": until, "save_every": interval, "rigid_wall": rigid_wall}
-            return _dataset(chain, frames, given, perf_counter() - began)
+            return _dataset(chain, frames, given)
         reach *= WIDENING
         log.info("bodies touch beyond the mesh's reach, which widens to %.3g m", reach)
-    raise ValueError(f"impact_speed = {chain.impact_speed!r}: contacts are wider than {reach:.3g} m; take a lower speed")
+    raise ValueError(
+        f"impact_speed = {chain.impact_speed!r}: contacts are wider than {reach:.3g} m; take a lower speed"
+    )
 
 
 def _run(chain: Chain, size: float, reach: float, interval: float, rows: int, wall: bool) -> _Frames | None:
     """The run on a mesh; None where bodies touch beyond its reach."""
     body = chain.beads[0]
-    if reach > WIDEST * body_of(body, reach, "beads").radius:
+    if reach > WIDEST * body.radius:
         raise ValueError(f"impact_speed = {chain.impact_speed!r}: contacts reach {reach:.3g} m, too wide for {body!r}")
     bead, bodies = explicit_bead(body, reach, size), len(chain.beads) + 1
     stride = ceil(interval / (SAFETY * bead.stable_step))
@@ -121,12 +128,14 @@ def _run(chain: Chain, size: float, reach: float, interval: float, rows: int, wa
     velocity[:, 1, 0] = chain.speed
     saved = kernels.Saved(*(np.zeros((rows, bodies)) for _ in range(5)), *(np.zeros(rows) for _ in range(3)))
     model = kernels.Model(*(getattr(bead, name) for name in kernels.Model._fields))
+    began = perf_counter()
     status = kernels.run(model, displacement, velocity, step, stride, bodies, wall, saved)
+    seconds = perf_counter() - began
     if status == kernels.TOO_WIDE:
         return None
     if status == kernels.NON_FINITE:
         raise FloatingPointError("explicit_chain: the state of the beads is no longer finite")
-    return _Frames(interval * np.arange(rows), saved, bead, step, size, reach)
+    return _Frames(interval * np.arange(rows), saved, bead, step, size, reach, seconds)
 
 
 def _checked(chain: Chain) -> Chain:
@@ -156,7 +165,7 @@ def _widest_contact(bead: Bead, energy: float, wall: bool) -> float:
     return widest * (8.0 ** (1.0 / 15.0) if wall else 1.0)
 
 
-def _dataset(chain: Chain, frames: _Frames, given: dict[str, Any], seconds: float) -> xr.Dataset:
+def _dataset(chain: Chain, frames: _Frames, given: dict[str, Any]) -> xr.Dataset:
     """The result of a run, with the variables that CoSimulation's has where they mean something here."""
     saved, bodies = frames.saved, len(chain.beads) + 1
     nothing = np.zeros(frames.times.size)
@@ -186,6 +195,6 @@ def _dataset(chain: Chain, frames: _Frames, given: dict[str, Any], seconds: floa
     free = 2 * frames.bead.mass.size - int(frames.bead.held.sum())
     told = {
         "degrees_of_freedom": bodies * free, "cells": bodies * frames.bead.cells, "step": frames.step,
-        "spacing": frames.spacing, "reach": frames.reach, "seconds": seconds,
+        "spacing": frames.spacing, "reach": frames.reach, "seconds": frames.seconds,
     }  # fmt: skip
     return xr.Dataset(variables, coordinates, {**provenance({**given, "spacing": frames.spacing}), **told})

@@ -18,6 +18,8 @@ from skfem import Basis, ElementQuad2, ElementVector, MeshQuad, MeshQuad2
 
 from particles.bead import Bead
 from particles.contact_mesh import GROWTH, MOST_CELLS, MOST_TOUCHING, Spheroid, Whole, body_of, half_plane
+from particles.explicit_kernels import TOGETHER
+from structures.checks import instance
 from structures.elasticity import part_stiffnesses
 from structures.structure import Vector
 
@@ -68,8 +70,7 @@ def explicit_bead(bead: Bead, reach: float, spacing: float) -> ExplicitBead:
     Masses are lumped by Hinton, Rock and Zienkiewicz's rule and scaled to the bead's own mass. Raises ValueError for
     bodies that are none of revolution about the chain's axis, and for meshes too fine.
     """
-    body = body_of(bead, reach, "beads")
-    assert isinstance(body, Spheroid)
+    body = instance("beads", body_of(bead, reach, "beads"), Spheroid, "bodies of revolution")
     half = half_bead(body, reach, spacing)
     basis = Basis(half.mesh, ElementVector(ElementQuad2()), intorder=INTEGRATION_ORDER)
     across, axial = (np.concatenate([basis.nodal_dofs[i], basis.facet_dofs[i], basis.interior_dofs[i]]) for i in (0, 1))
@@ -94,9 +95,7 @@ def explicit_bead(bead: Bead, reach: float, spacing: float) -> ExplicitBead:
     rows.sort_indices()
     surface = half.mesh.doflocs[0][half.surface]
     return ExplicitBead(
-        rows.indptr.astype(np.int32),
-        rows.indices.astype(np.int32),
-        np.ascontiguousarray(rows.data),
+        *_in_threes(rows),
         mass[place],
         held[place],
         rank[left[half.surface]],
@@ -106,6 +105,20 @@ def explicit_bead(bead: Bead, reach: float, spacing: float) -> ExplicitBead:
         2 * half.mesh.nelements,
         stable_step(blocks, mass, held),
     )
+
+
+def _in_threes(rows: Any) -> tuple[NDArray[np.int32], NDArray[np.int32], Vector]:
+    """Row starts, columns and blocks, with blocks of zeros that make each row's number a multiple of TOGETHER.
+
+    Quadratic cells have rows of 9, 15 and 25 blocks.
+    """
+    counts = np.diff(rows.indptr)
+    rounded = -(-counts // TOGETHER) * TOGETHER
+    starts = np.concatenate([[0], np.cumsum(rounded)])
+    columns, blocks = np.repeat(np.arange(counts.size), rounded), np.zeros((starts[-1], 2, 2))
+    place = np.arange(rows.indices.size) + np.repeat(starts[:-1] - rows.indptr[:-1], counts)
+    columns[place], blocks[place] = rows.indices, rows.data
+    return starts.astype(np.int32), columns.astype(np.int32), blocks
 
 
 def half_bead(body: Spheroid, reach: float, spacing: float) -> HalfBead:
@@ -127,7 +140,8 @@ def half_bead(body: Spheroid, reach: float, spacing: float) -> HalfBead:
     beside = MeshQuad(np.stack([beside.p[0], beside.p[0] * beside.p[1]]), beside.t)
     above = MeshQuad(np.stack([above.p[0] * above.p[1], above.p[1]]), above.t)
     flat = MeshQuad2.from_mesh(MeshQuad.init_tensor(down, up) + beside + above)
-    inwards, outwards = np.where(abs(flat.doflocs - np.round(flat.doflocs)) < JOINED, np.round(flat.doflocs), flat.doflocs)
+    whole = np.round(flat.doflocs)
+    inwards, outwards = np.where(abs(flat.doflocs - whole) < JOINED, whole, flat.doflocs)
     place = _in_half_ball(inwards, outwards, reach / body.radius, rings)
     middle = np.maximum(inwards, outwards) == 1.0 + rings
     place[1, middle] = 0.0
@@ -166,7 +180,7 @@ def lumped_weights(mesh: Any) -> Vector:
 
 
 def _with_mirror_image(half: Any, middle: NDArray[np.bool_]) -> tuple[sparse.csr_array, Whole, Whole]:
-    """Stiffness of a half and its mirror image, and the numbers of the nodes of both; those of the mid-plane are one."""
+    """Stiffness of a half and its mirror image, and the numbers of the nodes of both, which share the mid-plane's."""
     right = np.arange(middle.size)
     left = np.where(middle, right, middle.size - 1 + np.cumsum(~middle))
     size = 2 * (middle.size + np.count_nonzero(~middle))
