@@ -42,6 +42,9 @@ SAVED_PER_CONTACT = 256
 MOST_SAVED = 1e8
 """Saved times × bodies."""
 
+LATE = 1e-9
+"""Times that differ by this part are one."""
+
 OWN = {
     "section_force": ("N", "force through the bead's central section, positive in compression"),
     "vibration_energy": ("J", "kinetic and strain energy of the bead beyond its rigid motion"),
@@ -82,25 +85,18 @@ def explicit_chain(
     The Dataset has CoSimulation's variables; displacement and velocity are those of centres of mass, contact_energy is
     the strain energy. Forces are means over the saved interval about each saved time. Own variables, time × bead:
     section_force, N, and vibration_energy, J. Attributes: degrees_of_freedom, cells (of all bodies), step, spacing and
-    reach of the contact's mesh (s, m), seconds (of the run, without the set-up).
-    Raises ValueError for what it cannot do, and where contacts are wider than 0.4 of a radius; FloatingPointError.
+    reach of the contact's mesh (s, m), seconds (of the steps, without the set-up).
+    Raises ValueError for unlike beads, gravity, preload, losses, laws and other strikers or integrators, and where
+    contacts are wider than 0.4 of a radius; FloatingPointError.
     """
     chain, until = _checked(chain), positive("until", until, "s")
     bead = chain.beads[0]
-    if save_every is not None and positive("save_every", save_every, "s") > until:
-        raise ValueError(f"save_every = {save_every!r}: must not be longer than the run, until = {until!r} s")
-    if spacing is not None:
-        positive("spacing", spacing, "m")
     instance("rigid_wall", rigid_wall, bool, "True or False")
     radius = _widest_contact(bead, chain.impact_energy, rigid_wall)
-    size = radius / CELLS if spacing is None else float(spacing)
+    size = radius / CELLS if spacing is None else positive("spacing", spacing, "m")
     if size * FEWEST > radius:
         log.warning("spacing = %.3g m: leaves contacts fewer than %d cells; take %.3g m", size, FEWEST, radius / CELLS)
-    interval = save_every or MovingChain(chain, None).contact_time / SAVED_PER_CONTACT
-    rows = int(until / interval * (1.0 + 1e-9)) + 1
-    if rows * (len(chain.beads) + 1) > MOST_SAVED:
-        name = "until" if save_every is None else "save_every"
-        raise ValueError(f"{name}: {rows} saved times are too many; take a longer save_every")
+    interval, rows = _saved_times(chain, until, save_every)
     reach = max(MARGIN * radius, size)
     for _ in range(TRIES):
         frames = _run(chain, size, ceil(reach / size * (1.0 - 1e-9)) * size, interval, rows, rigid_wall)
@@ -112,6 +108,20 @@ def explicit_chain(
     raise ValueError(
         f"impact_speed = {chain.impact_speed!r}: contacts are wider than {reach:.3g} m; take a lower speed"
     )
+
+
+def _saved_times(chain: Chain, until: float, save_every: float | None) -> tuple[float, int]:
+    """The time between them, s, and their number."""
+    if save_every is None:
+        interval, name = MovingChain(chain, None).contact_time / SAVED_PER_CONTACT, f"until = {until!r}"
+    else:
+        interval, name = positive("save_every", save_every, "s"), f"save_every = {save_every!r}"
+    if save_every is not None and interval > until:
+        raise ValueError(f"save_every = {save_every!r}: must not be longer than the run, until = {until!r} s")
+    rows = int(until / interval * (1.0 + LATE)) + 1
+    if rows * (len(chain.beads) + 1) > MOST_SAVED:
+        raise ValueError(f"{name}: {rows} saved times of {len(chain.beads) + 1} bodies are too many")
+    return interval, rows
 
 
 def _run(chain: Chain, size: float, reach: float, interval: float, rows: int, wall: bool) -> _Frames | None:

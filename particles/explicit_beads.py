@@ -21,6 +21,7 @@ from particles.contact_mesh import GROWTH, MOST_CELLS, MOST_TOUCHING, Spheroid, 
 from particles.explicit_kernels import TOGETHER
 from structures.checks import instance
 from structures.elasticity import part_stiffnesses
+from structures.material import Material
 from structures.structure import Vector
 
 INTEGRATION_ORDER = 5
@@ -29,7 +30,7 @@ EIGENVALUE = 1e-6
 """Relative accuracy of the largest eigenvalue."""
 
 JOINED = 1e-8
-"""Steps of the rings' plane below which corners of two blocks are one."""
+"""Difference, in the rings' plane, below which a node is on a ring or on a side of the patch."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,39 +73,40 @@ def explicit_bead(bead: Bead, reach: float, spacing: float) -> ExplicitBead:
     """
     body = instance("beads", body_of(bead, reach, "beads"), Spheroid, "bodies of revolution")
     half = half_bead(body, reach, spacing)
-    basis = Basis(half.mesh, ElementVector(ElementQuad2()), intorder=INTEGRATION_ORDER)
-    across, axial = (np.concatenate([basis.nodal_dofs[i], basis.facet_dofs[i], basis.interior_dofs[i]]) for i in (0, 1))
-    order = np.column_stack([across, axial]).ravel()
-    one = part_stiffnesses(basis, [body.material], np.zeros(half.mesh.nelements, dtype=np.int64))[0][order][:, order]
-    stiffness, right, left = _with_mirror_image(one, half.middle)
-    weight = lumped_weights(half.mesh)
-    mass = np.zeros(stiffness.shape[0] // 2)
+    stiffness, right, left = _with_mirror_image(_stiffness(half.mesh, body.material), half.middle)
+    weight, count = lumped_weights(half.mesh), stiffness.shape[0] // 2
+    mass, radius, near = np.zeros(count), np.empty(count), np.zeros(count)
     np.add.at(mass, right, weight)
     np.add.at(mass, left, weight)
     mass *= bead.mass / mass.sum()
-    radius, near = np.empty(mass.size), np.zeros(mass.size)
     radius[right] = radius[left] = half.mesh.doflocs[0]
     near[left] = np.where(half.middle, 0.5, 1.0)
     held = radius == 0.0
-    blocks = sparse.csr_array(stiffness)
-    nodes = sparse.csr_array(abs(blocks[::2, ::2]) + abs(blocks[1::2, 1::2]))
+    # Nodes that lie together shall be together in memory.
+    nodes = sparse.csr_array(abs(stiffness[::2, ::2]) + abs(stiffness[1::2, 1::2]))
     place = np.asarray(reverse_cuthill_mckee(nodes, symmetric_mode=True))
     rank = np.argsort(place)
     dofs = np.column_stack([2 * place, 2 * place + 1]).ravel()
-    rows = sparse.bsr_array(blocks[dofs][:, dofs], blocksize=(2, 2))
-    rows.sort_indices()
-    surface = half.mesh.doflocs[0][half.surface]
     return ExplicitBead(
-        *_in_threes(rows),
+        *_in_threes(sparse.bsr_array(stiffness[dofs][:, dofs], blocksize=(2, 2))),
         mass[place],
         held[place],
         rank[left[half.surface]],
         rank[right[half.surface]],
-        body.drop(surface),
+        body.drop(half.mesh.doflocs[0][half.surface]),
         near[place],
         2 * half.mesh.nelements,
-        stable_step(blocks, mass, held),
+        stable_step(stiffness, mass, held),
     )
+
+
+def _stiffness(mesh: Any, material: Material) -> sparse.csr_array:
+    """Of a half, 2n × 2n, N/m: the motions of a node across and along the axis one after the other."""
+    basis = Basis(mesh, ElementVector(ElementQuad2()), intorder=INTEGRATION_ORDER)
+    across, along = (np.concatenate([basis.nodal_dofs[i], basis.facet_dofs[i], basis.interior_dofs[i]]) for i in (0, 1))
+    order = np.column_stack([across, along]).ravel()
+    owner = np.zeros(mesh.nelements, dtype=np.int64)
+    return sparse.csr_array(part_stiffnesses(basis, [material], owner)[0][order][:, order])
 
 
 def _in_threes(rows: Any) -> tuple[NDArray[np.int32], NDArray[np.int32], Vector]:
@@ -129,25 +131,35 @@ def half_bead(body: Spheroid, reach: float, spacing: float) -> HalfBead:
     wide = ceil(reach / spacing * (1.0 - 1e-9))
     deep = max(1, round(wide * body.half / body.radius))
     if max(wide, deep) > MOST_TOUCHING:
-        raise ValueError(f"spacing = {spacing:.3g}: too small for bodies that may touch up to {reach:.3g} m")
+        raise ValueError(
+            f"spacing = {spacing:.3g}: too small for bodies that may touch up to {reach:.3g} m from the pole; "
+            f"must be {reach / MOST_TOUCHING:.3g} m or more"
+        )
     # Cells grow by the angle that they take, seen from the pole: then they are about square.
     growth = max(GROWTH, 0.5 * pi / (wide + deep))
     rings = ceil(log(2.0 * body.radius / reach) / growth)
     if (wide * deep + rings * (wide + deep)) > MOST_CELLS:
-        raise ValueError(f"spacing = {spacing:.3g}: needs more than {MOST_CELLS} cells")
-    down, up, out = np.linspace(0.0, 1.0, deep + 1), np.linspace(0.0, 1.0, wide + 1), np.arange(1.0, rings + 2.0)
-    beside, above = MeshQuad.init_tensor(out, up), MeshQuad.init_tensor(down, out)
-    beside = MeshQuad(np.stack([beside.p[0], beside.p[0] * beside.p[1]]), beside.t)
-    above = MeshQuad(np.stack([above.p[0] * above.p[1], above.p[1]]), above.t)
-    flat = MeshQuad2.from_mesh(MeshQuad.init_tensor(down, up) + beside + above)
-    whole = np.round(flat.doflocs)
-    inwards, outwards = np.where(abs(flat.doflocs - whole) < JOINED, whole, flat.doflocs)
+        raise ValueError(f"spacing = {spacing:.3g}: needs more cells than the {MOST_CELLS} that fit")
+    flat = _rings_plane(deep, wide, rings)
+    inwards, outwards = flat.doflocs
     place = _in_half_ball(inwards, outwards, reach / body.radius, rings)
     middle = np.maximum(inwards, outwards) == 1.0 + rings
     place[1, middle] = 0.0
     mesh = MeshQuad2(np.array([[body.radius], [body.half]]) * place, flat.t)
     touching = np.flatnonzero((inwards == 0.0) & (outwards <= 1.0))
     return HalfBead(mesh, touching[np.argsort(outwards[touching])], middle)
+
+
+def _rings_plane(deep: int, wide: int, rings: int) -> Any:
+    """Cells in the plane that `_in_half_ball` maps: the unit square, and rings about it."""
+    down, up, out = np.linspace(0.0, 1.0, deep + 1), np.linspace(0.0, 1.0, wide + 1), np.arange(1.0, rings + 2.0)
+    beside, above = MeshQuad.init_tensor(out, up), MeshQuad.init_tensor(down, out)
+    beside = MeshQuad(np.stack([beside.p[0], beside.p[0] * beside.p[1]]), beside.t)
+    above = MeshQuad(np.stack([above.p[0] * above.p[1], above.p[1]]), above.t)
+    flat = MeshQuad2.from_mesh(MeshQuad.init_tensor(down, up) + beside + above)
+    # scikit-fem rounds the corners of meshes that it joins.
+    whole = np.round(flat.doflocs)
+    return MeshQuad2(np.where(abs(flat.doflocs - whole) < JOINED, whole, flat.doflocs), flat.t)
 
 
 def _in_half_ball(inwards: Vector, outwards: Vector, reach: float, rings: int) -> Vector:
