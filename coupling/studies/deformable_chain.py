@@ -5,7 +5,7 @@ slow. A rigid wall ends the thesis's chain; waves are read before its echo comes
 """
 
 from collections.abc import Callable, Sequence
-from time import perf_counter
+from time import process_time
 from typing import TYPE_CHECKING
 
 import joblib
@@ -28,7 +28,6 @@ from structures.structure import Vector, half_space
 from structures.surface import hertz_stiffness
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 BEAD, BEADS = Sphere(2.38e-3, STEEL_316), 20
@@ -66,15 +65,15 @@ SPACINGS = (80e-6, 40e-6, 20e-6, 10e-6)
 """m, of the explicit elements where beads touch, over a radius of 49 µm at the wave's peak."""
 
 MODELS = ("point masses", "modes", "explicit, coarsest", "explicit, finest")
-THESIS_MESHES = {"coarsest": (12_070, 7 * 60 + 2), "finest": (431_195, 19 * 3600 + 11 * 60 + 2)}
-"""Tetrahedra in all beads, and the seconds that they took (section 3.4)."""
+THESIS_MESHES = {"coarsest": (12_070, "7 min 2 s"), "finest": (431_195, "19 h 11 min 2 s")}
+"""Tetrahedra in all beads, and what they took (section 3.4; figures 3.7 and 3.8)."""
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
-    """Forces at both speeds, speed over force, and convergence over meshes and modes, each with its time on the clock.
+    """Forces at both speeds, speed over force, and convergence over meshes and modes, each with its time.
 
-    quick: the coarsest explicit mesh alone, and fewer of all else. jobs: processes of the explicit runs, by default one
-    for each core; each runs on one, and its time is that with the others beside it.
+    Times are the processor's, as other users of the machine change them little. quick: the coarsest explicit mesh
+    alone, and fewer of all else. jobs: processes of the explicit runs, by default one for each core.
     """
     every = 4 if quick else 1
     # Compiled here, so that no time below holds it.
@@ -138,14 +137,14 @@ def chain(model: str, impact_speed: float, modes: int = MODES, law: ContactLaw |
 
 
 def timed(one: Callable[[], xr.Dataset]) -> xr.Dataset:
-    """Of a run: contact forces, vibration, what is measured, and its seconds on the clock with all that it needs."""
-    begin = perf_counter()
+    """Of a run: contact forces, vibration, what is measured, and the seconds of the processor for all that it needs."""
+    begin = process_time()
     run = one()
-    seconds = perf_counter() - begin
+    seconds = process_time() - begin
     vibration = run.vibration_energy if "vibration_energy" in run else xr.zeros_like(run.displacement)
     share = (vibration / run.impact_energy).assign_attrs(units="1", long_name="vibration of a bead over the impact")
     data = measure(run).assign(contact_force=run.contact_force, vibration_share=share)
-    data["seconds"] = ((), seconds, {"units": "s", "long_name": "time on the clock"})
+    data["seconds"] = ((), seconds, {"units": "s", "long_name": "time of the processor"})
     data["cells"] = ((), run.attrs.get("cells", 0), {"units": "1", "long_name": "explicit elements in all beads"})
     return data.drop_vars(["impact_energy", "static_force", "centre"], errors="ignore")
 
@@ -250,21 +249,26 @@ def _converged(data: xr.Dataset) -> list[Row]:
     """The waves of section 3.4 on the finest meshes."""
     force, speed = (dict(zip(MODELS, data[name].values.tolist(), strict=True)) for name in ("peak_force", "wave_speed"))
     theory_speed = float(by_force(np.array(force["point masses"])))
-    stiffer = (
-        "beads are stiffer than two half-spaces, and hardly vibrate; in the thesis they are softer. Its contact is "
-        "Abaqus's, of which nothing is told: a penalty adds a spring, which slows the wave"
+    rigid, first = (float(data[f"modes_{name}"].sel(modes=1)) for name in ("peak_force", "wave_speed"))
+    cells = f"explicit, {float(data.spacing[-1]) * 1e6:.3g} µm cells"
+    softer = (
+        "the thesis's beads are softer than point masses, ours stiffer. Of its contact nothing is told; a penalty, "
+        "which Abaqus takes by default, adds a spring and slows the wave"
     )
-    both = "another method, same physics: no penalty, nodes close exactly"
     return [
         Row("peak force, discrete particles", 20.5, force["point masses"], "N"),
-        Row("peak force, finite elements", 20.53, force["modes"], "N", "modes; " + stiffer),
-        Row("peak force, finite elements", 20.53, force["explicit, finest"], "N", "explicit; " + both),
+        Row("peak force, finite elements", 20.53, force["modes"], "N",
+            f"modes; {rigid:.2f} with the same contact law and beads that do not vibrate: a ball is stiffer than two "
+            "half-spaces; the rest comes with its lowest vibration"),
+        Row("peak force, finite elements", 20.53, force["explicit, finest"], "N",
+            cells + ": no modes, no law, no penalty; nodes close exactly"),
         Row("wave speed, discrete particles", 560.0, speed["point masses"], "m/s",
             f"equation 1.10 gives {theory_speed:.1f} at this force: the thesis's 560 is theory's"),
-        Row("wave speed, finite elements", 552.8, speed["modes"], "m/s", "modes; " + stiffer),
+        Row("wave speed, finite elements", 552.8, speed["modes"], "m/s",
+            f"modes; {first:.1f} with the same law and beads that do not vibrate; " + softer),
         Row("wave speed, finite elements", 552.8, speed["explicit, finest"], "m/s",
-            "explicit; read from the centroids of forces, as for all models, since nodes that close one by one make "
-            "forces tremble and peaks leap"),
+            cells + "; speeds are read from the centroids of forces, in all models alike: nodes that close one by one "
+            "make forces tremble and peaks leap"),
     ]  # fmt: skip
 
 
@@ -274,29 +278,37 @@ def _meshes(data: xr.Dataset) -> list[Row]:
     for place, (name, (elements, seconds)) in zip((0, -1), THESIS_MESHES.items(), strict=True):
         mesh = data.isel(spacing=place)
         rows += [
-            Row(f"elements, {name} mesh", float(elements), float(mesh.explicit_cells), "",
+            Row(f"elements, {name} mesh", _spaced(elements), _spaced(int(mesh.explicit_cells)), "",
                 f"ours quadratic in the half-plane, {float(mesh.spacing) * 1e6:.3g} µm where beads touch; "
                 "the thesis's tetrahedra"),
-            Row(f"time of the {name} mesh", seconds / 60.0, float(mesh.explicit_seconds) / 60.0, "min",
-                f"on the clock, up to {UNTIL * 1e6:.0f} µs, on one core; the thesis tells neither machine nor length"),
+            Row(f"time, {name} mesh", seconds, _clock(float(mesh.explicit_seconds)), "",
+                f"on one core, up to {UNTIL * 1e6:.0f} µs; the thesis tells neither machine nor length"),
         ]  # fmt: skip
     coarse, law = data.isel(spacing=0), data.isel(law_spacing=-1)
     last = data.explicit_peak_force.values[-2:]
-    settled = f"the last halving of the cells changes it by {100.0 * (last[-1] / last[0] - 1.0):+.1f} %"
     return [
         *rows,
-        Row("time with modes", THESIS_MESHES["finest"][1] / 60.0, float(law.law_seconds) / 60.0, "min",
-            "contact law, modes and run, on the clock, beside the thesis's finest mesh"),
+        Row("time with modes", THESIS_MESHES["finest"][1], _clock(float(law.law_seconds)), "",
+            "contact law, modes and run, beside the thesis's finest mesh"),
         Row("peak force, coarsest mesh", "deviates", float(coarse.explicit_peak_force), "N",
-            f"whose cells are wider than the contact, 49 µm in radius; {settled}"),
-        Row("wave speed, coarsest mesh", "deviates", float(coarse.explicit_wave_speed), "m/s",
-            "one node, the pole, touches: a contact too stiff or too soft, as its cells happen to fall"),
+            "cells wider than the contact, 49 µm in radius: a few nodes touch, too stiff or too soft as they lie; "
+            f"the last halving of the cells changes the force by {100.0 * (last[-1] / last[0] - 1.0):+.1f} %"),
+        Row("wave speed, coarsest mesh", "deviates", float(coarse.explicit_wave_speed), "m/s", "as the force"),
     ]  # fmt: skip
+
+
+def _spaced(number: int) -> str:
+    return f"{number:,}".replace(",", " ")
+
+
+def _clock(seconds: float) -> str:
+    """As minutes or seconds."""
+    return f"{seconds / 60.0:.1f} min" if seconds >= 60.0 else f"{seconds:.2g} s"
 
 
 def _inside(data: xr.Dataset) -> list[Row]:
     """What point masses do not tell: the section of figure 3.3, and the energy of vibrations."""
-    mean, section, expected = (curve.values for curve in _at_first_sensor(data)[:3])
+    mean, section, expected, centre = (curve.values for curve in at_first_sensor(data))
     apart = 100.0 * float(np.abs(section - mean).max() / mean.max())
     share = data.vibration_share.sum("bead")
     passing = share.sel(time=slice(0.4 * UNTIL, 0.8 * UNTIL))
@@ -305,16 +317,16 @@ def _inside(data: xr.Dataset) -> list[Row]:
         Row("force at the central section over contacts' mean", "agree", float(section.max() / mean.max()), "",
             f"peaks at bead 10; at any time they differ by {apart:.2f} % of it or less"),
         Row("theory over contacts' mean", "agree", float(expected.max() / mean.max()), "",
-            "equation 1.8 with the simulated speed, likewise averaged over the bead's two contacts; at the bead's "
-            f"centre it is {float(_at_first_sensor(data)[3].max() / mean.max()):.2f} of the mean"),
+            "equation 1.8, averaged over the bead's contacts too. It has the simulated speed, which is above equation "
+            f"1.10's, and forces go with its sixth power; at the bead's centre {centre.max() / mean.max():.2f}"),
         Row("energy in vibrations while the wave passes", "not told", 100.0 * float(passing.mean()), "%",
             "of the striker's; nearly all of it is the beads' compression, which the wave takes with it"),
         Row("energy that beads 1 to 8 keep", "not told", 100.0 * behind, "%", "after the wave has passed"),
     ]  # fmt: skip
 
 
-def _at_first_sensor(data: xr.Dataset) -> tuple[xr.DataArray, ...]:
-    """At bead 10: mean of its contacts, force at its section; theory, averaged over contacts, and at the centre."""
+def at_first_sensor(data: xr.Dataset) -> tuple[xr.DataArray, ...]:
+    """At bead 10: mean of its contacts, force at its section; theory, averaged over contacts, and at the centre, N."""
     near = data.sel(sensor=SENSORS[0], shape_time=slice(None, 0.8 * UNTIL))
     mean, section = near.sensor_force.sel(beads="modes"), near.section_force
     time, speed = near.shape_time.values, float(near.shape_wave_speed.sel(beads="modes"))
@@ -326,128 +338,13 @@ def _at_first_sensor(data: xr.Dataset) -> tuple[xr.DataArray, ...]:
 
 def figures(data: xr.Dataset) -> dict[str, "Figure"]:
     """Figures 3.3 (section), 3.4 (sensors), 3.5 (speed_force), 3.7 (contacts), 3.8 (meshes), and over modes."""
+    from coupling.studies import deformable_figures as drawn
+
     return {
-        "section": _section(data),
-        "sensors": _sensors(data),
-        "speed_force": _speed_force(data),
-        "contacts": _contacts(data),
-        "meshes": _mesh_convergence(data),
-        "modes": _mode_convergence(data),
+        "section": drawn.section(at_first_sensor(data)),
+        "sensors": drawn.sensors(data),
+        "speed_force": drawn.speed_force(data, by_force),
+        "contacts": drawn.contacts(data, CONTACTS[1]),
+        "meshes": drawn.meshes(data),
+        "modes": drawn.modes(data),
     }
-
-
-def _section(data: xr.Dataset) -> "Figure":
-    from coupling import plots
-
-    figure, (axis,) = plots.panels(1, width=4.6, height=3.6)
-    mean, section, averaged, centre = _at_first_sensor(data)
-    time = mean.shape_time.values * 1e6
-    axis.plot(time, section, color=plots.COLOURS[1], linewidth=1.2, label="central section")
-    axis.plot(time, mean, "--", color=plots.COLOURS[0], linewidth=1.2, label="mean of the contacts")
-    axis.plot(time, averaged, color="black", marker="*", markevery=8, markersize=5.0, linewidth=0.8,
-              label="equation 1.8, mean of the contacts")  # fmt: skip
-    axis.plot(time, centre, ":", color="grey", linewidth=1.0, label="equation 1.8, at the centre")
-    middle = float(time[int(mean.values.argmax())])
-    axis.set(xlabel="time (µs)", ylabel="force at bead 10 (N)", xlim=(middle - 45.0, middle + 45.0))
-    axis.set_ylim(top=1.45 * float(centre.max()))
-    axis.legend(frameon=False, fontsize="small", loc="upper left", ncols=1)
-    return figure
-
-
-def _sensors(data: xr.Dataset) -> "Figure":
-    from coupling import plots
-
-    figure, axes = plots.panels(2, width=3.4)
-    for axis, model, title in zip(axes, MODELS[:2], ("point masses", "deformable beads"), strict=True):
-        for i, sensor in enumerate(SENSORS):
-            force = data.sensor_force.sel(beads=model, sensor=sensor)
-            axis.plot(data.shape_time * 1e6, force, ("-", "--")[i], color=plots.COLOURS[i], linewidth=1.2,
-                      label=f"bead {sensor}")  # fmt: skip
-        axis.set(title=title, xlabel="time (µs)")
-    axes[0].set_ylabel("mean of the contacts (N)")
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=2, frameon=False)
-    return figure
-
-
-def _speed_force(data: xr.Dataset) -> "Figure":
-    from coupling import plots
-
-    figure, axes = plots.panels(2, width=3.6, sharey=False)
-    fine = np.geomspace(float(data.speed_peak_force.min()), float(data.speed_peak_force.max()), 200)
-    plots.theory_line(axes[0], fine, by_force(fine), "equation 1.10")
-    plots.theory_line(axes[1], fine, np.ones(fine.size), "equation 1.10")
-    for i, model in enumerate(MODELS[:2]):
-        curve = data.sel(beads=model)
-        label = ("point masses", "deformable beads")[i]
-        plots.points(axes[0], curve.speed_peak_force.values, curve.speed_wave_speed.values, i, label)
-        ratio = (curve.speed_wave_speed / curve.speed_theory).values
-        plots.points(axes[1], curve.speed_peak_force.values, ratio, i, label)
-    for axis, label in zip(axes, ("wave speed (m/s)", "wave speed over equation 1.10"), strict=True):
-        axis.set(xlabel="peak contact force (N)", ylabel=label)
-        axis.set_xlim(left=0.0)
-    axes[0].set_ylim(bottom=0.0)
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=3, frameon=False)
-    return figure
-
-
-def _contacts(data: xr.Dataset) -> "Figure":
-    from coupling import plots
-
-    figure, axes = plots.panels(3, width=2.9)
-    shown = ("point masses", "explicit, coarsest", "explicit, finest")
-    titles = ("point masses", *(f"{data.spacing.values[i] * 1e6:.3g} µm cells" for i in (0, -1)))
-    for axis, model, title in zip(axes, shown, titles, strict=True):
-        for contact in data.contact.values:
-            force = data.contact_force.sel(model=model, contact=contact)
-            colour = plots.COLOURS[1] if contact == CONTACTS[1] else plots.COLOURS[0]
-            axis.plot(data.time * 1e6, force, color=colour, linewidth=1.2 if contact == CONTACTS[1] else 0.6)
-        axis.set(title=title, xlabel="time (µs)", xlim=(0.0, UNTIL * 1e6))
-    axes[0].set_ylabel("contact force (N)")
-    return figure
-
-
-def _mesh_convergence(data: xr.Dataset) -> "Figure":
-    from coupling import plots
-
-    figure, axes = plots.panels(2, width=3.8, height=3.6, sharey=False)
-    for axis, what, label in zip(axes, ("peak_force", "wave_speed"), LABELS, strict=True):
-        axis.axhline(float(data[what].sel(model="point masses")), color="black", linewidth=0.9, label="point masses")
-        for i, (kind, size) in enumerate((("explicit", "spacing"), ("law", "law_spacing"))):
-            x, y = data[size].values * 1e6, data[f"{kind}_{what}"].values
-            name = "explicit elements" if kind == "explicit" else "modes, cells of the contact's law"
-            axis.plot(x, y, plots.MARKERS[i], color=plots.COLOURS[i], linestyle="-", linewidth=1.0, markersize=4.0,
-                      label=name)  # fmt: skip
-            for place in range(x.size):
-                _timed_point(axis, x[place], y[place], float(data[f"{kind}_seconds"][place]), above=kind == "explicit")
-        plots.log_x(axis)
-        axis.invert_xaxis()
-        axis.margins(x=0.12, y=0.18)
-        axis.set(xlabel="cells where beads touch (µm)", ylabel=label)
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=3, frameon=False)
-    return figure
-
-
-LABELS = ("peak force at contact 16 (N)", "wave speed (m/s)")
-
-
-def _timed_point(axis: "Axes", x: float, y: float, seconds: float, above: bool) -> None:
-    """The seconds that a point took."""
-    axis.annotate(
-        f"{seconds:.2g} s", (x, y), (0, 6 if above else -12), textcoords="offset points", ha="center",
-        fontsize="x-small", color="dimgrey",
-    )  # fmt: skip
-
-
-def _mode_convergence(data: xr.Dataset) -> "Figure":
-    from coupling import plots
-
-    figure, axes = plots.panels(2, width=3.4, sharey=False)
-    for axis, what, label in zip(axes, ("peak_force", "wave_speed"), LABELS, strict=True):
-        axis.axhline(float(data[what].sel(model="point masses")), color="black", linewidth=0.9, label="point masses")
-        axis.axhline(float(data[what].sel(model="explicit, finest")), color="grey", linestyle="--", linewidth=0.9,
-                     label="explicit, finest mesh")  # fmt: skip
-        axis.plot(data.modes, data[f"modes_{what}"], "o-", color=plots.COLOURS[1], markersize=4.0, linewidth=1.0,
-                  label="deformable beads")  # fmt: skip
-        axis.set(xlabel="modes of a bead, with the rigid one", ylabel=label)
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=3, frameon=False)
-    return figure
