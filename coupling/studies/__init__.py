@@ -21,6 +21,7 @@ STUDIES = {
     "cylinders": "cylinders",
     "hollow-spheres": "hollow_spheres",
     "dissipation": "dissipation",
+    "contact-law": "contact_law",
 }
 
 
