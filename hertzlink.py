@@ -66,6 +66,7 @@ from particles.contact import PowerLaw, TabulatedLaw, contact_law  # noqa: E402
 from particles.contact_bem import PressuresNotConverged, contact_law_bem  # noqa: E402
 from particles.contact_fem import contact_law_fem  # noqa: E402
 from particles.contact_plane import contact_law_plane  # noqa: E402
+from particles.contact_solid import contact_law_solid  # noqa: E402
 from particles.deformable import DeformableChain  # noqa: E402
 from particles.dissipation import (  # noqa: E402
     KuwabaraKono,
@@ -170,17 +171,17 @@ __all__ = [
     "Section", "Sphere", "SpringLoaded", "Stiffener", "Structure", "Supports", "Surface", "THESIS_IMPACT",
     "TabulatedLaw", "Track", "Tsuji", "Wave", "Weakened", "amplitude_ratio", "angular_frequency", "animation",
     "as_signal", "axial_stiffness", "batch", "calibration_factor", "characteristic_length", "circle", "contact_events",
-    "contact_law", "contact_law_bem", "contact_law_fem", "contact_law_plane", "contact_time", "contact_time_half_space",
-    "contact_to_sensor_ratio", "critical_distance", "critical_distance_bounds", "critical_modulus", "cutoff_frequency",
-    "cylinder", "drop_speed", "energy_error", "explicit_chain", "fit_dissipation", "follow_waves", "half_space",
-    "hertz_stiffness", "homogeneous", "inelasticity_parameter", "infinite_plate", "kirchhoff_panel", "kirchhoff_plate",
-    "lamb_cutoff_frequency", "lamb_frequency", "lamb_group_speed", "lamb_phase_speed", "loss_factor", "loss_tangent",
-    "mindlin_panel", "mindlin_plate", "modal_damping", "normalised_time_of_flight", "peak_force_from_particle_speed",
-    "picture", "plate_amplitude_ratio", "plate_contact_time", "point_impedance", "primary_amplitude_ratio",
-    "primary_time_of_flight", "rayleigh", "rayleigh_speed", "read_signal", "reduce", "reflections", "rod", "rod_parts",
-    "run_in_precice", "secondary_delay", "sensor_force", "solid", "solitary_strain", "sound_speed",
-    "standard_linear_solid", "stiffness_parts", "structure_motion", "sweep", "tangent_stiffness", "time_of_flight",
-    "transit_time", "transit_time_from_striker", "upper_layer_restitution", "upper_layer_speed", "wave_speed",
-    "wave_speed_from_force", "wave_speed_from_particle_speed", "wave_width", "write_fmu", "write_vtu",
-    "zener_contact_time", "zener_restitution",
+    "contact_law", "contact_law_bem", "contact_law_fem", "contact_law_plane", "contact_law_solid", "contact_time",
+    "contact_time_half_space", "contact_to_sensor_ratio", "critical_distance", "critical_distance_bounds",
+    "critical_modulus", "cutoff_frequency", "cylinder", "drop_speed", "energy_error", "explicit_chain",
+    "fit_dissipation", "follow_waves", "half_space", "hertz_stiffness", "homogeneous", "inelasticity_parameter",
+    "infinite_plate", "kirchhoff_panel", "kirchhoff_plate", "lamb_cutoff_frequency", "lamb_frequency",
+    "lamb_group_speed", "lamb_phase_speed", "loss_factor", "loss_tangent", "mindlin_panel", "mindlin_plate",
+    "modal_damping", "normalised_time_of_flight", "peak_force_from_particle_speed", "picture", "plate_amplitude_ratio",
+    "plate_contact_time", "point_impedance", "primary_amplitude_ratio", "primary_time_of_flight", "rayleigh",
+    "rayleigh_speed", "read_signal", "reduce", "reflections", "rod", "rod_parts", "run_in_precice", "secondary_delay",
+    "sensor_force", "solid", "solitary_strain", "sound_speed", "standard_linear_solid", "stiffness_parts",
+    "structure_motion", "sweep", "tangent_stiffness", "time_of_flight", "transit_time", "transit_time_from_striker",
+    "upper_layer_restitution", "upper_layer_speed", "wave_speed", "wave_speed_from_force",
+    "wave_speed_from_particle_speed", "wave_width", "write_fmu", "write_vtu", "zener_contact_time", "zener_restitution",
 ]  # fmt: skip

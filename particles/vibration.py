@@ -52,7 +52,8 @@ class Vibration:
     compression: m/N, by what these modes, at rest, let each pole move inwards under unit forces on both poles,
     Σ 2 struck²/ω² of the symmetric ones.
     cross: m/N, by what a unit force along the chain at one pole moves the other along the chain, at rest relative to
-    the centre of mass, beyond these modes.
+    the centre of mass, beyond these modes. In shells it falls as one over their number; in solid beads, where waves
+    along the surface meet again at the other pole, it goes on to change sign, at some 2 % of `compression`.
     section: m, √kg: momentum along the chain of the half on the struck side per unit rate of the amplitude, 0 for the
     modes that are not symmetric. Under contacts that push with F and F′, both positive, the compressive force through
     the mid-plane is (F + F′)/2 − Σ section q″.
@@ -83,8 +84,8 @@ def _vibration(bead: Bead, modes: int, spacing: float | None) -> Vibration:
     body = body_of(bead, 1.0, "bead")
     section = _Section(body, _spacing(body, modes) if spacing is None else spacing, bead.mass)  # type: ignore[arg-type]
     opposite, together = section.half(opposite=True), section.half(opposite=False)
-    if modes > together.along.size // 2:
-        raise ValueError(f"modes = {modes}: must be {together.along.size // 2} or less with such elements")
+    if modes > together.weight.size // 2:
+        raise ValueError(f"modes = {modes}: must be {together.weight.size // 2} or less with such elements")
     shift = (shear_speed(body.material) / body.half) ** 2  # type: ignore[union-attr]
     found = [(*mode, -1.0) for mode in _lowest(opposite, modes, shift)]
     found += [(*mode, 1.0) for mode in _lowest(together, modes + 1, shift)[1:]]
@@ -111,12 +112,12 @@ def _spacing(body: Spheroid, modes: int) -> float:
 class _Half(NamedTuple):
     """What the supports leave free of half a bead: mass, kg, and stiffness, N/m, n × n.
 
-    along: n, 1 for motions along the chain, else 0; pole: which of them is the pole's.
+    weight: n, kg: momentum along the chain by unit rates; pole: which of the n is the pole's motion along the chain.
     """
 
     mass: sparse.csr_array
     stiffness: sparse.csr_array
-    along: Vector
+    weight: Vector
     pole: int
 
 
@@ -144,9 +145,10 @@ class _Section:
         moving = np.flatnonzero(np.isin(joined, kept))
         places = np.searchsorted(kept, joined[moving])
         spread = sparse.csr_array((np.ones(moving.size), (moving, places)), shape=(joined.size, kept.size))
-        along = np.isin(kept, self.along).astype(float)
+        # Taken before the mid-plane is held: its nodes carry momentum of cells that move.
+        weight = spread.T @ self.mass[:, self.along].sum(axis=1)
         pole = int(np.searchsorted(kept, self.along[self.pole]))
-        return _Half(spread.T @ self.mass @ spread, spread.T @ self.stiffness @ spread, along, pole)
+        return _Half(spread.T @ self.mass @ spread, spread.T @ self.stiffness @ spread, weight, pole)
 
 
 def _mesh(body: Spheroid, spacing: float) -> tuple[Any, Vector, Vector]:
@@ -172,17 +174,17 @@ def _lowest(half: _Half, count: int, shift: float) -> list[tuple[float, float, f
     if count == 0:
         return []
     inverse = LinearOperator(half.mass.shape, matvec=factorise(half.stiffness + shift * half.mass), dtype=float)
-    start = np.random.default_rng(0).normal(size=half.along.size)
+    start = np.random.default_rng(0).normal(size=half.weight.size)
     squares, shapes = eigsh(half.stiffness, count, half.mass, sigma=-shift, OPinv=inverse, v0=start)
     # The whole bead has twice the mass of the half that eigsh normalises.
     shapes *= np.where(shapes[half.pole] < 0.0, -1.0, 1.0) / sqrt(2.0)
-    momenta = half.along @ half.mass @ shapes
+    momenta = half.weight @ shapes
     return sorted(zip(squares.tolist(), shapes[half.pole].tolist(), momenta.tolist(), strict=True))
 
 
 def _squeeze(half: _Half) -> float:
     """Motion of each pole inwards by unit forces on both against each other, m/N; it grows as the mesh is refined."""
-    force = np.zeros(half.along.size)
+    force = np.zeros(half.weight.size)
     force[half.pole] = 1.0
     return float(factorise(half.stiffness)(force)[half.pole])
 
@@ -192,7 +194,6 @@ def _drift(half: _Half) -> float:
 
     In the frame of the pole, the force on it does nothing, and the bead hangs in an even acceleration.
     """
-    held = np.delete(np.arange(half.along.size), half.pole)
-    weight = (half.mass @ half.along)[held]
-    sag = factorise(half.stiffness[held][:, held])(weight)
-    return float(weight @ sag) / float(half.along @ half.mass @ half.along) ** 2
+    held = np.delete(np.arange(half.weight.size), half.pole)
+    sag = factorise(half.stiffness[held][:, held])(half.weight[held])
+    return float(half.weight[held] @ sag) / float(half.weight.sum()) ** 2

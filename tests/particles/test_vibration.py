@@ -1,16 +1,25 @@
 """Free vibrations of beads: Lamb's frequencies, breathing shells, what the poles lack beyond the modes, bad input."""
 
 from collections.abc import Callable
-from math import pi, sqrt
+from dataclasses import replace
+from itertools import pairwise
+from math import ceil, pi, sqrt
+from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.linalg import eigh
 from scipy.optimize import brentq
 from scipy.special import spherical_jn, spherical_yn
+from skfem import Basis, ElementQuad2, ElementVector, MeshQuad, MeshQuad2
 
 import hertzlink as hl
+from particles.compliance import INTEGRATION_ORDER
+from particles.contact_mesh import body_of
 from particles.vibration import Vibration, vibration
-from structures.elasticity import shear_speed
+from structures.elasticity import body_matrices, shear_speed
 from structures.material import Material
 from structures.structure import Vector
 
@@ -135,3 +144,158 @@ def test_breathing_shells(inner: float) -> None:
         share, wall = STEEL.poisson_ratio / (1.0 - STEEL.poisson_ratio), 2.0 * (1.0 - inner) / (1.0 + inner)
         assert found.struck[mode] * sqrt(shell.mass) == pytest.approx(1.0 - share * wall, rel=0.003)
         assert found.section[mode] / sqrt(shell.mass) == pytest.approx(0.25, rel=0.003)
+
+
+def test_observed_order() -> None:
+    """Quadratic elements: frequencies by the fourth power of the spacing."""
+    coarse, fine, finest = (vibration(SPHERE, 10, RADIUS / cells).frequencies for cells in (8, 16, 32))
+    assert np.log2((coarse - fine) / (fine - finest)) == pytest.approx(4.0, abs=0.2)
+
+
+def pole_to_pole(bead: hl.Sphere, slow: float) -> float:
+    """Exact motion along the chain, m/N, of one pole of a solid sphere by a harmonic unit force at the other.
+
+    A point force is a sum of pressures (2l + 1)/4πR² P_l; slow: ωR/c_s. The sum alternates: the means of its partial
+    sums, taken over and over, settle to 1e-10.
+    """
+    material, radius = bead.material, bead.radius
+    scale = radius / (4.0 * pi * radius**2) * (1.0 + material.poisson_ratio) / material.youngs_modulus
+    terms = []
+    for order in range(60):
+        motion, traction = waves(order, np.array(slow), material.poisson_ratio)
+        both = np.linalg.solve(traction, [1.0, 0.0]) if order else np.array([1.0 / traction[0, 0], 0.0])
+        terms.append(-scale * (2 * order + 1) * (-1) ** order * float(motion @ both))
+    sums = np.cumsum(terms)
+    while sums.size > 20:
+        sums = 0.5 * (sums[1:] + sums[:-1])
+    return float(sums[-1])
+
+
+@pytest.mark.parametrize("poisson_ratio", [0.0, 0.25, 0.45])
+@pytest.mark.parametrize(
+    ("modes", "slow", "tolerance"), [(0, 0.05, 1e-4), (4, 0.1, 1e-4), (30, 0.3, 1e-4), (30, 1.4, 1e-3)]
+)
+def test_answer_of_the_other_pole(poisson_ratio: float, modes: int, slow: float, tolerance: float) -> None:
+    """Rigid motion, modes and `cross` together answer as the exact series does: within 1e-4 of what a pole itself gives
+    way to slow forces, 1e-3 half-way to the first mode."""
+    bead = hl.Sphere(RADIUS, Material(200e9, poisson_ratio, 8000.0))
+    found = vibration(bead, modes)
+    square = (slow * shear_speed(bead.material) / RADIUS) ** 2
+    by_modes = float(np.sum(found.struck * found.far / (found.frequencies**2 - square)))
+    answer = by_modes + found.cross - 1.0 / (bead.mass * square)
+    given_way = vibration(bead, 30).compression
+    assert answer == pytest.approx(pole_to_pole(bead, slow), rel=0.0, abs=tolerance * given_way)
+
+
+def left_after(found: Vibration, fewest: int) -> Vector:
+    """What `cross` would be after `fewest` modes and more, up to twice as many, over `compression`."""
+    left = between_poles(found) - np.cumsum(found.struck * found.far / found.frequencies**2)
+    return left[fewest : 2 * fewest] / found.compression
+
+
+def test_more_modes_leave_less() -> None:
+    """In a shell `cross` falls as the modes' number rises. In a solid bead it does not: waves along the surface meet
+    again at the other pole, so each pair of modes adds as much as it takes, and only the mean over them tends to 0."""
+    shell, sphere = (vibration(bead, 100, 0.0625 * bead.radius) for bead in (SHELL, SPHERE))
+    sizes = [float(np.abs(left_after(shell, count)).max()) for count in (6, 12, 25, 50)]
+    assert all(more < 0.7 * fewer for fewer, more in pairwise(sizes))
+    for count in (6, 12, 25, 50):
+        assert 0.01 < np.abs(left_after(sphere, count)).max() < 0.03
+    assert abs(left_after(sphere, 50).mean()) < 0.004
+
+
+@pytest.mark.parametrize("bead", [SPHERE, SHELL, OBLATE])
+def test_share_of_the_mass(bead: hl.Sphere | hl.HollowSphere | hl.Ellipsoid) -> None:
+    """Seen as a sum of modes, halves that move oppositely need all symmetric ones: Σ section² → mass/4, from below."""
+    found = vibration(bead, 100, 0.0625 * bead.radius)
+    shares = np.cumsum(4.0 * found.section**2) / bead.mass
+    assert 0.2 < shares[3] < shares[15] < 0.83
+    assert 0.9 < shares[-1] < 1.0
+
+
+def whole_bead(bead: hl.Sphere | hl.HollowSphere | hl.Ellipsoid, rows: int, columns: int) -> Vibration:
+    """All modes of a mesh of both halves, 2 × columns cells along the arc, by dense matrices; `cross` is b."""
+    body = body_of(bead, 1.0, "bead")
+    flat = MeshQuad2.from_mesh(
+        MeshQuad.init_tensor(np.linspace(0.0, pi, 2 * columns + 1), np.linspace(0.0, 1.0 - body.hollow, rows + 1))
+    )
+    angle, depth = flat.doflocs
+    places = np.stack([body.radius * (1.0 - depth) * np.sin(angle), -body.half * (1.0 - depth) * np.cos(angle)])
+    basis = Basis(replace(flat, doflocs=places), ElementVector(ElementQuad2()), intorder=INTEGRATION_ORDER)
+    across, along = (np.concatenate([basis.nodal_dofs[i], basis.facet_dofs[i], basis.interior_dofs[i]]) for i in (0, 1))
+    centre = depth == 1.0
+    joined = np.eye(basis.N)
+    joined[:, along[centre][:1]] += joined[:, along[centre][1:]].sum(axis=1, keepdims=True)
+    gone = [across[(angle == 0.0) | (angle == pi) | centre], along[centre][1:]]
+    joined = np.delete(joined, np.concatenate(gone), axis=1)
+    full, stiffness = (
+        matrix.toarray() for matrix in body_matrices(basis, [bead.material], np.zeros(flat.nelements, int))
+    )
+    full *= bead.mass / full[np.ix_(along, along)].sum()
+    squares, shapes = eigh(joined.T @ stiffness @ joined, joined.T @ full @ joined)
+    squares, shapes = squares[1:], joined @ shapes[:, 1:]
+    shapes *= np.sign(shapes[along[(angle == 0.0) & (depth == 0.0)][0]])
+    struck, far = (shapes[along[(angle == end) & (depth == 0.0)][0]] for end in (0.0, pi))
+    # Momentum of either half: the mid-plane's nodes belong to both, so their mass is taken cell by cell.
+    upper = basis.mesh.p[1, basis.mesh.t].mean(axis=0) < 0.0
+    half_mass = body_matrices(basis, [replace(bead.material, density=1e-9), bead.material], upper.astype(int))[0]
+    section = half_mass[along].sum(axis=0) @ shapes * bead.mass / (2.0 * half_mass[np.ix_(along, along)].sum())
+    opposite = struck * far < 0.0
+    compression = float(np.sum(2.0 * struck[opposite] ** 2 / squares[opposite]))
+    return Vibration(np.sqrt(squares), struck, far, compression, float(np.sum(struck * far / squares)), section)
+
+
+@pytest.mark.parametrize("bead", BEADS)
+def test_halves_make_the_whole(bead: hl.Sphere) -> None:
+    """A mesh of both halves has the same modes, and the sum of all of them is b."""
+    longest = max(bead.radius, 0.5 * bead.size)
+    found = vibration(bead, 12, longest / 4.0)
+    hollow = bead.inner_radius / bead.radius if isinstance(bead, hl.HollowSphere) else 0.0
+    expected = whole_bead(bead, max(ceil(4.0 * (1.0 - hollow)), 2), 7)
+    assert found.frequencies == pytest.approx(expected.frequencies[:12], rel=1e-8)
+    assert found.struck == pytest.approx(expected.struck[:12], rel=1e-5)
+    assert found.far == pytest.approx(expected.far[:12], rel=1e-5)
+    assert found.section == pytest.approx(expected.section[:12], rel=1e-5, abs=1e-6 * sqrt(bead.mass))
+    assert between_poles(found) == pytest.approx(expected.cross, rel=1e-6)
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.floats(0.01, 100.0), st.floats(0.01, 100.0), st.floats(0.01, 100.0))
+def test_scaling(size: float, modulus: float, density: float) -> None:
+    """Units: ω by √(E/ρ)/R, poles by 1/√(ρR³), compliances by 1/ER, momenta by √(ρR³)."""
+    material = Material(200e9 * modulus, 0.25, 8000.0 * density)
+    found, unit = vibration(hl.Sphere(RADIUS * size, material), 5), vibration(SPHERE_OF_LAMB, 5)
+    mass, softness = sqrt(density * size**3), 1.0 / (modulus * size)
+    assert found.frequencies == pytest.approx(unit.frequencies * sqrt(modulus / density) / size, rel=1e-7)
+    assert found.struck == pytest.approx(unit.struck / mass, rel=1e-7)
+    assert found.far == pytest.approx(unit.far / mass, rel=1e-7)
+    assert found.section == pytest.approx(unit.section * mass, rel=1e-7)
+    assert found.compression == pytest.approx(unit.compression * softness, rel=1e-7)
+    assert found.cross == pytest.approx(unit.cross * softness, rel=1e-7)
+
+
+def test_without_modes() -> None:
+    found = vibration(SPHERE, 0)
+    assert found.frequencies.shape == found.struck.shape == found.far.shape == found.section.shape == (0,)
+    assert found.compression == 0.0
+    assert found.cross == pytest.approx(between_poles(vibration(SPHERE, 10)), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((SPHERE, -1), "modes = -1"),
+        ((SPHERE, 2.5), "modes = 2.5"),
+        ((SPHERE, "many"), "modes = 'many'"),
+        ((SPHERE, 10, 0.0), "spacing = 0.0"),
+        ((SPHERE, 10, 1e-6), "spacing = 1e-06"),
+        ((SPHERE, 1000, RADIUS), "modes = 1000"),
+        ((hl.Cylinder(RADIUS, RADIUS, STEEL), 3), "bead = Cylinder"),
+        ((hl.Ellipsoid(RADIUS, RADIUS, STEEL), 3), "bead = Ellipsoid"),
+        ((hl.half_space(STEEL), 3), "bead = "),
+        (("ball", 3), "bead = 'ball'"),
+    ],
+)
+def test_bad_input(arguments: tuple[Any, ...], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        vibration(*arguments)

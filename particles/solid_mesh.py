@@ -1,0 +1,202 @@
+"""An eighth of a bead in three dimensions: quadratic tetrahedra, graded to the pole where the bead is touched.
+
+The planes of symmetry are x = 0, y = 0 and the mid-plane z = 0; the chain runs along z, a cylinder lies along y.
+"""
+
+from dataclasses import dataclass, replace
+from math import ceil, log1p, pi, sqrt
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from skfem import Basis, BilinearForm, ElementTetP2, ElementVector, MeshHex, MeshTet2
+from skfem.helpers import dot
+
+from particles.bead import Bead, Cylinder, Sphere
+from structures.checks import short
+from structures.elasticity import body_matrices
+from structures.structure import Vector
+
+Whole = NDArray[np.int64]
+
+INTEGRATION_ORDER = 5
+"""The lowest beyond two whose weights are all positive."""
+
+GROWTH_INSIDE, GROWTH_OUTSIDE = 0.2, 0.7
+"""Cells grow by this part of their distance from the pole, where the bead may touch and elsewhere."""
+
+CELLS_ALONG = 4
+"""Over half the length of a cylinder; the last of them are the shortest."""
+
+MOST_CELLS = 4000
+"""Of six tetrahedra: some 100 000 degrees of freedom, two minutes and 5 GB."""
+
+CORNER = 1.0 / sqrt(2.0)
+"""Where the edge of the box that becomes the bead meets the arc, over the radius: at 45° from the pole."""
+
+MIDPLANES = ("symmetric", "antisymmetric")
+
+
+@dataclass(frozen=True)
+class Eighth:
+    """An eighth of a bead, and its nodes in the box that it was mapped from, 3 × n, m.
+
+    box: the distances from the pole across and along, which near it are x and y, and the depth.
+    """
+
+    bead: Cylinder | Sphere
+    mesh: Any
+    box: Vector
+
+    def touching(self, reach: float) -> Whole:
+        """Numbers of the surface's nodes up to `reach`, m, from the pole or, of a cylinder, from its highest line."""
+        away = self.box[0] if isinstance(self.bead, Cylinder) else np.hypot(self.box[0], self.box[1])
+        nodes: Whole = np.flatnonzero((self.box[2] == 0.0) & (away <= reach * (1.0 + 1e-9)))
+        return nodes
+
+    def drop(self, nodes: Whole) -> Vector:
+        """How far the surface falls away there from the plane that touches it at its pole, m: the arc."""
+        x, y, z = self.mesh.doflocs[:, nodes]
+        square = x**2 if isinstance(self.bead, Cylinder) else x**2 + y**2
+        fall: Vector = square / (self.bead.radius + z)
+        return fall
+
+
+def solid_body(name: str, bead: Bead) -> Cylinder | Sphere:
+    """`bead`, or a ValueError where it is none whose eighth is meshed here."""
+    if not isinstance(bead, Cylinder | Sphere):
+        raise ValueError(f"{name} = {short(bead)}: must be a Cylinder or a Sphere")
+    return bead
+
+
+def eighth(bead: Cylinder | Sphere, across: Vector, along: Vector, depth: Vector) -> Eighth:
+    """The mesh between nodes across (to R/√2), along (to L/2, of a sphere to R/√2) and of the depth (to R), m.
+
+    Each cell of the box is six tetrahedra about the diagonal that ends in the corner on the arc, so that none is flat
+    where two sides of the box become one smooth surface. All nodes on the surface lie on the arc, mid-side ones too.
+    """
+    cells = (across.size - 1) * (along.size - 1) * (depth.size - 1)
+    if cells > MOST_CELLS:
+        raise ValueError(f"spacing: needs {cells} cells; at most {MOST_CELLS} fit, so it must be larger")
+    # Of the four diagonals of a cell scikit-fem takes the one that is wanted where the second axis runs backwards.
+    flat = MeshTet2.from_mesh(MeshHex.init_tensor(across, -along[::-1], depth).to_meshtet())
+    box = np.abs(flat.doflocs)
+    return Eighth(bead, replace(flat, doflocs=_placed(bead, *box)), box)
+
+
+def contact_eighth(bead: Cylinder | Sphere, reach: float, spacing: float, coarser: float = 1.0) -> Eighth:
+    """Mesh of a bead that may touch up to `reach`, m, from its pole or highest line; spacing, m: of the cells there.
+
+    coarser: a factor on the size of all cells.
+    """
+    across = _from_the_pole(bead.radius * CORNER, reach, spacing, coarser)
+    along = across
+    if isinstance(bead, Cylinder):
+        turns = np.linspace(0.0, 0.5 * pi, ceil(CELLS_ALONG / coarser) + 1)
+        along = 0.5 * bead.length * np.sin(turns)
+    return eighth(bead, across, along, graded(bead.radius, spacing, GROWTH_OUTSIDE, coarser))
+
+
+def even_eighth(bead: Sphere, spacing: float) -> Eighth:
+    """Mesh of a sphere, of cells of about one size, spacing in m, down its axis."""
+    cells = max(ceil(bead.radius / spacing * (1.0 - 1e-9)), 2)
+    side = np.linspace(0.0, bead.radius, cells + 1)
+    return eighth(bead, CORNER * side, CORNER * side, side)
+
+
+def patch_eighth(bead: Cylinder | Sphere, radius: float, cells: float) -> Eighth:
+    """Mesh of a bead that is pressed on a circle about its pole, radius in m; cells: their size there over it."""
+    size, coarser = 0.5 * radius, 2.0 * cells
+    across = _from_the_pole(bead.radius * CORNER, radius, size, coarser)
+    end = 0.5 * bead.length if isinstance(bead, Cylinder) else bead.radius * CORNER
+    along = _from_the_pole(end, min(radius, 0.5 * end), size, coarser)
+    return eighth(bead, across, along, graded(bead.radius, size, GROWTH_OUTSIDE, coarser))
+
+
+def graded(length: float, first: float, growth: float, coarser: float = 1.0) -> Vector:
+    """Nodes from 0 to a length, m: cells of the size coarser · (first + growth · distance), two or more."""
+    whole = log1p(growth * length / first)
+    count = max(ceil(whole / growth / coarser), 2)
+    nodes: Vector = first / growth * np.expm1(whole * np.linspace(0.0, 1.0, count + 1))
+    nodes[-1] = length
+    return nodes
+
+
+def _from_the_pole(length: float, reach: float, spacing: float, coarser: float) -> Vector:
+    """Nodes from 0 to a length, m, by the growth inside up to the reach and by that outside beyond."""
+    inside = graded(reach, spacing, GROWTH_INSIDE, coarser)
+    outside = graded(length - reach, spacing + GROWTH_INSIDE * reach, GROWTH_OUTSIDE, coarser)
+    return np.append(inside, reach + outside[1:])
+
+
+def _placed(bead: Cylinder | Sphere, across: Vector, along: Vector, depth: Vector) -> Vector:
+    """(x, y, z), m, of points of the box: a square becomes a quarter of a disc, a cube an eighth of a ball."""
+    radius = bead.radius
+    s, t = across / (CORNER * radius), 1.0 - depth / radius
+    if isinstance(bead, Cylinder):
+        return np.stack([radius * s * np.sqrt(1.0 - t**2 / 2.0), along, radius * t * np.sqrt(1.0 - s**2 / 2.0)])
+    r = along / (CORNER * radius)
+
+    def squeezed(one: Vector, other: Vector) -> Vector:
+        shrunk: Vector = np.sqrt(1.0 - one**2 / 2.0 - other**2 / 2.0 + one**2 * other**2 / 3.0)
+        return shrunk
+
+    return radius * np.stack([s * squeezed(r, t), r * squeezed(t, s), t * squeezed(s, r)])
+
+
+@dataclass(frozen=True)
+class SolidEighth:
+    """Mass, kg, and stiffness, N/m, of what an eighth's supports leave free, n × n.
+
+    motions: 3 × nodes, the places of their motions along x, y and z among the n, −1 where they are held.
+    weight: n, kg: momentum along the chain by unit rates; kept: n, where they are among all of the mesh's.
+    """
+
+    mass: sparse.csr_array
+    stiffness: sparse.csr_array
+    motions: Whole
+    weight: Vector
+    kept: Whole
+
+
+def supported(part: Eighth, midplane: str = "symmetric") -> SolidEighth:
+    """An eighth of a bead that is free but for its planes of symmetry.
+
+    midplane: "symmetric", which may slide sideways only, or "antisymmetric", which may move along the chain only.
+    """
+    basis = _basis(part)
+    motions = [np.concatenate([basis.nodal_dofs[i], basis.edge_dofs[i]]) for i in range(3)]
+    middle = part.box[2] == part.bead.radius
+    held = [motions[0][part.box[0] == 0.0], motions[1][part.box[1] == 0.0]]
+    held += [motions[2][middle]] if midplane == "symmetric" else [motions[0][middle], motions[1][middle]]
+    kept = np.setdiff1d(np.arange(basis.N), np.concatenate(held))
+    unscaled, stiffness = body_matrices(basis, [part.bead.material], np.zeros(part.mesh.nelements, dtype=np.int64))
+    # Curved edges are parabolas, which lack a little of the arc's mass.
+    mass = unscaled * (0.125 * part.bead.mass / unscaled[motions[2]][:, motions[2]].sum())
+    places = np.full(basis.N, -1, dtype=np.int64)
+    places[kept] = np.arange(kept.size)
+    # The mid-plane's nodes carry momentum of cells that move, held as they may be.
+    weight = mass[:, motions[2]].sum(axis=1)[kept]
+    return SolidEighth(mass[kept][:, kept], stiffness[kept][:, kept], places[np.stack(motions)], weight, kept)
+
+
+def turning(part: Eighth) -> sparse.csr_array:
+    """What a turn about the chain's axis changes of a motion u, kg: uᵀDu = ∫ρ |∂u/∂φ − ẑ × u|², of all of the mesh's.
+
+    It is m² uᵀMu where u goes around the axis as cos mφ or sin mφ, so 0 for motions of a body of revolution.
+    """
+    return sparse.csr_array(part.bead.material.density * _turned.assemble(_basis(part)))
+
+
+def _basis(part: Eighth) -> Basis:
+    return Basis(part.mesh, ElementVector(ElementTetP2()), intorder=INTEGRATION_ORDER)
+
+
+@BilinearForm
+def _turned(u: Any, v: Any, w: Any) -> Any:
+    one, other = (
+        w.x[0] * field.grad[:, 1] - w.x[1] * field.grad[:, 0] - np.stack([-field[1], field[0], 0.0 * field[2]])
+        for field in (u, v)
+    )
+    return dot(one, other)
