@@ -9,11 +9,8 @@ from particles.contact import ContactLaw, TabulatedLaw
 from particles.power_fit import PowerFit, fit_power_law
 from structures.structure import Vector
 
-LARGE_ERROR = 0.01
-"""Of the force, above which a law says so."""
-
 ORDER = 2.0
-"""Of the convergence of F(δ) by finite elements where the contact's edge lies at a corner of the mesh."""
+"""Of the convergence of F(δ), by finite elements where the contact's edge lies at a corner of the mesh."""
 
 LEAST_ORDER = 1.0
 """Below this, the difference to the coarser law is taken for the error as it is."""
@@ -44,11 +41,11 @@ class ComputedLaw(TabulatedLaw):
         return fit_power_law(self, low, self.largest if highest is None else highest, weighting)
 
 
-def error_and_order(fine: Points, coarse: Points, coarsest: Points) -> tuple[float, float]:
+def error_and_order(fine: Points, coarse: Points, coarsest: Points, *, highest: float = ORDER) -> tuple[float, float]:
     """Largest relative error of the finest law's force, and the observed order, from meshes of cells twice as large.
 
     The order is that of the mean differences where all three hold. Without one, the whole difference is the error;
-    observed orders above two, where the bodies' bending tells, are not trusted to last.
+    observed orders above the `highest` are not trusted to last: the error is then that of this order.
     """
     approaches, forces = fine
     by_coarse, by_coarsest = (TabulatedLaw(*points).force(approaches) for points in (coarse, coarsest))  # type: ignore[arg-type]
@@ -56,7 +53,7 @@ def error_and_order(fine: Points, coarse: Points, coarsest: Points) -> tuple[flo
     far = np.abs(by_coarsest - by_coarse) / forces
     common = approaches >= coarsest[0][0]
     order = log2(float(far[common].mean() / near[common].mean())) if np.count_nonzero(common) > 2 else nan
-    gain = 2.0 ** min(max(order, LEAST_ORDER), ORDER) if order == order else 2.0
+    gain = 2.0 ** min(max(order, LEAST_ORDER), highest) if order == order else 2.0
     return float(near.max()) / (gain - 1.0), order
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from particles.active_set import edge_approach, forces_of_steps
 from particles.bead import Bead, HollowSphere
 from particles.compliance import MIDPLANES, surface_compliance
-from particles.computed_law import LARGE_ERROR, ComputedLaw, Points, continued_to_zero, error_and_order, only_one_of
+from particles.computed_law import ComputedLaw, Points, continued_to_zero, error_and_order, only_one_of
 from particles.contact import SMALL_CONTACT, PowerLaw, TabulatedLaw, contact_law
 from particles.contact_mesh import Spheroid, body_of, half_plane
 from structures.checks import instance, one_of, positive
@@ -25,6 +25,9 @@ ELEMENTS = 30
 
 FEWEST = 3
 """Elements over the radius of the narrowest contact that is computed."""
+
+LARGE_ERROR = 0.01
+"""Of the force, above which a law says so."""
 
 WIDEST_CONTACT = 0.5
 """Radius of a contact over that of a body, beyond which half a bead pressed along its axis says nothing."""
