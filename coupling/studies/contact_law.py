@@ -3,20 +3,22 @@
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from math import log2, pi, sqrt
+from math import degrees, log2, pi, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
 
 from coupling.studies import cylinders, ellipsoids, hollow_spheres
+from coupling.studies.cut_cylinders import cut_law
 from coupling.studies.table import Row
-from particles.bead import Bead, Sphere
+from particles.bead import Bead, Cylinder, Sphere
 from particles.computed_law import ComputedLaw
 from particles.contact import ContactLaw
 from particles.contact_bem import contact_law_bem
 from particles.contact_fem import contact_law_fem
 from particles.contact_plane import contact_law_plane
+from particles.contact_solid import contact_law_solid
 from particles.power_fit import PowerFit
 from structures.material import STEEL_316
 from structures.surface import relative_curvatures
@@ -32,7 +34,14 @@ APPROACHES = tuple(np.array([0.2, 0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 1
 COMPARED = 8
 """The first of the approaches at which forces of meshes are compared, 5 µm: the coarsest computes none below."""
 
-CELLS = {"axisymmetric": 30.0, "half-space": 64.0, "plane strain": 40.0, "plane stress": 40.0}
+CELLS = {
+    "axisymmetric": 30.0,
+    "plane strain": 40.0,
+    "plane stress": 40.0,
+    "three-dimensional": 20.0,
+    "half-space": 64.0,
+    "cut half-space": 64.0,
+}
 """By method: over the radius or half-width of the widest contact, or along each side of a half-space's grid."""
 
 
@@ -53,10 +62,15 @@ class Contact:
         """The law, by cells of CELLS times `coarser`."""
         cells = CELLS[self.method] / coarser
         if self.method == "half-space":
-            return contact_law_bem(self.first, self.second, max_approach=DEEPEST, cells=int(cells))  # type: ignore[arg-type]
+            midplane = isinstance(self.first, Cylinder)
+            return contact_law_bem(self.first, self.second, None, DEEPEST, midplane=midplane, cells=int(cells))  # type: ignore[arg-type]
+        if self.method == "cut half-space":
+            return cut_law(degrees(self.second.angle), DEEPEST, int(cells))  # type: ignore[union-attr]
         spacing = self.widest / cells
         if self.method == "axisymmetric":
             return contact_law_fem(self.first, self.second, max_approach=DEEPEST, spacing=spacing)
+        if self.method == "three-dimensional":
+            return contact_law_solid(self.first, self.second, max_approach=DEEPEST, spacing=spacing)
         state = self.method.removeprefix("plane ")
         return contact_law_plane(self.first, self.second, state, max_approach=DEEPEST, spacing=spacing)  # type: ignore[arg-type]
 
@@ -74,8 +88,12 @@ class Contact:
 SPHERES = "spheres"
 MINOR, MAJOR, EQUIVALENT = "ellipsoids, minor axes", "ellipsoids, major axes", "equivalent spheres"
 STRAIN, STRESS = "parallel cylinders, plane strain", "parallel cylinders, plane stress"
-ANGLES = (5.0, 10.0, 30.0, 90.0)
+SOLID = "parallel cylinders, three-dimensional"
+ANGLES = (1.0, 3.0, 5.0, 10.0, 30.0, 90.0)
 """Degrees between cylinders that cross."""
+
+SHORT = 30.0
+"""Degrees, from which contacts are so short that the mid-plane's correction holds; below, they end at the ends."""
 
 
 def crossed(angle: float) -> str:
@@ -91,6 +109,11 @@ def hollow(ratio: float) -> str:
 LABELS = ("approach (µm)", "contact force (N)")
 
 
+def half_space(angle: float) -> str:
+    """The method for cylinders at an angle, degrees."""
+    return "half-space" if angle >= SHORT else "cut half-space"
+
+
 def contacts() -> dict[str, Contact]:
     """The thesis's contacts by name."""
     minor, major, sphere = (ellipsoids.particle(shape) for shape in ellipsoids.SHAPES)
@@ -103,7 +126,8 @@ def contacts() -> dict[str, Contact]:
         EQUIVALENT: Contact(sphere, sphere),
         STRAIN: Contact(flat, flat, "plane strain"),
         STRESS: Contact(flat, flat, "plane stress"),
-        **{crossed(angle): Contact(flat, cylinders.cylinder(angle), "half-space") for angle in ANGLES},
+        SOLID: Contact(flat, flat, "three-dimensional"),
+        **{crossed(angle): Contact(flat, cylinders.cylinder(angle), half_space(angle)) for angle in ANGLES},
         **{hollow(ratio): Contact(shell, shell) for ratio, shell in shells.items()},
     }
 
@@ -133,6 +157,10 @@ FITS = {
     "10 to 100 N, relative": Fitted(10.0, 100.0, "N", "relative"),
     "1 to 100 N, relative": Fitted(1.0, 100.0, "N", "relative"),
 }
+
+ENDING = (
+    "half-spaces that end where the cylinders do, not corrected for the mid-planes, for contacts are too long for it"
+)
 
 REFINED = (SPHERES, hollow(hollow_spheres.THIN), STRAIN)
 MESHES = (4.0, 2.0, 1.0, 0.5)
@@ -259,15 +287,21 @@ def _cylinders(data: xr.Dataset) -> list[Row]:
             f"over {force}; {ranges}: no power law, so n depends on a range that the thesis does not give"),
         Row(f"exponent n, {STRESS}", 1.15, _exponent(data, STRESS, force), "",
             f"over {force}; the other bound of a cylinder of finite length"),
-        Row(f"F over equation 5.8 at 5 µm, {STRAIN}", "discrepancy", _ratio(data, STRAIN), "",
-            f"equation 5.8 is that of plane strain; {STRESS.split(', ')[1]}: {_over_theory(data, STRESS)}"),
+        Row(f"exponent n, {SOLID}", 1.15, _exponent(data, SOLID, force), "",
+            f"over {force}; {_exponents(data, SOLID, LIKE_TABLE_5_1, '0.2 to 20 µm, absolute')}"),
+        Row(f"F over equation 5.8 at 5 µm, {SOLID}", "discrepancy", _ratio(data, SOLID), "",
+            f"equation 5.8 is that of plane strain, {_ratio(data, STRAIN):.4f}; plane stress has "
+            f"{_ratio(data, STRESS):.4f}, and free ends lie between"),
     ]  # fmt: skip
     for angle in ANGLES:
         name = crossed(angle)
-        beyond = ", though the ellipse is longer than the cylinder" if angle < cylinders.TRUSTED else ""
-        thesis: float | str = 1.5 if angle >= 30.0 else "below 1.5"
-        rows.append(Row(f"exponent n, {name}", thesis, _exponent(data, name), "",
-                        f"half-spaces without ends: Hertz's{beyond}"))  # fmt: skip
+        thesis: float | str = 1.5 if angle >= SHORT else "below 1.5"
+        wide = _exponents(data, name, "0.2 to 20 µm, absolute")
+        reason = ENDING if angle < SHORT else "half-spaces, corrected for the mid-planes"
+        shares = f"F over Hertz's: {_over_theory(data, name)}"
+        exponent = _exponent(data, name)
+        rows.append(Row(f"exponent n, {name}", thesis, exponent, "",
+                        f"over {LIKE_TABLE_5_1}; {wide}; {reason}; {shares}"))  # fmt: skip
     return rows
 
 
@@ -357,9 +391,9 @@ def _figure_of_cylinders(data: xr.Dataset) -> "Figure":
     from coupling import plots
 
     figure, axes = plots.panels(2, width=3.7, height=3.6, sharey=False)
-    crossing = [_line(data, crossed(angle), f"{angle:g}°") for angle in reversed(ANGLES)]
-    parallel = [_line(data, STRAIN, "0°, plane strain"), _line(data, STRESS, "0°, plane stress")]
-    plots.beside_theory(axes[0], [*crossing, *parallel], *LABELS, "theory", "elements")
+    crossing = [_line(data, crossed(angle), f"{angle:g}°") for angle in (90.0, 30.0, 10.0, 5.0)]
+    parallel = _line(data, SOLID, "0°, finite elements")
+    plots.beside_theory(axes[0], [*crossing, parallel], *LABELS, "theory", "boundary elements")
     plots.beside_theory(axes[1], crossing, *LABELS, "Hertz", "boundary elements")
     return figure
 
@@ -369,13 +403,14 @@ def _figure_of_exponents(data: xr.Dataset) -> "Figure":
     from coupling import plots
 
     figure, (axis,) = plots.panels(1, width=4.6, height=3.6)
-    names = [STRAIN, *(crossed(angle) for angle in ANGLES)]
+    names = [SOLID, *(crossed(angle) for angle in ANGLES)]
     for i, fit in enumerate(("1 to 100 N, relative", LIKE_TABLE_5_1, "0.2 to 20 µm, absolute")):
         plots.points(axis, np.array([0.0, *ANGLES]), data.exponent.sel(contact=names, fit=fit).values, i, fit)
     plots.theory_line(axis, np.array([0.0, 90.0]), np.array([1.5, 1.5]), "Hertz", "--")
-    axis.annotate("thesis, 0°: 1.15", (0.0, 1.15), (12, 4), textcoords="offset points", fontsize="small")
-    plots.theory_line(axis, np.array([0.0, 8.0]), np.array([1.15, 1.15]), "")
-    axis.set(xlabel="angle between the cylinders (°)", ylabel="exponent n", ylim=(1.0, 1.6))
+    plots.theory_line(axis, np.array([0.0, 90.0]), np.array([1.15, 1.15]), "thesis, parallel", ":")
+    axis.set(xlabel="angle between the cylinders (°)", ylabel="exponent n", xscale="symlog", ylim=(1.0, 1.6))
+    axis.set_xticks([0.0, *ANGLES], ["0", *(f"{angle:g}" for angle in ANGLES)])
+    axis.set_xlim(-0.3, 130.0)
     axis.legend(frameon=False, fontsize="small", loc="center right")
     return figure
 
