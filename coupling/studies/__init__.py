@@ -22,6 +22,7 @@ STUDIES = {
     "hollow-spheres": "hollow_spheres",
     "dissipation": "dissipation",
     "contact-law": "contact_law",
+    "symmetry": "symmetry",
 }
 
 
