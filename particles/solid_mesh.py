@@ -115,9 +115,9 @@ def patch_eighth(bead: Cylinder | Sphere, radius: float, cells: float) -> Eighth
 
 
 def graded(length: float, first: float, growth: float, coarser: float = 1.0) -> Vector:
-    """Nodes from 0 to a length, m: cells of the size coarser · (first + growth · distance), two or more."""
+    """Nodes from 0 to a length, m: cells of the size coarser · (first + growth · distance)."""
     whole = log1p(growth * length / first)
-    count = max(ceil(whole / growth / coarser), 2)
+    count = ceil(whole / growth / coarser)
     nodes: Vector = first / growth * np.expm1(whole * np.linspace(0.0, 1.0, count + 1))
     nodes[-1] = length
     return nodes

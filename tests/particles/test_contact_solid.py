@@ -227,7 +227,7 @@ def test_bad_vibrations(arguments: tuple[Any, ...], words: str) -> None:
 def test_cautions(caplog: pytest.LogCaptureFixture) -> None:
     """Coarse meshes and large strains are told by the law and logged."""
     with caplog.at_level(logging.WARNING, logger="hertzlink.contact"):
-        law = contact_law_solid(SPHERE, max_approach=0.2e-3, spacing=0.15e-3)
+        law = contact_law_solid(SPHERE, max_approach=0.2e-3, spacing=0.24e-3)
     assert "small strains" in law.caution
     assert "leave the force off" in law.caution
     assert law.caution in caplog.text
