@@ -5,6 +5,7 @@ lowest free vibrations; beyond those it gives way at once. Of that the part at t
 contact's law, which is not linear; the part at the other pole is a flexibility (`Vibration.cross`).
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from math import ceil, inf, log2, pi
@@ -44,19 +45,23 @@ class DeformableChain(Chain):
     Takes a Chain's place anywhere, with the same arguments; results also hold the force through each bead's central
     section, and what its vibration does.
     modes: the rigid motion and the lowest axisymmetric vibrations of each free bead. With one the beads are rigid
-    outside their contacts: a Chain with the law of finite elements. law: by default `contact_law_fem`, up to the
+    outside their contacts: a Chain with the law of finite elements. vibrations: the function of a bead and of the
+    number of its elastic modes that tells these, as `vibration` does. law: by default `contact_law_fem`, up to the
     approach at which one contact would hold all of the striker's energy; one that is given must count the approach of
     mid-planes. Forces from outside, gravity and what a spring, a dead load or a force history do, act on beads as
     wholes; losses see the rate at which poles approach.
     """
 
     modes: int = 8
+    vibrations: Callable[[Bead, int], Vibration] = vibration
 
     def __post_init__(self) -> None:
         super().__post_init__()
         object.__setattr__(self, "modes", whole("modes", self.modes))
         if self.modes > MOST_MODES:
             raise ValueError(f"modes = {self.modes!r}: must be at most {MOST_MODES}")
+        if not callable(self.vibrations):
+            raise ValueError(f"vibrations = {self.vibrations!r}: must be a function of a bead and a number of modes")
         for i, bead in enumerate(self.beads):
             body_of(bead, 1.0, f"beads[{i}]")
         if self.body is not None:
@@ -78,7 +83,8 @@ class MovingDeformableChain(MovingChain):
         """The vibrations of body 0 and of the beads; None where there is no body."""
         elastic = self.chain.modes - 1
         bodies: tuple[Bead | None, ...] = (self.chain.body, *self.chain.beads)
-        return tuple(None if body is None else vibration(body, elastic) for body in bodies)
+        known = {body: self.chain.vibrations(body, elastic) for body in dict.fromkeys(bodies) if body is not None}
+        return tuple(None if body is None else known[body] for body in bodies)
 
     @cached_property
     def vibrations(self) -> kernels.Vibrations:

@@ -22,6 +22,8 @@ STUDIES = {
     "hollow-spheres": "hollow_spheres",
     "dissipation": "dissipation",
     "deformable-chain": "deformable_chain",
+    "contact-law": "contact_law",
+    "symmetry": "symmetry",
 }
 
 

@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
-from scipy.optimize import curve_fit
 
 from coupling.cosimulation import CoSimulation
 from coupling.studies import waves
@@ -14,6 +13,7 @@ from coupling.sweep import sweep
 from particles.bead import STANDARD_GRAVITY, HollowSphere, Sphere
 from particles.chain import Chain
 from particles.contact import ContactLaw, PowerLaw, contact_law
+from particles.power_fit import fit_power_law
 from particles.solitary import wave_speed_from_force, wave_width
 from structures.material import ALUMINIUM_6061
 from structures.structure import half_space
@@ -40,8 +40,8 @@ FORCES = tuple(np.geomspace(2.0, 40.0, 9))
 """N, that the strikers of the curves are made to reach, about; the thesis's figures are not in its text."""
 
 APPROACHES = tuple(np.geomspace(1e-6, 20e-6, 21))
-FITTED = np.linspace(0.2e-6, 10e-6, 50)
-"""m: a least-squares fit over these gives the thesis's pairs of k and n from finite elements (errata)."""
+FITTED = (0.2e-6, 10e-6)
+"""m: a least-squares fit from and to these gives the thesis's pairs of k and n from finite elements (errata)."""
 
 UNTIL = 2.5e-3
 """Length of the record, s: a wave of 2 N passes sensor 19 of the solid spheres."""
@@ -114,9 +114,8 @@ def measure(run: xr.Dataset) -> xr.Dataset:
 
 def fit(law: ContactLaw) -> tuple[float, float]:
     """k (N/mⁿ) and n of a law, by least squares over FITTED."""
-    microns = FITTED * 1e6
-    (scale, n), _ = curve_fit(lambda x, a, b: a * x**b, microns, law.force(FITTED), p0=(1.0, 1.4))
-    return float(scale * 1e6**n), float(n)
+    nearest = fit_power_law(law, *FITTED, weighting="absolute")
+    return nearest.stiffness, nearest.exponent
 
 
 def _theory(ratio: float, force: xr.DataArray) -> np.ndarray:
