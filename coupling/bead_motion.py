@@ -15,6 +15,7 @@ from particles.bead import Bead
 from particles.bead_field import BeadField, Push
 from particles.deformable import DeformableChain
 from particles.excitation import Piston, PushedBead
+from particles.vibration import vibration
 from structures.checks import instance, listed, whole
 from structures.field import Grid, von_mises
 from structures.structure import Structure, Vector
@@ -96,6 +97,8 @@ class _Run:
 
     def __init__(self, given: object, chain: object, structure: object, behind: object) -> None:
         self.chain = chain = instance("chain", chain, DeformableChain, "the DeformableChain that was run")
+        if chain.vibrations is not vibration:
+            raise ValueError("chain: has vibrations of its own, whose shapes are not known; leave vibrations out")
         run = instance("run", given, xr.Dataset, "the Dataset of a run of a DeformableChain")
         missing = [name for name in OF_BEADS if name not in run.data_vars]
         if missing:

@@ -15,6 +15,7 @@ from scipy.integrate import simpson
 import hertzlink as hl
 from coupling.motion import known_motion
 from particles.deformable import MovingDeformableChain, moving_chain
+from particles.vibration import vibration
 
 STEEL = hl.STEEL_316
 BEAD = hl.Sphere(2.38e-3, STEEL)
@@ -240,6 +241,12 @@ def test_cells_are_not_inside_out(passage: xr.Dataset) -> None:
 def test_bad_input_is_named(run: xr.Dataset, given: dict[str, Any], told: str) -> None:
     with pytest.raises(ValueError, match=re.escape(told)):
         hl.bead_motion(**{"run": run, "chain": CHAIN, "times": [2e-5], **given})
+
+
+def test_modes_from_elsewhere_have_no_shapes(run: xr.Dataset) -> None:
+    chain = replace(CHAIN, vibrations=lambda bead, modes: vibration(bead, modes))
+    with pytest.raises(ValueError, match="chain: has vibrations of its own"):
+        hl.bead_motion(run, chain, 1e-5)
 
 
 def test_runs_of_another_kind(run: xr.Dataset) -> None:
