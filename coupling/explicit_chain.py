@@ -77,7 +77,8 @@ def explicit_chain(
 
     Beads and striker: equal bodies of revolution about the chain's axis (Sphere, HollowSphere, Ellipsoid along).
     spacing, m: size of the cells at the contacts, by default a quarter of the radius of a contact that holds the whole
-    impact energy, which leaves peak forces some 1 % off; they do not converge evenly. save_every, s: by default 256 times in a contact. rigid_wall: what the last bead touches, or nothing.
+    impact energy, which leaves peak forces some 1 % off; they do not converge evenly. save_every, s: by default 256
+    times in a contact. rigid_wall: what the last bead touches, or nothing.
 
     Quadratic elements on the true arc, masses lumped (Hinton, Rock and Zienkiewicz), small strains, no friction.
     Nodes that face each other close exactly: a multiplier takes away the overlap that is predicted for the next step.
