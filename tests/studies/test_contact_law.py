@@ -16,6 +16,9 @@ RELATIVE = "0.2 to 10 µm, relative"
 BY_FORCE = "1 to 100 N, relative"
 
 
+pytestmark = pytest.mark.thorough
+
+
 @pytest.fixture(scope="module")
 def quick() -> xr.Dataset:
     return study.run(quick=True)
