@@ -326,7 +326,8 @@ def _hollow_spheres(data: xr.Dataset) -> list[Row]:
 
 def _meshes(data: xr.Dataset) -> list[Row]:
     """What the meshes leave."""
-    orders = [f"{log2(one / other):.1f}" for one, other in zip(*data.change.values.T[-2:], strict=True)]
+    halvings = data.sizes["coarser"] - 1
+    orders = [f"{log2(row[0] / row[-1]) / halvings:.1f}" for row in data.change.values]
     worst = str(data.contact[int(np.argmax(data.error.values))].item())
     return [
         Row("order of convergence", "not printed", ", ".join(orders), "",
@@ -436,11 +437,11 @@ def _figure_of_convergence(data: xr.Dataset) -> "Figure":
 
     figure, (axis,) = plots.panels(1, width=4.6, height=3.6)
     for i, name in enumerate(data.refined.values):
-        plots.points(axis, data.coarser.values, data.change.sel(refined=name).values, i, str(name))
+        plots.points(axis, data.coarser.values, 100.0 * data.change.sel(refined=name).values, i, str(name))
     sizes = data.coarser.values
-    plots.theory_line(axis, sizes, float(data.change[0, 0]) * (sizes / sizes[0]) ** 2, "second order")
-    axis.set(xlabel="size of the cells, over the usual", ylabel="change of the force by halving it")
+    plots.theory_line(axis, sizes, 100.0 * float(data.change[0, 0]) * (sizes / sizes[0]) ** 2, "second order")
+    axis.set(xlabel="size of the cells, over the usual one", ylabel="change of the force by halving it (%)")
     plots.logarithmic(axis)
-    axis.yaxis.set_major_formatter("{x:.0e}")
+    axis.set_xticks(sizes, [f"{size:g}" for size in sizes])
     axis.legend(frameon=False, fontsize="small")
     return figure

@@ -1,13 +1,12 @@
 """Cylinders that cross at so small an angle that their contact would be longer than they are: it ends where they do."""
 
-from math import cos, pi, radians, sin, sqrt
+from math import pi, sqrt
 
 import numpy as np
 
 from coupling.studies import cylinders
 from particles.computed_law import ComputedLaw, continued_to_zero
 from particles.contact_bem import influence, unilateral_pressures
-from structures.structure import Vector
 from structures.surface import relative_curvatures
 
 STEPS = 24
@@ -23,9 +22,9 @@ NARROWER = 0.78
 def cut_law(angle: float, approach: float, cells: int) -> ComputedLaw:
     """The law of the thesis's cylinders at an angle, degrees, up to an approach, m, as that of points at infinity.
 
-    By boundary elements, as `contact_law_bem`: two half-spaces, but they touch only where both cylinders are. So the
-    ends give way less than free ones, and mid-planes would approach less. error: by half as many cells along each side
-    of the grid.
+    By boundary elements, as `contact_law_bem`: two half-spaces, but they touch only where both cylinders are, whose
+    ends face each other at so small an angle. So the ends give way less than free ones, and mid-planes would approach
+    less. error: by half as many cells along each side of the grid.
     """
     theory = cylinders.Tacit()(cylinders.cylinder(0.0), cylinders.cylinder(angle))
     steps = np.geomspace(SHALLOWEST, approach, STEPS)
@@ -36,16 +35,14 @@ def cut_law(angle: float, approach: float, cells: int) -> ComputedLaw:
 
 
 def _force(angle: float, approach: float, cells: int) -> float:
-    """Force at an approach, N, m. The grid's sides bisect the angles between the cylinders, as the contact does."""
+    """Force at an approach, N, m. The grid lies along the cylinders, and ends where they do, or beyond the contact."""
     flat, sharp = relative_curvatures(cylinders.cylinder(0.0).surface, cylinders.cylinder(angle).surface)
-    modulus, half = 0.5 * cylinders.cylinder(0.0).material.contact_modulus, 0.5 * radians(angle)
-    longest = 0.5 * cylinders.LENGTH / cos(half)
+    modulus, longest = 0.5 * cylinders.cylinder(0.0).material.contact_modulus, 0.5 * cylinders.LENGTH
     extent = longest if flat * longest**2 < 2.0 * approach else sqrt(2.0 * approach / flat)
     numbers = (2.0 * np.arange(cells) + 1.0) / cells - 1.0
     along, across = extent * numbers, NARROWER * sqrt(2.0 * approach / sharp) * numbers
     sides = along[1] - along[0], across[1] - across[0]
-    both = np.abs(along)[:, None] * cos(half) + np.abs(across) * sin(half) <= 0.5 * cylinders.LENGTH
-    gap: Vector = np.where(both, 0.5 * (flat * along[:, None] ** 2 + sharp * across**2), np.inf)
-    begin = np.where(both, 0.5 * modulus * sharp * across[-1], 0.0)
+    gap = 0.5 * (flat * along[:, None] ** 2 + sharp * across**2)
+    begin = np.full(gap.shape, 0.5 * modulus * sharp * across[-1])
     pressures = unilateral_pressures(influence(cells, *sides) / (pi * modulus), gap, approach, begin)
     return float(pressures.sum() * sides[0] * sides[1])

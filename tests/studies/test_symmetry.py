@@ -32,6 +32,8 @@ def test_both_chains_show_the_same_wave(quick: xr.Dataset) -> None:
     assert solid.wave_speed.item() == pytest.approx(flat.wave_speed.item(), rel=5e-3)
     assert solid.amplitude.values == pytest.approx(flat.amplitude.values, rel=1e-2)
     assert (solid.arrival - flat.arrival).values == pytest.approx(0.0, abs=1e-6)
+    mixed = quick.sel(model=study.MIXED)
+    assert mixed.wave_speed.item() == pytest.approx(flat.wave_speed.item(), rel=1e-5)
     assert (quick.energy_error < 1e-5).all()
 
 
