@@ -108,6 +108,9 @@ def test_the_section_carries_what_the_contacts_bring(quick: xr.Dataset) -> None:
     section = quick.section_force.sel(sensor=10)
     assert section.max().item() == pytest.approx(mean.max().item(), rel=5e-3)
     assert float(abs(section - mean).max()) > 1e-4 * mean.max().item()
+    apart = quick.section_apart
+    assert 0.0 == apart.sel(model="point masses") < apart.sel(model="modes") < 5e-3
+    assert apart.sel(model="modes") < apart.sel(model="explicit, finest") < 0.2
 
 
 def test_vibrations_stiffen_the_chain(quick: xr.Dataset) -> None:
