@@ -54,9 +54,9 @@ def laws() -> None:
         print(f"  Ri/Ro {ratio:.3g}, by default {of_law(shell, widest / ELEMENTS)}")
         print(f"    with finer cells {of_law(shell, widest / LOAD_STEPS, target=True)}")
         spent, nodes = timed(even_steps, shell, widest)
-        met = verdict(spent <= LONGEST_LAW)
+        met = f"(≤ {LONGEST_LAW:.0f}, {verdict(spent <= LONGEST_LAW)})"
         print(
-            f"    on one mesh, {nodes} nodes that may touch, {LOAD_STEPS} even load steps, {spent:.2f} s ({met})",
+            f"    on one mesh, {nodes} nodes that may touch, {LOAD_STEPS} even load steps: {spent:.2f} s {met}",
             flush=True,
         )
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import hertzlink as hl
 from coupling.studies import deformable_chain as study
 from coupling.studies import deformable_figures
 from coupling.studies.table import text
@@ -23,20 +24,29 @@ def test_point_masses_are_those_that_were_recomputed(quick: xr.Dataset) -> None:
 
 
 def test_deformable_beads_are_those_that_were_recomputed(quick: xr.Dataset) -> None:
-    """20.9 to 20.95 N and 572.5 m/s by two other programs; 0.3 %, with the coarsest mesh of the contact's law."""
-    modes = quick.sel(model="modes")
-    assert modes.peak_force.item() == pytest.approx(20.92, rel=4e-3)
-    assert modes.wave_speed.item() == pytest.approx(572.5, rel=3e-3)
+    """20.9 to 20.95 N and 572.5 m/s by two other programs; the coarsest mesh of the contact's law is off by more."""
+    finest = study.by_modes(study.LAW_SPACINGS[-1])
+    for run, close in ((quick.sel(model="modes"), 4e-3), (finest, 2e-3)):
+        assert run.peak_force.item() == pytest.approx(20.92, rel=close)
+        assert run.wave_speed.item() == pytest.approx(572.5, rel=0.5 * close)
 
 
 @pytest.mark.thorough
-def test_both_methods_converge_to_one_wave() -> None:
-    """0.3 % with explicit elements of 20 µm, whose contacts have two of them; the tremble of closing nodes averages."""
-    explicit, modes = study.by_elements(20e-6), study.by_modes(study.LAW_SPACINGS[-1])
-    assert modes.peak_force.item() == pytest.approx(20.92, rel=2e-3)
-    assert modes.wave_speed.item() == pytest.approx(572.5, rel=1e-3)
-    assert explicit.peak_force.item() == pytest.approx(modes.peak_force.item(), rel=1e-2)
-    assert explicit.wave_speed.item() == pytest.approx(modes.wave_speed.item(), rel=3e-3)
+def test_both_methods_have_one_wave() -> None:
+    """Explicit elements beside modes in a shorter chain: no shared mesh, contact or time step. Forces to 0.1 %, hops to
+    0.05 %, with cells of 14 µm; both from averages, as nodes that close make forces tremble."""
+    beads, until = [study.BEAD] * 6, 50e-6
+    law = hl.contact_law_fem(study.BEAD, max_approach=study.LAW_REACH, spacing=study.LAW_SPACINGS[-1])
+    modes = hl.CoSimulation(hl.DeformableChain(beads, study.BEAD, 0.5, law=law), None).run(until, 0.25e-6)
+    explicit = hl.explicit_chain(hl.Chain(beads, study.BEAD, 0.5), until, 14e-6, 0.25e-6)
+    found = []
+    for run in (modes, explicit):
+        force = run.contact_force
+        arrival = (force * force.time).sum("time") / force.sum("time")
+        peaks = [study.top(run.time.values, force.sel(contact=n).values) for n in (2, 3, 4)]
+        found.append([*peaks, float(arrival.sel(contact=3) - arrival.sel(contact=1))])
+    assert found[1][:3] == pytest.approx(found[0][:3], rel=1e-3)
+    assert found[1][3] == pytest.approx(found[0][3], rel=5e-4)
 
 
 def test_measures_of_a_travelling_pulse_that_trembles() -> None:
@@ -98,12 +108,15 @@ def test_the_section_carries_what_the_contacts_bring(quick: xr.Dataset) -> None:
     section = quick.section_force.sel(sensor=10)
     assert section.max().item() == pytest.approx(mean.max().item(), rel=5e-3)
     assert float(abs(section - mean).max()) > 1e-4 * mean.max().item()
+    apart = quick.section_apart
+    assert 0.0 == apart.sel(model="point masses") < apart.sel(model="modes") < 5e-3
+    assert apart.sel(model="modes") < apart.sel(model="explicit, finest") < 0.2
 
 
-def test_more_modes_and_finer_laws_are_tried_in_full() -> None:
-    assert set(study.MODES_TRIED) > set(study.MODES_TRIED[::4])
-    assert np.all(np.diff(study.LAW_SPACINGS) < 0.0)
-    assert np.all(np.diff(study.SPACINGS) < 0.0)
+def test_vibrations_stiffen_the_chain(quick: xr.Dataset) -> None:
+    """Without vibrations a ball is stiffer than two half-spaces already; with them waves are higher and faster."""
+    for name in ("peak_force", "wave_speed"):
+        assert quick[name].sel(model="point masses") < quick[f"modes_{name}"][0] < quick[f"modes_{name}"][1]
 
 
 def test_the_table_has_every_fact(quick: xr.Dataset) -> None:
