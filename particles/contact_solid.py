@@ -18,8 +18,8 @@ from skfem import ElementTetP2, ElementVector, FacetBasis, LinearForm
 
 from particles.active_set import contact_forces, forces_of_steps
 from particles.bead import Bead, Cylinder, Sphere
-from particles.computed_law import ComputedLaw
-from particles.contact import SMALL_CONTACT, ContactLaw, contact_law
+from particles.computed_law import ComputedLaw, continued_to_zero, only_one_of
+from particles.contact import SMALL_CONTACT, contact_law
 from particles.solid_mesh import (
     MIDPLANES,
     Eighth,
@@ -88,9 +88,6 @@ PATCH, PATCH_CELLS = 0.2, 0.33
 TYPICAL = 0.03
 """Radius of a contact over that of the bead: of the thesis's spheres at some 50 N."""
 
-PARTS_BELOW = np.geomspace(1e-9, 1.0, 72, endpoint=False)
-"""Forces below the first computed one, over it."""
-
 Rows = NDArray[np.float64]
 
 log_of_laws = logging.getLogger("hertzlink.contact")
@@ -117,8 +114,7 @@ def contact_law_solid(
     bead = solid_body("first", first)
     if second is not None and second != first:
         raise ValueError(f"second = {short(second)}: must be equal to the first, and lie side by side with it")
-    if (max_force is None) == (max_approach is None):
-        raise ValueError(f"max_force = {max_force!r}, max_approach = {max_approach!r}: one of the two must be given")
+    only_one_of(max_force, max_approach)
     pair = _Pair(bead)
     if max_approach is not None:
         return pair.law(positive("max_approach", max_approach, "m"), spacing)
@@ -165,7 +161,7 @@ class _Pair:
         caution = "; ".join(cautions)
         if caution:
             log_of_laws.warning("contact_law_solid: %s", caution)
-        points = _continued_to_zero(approaches, forces, self.analytic)
+        points = continued_to_zero((approaches, forces), self.analytic)
         return ComputedLaw(*points, "finite elements, 3-D", caution, approach, float(approaches[0]), error)  # type: ignore[arg-type]
 
     def law_to_force(self, force: float, spacing: float | None) -> ComputedLaw:
@@ -209,13 +205,6 @@ def _condensed(bead: Cylinder | Sphere, reach: float, size: float, coarser: floa
         compliance[:, column] = solve(unit)[pressed]
         unit[place] = 0.0
     return compliance + compliance.T, 2.0 * part.drop(nodes)
-
-
-def _continued_to_zero(approaches: Vector, forces: Vector, theory: ContactLaw) -> tuple[Vector, Vector]:
-    """The points, and before them the law of theory in series with the spring that leads to the first one."""
-    below = forces[0] * PARTS_BELOW
-    softness = (approaches[0] - float(theory.approach(np.array(forces[0])))) / forces[0]
-    return np.append(theory.approach(below) + softness * below, approaches), np.append(below, forces)
 
 
 @lru_cache(maxsize=256)
