@@ -71,10 +71,12 @@ def speed_force(data: xr.Dataset, by_force: Callable[[Vector], Vector]) -> Figur
 
 def contacts(data: xr.Dataset, marked: int) -> Figure:
     """Forces of all contacts, one of them marked (figure 3.7)."""
-    figure, axes = plots.panels(3, width=2.9)
-    shown = ("point masses", "explicit, coarsest", "explicit, finest")
-    titles = ("point masses", *(f"explicit, {data.spacing.values[i] * 1e6:.3g} µm cells" for i in (0, -1)))
-    for axis, model, title in zip(axes, shown, titles, strict=True):
+    # A quick study has one mesh, the coarsest and the finest.
+    ends = {0: "explicit, coarsest", data.spacing.size - 1: "explicit, finest"}
+    shown = {"point masses": "point masses"}
+    shown |= {model: f"explicit, {data.spacing.values[i] * 1e6:.3g} µm cells" for i, model in ends.items()}
+    figure, axes = plots.panels(len(shown), width=2.9)
+    for axis, (model, title) in zip(axes, shown.items(), strict=True):
         for contact in data.contact.values:
             force = data.contact_force.sel(model=model, contact=contact)
             colour, width = (plots.COLOURS[1], 1.2) if contact == marked else (plots.COLOURS[0], 0.6)
