@@ -25,7 +25,7 @@ from structures.checks import whole
 from structures.structure import Vector
 from structures.surface import Surface
 
-MOST_MODES = 40
+MOST_MODES = 20
 
 STEPS_PER_VIBRATION = 30
 """Steps in the shortest period of a bead's modes."""
@@ -118,6 +118,13 @@ class MovingDeformableChain(MovingChain):
         if self.chain.modes == 1:
             return super().method
         return kernels.RK4 if self.chain.integrator == "rk4" else kernels.LOSSY_VERLET
+
+    @cached_property
+    def damping_time(self) -> float:
+        """The shortest time, s, in which a loss would stop a contact, whose poles are lighter than their bodies."""
+        vibrations, inverse = self.vibrations, 1.0 / self.reduced_mass
+        behind, ahead = (vibrations.far**2).sum(axis=1), np.append((vibrations.struck**2).sum(axis=1)[1:], 0.0)
+        return super().damping_time * float((inverse / (inverse + behind + ahead)).min())
 
     @cached_property
     def longest_step(self) -> float:

@@ -367,14 +367,19 @@ class MovingChain:
     @cached_property
     def tables(self) -> list[Vector]:
         """The different tables of the contact laws."""
-        laws = {law: None for law in self.local_laws if law is not None}
-        found = {id(table): table for law in laws if (table := law.kernel[1]) is not None}
-        return list(found.values())
+        return list({id(table): table for table in self._table_of.values()}.values())
+
+    @cached_property
+    def _table_of(self) -> dict[ContactLaw, Vector]:
+        """Each law's table, one for laws that are equal; those with Hertz's shape have none."""
+        laws = dict.fromkeys(law for law in self.local_laws if law is not None)
+        return {law: table for law in laws if (table := law.kernel[1]) is not None}
 
     def _first_rows(self) -> Vector:
         """Where each contact's table begins in all of them one after the other; −1 for Hertz's law."""
         starts = dict(zip(map(id, self.tables), np.cumsum([0, *map(len, self.tables)]), strict=False))
-        return np.array([-1 if law is None else starts.get(id(law.kernel[1]), -1) for law in self.local_laws])
+        first = {law: starts[id(table)] for law, table in self._table_of.items()}
+        return np.array([-1 if law is None else first.get(law, -1) for law in self.local_laws])
 
     def _overlap(self, energy: float) -> Vector:
         """How deep each contact would be, m, if it held this energy (J) alone."""

@@ -47,6 +47,22 @@ def advanced(chain: hl.Chain, dt: float, until: float, start: ChainState | None 
     return state.position - moving.rest
 
 
+def test_equal_laws_of_many_objects_are_one_law() -> None:
+    """A function may make a new table for every contact, and a pair and its mirror image have one each."""
+    approaches = np.geomspace(1e-8, 1e-4, 30)
+
+    def table(*_: object) -> hl.TabulatedLaw:
+        return hl.TabulatedLaw(list(approaches), list(3e9 * approaches**1.5))
+
+    runs = [hl.CoSimulation(uniform(law=law), None).run(until=3e-4) for law in (table, table())]
+    assert float(runs[0].contact_force.sel(contact=10).max()) > 10.0
+    assert np.array_equal(runs[0].contact_force, runs[1].contact_force)
+    shell = hl.HollowSphere(9.525e-3, 8.655e-3, hl.ALUMINIUM_6061)
+    by_turns = hl.Chain([BEAD, shell] * 3, BEAD, SPEED, preload=2.0)
+    run = hl.CoSimulation(by_turns, hl.half_space(hl.STEEL_440C)).run(until=2e-4)
+    assert run.contact_force[0, 1:].values == pytest.approx(np.full(6, 2.0), rel=1e-9)
+
+
 def test_verlet_has_order_two() -> None:
     finest = advanced(uniform(integrator="rk4"), 2e-9, 1e-4)
     errors = [abs(advanced(uniform(), dt, 1e-4) - finest).max() for dt in (4e-7, 2e-7, 1e-7)]
