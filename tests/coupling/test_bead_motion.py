@@ -202,12 +202,33 @@ def test_beads_are_drawn_at_their_places(passage: xr.Dataset, run: xr.Dataset, t
         drawing.draw(4)
         history, labels = drawing.figure.axes[2], [axes.get_xlabel() for axes in drawing.figure.axes]
         assert len(history.lines) == 3
+        assert [text.get_text() for text in history.get_legend().get_texts()] == ["bead 3", "bead 4"]
+        assert len({(line.get_color(), line.get_linestyle()) for line in history.lines}) == 3
         assert history.get_ylabel() == "force through\nthe beads (N)"
         assert "along the chain (mm)" in [*labels, *(axes.get_ylabel() for axes in drawing.figure.axes)]
     hl.picture(passage, tmp_path / "beads.png", factor=0.0, run=run)
     assert (tmp_path / "beads.png").stat().st_size > 10_000
     with pytest.raises(ValueError, match="run: must be the Dataset of one run, that of the beads' motion"):
         hl.picture(passage, tmp_path / "beads.png", run=run.drop_vars("section_force"))
+
+
+def test_free_poles_have_an_outline(run: xr.Dataset) -> None:
+    """Cells there are smaller than a pixel; the outline is black all the same."""
+    from coupling.views import render
+    from coupling.views.scene import Scene
+
+    try:
+        render.check_window()
+    except OSError as error:
+        pytest.skip(str(error))
+    motion = hl.bead_motion(run, CHAIN, [2e-5, 3e-5, 4e-5], [4, 5, 6])
+    renderer = render.Renderer(Scene(motion, 0.0), "viridis", (0.0, 20e6), 1200, 4.0)
+    image = renderer.image(0, motion.von_mises.values[0])
+    renderer.close()
+    for row in image[image.shape[0] // 2 - 20 : image.shape[0] // 2 + 20]:
+        left, right = np.flatnonzero((row < 250).any(axis=1))[[0, -1]]
+        assert row[left : left + 10].max(axis=1).min() < 60
+        assert row[right - 9 : right + 1].max(axis=1).min() < 60
 
 
 def test_cells_are_not_inside_out(passage: xr.Dataset) -> None:
