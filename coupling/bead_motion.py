@@ -1,7 +1,7 @@
 """The motion of the beads of a deformable chain: displacement and stress inside them at chosen times of a run."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import sqrt
 from typing import Any, NamedTuple
 
@@ -10,13 +10,14 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from coupling.motion import motion_dataset, nearest_rows
-from coupling.result import as_text, provenance
+from coupling.result import as_text, differences, provenance
+from coupling.sweep import TAKEN
 from particles.bead import Bead
 from particles.bead_field import BeadField, Push
 from particles.deformable import DeformableChain
 from particles.excitation import Piston, PushedBead
 from particles.vibration import vibration
-from structures.checks import instance, listed, whole
+from structures.checks import instance, listed, short, whole
 from structures.field import Grid, von_mises
 from structures.structure import Structure, Vector
 from structures.surface import Surface, hertz_stiffness, relative_curvatures
@@ -28,6 +29,9 @@ OF_BEADS = ("displacement", "contact_force", "vibration_amplitude")
 
 ROUND = 1e-6
 """Difference of the relative curvatures, over their sum, beyond which a contact is no circle."""
+
+MOST_TOLD = 3
+"""Differences that an error tells."""
 
 
 def bead_motion(
@@ -42,7 +46,8 @@ def bead_motion(
 
     chain: the one that was run; of a run with several choose one first, run.isel(chain=0). beads: their numbers, 0 the
     striker, or one of them; by default all. structure, behind: what the last bead and the first one face, where these
-    touch something and are among the beads.
+    touch something and are among the beads. All three are compared with the run's input; a point of a sweep, known by
+    the coordinates of its axes, has the input of the first, so only bodies' places, modes and energy are compared.
     Each bead is told by its modes, and by the static field of the contacts' forces (mode acceleration, see
     `particles.bead_field`); these press as Hertz's pressure, on the circle that it has at that force, 8 cells in radius
     where it is widest: then stress is good to 1 % of the greatest pressure, at the circle's edge to 7 %.
@@ -50,8 +55,8 @@ def bead_motion(
     "radial", "hoop", "axial", "shear". Displacement is from static equilibrium, as in the run; stress holds that of the
     preload, as contact forces do. Beads are told in their half-planes (r, 0, −z), at their places along the chain, z
     from its struck end; bead (point) is the number of each point's bead, part (cell) of each cell's.
-    Raises ValueError for times outside the run, numbers that are no beads, other chains than the run's, contacts that
-    are no circles, Datasets that are no single run, and where structure or behind is needed.
+    Raises ValueError for times outside the run, numbers that are no beads, other chains or structures than the run's,
+    contacts that are no circles, Datasets that are no single run, and where structure or behind is needed.
     """
     known = _Run(run, chain, structure, behind)
     rows = nearest_rows(known.time, times)
@@ -104,16 +109,20 @@ class _Run:
         if missing:
             raise ValueError(f"run: holds no {', '.join(missing)}; must be that of a DeformableChain")
         _check_single(run)
-        _check_same(run, chain)
+        told: dict[str, Any] = {} if set(run.coords) - TAKEN else json.loads(run.attrs.get("input") or "{}")
+        _check_same(run, chain, told)
+        self.ends = {"behind": _surface("behind", behind), "structure": _surface("structure", structure)}
+        faced = _faced(run)
+        _check_end("structure", structure, faced.get("last bead"), told)
+        _check_end("behind", behind, faced.get("first bead"), told)
         count, elastic = len(chain.beads) + 1, chain.modes - 1
         self.time = run.time.values
         self.displacement = run.displacement.values[:, :count]
         self.force, self.static = run.contact_force.values[:, :count], run.static_force.values[:count]
         self.amplitude = run.vibration_amplitude.values[:, :count, :elastic]
         self.bodies: tuple[Any, ...] = (chain.body, *chain.beads)
-        self.ends = {"behind": _surface("behind", behind), "structure": _surface("structure", structure)}
         # A force from outside is told as contact 1 where nothing touches there; it acts on the bead as a whole.
-        if isinstance(chain.striker, PushedBead) and "first bead" not in _ends(run):
+        if isinstance(chain.striker, PushedBead) and "first bead" not in faced:
             self.force, self.static = self.force.copy(), self.static.copy()
             self.force[:, 0] = self.static[0] = 0.0
 
@@ -202,13 +211,14 @@ def _surface(name: str, given: object) -> Surface | None:
     return surface  # type: ignore[no-any-return]
 
 
-def _ends(run: xr.Dataset) -> list[str]:
-    """Which ends of this chain face something."""
+def _faced(run: xr.Dataset) -> dict[str, int]:
+    """The ends of this chain that face something, and the places of the structures there."""
+    here = ~np.isnan(np.atleast_1d(run.gap.values[0])) if "gap" in run else [True]
     if "interface_end" not in run.coords:
-        return []
-    ends, chains = (np.atleast_1d(run[f"interface_{name}"].values) for name in ("end", "chain"))
+        return {"last bead": 0} if here[0] else {}
+    told = (np.atleast_1d(run[f"interface_{name}"].values).tolist() for name in ("chain", "end", "structure"))
     own = int(run.chain) if "chain" in run.coords else 0
-    return [str(end) for end, chain in zip(ends, chains, strict=True) if chain == own]
+    return {end: place for chain, end, place, some in zip(*told, here, strict=True) if some and chain == own}
 
 
 def _check_single(run: xr.Dataset) -> None:
@@ -223,7 +233,7 @@ def _check_single(run: xr.Dataset) -> None:
             raise ValueError(f"run: has the axes {', '.join(axes)}; choose one run with run.isel({axes[0]}=0)")
 
 
-def _check_same(run: xr.Dataset, chain: DeformableChain) -> None:
+def _check_same(run: xr.Dataset, chain: DeformableChain, given: Mapping[str, Any]) -> None:
     """A ValueError where the run is of another chain. Chains shorter than the longest of a run are filled with NaN."""
     told = np.count_nonzero(~np.isnan(run.displacement.values[0]))
     if told != len(chain.beads) + 1:
@@ -231,10 +241,37 @@ def _check_same(run: xr.Dataset, chain: DeformableChain) -> None:
     modes = 1 + np.count_nonzero(~np.isnan(run.vibration_amplitude.values[0, 1]))
     if modes != chain.modes:
         raise ValueError(f"chain: has modes = {chain.modes}, that of the run {modes}; give the one that was run")
-    given = json.loads(run.attrs.get("input") or "{}")
     place = int(run.chain) if "chain" in run.coords else 0
     described = given["chains"][place] if "chains" in given else given.get("chain")
-    mine = json.loads(as_text(chain.describe()["beads"]))
-    other = isinstance(described, dict) and described.get("beads", mine) != mine
-    if other or not np.allclose(run.centre.values[:told], chain.centres, rtol=1e-9, atol=0.0):
+    if described is not None:
+        _refuse("chain", described, chain.describe(), "give the one that was run")
+    if not np.allclose(run.centre.values[:told], chain.centres, rtol=1e-9, atol=0.0):
         raise ValueError("chain: has other bodies than that of the run; give the one that was run")
+    energy = float(run.impact_energy)
+    if not np.isclose(energy, chain.impact_energy, rtol=1e-9, atol=0.0):
+        raise ValueError(
+            f"chain: is struck with {chain.impact_energy:.6g} J, that of the run with {energy:.6g} J; give the one "
+            "that was run"
+        )
+
+
+def _check_end(name: str, facing: object, place: int | None, given: Mapping[str, Any]) -> None:
+    """A ValueError where nothing was there, or another structure. How it was reduced and stepped makes no other."""
+    if facing is None:
+        return
+    if place is None:
+        raise ValueError(f"{name} = {short(facing)}: must be None, as nothing was there in the run")
+    described = given["structures"][place] if "structures" in given else given.get("structure")
+    if isinstance(facing, Structure) and isinstance(described, dict):
+        theirs, mine = (
+            {key: value for key, value in one.items() if key not in ("reduction", "stepper")}
+            for one in (described, facing.origin)
+        )
+        _refuse(name, theirs, mine, "give the one that was run, or its Surface")
+
+
+def _refuse(name: str, theirs: Mapping[str, Any], mine: Mapping[str, Any], advice: str) -> None:
+    """A ValueError where this differs from what the run tells, as plain data."""
+    if told := list(differences(theirs, json.loads(as_text(mine)))):
+        more = f" and {len(told) - MOST_TOLD} more" if len(told) > MOST_TOLD else ""
+        raise ValueError(f"{name}: is not that of the run: {', '.join(told[:MOST_TOLD])}{more}; {advice}")

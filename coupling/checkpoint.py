@@ -18,8 +18,7 @@ import numpy as np
 
 from coupling.frames import Frames
 from coupling.interface import Interface
-from coupling.result import as_text, versions
-from structures.checks import LONGEST
+from coupling.result import as_text, differences, versions
 from structures.moving import MovingStructure
 
 HEAD = b"hertzlink checkpoint 1\n"
@@ -145,7 +144,7 @@ class Keeper:
         file.seek(len(HEAD) + SUM)
         theirs = file.readline().decode().rstrip("\n")
         if theirs != self.run:
-            other = list(_differences(json.loads(theirs), json.loads(self.run)))
+            other = list(differences(json.loads(theirs), json.loads(self.run)))
             told = [text for text in other if not text.startswith("numbers")] or other
             raise ValueError(
                 f"{self.name}: belongs to another run: {', '.join(told)}; name another file, or remove it to begin anew"
@@ -202,16 +201,3 @@ def _flat(numbers: Iterable[Any]) -> Iterator[Any]:
             yield from _flat(one)
         else:
             yield one
-
-
-def _differences(theirs: Any, mine: Any, name: str = "") -> Iterator[str]:
-    """In words, where two pieces of plain data differ."""
-    if isinstance(theirs, dict) and isinstance(mine, dict):
-        for key in dict.fromkeys([*theirs, *mine]):
-            yield from _differences(theirs.get(key), mine.get(key), f"{name}.{key}" if name else key)
-    elif isinstance(theirs, list) and isinstance(mine, list) and len(theirs) == len(mine):
-        for number, pair in enumerate(zip(theirs, mine, strict=True)):
-            yield from _differences(*pair, f"{name}[{number}]")
-    elif theirs != mine:
-        short = len(f"{theirs}{mine}") <= LONGEST
-        yield f"{name} = {theirs!r} there and {mine!r} here" if short else f"{name} differ"

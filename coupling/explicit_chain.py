@@ -1,7 +1,7 @@
 """A chain of deformable beads by explicit finite elements: slow, and the reference for faster models of it."""
 
 import logging
-from math import ceil, sqrt
+from math import ceil
 from time import perf_counter
 from typing import Any, NamedTuple
 
@@ -12,11 +12,12 @@ from coupling.result import DESCRIPTIONS, provenance
 from particles import explicit_kernels as kernels
 from particles.bead import Bead
 from particles.chain import Chain
-from particles.contact import PowerLaw, contact_law
+from particles.contact import SMALL_CONTACT, PowerLaw, contact_law
 from particles.contact_mesh import body_of
 from particles.explicit_beads import ExplicitBead, explicit_bead
 from particles.moving import MovingChain
 from structures.checks import instance, positive
+from structures.structure import Vector
 from structures.surface import hertz_stiffness, relative_curvatures
 
 CELLS = 4
@@ -45,6 +46,9 @@ MOST_SAVED = 1e8
 LATE = 1e-9
 """Times that differ by this part are one."""
 
+ROUNDED = 0.99
+"""Part of a step that is as good as the whole: an error tells three digits of it."""
+
 OWN = {
     "section_force": ("N", "force through the bead's central section, positive in compression"),
     "vibration_energy": ("J", "kinetic and strain energy of the bead beyond its rigid motion"),
@@ -61,8 +65,6 @@ class _Frames(NamedTuple):
     saved: kernels.Saved
     bead: ExplicitBead
     step: float
-    spacing: float
-    reach: float
     seconds: float
 
 
@@ -86,9 +88,10 @@ def explicit_chain(
     The Dataset has CoSimulation's variables; displacement and velocity are those of centres of mass, contact_energy is
     the strain energy. Forces are means over the saved interval about each saved time. Own variables, time × bead:
     section_force, N, and vibration_energy, J. Attributes: degrees_of_freedom, cells (of all bodies), step, spacing and
-    reach of the contact's mesh (s, m), seconds (of the steps, without the set-up).
-    Raises ValueError for unlike beads, gravity, preload, losses, laws and other strikers or integrators, and where
-    contacts are wider than 0.4 of a radius; FloatingPointError.
+    reach of the contact's mesh (s, m), seconds (of the steps, without the set-up); warnings, where a contact was so
+    wide that strains were not small, which is logged too.
+    Raises ValueError for unlike beads, gravity, preload, losses, laws and other strikers or integrators, for a
+    save_every shorter than the step, and where contacts are wider than 0.4 of a radius; FloatingPointError.
     """
     chain, until = _checked(chain), positive("until", until, "s")
     bead = chain.beads[0]
@@ -100,10 +103,18 @@ def explicit_chain(
     interval, rows = _saved_times(chain, until, save_every)
     reach = max(MARGIN * radius, size)
     for _ in range(TRIES):
-        frames = _run(chain, size, ceil(reach / size * (1.0 - 1e-9)) * size, interval, rows, rigid_wall)
+        whole = ceil(reach / size * (1.0 - 1e-9)) * size
+        if whole > WIDEST * bead.radius:
+            coarse = spacing is not None and MARGIN * radius <= WIDEST * bead.radius
+            culprit = f"spacing = {spacing!r}" if coarse else f"impact_speed = {chain.impact_speed!r}"
+            raise ValueError(f"{culprit}: contacts reach {whole:.3g} m, too wide for {bead!r}; take less")
+        model = explicit_bead(bead, whole, size)
+        if save_every is not None:
+            _check_saving(interval, SAFETY * model.stable_step)
+        frames = _run(chain, model, interval, rows, rigid_wall)
         if frames is not None:
             given = {"chain": chain.describe(), "until": until, "save_every": interval, "rigid_wall": rigid_wall}
-            return _dataset(chain, frames, given)
+            return _dataset(chain, frames, {**given, "spacing": size}, {"spacing": size, "reach": whole})
         reach *= WIDENING
         log.info("bodies touch beyond the mesh's reach, which widens to %.3g m", reach)
     raise ValueError(
@@ -125,13 +136,15 @@ def _saved_times(chain: Chain, until: float, save_every: float | None) -> tuple[
     return interval, rows
 
 
-def _run(chain: Chain, size: float, reach: float, interval: float, rows: int, wall: bool) -> _Frames | None:
+def _check_saving(interval: float, step: float) -> None:
+    """A ValueError for saved times, s, that would make the step shorter."""
+    if interval < ROUNDED * step:
+        raise ValueError(f"save_every = {interval!r}: must be no shorter than the step, {step:.3g} s")
+
+
+def _run(chain: Chain, bead: ExplicitBead, interval: float, rows: int, wall: bool) -> _Frames | None:
     """The run on a mesh; None where bodies touch beyond its reach."""
-    body = chain.beads[0]
-    if reach > WIDEST * body.radius:
-        raise ValueError(f"impact_speed = {chain.impact_speed!r}: contacts reach {reach:.3g} m, too wide for {body!r}")
-    bead, bodies = explicit_bead(body, reach, size), len(chain.beads) + 1
-    stride = ceil(interval / (SAFETY * bead.stable_step))
+    bodies, stride = len(chain.beads) + 1, ceil(interval / (SAFETY * bead.stable_step))
     stride += 1 - stride % 2
     step = interval / stride
     padded = ceil(bodies / kernels.LANES) * kernels.LANES
@@ -146,7 +159,7 @@ def _run(chain: Chain, size: float, reach: float, interval: float, rows: int, wa
         return None
     if status == kernels.NON_FINITE:
         raise FloatingPointError("explicit_chain: the state of the beads is no longer finite")
-    return _Frames(interval * np.arange(rows), saved, bead, step, size, reach, seconds)
+    return _Frames(interval * np.arange(rows), saved, bead, step, seconds)
 
 
 def _checked(chain: Chain) -> Chain:
@@ -169,14 +182,36 @@ def _checked(chain: Chain) -> Chain:
 def _widest_contact(bead: Bead, energy: float, wall: bool) -> float:
     """Radius, m, of a contact that holds this energy (J), by Hertz's law at the force of the analytic one."""
     law = contact_law(bead, bead)
-    force = law.force(law.overlap(np.array(energy)))
-    hertz = PowerLaw(hertz_stiffness(bead.surface, bead.surface))
-    widest = sqrt(float(hertz.approach(force)) / relative_curvatures(bead.surface, bead.surface)[1])
     # At a rigid wall half the compliance and twice the radius raise the force by 8^(1/5).
-    return widest * (8.0 ** (1.0 / 15.0) if wall else 1.0)
+    return float(_radius(bead, law.force(law.overlap(np.array(energy))))) * (8.0 ** (1.0 / 15.0) if wall else 1.0)
 
 
-def _dataset(chain: Chain, frames: _Frames, given: dict[str, Any]) -> xr.Dataset:
+def _radius(bead: Bead, force: Vector) -> Vector:
+    """Of contacts, m, by Hertz's law; at a rigid wall it is the same."""
+    hertz, curvature = PowerLaw(hertz_stiffness(bead.surface, bead.surface)), _curvature(bead)
+    return np.sqrt(np.asarray(hertz.approach(force)) / curvature)
+
+
+def _curvature(bead: Bead) -> float:
+    """Of two beads against each other, 1/m."""
+    return relative_curvatures(bead.surface, bead.surface)[1]
+
+
+def _warnings(bead: Bead, force: Vector, wall: bool) -> list[str]:
+    """Where strains were not small; they are logged. force: saved times × contacts, N."""
+    radius = _radius(bead, np.maximum(force, 0.0).max(axis=0))
+    part = radius * _curvature(bead)
+    if wall:
+        part[-1] *= 0.5
+    worst = int(part.argmax())
+    if part[worst] <= SMALL_CONTACT:
+        return []
+    caution = f"contact {worst + 1}: a contact of {radius[worst]:.3g} m radius leaves small strains"
+    log.warning("%s", caution)
+    return [caution]
+
+
+def _dataset(chain: Chain, frames: _Frames, given: dict[str, Any], mesh: dict[str, float]) -> xr.Dataset:
     """The result of a run, with the variables that CoSimulation's has where they mean something here."""
     saved, bodies = frames.saved, len(chain.beads) + 1
     nothing = np.zeros(frames.times.size)
@@ -204,8 +239,10 @@ def _dataset(chain: Chain, frames: _Frames, given: dict[str, Any]) -> xr.Dataset
         "static_force": ("contact", np.zeros(bodies), {"units": "N", "long_name": "preload"}),
     }
     free = 2 * frames.bead.mass.size - int(frames.bead.held.sum())
-    told = {
-        "degrees_of_freedom": bodies * free, "cells": bodies * frames.bead.cells, "step": frames.step,
-        "spacing": frames.spacing, "reach": frames.reach, "seconds": frames.seconds,
+    told: dict[str, Any] = {
+        "degrees_of_freedom": bodies * free, "cells": bodies * frames.bead.cells, "step": frames.step, **mesh,
+        "seconds": frames.seconds,
     }  # fmt: skip
-    return xr.Dataset(variables, coordinates, {**provenance({**given, "spacing": frames.spacing}), **told})
+    if warnings := _warnings(chain.beads[0], saved.contact_force, given["rigid_wall"]):
+        told["warnings"] = "\n".join(warnings)
+    return xr.Dataset(variables, coordinates, {**provenance(given), **told})

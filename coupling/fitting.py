@@ -15,6 +15,7 @@ from coupling.batch import batch
 from coupling.measures import reflections, sensor_force
 from particles.bead import Bead
 from particles.chain import Chain
+from particles.deformable import DeformableChain
 from particles.dissipation import (
     FORMS,
     Dissipation,
@@ -25,7 +26,7 @@ from particles.dissipation import (
     Tsuji,
 )
 from particles.moving import MovingChain
-from structures.checks import instance, listed, one_of, whole
+from structures.checks import instance, listed, one_of, short, whole
 from structures.structure import Structure, Vector
 
 STEPS_PER_CONTACT = 200
@@ -106,7 +107,8 @@ def fit_dissipation(
     Intervals take the noise to be white. Raises ValueError where a sensor saw no wave, or there are fewer than two, or
     no more than parameters where peaks are compared.
     """
-    instance("chain", chain, Chain, "a Chain")
+    if isinstance(instance("chain", chain, Chain, "a Chain"), DeformableChain):
+        raise ValueError(f"chain = {short(chain)}: must be a Chain of point masses, not of deformable beads")
     if law is not PowerDashpot and law not in ONE_PARAMETER:
         names = ", ".join(one.__name__ for one in ONE_PARAMETER)
         raise ValueError(f"law = {law!r}: must be one of PowerDashpot, {names}")

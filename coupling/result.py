@@ -4,7 +4,7 @@ import json
 import logging
 import platform
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
@@ -15,6 +15,7 @@ import xarray as xr
 from coupling.frames import Frames
 from coupling.interface import LAST, Contact, Interface
 from particles.deformable import MovingDeformableChain
+from structures.checks import LONGEST
 from structures.structure import Vector
 
 PACKAGES = ("hertzlink", "numpy", "scipy", "numba", "scikit-fem", "xarray")
@@ -264,6 +265,19 @@ def provenance(given: Mapping[str, Any]) -> dict[str, str]:
 def as_text(given: Mapping[str, Any]) -> str:
     """Input as JSON, the same in every process: what is no plain data by its repr, without addresses."""
     return json.dumps(given, default=lambda value: ADDRESS.sub("", repr(value)), ensure_ascii=False)
+
+
+def differences(theirs: Any, mine: Any, name: str = "") -> Iterator[str]:
+    """In words, where two pieces of plain data differ."""
+    if isinstance(theirs, dict) and isinstance(mine, dict):
+        for key in dict.fromkeys([*theirs, *mine]):
+            yield from differences(theirs.get(key), mine.get(key), f"{name}.{key}" if name else key)
+    elif isinstance(theirs, list) and isinstance(mine, list) and len(theirs) == len(mine):
+        for number, pair in enumerate(zip(theirs, mine, strict=True)):
+            yield from differences(*pair, f"{name}[{number}]")
+    elif theirs != mine:
+        short = len(f"{theirs}{mine}") <= LONGEST
+        yield f"{name} = {theirs!r} there and {mine!r} here" if short else f"{name} differ"
 
 
 @cache

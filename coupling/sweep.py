@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from distributed import Client
 
 TAKEN = {
-    "time", "bead", "contact", "chain", "interface", "structure", "centre", "static_force", "impact_energy",
+    "time", "bead", "contact", "mode", "chain", "interface", "structure", "centre", "static_force", "impact_energy",
     "interface_chain", "interface_end", "interface_structure", "interface_point", *DESCRIPTIONS,
 }  # fmt: skip
 """Names of every run's own dimensions, coordinates and variables."""
@@ -47,7 +47,8 @@ def sweep(
 
     jobs: processes, by default one for each core. measure: what to keep of each run, by default all of it.
     The Dataset has a dimension for each axis (named values, such as materials, become their names) and the
-    attributes of the first run. All runs share the sampling of the coarsest. Points that share all but the last
+    attributes of the first run. All runs share the sampling of the coarsest, and have NaN for modes of deformable beads
+    that others have more of. Points that share all but the last
     axis run in one process, one after the other, so that `build` may cache what they have in common.
     Raises ValueError for an axis that is empty or names two values alike, a name that every run has, and axes that
     build does not take. An error in one point ends the sweep, with a note that names the point (RuntimeError where its
@@ -189,6 +190,7 @@ def _combined(outcomes: Sequence[Outcome], values: dict[str, list[Any]]) -> xr.D
             not np.allclose(run.time, aligned[0].time, rtol=1e-9) for run in aligned if run.sizes == aligned[0].sizes
         ):
             raise ValueError("window: the runs' times do not fit together; leave the windows to be chosen")
+    aligned = _with_all_modes(aligned)
     if any(run.sizes != aligned[0].sizes for run in aligned):
         raise ValueError("build: runs differ in beads or times; use measure= to keep what they have in common")
     shape = tuple(len(axis) for axis in values.values())
@@ -207,6 +209,15 @@ def _combined(outcomes: Sequence[Outcome], values: dict[str, list[Any]]) -> xr.D
         errors = np.array([str(one) if isinstance(one, Failure) else "" for one in outcomes]).reshape(shape)
         variables[ERROR] = (tuple(values), errors, {"long_name": "why the point failed, empty where it did not"})
     return xr.Dataset(variables, coordinates, runs[0].attrs)
+
+
+def _with_all_modes(runs: Sequence[xr.Dataset]) -> list[xr.Dataset]:
+    """Filled up with NaN to the most modes of any."""
+    most = max(run.sizes.get("mode", 0) for run in runs)
+    return [
+        run.pad({"mode": (0, most - run.sizes["mode"])}, keep_attrs=True) if run.sizes.get("mode", most) < most else run
+        for run in runs
+    ]
 
 
 def _placed(data: Vector, places: Sequence[int], count: int) -> Vector:

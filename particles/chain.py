@@ -1,5 +1,6 @@
 """A chain of beads and what sets it in motion, as data; `MovingChain` moves it."""
 
+import inspect
 from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import asdict, dataclass
@@ -75,6 +76,8 @@ class Chain:
             raise ValueError(
                 f"law = {self.law!r}: must be None, a law such as PowerLaw(k, n), or a function of two bodies"
             )
+        if callable(self.law):
+            _check_takes_two(self.law)
         one_of("integrator", self.integrator, INTEGRATORS)
         if not self.impact_energy > 0.0:
             raise ValueError(f"striker = {self.striker!r}: moves nothing")
@@ -135,3 +138,17 @@ class Chain:
         rest, known = copy(self), {id(bead): asdict(bead) for bead in self.beads}
         object.__setattr__(rest, "beads", ())
         return {**asdict(rest), "beads": [known[id(bead)] for bead in self.beads]}
+
+
+def _check_takes_two(law: Callable[..., Any]) -> None:
+    """A ValueError where the function does not take a body and the next."""
+    try:
+        signature = inspect.signature(law)
+    except (TypeError, ValueError):  # of some that are written in C
+        return
+    try:
+        signature.bind(None, None)
+    except TypeError as error:
+        raise ValueError(
+            f"law = {law!r}: must be a function of two bodies, law(body, next body or Surface) ({error})"
+        ) from None

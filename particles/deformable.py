@@ -21,7 +21,7 @@ from particles.contact_fem import contact_law_fem
 from particles.contact_mesh import body_of
 from particles.moving import MovingChain
 from particles.vibration import Vibration, vibration
-from structures.checks import whole
+from structures.checks import short, whole
 from structures.structure import Vector
 from structures.surface import Surface
 
@@ -108,7 +108,8 @@ class MovingDeformableChain(MovingChain):
         softness = [0.0 if shape is None else shape.compression - shape.cross for shape in self.shapes]
         for law, told in zip(self.laws, np.add(softness, [*softness[1:], 0.0]).tolist(), strict=True):
             if law is not None and (id(law), told) not in known:
-                known[id(law), told] = _without(law, told, self._deepest(law), self.chain.modes)
+                given = law is self.chain.law or callable(self.chain.law)
+                known[id(law), told] = _without(law, told, self._deepest(law), self.chain.modes, given)
             local.append(None if law is None else known[id(law), told])
         return tuple(local)
 
@@ -175,7 +176,15 @@ class MovingDeformableChain(MovingChain):
         analytic = contact_law(one, other)
         if isinstance(other, Surface) and other.second_curvature != other.curvature:
             return analytic
-        return _law_up_to(one, other, _even(self._deepest(analytic)))
+        deepest, speed = self._deepest(analytic), self.chain.impact_speed
+        try:
+            return _law_up_to(one, other, _even(deepest))
+        except ValueError as error:
+            culprit = "chain" if speed is None else f"impact_speed = {speed!r}"
+            raise ValueError(
+                f"{culprit}: a contact that holds all {self.energy:.3g} J is pressed by {deepest:.3g} m, for which "
+                "finite elements give no law; take less, or give a law"
+            ) from error
 
     def _deepest(self, law: ContactLaw) -> float:
         """The approach, m, at which one contact would hold all energy, on top of the greatest static force."""
@@ -220,13 +229,22 @@ def _even(approach: float) -> float:
     return float(2.0 ** (ceil(2.0 * log2(approach)) / 2.0))
 
 
-def _without(law: ContactLaw, flexibility: float, deepest: float, modes: int) -> ContactLaw:
-    """The law less a linear flexibility, m/N: as deep as enough is left, and as `deepest`, m, at least."""
+def _without(law: ContactLaw, flexibility: float, deepest: float, modes: int, given: bool) -> ContactLaw:
+    """The law less a linear flexibility, m/N: as deep as enough is left, and as `deepest`, m, at least.
+
+    given: whether it is the user's, which may be at fault itself.
+    """
     approaches = np.geomspace(NARROWEST, BEYOND * deepest, SAMPLES)
     forces = law.force(approaches)
     local = approaches - flexibility * forces
     enough = np.append(True, np.diff(local) > LEAST_LEFT * np.diff(approaches))
     count = approaches.size if enough.all() else int(enough.argmin())
+    if approaches[count - 1] < deepest and given:
+        raise ValueError(
+            f"law = {short(law)}: is too stiff for beads that vibrate so: beyond {approaches[count - 1]:.3g} m modes = "
+            f"{modes!r} leave hardly anything of its approach, which may be {deepest:.3g} m; give one that counts the "
+            "approach of mid-planes, or take fewer modes"
+        )
     if approaches[count - 1] < deepest:
         raise ValueError(
             f"modes = {modes!r}: too many for a contact that may be pressed by {deepest:.3g} m: beyond "

@@ -1,5 +1,6 @@
 """The figure about a rendered body: axes in mm or a scale, colour bar, time; imports matplotlib."""
 
+from math import ceil
 from types import TracebackType
 from typing import Any
 
@@ -46,6 +47,16 @@ WIDEST, HIGHEST, NARROWEST = 4.8, 3.8, 3.7
 LEFT, RIGHT, ABOVE, BELOW = 0.75, 0.25, 0.42, 0.6
 HISTORY = 1.0
 """Height of the force's history beneath the body, inches."""
+
+ROW, COLUMN = 0.18, 0.85
+"""Height and width of an entry of its legend, inches."""
+
+STROKES = [
+    {"color": colour, "linestyle": style}
+    for style in ("-", "--", ":", "-.")
+    for colour in ("#000000", "#0072B2", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
+]
+"""Of the lines in it, by Okabe and Ito's colours, which all eyes tell apart."""
 
 BAR_GAP, BAR, BAR_TEXT = 0.2, 0.14, 0.75
 """Margins about the body, and the colour bar beside or below it, inches."""
@@ -119,7 +130,10 @@ class Drawing:
     def _laid_out(self) -> tuple[Figure, Any]:
         """The figure, with a colour bar on the right, or below a body that is wide."""
         height, wide = self.width * self.scene.aspect, self.scene.aspect < 0.6
-        beneath = 0.0 if self.history is None else HISTORY + BELOW
+        names = [] if self.history is None else self.history[3]
+        columns = max(1, int(self.width / COLUMN))
+        legend = ROW * ceil(len(names) / columns)
+        beneath = 0.0 if self.history is None else HISTORY + BELOW + legend
         left, below = LEFT, BELOW + (BAR + BELOW if wide else 0.0) + beneath
         beside = RIGHT if wide else BAR_GAP + BAR + BAR_TEXT
         total = max(NARROWEST, left + self.width + beside), below + height + ABOVE
@@ -144,12 +158,20 @@ class Drawing:
         shown.set_label(f"{self.kind[0]} ({unit})", fontsize=LETTERS)
         shown.ax.tick_params(labelsize=LETTERS - 1.0)
         if self.history is not None:
-            self._draw_history(axes(left, BELOW, self.width, HISTORY), *self.history)
+            self._draw_history(axes(left, BELOW + legend, self.width, HISTORY), columns, *self.history)
         figure.text(0.5, 1.0 - 0.5 * ABOVE / total[1], "", ha="center", va="center", fontsize=LETTERS)
         return figure, place
 
-    def _draw_history(self, axes: Any, time: Vector, force: Vector, name: str) -> None:
-        axes.plot(time, force, color="black", linewidth=LINE)
+    def _draw_history(self, axes: Any, columns: int, time: Vector, force: Vector, name: str, names: list[str]) -> None:
+        for number, one in enumerate(force.reshape(time.size, -1).T):
+            label = names[number] if names else None
+            axes.plot(time, one, linewidth=LINE, label=label, **STROKES[number % len(STROKES)])
+        if names:
+            axes.legend(
+                ncols=min(columns, len(names)), loc="upper center", bbox_to_anchor=(0.5, -0.85 * BELOW / HISTORY),
+                borderaxespad=0.0, borderpad=0.0, labelspacing=0.3, columnspacing=1.0, handlelength=1.5, frameon=False,
+                fontsize=LETTERS - 1.0,
+            )  # fmt: skip
         self.now = axes.axvline(time[0], color="#D55E00", linewidth=LINE)
         axes.set_xlabel("time (µs)", fontsize=LETTERS)
         axes.set_ylabel(name, fontsize=LETTERS)
@@ -204,20 +226,21 @@ def _values(motion: xr.Dataset, show: str) -> Vector:
     return np.asarray(np.linalg.norm(vectors, axis=-1))
 
 
-def _history(run: xr.Dataset, motion: xr.Dataset) -> tuple[Vector, Vector, str]:
-    """Time (µs) and force, over what the motion shows and what came before, and what the force is called.
+def _history(run: xr.Dataset, motion: xr.Dataset) -> tuple[Vector, Vector, str, list[str]]:
+    """Time (µs) and force, over what the motion shows and what came before; what the force and its columns are called.
 
     Of the last bead above the preload, or through those that are drawn, a column each, N.
     """
     instance("run", run, xr.Dataset, "the Dataset of a run")
     if "bead" in motion.coords:
-        return *_until(_through_beads(run, motion), motion), "force through\nthe beads (N)"
+        names = [f"bead {number}" for number in np.unique(motion.bead)]
+        return *_until(_through_beads(run, motion), motion), "force through\nthe beads (N)", names
     forces = run.contact_force - run.static_force
     if set(forces.dims) != {"time", "contact"}:
         raise ValueError("run: must be the Dataset of one run; of several chains choose one, run.isel(chain=0)")
     # Chains shorter than the longest are filled up with NaN.
     force = forces.dropna("contact", how="all").isel(contact=-1)
-    return *_until(force, motion), "force on the\nstructure (N)"
+    return *_until(force, motion), "force on the\nstructure (N)", []
 
 
 def _through_beads(run: xr.Dataset, motion: xr.Dataset) -> xr.DataArray:

@@ -40,7 +40,7 @@ def picture(
     factor: how much larger than true the displacement is drawn; by default a round number, for a tenth of the body's
     shortest side; with 0 beads that touch do not overlap. highest: the upper end of the colours, Pa or m; by default a
     round number that 95 % of the body stays below. Give both to compare pictures. run: the Dataset that the motion is
-    of; the force of its last bead on the structure, or that through the beads that are drawn, is then drawn beneath.
+    of; the force of its last bead on the structure, or those through the beads that are drawn, are then drawn beneath.
     Bodies of revolution are cut along their axis; long ones lie down, struck from the left. 3-D bodies are seen from
     outside, to scale. Grey lines: the section at rest; black ones: edges, and where materials meet.
     A file of the name is replaced, whole or not at all. Raises ValueError for a time or a name that is not there, and

@@ -5,6 +5,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
+from math import sqrt
 from typing import Any
 
 import numpy as np
@@ -57,15 +58,23 @@ class Renderer:
             if scene.flat:
                 at_rest = edges.copy()
                 at_rest.points[:, 2] -= self.lift
-                self.plotter.add_mesh(at_rest, color=REST_COLOUR, line_width=line, lighting=False)
+                self._add_lines(at_rest, REST_COLOUR, line)
             surface.point_data["value"] = np.zeros(surface.n_points)
             body = self.plotter.add_mesh(
                 surface, scalars="value", cmap=colours, clim=ends, show_scalar_bar=False,
                 lighting=not scene.flat, ambient=0.65, diffuse=0.4,
             )  # fmt: skip
             body.prop.interpolation = "Gouraud"
-            self.plotter.add_mesh(edges, color=LINE_COLOUR, line_width=line, lighting=False)
+            self._add_lines(edges, LINE_COLOUR, line)
         self._aim()
+
+    def _add_lines(self, edges: Any, colour: str, line: float) -> None:
+        """With a dot at each joint, as pieces shorter than a pixel, where meshes are fine, are not drawn as lines.
+
+        Dots are squares, no wider than the line whatever its direction; round ones would rise before the body.
+        """
+        self.plotter.add_mesh(edges, color=colour, line_width=line, lighting=False)
+        self.plotter.add_mesh(edges, style="points", color=colour, point_size=line / sqrt(2.0), lighting=False)
 
     def _aim(self) -> None:
         low, high = self.scene.low, self.scene.high

@@ -202,12 +202,33 @@ def test_beads_are_drawn_at_their_places(passage: xr.Dataset, run: xr.Dataset, t
         drawing.draw(4)
         history, labels = drawing.figure.axes[2], [axes.get_xlabel() for axes in drawing.figure.axes]
         assert len(history.lines) == 3
+        assert [text.get_text() for text in history.get_legend().get_texts()] == ["bead 3", "bead 4"]
+        assert len({(line.get_color(), line.get_linestyle()) for line in history.lines}) == 3
         assert history.get_ylabel() == "force through\nthe beads (N)"
         assert "along the chain (mm)" in [*labels, *(axes.get_ylabel() for axes in drawing.figure.axes)]
     hl.picture(passage, tmp_path / "beads.png", factor=0.0, run=run)
     assert (tmp_path / "beads.png").stat().st_size > 10_000
     with pytest.raises(ValueError, match="run: must be the Dataset of one run, that of the beads' motion"):
         hl.picture(passage, tmp_path / "beads.png", run=run.drop_vars("section_force"))
+
+
+def test_free_poles_have_an_outline(run: xr.Dataset) -> None:
+    """Cells there are smaller than a pixel; the outline is black all the same."""
+    from coupling.views import render
+    from coupling.views.scene import Scene
+
+    try:
+        render.check_window()
+    except OSError as error:
+        pytest.skip(str(error))
+    motion = hl.bead_motion(run, CHAIN, [2e-5, 3e-5, 4e-5], [4, 5, 6])
+    renderer = render.Renderer(Scene(motion, 0.0), "viridis", (0.0, 20e6), 1200, 4.0)
+    image = renderer.image(0, motion.von_mises.values[0])
+    renderer.close()
+    for row in image[image.shape[0] // 2 - 20 : image.shape[0] // 2 + 20]:
+        left, right = np.flatnonzero((row < 250).any(axis=1))[[0, -1]]
+        assert row[left : left + 10].max(axis=1).min() < 60
+        assert row[right - 9 : right + 1].max(axis=1).min() < 60
 
 
 def test_cells_are_not_inside_out(passage: xr.Dataset) -> None:
@@ -232,15 +253,66 @@ def test_cells_are_not_inside_out(passage: xr.Dataset) -> None:
         ({"chain": hl.Chain([BEAD] * 6, BEAD, 0.5)}, "must be the DeformableChain that was run"),
         ({"chain": replace(CHAIN, beads=[BEAD] * 5)}, "chain: has 5 beads, that of the run 6"),
         ({"chain": replace(CHAIN, modes=7)}, "chain: has modes = 7, that of the run 8"),
-        ({"chain": replace(CHAIN, striker=hl.Sphere(2e-3, STEEL))}, "chain: has other bodies than that of the run"),
-        ({"chain": replace(CHAIN, beads=[hl.Sphere(BEAD.radius, hl.PTFE)] * 6)}, "chain: has other bodies"),
+        (
+            {"chain": replace(CHAIN, striker=hl.Sphere(2e-3, STEEL))},
+            "chain: is not that of the run: striker.radius = 0.00238 there and 0.002 here; give the one that was run",
+        ),
+        ({"chain": replace(CHAIN, beads=[hl.Sphere(BEAD.radius, hl.PTFE)] * 6)}, "beads[0].material.youngs_modulus ="),
+        ({"chain": replace(CHAIN, beads=[hl.Sphere(BEAD.radius, hl.PTFE)] * 6)}, "and 21 more; give the one that was"),
+        ({"chain": replace(CHAIN, striker=hl.Sphere(BEAD.radius, hl.PTFE))}, "striker.material.youngs_modulus = "),
+        ({"chain": replace(CHAIN, impact_speed=0.4)}, "impact_speed = 0.5 there and 0.4 here"),
+        ({"chain": replace(CHAIN, law=hl.PowerLaw(1e9))}, "law = None there and "),
+        ({"chain": replace(CHAIN, dissipation=hl.LinearDashpot(0.1))}, "dissipation = None there and "),
+        ({"chain": replace(CHAIN, gravity=9.81)}, "gravity = 0.0 there and 9.81 here"),
+        ({"chain": replace(CHAIN, preload=1.0)}, "preload = 0.0 there and 1.0 here"),
         ({"structure": "wall"}, "structure = 'wall': must be a Structure, a Surface or None"),
+        ({"structure": ROD}, "must be None, as nothing was there in the run"),
+        ({"behind": hl.Surface(STEEL)}, "must be None, as nothing was there in the run"),
         ({"run": {"time": 0}}, "must be the Dataset of a run of a DeformableChain"),
     ],
 )
 def test_bad_input_is_named(run: xr.Dataset, given: dict[str, Any], told: str) -> None:
     with pytest.raises(ValueError, match=re.escape(told)):
         hl.bead_motion(**{"run": run, "chain": CHAIN, "times": [2e-5], **given})
+
+
+def test_another_structure_is_told() -> None:
+    """How it was reduced makes no other; nor is more known of a Surface."""
+    chain, rest = hl.DeformableChain([BEAD] * 2, None, 0.3, modes=3), hl.half_space(STEEL)
+    run = hl.CoSimulation(chain, ROD).run(until=2e-6)
+    short = hl.rod([hl.Layer(STEEL, 20e-3, 5e-3)])
+    told = "structure: is not that of the run: layers[0].length = 0.03 there and 0.02 here; give the one that was run"
+    with pytest.raises(ValueError, match=re.escape(told)):
+        hl.bead_motion(run, chain, 1e-6, 1, structure=short)
+    with pytest.raises(ValueError, match=r"behind = .*: must be None, as nothing was there"):
+        hl.bead_motion(run, chain, 1e-6, 1, structure=ROD, behind=rest)
+    for same in (ROD, hl.reduce(ROD, until=1e-5), ROD.surface):
+        assert hl.bead_motion(run, chain, 1e-6, 1, structure=same).sizes["time"] == 1
+    both = hl.CoSimulation(chain, ROD, behind=rest).run(until=2e-6)
+    assert hl.bead_motion(both, chain, 1e-6, 1, structure=ROD, behind=rest).sizes["time"] == 1
+    for wrong in ({"structure": rest, "behind": rest}, {"structure": ROD, "behind": ROD}):
+        with pytest.raises(ValueError, match="is not that of the run: kind = "):
+            hl.bead_motion(both, chain, 1e-6, 1, **wrong)
+
+
+def of_speed_and_material(speed: float, material: hl.Material) -> hl.DeformableChain:
+    return hl.DeformableChain([hl.Sphere(2e-3, material)] * 2, hl.Sphere(2e-3, material), speed, modes=3)
+
+
+def test_points_of_a_sweep_have_the_first_ones_input() -> None:
+    """So of these only the bodies' places, the modes and the energy are compared."""
+
+    def build(speed: float, material: hl.Material) -> hl.CoSimulation:
+        return hl.CoSimulation(of_speed_and_material(speed, material), None)
+
+    runs = hl.sweep(build, 1e-5, jobs=1, speed=[0.3, 0.5], material=[STEEL, hl.ALUMINIUM_6061])
+    last = runs.isel(speed=1, material=1)
+    chain = of_speed_and_material(0.5, hl.ALUMINIUM_6061)
+    motion = hl.bead_motion(last, chain, 8e-6, 1)
+    own = hl.bead_motion(build(0.5, hl.ALUMINIUM_6061).run(1e-5), chain, float(motion.time[0]), 1)
+    assert motion.stress.values == pytest.approx(own.stress.values, rel=1e-6, abs=1.0)
+    with pytest.raises(ValueError, match=r"chain: is struck with .* J, that of the run with .* J; give the one"):
+        hl.bead_motion(last, of_speed_and_material(0.3, hl.ALUMINIUM_6061), 8e-6, 1)
 
 
 def test_modes_from_elsewhere_have_no_shapes(run: xr.Dataset) -> None:

@@ -83,7 +83,7 @@ def test_balances(request: pytest.FixtureRequest, which: str) -> None:
 
 def test_every_step_obeys_newton() -> None:
     """Saved at each step, a bead's velocity at whole steps is what the forces so far, and half of the last, gave it."""
-    run = hl.explicit_chain(hl.Chain([BEAD], BEAD, FAST), 0.4e-6, 100e-6, save_every=2e-9)
+    run = hl.explicit_chain(hl.Chain([BEAD], BEAD, FAST), 0.4e-6, 100e-6, save_every=3.87e-9)
     force, step = run.contact_force.sel(contact=1).values, float(run.time[1])
     assert run.step == pytest.approx(step)
     given = step * (np.cumsum(force) - 0.5 * force)
@@ -267,6 +267,19 @@ def test_too_coarse_a_mesh_is_told(caplog: pytest.LogCaptureFixture) -> None:
     assert "fewer than 3 cells" in caplog.text
 
 
+@pytest.mark.parametrize("wall", [False, True])
+def test_strains_that_are_not_small_are_told(wall: bool, caplog: pytest.LogCaptureFixture) -> None:
+    """Beyond a contact radius of a fifth of the relative radius of curvature; a flat wall bears twice that radius."""
+    chain = hl.Chain([BEAD], BEAD, 50.0)
+    run = hl.explicit_chain(chain, 15e-6, 200e-6, rigid_wall=wall)
+    modulus = 0.5 * BEAD.material.youngs_modulus / (1.0 - BEAD.material.poisson_ratio**2)
+    radius = (0.75 * float(run.contact_force.sel(contact=1).max()) * 0.5 * BEAD.radius / modulus) ** (1.0 / 3.0)
+    assert radius > 0.2 * 0.5 * BEAD.radius
+    told = f"contact 1: a contact of {radius:.3g} m radius leaves small strains"
+    assert run.warnings == told
+    assert told in caplog.text
+
+
 def test_a_state_that_is_not_finite(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(kernels, "run", lambda *_: kernels.NON_FINITE)
     with pytest.raises(FloatingPointError, match="no longer finite"):
@@ -297,7 +310,10 @@ CHAIN = hl.Chain([BEAD], BEAD, SPEED)
         ({"until": 1e9}, "until"),
         ({"spacing": 0.0}, "spacing = 0.0"),
         ({"spacing": 1e-8}, "spacing = 1e-08"),
+        ({"spacing": 1e-2}, "spacing = 0.01: contacts reach 0.01 m, too wide for"),
+        ({"chain": hl.Chain([BEAD], BEAD, 1000.0), "spacing": 1e-2}, "impact_speed = 1000.0: contacts reach"),
         ({"save_every": 1.0}, "save_every = 1.0"),
+        ({"save_every": 1e-13}, r"save_every = 1e-13: must be no shorter than the step, [5-9]\.\d*e-10 s"),
         ({"rigid_wall": 1}, "rigid_wall = 1"),
     ],
 )

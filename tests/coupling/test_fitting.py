@@ -98,6 +98,7 @@ def test_a_loss_of_another_kind_leaves_a_greater_difference() -> None:
         ({"sensors": None}, "sensors = None: must be given for a run"),
         ({"sensors": [7, 90]}, "sensor = 90: must be a bead from 1 to 20"),
         ({"chain": BEAD}, "chain = Sphere"),
+        ({"chain": hl.DeformableChain([BEAD] * 20, BEAD, 0.5)}, "chain = .*: must be a Chain of point masses"),
         ({"signals": 3}, "signals = 3"),
     ],
 )

@@ -2,6 +2,7 @@
 
 import os
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -75,6 +76,27 @@ def test_structures_of_every_kind_in_one_sweep() -> None:
     assert (taken.sel(base=["fixed", "free"]) == 0.0).all()
 
 
+def of_modes(modes: int) -> hl.CoSimulation:
+    return hl.CoSimulation(hl.DeformableChain([BEAD] * 3, BEAD, 0.3, modes=modes), None)
+
+
+@pytest.mark.parametrize("kept", [False, True])
+def test_modes_may_be_an_axis(kept: bool, tmp_path: Path) -> None:
+    """Amplitudes of modes that a point has not are NaN; all that is there is the single run's."""
+    runs = hl.sweep(of_modes, until=5e-5, jobs=1, store=tmp_path / "store" if kept else None, modes=[1, 2, 5])
+    assert runs.vibration_amplitude.dims == ("modes", "time", "bead", "mode")
+    assert runs.sizes["mode"] == 4
+    assert runs.vibration_amplitude.attrs["units"] == "m √kg"
+    for modes in (1, 2, 5):
+        point, single = runs.sel(modes=modes), of_modes(modes).run(until=5e-5)
+        shared = single.time.values[:: (single.sizes["time"] - 1) // (runs.sizes["time"] - 1)]
+        single = single.sel(time=shared)
+        amplitude = point.vibration_amplitude.values
+        assert np.array_equal(amplitude[..., : modes - 1], single.vibration_amplitude.values)
+        assert np.isnan(amplitude[..., modes - 1 :]).all()
+        assert np.array_equal(point.contact_force.values, single.contact_force.values)
+
+
 def of_beads(count: int) -> hl.CoSimulation:
     return hl.CoSimulation(hl.Chain([BEAD] * count, BEAD, 0.3), None)
 
@@ -92,6 +114,7 @@ def of_beads(count: int) -> hl.CoSimulation:
         (on, {"length": [0.1], "material": [hl.PTFE, replace(hl.PTFE, density=1.0)]}, "must not hold 'PTFE' twice"),
         (on, {"length": [0.1]}, r"takes material, length, but the axes are length \(missing .*'material'"),
         (on_half_space, {"time": [1e-3]}, "time is a name that every run uses"),
+        (of_modes, {"mode": [1]}, "mode is a name that every run uses"),
         (on_half_space, {"velocity": [1e-3]}, "velocity is a name that every run uses"),
         (3, {"radius": [1e-3]}, "build = 3"),
         (lambda radius: None, {"radius": [1e-3]}, "build = None"),

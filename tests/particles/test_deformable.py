@@ -259,11 +259,28 @@ def test_two_ends_and_a_gap() -> None:
         ({"beads": [BEAD, hl.Ellipsoid(2e-3, 6e-3, STEEL, "across")]}, "beads[1] = Ellipsoid"),
         ({"striker": hl.Cylinder(2e-3, 4e-3, STEEL)}, "striker = Cylinder"),
         ({"law": "fem"}, "law = 'fem'"),
+        ({"law": lambda one: None}, "must be a function of two bodies, law(body, next body or Surface) (too many"),
     ],
 )
 def test_bad_input_is_named(given: dict[str, Any], told: str) -> None:
     with pytest.raises(ValueError, match=re.escape(told)):
         hl.DeformableChain(**{"beads": [BEAD], "striker": BEAD, "impact_speed": 0.5, **given})
+
+
+def test_too_fast_a_striker_is_named_and_not_its_law() -> None:
+    with pytest.raises(ValueError, match=r"^impact_speed = 1000\.0: a contact that holds all 226 J") as caught:
+        hl.CoSimulation(hl.DeformableChain([BEAD] * 2, BEAD, 1e3), None)
+    assert "too small for a contact" in str(caught.value.__cause__)
+    spring = hl.SpringLoaded(BEAD, 1e9, 7e-4)
+    with pytest.raises(ValueError, match=r"^chain: a contact that holds all"):
+        hl.CoSimulation(hl.DeformableChain([BEAD] * 2, spring), None)
+
+
+def test_a_law_that_is_stiffer_than_the_beads_is_named() -> None:
+    stiff = hl.PowerLaw(1e13)
+    for law in (stiff, lambda one, other: stiff):
+        with pytest.raises(ValueError, match=r"^law = PowerLaw\(.*: is too stiff for beads that vibrate so: beyond"):
+            hl.CoSimulation(hl.DeformableChain([BEAD] * 2, BEAD, 0.5, law=law), None).run(1e-6)
 
 
 def test_too_long_a_step_is_named() -> None:
