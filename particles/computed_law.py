@@ -102,5 +102,5 @@ def check_range(
     if max_approach is not None:
         within("max_approach", max_approach, least * radius, radius, "m")
     if max_force is not None:
-        least, most = theory.force(np.array([least * radius, radius]))
-        within("max_force", max_force, float(least), float(most), "N")
+        low, high = theory.force(np.array([least * radius, radius]))
+        within("max_force", max_force, float(low), float(high), "N")

@@ -26,7 +26,7 @@ ELEMENTS = 30
 FEWEST = 3
 """Elements over the radius of the narrowest contact that is computed."""
 
-MOST, COARSE = 150, 5.0
+MOST, COARSE = 200, 5.0
 """Elements over what may touch of a shell, if no size is asked for; the factor on their size to see how far that is."""
 
 LARGE_ERROR = 0.01
@@ -146,7 +146,7 @@ class _Contact:
             if edge_approach(compliance, gap, gap.size - 1) >= approach:
                 return compliance, gap, reach
             reach *= WIDENING
-        raise ValueError(f"max_approach: the contact is wider than {reach:.3g} m at {approach:.3g} m; ask for less")
+        raise ValueError(f"max_force or max_approach: the contact is wider than {reach:.3g} m at {approach:.3g} m; ask for less")
 
     def _good(self, approach: float) -> float:
         """Size of the elements, m, where none is asked for: thin shells, which touch far beyond Hertz, have larger."""
