@@ -146,7 +146,9 @@ class _Contact:
             if edge_approach(compliance, gap, gap.size - 1) >= approach:
                 return compliance, gap, reach
             reach *= WIDENING
-        raise ValueError(f"max_force or max_approach: the contact is wider than {reach:.3g} m at {approach:.3g} m; ask for less")
+        raise ValueError(
+            f"max_force or max_approach: the contact is wider than {reach:.3g} m at {approach:.3g} m; ask for less"
+        )
 
     def _good(self, approach: float) -> float:
         """Size of the elements, m, where none is asked for: thin shells, which touch far beyond Hertz, have larger."""

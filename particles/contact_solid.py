@@ -196,7 +196,9 @@ class _Pair:
             if not touching[gap > OUTERMOST * gap[-1]].any():
                 return QUARTERS * forces_of_steps(compliance, gap, approaches)
             reach *= WIDENING
-        raise ValueError(f"max_force or max_approach: the contact is wider than {reach:.3g} m at {last:.3g} m; ask for less")
+        raise ValueError(
+            f"max_force or max_approach: the contact is wider than {reach:.3g} m at {last:.3g} m; ask for less"
+        )
 
 
 def _condensed(bead: Cylinder | Sphere, reach: float, size: float, coarser: float) -> tuple[Vector, Vector]:
