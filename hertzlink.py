@@ -67,7 +67,7 @@ from particles.contact import PowerLaw, TabulatedLaw, contact_law  # noqa: E402
 from particles.contact_bem import PressuresNotConverged, contact_law_bem  # noqa: E402
 from particles.contact_fem import contact_law_fem  # noqa: E402
 from particles.contact_plane import contact_law_plane  # noqa: E402
-from particles.contact_solid import contact_law_solid  # noqa: E402
+from particles.contact_solid import contact_law_solid, midplane_correction  # noqa: E402
 from particles.deformable import DeformableChain  # noqa: E402
 from particles.dissipation import (  # noqa: E402
     KuwabaraKono,
@@ -79,6 +79,7 @@ from particles.dissipation import (  # noqa: E402
 )
 from particles.excitation import Piston, PushedBead, SpringLoaded  # noqa: E402
 from particles.moving import MovingChain  # noqa: E402
+from particles.power_fit import fit_power_law  # noqa: E402
 from particles.sensor import calibration_factor  # noqa: E402
 from particles.solitary import (  # noqa: E402
     angular_frequency,
@@ -175,15 +176,15 @@ __all__ = [
     "contact_events", "contact_law", "contact_law_bem", "contact_law_fem", "contact_law_plane", "contact_law_solid",
     "contact_time", "contact_time_half_space", "contact_to_sensor_ratio", "critical_distance",
     "critical_distance_bounds", "critical_modulus", "cutoff_frequency", "cylinder", "drop_speed", "energy_error",
-    "explicit_chain", "fit_dissipation", "follow_waves", "half_space", "hertz_stiffness", "homogeneous",
-    "inelasticity_parameter", "infinite_plate", "kirchhoff_panel", "kirchhoff_plate", "lamb_cutoff_frequency",
-    "lamb_frequency", "lamb_group_speed", "lamb_phase_speed", "loss_factor", "loss_tangent", "mindlin_panel",
-    "mindlin_plate", "modal_damping", "normalised_time_of_flight", "peak_force_from_particle_speed", "picture",
-    "plate_amplitude_ratio", "plate_contact_time", "point_impedance", "primary_amplitude_ratio",
-    "primary_time_of_flight", "rayleigh", "rayleigh_speed", "read_signal", "reduce", "reflections", "rod", "rod_parts",
-    "run_in_precice", "secondary_delay", "sensor_force", "solid", "solitary_strain", "sound_speed",
-    "standard_linear_solid", "stiffness_parts", "structure_motion", "sweep", "tangent_stiffness", "time_of_flight",
-    "transit_time", "transit_time_from_striker", "upper_layer_restitution", "upper_layer_speed", "wave_speed",
-    "wave_speed_from_force", "wave_speed_from_particle_speed", "wave_width", "write_fmu", "write_vtu",
+    "explicit_chain", "fit_dissipation", "fit_power_law", "follow_waves", "half_space", "hertz_stiffness",
+    "homogeneous", "inelasticity_parameter", "infinite_plate", "kirchhoff_panel", "kirchhoff_plate",
+    "lamb_cutoff_frequency", "lamb_frequency", "lamb_group_speed", "lamb_phase_speed", "loss_factor", "loss_tangent",
+    "midplane_correction", "mindlin_panel", "mindlin_plate", "modal_damping", "normalised_time_of_flight",
+    "peak_force_from_particle_speed", "picture", "plate_amplitude_ratio", "plate_contact_time", "point_impedance",
+    "primary_amplitude_ratio", "primary_time_of_flight", "rayleigh", "rayleigh_speed", "read_signal", "reduce",
+    "reflections", "rod", "rod_parts", "run_in_precice", "secondary_delay", "sensor_force", "solid", "solitary_strain",
+    "sound_speed", "standard_linear_solid", "stiffness_parts", "structure_motion", "sweep", "tangent_stiffness",
+    "time_of_flight", "transit_time", "transit_time_from_striker", "upper_layer_restitution", "upper_layer_speed",
+    "wave_speed", "wave_speed_from_force", "wave_speed_from_particle_speed", "wave_width", "write_fmu", "write_vtu",
     "zener_contact_time", "zener_restitution",
 ]  # fmt: skip

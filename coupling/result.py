@@ -264,7 +264,9 @@ def provenance(given: Mapping[str, Any]) -> dict[str, str]:
 
 def as_text(given: Mapping[str, Any]) -> str:
     """Input as JSON, the same in every process: what is no plain data by its repr, without addresses."""
-    return json.dumps(given, default=lambda value: ADDRESS.sub("", repr(value)), ensure_ascii=False)
+    text = json.dumps(given, default=lambda value: ADDRESS.sub("", repr(value)), ensure_ascii=False)
+    # JSON knows neither NaN nor infinities: they become text.
+    return json.dumps(json.loads(text, parse_constant=str), ensure_ascii=False, allow_nan=False)
 
 
 def differences(theirs: Any, mine: Any, name: str = "") -> Iterator[str]:

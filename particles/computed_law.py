@@ -7,6 +7,7 @@ import numpy as np
 
 from particles.contact import ContactLaw, TabulatedLaw
 from particles.power_fit import PowerFit, fit_power_law
+from structures.checks import finite, not_negative, positive, within
 from structures.structure import Vector
 
 ORDER = 2.0
@@ -17,6 +18,12 @@ LEAST_ORDER = 1.0
 
 PARTS_BELOW = np.geomspace(1e-9, 1.0, 72, endpoint=False)
 """Forces below the first computed one, over it."""
+
+LEAST_PART = 1e-12
+"""The least approach that is computed, over the radius: narrower contacts a mesh cannot tell from a point."""
+
+ROUNDING = 1e-9
+"""Of a range's ends."""
 
 Points = tuple[Vector, Vector]
 """Approaches, m, and forces, N."""
@@ -35,10 +42,28 @@ class ComputedLaw(TabulatedLaw):
     error: float = 0.0
     order: float = nan
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in ("smallest", "error"):
+            object.__setattr__(self, name, not_negative(name, getattr(self, name), "m" if name == "smallest" else ""))
+        # nan alone differs from itself.
+        if self.order == self.order:
+            finite("order", self.order)
+
     def fit(self, lowest: float | None = None, highest: float | None = None, weighting: str = "relative") -> PowerFit:
-        """The nearest power law, by default over the whole computed range; see `fit_power_law`."""
-        low = self.smallest if lowest is None else lowest
-        return fit_power_law(self, low, self.largest if highest is None else highest, weighting)
+        """The nearest power law, by default over the whole computed range; see `fit_power_law`.
+
+        Raises ValueError for a range that was not computed.
+        """
+        low = self.smallest if lowest is None else positive("lowest", lowest, "m")
+        high = self.largest if highest is None else positive("highest", highest, "m")
+        for name, end in (("lowest", low), ("highest", high)):
+            if not self.smallest * (1.0 - ROUNDING) <= end <= self.largest * (1.0 + ROUNDING):
+                raise ValueError(
+                    f"{name} = {end!r}: must lie between {self.smallest:.4g} and {self.largest:.4g} m, which were "
+                    "computed; beyond, see fit_power_law"
+                )
+        return fit_power_law(self, low, high, weighting)
 
 
 def error_and_order(fine: Points, coarse: Points, coarsest: Points, *, highest: float = ORDER) -> tuple[float, float]:
@@ -65,7 +90,17 @@ def continued_to_zero(points: Points, theory: ContactLaw) -> Points:
     return np.append(theory.approach(forces) + softness * forces, points[0]), np.append(forces, points[1])
 
 
-def only_one_of(max_force: float | None, max_approach: float | None) -> None:
-    """A ValueError where not just one of the two says how far a law goes."""
+def check_range(
+    max_force: float | None, max_approach: float | None, theory: ContactLaw, radius: float, least: float = LEAST_PART
+) -> None:
+    """A ValueError where not just one of the two, N and m, says how far a law goes, or where that is out of reason.
+
+    Approaches are, from the part `least` of the bodies' smallest radius, m, to all of it; forces are, as theory's.
+    """
     if (max_force is None) == (max_approach is None):
         raise ValueError(f"max_force = {max_force!r}, max_approach = {max_approach!r}: one of the two must be given")
+    if max_approach is not None:
+        within("max_approach", max_approach, least * radius, radius, "m")
+    if max_force is not None:
+        low, high = theory.force(np.array([least * radius, radius]))
+        within("max_force", max_force, float(low), float(high), "N")

@@ -7,7 +7,7 @@ import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
-from math import e, inf, log, pi, sqrt
+from math import atan2, cos, e, inf, log, pi, sin, sqrt
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
@@ -20,7 +20,8 @@ from structures.structure import Vector
 from structures.surface import AXIS_RATIOS, Surface, hertz_stiffness, relative_curvatures
 
 SMALL_CONTACT = 0.2
-"""Half-width of a contact over the relative radius of curvature, up to which the half-space theories are trusted."""
+"""Half-width of a contact, up to which the half-space theories are trusted, over the relative radius of curvature, or
+over a body's own where that is smaller."""
 
 MOST_ELONGATED = 130.65
 """R′/R″ of cylinders that cross at 10°; more elongated contacts reach beyond what a half-space stands for."""
@@ -165,7 +166,7 @@ class TabulatedLaw(ContactLaw):
         inside = np.clip(asked, first, last)
         slope = np.where(asked < first, below, np.where(asked > last, above, curve(inside, 1)))
         force = np.exp(curve(inside) + slope * (asked - inside))
-        return np.where(np.asarray(approach) > 0.0, force, 0.0), slope
+        return np.where(np.asarray(approach) <= 0.0, 0.0, force), slope
 
     @cached_property
     def _curve(self) -> tuple[PchipInterpolator, tuple[float, float], tuple[float, float]]:
@@ -203,7 +204,9 @@ def _contact_law(first: Bead, second: Bead | Surface, axis_ratio: str) -> Contac
     if flat <= 1e-12 * sharp:
         return _line_contact(first, second)
     stiffness = hertz_stiffness(one, other, axis_ratio)
-    largest = SMALL_CONTACT**2 / sharp
+    # Along a relative curvature c a contact is √(δ/c) wide to either side: as round ones are, and long ones to √2.
+    directions = zip((flat, sharp), sharpest_curvatures(one, other), strict=True)
+    largest = SMALL_CONTACT**2 / max(sharpest * (sharpest / relative) for relative, sharpest in directions)
     shells = sum(shell_flexibility(body) for body in (first, second) if isinstance(body, HollowSphere))
     if any(isinstance(body, HollowSphere) for body in (first, second)):
         return _in_series(PowerLaw(stiffness, largest=largest), shells)
@@ -216,6 +219,26 @@ def _contact_law(first: Bead, second: Bead | Surface, axis_ratio: str) -> Contac
         if isinstance(first, Cylinder) and isinstance(second, Cylinder):
             return _bounded(PowerLaw(stiffness, 1.5, largest, name, caution), _line_contact(first, second))
     return PowerLaw(stiffness, 1.5, largest, name, caution)
+
+
+def sharpest_curvatures(first: Surface, second: Surface) -> tuple[float, float]:
+    """The largest curvatures, 1/m, along the flattest direction of two surfaces that touch, and across it.
+
+    They are the relative ones, or that of a body itself where it is more, as it is where the other is hollow.
+    Raises ValueError as `relative_curvatures` does.
+    """
+    flattest, across = ([relative] for relative in relative_curvatures(first, second))
+    parts = [
+        (0.5 * (surface.curvature + other), 0.5 * (surface.curvature - other), 2.0 * surface.direction)
+        for surface in (first, second)
+        for other in [float(surface.second_curvature or 0.0)]
+    ]
+    sharpest = atan2(sum(d * sin(angle) for _, d, angle in parts), sum(d * cos(angle) for _, d, angle in parts))
+    for mean, difference, angle in parts:
+        turned = difference * cos(angle - sharpest)
+        flattest.append(abs(mean - turned))
+        across.append(abs(mean + turned))
+    return max(flattest), max(across)
 
 
 @lru_cache(maxsize=256)
@@ -263,10 +286,10 @@ def _line_contact(first: Bead, second: Bead | Surface) -> TabulatedLaw:
     if not cylinders:
         raise ValueError(f"second = {second!r}: touches the first along a line; only cylinders may")
     length = min(body.length for body in cylinders)
-    relative = 0.0
-    for body in (first, second):
-        surface = body if isinstance(body, Surface) else body.surface
-        relative += max(surface.curvature, float(surface.second_curvature or 0.0))
+    surfaces = [body if isinstance(body, Surface) else body.surface for body in (first, second)]
+    curvatures = [max(surface.curvature, float(surface.second_curvature or 0.0), key=abs) for surface in surfaces]
+    relative = sum(curvatures)
+    sharpest = max(relative, *map(abs, curvatures))
     shares = []
     for body in (first, second):
         c = 1.0 / (pi * body.material.contact_modulus)
@@ -279,8 +302,8 @@ def _line_contact(first: Bead, second: Bead | Surface) -> TabulatedLaw:
     limit = compliance * e ** (offset - 1.0)
     approaches = np.geomspace(NARROWEST, 0.9 * limit, SAMPLES)
     forces = length * line_force(approaches, compliance, offset)
-    # The contact's half-width w grows as √F*; the law is trusted while w is small beside the relative radius.
-    trusted = (SMALL_CONTACT / relative) ** 2 / half_width_square * length
+    # The contact's half-width w grows as √F*; the law is trusted while w is small beside the radii.
+    trusted = (SMALL_CONTACT / sharpest) ** 2 / half_width_square * length
     largest = float(np.interp(trusted, forces, approaches))
     return TabulatedLaw(approaches, forces, "line contact of parallel cylinders", largest=largest)  # type: ignore[arg-type]
 
@@ -354,7 +377,8 @@ def _inverse(increasing: "np.ufunc | object", wanted: Vector) -> Vector:
         middle = 0.5 * (low + high)
         below = increasing(np.exp(middle)) < wanted  # type: ignore[operator]
         low, high = np.where(below, middle, low), np.where(below, high, middle)
-    return np.where(wanted > 0.0, np.exp(0.5 * (low + high)), 0.0)
+    # What is not a number stays so.
+    return np.where(wanted > 0.0, np.exp(0.5 * (low + high)), np.maximum(wanted, 0.0))
 
 
 def _pairs(law: TabulatedLaw) -> list[tuple[float, float]]:

@@ -5,7 +5,7 @@ even pressures on the rectangles of a grid (`influence`). No friction, small str
 """
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from math import exp, log, log2, pi, sqrt
 
@@ -15,8 +15,8 @@ from scipy.optimize import brentq
 from scipy.special import ellipe, ellipkm1
 
 from particles.bead import Cylinder, Ellipsoid, Sphere
-from particles.computed_law import ORDER, ComputedLaw, Points, continued_to_zero, only_one_of
-from particles.contact import MOST_ELONGATED, SMALL_CONTACT, PowerLaw
+from particles.computed_law import ORDER, ComputedLaw, Points, check_range, continued_to_zero
+from particles.contact import MOST_ELONGATED, SMALL_CONTACT, PowerLaw, sharpest_curvatures
 from particles.contact_solid import midplane_correction
 from structures.checks import finite, instance, positive, short, whole
 from structures.structure import Vector
@@ -25,8 +25,8 @@ from structures.surface import NEARLY_ROUND, Surface, hertz_stiffness, relative_
 CELLS = 64
 """Along each side of the grid: the force is right to 1.2e-4."""
 
-FEWEST = 32
-"""Cells, of which a quarter still tells the error."""
+FEWEST, MOST = 32, 512
+"""Cells: a quarter of the fewest still tells the error; the most take minutes."""
 
 MARGIN = 1.1
 """Half the grid's side over the semi-axis of the contact that Hertz expects."""
@@ -85,7 +85,7 @@ def contact_law_bem(
     second: Round | Surface | None = None,
     max_force: float | None = None,
     max_approach: float | None = None,
-    correction: float | tuple[float, float] | None = None,
+    correction: float | Sequence[float] | None = None,
     midplane: bool = False,
     cells: int = CELLS,
 ) -> ComputedLaw:
@@ -106,8 +106,9 @@ def contact_law_bem(
     corrections that leave no stiffness; PressuresNotConverged.
     """
     pair = _Pair(first, first if second is None else second)
-    only_one_of(max_force, max_approach)
-    whole("cells", cells, FEWEST)
+    check_range(max_force, max_approach, pair.hertz, 1.0 / max(pair.sharpest))
+    cells = _cells(cells)
+    instance("midplane", midplane, bool, "True or False")
     softness = pair.softness(correction, midplane)
     overlap = pair.overlap(max_force, max_approach, softness)
     steps = BEYOND * overlap * np.geomspace(LEAST_PART, 1.0, LOAD_STEPS)
@@ -129,9 +130,14 @@ def contact_pressures(
     first: Round, second: Round | Surface | None, approach: float, cells: int = CELLS
 ) -> ContactPressures:
     """Pressures between two half-spaces at one approach, m, without correction; see `contact_law_bem`."""
-    return _Pair(first, first if second is None else second).pressed(
-        positive("approach", approach, "m"), whole("cells", cells, FEWEST)
-    )
+    return _Pair(first, first if second is None else second).pressed(positive("approach", approach, "m"), _cells(cells))
+
+
+def _cells(cells: int) -> int:
+    """A whole number from FEWEST to MOST, or a ValueError."""
+    if whole("cells", cells, FEWEST) > MOST:
+        raise ValueError(f"cells = {cells!r}: must be at most {MOST}")
+    return int(cells)
 
 
 class _Pair:
@@ -148,14 +154,15 @@ class _Pair:
             raise ValueError(
                 f"second = {second!r}: touches the first along a line; parallel cylinders: see contact_law_plane"
             )
-        self.hertz = PowerLaw(hertz_stiffness(one, other))
+        self.hertz, self.sharpest = PowerLaw(hertz_stiffness(one, other)), sharpest_curvatures(one, other)
         self.modulus = 1.0 / (1.0 / one.material.contact_modulus + 1.0 / other.material.contact_modulus)
 
-    def softness(self, correction: float | tuple[float, float] | None, midplane: bool) -> float:
+    def softness(self, correction: float | Sequence[float] | None, midplane: bool) -> float:
         """What is taken off the approach for both bodies, m/N."""
         if midplane and correction is None:
             return sum(self.at_midplane(body) for body in self.bodies)
-        numbers = correction if isinstance(correction, tuple) else (correction or 0.0,) * 2
+        given = 0.0 if correction is None else correction
+        numbers: Sequence[float] = (given,) * 2 if np.ndim(given) == 0 else given  # type: ignore[assignment]
         if len(numbers) != 2:
             raise ValueError(f"correction = {correction!r}: must be one number, or one for each body, in m/N")
         shares = [finite("correction", number, "m/N") for number in numbers]
@@ -173,14 +180,14 @@ class _Pair:
         Raises ValueError where softness, m/N, the correction of both bodies, takes off too much there.
         """
         if max_force is not None:
-            overlap = bound = float(self.hertz.approach(np.array(positive("max_force", max_force, "N"))))
+            overlap = bound = float(self.hertz.approach(np.array(max_force, float)))
         else:
-            overlap = bound = positive("max_approach", max_approach, "m")  # type: ignore[arg-type]
+            overlap = bound = float(max_approach)  # type: ignore[arg-type]
             # As SOFTEST leaves two thirds of an approach or more.
             bound *= 1.5 if softness > 0.0 else 1.0
         if softness * float(self.hertz.tangent(np.array(bound))) > SOFTEST:
             raise ValueError(
-                f"correction = {softness:.3g} m/N for both: takes off most of what the half-spaces give way"
+                f"correction: the bodies' together, {softness:.3g} m/N, takes off most of what the half-spaces give way"
             )
         if max_force is not None or softness == 0.0:
             return overlap
@@ -234,8 +241,9 @@ class _Pair:
         for body in self.bodies:
             if isinstance(body, Cylinder) and along > 0.5 * body.length:
                 cautions.append(f"a contact {2.0 * along:.3g} m long is longer than a cylinder, {body.length:.3g} m")
-        if across * self.sharp > SMALL_CONTACT:
-            cautions.append(f"a contact of {across:.3g} m half-width leaves small strains")
+        for axis, sharpest in zip((along, across), self.sharpest, strict=True):
+            if axis * sharpest > SMALL_CONTACT:
+                cautions.append(f"a contact of {axis:.3g} m half-width leaves small strains")
         return list(dict.fromkeys(cautions))
 
 

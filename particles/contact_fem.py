@@ -13,8 +13,8 @@ import numpy as np
 from particles.active_set import edge_approach, forces_of_steps
 from particles.bead import Bead, HollowSphere
 from particles.compliance import MIDPLANES, surface_compliance
-from particles.computed_law import ComputedLaw, Points, continued_to_zero, error_and_order, only_one_of
-from particles.contact import SMALL_CONTACT, PowerLaw, TabulatedLaw, contact_law
+from particles.computed_law import ComputedLaw, Points, check_range, continued_to_zero, error_and_order
+from particles.contact import SMALL_CONTACT, PowerLaw, TabulatedLaw, contact_law, sharpest_curvatures
 from particles.contact_mesh import Spheroid, body_of, half_plane
 from structures.checks import instance, one_of, positive
 from structures.structure import Vector
@@ -25,6 +25,9 @@ ELEMENTS = 30
 
 FEWEST = 3
 """Elements over the radius of the narrowest contact that is computed."""
+
+MOST, COARSE = 200, 5.0
+"""Elements over what may touch of a shell, if no size is asked for; the factor on their size to see how far that is."""
 
 LARGE_ERROR = 0.01
 """Of the force, above which a law says so."""
@@ -40,8 +43,8 @@ MARGIN = 1.15
 
 WIDENING = 1.4
 
-ROUGH, TRIES = 15.0, 12
-"""Elements over the widest contact, and trials, of the rough law that tells the approach at a force."""
+ROUGH, TRIES = 2.0, 12
+"""A factor on the elements' size, and trials, of the rough law that tells the approach at a force."""
 
 log_of_laws = logging.getLogger("hertzlink.contact")
 
@@ -70,12 +73,12 @@ def contact_law_fem(
     instance("first", first, Bead, "a body")  # type: ignore[arg-type]
     second = first if second is None else instance("second", second, Bead | Surface, "a body or a Surface")  # type: ignore[arg-type]
     one_of("midplane", midplane, MIDPLANES)
-    only_one_of(max_force, max_approach)
     contact = _Contact(first, second, midplane)
+    check_range(max_force, max_approach, contact.analytic, 1.0 / contact.sharpest)
+    size = None if spacing is None else positive("spacing", spacing, "m")
     if max_approach is not None:
-        return contact.law(positive("max_approach", max_approach, "m"), spacing)
-    wanted = positive("max_force", max_force, "N")  # type: ignore[arg-type]
-    return contact.law_to_force(wanted, spacing)
+        return contact.law(float(max_approach), size)
+    return contact.law_to_force(float(max_force), size)  # type: ignore[arg-type]
 
 
 class _Contact:
@@ -86,7 +89,7 @@ class _Contact:
         for name, bead in self.beads:
             body_of(bead, 1.0, name)
         one, other = first.surface, second if isinstance(second, Surface) else second.surface
-        self.curvature = relative_curvatures(one, other)[1]
+        self.curvature, self.sharpest = relative_curvatures(one, other)[1], max(sharpest_curvatures(one, other))
         self.hertz = PowerLaw(hertz_stiffness(one, other))
         self.analytic = contact_law(first, second)
 
@@ -97,7 +100,7 @@ class _Contact:
 
     def law(self, approach: float, spacing: float | None) -> ComputedLaw:
         """The law up to an approach, m."""
-        size = self.widest(approach) / ELEMENTS if spacing is None else positive("spacing", spacing, "m")
+        size = self._good(approach) if spacing is None else spacing
         if size * FEWEST > self.widest(approach):
             raise self._too_coarse(approach, size)
         fine = self.steps(approach, size)
@@ -118,7 +121,7 @@ class _Contact:
         approach = float(self.analytic.approach(np.array(force)))
         for _ in range(TRIES):
             approach *= 1.2
-            rough = TabulatedLaw(*self.steps(approach, self.widest(approach) / ROUGH))  # type: ignore[arg-type]
+            rough = TabulatedLaw(*self.steps(approach, ROUGH * self._good(approach)))  # type: ignore[arg-type]
             if rough.forces[-1] > 1.05 * force:
                 law = self.law(1.03 * float(rough.approach(np.array(force))), spacing)
                 return replace(law, largest=float(law.approach(np.array(force))))
@@ -129,16 +132,30 @@ class _Contact:
 
         size: of the cells at the contact, m; coarser: a factor on all cells; fewest: cells in the narrowest contact.
         """
+        compliance, gap, _ = self._wide_enough(approach, size, coarser)
+        edges = np.array([edge_approach(compliance, gap, last) for last in range(2 * fewest, gap.size, 2)])
+        rising = edges[edges >= np.maximum.accumulate(edges)]
+        needed = max(int(np.searchsorted(rising, approach)) + 1, 2)
+        return rising[:needed], forces_of_steps(compliance, gap, rising[:needed])
+
+    def _wide_enough(self, approach: float, size: float, coarser: float) -> tuple[Vector, Vector, float]:
+        """Compliance and gap of a mesh that lets the bodies touch as far as they do at an approach, and how far, m."""
         reach = MARGIN * self.widest(approach) + 2.0 * size * coarser
         for _ in range(TRIES):
             compliance, gap = self._condensed(reach, size, coarser)
-            edges = np.array([edge_approach(compliance, gap, last) for last in range(2 * fewest, gap.size, 2)])
-            rising = edges[edges >= np.maximum.accumulate(edges)]
-            needed = max(int(np.searchsorted(rising, approach)) + 1, 2)
-            if needed <= rising.size:
-                return rising[:needed], forces_of_steps(compliance, gap, rising[:needed])
+            if edge_approach(compliance, gap, gap.size - 1) >= approach:
+                return compliance, gap, reach
             reach *= WIDENING
-        raise ValueError(f"approach = {approach:.3g} m: the contact is wider than {reach:.3g} m there; ask for less")
+        raise ValueError(
+            f"max_force or max_approach: the contact is wider than {reach:.3g} m at {approach:.3g} m; ask for less"
+        )
+
+    def _good(self, approach: float) -> float:
+        """Size of the elements, m, where none is asked for: thin shells, which touch far beyond Hertz, have larger."""
+        size = self.widest(approach) / ELEMENTS
+        if not any(isinstance(bead, HollowSphere) for _, bead in self.beads):
+            return size
+        return max(size, self._wide_enough(approach, size, COARSE)[2] / MOST)
 
     def _too_coarse(self, approach: float, size: float) -> ValueError:
         return ValueError(
@@ -163,7 +180,7 @@ class _Contact:
     def _cautions(self, approach: float) -> list[str]:
         """Where strains or turns are no longer small."""
         cautions, radius = [], self.widest(approach)
-        if radius * self.curvature > SMALL_CONTACT:
+        if radius * self.sharpest > SMALL_CONTACT:
             cautions.append(f"a contact of {radius:.3g} m radius leaves small strains")
         for _, bead in self.beads:
             if isinstance(bead, HollowSphere) and approach > THIN * (bead.radius - bead.inner_radius):

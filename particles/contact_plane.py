@@ -17,7 +17,7 @@ from skfem.helpers import ddot, div, sym_grad
 
 from particles.active_set import edge_approach, forces_of_steps
 from particles.bead import Cylinder
-from particles.computed_law import LEAST_ORDER, ComputedLaw, Points, continued_to_zero, error_and_order, only_one_of
+from particles.computed_law import LEAST_ORDER, ComputedLaw, Points, check_range, continued_to_zero, error_and_order
 from particles.contact import SMALL_CONTACT, contact_law
 from particles.contact_mesh import HalfPlane, Spheroid, half_plane
 from structures.checks import instance, one_of, positive
@@ -74,12 +74,12 @@ def contact_law_plane(
     instance("first", first, Cylinder, "a Cylinder")
     second = first if second is None else instance("second", second, Cylinder, "a Cylinder")
     one_of("state", state, STATES)
-    only_one_of(max_force, max_approach)
     contact = _Line(first, second, state)
+    check_range(max_force, max_approach, contact.theory, 1.0 / contact.curvature)
     if max_force is not None:
-        law = contact.law(positive("max_force", max_force, "N"), spacing)
+        law = contact.law(float(max_force), spacing)
         return replace(law, largest=float(law.approach(np.array(max_force))))
-    approach = positive("max_approach", max_approach, "m")  # type: ignore[arg-type]
+    approach = float(max_approach)  # type: ignore[arg-type]
     return replace(contact.law(float(contact.theory.force(np.array(approach))), spacing), largest=approach)
 
 

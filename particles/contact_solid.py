@@ -18,7 +18,7 @@ from skfem import ElementTetP2, ElementVector, FacetBasis, LinearForm
 
 from particles.active_set import contact_forces, forces_of_steps
 from particles.bead import Bead, Cylinder, Sphere
-from particles.computed_law import ComputedLaw, continued_to_zero, only_one_of
+from particles.computed_law import ComputedLaw, check_range, continued_to_zero
 from particles.contact import SMALL_CONTACT, contact_law
 from particles.solid_mesh import (
     MIDPLANES,
@@ -55,6 +55,12 @@ LARGE_ERROR = 0.025
 
 MARGIN, WIDENING = 1.15, 1.4
 """How far the mesh lets bodies touch, over the contact that is expected; it widens where they touch beyond."""
+
+LEAST_PART = 1e-6
+"""The least approach over the relative radius: narrower contacts of spheres need too many cells."""
+
+MOST_WORK = 10_000_000
+"""Nodes that may touch times those of the mesh, which is solved for one after the other: a minute."""
 
 TRIES = 8
 
@@ -114,11 +120,13 @@ def contact_law_solid(
     bead = solid_body("first", first)
     if second is not None and second != first:
         raise ValueError(f"second = {short(second)}: must be equal to the first, and lie side by side with it")
-    only_one_of(max_force, max_approach)
     pair = _Pair(bead)
+    # The relative radius of two equal bodies is half their own.
+    check_range(max_force, max_approach, pair.analytic, 0.5 * bead.radius, LEAST_PART)
+    size = None if spacing is None else positive("spacing", spacing, "m")
     if max_approach is not None:
-        return pair.law(positive("max_approach", max_approach, "m"), spacing)
-    return pair.law_to_force(positive("max_force", max_force, "N"), spacing)  # type: ignore[arg-type]
+        return pair.law(float(max_approach), size)
+    return pair.law_to_force(float(max_force), size)  # type: ignore[arg-type]
 
 
 class _Pair:
@@ -144,7 +152,7 @@ class _Pair:
     def law(self, approach: float, spacing: float | None) -> ComputedLaw:
         """The law up to an approach, m."""
         good = self.width(approach) / ELEMENTS[type(self.bead)]
-        size = good if spacing is None else positive("spacing", spacing, "m")
+        size = good if spacing is None else spacing
         if FEWEST * size >= self.width(approach):
             raise ValueError(
                 f"spacing = {size:.3g} m: leaves the widest contact, {self.width(approach):.3g} m to its edge, fewer "
@@ -188,7 +196,9 @@ class _Pair:
             if not touching[gap > OUTERMOST * gap[-1]].any():
                 return QUARTERS * forces_of_steps(compliance, gap, approaches)
             reach *= WIDENING
-        raise ValueError(f"approach = {last:.3g} m: the contact is wider than {reach:.3g} m there; ask for less")
+        raise ValueError(
+            f"max_force or max_approach: the contact is wider than {reach:.3g} m at {last:.3g} m; ask for less"
+        )
 
 
 def _condensed(bead: Cylinder | Sphere, reach: float, size: float, coarser: float) -> tuple[Vector, Vector]:
@@ -196,6 +206,8 @@ def _condensed(bead: Cylinder | Sphere, reach: float, size: float, coarser: floa
     part = contact_eighth(bead, reach, size, coarser)
     nodes = part.touching(reach)
     nodes = nodes[np.argsort(part.drop(nodes), kind="stable")]
+    if nodes.size * part.box.shape[1] > MOST_WORK:
+        raise ValueError(f"spacing = {size:.3g} m: {nodes.size} nodes may touch, which takes too long; must be larger")
     body = supported(part)
     solve, pressed = factorise(body.stiffness), body.motions[2, nodes]
     compliance = np.empty((pressed.size, pressed.size))

@@ -19,7 +19,7 @@ from particles.contact_bem import contact_law_bem
 from particles.contact_fem import contact_law_fem
 from particles.contact_plane import contact_law_plane
 from particles.contact_solid import contact_law_solid
-from particles.power_fit import PowerFit
+from particles.power_fit import PowerFit, fit_power_law
 from structures.material import STEEL_316
 from structures.surface import relative_curvatures
 
@@ -145,7 +145,7 @@ class Fitted:
         """The fit of a law."""
         ends = np.array([self.lowest, self.highest])
         lowest, highest = (ends if self.unit == "m" else law.approach(ends)).tolist()
-        return law.fit(lowest, highest, self.weighting)
+        return fit_power_law(law, lowest, highest, self.weighting)
 
 
 LIKE_TABLE_5_1 = "0.2 to 10 µm, absolute"

@@ -2,6 +2,7 @@
 
 import json
 import logging
+import math
 import multiprocessing
 import os
 import pickle
@@ -37,6 +38,7 @@ from interrupted import (
 
 import hertzlink as hl
 from coupling import checkpoint, cosimulation
+from coupling.result import as_text
 from structures.stepping import GeneralisedAlpha
 
 KILLS = 3
@@ -439,3 +441,13 @@ def test_going_on_is_logged(tmp_path: Path, caplog: pytest.LogCaptureFixture) ->
         assert "goes on" not in caplog.text
         small(tmp_path / "kept")
     assert "kept': goes on after saved time 10 of 10" in caplog.text
+
+
+def test_input_is_strict_json() -> None:
+    """Which knows neither NaN nor infinity."""
+
+    def refused(word: str) -> None:
+        raise AssertionError(word)
+
+    text = as_text({"law": {"order": math.nan, "largest": math.inf, "error": 1e-3}})
+    assert json.loads(text, parse_constant=refused)["law"] == {"order": "NaN", "largest": "Infinity", "error": 1e-3}

@@ -240,6 +240,15 @@ def test_chains_with_tables_keep_energy_and_momentum(law: ContactLaw) -> None:
     assert hl.energy_error(run) < (2e-4 if law is LAWS[5] else 2e-6)
 
 
+@pytest.mark.parametrize("second", [hl.Sphere(5e-3, hl.STEEL_316), hl.HollowSphere(5e-3, 4e-3, hl.STEEL_316)])
+def test_what_is_not_a_number_stays_so(second: hl.Sphere | hl.HollowSphere) -> None:
+    law, asked = hl.contact_law(second, second), np.array([np.nan, -1e-6, 0.0, 1e-6])
+    for answer in (law.force(asked), law.approach(asked)):
+        assert np.isnan(answer[0])
+        assert answer[1:3] == pytest.approx([0.0, 0.0], abs=0.0)
+        assert answer[3] > 0.0
+
+
 def test_a_table_of_hertz_is_hertz_to_the_chain() -> None:
     bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
     law = hl.contact_law(bead, bead)

@@ -264,6 +264,23 @@ def test_mid_planes_take_off_the_correction_of_each_body(
     assert plain.largest - law.largest == pytest.approx(50.0 * taken, rel=1e-3)
 
 
+def test_corrections_may_be_an_array() -> None:
+    one, other = (
+        hl.contact_law_bem(BALL, max_force=10.0, correction=c) for c in ((1e-10, 2e-10), np.array([1e-10, 2e-10]))
+    )  # type: ignore[arg-type]
+    assert one == other
+
+
+def test_a_contact_along_a_groove_is_wide_beside_the_ball() -> None:
+    """Small across the groove, but long along it, where ball and groove have nearly one radius."""
+    law = hl.contact_law_bem(BALL, hl.Surface(STEEL, 0.0, -0.95 / RADIUS), max_force=1000.0)
+    assert "leaves small strains" in law.caution
+    groove = hl.contact_law(BALL, hl.Surface(STEEL, 0.0, -0.95 / RADIUS))
+    turned = hl.contact_law(BALL, hl.Surface(STEEL, 0.0, -0.95 / RADIUS, 0.7))
+    assert groove.largest == pytest.approx(0.04 * 0.05 * RADIUS, rel=1e-9)
+    assert turned.largest == pytest.approx(groove.largest, rel=1e-9)
+
+
 def test_no_correction_for_a_surface() -> None:
     """A half-space has no mid-plane: what is taken off is the ball's share."""
     plain = hl.contact_law_bem(BALL, hl.Surface(STEEL), max_force=50.0)
@@ -280,6 +297,10 @@ def test_no_correction_for_a_surface() -> None:
         (cylinder(), cylinder(30.0), {"max_approach": 0.0}, "max_approach"),
         (cylinder(), cylinder(30.0), {"max_force": 1.0, "cells": 16}, "cells = 16: must be a whole number, 32 or more"),
         (cylinder(), cylinder(30.0), {"max_force": 1.0, "cells": 40.5}, "cells = 40.5"),
+        (cylinder(), cylinder(30.0), {"max_force": 1.0, "cells": 20000}, "cells = 20000: must be at most 512"),
+        (cylinder(), cylinder(30.0), {"max_force": 1e12}, "max_force = 1000000000000.0: must lie between"),
+        (BALL, None, {"max_force": 1e-300}, "max_force = 1e-300: must lie between"),
+        (BALL, None, {"max_force": 1.0, "midplane": "no"}, "midplane = 'no': must be True or False"),
         (cylinder(), cylinder(30.0), {"max_force": 1.0, "correction": "soft"}, "correction = 'soft'"),
         (cylinder(), cylinder(30.0), {"max_force": 1.0, "correction": (1e-9,)}, "one for each body"),
         (hl.Ellipsoid(1e-3, 3e-3, STEEL), BALL, {"max_force": 1.0, "midplane": True}, "correction = None"),

@@ -298,7 +298,17 @@ def test_fits_depend_on_range_and_weighting(laws: dict[float, ComputedLaw]) -> N
         (SPHERE, None, {"max_approach": 1e-6, "midplane": "glued"}, "midplane"),
         (SPHERE, None, {"max_approach": 1e-6, "spacing": 1e-3}, "spacing = 0.001 m: leaves"),
         (SPHERE, None, {"max_approach": 1e-6, "spacing": 1e-9}, "spacing = 1e-09"),
-        (SPHERE, None, {"max_approach": 8e-3}, "too small for a contact"),
+        (SPHERE, None, {"max_approach": 8e-3}, "max_approach = 0.008: must lie between"),
+        (SPHERE, None, {"max_approach": 1e-30}, "max_approach = 1e-30: must lie between"),
+        (SPHERE, None, {"max_force": 1e-300}, "max_force = 1e-300: must lie between"),
+        (SPHERE, None, {"max_approach": 3e-3}, "too small for a contact"),
+        (SPHERE, None, {"max_force": 1.0, "spacing": "fine"}, "spacing = 'fine'"),
+        (
+            hl.HollowSphere(RADIUS, 0.9999 * RADIUS, ALUMINIUM),
+            None,
+            {"max_approach": 20e-6},
+            "max_approach: the contact",
+        ),
         (SPHERE, hl.Surface(STEEL, -1.0 / RADIUS), {"max_approach": 1e-6}, "curvature"),
         (SPHERE, hl.Surface(STEEL, 0.0, 50.0), {"max_approach": 1e-6}, "second"),
         (SPHERE, hl.Cylinder(1e-3, 5e-3, STEEL), {"max_approach": 1e-6}, "second"),
@@ -310,6 +320,39 @@ def test_bad_input(first: object, second: object, asked: dict[str, object], word
     """A ValueError names what is wrong."""
     with pytest.raises(ValueError, match=words):
         contact_law_fem(first, second, **asked)  # type: ignore[arg-type]
+
+
+def test_a_thin_shell_has_a_law_without_a_spacing() -> None:
+    """Pressed by twice its wall, it touches twenty times as far as Hertz's law tells; first it follows Reissner's."""
+    shell, approaches = bead(0.999), np.array([1e-6, 1.5e-6, 3e-6])
+    law = contact_law_fem(shell, max_approach=20e-6)
+    assert law.force(approaches) == pytest.approx(hl.contact_law(shell, shell).force(approaches), rel=0.005)
+    assert law.error < 0.005
+
+
+def test_a_contact_in_a_hollow_is_wide_beside_the_bead() -> None:
+    """A quarter of the bead's radius, though small beside the relative one; so the theory's law ends before."""
+    bead, hollow = hl.Sphere(2.38e-3, STEEL), hl.Surface(STEEL, -400.0)
+    law = contact_law_fem(bead, hollow, max_force=500.0, spacing=50e-6)
+    assert "leaves small strains" in law.caution
+    # a² = δ over the relative curvature, a = a fifth of the radius.
+    assert hl.contact_law(bead, hollow).largest == pytest.approx((0.2 * 2.38e-3) ** 2 * (1.0 / 2.38e-3 - 400.0))
+
+
+def test_no_fit_beyond_what_was_computed(laws: dict[float, ComputedLaw]) -> None:
+    """The law goes on there by other rules."""
+    law = laws[0.0]
+    with pytest.raises(ValueError, match=r"lowest = 1e-09: must lie between .* and 2e-05 m"):
+        law.fit(1e-9)
+    with pytest.raises(ValueError, match=r"highest = 3e-05: must lie between"):
+        law.fit(highest=3e-5)
+    assert hl.fit_power_law(law, 1e-9, 3e-5).highest == 3e-5
+
+
+@pytest.mark.parametrize("number", ["error", "smallest", "order"])
+def test_a_computed_law_has_numbers(number: str) -> None:
+    with pytest.raises(ValueError, match=f"{number} = 'x'"):
+        ComputedLaw([1e-6, 2e-6], [1.0, 3.0], **{number: "x"})  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(

@@ -46,7 +46,7 @@ def test_exponent_of_the_thesis_cylinder(laws: dict[str, hl.ComputedLaw], state:
     assert fit.exponent == pytest.approx(1.075, abs=0.005)
     assert law.smallest < fit.lowest
     wide = hl.contact_law_plane(CYLINDER, state=state, max_approach=20e-6)
-    assert wide.fit(0.2e-6, 20e-6, "absolute").exponent == pytest.approx(1.13, abs=0.005)
+    assert hl.fit_power_law(wide, 0.2e-6, 20e-6, "absolute").exponent == pytest.approx(1.13, abs=0.005)
     assert law.caution == wide.caution == ""
     assert wide.largest == 20e-6
     assert float(law.force(np.array(law.largest))) == pytest.approx(100.0, rel=1e-9)
@@ -158,7 +158,9 @@ def test_laws_scale(size: float, modulus: float, state: str) -> None:
         (CYLINDER, None, {"max_force": 1.0, "state": "stres"}, "did you mean 'stress'"),
         (CYLINDER, None, {"max_force": 1.0, "spacing": 1e-6}, "spacing = 1e-06 m: leaves"),
         (CYLINDER, None, {"max_force": 1.0, "spacing": 1e-9}, "spacing = 1e-09"),
-        (CYLINDER, None, {"max_approach": 2e-3}, "too small for a contact"),
+        (CYLINDER, None, {"max_approach": 2e-3}, "max_approach = 0.002: must lie between"),
+        (CYLINDER, None, {"max_approach": 1e-30}, "max_approach = 1e-30: must lie between"),
+        (CYLINDER, None, {"max_approach": 1e-3}, "too small for a contact"),
         (CYLINDER, hl.Cylinder(1e-6, LENGTH, STEEL), {"max_force": 100.0}, "second: radius"),
         (CYLINDER, replace(CYLINDER, angle=0.1), {"max_force": 1.0}, "contact_law_bem"),
         (CYLINDER, hl.Sphere(RADIUS, STEEL), {"max_force": 1.0}, "second"),

@@ -63,7 +63,7 @@ def test_parallel_cylinders(parallel: ComputedLaw) -> None:
     """Errata: exponent 1.07 to 1.08 over 1 to 100 N. Ends that are free make them softer than in plane strain, and the
     middle stiffer than in plane stress, by no more than 1 − ν²."""
     one, hundred = (float(parallel.approach(np.array(force))) for force in (1.0, 100.0))
-    assert parallel.fit(one, hundred).exponent == pytest.approx(1.075, abs=0.005)
+    assert hl.fit_power_law(parallel, one, hundred).exponent == pytest.approx(1.075, abs=0.005)
     approaches = np.geomspace(one, hundred, 50)
     ratio = parallel.force(approaches) / hl.contact_law(CYLINDER, CYLINDER).force(approaches)
     assert np.all(ratio < 1.0)
@@ -186,11 +186,16 @@ def test_frequencies_converge() -> None:
         (CYLINDER, None, {"max_force": 0.0}, "max_force"),
         (CYLINDER, None, {"max_approach": 1e-6, "spacing": 20e-6}, "spacing = 2e-05 m: leaves"),
         (CYLINDER, None, {"max_approach": 1e-6, "spacing": 1e-9}, "spacing"),
-        (SPHERE, None, {"max_approach": 2e-3}, "ask for less"),
+        (SPHERE, None, {"max_approach": 2e-3}, "max_approach = 0.002: must lie between"),
+        (SPHERE, None, {"max_approach": 1.1e-3}, "max_approach: the contact is wider"),
         (CYLINDER, hl.Cylinder(RADIUS, 2e-3, STEEL), {"max_approach": 1e-6}, "second"),
         (CYLINDER, hl.Cylinder(RADIUS, 4.76e-3, STEEL, 0.5), {"max_approach": 1e-6}, "second"),
         (SPHERE, CYLINDER, {"max_approach": 1e-6}, "second"),
         (hl.HollowSphere(RADIUS, 1e-3, STEEL), None, {"max_approach": 1e-6}, "first"),
+        (SPHERE, None, {"max_approach": 1e-30}, "max_approach = 1e-30: must lie between"),
+        (SPHERE, None, {"max_force": 1e12}, "max_force = 1000000000000.0: must lie between"),
+        (SPHERE, None, {"max_force": 1.0, "spacing": "fine"}, "spacing = 'fine'"),
+        (CYLINDER, None, {"max_approach": 1e-6, "spacing": 1e-8}, "spacing = 1e-08 m: .* nodes may touch"),
         ("ball", None, {"max_approach": 1e-6}, "first"),
     ],
 )
