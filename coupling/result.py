@@ -265,7 +265,9 @@ def provenance(given: Mapping[str, Any]) -> dict[str, str]:
 def as_text(given: Mapping[str, Any]) -> str:
     """Input as JSON, the same in every process: what is no plain data by its repr, without addresses."""
     text = json.dumps(given, default=lambda value: ADDRESS.sub("", repr(value)), ensure_ascii=False)
-    # JSON knows neither NaN nor infinities: they become text.
+    if "NaN" not in text and "Infinity" not in text:
+        return text
+    # JSON knows neither: they become text.
     return json.dumps(json.loads(text, parse_constant=str), ensure_ascii=False, allow_nan=False)
 
 
