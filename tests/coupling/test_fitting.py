@@ -42,7 +42,7 @@ def test_coefficient_and_exponent_come_back(loss: hl.PowerDashpot, form: str) ->
     assert (clean.loss.coefficient, clean.loss.exponent) == pytest.approx((loss.coefficient, loss.exponent), rel=1e-3)
     assert clean.amplitude_difference < 1e-3
     covered = 0
-    for seed in range(4):
+    for seed in range(2):
         fit = hl.fit_dissipation(noisy(run, seed), CHAIN, form=form)
         assert isinstance(fit.loss, hl.PowerDashpot)
         assert (fit.loss.coefficient, fit.loss.exponent) == pytest.approx((loss.coefficient, loss.exponent), rel=0.08)
@@ -50,7 +50,7 @@ def test_coefficient_and_exponent_come_back(loss: hl.PowerDashpot, form: str) ->
         assert set(fit.waveform_difference) == set(SENSORS)
         pairs = {"coefficient": loss.coefficient, "exponent": loss.exponent}
         covered += sum(low < pairs[name] < high for name, (low, high) in fit.intervals.items())
-    assert covered >= 6
+    assert covered >= 3
 
 
 @pytest.mark.parametrize("compare", ["pulses", "peaks"])
