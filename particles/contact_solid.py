@@ -31,7 +31,7 @@ from particles.solid_mesh import (
     supported,
     turning,
 )
-from particles.vibration import Vibration
+from particles.vibration import Vibration, of_modes
 from structures.checks import instance, positive, short, whole
 from structures.elasticity import shear_speed
 from structures.factor import factorise
@@ -288,16 +288,8 @@ def vibration_of_solid(bead: Sphere, modes: int, spacing: float | None = None) -
     part = even_eighth(bead, size if spacing is None else positive("spacing", spacing, "m"))
     opposite, together = (supported(part, midplane) for midplane in MIDPLANES)
     pole = int(np.flatnonzero(part.box.max(axis=0) == 0.0)[0])
-    square, struck, momentum, same = _lowest_round(part, opposite, together, pole, modes).T
     between = 0.5 * (_drift(together, pole) - _squeeze(opposite, pole))
-    return Vibration(
-        np.sqrt(square),
-        struck,
-        same * struck,
-        compression=float(np.sum((1.0 - same) * struck**2 / square)),
-        cross=between - float(np.sum(same * struck**2 / square)),
-        section=np.where(same < 0.0, momentum, 0.0),
-    )
+    return of_modes(_lowest_round(part, opposite, together, pole, modes), between)
 
 
 def _lowest_round(part: Eighth, opposite: SolidEighth, together: SolidEighth, pole: int, modes: int) -> Rows:

@@ -91,8 +91,13 @@ def _vibration(bead: Bead, modes: int, spacing: float | None) -> Vibration:
     shift = lowest_rate(body)  # type: ignore[arg-type]
     found = [(*mode, -1.0) for mode in _lowest(opposite, modes, shift)]
     found += [(*mode, 1.0) for mode in _lowest(together, modes + 1, shift)[1:]]
-    square, struck, momentum, same = np.array(sorted(found)[:modes]).reshape(-1, 4).T
-    between = 0.5 * (_drift(together) - _squeeze(opposite))
+    return of_modes(np.array(sorted(found)[:modes]).reshape(-1, 4), 0.5 * (_drift(together) - _squeeze(opposite)))
+
+
+def of_modes(modes: Vector, between: float) -> Vibration:
+    """From a row for each mode: ω², motion of the struck pole, momentum of the half, and −1 where poles move oppositely
+    or 1; and b, m/N, from one pole to the other."""
+    square, struck, momentum, same = modes.T
     return Vibration(
         np.sqrt(square),
         struck,
