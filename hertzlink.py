@@ -120,6 +120,7 @@ from plates.theory import (  # noqa: E402
     point_impedance,
 )
 from plates.zener import zener_contact_time, zener_restitution  # noqa: E402
+from structures.caution import HertzlinkWarning  # noqa: E402
 from structures.cylinder import cylinder  # noqa: E402
 from structures.damping import (  # noqa: E402
     loss_factor,
@@ -166,6 +167,7 @@ __all__ = [
     "ACRYLIC", "ALUMINIUM_6061", "ActiveSetNotConverged", "Adaptive", "Aitken", "BRASS_360", "COPPER",
     "CentralDifference", "Chain", "CoSimulation", "ComputedLaw", "Condensed", "ContactPoint", "Cylinder",
     "DeformableChain", "ElasticEdge", "Ellipsoid", "Explicit", "Fit", "FixedPoint", "Foundation", "GeneralisedAlpha",
+    "HertzlinkWarning",
     "HollowSphere", "IQN_ILS", "KuwabaraKono", "Laminate", "Layer", "LinearDashpot", "MATERIALS", "MassProportional",
     "Material", "MovingChain", "MovingStructure", "NYLON", "Newmark", "NotConverged", "OrthotropicMaterial", "Outline",
     "POLYCARBONATE", "PTFE", "Panel", "Participant", "Piston", "Plate", "Ply", "PointMass", "PowerDashpot", "PowerLaw",
