@@ -8,6 +8,7 @@ import sys
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 import joblib
@@ -17,8 +18,17 @@ from coupling.state import NotConverged
 from coupling.studies import STUDIES, study
 from coupling.studies.table import text
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 WRONG_INPUT = 2
 TABLE = "table.txt"
+QUICK = "quick run (--quick), for a first look only"
+"""What every table, figure and Dataset of a run with --quick says."""
+
+STRIP = 0.2
+"""Inches, below a figure, for these words."""
+
 LISTING = "files.txt"
 """The names of all files in a folder of results: only a folder with these and no others may be replaced."""
 
@@ -67,18 +77,30 @@ def run_study(name: str, quick: bool, output: Path | None, force: bool, jobs: in
     chosen = study(name)
     data = chosen.run(quick, jobs)
     given = {"study": name, "quick": quick, "first_run": data.attrs.get("input", "")}
-    data = data.assign_attrs(provenance(given))
-    table = text(chosen.table(data))
+    data = data.assign_attrs(provenance(given), quick=int(quick), **({"comment": QUICK} if quick else {}))
+    table = (f"{QUICK}\n\n" if quick else "") + text(chosen.table(data))
 
     def write(into: Path) -> None:
         data.to_netcdf(into / f"{name}.nc", engine="h5netcdf")
         (into / TABLE).write_text(table + "\n", encoding="utf-8")
         for title, figure in chosen.figures(data).items():
-            figure.savefig(into / f"{title}.png")
+            if quick:
+                stamp(figure, QUICK)
+            figure.savefig(into / f"{title}.png", metadata={"Comment": QUICK} if quick else None)
 
     write_folder(folder, write, force)
     click.echo(table)
     click.echo(f"\nwritten to {folder.resolve()}: " + ", ".join(sorted(path.name for path in folder.iterdir())))
+
+
+def stamp(figure: "Figure", words: str) -> None:
+    """Write words into a strip of their own below a figure."""
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
+
+    strip, layout = STRIP / figure.get_figheight(), figure.get_layout_engine()
+    if isinstance(layout, ConstrainedLayoutEngine):
+        layout.set(rect=(0.0, strip, 1.0, 1.0 - strip))
+    figure.text(0.99, 0.3 * strip, words, ha="right", va="bottom", color="firebrick", fontsize="small")
 
 
 @cli.command()

@@ -1,43 +1,74 @@
-"""The table that a study prints: quantity, thesis, hertzlink, difference, reason."""
+"""The table that a study prints: quantity, thesis, theory, hertzlink, difference; the reasons below each row."""
 
 from collections.abc import Sequence
+from itertools import zip_longest
 from textwrap import wrap
 from typing import NamedTuple
 
-REASON_WIDTH = 58
+WIDTH = 80
+"""Columns of a table."""
+
+NUMBERS = 13
+"""Columns of a number, at most; longer text is wrapped."""
+
+GAP, INDENT = "  ", "    "
+MARK = "*"
+FOOTNOTE = f"{MARK} compared with theory, as the thesis prints no number"
 
 
 class Row(NamedTuple):
-    """One comparison. Numbers are in `unit`; a text stands for what is not a number."""
+    """One comparison. Numbers are in `unit`; a text stands for what is not a number.
+
+    thesis: what the thesis prints, and nothing else. theory: what hertzlink computed from an equation. ours: what it
+    simulated, or computed where the quantity is itself an equation's.
+    """
 
     quantity: str
     thesis: float | str
     ours: float | str
     unit: str = ""
     reason: str = ""
+    theory: float | str = ""
 
 
 def text(rows: Sequence[Row]) -> str:
-    """The rows as a plain table, reasons wrapped."""
-    head = ("quantity", "thesis", "hertzlink", "difference", "reason")
-    cells = [(_with_unit(row), _number(row.thesis), _number(row.ours), _difference(row), row.reason) for row in rows]
-    widths = [max(len(line[i]) for line in [head, *cells]) for i in range(4)]
-    lines = [_line(head, widths), "-" * (sum(widths) + 8 + REASON_WIDTH)]
-    for *columns, reason in cells:
-        first, *more = wrap(reason, REASON_WIDTH) or [""]
-        lines.append(_line((*columns, first), widths))
-        lines.extend(" " * (sum(widths) + 8) + line for line in more)
+    """The rows as a plain table of 80 columns, each with its reason below it.
+
+    The column of theory is there only where a row has one. The difference is from the thesis's number, or from that of
+    theory where the thesis prints none; the latter carry a mark.
+    """
+    head = ["quantity", "thesis", "theory", "hertzlink", "difference"]
+    cells = [[_with_unit(r), _printed(r.thesis), _number(r.theory), _number(r.ours), _difference(r)] for r in rows]
+    if not any(line[2] for line in cells):
+        for line in (head, *cells):
+            del line[2]
+    widths = [min(NUMBERS, max(len(line[i]) for line in (head, *cells))) for i in range(1, len(head))]
+    widths = [WIDTH - sum(widths) - len(GAP) * len(widths), *widths]
+    lines = [*_wrapped(head, widths), "-" * WIDTH]
+    for row, line in zip(rows, cells, strict=True):
+        lines += _wrapped(line, widths)
+        lines += wrap(row.reason, WIDTH, initial_indent=INDENT, subsequent_indent=INDENT)
+    if any(line[-1].endswith(MARK) for line in cells):
+        lines += ["", FOOTNOTE]
     return "\n".join(line.rstrip() for line in lines)
 
 
-def _line(columns: Sequence[str], widths: Sequence[int]) -> str:
-    quantity, *numbers, reason = columns
-    aligned = [number.rjust(width) for number, width in zip(numbers, widths[1:], strict=True)]
-    return "  ".join([quantity.ljust(widths[0]), *aligned, reason])
+def _wrapped(cells: Sequence[str], widths: Sequence[int]) -> list[str]:
+    """One row, each cell wrapped in its column: the first to the left, numbers to the right."""
+    columns = [wrap(cell, width) for cell, width in zip(cells, widths, strict=True)]
+    return [
+        GAP.join([line[0].ljust(widths[0]), *map(str.rjust, line[1:], widths[1:])])
+        for line in zip_longest(*columns, fillvalue="")
+    ]
 
 
 def _with_unit(row: Row) -> str:
     return f"{row.quantity}, {row.unit}" if row.unit else row.quantity
+
+
+def _printed(value: float | str) -> str:
+    """The thesis's digits, which are six at most."""
+    return value if isinstance(value, str) else f"{value:.6g}"
 
 
 def _number(value: float | str) -> str:
@@ -45,6 +76,8 @@ def _number(value: float | str) -> str:
 
 
 def _difference(row: Row) -> str:
-    if isinstance(row.thesis, str) or isinstance(row.ours, str) or row.thesis == 0.0:
+    from_theory = isinstance(row.thesis, str)
+    expected = row.theory if from_theory else row.thesis
+    if isinstance(expected, str) or isinstance(row.ours, str) or expected == 0.0:
         return ""
-    return f"{100.0 * (row.ours / row.thesis - 1.0):+.1f} %"
+    return f"{100.0 * (row.ours / expected - 1.0):+.1f} %" + (MARK if from_theory else "")

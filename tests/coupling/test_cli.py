@@ -11,7 +11,8 @@ from pathlib import Path
 import pytest
 import xarray as xr
 
-from coupling.cli import write_folder
+from coupling import plots
+from coupling.cli import QUICK, stamp, write_folder
 from coupling.studies.table import Row, text
 
 
@@ -29,10 +30,15 @@ def test_quick_study_writes_everything(tmp_path: Path) -> None:
         "force_histories.png", "displacements.png",
     }  # fmt: skip
     assert "AR, steel" in done.stdout
+    assert done.stdout.splitlines()[0] == QUICK
+    for image in folder.glob("*.png"):
+        assert QUICK.encode() in image.read_bytes()
     assert (folder / "table.txt").read_text().strip() in done.stdout
     with xr.open_dataset(folder / "rod-stiffness.nc") as data:
         assert json.loads(data.attrs["input"])["study"] == "rod-stiffness"
         assert data.amplitude_ratio.sizes["youngs_modulus"] == 11
+        assert data.attrs["quick"] == 1
+        assert data.attrs["comment"] == QUICK
     assert [path.name for path in tmp_path.iterdir()] == ["rod-stiffness"]
 
     again = hertzlink("study", "rod-stiffness", "--quick", cwd=tmp_path)
@@ -126,9 +132,41 @@ def test_a_failed_write_keeps_the_old_folder(tmp_path: Path) -> None:
     assert [path.name for path in folder.iterdir()] == ["files.txt"]
 
 
-def test_table_shows_differences_and_wraps_reasons() -> None:
-    lines = text([Row("speed", 560.0, 569.1, "m/s", "reason " * 20), Row("wave", "none", 0.0)]).splitlines()
-    assert "speed, m/s" in lines[2]
-    assert "+1.6 %" in lines[2]
-    assert max(map(len, lines)) < 120
-    assert "none" in lines[-1]
+@pytest.mark.parametrize("count", [1, 3])
+def test_a_stamp_is_inside_the_figure_and_below_its_axes(count: int) -> None:
+    figure, axes = plots.panels(count)
+    for axis in axes:
+        axis.set(xlabel="distance (mm)", ylabel="AR")
+    stamp(figure, QUICK)
+    figure.draw_without_rendering()
+    (mark,) = figure.texts
+    where, whole = mark.get_window_extent(), figure.bbox
+    assert mark.get_text() == QUICK
+    assert whole.x0 < where.x0 < where.x1 < whole.x1
+    assert whole.y0 < where.y0
+    assert where.y1 < min(axis.get_tightbbox().y0 for axis in axes)
+
+
+def test_a_table_fits_a_terminal_and_shows_differences() -> None:
+    rows = [
+        Row("speed", 560.0, 569.1, "m/s", "reason " * 20),
+        Row("a quantity whose name takes more than one line of its column", "excellent agreement", "0.987, 0.998"),
+        Row("wave", "none", 0.0),
+        Row("contact time", 1435.17, 1432.3, "µs"),
+    ]
+    lines = text(rows).splitlines()
+    assert max(map(len, lines)) <= 80
+    assert "theory" not in lines[0]
+    assert lines[2].split() == ["speed,", "m/s", "560", "569.1", "+1.6", "%"]
+    assert "    reason reason" in lines[3]
+    assert any(line.split() == ["wave", "none", "0"] for line in lines)
+    assert lines[-1].split()[-4:] == ["1435.17", "1432", "-0.2", "%"]
+
+
+def test_theory_has_a_column_of_its_own_only_where_there_is_theory() -> None:
+    """The difference is from the thesis's number where it prints one, else from theory, and says so by a mark."""
+    lines = text([Row("AR", 0.77, 0.742, "", "", 0.82), Row("TOF/D", "", 61.35, "µs/mm", "", 61.16)]).splitlines()
+    assert lines[0].split() == ["quantity", "thesis", "theory", "hertzlink", "difference"]
+    assert lines[2].split() == ["AR", "0.77", "0.82", "0.742", "-3.6", "%"]
+    assert lines[3].split() == ["TOF/D,", "µs/mm", "61.16", "61.35", "+0.3", "%*"]
+    assert lines[-1].startswith("* compared with theory")
