@@ -95,6 +95,7 @@ from particles.solitary import (  # noqa: E402
     wave_width,
 )
 from plates.additions import PointMass, Stiffener, Weakened  # noqa: E402
+from plates.half_plane import half_plane  # noqa: E402
 from plates.infinite import infinite_plate  # noqa: E402
 from plates.lamb import (  # noqa: E402
     lamb_cutoff_frequency,
@@ -178,7 +179,7 @@ __all__ = [
     "contact_events", "contact_law", "contact_law_bem", "contact_law_fem", "contact_law_plane", "contact_law_solid",
     "contact_time", "contact_time_half_space", "contact_to_sensor_ratio", "critical_distance",
     "critical_distance_bounds", "critical_modulus", "cutoff_frequency", "cylinder", "drop_speed", "energy_error",
-    "explicit_chain", "fit_dissipation", "fit_power_law", "follow_waves", "half_space", "hertz_stiffness",
+    "explicit_chain", "fit_dissipation", "fit_power_law", "follow_waves", "half_plane", "half_space", "hertz_stiffness",
     "homogeneous", "inelasticity_parameter", "infinite_plate", "kirchhoff_panel", "kirchhoff_plate",
     "lamb_cutoff_frequency", "lamb_frequency", "lamb_group_speed", "lamb_phase_speed", "loss_factor", "loss_tangent",
     "midplane_correction", "mindlin_panel", "mindlin_plate", "modal_damping", "normalised_time_of_flight",

@@ -1,6 +1,7 @@
 """Independent sources for the tests of plates: a Ritz method in Legendre polynomials, and Levy's solution."""
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.polynomial import Legendre, Polynomial
@@ -8,6 +9,7 @@ from numpy.typing import NDArray
 from scipy import linalg, sparse
 from scipy.optimize import brentq
 from scipy.sparse.linalg import eigsh
+from scipy.special import binom
 
 import hertzlink as hl
 
@@ -96,3 +98,45 @@ def _levy_condition(k: float, half: float, edge: str, even: bool, nu: float) -> 
         return float((a * d - b * c) / np.cosh(np.sqrt(k**2 + parameter) * half) / (1.0 + parameter**2))
 
     return condition
+
+
+# A plate that fills the half-plane x ≥ 0, struck at x = 1, by Fourier transform along its edge and Laplace transform in
+# time; in units of D, of the mass per area and of the distance from the edge.
+
+EDGE_CONDITIONS: dict[str, Callable[[Any, Any, float], list[Any]]] = {
+    "clamped": lambda rate, k, nu: [1.0 + 0.0 * rate, rate],
+    "simple": lambda rate, k, nu: [1.0 + 0.0 * rate, rate**2 - nu * k**2],
+    "free": lambda rate, k, nu: [rate**2 - nu * k**2, rate**3 - (2.0 - nu) * k**2 * rate],
+}
+"""What must vanish at x = 0 for e^{rate x + iky}."""
+
+
+def reflected_transform(edge: str, poisson_ratio: float, s: complex) -> complex:
+    """Laplace transform at s of g(t): the displacement after a unit impulse is (1 + g(t))/8."""
+    ends = np.append(0.0, np.geomspace(1e-7, 1.0, 40)) * (40.0 + 3.0 * abs(s) ** 0.5)
+    half, middle = np.diff(ends)[:, None] / 2.0, (ends[1:] + ends[:-1])[:, None] / 2.0
+    k, width = (middle + half * POINTS).ravel(), (half * WEIGHTS).ravel()
+    rates = [np.sqrt(k**2 + sign * s) for sign in (1j, -1j)]
+    free = [sign / (4j * s * rate) * np.exp(-rate) for sign, rate in zip((-1.0, 1.0), rates, strict=True)]
+    # The free field grows towards the contact, e^{rate x}; what the edge sends back decays, e^{−rate x}.
+    conditions = EDGE_CONDITIONS[edge]
+    one, two = (conditions(-rate, k, poisson_ratio) for rate in rates)
+    there = np.array([conditions(rate, k, poisson_ratio) for rate in rates])
+    right = -(there[0] * free[0] + there[1] * free[1])
+    determinant = one[0] * two[1] - one[1] * two[0]
+    back = (right[0] * two[1] - right[1] * two[0]) / determinant, (one[0] * right[1] - one[1] * right[0]) / determinant
+    reflected = back[0] * np.exp(-rates[0]) + back[1] * np.exp(-rates[1])
+    return complex(8.0 / np.pi * (width @ reflected))
+
+
+def reflected_response(edge: str, poisson_ratio: float, time: float) -> float:
+    """g(t), by Euler summation of the inversion integral (Abate and Whitt, ORSA J. Comput. 7 (1995) 36)."""
+    terms, averaged, accuracy = 30, 12, 18.4
+    values = [
+        reflected_transform(edge, poisson_ratio, (accuracy + 2j * np.pi * n) / (2.0 * time)).real
+        for n in range(terms + averaged + 1)
+    ]
+    signed = np.array(values) * (-1.0) ** np.arange(len(values))
+    signed[0] /= 2.0
+    sums = np.cumsum(signed)[terms:]
+    return float(np.exp(accuracy / 2.0) / time * (binom(averaged, np.arange(averaged + 1.0)) / 2.0**averaged @ sums))

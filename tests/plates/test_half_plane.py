@@ -1,0 +1,196 @@
+"""The plate with one edge: its exact solution by another route, finite plates before other echoes, and its limits."""
+
+from math import pi, sqrt
+
+import numpy as np
+import pytest
+from independent import reflected_response, reflected_transform
+from scipy.special import sici
+
+import hertzlink as hl
+from plates.half_plane import EDGES, conductance
+
+ALUMINIUM = hl.ALUMINIUM_6061
+SMALL, LARGE = (hl.Sphere(diameter / 2.0, hl.STEEL_440C) for diameter in (4.76e-3, 9.53e-3))
+
+
+def ratio(bead: hl.Sphere, wall: hl.Structure, until: float) -> float:
+    chain = hl.Chain([bead] * 20, bead, impact_speed=0.31)
+    return float(hl.amplitude_ratio(hl.CoSimulation(chain, wall).run(until), sensor=7))
+
+
+def scales(thickness: float, material: hl.Material = ALUMINIUM) -> tuple[float, float]:
+    """a = √(D/m), m²/s, and the infinite plate's impedance 8√(Dm), N s/m."""
+    rigidity = material.contact_modulus * thickness**3 / 12.0
+    mass = material.density * thickness
+    return sqrt(rigidity / mass), 8.0 * sqrt(rigidity * mass)
+
+
+def moved(plate: hl.Structure, time: float, highest: float) -> float:
+    """Displacement, m, at a time after an impulse of 1 N s, without the fastest waves; a sharp cut would ring."""
+    frequency = np.sqrt(plate.stiffness.diagonal())
+    taper = np.exp(-18.0 * (frequency / (2.0 * pi * highest)) ** 2)
+    return float((plate.contact**2 * taper * np.sin(frequency * time) / frequency).sum())
+
+
+# The amplitude ratios and g of an independent solution: Fourier along the edge, Laplace in time, no finite elements.
+
+
+@pytest.mark.parametrize(
+    ("bead", "thickness", "edge", "distance", "expected"),
+    [
+        (SMALL, 2.29e-3, "clamped", 14e-3, 0.5551),
+        (SMALL, 2.29e-3, "clamped", 20e-3, 0.5213),
+        (SMALL, 2.29e-3, "free", 20e-3, 0.5179),
+        (SMALL, 2.29e-3, "simple", 20e-3, 0.5255),
+        (LARGE, 3.18e-3, "clamped", 20e-3, 0.4680),
+    ],
+)
+def test_amplitude_ratios_are_those_of_the_exact_response(
+    bead: hl.Sphere, thickness: float, edge: str, distance: float, expected: float
+) -> None:
+    until = 0.8e-3 if bead is SMALL else 1.6e-3
+    found = ratio(bead, hl.half_plane(thickness, ALUMINIUM, edge, distance, until), until)
+    assert found == pytest.approx(expected, abs=4e-4)
+
+
+@pytest.mark.parametrize(
+    ("edge", "time", "expected"),
+    [("clamped", 1.0, -0.887), ("clamped", 3.0, -0.990), ("free", 1.0, 0.243), ("free", 10.0, 1.682)]
+    + [("simple", time, 2.0 / pi * sici(1.0 / time)[0] - 1.0) for time in (0.1, 0.3, 1.0, 3.0, 10.0)]
+    + [(edge, time, None) for edge in ("clamped", "free") for time in (0.1, 0.3, 2.0, 30.0)],
+)
+def test_the_displacement_after_an_impulse_is_that_of_the_laplace_transform(
+    edge: str, time: float, expected: float | None
+) -> None:
+    """(1 + g(t a/d²))/Z; for a simple edge g is the sine integral."""
+    diffusion, impedance = scales(2e-3)
+    distance = 0.02
+    seconds = time * distance**2 / diffusion
+    highest = 300.0 / seconds
+    plate = hl.half_plane(2e-3, ALUMINIUM, edge, distance, until=1.01 * seconds, highest_frequency=highest)
+    reflected = moved(plate, seconds, highest) * impedance - 1.0
+    assert reflected == pytest.approx(reflected_response(edge, 0.33, time), abs=3e-4)
+    if expected is not None:
+        assert reflected == pytest.approx(expected, abs=6e-4)
+
+
+@pytest.mark.parametrize("edge", EDGES)
+@pytest.mark.parametrize("poisson_ratio", [0.0, 0.2, 0.45])
+def test_the_laplace_transform_is_exact_within_the_record(edge: str, poisson_ratio: float) -> None:
+    """ŵ(s) = (1/s + ĝ(s))/Z on the real axis, where no inversion is needed, up to the 2π·30 kHz of small beads."""
+    material = hl.Material(70e9, poisson_ratio, 2700.0)
+    diffusion, impedance = scales(2e-3, material)
+    distance = 0.015
+    plate = hl.half_plane(2e-3, material, edge, distance)
+    for s in (5e3, 3e4, 2e5):
+        scaled = s * distance**2 / diffusion
+        expected = (1.0 / scaled + reflected_transform(edge, poisson_ratio, scaled).real) * scaled / s / impedance
+        compliance = (plate.contact**2 / (plate.stiffness.diagonal() + s**2)).sum() + plate.flexibility
+        assert compliance == pytest.approx(expected, rel=1e-4)
+
+
+def test_the_quadrature_has_converged() -> None:
+    """AR does not depend on the record that the oscillators serve, nor on the highest frequency."""
+    usual = ratio(SMALL, hl.half_plane(2.29e-3, ALUMINIUM, "clamped", 0.014), 0.8e-3)
+    short = ratio(SMALL, hl.half_plane(2.29e-3, ALUMINIUM, "clamped", 0.014, 0.8e-3), 0.8e-3)
+    assert short == pytest.approx(usual, abs=5e-6)
+    for highest, near in ((60e3, 2e-5), (200e3, 1e-5)):
+        other = hl.half_plane(2.29e-3, ALUMINIUM, "clamped", 0.014, 0.8e-3, highest)
+        assert ratio(SMALL, other, 0.8e-3) == pytest.approx(usual, abs=near)
+
+
+@pytest.mark.parametrize(("edge", "distance"), [("clamped", 0.016), ("simple", 0.016), ("free", 0.016), ("free", 0.0)])
+def test_a_finite_plate_agrees_before_its_other_edges_answer(edge: str, distance: float) -> None:
+    """0.4 m in square, meshed for 100 kHz where it is struck; the free edge as well struck on the edge itself."""
+    finite = hl.kirchhoff_plate(
+        0.4, 0.4, 2.29e-3, ALUMINIUM, hl.Supports(edge, "free", "free", "free"), highest_frequency=60e3
+    )
+    expected = ratio(SMALL, hl.reduce(finite.at(distance, 0.2), 0.6e-3), 0.6e-3)
+    assert ratio(SMALL, hl.half_plane(2.29e-3, ALUMINIUM, edge, distance, 0.6e-3), 0.6e-3) == pytest.approx(
+        expected, abs=1e-3
+    )
+
+
+# Limits.
+
+
+def test_far_from_the_edge_it_is_the_infinite_plate() -> None:
+    infinite = ratio(SMALL, hl.infinite_plate(2.29e-3, ALUMINIUM), 0.6e-3)
+    for edge in EDGES:
+        for distance in (0.3, 3.0, 100.0):
+            near = hl.half_plane(2.29e-3, ALUMINIUM, edge, distance, 0.6e-3)
+            assert ratio(SMALL, near, 0.6e-3) == pytest.approx(infinite, abs=1e-4)
+
+
+def test_at_a_clamped_edge_nothing_moves() -> None:
+    """The compliance at rest is d²/(4πD), from the plate's Green function by images; AR is that of the half-space."""
+    thickness, distance = 2.29e-3, 0.5e-3
+    plate = hl.half_plane(thickness, ALUMINIUM, "clamped", distance)
+    rigidity = ALUMINIUM.contact_modulus * thickness**3 / 12.0
+    square = plate.stiffness.diagonal()
+    assert (plate.contact**2 / square).sum() + plate.flexibility == pytest.approx(
+        distance**2 / (4.0 * pi * rigidity), rel=1e-6
+    )
+    rigid = ratio(SMALL, hl.half_space(ALUMINIUM), 0.8e-3)
+    assert ratio(SMALL, plate, 0.8e-3) == pytest.approx(rigid, abs=2e-3)
+
+
+def test_on_a_free_edge_the_plate_is_a_dashpot() -> None:
+    """√6 √(Dm) for ν = 0; for ν = 0.3, 2.165 √(Dm)."""
+    at_edge = np.zeros(1)
+    assert 8.0 / conductance(at_edge, "free", 0.0) == pytest.approx(sqrt(6.0), rel=1e-9)
+    for nu in (0.1, 0.3, 0.45):
+        transform = 1.0 + 1e-8 * reflected_transform("free", nu, 1e-8).real
+        assert conductance(at_edge, "free", nu) == pytest.approx(transform, rel=1e-3)
+
+
+def test_conductance_is_positive_and_settles() -> None:
+    distance = np.concatenate([np.linspace(0.01, 30.0, 500), [300.0, 3000.0]])
+    for edge in EDGES:
+        for nu in (-0.3, 0.0, 0.33, 0.49):
+            found = conductance(distance, edge, nu)
+            assert found.min() > 0.0
+            assert abs(found[distance > 10.0] - 1.0).max() < 0.3
+            assert found[-2:] == pytest.approx(1.0, abs=0.05)
+
+
+def test_energy_is_kept() -> None:
+    bead, plate = SMALL, hl.half_plane(2.29e-3, ALUMINIUM, "free", 0.01, 0.8e-3)
+    assert plate.damping is None
+    run = hl.CoSimulation(hl.Chain([bead] * 20, bead, impact_speed=0.31), plate).run(0.8e-3)
+    assert abs(hl.energy_error(run)) < 1e-5
+
+
+def test_it_can_be_reduced_and_says_how_it_was_made() -> None:
+    plate = hl.half_plane(3e-3, ALUMINIUM, "simple", 0.02, until=0.8e-3)
+    assert plate.origin["kind"] == "half-plane"
+    assert plate.origin["edge"] == "simple"
+    reduced = hl.reduce(plate, 0.8e-3)
+    assert reduced.size < plate.size / 2
+    assert ratio(SMALL, reduced, 0.8e-3) == pytest.approx(ratio(SMALL, plate, 0.8e-3), abs=1e-6)
+    with pytest.raises(ValueError, match=r"until = 0\.002"):
+        ratio(SMALL, plate, 2e-3)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"thickness": 0.0}, r"thickness = 0\.0: must be a positive number of m"),
+        ({"thickness": None}, "thickness = None"),
+        ({"material": "PTFE"}, "material = 'PTFE': must be a Material"),
+        ({"edge": "clampd"}, r"edge = 'clampd'.*did you mean 'clamped'"),
+        ({"edge": None}, "edge = None"),
+        ({"distance": 0.0}, r"distance = 0\.0: must be a positive number of m"),
+        ({"distance": -0.1, "edge": "free"}, r"distance = -0\.1: must be zero or a positive number of m"),
+        ({"distance": float("nan")}, "distance = nan"),
+        ({"until": 0.0}, r"until = 0\.0: must be a positive number of s"),
+        ({"until": 100.0}, r"until = 100\.0: .*oscillators"),
+        ({"highest_frequency": -1.0}, r"highest_frequency = -1\.0"),
+    ],
+)
+def test_bad_input(change: dict[str, object], message: str) -> None:
+    arguments = {"thickness": 2e-3, "material": ALUMINIUM, "edge": "clamped", "distance": 0.02, **change}
+    with pytest.raises(ValueError, match=message) as error:
+        hl.half_plane(**arguments)  # type: ignore[arg-type]
+    assert "\n" not in str(error.value)
