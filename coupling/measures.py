@@ -31,7 +31,9 @@ class Wave:
 
 @dataclass(frozen=True)
 class ReflectedWave(Wave):
-    """A wave that came back, beside the incident one: amplitude ratio AR, and time of flight TOF (s).
+    """A wave that came back, compared with the incident one: amplitude ratio AR, and time of flight TOF (s).
+
+    Both from the peak of the incident wave's force at the sensor to the peak of the reflected wave's.
 
     begins: "structure"; "chain" where it came out of a meeting of waves on the way; "unknown" of a signal.
     """
@@ -117,10 +119,14 @@ def _dynamic_force(run: xr.Dataset) -> xr.DataArray:
 def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE) -> Reflections:
     """The waves that pass a sensor bead of one run.
 
-    A wave is a peak of both contact forces of the bead, and its amplitude the peak of their mean, placed between
-    samples by a cubic spline; where beads have drifted apart, so that a weak wave is two collisions, it arrives halfway
-    between them. Which contact it passes first tells its direction: the incident wave is the first that goes on,
+    A wave is a peak of both contact forces of the bead. Amplitude and arrival are those of the peak of their mean, the
+    force at the bead's centre, placed between samples by a cubic spline: AR and TOF are peak to peak (thesis, section
+    6.1.1). Which contact the wave passes first determines its direction: the incident wave is the first that goes on,
     reflected ones are those that come back. A heavy striker sends a train; its first wave is the incident one.
+    Between beads that have drifted apart a weak wave is two collisions, and the force at the centre has two humps. The
+    wave arrives with the higher one, so TOF leaps, by some 20 µs for steel beads of 10 mm diameter, where a parameter
+    makes the other hump the higher one. `follow_waves(run)` gives the middle between the two collisions, which varies
+    without a leap. A dashpot's force jumps where a contact closes; a peak at such a jump is known to one saved interval.
     A reflected wave is followed back towards the structure, contact by contact, and tells where it `begins`: at the
     "structure", or in the "chain", where it parted from a wave with which it was merged, or came back from an unlike
     bead. Waves below 5 % that cannot be followed over four contacts are beads that rattle, and left out. So in a sweep
@@ -130,9 +136,11 @@ def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE) -
     A solitary wave is five beads long: nearer than that to either end of the chain, or to a bead unlike the others,
     incident and reflected waves merge, and amplitudes mean little. The reflected waves of a striker much heavier than
     a bead ride on its train, and may be larger than the incident one.
-    A signal (`read_signal`, `as_signal`) holds the force at the bead's centre alone, which tells no direction: its
-    first wave is the incident one, and all later ones count as reflected. Waves must stand out of its noise, and are
-    placed by a polynomial: with white noise of 2 % of the incident peak, sampled at 10 MHz, AR is good to 0.01 and
+    A signal (`read_signal`, `as_signal`) holds the force at the bead's centre alone, which has no direction: its
+    first wave is the incident one, and all later ones count as reflected, each of two humps too where the valley
+    between them is deeper than `smallest`. Amplitude and arrival are those of the same peak as in a run: where the
+    force at a sensor of a run is read as a signal, AR agrees within 1e-5 and TOF within 0.05 µs, without noise and
+    jumps. Waves must stand out of the noise, and are placed by a polynomial: with white noise of 2 % of the incident peak, sampled at 10 MHz, AR is good to 0.01 and
     TOF to 0.5 µs for steel beads of 10 mm diameter, and in 99 of 100 draws for 5 mm; at 2 MHz AR has a standard
     deviation of 0.005.
     """
@@ -157,7 +165,9 @@ def amplitude_ratio(run: xr.Dataset, sensor: int, wave: str = "primary") -> xr.D
 
 
 def time_of_flight(run: xr.Dataset, sensor: int, wave: str = "primary") -> xr.DataArray:
-    """TOF, s: from the incident peak to the reflected one at a sensor (thesis, section 6.1.1); NaN where no wave came.
+    """TOF, s: from the peak of the incident wave's force at a sensor to that of the reflected one; NaN without a wave.
+
+    (Thesis, section 6.1.1.) `reflections` states which peak that is where a wave has two.
 
     A run gives a number, a sweep an array over its axes. wave: "primary", "secondary" or "third".
     """

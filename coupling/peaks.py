@@ -6,12 +6,13 @@ small peaks too, but none that runs. The incident wave is the clock: what follow
 contact, the weaker the longer.
 """
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import Polynomial
 from scipy.interpolate import CubicSpline
-from scipy.signal import find_peaks, peak_widths
+from scipy.signal import find_peaks, peak_widths, savgol_filter
 
 from particles.sensor import noise_level, resolution, smoothed
 from structures.structure import Vector
@@ -29,8 +30,9 @@ CLEAR = 8.0
 """A wave in a signal rises by this many standard deviations of the noise that smoothing leaves, and by more than one
 step of the digitiser: from valley to peak, the greatest of a thousand noises reaches 6.5."""
 
-REACH, NARROWEST, WIDEST = 2.0, 0.3, 0.7
-"""It is fitted over ± REACH (noise² / samples)^(1/12) of its width at half height, within these limits: `_reach`."""
+REACH, NARROWEST, WIDEST = 2.0, 0.02, 0.7
+"""It is fitted over ± REACH (noise² / samples)^(1/12) of its width at half height, within these limits: `_reach`. At
+the least two samples on either side: a cubic spline through a run's samples reads no more."""
 
 FEWEST_CONTACTS = 4
 """A wave passes at least so many contacts; fewer are beads that rattle."""
@@ -43,10 +45,6 @@ EARLY, LATE, SLACK = 0.55, 1.8, 0.3
 
 STRONG = 0.05
 """A wave above this part of the incident one is no rattle, however near to the sensor it left another."""
-
-WHOLE, BROKEN = 0.998, 0.975
-"""Halfway between its contacts' peaks a whole wave has at least this part of its height; one that has broken into two
-collisions at most that."""
 
 FAINT = 0.5
 """On its way a wave may be lower than the smallest one that is reported by this factor."""
@@ -165,20 +163,8 @@ def next_peak(peaks: Vector, time: float, wait: float, slack: float) -> float | 
 
 
 def _arrival(time: Vector, force: Vector, passage: Passage) -> Peak:
-    """Amplitude and time of a wave over a bead whose two contacts come first.
-
-    Between beads that have drifted apart a weak wave is two collisions, and the mean of both contacts has two humps
-    with a valley between: it then arrives halfway between the contacts' peaks, whichever hump is the higher. Waves on
-    the way to that lie in between, so that no time leaps as a parameter changes.
-    """
-    amplitude, peak = interpolated(time, 0.5 * (force[0] + force[1]), passage.peak)
-    first, last = (0, 1) if passage.goes_on else (1, 0)
-    halfway = 0.5 * (
-        interpolated(time, force[first], passage.start)[1] + interpolated(time, force[last], passage.end)[1]
-    )
-    between = np.interp(halfway, time, force[0]) + np.interp(halfway, time, force[1])
-    whole = float(np.clip((0.5 * between / amplitude - BROKEN) / (WHOLE - BROKEN), 0.0, 1.0))
-    return amplitude, halfway + whole * (peak - halfway)
+    """Amplitude and time of the peak of the force at a bead's centre: of the mean of its two contacts, the first rows."""
+    return interpolated(time, 0.5 * (force[0] + force[1]), passage.peak)
 
 
 def waves_of_signal(time: Vector, force: Vector, smallest: float) -> list[Peak]:
@@ -193,10 +179,17 @@ def waves_of_signal(time: Vector, force: Vector, smallest: float) -> list[Peak]:
     first = find_peaks(smooth, height=least, prominence=least)[0]
     if not (least > 0.0 and first.size):
         return []
-    incident = _fitted(time, force, smooth, int(first[0]))
-    least = max(smallest * incident[0], floor)
+    least = max(smallest * _fitted(time, force, smooth, *_valleys(smooth, first)[0])[0], floor)
     later = find_peaks(smooth, height=least, prominence=least)[0]
-    return [incident, *(_fitted(time, force, smooth, int(peak)) for peak in later if peak > first[0])]
+    peaks = np.append(first[0], later[later > first[0]])
+    return [_fitted(time, force, smooth, *place) for place in _valleys(smooth, peaks)]
+
+
+def _valleys(force: Vector, peaks: Vector) -> list[tuple[int, tuple[int, int]]]:
+    """Each peak with the lowest samples before and after it, between it and its neighbours or the ends."""
+    edges = [0, *map(int, peaks), force.size - 1]
+    lowest = [one + int(force[one : other + 1].argmin()) for one, other in pairwise(edges)]
+    return [(int(peak), valleys) for peak, valleys in zip(peaks, pairwise(lowest), strict=True)]
 
 
 def interpolated(time: Vector, force: Vector, peak: int) -> Peak:
@@ -208,29 +201,36 @@ def interpolated(time: Vector, force: Vector, peak: int) -> Peak:
     return float(spline(best)), float(best)
 
 
-def _fitted(time: Vector, force: Vector, smooth: Vector, peak: int) -> Peak:
-    """Amplitude and time of the top of a polynomial through the samples around a peak; moved onto the top once."""
-    reach = _reach(smooth, peak, noise_level(force))
-    step = time[1] - time[0]
-    for _ in range(2):
-        near = slice(max(0, peak - reach), peak + reach + 1)
-        fit = Polynomial.fit(time[near], force[near], min(ORDER, time[near].size - 1))
-        tops = [t.real for t in fit.deriv().roots() if abs(t.imag) < step and abs(t - time[peak]) < 0.5 * reach * step]
-        best = max(tops, key=fit, default=time[peak])
-        peak = int(np.abs(time[near] - best).argmin()) + near.start
+def _fitted(time: Vector, force: Vector, smooth: Vector, peak: int, between: tuple[int, int]) -> Peak:
+    """Amplitude and time of the top of a polynomial through the samples around a peak of the smoothed signal.
+
+    The smoothed signal has its peak elsewhere where a pulse is lopsided or has two humps. So polynomials over the same
+    reach first slide along the upper half of the pulse, between its two valleys; the one that is highest in its middle
+    is taken.
+    """
+    width, step = float(peak_widths(smooth, [peak], rel_height=0.5)[0][0]), time[1] - time[0]
+    reach = _reach(width, noise_level(force) / smooth[peak])
+    half = max(1, round(0.5 * width))
+    first, last = max(between[0], peak - half), min(between[1], peak + half) + 1
+    start, stop = max(0, first - reach), min(force.size, last + reach)
+    if stop - start > 2 * reach:
+        moving = savgol_filter(force[start:stop], 2 * reach + 1, ORDER)
+        peak = first + int(moving[first - start : last - start].argmax())
+    near = slice(max(0, peak - reach), peak + reach + 1)
+    fit = Polynomial.fit(time[near], force[near], min(ORDER, time[near].size - 1))
+    tops = [t.real for t in fit.deriv().roots() if abs(t.imag) < step and abs(t - time[peak]) <= 0.5 * reach * step]
+    best = max(tops, key=fit, default=time[peak])
     return float(fit(best)), float(best)
 
 
-def _reach(smooth: Vector, peak: int, noise: float) -> int:
-    """Samples on either side of a peak that tell its top.
+def _reach(width: float, noise: float) -> int:
+    """Samples on either side of a peak through which a polynomial is fitted; width in samples.
 
     The error of a fourth-order fit grows with the sixth power of the reach, the variance of its noise falls with the
-    reach: their sum is least where the reach goes with the twelfth root of noise² per sample (both in units of the
+    reach: their sum is least where the reach grows with the twelfth root of noise² per sample (both in units of the
     pulse's own height and width). So clean signals are fitted narrowly, and noisy ones widely.
     """
-    width = float(peak_widths(smooth, [peak], rel_height=0.5)[0][0])
-    relative = (noise / smooth[peak]) ** 2 / width
-    return max(2, round(width * float(np.clip(REACH * relative ** (1.0 / 12.0), NARROWEST, WIDEST))))
+    return max(2, round(width * float(np.clip(REACH * (noise**2 / width) ** (1.0 / 12.0), NARROWEST, WIDEST))))
 
 
 def _passages(above: Vector, below: Vector, velocity: Vector, least: float) -> list[Passage]:

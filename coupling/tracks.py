@@ -34,7 +34,11 @@ class Track:
         return self.contacts[-1] > self.contacts[0]
 
     def arrival(self, sensor: int) -> float:
-        """When the wave passes a bead, s: halfway between the peaks of its two contacts; NaN where it misses one."""
+        """When the wave passes a bead, s: halfway between the peaks of its two contacts; NaN where it misses one.
+
+        In contrast to the peak of the force at the bead's centre, which `reflections` gives, this varies without a leap
+        where beads have drifted apart and the wave is two collisions.
+        """
         if sensor not in self.contacts or sensor + 1 not in self.contacts:
             return float("nan")
         pair = [self.times[self.contacts.index(n)] for n in (sensor, sensor + 1)]

@@ -283,3 +283,27 @@ def test_a_digitiser_of_eight_bits_makes_no_waves() -> None:
     assert waves.primary.amplitude_ratio == pytest.approx(expected.primary.amplitude_ratio, abs=5e-3)
     assert waves.primary.time_of_flight == pytest.approx(expected.primary.time_of_flight, abs=5e-7)
     assert waves.secondary is None
+
+
+@pytest.mark.parametrize(("radius", "sensors"), [(4.76e-3, (7, 8)), (2.38e-3, (7, 9))])
+def test_a_run_that_is_read_as_a_signal_keeps_its_ratios_and_flights(radius: float, sensors: tuple[int, ...]) -> None:
+    """Small waves between beads that have drifted apart are two collisions; both readings take the higher peak.
+
+    A run read the middle between the two: 703.35 µs at bead 7 of the larger spheres, a signal the peak, 724.83 µs.
+    """
+    bead, until = hl.Sphere(radius, hl.STEEL_440C), 1.2e-3
+    plate = hl.kirchhoff_plate(0.2, 0.15, 2e-3, hl.ALUMINIUM_6061, hl.Supports(*["clamped"] * 4))
+    chain = hl.Chain([bead] * 14, bead, impact_speed=0.4)
+    found = hl.CoSimulation(chain, hl.reduce(plate.at(0.06, 0.07), until)).run(until)
+    for sensor in sensors:
+        force = hl.sensor_force(found, sensor)
+        read = as_signal(found.time, {sensor: force})
+        for wave in ("primary", "secondary"):
+            ratio, flight = (measure(found, sensor, wave).item() for measure in (hl.amplitude_ratio, hl.time_of_flight))
+            assert hl.amplitude_ratio(read, sensor, wave).item() == pytest.approx(ratio, abs=1e-5)
+            assert hl.time_of_flight(read, sensor, wave).item() == pytest.approx(flight, abs=5e-8)
+            arrival = flight + hl.reflections(found, sensor).incident.arrival
+            near = force.sel(time=slice(arrival - 20e-6, arrival + 20e-6))
+            assert abs(float(near.idxmax()) - arrival) <= 1.01 * float(found.time[1])
+    if radius == 4.76e-3:
+        assert hl.time_of_flight(found, 7).item() == pytest.approx(724.7e-6, abs=5e-7)

@@ -68,15 +68,19 @@ def test_a_sweep_has_a_continuous_secondary_branch() -> None:
     assert steps.max() < 2.0 * steps.min()
 
 
+def passes(track: hl.Track, sensor: int, time: float) -> bool:
+    """Whether the force at the sensor peaks then between the peaks of its two contacts, give or take 2 µs."""
+    around = [at for contact, at in zip(track.contacts, track.times, strict=True) if contact in (sensor, sensor + 1)]
+    return len(around) == 2 and min(around) - 2e-6 < time < max(around) + 2e-6
+
+
 @pytest.mark.parametrize("lower", [76.2e-3, 90e-3, 99e-3, 101.6e-3, 120e-3, 152.4e-3])
-def test_tracks_and_reflections_tell_the_same_of_a_wave(lower: float) -> None:
+def test_tracks_and_reflections_find_the_same_wave(lower: float) -> None:
     """A small wave ahead of the secondary one must not take its beginning from it."""
     run = struck(hl.rod([STEEL_ON_PTFE[0], hl.Layer(hl.PTFE, lower, 9.525e-3)]), 1.5e-3)
     secondary = hl.reflections(run, 7).secondary
     assert secondary is not None
-    (track,) = [
-        one for one in hl.follow_waves(run) if not one.goes_on and abs(one.arrival(7) - secondary.arrival) < 5e-6
-    ]
+    (track,) = [one for one in hl.follow_waves(run) if not one.goes_on and passes(one, 7, secondary.arrival)]
     assert track.begins == secondary.begins == "structure"
 
 
