@@ -124,9 +124,10 @@ def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE) -
     6.1.1). Which contact the wave passes first determines its direction: the incident wave is the first that goes on,
     reflected ones are those that come back. A heavy striker sends a train; its first wave is the incident one.
     Between beads that have drifted apart a weak wave is two collisions, and the force at the centre has two humps. The
-    wave arrives with the higher one, so TOF leaps, by some 20 µs for steel beads of 10 mm diameter, where a parameter
-    makes the other hump the higher one. `follow_waves(run)` gives the middle between the two collisions, which varies
-    without a leap. A dashpot's force jumps where a contact closes; a peak at such a jump is known to one saved interval.
+    wave arrives with the higher one. So TOF leaps where a parameter makes the other hump the higher one, by some 20 µs
+    for steel beads of 10 mm diameter. `follow_waves(run)` gives the middle between the two collisions, which varies
+    without a leap. A dashpot's force jumps where a contact closes; a peak at such a jump is known to one saved
+    interval.
     A reflected wave is followed back towards the structure, contact by contact, and tells where it `begins`: at the
     "structure", or in the "chain", where it parted from a wave with which it was merged, or came back from an unlike
     bead. Waves below 5 % that cannot be followed over four contacts are beads that rattle, and left out. So in a sweep
@@ -140,9 +141,9 @@ def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE) -
     first wave is the incident one, and all later ones count as reflected, each of two humps too where the valley
     between them is deeper than `smallest`. Amplitude and arrival are those of the same peak as in a run: where the
     force at a sensor of a run is read as a signal, AR agrees within 1e-5 and TOF within 0.05 µs, without noise and
-    jumps. Waves must stand out of the noise, and are placed by a polynomial: with white noise of 2 % of the incident peak, sampled at 10 MHz, AR is good to 0.01 and
-    TOF to 0.5 µs for steel beads of 10 mm diameter, and in 99 of 100 draws for 5 mm; at 2 MHz AR has a standard
-    deviation of 0.005.
+    jumps. Waves must stand out of the noise, and are placed by a polynomial: with white noise of 2 % of the incident
+    peak, sampled at 10 MHz, AR is good to 0.01 and TOF to 0.5 µs for steel beads of 10 mm diameter, and in 99 of 100
+    draws for 5 mm; at 2 MHz AR has a standard deviation of 0.005.
     """
     series, dimensions = _series(run, sensor)
     if series[0].ndim != len(dimensions[0]):

@@ -163,7 +163,7 @@ def next_peak(peaks: Vector, time: float, wait: float, slack: float) -> float | 
 
 
 def _arrival(time: Vector, force: Vector, passage: Passage) -> Peak:
-    """Amplitude and time of the peak of the force at a bead's centre: of the mean of its two contacts, the first rows."""
+    """Amplitude and time of the peak of the force at a bead's centre, the mean of its two contacts' (rows 0 and 1)."""
     return interpolated(time, 0.5 * (force[0] + force[1]), passage.peak)
 
 
