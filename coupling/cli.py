@@ -6,6 +6,7 @@ import shutil
 import signal
 import sys
 import tempfile
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,10 +14,14 @@ from typing import TYPE_CHECKING
 import click
 import joblib
 
+from coupling.findings import one_of_each, warn, with_warnings
 from coupling.result import provenance, versions
 from coupling.state import NotConverged
 from coupling.studies import STUDIES, study
 from coupling.studies.table import text
+from structures.caution import HertzlinkWarning, collected
+
+PLAIN_FORMAT = warnings.formatwarning
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -37,6 +42,9 @@ def main() -> None:
     """Run the command line; bad input ends with one line on standard error and exit code 2."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     logging.basicConfig(format="hertzlink: %(message)s", level=logging.WARNING)
+    warnings.formatwarning = _format_warning
+    # Behind the filters that the user gave.
+    warnings.simplefilter("once", HertzlinkWarning, append=True)
     try:
         code = cli.main(prog_name="hertzlink", standalone_mode=False)
     except click.exceptions.NoArgsIsHelpError as error:
@@ -51,6 +59,15 @@ def main() -> None:
     except (click.Abort, KeyboardInterrupt):
         code = _complain("stopped; nothing was written", 130)
     sys.exit(code)
+
+
+def _format_warning(
+    message: Warning | str, category: type[Warning], filename: str, lineno: int, line: str | None = None
+) -> str:
+    """Ours on one line, without the place in the code, which is not the user's here."""
+    if issubclass(category, HertzlinkWarning):
+        return "hertzlink: warning: " + " ".join(str(message).split()) + "\n"
+    return PLAIN_FORMAT(message, category, filename, lineno, line)
 
 
 def _complain(message: str, code: int) -> int:
@@ -75,15 +92,21 @@ def run_study(name: str, quick: bool, output: Path | None, force: bool, jobs: in
     folder = output or Path(name)
     check_output(folder, force)
     chosen = study(name)
-    data = chosen.run(quick, jobs)
+    findings: list[str] = []
+    try:
+        with collected() as findings:
+            data = chosen.run(quick, jobs).assign_attrs(quick=int(quick), **({"comment": QUICK} if quick else {}))
+            table = (f"{QUICK}\n\n" if quick else "") + text(chosen.table(data))
+            figures = chosen.figures(data)
+    finally:
+        warn(one_of_each(findings))
     given = {"study": name, "quick": quick, "first_run": data.attrs.get("input", "")}
-    data = data.assign_attrs(provenance(given), quick=int(quick), **({"comment": QUICK} if quick else {}))
-    table = (f"{QUICK}\n\n" if quick else "") + text(chosen.table(data))
+    data = with_warnings(data.assign_attrs(provenance(given)), findings)
 
     def write(into: Path) -> None:
         data.to_netcdf(into / f"{name}.nc", engine="h5netcdf")
         (into / TABLE).write_text(table + "\n", encoding="utf-8")
-        for title, figure in chosen.figures(data).items():
+        for title, figure in figures.items():
             if quick:
                 stamp(figure, QUICK)
             figure.savefig(into / f"{title}.png", metadata={"Comment": QUICK} if quick else None)

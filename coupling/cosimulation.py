@@ -10,10 +10,12 @@ import numpy as np
 import xarray as xr
 
 from coupling.checkpoint import Keeper
+from coupling.findings import warn
 from coupling.frames import Counts, Frames
 from coupling.interface import Interface, for_each
 from coupling.participant import BlackBox
 from coupling.result import dataset, summary
+from coupling.run_checks import checked
 from coupling.scheme import Condensed, Scheme
 from coupling.state import CoupledState, NotConverged
 from coupling.trace import Trace
@@ -151,7 +153,8 @@ class CoSimulation:
         plan = self._plan(until, save_every)
         for chain in self.interface.chains:
             chain.steps(until)
-        self._warn_if_coarse(plan)
+        findings = self._coarse(plan)
+        warn(findings)
         given = {**self.describe(), "until": until, **self._told(plan)}
         clock = Trace() if instance("trace", trace, bool, "True or False") else None
         keeper = None
@@ -163,7 +166,8 @@ class CoSimulation:
             work(plan, frames, keeper, None)
         else:
             work(plan, clock.watch(frames), clock.watch(keeper), clock)
-        run = dataset(self.interface, frames, plan.length * plan.stride, given)
+        findings += checked(self.interface, frames)
+        run = dataset(self.interface, frames, plan.length * plan.stride, given, findings)
         if log.isEnabledFor(logging.INFO):
             log.info("%s", summary(run))
         return run if clock is None else run.assign_attrs(trace=clock.told())
@@ -220,13 +224,14 @@ class CoSimulation:
             raise ValueError(f"{name}{given}: {intervals:.3g} saved times of {bodies} bodies are too many; {advice}")
         return int(intervals * (1.0 + LATE)) + 1
 
-    def _warn_if_coarse(self, plan: Plan) -> None:
+    def _coarse(self, plan: Plan) -> list[str]:
+        """A finding where windows or saved times are too few in a contact."""
         coarse = self.interface.contact_time / FEWEST_PER_CONTACT
         name = "window" if plan.substeps == 1 else "window / substeps"
         for what, interval in ((name, plan.length), ("save_every", plan.length * plan.stride)):
             if interval > coarse * (1.0 + LATE) and not (what == name and isinstance(self.window, Adaptive)):
-                log.warning("%s = %.3g s is coarse beside a contact; take at most %.3g s", what, interval, coarse)
-                return
+                return [f"{what} = {interval:.3g} s: is coarse compared with a contact; take at most {coarse:.3g} s"]
+        return []
 
     def _told(self, plan: Plan) -> dict[str, Any]:
         """Of the plan, what belongs to the input."""

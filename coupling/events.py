@@ -1,6 +1,5 @@
 """When the contacts between chains and structures open and close, placed between a run's saved times."""
 
-import logging
 from typing import TypeAlias
 
 import numpy as np
@@ -10,6 +9,7 @@ from scipy.interpolate import CubicSpline
 
 from coupling.contact_forces import contact_forces
 from coupling.interface import Contact
+from structures.caution import caution
 from structures.checks import positive
 from structures.structure import Vector
 
@@ -19,8 +19,6 @@ SMALLEST_GAP = 1e-3
 OPENS, CLOSES = "opens", "closes"
 
 Flags: TypeAlias = NDArray[np.bool_]
-
-log = logging.getLogger("hertzlink.events")
 
 
 def contact_events(run: xr.Dataset, smallest: float = SMALLEST_GAP) -> xr.Dataset:
@@ -81,10 +79,10 @@ def _warn_of_hidden(time: Vector, opened: Flags, pushed: Flags, interface: int) 
     """Of pushes between two saved times at both of which a contact is open."""
     hidden = np.flatnonzero(opened[:-1] & opened[1:] & pushed)
     if hidden.size:
-        log.warning(
-            "interface %d closes and opens again between saved times, first after t = %.4g s; save the run more often",
-            interface, time[hidden[0]],
-        )  # fmt: skip
+        caution(
+            f"save_every: interface {interface} closes and opens again between saved times, first after "
+            f"t = {time[hidden[0]]:.4g} s; save the run more often"
+        )
 
 
 def _dataset(run: xr.Dataset, found: list[tuple[float, str, int]]) -> xr.Dataset:

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from coupling.findings import warn, with_warnings
 from coupling.result import DESCRIPTIONS, provenance
 from particles import explicit_kernels as kernels
 from particles.bead import Bead
@@ -16,6 +17,7 @@ from particles.contact import SMALL_CONTACT, PowerLaw, contact_law
 from particles.contact_mesh import body_of
 from particles.explicit_beads import ExplicitBead, explicit_bead
 from particles.moving import MovingChain
+from structures.caution import caution
 from structures.checks import instance, positive
 from structures.structure import Vector
 from structures.surface import hertz_stiffness, relative_curvatures
@@ -88,8 +90,8 @@ def explicit_chain(
     The Dataset has CoSimulation's variables; displacement and velocity are those of centres of mass, contact_energy is
     the strain energy. Forces are means over the saved interval about each saved time. Own variables, time × bead:
     section_force, N, and vibration_energy, J. Attributes: degrees_of_freedom, cells (of all bodies), step, spacing and
-    reach of the contact's mesh (s, m), seconds (of the steps, without the set-up); warnings, where a contact was so
-    wide that strains were not small, which is logged too.
+    reach of the contact's mesh (s, m), seconds (of the steps, without the set-up); and warnings, where a contact was so
+    wide that strains were not small.
     Raises ValueError for unlike beads, gravity, preload, losses, laws and other strikers or integrators, for a
     save_every shorter than the step, and where contacts are wider than 0.4 of a radius; FloatingPointError.
     """
@@ -99,7 +101,7 @@ def explicit_chain(
     radius = _widest_contact(bead, chain.impact_energy, rigid_wall)
     size = radius / CELLS if spacing is None else positive("spacing", spacing, "m")
     if size * FEWEST > radius:
-        log.warning("spacing = %.3g m: leaves contacts fewer than %d cells; take %.3g m", size, FEWEST, radius / CELLS)
+        caution(f"spacing = {size:.3g} m: leaves contacts fewer than {FEWEST} cells; take {radius / CELLS:.3g} m")
     interval, rows = _saved_times(chain, until, save_every)
     reach = max(MARGIN * radius, size)
     for _ in range(TRIES):
@@ -197,8 +199,8 @@ def _curvature(bead: Bead) -> float:
     return relative_curvatures(bead.surface, bead.surface)[1]
 
 
-def _warnings(bead: Bead, force: Vector, wall: bool) -> list[str]:
-    """Where strains were not small; they are logged. force: saved times × contacts, N."""
+def _findings(bead: Bead, force: Vector, wall: bool) -> list[str]:
+    """Where strains were not small. force: saved times × contacts, N."""
     radius = _radius(bead, np.maximum(force, 0.0).max(axis=0))
     part = radius * _curvature(bead)
     if wall:
@@ -206,9 +208,7 @@ def _warnings(bead: Bead, force: Vector, wall: bool) -> list[str]:
     worst = int(part.argmax())
     if part[worst] <= SMALL_CONTACT:
         return []
-    caution = f"contact {worst + 1}: a contact of {radius[worst]:.3g} m radius leaves small strains"
-    log.warning("%s", caution)
-    return [caution]
+    return [f"strains: contact {worst + 1} has a radius of {radius[worst]:.3g} m, so wide that strains are not small"]
 
 
 def _dataset(chain: Chain, frames: _Frames, given: dict[str, Any], mesh: dict[str, float]) -> xr.Dataset:
@@ -243,6 +243,6 @@ def _dataset(chain: Chain, frames: _Frames, given: dict[str, Any], mesh: dict[st
         "degrees_of_freedom": bodies * free, "cells": bodies * frames.bead.cells, "step": frames.step, **mesh,
         "seconds": frames.seconds,
     }  # fmt: skip
-    if warnings := _warnings(chain.beads[0], saved.contact_force, given["rigid_wall"]):
-        told["warnings"] = "\n".join(warnings)
-    return xr.Dataset(variables, coordinates, {**provenance(given), **told})
+    findings = _findings(chain.beads[0], saved.contact_force, given["rigid_wall"])
+    warn(findings)
+    return with_warnings(xr.Dataset(variables, coordinates, {**provenance(given), **told}), findings)

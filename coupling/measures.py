@@ -1,6 +1,5 @@
 """What is read from a run, or from a measured signal: every measure is a function of the Dataset, over any axes."""
 
-import logging
 from dataclasses import dataclass
 from itertools import count, takewhile
 from typing import NamedTuple
@@ -10,6 +9,7 @@ import xarray as xr
 
 from coupling.contact_forces import check_whole
 from coupling.peaks import incident_passage, interpolated, waves_of_run, waves_of_signal
+from structures.caution import caution
 from structures.checks import instance, one_of, positive, whole
 from structures.structure import Vector
 
@@ -17,8 +17,6 @@ SMALLEST_WAVE = 0.01
 """Waves below this part of the incident one are not reported: beads that rattle after a wave make such peaks."""
 
 WAVES = ("primary", "secondary", "third")
-
-log = logging.getLogger("hertzlink.measures")
 
 
 @dataclass(frozen=True)
@@ -97,7 +95,9 @@ def _warn_of_shorter(run: xr.Dataset, sensor: int) -> None:
         there = there.any([axis for axis in there.dims if axis != "chain"])
         if not there.all():
             shorter = ", ".join(map(str, there.chain.values[~there.values]))
-            log.warning("sensor = %d: beyond the end of chain %s of the run, for which it gives nan", sensor, shorter)
+            caution(
+                f"sensor = {sensor}: lies beyond the end of chain {shorter} of the run, for which the measure is NaN"
+            )
 
 
 def _kept(run: xr.Dataset) -> set[int]:

@@ -1,7 +1,6 @@
 """A result is an xarray.Dataset: named dimensions, units, the full input and the versions in its attributes."""
 
 import json
-import logging
 import platform
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -12,6 +11,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from coupling.findings import with_warnings
 from coupling.frames import Frames
 from coupling.interface import LAST, Contact, Interface
 from particles.deformable import MovingDeformableChain
@@ -66,14 +66,14 @@ BODIES = {
 
 ADDRESS = re.compile(" at 0x[0-9a-fA-F]+")
 
-LARGE = 0.01
-"""Part of the impact energy that an exchange may make or lose without a warning."""
 
-log = logging.getLogger("hertzlink.result")
+def dataset(
+    interface: Interface, frames: Frames, interval: float, given: Mapping[str, Any], findings: Sequence[str] = ()
+) -> xr.Dataset:
+    """The Dataset of one run. Chains shorter than the longest are filled up with NaN.
 
-
-def dataset(interface: Interface, frames: Frames, interval: float, given: Mapping[str, Any]) -> xr.Dataset:
-    """The Dataset of one run; `given` is its input. Chains shorter than the longest are filled up with NaN."""
+    given: the run's input; findings: what to know of it, a line of the attribute `warnings` each.
+    """
     chains = [_of_chain(interface, frames, number) for number in range(len(interface.chains))]
     known = dict.fromkeys(name for chain in chains for name in chain)
     values: dict[str, Any] = {name: [chain.get(name) for chain in chains] for name in known}
@@ -90,9 +90,7 @@ def dataset(interface: Interface, frames: Frames, interval: float, given: Mappin
         else:
             variables[name] = variable(name, np.stack(_filled(many, bodies if name in BODIES else 0), axis=1), owner)
     data = xr.Dataset(variables, _coordinates(interface, interval * np.arange(frames.rows), bodies))
-    data = data.assign_attrs(provenance(given))
-    warnings = _warnings(interface, frames)
-    return data.assign_attrs(warnings="\n".join(warnings)) if warnings else data
+    return with_warnings(data.assign_attrs(provenance(given)), findings)
 
 
 def variable(name: str, values: Any, *owner: str) -> tuple[list[str], Any, dict[str, str]]:
@@ -213,35 +211,6 @@ def _coordinates(interface: Interface, times: Any, bodies: int) -> dict[str, Any
     if len(interface.structures) > 1:
         coordinates["structure"] = ("structure", np.arange(len(interface.structures)))
     return coordinates
-
-
-def _warnings(interface: Interface, frames: Frames) -> list[str]:
-    """What to know of the contact laws and of the exchange; what is new of it is logged."""
-    warnings = _of_mismatch(interface, frames)
-    for number, chain in enumerate(interface.chains):
-        own, seat = frames.chains[number], interface.of_chain[number][0]
-        place = np.column_stack([own.position[:, : chain.mass.size], frames.surface[seat]])
-        deepest: Vector = (place[:, :-1] - place[:, 1:]).max(axis=0)
-        # The last one's without the spring behind it.
-        deepest[-1] -= chain.flexibility * own.contact_force[:, -1].max()
-        told, new = chain.cautions(deepest)
-        for caution in new:
-            log.warning("%s", caution)
-        warnings += told + new
-    return warnings
-
-
-def _of_mismatch(interface: Interface, frames: Frames) -> list[str]:
-    """Where the exchange made or lost energy that is not small."""
-    worst = float(abs((frames.given - frames.work).sum(axis=0)).max()) / interface.impact_energy
-    if not worst > LARGE:
-        return []
-    caution = (
-        f"the exchange made or lost {100.0 * worst:.2g} % of the impact energy, see interface_mismatch; take shorter "
-        "windows, or a scheme that iterates"
-    )
-    log.warning("%s", caution)
-    return [caution]
 
 
 def summary(run: xr.Dataset) -> str:

@@ -14,10 +14,12 @@ import xarray as xr
 
 from coupling.cluster import check_cluster, on_cluster
 from coupling.cosimulation import CoSimulation
+from coupling.findings import findings_of, gathered, warn, with_warnings
 from coupling.progress import Progress
 from coupling.result import DESCRIPTIONS
 from coupling.store import ERROR, Failure, Point, Store, describe_point, open_store
 from coupling.work import Batch, Outcome, Work, in_processes
+from structures.caution import caution
 from structures.checks import instance, listed, positive, short, whole
 from structures.structure import Vector
 
@@ -47,9 +49,10 @@ def sweep(
 
     jobs: processes, by default one for each core. measure: what to keep of each run, by default all of it.
     The Dataset has a dimension for each axis (named values, such as materials, become their names) and the
-    attributes of the first run. All runs share the sampling of the coarsest, and have NaN for modes of deformable beads
-    that others have more of. Points that share all but the last
-    axis run in one process, one after the other, so that `build` may cache what they have in common.
+    attributes of the first run. Its attribute `warnings` has the first finding of each kind, with the number of points
+    that have one; after the sweep each is one Python warning. All runs share the sampling of the coarsest, and have
+    NaN for modes of deformable beads that others have more of. Points that share all but the last axis run in one
+    process, one after the other, so that `build` may cache what they have in common.
     Raises ValueError for an axis that is empty or names two values alike, a name that every run has, and axes that
     build does not take. An error in one point ends the sweep, with a note that names the point (RuntimeError where its
     process dies, or for an error that no pickle can hold).
@@ -97,7 +100,9 @@ def sweep(
     if work.store is not None:
         outcomes.update((i, work.store.load(point)) for i, point in enumerate(points) if outcomes.get(i) is None)
         _tell_failures(work.store, outcomes)
-    return _combined([outcomes[i] for i in range(len(points))], values)
+    data = _combined([outcomes[i] for i in range(len(points))], values)
+    warn(findings_of(data))
+    return data
 
 
 def _values(axes: dict[str, Iterable[Any]], taken: set[str]) -> dict[str, list[Any]]:
@@ -173,10 +178,10 @@ def _tell_failures(store: Store, outcomes: Mapping[int, Outcome]) -> None:
             "retry=True runs them again"
         )
     if failures:
-        log.warning(
-            "%d of %d points failed: see the variable error, and %s; retry=True runs them again",
-            len(failures), len(outcomes), store.folder,
-        )  # fmt: skip
+        caution(
+            f"sweep: {len(failures)} of {len(outcomes)} points failed, see the variable error, and {store.folder}; "
+            "retry=True runs them again"
+        )
 
 
 def _combined(outcomes: Sequence[Outcome], values: dict[str, list[Any]]) -> xr.Dataset:
@@ -208,7 +213,15 @@ def _combined(outcomes: Sequence[Outcome], values: dict[str, list[Any]]) -> xr.D
     if len(runs) < len(outcomes):
         errors = np.array([str(one) if isinstance(one, Failure) else "" for one in outcomes]).reshape(shape)
         variables[ERROR] = (tuple(values), errors, {"long_name": "why the point failed, empty where it did not"})
-    return xr.Dataset(variables, coordinates, runs[0].attrs)
+    findings = {_named(values, i): findings_of(run) for i, run in zip(places, runs, strict=True) if findings_of(run)}
+    return with_warnings(xr.Dataset(variables, coordinates, runs[0].attrs), gathered(findings, len(outcomes)))
+
+
+def _named(values: dict[str, list[Any]], place: int) -> str:
+    """A point by its place, in words."""
+    where = np.unravel_index(place, [len(axis) for axis in values.values()])
+    pairs = zip(values.items(), where, strict=True)
+    return ", ".join(f"{name} = {short(_labels(axis)[i])}" for (name, axis), i in pairs)
 
 
 def _with_all_modes(runs: Sequence[xr.Dataset]) -> list[xr.Dataset]:

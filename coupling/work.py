@@ -14,7 +14,9 @@ from joblib.externals.loky.backend.reduction import dumps
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 
 from coupling.cosimulation import CoSimulation
+from coupling.findings import findings_of, with_warnings
 from coupling.store import Failure, Point, Store
+from structures.caution import collected
 from structures.checks import instance, short
 
 IDLE = 30
@@ -44,18 +46,20 @@ class Work:
     store: Store | None = None
 
     def run(self, point: Point) -> xr.Dataset:
-        """What is kept of the point's run; errors are raised, and tell the point."""
-        try:
-            simulation = self.build(**point)
-            instance("build", simulation, CoSimulation, "a function that returns a CoSimulation")
-            run = simulation.run(self.until)
-            if self.measure is None:
-                return run
-            kept = instance("measure", self.measure(run), xr.Dataset, "a function that returns a Dataset")
-            return kept.assign_attrs(run.attrs)
-        except Exception as error:
-            error.add_note(f"in the sweep's point {shown(point)}")
-            raise
+        """What is kept of the point's run, with all warnings on the way in its attributes; errors name the point."""
+        with collected() as messages:
+            try:
+                simulation = self.build(**point)
+                instance("build", simulation, CoSimulation, "a function that returns a CoSimulation")
+                run = kept = simulation.run(self.until)
+                if self.measure is not None:
+                    kept = instance("measure", self.measure(run), xr.Dataset, "a function that returns a Dataset")
+            except Exception as error:
+                error.add_note(f"in the sweep's point {shown(point)}")
+                for message in dict.fromkeys(messages):
+                    error.add_note(f"warning before it: {message}")
+                raise
+        return with_warnings(kept.assign_attrs(run.attrs), [*findings_of(run), *messages])
 
     def run_elsewhere(self, point: Point) -> xr.Dataset:
         """`run` in a process that answers another: RuntimeError with the type and text of an error that cannot go."""

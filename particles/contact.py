@@ -3,7 +3,6 @@
 Every law reaches the kernel as a stiffness times a shape: Hertz's δ√δ, or a table of cubics in δ (see `kernel_table`).
 """
 
-import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
@@ -15,6 +14,7 @@ from scipy.special import lambertw
 
 from particles import kernels
 from particles.bead import Bead, Cylinder, HollowSphere
+from structures.caution import caution
 from structures.checks import finite, instance, one_of, positive, within
 from structures.structure import Vector
 from structures.surface import AXIS_RATIOS, Surface, hertz_stiffness, relative_curvatures
@@ -30,8 +30,6 @@ SAMPLES = 600
 """Points of a law that is tabulated from a formula, over NARROWEST to WIDEST."""
 
 NARROWEST, WIDEST = 2.0**-50, 2.0**-5
-
-log_of_laws = logging.getLogger("hertzlink.contact")
 
 
 class ContactLaw:
@@ -186,15 +184,18 @@ def contact_law(first: Bead, second: Bead | Surface, axis_ratio: str = "exact") 
     Spheres, ellipsoids, crossed cylinders, any two of them: Hertz, with b/a solved exactly or as the thesis
     approximates it (axis_ratio, see `hertz_stiffness`). Parallel cylinders: `line_force`, over the shorter length.
     Hollow spheres: Hertz in series with Reissner's shell (`shell_flexibility`).
-    Contacts more elongated than those of cylinders that cross at 10° get a caution, logged once: there half-space
-    theory ends. Cylinders then bear no more than side by side, over the shorter length.
+    Contacts more elongated than those of cylinders that cross at 10° get a caution: there half-space theory ends.
+    Cylinders then bear no more than side by side, over the shorter length.
     Raises ValueError for bodies whose surfaces conform.
     """
     for name, body in (("first", first), ("second", second)):
         kinds = Bead if name == "first" else Bead | Surface
         instance(name, body, kinds, "a body" if name == "first" else "a body or a Surface")  # type: ignore[arg-type]
     one_of("axis_ratio", axis_ratio, AXIS_RATIOS)
-    return _contact_law(first, second, axis_ratio)
+    law = _contact_law(first, second, axis_ratio)
+    if law.caution:
+        caution(f"contact law: {law.caution}")
+    return law
 
 
 @lru_cache(maxsize=4096)
@@ -212,13 +213,12 @@ def _contact_law(first: Bead, second: Bead | Surface, axis_ratio: str) -> Contac
         return _in_series(PowerLaw(stiffness, largest=largest), shells)
     if sharp < 1.0001 * flat:
         return PowerLaw(stiffness, 1.5, largest, "Hertz, round contact")
-    name, caution = f"Hertz, elliptic contact, R'/R'' = {sharp / flat:.4g}, b/a {axis_ratio}", ""
+    name, doubts = f"Hertz, elliptic contact, R'/R'' = {sharp / flat:.4g}, b/a {axis_ratio}", ""
     if sharp / flat > MOST_ELONGATED:
-        caution = f"{name}: as long as between cylinders below 10°, where half-space theory ends"
-        _warn(caution)
+        doubts = f"{name}, is as long as between cylinders that cross below 10°, where half-space theory ends"
         if isinstance(first, Cylinder) and isinstance(second, Cylinder):
-            return _bounded(PowerLaw(stiffness, 1.5, largest, name, caution), _line_contact(first, second))
-    return PowerLaw(stiffness, 1.5, largest, name, caution)
+            return _bounded(PowerLaw(stiffness, 1.5, largest, name, doubts), _line_contact(first, second))
+    return PowerLaw(stiffness, 1.5, largest, name, doubts)
 
 
 def sharpest_curvatures(first: Surface, second: Surface) -> tuple[float, float]:
@@ -239,12 +239,6 @@ def sharpest_curvatures(first: Surface, second: Surface) -> tuple[float, float]:
         flattest.append(abs(mean - turned))
         across.append(abs(mean + turned))
     return max(flattest), max(across)
-
-
-@lru_cache(maxsize=256)
-def _warn(caution: str) -> None:
-    """Log a caution the first time that it comes up."""
-    log_of_laws.warning("%s", caution)
 
 
 def shell_flexibility(body: HollowSphere) -> float:

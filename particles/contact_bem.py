@@ -4,7 +4,6 @@ The gap between the bodies is that of their undeformed surfaces, quadratic; each
 even pressures on the rectangles of a grid (`influence`). No friction, small strains.
 """
 
-import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from math import exp, log, log2, pi, sqrt
@@ -18,6 +17,7 @@ from particles.bead import Cylinder, Ellipsoid, Sphere
 from particles.computed_law import ORDER, ComputedLaw, Points, check_range, continued_to_zero
 from particles.contact import MOST_ELONGATED, SMALL_CONTACT, PowerLaw, sharpest_curvatures
 from particles.contact_solid import midplane_correction
+from structures.caution import caution
 from structures.checks import finite, instance, positive, short, whole
 from structures.structure import Vector
 from structures.surface import NEARLY_ROUND, Surface, hertz_stiffness, relative_curvatures
@@ -47,7 +47,6 @@ MOST_ITERATIONS = 2000
 SOFTEST = 0.5
 """The share of the half-spaces' tangent compliance that a correction may take off."""
 
-log_of_laws = logging.getLogger("hertzlink.contact")
 
 Round = Sphere | Ellipsoid | Cylinder
 """The solid bodies whose surfaces may stand for half-spaces."""
@@ -101,7 +100,7 @@ def contact_law_bem(
     error is told by grids of half and a quarter as many cells. The force converges by the square of the cells' side,
     but scatters with how the ellipse cuts cells: the `order` of three grids says little.
     Contacts more elongated than those of cylinders that cross at 10°, longer than the cylinders, or too large for
-    half-spaces get a caution, logged.
+    half-spaces get a caution.
     Raises ValueError for other bodies, for surfaces that conform or touch along a line (`contact_law_plane`), and for
     corrections that leave no stiffness; PressuresNotConverged.
     """
@@ -116,13 +115,13 @@ def contact_law_bem(
     near, far = (float(np.abs(one / other - 1.0).max()) for one, other in ((coarse, fine), (coarsest, coarse)))
     # Either difference may be small by chance.
     error = max(near, far / 2.0**ORDER)
-    caution = "; ".join(pair.cautions(overlap))
-    if caution:
-        log_of_laws.warning("contact_law_bem: %s", caution)
+    doubts = "; ".join(pair.doubts(overlap))
+    if doubts:
+        caution(f"contact law: {doubts}")
     points: Points = (steps - softness * fine, fine)
     smallest = float(points[0][0])
     points = continued_to_zero(points, pair.hertz)
-    law = ComputedLaw(*points, "boundary elements", caution, points[0][-1], smallest, error, log2(far / near))  # type: ignore[arg-type]
+    law = ComputedLaw(*points, "boundary elements", doubts, points[0][-1], smallest, error, log2(far / near))  # type: ignore[arg-type]
     return replace(law, largest=max_approach or float(law.approach(np.array(max_force))))
 
 
@@ -229,22 +228,20 @@ class _Pair:
             forces.append(contact.force)
         return np.array(forces)
 
-    def cautions(self, approach: float) -> list[str]:
+    def doubts(self, approach: float) -> list[str]:
         """Where bodies are no half-spaces."""
-        cautions = []
+        doubts = []
         along, across = self.ellipse(approach)
         ratio = self.sharp / self.flat
         if ratio > MOST_ELONGATED:
-            cautions.append(
-                f"R'/R'' = {ratio:.4g}: as long as between cylinders below 10°, where half-space theory ends"
-            )
+            doubts.append(f"R'/R'' = {ratio:.4g}: as long as between cylinders below 10°, where half-space theory ends")
         for body in self.bodies:
             if isinstance(body, Cylinder) and along > 0.5 * body.length:
-                cautions.append(f"a contact {2.0 * along:.3g} m long is longer than a cylinder, {body.length:.3g} m")
+                doubts.append(f"a contact {2.0 * along:.3g} m long is longer than a cylinder, {body.length:.3g} m")
         for axis, sharpest in zip((along, across), self.sharpest, strict=True):
             if axis * sharpest > SMALL_CONTACT:
-                cautions.append(f"a contact of {axis:.3g} m half-width leaves small strains")
-        return list(dict.fromkeys(cautions))
+                doubts.append(f"a contact of {axis:.3g} m half-width is too wide for small strains")
+        return list(dict.fromkeys(doubts))
 
 
 def influence(cells: int, along: float, across: float) -> Vector:

@@ -4,7 +4,6 @@ Each body is half a bead, down to its mid-plane, condensed to its surface (`comp
 without friction (`active_set`). Linear elasticity, so strains must stay small.
 """
 
-import logging
 from dataclasses import replace
 from math import sqrt
 
@@ -16,6 +15,7 @@ from particles.compliance import MIDPLANES, surface_compliance
 from particles.computed_law import ComputedLaw, Points, check_range, continued_to_zero, error_and_order
 from particles.contact import SMALL_CONTACT, PowerLaw, TabulatedLaw, contact_law, sharpest_curvatures
 from particles.contact_mesh import Spheroid, body_of, half_plane
+from structures.caution import caution
 from structures.checks import instance, one_of, positive
 from structures.structure import Vector
 from structures.surface import Surface, hertz_stiffness, relative_curvatures
@@ -46,8 +46,6 @@ WIDENING = 1.4
 ROUGH, TRIES = 2.0, 12
 """A factor on the elements' size, and trials, of the rough law that tells the approach at a force."""
 
-log_of_laws = logging.getLogger("hertzlink.contact")
-
 
 def contact_law_fem(
     first: Bead,
@@ -66,7 +64,7 @@ def contact_law_fem(
     active set. spacing, m: size of the elements at the contact; by default a thirtieth of the radius of the widest
     contact. Load steps are the approaches at which the contact's edge meets a corner of the mesh: there the force
     converges smoothly, by the square of the spacing, while between them the tangent trembles.
-    Ranges that leave small strains, and meshes too coarse for 1 %, get a caution, logged.
+    Ranges that leave small strains, and meshes too coarse for 1 %, get a caution.
     Raises ValueError for other bodies, for surfaces that conform, and where a contact has no three elements;
     ActiveSetNotConverged.
     """
@@ -107,14 +105,14 @@ class _Contact:
         if fine[0][0] >= approach:
             raise self._too_coarse(approach, size)
         error, order = error_and_order(fine, *(self.steps(approach, size, coarser, fewest=1) for coarser in (2.0, 4.0)))
-        cautions = self._cautions(approach)
+        found = self._doubts(approach)
         if error > LARGE_ERROR:
-            cautions.append(f"cells of {size:.3g} m leave the force off by some {100.0 * error:.2g} %")
-        caution = "; ".join(cautions)
-        if caution:
-            log_of_laws.warning("contact_law_fem: %s", caution)
+            found.append(f"cells of {size:.3g} m leave the force off by some {100.0 * error:.2g} %")
+        doubts = "; ".join(found)
+        if doubts:
+            caution(f"contact law: {doubts}")
         points = continued_to_zero(fine, self.hertz)
-        return ComputedLaw(*points, "finite elements", caution, approach, float(fine[0][0]), error, order)  # type: ignore[arg-type]
+        return ComputedLaw(*points, "finite elements", doubts, approach, float(fine[0][0]), error, order)  # type: ignore[arg-type]
 
     def law_to_force(self, force: float, spacing: float | None) -> ComputedLaw:
         """The law up to a force, N: a rough law tells how far the bodies approach."""
@@ -177,12 +175,12 @@ class _Contact:
         one, other = (compliances[body_of(bead, reach, name)] for name, bead in self.beads)
         return one + other, drops[0] + drops[1]
 
-    def _cautions(self, approach: float) -> list[str]:
+    def _doubts(self, approach: float) -> list[str]:
         """Where strains or turns are no longer small."""
-        cautions, radius = [], self.widest(approach)
+        doubts, radius = [], self.widest(approach)
         if radius * self.sharpest > SMALL_CONTACT:
-            cautions.append(f"a contact of {radius:.3g} m radius leaves small strains")
+            doubts.append(f"a contact of {radius:.3g} m radius is too wide for small strains")
         for _, bead in self.beads:
             if isinstance(bead, HollowSphere) and approach > THIN * (bead.radius - bead.inner_radius):
-                cautions.append(f"an approach of {approach:.3g} m leaves the small turns of a wall so thin")
-        return list(dict.fromkeys(cautions))
+                doubts.append(f"an approach of {approach:.3g} m turns a wall so thin by more than small angles")
+        return list(dict.fromkeys(doubts))

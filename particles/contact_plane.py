@@ -5,7 +5,6 @@ ends are free. Each section is half a disc above its mid-plane, condensed to its
 without friction (`active_set`). Linear elasticity, so strains must stay small.
 """
 
-import logging
 from dataclasses import replace
 from math import pi, sqrt
 from typing import Any
@@ -20,6 +19,7 @@ from particles.bead import Cylinder
 from particles.computed_law import LEAST_ORDER, ComputedLaw, Points, check_range, continued_to_zero, error_and_order
 from particles.contact import SMALL_CONTACT, contact_law
 from particles.contact_mesh import HalfPlane, Spheroid, half_plane
+from structures.caution import caution
 from structures.checks import instance, one_of, positive
 from structures.elasticity import first_lame_parameter, shear_modulus
 from structures.factor import factorise
@@ -46,8 +46,6 @@ MARGIN = 1.15
 
 INTEGRATION_ORDER = 5
 
-log_of_laws = logging.getLogger("hertzlink.contact")
-
 
 def contact_law_plane(
     first: Cylinder,
@@ -67,7 +65,7 @@ def contact_law_plane(
     contact. Load steps are the approaches at which the contact's edge meets a corner of the mesh.
     In the limit of narrow contacts this is Johnson's law of `contact_law`, with E in place of E/(1 − ν²) for "stress";
     below the first load step it goes on as that.
-    Contacts that leave small strains get a caution, logged.
+    Contacts that leave small strains get a caution.
     Raises ValueError for other bodies, for cylinders that cross (`contact_law_bem`), and where the widest contact has
     fewer than eight elements over its half-width; ActiveSetNotConverged.
     """
@@ -118,12 +116,12 @@ class _Line:
         fine, *coarser = (self.steps(MARGIN * widest, size, factor) for factor in (1.0, 2.0, 4.0))
         # At the narrowest contacts the order is less than elsewhere: the whole difference is the error.
         error, order = error_and_order(fine, *coarser, highest=LEAST_ORDER)
-        caution = ""
+        doubts = ""
         if widest * self.curvature > SMALL_CONTACT:
-            caution = f"a contact of {widest:.3g} m half-width leaves small strains"
-            log_of_laws.warning("contact_law_plane: %s", caution)
+            doubts = f"a contact of {widest:.3g} m half-width is too wide for small strains"
+            caution(f"contact law: {doubts}")
         points, name = continued_to_zero(fine, self.theory), f"finite elements, plane {self.state}"
-        return ComputedLaw(*points, name, caution, float(fine[0][-1]), float(fine[0][0]), error, order)  # type: ignore[arg-type]
+        return ComputedLaw(*points, name, doubts, float(fine[0][-1]), float(fine[0][0]), error, order)  # type: ignore[arg-type]
 
     def steps(self, reach: float, size: float, coarser: float = 1.0) -> Points:
         """Approaches, m, at which the contact's edge meets a corner of the mesh, and forces, N.

@@ -5,7 +5,6 @@ is an eighth of a bead (`solid_mesh`), condensed to the nodes that may touch; bo
 (`active_set`). Linear elasticity, so strains must stay small.
 """
 
-import logging
 from dataclasses import replace
 from functools import lru_cache
 from math import log, pi, sqrt
@@ -32,6 +31,7 @@ from particles.solid_mesh import (
     turning,
 )
 from particles.vibration import Vibration, of_modes
+from structures.caution import caution
 from structures.checks import instance, positive, short, whole
 from structures.elasticity import shear_speed
 from structures.factor import factorise
@@ -96,8 +96,6 @@ TYPICAL = 0.03
 
 Rows = NDArray[np.float64]
 
-log_of_laws = logging.getLogger("hertzlink.contact")
-
 
 def contact_law_solid(
     first: Bead,
@@ -114,7 +112,7 @@ def contact_law_solid(
     spacing, m: size of the cells at the pole, from where they grow; by default a twentieth of the half-width of the
     widest contact, a sixth of its radius between spheres. Below a contact of two such cells the law goes on by that of
     `contact_law` in series with a spring. Ranges that leave small strains, and meshes too coarse for 2.5 %, get a
-    caution, logged.
+    caution.
     Raises ValueError for other bodies, for unequal ones, and where a contact has no two cells; ActiveSetNotConverged.
     """
     bead = solid_body("first", first)
@@ -161,16 +159,16 @@ class _Pair:
         approaches = np.geomspace(self.approach(FEWEST * size), approach, STEPS)
         forces, coarse = (self.forces(approaches, size, coarser) for coarser in (1.0, 2.0))
         error = float(np.abs(coarse / forces - 1.0).max()) / (2.0**ORDER - 1.0)
-        cautions = []
+        found = []
         if self.width(approach) > SMALL_CONTACT * 0.5 * self.bead.radius:
-            cautions.append(f"a contact of {self.width(approach):.3g} m to its edge leaves small strains")
+            found.append(f"a contact of {self.width(approach):.3g} m to its edge is too wide for small strains")
         if error > LARGE_ERROR:
-            cautions.append(f"cells of {size:.3g} m leave the force off by some {100.0 * error:.2g} %")
-        caution = "; ".join(cautions)
-        if caution:
-            log_of_laws.warning("contact_law_solid: %s", caution)
+            found.append(f"cells of {size:.3g} m leave the force off by some {100.0 * error:.2g} %")
+        doubts = "; ".join(found)
+        if doubts:
+            caution(f"contact law: {doubts}")
         points = continued_to_zero((approaches, forces), self.analytic)
-        return ComputedLaw(*points, "finite elements, 3-D", caution, approach, float(approaches[0]), error)  # type: ignore[arg-type]
+        return ComputedLaw(*points, "finite elements, 3-D", doubts, approach, float(approaches[0]), error)  # type: ignore[arg-type]
 
     def law_to_force(self, force: float, spacing: float | None) -> ComputedLaw:
         """The law up to a force, N, which may need a larger approach than theory says."""

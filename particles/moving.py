@@ -296,15 +296,15 @@ class MovingChain:
         return reduced
 
     def cautions(self, deepest: Vector) -> tuple[list[str], list[str]]:
-        """What to know of the contact laws: cautions that were told, and approaches (m) where a law is not trusted."""
-        known = {law.caution: None for law in self._groups if law.caution}
+        """What to know of the contact laws: their own cautions, and approaches (m) where a law is not trusted."""
+        known = {f"contact law: {law.caution}": None for law in self._groups if law.caution}
         beyond = []
         for law, contacts in self._groups.items():
             worst = contacts[int(deepest[contacts].argmax())]
             if deepest[worst] > law.largest:
                 beyond.append(
-                    f"contact {worst + 1}: approach of {deepest[worst]:.3g} m is beyond {law.largest:.3g} m, "
-                    f"up to which its law ({law.name}) is trusted"
+                    f"contact law: the approach of {deepest[worst]:.3g} m at contact {worst + 1} is beyond "
+                    f"{law.largest:.3g} m, up to which its law ({law.name}) is trusted"
                 )
         return list(known), beyond
 

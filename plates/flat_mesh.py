@@ -1,6 +1,5 @@
 """Meshes of panels from files: what meshio reads, checked to be flat and whole, with its tags as names of edges."""
 
-import logging
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +8,7 @@ from numpy.typing import ArrayLike
 from skfem import MeshQuad, MeshTri
 
 from plates.panel_mesh import PanelMesh, Sizes
+from structures.caution import caution
 from structures.checks import positive
 from structures.mesh_source import (
     Numbers,
@@ -23,8 +23,6 @@ from structures.mesh_source import (
     used,
 )
 from structures.structure import Vector
-
-log = logging.getLogger("hertzlink.plates")
 
 LONGEST_SIDE, THINNEST = 10.0, 2e-4
 """A panel longer than the first, m, or whose thickness is below the second part of its length, is taken for one in
@@ -56,7 +54,7 @@ class FlatMesh:
         kind, blocks = _faces(read)
         count = CELLS[kind]
         if kind not in ("triangle", "quad"):
-            log.warning("mesh: midpoints of %s are dropped, so edges become straight between corners", kind)
+            caution(f"mesh: midpoints of {kind} are dropped, so edges become straight between corners")
         cells = joined(read, blocks, kind)[:, :count]
         points, cells, number = used(self.scale * points_of(read), cells, count)
         _check_flat(points, thickness, scale)
@@ -87,7 +85,10 @@ class FlatMesh:
         mesh = self._mesh.mesh
         longest = float(np.linalg.norm(np.diff(mesh.p[:, mesh.facets], axis=1)[:, 0], axis=0).max())
         if longest > 1.5 * size.coarsest:
-            log.warning("mesh: edges of up to %.3g m; the waves that beads excite want %.3g m", longest, size.coarsest)
+            caution(
+                f"mesh: edges of up to {longest:.3g} m are too long for the waves that beads excite; refine them to "
+                f"{size.coarsest:.3g} m"
+            )
         return self._mesh
 
     def described(self) -> dict[str, Any]:

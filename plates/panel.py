@@ -25,6 +25,7 @@ from plates.plate import HIGHEST_FREQUENCY
 from plates.plate_field import panel_sampler
 from plates.section import SHEAR_CORRECTION, Section, all_around
 from plates.support import ElasticEdge, Support, check_support
+from structures.caution import caution
 from structures.checks import instance, positive
 from structures.field import Field
 from structures.material import Material
@@ -138,7 +139,10 @@ class Panel:
         if not isinstance(theory, Mindlin) or self.patch_radius is None:
             return np.asarray(contact.sign * theory.deflection(place[None]).toarray()[0])
         if (size := cell_size(panel, place)) > PATCHES * self.patch_radius:
-            log.warning("cells of %.3g m at the contact are too large for a patch of %.3g m", size, self.patch_radius)
+            caution(
+                f"mesh: cells of {size:.3g} m at the contact are too large for a patch of {self.patch_radius:.3g} m; "
+                f"refine them to {PATCHES * self.patch_radius:.3g} m"
+            )
         points, weights = disc(place, self.patch_radius, across)
         bend = bending_by_poisson(self._wall(contact), self.patch_radius)
         return np.asarray(contact.sign * theory.mean(points, weights, bend))

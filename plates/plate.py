@@ -1,6 +1,5 @@
 """Rectangular plates: a Plate holds shape, material and supports; `plate.at(x, y)` is the structure struck there."""
 
-import logging
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property, partial
@@ -18,6 +17,7 @@ from plates.laminate import Laminate, section_of, struck
 from plates.plate_field import PlateSampler, product_sampler
 from plates.section import Section, all_around, point_rigidity
 from plates.support import ElasticEdge, Support, Supports
+from structures.caution import caution
 from structures.checks import instance, positive, whole
 from structures.field import Field
 from structures.material import Material
@@ -41,8 +41,6 @@ NEAREST = 1e-6
 
 MOVING = ("free", "symmetry")
 """Kinds of edges that move; those on springs do too."""
-
-log = logging.getLogger("hertzlink.plates")
 
 
 @dataclass(frozen=True)
@@ -228,9 +226,9 @@ def kirchhoff_plate(
     if section.thickness > min(length, width):
         raise ValueError(f"thickness = {section.thickness!r}: exceeds the plate's shorter side, {min(length, width)} m")
     if section.thickness > min(length, width) / 10.0:
-        log.warning(
-            "thickness %g m is over a tenth of the plate's sides: Kirchhoff's theory is for thin plates",
-            section.thickness,
+        caution(
+            f"thickness = {section.thickness:g} m: exceeds a tenth of the plate's shorter side; Kirchhoff's theory is "
+            "for thin plates, mindlin_plate for thicker ones"
         )
     frequency = positive("highest_frequency", highest_frequency, "Hz")
     added = check_additions(additions, length, width)

@@ -2,11 +2,16 @@
 
 import sys
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 
 HOME = Path(__file__).resolve().parent.parent
 OURS = tuple(str(HOME / place) for place in ("structures/", "particles/", "plates/", "coupling/", "hertzlink"))
 """Where the frames of our own code begin: a warning names the line of the user's code that led to it."""
+
+_COLLECTED: ContextVar[list[str] | None] = ContextVar("collected", default=None)
 
 
 class HertzlinkWarning(UserWarning):
@@ -17,8 +22,23 @@ class HertzlinkWarning(UserWarning):
 
 
 def caution(message: str) -> None:
-    """Warn of the message, at the line of the user's code that called hertzlink."""
+    """Warn of the message, at the line of the user's code that called hertzlink; or see `collected`."""
+    messages = _COLLECTED.get()
+    if messages is not None:
+        messages.append(message)
+        return
     warnings.warn(message, HertzlinkWarning, stacklevel=_depth())
+
+
+@contextmanager
+def collected() -> Iterator[list[str]]:
+    """Within it, cautions go into the list that it gives, for a sweep to report those of many runs together."""
+    messages: list[str] = []
+    token = _COLLECTED.set(messages)
+    try:
+        yield messages
+    finally:
+        _COLLECTED.reset(token)
 
 
 def _depth() -> int:

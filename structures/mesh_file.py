@@ -1,12 +1,12 @@
 """Meshes of solid bodies from files: what meshio reads, checked, with its tags, for scikit-fem."""
 
-import logging
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from skfem import ElementHex2, ElementTetP2, MeshHex1, MeshHex2, MeshTet1, MeshTet2
 
+from structures.caution import caution
 from structures.checks import instance, positive
 from structures.material import Material
 from structures.mesh_source import (
@@ -24,8 +24,6 @@ from structures.mesh_source import (
     used,
 )
 from structures.structure import Vector
-
-log = logging.getLogger("hertzlink.solid")
 
 LONGEST_SIDE, SHORTEST_EDGE = 10.0, 0.02
 """m. A body larger than the first, or whose cells' edges are all longer than the second (a quarter of a shear wave of
@@ -167,7 +165,7 @@ def _check_shapes(points: Vector, corners: Numbers) -> None:
             first = near(at[np.flatnonzero(bad)[0]])
             raise ValueError(f"mesh: {bad.sum()} of {len(at)} cells are {what}, the first near {first}")
     if inverted.all():
-        log.warning("mesh: all cells are inverted (negative Jacobian): read as numbered the other way round")
+        caution("mesh: all cells are inverted (negative Jacobian); they are read as numbered the other way round")
 
 
 def _hexahedron_order(points: int) -> Numbers:

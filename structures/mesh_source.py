@@ -1,6 +1,5 @@
 """What meshes from files have in common: meshio reads them; points, cells and tags as plain numbers, checked."""
 
-import logging
 from collections.abc import Collection, Mapping
 from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
@@ -12,10 +11,9 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
+from structures.caution import caution
 from structures.checks import one_of
 from structures.structure import Vector
-
-log = logging.getLogger("hertzlink.mesh")
 
 Numbers: TypeAlias = NDArray[np.int64]
 Tag: TypeAlias = str | int
@@ -72,7 +70,7 @@ def joined(source: Any, blocks: list[int], kind: str) -> Numbers:
     if cells.min() < 0 or cells.max() >= len(source.points):
         raise ValueError(f"mesh: has a cell with point {cells.max()}, but only {len(source.points)} points")
     if kind == "hexahedron20":
-        log.warning("mesh: midpoints of hexahedron20 are dropped, so edges become straight; hexahedron27 keeps them")
+        caution("mesh: midpoints of hexahedron20 are dropped, so edges become straight; hexahedron27 keeps them")
         cells = cells[:, :8]
     return cells
 
@@ -82,7 +80,7 @@ def used(points: Vector, cells: Numbers, corners: int) -> tuple[Vector, Numbers,
     first = np.unique(cells[:, :corners])
     kept = np.concatenate([first, np.setdiff1d(cells, first)])
     if kept.size < len(points):
-        log.warning("mesh: %d of %d points belong to no cell; dropped", len(points) - kept.size, len(points))
+        caution(f"mesh: {len(points) - kept.size} of {len(points)} points belong to no cell, and are dropped")
     number = np.full(len(points), -1)
     number[kept] = np.arange(kept.size)
     return points[kept], number[cells], number

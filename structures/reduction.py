@@ -1,6 +1,5 @@
 """Krylov reduction: a large structure becomes a few hundred oscillators that answer alike at the contact."""
 
-import logging
 from collections.abc import Callable
 from typing import Any, NamedTuple, TypeAlias
 
@@ -9,13 +8,12 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import eigh
 
+from structures.caution import caution
 from structures.checks import instance, positive, whole
 from structures.damping import maxwell_arms, with_arms
 from structures.factor import Solve, shifted_solve
 from structures.field import Field
 from structures.structure import Structure, Vector, known_field
-
-log = logging.getLogger("hertzlink.reduction")
 
 PULSE = 25.0e-6
 """Length, s, of the force pulse for which the error is estimated: the contact time of a small steel bead."""
@@ -60,7 +58,7 @@ def reduce(
     tolerance: relative error, in the mean square over time with a weight that fades as e^(−4 t/until), of the
     displacement after a force pulse of 25 µs; with several contacts that of each pair, in units of the geometric mean
     of what either does to itself, and the largest counts. It is estimated by the change over the last ten vectors (for
-    each contact), chooses the size, and stands in `origin["reduction"]["error_estimate"]`; a warning is logged where
+    each contact), chooses the size, and stands in `origin["reduction"]["error_estimate"]`; a warning is given where
     `largest` vectors do not reach it. Amplitude ratios settle far earlier (tests): 1e-2 leaves them
     within 0.01 % of those without reduction. Where arms stand beside some layers only, the
     estimate may be too kind below 1e-3, by a factor of five.
@@ -87,7 +85,7 @@ def reduce(
         if krylov.exhausted:
             estimate = 0.0
     if estimate > tolerance:
-        log.warning("reduction: %d vectors leave an error of %.1e; raise largest or tolerance", largest, estimate)
+        caution(f"reduction: {largest} vectors leave an error of {estimate:.1e}; raise largest or tolerance")
     report = {"full_size": size, "tolerance": tolerance, "error_estimate": estimate}
     modes = krylov.oscillators()
     kept = None if field is None else field.in_basis(krylov.shapes(modes))

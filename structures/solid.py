@@ -13,6 +13,7 @@ import numpy as np
 from scipy import sparse
 from skfem import Basis, ElementVector, FacetBasis, LinearForm
 
+from structures.caution import caution
 from structures.checks import finite, positive
 from structures.elastic_field import elastic_field
 from structures.elasticity import first_lame_parameter, shear_modulus, shear_speed
@@ -228,11 +229,9 @@ def _check_waves(body: BodyMesh, materials: Sequence[Material]) -> None:
     """A warning where cells are too large for the waves that beads excite."""
     wave = min(shear_speed(material) for material in materials) / HIGHEST_FREQUENCY
     if body.longest_edge > wave / 2.0:
-        log.warning(
-            "mesh: edges of up to %.3g m; the shear waves of %.3g m that beads excite want %.3g m or less",
-            body.longest_edge,
-            wave,
-            wave / 2.0,
+        caution(
+            f"mesh: edges of up to {body.longest_edge:.3g} m are too long for the shear waves of {wave:.3g} m that "
+            f"beads excite; refine them to {wave / 2.0:.3g} m"
         )
 
 

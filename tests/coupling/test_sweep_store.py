@@ -109,12 +109,11 @@ def test_a_point_is_a_netcdf_file(tmp_path: Path) -> None:
         assert json.loads(point.sweep_point)["radius"] == 2e-3
 
 
-def test_failing_points_stand_apart(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+def test_failing_points_stand_apart(tmp_path: Path) -> None:
     radii = [-1.0, 2e-3, 3e-3]
-    with caplog.at_level(logging.WARNING, "hertzlink.sweep"):
+    with pytest.warns(hl.HertzlinkWarning, match="2 of 6 points failed") as caught:
         runs = swept(tmp_path, measure=largest, radius=radii)
-    assert "2 of 6 points failed" in caplog.text
-    assert str(tmp_path) in caplog.text
+    assert any(str(tmp_path) in str(one.message) for one in caught)
     assert runs.error.dims == ("material", "radius")
     assert runs.error.sel(radius=-1.0).str.startswith("ValueError: radius = -1.0").all()
     assert (runs.error.sel(radius=RADII[:2]) == "").all()

@@ -1,6 +1,5 @@
 """Contact laws by boundary elements: Hertz's ellipses and pressures, Love's coefficients, corrections, bad input."""
 
-import logging
 from math import asinh, pi, radians
 
 import numpy as np
@@ -274,7 +273,7 @@ def test_corrections_may_be_an_array() -> None:
 def test_a_contact_along_a_groove_is_wide_beside_the_ball() -> None:
     """Small across the groove, but long along it, where ball and groove have nearly one radius."""
     law = hl.contact_law_bem(BALL, hl.Surface(STEEL, 0.0, -0.95 / RADIUS), max_force=1000.0)
-    assert "leaves small strains" in law.caution
+    assert "too wide for small strains" in law.caution
     groove = hl.contact_law(BALL, hl.Surface(STEEL, 0.0, -0.95 / RADIUS))
     turned = hl.contact_law(BALL, hl.Surface(STEEL, 0.0, -0.95 / RADIUS, 0.7))
     assert groove.largest == pytest.approx(0.04 * 0.05 * RADIUS, rel=1e-9)
@@ -330,12 +329,12 @@ def test_bad_input(first: object, second: object, asked: dict[str, object], word
         (90.0, {"max_approach": 2e-4}, "small strains"),
     ],
 )
-def test_cautions(degrees: float, asked: dict[str, float], words: str, caplog: pytest.LogCaptureFixture) -> None:
-    """Long and large contacts are told by the law and logged."""
-    with caplog.at_level(logging.WARNING, logger="hertzlink.contact"):
+def test_cautions(degrees: float, asked: dict[str, float], words: str) -> None:
+    """Long and large contacts are named by the law, and warned of."""
+    with pytest.warns(hl.HertzlinkWarning, match="contact law: ") as caught:
         law = hl.contact_law_bem(cylinder(), cylinder(degrees), **asked)  # type: ignore[arg-type]
     assert words in law.caution
-    assert law.caution in caplog.text
+    assert f"contact law: {law.caution}" in [str(one.message) for one in caught]
 
 
 def test_pressures_that_do_not_converge_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
