@@ -35,9 +35,6 @@ from coupling.fmu import write_fmu  # noqa: E402
 from coupling.interface import ContactPoint  # noqa: E402
 from coupling.iterated import IQN_ILS, Aitken, FixedPoint  # noqa: E402
 from coupling.measures import (  # noqa: E402
-    ReflectedWave,
-    Reflections,
-    Wave,
     amplitude_ratio,
     contact_time,
     contact_to_sensor_ratio,
@@ -58,6 +55,7 @@ from coupling.sweep import sweep  # noqa: E402
 from coupling.tracks import Track, follow_waves  # noqa: E402
 from coupling.views.paraview import write_vtu  # noqa: E402
 from coupling.views.pictures import animation, picture  # noqa: E402
+from coupling.waves import NoWave, NoWaveError, ReflectedWave, Reflections, Wave  # noqa: E402
 from coupling.windows import Adaptive  # noqa: E402
 from particles.active_set import ActiveSetNotConverged  # noqa: E402
 from particles.bead import Cylinder, Ellipsoid, HollowSphere, Sphere, drop_speed  # noqa: E402
@@ -170,7 +168,8 @@ __all__ = [
     "DeformableChain", "ElasticEdge", "Ellipsoid", "Explicit", "Fit", "FixedPoint", "Foundation", "GeneralisedAlpha",
     "HertzlinkWarning",
     "HollowSphere", "IQN_ILS", "KuwabaraKono", "Laminate", "Layer", "LinearDashpot", "MATERIALS", "MassProportional",
-    "Material", "MovingChain", "MovingStructure", "NYLON", "Newmark", "NotConverged", "OrthotropicMaterial", "Outline",
+    "Material", "MovingChain", "MovingStructure", "NYLON", "Newmark", "NoWave", "NoWaveError",
+    "NotConverged", "OrthotropicMaterial", "Outline",
     "POLYCARBONATE", "PTFE", "Panel", "Participant", "Piston", "Plate", "Ply", "PointMass", "PowerDashpot", "PowerLaw",
     "PressuresNotConverged", "PushedBead", "ReflectedWave", "Reflections", "Restitution", "STEEL_316", "STEEL_440C",
     "Section", "Sphere", "SpringLoaded", "Stiffener", "Structure", "Supports", "Surface", "THESIS_IMPACT",

@@ -144,7 +144,7 @@ def _sensors(signals: xr.Dataset, sensors: Iterable[int] | None) -> list[int]:
 
 def _measured(signals: xr.Dataset, sensor: int) -> _Pulse:
     incident = reflections(signals, sensor).incident
-    if incident is None:
+    if not incident:
         raise ValueError(f"signals: sensor {sensor} saw no wave")
     time, force = signals.time.values, sensor_force(signals, sensor).values
     low = np.flatnonzero(force < 0.5 * incident.amplitude)

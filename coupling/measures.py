@@ -1,14 +1,15 @@
 """What is read from a run, or from a measured signal: every measure is a function of the Dataset, over any axes."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
 from itertools import count, takewhile
-from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
+from coupling.absence import beads_of, reason_for_none, short_record, warn_of_ends
 from coupling.contact_forces import check_whole
 from coupling.peaks import incident_passage, interpolated, waves_of_run, waves_of_signal
+from coupling.waves import NoWave, ReflectedWave, Reflections, Wave
 from structures.caution import caution
 from structures.checks import instance, one_of, positive, whole
 from structures.structure import Vector
@@ -17,36 +18,6 @@ SMALLEST_WAVE = 0.01
 """Waves below this part of the incident one are not reported: beads that rattle after a wave make such peaks."""
 
 WAVES = ("primary", "secondary", "third")
-
-
-@dataclass(frozen=True)
-class Wave:
-    """A wave's passage over a sensor: amplitude (N, above the preload) and arrival (s) of its peak."""
-
-    amplitude: float
-    arrival: float
-
-
-@dataclass(frozen=True)
-class ReflectedWave(Wave):
-    """A wave that came back, compared with the incident one: amplitude ratio AR, and time of flight TOF (s).
-
-    Both from the peak of the incident wave's force at the sensor to the peak of the reflected wave's.
-
-    begins: "structure"; "chain" where it came out of a meeting of waves on the way; "unknown" of a signal.
-    """
-
-    amplitude_ratio: float
-    time_of_flight: float
-    begins: str = "unknown"
-
-
-class Reflections(NamedTuple):
-    """The incident wave, and the first and second that came back; None where there is none."""
-
-    incident: Wave | None
-    primary: ReflectedWave | None
-    secondary: ReflectedWave | None
 
 
 def sensor_force(run: xr.Dataset, sensor: int) -> xr.DataArray:
@@ -117,7 +88,7 @@ def _dynamic_force(run: xr.Dataset) -> xr.DataArray:
 
 
 def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE) -> Reflections:
-    """The waves that pass a sensor bead of one run.
+    """The waves that pass a sensor bead of one run; a `NoWave`, which is false and knows the reason, where none came.
 
     A wave is a peak of both contact forces of the bead. Amplitude and arrival are those of the peak of their mean, the
     force at the bead's centre, placed between samples by a cubic spline: AR and TOF are peak to peak (thesis, section
@@ -144,7 +115,26 @@ def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE) -
     jumps. Waves must stand out of the noise, and are placed by a polynomial: with white noise of 2 % of the incident
     peak, sampled at 10 MHz, AR is good to 0.01 and TOF to 0.5 µs for steel beads of 10 mm diameter, and in 99 of 100
     draws for 5 mm; at 2 MHz AR has a standard deviation of 0.005.
+    Warns of a sensor fewer than five beads from an end, and of a record that ends before a reflected wave can be back.
     """
+    smallest = positive("smallest", smallest)
+    values, time = _one_run(run, sensor), run.time.values
+    incident, back = _waves(time, *values, smallest=smallest)
+    _warn_of_ends(run, sensor)
+    if incident is None:
+        where = "stands out of the signal's noise" if len(values) == 1 else f"runs over bead {sensor} to the structure"
+        none = f"none {where} within the record, {time[-1]:.4g} s"
+        return Reflections(NoWave("incident", none), NoWave("primary", none), NoWave("secondary", none))
+    if len(back) > 1:
+        return Reflections(incident, back[0], back[1])
+    reason, needed = _why_none(run, sensor, values, smallest, bool(back))
+    if needed > time[-1]:
+        caution(f"record: {reason.removeprefix('the record ')}")
+    return Reflections(incident, back[0] if back else NoWave("primary", reason), NoWave("secondary", reason))
+
+
+def _one_run(run: xr.Dataset, sensor: int) -> list[Vector]:
+    """What shows the waves over a bead, see `_series`, or a ValueError for a sweep."""
     series, dimensions = _series(run, sensor)
     if series[0].ndim != len(dimensions[0]):
         axis = next(axis for axis in series[0].dims if axis not in dimensions[0])
@@ -152,9 +142,28 @@ def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE) -
             f"run: holds several over {axis}; use amplitude_ratio and time_of_flight, or choose one with "
             f"run.isel({axis}=0)"
         )
-    values = [one.transpose(*order).values for one, order in zip(series, dimensions, strict=True)]
-    incident, back = _waves(run.time.values, *values, smallest=positive("smallest", smallest))
-    return Reflections(incident, back[0] if back else None, back[1] if len(back) > 1 else None)
+    return [one.transpose(*order).values for one, order in zip(series, dimensions, strict=True)]
+
+
+def _why_none(
+    run: xr.Dataset, sensor: int, values: Sequence[Vector], smallest: float, returned: bool
+) -> tuple[str, float]:
+    """Why no wave came back, or no second one, and the `until` (s) that would hold it; NaN where time is not short."""
+    time = run.time.values
+    if returned or len(values) == 1:
+        second = "second " if returned else ""
+        return f"no {second}one above {100.0 * smallest:.3g} % of the incident one is in the record", np.nan
+    force = values[0][~np.isnan(values[0]).all(axis=1)]
+    return reason_for_none(time, force, smallest, sensor, len(force) - 2 + sensor in beads_of(run))
+
+
+def _warn_of_ends(run: xr.Dataset, sensor: int) -> None:
+    """A warning for a sensor too near to an end of a chain of a run; of a signal the chain is not known."""
+    if not _is_signal(run):
+        for beads in beads_of(run):
+            if beads >= sensor:
+                warn_of_ends(int(sensor), beads)
+                return
 
 
 def amplitude_ratio(run: xr.Dataset, sensor: int, wave: str = "primary") -> xr.DataArray:
@@ -183,7 +192,7 @@ def wave_speed(run: xr.Dataset, first: int, second: int) -> float:
     first, second = whole("first", first), whole("second", second)
     if first == second:
         raise ValueError(f"second = {second!r}: must be another sensor than first")
-    waves = [reflections(run, sensor).incident for sensor in (first, second)]
+    waves = [_waves(run.time.values, *_one_run(run, one), smallest=SMALLEST_WAVE)[0] for one in (first, second)]
     if waves[0] is None or waves[1] is None:
         return float("nan")
     if "centre" not in run.coords:
@@ -317,15 +326,21 @@ def critical_distance(ratio: xr.DataArray, tolerance: float = 0.02) -> float | x
 def _over_axes(run: xr.Dataset, sensor: int, wave: str, what: str, units: str, label: str) -> xr.DataArray:
     one_of("wave", wave, WAVES)
 
-    place = WAVES.index(wave)
+    place, time, needed = WAVES.index(wave), run.time.values, list[float]()
+    series, dimensions = _series(run, sensor)
+    _warn_of_ends(run, sensor)
 
     def one(*series: Vector) -> float:
-        _, back = _waves(time, *series, smallest=SMALLEST_WAVE)
+        incident, back = _waves(time, *series, smallest=SMALLEST_WAVE)
+        if incident and not back:
+            needed.append(_why_none(run, sensor, series, SMALLEST_WAVE, False)[1])
         return float(getattr(back[place], what)) if len(back) > place else float("nan")
 
-    series, dimensions = _series(run, sensor)
-    time = run.time.values
     result: xr.DataArray = xr.apply_ufunc(one, *series, input_core_dims=dimensions, vectorize=True)
+    if late := [until for until in needed if until > time[-1]]:
+        several = f", in {len(late)} of {result.size} runs" if result.size > 1 else ""
+        reason = short_record(float(time[-1]), max(late), f"bead {sensor}")
+        caution(f"record: {reason.removeprefix('the record ')}{several}")
     result.attrs = {"units": units, "long_name": f"{label}, bead {sensor}"}
     return result.rename(what)
 

@@ -56,7 +56,7 @@ def test_a_bead_that_is_a_structure_leaves_the_chain_as_it_was() -> None:
     assert far.velocity.values[:, 1:] == pytest.approx(one.velocity.values[:, 9:], abs=1e-10)
     assert far.contact_force.values[:, 0] == pytest.approx(one.contact_force.values[:, 8], abs=1e-7)
     assert far.first_surface_displacement.values == pytest.approx(-one.displacement.values[:, 8], abs=1e-14)
-    assert hl.reflections(far, 3).incident is not None
+    assert hl.reflections(far, 3).incident
 
 
 @pytest.mark.parametrize("name", ["light", "soft", "chattering", pytest.param("two chains", marks=pytest.mark.thorough),

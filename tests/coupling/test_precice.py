@@ -205,8 +205,8 @@ def test_implicit_coupling_gives_what_cosimulation_gives(
     check_same(run, cosimulation, 1e-9)
     for sensor in (7, 12):
         ours, theirs = (hl.reflections(one, sensor) for one in (run, cosimulation))
-        assert ours.primary is not None
-        assert theirs.primary is not None
+        assert ours.primary
+        assert theirs.primary
         assert ours.primary.amplitude_ratio == pytest.approx(theirs.primary.amplitude_ratio, rel=1e-9)
         assert ours.primary.arrival == pytest.approx(theirs.primary.arrival, rel=1e-9)
         assert ours.primary.begins == theirs.primary.begins == "structure"

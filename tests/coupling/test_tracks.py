@@ -29,8 +29,8 @@ def test_one_wave_runs_down_a_free_chain_at_its_speed() -> None:
 def test_reflected_waves_arrive_when_the_sensors_say() -> None:
     run = struck(hl.rod(STEEL_ON_PTFE))
     waves = hl.reflections(run, 7)
-    assert waves.primary is not None
-    assert waves.secondary is not None
+    assert waves.primary
+    assert waves.secondary
     back = [one for one in hl.follow_waves(run) if not one.goes_on and np.isfinite(one.arrival(7))]
     assert [one.begins for one in back[:2]] == ["structure", "structure"]
     found = [one.arrival(7) for one in back[:2]]
@@ -79,7 +79,7 @@ def test_tracks_and_reflections_find_the_same_wave(lower: float) -> None:
     """A small wave ahead of the secondary one must not take its beginning from it."""
     run = struck(hl.rod([STEEL_ON_PTFE[0], hl.Layer(hl.PTFE, lower, 9.525e-3)]), 1.5e-3)
     secondary = hl.reflections(run, 7).secondary
-    assert secondary is not None
+    assert secondary
     (track,) = [one for one in hl.follow_waves(run) if not one.goes_on and passes(one, 7, secondary.arrival)]
     assert track.begins == secondary.begins == "structure"
 

@@ -26,8 +26,8 @@ def test_steel_half_space_matches_lammps() -> None:
     """LAMMPS gives bead 7 of this chain 49.9881 N at 128.525 µs and 48.9536 N at 587.462 µs (eight digits alike)."""
     run = hl.CoSimulation(uniform(), hl.half_space(hl.STEEL_440C)).run(until=1e-3)
     waves = hl.reflections(run, sensor=7)
-    assert waves.incident is not None
-    assert waves.primary is not None
+    assert waves.incident
+    assert waves.primary
     found = [waves.incident.amplitude, waves.incident.arrival, waves.primary.amplitude, waves.primary.arrival]
     assert found == pytest.approx([49.9881, 128.525e-6, 48.9536, 587.462e-6], rel=1e-5)
 

@@ -193,8 +193,8 @@ def ratios(structure: hl.Structure, until: float = 1.5e-3) -> list[float]:
     run = hl.CoSimulation(chain(), structure).run(until)
     assert float(hl.energy_error(run)) < 1e-5
     waves = hl.reflections(run, sensor=7)
-    assert waves.primary is not None
-    assert waves.secondary is not None
+    assert waves.primary
+    assert waves.secondary
     return [waves.primary.amplitude_ratio, waves.secondary.amplitude_ratio]
 
 

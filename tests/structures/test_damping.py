@@ -177,8 +177,8 @@ def test_a_viscous_layer_of_a_cylinder_is_that_of_the_rod_where_it_does_not_wide
     ):
         viscous = hl.reduce(standard_linear_solid(body, 0.5, 2e-5, part=parts[1]), 1.2e-3)
         waves = hl.reflections(hl.CoSimulation(CHAIN, viscous).run(1.2e-3), 7)
-        assert waves.primary is not None
-        assert waves.secondary is not None
+        assert waves.primary
+        assert waves.secondary
         found.append([waves.primary.amplitude_ratio, waves.secondary.amplitude_ratio])
     assert found[1] == pytest.approx(found[0], abs=3e-3)
 
@@ -302,8 +302,8 @@ def test_damping_weakens_the_echo_from_below() -> None:
     """The secondary wave falls as the arm grows, 0.41 → 0.29 → 0.07; the primary, from the face, gains a little."""
     structures = (ROD, DAMPED["arm on the PTFE"], DAMPED["strong arm"])
     waves = [hl.reflections(hl.CoSimulation(CHAIN, hl.reduce(s, 1.2e-3)).run(1.2e-3), 7) for s in structures]
-    primary = [found.primary.amplitude_ratio for found in waves if found.primary is not None]
-    secondary = [found.secondary.amplitude_ratio for found in waves if found.secondary is not None]
+    primary = [found.primary.amplitude_ratio for found in waves if found.primary]
+    secondary = [found.secondary.amplitude_ratio for found in waves if found.secondary]
     assert primary == pytest.approx([0.550, 0.567, 0.626], abs=2e-3)
     assert secondary == pytest.approx([0.409, 0.295, 0.074], abs=2e-3)
 

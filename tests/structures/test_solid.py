@@ -165,7 +165,7 @@ def ratios(structure: hl.Structure) -> list[float]:
     )
     run = hl.CoSimulation(chain, hl.reduce(structure, until=1.5e-3)).run(1.5e-3)
     waves = hl.reflections(run, sensor=7)
-    assert waves.primary is not None
+    assert waves.primary
     return [wave.amplitude_ratio for wave in (waves.primary, waves.secondary) if wave]
 
 

@@ -107,7 +107,7 @@ def test_peaks_are_those_of_the_sensors() -> None:
     found = study.peaks(run)
     for sensor in study.SENSORS:
         incident = hl.reflections(run, sensor).incident
-        assert incident is not None
+        assert incident
         assert float(found.peak.sel(sensor=sensor)) == pytest.approx(incident.amplitude, rel=1e-5)
         assert float(found.arrival.sel(sensor=sensor)) == pytest.approx(incident.arrival, rel=1e-5)
 

@@ -60,7 +60,7 @@ def test_secondary_wave_is_one_branch_until_it_fades(upper: xr.Dataset, lower: x
 def middle_and_peak(run: xr.Dataset) -> xr.Dataset:
     """TOF of the secondary wave at bead 7 to the middle of its two collisions and to its peak, and its AR."""
     waves = hl.reflections(run, 7)
-    assert waves.secondary is not None
+    assert waves.secondary
     tracks = [one for one in hl.follow_waves(run) if not one.goes_on and one.begins == "structure"]
     return xr.Dataset(
         {

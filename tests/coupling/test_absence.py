@@ -1,0 +1,142 @@
+"""Where no wave came the reason is known; records that are too short and sensors near an end are warned of."""
+
+import copy
+import pickle
+import warnings
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import hertzlink as hl
+from coupling.absence import until_of
+
+BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
+CHAIN = hl.Chain([BEAD] * 20, BEAD, 0.4)
+FIELDS = ("amplitude", "arrival", "amplitude_ratio", "time_of_flight", "begins")
+
+
+@pytest.fixture(scope="module")
+def run() -> xr.Dataset:
+    return hl.CoSimulation(CHAIN, hl.half_space(hl.STEEL_440C)).run(8e-4)
+
+
+@pytest.fixture(scope="module")
+def damped() -> xr.Dataset:
+    """A plate without edges that takes the wave, and a record long enough for it."""
+    return hl.CoSimulation(CHAIN, hl.infinite_plate(0.8e-3, hl.ALUMINIUM_6061)).run(4e-3)
+
+
+def upto(run: xr.Dataset, until: float) -> xr.Dataset:
+    return run.sel(time=slice(None, until))
+
+
+def messages(caught: pytest.WarningsRecorder) -> list[str]:
+    return [str(one.message) for one in caught]
+
+
+@pytest.mark.parametrize("name", FIELDS)
+def test_a_missing_wave_is_false_and_says_why(name: str) -> None:
+    wave = hl.NoWave("primary", "the record is short")
+    assert not wave
+    for same in (wave, copy.deepcopy(wave), pickle.loads(pickle.dumps(wave))):
+        assert same == wave
+        assert not hasattr(same, name)
+        assert getattr(same, name, 0.0) == 0.0
+        with pytest.raises(ValueError, match=f"{name}: there is no primary wave; the record is short"):
+            getattr(same, name)
+    assert "the record is short" in repr(wave)
+    with pytest.raises(AttributeError, match="'NoWave' object has no attribute 'speed'"):
+        _ = wave.speed
+
+
+@pytest.mark.parametrize("sensor", [7, 11, 15])
+def test_the_until_that_is_named_holds_the_wave(run: xr.Dataset, sensor: int) -> None:
+    """At every length of record without the wave; the wave of a hard wall comes somewhat earlier."""
+    flight, arrives = hl.time_of_flight(run, sensor).item(), hl.reflections(run, sensor).primary.arrival
+    for until in (arrives - 0.9 * flight, arrives - 0.5 * flight, arrives - 20e-6):
+        with pytest.warns(hl.HertzlinkWarning, match=f"record: .* can be back at bead {sensor}; until = ") as caught:
+            waves = hl.reflections(upto(run, until), sensor)
+        assert waves.incident
+        (message,) = messages(caught)
+        needed = float(message.split("until = ")[1].split()[0])
+        assert arrives < needed < 2.5 * arrives
+        with pytest.raises(ValueError, match="amplitude_ratio: there is no primary wave; the record ends at"):
+            _ = waves.primary.amplitude_ratio
+        with pytest.raises(ValueError, match="no secondary wave; the record ends at"):
+            _ = waves.secondary.amplitude_ratio
+        with pytest.warns(hl.HertzlinkWarning) as caught:
+            assert np.isnan(hl.amplitude_ratio(upto(run, until), sensor))
+        assert messages(caught) == [message]
+
+
+def test_a_wave_that_was_taken_is_no_short_record(damped: xr.Dataset) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        waves = hl.reflections(damped, 7, smallest=0.2)
+    with pytest.raises(ValueError, match=r"none above 20 % of the incident one \(smallest = 0.2\) is back"):
+        _ = waves.primary.amplitude_ratio
+
+
+def test_a_wave_before_the_record_is_long_enough(run: xr.Dataset) -> None:
+    waves = hl.reflections(upto(run, 5e-5), 12)
+    assert not any(waves)
+    with pytest.raises(ValueError, match="no incident wave; none runs over bead 12 to the structure within the record"):
+        _ = waves.incident.amplitude
+
+
+@pytest.mark.parametrize(
+    ("sensor", "words"),
+    [
+        (1, "0 beads from the struck end"), (5, "4 beads from the struck end"), (6, ""), (15, ""),
+        (16, "4 beads from the structure"), (20, "0 beads from the structure"),
+    ],
+)  # fmt: skip
+def test_sensors_near_an_end_are_warned_of(run: xr.Dataset, sensor: int, words: str) -> None:
+    for measure in (hl.reflections, hl.amplitude_ratio, hl.time_of_flight):
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            measure(run, sensor)
+        found = [str(one.message) for one in caught if str(one.message).startswith("sensor = ")]
+        assert len(found) == bool(words)
+        assert all(f"sensor = {sensor}: is {words}" in one and "choose one from 6 to 15" in one for one in found)
+
+
+def test_a_chain_too_short_for_any_sensor() -> None:
+    run = hl.CoSimulation(hl.Chain([BEAD] * 10, BEAD, 0.4), None).run(1e-4)
+    with pytest.warns(hl.HertzlinkWarning, match="take a chain of 11 beads or more"):
+        hl.reflections(run, 5)
+
+
+def test_measures_that_need_no_reflection_do_not_warn(run: xr.Dataset) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        hl.sensor_force(run, 1)
+        hl.wave_speed(run, 2, 19)
+        hl.contact_to_sensor_ratio(run, 18)
+
+
+def test_signals_know_no_chain(run: xr.Dataset) -> None:
+    signal = hl.as_signal(upto(run, 4e-4).time.values, {7: hl.sensor_force(upto(run, 4e-4), 7).values})
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        waves = hl.reflections(signal, 7)
+    with pytest.raises(ValueError, match="no primary wave; no one above 1 % of the incident one is in the record"):
+        _ = waves.primary.time_of_flight
+
+
+def test_records_of_a_sweep_are_counted(run: xr.Dataset) -> None:
+    short = upto(run, 5e-4)
+    silent = short.assign(contact_force=short.contact_force.where(short.contact < 0, 0.0))
+    several = xr.concat([short, short, silent], "case")
+    with pytest.warns(hl.HertzlinkWarning, match=r"would hold it, in 2 of 3 runs$") as caught:
+        hl.amplitude_ratio(several, 9)
+    assert len(messages(caught)) == 1
+
+
+TIMES = [(1.21e-3, "0.0013"), (9.99e-4, "0.001"), (2.0e-3, "0.002"), (1.5e-5, "1.5e-05")]
+
+
+@pytest.mark.parametrize(("seconds", "text"), TIMES)
+def test_times_are_rounded_up(seconds: float, text: str) -> None:
+    assert until_of(seconds) == text
