@@ -27,6 +27,8 @@ from coupling.batch import batch  # noqa: E402
 from coupling.bead_motion import bead_motion  # noqa: E402
 from coupling.cli import main as main  # noqa: E402
 from coupling.cosimulation import CoSimulation  # noqa: E402
+from coupling.critical_distance import CriticalDistance, critical_distance  # noqa: E402
+from coupling.critical_search import find_critical_distance  # noqa: E402
 from coupling.events import contact_events  # noqa: E402
 from coupling.explicit import Explicit  # noqa: E402
 from coupling.explicit_chain import explicit_chain  # noqa: E402
@@ -38,7 +40,6 @@ from coupling.measures import (  # noqa: E402
     amplitude_ratio,
     contact_time,
     contact_to_sensor_ratio,
-    critical_distance,
     energy_error,
     reflections,
     sensor_force,
@@ -176,9 +177,9 @@ __all__ = [
     "TabulatedLaw", "Track", "Tsuji", "Wave", "Weakened", "amplitude_ratio", "angular_frequency", "animation",
     "as_signal", "axial_stiffness", "batch", "bead_motion", "calibration_factor", "characteristic_length", "circle",
     "contact_events", "contact_law", "contact_law_bem", "contact_law_fem", "contact_law_plane", "contact_law_solid",
-    "contact_time", "contact_time_half_space", "contact_to_sensor_ratio", "critical_distance",
+    "contact_time", "contact_time_half_space", "contact_to_sensor_ratio", "critical_distance", "CriticalDistance",
     "critical_distance_bounds", "critical_modulus", "cutoff_frequency", "cylinder", "drop_speed", "energy_error",
-    "explicit_chain", "fit_dissipation", "fit_power_law", "follow_waves", "half_plane", "half_space", "hertz_stiffness",
+    "explicit_chain", "find_critical_distance", "fit_dissipation", "fit_power_law", "follow_waves", "half_plane", "half_space", "hertz_stiffness",
     "homogeneous", "inelasticity_parameter", "infinite_plate", "kirchhoff_panel", "kirchhoff_plate",
     "lamb_cutoff_frequency", "lamb_frequency", "lamb_group_speed", "lamb_phase_speed", "loss_factor", "loss_tangent",
     "midplane_correction", "mindlin_panel", "mindlin_plate", "modal_damping", "normalised_time_of_flight",

@@ -288,41 +288,6 @@ def _number_or_array(values: xr.DataArray, units: str, label: str) -> float | xr
     return values
 
 
-def critical_distance(ratio: xr.DataArray, tolerance: float = 0.02) -> float | xr.DataArray:
-    """The distance, m, beyond which AR stays within `tolerance` of its far value, AR at the greatest distance.
-
-    ratio: AR over a dimension "distance" (or over its only one), and over any others. tolerance is absolute, in
-    units of the incident amplitude. The last crossing of far ± tolerance is interpolated linearly between the
-    samples. NaN where AR is out of tolerance up to the last sample but one: the far value is then not reached. The
-    smallest distance where AR is within tolerance everywhere. A missing wave (NaN) counts as AR = 0.
-    Returns a float for one curve, else a DataArray.
-    """
-    positive("tolerance", tolerance)
-    instance("ratio", ratio, xr.DataArray, "a DataArray of amplitude ratios over distances")
-    dimension = "distance" if "distance" in ratio.dims else str(ratio.dims[0])
-    if ratio.sizes[dimension] < 3:
-        raise ValueError(f"ratio: must hold three distances or more, not {ratio.sizes[dimension]}")
-    ordered = ratio.sortby(dimension).fillna(0.0)
-    distances = ordered[dimension].values.astype(float)
-
-    def last_crossing(curve: Vector) -> float:
-        excess = np.abs(curve - curve[-1]) - tolerance
-        outside = np.flatnonzero(excess > 0.0)
-        if outside.size == 0:
-            return float(distances[0])
-        i = int(outside[-1])
-        if i + 1 == distances.size - 1:
-            return float("nan")
-        share = excess[i] / (excess[i] - excess[i + 1])
-        return float(distances[i] + share * (distances[i + 1] - distances[i]))
-
-    if ordered.ndim == 1:
-        return last_crossing(ordered.values)
-    result: xr.DataArray = xr.apply_ufunc(last_crossing, ordered, input_core_dims=[[dimension]], vectorize=True)
-    result.attrs = {"units": "m", "long_name": "critical distance"}
-    return result
-
-
 def _over_axes(run: xr.Dataset, sensor: int, wave: str, what: str, units: str, label: str) -> xr.DataArray:
     one_of("wave", wave, WAVES)
 

@@ -73,8 +73,6 @@ def sweep(
     where all points fail.
     """
     until = positive("until", until, "s")
-    if not callable(build):
-        raise ValueError(f"build = {short(build)}: must be a function that returns a CoSimulation")
     if measure is not None and not callable(measure):
         raise ValueError(f"measure = {short(measure)}: must be a function of a run's Dataset")
     if instance("retry", retry, bool, "True or False") and store is None:
@@ -84,8 +82,8 @@ def sweep(
         if jobs is not None:
             raise ValueError(f"jobs = {jobs!r}: must be None with a cluster, whose workers tell how many run at once")
     most = joblib.cpu_count() if jobs is None else whole("jobs", jobs)
-    values = _values(axes, TAKEN if store is None else TAKEN | {ERROR})
-    _check_names(build, values)
+    values = axis_values(axes, TAKEN if store is None else TAKEN | {ERROR})
+    check_build(build, values)
     points: list[Point] = [dict(zip(values, point, strict=True)) for point in product(*values.values())]
     # Checked before a folder is made.
     texts = [str(i) if store is None else describe_point(point) for i, point in enumerate(points)]
@@ -105,21 +103,24 @@ def sweep(
     return data
 
 
-def _values(axes: dict[str, Iterable[Any]], taken: set[str]) -> dict[str, list[Any]]:
+def axis_values(axes: dict[str, Iterable[Any]], taken: set[str]) -> dict[str, list[Any]]:
+    """The axes as lists, or a ValueError for one that is empty, names two values alike or has a name that is taken."""
     if not axes:
         raise ValueError("axes: name at least one, such as distance=[0.01, 0.02]")
     values = {name: listed(name, axis, object, "one value or more") for name, axis in axes.items()}
     if used := sorted(taken & set(values)):
         raise ValueError(f"axes = {list(values)!r}: {', '.join(used)} is a name that every run uses")
     for name, axis in values.items():
-        labels = np.asarray(_labels(axis)).tolist()
+        labels = np.asarray(axis_labels(axis)).tolist()
         if twice := [label for label, count in Counter(labels).items() if count > 1]:
             raise ValueError(f"{name} = {short(axis)}: must not hold {short(twice[0])} twice")
     return values
 
 
-def _check_names(build: Callable[..., CoSimulation], values: Mapping[str, Any]) -> None:
-    """Raises ValueError where build does not take just what the axes give."""
+def check_build(build: Callable[..., CoSimulation], values: Mapping[str, Any]) -> None:
+    """Raises ValueError where build is no function, or does not take just what the axes give."""
+    if not callable(build):
+        raise ValueError(f"build = {short(build)}: must be a function that returns a CoSimulation")
     try:
         signature = inspect.signature(build)
     except (TypeError, ValueError):  # of some that are written in C
@@ -205,7 +206,7 @@ def _combined(outcomes: Sequence[Outcome], values: dict[str, list[Any]]) -> xr.D
         data = _placed(np.stack([run[name].values for run in aligned]), places, len(outcomes))
         return (*values, *map(str, first[name].dims)), data.reshape(*shape, *first[name].shape), first[name].attrs
 
-    coordinates: dict[str, Any] = {name: (name, _labels(axis)) for name, axis in values.items()}
+    coordinates: dict[str, Any] = {name: (name, axis_labels(axis)) for name, axis in values.items()}
     for name, coordinate in first.coords.items():
         same = all(np.array_equal(run[name].values, coordinate.values) for run in aligned)
         coordinates[str(name)] = coordinate if same else stacked(str(name))
@@ -244,7 +245,7 @@ def _placed(data: Vector, places: Sequence[int], count: int) -> Vector:
     return everywhere
 
 
-def _labels(axis: list[Any]) -> list[Any]:
+def axis_labels(axis: list[Any]) -> list[Any]:
     """Numbers and strings as they are; other objects by their name, or as text."""
     return [
         v if isinstance(v, str | int | float | np.number | np.bool_) else getattr(v, "name", None) or str(v)

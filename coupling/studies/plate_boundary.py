@@ -7,7 +7,8 @@ import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
-from coupling.measures import amplitude_ratio, critical_distance, sensor_force, time_of_flight
+from coupling.critical_distance import critical_distance
+from coupling.measures import amplitude_ratio, sensor_force, time_of_flight
 from coupling.studies import plate_edges
 from coupling.studies.table import Row
 from coupling.sweep import sweep

@@ -233,45 +233,8 @@ def test_measures_want_a_dataset() -> None:
         hl.reflections(3, 1)  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="smallest = -1"):
         hl.reflections(signal((50.0, 1e-4, 1.0)), 1, smallest=-1.0)
-    with pytest.raises(ValueError, match="ratio = 3: must be a DataArray"):
-        hl.critical_distance(3)  # type: ignore[arg-type]
 
 
 def test_unknown_wave() -> None:
     with pytest.raises(ValueError, match="wave = 'tertiary'"):
         hl.amplitude_ratio(signal((50.0, 1e-4, 1.0)), 1, wave="tertiary")
-
-
-def curve(values: list[float], distances: list[float]) -> xr.DataArray:
-    return xr.DataArray(values, coords={"distance": distances}, dims="distance")
-
-
-def test_critical_distance_is_interpolated() -> None:
-    """AR falls linearly from 1 at 0 to 0.5 at 100 mm and stays: within 0.1 of 0.5 from 80 mm on."""
-    ratio = curve([1.0, 0.75, 0.5, 0.5, 0.5], [0.0, 0.05, 0.1, 0.2, 0.3])
-    assert hl.critical_distance(ratio, tolerance=0.1) == pytest.approx(0.08)
-    assert hl.critical_distance(ratio[::-1], tolerance=0.1) == pytest.approx(0.08)
-
-
-def test_critical_distance_counts_the_last_crossing() -> None:
-    ratio = curve([1.0, 0.5, 0.8, 0.5, 0.5], [0.0, 0.1, 0.2, 0.3, 0.4])
-    assert hl.critical_distance(ratio, tolerance=0.15) == pytest.approx(0.25)
-
-
-def test_critical_distance_where_there_is_none() -> None:
-    assert np.isnan(hl.critical_distance(curve([1.0, 0.8, 0.6, 0.4], [0.1, 0.2, 0.3, 0.4])))
-    assert hl.critical_distance(curve([0.5, 0.501, 0.5], [0.1, 0.2, 0.3])) == 0.1
-
-
-def test_critical_distance_over_other_dimensions() -> None:
-    ratio = xr.concat([curve([1.0, 0.5, 0.5], [0.0, 0.1, 0.2]), curve([0.9, np.nan, np.nan], [0.0, 0.1, 0.2])], "plate")
-    found = hl.critical_distance(ratio, tolerance=0.25)
-    assert isinstance(found, xr.DataArray)
-    assert found.values == pytest.approx([0.05, 0.1 * 0.65 / 0.9])
-
-
-def test_critical_distance_needs_a_curve() -> None:
-    with pytest.raises(ValueError, match="three distances"):
-        hl.critical_distance(curve([1.0, 0.5], [0.0, 0.1]))
-    with pytest.raises(ValueError, match="tolerance = 0"):
-        hl.critical_distance(curve([1.0, 0.5, 0.5], [0.0, 0.1, 0.2]), tolerance=0.0)

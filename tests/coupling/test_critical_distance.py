@@ -1,0 +1,305 @@
+"""Critical distances: read from given samples, and found by refinement where the crossing is known in closed form."""
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import hertzlink as hl
+from coupling.critical_search import next_distances
+
+NAN, INF = np.nan, np.inf
+
+
+def curve(values: list[float], distances: list[float] | None = None) -> xr.DataArray:
+    places = [0.1 * (1 + i) for i in range(len(values))] if distances is None else distances
+    return xr.DataArray(values, coords={"distance": places}, dims="distance")
+
+
+# Given samples.
+
+
+def test_critical_distance_is_interpolated() -> None:
+    """AR falls linearly from 1 at 0 to 0.5 at 100 mm and stays: within 0.1 of 0.5 from 80 mm on."""
+    ratio = curve([1.0, 0.75, 0.5, 0.5, 0.5], [0.0, 0.05, 0.1, 0.2, 0.3])
+    assert hl.critical_distance(ratio, tolerance=0.1) == pytest.approx(0.08)
+    assert hl.critical_distance(ratio[::-1], tolerance=0.1) == pytest.approx(0.08)
+
+
+def test_critical_distance_counts_the_last_crossing() -> None:
+    ratio = curve([1.0, 0.5, 0.8, 0.5, 0.5], [0.0, 0.1, 0.2, 0.3, 0.4])
+    assert hl.critical_distance(ratio, tolerance=0.15) == pytest.approx(0.25)
+
+
+def test_crossing_from_below_to_above_the_far_value() -> None:
+    """From 0.4 to 0.54 past 0.5: the lower edge of the band is crossed at 0.45, not where |AR − 0.5| would be 0.05."""
+    found = hl.critical_distance(curve([0.4, 0.54, 0.5, 0.5]), tolerance=0.05)
+    assert found == pytest.approx(0.1 + 0.1 * 0.05 / 0.14)
+
+
+@pytest.mark.parametrize(
+    ("values", "expected"),
+    [
+        ([NAN, NAN, NAN, NAN], (NAN, NAN, NAN)),
+        ([NAN, NAN, NAN, 0.3], (NAN, NAN, NAN)),
+        ([0.3, 0.1, NAN, NAN], (NAN, 0.2, INF)),
+        ([0.3, NAN, NAN, NAN], (NAN, 0.1, INF)),
+        ([1.0, 0.8, 0.6, 0.4], (NAN, 0.3, INF)),
+        ([0.9, 0.8, NAN, 0.1], (NAN, 0.2, INF)),
+        # A wave that has faded to within the tolerance of none before it is missed.
+        ([0.3, 0.1, 0.015, NAN], (0.2 + 0.1 * 0.08 / 0.085, 0.2, 0.3)),
+        # A missing wave between waves is unknown, and makes the bracket wider.
+        ([0.7, NAN, 0.5, 0.5], (0.1 + 0.2 * 0.18 / 0.2, 0.1, 0.3)),
+        ([0.7, 0.5, NAN, 0.5], (0.1 + 0.1 * 0.18 / 0.2, 0.1, 0.2)),
+        ([0.5, 0.501, 0.5], (0.1, 0.0, 0.1)),
+    ],
+)
+def test_bracket_of_given_samples(values: list[float], expected: tuple[float, float, float]) -> None:
+    found = hl.critical_distance(curve(values), bracket=True)
+    np.testing.assert_allclose(found, expected, rtol=1e-12)
+    np.testing.assert_equal(hl.critical_distance(curve(values)), found.value)
+
+
+def test_tolerance_relative_to_the_far_value() -> None:
+    ratio = curve([0.8, 0.6, 0.4, 0.4])
+    relative = hl.critical_distance(ratio, tolerance=0.25, relative=True)
+    assert relative == pytest.approx(hl.critical_distance(ratio, tolerance=0.1)) == pytest.approx(0.25)
+    assert np.isnan(hl.critical_distance(curve([0.3, 0.1, 0.01, NAN]), tolerance=0.25, relative=True))
+
+
+def test_critical_distance_over_other_dimensions() -> None:
+    ratio = xr.concat([curve([1.0, 0.5, 0.5]), curve([0.9, NAN, NAN])], "plate")
+    found = hl.critical_distance(ratio, tolerance=0.25, bracket=True)
+    assert isinstance(found.value, xr.DataArray)
+    assert found.value.attrs["units"] == "m"
+    np.testing.assert_allclose(found.value, [0.15, NAN])
+    np.testing.assert_allclose(found.low, [0.1, 0.1])
+    np.testing.assert_allclose(found.high, [0.2, INF])
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"ratio": 3}, "ratio = 3: must be a DataArray"),
+        ({"ratio": curve([1.0, 0.5])}, "three distances"),
+        ({"ratio": xr.DataArray(0.5)}, "three distances"),
+        ({"tolerance": 0.0}, "tolerance = 0"),
+        ({"tolerance": NAN}, "tolerance = nan"),
+        ({"relative": 1}, "relative = 1: must be True or False"),
+        ({"bracket": 0.1}, "bracket = 0.1: must be True or False"),
+    ],
+)
+def test_bad_input_to_given_samples(given: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        hl.critical_distance(**{"ratio": curve([1.0, 0.5, 0.5]), **given})
+
+
+# A builder whose AR is known at every distance.
+
+
+class Known(hl.CoSimulation):
+    """Two pulses at a sensor, the second AR times the first; none where AR is NaN."""
+
+    def __init__(self, ratio: float) -> None:
+        self.ratio = ratio
+
+    def run(self, until: float, *given: Any, **named: Any) -> xr.Dataset:
+        time = np.arange(0.0, until, 1e-6)
+        ratio = 0.0 if np.isnan(self.ratio) else self.ratio
+        force = np.exp(-(((time - 1e-4) / 2e-5) ** 2)) + ratio * np.exp(-(((time - 4e-4) / 2e-5) ** 2))
+        return hl.as_signal(time, {7: force})
+
+
+def sampled(ratio: Callable[[float], float], seen: list[float], distance: float) -> Known:
+    seen.append(distance)
+    return Known(ratio(distance))
+
+
+def falling(distance: float) -> float:
+    """0.5 + e^(−d/10 mm)/2: within 0.02 of 0.5 from 10 mm · ln 25 on."""
+    return float(0.5 + 0.5 * np.exp(-distance / 0.01))
+
+
+def oscillating(distance: float) -> float:
+    return float(0.5 + 0.4 * np.exp(-distance / 0.05) * np.cos(2.0 * np.pi * distance / 0.03))
+
+
+SCAN = [0.005 * i for i in range(1, 21)] + [1.0]
+
+FEW = [0.01, 0.03, 0.06, 0.1, 0.2, 1.0]
+
+find: Callable[..., xr.Dataset] = partial(hl.find_critical_distance, until=6e-4, sensor=7, distances=SCAN, jobs=1)
+
+
+@pytest.mark.parametrize("bracket", [1e-3, 2e-4, 1e-5])
+def test_refinement_meets_the_closed_form(bracket: float) -> None:
+    """The bracket holds the crossing and is as narrow as asked; AR read from pulses is good to 1e-5."""
+    seen: list[float] = []
+    found = find(partial(sampled, falling, seen), bracket=bracket)
+    low, high = found.bracket.values
+    exact = 0.01 * np.log(25.0)
+    assert low - 1e-5 < exact < high + 1e-5
+    assert 0.0 < high - low <= bracket
+    assert found.critical_distance.item() == pytest.approx(exact, abs=0.02 * bracket + 5e-6)
+    assert found.far_value.item() == pytest.approx(0.5, abs=1e-4)
+    assert len(seen) == len(set(seen)) == found.sizes["distance"]
+    assert len(seen) < len(SCAN) + 12
+
+
+def test_last_crossing_of_an_oscillating_curve() -> None:
+    found = find(partial(sampled, oscillating, []), tolerance=0.1)
+    fine = np.linspace(0.0, 0.2, 200001)
+    outside = np.flatnonzero(np.abs([oscillating(d) - 0.5 for d in fine]) > 0.1)
+    low, high = found.bracket.values
+    assert low - 1e-5 < fine[outside[-1]] < high + 1e-5
+    assert high - low <= 2e-4
+
+
+def test_several_tolerances_share_samples_and_their_order() -> None:
+    """A looser tolerance is met nearer to the edge; no distance is run twice."""
+    seen: list[float] = []
+    found = find(partial(sampled, falling, seen), tolerance=[0.05, 0.02, 0.01])
+    exact = 0.01 * np.log(0.5 / np.array([0.05, 0.02, 0.01]))
+    np.testing.assert_allclose(found.critical_distance.sel(within=[0.05, 0.02, 0.01]), exact, atol=2e-5)
+    assert np.all(found.bracket.sel(end="low") < found.critical_distance)
+    assert np.all(found.critical_distance < found.bracket.sel(end="high"))
+    assert len(seen) == len(set(seen))
+    assert not found.lower_bound.any()
+
+
+def test_known_samples_are_not_run_again() -> None:
+    seen: list[float] = []
+    first = find(partial(sampled, falling, []))
+    second = find(partial(sampled, falling, seen), tolerance=0.08, relative=True, known=first)
+    assert 0 < len(seen) < 6
+    assert not set(seen) & set(first.distance.values.tolist())
+    assert second.critical_distance.item() == pytest.approx(0.01 * np.log(0.5 / 0.04), abs=2e-5)
+
+
+def late(distance: float) -> float:
+    """The wave of `falling` less its far value, which is zero; missed beyond 22 mm."""
+    return falling(distance) - 0.5 if distance < 0.022 else NAN
+
+
+def test_a_record_that_ends_too_early_gives_a_lower_bound() -> None:
+    found = find(partial(sampled, late, []), tolerance=[0.02, 0.2])
+    assert found.lower_bound.values.tolist() == [True, False]
+    np.testing.assert_allclose(found.bracket.sel(within=0.02), [0.02, INF])
+    assert np.isnan(found.critical_distance.sel(within=0.02))
+    assert found.critical_distance.sel(within=0.2).item() == pytest.approx(0.01 * np.log(2.5), abs=2e-5)
+    assert found.far_value.item() == 0.0
+    assert np.isnan(found.amplitude_ratio.sel(distance=1.0))
+    assert found.sampled.sel(distance=1.0)
+
+
+def test_no_wave_anywhere() -> None:
+    found = find(partial(sampled, lambda d: NAN, []))
+    assert np.isnan(found.critical_distance)
+    assert np.isnan(found.bracket).all()
+    assert not found.lower_bound
+
+
+def test_an_upper_bound_is_announced() -> None:
+    with pytest.warns(hl.HertzlinkWarning, match=r"0\.005 m, is an upper bound"):
+        found = find(partial(sampled, lambda d: 0.5, []))
+    assert "upper bound" in found.attrs["warnings"]
+    np.testing.assert_allclose(found.bracket, [0.0, 0.005])
+
+
+def by_plate(distance: float, thickness: float, diameter: float) -> Known:
+    return Known(falling(distance * thickness / diameter))
+
+
+def test_axes_and_processes() -> None:
+    """One curve for each plate and bead, by name, whatever the number of processes."""
+    beads, plates = [1.0, 2.0], [1.0, 3.0]
+    found = find(by_plate, distances=FEW, thickness=plates, diameter=beads, jobs=2)
+    expected = 0.01 * np.log(25.0) / np.array(plates)[:, None] * np.array(beads)
+    assert found.critical_distance.dims == ("thickness", "diameter")
+    np.testing.assert_allclose(found.critical_distance, expected, atol=2e-5)
+    assert found.identical(find(by_plate, distances=FEW, thickness=plates, diameter=beads))
+    for plate in plates:
+        for bead in beads:
+            one = found.sel(thickness=plate, diameter=bead)
+            samples = one.amplitude_ratio.dropna("distance")
+            assert samples.size == one.sampled.sum()
+            assert hl.critical_distance(samples) == one.critical_distance
+    assert find(by_plate, distances=FEW, thickness=plates, diameter=beads, known=found).identical(found)
+
+
+def test_neighbours_on_the_last_axis_meet_in_one_process() -> None:
+    """A builder that keeps the last distance's structure makes it once for all beads of the first scan."""
+    made: list[tuple[float, float]] = []
+
+    def build(distance: float, thickness: float, diameter: float) -> Known:
+        if made[-1:] != [(thickness, distance)]:
+            made.append((thickness, distance))
+        return Known(falling(distance))
+
+    find(build, distances=FEW, thickness=[1.0, 2.0], diameter=[1.0, 2.0, 3.0])
+    assert len(made) == len(set(made))
+
+
+def test_bisection_where_the_spline_misleads() -> None:
+    """A step has no smooth crossing: the bracket still closes, in as many runs as bisection takes, and some."""
+    seen: list[float] = []
+    found = find(partial(sampled, lambda d: 0.9 if d < 0.0371234 else 0.5, seen))
+    low, high = found.bracket.values
+    assert low < 0.0371234 <= high
+    assert high - low <= 2e-4
+    assert len(seen) < len(SCAN) + 20
+
+
+def test_samples_lie_within_the_bracket() -> None:
+    x = np.array([1.0, 2.0, 3.0, 4.0, 5.0, 6.0])
+    for level, count in ((0.301, 1), (0.35, 2), (0.399, 1)):
+        near = next_distances(x, np.array([0.9, 0.6, 0.4, 0.3, 0.3, 0.3]), 3.0, 4.0, level, 0.1)
+        assert all(3.0 < one < 4.0 for one in near)
+        assert len(near) == count
+    assert next_distances(x, x, 3.0, 4.0, 0.35, 0.6) == [3.5]
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"build": 3}, "build = 3"),
+        ({"build": lambda place: None}, "build = .*takes place, but the axes are distance"),
+        ({"build": lambda distance: None}, "build = None: must be a function that returns a CoSimulation"),
+        ({"until": 0.0}, "until = 0"),
+        ({"sensor": 1.5}, r"sensor = 1\.5"),
+        ({"sensor": 8}, "sensor = 8: must be one that was measured"),
+        ({"distances": [0.1, 0.2]}, r"distances = \[0\.1, 0\.2\]: must be three or more"),
+        ({"distances": 0.1}, r"distances = 0\.1"),
+        ({"distances": [0.1, -0.2, 0.3]}, r"distances = -0\.2"),
+        ({"distances": [0.1, 0.2, 0.2]}, r"distances: must not hold 0\.2 twice"),
+        ({"tolerance": 0.0}, r"tolerance = 0\.0"),
+        ({"tolerance": []}, r"tolerance = \[\]"),
+        ({"tolerance": "0.02"}, r"tolerance = '0\.02'"),
+        ({"tolerance": [0.02, -1.0]}, r"tolerance = -1\.0"),
+        ({"bracket": 0.0}, r"bracket = 0\.0"),
+        ({"bracket": 1e-9}, "bracket = 1e-09"),
+        ({"relative": "yes"}, "relative = 'yes': must be True or False"),
+        ({"jobs": 0}, "jobs = 0"),
+        ({"within": [1.0]}, "within is a name that every run uses"),
+        ({"bead": [1.0]}, "bead is a name that every run uses"),
+        ({"thickness": []}, r"thickness = \[\]"),
+        ({"thickness": [1.0]}, "takes distance, but the axes are distance, thickness"),
+        ({"known": 3}, "known = 3"),
+        ({"known": xr.Dataset()}, "known: must be a result of find_critical_distance over no axes"),
+    ],
+)
+def test_bad_input_to_the_search(given: dict[str, Any], message: str) -> None:
+    def build(distance: float) -> Known:
+        return Known(falling(distance))
+
+    with pytest.raises(ValueError, match=message):
+        find(**{"build": build, **given})
+
+
+def test_known_samples_of_other_axes() -> None:
+    known = find(by_plate, distances=FEW, thickness=[1.0, 3.0], diameter=[1.0])
+    with pytest.raises(ValueError, match="known: holds other values of thickness"):
+        find(by_plate, distances=FEW, thickness=[1.0, 2.0], diameter=[1.0], known=known)
