@@ -14,12 +14,12 @@ from scipy.optimize import brentq
 
 from coupling.cosimulation import CoSimulation
 from coupling.critical_distance import FEWEST, LABEL, crossed_level, far_value, last_crossing
+from coupling.findings import findings_of, gathered, warn, with_warnings
 from coupling.measures import amplitude_ratio, time_of_flight
 from coupling.progress import Progress
 from coupling.store import Point
 from coupling.sweep import TAKEN, axis_labels, axis_values, check_build
-from coupling.work import Batch, Work, in_processes
-from structures.caution import caution
+from coupling.work import Batch, Work, in_processes, shown
 from structures.checks import instance, listed, not_negative, positive, short, whole, within
 from structures.structure import Vector
 
@@ -143,9 +143,11 @@ def find_critical_distance(
     refinement = _Refinement(tolerances, relative, bracket)
     while wanted := [(i, d) for i, curve in enumerate(search.curves) for d in refinement.wanted(i, curve)]:
         search.sample(wanted)
-    data = search.samples()
     found = _found(search.curves, tolerances, relative, tuple(map(len, values.values())), list(values))
-    return _with_caution(data.merge(found if isinstance(tolerance, Iterable) else found.squeeze("within")), scan[0])
+    data = search.samples().merge(found if isinstance(tolerance, Iterable) else found.squeeze("within"))
+    findings = search.findings() + _upper_bound(found, scan[0])
+    warn(findings)
+    return with_warnings(data, findings)
 
 
 def _tolerances(tolerance: float | Iterable[float]) -> list[float]:
@@ -179,6 +181,8 @@ class _Search:
         self.together = len(values[list(values)[-1]]) if values else 1
         self.labels: dict[str, dict[str, str]] = {}
         self.attrs: dict[str, Any] = {}
+        self.found: dict[str, list[str]] = {}
+        self.earlier: list[str] = []
 
     def recall(self, known: xr.Dataset) -> None:
         """Take over the samples of an earlier result."""
@@ -194,6 +198,7 @@ class _Search:
         for curve, there, *values in zip(self.curves, sampled, *found, strict=True):
             rows = zip(distances, *(value.tolist() for value in values), strict=True)
             curve.update({row[0]: (row[1], row[2]) for row, kept in zip(rows, there, strict=True) if kept})
+        self.earlier = findings_of(known)
         self.attrs, self.labels = known.attrs, {name: known[name].attrs for name in MEASURED}
 
     def sample(self, wanted: list[tuple[int, float]]) -> None:
@@ -201,18 +206,26 @@ class _Search:
         ordered = sorted(set(wanted), key=lambda one: (one[0] // self.together, one[1], one[0]))
         groups = groupby(enumerate(ordered), lambda one: (one[1][0] // self.together, one[1][1]))
         batches: list[Batch] = [
-            {place: {**self.points[curve], "distance": distance} for place, (curve, distance) in group}
-            for _, group in groups
+            {place: self._point(curve, distance) for place, (curve, distance) in group} for _, group in groups
         ]
         with Progress(len(ordered)) as progress:
             for place, run in in_processes(self.work, batches, self.jobs):
                 curve, distance = ordered[place]
                 assert isinstance(run, xr.Dataset)  # errors are raised, as there is no store
                 self.curves[curve][distance] = (run.amplitude_ratio.item(), run.time_of_flight.item())
-                if place == 0 and not self.attrs:
+                if lines := findings_of(run):
+                    self.found[shown(self._point(curve, distance))] = lines
+                if not self.labels:
                     self.attrs = run.attrs
                     self.labels = {str(name): run[name].attrs for name in run.data_vars}
                 progress.advance()
+
+    def _point(self, curve: int, distance: float) -> Point:
+        return {**self.points[curve], "distance": distance}
+
+    def findings(self) -> list[str]:
+        """What is to know of the runs, the first of each kind."""
+        return self.earlier + gathered(self.found, sum(map(len, self.curves)))
 
     def samples(self) -> xr.Dataset:
         """All samples on the distances that any curve has."""
@@ -300,13 +313,11 @@ def _found(
     )  # fmt: skip
 
 
-def _with_caution(data: xr.Dataset, smallest: float) -> xr.Dataset:
-    """Warn where the smallest distance is an upper bound."""
-    if bool((data.bracket.sel(end="low") == 0.0).any() & (smallest > 0.0)):
-        message = (
-            f"AR is within the tolerance at all distances: the smallest, {smallest:g} m, is an upper bound of the "
-            f"{LABEL}; give smaller distances"
-        )
-        caution(message)
-        data.attrs["warnings"] = "\n".join(filter(None, [data.attrs.get("warnings"), message]))
-    return data
+def _upper_bound(found: xr.Dataset, smallest: float) -> list[str]:
+    """A finding where AR is within the tolerance at all distances."""
+    if smallest == 0.0 or not bool((found.bracket.sel(end="low") == 0.0).any()):
+        return []
+    return [
+        f"{LABEL}: AR is within the tolerance at all distances, so the smallest, {smallest:g} m, is an upper bound; "
+        "give smaller distances"
+    ]

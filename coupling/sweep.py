@@ -222,7 +222,7 @@ def _named(values: dict[str, list[Any]], place: int) -> str:
     """A point by its place, in words."""
     where = np.unravel_index(place, [len(axis) for axis in values.values()])
     pairs = zip(values.items(), where, strict=True)
-    return ", ".join(f"{name} = {short(_labels(axis)[i])}" for (name, axis), i in pairs)
+    return ", ".join(f"{name} = {short(axis_labels(axis)[i])}" for (name, axis), i in pairs)
 
 
 def _with_all_modes(runs: Sequence[xr.Dataset]) -> list[xr.Dataset]:
