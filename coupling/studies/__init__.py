@@ -35,7 +35,7 @@ class Study(Protocol):
         ...
 
     def table(self, data: xr.Dataset) -> list[Row]:
-        """Thesis beside hertzlink."""
+        """The thesis's numbers compared with those of hertzlink."""
         ...
 
     def figures(self, data: xr.Dataset) -> dict[str, "Figure"]:

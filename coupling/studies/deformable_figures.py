@@ -71,10 +71,9 @@ def speed_force(data: xr.Dataset, by_force: Callable[[Vector], Vector]) -> Figur
 
 def contacts(data: xr.Dataset, marked: int) -> Figure:
     """Forces of all contacts, one of them marked (figure 3.7)."""
-    # A quick study has one mesh, the coarsest and the finest.
-    ends = {0: "explicit, coarsest", data.spacing.size - 1: "explicit, finest"}
-    shown = {"point masses": "point masses"}
-    shown |= {model: f"explicit, {data.spacing.values[i] * 1e6:.3g} µm cells" for i, model in ends.items()}
+    # A quick study has one mesh.
+    shown = {str(model): f"{model} cells" for model in data.model.values if str(model).startswith("explicit")}
+    shown = {"point masses": "point masses"} | dict(reversed(shown.items()))
     figure, axes = plots.panels(len(shown), width=2.9)
     for axis, (model, title) in zip(axes, shown.items(), strict=True):
         for contact in data.contact.values:
@@ -124,8 +123,9 @@ def modes(data: xr.Dataset) -> Figure:
     figure, axes = plots.panels(2, width=3.4, sharey=False)
     for axis, what, label in zip(axes, ("peak_force", "wave_speed"), LABELS, strict=True):
         axis.axhline(float(data[what].sel(model="point masses")), color="black", linewidth=0.9, label="point masses")
-        axis.axhline(float(data[what].sel(model="explicit, finest")), color="grey", linestyle="--", linewidth=0.9,
-                     label="explicit, finest mesh")  # fmt: skip
+        size = float(data.spacing[-1]) * 1e6
+        axis.axhline(float(data[f"explicit_{what}"][-1]), color="grey", linestyle="--", linewidth=0.9,
+                     label=f"explicit, {size:.3g} µm cells")  # fmt: skip
         _joined(axis, data.modes.values, data[f"modes_{what}"].values, 1, "deformable beads")
         axis.set_xticks([1, 2, 4, 6, 8, 12, 16])
         axis.set(xlabel="modes of a bead, with the rigid one", ylabel=label)

@@ -1,4 +1,4 @@
-"""Thesis chapter 4: how a solitary wave decays in a chain of 70 spheres, and what small facts hang on it.
+"""Thesis chapter 4: how a solitary wave decays in a chain of 70 spheres, and small facts that depend on it.
 
 No experiment of the thesis exists in text form, so nothing is fitted and no measured point is drawn.
 """
@@ -272,7 +272,7 @@ def yield_speed(bead: Sphere, yield_stress: float = YIELD_STRESS) -> float:
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """The numbers of chapter 4 and those that hang on them, beside ours."""
+    """The numbers of chapter 4 and those that depend on them, compared with ours."""
     rows = [row for name in TABLE_4_1 for row in _material_rows(data, name)]
     return [*rows, *_rayleigh_rows(data), *_speed_rows(data), *_ellipsoid_rows(data), *_wave_rows(data)]
 
@@ -287,21 +287,21 @@ def _material_rows(data: xr.Dataset, name: str) -> Iterable[Row]:
         return " and ".join(f"{float(peak.sel(law=law, sensor=sensor)):.4g} N" for sensor in (9, 56))
 
     steel = fit is STEEL
-    yield Row(f"mass, {name}", fit.mass, fit.bead.mass * 1e3, "g", "ours by geometry, with the density of Table 2.1")
+    yield Row(f"mass, {name}", fit.mass, fit.bead.mass * 1e3, "g", "by geometry, with the density of Table 2.1")
     yield Row(
         f"α and γ, {name}", f"{fit.exponent}, −{fit.coefficient:g}", f"{fit.exponent}, {fit.coefficient:g}", "",
         "taken over as |γ| in N (s/m)^α: no unit is stated, γ < 0 would feed energy, and no experiment to fit is given",
     )  # fmt: skip
     yield Row(
-        f"F(56)/F(9), {name}, γ as a force", "figure 4.3a" if steel else "not given", left("thesis"), "",
+        f"F(56)/F(9), {name}, γ as a force", "", left("thesis"), "",
         ends("thesis") + ("; recomputed elsewhere with 0.45 g: 41.7 and 11.7" if steel else "; striker at 1.77 m/s"),
     )  # fmt: skip
     yield Row(
-        f"F(56)/F(9), {name}, γ as an acceleration", "figure 4.3a" if steel else "not given",
+        f"F(56)/F(9), {name}, γ as an acceleration", "",
         left("thesis, as an acceleration"), "", "as equation 4.1 reads in SI units; damps next to nothing",
     )  # fmt: skip
     yield Row(
-        f"F(56)/F(9), {name}, pairwise form", "not given", left("pairwise"), "",
+        f"F(56)/F(9), {name}, pairwise form", "", left("pairwise"), "",
         ends("pairwise") + ": the same numbers on each contact's own rate damp less, and keep momentum",
     )  # fmt: skip
 
@@ -311,15 +311,16 @@ def _rayleigh_rows(data: xr.Dataset) -> Iterable[Row]:
     drag = [f"{value:.1f}" for value in steel.sel(law="drag").values]
     yield Row("α₁, steel 316", RAYLEIGH, RAYLEIGH, "1/s", "taken over; the printed N s/m is no unit of α₁")
     yield Row(
-        "F(9) and F(63) with α₁", "figure 4.3a", f"{drag[0]} and {drag[-1]}", "N",
-        f"at all sensors {', '.join(drag)}; undamped {float(steel.sel(law='undamped', sensor=9)):.1f}",
+        "F(9) and F(63) with α₁", "", f"{drag[0]} and {drag[-1]}", "N",
+        f"figure 4.3a, without numbers; at all sensors {', '.join(drag)}; undamped "
+        f"{float(steel.sel(law='undamped', sensor=9)):.1f}",
     )  # fmt: skip
 
 
 def _speed_rows(data: xr.Dataset) -> Iterable[Row]:
     free, lossy = (slope(*speeds_and_forces(data, law)) for law in ("undamped", "thesis"))
     speeds = data.striker_speed.values
-    yield Row("exponent of speed over force, undamped", 0.17, free, "", "1/6, as Hertz's law wants it")
+    yield Row("exponent of speed over force, undamped", 0.17, free, "", "1/6 by Hertz's law")
     yield Row(
         "exponent of speed over force, thesis's law", 0.17, lossy, "",
         f"fitted between neighbouring sensors, strikers at {speeds[0]:.1f} to {speeds[-1]:.1f} m/s; the thesis fits "
@@ -342,10 +343,10 @@ def _wave_rows(data: xr.Dataset) -> Iterable[Row]:
     contact, bead = (float(data.secondary.sel(meeting=meeting)) for meeting in MEETINGS)
     yield Row(
         "speed from which beads yield", 0.1, yield_speed(STEEL.bead), "m/s",
-        "the thesis cites Johnson for most materials; ours is his formula for two beads of Y = 1 GPa, and goes as "
+        "the thesis cites Johnson for most materials; this is his formula for two beads of Y = 1 GPa, and goes as "
         "Y^2.5. All contacts here stay elastic",
     )  # fmt: skip
-    meet = "of peak force; the thesis cites Manciu (2000), and tells neither where waves meet nor what is compared"
+    meet = "of peak force; the thesis cites Manciu (2000), and gives neither where waves meet nor what is compared"
     yield Row("secondary wave after waves meet at a contact", 0.02, contact, "", meet)
     yield Row("secondary wave after waves meet at a bead", 0.02, bead, "", meet)
     undamped = data.sel(law="undamped")
@@ -357,7 +358,7 @@ def _wave_rows(data: xr.Dataset) -> Iterable[Row]:
 
 
 def figures(data: xr.Dataset) -> dict[str, "Figure"]:
-    """Decay over beads (figure 4.2a), speed over force (4.2b), and the laws beside each other (4.3)."""
+    """Decay over beads (figure 4.2a), speed over force (4.2b), and the laws compared (4.3)."""
     return {"decay": _decay(data), "speed_over_force": _speed_over_force(data), "laws": _laws(data)}
 
 

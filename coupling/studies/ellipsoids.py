@@ -118,7 +118,7 @@ def _theory(force: xr.DataArray, beads: list[Bead]) -> xr.DataArray:
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """The numbers that sections 5.1 and 5.3.1 print, beside ours."""
+    """The numbers that sections 5.1 and 5.3.1 print, compared with ours."""
     return [*_contacts(), *_speeds(data), *_relations(data)]
 
 
@@ -134,9 +134,9 @@ def _contacts() -> list[Row]:
         Row("mass of an ellipsoid", 0.925, particle("minor axis").mass * 1e3, "g",
             "the printed axes with 8000 kg/m³ weigh 2.5 % more than the thesis's scales show"),
         Row("k, along the major axis", 3.31, major, "10⁹ N/m^1.5"),
-        Row("k, along the minor axis", "missing", minor, "10⁹ N/m^1.5",
+        Row("k, along the minor axis", "", minor, "10⁹ N/m^1.5",
             f"lost in the text; {rough:.4g} with the thesis's approximate b/a"),
-        Row("k, equivalent sphere", "not printed", light, "10⁹ N/m^1.5",
+        Row("k, equivalent sphere", "", light, "10⁹ N/m^1.5",
             f"of 0.925 g, radius {printed.radius * 1e3:.4g} mm; {sphere:.4g} for the mass from geometry"),
     ]  # fmt: skip
 
@@ -151,9 +151,9 @@ def _speeds(data: xr.Dataset) -> list[Row]:
         Row("wave speed, mass from geometry", 524.0, found["mass from geometry"], "m/s",
             CASES["mass from geometry"]),
         Row("wave speed, finite elements", 529.0, printed, "m/s",
-            f"the thesis's beads deform, ours are point masses; {gravity:.1f} under gravity"),
+            f"the thesis's beads deform, these are point masses; {gravity:.1f} under gravity"),
         Row("wave speed, experiment", 490.0, printed, "m/s",
-            "the experiment loses energy, our chain none; the coefficient of the loss is fitted, not measured"),
+            "the experiment loses energy, this chain none; the coefficient of the loss is fitted, not measured"),
         Row("wave speed, striker D 2.38 mm", 524.0, found["striker of diameter 2.38 mm"], "m/s",
             "the text's \"Dia 2.38 mm\" is 0.056 g and contradicts the 0.925 g of figure 5.5"),
         Row("wave speed, striker R 2.38 mm", 524.0, found["striker of radius 2.38 mm"], "m/s",
@@ -177,9 +177,9 @@ def _relations(data: xr.Dataset) -> list[Row]:
             f"from the slope {slope:.4f} of ln V over ln F, which is (n − 1)/(2n)"),
         Row("wave speed along the minor axis", "slower", at[SHAPES[0]] / at[SHAPES[2]], "", relative),
         Row("wave speed along the major axis", "faster", at[SHAPES[1]] / at[SHAPES[2]], "", relative),
-        Row("wave speed over equation 5.11", "good agreement", ahead, "",
+        Row("wave speed over equation 5.11", "very good agreement", ahead, "",
             "5.11 takes the wave for long; it is five beads long"),
-        Row("wave speed over size, exponent", -1.0 / 3.0, power, "", "spheres of 440C at 20 N, figure 5.1"),
+        Row("wave speed over size, exponent", "-1/3", power, "", "spheres of 440C at 20 N, figure 5.1"),
     ]  # fmt: skip
 
 

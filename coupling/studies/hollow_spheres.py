@@ -124,12 +124,12 @@ def _theory(ratio: float, force: xr.DataArray) -> np.ndarray:
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """The numbers that section 5.3.3 prints, beside ours."""
+    """The numbers that section 5.3.3 prints, compared with ours."""
     return [*_laws(data), *_speeds(data), *_relations(data)]
 
 
 def _laws(data: xr.Dataset) -> list[Row]:
-    """Table 5.1 beside Hertz in series with Reissner's shell."""
+    """Table 5.1 compared with Hertz in series with Reissner's shell."""
     rows = [
         Row("mass of a hollow sphere", 2.38, particle(THIN).mass * 1e3, "g",
             "19.05 mm across, Ri/Ro 0.908, 2693 kg/m³; a wall of 0.87 mm gives 2.43 g")
@@ -145,8 +145,8 @@ def _laws(data: xr.Dataset) -> list[Row]:
         ends = f"{100.0 * float(share[0]):+.1f} % at 1 µm, {100.0 * float(share[-1]):+.1f} % at 20 µm"
         at = np.array(5e-6)
         rows += [
-            Row(f"F at 5 µm, Ri/Ro {ratio:g}", float(printed.force(at)), float(law.force(at)), "N",
-                f"{what} against finite elements; {ends}"),
+            Row(f"F at 5 µm, Ri/Ro {ratio:g}", "", float(law.force(at)), "N",
+                f"{what}; theory: k δⁿ of Table 5.1, from finite elements; {ends}", float(printed.force(at))),
             Row(f"exponent n, Ri/Ro {ratio:g}", printed.exponent, n, "",
                 f"of a fit over 0.2 to 10 µm, k = {k:.4g} N/mⁿ; the thesis has {printed.stiffness:.4g}"),
         ]  # fmt: skip
@@ -167,7 +167,7 @@ def _speeds(data: xr.Dataset) -> list[Row]:
             f"Table 5.1's law, mass from geometry; {lighter:.1f} for 2.38 g, {gravity:.1f} with gravity too"),
         Row("wave speed, hertzlink's own law", 648.5, own, "m/s",
             "Hertz in series with Reissner's shell, which the rows of F compare with Table 5.1"),
-        Row("wave speed, finite elements", 642.2, plain, "m/s", "the thesis's beads deform, ours are point masses"),
+        Row("wave speed, finite elements", 642.2, plain, "m/s", "the thesis's beads deform, these are point masses"),
         Row("wave speed, experiment", "644.7 ± 32.2", plain, "m/s", "well within the thesis's band"),
         Row("width, by equation 5.13", 7.5, theory, "D", f"n = 1.222; {swapped}"),
         Row("width, experiment", 9.5, float(wide), "D",
@@ -185,13 +185,14 @@ def _relations(data: xr.Dataset) -> list[Row]:
     return [
         Row("exponent n, Pauchard and Rica", 1.2, fit(own_laws()[THIN])[1], "",
             "theirs for a tennis ball on a rigid plate, Ri/Ro 0.9"),
-        Row("wave speed over force, exponent, Ri/Ro 0.908", 1.0 / 12.0, waves.exponent(thin), "",
+        Row("wave speed over force, exponent, Ri/Ro 0.908", "1/12", waves.exponent(thin), "",
             f"(n − 1)/(2n) is 1/12 for n = 1.2, and {(n - 1.0) / (2.0 * n):.4f} for 1.222"),
-        Row("wave speed over force, exponent, solid", 1.0 / 6.0, waves.exponent(solid), "",
+        Row("wave speed over force, exponent, solid", "1/6", waves.exponent(solid), "",
             "for n = 1.504 it is 0.1676"),
-        Row("wave speed at 20 N, thinner and thinner", "falls", ", ".join(f"{speed:.0f}" for speed in at), "m/s",
-            "Ri/Ro 0, 0.5, 0.75, 0.908. The text says that speed grows with the wall's thickness; by the thesis's own "
-            "Table 5.1 and equation 5.12 it falls, for the beads grow heavier"),
+        Row("wave speed at 20 N, Ri/Ro 0, 0.5, 0.75, 0.908", "increases with thickness",
+            ", ".join(f"{speed:.0f}" for speed in at), "m/s",
+            "by the thesis's own Table 5.1 and equation 5.12 it decreases with the wall's thickness, as the beads grow "
+            "heavier"),
         Row("wave speed over equation 5.12", "excellent agreement", f"{ahead[0]:.3f}, {ahead[1]:.3f}", "",
             "solid and Ri/Ro 0.908; the longer the wave, the better long-wave theory holds"),
     ]  # fmt: skip

@@ -35,7 +35,7 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """The numbers that section 6.1.4 prints, beside ours."""
+    """The numbers that section 6.1.4 prints, compared with ours, and the delay of the secondary wave with theory's."""
     middle = data.sel(dashpot=struck.DASHPOT)
     ratios = middle.amplitude_ratio.sel(wave="primary")
     flights = middle.time_of_flight.sel(wave="primary") * 1e6
@@ -54,33 +54,35 @@ def table(data: xr.Dataset) -> list[Row]:
         Row("TOF, primary, varies by", 2.5, struck.lost(flights), "%",
             "the thesis does not say how much of it is the experiment's scatter"),
         *[_secondary(middle, data, length) for length in (9.52e-3, 25.4e-3, 50.8e-3, 152.4e-3)],
-        Row("AR, secondary", "figure 6.14", struck.interval(middle.amplitude_ratio.sel(wave="secondary")), "",
-            "no number in the text"),
+        Row("AR, secondary", "", struck.interval(middle.amplitude_ratio.sel(wave="secondary")), "",
+            "figure 6.14; the text has no number"),
         *_axisymmetric(data),
     ]  # fmt: skip
 
 
 def _secondary(middle: xr.Dataset, data: xr.Dataset, length: float) -> Row:
-    """The secondary wave behind the primary one."""
+    """How much later than the primary wave the secondary one is; the thesis prints no number."""
     of = middle.sel(length=length, method="nearest")
     expected = theory(np.array([UPPER]), length) * 1e6
-    ours = struck.flight(of.time_of_flight, "secondary") - struck.flight(of.time_of_flight)
+    found = struck.flight(of.time_of_flight, "secondary") - struck.flight(of.time_of_flight)
     cylinder = data.sel(solid_length=length, method="nearest").solid_time_of_flight
     reason = (
-        f"by equation 6.32, with a third of the lower layer's mass {float(expected.delay_with_lower_mass[0]):.1f}; TOF "
-        f"{struck.flight(of.time_of_flight, 'secondary'):.0f} µs"
+        "theory: equation 6.32, where the lower layer has no mass; with a third of its mass "
+        f"{float(expected.delay_with_lower_mass[0]):.1f}; TOF {struck.flight(of.time_of_flight, 'secondary'):.0f} µs"
     )
     if abs(float(cylinder.solid_length) - length) < 1e-6:
         reason += f", axisymmetric {struck.flight(cylinder, 'secondary'):.0f}"
-    return Row(f"secondary behind primary, {length * 1e3:.4g} mm", float(expected.delay[0]), ours, "µs", reason)
+    label = f"secondary after primary wave, {length * 1e3:.4g} mm"
+    return Row(label, "", found, "µs", reason, float(expected.delay[0]))
 
 
 def _axisymmetric(data: xr.Dataset) -> list[Row]:
     first, apart = data.isel(solid_length=0), struck.beyond_rod(data, "amplitude_ratio").values
     return [
-        Row("AR, primary, 9.52 mm, axisymmetric", "not given", struck.ratio(first.solid_amplitude_ratio), "",
+        Row("AR, primary, 9.52 mm, axisymmetric", "", struck.ratio(first.solid_amplitude_ratio), "",
             f"{apart[0]:+.3f} to the rod, {apart[-1]:+.3f} at 152.4 mm: a disc of PTFE bonded to steel and base cannot "
-            "widen; with ν = 0 for PTFE the rod's within 0.0005. The bending of the steel disc takes 0.002 to 0.004"),
+            "widen; with ν = 0 for PTFE it is the rod's within 0.0005. The bending of the steel disc takes 0.002 to "
+            "0.004"),
     ]  # fmt: skip
 
 

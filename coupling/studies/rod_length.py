@@ -43,7 +43,7 @@ def theory_length() -> float:
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """The numbers that section 6.1.2 and figure 6.8 print, beside ours."""
+    """The numbers that section 6.1.2 and figure 6.8 print, compared with ours."""
     primary = data.sel(wave="primary")
     middle = primary.sel(dashpot=struck.DASHPOT)
     ratios, flights = middle.amplitude_ratio, middle.time_of_flight
@@ -60,15 +60,15 @@ def table(data: xr.Dataset) -> list[Row]:
         Row("AR, long cylinder", 0.734, float(last.sel(dashpot=struck.DASHPOT)), "",
             "figure 6.8, discrete particles; " + struck.sensitivity(last)),
         Row("AR lost over the lengths", "< 5 %", f"{drops[1]:.1f} %", "",
-            f"the thesis's 0.764 and 0.734 differ by 3.9 %; ours by {drops[0]:.1f} % and {drops[2]:.1f} % for γ = 4 "
-            "and 6: a rod of infinite length is a dashpot ρcA, whose share does not hang on γ"),
+            f"the thesis's 0.764 and 0.734 differ by 3.9 %; these by {drops[0]:.1f} % and {drops[2]:.1f} % for γ = 4 "
+            "and 6: a rod of infinite length is a dashpot ρcA, whose share does not depend on γ"),
         Row("TOF, all lengths", "440 to 450", struck.interval(flights, 1e6), "µs",
             "experiment with 1 % scatter; " + struck.sensitivity(primary.time_of_flight.isel(length=0), 1e6)
             + "; undamped 450"),
         Row("characteristic length c T_c/2", 101.0, theory_length() * 1e3, "mm",
             "equation 6.8 with Table 2.1; a bead of 8000 kg/m³ gives the thesis's number"),
         Row("arrival of the primary wave, from impact", 530.0, incident + float(flights[0]) * 1e6, "µs",
-            f"the thesis counts \"after 0.53 ms\", which fits the pulse's foot; ours is its peak, {incident:.0f} µs "
+            f"the thesis counts \"after 0.53 ms\", which fits the pulse's foot; this is its peak, {incident:.0f} µs "
             "(incident) and TOF"),
         Row("secondary wave", "none", _secondary(data), "", "a tail of small collisions among the last beads, from "
             "1 % of the incident wave on; the thesis has none that shows in figure 6.7"),
@@ -86,9 +86,9 @@ def _axisymmetric(data: xr.Dataset) -> list[Row]:
     later = [float(struck.beyond_rod(data, "time_of_flight").mean()) * 1e6]
     return [
         Row("AR, axisymmetric", "constant", f"{wide[0]:.3f} to {wide[1]:.3f}", "",
-            "the thesis let the radius be infinite, so the length had no say; at 9.53 mm it is the rod's within "
+            "the thesis takes an infinite radius, where the length has no effect; at 9.53 mm AR is the rod's within "
             f"{apart:.1g}"),
-        Row("TOF, axisymmetric less 1-D", "not given", later[0], "µs",
+        Row("TOF, axisymmetric less 1-D", "", later[0], "µs",
             "Hertz's half-space reaches beyond the cylinder's side, and a rod with Hertz's law counts that part twice; "
             "half as much at twice the radius, the same without lateral inertia (ν = 0)"),
     ]  # fmt: skip

@@ -5,9 +5,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
+from scipy.signal import bilinear, lfilter
 
 from coupling.cosimulation import CoSimulation
 from coupling.measures import contact_time, reflections, sensor_force
+from coupling.signals import as_signal
 from coupling.sweep import sweep
 from particles.bead import STANDARD_GRAVITY, Sphere, drop_speed
 from particles.chain import Chain
@@ -73,6 +75,17 @@ def measure(run: xr.Dataset) -> xr.Dataset:
         },
         coords={"wave": list(WAVES)},
     )
+
+
+def high_pass(run: xr.Dataset, time_constant: float) -> xr.Dataset:
+    """The signal of sensor 7 where the piezoelectric disc loses its charge with a time constant RC, s.
+
+    A first-order high-pass filter, ẏ + y/RC = ḟ, by the bilinear transform; forces are even over a run's saved times.
+    """
+    force = sensor_force(run, SENSOR)
+    step = float(run.time[1] - run.time[0])
+    seen = lfilter(*bilinear([time_constant, 0.0], [time_constant, 1.0], 1.0 / step), force.values)
+    return as_signal(run.time.values, {SENSOR: seen})
 
 
 def with_forces(run: xr.Dataset) -> xr.Dataset:

@@ -54,7 +54,7 @@ AXISYMMETRIC, SOLID, MIXED = "axisymmetric", "three-dimensional", "axisymmetric 
 
 @dataclass(frozen=True)
 class Model:
-    """The law of two equal beads, and what tells their modes."""
+    """The law of two equal beads, and the function that gives their modes."""
 
     law: ContactLaw
     vibrations: Callable[[Bead, int], Vibration]
@@ -74,7 +74,7 @@ class Model:
 
 
 def models(quick: bool) -> dict[str, Model]:
-    """Both, by name, and what tells apart what laws and modes do."""
+    """Both, by name, and a third that separates the effects of laws and modes."""
     solid: Any = partial(vibration_of_solid, spacing=COARSE) if quick else vibration_of_solid
     law = contact_law_solid(BEAD, max_approach=DEEPEST, spacing=COARSE_AT_POLE if quick else None)
     flat = contact_law_fem(BEAD, max_approach=DEEPEST)
@@ -119,35 +119,35 @@ def measure(run: xr.Dataset) -> xr.Dataset:
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """Figure 3.10, which prints no numbers: one model beside the other."""
+    """Figure 3.10, which prints no numbers: one model compared with the other."""
     flat, solid = data.sel(model=AXISYMMETRIC), data.sel(model=SOLID)
-    alike = "a good comparison"
+    good = "a good comparison"
     law = 100.0 * (solid.law / flat.law - 1.0)
     apart = 100.0 * (solid.frequency / flat.frequency - 1.0)
     rows = [
-        Row("full, half and quarter sphere", alike, "the same", "",
+        Row("full, half and quarter sphere", good, "the same", "",
             "by symmetry, but for rounding: their matrices are the same on motions that are symmetric, as the forces "
             "are"),
-        Row("wave speed, three dimensions over two", alike, float(solid.wave_speed / flat.wave_speed), "",
+        Row("wave speed, three dimensions over two", good, float(solid.wave_speed / flat.wave_speed), "",
             f"{float(solid.wave_speed):.1f} and {float(flat.wave_speed):.1f} m/s between beads 7 and 16"),
-        Row("wave speed, modes alone in three dimensions", alike,
+        Row("wave speed, modes alone in three dimensions", good,
             float(data.wave_speed.sel(model=MIXED) / flat.wave_speed), "",
             "both laws axisymmetric: the rest of the difference is the law's"),
     ]  # fmt: skip
     for sensor, wave in ((7, "incident"), (16, "incident"), (16, "echo"), (7, "echo")):
         one, other = (model.sel(sensor=sensor, wave=wave) for model in (solid, flat))
         rows.append(
-            Row(f"peak force at bead {sensor}, {wave}, three dimensions over two", alike,
+            Row(f"peak force at bead {sensor}, {wave}, three dimensions over two", good,
                 float(one.amplitude / other.amplitude), "",
                 f"{float(one.amplitude):.2f} and {float(other.amplitude):.2f} N, at {float(one.arrival) * 1e6:.1f} "
                 f"and {float(other.arrival) * 1e6:.1f} µs")
         )  # fmt: skip
     return [
         *rows,
-        Row("contact law, three dimensions over two", "not printed", float((solid.law / flat.law).mean()), "",
+        Row("contact law, three dimensions over two", "", float((solid.law / flat.law).mean()), "",
             f"{float(law.min()):+.1f} to {float(law.max()):+.1f} % over 0.5 to 5 µm: what the tetrahedra leave, whose "
-            "trembling makes the beads ring"),
-        Row("frequencies, three dimensions over two", "not printed", 1.0 + 0.01 * float(apart.max()), "",
+            "scatter makes the beads ring"),
+        Row("frequencies, three dimensions over two", "", 1.0 + 0.01 * float(apart.max()), "",
             f"at most: {float(apart.min()):.3f} to {float(apart.max()):.2f} % higher, of {MODES - 1} about the axis"),
     ]  # fmt: skip
 

@@ -1,6 +1,7 @@
 """The table that a study prints: quantity, thesis, theory, hertzlink, difference; the reasons below each row."""
 
 from collections.abc import Sequence
+from fractions import Fraction
 from itertools import zip_longest
 from textwrap import wrap
 from typing import NamedTuple
@@ -17,10 +18,11 @@ FOOTNOTE = f"{MARK} compared with theory, as the thesis prints no number"
 
 
 class Row(NamedTuple):
-    """One comparison. Numbers are in `unit`; a text stands for what is not a number.
+    """One comparison. Numbers are in `unit`; a text stands for what is not a number, and may be one, such as "1/6".
 
-    thesis: what the thesis prints, and nothing else. theory: what hertzlink computed from an equation. ours: what it
-    simulated, or computed where the quantity is itself an equation's.
+    thesis: what the thesis prints, and nothing else; empty where it prints nothing. theory: what hertzlink computed
+    from an equation, or from a fit that the thesis prints. ours: what it simulated, or computed where the quantity is
+    itself an equation's.
     """
 
     quantity: str
@@ -76,8 +78,17 @@ def _number(value: float | str) -> str:
 
 
 def _difference(row: Row) -> str:
-    from_theory = isinstance(row.thesis, str)
-    expected = row.theory if from_theory else row.thesis
-    if isinstance(expected, str) or isinstance(row.ours, str) or expected == 0.0:
+    printed, predicted, ours = (_amount(value) for value in (row.thesis, row.theory, row.ours))
+    expected = predicted if printed is None else printed
+    if not expected or ours is None:
         return ""
-    return f"{100.0 * (row.ours / expected - 1.0):+.1f} %" + (MARK if from_theory else "")
+    percent = round(100.0 * (ours / expected - 1.0), 1) + 0.0
+    return f"{percent:+.1f} %" + (MARK if printed is None else "")
+
+
+def _amount(value: float | str) -> float | None:
+    """A number, a text that is one, or nothing."""
+    try:
+        return float(Fraction(value)) if isinstance(value, str) else float(value)
+    except ValueError:
+        return None
