@@ -183,9 +183,9 @@ def _turned(data: xr.Dataset) -> list[Row]:
             f"equation 5.11 gives {100.0 * (exact - 1.0):.1f} %, and {100.0 * (rough - 1.0):.1f} % with the thesis's "
             "approximate b/a; its 16 is read from its simulations"),
         Row("speed at 5° over 90°, at 10, 40, 80 N", "", at_five, "",
-            "figure 5.11 shows it, the text has no number. Beyond half-space theory: Hertz's exponent is 1.5 at every "
-            "angle, so the three forces agree, while the thesis's finite elements find smaller exponents below 30°; "
-            "the study contact-law has laws of cylinders that end"),
+            "beyond half-space theory: Hertz's exponent is 1.5 at every angle, so the three forces agree, while the "
+            "thesis's finite elements find smaller exponents below 30°, in figure 5.11 without numbers; the study "
+            "contact-law has laws of cylinders that end"),
     ]  # fmt: skip
 
 

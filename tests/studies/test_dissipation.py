@@ -6,10 +6,10 @@ from math import pi
 import numpy as np
 import pytest
 import xarray as xr
+from printed import check
 
 import hertzlink as hl
 from coupling.studies import dissipation as study
-from coupling.studies.table import text
 from particles.dissipation import Dissipation
 from particles.moving import ChainState
 
@@ -119,9 +119,9 @@ def test_quick_steps_are_fine_enough(quick: xr.Dataset) -> None:
 
 
 def test_table_and_figures(quick: xr.Dataset) -> None:
-    table = text(study.table(quick))
-    assert "no unit is stated" in table
-    assert "nan" not in table
+    rows = study.table(quick)
+    check("dissipation", rows)
+    assert any("no unit is stated" in row.reason for row in rows)
     figures = study.figures(quick)
     assert set(figures) == {"decay", "speed_over_force", "laws"}
     for figure in figures.values():

@@ -1,0 +1,47 @@
+"""Columns of tables: those of the thesis hold what it prints, as listed in `printed`. Studies check their own rows."""
+
+from math import nan
+
+import pytest
+from printed import PRINTED, check
+
+from coupling.studies import STUDIES, plate_waves, table_2_1
+from coupling.studies.table import Row
+from structures.material import MATERIALS
+
+
+def test_waves_of_the_plate() -> None:
+    """Recomputed: Rayleigh's 0.571 of the bar speed; A0 in 2.29 and 4.83 mm, D = 9.53 mm, 9 kHz: 895 and 1300 m/s."""
+    rows = {row.quantity: row for row in plate_waves.table()}
+    check("plate-waves", list(rows.values()))
+    assert rows["k of the Rayleigh wave"].ours == pytest.approx(0.571, abs=1e-3)
+    assert plate_waves.impact_frequency(9.53e-3) == pytest.approx(9.0e3, rel=0.02)
+    speeds = plate_waves.group_speeds()[9.53e-3]
+    assert [speeds[0], speeds[-1]] == pytest.approx([895.0, 1300.0], rel=0.05)
+
+
+def test_table_2_1_is_that_of_the_materials() -> None:
+    rows = table_2_1.table()
+    assert len(rows) == 27
+    assert list(table_2_1.PRINTED) == list(MATERIALS)
+    for row in rows:
+        assert row.ours == pytest.approx(row.thesis, rel=1e-12), row.quantity
+
+
+def test_most_studies_are_checked() -> None:
+    """All but those of the critical distance, whose lines and map the thesis shows in a figure only."""
+    assert set(STUDIES) - set(PRINTED) <= {"plate-boundary", "critical-distance"}
+
+
+@pytest.mark.parametrize(
+    "rows",
+    [
+        [Row("AR, D/t 1", 0.8726, 0.846, "", "computed, not printed")],
+        [Row("k of the Rayleigh wave", 0.57, 0.5715)],
+        [*plate_waves.table(), Row("AR", 0.57, 0.4)],
+        [*plate_waves.table(), Row("AR", "", nan, "", "missing")],
+    ],
+)
+def test_the_check_finds_what_is_not_honest(rows: list[Row]) -> None:
+    with pytest.raises(AssertionError):
+        check("plate-waves", rows)
