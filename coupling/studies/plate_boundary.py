@@ -9,7 +9,7 @@ import xarray as xr
 from coupling.cosimulation import CoSimulation
 from coupling.critical_distance import critical_distance
 from coupling.measures import amplitude_ratio, sensor_force, time_of_flight
-from coupling.studies import plate_edges
+from coupling.studies import plate_edges, plate_waves
 from coupling.studies.table import Row
 from coupling.sweep import sweep
 from particles.bead import Sphere
@@ -133,7 +133,7 @@ def table(data: xr.Dataset) -> list[Row]:
             "section 6.2.1: negligible above D/t = 5, here 8.3; no wave above 0.01 within the record",
         )
     )  # fmt: skip
-    return rows + plate_edges.table(data)
+    return [*rows, *plate_waves.table(), *plate_edges.table(data)]
 
 
 def _coefficients() -> list[Row]:

@@ -94,14 +94,14 @@ def table(data: xr.Dataset) -> list[Row]:
     for edge in data.edge.values:
         of = data.edge_amplitude_ratio.sel(edge=edge, edge_bead=DIAMETERS[1]).fillna(0.0)
         reason = f"Kirchhoff; at {float(data.edge_distance[-1]) * 1e3:.0f} mm {float(of[-1]):.3f}"
-        rows.append(Row(f"AR, {edge}, {nearest * 1e3:.0f} mm, D 9.53, t 2.29", "not given", float(of[0]), "", reason))
+        rows.append(Row(f"AR, {edge}, {nearest * 1e3:.0f} mm, D 9.53, t 2.29", "", float(of[0]), "", reason))
     for thickness in data.wall.values:
         for bead in data.small_bead.values:
             of = data.theory_amplitude_ratio.sel(wall=thickness, small_bead=bead, near=float(data.near[-1]))
             thin, thick = (float(of.sel(theory=theory)) for theory in THEORIES)
             label = f"AR, Mindlin, {float(data.near[-1]) * 1e3:.0f} mm, D {bead * 1e3:.2f}, t {thickness * 1e3:.2f}"
             reason = f"Kirchhoff {thin:.4f}: shear makes the plate {100.0 * (1.0 - thick / thin):.1f} % less of a wall"
-            rows.append(Row(label, "not given", thick, "", reason))
+            rows.append(Row(label, "", thick, "", reason))
     return rows
 
 
