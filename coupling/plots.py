@@ -92,9 +92,19 @@ def intensity_map(
     return figure
 
 
-def points(axis: Axes, x: np.ndarray, y: np.ndarray, number: int, label: str) -> None:
+def points(axis: Axes, x: np.ndarray, y: np.ndarray, number: int, label: str, hollow: bool = False) -> None:
     """Markers without a line, in the marker and colour of this number."""
-    axis.plot(x, y, MARKERS[number], color=COLOURS[number], markersize=4.0, linestyle="none", label=label)
+    face = "white" if hollow else COLOURS[number]
+    axis.plot(
+        x,
+        y,
+        MARKERS[number],
+        color=COLOURS[number],
+        markerfacecolor=face,
+        markersize=4.0,
+        linestyle="none",
+        label=label,
+    )
 
 
 def logarithmic(axis: Axes) -> None:
@@ -194,12 +204,12 @@ def theory_line(axis: Axes, x: np.ndarray, y: np.ndarray, label: str, style: str
     axis.plot(x, y, style, color="black", linewidth=0.9, label=label)
 
 
-def marked(axis: Axes, x: float, text: str) -> None:
-    """A dotted vertical line with a small text beside it."""
+def marked(axis: Axes, x: float, text: str, left: bool = False) -> None:
+    """A dotted vertical line with a small text to its right, or left."""
     axis.axvline(x, color="grey", linestyle=":", linewidth=0.9)
     axis.annotate(
-        text, (x, 0.2), (3, 0), xycoords=("data", "axes fraction"), textcoords="offset points", fontsize="x-small",
-        color="dimgrey",
+        text, (x, 0.2), (-3 if left else 3, 0), xycoords=("data", "axes fraction"), textcoords="offset points",
+        fontsize="x-small", color="dimgrey", ha="right" if left else "left",
     )  # fmt: skip
 
 

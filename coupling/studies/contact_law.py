@@ -164,6 +164,9 @@ ENDING = (
     "the ends lower n"
 )
 
+REPEATED = 1e-3
+"""Difference of an exponent from Hertz's below which cut half-spaces are not cut over the range that is fitted."""
+
 REFINED = (SPHERES, hollow(hollow_spheres.THIN), STRAIN)
 MESHES = (4.0, 2.0, 1.0, 0.5)
 """Size of the cells of the meshes of figure "convergence", over those of CELLS."""
@@ -422,13 +425,18 @@ def _figure_of_cylinders(data: xr.Dataset) -> "Figure":
 
 
 def _figure_of_exponents(data: xr.Dataset) -> "Figure":
-    """Over the angle between cylinders, by the range that is fitted."""
+    """Over the angle between cylinders, by the range that is fitted; hollow where half-spaces can only repeat Hertz."""
     from coupling import plots
 
     figure, (axis,) = plots.panels(1, width=4.6, height=3.6)
     names = [SOLID, *(crossed(angle) for angle in ANGLES)]
+    angles = np.array([0.0, *ANGLES])
     for i, fit in enumerate(("1 to 100 N, relative", LIKE_TABLE_5_1, "0.2 to 20 µm, absolute")):
-        plots.points(axis, np.array([0.0, *ANGLES]), data.exponent.sel(contact=names, fit=fit).values, i, fit)
+        found = data.exponent.sel(contact=names, fit=fit).values
+        repeated = (angles < SHORT) & (abs(found - HERTZ) < REPEATED)
+        plots.points(axis, angles[~repeated], found[~repeated], i, fit)
+        plots.points(axis, angles[repeated], found[repeated], i, "", hollow=True)
+    axis.plot([], [], "o", color="grey", markerfacecolor="white", markersize=4.0, label="half-spaces, not cut")
     plots.theory_line(axis, np.array([0.0, 90.0]), np.array([1.5, 1.5]), "Hertz", "--")
     plots.theory_line(axis, np.array([0.0, 90.0]), np.array([1.15, 1.15]), "thesis, parallel", ":")
     axis.set(xlabel="angle between the cylinders (°)", ylabel="exponent n", xscale="symlog", ylim=(1.0, 1.6))

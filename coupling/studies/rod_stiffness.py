@@ -291,7 +291,7 @@ def _over_modulus(data: xr.Dataset) -> "Figure":
     plots.theory_line(axes[0], modulus * 1e-9, theory, "equation 6.20")
     axes[1].plot([], [], "o", color="grey", markersize=4.0, label="rods of Table 2.1's materials")
     axes[1].plot([], [], "x", color="grey", markersize=4.0, label="axisymmetric cylinders")
-    plots.marked(axes[1], critical_modulus(STEEL_440C) * 1e-9, "equation 6.22")
+    plots.marked(axes[1], critical_modulus(STEEL_440C) * 1e-9, "equation 6.22", left=True)
     axes[1].set_ylim(0.0, 1.25)
     axes[0].legend(frameon=False, fontsize="small")
     axes[1].legend(framealpha=1.0, edgecolor="none", fontsize="small", loc="upper left")
