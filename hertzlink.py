@@ -94,6 +94,7 @@ from particles.solitary import (  # noqa: E402
     wave_width,
 )
 from plates.additions import PointMass, Stiffener, Weakened  # noqa: E402
+from plates.critical_distance import critical_distance_law  # noqa: E402
 from plates.half_plane import half_plane  # noqa: E402
 from plates.infinite import infinite_plate  # noqa: E402
 from plates.lamb import (  # noqa: E402
@@ -178,8 +179,8 @@ __all__ = [
     "as_signal", "axial_stiffness", "batch", "bead_motion", "calibration_factor", "characteristic_length", "circle",
     "contact_events", "contact_law", "contact_law_bem", "contact_law_fem", "contact_law_plane", "contact_law_solid",
     "contact_time", "contact_time_half_space", "contact_to_sensor_ratio", "critical_distance", "CriticalDistance",
-    "critical_distance_bounds", "critical_modulus", "cutoff_frequency", "cylinder", "drop_speed", "energy_error",
-    "explicit_chain", "find_critical_distance",
+    "critical_distance_bounds", "critical_distance_law", "critical_modulus", "cutoff_frequency", "cylinder",
+    "drop_speed", "energy_error", "explicit_chain", "find_critical_distance",
     "fit_dissipation", "fit_power_law", "follow_waves", "half_plane", "half_space", "hertz_stiffness",
     "homogeneous", "inelasticity_parameter", "infinite_plate", "kirchhoff_panel", "kirchhoff_plate",
     "lamb_cutoff_frequency", "lamb_frequency", "lamb_group_speed", "lamb_phase_speed", "loss_factor", "loss_tangent",

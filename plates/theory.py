@@ -155,7 +155,7 @@ def critical_distance_bounds(
     it, at 6 kHz in 4.83 mm. T knows nothing of t, though the text says that thin plates have longer L;
     `plate_contact_time` grows for them.
     """
-    stiffness = _wall_stiffness(bead, plate)
+    stiffness = wall_stiffness(bead, plate)
     duration = contact_time_half_space(bead.mass, stiffness, positive("impact_speed", impact_speed, "m/s"))
     if wave_speeds is None:
         if not isinstance(plate.material, Material):
@@ -167,7 +167,7 @@ def critical_distance_bounds(
     return slow * duration / 2.0, fast * duration / 2.0
 
 
-def _wall_stiffness(bead: Bead, plate: Plate) -> float:
+def wall_stiffness(bead: Bead, plate: Plate) -> float:
     """k, N/m^1.5, of Hertz's contact of a bead with a plate."""
     instance("plate", plate, Plate, "a Plate, as kirchhoff_plate makes")
     if not all(hasattr(bead, name) for name in ("mass", "size", "surface")):
@@ -177,7 +177,7 @@ def _wall_stiffness(bead: Bead, plate: Plate) -> float:
 
 def _collision_time(bead: Bead, plate: Plate, impact_speed: float | Vector) -> Vector:
     """(m²/k²v)^{1/5}, s, the unit of time of Hertz's collision."""
-    stiffness, speed = _wall_stiffness(bead, plate), each(positive, "impact_speed", impact_speed, "m/s")
+    stiffness, speed = wall_stiffness(bead, plate), each(positive, "impact_speed", impact_speed, "m/s")
     time: Vector = (bead.mass**2 / (stiffness**2 * speed)) ** 0.2
     return time
 

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 STUDIES = {
     "aspect-ratio": "aspect_ratio",
     "plate-boundary": "plate_boundary",
+    "critical-distance": "critical_distance",
     "rod-stiffness": "rod_stiffness",
     "rod-length": "rod_length",
     "upper-layer": "upper_layer",

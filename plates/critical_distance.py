@@ -1,0 +1,200 @@
+"""How far from a straight edge a chain must stand for its reflected wave not to depend on it: a tabulated law.
+
+AR is the amplitude ratio of the primary reflected wave. For a pair of materials it depends on two numbers only, the
+inelasticity parameter λ and the distance from the edge over ℓ = (T_c √(D/m))^½: see docs/plate_edge.md.
+"""
+
+import csv
+from functools import cache
+from importlib.resources import files
+from math import log
+from typing import NamedTuple
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from plates.half_plane import EDGES
+from plates.plate import Plate
+from plates.theory import Bead, inelasticity_parameter, wall_stiffness
+from structures.checks import finite, instance, one_of
+from structures.material import Material
+from structures.structure import Vector
+from structures.surface import hertz_stiffness
+from structures.theory import contact_time_half_space
+
+TABLE = "edge_ratios.csv"
+"""AR over edge, ratio of contact stiffnesses, λ and distance; `benchmarks/edge_ratios.py` computes it."""
+
+TOLERANCES = (0.01, 0.1)
+"""The least and greatest tolerance of AR. Below, the error of the table would decide."""
+
+DECAYING = 0.9
+"""λ up to which the wave from the plate is one: beyond, an echo pushes the last bead a second time, and the two waves
+merge on their way to the sensor."""
+
+ERROR, ERROR_MERGING = 0.002, 0.005
+"""Errors of AR by the table for λ up to `DECAYING` and beyond; the study critical-distance measures them."""
+
+FINE = 4501
+"""Distances between which the last crossing is sought."""
+
+SLACK = 1e-3
+"""Part of the ends of the table's ranges by which a value may miss them."""
+
+
+class CriticalDistanceEstimate(NamedTuple):
+    """A critical distance, m, and the bounds between which the error of the law leaves it, m.
+
+    The bounds are far apart where AR swings about its far value with an amplitude near the tolerance.
+    """
+
+    value: float
+    low: float
+    high: float
+
+
+def critical_distance_law(
+    bead: Bead, plate: Plate, impact_speed: float, edge: str = "clamped", tolerance: float = 0.02
+) -> CriticalDistanceEstimate:
+    """The distance from a straight edge beyond which AR stays within a tolerance of its value far away.
+
+    d_c = ℓ c(λ, edge, tolerance), ℓ = (T_c √(D/m))^½, with c from a table of AR that was computed with `half_plane`.
+    T_c is Hertz's contact time of the last bead on a half-space at the striker's speed (thesis, equation 6.8), D the
+    plate's bending rigidity, m its mass per area.
+
+    Parameters
+    ----------
+    bead : Bead
+        One of a chain of equal beads, and its striker.
+    plate : Plate
+        As `kirchhoff_plate` makes; its other edges are taken as far away. One isotropic material.
+    impact_speed : float
+        The striker's, m/s.
+    edge : str
+        "clamped", "simple" or "free".
+    tolerance : float
+        Of AR, absolute, from 0.01 to 0.1.
+
+    Returns
+    -------
+    CriticalDistanceEstimate
+        In m; 0 where AR is within the tolerance at all distances.
+
+    Raises
+    ------
+    ValueError
+        Where an argument is out of its range; where λ or the ratio of the contact stiffnesses bead on plate and bead on
+        bead lies outside the table, which is not extrapolated.
+
+    Notes
+    -----
+    AR is read 13 beads from the plate, without gravity and losses. It oscillates about its far value, so c jumps
+    where a swing grows beyond the tolerance; the bounds then hold both values. Kirchhoff's theory: see
+    docs/plate_edge.md for the thickness at which shear matters.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> plate = hl.kirchhoff_plate(0.9, 0.9, 2.29e-3, hl.ALUMINIUM_6061, hl.Supports(left="clamped"))
+    >>> bead = hl.Sphere(2.38e-3, hl.STEEL_440C)
+    >>> print(f"{1e3 * hl.critical_distance_law(bead, plate, impact_speed=0.31).value:.1f} mm")
+    14.7 mm
+    """
+    one_of("edge", edge, EDGES)
+    low, high = TOLERANCES
+    if not low <= finite("tolerance", tolerance) <= high:
+        raise ValueError(f"tolerance = {tolerance!r}: must lie between {low:g} and {high:g}, the range of the table")
+    parameter = float(inelasticity_parameter(bead, plate, impact_speed))
+    instance("plate.material", plate.material, Material, "a Material: the law is for isotropic plates")
+    stiffness_ratio = wall_stiffness(bead, plate) / hertz_stiffness(bead.surface, bead.surface)
+    length = edge_length(bead, plate, impact_speed)
+    scaled = scaled_critical_distance(edge, stiffness_ratio, parameter, tolerance)
+    return CriticalDistanceEstimate(*(length * one for one in scaled))
+
+
+def scaled_critical_distance(
+    edge: str, stiffness_ratio: float, inelasticity: float, tolerance: float
+) -> CriticalDistanceEstimate:
+    """c = d_c/ℓ and its bounds: the last crossing of the tabulated AR, with the tolerance, and with it ± the error.
+
+    Where waves merge, AR jumps along lines of λ and d/ℓ, between which the table interpolates badly: there the bounds
+    hold those of the table's λ on both sides as well.
+    """
+    error, sides = (ERROR, [inelasticity]) if inelasticity <= DECAYING else (ERROR_MERGING, _around(inelasticity))
+    curves = [edge_difference(edge, stiffness_ratio, one) for one in sides]
+    low, high = ([last_crossing(*curve, tolerance + sign * error) for curve in curves] for sign in (1.0, -1.0))
+    return CriticalDistanceEstimate(last_crossing(*curves[0], tolerance), min(low), max(high))
+
+
+def _around(inelasticity: float) -> list[float]:
+    """λ, and those of the table on both sides of it."""
+    known = _table().parameters
+    place = int(np.clip(np.searchsorted(known, inelasticity), 1, known.size - 1))
+    return [inelasticity, *known[place - 1 : place + 1].tolist()]
+
+
+def edge_length(bead: Bead, plate: Plate, impact_speed: float) -> float:
+    """ℓ = (T_c √(D/m))^½, m, the unit of distances from an edge; T_c is the contact time on a half-space."""
+    time = contact_time_half_space(bead.mass, wall_stiffness(bead, plate), impact_speed)
+    return float((time * (plate.rigidity / plate.mass_per_area) ** 0.5) ** 0.5)
+
+
+class _Table(NamedTuple):
+    """AR less its far value: edges × stiffness ratios × λ × distances over ℓ."""
+
+    ratios: Vector
+    parameters: Vector
+    distances: Vector
+    difference: dict[str, Vector]
+
+
+@cache
+def _table() -> _Table:
+    head, *lines = csv.reader((files("plates") / TABLE).read_text(encoding="utf-8").splitlines())
+    distances = np.array(head[4:], dtype=float)
+    ratios, parameters = (np.array(sorted({float(line[i]) for line in lines})) for i in (1, 2))
+    found = {edge: np.full((ratios.size, parameters.size, distances.size), np.nan) for edge in EDGES}
+    for edge, ratio, parameter, far, *values in lines:
+        place = np.searchsorted(ratios, float(ratio)), np.searchsorted(parameters, float(parameter))
+        found[edge][place] = np.array(values, dtype=float) - float(far)
+    return _Table(ratios, parameters, distances, found)
+
+
+def edge_difference(edge: str, stiffness_ratio: float, inelasticity: float) -> tuple[Vector, Vector]:
+    """Distances over ℓ, and AR there less its far value.
+
+    Interpolated by PCHIP in ln λ and in the distance, and by a parabola in the logarithm of the stiffness ratio.
+    Raises ValueError outside the table.
+    """
+    table = _table()
+    named = (
+        ("inelasticity parameter", inelasticity, table.parameters, ""),
+        ("stiffness ratio", stiffness_ratio, table.ratios, " of the contacts bead on plate and bead on bead"),
+    )
+    for name, value, known, what in named:
+        if not known[0] * (1.0 - SLACK) <= value <= known[-1] * (1.0 + SLACK):
+            raise ValueError(
+                f"{name} = {value:.4g}{what}: must lie between {known[0]:.3g} and {known[-1]:.4g}, the range of the law"
+            )
+    by_parameter = PchipInterpolator(np.log(table.parameters), table.difference[edge], axis=1, extrapolate=True)
+    at_nodes: Vector = _lagrange(np.log(table.ratios), log(stiffness_ratio)) @ by_parameter(log(inelasticity))
+    fine = np.linspace(0.0, table.distances[-1], FINE)
+    return fine, np.asarray(PchipInterpolator(table.distances, at_nodes)(fine))
+
+
+def last_crossing(distances: Vector, difference: Vector, tolerance: float) -> float:
+    """The greatest distance at which a difference has the size of the tolerance; 0 where it has it nowhere."""
+    outside = np.flatnonzero(np.abs(difference) >= tolerance)
+    if outside.size == 0:
+        return 0.0
+    last = int(outside[-1])
+    if last == distances.size - 1:
+        return float(distances[-1])
+    here, there = np.abs(difference[last : last + 2]) - tolerance
+    return float(distances[last] + (distances[last + 1] - distances[last]) * here / (here - there))
+
+
+def _lagrange(nodes: Vector, place: float) -> Vector:
+    """Weights of the values at nodes in the polynomial through all of them, at a place."""
+    others = [np.delete(nodes, i) for i in range(nodes.size)]
+    return np.array([np.prod((place - rest) / (node - rest)) for node, rest in zip(nodes, others, strict=True)])

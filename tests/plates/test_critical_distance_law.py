@@ -1,0 +1,119 @@
+"""The law of the critical distance: against simulations at other beads, plates and speeds, and its bounds."""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hertzlink as hl
+from coupling.studies.edge_cases import Pair, ratios, tabulated_pair
+from plates import critical_distance as law
+
+TABLE = Path(law.__file__).with_name(law.TABLE)
+
+
+def plate(thickness: float, material: hl.Material = hl.ALUMINIUM_6061) -> hl.Plate:
+    return hl.kirchhoff_plate(0.9, 0.9, thickness, material, hl.Supports(left="clamped"))
+
+
+def bead(diameter: float, material: hl.Material = hl.STEEL_440C) -> hl.Sphere:
+    return hl.Sphere(diameter / 2.0, material)
+
+
+@pytest.mark.parametrize(
+    ("diameter", "thickness", "expected"),
+    [
+        (4.76e-3, 2.29e-3, 14.7e-3), (4.76e-3, 3.18e-3, 16.1e-3), (4.76e-3, 4.83e-3, 17.8e-3),
+        (9.53e-3, 2.29e-3, 37.0e-3), (9.53e-3, 3.18e-3, 27.3e-3), (9.53e-3, 4.83e-3, 29.8e-3),
+    ],
+)  # fmt: skip
+def test_the_law_holds_on_the_thesis_s_plates(diameter: float, thickness: float, expected: float) -> None:
+    """Critical distances of meshed plates, AR ± 0.02, sampled every 1 to 2 mm: good to 0.3 mm."""
+    found = hl.critical_distance_law(bead(diameter), plate(thickness), impact_speed=0.31)
+    assert found.low <= found.value <= found.high
+    assert found.low - 0.3e-3 <= expected <= found.high + 0.3e-3
+    assert found.value == pytest.approx(expected, abs=0.5e-3)
+
+
+@pytest.mark.parametrize(
+    ("edge", "pair", "parameter", "tolerance"),
+    [
+        ("clamped", Pair(bead(6e-3), hl.ALUMINIUM_6061, 0.5), 0.45, 0.02),
+        ("simple", Pair(bead(12e-3), hl.ALUMINIUM_6061, 0.2), 0.12, 0.02),
+        ("free", Pair(bead(9e-3), hl.ALUMINIUM_6061, 0.31), 0.25, 0.05),
+        ("clamped", Pair(bead(9e-3), hl.COPPER, 0.31), 0.3, 0.02),
+        ("free", Pair(bead(9e-3, hl.BRASS_360), hl.ALUMINIUM_6061, 0.31), 0.6, 0.05),
+    ],
+)
+def test_ar_crosses_the_tolerance_at_the_law_s_distance(
+    edge: str, pair: Pair, parameter: float, tolerance: float
+) -> None:
+    """A simulation at d_c, and one beyond each bound, at λ and materials that are not in the table."""
+    found = hl.critical_distance_law(pair.bead, pair.plate(parameter), pair.speed, edge, tolerance)
+    scaled = np.array(found) / pair.length(parameter)
+    far, *near = ratios(pair, edge, parameter, (np.inf, scaled[0], scaled[1] * 0.99, scaled[2] * 1.01))
+    at, inside, outside = (abs(one - far) for one in near)
+    assert at == pytest.approx(tolerance, abs=law.ERROR)
+    assert inside > tolerance > outside
+
+
+def test_it_scales_with_the_length() -> None:
+    """Bead, plate and thickness of twice the size: λ is the same, and d_c twice as long."""
+    small, large = (
+        hl.critical_distance_law(bead(size * 5e-3), plate(size * 2e-3), impact_speed=0.4) for size in (1.0, 2.0)
+    )
+    assert large == pytest.approx(tuple(2.0 * one for one in small), rel=1e-9)
+
+
+def test_a_stricter_tolerance_is_farther_away_and_jumps_are_within_the_bounds() -> None:
+    """At a simple edge and λ = 0.235 a swing of AR is as large as 0.02: the bounds hold both sides of the jump."""
+    ratio = Pair(bead(9e-3), hl.ALUMINIUM_6061, 0.31).stiffness_ratio
+    for edge in ("clamped", "simple", "free"):
+        for parameter in (0.05, 0.3, 0.9, 1.5):
+            found = [law.scaled_critical_distance(edge, ratio, parameter, t).value for t in (0.1, 0.05, 0.02, 0.01)]
+            assert found == sorted(found)
+    below, above = (law.scaled_critical_distance("simple", ratio, p, 0.02) for p in (0.22, 0.26))
+    assert above.value > 1.4 * below.value
+    at = law.scaled_critical_distance("simple", ratio, 0.235, 0.02)
+    assert at.low < below.value * 1.05
+    assert at.high > above.value * 0.95
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("place", [7, 25, 52, 60, 96, 140])
+def test_the_table_is_reproduced(place: int) -> None:
+    """Some entries, simulated again."""
+    with TABLE.open(encoding="utf-8", newline="") as file:
+        head, *lines = csv.reader(file)
+    edge, ratio, parameter, far, *values = lines[place]
+    columns = (8, 16, 22)
+    found = ratios(
+        tabulated_pair(float(ratio)), edge, float(parameter), (np.inf, *(float(head[4 + i]) for i in columns))
+    )
+    assert found == pytest.approx([float(far), *(float(values[i]) for i in columns)], abs=1e-4)
+
+
+STEEL_BEAD = bead(4.76e-3)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"edge": "clampd"}, "edge = 'clampd'.*did you mean 'clamped'"),
+        ({"tolerance": 0.001}, r"tolerance = 0\.001: must lie between 0\.01 and 0\.1"),
+        ({"tolerance": 2.0}, r"tolerance = 2\.0: must lie between 0\.01 and 0\.1"),
+        ({"tolerance": None}, "tolerance = None"),
+        ({"impact_speed": 0.0}, r"impact_speed = 0\.0"),
+        ({"plate": plate(20e-3)}, r"inelasticity parameter = 0\.0\d+: must lie between 0\.05 and 2"),
+        ({"plate": plate(0.5e-3)}, r"inelasticity parameter = 6\.\d+: must lie between 0\.05 and 2"),
+        ({"plate": plate(4e-3, hl.PTFE)}, r"stiffness ratio = 0\.02\d+ of the contacts .*: must lie between 0\.35 and"),
+        ({"plate": hl.ALUMINIUM_6061}, "plate = Material"),
+        ({"bead": 3.0}, r"bead = 3\.0: must be a bead"),
+    ],
+)
+def test_bad_input(change: dict[str, object], message: str) -> None:
+    arguments = {"bead": STEEL_BEAD, "plate": plate(2.29e-3), "impact_speed": 0.31, **change}
+    with pytest.raises(ValueError, match=message) as error:
+        hl.critical_distance_law(**arguments)  # type: ignore[arg-type]
+    assert "\n" not in str(error.value)
