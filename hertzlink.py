@@ -151,7 +151,7 @@ from structures.rod import Layer, rod, rod_parts  # noqa: E402
 from structures.solid import solid  # noqa: E402
 from structures.stepping import CentralDifference, GeneralisedAlpha, Newmark  # noqa: E402
 from structures.structure import Structure, half_space  # noqa: E402
-from structures.surface import Surface, hertz_stiffness  # noqa: E402
+from structures.surface import Surface, hertz_pressure, hertz_stiffness, yield_pressure  # noqa: E402
 from structures.theory import (  # noqa: E402
     axial_stiffness,
     characteristic_length,
@@ -180,8 +180,8 @@ __all__ = [
     "contact_events", "contact_law", "contact_law_bem", "contact_law_fem", "contact_law_plane", "contact_law_solid",
     "contact_time", "contact_time_half_space", "contact_to_sensor_ratio", "critical_distance", "CriticalDistance",
     "critical_distance_bounds", "critical_distance_law", "critical_modulus", "cutoff_frequency", "cylinder",
-    "drop_speed", "energy_error", "explicit_chain", "find_critical_distance",
-    "fit_dissipation", "fit_power_law", "follow_waves", "half_plane", "half_space", "hertz_stiffness",
+    "drop_speed", "energy_error", "explicit_chain", "find_critical_distance", "fit_dissipation", "fit_power_law",
+    "follow_waves", "half_plane", "half_space", "hertz_pressure", "hertz_stiffness",
     "homogeneous", "inelasticity_parameter", "infinite_plate", "kirchhoff_panel", "kirchhoff_plate",
     "lamb_cutoff_frequency", "lamb_frequency", "lamb_group_speed", "lamb_phase_speed", "loss_factor", "loss_tangent",
     "midplane_correction", "mindlin_panel", "mindlin_plate", "modal_damping", "normalised_time_of_flight",
@@ -191,5 +191,5 @@ __all__ = [
     "sound_speed", "standard_linear_solid", "stiffness_parts", "structure_motion", "sweep", "tangent_stiffness",
     "time_of_flight", "transit_time", "transit_time_from_striker", "upper_layer_restitution", "upper_layer_speed",
     "wave_speed", "wave_speed_from_force", "wave_speed_from_particle_speed", "wave_width", "write_fmu", "write_vtu",
-    "zener_contact_time", "zener_restitution",
+    "yield_pressure", "zener_contact_time", "zener_restitution",
 ]  # fmt: skip

@@ -15,7 +15,7 @@ from coupling.frames import Counts, Frames
 from coupling.interface import Interface, for_each
 from coupling.participant import BlackBox
 from coupling.result import dataset, summary
-from coupling.run_checks import checked
+from coupling.run_checks import check_length, checked
 from coupling.scheme import Condensed, Scheme
 from coupling.state import CoupledState, NotConverged
 from coupling.trace import Trace
@@ -150,11 +150,12 @@ class CoSimulation:
         FloatingPointError where a body's state is no longer finite.
         """
         until = positive("until", until, "s")
+        findings = check_length(self.interface, until)
+        warn(findings)
         plan = self._plan(until, save_every)
+        findings += self._warn_if_coarse(plan)
         for chain in self.interface.chains:
             chain.steps(until)
-        findings = self._coarse(plan)
-        warn(findings)
         given = {**self.describe(), "until": until, **self._told(plan)}
         clock = Trace() if instance("trace", trace, bool, "True or False") else None
         keeper = None
@@ -166,7 +167,7 @@ class CoSimulation:
             work(plan, frames, keeper, None)
         else:
             work(plan, clock.watch(frames), clock.watch(keeper), clock)
-        findings += checked(self.interface, frames)
+        findings += checked(self.interface, frames, plan.length * plan.stride)
         run = dataset(self.interface, frames, plan.length * plan.stride, given, findings)
         if log.isEnabledFor(logging.INFO):
             log.info("%s", summary(run))
@@ -224,13 +225,15 @@ class CoSimulation:
             raise ValueError(f"{name}{given}: {intervals:.3g} saved times of {bodies} bodies are too many; {advice}")
         return int(intervals * (1.0 + LATE)) + 1
 
-    def _coarse(self, plan: Plan) -> list[str]:
+    def _warn_if_coarse(self, plan: Plan) -> list[str]:
         """A finding where windows or saved times are too few in a contact."""
         coarse = self.interface.contact_time / FEWEST_PER_CONTACT
         name = "window" if plan.substeps == 1 else "window / substeps"
         for what, interval in ((name, plan.length), ("save_every", plan.length * plan.stride)):
             if interval > coarse * (1.0 + LATE) and not (what == name and isinstance(self.window, Adaptive)):
-                return [f"{what} = {interval:.3g} s: is coarse compared with a contact; take at most {coarse:.3g} s"]
+                finding = f"{what} = {interval:.3g} s: is coarse compared with a contact; take at most {coarse:.3g} s"
+                warn([finding])
+                return [finding]
         return []
 
     def _told(self, plan: Plan) -> dict[str, Any]:

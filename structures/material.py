@@ -11,7 +11,8 @@ from structures.checks import finite, instance, positive
 class Material:
     """A linear elastic, isotropic solid.
 
-    youngs_modulus in Pa, poisson_ratio in (-1, 0.5), density in kg/m³.
+    youngs_modulus in Pa, poisson_ratio in (-1, 0.5), density in kg/m³. yield_strength, Pa: where it is given, runs warn
+    of contact pressures beyond yield.
     Raises ValueError where a number cannot belong to a solid.
     """
 
@@ -19,6 +20,7 @@ class Material:
     poisson_ratio: float
     density: float
     name: str = ""
+    yield_strength: float | None = None
 
     def __post_init__(self) -> None:
         instance("name", self.name, str, "a text")
@@ -28,6 +30,8 @@ class Material:
         if not -1.0 < ratio < 0.5:
             raise ValueError(f"poisson_ratio = {self.poisson_ratio!r}: must lie between -1 and 0.5, both excluded")
         object.__setattr__(self, "poisson_ratio", ratio)
+        if self.yield_strength is not None:
+            object.__setattr__(self, "yield_strength", positive("yield_strength", self.yield_strength, "Pa"))
 
     @property
     def contact_modulus(self) -> float:
@@ -74,15 +78,21 @@ def _key(name: str) -> str:
     return "".join(letter for letter in str(name).lower() if letter.isalnum())
 
 
-STEEL_316 = Material(193.0e9, 0.30, 8000.0, "steel 316")
-STEEL_440C = Material(200.0e9, 0.28, 7800.0, "steel 440C")
+STEEL_316 = Material(193.0e9, 0.30, 8000.0, "steel 316", 205.0e6)
+STEEL_440C = Material(200.0e9, 0.28, 7800.0, "steel 440C", 1900.0e6)
 COPPER = Material(115.0e9, 0.35, 8960.0, "copper")
-BRASS_360 = Material(103.0e9, 0.34, 8550.0, "brass 360")
-ALUMINIUM_6061 = Material(68.9e9, 0.33, 2693.0, "aluminium 6061")
+BRASS_360 = Material(103.0e9, 0.34, 8550.0, "brass 360", 170.0e6)
+ALUMINIUM_6061 = Material(68.9e9, 0.33, 2693.0, "aluminium 6061", 276.0e6)
 NYLON = Material(6.52e9, 0.40, 1140.0, "nylon")
 ACRYLIC = Material(4.75e9, 0.35, 1186.0, "acrylic")
 POLYCARBONATE = Material(3.75e9, 0.35, 1196.0, "polycarbonate")
 PTFE = Material(1.53e9, 0.46, 2151.0, "PTFE")
 
 MATERIALS = MaterialTable(STEEL_316, STEEL_440C, COPPER, BRASS_360, ALUMINIUM_6061, NYLON, ACRYLIC, POLYCARBONATE, PTFE)
-"""The materials of the thesis's Table 2.1 (section 2.1) by name."""
+"""The materials of the thesis's Table 2.1 (section 2.1) by name.
+
+Yield strengths, which the thesis does not give: 316, 205 MPa, annealed (least of ASTM A276); 440C, 1900 MPa, hardened
+and tempered at 200 to 315 °C (275 ksi in the data sheets of bars by AMS 5630); brass 360, 170 MPa, half hard up to
+25 mm (least of ASTM B16); aluminium 6061, 276 MPa, temper T6 (40 ksi, typical value of the Aluminum Association). That
+of copper depends on its temper by a factor of five, and those of polymers on the rate of strain; they have none here.
+"""

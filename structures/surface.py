@@ -1,12 +1,14 @@
 """What Hertz's law needs to know of a body at the point where it is touched."""
 
 from dataclasses import dataclass
-from math import cos, exp, log, pi, sqrt
+from functools import lru_cache
+from math import cos, exp, inf, log, pi, sqrt
 
+import numpy as np
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipkm1
 
-from structures.checks import finite, instance, one_of
+from structures.checks import finite, instance, not_negative, one_of
 from structures.material import Material
 
 NEARLY_ROUND = 1e-6
@@ -75,10 +77,97 @@ def hertz_stiffness(first: Surface, second: Surface, axis_ratio: str = "exact") 
     return float(round_stiffness / _elliptic_factor(sharp / flat, axis_ratio) ** 1.5)
 
 
+def hertz_pressure(first: Surface, second: Surface, force: float) -> float:
+    """Peak pressure p₀, Pa, in the middle of a Hertz contact between two surfaces.
+
+    Parameters
+    ----------
+    first, second : Surface
+        The surfaces that touch, at a point.
+    force : float
+        N, zero or more.
+
+    Returns
+    -------
+    float
+        p₀ = 3F/(2πab) with the semi-axes a and b of the contact; of round contacts (6 F E*²/(π³R²))^⅓.
+
+    Raises
+    ------
+    ValueError
+        Where the surfaces touch along a line or conform.
+
+    References
+    ----------
+    Johnson, Contact Mechanics (1985), equations 4.24 and 4.25 to 4.28.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    >>> round(hl.hertz_pressure(bead.surface, bead.surface, 50.0) * 1e-9, 2)
+    2.72
+    """
+    flat, sharp = relative_curvatures(first, second)
+    if flat <= 1e-12 * sharp:
+        raise ValueError(f"curvature: {flat:.3g} in one direction, so the surfaces touch along a line")
+    compliance = 1.0 / first.material.contact_modulus + 1.0 / second.material.contact_modulus
+    cube, ratio = 0.75 * not_negative("force", force, "N") * compliance / sqrt(flat * sharp), sharp / flat
+    if ratio - 1.0 >= NEARLY_ROUND:
+        square = _axis_square(ratio, "exact")
+        cube *= square**0.75 * 4.0 / (pi * (1.0 - square)) * _root(square)
+    return float(1.5 * force / (pi * cube ** (2.0 / 3.0))) if force > 0.0 else 0.0
+
+
+@lru_cache(maxsize=256)
+def yield_pressure(material: Material) -> float:
+    """Peak pressure, Pa, of a round contact from which a material yields below the surface, by von Mises.
+
+    Parameters
+    ----------
+    material : Material
+        With its yield_strength, Pa.
+
+    Returns
+    -------
+    float
+        1.61 times the yield strength for a Poisson's ratio of 0.3; infinite where the material has none. Of a line
+        contact it is 1.79 times that (plane strain, ν = 0.3).
+
+    References
+    ----------
+    Johnson, Contact Mechanics (1985), section 6.1 and equation 3.45 (stresses on the axis).
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> round(hl.yield_pressure(hl.STEEL_316) * 1e-6)
+    331
+    """
+    if material.yield_strength is None:
+        return inf
+    depth = np.linspace(0.01, 2.0, 400)
+    inside = 1.0 / (1.0 + depth**2)
+    around = (1.0 + material.poisson_ratio) * (1.0 - depth * np.arctan(1.0 / depth)) - 0.5 * inside
+    return float(material.yield_strength / np.abs(inside - around).max())
+
+
 def _elliptic_factor(curvature_ratio: float, axis_ratio: str) -> float:
     """F₂ of equation 5.6; curvature_ratio = R′/R″ ≥ 1."""
     if curvature_ratio - 1.0 < NEARLY_ROUND:
         return 1.0
+    square = _axis_square(curvature_ratio, axis_ratio)
+    return float(2.0 / pi * ellipkm1(square) * (4.0 / (pi * (1.0 - square)) * _root(square)) ** (-1.0 / 3.0))
+
+
+def _root(square: float) -> float:
+    """√[((a/b)² E − K)(K − E)] of equations 4.26 to 4.28; square = (b/a)²."""
+    first, second = ellipkm1(square), ellipe(1.0 - square)
+    return sqrt((second / square - first) * (first - second))
+
+
+def _axis_square(curvature_ratio: float, axis_ratio: str) -> float:
+    """(b/a)² of an elliptic contact; curvature_ratio = R′/R″ > 1."""
 
     def excess(log_square: float) -> float:
         square = exp(log_square)
@@ -88,6 +177,4 @@ def _elliptic_factor(curvature_ratio: float, axis_ratio: str) -> float:
     square = curvature_ratio ** (-4.0 / 3.0)
     if axis_ratio == "exact":
         square = exp(brentq(excess, log(square) - 20.0, -1e-9, xtol=1e-15, rtol=1e-14))
-    first, second = ellipkm1(square), ellipe(1.0 - square)
-    root = sqrt((second / square - first) * (first - second))
-    return float(2.0 / pi * first * (4.0 / (pi * (1.0 - square)) * root) ** (-1.0 / 3.0))
+    return float(square)

@@ -1,0 +1,102 @@
+"""What a run checks of the structures that it struck: whether theory, mesh and reduction suit what it did to them."""
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from coupling.absence import until_of
+from coupling.frames import Frames
+from coupling.interface import LAST, Interface
+from structures.moving import MovingStructure
+from structures.reduction import error_for_pulse
+from structures.structure import Vector
+
+LARGE_DEFLECTION = 0.5
+"""Thicknesses; the stretching of the middle plane is then some tenth of the bending (Timoshenko and Woinowsky-Krieger,
+Theory of Plates and Shells, section 97)."""
+
+FEWEST_CYCLES = 0.6
+"""Length of a push times the frequency that a mesh resolves: at 0.7 AR of the primary wave is within 0.1 % of a finer
+mesh's, at 0.3 within 1 %, and secondary waves may be missing."""
+
+EXCEEDED = 2.0
+"""A reduction's estimated error over its tolerance that is warned of; the estimate is about twice the error."""
+
+
+class Doubt(NamedTuple):
+    """What is doubted, how much (to find the worst contact), and the words."""
+
+    kind: str
+    degree: float
+    words: str
+
+
+def check_structures(interface: Interface, frames: Frames, interval: float) -> list[str]:
+    """Deflections beyond linear theory, and pushes too short for a reduction or a mesh; the worst contact of each."""
+    worst: dict[str, Doubt] = {}
+    for k, contact in enumerate(interface.contacts):
+        structure = interface.structures[contact.structure]
+        if not isinstance(structure, MovingStructure):
+            continue
+        force = frames.chains[contact.chain].contact_force[:, -1 if contact.end == LAST else 0] - interface.static[k]
+        origin, length = structure.structure.origin, push_length(force, interval)
+        doubts = [*_of_deflection(origin, float(abs(frames.surface[k]).max()))]
+        if length > 0.0:
+            doubts += [*_of_reduction(origin, length), *_of_mesh(origin, length)]
+        for doubt in doubts:
+            if doubt.kind not in worst or doubt.degree > worst[doubt.kind].degree:
+                worst[doubt.kind] = doubt
+    return [f"{doubt.kind}: {doubt.words}" for doubt in worst.values()]
+
+
+def push_length(force: Vector, interval: float) -> float:
+    """Of the strongest push, s: 2 ∫F dt / F_max, the length of a raised cosine with its impulse and peak.
+
+    Zero where there is none. force: N, dynamic, saved every `interval` s.
+    """
+    top, peak = float(force.max()), int(force.argmax())
+    if top <= 0.0:
+        return 0.0
+    low = np.flatnonzero(force <= 0.0)
+    before, after = low[low < peak], low[low > peak]
+    push = force[before[-1] if before.size else 0 : after[0] if after.size else force.size]
+    return float(2.0 * interval * push.sum() / top)
+
+
+def _of_deflection(origin: Any, moved: float) -> Iterator[Doubt]:
+    """Of a plate that something holds; one that is free may fly off."""
+    thickness = origin.get("thickness") or origin.get("section", {}).get("thickness")
+    held = [one for one in origin.get("supports", {"": "held"}).values() if one not in ("free", "symmetry")]
+    if thickness and held and moved > LARGE_DEFLECTION * thickness:
+        words = (
+            f"the plate moves by {moved:.2g} m at the contact, more than half its thickness of {thickness:.2g} m; "
+            "linear theory leaves out the stretching that then stiffens it"
+        )
+        yield Doubt("deflection", moved / thickness, words)
+
+
+def _of_reduction(origin: Any, length: float) -> Iterator[Doubt]:
+    """length, s: of the push."""
+    report = origin.get("reduction")
+    if not report:
+        return
+    error, allowed = error_for_pulse(report, length), report["tolerance"]
+    if error > EXCEEDED * allowed:
+        words = (
+            f"its estimated error is {100.0 * error:.2g} % for this run's push of {1e6 * length:.2g} µs, its tolerance "
+            f"{100.0 * allowed:.2g} % for pulses of {1e6 * report['pulse']:.2g} µs; late and secondary waves may be "
+            f"wrong; reduce(..., pulse={length:.1e}) suits this push"
+        )
+        yield Doubt("reduction", error / allowed, words)
+
+
+def _of_mesh(origin: Any, length: float) -> Iterator[Doubt]:
+    """length, s: of the push. A mesh of a given number of cells was not made for any frequency."""
+    frequency = None if origin.get("cells") else origin.get("highest_frequency")
+    if frequency and length * frequency < FEWEST_CYCLES:
+        words = (
+            f"it resolves waves up to {1e-3 * frequency:.3g} kHz, and this run's push of {1e6 * length:.2g} µs excites "
+            f"higher ones; late and secondary waves may be wrong; highest_frequency={until_of(1.0 / length)} suits it"
+        )
+        yield Doubt("mesh", 1.0 / (length * frequency), words)

@@ -1,0 +1,65 @@
+"""Contact pressures beyond yield: where beads would dent, which elastic contact laws leave out."""
+
+from collections.abc import Sequence
+from math import inf, pi, sqrt
+
+from particles.bead import Bead, Cylinder
+from particles.moving import MovingChain
+from structures.structure import Vector
+from structures.surface import Surface, hertz_pressure, relative_curvatures, yield_pressure
+
+Side = Bead | Surface
+
+
+def yields(chains: Sequence[MovingChain], forces: Sequence[Vector]) -> list[str]:
+    """A finding where peak contact forces, N, of each chain, press any body beyond yield; of the worst contact."""
+    worst, beyond, known = (1.0, ""), 0, dict[tuple[int, int], tuple[float, float, float]]()
+    for number, (chain, force) in enumerate(zip(chains, forces, strict=True)):
+        for i, pair in enumerate(chain.pairs):
+            if pair is None:
+                continue
+            key = id(pair[0]), id(pair[1])
+            if key not in known:
+                known[key] = _pressure(*pair)
+            unit, power, limit = known[key]
+            if not force[i] > 0.0 or limit == inf:
+                continue
+            pressure = unit * float(force[i]) ** power
+            beyond += pressure > limit
+            if pressure / limit > worst[0]:
+                where = f"contact {i + 1}" + (f" of chain {number}" if len(chains) > 1 else "")
+                text = (
+                    f"{1e-9 * pressure:.2g} GPa at {where} is {pressure / limit:.3g} times what {_weaker(*pair)} bears"
+                )
+                worst = pressure / limit, text
+    if not beyond:
+        return []
+    count = sum(pair is not None for chain in chains for pair in chain.pairs)
+    return [
+        f"yield: the contact pressure of {worst[1]} without yielding; beads and structures that dent take energy that "
+        f"this elastic model keeps; {beyond} of {count} contacts are beyond yield"
+    ]
+
+
+def _pressure(first: Side, second: Side) -> tuple[float, float, float]:
+    """p₀ = unit · F^power, Pa, of two bodies; and that from which the weaker one yields, infinite where not known."""
+    one, other = (side if isinstance(side, Surface) else side.surface for side in (first, second))
+    limit = min(yield_pressure(one.material), yield_pressure(other.material))
+    if limit == inf:
+        return 0.0, 1.0, inf
+    try:
+        flat, sharp = relative_curvatures(one, other)
+    except ValueError:
+        # Bodies that conform have a law of the user's own, and no pressure of Hertz's.
+        return 0.0, 1.0, inf
+    if flat > 1e-12 * sharp:
+        return hertz_pressure(one, other, 1.0), 1.0 / 3.0, limit
+    length = min((side.length for side in (first, second) if isinstance(side, Cylinder)), default=inf)
+    modulus = 1.0 / (1.0 / one.material.contact_modulus + 1.0 / other.material.contact_modulus)
+    return sqrt(modulus * sharp / (pi * length)), 0.5, limit
+
+
+def _weaker(first: Side, second: Side) -> str:
+    """The name of the material that yields first."""
+    materials = [(side if isinstance(side, Surface) else side.surface).material for side in (first, second)]
+    return min(materials, key=yield_pressure).name or "the weaker material"

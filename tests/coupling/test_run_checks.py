@@ -1,0 +1,186 @@
+"""What runs check of themselves: each finding is in the attribute `warnings`, and a warning at the user's line."""
+
+import warnings
+from functools import partial
+from math import pi, sqrt
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import hertzlink as hl
+from coupling.findings import findings_of
+from coupling.run_checks import BLOCK, _greatest, check_length
+from coupling.structure_checks import push_length
+
+HARD = hl.Material(200e9, 0.28, 7800.0)
+"""Without a yield strength."""
+BEAD = hl.Sphere(4.76e-3, HARD)
+CHAIN = hl.Chain([BEAD] * 20, BEAD, 0.4)
+CLAMPED = hl.Supports(left="clamped", right="clamped", bottom="clamped", top="clamped")
+WALL = hl.half_space(HARD)
+
+
+def found(run: xr.Dataset, kind: str) -> list[str]:
+    return [line for line in findings_of(run) if line.startswith(f"{kind}: ")]
+
+
+def plate(thickness: float, frequency: float = 40e3, supports: hl.Supports = CLAMPED) -> hl.Structure:
+    made = hl.kirchhoff_plate(0.05, 0.04, thickness, hl.ALUMINIUM_6061, supports, highest_frequency=frequency)
+    return made.at(0.015, 0.0175)
+
+
+@pytest.fixture(scope="module")
+def good() -> xr.Dataset:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        return hl.CoSimulation(CHAIN, WALL).run(1.2e-3)
+
+
+def test_a_run_without_findings_warns_of_nothing(good: xr.Dataset) -> None:
+    assert "warnings" not in good.attrs
+
+
+def test_energy_that_the_steps_make_or_lose() -> None:
+    with pytest.warns(hl.HertzlinkWarning, match="energy: ") as caught:
+        run = hl.CoSimulation(hl.Chain([BEAD] * 3, BEAD, 0.4), WALL, dt=4e-6, window=4e-6, substeps=1).run(3e-4)
+    error = hl.energy_error(run)
+    assert error > 1e-3
+    (finding,) = found(run, "energy")
+    assert f"the run made or lost {100.0 * error:.2g} % of the impact energy" in finding
+    assert finding.endswith("the chain's steps; take a shorter dt")
+    assert finding in [str(one.message) for one in caught]
+    assert {one.filename for one in caught} == {__file__}
+
+
+def test_energy_that_the_stepper_loses() -> None:
+    body = hl.rod([hl.Layer(hl.PTFE, 0.0254, 0.01)], elements=20)
+    stepper = hl.MovingStructure(body, partial(hl.GeneralisedAlpha, spectral_radius=0.0))
+    run = hl.CoSimulation(hl.Chain([BEAD] * 3, BEAD, 0.4), stepper, window=8e-6, substeps=1).run(4e-4)
+    error = hl.energy_error(run)
+    (finding,) = found(run, "energy")
+    assert f"{100.0 * error:.2g} %" in finding
+    assert "the structure's stepper, see structure_numerical_loss" in finding
+
+
+@pytest.mark.parametrize(("until", "meant"), [(1.5, "0.0015"), (1500.0, "0.0015"), (0.4, "0.0004")])
+def test_a_run_that_is_far_too_long_is_warned_of_before_it_begins(
+    until: float, meant: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("particles.kernels.run_condensed", None)
+    with pytest.warns(hl.HertzlinkWarning) as caught, pytest.raises((TypeError, ValueError)):
+        hl.CoSimulation(CHAIN, WALL).run(until)
+    (message,) = [str(one.message) for one in caught]
+    assert message.startswith(f"until = {until:g} s: is ")
+    assert message.endswith(f"; did you mean until = {meant}?")
+
+
+def test_a_long_record_is_no_mistake() -> None:
+    """Thirty times down and back; and a piston that moves for half a second."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        one = hl.Chain([BEAD], BEAD, 0.4)
+        hl.CoSimulation(one, None).run(3e-3)
+    piston = hl.Chain([BEAD] * 2, hl.Piston([0.0, 0.5], [0.0, 1e-6]))
+    assert check_length(hl.CoSimulation(piston, WALL).interface, 1.5) == []
+
+
+@pytest.mark.parametrize("until", [1e-4, 3e-4, 4.5e-4])
+def test_a_record_that_ends_too_early(good: xr.Dataset, until: float) -> None:
+    """The `until` that is named holds the reflected wave at the first sensor that is far enough from an end."""
+    with pytest.warns(hl.HertzlinkWarning, match="record: ends at"):
+        run = hl.CoSimulation(CHAIN, WALL).run(until)
+    (finding,) = found(run, "record")
+    needed = float(finding.split("until = ")[1].split()[0])
+    arrival = hl.reflections(good, 6).primary.arrival
+    assert arrival < needed < 2.5 * arrival
+
+
+def test_a_record_that_holds_the_wave_in_mid_chain(good: xr.Dataset) -> None:
+    run = hl.CoSimulation(CHAIN, WALL).run(float(hl.reflections(good, 9).primary.arrival))
+    assert not found(run, "record")
+
+
+def test_chains_whose_record_cannot_be_too_short() -> None:
+    pushed = hl.PushedBead([0.0, 1e-5, 2e-5], [0.0, 10.0, 0.0])
+    for chain, wall in ((CHAIN, None), (hl.Chain([BEAD] * 5, pushed), WALL)):
+        assert not found(hl.CoSimulation(chain, wall).run(5e-5), "record")
+
+
+def test_contacts_beyond_yield() -> None:
+    """Hertz's pressure of the peak force, against 1.61 times the yield strength of the softer side."""
+    chain = hl.Chain([BEAD] * 6, BEAD, 0.4)
+    with pytest.warns(hl.HertzlinkWarning, match="yield: "):
+        run = hl.CoSimulation(chain, hl.half_space(hl.ALUMINIUM_6061)).run(3e-4)
+    pressure = hl.hertz_pressure(BEAD.surface, hl.Surface(hl.ALUMINIUM_6061), float(run.contact_force[:, -1].max()))
+    (finding,) = found(run, "yield")
+    ratio = pressure / hl.yield_pressure(hl.ALUMINIUM_6061)
+    assert f"{1e-9 * pressure:.2g} GPa at contact 7 is {ratio:.3g} times what aluminium 6061 bears" in finding
+    assert "1 of 7 contacts are beyond yield" in finding
+    soft = hl.Chain([BEAD] * 6, BEAD, 1e-4)
+    assert not found(hl.CoSimulation(soft, hl.half_space(hl.ALUMINIUM_6061)).run(2e-3), "yield")
+
+
+def test_line_contacts_beyond_yield() -> None:
+    """p₀ = √(F E*/(π R L)), Johnson 1985, equation 4.45."""
+    weak = hl.Material(200e9, 0.3, 7800.0, "weak", 1e6)
+    rod = hl.Cylinder(2e-3, 4e-3, weak)
+    run = hl.CoSimulation(hl.Chain([rod] * 3, rod, 0.1), None).run(1e-4)
+    force = float(run.contact_force.isel(contact=slice(0, 3)).max())
+    pressure = sqrt(force * 0.5 * weak.contact_modulus / (pi * 1e-3 * 4e-3))
+    assert f"{1e-9 * pressure:.2g} GPa" in found(run, "yield")[0]
+    assert "3 of 3 contacts" in found(run, "yield")[0]
+
+
+def test_a_plate_that_moves_by_more_than_half_its_thickness() -> None:
+    striker = hl.Chain([hl.Sphere(5e-3, HARD)] * 3, hl.Sphere(5e-3, HARD), 3.0)
+    free = hl.Supports(left="free", right="free", bottom="free", top="free")
+    runs = [hl.CoSimulation(striker, hl.reduce(plate(5e-4, 40e3, s), 1e-3, 0.1)).run(1e-3) for s in (CLAMPED, free)]
+    moved = [float(abs(run.surface_displacement).max()) for run in runs]
+    assert min(moved) > 2.5e-4
+    assert f"deflection: the plate moves by {moved[0]:.2g} m" in found(runs[0], "deflection")[0]
+    assert not found(runs[1], "deflection")
+
+
+def test_a_push_that_is_too_short_for_the_reduction() -> None:
+    """Beads of 2 mm on a thin plate: made for 25 µs it loses the secondary wave, made for their push it does not."""
+    bead = hl.Sphere(1e-3, HARD)
+    chain, full = hl.Chain([bead] * 14, bead, 0.4), plate(1e-3, 160e3)
+    with pytest.warns(hl.HertzlinkWarning, match="reduction: "):
+        coarse = hl.CoSimulation(chain, hl.reduce(full, 3e-4)).run(3e-4)
+    (finding,) = found(coarse, "reduction")
+    pulse = float(finding.split("pulse=")[1].split(")")[0])
+    assert pulse == pytest.approx(hl.contact_time(coarse), rel=0.2)
+    fine = hl.CoSimulation(chain, hl.reduce(full, 3e-4, pulse=pulse)).run(3e-4)
+    exact = hl.CoSimulation(chain, hl.reduce(full, 3e-4, 1e-6)).run(3e-4)
+    assert not found(fine, "reduction")
+    second = [hl.amplitude_ratio(run, 7, "secondary").item() for run in (coarse, fine, exact)]
+    assert second[0] != pytest.approx(second[2], rel=0.1)
+    assert second[1] == pytest.approx(second[2], rel=0.01)
+
+
+def test_a_push_that_is_too_short_for_the_mesh() -> None:
+    bead = hl.Sphere(0.5e-3, HARD)
+    chain = hl.Chain([bead] * 14, bead, 0.4)
+    run = hl.CoSimulation(chain, hl.reduce(plate(1e-3), 1e-4, pulse=7e-6)).run(1e-4)
+    (finding,) = found(run, "mesh")
+    frequency = float(finding.split("highest_frequency=")[1].split()[0])
+    assert 1e5 < frequency < 2e5
+    finer = hl.CoSimulation(chain, hl.reduce(plate(1e-3, frequency), 1e-4, pulse=7e-6)).run(1e-4)
+    assert not found(finer, "mesh")
+
+
+def test_the_length_of_a_push() -> None:
+    """Of the strongest of two: a raised cosine has its own, another shape that of one with its impulse and peak."""
+    time = np.linspace(0.0, 1e-4, 10001)
+    cosine = np.where(time < 2e-5, 1.0 - np.cos(2.0 * pi * time / 2e-5), 0.0)
+    half_sine = np.where((time > 4e-5) & (time < 7e-5), np.sin(pi * (time - 4e-5) / 3e-5), 0.0)
+    assert push_length(cosine + half_sine, 1e-8) == pytest.approx(2e-5, rel=1e-3)
+    assert push_length(0.1 * cosine + half_sine, 1e-8) == pytest.approx(4.0 / pi * 3e-5, rel=1e-3)
+    assert push_length(-cosine, 1e-8) == 0.0
+
+
+@pytest.mark.parametrize("rows", [1, BLOCK - 1, BLOCK, BLOCK + 1, 10 * BLOCK + 3])
+def test_greatest_values_in_blocks(rows: int) -> None:
+    values = np.random.default_rng(rows).normal(size=(rows, 5))
+    assert np.array_equal(_greatest(values), values.max(axis=0))
