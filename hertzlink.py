@@ -121,6 +121,7 @@ from plates.theory import (  # noqa: E402
     point_impedance,
 )
 from plates.zener import zener_contact_time, zener_restitution  # noqa: E402
+from structures.anisotropy import indentation_modulus, orthotropic_stiffness  # noqa: E402
 from structures.caution import HertzlinkWarning  # noqa: E402
 from structures.cylinder import cylinder  # noqa: E402
 from structures.damping import (  # noqa: E402
@@ -182,9 +183,11 @@ __all__ = [
     "critical_distance_bounds", "critical_distance_law", "critical_modulus", "cutoff_frequency", "cylinder",
     "drop_speed", "energy_error", "explicit_chain", "find_critical_distance", "fit_dissipation", "fit_power_law",
     "follow_waves", "half_plane", "half_space", "hertz_pressure", "hertz_stiffness",
-    "homogeneous", "inelasticity_parameter", "infinite_plate", "kirchhoff_panel", "kirchhoff_plate",
+    "homogeneous", "indentation_modulus", "inelasticity_parameter", "infinite_plate", "kirchhoff_panel",
+    "kirchhoff_plate",
     "lamb_cutoff_frequency", "lamb_frequency", "lamb_group_speed", "lamb_phase_speed", "loss_factor", "loss_tangent",
     "midplane_correction", "mindlin_panel", "mindlin_plate", "modal_damping", "normalised_time_of_flight",
+    "orthotropic_stiffness",
     "peak_force_from_particle_speed", "picture", "plate_amplitude_ratio", "plate_contact_time", "point_impedance",
     "primary_amplitude_ratio", "primary_time_of_flight", "rayleigh", "rayleigh_speed", "read_signal", "reduce",
     "reflections", "rod", "rod_parts", "run_in_precice", "secondary_delay", "sensor_force", "solid", "solitary_strain",

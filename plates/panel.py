@@ -224,8 +224,10 @@ def kirchhoff_panel(
     """A thin plate of any shape in Kirchhoff's theory, on Morley's triangles; arguments as in `mindlin_panel`.
 
     The force acts at a point. The triangles are an eighth of the shortest flexural wave, a third of that at the
-    contact, and of order 2: on a square plate the amplitude ratio is within 0.3 % of `kirchhoff_plate`, with twenty
-    times its degrees of freedom. `mindlin_panel` needs a tenth of them, in thin plates too; this is the check on it.
+    contact, and of order 2, with most of the error of that order taken out (`plates.morley`): by default the static
+    compliance at the contact is within 0.1 % of closed forms, and AR within 0.001 of the incident wave where echoes of
+    the edges shape it. `mindlin_panel` needs a tenth of the degrees of freedom, in thin plates too; this is the check
+    on it. A mesh from a file may be coarser: its error grows with the square of the size of its cells.
     additions: PointMass and Weakened. Raises ValueError for meshes of quadrilaterals.
     """
     section = wall(thickness, material, SHEAR_CORRECTION)

@@ -1,10 +1,9 @@
-"""Laminates: against the homogeneous plate, a bimetal, closed forms, the exact indentation modulus; bad input."""
+"""Laminates: against the homogeneous plate, a bimetal, closed forms, what the contact sees; bad input."""
 
 from math import pi
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 import hertzlink as hl
 from plates.laminate import section_of
@@ -81,49 +80,18 @@ def test_one_ply_towards_its_fibres_and_across() -> None:
     assert across @ section.shear @ across == pytest.approx(5.0 / 6.0 * 3.6e9 * 2e-3, rel=1e-12)
 
 
-def stiffness_of(material: hl.OrthotropicMaterial) -> NDArray[np.float64]:
-    """C_ijkl of a ply that is isotropic around its fibres, along x; 3 × 3 × 3 × 3."""
-    e1, e2, nu = material.youngs_modulus_along, material.youngs_modulus_across, material.poisson_ratio
-    compliance = np.zeros((6, 6))
-    compliance[0, :3] = compliance[:3, 0] = [1.0 / e1, -nu / e1, -nu / e1]
-    around = e2 / (2.0 * material.shear_modulus_across) - 1.0
-    compliance[1:3, 1:3] = np.array([[1.0, -around], [-around, 1.0]]) / e2
-    compliance[3:, 3:] = np.diag(1.0 / np.array([material.shear_modulus_across] + [material.shear_modulus] * 2))
-    voigt = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])
-    return np.linalg.inv(compliance)[voigt[:, :, None, None], voigt[None, None]]
-
-
-def indentation_modulus(stiffness: NDArray[np.float64], count: int = 60) -> float:
-    """2 / mean of (L⁻¹)₃₃ over the lines in the surface, L of Barnett and Lothe; 2 L₃₃ = E/(1 − ν²) if isotropic.
-
-    (Vlassak and Nix, Philos. Mag. A 67 (1993) 1045; Ting, Anisotropic Elasticity, section 7.6.)
-    """
-    angles, total = (np.arange(count) + 0.5) * pi / count, 0.0
-    for line in angles:
-        inside, down = np.array([-np.sin(line), np.cos(line), 0.0]), np.array([0.0, 0.0, 1.0])
-        tensor = np.zeros((3, 3))
-        for angle in angles:
-            m, n = np.cos(angle) * inside + np.sin(angle) * down, np.cos(angle) * down - np.sin(angle) * inside
-            mm, mn, nn = (np.einsum("i,ijkl,l->jk", a, stiffness, b) for a, b in ((m, m), (m, n), (n, n)))
-            tensor += (mm - mn @ np.linalg.solve(nn, mn.T)) / count
-        total += np.linalg.inv(tensor)[2, 2] / count
-    return 2.0 / total
-
-
 @pytest.mark.parametrize(
-    ("ply", "over"),
+    ("ply", "modulus"),
     [
-        (hl.OrthotropicMaterial(140e9, 10e9, 0.3, 5e9, 5e9, 10e9 / 2.86, 1600.0), 1.04),
-        (hl.OrthotropicMaterial(181e9, 10.3e9, 0.28, 7.17e9, 7.17e9, 10.3e9 / 2.88, 1600.0), 0.97),
-        (hl.OrthotropicMaterial(45e9, 12e9, 0.28, 4.5e9, 4.5e9, 12e9 / 2.8, 2000.0), 1.10),
-        (hl.OrthotropicMaterial(2.6e9, 2.6e9 * (1 + 1e-7), 0.3, 1e9, 1e9, 1e9, 2000.0), 1.0),
+        (hl.OrthotropicMaterial(138e9, 9e9, 0.3, 6.9e9, 6.9e9, 3.2e9, 1600.0), 11.64e9),
+        (hl.OrthotropicMaterial(45e9, 12e9, 0.28, 4.5e9, 4.5e9, 12e9 / 2.8, 2000.0), 13.02e9),
+        (hl.OrthotropicMaterial(2.6e9, 2.6e9 * (1 + 1e-7), 0.3, 1e9, 1e9, 1e9, 2000.0), 2.6e9 / 0.91),
     ],
-    ids=["carbon", "stiffer carbon", "glass", "isotropic"],
+    ids=["carbon", "glass", "isotropic"],
 )
-def test_what_the_contact_sees(ply: hl.OrthotropicMaterial, over: float) -> None:
-    """The choice for the struck ply beside the exact modulus of its half-space."""
-    found = hl.Laminate([hl.Ply(ply, 1e-3, 0.3)]).struck.contact_modulus
-    assert found / indentation_modulus(stiffness_of(ply)) == pytest.approx(over, abs=0.005)
+def test_what_the_contact_sees(ply: hl.OrthotropicMaterial, modulus: float) -> None:
+    """The modulus of a half-space of the struck ply; E₂/(1 − ν₂₃²) was 7.4 % low for carbon and 10 % high for glass."""
+    assert hl.Laminate([hl.Ply(ply, 1e-3, 0.3)]).struck.contact_modulus == pytest.approx(modulus, rel=1e-3)
 
 
 def test_the_surface_may_be_given() -> None:

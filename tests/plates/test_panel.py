@@ -87,6 +87,85 @@ def test_circles(edge: str, theory: str) -> None:
     assert modes[rigid:] == pytest.approx(exact_circle(edge), rel=4e-3 if theory == "Kirchhoff" else 2e-3)
 
 
+def clamped_disc(radius: float, thickness: float, material: hl.Material, place: float, largest: float) -> hl.Structure:
+    """A clamped circular plate struck at a distance from its centre, as its modes up to kR = largest, m.
+
+    w = (Jₙ(kr) − Jₙ(kR)/Iₙ(kR) Iₙ(kr)) cos nθ (Leissa, NASA SP-160, section 2.1); the modes beyond are as stiff as the
+    static deflection under the force leaves them, F (R² − r²)²/(16πDR²) (Timoshenko, Plates and Shells, section 64).
+    """
+    rigidity = material.youngs_modulus * thickness**3 / 12.0 / (1.0 - material.poisson_ratio**2)
+    mass = material.density * thickness
+    part, weights = np.polynomial.legendre.leggauss(200)
+    radii, weights = (part + 1.0) / 2.0, weights / 2.0
+    squares, contact = [], []
+    for order in range(int(largest)):
+
+        def bent(k: float, r: Any, n: int = order) -> Any:
+            return jv(n, k * r) - jv(n, k) / ive(n, k) * ive(n, k * r) * np.exp(k * r - k)
+
+        def slope(k: float, n: int = order) -> float:
+            return float(jv(n, k) * ive(n + 1, k) + ive(n, k) * jv(n + 1, k))
+
+        steps = np.arange(order + 0.5, largest, 0.2)
+        values = [slope(k) for k in steps]
+        for i in np.flatnonzero(np.diff(np.sign(values))):
+            k = float(brentq(slope, steps[i], steps[i + 1]))
+            norm = (
+                (2.0 if order == 0 else 1.0) * np.pi * mass * radius**2 * (weights * radii * bent(k, radii) ** 2).sum()
+            )
+            squares.append(rigidity / mass * (k / radius) ** 4)
+            contact.append(float(bent(k, place / radius)) / np.sqrt(norm))
+    b, omega = np.array(contact), np.array(squares)
+    static = (radius**2 - place**2) ** 2 / (16.0 * np.pi * rigidity * radius**2)
+    rest = static - float((b**2 / omega).sum())
+    return hl.Structure(np.diag(np.ones(b.size)), np.diag(omega), None, b, rest, hl.Surface(material))
+
+
+DISC = (0.11, 2e-3, hl.ALUMINIUM_6061)
+
+
+@pytest.mark.parametrize("place", [0.0, 0.05, 0.08])
+def test_static_deflection_of_a_clamped_disc(place: float) -> None:
+    """Under a force at any distance from the centre, with the default cells; Morley's own are 0.5 % too soft."""
+    pytest.importorskip("gmsh")
+    radius, thickness, material = DISC
+    plate = hl.kirchhoff_panel(hl.Outline(hl.circle(radius), edges="rim"), thickness, material, {"rim": "clamped"})
+    struck = plate.at(place, 0.0)
+    rigidity = plate.section.bending[0, 0]
+    exact = (radius**2 - place**2) ** 2 / (16.0 * np.pi * rigidity * radius**2)
+    assert struck.contact @ factorise(struck.stiffness)(struck.contact) == pytest.approx(exact, rel=1e-3)
+
+
+@pytest.mark.thorough
+def test_amplitude_ratio_of_a_clamped_disc() -> None:
+    """Where echoes of the rim nearly cancel the wave: AR 0.027, which Morley's triangles alone took for 0.029."""
+    pytest.importorskip("gmsh")
+    radius, thickness, material = DISC
+    panel = hl.kirchhoff_panel(hl.Outline(hl.circle(radius), edges="rim"), thickness, material, {"rim": "clamped"})
+    bead = hl.Sphere(4.765e-3, hl.STEEL_440C)
+    exact = clamped_disc(*DISC, 0.05, 50.0)
+    found = []
+    for structure in (exact, hl.reduce(panel.at(0.05, 0.0), 1.1e-3)):
+        waves = hl.reflections(hl.CoSimulation(hl.Chain([bead] * 14, bead, 0.31), structure).run(1.1e-3), 7)
+        found.append([waves.primary, waves.secondary])
+    for reference, other in zip(*found, strict=True):
+        assert other.amplitude_ratio == pytest.approx(reference.amplitude_ratio, abs=1e-3)
+        assert other.time_of_flight == pytest.approx(reference.time_of_flight, rel=2e-3)
+
+
+@pytest.mark.parametrize("poisson_ratio", [0.0, 0.3, 0.45])
+def test_most_of_the_error_of_order_2_is_taken_out(poisson_ratio: float) -> None:
+    """The 16th mode of a simple square, on gmsh's triangles: Morley's alone are 0.6 to 1.3 % low."""
+    pytest.importorskip("gmsh")
+    sides = {f"side {i}": "simple" for i in range(1, 5)}
+    material = hl.Material(1e9, poisson_ratio, 1000.0)
+    panel = hl.kirchhoff_panel(
+        hl.Outline([(0, 0), (1, 0), (1, 1), (0, 1)]), 0.01, material, sides, highest_frequency=700.0
+    )
+    modes = np.sort([(i * i + j * j) * np.pi**2 for i in range(1, 9) for j in range(1, 9)])[:16]
+    assert found(panel, 16, (0.35, 0.3)) == pytest.approx(modes, rel=1.5e-3)
+
+
 def l_shape(edges: Any = ()) -> hl.Outline:
     return hl.Outline([(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)], edges=edges)
 
@@ -167,10 +246,11 @@ def test_quadrilaterals_in_any_order() -> None:
 
 
 def test_order_of_morleys_triangles() -> None:
-    """All sides simple, ω a² √(ρt/D) = 2π² exactly: order 2."""
+    """All sides simple, ω a² √(ρt/D) = 2π² exactly: order 2, with less than a tenth of Morley's error, 1.0 %."""
     held = dict.fromkeys(("left", "right", "bottom", "top"), "simple")
     errors = [found(hl.kirchhoff_panel(grid(n), 0.01, MATERIAL, held), 1, (0.5, 0.5))[0] / (2.0 * np.pi**2) - 1.0
-              for n in (8, 16, 32)]  # fmt: skip
+              for n in (16, 32, 64)]  # fmt: skip
+    assert abs(errors[0]) < 1e-3
     assert np.log2(np.divide(errors[:-1], errors[1:])) == pytest.approx([2.0, 2.0], abs=0.2)
 
 
@@ -286,8 +366,9 @@ def test_stiffener(turn: float) -> None:
 @pytest.mark.parametrize("make", [hl.mindlin_panel, hl.kirchhoff_panel])
 def test_field_of_a_cylinder_bend(make: Any) -> None:
     """A strip between two clamped ends under a slow force: the grid's deflection is the contact's where it is struck,
-    and the stress at the struck face 6 M/t² is a beam's, F L/8 in the middle and at the ends."""
-    panel = make(grid(8), 0.05, hl.Material(1.0e9, 0.0, 1000.0), {"left": "clamped", "right": "clamped"})
+    and the stress at the struck face 6 M/t² is a beam's, F L/8 in the middle and at the ends. Morley's triangles show
+    the mean of each cell, which lies a third to two thirds of a cell off the end."""
+    panel = make(grid(16), 0.05, hl.Material(1.0e9, 0.0, 1000.0), {"left": "clamped", "right": "clamped"})
     structure = panel.at(0.5, 0.5)
     u = factorise(structure.stiffness)(structure.contact)
     field = structure.field
