@@ -183,6 +183,8 @@ def contact_law(first: Bead, second: Bead | Surface, axis_ratio: str = "exact") 
 
     Spheres, ellipsoids, crossed cylinders, any two of them: Hertz, with b/a solved exactly or as the thesis
     approximates it (axis_ratio, see `hertz_stiffness`). Parallel cylinders: `line_force`, over the shorter length.
+    A cylinder that lies on a flat surface touches it along its whole length, whatever the angles of its neighbours; the
+    law is that of a line on a half-space, and carries a caution, as the structure is pushed at one point.
     Hollow spheres: Hertz in series with Reissner's shell (`shell_flexibility`).
     Contacts more elongated than those of cylinders that cross at 10° get a caution: there half-space theory ends.
     Cylinders then bear no more than side by side, over the shorter length.
@@ -299,7 +301,15 @@ def _line_contact(first: Bead, second: Bead | Surface) -> TabulatedLaw:
     # The contact's half-width w grows as √F*; the law is trusted while w is small beside the radii.
     trusted = (SMALL_CONTACT / sharpest) ** 2 / half_width_square * length
     largest = float(np.interp(trusted, forces, approaches))
-    return TabulatedLaw(approaches, forces, "line contact of parallel cylinders", largest=largest)  # type: ignore[arg-type]
+    name, doubt = "line contact of parallel cylinders", ""
+    if isinstance(second, Surface):
+        name = f"line contact of a cylinder on a flat, {1e3 * length:.3g} mm long"
+        doubt = (
+            f"{name}: the cylinder lies on the surface along its whole length, as on a half-space deeper than that, "
+            "while the structure is pushed at one point; end the chain with a rounded body for a contact at a point, "
+            "or give a function law="
+        )
+    return TabulatedLaw(approaches, forces, name, doubt, largest)  # type: ignore[arg-type]
 
 
 def _in_series(law: PowerLaw, flexibility: float) -> TabulatedLaw:

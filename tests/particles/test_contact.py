@@ -156,7 +156,24 @@ def test_a_cylinder_on_a_flat_is_softer_than_on_its_like_by_less_than_the_flat()
     force = np.array(50.0)
     ratio = float(on_flat.approach(force) / between.approach(force))
     assert 0.9 < ratio < 1.2
-    assert "line contact" in on_flat.name
+    assert on_flat.name == "line contact of a cylinder on a flat, 4.76 mm long"
+
+
+def test_crossed_cylinders_on_a_plate_are_warned_of_their_line() -> None:
+    """The last cylinder lies on the plate along a line, where all others meet at points. A sphere has a point."""
+    crossed = [cylinder(90.0 * (n % 2)) for n in range(6)]
+    wall = hl.half_space(STEEL)
+    with pytest.warns(
+        hl.HertzlinkWarning, match="line contact of a cylinder on a flat, 4.76 mm long: the cylinder lies"
+    ):
+        run = hl.CoSimulation(hl.Chain(crossed, crossed[0], 0.3), wall).run(2e-5)
+    assert "line contact of a cylinder on a flat" in run.attrs["warnings"]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", hl.HertzlinkWarning)
+        hl.contact_law(cylinder(), cylinder())
+        sphere = hl.Sphere(2.38e-3, STEEL)
+        run = hl.CoSimulation(hl.Chain([*crossed, sphere], sphere, 0.3), wall).run(2e-5)
+    assert "line contact" not in run.attrs.get("warnings", "")
 
 
 @pytest.mark.parametrize("ratio", TABLE_5_1)
