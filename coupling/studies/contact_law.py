@@ -239,7 +239,7 @@ def _exponents(data: xr.Dataset, name: str, *fits: str) -> str:
 def _over_theory(data: xr.Dataset, name: str) -> str:
     """Force over that of theory at three approaches, in per cent."""
     above = 100.0 * (data.force / data.theory - 1.0).sel(contact=name)
-    return ", ".join(f"{float(_at(above, micron)):+.1f} % at {micron:g} µm" for micron in (1.0, 5.0, 20.0))
+    return ", ".join(f"{float(_at(above, micron)):+z.1f} % at {micron:g} µm" for micron in (1.0, 5.0, 20.0))
 
 
 def _at(values: xr.DataArray, micron: float) -> xr.DataArray:
@@ -340,8 +340,8 @@ def _hollow_spheres(data: xr.Dataset) -> list[Row]:
         k = float(data.stiffness.sel(contact=name, fit=LIKE_TABLE_5_1))
         rows += [
             Row(f"F at 5 µm, Ri/Ro {ratio:g}", "", float(_at(data.force.sel(contact=name), 5.0)), "N",
-                f"theory: k δⁿ of Table 5.1; {100.0 * float(share.min()):+.1f} to {100.0 * float(share.max()):+.1f} % "
-                "over 1 to 20 µm; the mid-plane may slide sideways", float(law.force(np.array(5e-6)))),
+                f"theory: k δⁿ of Table 5.1; {100.0 * float(share.min()):+z.1f} to {100.0 * float(share.max()):+z.1f} "
+                "% over 1 to 20 µm; the mid-plane may slide sideways", float(law.force(np.array(5e-6)))),
             Row(f"exponent n, Ri/Ro {ratio:g}", law.exponent, _exponent(data, name), "",
                 f"over {LIKE_TABLE_5_1}; {_exponents(data, name, '1 to 10 N, relative', '10 to 100 N, relative')}"),
             Row(f"k, Ri/Ro {ratio:g}", law.stiffness, k, "N/mⁿ", f"over {LIKE_TABLE_5_1}; means little without its n"),

@@ -327,7 +327,7 @@ def _meshes(data: xr.Dataset) -> list[Row]:
     forces = data.explicit_peak_force.values
     halved = ""
     if forces.size > 1:
-        halved = f"; the last halving of the cells changes it by {100.0 * (forces[-1] / forces[-2] - 1.0):+.1f} %"
+        halved = f"; the last halving of the cells changes it by {100.0 * (forces[-1] / forces[-2] - 1.0):+z.1f} %"
     return [
         Row("elements, section 3.3.2", _spaced(CHAIN_ELEMENTS), _spaced(int(data.explicit_cells[-1])), "",
             f"about, tetrahedra; quadratic elements in the half-plane here, {float(data.spacing[-1]) * 1e6:.3g} µm "

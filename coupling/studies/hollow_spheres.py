@@ -142,7 +142,7 @@ def _laws(data: xr.Dataset) -> list[Row]:
         share = data.force.sel(ratio=ratio) / data.table_force.sel(ratio=ratio) - 1.0
         k, n = fit(law)
         what = "Hertz" if ratio == 0.0 else "Hertz and Reissner's shell in series"
-        ends = f"{100.0 * float(share[0]):+.1f} % at 1 µm, {100.0 * float(share[-1]):+.1f} % at 20 µm"
+        ends = f"{100.0 * float(share[0]):+z.1f} % at 1 µm, {100.0 * float(share[-1]):+z.1f} % at 20 µm"
         at = np.array(5e-6)
         rows += [
             Row(f"F at 5 µm, Ri/Ro {ratio:g}", "", float(law.force(at)), "N",

@@ -250,7 +250,7 @@ def _solid(data: xr.Dataset) -> list[Row]:
         why = "Hertz's half-space reaches beyond the cylinder's side, which a rod counts twice; more, the softer"
         rows.append(
             Row(f"AR, {name}, axisymmetric", printed, struck.ratio(cylinder.solid_amplitude_ratio), "",
-                f"{apart:+.4f} to the rod, TOF {later:+.1f} µs" + (f": {why}" if name == "PTFE" else "")
+                f"{apart:+z.4f} to the rod, TOF {later:+z.1f} µs" + (f": {why}" if name == "PTFE" else "")
                 + f"; half-space {struck.ratio(space.solid_amplitude_ratio):.3f} and "
                 f"{struck.flight(space.solid_time_of_flight):.0f} µs")
         )  # fmt: skip

@@ -145,8 +145,8 @@ def table(data: xr.Dataset) -> list[Row]:
     return [
         *rows,
         Row("contact law, three dimensions over two", "", float((solid.law / flat.law).mean()), "",
-            f"{float(law.min()):+.1f} to {float(law.max()):+.1f} % over 0.5 to 5 µm: what the tetrahedra leave, whose "
-            "scatter makes the beads ring"),
+            f"{float(law.min()):+z.1f} to {float(law.max()):+z.1f} % over 0.5 to 5 µm: what the tetrahedra leave, "
+            "whose scatter makes the beads ring"),
         Row("frequencies, three dimensions over two", "", 1.0 + 0.01 * float(apart.max()), "",
             f"at most: {float(apart.min()):.3f} to {float(apart.max()):.2f} % higher, of {MODES - 1} about the axis"),
     ]  # fmt: skip

@@ -82,8 +82,7 @@ def _difference(row: Row) -> str:
     expected = predicted if printed is None else printed
     if not expected or ours is None:
         return ""
-    percent = round(100.0 * (ours / expected - 1.0), 1) + 0.0
-    return f"{percent:+.1f} %" + (MARK if printed is None else "")
+    return f"{100.0 * (ours / expected - 1.0):+z.1f} %" + (MARK if printed is None else "")
 
 
 def _amount(value: float | str) -> float | None:

@@ -186,11 +186,11 @@ def _axisymmetric(data: xr.Dataset) -> list[Row]:
     apart = struck.beyond_rod(data, "amplitude_ratio").values
     return [
         Row("AR, primary, 6.35 mm, axisymmetric", 0.428, struck.ratio(first.solid_amplitude_ratio), "",
-            f"{apart[0]:+.3f} to the rod ({apart[-1]:+.4f} at 101.6 mm): PTFE bonded to steel and base cannot widen, "
+            f"{apart[0]:+z.3f} to the rod ({apart[-1]:+z.4f} at 101.6 mm): PTFE bonded to steel and base cannot widen, "
             "so is stiffer than E; with ν = 0 for PTFE the rod's within 0.0005. The disc's own bending costs 0.002"),
         Row("TOF, secondary, 6.35 mm, axisymmetric", 619.0,
             struck.flight(first.solid_time_of_flight, "secondary"), "µs",
-            f"{earlier:+.1f} µs to the rod, likewise; the primary wave's {later:+.1f}"),
+            f"{earlier:+z.1f} µs to the rod, likewise; the primary wave's {later:+z.1f}"),
     ]  # fmt: skip
 
 
