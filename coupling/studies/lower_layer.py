@@ -81,8 +81,8 @@ def _axisymmetric(data: xr.Dataset) -> list[Row]:
     return [
         Row("AR, primary, 9.52 mm, axisymmetric", "", struck.ratio(first.solid_amplitude_ratio), "",
             f"{apart[0]:+z.3f} to the rod, {apart[-1]:+z.3f} at 152.4 mm: a disc of PTFE bonded to steel and base "
-            "cannot widen; with ν = 0 for PTFE it is the rod's within 0.0005. The bending of the steel disc takes 0.002 to "
-            "0.004"),
+            "cannot widen; with ν = 0 for PTFE it is the rod's within 0.0005. The bending of the steel disc takes "
+            "0.002 to 0.004"),
     ]  # fmt: skip
 
 
