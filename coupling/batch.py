@@ -9,7 +9,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from coupling.findings import warn
 from coupling.result import DESCRIPTIONS, provenance
+from coupling.run_checks import check_length
 from particles import kernels
 from particles.chain import Chain
 from particles.deformable import DeformableChain
@@ -51,6 +53,7 @@ def batch(
         raise ValueError("chains: of deformable beads must be run by CoSimulation or sweep")
     until = positive("until", until, "s")
     moving = [MovingChain(chain, _surface(structure), dt=dt) for chain in chains]
+    warn(check_length(moving, until))
     lengths = {one.mass.size for one in moving}
     if len(lengths) > 1:
         raise ValueError(f"chains: hold {sorted(n - 1 for n in lengths)} beads; must have equally many")

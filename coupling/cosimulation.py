@@ -150,7 +150,7 @@ class CoSimulation:
         FloatingPointError where a body's state is no longer finite.
         """
         until = positive("until", until, "s")
-        findings = check_length(self.interface, until)
+        findings = check_length(self.interface.chains, until)
         warn(findings)
         plan = self._plan(until, save_every)
         findings += self._warn_if_coarse(plan)

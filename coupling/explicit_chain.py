@@ -10,6 +10,7 @@ import xarray as xr
 
 from coupling.findings import warn, with_warnings
 from coupling.result import DESCRIPTIONS, provenance
+from coupling.run_checks import check_length
 from particles import explicit_kernels as kernels
 from particles.bead import Bead
 from particles.chain import Chain
@@ -17,6 +18,7 @@ from particles.contact import SMALL_CONTACT, PowerLaw, contact_law
 from particles.contact_mesh import body_of
 from particles.explicit_beads import ExplicitBead, explicit_bead
 from particles.moving import MovingChain
+from particles.yielding import yields
 from structures.caution import caution
 from structures.checks import instance, positive
 from structures.structure import Vector
@@ -91,11 +93,12 @@ def explicit_chain(
     the strain energy. Forces are means over the saved interval about each saved time. Own variables, time × bead:
     section_force, N, and vibration_energy, J. Attributes: degrees_of_freedom, cells (of all bodies), step, spacing and
     reach of the contact's mesh (s, m), seconds (of the steps, without the set-up); and warnings, where a contact was so
-    wide that strains were not small.
+    wide that strains were not small, or pressed beyond yield.
     Raises ValueError for unlike beads, gravity, preload, losses, laws and other strikers or integrators, for a
     save_every shorter than the step, and where contacts are wider than 0.4 of a radius; FloatingPointError.
     """
     chain, until = _checked(chain), positive("until", until, "s")
+    warn(check_length([MovingChain(chain, None)], until))
     bead = chain.beads[0]
     instance("rigid_wall", rigid_wall, bool, "True or False")
     radius = _widest_contact(bead, chain.impact_energy, rigid_wall)
@@ -244,5 +247,6 @@ def _dataset(chain: Chain, frames: _Frames, given: dict[str, Any], mesh: dict[st
         "seconds": frames.seconds,
     }  # fmt: skip
     findings = _findings(chain.beads[0], saved.contact_force, given["rigid_wall"])
+    findings += yields([MovingChain(chain, None)], [saved.contact_force.max(axis=0)])
     warn(findings)
     return with_warnings(xr.Dataset(variables, coordinates, {**provenance(given), **told}), findings)

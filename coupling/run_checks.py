@@ -1,5 +1,6 @@
 """What a run checks of itself: each finding is a line of the result's `warnings`, and a warning to the user."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -30,10 +31,10 @@ SILENT = 0.01
 """Part of the incident wave's force that a reflected one has at least in mid chain."""
 
 
-def check_length(interface: Interface, until: float) -> list[str]:
+def check_length(chains: Sequence[MovingChain], until: float) -> list[str]:
     """A finding before the run where it is so long that another unit may be meant."""
-    there_and_back = max(2.0 * chain.transit_time + chain.contact_time for chain in interface.chains)
-    driven = [one.chain.striker.history[0][-1] for one in interface.chains if _is_driven(one)]  # type: ignore[union-attr]
+    there_and_back = max(2.0 * chain.transit_time + chain.contact_time for chain in chains)
+    driven = [one.chain.striker.history[0][-1] for one in chains if _is_driven(one)]  # type: ignore[union-attr]
     scale = max(there_and_back, *driven, 0.0)
     if until <= LONG * scale:
         return []

@@ -35,10 +35,7 @@ def yields(chains: Sequence[MovingChain], forces: Sequence[Vector]) -> list[str]
     if not beyond:
         return []
     count = sum(pair is not None for chain in chains for pair in chain.pairs)
-    return [
-        f"yield: the contact pressure of {worst[1]} without yielding; beads and structures that dent take energy that "
-        f"this elastic model keeps; {beyond} of {count} contacts are beyond yield"
-    ]
+    return [f"yield: {worst[1]} elastically; {beyond} of {count} contacts are beyond yield, where real ones dent"]
 
 
 def _pressure(first: Side, second: Side) -> tuple[float, float, float]:

@@ -75,6 +75,19 @@ def test_a_run_that_is_far_too_long_is_warned_of_before_it_begins(
     assert message.endswith(f"; did you mean until = {meant}?")
 
 
+def test_batches_and_explicit_chains_warn_of_their_length_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("coupling.batch._run", None)
+    monkeypatch.setattr("coupling.explicit_chain.explicit_bead", None)
+    short = hl.Chain([BEAD] * 2, BEAD, 0.4)
+    for run in (lambda: hl.batch([short], 1.5, save_every=1e-3), lambda: hl.explicit_chain(short, 1.5)):
+        with (
+            pytest.warns(hl.HertzlinkWarning, match="you mean until = 0.0015") as caught,
+            pytest.raises(TypeError),
+        ):
+            run()
+        assert len(caught) == 1
+
+
 def test_a_long_record_is_no_mistake() -> None:
     """Thirty times down and back; and a piston that moves for half a second."""
     with warnings.catch_warnings():
@@ -82,7 +95,7 @@ def test_a_long_record_is_no_mistake() -> None:
         one = hl.Chain([BEAD], BEAD, 0.4)
         hl.CoSimulation(one, None).run(3e-3)
     piston = hl.Chain([BEAD] * 2, hl.Piston([0.0, 0.5], [0.0, 1e-6]))
-    assert check_length(hl.CoSimulation(piston, WALL).interface, 1.5) == []
+    assert check_length(hl.CoSimulation(piston, WALL).interface.chains, 1.5) == []
 
 
 @pytest.mark.parametrize("until", [1e-4, 3e-4, 4.5e-4])
