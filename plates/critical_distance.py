@@ -35,6 +35,9 @@ merge on their way to the sensor."""
 ERROR, ERROR_MERGING = 0.002, 0.005
 """Errors of AR by the table for λ up to `DECAYING` and beyond; the study critical-distance measures them."""
 
+BETWEEN = 0.015
+"""Part of c by which it may be off halfway between two stiffness ratios of the table; AR was off by 0.007 there."""
+
 FINE = 4501
 """Distances between which the last crossing is sought."""
 
@@ -123,7 +126,19 @@ def scaled_critical_distance(
     error, sides = (ERROR, [inelasticity]) if inelasticity <= DECAYING else (ERROR_MERGING, _around(inelasticity))
     curves = [edge_difference(edge, stiffness_ratio, one) for one in sides]
     low, high = ([last_crossing(*curve, tolerance + sign * error) for curve in curves] for sign in (1.0, -1.0))
-    return CriticalDistanceEstimate(last_crossing(*curves[0], tolerance), min(low), max(high))
+    share = _between(stiffness_ratio)
+    return CriticalDistanceEstimate(
+        last_crossing(*curves[0], tolerance), min(low) * (1.0 - share), max(high) * (1.0 + share)
+    )
+
+
+def _between(stiffness_ratio: float) -> float:
+    """Part of c by which it may be off between the stiffness ratios of the table: a parabola between each two."""
+    known = np.log(_table().ratios)
+    place = int(np.clip(np.searchsorted(known, log(stiffness_ratio)), 1, known.size - 1))
+    left, right = known[place - 1 : place + 1]
+    part = float(np.clip((log(stiffness_ratio) - left) / (right - left), 0.0, 1.0))
+    return 4.0 * part * (1.0 - part) * BETWEEN
 
 
 def _around(inelasticity: float) -> list[float]:
