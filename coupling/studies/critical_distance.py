@@ -240,7 +240,8 @@ def _law(data: xr.Dataset) -> list[Row]:
             if part.inelasticity.size == 0:
                 continue
             simulated, value, least, most = _compared(part, edge)
-            errors = np.abs(value / simulated - 1.0)
+            # Both are 0 where AR is within the tolerance at all distances.
+            errors = np.abs(value - simulated) / np.maximum(simulated, 1e-9)
             held = (simulated >= least - 0.005) & (simulated <= most + 0.005)
             known = np.isfinite(simulated)
             reason = (
