@@ -5,27 +5,34 @@ is meant for small systems: all matrices are dense. With q the displacements fro
 all degrees of freedom, the approach of every contact is linear in them, δ = δ_static + A q, and
 
     M q̈ + C q̇ + K q = loads − Aᵀ (F(δ, δ̇) − F_static).
+
+The force of a contact with a dashpot jumps where the contact shuts. A step across a jump leaves an error that depends
+on where in the step the jump lies, and so on the last bit of every number before. The integrator therefore stops at the
+time at which a contact opens or shuts, and every step sees a smooth force.
 """
 
 from collections.abc import Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.integrate import solve_ivp
+from scipy.integrate import DOP853, DenseOutput
 from scipy.linalg import block_diag
 
 import hertzlink as hl
 
 Numbers = NDArray[np.float64]
 
-TOLERANCE = 1e-13
+TOLERANCE = 1e-12
 """Relative, of DOP853; the absolute one is so small a part of a hundredth of the excitation's speed, over 10 µs."""
 
 LONGEST_STEP = 1e-6
 """s. Without it the integrator may step over a gap that opens and shuts."""
+
+HALVINGS = 40
+"""Of a step in which a contact opens or shuts, to find out when."""
 
 NEWTON_STEPS = 60
 
@@ -53,12 +60,28 @@ def monolithic(
     total_energy, J: of the whole system, with what losses took.
     """
     system = System(chains, structures, contacts)
-    solution = solve_ivp(
-        system.rate, (0.0, times[-1]), system.start, "DOP853", times,
-        rtol=tolerance, atol=tolerance * system.scale, max_step=LONGEST_STEP,
-    )  # fmt: skip
-    assert solution.success, solution.message
-    return system.datasets(times, solution.y)
+    states, saved, time, state = np.empty((system.start.size, times.size)), 0, 0.0, system.start
+    while saved < times.size:
+        shut = system.pushing(state)
+        solver = DOP853(
+            partial(system.rate, shut), time, state, times[-1],
+            rtol=tolerance, atol=tolerance * system.scale, max_step=LONGEST_STEP,
+        )  # fmt: skip
+        changed = False
+        while saved < times.size and not changed:
+            message = solver.step()
+            assert solver.status != "failed", message
+            time, state = solver.t, solver.y
+            changed = not np.array_equal(system.pushing(state), shut)
+            if not changed and time < times[saved]:
+                continue
+            between = solver.dense_output()
+            if changed:
+                time = system.switch_time(between, shut)
+                state = system.switched(between(time), shut)
+            passed = int(np.searchsorted(times, time, "right"))
+            states[:, saved:passed], saved = between(times[saved:passed]), passed
+    return system.datasets(times, states)
 
 
 class System:
@@ -124,6 +147,11 @@ class System:
         if body is not None:
             self.approach[row, [body, body + 1]] = 1.0, -1.0
 
+    @cached_property
+    def springs(self) -> Numbers:
+        """The contacts with a spring in series."""
+        return np.flatnonzero(self.spring)
+
     @property
     def start(self) -> Numbers:
         """q, q̇ and the energy lost, at time zero."""
@@ -146,32 +174,64 @@ class System:
         right = (self.stiffness, self.damping, self.approach.T, self.load)
         return tuple(np.linalg.solve(self.mass, matrix) for matrix in right)
 
-    def rate(self, _time: float, state: Numbers) -> Numbers:
-        """Of the state."""
+    def rate(self, shut: Numbers, _time: float, state: Numbers) -> Numbers:
+        """Of the state, while the contacts that are shut stay so."""
         size = self.speed.size
         q, v = state[:size], state[size:-1]
         stiffness, damping, contact, load = self.inverse
-        force, elastic, rate = self.force(q, v)
-        lost = (force - elastic) @ rate + v @ (self.damping @ v)
+        elastic, viscous = self.parts(q, v)
+        force = np.where(shut, elastic + viscous, 0.0)
+        lost = (viscous * shut) @ (self.approach @ v) + v @ (self.damping @ v)
         acceleration = load - stiffness @ q - damping @ v - contact @ (force - self.static_force)
         return np.concatenate([v, acceleration, [lost]])
 
-    def force(self, q: Numbers, v: Numbers) -> tuple[Numbers, Numbers, Numbers]:
-        """Force of each contact, its elastic part (N), and the rate of approach (m/s)."""
-        overlap, rate = np.maximum(self.preload + self.approach @ q, 0.0), self.approach @ v
-        for i in np.flatnonzero(self.spring):
+    def pushing(self, state: Numbers) -> Numbers:
+        """Which contacts are shut: they overlap, and their dashpots pull less than they push."""
+        size = self.speed.size
+        elastic, viscous = self.parts(state[:size], state[size:-1])
+        return (elastic > 0.0) & (elastic + viscous > 0.0)
+
+    def force(self, state: Numbers) -> Numbers:
+        """Of each contact, N."""
+        size = self.speed.size
+        return np.where(self.pushing(state), sum(self.parts(state[:size], state[size:-1])), 0.0)
+
+    def parts(self, q: Numbers, v: Numbers) -> tuple[Numbers, Numbers]:
+        """The elastic and the viscous force of each contact, N, were it shut; odd in the overlap."""
+        approach = self.preload + self.approach @ q
+        overlap = abs(approach)
+        for i in self.springs:
             overlap[i] = _overlap_on_spring(overlap[i], self.law[i] * self.spring[i])
-        elastic = self.law * overlap * np.sqrt(overlap)
-        force = np.where(overlap > 0.0, np.maximum(elastic + self.viscosity * rate, 0.0), 0.0)
-        return force, elastic, rate
+        return np.sign(approach) * self.law * overlap * np.sqrt(overlap), self.viscosity * (self.approach @ v)
+
+    def switch_time(self, step: DenseOutput, shut: Numbers) -> float:
+        """When in a step the first contact opens or shuts; `shut` holds at the beginning, and not at the end."""
+        before, after = step.t_old, step.t
+        for _ in range(HALVINGS):
+            middle = (before + after) / 2.0
+            same = np.array_equal(self.pushing(step(middle)), shut)
+            before, after = (middle, after) if same else (before, middle)
+        return float(after)
+
+    def switched(self, state: Numbers, shut: Numbers) -> Numbers:
+        """The state as contacts open or shut that were so before; a dashpot opens one before all its energy is back."""
+        switched = state.copy()
+        switched[-1] += self.stored(state, shut) - self.stored(state, self.pushing(state))
+        return switched
+
+    def stored(self, state: Numbers, shut: Numbers) -> float:
+        """Elastic energy of the contacts that are shut, J."""
+        size = self.speed.size
+        elastic = np.where(shut, abs(self.parts(state[:size], state[size:-1])[0]), 0.0)
+        return float(
+            0.4 * elastic @ (elastic / np.maximum(self.law, 1e-300)) ** (2.0 / 3.0) + 0.5 * self.spring @ elastic**2
+        )
 
     def total_energy(self, state: Numbers) -> float:
         """Energy of everything, with what the static loads and the losses took, J."""
         size = self.speed.size
         q, v = state[:size], state[size:-1]
-        _, elastic, _ = self.force(q, v)
-        overlap = (elastic / np.maximum(self.law, 1e-300)) ** (2.0 / 3.0)
-        contacts = 0.4 * elastic @ overlap + 0.5 * self.spring @ elastic**2
+        contacts = self.stored(state, self.pushing(state))
         loads = (self.load + self.static_force @ self.approach) @ q
         return 0.5 * float(v @ self.mass @ v + q @ self.stiffness @ q) + contacts - loads + float(state[-1])
 
@@ -179,7 +239,7 @@ class System:
         """For each chain what hertzlink's own results hold, as far as measures want it."""
         size = self.speed.size
         q, v = states[:size].T, states[size:-1].T
-        force = np.array([self.force(*pair)[0] for pair in zip(q, v, strict=True)])
+        force = np.array([self.force(state) for state in states.T])
         energy = np.array([self.total_energy(state) for state in states.T])
         return [self._dataset(n, times, q, v, force, energy) for n in range(len(self.chains))]
 
