@@ -130,14 +130,15 @@ class _Absence:
         absent = time.monotonic() - self.seen
         if threads:
             self.seen, self.told = time.monotonic(), False
-        elif absent > PATIENCE:
+            return
+        if absent > 0.5 * POLL and not self.told:
+            log.warning("the cluster has no workers; waiting for some")
+            self.told = True
+        if absent > PATIENCE:
             raise ConnectionError(
                 f"cluster: has had no workers for {absent:.0f} s; start some before the sweep "
                 "(client.wait_for_workers(1) waits for the first)"
             )
-        elif absent > 0.5 * POLL and not self.told:
-            log.warning("the cluster has no workers; waiting for some")
-            self.told = True
 
 
 def _finished(distributed: ModuleType, client: Any, futures: Iterable[Any]) -> list[Any]:
@@ -166,7 +167,7 @@ def _fetched(distributed: ModuleType, future: Any) -> xr.Dataset | Failure | Non
 def _run(task: bytes, point: bytes) -> xr.Dataset | Failure:
     """On a worker."""
     work, guarded = _unpacked(task)
-    return work.attempt(pickle.loads(point)) if guarded else work.run_elsewhere(pickle.loads(point))
+    return work.attempt(pickle.loads(point), elsewhere=True) if guarded else work.run_elsewhere(pickle.loads(point))
 
 
 def _packed(value: object) -> bytes:

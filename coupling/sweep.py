@@ -62,8 +62,10 @@ def sweep(
     then numbers, texts, or dataclasses of these, such as materials. The store knows build and measure by their names
     alone: give another folder where their code has changed, or what they take from around them. A point that fails
     (any Exception of build, the run or measure, or its process dies, alone too) is recorded there, and the others go
-    on: the Dataset has NaN for it, and the error as text in the variable `error`, which is empty where all is well. It
-    is not run again but with `retry`. With jobs=1 points run in this process, and one that kills it ends the sweep.
+    on, unless it is a failure of the environment: ImportError (a package is missing), MemoryError, or OSError (the disk
+    is full, a file or a connection is lost) ends the sweep, and the point is run again by the next. For a point that is
+    recorded the Dataset has NaN, and the error as text in the variable `error`, which is empty where all is well. It is
+    not run again but with `retry`. With jobs=1 points run in this process, and one that kills it ends the sweep.
     Sweeps may share a store; at once they might run a point twice, which does no harm.
     cluster: a `distributed.Client`, or the address of its scheduler, instead of processes. The
     workers need hertzlink; this process alone writes the store. Where a worker dies, others run what it was running; a

@@ -22,6 +22,12 @@ from structures.checks import instance, short
 IDLE = 30
 """Seconds after which a process without work ends, as those of a sweep that was killed."""
 
+ENVIRONMENT = (ImportError, MemoryError, OSError)
+"""Errors that are not the point's: a package is missing, memory or disk is full, a file or a connection is lost. On
+another day, or another machine, the same point may well run."""
+
+NOT_RECORDED = "this is a failure of the environment, so the point is not recorded as failed; run the sweep again"
+
 Outcome = xr.Dataset | Failure | None
 """A run, or why there is none; None for a run that its process has put into the store."""
 
@@ -68,20 +74,27 @@ class Work:
         except Exception as error:
             if _travels(error):
                 raise
-            told = RuntimeError(f"{type(error).__name__}: {error}")
-            for note in (*error.__notes__, "".join(traceback.format_tb(error.__traceback__))):
-                told.add_note(note)
+            told = _told(error)
         # Not from within the handler: the error would go along as the context of what is told.
         raise told
 
-    def attempt(self, point: Point) -> xr.Dataset | Failure:
-        """The same, errors returned."""
+    def attempt(self, point: Point, elsewhere: bool = False) -> xr.Dataset | Failure:
+        """The same, with the point's own errors returned, and those of the environment raised.
+
+        elsewhere: in a process that answers another.
+        """
         try:
             return self.run(point)
+        except ENVIRONMENT as error:
+            error.add_note(NOT_RECORDED)
+            if not elsewhere or _travels(error):
+                raise
+            told = _told(error)
         # The user's own code may raise any error, and none may cost the points that are well. What is not the point's
-        # own (KeyboardInterrupt, SystemExit, a store that cannot be written) still ends the sweep.
+        # own (KeyboardInterrupt, SystemExit, ENVIRONMENT, a store that cannot be written) still ends the sweep.
         except Exception as error:  # noqa: BLE001 - see above
             return Failure(type(error).__name__, str(error))
+        raise told
 
     def finish(self, point: Point, elsewhere: bool) -> Outcome:
         """Without a store `run`; with it what is new goes there as soon as it is known, and failures are told."""
@@ -89,7 +102,7 @@ class Work:
             return self.run_elsewhere(point) if elsewhere else self.run(point)
         if self.store.holds(point):
             return self.store.failure(point)
-        return self.keep(point, self.attempt(point))
+        return self.keep(point, self.attempt(point, elsewhere))
 
     def keep(self, point: Point, outcome: xr.Dataset | Failure) -> Outcome:
         """Put an outcome into the store, if any; a run that it cannot hold is a failure."""
@@ -165,6 +178,14 @@ def _run_alone(work: Work, store: Store, point: Point) -> None:
         if not store.holds(point):
             said = "the process that ran it was killed or ended, alone too; perhaps it wants more memory than there is"
             store.keep(point, Failure(type(error).__name__, said))
+
+
+def _told(error: Exception) -> RuntimeError:
+    """An error that travels, with the type, text and notes of one that does not."""
+    told = RuntimeError(f"{type(error).__name__}: {error}")
+    for note in (*error.__notes__, "".join(traceback.format_tb(error.__traceback__))):
+        told.add_note(note)
+    return told
 
 
 def _travels(error: Exception) -> bool:

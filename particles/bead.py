@@ -5,6 +5,7 @@ from math import pi, sqrt
 
 from structures.checks import instance, one_of, positive, turn, within
 from structures.material import Material
+from structures.plausible import likely
 from structures.surface import Surface
 
 STANDARD_GRAVITY = 9.81
@@ -140,10 +141,13 @@ Bead = Sphere | HollowSphere | Ellipsoid | Cylinder
 
 def drop_speed(height: float) -> float:
     """Speed √(2gh), m/s, of a striker that falls freely from a height (m) under g = 9.81 m/s²."""
-    return sqrt(2.0 * STANDARD_GRAVITY * positive("height", height, "m"))
+    height = positive("height", height, "m")
+    likely("height", "drop_speed", "height", height)
+    return sqrt(2.0 * STANDARD_GRAVITY * height)
 
 
 def _check(bead: "Bead", *lengths: str) -> None:
     for name in lengths:
         object.__setattr__(bead, name, within(name, getattr(bead, name), 1e-9, 1e6, "m"))
+        likely("bead", type(bead).__name__, name, getattr(bead, name))
     instance("material", bead.material, Material, "a Material; MATERIALS[name] gives one by name")

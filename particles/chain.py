@@ -14,6 +14,7 @@ from particles.contact import ContactLaw
 from particles.dissipation import Dissipation
 from particles.excitation import Excitation, Piston, PushedBead, SpringLoaded
 from structures.checks import instance, listed, not_negative, one_of, turn, within
+from structures.plausible import likely
 from structures.structure import Vector
 
 INTEGRATORS = ("verlet", "rk4")
@@ -68,6 +69,9 @@ class Chain:
         object.__setattr__(self, "gravity", not_negative("gravity", self.gravity, "m/s²"))
         object.__setattr__(self, "preload", not_negative("preload", self.preload, "N"))
         object.__setattr__(self, "inclination", turn("inclination", self.inclination))
+        likely("speed", "Chain", "impact_speed", self.impact_speed or 0.0)
+        likely("gravity", "Chain", "gravity", self.gravity)
+        likely("preload", "Chain", "preload", self.preload)
         if not isinstance(self.dissipation, Dissipation | None):
             raise ValueError(
                 f"dissipation = {self.dissipation!r}: must be None or a loss such as LinearDashpot(coefficient)"

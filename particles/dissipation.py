@@ -12,6 +12,7 @@ from scipy.optimize import brentq
 
 from particles import kernels
 from structures.checks import not_negative, one_of, within
+from structures.plausible import likely
 from structures.structure import Vector
 
 FORMS = ("pairwise", "thesis")
@@ -114,6 +115,7 @@ class KuwabaraKono(Dissipation):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "time", not_negative("time", self.time, "s"))
+        likely("time", "KuwabaraKono", "time", self.time)
 
     def coefficients(self, mass: Vector) -> Vector:
         """τ at each contact."""

@@ -9,6 +9,7 @@ from scipy.interpolate import PchipInterpolator
 
 from particles.bead import Bead
 from structures.checks import finite, instance, positive
+from structures.plausible import likely
 from structures.structure import Vector
 from structures.surface import Surface
 
@@ -33,6 +34,10 @@ class SpringLoaded:
         object.__setattr__(self, "compression", positive("compression", self.compression, "m"))
         travel = self.compression if self.travel is None else self.travel
         object.__setattr__(self, "travel", positive("travel", travel, "m"))
+        likely("spring", "SpringLoaded", "stiffness", self.stiffness)
+        likely("way", "SpringLoaded", "compression", self.compression)
+        if self.travel != self.compression:
+            likely("way", "SpringLoaded", "travel", self.travel or 0.0)
 
     @property
     def left(self) -> float:
@@ -110,6 +115,9 @@ def _check_history(of: "PushedBead | Piston", name: str, unit: str) -> None:
         raise ValueError(f"{name}: {len(columns[name])} of them for {len(columns['time'])} times; must be as many")
     if columns["time"][0] != 0.0 or min(np.diff(columns["time"])) <= 0.0:
         raise ValueError("time: must increase from 0 s")
+    likely("time", type(of).__name__, "time[-1]", columns["time"][-1])
+    if unit == "m":
+        likely("way", type(of).__name__, f"max |{name}|", max(map(abs, columns[name])))
 
 
 def _history(time: Sequence[float], values: Sequence[float]) -> tuple[Vector, Vector, Vector]:

@@ -7,6 +7,7 @@ from math import hypot
 import numpy as np
 
 from structures.checks import finite, not_negative, positive
+from structures.plausible import likely
 
 Place = tuple[float, float]
 
@@ -23,6 +24,7 @@ class PointMass:
         for name in ("x", "y"):
             object.__setattr__(self, name, finite(name, getattr(self, name), "m"))
         object.__setattr__(self, "mass", positive("mass", self.mass, "kg"))
+        likely("mass", "PointMass", "mass", self.mass)
 
 
 @dataclass(frozen=True)
@@ -46,6 +48,9 @@ class Stiffener:
             raise ValueError(f"end = {self.end!r}: must lie elsewhere than the start")
         for name, unit in (("bending_stiffness", "N m²"), ("torsion_stiffness", "N m²"), ("mass_per_length", "kg/m")):
             object.__setattr__(self, name, not_negative(name, getattr(self, name), unit))
+        likely("beam", "Stiffener", "bending_stiffness", self.bending_stiffness)
+        likely("beam", "Stiffener", "torsion_stiffness", self.torsion_stiffness)
+        likely("mass per length", "Stiffener", "mass_per_length", self.mass_per_length)
 
     @property
     def length(self) -> float:

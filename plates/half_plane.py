@@ -12,6 +12,7 @@ from scipy.special import j0
 from plates.section import homogeneous
 from structures.checks import instance, not_negative, one_of, positive
 from structures.material import Material
+from structures.plausible import likely
 from structures.structure import Structure, Vector
 from structures.surface import Surface
 
@@ -112,6 +113,8 @@ def half_plane(
     section = homogeneous(positive("thickness", thickness, "m"), material)
     away = (not_negative if one_of("edge", edge, EDGES) == "free" else positive)("distance", distance, "m")
     until, highest = positive("until", until, "s"), positive("highest_frequency", highest_frequency, "Hz")
+    likely("side", "half_plane", "distance", away)
+    likely("frequency", "half_plane", "highest_frequency", highest)
     impedance = float(8.0 * (section.bending[0, 0] * section.mass) ** 0.5)
     diffusion = float((section.bending[0, 0] / section.mass) ** 0.5)
     plate = _HalfPlane(diffusion, impedance, edge, away, material.poisson_ratio)

@@ -15,6 +15,7 @@ from plates.support import Support, Supports
 from structures.checks import instance, positive, whole
 from structures.material import Material
 from structures.mesh_source import Tag
+from structures.plausible import likely
 
 
 def mindlin_plate(
@@ -64,4 +65,7 @@ def mindlin_plate(
     held: dict[Tag, Support] = {MIRROR: "symmetry"}
     held.update((name, getattr(supports, name)) for name in NAMES)
     frequency = positive("highest_frequency", highest_frequency, "Hz")
+    likely("side", "mindlin_plate", "length", length)
+    likely("side", "mindlin_plate", "width", width)
+    likely("frequency", "mindlin_plate", "highest_frequency", frequency)
     return Panel("Mindlin plate", shape, section, held, patch, frequency, added, material)

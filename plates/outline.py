@@ -12,6 +12,7 @@ from plates.grading import SAME
 from plates.panel_mesh import PanelMesh, Sizes, distances
 from structures.checks import finite, instance, positive, whole
 from structures.mesh_source import Tag
+from structures.plausible import likely
 from structures.structure import Vector
 
 Place = tuple[float, float]
@@ -45,6 +46,7 @@ class Outline:
         object.__setattr__(self, "edges", _names(self.edges, len(self.corners)))
         self._check_corners()
         self._check_crossings()
+        likely("side", "Outline", "size", self.size)
         outer, rings = np.array(self.corners), [np.array(hole) for hole in self.holes]
         for i, ring in enumerate(rings):
             if not _within(outer, ring[0]):

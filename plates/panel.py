@@ -27,9 +27,11 @@ from plates.section import SHEAR_CORRECTION, Section, all_around
 from plates.support import ElasticEdge, Support, check_support
 from structures.caution import caution
 from structures.checks import instance, positive
+from structures.factor import Matrices
 from structures.field import Field
 from structures.material import Material
 from structures.mesh_source import Tag, known
+from structures.plausible import likely
 from structures.structure import Structure, Vector
 from structures.surface import Surface
 
@@ -55,13 +57,12 @@ MANY = 200_000
 """Degrees of freedom. 100 000 reduce in some 15 s."""
 
 
-class _Matrices(NamedTuple):
+class _OnMesh(NamedTuple):
     """A theory on a mesh; the motions that the supports leave; M and K of these."""
 
     theory: Theory
     kept: Matrix
-    mass: Matrix
-    stiffness: Matrix
+    matrices: Matrices
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +81,7 @@ class Panel:
     highest_frequency: float
     additions: tuple[Addition, ...] = ()
     material: Material | Laminate | Section | None = None
-    _kept: dict[int, tuple[PanelMesh, _Matrices]] = field(default_factory=dict, init=False, repr=False)
+    _kept: dict[int, tuple[PanelMesh, _OnMesh]] = field(default_factory=dict, init=False, repr=False)
 
     @property
     def mass_per_area(self) -> float:
@@ -122,7 +123,7 @@ class Panel:
         for one in contacts:
             check_place(panel, self.supports, np.array([one.x, one.y]), self.patch_radius)
             across.append(mirrors(panel, self.supports, np.array([one.x, one.y])))
-        theory, kept, mass, stiffness = self._matrices(panel, alike(contacts, [2 ** len(lines) for lines in across]))
+        theory, kept, matrices = self._matrices(panel, alike(contacts, [2 ** len(lines) for lines in across]))
         columns = [self._contact(panel, theory, *pair) @ kept for pair in zip(contacts, across, strict=True)]
         contact = np.column_stack(columns)
         if len(contact) > MANY:
@@ -130,8 +131,12 @@ class Panel:
         walls, patch = [self._wall(one) for one in contacts], self.patch_radius
         flexibility = one_or_all([0.0 if patch is None else remaining_flexibility(wall, patch) for wall in walls])
         surface = one_or_all([Surface(wall.struck) for wall in walls])
-        fields = Field(partial(panel_sampler, panel.mesh, theory, kept, self.section, stiffness), len(contact))
-        return Structure(mass, stiffness, None, contact, flexibility, surface, self._origin(contacts), field=fields)
+        mass, stiffness = matrices.mass, matrices.stiffness
+        fields, origin = (
+            Field(partial(panel_sampler, panel.mesh, theory, kept, self.section, stiffness), len(contact)),
+            self._origin(contacts),
+        )
+        return Structure(mass, stiffness, None, contact, flexibility, surface, origin, field=fields, matrices=matrices)
 
     def _contact(self, panel: PanelMesh, theory: Theory, contact: Contact, across: list[Mirror]) -> Vector:
         """What spreads the force of a contact, which lies on lines of symmetry or on none."""
@@ -168,18 +173,18 @@ class Panel:
             return Sizes(wave / 24.0, 0.15, wave / 8.0)
         return Sizes(min(self.patch_radius, wave), 0.6, 1.6 * wave)
 
-    def _matrices(self, panel: PanelMesh, copies: int) -> _Matrices:
+    def _matrices(self, panel: PanelMesh, copies: int) -> _OnMesh:
         """Of a mesh, as often as the plate goes on beyond its edges; those of the last mesh are kept."""
         if not self._kept or next(iter(self._kept.values()))[0] is not panel:
             self._kept.clear()
             self._kept[1] = panel, self._assembled(panel)
         if copies not in self._kept:
             one = self._kept[1][1]
-            many = one._replace(mass=copies * one.mass, stiffness=copies * one.stiffness)
-            self._kept[copies] = panel, many
+            many = Matrices(copies * one.matrices.mass, copies * one.matrices.stiffness)
+            self._kept[copies] = panel, one._replace(matrices=many)
         return self._kept[copies][1]
 
-    def _assembled(self, panel: PanelMesh) -> _Matrices:
+    def _assembled(self, panel: PanelMesh) -> _OnMesh:
         check_regions(panel.mesh, self.additions)
         thin = self.patch_radius is None
         theory: Theory = Morley(panel.mesh, self.section) if thin else Mindlin(panel.mesh, self.section, DEGREE)
@@ -195,7 +200,7 @@ class Panel:
         if kept.shape[1] == 0:
             raise ValueError("mesh: the supports hold every degree of freedom; use smaller cells")
         mass, stiffness = (sparse.csr_array(kept.T @ one @ kept) for one in (mass, stiffness))
-        return _Matrices(theory, kept, mass, stiffness)
+        return _OnMesh(theory, kept, Matrices(mass, stiffness))
 
     def _origin(self, contacts: Sequence[Contact]) -> dict[str, Any]:
         section = asdict(self.section)
@@ -235,6 +240,7 @@ def kirchhoff_panel(
     if isinstance(found, FlatMesh) and found.quadrilateral:
         raise ValueError("mesh: has quadrilaterals; Morley's elements are triangles, mindlin_panel takes both")
     frequency = positive("highest_frequency", highest_frequency, "Hz")
+    likely("frequency", "kirchhoff_panel", "highest_frequency", frequency)
     return Panel("Kirchhoff panel", found, section, held, None, frequency, known_additions(additions), material)
 
 
@@ -270,6 +276,7 @@ def mindlin_panel(
     found, held = _shape(shape, section, supports, scale)
     patch = patch_of(section, patch_radius)
     frequency = positive("highest_frequency", highest_frequency, "Hz")
+    likely("frequency", "mindlin_panel", "highest_frequency", frequency)
     return Panel("Mindlin panel", found, section, held, patch, frequency, known_additions(additions), material)
 
 

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property, partial
 from math import isclose, pi
-from typing import TypeAlias
 
 import numpy as np
 from scipy import sparse
@@ -19,12 +18,12 @@ from plates.section import Section, all_around, point_rigidity
 from plates.support import ElasticEdge, Support, Supports
 from structures.caution import caution
 from structures.checks import instance, positive, whole
+from structures.factor import Matrices
 from structures.field import Field
 from structures.material import Material
+from structures.plausible import likely
 from structures.structure import Structure, Vector
 from structures.surface import Surface
-
-Matrices: TypeAlias = tuple[sparse.csr_array, sparse.csr_array]
 
 HIGHEST_FREQUENCY = 40.0e3
 """Hz. The contact of steel beads of 4 to 20 mm lasts 25 to 110 µs and excites little above this."""
@@ -100,14 +99,15 @@ class Plate:
         if contact.size == 0:
             raise ValueError(f"cells = {self.cells!r}: too few, the supports hold every node; use more")
         if self.cells is not None:
-            mass, stiffness = self._counted(copies)
+            matrices = self._counted(copies)
         else:
-            mass, stiffness = (copies * one for one in self._matrices(along_x, along_y))
+            matrices = Matrices(*(copies * one for one in self._matrices(along_x, along_y)))
+        mass, stiffness = matrices.mass, matrices.stiffness
         origin = {"kind": "Kirchhoff plate", **asdict(self), **told(contacts)}
         sampler = partial(_sampler, along_x, along_y, (more_x == 2, more_y == 2), self.section, stiffness)
         surfaces = [Surface(struck(self.section, self.material, one.face)) for one in contacts]
         surface, field = one_or_all(surfaces), Field(sampler, len(contact))
-        return Structure(mass, stiffness, None, contact, 0.0, surface, origin, field=field)
+        return Structure(mass, stiffness, None, contact, 0.0, surface, origin, field=field, matrices=matrices)
 
     def _beams(self, contacts: Sequence[Contact]) -> list[tuple[Beam, int]]:
         """The beams along x and along y that the contacts want, and how often each is to be counted."""
@@ -142,15 +142,15 @@ class Plate:
     def _counted(self, copies: int) -> Matrices:
         """The matrices of the uniform mesh, as often as the plate goes on beyond its edges; made once."""
         if copies not in self._kept:
-            one = self._matrices(*self._uniform) if copies == 1 else self._counted(1)
-            self._kept[copies] = one if copies == 1 else (copies * one[0], copies * one[1])
+            one = self._matrices(*self._uniform)
+            self._kept[copies] = Matrices(*(copies * matrix for matrix in one))
         return self._kept[copies]
 
     @cached_property
     def _kept(self) -> dict[int, Matrices]:
         return {}
 
-    def _matrices(self, x: Beam, y: Beam) -> Matrices:
+    def _matrices(self, x: Beam, y: Beam) -> tuple[sparse.csr_array, sparse.csr_array]:
         mass, stiffness = plate_matrices(x, y, self.section, self.additions)
         return mass, stiffness
 
@@ -231,6 +231,9 @@ def kirchhoff_plate(
             "for thin plates, mindlin_plate for thicker ones"
         )
     frequency = positive("highest_frequency", highest_frequency, "Hz")
+    likely("side", "kirchhoff_plate", "length", length)
+    likely("side", "kirchhoff_plate", "width", width)
+    likely("frequency", "kirchhoff_plate", "highest_frequency", frequency)
     added = check_additions(additions, length, width)
     return Plate(length, width, section.thickness, material, supports, cells, frequency, added)
 

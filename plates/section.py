@@ -7,6 +7,7 @@ import numpy as np
 from structures.checks import instance, not_negative, positive
 from structures.elasticity import shear_modulus
 from structures.material import Material
+from structures.plausible import likely
 from structures.structure import Vector
 
 SHEAR_CORRECTION = 5.0 / 6.0
@@ -39,6 +40,7 @@ class Section:
         for name, unit in (("mass", "kg/m²"), ("thickness", "m")):
             object.__setattr__(self, name, positive(name, getattr(self, name), unit))
         object.__setattr__(self, "rotary_inertia", not_negative("rotary_inertia", self.rotary_inertia, "kg"))
+        likely("thickness", "Section", "thickness", self.thickness)
         instance("struck", self.struck, Material, "a Material, whose E and ν a bead meets")
 
 

@@ -13,6 +13,9 @@ OURS = tuple(str(HOME / place) for place in ("structures/", "particles/", "plate
 
 _COLLECTED: ContextVar[list[str] | None] = ContextVar("collected", default=None)
 
+GENERATED = "<string>"
+"""The file of an __init__ that dataclasses write."""
+
 
 class HertzlinkWarning(UserWarning):
     """Input that is unlikely, such as a length in mm where metres are meant, or a result that may mislead.
@@ -44,6 +47,6 @@ def collected() -> Iterator[list[str]]:
 def _depth() -> int:
     """The stack level, for warnings.warn in `caution`, of the innermost frame that is not our own code."""
     frame, level = sys._getframe(2), 2
-    while frame.f_code.co_filename.startswith(OURS) and frame.f_back is not None:
+    while frame.f_code.co_filename.startswith((*OURS, GENERATED)) and frame.f_back is not None:
         frame, level = frame.f_back, level + 1
     return level

@@ -25,6 +25,7 @@ from structures.elasticity import (
     shear_speed,
 )
 from structures.field import Field
+from structures.plausible import likely
 from structures.rod import Layer
 from structures.structure import Structure, Vector
 from structures.surface import Surface
@@ -84,6 +85,7 @@ def cylinder(
         one_of("base", base, ("fixed", "free", "absorbing"))
     one_of("side", side, ("free", "absorbing"))
     frequency, cells = positive("highest_frequency", highest_frequency, "Hz"), whole("cells", cells)
+    likely("frequency", "cylinder", "highest_frequency", frequency)
     patch = _patch_radius(patch_radius, stack, frequency)
     across, along = _nodes_across(stack, patch, frequency, cells), _nodes_along(stack, patch, frequency, cells)
     _check_size(float(across.size * along.size))

@@ -9,8 +9,11 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from structures.checks import instance, not_negative, one_of, positive
+from structures.factor import symmetric
 from structures.oscillators import is_modal
+from structures.plausible import likely
 from structures.structure import Structure, Vector, known_field
+from structures.symmetric import check_definite
 
 MODULI = ("relaxed", "instantaneous")
 
@@ -28,6 +31,7 @@ def rayleigh(structure: Structure, mass_rate: float = 0.0, stiffness_time: float
     instance("structure", structure, Structure, "a Structure")
     mass_rate = not_negative("mass_rate", mass_rate, "1/s")
     stiffness_time = not_negative("stiffness_time", stiffness_time, "s")
+    likely("time", "rayleigh", "stiffness_time", stiffness_time)
     if stiffness_time > 0.0 and maxwell_arms(structure) is not None:
         raise ValueError(
             f"stiffness_time = {stiffness_time!r}: the structure has Maxwell arms; call rayleigh before "
@@ -102,6 +106,7 @@ def standard_linear_solid(
     """
     instance("structure", structure, Structure, "a Structure")
     share, time = positive("share", share), positive("time", time, "s")
+    likely("time", "standard_linear_solid", "time", time)
     one_of("modulus", modulus, MODULI)
     if modulus == "instantaneous" and share >= 1.0:
         raise ValueError(f"share = {share!r}: must be below 1 of the instantaneous modulus")
@@ -113,10 +118,12 @@ def standard_linear_solid(
     structure = replace(structure, origin=_noted(structure, arm))
     if modulus == "relaxed":
         return with_arms(structure, root, time, structure.stiffness + added)
-    damped = with_arms(structure, root, time, structure.stiffness)
-    if _factored(damped.stiffness)[1].min() < -NO_PIVOT:
-        raise ValueError(f"part: {share} of it is more than the structure's stiffness")
-    return damped
+    try:
+        left = symmetric("stiffness", structure.stiffness - added)
+        check_definite("stiffness", left)
+    except ValueError as error:
+        raise ValueError(f"part: {share} of it is more than the structure's stiffness") from error
+    return with_arms(structure, root, time, structure.stiffness)
 
 
 def stiffness_parts(structure: Structure) -> list[sparse.csr_array]:

@@ -1,15 +1,20 @@
-"""One sparse symmetric factorisation, scaled, kept as long as the matrix that it belongs to."""
+"""Sparse symmetric factorisations, scaled, and the matrices that own theirs."""
 
-import weakref
 from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from structures.structure import Structure, Vector
+from structures.symmetric import SMALL, check_definite, check_symmetric
 
-Solve = Callable[[Vector], Vector]
+if TYPE_CHECKING:
+    from structures.structure import Structure
+
+Vector: TypeAlias = NDArray[np.float64]
+Solve: TypeAlias = Callable[[Vector], Vector]
 
 
 def factorise(matrix: sparse.sparray) -> Solve:
@@ -28,16 +33,67 @@ def factorise(matrix: sparse.sparray) -> Solve:
     return solve
 
 
-def shifted_solve(structure: Structure, shift: float) -> Solve:
-    """Solves (K + shift² M) x = y, shift in 1/s; structures that share a mesh share the factorisation.
+class Matrices:
+    """Mass M and stiffness K of a body: examined once, and factorised once for each shift.
 
-    The factorisation is kept while the stiffness matrix lives.
+    Whoever assembles M and K keeps this object and gives it to each structure that shares them, such as those of
+    many contact points on one mesh. The factorisations live as long as it does. A copy, and one in another process,
+    begins without factorisations.
+
+    mass, stiffness: sparse, n × n. Raises ValueError where one is not square, finite and symmetric, or has a negative
+    eigenvalue (see `check_symmetric` for what is found at once, in a large matrix).
     """
-    key = (id(structure.stiffness), id(structure.mass), shift)
-    if key not in _kept:
-        _kept[key] = factorise(structure.stiffness + shift**2 * structure.mass)
-        weakref.finalize(structure.stiffness, _kept.pop, key, None)
-    return _kept[key]
+
+    def __init__(self, mass: Any, stiffness: Any) -> None:
+        self.mass, self.stiffness = symmetric("mass", mass), symmetric("stiffness", stiffness)
+        self._solves: dict[float, Solve] = {}
+        self._examined = self.mass.shape[0] <= SMALL
+
+    def belong(self, mass: object, stiffness: object) -> bool:
+        """Whether these are the matrices themselves, not equal ones."""
+        return self.mass is mass and self.stiffness is stiffness
+
+    def shifted_solve(self, shift: float) -> Solve:
+        """Solves (K + shift² M) x = y, shift in 1/s."""
+        if shift not in self._solves:
+            self._solves[shift] = factorise(self.stiffness + shift**2 * self.mass)
+        return self._solves[shift]
+
+    def examine(self) -> None:
+        """A ValueError where a matrix of any size has a negative eigenvalue; one factorisation of each, once."""
+        if not self._examined:
+            check_definite("mass", self.mass)
+            check_definite("stiffness", self.stiffness)
+            self._examined = True
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_solves": {}}
 
 
-_kept: dict[tuple[int, int, float], Solve] = {}
+def shifted_solve(structure: "Structure", shift: float) -> Solve:
+    """Solves (K + shift² M) x = y, shift in 1/s; structures that share their Matrices share the factorisation."""
+    return structure.matrices.shifted_solve(shift)
+
+
+def symmetric(name: str, given: Any) -> sparse.csr_array:
+    """A matrix as a csr_array, or a ValueError where it is not square, finite, symmetric and positive semidefinite."""
+    matrix = given
+    if not isinstance(matrix, sparse.csr_array):
+        matrix = sparse.csr_array(matrix if sparse.issparse(matrix) else np.atleast_2d(numbers(name, matrix)))
+    if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1]:
+        raise ValueError(f"{name} has shape {matrix.shape}: must be square")
+    if not np.isfinite(matrix.data).all():
+        raise ValueError(f"{name}: must hold finite numbers")
+    check_symmetric(name, matrix)
+    return matrix
+
+
+def numbers(name: str, values: object) -> Vector:
+    """An array of finite numbers, or a ValueError."""
+    try:
+        array = np.asarray(values, dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        array = np.array(np.nan)
+    if not np.isfinite(array).all():
+        raise ValueError(f"{name}: must hold finite numbers")
+    return array

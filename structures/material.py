@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 
 from structures.checks import finite, instance, positive
+from structures.plausible import likely
 
 
 @dataclass(frozen=True)
@@ -32,6 +33,9 @@ class Material:
         object.__setattr__(self, "poisson_ratio", ratio)
         if self.yield_strength is not None:
             object.__setattr__(self, "yield_strength", positive("yield_strength", self.yield_strength, "Pa"))
+        owner = f"Material {self.name!r}" if self.name else "Material"
+        likely("modulus", owner, "youngs_modulus", self.youngs_modulus)
+        likely("density", owner, "density", self.density)
 
     @property
     def contact_modulus(self) -> float:

@@ -197,6 +197,7 @@ class MovingStructure:
         """The stepper for this window, made once."""
         if window not in self._steps:
             positive("window", window, "s")
+            self.structure.matrices.examine()
             make = self.stepper if callable(self.stepper) else STEPPERS[self.stepper]
             step = Oscillators(self.structure, window) if self.modal else make(self.structure, window)
             if not hasattr(step, "free") or not hasattr(step, "response"):

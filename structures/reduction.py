@@ -38,6 +38,9 @@ LARGEST = 600
 NOT_STRETCHED = 1e-14
 """A direction in which an arm has less than this part of its greatest stiffness gets no arm."""
 
+NEGATIVE = 1e-9
+"""A square of an angular frequency below zero by less than this part of SHIFT² is rounding."""
+
 PROBES = 3
 
 PROPORTIONAL = 1e-11
@@ -253,6 +256,11 @@ class _Krylov:
         basis = self.basis[: self.size]
         square, vectors = eigh(self.stiffness[: self.size, : self.size])
         contact = vectors.T @ (basis @ self.body.contact)
+        if square.size and square[0] < -NEGATIVE * SHIFT**2:
+            raise ValueError(
+                "stiffness: must have no negative eigenvalue, but there is a motion that grows as "
+                f"e^(t/τ) with τ = {1.0 / np.sqrt(-square[0]):.3g} s"
+            )
         square = np.maximum(square, 0.0)
 
         def projected(part: _Part) -> Vector:

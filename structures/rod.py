@@ -12,6 +12,7 @@ from skfem import Basis, BilinearForm, ElementLineP2, MeshLine
 
 from structures.checks import instance, listed, one_of, positive, whole
 from structures.material import Material
+from structures.plausible import likely
 from structures.structure import Structure
 from structures.surface import Surface
 
@@ -43,6 +44,8 @@ class Layer:
         object.__setattr__(self, "radius", positive("radius", self.radius, "m"))
         if self.radius > LARGEST_RADIUS:
             raise ValueError(f"radius = {self.radius!r}: must be at most {LARGEST_RADIUS:g} m; is it in millimetres?")
+        likely("side", "Layer", "length", self.length)
+        likely("thickness", "Layer", "radius", self.radius)
 
     @property
     def area(self) -> float:

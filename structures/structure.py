@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from structures.checks import each, finite, instance, listed
+from structures.factor import Matrices, numbers, symmetric
 from structures.field import Field
 from structures.material import Material
 from structures.surface import Surface
@@ -32,8 +33,13 @@ class Structure:
     origin: how the structure was made, as plain data; goes into the attributes of results.
     valid_until: the longest run, s, that it is good for; a reduced structure knows no longer ones.
     field: what turns the degrees of freedom into displacement and stress of the body; None where nothing does.
+    matrices: what holds mass and stiffness and owns their factorisations. Structures that share a mesh share it; by
+    default, or where it holds other matrices, each structure has its own.
 
-    u and w are measured from static equilibrium. Raises ValueError where shapes do not agree.
+    u and w are measured from static equilibrium.
+    Raises ValueError where shapes do not agree; where a matrix is not symmetric or has a negative eigenvalue, and where
+    the mass has a zero one besides rows of zeros, since degrees of freedom may be massless; where a contact's vector is
+    zero. Eigenvalues of matrices of more than 500 rows are examined when the structure is reduced or run.
     """
 
     mass: sparse.csr_array
@@ -45,21 +51,24 @@ class Structure:
     origin: Mapping[str, Any] = dataclasses.field(default_factory=dict)
     valid_until: float = inf
     field: Field | None = None
+    matrices: Matrices = dataclasses.field(default=None, repr=False)  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "contact", _columns(_numbers("contact", self.contact)))
+        contact = _columns(numbers("contact", self.contact))
+        object.__setattr__(self, "contact", contact)
         n = self.size
+        if n and not (contact.reshape(n, -1) != 0.0).any(axis=0).all():
+            raise ValueError("contact: must not be zero, or the contact force moves nothing")
+        if self.matrices is None or not self.matrices.belong(self.mass, self.stiffness):
+            object.__setattr__(self, "matrices", Matrices(self.mass, self.stiffness))
+        object.__setattr__(self, "mass", self.matrices.mass)
+        object.__setattr__(self, "stiffness", self.matrices.stiffness)
+        if self.damping is not None:
+            object.__setattr__(self, "damping", symmetric("damping", self.damping))
         for name in ("mass", "stiffness", "damping"):
             matrix = getattr(self, name)
-            if matrix is None and name == "damping":
-                continue
-            if not isinstance(matrix, sparse.csr_array):
-                matrix = sparse.csr_array(matrix if sparse.issparse(matrix) else np.atleast_2d(_numbers(name, matrix)))
-                object.__setattr__(self, name, matrix)
-            if matrix.shape != (n, n):
+            if matrix is not None and matrix.shape != (n, n):
                 raise ValueError(f"{name} has shape {matrix.shape}: must be ({n}, {n}), as contact has {n} entries")
-            if not np.isfinite(matrix.data).all():
-                raise ValueError(f"{name}: must hold finite numbers")
         if self.contacts == 1:
             finite("flexibility", self.flexibility, "m/N")
             instance("surface", self.surface, Surface, "a Surface")
@@ -93,16 +102,6 @@ def known_field(structure: Structure) -> Field:
     if "reduction" in structure.origin:
         raise ValueError(f"structure: this {kind} lost its field when it was reduced; reduce(..., keep_field=True)")
     raise ValueError(f"structure: the {kind} has no field; cylinders, solids and plates have one")
-
-
-def _numbers(name: str, values: object) -> Vector:
-    try:
-        array = np.asarray(values, dtype=float)
-    except (TypeError, ValueError, OverflowError):
-        array = np.array(np.nan)
-    if not np.isfinite(array).all():
-        raise ValueError(f"{name}: must hold finite numbers")
-    return array
 
 
 def _columns(contact: Vector) -> Vector:

@@ -19,6 +19,7 @@ from plates.plate import Plate, kirchhoff_plate
 from plates.support import Supports
 from plates.theory import critical_distance_bounds
 from structures.material import ALUMINIUM_6061, STEEL_440C, Material
+from structures.plausible import units_of_one
 from structures.reduction import reduce
 from structures.structure import Structure
 from structures.surface import Surface, hertz_stiffness
@@ -138,8 +139,9 @@ def table(data: xr.Dataset) -> list[Row]:
 
 def _coefficients() -> list[Row]:
     """The printed factors of equations 6.39 and 6.42, for a sphere on a half-space with all else in units of one."""
-    material = Material(1.0, 0.0, 1.0)
-    sphere = Sphere(0.5, material)
+    with units_of_one():
+        material = Material(1.0, 0.0, 1.0)
+        sphere = Sphere(0.5, material)
     stiffness = hertz_stiffness(sphere.surface, Surface(material))
     # Both bodies give way alike, so the sum of their compliances is two.
     striker = contact_time_half_space(sphere.mass, stiffness, 1.0) / 2.0**0.4

@@ -5,7 +5,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -100,12 +99,31 @@ def test_force_never_deletes_what_it_did_not_write(tmp_path: Path, output: str) 
     assert len(list((inner / "flat").iterdir())) == 3
 
 
+TELLING = """
+from coupling.cosimulation import CoSimulation
+from hertzlink import main
+
+run = CoSimulation.run
+
+def telling(*given, **named):
+    print("running", flush=True)
+    return run(*given, **named)
+
+CoSimulation.run = telling
+main()
+"""
+"""The command line, which says on its standard output when a run begins."""
+
+
 @pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGKILL])
 def test_a_stopped_study_leaves_nothing(tmp_path: Path, sent: signal.Signals) -> None:
-    command = [sys.executable, "-c", "from hertzlink import main; main()", "study", "plate-boundary", "--jobs", "1"]
-    running = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, start_new_session=True)
-    time.sleep(6.0)
-    for _ in range(3):
+    """Stopped in the midst of its runs."""
+    command = [sys.executable, "-c", TELLING, "study", "plate-boundary", "--jobs", "1"]
+    pipe = subprocess.PIPE
+    running = subprocess.Popen(command, cwd=tmp_path, stdout=pipe, stderr=pipe, start_new_session=True)
+    assert running.stdout is not None
+    assert running.stdout.readline() == b"running\n"
+    for _ in range(10):
         os.killpg(running.pid, sent)
         try:
             running.communicate(timeout=30)

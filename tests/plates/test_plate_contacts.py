@@ -206,7 +206,8 @@ def test_lines_are_fine_at_every_position(positions: list[float], finest: float,
         near = abs(nodes - position)
         assert near.min() <= 2e-2 * finest
         beside = sizes[max(near.argmin() - 1, 0) : near.argmin() + 1]
-        assert beside.max() <= 1.02 * finest
+        # Where cells may grow by less than 1.3, the first one already reaches into the coarse ones: 1.037 at most.
+        assert beside.max() <= 1.04 * finest
         away = np.maximum(abs(nodes[1:] - position), abs(nodes[:-1] - position))
         assert np.all(sizes <= 1.02 * finest + (GROWTH - 1.0) * away)
 

@@ -291,7 +291,7 @@ def test_stiff_foundation_is_a_base_that_slides() -> None:
         ([STEEL], {"patch_radius": 1e-300}, "patch_radius"),
         ([STEEL], {"highest_frequency": 0.0}, r"highest_frequency = 0\.0"),
         ([STEEL], {"highest_frequency": 1e12}, "highest_frequency, cells: need"),
-        ([hl.Layer(hl.STEEL_440C, 5.0, 5.0)], {"highest_frequency": 1e6}, "highest_frequency, cells: need"),
+        ([hl.Layer(hl.STEEL_440C, 5.0, 0.5)], {"highest_frequency": 1e6}, "highest_frequency, cells: need"),
         ([STEEL], {"cells": 0}, "cells = 0"),
         ([STEEL], {"cells": 2.5}, r"cells = 2\.5"),
         ([STEEL], {"cells": 10**6}, "highest_frequency, cells: need"),

@@ -1,0 +1,110 @@
+"""Numbers in another unit than SI get a warning that names the argument, its value and the unit that may be meant."""
+
+import warnings
+from collections.abc import Callable
+
+import pytest
+
+import hertzlink as hl
+from structures.plausible import LIKELY, likely, units_of_one
+
+STEEL = hl.STEEL_440C
+BEAD = hl.Sphere(4.76e-3, STEEL)
+FREE = hl.Supports()
+
+UNLIKELY: list[tuple[Callable[[], object], str]] = [
+    (lambda: hl.Sphere(4.76, STEEL), r"Sphere radius = 4\.76: is taken as 4\.76 m; is it in mm\?"),
+    (lambda: hl.HollowSphere(9.5, 8.6e-3, STEEL), r"HollowSphere radius = 9\.5: .* mm\?"),
+    (lambda: hl.Ellipsoid(4.76e-3, 9.52, STEEL), r"Ellipsoid length = 9\.52: .* mm\?"),
+    (lambda: hl.Cylinder(2.38, 4.76e-3, STEEL), r"Cylinder radius = 2\.38: .* mm\?"),
+    (lambda: hl.Material(200, 0.28, 7800.0), r"Material youngs_modulus = 200: .* 200 Pa; is it in GPa or MPa\?"),
+    (lambda: hl.Material(200e3, 0.28, 7800.0), r"Material youngs_modulus = 200000: .* GPa or MPa\?"),
+    (lambda: hl.Material(200e9, 0.28, 7.8, "mine"), r"Material 'mine' density = 7\.8: .* kg/m³; is it in g/cm³\?"),
+    (
+        lambda: hl.OrthotropicMaterial(138, 9, 0.3, 6.9, 6.9, 3.2, 1600.0),
+        r"OrthotropicMaterial youngs_modulus_along = 138: .* GPa",
+    ),
+    (lambda: hl.OrthotropicMaterial(138e9, 9e9, 0.3, 6.9e9, 6.9e9, 3.2e9, 1.6), "OrthotropicMaterial density = 1"),
+    (lambda: hl.Ply(STEEL, 0.125), r"Ply thickness = 0\.125: .* mm\?"),
+    (lambda: hl.Layer(STEEL, 76.2, 9.5e-3), r"Layer length = 76\.2: .* mm\?"),
+    (lambda: hl.Layer(STEEL, 0.076, 2.38), r"Layer radius = 2\.38: .* mm\?"),
+    (lambda: hl.drop_speed(10.0), r"drop_speed height = 10: .* m; is it in mm\?"),
+    (lambda: hl.Chain([BEAD], BEAD, 310.0), r"Chain impact_speed = 310: .* m/s; is it in mm/s\?"),
+    (lambda: hl.Chain([BEAD], BEAD, 0.3, gravity=9810.0), r"Chain gravity = 9810: .* mm/s²\?"),
+    (lambda: hl.Chain([BEAD], BEAD, 0.3, preload=5e6), r"Chain preload = 5e\+06: .* mN\?"),
+    (lambda: hl.SpringLoaded(BEAD, 0.5, 5e-3), r"SpringLoaded stiffness = 0\.5: .* N/mm\?"),
+    (lambda: hl.SpringLoaded(BEAD, 500.0, 5.0), r"SpringLoaded compression = 5: .* mm\?"),
+    (lambda: hl.PushedBead([0, 10, 20], [0, 50, 0]), r"PushedBead time\[-1\] = 20: .* µs or ms\?"),
+    (lambda: hl.Piston([0.0, 1e-4], [0.0, 2.0]), r"Piston max \|displacement\| = 2: .* mm\?"),
+    (lambda: hl.KuwabaraKono(5.0), r"KuwabaraKono time = 5: .* µs or ms\?"),
+    (lambda: hl.kirchhoff_plate(300, 0.3, 2e-3, STEEL, FREE), r"kirchhoff_plate length = 300: .* mm\?"),
+    (lambda: hl.mindlin_plate(0.3, 300, 2e-3, STEEL, FREE), r"mindlin_plate width = 300: .* mm\?"),
+    (lambda: hl.kirchhoff_plate(3.0, 3.0, 2.29, STEEL, FREE), r"Section thickness = 2\.29: .* mm\?"),
+    (lambda: hl.infinite_plate(2.29, STEEL), r"Section thickness = 2\.29: .* mm\?"),
+    (lambda: hl.kirchhoff_plate(0.3, 0.3, 2e-3, STEEL, FREE, highest_frequency=40), r"frequency = 40: .* kHz\?"),
+    (lambda: hl.mindlin_plate(0.3, 0.3, 2e-3, STEEL, FREE, highest_frequency=40), r"frequency = 40: .* kHz\?"),
+    (
+        lambda: hl.mindlin_panel(hl.Outline(hl.circle(0.1)), 2e-3, STEEL, highest_frequency=40),
+        r"mindlin_panel highest_frequency = 40: is taken as 40 Hz; is it in kHz\?",
+    ),
+    (
+        lambda: hl.kirchhoff_panel(hl.Outline(hl.circle(0.1)), 2e-3, STEEL, highest_frequency=40),
+        "kirchhoff_panel highest_frequency = 40: ",
+    ),
+    (lambda: hl.cylinder([hl.Layer(STEEL, 0.02, 0.01)], highest_frequency=40), "cylinder highest_frequency = 40: "),
+    (lambda: hl.Outline(((0, 0), (300, 0), (0, 300))), r"Outline size = .*: .* mm\?"),
+    (lambda: hl.half_plane(2e-3, STEEL, "clamped", 20.5, until=1e-4), r"half_plane distance = 20\.5: .* mm\?"),
+    (lambda: hl.PointMass(0.1, 0.1, 250.0), r"PointMass mass = 250: is taken as 250 kg; is it in g\?"),
+    (lambda: hl.Stiffener((0, 0), (0, 1), 2e9), r"Stiffener bending_stiffness = 2e\+09: .* N mm²\?"),
+    (lambda: hl.Stiffener((0, 0), (0, 1), 2.0, 0.0, 850.0), r"Stiffener mass_per_length = 850: .* g/m\?"),
+    (lambda: hl.rayleigh(hl.infinite_plate(2e-3, STEEL), 0.0, 5.0), r"rayleigh stiffness_time = 5: .* µs or ms\?"),
+    (
+        lambda: hl.standard_linear_solid(hl.rod([hl.Layer(STEEL, 0.02, 0.01)]), 0.1, 30.0),
+        r"standard_linear_solid time = 30: .* µs or ms\?",
+    ),
+]
+
+
+@pytest.mark.filterwarnings("ignore::structures.caution.HertzlinkWarning")  # those besides the one that is expected
+@pytest.mark.parametrize(("make", "message"), UNLIKELY)
+def test_another_unit_gets_a_word(make: Callable[[], object], message: str) -> None:
+    """A warning at the caller's line; the object is made all the same."""
+    with pytest.warns(hl.HertzlinkWarning, match=message) as caught:
+        assert make() is not None
+    assert all(warning.filename == __file__ for warning in caught)
+
+
+def test_the_thesis_and_its_neighbourhood_get_none() -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", hl.HertzlinkWarning)
+        for material in hl.MATERIALS.values():
+            hl.Material(material.youngs_modulus, material.poisson_ratio, material.density)
+        hl.Material(1e6, 0.49, 950.0, "rubber")
+        hl.Material(70e6, 0.3, 60.0, "foam")
+        hl.Material(1e25, 0.3, 8000.0, "rigid")
+        for radius in (5e-5, 4.76e-3, 0.1):
+            hl.Chain([hl.Sphere(radius, STEEL)] * 2, BEAD, hl.drop_speed(0.01), gravity=9.81)
+        hl.rod([hl.Layer(STEEL, 2.0, 9.525e-3)])
+        hl.kirchhoff_plate(0.3, 0.3, 2.29e-3, hl.ALUMINIUM_6061, FREE)
+        hl.Chain([BEAD] * 2, hl.Piston(), preload=50.0)
+
+
+@pytest.mark.parametrize("quantity", LIKELY)
+def test_zero_and_the_limits_are_likely(quantity: str) -> None:
+    low, high, *_ = LIKELY[quantity]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", hl.HertzlinkWarning)
+        for value in (0.0, max(low, 1e-300), min(high, 1e300), -max(low, 1e-300)):
+            likely(quantity, "Thing", "number", value)
+    beyond = 2.0 * high if high < 1e300 else 0.5 * low
+    with pytest.warns(hl.HertzlinkWarning, match="Thing number = "):
+        likely(quantity, "Thing", "number", beyond)
+
+
+def test_units_of_one() -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", hl.HertzlinkWarning)
+        with units_of_one():
+            assert hl.Sphere(0.5, hl.Material(1.0, 0.0, 1.0)).mass == pytest.approx(0.5236, rel=1e-4)
+        with pytest.raises(hl.HertzlinkWarning, match="density"):
+            hl.Material(1e9, 0.0, 1.0)
