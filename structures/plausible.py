@@ -1,12 +1,11 @@
 """What numbers are likely in experiments with beads: a number outside is perhaps in another unit."""
 
-import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from math import inf
 from typing import NamedTuple
 
-from structures.caution import HertzlinkWarning, caution
+from structures.caution import caution, collected
 
 
 class Likely(NamedTuple):
@@ -69,6 +68,5 @@ def likely(quantity: str, owner: str, name: str, value: float) -> None:
 @contextmanager
 def units_of_one() -> Iterator[None]:
     """Within it no warning is given: for calculations without dimensions, as with Material(1.0, 0.0, 1.0)."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", HertzlinkWarning)
+    with collected():
         yield
