@@ -36,6 +36,7 @@ class Material:
         owner = f"Material {self.name!r}" if self.name else "Material"
         likely("modulus", owner, "youngs_modulus", self.youngs_modulus)
         likely("density", owner, "density", self.density)
+        likely("strength", owner, "yield_strength", self.yield_strength or 0.0)
 
     @property
     def contact_modulus(self) -> float:

@@ -28,6 +28,8 @@ LIKELY = {
     # Rubber has some 1 MPa, and the plane of a honeycomb core 10 kPa; a rigid body may have any modulus.
     "modulus": Likely(5e5, inf, "Pa", "GPa or MPa"),
     "ply modulus": Likely(1e4, inf, "Pa", "GPa or MPa"),
+    # Foams yield at some 100 kPa, hard steel at 2 GPa.
+    "strength": Likely(1e4, inf, "Pa", "MPa or GPa"),
     # The lightest foams that bear anything have some 30 kg/m³; no solid has more than 22.6 g/cm³.
     "density": Likely(25.0, inf, "kg/m³", "g/cm³"),
     # A chain is struck at 1 m/s or less; above some m/s steel yields.

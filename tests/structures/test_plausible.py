@@ -19,6 +19,7 @@ UNLIKELY: list[tuple[Callable[[], object], str]] = [
     (lambda: hl.Cylinder(2.38, 4.76e-3, STEEL), r"Cylinder radius = 2\.38: .* mm\?"),
     (lambda: hl.Material(200, 0.28, 7800.0), r"Material youngs_modulus = 200: .* 200 Pa; is it in GPa or MPa\?"),
     (lambda: hl.Material(200e3, 0.28, 7800.0), r"Material youngs_modulus = 200000: .* GPa or MPa\?"),
+    (lambda: hl.Material(200e9, 0.28, 7800.0, yield_strength=1800), r"Material yield_strength = 1800: .* MPa or GPa\?"),
     (lambda: hl.Material(200e9, 0.28, 7.8, "mine"), r"Material 'mine' density = 7\.8: .* kg/m³; is it in g/cm³\?"),
     (
         lambda: hl.OrthotropicMaterial(138, 9, 0.3, 6.9, 6.9, 3.2, 1600.0),
