@@ -245,7 +245,8 @@ def _law(data: xr.Dataset) -> list[Row]:
             held = (simulated >= least - 0.005) & (simulated <= most + 0.005)
             known = np.isfinite(simulated)
             reason = (
-                f"of d_c at {int(known.sum())} pairs of λ and tolerance (0.01, 0.02, 0.05); median "
+                f"of d_c at {int(known.sum())} pairs of λ and tolerance (0.01, 0.02, 0.05), simulated at distances "
+                f"{float(part.scaled_distance.diff('scaled_distance').min()):.1g} ℓ apart; median "
                 f"{100.0 * np.nanmedian(errors):.2f} %; {int((held & known).sum())} lie within the law's bounds. AR: "
                 f"table less simulation, at most {float(abs(part.table_error).max()):.4f}"
             )
