@@ -16,10 +16,15 @@ NUMBER = re.compile(r"[-+]?\d[\d.]*(e[-+]?\d+)?")
 
 def with_warnings(data: xr.Dataset, findings: Sequence[str]) -> xr.Dataset:
     """The Dataset with the attribute `warnings`, each finding once; without it where there are none."""
-    data = data.assign_attrs()
-    data.attrs.pop("warnings", None)
+    data = data.copy(deep=False)
+    data.attrs = {name: value for name, value in data.attrs.items() if name != "warnings"} | as_attribute(findings)
+    return data
+
+
+def as_attribute(findings: Sequence[str]) -> dict[str, str]:
+    """The attribute `warnings`; nothing where there are no findings."""
     lines = [" ".join(finding.split()) for finding in findings]
-    return data.assign_attrs(warnings="\n".join(dict.fromkeys(lines))) if lines else data
+    return {"warnings": "\n".join(dict.fromkeys(lines))} if lines else {}
 
 
 def findings_of(data: xr.Dataset) -> list[str]:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from coupling.findings import with_warnings
+from coupling.findings import as_attribute
 from coupling.frames import Frames
 from coupling.interface import LAST, Contact, Interface
 from particles.deformable import MovingDeformableChain
@@ -89,8 +89,8 @@ def dataset(
             variables[name] = variable(name, many[0])
         else:
             variables[name] = variable(name, np.stack(_filled(many, bodies if name in BODIES else 0), axis=1), owner)
-    data = xr.Dataset(variables, _coordinates(interface, interval * np.arange(frames.rows), bodies))
-    return with_warnings(data.assign_attrs(provenance(given)), findings)
+    coordinates = _coordinates(interface, interval * np.arange(frames.rows), bodies)
+    return xr.Dataset(variables, coordinates, provenance(given) | as_attribute(findings))
 
 
 def variable(name: str, values: Any, *owner: str) -> tuple[list[str], Any, dict[str, str]]:
