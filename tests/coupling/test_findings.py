@@ -3,6 +3,7 @@
 import warnings
 from pathlib import Path
 
+import numpy as np
 import pytest
 import xarray as xr
 
@@ -49,7 +50,7 @@ def test_numbers_make_no_new_kind() -> None:
 def test_a_sweep_reports_the_warnings_of_all_its_runs_once(how: str, tmp_path: Path) -> None:
     """Wherever its points run: the law is exceeded at two of four, the measure cautions of all."""
     given = {"jobs": 1 if how == "here" else 2, "store": tmp_path / "store" if how in ("store", "resumed") else None}
-    speeds = [1e-3, 0.3, 0.4, 2e-3]
+    speeds = np.array([1e-3, 0.3, 0.4, 2e-3])
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         if how == "resumed":
