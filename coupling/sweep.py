@@ -224,7 +224,13 @@ def _named(values: dict[str, list[Any]], place: int) -> str:
     """A point by its place, in words."""
     where = np.unravel_index(place, [len(axis) for axis in values.values()])
     pairs = zip(values.items(), where, strict=True)
-    return ", ".join(f"{name} = {short(axis_labels(axis)[i])}" for (name, axis), i in pairs)
+    return ", ".join(f"{name} = {_shown(axis_labels([axis[i]])[0])}" for (name, axis), i in pairs)
+
+
+def _shown(label: Any) -> str:
+    """A number with six digits, anything else in a few words."""
+    plain = isinstance(label, float | int | np.number) and not isinstance(label, bool)
+    return f"{label:.6g}" if plain else short(label)
 
 
 def _with_all_modes(runs: Sequence[xr.Dataset]) -> list[xr.Dataset]:
