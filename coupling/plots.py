@@ -21,31 +21,57 @@ def panels(count: int, width: float = 3.4, height: float = 3.2, sharey: bool = T
     return figure, list(axes)
 
 
-def against_distance(values: xr.DataArray, label: str, factor: float) -> Figure:
-    """One panel for each bead, one curve for each plate; missing waves leave gaps. A ratio has a factor of 1."""
-    figure, axes = panels(values.sizes["diameter"], sharey=factor == 1.0)
-    for axis, diameter in zip(axes, values.diameter.values, strict=True):
-        for i, thickness in enumerate(values.thickness.values):
-            curve = values.sel(diameter=diameter, thickness=thickness)
+def against_distance(data: xr.Dataset, name: str, label: str, tolerance: float, factor: float = 1.0) -> Figure:
+    """A variable over the distance: one panel for each bead, one curve for each plate; missing waves leave gaps.
+
+    Dotted lines mark the critical distances for a tolerance, open triangles their lower bounds. A ratio has a factor
+    of 1.
+    """
+    ratio = factor == 1.0
+    figure, axes = panels(data.sizes["diameter"], sharey=ratio)
+    for axis, diameter in zip(axes, data.diameter.values, strict=True):
+        log_x(axis)
+        for i, thickness in enumerate(data.thickness.values):
+            one = data.sel(diameter=diameter, thickness=thickness, within=tolerance)
+            curve = one[name].isel(distance=one.sampled.values) * factor
             axis.plot(
-                curve.distance * 1e3, curve * factor, MARKERS[i], color=COLOURS[i], linestyle="-", markersize=3.5,
+                curve.distance * 1e3, curve, MARKERS[i], color=COLOURS[i], linestyle="-", markersize=2.5,
                 linewidth=1.0, label=f"t = {thickness * 1e3:.2f} mm",
             )  # fmt: skip
+            _mark_crossing(axis, one, COLOURS[i])
         axis.set(title=f"D = {diameter * 1e3:.2f} mm", xlabel="distance from the clamped edge (mm)")
-        if factor == 1.0:
+        if ratio:
             axis.set_ylim(0.0, 1.0)
-        if values.sel(diameter=diameter).isnull().any():
+        here = data.sel(diameter=diameter)
+        if bool((here.sampled & here[name].isnull()).any()):
             note = "no marker: no wave in the record"
-            axis.text(0.97, 0.03, note, transform=axis.transAxes, ha="right", fontsize="small")
+            axis.text(0.97, 0.97, note, transform=axis.transAxes, ha="right", va="top", fontsize="small")
     axes[0].set_ylabel(label)
-    curves = axes[0].get_legend_handles_labels()
-    figure.legend(*curves, loc="outside upper center", ncols=values.sizes["thickness"], frameon=False)
+    axes[0].plot([], [], ":", color="grey", linewidth=1.0, label="critical distance")
+    axes[0].plot([], [], ">", color="grey", markersize=5.0, markerfacecolor="white", label="its lower bound")
+    lines = axes[0].get_legend_handles_labels()
+    figure.legend(*lines, loc="outside upper center", ncols=len(lines[0]), frameon=False)
     return figure
 
 
-def critical_distances(data: xr.Dataset) -> Figure:
-    """Critical distances against the bead diameter, between the A0 and the Rayleigh line."""
-    figure, (axis,) = panels(1, width=4.6, height=3.6)
+def _mark_crossing(axis: Axes, one: xr.Dataset, colour: str) -> None:
+    """The critical distance as a dotted line, a lower bound as an open triangle on the x axis."""
+    if one.lower_bound:
+        low = one.bracket.sel(end="low") * 1e3
+        axis.plot(
+            low, 0.03, ">", color=colour, markersize=6.0, markerfacecolor="white",
+            transform=axis.get_xaxis_transform(), clip_on=False, zorder=3.0,
+        )  # fmt: skip
+    elif one.critical_distance.notnull():
+        axis.axvline(float(one.critical_distance) * 1e3, color=colour, linestyle=":", linewidth=1.0)
+
+
+def critical_distances(data: xr.Dataset, tolerance: float) -> Figure:
+    """Critical distances against the bead diameter, with the A0 and the Rayleigh line.
+
+    Bars are brackets; an open marker with an arrow is a lower bound.
+    """
+    figure, (axis,) = panels(1, width=4.6, height=3.8)
     diameters = data.diameter.values * 1e3
     for line, style in zip(data.line.values, ("--", "-"), strict=True):
         speed = "c = 0.2" if line == "A0 Lamb" else "c = 0.57"
@@ -54,14 +80,57 @@ def critical_distances(data: xr.Dataset) -> Figure:
             label=f"equation 6.42, {line}, {speed} √(E/ρ)",
         )  # fmt: skip
     for i, thickness in enumerate(data.thickness.values):
-        found = data.critical_distance.sel(thickness=thickness, within=0.02) * 1e3
-        axis.plot(
-            diameters + 0.2 * (i - 1), found, MARKERS[i], color=COLOURS[i], linestyle="none",
-            label=f"t = {thickness * 1e3:.2f} mm",
+        at = data.sel(thickness=thickness, within=tolerance)
+        x, low, high = diameters + 0.25 * (i - 1), *(at.bracket.sel(end=end).values * 1e3 for end in ("low", "high"))
+        found, bound = at.critical_distance.values * 1e3, at.lower_bound.values
+        axis.errorbar(
+            x, found, np.where(bound, 0.0, [found - low, high - found]), fmt=MARKERS[i], color=COLOURS[i],
+            markersize=5.0, capsize=2.5, linewidth=0.8, label=f"t = {thickness * 1e3:.2f} mm",
         )  # fmt: skip
+        axis.errorbar(
+            x[bound], low[bound], 8.0, lolims=True, fmt=MARKERS[i], color=COLOURS[i], markersize=5.0,
+            markerfacecolor="white", linewidth=0.8, capsize=2.5,
+        )  # fmt: skip
+    axis.errorbar(
+        [], [], [], lolims=True, fmt="o", color="grey", markersize=5.0, markerfacecolor="white", label="lower bound"
+    )
     axis.set(xlabel="bead diameter D (mm), markers set apart", ylabel="critical distance (mm)")
     axis.set_ylim(bottom=0.0)
-    axis.legend(frameon=False, fontsize="small")
+    axis.legend(frameon=False, fontsize="small", loc="upper left")
+    return figure
+
+
+def refinement(data: xr.Dataset, tolerance: float) -> Figure:
+    """How far AR is from its far value around the last crossing: all samples, and the brackets as bands.
+
+    Dashed lines join the samples of the first scan, as an interpolation between them would.
+    """
+    figure, axes = panels(data.sizes["diameter"])
+    scan = data.sampled.all(["thickness", "diameter"])
+    for axis, diameter in zip(axes, data.diameter.values, strict=True):
+        farthest = 0.0
+        for i, thickness in enumerate(data.thickness.values):
+            one = data.sel(diameter=diameter, thickness=thickness, within=tolerance)
+            if not one.lower_bound:
+                away = abs(one.amplitude_ratio - one.far_value)
+                curve, coarse = (away.isel(distance=kept.values) for kept in (one.sampled, scan))
+                axis.plot(coarse.distance * 1e3, coarse, "--", color=COLOURS[i], linewidth=0.8)
+                axis.plot(
+                    curve.distance * 1e3, curve, MARKERS[i], color=COLOURS[i], linestyle="-", markersize=3.0,
+                    linewidth=0.8, label=f"t = {thickness * 1e3:.2f} mm",
+                )  # fmt: skip
+                low, high = one.bracket.values * 1e3
+                axis.axvspan(low, high, color=COLOURS[i], alpha=0.5, linewidth=0.0)
+                farthest = max(farthest, high)
+        axis.axhline(tolerance, color="black", linewidth=0.8)
+        axis.set(title=f"D = {diameter * 1e3:.2f} mm", xlabel="distance from the clamped edge (mm)", yscale="log")
+        axis.set(ylim=(1e-4, 1.0), xlim=(0.0, 2.0 * farthest if farthest else 100.0))
+    axes[0].set_ylabel("|AR − far value|")
+    axes[0].plot([], [], "--", color="grey", linewidth=0.8, label="first scan alone")
+    axes[0].fill_between([], [], color="grey", alpha=0.5, linewidth=0.0, label="bracket")
+    lines = axes[0].get_legend_handles_labels()
+    figure.legend(*lines, loc="outside upper center", ncols=len(lines[0]), frameon=False)
+    axes[0].annotate(f"tolerance {tolerance:g}", (0.0, tolerance), (3, 3), textcoords="offset points", fontsize="small")
     return figure
 
 
