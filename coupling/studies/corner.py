@@ -1,0 +1,186 @@
+"""Beyond section 6.2.2: AR near a corner of two straight edges, and what two edges by themselves predict."""
+
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import xarray as xr
+
+from coupling.cosimulation import CoSimulation
+from coupling.critical_search import find_critical_distance
+from coupling.measures import amplitude_ratio
+from coupling.studies.table import Row
+from coupling.sweep import sweep
+from particles.bead import Sphere
+from particles.chain import Chain
+from plates.half_plane import half_plane
+from plates.infinite import infinite_plate
+from plates.plate import Plate, kirchhoff_plate
+from plates.support import Supports
+from structures.material import ALUMINIUM_6061, STEEL_440C
+from structures.reduction import reduce
+from structures.structure import Structure
+from structures.surface import Surface, hertz_stiffness
+from structures.theory import contact_time_half_space
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+BEAD = Sphere(2.38e-3, STEEL_440C)
+THICKNESS, MATERIAL, IMPACT_SPEED = 2.29e-3, ALUMINIUM_6061, 0.31
+BEADS, SENSOR, UNTIL = 20, 7, 0.7e-3
+
+SIDE = 0.24
+"""m, of the square plate: the echoes of its other edges are back after the record."""
+
+REDUCTION, HIGHEST_FREQUENCY = 0.02, 40.0e3
+
+CORNERS = {
+    "clamped-clamped": ("clamped", "clamped"),
+    "clamped-free": ("clamped", "free"),
+    "free-free": ("free", "free"),
+}
+"""The edges x = 0 and y = 0."""
+
+SCALED = (0.4, 0.7, 1.0, 1.3, 1.6, 1.9, 2.4, 3.0)
+QUICK_SCALED = (0.5, 1.0, 1.5, 3.0)
+"""Distances from the two edges, in units of ℓ."""
+
+SCAN = (0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0, 2.5, 3.0, 4.0, 6.0)
+"""The first scan along the diagonal and from a single edge, in units of ℓ."""
+
+TOLERANCE = 0.02
+NEAREST = (1.0, 1.5)
+"""ℓ, from which on the error of superposition is given."""
+
+
+def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
+    """AR over corner and the distances x, y from its edges; AR of the edges alone; critical distances along x = y.
+
+    quick: four distances instead of eight, and brackets of 2 mm.
+    """
+    length, scaled = edge_length(), QUICK_SCALED if quick else SCALED
+
+    def near(corner: str, x: float, y: float) -> CoSimulation:
+        return CoSimulation(chain(), at_corner(corner, x * length, y * length))
+
+    def beside(edge: str, x: float) -> CoSimulation:
+        return CoSimulation(chain(), half_plane(THICKNESS, MATERIAL, edge, x * length, UNTIL))
+
+    def diagonal(corner: str, distance: float) -> CoSimulation:
+        return CoSimulation(chain(), at_corner(corner, distance, distance))
+
+    def from_edge(edge: str, distance: float) -> CoSimulation:
+        return CoSimulation(chain(), half_plane(THICKNESS, MATERIAL, edge, distance, UNTIL))
+
+    edges = ["clamped", "free"]
+    found = sweep(near, UNTIL, jobs, measure, corner=list(CORNERS), x=scaled, y=scaled).amplitude_ratio.fillna(0.0)
+    alone = sweep(beside, UNTIL, 1, measure, edge=edges, x=scaled).amplitude_ratio.fillna(0.0)
+    far = measure(CoSimulation(chain(), infinite_plate(THICKNESS, MATERIAL)).run(UNTIL)).amplitude_ratio
+    scan, bracket = [one * length for one in SCAN], 2e-3 if quick else 0.2e-3
+    crossings = {
+        "corner": find_critical_distance(
+            diagonal, UNTIL, SENSOR, scan, TOLERANCE, bracket, jobs=jobs, corner=list(CORNERS)
+        ),
+        "edge": find_critical_distance(from_edge, UNTIL, SENSOR, scan, TOLERANCE, bracket, jobs=1, edge=edges),
+    }
+    data = xr.Dataset({"corner_amplitude_ratio": found, "edge_alone": alone, "infinite": far}, attrs=found.attrs)
+    for name, crossing in crossings.items():
+        data[f"{name}_critical_distance"] = crossing.critical_distance
+        data[f"{name}_bracket"] = crossing.bracket
+    data["superposed"] = superposed(data)
+    for name in ("x", "y"):
+        data[name].attrs.update(units="1", long_name=f"distance from the edge {name} = 0 over ℓ")
+    return data.assign(edge_length=((), length, {"units": "m", "long_name": "ℓ = (T_c √(D/m))^½"}))
+
+
+def edge_length() -> float:
+    """ℓ = (T_c √(D/m))^½, m, with Hertz's contact time on a half-space at the striker's speed."""
+    time = contact_time_half_space(BEAD.mass, hertz_stiffness(BEAD.surface, Surface(MATERIAL)), IMPACT_SPEED)
+    whole = plate("free-free")
+    return float((time * (whole.rigidity / whole.mass_per_area) ** 0.5) ** 0.5)
+
+
+def plate(corner: str) -> Plate:
+    """The square plate with these two edges, the others free."""
+    left, bottom = CORNERS[corner]
+    supports = Supports(left=left, bottom=bottom)
+    return kirchhoff_plate(SIDE, SIDE, THICKNESS, MATERIAL, supports, highest_frequency=HIGHEST_FREQUENCY)
+
+
+@lru_cache(maxsize=1)
+def at_corner(corner: str, x: float, y: float) -> Structure:
+    """The reduced plate, struck at distances x and y (m) from the two edges."""
+    return reduce(plate(corner).at(x, y), UNTIL, REDUCTION)
+
+
+def chain() -> Chain:
+    """The boundary study's chain of its smallest beads."""
+    return Chain([BEAD] * BEADS, striker=BEAD, impact_speed=IMPACT_SPEED)
+
+
+def measure(run: xr.Dataset) -> xr.Dataset:
+    """What is kept of a run."""
+    return xr.Dataset({"amplitude_ratio": amplitude_ratio(run, SENSOR)})
+
+
+def superposed(data: xr.Dataset) -> xr.DataArray:
+    """AR by superposition of the two edges: far value plus what each edge alone adds to it."""
+    added = data.edge_alone - data.infinite
+    along_y = added.rename(x="y")
+    both = [
+        data.infinite + added.sel(edge=first, drop=True) + along_y.sel(edge=second, drop=True)
+        for first, second in CORNERS.values()
+    ]
+    found: xr.DataArray = xr.concat(both, data.corner)
+    return found.assign_attrs(units="1", long_name="amplitude ratio, two edges superposed")
+
+
+def worst(data: xr.Dataset, corner: str, nearest: float) -> float:
+    """Greatest error of superposition where both distances are `nearest` (in ℓ) or more."""
+    one = data.sel(corner=corner, x=slice(nearest, None), y=slice(nearest, None))
+    return float(abs(one.corner_amplitude_ratio - one.superposed).max())
+
+
+def table(data: xr.Dataset) -> list[Row]:
+    """Critical distances along the diagonal of each corner, and those of its edges."""
+    rows, length = [], float(data.edge_length)
+    for corner, edges in CORNERS.items():
+        alone = data.edge_critical_distance.sel(edge=list(edges)) / length
+        value = float(data.corner_critical_distance.sel(corner=corner)) / length
+        half = 0.5 * float(data.corner_bracket.sel(corner=corner).diff("end").squeeze()) / length
+        errors = [worst(data, corner, nearest) for nearest in NEAREST]
+        rows.append(
+            Row(
+                f"critical distance over ℓ from both edges, corner {corner}", "", f"{value:.2f} ± {half:.2f}", "",
+                "theory: that of the edge alone, the greater of the two. Superposing both edges gives AR within "
+                f"{errors[0]:.3f} from {NEAREST[0]:g} ℓ on, and within {errors[1]:.3f} from {NEAREST[1]:g} ℓ on",
+                float(alone.max()),
+            )
+        )  # fmt: skip
+    return rows
+
+
+def figure(data: xr.Dataset) -> "Figure":
+    """AR less its far value over x/ℓ and y/ℓ, one panel for each corner, with the contours of the tolerance."""
+    from matplotlib.colors import TwoSlopeNorm
+
+    from coupling import plots
+
+    drawn, axes = plots.panels(data.sizes["corner"], width=2.9, height=3.6)
+    levels = [-0.2, -0.1, -0.05, -TOLERANCE, TOLERANCE, 0.05, 0.1, 0.2, 0.4]
+    for axis, corner in zip(axes, data.corner.values, strict=True):
+        one = data.sel(corner=corner).transpose("y", "x", ...)
+        here, predicted = one.corner_amplitude_ratio - one.infinite, one.superposed - one.infinite
+        norm = TwoSlopeNorm(0.0, -levels[-1], levels[-1])
+        shown = axis.contourf(data.x, data.y, here, levels, cmap="RdBu_r", norm=norm, extend="both")
+        for values, style, width in ((here, "-", 1.2), (predicted, "--", 1.0)):
+            band = [-TOLERANCE, TOLERANCE]
+            axis.contour(data.x, data.y, values, band, colors="black", linewidths=width, linestyles=style)
+        first, second = CORNERS[str(corner)]
+        axis.set(xlabel=f"distance from the {first} edge, x/ℓ", ylabel=f"from the {second} edge, y/ℓ", aspect="equal")
+        axis.tick_params(labelleft=True)
+    axes[0].plot([], [], "-", color="black", linewidth=1.2, label=f"± {TOLERANCE:g}")
+    axes[0].plot([], [], "--", color="black", linewidth=1.0, label=f"± {TOLERANCE:g}, the two edges superposed")
+    drawn.colorbar(shown, ax=axes, label="AR − far value", ticks=levels, fraction=0.02)
+    drawn.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=2, frameon=False)
+    return drawn
