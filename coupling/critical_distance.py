@@ -6,7 +6,7 @@ from typing import Literal, NamedTuple, overload
 import numpy as np
 import xarray as xr
 
-from structures.checks import instance, positive
+from structures.checks import each, finite, instance, positive
 from structures.structure import Vector
 
 FEWEST = 3
@@ -20,7 +20,7 @@ Number = float | xr.DataArray
 class CriticalDistance(NamedTuple):
     """A critical distance, m, and its bracket: the last sample outside the tolerance, and the next one.
 
-    value: NaN where the far value is not reached. Then low is a lower bound, and high is infinite.
+    value: NaN where the far value is unknown or not reached. Then low is a lower bound, and high is infinite.
     low, high: m. Where AR is within the tolerance at all distances, value and high are the smallest of them, an upper
     bound, and low is 0. All three are NaN where there is no wave at all.
     """
@@ -32,18 +32,31 @@ class CriticalDistance(NamedTuple):
 
 @overload
 def critical_distance(
-    ratio: xr.DataArray, tolerance: float = ..., relative: bool = ..., bracket: Literal[False] = ...
+    ratio: xr.DataArray,
+    tolerance: float = ...,
+    relative: bool = ...,
+    bracket: Literal[False] = ...,
+    far: Number | None = ...,
 ) -> Number: ...
 
 
 @overload
 def critical_distance(
-    ratio: xr.DataArray, tolerance: float = ..., relative: bool = ..., *, bracket: Literal[True]
+    ratio: xr.DataArray,
+    tolerance: float = ...,
+    relative: bool = ...,
+    *,
+    bracket: Literal[True],
+    far: Number | None = ...,
 ) -> CriticalDistance: ...
 
 
 def critical_distance(
-    ratio: xr.DataArray, tolerance: float = 0.02, relative: bool = False, bracket: bool = False
+    ratio: xr.DataArray,
+    tolerance: float = 0.02,
+    relative: bool = False,
+    bracket: bool = False,
+    far: Number | None = None,
 ) -> Number | CriticalDistance:
     """The distance, m, beyond which AR stays within a tolerance of its far value, AR at the greatest distance.
 
@@ -59,6 +72,9 @@ def critical_distance(
         Whether the tolerance is relative to the far value.
     bracket : bool
         Whether to return the bracket as well.
+    far : float or DataArray, optional
+        The far value, if it is known: that of an infinite plate, or 0 where all waves fade. By default AR at the
+        greatest distance.
 
     Returns
     -------
@@ -75,10 +91,11 @@ def critical_distance(
 
     Notes
     -----
-    NaN at the greatest distance means that the far value is zero: no wave above 1 % came back. At any other distance
-    NaN is unknown, and left out: the wave may come after the record. So the far value counts as reached only where
-    another sample has a wave within the tolerance of it. If not, the value is NaN and `low` a lower bound. Where the
-    record is long enough that no wave means AR below 1 %, pass `ratio.fillna(0.0)`.
+    NaN is unknown: no wave above 1 % came within the record, but one may come later, and be larger. NaN at the greatest
+    distance leaves the far value unknown: the value is NaN, and `low`, the last sample that differs from no wave, is a
+    lower bound if AR fades. NaN between other samples is left out. The far value counts as reached where a sample
+    nearer than the greatest distance is within the tolerance of it; if none is, the value is NaN and `low` a lower
+    bound. Where the record is long enough that no wave means AR = 0, pass `ratio.fillna(0.0)`.
 
     On a finite plate the far value is AR at the greatest distance, where the other edges are near too. It is that of
     the infinite plate if the chain has left before their echoes arrive (`infinite_plate`).
@@ -104,11 +121,13 @@ def critical_distance(
     if ratio.sizes.get(dimension, 0) < FEWEST:
         raise ValueError(f"ratio: must hold three distances or more, not {ratio.sizes.get(dimension, 0)}")
     ordered = ratio.sortby(dimension)
+    known = xr.DataArray(np.nan) if far is None else _known(far)
     distances = ordered[dimension].values.astype(float)
     found = xr.apply_ufunc(
-        lambda curve: last_crossing(distances, curve, tolerance, relative),
+        lambda curve, far: last_crossing(distances, curve, tolerance, relative, far),
         ordered,
-        input_core_dims=[[dimension]],
+        known,
+        input_core_dims=[[dimension], []],
         output_core_dims=[[], [], []],
         vectorize=True,
     )
@@ -117,21 +136,33 @@ def critical_distance(
     return result if bracket else result.value
 
 
+def _known(far: Number) -> xr.DataArray:
+    """A far value that is given, or a ValueError."""
+    each(finite, "far", far.values if isinstance(far, xr.DataArray) else far)
+    return xr.DataArray(far)
+
+
 def last_crossing(
-    distances: Vector, curve: Vector, tolerance: float, relative: bool = False
+    distances: Vector, curve: Vector, tolerance: float, relative: bool = False, far: float = nan
 ) -> tuple[float, float, float]:
-    """(value, low, high) of `CriticalDistance` for one curve over increasing distances."""
-    far, known = far_value(curve), np.flatnonzero(~np.isnan(curve[:-1]))
+    """(value, low, high) of `CriticalDistance` for one curve over increasing distances; far: NaN if not known."""
+    # The greatest distance cannot show that the far value, which is its own, is reached.
+    own, there = np.isnan(far), np.flatnonzero(~np.isnan(curve))
+    known = there[there < curve.size - 1] if own else there
     if known.size == 0:
         return nan, nan, nan
-    x, y = distances[known], curve[known]
-    outside = np.flatnonzero(np.abs(y - far) > (tolerance * far if relative else tolerance))
+    level, x, y = far_value(curve, far), distances[known], curve[known]
+    reached = not np.isnan(level)
+    level = level if reached else 0.0
+    outside = np.flatnonzero(np.abs(y - level) > (tolerance * level if relative else tolerance))
+    if not reached:
+        return nan, float(x[outside[-1]]) if outside.size else 0.0, inf
     if outside.size == 0:
         return float(x[0]), 0.0, float(x[0])
     i = int(outside[-1])
     if i + 1 == x.size:
         return nan, float(x[i]), inf
-    share = (y[i] - crossed_level(y[i], far, tolerance, relative)) / (y[i] - y[i + 1])
+    share = (y[i] - crossed_level(y[i], level, tolerance, relative)) / (y[i] - y[i + 1])
     return float(x[i] + share * (x[i + 1] - x[i])), float(x[i]), float(x[i + 1])
 
 
@@ -140,9 +171,9 @@ def crossed_level(outside: float, far: float, tolerance: float, relative: bool =
     return far + float(np.copysign(tolerance * far if relative else tolerance, outside - far))
 
 
-def far_value(curve: Vector) -> float:
-    """AR at the greatest distance; no wave there is AR below 1 %, and counts as zero."""
-    return 0.0 if np.isnan(curve[-1]) else float(curve[-1])
+def far_value(curve: Vector, far: float = nan) -> float:
+    """The far value that is known, or else AR at the greatest distance; NaN where no wave is back from there."""
+    return float(curve[-1]) if np.isnan(far) else far
 
 
 def _plain(values: xr.DataArray, label: str) -> Number:

@@ -9,18 +9,17 @@ from typing import Any
 import joblib
 import numpy as np
 import xarray as xr
-from scipy.interpolate import CubicSpline
-from scipy.optimize import brentq
 
 from coupling.cosimulation import CoSimulation
-from coupling.critical_distance import FEWEST, LABEL, crossed_level, far_value, last_crossing
+from coupling.critical_distance import FEWEST, LABEL
 from coupling.findings import findings_of, gathered, warn, with_warnings
 from coupling.measures import amplitude_ratio, time_of_flight
 from coupling.progress import Progress
+from coupling.refinement import Curve, Refinement
 from coupling.store import Point
 from coupling.sweep import TAKEN, axis_labels, axis_values, check_build
 from coupling.work import Batch, Work, in_processes, shown
-from structures.checks import instance, listed, not_negative, positive, short, whole, within
+from structures.checks import each, finite, instance, listed, not_negative, positive, short, whole, within
 from structures.structure import Vector
 
 BRACKET = 0.2e-3
@@ -29,20 +28,11 @@ BRACKET = 0.2e-3
 FINEST = 1e-6
 """m. A mesh that moves with the contact makes AR scatter by some 1e-5, which is some µm of distance."""
 
-CLOSE = 0.45
-"""The crossing is expected in the middle of two samples, each so much of the bracket's length away from it."""
-
-NEIGHBOURS = 3
-"""Samples on either side of the bracket through which a cubic spline predicts the crossing."""
-
 MEASURED = ("amplitude_ratio", "time_of_flight")
 """What is read from each run."""
 
 OWN = {"distance", "within", "end"}
 """Names of the result's own dimensions."""
-
-Curve = dict[float, tuple[float, float]]
-"""AR and TOF (s) of the samples of one curve, by their distances (m)."""
 
 
 def find_critical_distance(
@@ -55,6 +45,7 @@ def find_critical_distance(
     relative: bool = False,
     jobs: int | None = None,
     known: xr.Dataset | None = None,
+    far: float | xr.DataArray | None = None,
     **axes: Iterable[Any],
 ) -> xr.Dataset:
     """The distance beyond which AR stays within a tolerance of its far value, between two runs as near as you like.
@@ -72,7 +63,7 @@ def find_critical_distance(
         Bead whose force is read, counted from the struck end.
     distances : sequence of float
         m, three or more: the first scan. AR oscillates over the distance, so it must be dense enough to see the last
-        crossing. AR at the greatest distance is the far value.
+        crossing.
     tolerance : float or sequence of float
         How far AR may be from its far value: in units of the incident amplitude, or with `relative` in units of the far
         value. Several share their samples.
@@ -85,6 +76,9 @@ def find_critical_distance(
     known : Dataset, optional
         An earlier result for the same build, until, sensor and axes, as for other tolerances: its samples are not run
         again.
+    far : float or DataArray over the axes, optional
+        The far value, if it is known: that of an infinite plate, or 0 where all waves fade. By default AR at the
+        greatest distance.
     **axes : sequence
         More arguments of build, such as diameter=[4.76e-3, 9.53e-3]: one curve for each combination. Those that share
         all but the last axis run in one process at the same distance, one after the other, so that build may keep the
@@ -94,8 +88,8 @@ def find_critical_distance(
     -------
     Dataset
         Over the axes: `critical_distance` (m; over "within", the tolerances, if there are several) and its `bracket`
-        (m; "end": low, high); `lower_bound`, true where AR does not reach its far value, so that critical_distance is
-        NaN and the bracket's low end is a lower bound; `far_value`; and all samples: `amplitude_ratio`,
+        (m; "end": low, high); `lower_bound`, true where the far value is unknown or not reached, so that
+        critical_distance is NaN and the bracket's low end is a lower bound; `far_value`; and all samples: `amplitude_ratio`,
         `time_of_flight` (s) and `sampled` over "distance". NaN of a sampled distance means that no wave came within the
         record. See `critical_distance` for what NaN does to the far value.
 
@@ -140,10 +134,10 @@ def find_critical_distance(
     search.sample(
         [(i, distance) for i, curve in enumerate(search.curves) for distance in scan if distance not in curve]
     )
-    refinement = _Refinement(tolerances, relative, bracket)
+    refinement = Refinement(tolerances, relative, bracket, _far_values(far, values))
     while wanted := [(i, d) for i, curve in enumerate(search.curves) for d in refinement.wanted(i, curve)]:
         search.sample(wanted)
-    found = _found(search.curves, tolerances, relative, tuple(map(len, values.values())), list(values))
+    found = refinement.found(search.curves, tuple(map(len, values.values())), list(values))
     data = search.samples().merge(found if isinstance(tolerance, Iterable) else found.squeeze("within"))
     findings = search.findings() + _upper_bound(found, scan[0])
     warn(findings)
@@ -154,6 +148,19 @@ def _tolerances(tolerance: float | Iterable[float]) -> list[float]:
     """One or more, or a ValueError."""
     many = listed("tolerance", tolerance, object, "numbers") if isinstance(tolerance, Iterable) else [tolerance]
     return [positive("tolerance", one) for one in many]
+
+
+def _far_values(far: float | xr.DataArray | None, values: dict[str, list[Any]]) -> Vector:
+    """Of each curve; NaN where it is not known, or a ValueError."""
+    shape = tuple(map(len, values.values()))
+    if far is None:
+        return np.full(shape, np.nan).ravel()
+    each(finite, "far", far.values if isinstance(far, xr.DataArray) else far)
+    if not isinstance(far, xr.DataArray):
+        return np.broadcast_to(finite("far", far), shape).ravel()
+    if set(far.dims) != set(values) or far.transpose(*values).shape != shape:
+        raise ValueError(f"far: must be a number, or a DataArray over {', '.join(values) or 'no axes'}")
+    return np.asarray(far.transpose(*values).values, dtype=float).ravel()
 
 
 def _distances(distances: Iterable[float]) -> list[float]:
@@ -241,76 +248,6 @@ class _Search:
         coordinates: dict[str, Any] = {name: (name, axis_labels(axis)) for name, axis in self.values.items()}
         coordinates["distance"] = ("distance", distances, {"units": "m"})
         return xr.Dataset(variables, coordinates, self.attrs)
-
-
-class _Refinement:
-    """Where samples are wanted next, for each curve and tolerance, until all brackets are narrow enough."""
-
-    def __init__(self, tolerances: list[float], relative: bool, bracket: float) -> None:
-        self.tolerances, self.relative, self.bracket = tolerances, relative, bracket
-        self.before: dict[tuple[int, float], float] = {}
-
-    def wanted(self, number: int, curve: Curve) -> set[float]:
-        """More distances for the curve of this number."""
-        distances, ratios = _as_arrays(curve)
-        wanted: set[float] = set()
-        for tolerance in self.tolerances:
-            _, low, high = last_crossing(distances, ratios, tolerance, self.relative)
-            if low not in curve or not self.bracket < high - low < inf:
-                continue
-            slow = high - low > 0.5 * self.before.get((number, tolerance), inf)
-            self.before[number, tolerance] = high - low
-            level = crossed_level(curve[low][0], far_value(ratios), tolerance, self.relative)
-            wanted.update(next_distances(distances, ratios, low, high, level, self.bracket, bisect=slow))
-        return {round(distance, 9) for distance in wanted}
-
-
-def next_distances(
-    distances: Vector, ratios: Vector, low: float, high: float, level: float, bracket: float, bisect: bool = False
-) -> list[float]:
-    """Where to sample between low and high for a bracket of this length, or shorter, around AR = level.
-
-    The middle where that is enough, or where `bisect` asks for it; else two samples close to the crossing of a cubic
-    spline through the neighbours, or one where the other would lie beyond the bracket. All in m.
-    """
-    reach = CLOSE * bracket
-    if bisect or high - low <= 2.0 * bracket:
-        return [0.5 * (low + high)]
-    known = ~np.isnan(ratios)
-    x, y = distances[known], ratios[known]
-    first, last = int(np.searchsorted(x, low)), int(np.searchsorted(x, high))
-    near = slice(max(0, first - NEIGHBOURS + 1), last + NEIGHBOURS)
-    spline = CubicSpline(x[near], y[near])
-    crossing = brentq(lambda d: spline(d) - level, low, high)
-    return [place for place in (crossing - reach, crossing + reach) if low < place < high]
-
-
-def _as_arrays(curve: Curve) -> tuple[Vector, Vector]:
-    distances = sorted(curve)
-    return np.array(distances), np.array([curve[distance][0] for distance in distances])
-
-
-def _found(
-    curves: list[Curve], tolerances: list[float], relative: bool, shape: tuple[int, ...], names: list[str]
-) -> xr.Dataset:
-    """The crossings of all curves for all tolerances."""
-    arrays = [_as_arrays(curve) for curve in curves]
-    found = np.array([[last_crossing(*one, tolerance, relative) for tolerance in tolerances] for one in arrays])
-    found = found.reshape(*shape, len(tolerances), 3)
-    metres, over = {"units": "m"}, [*names, "within"]
-    label = "tolerance of AR, relative to the far value" if relative else "tolerance of AR"
-    far = np.array([far_value(ratios) for _, ratios in arrays]).reshape(shape)
-    return xr.Dataset(
-        {
-            "critical_distance": (over, found[..., 0], {**metres, "long_name": LABEL}),
-            "bracket": ([*over, "end"], found[..., 1:], {**metres, "long_name": f"bracket of the {LABEL}"}),
-            "lower_bound": (
-                over, np.isinf(found[..., 2]), {"long_name": f"whether the {LABEL} is beyond the bracket's low end"}
-            ),
-            "far_value": (names, far, {"units": "1", "long_name": "amplitude ratio at the greatest distance"}),
-        },
-        {"within": ("within", tolerances, {"units": "1", "long_name": label}), "end": ["low", "high"]},
-    )  # fmt: skip
 
 
 def _upper_bound(found: xr.Dataset, smallest: float) -> list[str]:

@@ -103,7 +103,7 @@ def critical_distances(data: xr.Dataset, tolerance: float) -> Figure:
 def refinement(data: xr.Dataset, tolerance: float) -> Figure:
     """How far AR is from its far value around the last crossing: all samples, and the brackets as bands.
 
-    Dashed lines join the samples of the first scan, as an interpolation between them would.
+    Dashed lines are what straight lines between the samples of the first scan would give.
     """
     figure, axes = panels(data.sizes["diameter"])
     scan = data.sampled.all(["thickness", "diameter"])
@@ -114,7 +114,9 @@ def refinement(data: xr.Dataset, tolerance: float) -> Figure:
             if not one.lower_bound:
                 away = abs(one.amplitude_ratio - one.far_value)
                 curve, coarse = (away.isel(distance=kept.values) for kept in (one.sampled, scan))
-                axis.plot(coarse.distance * 1e3, coarse, "--", color=COLOURS[i], linewidth=0.8)
+                fine = np.linspace(coarse.distance[0], coarse.distance[-1], 4000)
+                between = np.interp(fine, coarse.distance, one.amplitude_ratio.isel(distance=scan.values))
+                axis.plot(fine * 1e3, abs(between - float(one.far_value)), "--", color=COLOURS[i], linewidth=0.8)
                 axis.plot(
                     curve.distance * 1e3, curve, MARKERS[i], color=COLOURS[i], linestyle="-", markersize=3.0,
                     linewidth=0.8, label=f"t = {thickness * 1e3:.2f} mm",
@@ -126,7 +128,7 @@ def refinement(data: xr.Dataset, tolerance: float) -> Figure:
         axis.set(title=f"D = {diameter * 1e3:.2f} mm", xlabel="distance from the clamped edge (mm)", yscale="log")
         axis.set(ylim=(1e-4, 1.0), xlim=(0.0, 2.0 * farthest if farthest else 100.0))
     axes[0].set_ylabel("|AR − far value|")
-    axes[0].plot([], [], "--", color="grey", linewidth=0.8, label="first scan alone")
+    axes[0].plot([], [], "--", color="grey", linewidth=0.8, label="first scan, straight lines")
     axes[0].fill_between([], [], color="grey", alpha=0.5, linewidth=0.0, label="bracket")
     lines = axes[0].get_legend_handles_labels()
     figure.legend(*lines, loc="outside upper center", ncols=len(lines[0]), frameon=False)

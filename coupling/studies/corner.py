@@ -1,6 +1,6 @@
 """Beyond section 6.2.2: AR near a corner of two straight edges, and what two edges by themselves predict."""
 
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING
 
 import xarray as xr
@@ -12,6 +12,7 @@ from coupling.studies.table import Row
 from coupling.sweep import sweep
 from particles.bead import Sphere
 from particles.chain import Chain
+from plates.critical_distance import edge_length
 from plates.half_plane import half_plane
 from plates.infinite import infinite_plate
 from plates.plate import Plate, kirchhoff_plate
@@ -19,8 +20,6 @@ from plates.support import Supports
 from structures.material import ALUMINIUM_6061, STEEL_440C
 from structures.reduction import reduce
 from structures.structure import Structure
-from structures.surface import Surface, hertz_stiffness
-from structures.theory import contact_time_half_space
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -58,46 +57,45 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 
     quick: four distances instead of eight, and brackets of 2 mm.
     """
-    length, scaled = edge_length(), QUICK_SCALED if quick else SCALED
+    length, scaled = unit(), QUICK_SCALED if quick else SCALED
 
     def near(corner: str, x: float, y: float) -> CoSimulation:
         return CoSimulation(chain(), at_corner(corner, x * length, y * length))
 
-    def beside(edge: str, x: float) -> CoSimulation:
-        return CoSimulation(chain(), half_plane(THICKNESS, MATERIAL, edge, x * length, UNTIL))
+    def alone(corner_edge: str, x: float) -> CoSimulation:
+        return CoSimulation(chain(), half_plane(THICKNESS, MATERIAL, corner_edge, x * length, UNTIL))
 
     def diagonal(corner: str, distance: float) -> CoSimulation:
         return CoSimulation(chain(), at_corner(corner, distance, distance))
 
-    def from_edge(edge: str, distance: float) -> CoSimulation:
-        return CoSimulation(chain(), half_plane(THICKNESS, MATERIAL, edge, distance, UNTIL))
+    def from_edge(corner_edge: str, distance: float) -> CoSimulation:
+        return CoSimulation(chain(), half_plane(THICKNESS, MATERIAL, corner_edge, distance, UNTIL))
 
     edges = ["clamped", "free"]
     found = sweep(near, UNTIL, jobs, measure, corner=list(CORNERS), x=scaled, y=scaled).amplitude_ratio.fillna(0.0)
-    alone = sweep(beside, UNTIL, 1, measure, edge=edges, x=scaled).amplitude_ratio.fillna(0.0)
+    single = sweep(alone, UNTIL, 1, measure, corner_edge=edges, x=scaled).amplitude_ratio.fillna(0.0)
     far = measure(CoSimulation(chain(), infinite_plate(THICKNESS, MATERIAL)).run(UNTIL)).amplitude_ratio
     scan, bracket = [one * length for one in SCAN], 2e-3 if quick else 0.2e-3
+    find = partial(
+        find_critical_distance, until=UNTIL, sensor=SENSOR, distances=scan, tolerance=TOLERANCE, bracket=bracket
+    )
     crossings = {
-        "corner": find_critical_distance(
-            diagonal, UNTIL, SENSOR, scan, TOLERANCE, bracket, jobs=jobs, corner=list(CORNERS)
-        ),
-        "edge": find_critical_distance(from_edge, UNTIL, SENSOR, scan, TOLERANCE, bracket, jobs=1, edge=edges),
+        "corner": find(diagonal, jobs=jobs, corner=list(CORNERS)),
+        "corner_edge": find(from_edge, jobs=1, corner_edge=edges),
     }
-    data = xr.Dataset({"corner_amplitude_ratio": found, "edge_alone": alone, "infinite": far}, attrs=found.attrs)
+    data = xr.Dataset({"corner_ratio": found, "corner_edge_ratio": single, "corner_far_ratio": far})
     for name, crossing in crossings.items():
         data[f"{name}_critical_distance"] = crossing.critical_distance
         data[f"{name}_bracket"] = crossing.bracket
-    data["superposed"] = superposed(data)
+    data["corner_superposed"] = superposed(data)
     for name in ("x", "y"):
         data[name].attrs.update(units="1", long_name=f"distance from the edge {name} = 0 over ℓ")
-    return data.assign(edge_length=((), length, {"units": "m", "long_name": "ℓ = (T_c √(D/m))^½"}))
+    return data.assign(corner_length=((), length, {"units": "m", "long_name": "ℓ = (T_c √(D/m))^½"}))
 
 
-def edge_length() -> float:
-    """ℓ = (T_c √(D/m))^½, m, with Hertz's contact time on a half-space at the striker's speed."""
-    time = contact_time_half_space(BEAD.mass, hertz_stiffness(BEAD.surface, Surface(MATERIAL)), IMPACT_SPEED)
-    whole = plate("free-free")
-    return float((time * (whole.rigidity / whole.mass_per_area) ** 0.5) ** 0.5)
+def unit() -> float:
+    """ℓ, m."""
+    return edge_length(BEAD, plate("free-free"), IMPACT_SPEED)
 
 
 def plate(corner: str) -> Plate:
@@ -125,10 +123,10 @@ def measure(run: xr.Dataset) -> xr.Dataset:
 
 def superposed(data: xr.Dataset) -> xr.DataArray:
     """AR by superposition of the two edges: far value plus what each edge alone adds to it."""
-    added = data.edge_alone - data.infinite
+    added = data.corner_edge_ratio - data.corner_far_ratio
     along_y = added.rename(x="y")
     both = [
-        data.infinite + added.sel(edge=first, drop=True) + along_y.sel(edge=second, drop=True)
+        data.corner_far_ratio + added.sel(corner_edge=first, drop=True) + along_y.sel(corner_edge=second, drop=True)
         for first, second in CORNERS.values()
     ]
     found: xr.DataArray = xr.concat(both, data.corner)
@@ -138,14 +136,14 @@ def superposed(data: xr.Dataset) -> xr.DataArray:
 def worst(data: xr.Dataset, corner: str, nearest: float) -> float:
     """Greatest error of superposition where both distances are `nearest` (in ℓ) or more."""
     one = data.sel(corner=corner, x=slice(nearest, None), y=slice(nearest, None))
-    return float(abs(one.corner_amplitude_ratio - one.superposed).max())
+    return float(abs(one.corner_ratio - one.corner_superposed).max())
 
 
 def table(data: xr.Dataset) -> list[Row]:
     """Critical distances along the diagonal of each corner, and those of its edges."""
-    rows, length = [], float(data.edge_length)
+    rows, length = [], float(data.corner_length)
     for corner, edges in CORNERS.items():
-        alone = data.edge_critical_distance.sel(edge=list(edges)) / length
+        alone = data.corner_edge_critical_distance.sel(corner_edge=list(edges)) / length
         value = float(data.corner_critical_distance.sel(corner=corner)) / length
         half = 0.5 * float(data.corner_bracket.sel(corner=corner).diff("end").squeeze()) / length
         errors = [worst(data, corner, nearest) for nearest in NEAREST]
@@ -170,7 +168,7 @@ def figure(data: xr.Dataset) -> "Figure":
     levels = [-0.2, -0.1, -0.05, -TOLERANCE, TOLERANCE, 0.05, 0.1, 0.2, 0.4]
     for axis, corner in zip(axes, data.corner.values, strict=True):
         one = data.sel(corner=corner).transpose("y", "x", ...)
-        here, predicted = one.corner_amplitude_ratio - one.infinite, one.superposed - one.infinite
+        here, predicted = one.corner_ratio - one.corner_far_ratio, one.corner_superposed - one.corner_far_ratio
         norm = TwoSlopeNorm(0.0, -levels[-1], levels[-1])
         shown = axis.contourf(data.x, data.y, here, levels, cmap="RdBu_r", norm=norm, extend="both")
         for values, style, width in ((here, "-", 1.2), (predicted, "--", 1.0)):

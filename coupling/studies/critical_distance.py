@@ -9,7 +9,7 @@ from scipy.interpolate import PchipInterpolator
 
 from coupling.cosimulation import CoSimulation
 from coupling.critical_search import find_critical_distance
-from coupling.studies import edge_shear
+from coupling.studies import corner, edge_shear
 from coupling.studies.edge_cases import SENSOR, Pair, measure
 from coupling.studies.table import Row
 from coupling.sweep import sweep
@@ -73,10 +73,14 @@ DIAMETERS, THICKNESSES = (4.76e-3, 9.53e-3, 19.05e-3), (2.29e-3, 3.18e-3, 4.83e-
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
-    """AR over edge, λ and d/ℓ; the same of other pairs; the law compared with both; shear. quick: fewer of each."""
+    """AR over edge, λ and d/ℓ; the same of other pairs; the law compared with both; shear; corners.
+
+    quick: fewer of each.
+    """
     data = main_map(QUICK_PARAMETERS if quick else PARAMETERS, QUICK_DISTANCES if quick else DISTANCES, jobs)
     data = data.merge(other_pairs(list(OTHERS)[::3] if quick else list(OTHERS), quick, jobs))
-    return data.merge(law()).merge(thesis_plates(quick, jobs)).merge(edge_shear.run(quick, jobs))
+    data = data.merge(law()).merge(thesis_plates(quick, jobs)).merge(edge_shear.run(quick, jobs))
+    return data.merge(corner.run(quick, jobs))
 
 
 def main_map(parameters: Iterable[float], distances: Iterable[float], jobs: int | None) -> xr.Dataset:
@@ -214,7 +218,7 @@ def plate(thickness: float) -> Plate:
 
 def table(data: xr.Dataset) -> list[Row]:
     """The collapse, the law and its error, the thesis's two lines, and where Kirchhoff's theory ends."""
-    return [*_collapse(data), *_law(data), *_thesis(data), *edge_shear.table(data)]
+    return [*_collapse(data), *_law(data), *_thesis(data), *edge_shear.table(data), *corner.table(data)]
 
 
 def _collapse(data: xr.Dataset) -> list[Row]:
@@ -283,7 +287,7 @@ def _thesis(data: xr.Dataset) -> list[Row]:
 
 
 def figures(data: xr.Dataset) -> dict[str, "Figure"]:
-    """The collapse, the law, its jumps, and shear."""
+    """The collapse, the law, its jumps, shear, and corners."""
     from coupling.studies import critical_figures
 
-    return critical_figures.figures(data)
+    return {**critical_figures.figures(data), "corner": corner.figure(data)}

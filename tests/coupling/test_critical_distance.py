@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 import hertzlink as hl
-from coupling.critical_search import next_distances
+from coupling.refinement import next_distances
 
 NAN, INF = np.nan, np.inf
 
@@ -49,8 +49,9 @@ def test_crossing_from_below_to_above_the_far_value() -> None:
         ([0.3, NAN, NAN, NAN], (NAN, 0.1, INF)),
         ([1.0, 0.8, 0.6, 0.4], (NAN, 0.3, INF)),
         ([0.9, 0.8, NAN, 0.1], (NAN, 0.2, INF)),
-        # A wave that has faded to within the tolerance of none before it is missed.
-        ([0.3, 0.1, 0.015, NAN], (0.2 + 0.1 * 0.08 / 0.085, 0.2, 0.3)),
+        # A wave that fades before it is missed may still be followed by a larger, later one.
+        ([0.3, 0.1, 0.015, NAN], (NAN, 0.2, INF)),
+        ([0.015, 0.012, NAN, NAN], (NAN, 0.0, INF)),
         # A missing wave between waves is unknown, and makes the bracket wider.
         ([0.7, NAN, 0.5, 0.5], (0.1 + 0.2 * 0.18 / 0.2, 0.1, 0.3)),
         ([0.7, 0.5, NAN, 0.5], (0.1 + 0.1 * 0.18 / 0.2, 0.1, 0.2)),
@@ -61,6 +62,21 @@ def test_bracket_of_given_samples(values: list[float], expected: tuple[float, fl
     found = hl.critical_distance(curve(values), bracket=True)
     np.testing.assert_allclose(found, expected, rtol=1e-12)
     np.testing.assert_equal(hl.critical_distance(curve(values)), found.value)
+
+
+@pytest.mark.parametrize(
+    ("values", "far", "expected"),
+    [
+        ([0.3, 0.1, 0.015, NAN], 0.0, (0.2 + 0.1 * 0.08 / 0.085, 0.2, 0.3)),
+        ([0.3, 0.1, NAN, NAN], 0.0, (NAN, 0.2, INF)),
+        ([0.7, 0.6, 0.5, 0.5], 0.5, (0.2 + 0.1 * 0.08 / 0.1, 0.2, 0.3)),
+        ([0.7, 0.6, 0.5], 0.5, (0.2 + 0.1 * 0.08 / 0.1, 0.2, 0.3)),
+        ([0.7, 0.6, 0.5, 0.5], 0.4, (NAN, 0.4, INF)),
+        ([NAN, NAN, NAN], 0.0, (NAN, NAN, NAN)),
+    ],
+)
+def test_far_value_that_is_known(values: list[float], far: float, expected: tuple[float, float, float]) -> None:
+    np.testing.assert_allclose(hl.critical_distance(curve(values), bracket=True, far=far), expected, rtol=1e-12)
 
 
 def test_tolerance_relative_to_the_far_value() -> None:
@@ -90,6 +106,8 @@ def test_critical_distance_over_other_dimensions() -> None:
         ({"tolerance": NAN}, "tolerance = nan"),
         ({"relative": 1}, "relative = 1: must be True or False"),
         ({"bracket": 0.1}, "bracket = 0.1: must be True or False"),
+        ({"far": NAN}, "far = nan"),
+        ({"far": "0"}, "far = '0'"),
     ],
 )
 def test_bad_input_to_given_samples(given: dict[str, Any], message: str) -> None:
@@ -180,19 +198,30 @@ def test_known_samples_are_not_run_again() -> None:
 
 
 def late(distance: float) -> float:
-    """The wave of `falling` less its far value, which is zero; missed beyond 22 mm."""
-    return falling(distance) - 0.5 if distance < 0.022 else NAN
+    """The wave of `falling` less its far value, which is 0; missed beyond 32 mm."""
+    return falling(distance) - 0.5 if distance < 0.032 else NAN
 
 
 def test_a_record_that_ends_too_early_gives_a_lower_bound() -> None:
-    found = find(partial(sampled, late, []), tolerance=[0.02, 0.2])
-    assert found.lower_bound.values.tolist() == [True, False]
-    np.testing.assert_allclose(found.bracket.sel(within=0.02), [0.02, INF])
-    assert np.isnan(found.critical_distance.sel(within=0.02))
-    assert found.critical_distance.sel(within=0.2).item() == pytest.approx(0.01 * np.log(2.5), abs=2e-5)
-    assert found.far_value.item() == 0.0
+    """The last sample that differs from no wave bounds the distance from below."""
+    found = find(partial(sampled, late, []), tolerance=[0.02, 0.04])
+    assert found.lower_bound.values.tolist() == [True, True]
+    np.testing.assert_allclose(found.bracket, [[0.03, INF], [0.025, INF]])
+    assert np.isnan(found.critical_distance).all()
+    assert np.isnan(found.far_value)
     assert np.isnan(found.amplitude_ratio.sel(distance=1.0))
     assert found.sampled.sel(distance=1.0)
+
+
+def test_a_far_value_that_is_known() -> None:
+    """Waves that fade to none: where 0 is the far value the crossing is found, as long as a wave is within it."""
+    found = find(partial(sampled, late, []), tolerance=[0.02, 0.04], far=0.0)
+    assert found.lower_bound.values.tolist() == [True, False]
+    assert found.critical_distance.sel(within=0.04).item() == pytest.approx(0.01 * np.log(12.5), abs=2e-5)
+    assert found.far_value.item() == 0.0
+    far = xr.DataArray([[0.5], [0.4]], dims=("diameter", "thickness"))
+    both = find(by_plate, distances=FEW, thickness=[1.0], diameter=[1.0, 2.0], far=far)
+    assert both.lower_bound.values.tolist() == [[False, True]]
 
 
 def test_no_wave_anywhere() -> None:
@@ -287,6 +316,8 @@ def test_samples_lie_within_the_bracket() -> None:
         ({"bead": [1.0]}, "bead is a name that every run uses"),
         ({"thickness": []}, r"thickness = \[\]"),
         ({"thickness": [1.0]}, "takes distance, but the axes are distance, thickness"),
+        ({"far": NAN}, "far = nan"),
+        ({"far": xr.DataArray([0.5], dims="plate")}, "far: must be a number, or a DataArray over no axes"),
         ({"known": 3}, "known = 3"),
         ({"known": xr.Dataset()}, "known: must be a result of find_critical_distance over no axes"),
     ],

@@ -46,7 +46,7 @@ def images(x: float, y: float) -> hl.Structure:
 def test_corner_of_simple_edges_against_images(x: float, y: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """The study's mesh, reduction and side, on the one corner that is known exactly."""
     monkeypatch.setitem(study.CORNERS, "simple-simple", ("simple", "simple"))
-    x, y = x * study.edge_length(), y * study.edge_length()
+    x, y = x * study.unit(), y * study.unit()
     ratios = [
         float(study.measure(hl.CoSimulation(study.chain(), structure).run(study.UNTIL)).amplitude_ratio)
         for structure in (study.at_corner("simple-simple", x, y), images(x, y))
@@ -56,14 +56,14 @@ def test_corner_of_simple_edges_against_images(x: float, y: float, monkeypatch: 
 
 def test_far_from_one_edge_the_corner_is_the_other(quick: xr.Dataset) -> None:
     for corner, (first, second) in study.CORNERS.items():
-        one = quick.corner_amplitude_ratio.sel(corner=corner)
-        np.testing.assert_allclose(one.sel(y=3.0), quick.edge_alone.sel(edge=first), atol=5e-3)
-        np.testing.assert_allclose(one.sel(x=3.0), quick.edge_alone.sel(edge=second), atol=5e-3)
+        one = quick.corner_ratio.sel(corner=corner)
+        np.testing.assert_allclose(one.sel(y=3.0), quick.corner_edge_ratio.sel(corner_edge=first), atol=5e-3)
+        np.testing.assert_allclose(one.sel(x=3.0), quick.corner_edge_ratio.sel(corner_edge=second), atol=5e-3)
 
 
 def test_two_like_edges_are_symmetric(quick: xr.Dataset) -> None:
     for corner in ("clamped-clamped", "free-free"):
-        one = quick.corner_amplitude_ratio.sel(corner=corner).values
+        one = quick.corner_ratio.sel(corner=corner).values
         np.testing.assert_allclose(one, one.T, atol=1e-4)
 
 

@@ -27,7 +27,7 @@ def test_quick_study(quick: xr.Dataset) -> None:
     rows = text(study.table(quick))
     assert "law's largest error, free" in rows
     assert max(map(len, rows.splitlines())) <= 80
-    assert set(study.figures(quick)) == {"collapse", "critical_distance", "jumps", "materials", "shear"}
+    assert set(study.figures(quick)) == {"collapse", "corner", "critical_distance", "jumps", "materials", "shear"}
 
 
 def test_the_last_crossing_of_samples() -> None:
