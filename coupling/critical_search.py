@@ -89,9 +89,9 @@ def find_critical_distance(
     Dataset
         Over the axes: `critical_distance` (m; over "within", the tolerances, if there are several) and its `bracket`
         (m; "end": low, high); `lower_bound`, true where the far value is unknown or not reached, so that
-        critical_distance is NaN and the bracket's low end is a lower bound; `far_value`; and all samples: `amplitude_ratio`,
-        `time_of_flight` (s) and `sampled` over "distance". NaN of a sampled distance means that no wave came within the
-        record. See `critical_distance` for what NaN does to the far value.
+        critical_distance is NaN and the bracket's low end is a lower bound; `far_value`. All samples:
+        `amplitude_ratio`, `time_of_flight` (s) and `sampled` over "distance". NaN at a sampled distance means that no
+        wave came within the record. See `critical_distance` for what NaN does to the far value.
 
     Raises
     ------
