@@ -17,8 +17,8 @@ from coupling.measures import amplitude_ratio, time_of_flight
 from coupling.progress import Progress
 from coupling.refinement import Curve, Refinement
 from coupling.store import Point
-from coupling.sweep import TAKEN, axis_labels, axis_values, check_build
-from coupling.work import Batch, Work, in_processes, shown
+from coupling.sweep import TAKEN, axis_labels, axis_values, check_build, named
+from coupling.work import Batch, Work, in_processes
 from structures.checks import each, finite, instance, listed, not_negative, positive, short, whole, within
 from structures.structure import Vector
 
@@ -221,7 +221,7 @@ class _Search:
                 assert isinstance(run, xr.Dataset)  # errors are raised, as there is no store
                 self.curves[curve][distance] = (run.amplitude_ratio.item(), run.time_of_flight.item())
                 if lines := findings_of(run):
-                    self.found[shown(self._point(curve, distance))] = lines
+                    self.found[named(self._point(curve, distance))] = lines
                 if not self.labels:
                     self.attrs = run.attrs
                     self.labels = {str(name): run[name].attrs for name in run.data_vars}

@@ -114,8 +114,9 @@ def refinement(data: xr.Dataset, tolerance: float) -> Figure:
             if not one.lower_bound:
                 away = abs(one.amplitude_ratio - one.far_value)
                 curve, coarse = (away.isel(distance=kept.values) for kept in (one.sampled, scan))
-                fine = np.linspace(coarse.distance[0], coarse.distance[-1], 4000)
-                between = np.interp(fine, coarse.distance, one.amplitude_ratio.isel(distance=scan.values))
+                places, ratios = coarse.distance.values, one.amplitude_ratio.isel(distance=scan.values).values
+                fine = np.linspace(places[0], places[-1], 4000)
+                between = np.interp(fine, places, ratios)
                 axis.plot(fine * 1e3, abs(between - float(one.far_value)), "--", color=COLOURS[i], linewidth=0.8)
                 axis.plot(
                     curve.distance * 1e3, curve, MARKERS[i], color=COLOURS[i], linestyle="-", markersize=3.0,

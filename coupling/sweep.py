@@ -223,8 +223,12 @@ def _combined(outcomes: Sequence[Outcome], values: dict[str, list[Any]]) -> xr.D
 def _named(values: dict[str, list[Any]], place: int) -> str:
     """A point by its place, in words."""
     where = np.unravel_index(place, [len(axis) for axis in values.values()])
-    pairs = zip(values.items(), where, strict=True)
-    return ", ".join(f"{name} = {_shown(axis_labels([axis[i]])[0])}" for (name, axis), i in pairs)
+    return named({name: axis[i] for (name, axis), i in zip(values.items(), where, strict=True)})
+
+
+def named(point: Point) -> str:
+    """A point in words."""
+    return ", ".join(f"{name} = {_shown(axis_labels([value])[0])}" for name, value in point.items())
 
 
 def _shown(label: Any) -> str:

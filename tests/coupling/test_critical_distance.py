@@ -272,6 +272,27 @@ def test_neighbours_on_the_last_axis_meet_in_one_process() -> None:
     assert len(made) == len(set(made))
 
 
+class Marked(Known):
+    """A run with a finding."""
+
+    def run(self, until: float, *given: Any, **named: Any) -> xr.Dataset:
+        return super().run(until).assign_attrs(warnings="yield: 2 GPa")
+
+
+def test_findings_of_runs_are_gathered() -> None:
+    """One warning of each kind, which names its first point; an earlier result's findings are kept."""
+
+    def build(distance: float) -> Known:
+        return Marked(falling(distance)) if distance > 0.5 else Known(falling(distance))
+
+    with pytest.warns(
+        hl.HertzlinkWarning, match=r"yield: 2 GPa; so at 1 of \d+ points, of which this is distance = 1$"
+    ):
+        found = find(build)
+    with pytest.warns(hl.HertzlinkWarning, match="yield"):
+        assert find(build, known=found).attrs["warnings"] == found.attrs["warnings"]
+
+
 def test_bisection_where_the_spline_misleads() -> None:
     """A step has no smooth crossing: the bracket still closes, in as many runs as bisection takes, and some."""
     seen: list[float] = []

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import xarray as xr
+from printed import check
 
 import hertzlink as hl
 from coupling.studies import plate_boundary as study
@@ -103,6 +104,10 @@ def test_heavy_beads_have_a_lower_bound(quick: xr.Dataset) -> None:
     row = next(row for row in study.table(quick) if row.quantity == "critical distance, D 19.05, t 2.29")
     assert row.ours == "> 60"
     assert row.reason.startswith("a lower bound")
+
+
+def test_table_is_honest(quick: xr.Dataset) -> None:
+    check("plate-boundary", study.table(quick))
 
 
 def test_far_value_is_that_of_the_infinite_plate(quick: xr.Dataset) -> None:
