@@ -45,7 +45,7 @@ def against_distance(data: xr.Dataset, name: str, label: str, tolerance: float, 
         here = data.sel(diameter=diameter)
         if bool((here.sampled & here[name].isnull()).any()):
             note = "no marker: no wave in the record"
-            axis.text(0.97, 0.97, note, transform=axis.transAxes, ha="right", va="top", fontsize="small")
+            axis.text(0.97, 0.5, note, transform=axis.transAxes, ha="right", fontsize="small")
     axes[0].set_ylabel(label)
     axes[0].plot([], [], ":", color="grey", linewidth=1.0, label="critical distance")
     axes[0].plot([], [], ">", color="grey", markersize=5.0, markerfacecolor="white", label="its lower bound")
@@ -127,7 +127,7 @@ def refinement(data: xr.Dataset, tolerance: float) -> Figure:
                 farthest = max(farthest, high)
         axis.axhline(tolerance, color="black", linewidth=0.8)
         axis.set(title=f"D = {diameter * 1e3:.2f} mm", xlabel="distance from the clamped edge (mm)", yscale="log")
-        axis.set(ylim=(1e-4, 1.0), xlim=(0.0, 2.0 * farthest if farthest else 100.0))
+        axis.set(ylim=(2e-3, 1.0), xlim=(0.0, 2.0 * farthest if farthest else 100.0))
     axes[0].set_ylabel("|AR − far value|")
     axes[0].plot([], [], "--", color="grey", linewidth=0.8, label="first scan, straight lines")
     axes[0].fill_between([], [], color="grey", alpha=0.5, linewidth=0.0, label="bracket")
