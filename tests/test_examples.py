@@ -67,3 +67,15 @@ def test_the_ten_lines_of_the_readme(tmp_path: Path) -> None:
     _, flight, error = map(float, done.stdout.split())
     assert flight == pytest.approx(584e-6, abs=2e-6)
     assert error < 1e-6
+
+
+def test_the_lines_of_the_readme_on_a_critical_distance() -> None:
+    """The critical distance is 14.7 mm by an independent solution of the half-plane."""
+    code = re.findall(r"```python\n(.*?)```", (GALLERY.parent / "README.md").read_text(), flags=re.DOTALL)[2]
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    distance = float(done.stdout.split()[0])
+    value, low, high = map(float, re.findall(r"=(0\.\d+)", done.stdout))
+    assert distance == pytest.approx(14.7e-3, abs=0.15e-3)
+    assert low <= value <= high
+    assert value == pytest.approx(distance, abs=0.3e-3)
