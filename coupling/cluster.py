@@ -1,5 +1,6 @@
 """A sweep's points on a cluster of Dask distributed: an optional dependency, `pip install hertzlink[cluster]`."""
 
+import gc
 import logging
 import pickle
 import time
@@ -84,9 +85,15 @@ def _connected(distributed: ModuleType, cluster: Any) -> Iterator[Any]:
     try:
         client = distributed.Client(cluster, set_as_default=False)
     except (OSError, ValueError) as error:
-        raise ValueError(f"cluster = {short(cluster)}: must be the address of a scheduler; {error}") from error
-    with client:
-        yield client
+        reason = str(error)
+    else:
+        with client:
+            yield client
+        return
+    # The Client that could not connect closes itself when it is collected. Within the start of another Client that
+    # would wait for ever, for a lock that its own thread holds; so it is collected now.
+    gc.collect()
+    raise ValueError(f"cluster = {short(cluster)}: must be the address of a scheduler; {reason}")
 
 
 def _spread(
