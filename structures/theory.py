@@ -146,7 +146,7 @@ def secondary_delay(upper_mass: Number | float, lower_mass: Number | float, lowe
     T_l = π √((M_u + M_l/3)/k_d), half a period of the upper layer on the lower one. The thesis (equations 6.32 to 6.34)
     has no M_l, which is right for M_l/3 ≪ M_u only; lower_mass = 0 is its T_l. Against a rod on a fixed base with M_u
     at its end, M_l/3 is 0.2 % short for M_l = 0.41 M_u, 0.8 % for 1.1, 4.8 % for 6.6, and never more than 9.3 %.
-    Chains take longer: it is 10 % to 21 % short over section 6.1.4, where M_u = 4m (26 % to 50 % without M_l). A
+    Chains take longer: it is 11 % to 21 % short over section 6.1.4, where M_u = 4m (26 % to 50 % without M_l). A
     heavy upper layer makes a weak secondary wave, whose slower way back 6.33 leaves out: 38 % short for M_u = 16m.
     """
     upper, lower = each(positive, "upper_mass", upper_mass, "kg"), each(not_negative, "lower_mass", lower_mass, "kg")
