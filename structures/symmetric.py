@@ -1,8 +1,13 @@
 """What mass, stiffness and damping must be: symmetric, and without negative eigenvalues."""
 
+from typing import TypeAlias
+
 import numpy as np
+from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import eigsh, splu
+
+Vector: TypeAlias = NDArray[np.float64]
 
 SKEWED = 1e-8
 """The difference between two entries that must be equal, in units of √(Aᵢᵢ Aⱼⱼ): rounding in a mesh is below 1e-12."""
@@ -31,7 +36,7 @@ def check_symmetric(name: str, matrix: sparse.csr_array) -> None:
             f"{name}: must have no negative eigenvalue, but its diagonal entry {row} is {diagonal[row]:.3g} {unit}"
         )
     size = np.sqrt(diagonal)
-    skewed = sparse.coo_array(matrix - matrix.T)
+    entries, skewed = matrix.tocoo(), (matrix - matrix.T).tocoo()
     if (abs(skewed.data) > SKEWED * size[skewed.row] * size[skewed.col]).any():
         worst = int(np.argmax(abs(skewed.data)))
         row, column = int(skewed.row[worst]), int(skewed.col[worst])
@@ -39,7 +44,6 @@ def check_symmetric(name: str, matrix: sparse.csr_array) -> None:
             f"{name}: must be symmetric, but entry ({row}, {column}) is {matrix[row, column]:.6g} {unit}, and "
             f"({column}, {row}) is {matrix[column, row]:.6g}"
         )
-    entries = sparse.coo_array(matrix)
     limit = (1.0 + SKEWED) * size[entries.row] * size[entries.col]
     if (abs(entries.data) > limit).any():
         worst = int(np.argmax(abs(entries.data) - limit))
@@ -55,25 +59,41 @@ def check_symmetric(name: str, matrix: sparse.csr_array) -> None:
 def check_definite(name: str, matrix: sparse.csr_array) -> None:
     """A ValueError where a symmetric matrix has a negative eigenvalue, above rounding; of a mass also zero ones.
 
-    Rows of zeros are left out: a degree of freedom may have no mass, and a body that floats no stiffness. The pivots
-    of A = L D Lᵀ have the signs of its eigenvalues (Sylvester).
+    Rows of zeros are left out: a degree of freedom may have no mass, and a body that floats no stiffness.
     """
     used = np.flatnonzero(matrix.diagonal())
     if used.size == matrix.count_nonzero():
         return  # Diagonal, and its entries are positive.
     inner = matrix[used][:, used]
-    scale = sparse.diags_array(1.0 / np.sqrt(inner.diagonal()))
+    scale = 1.0 / np.sqrt(inner.diagonal())
     # A mass must resist every motion of what it belongs to; a stiffness may leave rigid motions.
     shift = -ROUNDING if name == "mass" else ROUNDING
-    scaled = sparse.csc_array(scale @ inner @ scale + shift * sparse.eye_array(used.size))
-    try:
-        factor = splu(scaled, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
-        positive = bool((factor.U.diagonal() > 0.0).all()) and np.array_equal(factor.perm_r, factor.perm_c)
-    except RuntimeError:  # a pivot is zero
-        positive = False
+    positive = _dense(inner, scale, shift) if used.size <= SMALL else _sparse(inner, scale, shift)
     if not positive:
         kind = "must be positive definite" if name == "mass" else "must have no negative eigenvalue"
         raise ValueError(f"{name}: {kind}, but has one of about {_lowest(inner):.3g} {UNITS[name]}")
+
+
+def _dense(matrix: sparse.csr_array, scale: Vector, shift: float) -> bool:
+    """Whether scale · matrix · scale + shift is positive definite, by Cholesky's factorisation."""
+    scaled = scale[:, None] * matrix.toarray() * scale
+    scaled.flat[:: scale.size + 1] += shift
+    try:
+        np.linalg.cholesky(scaled)
+    except np.linalg.LinAlgError:
+        return False
+    return True
+
+
+def _sparse(matrix: sparse.csr_array, scale: Vector, shift: float) -> bool:
+    """The same by A = L D Lᵀ, whose pivots have the signs of the eigenvalues (Sylvester)."""
+    spread = sparse.diags_array(scale)
+    scaled = sparse.csc_array(spread @ matrix @ spread + shift * sparse.eye_array(scale.size))
+    try:
+        factor = splu(scaled, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    except RuntimeError:  # a pivot is zero
+        return False
+    return bool((factor.U.diagonal() > 0.0).all()) and np.array_equal(factor.perm_r, factor.perm_c)
 
 
 def _lowest(matrix: sparse.csr_array) -> float:
