@@ -6,7 +6,7 @@ from typing import Literal, NamedTuple, overload
 import numpy as np
 import xarray as xr
 
-from structures.checks import each, finite, instance, positive
+from structures.checks import each, finite, instance, positive, short
 from structures.structure import Vector
 
 FEWEST = 3
@@ -120,9 +120,11 @@ def critical_distance(
     dimension = "distance" if "distance" in ratio.dims else str(next(iter(ratio.dims), ""))
     if ratio.sizes.get(dimension, 0) < FEWEST:
         raise ValueError(f"ratio: must hold three distances or more, not {ratio.sizes.get(dimension, 0)}")
+    if ratio.dtype.kind not in "fiu":
+        raise ValueError(f"ratio: must hold real numbers, not {ratio.dtype}")
     ordered = ratio.sortby(dimension)
     known = xr.DataArray(np.nan) if far is None else _known(far)
-    distances = ordered[dimension].values.astype(float)
+    distances = _increasing(ordered[dimension].values)
     found = xr.apply_ufunc(
         lambda curve, far: last_crossing(distances, curve, tolerance, relative, far),
         ordered,
@@ -134,6 +136,15 @@ def critical_distance(
     labels = (LABEL, f"{LABEL}, low end of the bracket", f"{LABEL}, high end of the bracket")
     result = CriticalDistance(*(_plain(one, label) for one, label in zip(found, labels, strict=True)))
     return result if bracket else result.value
+
+
+def _increasing(distances: Vector) -> Vector:
+    """Sorted distances, m, or a ValueError."""
+    if distances.dtype.kind not in "fiu" or not np.isfinite(distances).all() or distances[0] < 0.0:
+        raise ValueError(f"distance = {short(distances)}: must be finite numbers of m, none of them negative")
+    if (np.diff(distances) <= 0.0).any():
+        raise ValueError(f"distance = {short(distances)}: must not hold a distance twice")
+    return distances.astype(float)
 
 
 def _known(far: Number) -> xr.DataArray:

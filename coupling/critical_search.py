@@ -131,6 +131,9 @@ def find_critical_distance(
     search = _Search(work, values, joblib.cpu_count() if jobs is None else whole("jobs", jobs))
     if known is not None:
         search.recall(instance("known", known, xr.Dataset, "the Dataset of an earlier find_critical_distance"))
+        for name, value in (("until", until), ("sensor", sensor)):
+            if known.attrs.get(name) != value:
+                raise ValueError(f"known: was found with {name} = {known.attrs.get(name)!r}, must be {value!r} as here")
     search.sample(
         [(i, distance) for i, curve in enumerate(search.curves) for distance in scan if distance not in curve]
     )
@@ -141,7 +144,7 @@ def find_critical_distance(
     data = search.samples().merge(found if isinstance(tolerance, Iterable) else found.squeeze("within"))
     findings = search.findings() + _upper_bound(found, scan[0])
     warn(findings)
-    return with_warnings(data, findings)
+    return with_warnings(data, findings).assign_attrs(until=until, sensor=sensor)
 
 
 def _tolerances(tolerance: float | Iterable[float]) -> list[float]:

@@ -16,7 +16,7 @@ from scipy.interpolate import PchipInterpolator
 from plates.half_plane import EDGES
 from plates.plate import Plate
 from plates.theory import Bead, inelasticity_parameter, wall_stiffness
-from structures.checks import finite, instance, one_of
+from structures.checks import finite, instance, one_of, within
 from structures.material import Material
 from structures.structure import Vector
 from structures.surface import hertz_stiffness
@@ -37,6 +37,9 @@ ERROR, ERROR_MERGING = 0.002, 0.005
 
 BETWEEN = 0.015
 """Part of c by which it may be off halfway between two stiffness ratios of the table; AR was off by 0.007 there."""
+
+SLOWEST, FASTEST = 1e-9, 1e5
+"""m/s, between which all is far from what floats can hold."""
 
 FINE = 4501
 """Distances between which the last crossing is sought."""
@@ -107,6 +110,7 @@ def critical_distance_law(
     low, high = TOLERANCES
     if not low <= finite("tolerance", tolerance) <= high:
         raise ValueError(f"tolerance = {tolerance!r}: must lie between {low:g} and {high:g}, the range of the table")
+    within("impact_speed", impact_speed, SLOWEST, FASTEST, "m/s")
     parameter = float(inelasticity_parameter(bead, plate, impact_speed))
     instance("plate.material", plate.material, Material, "a Material: the law is for isotropic plates")
     stiffness_ratio = wall_stiffness(bead, plate) / hertz_stiffness(bead.surface, bead.surface)

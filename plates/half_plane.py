@@ -10,13 +10,16 @@ from scipy import sparse
 from scipy.special import j0
 
 from plates.section import homogeneous
-from structures.checks import instance, not_negative, one_of, positive
+from structures.checks import instance, not_negative, one_of, within
 from structures.material import Material
 from structures.plausible import likely
 from structures.structure import Structure, Vector
 from structures.surface import Surface
 
 EDGES = ("clamped", "simple", "free")
+
+LENGTHS, TIMES = (1e-9, 1e6), (1e-12, 1e3)
+"""m and s, between which all is far from what floats can hold."""
 
 HIGHEST_FREQUENCY = 100.0e3
 """Hz, up to which each oscillator's motion is resolved in time. From 60 to 200 kHz amplitude ratios of chains of 4.76
@@ -110,9 +113,11 @@ def half_plane(
     0.521
     """
     instance("material", material, Material, "a Material; MATERIALS[name] gives one by name")
-    section = homogeneous(positive("thickness", thickness, "m"), material)
-    away = (not_negative if one_of("edge", edge, EDGES) == "free" else positive)("distance", distance, "m")
-    until, highest = positive("until", until, "s"), positive("highest_frequency", highest_frequency, "Hz")
+    section = homogeneous(within("thickness", thickness, *LENGTHS, "m"), material)
+    on_free_edge = one_of("edge", edge, EDGES) == "free" and not_negative("distance", distance, "m") == 0.0
+    away = 0.0 if on_free_edge else within("distance", distance, *LENGTHS, "m")
+    until = within("until", until, *TIMES, "s")
+    highest = within("highest_frequency", highest_frequency, 1.0 / TIMES[1], 1.0 / TIMES[0], "Hz")
     likely("side", "half_plane", "distance", away)
     likely("frequency", "half_plane", "highest_frequency", highest)
     impedance = float(8.0 * (section.bending[0, 0] * section.mass) ** 0.5)

@@ -5,6 +5,7 @@ from math import pi
 import numpy as np
 from numpy.typing import ArrayLike
 
+from structures.checks import short
 from structures.structure import Vector
 
 LINES = 96
@@ -92,7 +93,7 @@ def _inverse_lothe(constants: Vector) -> Vector:
 
 def _elastic_constants(stiffness: ArrayLike) -> Vector:
     """C_ijkl from Voigt's 6 × 6, or a ValueError."""
-    matrix = np.asarray(stiffness, dtype=float)
+    matrix = _real("stiffness", stiffness, "6 × 6 finite numbers of Pa")
     if matrix.shape != (6, 6) or not np.isfinite(matrix).all():
         raise ValueError(f"stiffness: has shape {matrix.shape}, must be 6 × 6 finite numbers of Pa")
     if np.abs(matrix - matrix.T).max() > 1e-9 * np.abs(matrix).max():
@@ -104,8 +105,19 @@ def _elastic_constants(stiffness: ArrayLike) -> Vector:
 
 def _three(name: str, given: ArrayLike) -> Vector:
     """Three finite numbers, positive but for Poisson's ratios."""
-    numbers = np.asarray(given, dtype=float)
     wanted = "finite" if name == "poisson_ratios" else "positive"
+    numbers = _real(name, given, f"three {wanted} numbers")
     if numbers.shape != (3,) or not np.isfinite(numbers).all() or (wanted == "positive" and numbers.min() <= 0.0):
-        raise ValueError(f"{name} = {given!r}: must be three {wanted} numbers")
+        raise ValueError(f"{name} = {short(given)}: must be three {wanted} numbers")
     return numbers
+
+
+def _real(name: str, given: ArrayLike, what: str) -> Vector:
+    """An array of real numbers, or a ValueError; texts, truths and complex numbers are none."""
+    try:
+        numbers = np.asarray(given)
+        if numbers.dtype.kind not in "fiu":
+            raise TypeError
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} = {short(given)}: must be {what}") from None
+    return numbers.astype(float)

@@ -9,7 +9,7 @@ from scipy import sparse
 from scipy.linalg import eigh
 
 from structures.caution import caution
-from structures.checks import instance, positive, whole
+from structures.checks import instance, positive, whole, within
 from structures.damping import maxwell_arms, with_arms
 from structures.factor import Solve, shifted_solve
 from structures.field import Field
@@ -17,6 +17,9 @@ from structures.structure import Structure, Vector, known_field
 
 PULSE = 25.0e-6
 """Length, s, of the force pulse for which the error is estimated by default: the contact time of a small steel bead."""
+
+PULSES = (1e-12, 1e3)
+"""s, between which all is far from what floats can hold."""
 
 HALVINGS = 3
 """The error is estimated for pulses of a half, a quarter and an eighth of that length too: runs look it up."""
@@ -82,7 +85,7 @@ def reduce(
     """
     instance("structure", structure, Structure, "a Structure")
     until, tolerance = positive("until", until, "s"), positive("tolerance", tolerance)
-    pulse = positive("pulse", pulse, "s")
+    pulse = within("pulse", pulse, *PULSES, "s")
     instance("keep_field", keep_field, bool, "True or False")
     largest, size = whole("largest", largest), structure.size
     if until > structure.valid_until:

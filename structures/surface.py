@@ -144,7 +144,7 @@ def yield_pressure(material: Material) -> float:
     >>> round(hl.yield_pressure(hl.STEEL_316) * 1e-6)
     331
     """
-    if material.yield_strength is None:
+    if instance("material", material, Material, "a Material").yield_strength is None:
         return inf
     depth = np.linspace(0.01, 2.0, 400)
     inside = 1.0 / (1.0 + depth**2)

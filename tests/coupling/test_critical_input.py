@@ -1,0 +1,69 @@
+"""Bad input that new users gave to what finds, or predicts, critical distances: one line that names the argument."""
+
+import re
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import hertzlink as hl
+
+BEAD = hl.Sphere(2.38e-3, hl.STEEL_440C)
+PLATE = hl.kirchhoff_plate(0.9, 0.9, 2.29e-3, hl.ALUMINIUM_6061, hl.Supports(left="clamped"))
+PLY = ((138e9, 9e9, 9e9), (0.4, 0.3, 0.3), (3.2e9, 6.9e9, 6.9e9))
+
+
+def curve(distances: Any, ratios: Any = (0.9, 0.6, 0.5, 0.5)) -> xr.DataArray:
+    return xr.DataArray(list(ratios), dims="distance", coords={"distance": list(distances)})
+
+
+def near(distance: float) -> hl.CoSimulation:
+    plate = hl.half_plane(2.29e-3, hl.ALUMINIUM_6061, "clamped", distance, until=1e-4)
+    return hl.CoSimulation(hl.Chain([BEAD] * 3, BEAD, 0.3), plate)
+
+
+@pytest.mark.parametrize(
+    ("call", "told"),
+    [
+        (lambda: hl.critical_distance(curve([np.nan, 0.02, 0.03, 0.1])), "distance = "),
+        (lambda: hl.critical_distance(curve([-1.0, 0.02, 0.03, 0.1])), "none of them negative"),
+        (lambda: hl.critical_distance(curve([0.01, 0.02, 0.03, np.inf])), "must be finite numbers of m"),
+        (lambda: hl.critical_distance(curve([0.01, 0.01, 0.03, 0.1])), "must not hold a distance twice"),
+        (lambda: hl.critical_distance(curve(["a", "b", "c", "d"])), "must be finite numbers of m"),
+        (lambda: hl.critical_distance(curve([1, 2, 3, 4], "abcd")), "ratio: must hold real numbers"),
+        (lambda: hl.critical_distance(curve([1, 2, 3, 4], [1j, 0, 0, 0])), "ratio: must hold real numbers"),
+        (lambda: hl.half_plane(1e300, hl.ALUMINIUM_6061, "clamped", 0.02), "thickness = 1e+300: must lie between"),
+        (lambda: hl.half_plane(1e-3, hl.ALUMINIUM_6061, "clamped", 1e-300), "distance = 1e-300: must lie between"),
+        (lambda: hl.half_plane(1e-3, hl.ALUMINIUM_6061, "clamped", 0.0), "distance = 0.0: must be a positive"),
+        (
+            lambda: hl.half_plane(1e-3, hl.ALUMINIUM_6061, "free", 0.02, highest_frequency=1e-300),
+            "highest_frequency = 1e-300: must lie between",
+        ),
+        (lambda: hl.critical_distance_law(BEAD, PLATE, impact_speed=[]), "impact_speed = []: must be a finite number"),
+        (lambda: hl.critical_distance_law(BEAD, PLATE, impact_speed=1e300), "impact_speed = 1e+300: must lie between"),
+        (lambda: hl.reduce(near(0.02).structure.structure, 1e-4, pulse=1e-300), "pulse = 1e-300: must lie between"),
+        (lambda: hl.yield_pressure(None), "material = None: must be a Material"),
+        (lambda: hl.indentation_modulus("x"), "stiffness = 'x': must be 6 × 6"),
+        (lambda: hl.indentation_modulus(hl.ALUMINIUM_6061), "must be 6 × 6"),
+        (lambda: hl.indentation_modulus(1j * np.eye(6)), "must be 6 × 6"),
+        (lambda: hl.orthotropic_stiffness((1j, 1, 1), *PLY[1:]), "must be three positive numbers"),
+        (lambda: hl.orthotropic_stiffness(PLY[0], [[1, 2], [3]], PLY[2]), "poisson_ratios = [[1, 2], [3]]: must be"),
+        (lambda: hl.orthotropic_stiffness(PLY[0], PLY[1], {}), "shear_moduli = {}: must be three positive numbers"),
+    ],
+)
+def test_it_is_named(call: Callable[[], object], told: str) -> None:
+    with pytest.raises(ValueError, match=re.escape(told)) as caught:
+        call()
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(("changed", "told"), [({"sensor": 2}, "sensor = 1"), ({"until": 0.9e-4}, "until = 0.0001")])
+@pytest.mark.filterwarnings("ignore::hertzlink.HertzlinkWarning")
+def test_samples_of_another_sensor_or_record_are_not_taken_over(changed: dict[str, Any], told: str) -> None:
+    given: dict[str, Any] = {"until": 1e-4, "sensor": 1, "distances": [0.01, 0.02, 0.05], "jobs": 1}
+    known = hl.find_critical_distance(near, **given)
+    hl.find_critical_distance(near, **given, known=known)
+    with pytest.raises(ValueError, match=f"known: was found with {told}"):
+        hl.find_critical_distance(near, **{**given, **changed}, known=known)
