@@ -20,6 +20,10 @@ ROUNDING = 1e-9
 """A negative eigenvalue of D^−½ A D^−½ (D the diagonal of A) nearer to zero than this is taken as rounding. Those of
 rigid motions of thin plates are below 1e-12."""
 
+PROJECTED = 1e-13
+"""A negative eigenvalue of A nearer to zero than this share of the largest diagonal entry is taken as rounding too.
+A projection VᵀAV rounds by the size of A, so its small entries carry an error that their own size does not bound."""
+
 UNITS = {"mass": "kg", "stiffness": "N/m", "damping": "N s/m"}
 
 
@@ -35,7 +39,7 @@ def check_symmetric(name: str, matrix: sparse.csr_array) -> None:
         raise ValueError(
             f"{name}: must have no negative eigenvalue, but its diagonal entry {row} is {diagonal[row]:.3g} {unit}"
         )
-    size = np.sqrt(diagonal)
+    size = np.sqrt(diagonal + PROJECTED * diagonal.max(initial=0.0))
     entries, skewed = matrix.tocoo(), (matrix - matrix.T).tocoo()
     if (abs(skewed.data) > SKEWED * size[skewed.row] * size[skewed.col]).any():
         worst = int(np.argmax(abs(skewed.data)))
@@ -67,17 +71,20 @@ def check_definite(name: str, matrix: sparse.csr_array) -> None:
     inner = matrix[used][:, used]
     scale = 1.0 / np.sqrt(inner.diagonal())
     # A mass must resist every motion of what it belongs to; a stiffness may leave rigid motions.
-    shift = -ROUNDING if name == "mass" else ROUNDING
-    positive = _dense(inner, scale, shift) if used.size <= SMALL else _sparse(inner, scale, shift)
+    if name == "mass":
+        raised = np.full(used.size, -ROUNDING)
+    else:
+        raised = ROUNDING + PROJECTED * np.minimum(scale / scale.min(), 1e8) ** 2
+    positive = _dense(inner, scale, raised) if used.size <= SMALL else _sparse(inner, scale, raised)
     if not positive:
         kind = "must be positive definite" if name == "mass" else "must have no negative eigenvalue"
         raise ValueError(f"{name}: {kind}, but has one of about {_lowest(inner):.3g} {UNITS[name]}")
 
 
-def _dense(matrix: sparse.csr_array, scale: Vector, shift: float) -> bool:
-    """Whether scale · matrix · scale + shift is positive definite, by Cholesky's factorisation."""
+def _dense(matrix: sparse.csr_array, scale: Vector, raised: Vector) -> bool:
+    """Whether scale · matrix · scale, its diagonal raised, is positive definite, by Cholesky's factorisation."""
     scaled = scale[:, None] * matrix.toarray() * scale
-    scaled.flat[:: scale.size + 1] += shift
+    scaled.flat[:: scale.size + 1] += raised
     try:
         np.linalg.cholesky(scaled)
     except np.linalg.LinAlgError:
@@ -85,10 +92,10 @@ def _dense(matrix: sparse.csr_array, scale: Vector, shift: float) -> bool:
     return True
 
 
-def _sparse(matrix: sparse.csr_array, scale: Vector, shift: float) -> bool:
+def _sparse(matrix: sparse.csr_array, scale: Vector, raised: Vector) -> bool:
     """The same by A = L D Lᵀ, whose pivots have the signs of the eigenvalues (Sylvester)."""
     spread = sparse.diags_array(scale)
-    scaled = sparse.csc_array(spread @ matrix @ spread + shift * sparse.eye_array(scale.size))
+    scaled = sparse.csc_array(spread @ matrix @ spread + sparse.diags_array(raised))
     try:
         factor = splu(scaled, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     except RuntimeError:  # a pivot is zero

@@ -49,6 +49,16 @@ def test_a_negative_eigenvalue_that_no_entry_shows() -> None:
         made(np.eye(3), stiffness, contact=np.ones(3))
 
 
+def test_small_entries_of_a_projection_carry_the_error_of_its_large_ones() -> None:
+    """A dashpot at one end, in modes: rank one, entries from 1e6 to 1e-6, sums that round by 1e-16 of the largest."""
+    end = np.array([1.0, 1e-3, 1e-6])
+    damping = 1e6 * np.outer(end, end)
+    made(np.eye(3), 1e7 * np.eye(3), damping - 1e-10 * np.diag([0.0, 0.0, 1.0]), contact=np.ones(3))
+    wrong = 1e6 * np.array([[1.0, 0.9, -0.9], [0.9, 1.0, 0.9], [-0.9, 0.9, 1.0]]) * np.outer(end, end)
+    with pytest.raises(ValueError, match=f"damping: {NO_NEGATIVE}, but has one of about"):
+        made(np.eye(3), 1e7 * np.eye(3), wrong, contact=np.ones(3))
+
+
 def test_what_bodies_may_have() -> None:
     """A floating body, degrees of freedom without mass, and none at all."""
     made(stiffness=[[1e7, -1e7], [-1e7, 1e7]])
