@@ -40,6 +40,9 @@ CORNERS = {
 }
 """The edges x = 0 and y = 0."""
 
+EDGES = ["clamped", "free"]
+"""Of the corners, each alone."""
+
 SCALED = (0.4, 0.7, 1.0, 1.3, 1.6, 1.9, 2.4, 3.0)
 QUICK_SCALED = (0.5, 1.0, 1.5, 3.0)
 """Distances from the two edges, in units of ℓ."""
@@ -65,32 +68,36 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     def alone(corner_edge: str, x: float) -> CoSimulation:
         return CoSimulation(chain(), half_plane(THICKNESS, MATERIAL, corner_edge, x * length, UNTIL))
 
+    found = sweep(near, UNTIL, jobs, measure, corner=list(CORNERS), x=scaled, y=scaled).amplitude_ratio.fillna(0.0)
+    single = sweep(alone, UNTIL, 1, measure, corner_edge=EDGES, x=scaled).amplitude_ratio.fillna(0.0)
+    far = measure(CoSimulation(chain(), infinite_plate(THICKNESS, MATERIAL)).run(UNTIL)).amplitude_ratio
+    data = xr.Dataset({"corner_ratio": found, "corner_edge_ratio": single, "corner_far_ratio": far})
+    data = data.merge(crossings(length, 2e-3 if quick else 0.2e-3, jobs))
+    data["corner_superposed"] = superposed(data)
+    for name in ("x", "y"):
+        data[name].attrs.update(units="1", long_name=f"distance from the edge {name} = 0 over ℓ")
+    return data.assign(corner_length=((), length, {"units": "m", "long_name": "ℓ = (T_c √(D/m))^½"}))
+
+
+def crossings(length: float, bracket: float, jobs: int | None) -> xr.Dataset:
+    """Critical distances (m) along the diagonals of the corners, and from each edge alone; length: ℓ, m."""
+
     def diagonal(corner: str, distance: float) -> CoSimulation:
         return CoSimulation(chain(), at_corner(corner, distance, distance))
 
     def from_edge(corner_edge: str, distance: float) -> CoSimulation:
         return CoSimulation(chain(), half_plane(THICKNESS, MATERIAL, corner_edge, distance, UNTIL))
 
-    edges = ["clamped", "free"]
-    found = sweep(near, UNTIL, jobs, measure, corner=list(CORNERS), x=scaled, y=scaled).amplitude_ratio.fillna(0.0)
-    single = sweep(alone, UNTIL, 1, measure, corner_edge=edges, x=scaled).amplitude_ratio.fillna(0.0)
-    far = measure(CoSimulation(chain(), infinite_plate(THICKNESS, MATERIAL)).run(UNTIL)).amplitude_ratio
-    scan, bracket = [one * length for one in SCAN], 2e-3 if quick else 0.2e-3
+    scan = [one * length for one in SCAN]
     find = partial(
         find_critical_distance, until=UNTIL, sensor=SENSOR, distances=scan, tolerance=TOLERANCE, bracket=bracket
     )
-    crossings = {
+    found = {
         "corner": find(diagonal, jobs=jobs, corner=list(CORNERS)),
-        "corner_edge": find(from_edge, jobs=1, corner_edge=edges),
+        "corner_edge": find(from_edge, jobs=1, corner_edge=EDGES),
     }
-    data = xr.Dataset({"corner_ratio": found, "corner_edge_ratio": single, "corner_far_ratio": far})
-    for name, crossing in crossings.items():
-        data[f"{name}_critical_distance"] = crossing.critical_distance
-        data[f"{name}_bracket"] = crossing.bracket
-    data["corner_superposed"] = superposed(data)
-    for name in ("x", "y"):
-        data[name].attrs.update(units="1", long_name=f"distance from the edge {name} = 0 over ℓ")
-    return data.assign(corner_length=((), length, {"units": "m", "long_name": "ℓ = (T_c √(D/m))^½"}))
+    own = ("critical_distance", "bracket")
+    return xr.Dataset({f"{name}_{what}": one[what].drop_vars("within") for name, one in found.items() for what in own})
 
 
 def unit() -> float:
