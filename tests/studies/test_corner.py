@@ -54,6 +54,7 @@ def test_corner_of_simple_edges_against_images(x: float, y: float, monkeypatch: 
     assert ratios[0] == pytest.approx(ratios[1], abs=2e-3)
 
 
+@pytest.mark.thorough
 def test_far_from_one_edge_the_corner_is_the_other(quick: xr.Dataset) -> None:
     for corner, (first, second) in study.CORNERS.items():
         one = quick.corner_ratio.sel(corner=corner)
@@ -61,18 +62,21 @@ def test_far_from_one_edge_the_corner_is_the_other(quick: xr.Dataset) -> None:
         np.testing.assert_allclose(one.sel(x=3.0), quick.corner_edge_ratio.sel(corner_edge=second), atol=5e-3)
 
 
+@pytest.mark.thorough
 def test_two_like_edges_are_symmetric(quick: xr.Dataset) -> None:
     for corner in ("clamped-clamped", "free-free"):
         one = quick.corner_ratio.sel(corner=corner).values
         np.testing.assert_allclose(one, one.T, atol=1e-4)
 
 
+@pytest.mark.thorough
 def test_superposition_holds_away_from_the_corner(quick: xr.Dataset) -> None:
     """From 1.5 ℓ on two edges add up to 0.02; at half an ℓ from two clamped edges they do not to 0.1."""
     assert all(study.worst(quick, corner, 1.5) < 0.02 for corner in study.CORNERS)
     assert study.worst(quick, "clamped-clamped", 0.5) > 0.1
 
 
+@pytest.mark.thorough
 def test_table_and_figure(quick: xr.Dataset) -> None:
     rows = study.table(quick)
     assert [row.thesis for row in rows] == [""] * len(study.CORNERS)
