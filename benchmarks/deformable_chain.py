@@ -19,11 +19,11 @@ import xarray as xr
 from coupled_plate import one_thread, timed, verdict
 
 import hertzlink as hl
-from coupling.peaks import interpolated
-from particles.active_set import forces_of_steps
-from particles.compliance import surface_compliance
-from particles.contact_fem import ELEMENTS
-from particles.contact_mesh import body_of, half_plane
+from coupling.results.peaks import interpolated
+from particles.laws.active_set import forces_of_steps
+from particles.laws.axisymmetric import ELEMENTS
+from particles.laws.compliance import surface_compliance
+from particles.laws.meshes import body_of, half_plane
 
 RADIUS, HOLLOW = 9.525e-3, (0.5, 0.75, 0.908)
 """Of the thesis's hollow spheres, m, and their inner over outer radius."""

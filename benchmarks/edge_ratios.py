@@ -14,7 +14,7 @@ from itertools import product
 import joblib
 import numpy as np
 
-from coupling.studies.edge_cases import BEAD, SPEED, Pair, ratios, tabulated_pair
+from hertzlink.studies.edge_cases import BEAD, SPEED, Pair, ratios, tabulated_pair
 from plates.half_plane import EDGES
 from structures.material import ALUMINIUM_6061
 

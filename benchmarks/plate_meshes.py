@@ -21,7 +21,7 @@ from skfem import Basis, BilinearForm, ElementQuadBFS, MeshQuad
 from skfem.helpers import dd, ddot, trace
 
 import hertzlink as hl
-from coupling.studies import plate_boundary as study
+from hertzlink.studies import plate_boundary as study
 from structures.factor import factorise
 
 LONGEST = 2.0

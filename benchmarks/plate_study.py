@@ -19,7 +19,7 @@ from coupled_plate import full_order_run, one_thread, timed, verdict, warm_up
 from joblib.externals.loky import get_reusable_executor
 
 import hertzlink as hl
-from coupling.studies import plate_boundary as study
+from hertzlink.studies import plate_boundary as study
 
 SHORT = 20
 """Windows of a shortened full-order run."""

@@ -9,17 +9,17 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from coupling.checkpoint import Keeper
-from coupling.findings import warn
-from coupling.frames import Counts, Frames
 from coupling.interface import Interface, for_each
 from coupling.participant import BlackBox
-from coupling.result import dataset, summary
+from coupling.recording.checkpoint import Keeper
+from coupling.recording.dataset import dataset, summary
+from coupling.recording.frames import Counts, Frames
+from coupling.recording.trace import Trace
+from coupling.results.findings import warn
 from coupling.run_checks import check_length, checked
-from coupling.scheme import Condensed, Scheme
+from coupling.schemes.condensed import Condensed, Scheme
+from coupling.schemes.windows import Adaptive, Windows
 from coupling.state import CoupledState, NotConverged
-from coupling.trace import Trace
-from coupling.windows import Adaptive, Windows
 from particles import kernels
 from particles.chain import Chain
 from particles.moving import MovingChain

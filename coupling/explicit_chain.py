@@ -8,15 +8,15 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from coupling.findings import warn, with_warnings
-from coupling.result import DESCRIPTIONS, provenance
+from coupling.recording.dataset import DESCRIPTIONS, provenance
+from coupling.results.findings import warn, with_warnings
 from coupling.run_checks import check_length
-from particles import explicit_kernels as kernels
 from particles.bead import Bead
 from particles.chain import Chain
-from particles.contact import SMALL_CONTACT, PowerLaw, contact_law
-from particles.contact_mesh import body_of
-from particles.explicit_beads import ExplicitBead, explicit_bead
+from particles.deformable import explicit_kernels as kernels
+from particles.deformable.explicit_beads import ExplicitBead, explicit_bead
+from particles.laws.formulas import SMALL_CONTACT, PowerLaw, contact_law
+from particles.laws.meshes import body_of
 from particles.moving import MovingChain
 from particles.yielding import yields
 from structures.caution import caution

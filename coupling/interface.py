@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from coupling.participant import BlackBox, Participant
 from coupling.state import REMEMBERED, CoupledState, Ledger, Node
 from particles.chain import Chain
-from particles.deformable import moving_chain
+from particles.deformable.chain import moving_chain
 from particles.moving import ChainState, MovingChain
 from structures.checks import instance, whole
 from structures.moving import MovingStructure

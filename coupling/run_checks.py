@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from coupling.absence import end_of_push, short_record
-from coupling.findings import warn
-from coupling.frames import ChainFrames, Frames
 from coupling.interface import Interface
-from coupling.measures import SMALLEST_WAVE
+from coupling.recording.frames import ChainFrames, Frames
+from coupling.results.absence import end_of_push, short_record
+from coupling.results.findings import warn
+from coupling.results.measures import SMALLEST_WAVE
 from coupling.structure_checks import check_structures
 from particles.excitation import Piston, PushedBead
 from particles.moving import MovingChain

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from particles.bead import Bead
-from particles.contact import ContactLaw
 from particles.dissipation import Dissipation
 from particles.excitation import Excitation, Piston, PushedBead, SpringLoaded
+from particles.laws.formulas import ContactLaw
 from structures.checks import instance, listed, not_negative, one_of, turn, within
 from structures.plausible import likely
 from structures.structure import Vector

@@ -64,7 +64,8 @@ class Numbers(NamedTuple):
 
 
 class Vibrations(NamedTuple):
-    """Of the bodies, see particles.vibration: N + 1 rows, a column for each of the m modes; m = 0 for rigid bodies."""
+    """Of the bodies, see particles.deformable.vibration: N + 1 rows, a column for each of the m modes; m = 0 for
+    rigid bodies."""
 
     stiffness: np.ndarray
     """Squares of the angular frequencies, 1/s²."""
@@ -86,7 +87,7 @@ class Constants(NamedTuple):
     table: np.ndarray
     """N + 1, integers: the contact's first row in `rows`; −1 for Hertz's δ√δ."""
     rows: np.ndarray
-    """See particles.contact.kernel_table."""
+    """See particles.laws.formulas.kernel_table."""
     damping: np.ndarray
     """N + 1, the coefficient of each contact's (GLOBAL, DRAG: each body's) loss."""
     history: np.ndarray

@@ -13,8 +13,8 @@ from scipy.special import gamma
 from particles import kernels
 from particles.bead import Bead
 from particles.chain import Chain
-from particles.contact import ContactLaw, contact_law
 from particles.excitation import Piston, PushedBead, SpringLoaded
+from particles.laws.formulas import ContactLaw, contact_law
 from structures.checks import finite, instance, positive
 from structures.structure import Vector
 from structures.surface import Surface

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from plates.panel_mesh import QUARTER_TURN, PanelMesh, distances, find_cells, tangents
+from plates.shapes.mesh import QUARTER_TURN, PanelMesh, distances, find_cells, tangents
 from plates.support import ElasticEdge, Support
 from structures.mesh_source import Numbers, Tag
 from structures.structure import Vector

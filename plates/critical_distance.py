@@ -15,7 +15,7 @@ from scipy.interpolate import PchipInterpolator
 
 from plates.half_plane import EDGES
 from plates.plate import Plate
-from plates.theory import Bead, inelasticity_parameter, wall_stiffness
+from plates.theory.impact import Bead, inelasticity_parameter, wall_stiffness
 from structures.checks import finite, instance, one_of, within
 from structures.material import Material
 from structures.structure import Vector

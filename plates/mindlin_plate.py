@@ -9,8 +9,8 @@ from plates.laminate import Laminate
 from plates.panel import Panel, patch_of, wall
 from plates.panel_additions import known_additions, lines
 from plates.plate import HIGHEST_FREQUENCY
-from plates.rectangle import MIRROR, NAMES, Rectangle
 from plates.section import SHEAR_CORRECTION, Section
+from plates.shapes.rectangle import MIRROR, NAMES, Rectangle
 from plates.support import Support, Supports
 from structures.checks import instance, positive, whole
 from structures.material import Material
@@ -36,7 +36,8 @@ def mindlin_plate(
     shear_correction: of the shear stiffness; 5/6 is Reissner's, π²/12 Mindlin's.
     patch_radius a, m: the force is spread evenly over a disc, by default of half the thickness, since a point force
     would sink without end. What Mindlin's plate and Hertz's half-space both hold of the indentation is taken out by
-    `flexibility`, so that the contact gives way as that of a plate of three dimensions does (plates/indentation.py);
+    `flexibility`, so that the contact gives way as that of a plate of three dimensions does
+    (plates/elements/indentation.py);
     then the radius is indifferent: halved and doubled it moves amplitude ratios by −0.03 and +0.12 % (beads of 4.76
     and 9.53 mm on aluminium of 2.29 and 4.83 mm; without, by 1 %). There the amplitude ratio is 1 to 2 % below that of
     `kirchhoff_plate`. The patch must not reach beyond an edge: strike an edge with `kirchhoff_plate`.

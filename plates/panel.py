@@ -13,17 +13,17 @@ from scipy import sparse
 from plates.additions import Addition
 from plates.contact_place import Mirror, cell_size, check_place, disc, mirrors
 from plates.contacts import Contact, Places, alike, contacts_at, one_or_all, told
-from plates.flat_mesh import FlatMesh
-from plates.indentation import bending_by_poisson, remaining_flexibility
+from plates.elements.field import panel_sampler
+from plates.elements.indentation import bending_by_poisson, remaining_flexibility
+from plates.elements.mindlin import Mindlin
+from plates.elements.morley import Morley
 from plates.laminate import Laminate, section_of, struck
-from plates.mindlin import Mindlin
-from plates.morley import Morley
-from plates.outline import Outline
 from plates.panel_additions import Matrix, Theory, check_regions, known_additions, weakening, weakest, with_additions
-from plates.panel_mesh import PanelMesh, Shape, Sizes, check_straight
 from plates.plate import HIGHEST_FREQUENCY
-from plates.plate_field import panel_sampler
 from plates.section import SHEAR_CORRECTION, Section, all_around
+from plates.shapes.flat_mesh import FlatMesh
+from plates.shapes.mesh import PanelMesh, Shape, Sizes, check_straight
+from plates.shapes.outline import Outline
 from plates.support import ElasticEdge, Support, check_support
 from structures.caution import caution
 from structures.checks import instance, positive
@@ -229,7 +229,8 @@ def kirchhoff_panel(
     """A thin plate of any shape in Kirchhoff's theory, on Morley's triangles; arguments as in `mindlin_panel`.
 
     The force acts at a point. The triangles are an eighth of the shortest flexural wave, a third of that at the
-    contact, and of order 2, with most of the error of that order taken out (`plates.morley`): by default the static
+    contact, and of order 2, with most of the error of that order taken out (`plates.elements.morley`):
+    by default the static
     compliance at the contact is within 0.1 % of closed forms, and AR within 0.001 of the incident wave where echoes of
     the edges shape it. `mindlin_panel` needs a tenth of the degrees of freedom, in thin plates too; this is the check
     on it. A mesh from a file may be coarser: its error grows with the square of the size of its cells.

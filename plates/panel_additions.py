@@ -7,8 +7,8 @@ import numpy as np
 from scipy import sparse
 
 from plates.additions import Addition, PointMass, Stiffener, Weakened
-from plates.mindlin import Mindlin
-from plates.morley import Morley
+from plates.elements.mindlin import Mindlin
+from plates.elements.morley import Morley
 from structures.structure import Vector
 
 Theory: TypeAlias = Mindlin | Morley

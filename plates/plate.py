@@ -10,11 +10,11 @@ from scipy import sparse
 
 from plates.additions import Addition, Weakened, check_additions, extent
 from plates.contacts import Contact, Places, alike, contacts_at, one_or_all, told
-from plates.grading import graded
-from plates.kirchhoff import Beam, plate_matrices
+from plates.elements.field import PlateSampler, product_sampler
+from plates.elements.hermite import Beam, plate_matrices
 from plates.laminate import Laminate, section_of, struck
-from plates.plate_field import PlateSampler, product_sampler
 from plates.section import Section, all_around, point_rigidity
+from plates.shapes.grading import graded
 from plates.support import ElasticEdge, Support, Supports
 from structures.caution import caution
 from structures.checks import instance, positive, whole

@@ -8,7 +8,7 @@ from contextvars import ContextVar
 from pathlib import Path
 
 HOME = Path(__file__).resolve().parent.parent
-OURS = tuple(str(HOME / place) for place in ("structures/", "particles/", "plates/", "coupling/", "hertzlink"))
+OURS = tuple(str(HOME / place) for place in ("structures/", "particles/", "plates/", "coupling/", "hertzlink/"))
 """Where the frames of our own code begin: a warning names the line of the user's code that led to it."""
 
 _COLLECTED: ContextVar[list[str] | None] = ContextVar("collected", default=None)

@@ -15,7 +15,8 @@ import numpy as np
 import xarray as xr
 
 import hertzlink as hl
-from coupling import checkpoint, cosimulation
+from coupling import cosimulation
+from coupling.recording import checkpoint
 from structures.damping import rayleigh
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)

@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 
 import xarray as xr
 
-from coupling.motion import known_motion
+from coupling.views.motion import known_motion
 
 LISTING = "motion.pvd"
 OURS = re.compile(r"motion(_\d+)?\.(vtu|pvd)")

@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from coupling.motion import known_motion
+from coupling.views.motion import known_motion
 from structures.checks import finite, positive
 
 Images = Iterable[NDArray[np.uint8]]

@@ -13,9 +13,9 @@ import xarray as xr
 from scipy.integrate import simpson
 
 import hertzlink as hl
-from coupling.motion import known_motion
-from particles.deformable import MovingDeformableChain, moving_chain
-from particles.vibration import vibration
+from coupling.views.motion import known_motion
+from particles.deformable.chain import MovingDeformableChain, moving_chain
+from particles.deformable.vibration import vibration
 
 STEEL = hl.STEEL_316
 BEAD = hl.Sphere(2.38e-3, STEEL)

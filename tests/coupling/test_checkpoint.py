@@ -37,8 +37,9 @@ from interrupted import (
 )
 
 import hertzlink as hl
-from coupling import checkpoint, cosimulation
-from coupling.result import as_text
+from coupling import cosimulation
+from coupling.recording import checkpoint
+from coupling.recording.dataset import as_text
 from structures.stepping import GeneralisedAlpha
 
 KILLS = 3

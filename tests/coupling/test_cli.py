@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 import xarray as xr
 
-from coupling import plots
-from coupling.cli import QUICK, stamp, write_folder
-from coupling.studies.table import Row, text
+from coupling.views import plots
+from hertzlink.cli import QUICK, stamp, write_folder
+from hertzlink.studies.table import Row, text
 
 
 def hertzlink(*arguments: str, cwd: Path) -> "subprocess.CompletedProcess[str]":

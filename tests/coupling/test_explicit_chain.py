@@ -12,8 +12,8 @@ from scipy.optimize import brentq
 from scipy.sparse.linalg import eigsh
 
 import hertzlink as hl
-from particles import explicit_kernels as kernels
-from particles.explicit_beads import ExplicitBead, explicit_bead
+from particles.deformable import explicit_kernels as kernels
+from particles.deformable.explicit_beads import ExplicitBead, explicit_bead
 from structures.elasticity import pressure_speed, shear_speed
 from structures.structure import Vector
 

@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import hertzlink as hl
-from coupling.measures import contact_to_sensor_ratio
-from coupling.signals import as_signal
+from coupling.results.measures import contact_to_sensor_ratio
+from coupling.results.signals import as_signal
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 

@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 import hertzlink as hl
-from coupling.findings import findings_of
+from coupling.results.findings import findings_of
 from coupling.run_checks import BLOCK, _greatest, check_length
 from coupling.structure_checks import push_length
 
@@ -76,7 +76,7 @@ def test_a_run_that_is_far_too_long_is_warned_of_before_it_begins(
 
 
 def test_batches_and_explicit_chains_warn_of_their_length_too(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("coupling.batch._run", None)
+    monkeypatch.setattr("coupling.sweeps.batch._run", None)
     monkeypatch.setattr("coupling.explicit_chain.explicit_bead", None)
     short = hl.Chain([BEAD] * 2, BEAD, 0.4)
     for run in (lambda: hl.batch([short], 1.5, save_every=1e-3), lambda: hl.explicit_chain(short, 1.5)):

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from smooth_cases import INTERVAL, STRUCTURES, UNTIL, reference
 
 import hertzlink as hl
-from coupling.iterated import _independent
+from coupling.schemes.iterated import _independent
 from structures.damping import rayleigh
 
 FREE_ROD = hl.rod([hl.Layer(hl.ACRYLIC, 0.05, 0.01)], base="free", elements=8)

@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 import hertzlink as hl
-from coupling.signals import as_signal, read_signal
+from coupling.results.signals import as_signal, read_signal
 
 STEP = 1e-7
 KAPPA = 20.0

@@ -19,8 +19,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import hertzlink as hl
-from coupling.progress import Progress
-from coupling.store import describe_point
+from coupling.sweeps.progress import Progress
+from coupling.sweeps.store import describe_point
 
 UNTIL = 1e-4
 RADII = [2e-3, 3e-3, 4e-3]

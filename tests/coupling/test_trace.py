@@ -11,7 +11,7 @@ import xarray as xr
 from interrupted import CHAIN, DAMPED, ROD, UNTIL, SpringMass
 
 import hertzlink as hl
-from coupling import trace
+from coupling.recording import trace
 
 RUNS: dict[str, tuple[Callable[[], hl.CoSimulation], set[str]]] = {
     "windows": (lambda: hl.CoSimulation(CHAIN, ROD), {"chains", "structures", "saving"}),

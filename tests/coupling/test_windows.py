@@ -10,7 +10,7 @@ from smooth_cases import INTERVAL, STRUCTURES, UNTIL, reference
 
 import hertzlink as hl
 from coupling.cosimulation import ADAPTIVE_PER_CONTACT
-from coupling.windows import FINEST, Windows
+from coupling.schemes.windows import FINEST, Windows
 
 FULL_PLATE = hl.kirchhoff_plate(
     0.2, 0.2, 2.29e-3, hl.ALUMINIUM_6061, hl.Supports("clamped", "clamped", "free", "free"), cells=(12, 12)

@@ -7,9 +7,9 @@ import pytest
 from scipy.integrate import simpson
 
 import hertzlink as hl
-from particles import bead_field
-from particles.bead_field import BeadField, Push
-from particles.vibration import vibration
+from particles.deformable import bead_field
+from particles.deformable.bead_field import BeadField, Push
+from particles.deformable.vibration import vibration
 from structures.structure import Vector
 
 STEEL = hl.STEEL_316

@@ -15,7 +15,7 @@ from scipy.special import lambertw
 
 import hertzlink as hl
 from particles import kernels
-from particles.contact import ContactLaw, kernel_table, line_force, shell_flexibility
+from particles.laws.formulas import ContactLaw, kernel_table, line_force, shell_flexibility
 from structures.structure import Vector
 
 STEEL = hl.STEEL_316

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from scipy.optimize import nnls
 
 import hertzlink as hl
-from particles.contact_bem import contact_pressures, displacements, influence, unilateral_pressures
-from particles.contact_solid import midplane_correction
+from particles.laws.half_spaces import contact_pressures, displacements, influence, unilateral_pressures
+from particles.laws.solid import midplane_correction
 from structures.elasticity import patch_compliance
 from structures.structure import Vector
 
@@ -339,7 +339,7 @@ def test_cautions(degrees: float, asked: dict[str, float], words: str) -> None:
 
 def test_pressures_that_do_not_converge_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
     """Three iterations are too few; the error tells the approach of the first load step."""
-    monkeypatch.setattr("particles.contact_bem.MOST_ITERATIONS", 3)
+    monkeypatch.setattr("particles.laws.half_spaces.MOST_ITERATIONS", 3)
     with pytest.raises(hl.PressuresNotConverged, match="pressures still changed after 3 iterations") as caught:
         hl.contact_law_bem(cylinder(), cylinder(30.0), max_approach=1e-6)
     assert caught.value.approach == pytest.approx(1.02e-9)

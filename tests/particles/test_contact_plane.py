@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import hertzlink as hl
-from particles.active_set import contact_forces, edge_approach, forces_of_steps
-from particles.contact import line_force
-from particles.contact_mesh import Spheroid, half_plane
-from particles.contact_plane import STATES, section_compliance
+from particles.laws.active_set import contact_forces, edge_approach, forces_of_steps
+from particles.laws.formulas import line_force
+from particles.laws.meshes import Spheroid, half_plane
+from particles.laws.plane import STATES, section_compliance
 from structures.structure import Vector
 
 STEEL, ALUMINIUM = hl.STEEL_316, hl.ALUMINIUM_6061

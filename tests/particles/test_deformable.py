@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import hertzlink as hl
-from particles.deformable import MovingDeformableChain, moving_chain
+from particles.deformable.chain import MovingDeformableChain, moving_chain
+from particles.deformable.vibration import vibration
 from particles.moving import ChainState
-from particles.vibration import vibration
 
 STEEL, BEAD = hl.STEEL_316, hl.Sphere(2.38e-3, hl.STEEL_316)
 SURFACE = hl.Surface(STEEL)

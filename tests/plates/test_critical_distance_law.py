@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import hertzlink as hl
-from coupling.studies.edge_cases import Pair, ratios, tabulated_pair
+from hertzlink.studies.edge_cases import Pair, ratios, tabulated_pair
 from plates import critical_distance as law
 
 TABLE = Path(law.__file__).with_name(law.TABLE)

@@ -68,7 +68,7 @@ def test_order_of_convergence() -> None:
 def test_patch_on_simple_supports() -> None:
     """Navier's series; the mean of a sine over a disc is 2 J₁(ka)/ka times its value in the middle.
 
-    The contact also reads the curvature, see plates/indentation.py: of w_b, the part of w that bends.
+    The contact also reads the curvature, see plates/elements/indentation.py: of w_b, the part of w that bends.
     """
     plate = hl.mindlin_plate(0.3, 0.3, 0.01, MATERIAL, hl.Supports(*["simple"] * 4), patch_radius=8e-3)
     structure = plate.at(0.15, 0.11)

@@ -15,7 +15,7 @@ from skfem import MeshQuad, MeshTri
 from skfem.io.meshio import to_meshio
 
 import hertzlink as hl
-from plates.panel_mesh import QUARTER_TURN, tangents
+from plates.shapes.mesh import QUARTER_TURN, tangents
 from structures.factor import factorise, shifted_solve
 
 MATERIAL = hl.Material(1.0e9, 0.3, 1000.0)

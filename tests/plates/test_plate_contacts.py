@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from scipy.integrate import quad
 
 import hertzlink as hl
-from plates.grading import GROWTH, graded
-from plates.panel_mesh import Sizes
-from plates.rectangle import graded as graded_cells
+from plates.shapes.grading import GROWTH, graded
+from plates.shapes.mesh import Sizes
+from plates.shapes.rectangle import graded as graded_cells
 from structures.factor import shifted_solve
 
 Array = NDArray[np.float64]

@@ -5,7 +5,7 @@ import pytest
 from scipy import sparse
 
 import hertzlink as hl
-from plates.plate_field import product_sampler
+from plates.elements.field import product_sampler
 
 
 def powers(x: np.ndarray) -> list[sparse.csr_array]:

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import pytest
 
-from coupling.studies.table import Row, text
+from hertzlink.studies.table import Row, text
 
 PRINTED: dict[str, dict[str, set[float | str]]] = {
     "aspect-ratio": {

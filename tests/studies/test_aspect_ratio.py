@@ -6,7 +6,7 @@ import xarray as xr
 from printed import check
 
 import hertzlink as hl
-from coupling.studies import aspect_ratio
+from hertzlink.studies import aspect_ratio
 
 
 @pytest.fixture(scope="module")

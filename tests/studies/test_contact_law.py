@@ -6,11 +6,11 @@ import xarray as xr
 from printed import check
 
 import hertzlink as hl
-from coupling.studies import contact_law as study
-from coupling.studies.cut_cylinders import angle_of_ends, approach_of_ends, cut_law
-from coupling.studies.cylinders import LENGTH, RADIUS
-from coupling.studies.hollow_spheres import TABLE_5_1
-from particles.contact_bem import contact_pressures
+from hertzlink.studies import contact_law as study
+from hertzlink.studies.cut_cylinders import angle_of_ends, approach_of_ends, cut_law
+from hertzlink.studies.cylinders import LENGTH, RADIUS
+from hertzlink.studies.hollow_spheres import TABLE_5_1
+from particles.laws.half_spaces import contact_pressures
 
 RELATIVE = "0.2 to 10 µm, relative"
 BY_FORCE = "1 to 100 N, relative"

@@ -7,8 +7,8 @@ from scipy import sparse
 from scipy.special import j0
 
 import hertzlink as hl
-from coupling.studies import corner as study
-from coupling.studies.table import text
+from hertzlink.studies import corner as study
+from hertzlink.studies.table import text
 from structures.surface import Surface
 
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from coupling.studies import critical_distance as study
-from coupling.studies import edge_shear
-from coupling.studies.table import text
+from hertzlink.studies import critical_distance as study
+from hertzlink.studies import edge_shear
+from hertzlink.studies.table import text
 
 
 @pytest.fixture(scope="module")

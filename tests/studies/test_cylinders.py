@@ -8,9 +8,9 @@ import xarray as xr
 from printed import check
 
 import hertzlink as hl
-from coupling.studies import cylinders as study
-from coupling.studies import waves
-from coupling.studies.table import text
+from hertzlink.studies import cylinders as study
+from hertzlink.studies import waves
+from hertzlink.studies.table import text
 
 
 @pytest.fixture(scope="module")

@@ -6,8 +6,8 @@ import xarray as xr
 from printed import check
 
 import hertzlink as hl
-from coupling.studies import deformable_chain as study
-from coupling.studies import deformable_figures
+from hertzlink.studies import deformable_chain as study
+from hertzlink.studies import deformable_figures
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ import xarray as xr
 from printed import check
 
 import hertzlink as hl
-from coupling.studies import dissipation as study
+from hertzlink.studies import dissipation as study
 from particles.dissipation import Dissipation
 from particles.moving import ChainState
 

@@ -6,8 +6,8 @@ import xarray as xr
 from printed import check
 
 import hertzlink as hl
-from coupling.studies import ellipsoids as study
-from coupling.studies import waves
+from hertzlink.studies import ellipsoids as study
+from hertzlink.studies import waves
 
 
 @pytest.fixture(scope="module")

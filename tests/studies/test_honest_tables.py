@@ -5,8 +5,8 @@ from math import nan
 import pytest
 from printed import PRINTED, check
 
-from coupling.studies import STUDIES, plate_waves, table_2_1
-from coupling.studies.table import Row
+from hertzlink.studies import STUDIES, plate_waves, table_2_1
+from hertzlink.studies.table import Row
 from structures.material import MATERIALS
 
 

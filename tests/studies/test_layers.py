@@ -8,8 +8,8 @@ import xarray as xr
 from printed import check
 
 import hertzlink as hl
-from coupling.studies import lower_layer, upper_layer
-from coupling.studies import struck_cylinders as struck
+from hertzlink.studies import lower_layer, upper_layer
+from hertzlink.studies import struck_cylinders as struck
 
 
 @pytest.fixture(scope="module")

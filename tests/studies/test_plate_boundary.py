@@ -6,8 +6,8 @@ import xarray as xr
 from printed import check
 
 import hertzlink as hl
-from coupling.studies import plate_boundary as study
-from coupling.studies.table import text
+from hertzlink.studies import plate_boundary as study
+from hertzlink.studies.table import text
 
 
 def ratio(diameter: float, thickness: float, distance: float, **knobs: float) -> float:

@@ -4,7 +4,7 @@ import pytest
 import xarray as xr
 from printed import check
 
-from coupling.studies import rod_length as study
+from hertzlink.studies import rod_length as study
 
 
 @pytest.fixture(scope="module")

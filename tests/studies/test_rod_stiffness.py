@@ -6,8 +6,8 @@ import xarray as xr
 from printed import check
 
 import hertzlink as hl
-from coupling.studies import rod_stiffness as study
-from coupling.studies import struck_cylinders as struck
+from hertzlink.studies import rod_stiffness as study
+from hertzlink.studies import struck_cylinders as struck
 
 
 @pytest.fixture(scope="module")

@@ -10,11 +10,11 @@ from printed import check
 from skfem import Basis, ElementTetP2, ElementVector, MeshHex, MeshTet, MeshTet2
 
 import hertzlink as hl
-from coupling.studies import symmetry as study
-from particles.contact_fem import contact_law_fem
-from particles.deformable import DeformableChain, MovingDeformableChain
-from particles.solid_mesh import CORNER, _placed
-from particles.vibration import Vibration, vibration
+from hertzlink.studies import symmetry as study
+from particles.deformable.chain import DeformableChain, MovingDeformableChain
+from particles.deformable.vibration import Vibration, vibration
+from particles.laws.axisymmetric import contact_law_fem
+from particles.laws.solid_mesh import CORNER, _placed
 from structures.elasticity import body_matrices
 from structures.factor import factorise
 

@@ -1,0 +1,329 @@
+"""Losses from sensor signals (thesis, section 4.2): least squares over batches of simulated chains."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from math import exp, log
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from scipy.interpolate import CubicSpline
+from scipy.optimize import least_squares
+from scipy.stats import t as student
+
+from coupling.results.measures import reflections, sensor_force
+from coupling.sweeps.batch import batch
+from particles.bead import Bead
+from particles.chain import Chain
+from particles.deformable.chain import DeformableChain
+from particles.dissipation import (
+    FORMS,
+    Dissipation,
+    KuwabaraKono,
+    LinearDashpot,
+    MassProportional,
+    PowerDashpot,
+    Tsuji,
+)
+from particles.moving import MovingChain
+from structures.checks import instance, listed, one_of, short, whole
+from structures.structure import Structure, Vector
+
+STEPS_PER_CONTACT = 200
+"""Steps in a contact's duration; peaks are then within 1e-4 of those of a run's default."""
+
+PULSE = 1.2
+"""A pulse is compared over so many times its width at half height to either side of its peak."""
+
+SEPARABLE = 0.25
+"""Half-width of the exponent's 95 % interval above which it and the coefficient are not told apart."""
+
+SIZES = tuple(np.geomspace(3e-4, 1.0, 11))
+"""Where the search begins: losses that would stop a contact in 1/size of its duration."""
+
+EXPONENTS = (1.2, 1.6, 2.0, 2.5)
+
+WEAK = 1.0
+"""Half-width of the 95 % interval of a coefficient's logarithm above which there is hardly a loss to be seen."""
+
+GROWN = 1.5
+"""Measured over lossless peak above which the signal cannot belong to the chain."""
+
+LARGEST = 200.0
+"""Logarithms are kept within ± this, so that their exponentials are numbers."""
+
+COMPARE = ("pulses", "peaks")
+
+ONE_PARAMETER: dict[type[Dissipation], str] = {
+    LinearDashpot: "coefficient", MassProportional: "rate", KuwabaraKono: "time", Tsuji: "coefficient",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fitted loss.
+
+    intervals: 95 % confidence interval of each parameter. amplitude_difference: D of equation 4.2, which is also 4.6
+    (called RMSD, though it is a mean absolute deviation). waveform_difference: Δₙ of equation 4.3 at each sensor, the
+    measured pulse scaled to the simulated peak. identifiable: whether exponent and coefficient are told apart, which
+    takes waves that decay much; if not, `note` says what is known. correlation: of the two.
+    """
+
+    loss: Dissipation
+    intervals: dict[str, tuple[float, float]]
+    amplitude_difference: float
+    waveform_difference: dict[int, float]
+    identifiable: bool = True
+    correlation: float = 0.0
+    note: str = ""
+
+
+class _Pulse(NamedTuple):
+    """A sensor's incident wave: its peak (N), and the samples (N) around it, at moments (s) from the peak."""
+
+    peak: float
+    moments: Vector
+    force: Vector
+
+
+def fit_dissipation(
+    signals: xr.Dataset,
+    chain: Chain,
+    law: type[Dissipation] = PowerDashpot,
+    form: str = "pairwise",
+    sensors: Iterable[int] | None = None,
+    structure: Structure | None = None,
+    compare: str = "pulses",
+) -> Fit:
+    """The loss with which the incident waves of a chain look most like measured ones.
+
+    signals: of `read_signal` or `as_signal`, or a run. chain: as in the experiment; its own loss is not used. law:
+    PowerDashpot of a form, whose coefficient and exponent are both fitted, or one with a single parameter:
+    LinearDashpot, MassProportional, KuwabaraKono, Tsuji. sensors: by default all of a signal. structure: None or a
+    half-space behind the chain.
+    compare: "pulses" squares the differences of the forces around each sensor's peak, shifted in time to where they
+    are least, over the mean peak: they hold the difference of the amplitudes (D, equation 4.2) and of the shapes (Δₙ,
+    4.3). "peaks" squares those of the amplitudes alone (4.6), each taken as the scale of the whole pulse.
+    Intervals take the noise to be white. Raises ValueError where a sensor saw no wave, or there are fewer than two, or
+    no more than parameters where peaks are compared.
+    """
+    if isinstance(instance("chain", chain, Chain, "a Chain"), DeformableChain):
+        raise ValueError(f"chain = {short(chain)}: must be a Chain of point masses, not of deformable beads")
+    if law is not PowerDashpot and law not in ONE_PARAMETER:
+        names = ", ".join(one.__name__ for one in ONE_PARAMETER)
+        raise ValueError(f"law = {law!r}: must be one of PowerDashpot, {names}")
+    one_of("form", form, FORMS)
+    one_of("compare", compare, COMPARE)
+    numbers = _sensors(signals, sensors)
+    measured = {n: _measured(signals, n) for n in numbers}
+    if compare == "peaks" and len(numbers) <= 1 + (law is PowerDashpot):
+        raise ValueError(f"sensors = {numbers!r}: must be more than parameters to compare peaks")
+    if not isinstance(chain.body, Bead):
+        kind = "none" if chain.striker is None else type(chain.striker).__name__
+        raise ValueError(f"chain: its striker is {kind}; must be a bead, or a SpringLoaded one")
+    record = _record(signals, numbers)
+    model = _Model(replace(chain, dissipation=None), law, form, structure, measured, record, compare)
+    model.check_amplitudes()
+    best = least_squares(
+        model.residual, model.nearest_start(), jac=model.jacobian, bounds=model.bounds, x_scale="jac", xtol=1e-7
+    )
+    return _fit(model, best.x, best.jac, best.fun)
+
+
+def _sensors(signals: xr.Dataset, sensors: Iterable[int] | None) -> list[int]:
+    instance("signals", signals, xr.Dataset, "the Dataset of a signal or a run")
+    if sensors is None:
+        if "sensor" not in signals.coords:
+            raise ValueError("sensors = None: must be given for a run, such as [9, 16, 24]")
+        sensors = signals.sensor.values.tolist()
+    numbers = sorted({whole("sensors", n) for n in listed("sensors", sensors, object, "two bead numbers or more")})
+    if len(numbers) < 2:
+        raise ValueError(f"sensors = {numbers!r}: must be two or more, a decay shows between them")
+    return numbers
+
+
+def _measured(signals: xr.Dataset, sensor: int) -> _Pulse:
+    incident = reflections(signals, sensor).incident
+    if not incident:
+        raise ValueError(f"signals: sensor {sensor} saw no wave")
+    time, force = signals.time.values, sensor_force(signals, sensor).values
+    low = np.flatnonzero(force < 0.5 * incident.amplitude)
+    before, after = low[time[low] < incident.arrival], low[time[low] > incident.arrival]
+    start = time[before[-1]] if before.size else time[0]
+    end = time[after[0]] if after.size else time[-1]
+    near = np.abs(time - incident.arrival) <= PULSE * (end - start)
+    return _Pulse(incident.amplitude, time[near] - incident.arrival, force[near])
+
+
+def _record(signals: xr.Dataset, numbers: Sequence[int]) -> float:
+    """How long the wave takes from the striker past the last sensor, with some to spare, s."""
+    waves = [reflections(signals, n).incident for n in (numbers[0], numbers[-1])]
+    passing = waves[1].arrival - waves[0].arrival if waves[0] and waves[1] else 0.0
+    if passing <= 0.0:
+        raise ValueError(f"signals: the wave reaches sensor {numbers[-1]} before sensor {numbers[0]}")
+    return 1.2 * passing * (numbers[-1] + 6) / (numbers[-1] - numbers[0])
+
+
+def _aligned(time: Vector, force: Vector, measured: _Pulse) -> _Pulse:
+    """The greatest pulse of a simulated force at the moments of a measured one, shifted to be most like it.
+
+    Peaks alone would be as far apart as noise moves the measured one, which looks like a loss. The shift is found by
+    Gauss and Newton's method.
+    """
+    curve = CubicSpline(time, force)
+    slope = curve.derivative()
+    around = time[int(force.argmax())] + np.linspace(-1.0, 1.0, 65) * (time[1] - time[0])
+    arrival = around[int(curve(around).argmax())]
+    peak, shift = float(curve(arrival)), 0.0
+    for _ in range(4):
+        at = np.clip(arrival + measured.moments + shift, time[0], time[-1])
+        rate = slope(at)
+        steepness = float(rate @ rate)
+        if steepness == 0.0:  # No wave came so far.
+            break
+        shift += float(rate @ (measured.force * peak / measured.peak - curve(at))) / steepness
+    return _Pulse(peak, measured.moments, curve(np.clip(arrival + measured.moments + shift, time[0], time[-1])))
+
+
+@dataclass(frozen=True)
+class _Model:
+    """Simulated pulses over the parameters p: the logarithm of the loss's size, and the exponent if there is one.
+
+    The size of a power law is its force at the reference speed, of which the exponent is told apart best.
+    """
+
+    chain: Chain
+    law: type[Dissipation]
+    form: str
+    structure: Structure | None
+    measured: dict[int, _Pulse]
+    until: float
+    compare: str
+
+    @property
+    def speed(self) -> float:
+        """A typical approach rate, m/s, for reference."""
+        return 0.3 * self._moving(self.chain).speed
+
+    @property
+    def bounds(self) -> tuple[list[float], list[float]]:
+        """Of p."""
+        return ([-np.inf, 1.0], [np.inf, 5.0]) if self.law is PowerDashpot else ([-np.inf], [np.inf])
+
+    def _moving(self, chain: Chain) -> MovingChain:
+        return MovingChain(chain, self.structure.surface if self.structure else None)
+
+    def loss(self, p: Vector) -> Dissipation:
+        """The loss of these parameters."""
+        if self.law is PowerDashpot:
+            exponent = min(max(float(p[1]), 1.0), 5.0)
+            return PowerDashpot(exp(p[0]) / self.speed**exponent, exponent, self.form)
+        return self.law(exp(p[0]))  # type: ignore[call-arg]
+
+    def pulses(self, parameters: Sequence[Vector]) -> list[list[_Pulse]]:
+        """The simulated pulses at the measured moments, for all parameters at once."""
+        chains = [replace(self.chain, dissipation=self.loss(p)) for p in parameters]
+        moving = [self._moving(chain) for chain in chains]
+        longest = min(one.contact_time for one in moving) / STEPS_PER_CONTACT
+        dt = min([longest, *(one.damping_time / 20.0 for one in moving)])
+        runs = batch(chains, self.until, self.structure, save_every=8.0 * longest, sensors=self.measured, dt=dt)
+        dynamic = runs.contact_force - runs.static_force
+        forces = [0.5 * (dynamic.sel(contact=n) + dynamic.sel(contact=n + 1)).values for n in self.measured]
+        return [
+            [
+                _aligned(runs.time.values, force[j], pulse)
+                for force, pulse in zip(forces, self.measured.values(), strict=True)
+            ]
+            for j in range(len(chains))
+        ]
+
+    def residuals(self, parameters: Sequence[Vector]) -> Vector:
+        """Differences of the forces over the mean measured peak, one row for each set of parameters."""
+        mean = np.mean([pulse.peak for pulse in self.measured.values()])
+        rows: Vector = np.array([self._differences(pulses) for pulses in self.pulses(parameters)]) / mean
+        return rows
+
+    def _differences(self, pulses: Sequence[_Pulse]) -> Vector:
+        """Of all samples, or of each amplitude: what scales the simulated pulse to be most like the measured one."""
+        pairs = list(zip(pulses, self.measured.values(), strict=True))
+        if self.compare == "pulses":
+            return np.concatenate([one.force - measured.force for one, measured in pairs])
+        scales = [
+            float(measured.force @ one.force) / max(float(one.force @ one.force), 1e-300) for one, measured in pairs
+        ]
+        return np.array([one.peak * (1.0 - scale) for (one, _), scale in zip(pairs, scales, strict=True)])
+
+    def check_amplitudes(self) -> None:
+        """No loss makes waves grow: a ValueError where the measured ones are greater than without any."""
+        lossless = self.pulses([np.array([-LARGEST, 1.0])])[0]
+        for (sensor, measured), found in zip(self.measured.items(), lossless, strict=True):
+            if measured.peak > GROWN * found.peak:
+                raise ValueError(
+                    f"signals: sensor {sensor} saw {measured.peak:.4g} N, where the chain without losses has "
+                    f"{found.peak:.4g} N; check the calibration and the impact speed"
+                )
+
+    def residual(self, p: Vector) -> Vector:
+        """For the optimiser."""
+        row: Vector = self.residuals([p])[0]
+        return row
+
+    def jacobian(self, p: Vector) -> Vector:
+        """By central differences, all in one batch."""
+        steps = 1e-3 * np.eye(p.size)
+        rows = self.residuals([*(p + steps), *(p - steps)])
+        slopes: Vector = (rows[: p.size] - rows[p.size :]).T / 2e-3
+        return slopes
+
+    def nearest_start(self) -> Vector:
+        """The best of a coarse grid."""
+        grid: list[Vector] = []
+        for exponent in EXPONENTS if self.law is PowerDashpot else (1.0,):
+            unit = self._moving(replace(self.chain, dissipation=self.loss(np.array([0.0, exponent]))))
+            scale = unit.damping_time / unit.contact_time
+            grid.extend(np.array([log(size * scale), exponent]) for size in SIZES)
+        starts = [p if self.law is PowerDashpot else p[:1] for p in grid]
+        errors = (self.residuals(starts) ** 2).sum(axis=1)
+        return starts[int(errors.argmin())]
+
+
+def _fit(model: _Model, p: Vector, jacobian: Vector, residual: Vector) -> Fit:
+    """The loss, its intervals, and what can be said of them."""
+    pairs = list(zip(model.measured.items(), model.pulses([p])[0], strict=True))
+    mean = np.mean([pulse.peak for (_, pulse), _ in pairs])
+    amplitude = float(np.mean([abs(pulse.peak - found.peak) for (_, pulse), found in pairs]) / mean)
+    shapes = {
+        sensor: float(np.abs(pulse.force * found.peak / pulse.peak - found.force).mean() / np.abs(pulse.force).mean())
+        for (sensor, pulse), found in pairs
+    }
+    # The least number keeps what no parameter moves invertible: its interval is then as wide as can be.
+    information = jacobian.T @ jacobian + 1e-30 * np.eye(p.size)
+    covariance = np.linalg.inv(information) * float(residual @ residual) / (residual.size - p.size)
+    reach = float(student.ppf(0.975, residual.size - p.size))
+    half = np.minimum(reach * np.sqrt(np.diag(covariance)), LARGEST)
+    loss = model.loss(p)
+    if not isinstance(loss, PowerDashpot):
+        name = ONE_PARAMETER[model.law]
+        value = getattr(loss, name)
+        interval = {name: (value * exp(-half[0]), value * exp(half[0]))}
+        note = (
+            ""
+            if half[0] < WEAK
+            else f"the {name} is known within a factor of {exp(half[0]):.3g} only: there is hardly a loss"
+        )
+        return Fit(loss, interval, amplitude, shapes, not note, 0.0, note)
+    # ln γ = p₀ − α ln v: its variance from those of p₀ and α.
+    direction = np.array([1.0, -log(model.speed)])
+    spread = float(direction @ covariance @ direction)
+    correlation = float(direction @ covariance[:, 1] / np.sqrt(spread * covariance[1, 1]))
+    factor = exp(min(reach * spread**0.5, LARGEST))
+    intervals = {
+        "coefficient": (loss.coefficient / factor, loss.coefficient * factor),
+        "exponent": (max(loss.exponent - float(half[1]), 1.0), min(loss.exponent + float(half[1]), 5.0)),
+    }
+    identifiable = bool(half[1] <= SEPARABLE)
+    note = "" if identifiable else (
+        f"exponent and coefficient are not told apart: the exponent is {loss.exponent:.2f} ± {half[1]:.2f}; known is "
+        f"the force at {model.speed:.3g} m/s, {exp(p[0]):.3g} N within a factor of {exp(half[0]):.3g}"
+    )  # fmt: skip
+    return Fit(loss, intervals, amplitude, shapes, identifiable, correlation, note)

@@ -1,0 +1,1 @@
+"""The chain in other programs: FMI and preCICE."""

@@ -1,0 +1,60 @@
+"""The chain as a guest: another program keeps the time and moves the surface, be it through an FMU or preCICE."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from particles import kernels
+from particles.chain import Chain
+from particles.deformable.chain import moving_chain
+from particles.moving import ChainState, MovingChain
+from structures.checks import finite, instance, positive
+from structures.structure import Vector
+from structures.surface import Surface
+
+
+class GuestState(NamedTuple):
+    """Everything at a window's end; a checkpoint is just this.
+
+    surface, m: displacement of the surface. mean_force, N: of the last contact over the window, above the static one.
+    contact_force, N: of the N + 1 contacts at the window's end, above the static ones.
+    """
+
+    chain: ChainState
+    surface: float
+    mean_force: float
+    contact_force: Vector
+
+
+def guest_chain(chain: Chain, surface: Surface, flexibility: float = 0.0, dt: float | None = None) -> MovingChain:
+    """The chain, ready to face a surface that another program moves. Raises ValueError, see MovingChain."""
+    instance("chain", chain, Chain, "a Chain")
+    instance("surface", surface, Surface, "a Surface(material); of a structure structure.surface")
+    return moving_chain(chain, surface, flexibility, dt)
+
+
+def start(moving: MovingChain) -> GuestState:
+    """Static equilibrium, at time zero."""
+    state = moving.start()
+    return GuestState(state, 0.0, 0.0, _contact_force(moving, state, 0.0, 0.0))
+
+
+def advance(moving: MovingChain, state: GuestState, surface: float, window: float) -> GuestState:
+    """Move on by `window` s, while the surface moves linearly to the displacement `surface`, m.
+
+    Raises ValueError for numbers that cannot be, and FloatingPointError where a bead's state is no longer finite.
+    """
+    surface, window = finite("surface displacement", surface, "m"), positive("window", window, "s")
+    chain, mean_force = moving.advance(state.chain, (state.surface, surface), window)
+    bad = ~(np.isfinite(chain.position) & np.isfinite(chain.velocity))
+    if bad.any():
+        raise FloatingPointError(f"bead {int(bad.argmax())} is no longer finite at t = {chain.time:.6g} s; check dt")
+    rate = (surface - state.surface) / window
+    return GuestState(chain, surface, mean_force, _contact_force(moving, chain, surface, rate))
+
+
+def _contact_force(moving: MovingChain, state: ChainState, surface: float, rate: float) -> Vector:
+    force = np.zeros(moving.mass.size)
+    kernels.contact_forces(state.position, state.velocity, moving.constants, state.time, surface, rate, force)
+    dynamic: Vector = force - moving.static_force
+    return dynamic

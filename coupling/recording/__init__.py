@@ -1,0 +1,1 @@
+"""What a run writes: frames, the Dataset, checkpoints, the trace of iterations."""

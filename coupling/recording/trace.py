@@ -1,0 +1,78 @@
+"""Where the time of a run goes: seconds in each part, for those who ask."""
+
+import json
+from collections.abc import Callable
+from copy import copy
+from time import perf_counter
+from typing import Any
+
+from coupling.interface import Interface
+from coupling.participant import BlackBox
+from coupling.recording.checkpoint import Keeper
+from coupling.recording.frames import Frames
+from particles.moving import MovingChain
+from structures.moving import MovingStructure
+
+PARTS: dict[type, tuple[str, tuple[str, ...]]] = {
+    MovingChain: ("chains", ("advance", "advance_condensed")),
+    MovingStructure: ("structures", ("advance", "free", "pushed", "dissipated", "propagator")),
+    BlackBox: ("structures", ("advance",)),
+    Frames: ("saving", ("record",)),
+    Keeper: ("checkpoint", ("begin", "keep")),
+}
+"""The part that each kind of object belongs to, and its methods that take time. None of them calls another one's."""
+
+
+class Trace:
+    """A clock for each part of a run, none of which holds another; the rest of the total is mostly the scheme's."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+        self.calls: dict[str, int] = {}
+        self.begin = perf_counter()
+
+    def watch_interface(self, interface: Interface) -> Interface:
+        """An interface that does the same, and tells this clock."""
+        watched = copy(interface)
+        watched.chains = tuple(map(self.watch, interface.chains))
+        watched.structures = [self.watch(one) for one in interface.structures]
+        return watched
+
+    def watch(self, one: Any) -> Any:
+        """An object that does the same, and tells this clock; None is none."""
+        if one is None:
+            return None
+        part, methods = next(PARTS[kind] for kind in type(one).__mro__ if kind in PARTS)
+        return _Watched(one, {name: self.timed(part, getattr(one, name)) for name in methods})
+
+    def timed(self, part: str, work: Callable[..., Any]) -> Callable[..., Any]:
+        """A function that does the same, and belongs to a part."""
+        self.seconds.setdefault(part, 0.0)
+        self.calls.setdefault(part, 0)
+
+        def timed(*given: Any) -> Any:
+            begin = perf_counter()
+            try:
+                return work(*given)
+            finally:
+                self.seconds[part] += perf_counter() - begin
+                self.calls[part] += 1
+
+        return timed
+
+    def told(self) -> str:
+        """Seconds and calls of each part, as JSON."""
+        total = perf_counter() - self.begin
+        rest = total - sum(self.seconds.values())
+        return json.dumps({"seconds": {**self.seconds, "rest": rest, "total": total}, "calls": self.calls})
+
+
+class _Watched:
+    """Another object, some of whose methods are replaced."""
+
+    def __init__(self, one: Any, own: dict[str, Callable[..., Any]]) -> None:
+        self._one = one
+        vars(self).update(own)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._one, name)

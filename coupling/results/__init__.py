@@ -1,0 +1,1 @@
+"""Reading results and signals: waves, events, measures. No simulator is needed."""

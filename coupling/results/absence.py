@@ -1,0 +1,101 @@
+"""Why a sensor shows no reflected wave: the record ends too early, or the sensor is too near to an end of the chain."""
+
+from math import ceil, floor, log10
+
+import numpy as np
+import xarray as xr
+
+from coupling.results.peaks import FIRST_WAVE, hops
+from structures.caution import caution
+from structures.structure import Vector
+
+WAVE_LENGTH = 5
+"""Beads that a solitary wave is long (Nesterenko, J. Appl. Mech. Tech. Phys. 24 (1983) 733)."""
+
+TAIL = 0.01
+"""A push on the structure ends where it falls below this part of its greatest force."""
+
+PUSH = 3.0
+"""Hops that a push on a half-space lasts; until it is known, that on any structure."""
+
+
+def warn_of_ends(sensor: int, beads: int) -> None:
+    """A warning where a bead is fewer than WAVE_LENGTH beads from an end of a chain of so many."""
+    for distance, end in ((sensor - 1, "struck end"), (beads - sensor, "structure")):
+        if distance < WAVE_LENGTH:
+            cure = f"choose one from {1 + WAVE_LENGTH} to {beads - WAVE_LENGTH}"
+            if beads <= 2 * WAVE_LENGTH:
+                cure = f"take a chain of {2 * WAVE_LENGTH + 1} beads or more"
+            caution(
+                f"sensor = {sensor}: is {distance} beads from the {end}; nearer than {WAVE_LENGTH}, the length of a "
+                f"wave, incident and reflected waves merge, which falsifies AR and TOF; {cure}"
+            )
+
+
+def latest_return(time: Vector, force: Vector, smallest: float) -> float:
+    """The time, s, by which a wave of `smallest` times the incident amplitude is back at the first contact.
+
+    force, contacts × time: dynamic, from a sensor's contacts to the structure's. The reflected wave leaves when the
+    push on the structure ends, or after the record where it lasts to its end, and is slower than the incident one:
+    V goes with F^(1/6) (Nesterenko, as above). NaN where no incident wave is seen.
+    """
+    top = float(force[0].max(initial=0.0))
+    if top <= 0.0:
+        return float("nan")
+    taken = hops(time, force)
+    if not np.isfinite(taken).all():
+        return float("nan")
+    way, hop = float(taken.sum()), float(np.median(taken))
+    reaches = float(time[int((force[0] >= 0.5 * top).argmax())]) + way + hop
+    leaves = end_of_push(time, force[-1], FIRST_WAVE * top, reaches + PUSH * hop)
+    return leaves + float(smallest ** (-1.0 / 6.0)) * way + 3.0 * hop
+
+
+def end_of_push(time: Vector, force: Vector, least: float, otherwise: float) -> float:
+    """When a contact's first push ends, s: the record's end where it lasts, `otherwise` where none is above `least`."""
+    top = float(force.max(initial=0.0))
+    if top < least or top <= 0.0:
+        return otherwise
+    begins = int((force > TAIL * top).argmax())
+    ends = begins + int((force[begins:] <= TAIL * top).argmax())
+    return float(time[ends]) if ends > begins else float(time[-1])
+
+
+def until_of(seconds: float) -> str:
+    """A time to give for `until`, s, rounded up to two digits."""
+    step = 10.0 ** (floor(log10(seconds)) - 1)
+    return f"{ceil(seconds / step * (1.0 - 1e-9)) * step:.2g}"
+
+
+def short_record(ends: float, needed: float, where: str) -> str:
+    """In words; ends and needed: the record's end, and the one that would hold the wave, s."""
+    return (
+        f"the record ends at {ends:.4g} s, before a reflected wave can be back at {where}; "
+        f"until = {until_of(needed)} would hold it"
+    )
+
+
+def reason_for_none(time: Vector, force: Vector, smallest: float, sensor: int, complete: bool) -> tuple[str, float]:
+    """Why no reflected wave was found in a run, and the `until` (s) that would hold it; NaN where time is not short.
+
+    complete: whether the contacts reach to the structure.
+    """
+    needed = latest_return(time, force, smallest) if complete else float("nan")
+    if needed > time[-1]:
+        return short_record(float(time[-1]), needed, f"bead {sensor}"), needed
+    distance = len(force) - 2 if complete else WAVE_LENGTH
+    if distance < WAVE_LENGTH:
+        return f"bead {sensor} is {distance} beads from the structure, where incident and reflected waves merge", np.nan
+    return (
+        f"none above {100.0 * smallest:.3g} % of the incident one (smallest = {smallest:g}) is back by the end of the "
+        f"record, {time[-1]:.4g} s: the structure took it, or it is weaker"
+    ), np.nan
+
+
+def beads_of(run: xr.Dataset) -> list[int]:
+    """Beads in each chain of a run or a batch."""
+    if "beads" in run.attrs:
+        return [int(run.attrs["beads"])]
+    there = run.static_force.notnull()
+    others = [axis for axis in there.dims if axis not in ("chain", "contact")]
+    return sorted({int(count) - 1 for count in np.ravel(there.any(others).sum("contact").values)})

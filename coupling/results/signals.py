@@ -1,0 +1,220 @@
+"""Measured signals: the Dataset of a run's sensors, made from arrays or read from an oscilloscope's file."""
+
+from collections.abc import Callable, Mapping
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from coupling.recording.dataset import provenance
+from coupling.results.sensor import FEWEST_SAMPLES, quiet_lead, trace
+from structures.checks import finite, instance, not_negative, one_of, whole
+from structures.structure import Vector
+
+SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+
+VOLTS = {"V": 1.0, "mV": 1e-3}
+
+DELIMITERS = (";", "\t", ",", None)
+
+Where = Callable[[int], str]
+
+
+def as_signal(
+    time: ArrayLike,
+    forces: Mapping[int, ArrayLike],
+    positions: Mapping[int, float] | None = None,
+    baseline: float | str = 0.0,
+) -> xr.Dataset:
+    """The Dataset of a measured signal from arrays, for `reflections` and the other measures.
+
+    time, s, evenly spaced; forces: sensor number → force at the bead's centre, N. positions: sensor number → distance
+    along the chain, m, which `wave_speed` needs. baseline: what the force is counted from, the median over the first
+    so many seconds; 0: the force is taken as it is; "lead": the median over the quiet lead before the first wave.
+    Holds sensor_force over time and sensor. Raises ValueError for gaps, numbers that are not finite, constant forces.
+    """
+    instance("forces", forces, Mapping, "a mapping such as {7: force}")
+    if not forces:
+        raise ValueError("forces = {}: must hold at least one sensor, such as {7: force}")
+    moments = trace("time", time)
+    rows = {whole("sensor", sensor): trace(f"forces[{sensor}]", force) for sensor, force in forces.items()}
+    for sensor, row in rows.items():
+        if row.size != moments.size:
+            raise ValueError(f"forces[{sensor}]: holds {row.size} numbers, must be as many as time, {moments.size}")
+    given = {"signal": "arrays", "sensors": sorted(rows), "baseline": baseline}
+    return _dataset(moments, rows, positions, baseline, given, lambda i: f"sample {i}")
+
+
+def read_signal(
+    path: str | Path,
+    sensors: Mapping[int, int],
+    time_column: int = 0,
+    time_unit: str = "s",
+    unit: str = "V",
+    calibration: float | Mapping[int, float] | None = None,
+    baseline: float | str = "lead",
+    positions: Mapping[int, float] | None = None,
+) -> xr.Dataset:
+    """The Dataset of a measured signal from an oscilloscope's text file, for `reflections` and the other measures.
+
+    The file: lines of any kind, then one line for each sample, columns parted by commas, semicolons, tabs or blanks,
+    with decimal points (commas cannot be told from delimiters); trigger times below zero are fine.
+    sensors: sensor number → column, counted from 0.
+    time_unit: "s", "ms", "us" or "ns". unit: "V" or "mV", which take a calibration κ in N/V, one for all or sensor
+    number → κ (negative for a sensor that is wired the other way round; `calibration_factor` measures it), or "N",
+    which takes none. baseline and positions: see `as_signal`; "lead" takes the median of what comes before the wave.
+    Raises OSError where the file cannot be read, and ValueError, with the line, where it is truncated or garbled, or
+    has gaps, numbers that are not finite, times that do not increase, or a column that is constant.
+    """
+    instance("path", path, str | Path, "the name of a file")  # type: ignore[arg-type]
+    instance("sensors", sensors, Mapping, "a mapping from sensor number to column, such as {7: 1}")
+    if not sensors:
+        raise ValueError("sensors = {}: must name at least one sensor, such as {7: 1}")
+    column_of = {whole("sensor", sensor): whole("column", column, 0) for sensor, column in sensors.items()}
+    time_column = whole("time_column", time_column, 0)
+    if time_column in column_of.values():
+        raise ValueError(f"sensors = {dict(sensors)!r}: column {time_column} is the time column")
+    if len(set(column_of.values())) < len(column_of):
+        raise ValueError(f"sensors = {dict(sensors)!r}: two of them read the same column")
+    second = SECONDS[one_of("time_unit", time_unit, SECONDS)]
+    newton = _newtons(unit, calibration, list(column_of))
+    lines, table = _read(Path(path), [time_column, *column_of.values()])
+    _check_order(f"{path}, ", table, lines, time_column, list(column_of.values()))
+    rows = {sensor: newton[sensor] * table[:, k] for k, sensor in enumerate(column_of, start=1)}
+    given = {
+        "signal": str(path), "sensors": column_of, "time_column": time_column, "time_unit": time_unit, "unit": unit,
+        "calibration": calibration, "baseline": baseline,
+    }  # fmt: skip
+    return _dataset(
+        second * table[:, 0], rows, positions, baseline, given, lambda i: f"{path}, line {lines[i]}", f"{path}: "
+    )
+
+
+def _newtons(unit: str, calibration: float | Mapping[int, float] | None, sensors: list[int]) -> dict[int, float]:
+    """Newtons for each sensor's unit."""
+    if one_of("unit", unit, [*VOLTS, "N"]) == "N":
+        if calibration is not None:
+            raise ValueError(f"calibration = {calibration!r}: must be None where the unit is N")
+        return dict.fromkeys(sensors, 1.0)
+    factors = {}
+    for sensor in sensors:
+        factor = calibration.get(sensor) if isinstance(calibration, Mapping) else calibration
+        if factor is None or finite("calibration", factor, "N/V") == 0.0:
+            raise ValueError(
+                f"calibration = {calibration!r}: must give κ for sensor {sensor}, a number of N/V, not zero"
+            )
+        factors[sensor] = VOLTS[unit] * float(factor)
+    return factors
+
+
+def _read(path: Path, columns: list[int]) -> tuple[list[int], Vector]:
+    """The numbers of each sample, a column each, and the line that each sample stands on."""
+    text = path.read_text(encoding="utf-8-sig", errors="replace")
+    lines = text.split("\n")
+    while lines and not lines[-1].strip():
+        lines.pop()
+    starts = ((i, d) for i, line in enumerate(lines) for d in DELIMITERS if _numbers(line, d, columns) is not None)
+    first, delimiter = next(starts, (len(lines), None))
+    if first == len(lines):
+        raise ValueError(f"{path}: no line holds numbers in columns {columns}, with decimal points, not commas")
+    rows, cells = [], len(lines[first].split(delimiter))
+    for i, line in enumerate(lines[first:], start=first + 1):
+        numbers = _numbers(line, delimiter, columns)
+        if numbers is None or len(line.split(delimiter)) < cells:
+            raise ValueError(f"{path}, line {i}: {line[:80]!r} must hold {cells} columns, with numbers in {columns}")
+        if not np.isfinite(numbers).all():
+            raise ValueError(f"{path}, line {i}: {line[:80]!r} must hold finite numbers")
+        rows.append(numbers)
+    if len(rows) < FEWEST_SAMPLES:
+        raise ValueError(f"{path}, line {len(lines)}: holds {len(rows)} samples, must be at least {FEWEST_SAMPLES}")
+    if not text.endswith("\n") and len(lines[-1]) < min(map(len, lines[first:-1])):
+        raise ValueError(
+            f"{path}, line {len(lines)}: {lines[-1]!r} looks cut off: shorter than all others, no line end"
+        )
+    return list(range(first + 1, len(lines) + 1)), np.array(rows)
+
+
+def _numbers(line: str, delimiter: str | None, columns: list[int]) -> list[float] | None:
+    cells = line.split(delimiter)
+    try:
+        return [float(cells[column]) for column in columns]
+    except (ValueError, IndexError):
+        return None
+
+
+def _check_order(where: str, table: Vector, lines: list[int], time_column: int, columns: list[int]) -> None:
+    """A ValueError where it is not the time column that increases."""
+    wrong = np.flatnonzero(np.diff(table[:, 0]) <= 0.0)
+    if not wrong.size:
+        return
+    i = int(wrong[0]) + 1
+    text = f"{where}line {lines[i]}: time {table[i, 0]:g} after {table[i - 1, 0]:g}, must increase"
+    for k, column in enumerate(columns, start=1):
+        if (np.diff(table[:, k]) > 0.0).all():
+            text += f"; time_column = {time_column!r}: are the columns swapped? Column {column} increases"
+    raise ValueError(text)
+
+
+def _dataset(
+    time: Vector,
+    forces: Mapping[int, Vector],
+    positions: Mapping[int, float] | None,
+    baseline: float | str,
+    given: Mapping[str, Any],
+    where: Where,
+    name: str = "",
+) -> xr.Dataset:
+    """The Dataset of forces over time; `where` tells where a sample came from, and `name` where all did."""
+    even = _even(time, where)
+    columns = []
+    for sensor, force in forces.items():
+        if np.ptp(force) == 0.0:
+            raise ValueError(f"{name}sensor {sensor}: the signal is constant, {force[0]:g} N: must hold a wave")
+        columns.append(force - _baseline(even, force, baseline, f"{name}sensor {sensor}"))
+    data = xr.Dataset(
+        {"sensor_force": (("time", "sensor"), np.stack(columns, axis=1), {"units": "N", "long_name": "force at bead"})},
+        coords={"time": ("time", even, {"units": "s"}), "sensor": ("sensor", list(forces))},
+        attrs=provenance(given),
+    )
+    if positions is None:
+        return data
+    instance("positions", positions, Mapping, "a mapping from sensor number to position, such as {7: 0.062}")
+    for sensor in forces:
+        if sensor not in positions:
+            raise ValueError(f"positions = {dict(positions)!r}: must hold sensor {sensor}, a position in m")
+    places = [finite(f"positions[{sensor}]", positions[sensor], "m") for sensor in forces]
+    along = [place for _, place in sorted(zip(forces, places, strict=True))]
+    if any(after <= before for before, after in pairwise(along)):
+        raise ValueError(f"positions = {dict(positions)!r}: must increase with the number of the sensor")
+    return data.assign_coords(centre=("sensor", places, {"units": "m", "long_name": "position along the chain"}))
+
+
+def _even(time: Vector, where: Where) -> Vector:
+    """Exactly even times beside those given, or a ValueError where these have gaps."""
+    steps = np.diff(time)
+    usual = float(np.median(steps))
+    bad = np.flatnonzero((steps <= 0.0) | (steps > 1.5 * usual))
+    if bad.size:
+        i = int(bad[0])
+        what = "times must increase" if steps[i] <= 0.0 else f"a gap; the usual step is {usual:.3g} s"
+        raise ValueError(f"{where(i + 1)}: time {time[i + 1]:.9g} s after {time[i]:.9g} s: {what}")
+    even = np.linspace(time[0], time[-1], time.size)
+    off = np.abs(time - even)
+    if off.max() > usual:
+        raise ValueError(f"{where(int(off.argmax()))}: times must be evenly spaced, as one sampling rate gives them")
+    return even
+
+
+def _baseline(time: Vector, force: Vector, baseline: float | str, where: str) -> float:
+    if isinstance(baseline, str):
+        one_of("baseline", baseline, ["lead"])
+        return float(np.median(force[: quiet_lead(f"{where}, baseline = {baseline!r}", force)]))
+    seconds = not_negative("baseline", baseline, "s")
+    if seconds == 0.0:
+        return 0.0
+    if seconds > time[-1] - time[0]:
+        raise ValueError(f"baseline = {baseline!r}: must be shorter than the signal, {time[-1] - time[0]:g} s")
+    return float(np.median(force[time <= time[0] + seconds]))

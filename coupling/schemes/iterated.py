@@ -1,0 +1,239 @@
+"""Iterated coupling: both sides repeat a window until they agree on the forces of all its substeps."""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+
+from coupling.interface import Interface
+from coupling.schemes.condensed import SUBSTEPS_PER_CONTACT, TOLERANCES, trial_force
+from coupling.state import CoupledState, NotConverged
+from structures.checks import positive, whole, within
+from structures.structure import Vector
+
+NOTHING = np.zeros((0, 0))
+
+MOST_RELAXATION = 2.0
+"""From here on no fixed-point iteration converges, however stiff the structure."""
+
+
+class Iteration(ABC):
+    """What the iterated schemes share: the loop, and when it ends.
+
+    A window is repeated until the mean forces that the chains answer, in all substeps and contacts, differ from those
+    that pushed the structures by at most `tolerance` of the greatest force that a contact could bear, and the surfaces
+    from those of the repetition before, if there was one, by at most `tolerance` of the greatest approach. Nothing
+    divides by a residual, which is zero as long as a gap is open.
+    """
+
+    tolerance: float
+    relaxation: float
+    largest_count: int
+    substeps_per_contact: ClassVar[int] = SUBSTEPS_PER_CONTACT
+    repeats: ClassVar[bool] = True
+    whole_window: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "tolerance", within("tolerance", self.tolerance, *TOLERANCES))
+        object.__setattr__(self, "relaxation", positive("relaxation", self.relaxation))
+        if self.relaxation >= MOST_RELAXATION:
+            raise ValueError(f"relaxation = {self.relaxation!r}: must lie between 0 and {MOST_RELAXATION:g}")
+        object.__setattr__(self, "largest_count", whole("largest_count", self.largest_count))
+
+    def start(self, interface: Interface) -> Any:
+        """What the first window starts from."""
+        return None
+
+    def step(self, interface: Interface, state: CoupledState, length: float, substeps: int) -> list[CoupledState]:
+        """The states at the ends of the substeps. Raises NotConverged."""
+        enough, still = self.tolerance * interface.force_scale, self.tolerance * interface.indentation_scale
+        force = np.tile(trial_force(interface, state, length), (substeps, 1))
+        search = self.search(state.memory, length)
+        before = None
+        for count in range(1, self.largest_count + 1):
+            ends = _window(interface, state, force, length)
+            answer = np.array([end.past[-1].force for end in ends])
+            surface = np.array([end.surface for end in ends])
+            residual = answer - force
+            largest = float(abs(residual).max())
+            settled = before is None or not abs(surface - before).max() > still
+            if settled and not largest > enough:
+                memory = search.memory()
+                return [end._replace(memory=memory, evaluations=count) for end in ends]
+            force = force + search.step(residual.ravel(), answer.ravel()).reshape(force.shape)
+            before = surface
+        raise NotConverged(
+            f"residual {largest:.3g} N after {count} iterations, tolerance {enough:.3g} N", evaluations=count * substeps
+        )
+
+    @abstractmethod
+    def search(self, memory: Any, length: float) -> "Search":
+        """What chooses the forces of the next repetition, in a window with substeps of `length` s."""
+
+
+class Search(ABC):
+    """Within one window: from residuals to changes of the forces."""
+
+    @abstractmethod
+    def step(self, residual: Vector, answer: Vector) -> Vector:
+        """The change of the forces (N), given what the chains answered and how far that is from the forces tried."""
+
+    def memory(self) -> Any:
+        """What the next window starts from."""
+        return None
+
+
+def _window(interface: Interface, state: CoupledState, force: Vector, length: float) -> list[CoupledState]:
+    """All substeps of a window under given mean forces (substeps × K)."""
+    ends = []
+    for push in force:
+        pushed, surface = interface.push(state.structures, push, length)
+        followed, answer, work = interface.follow(state.chains, state.past, surface, length)
+        state = interface.next(state, length, followed, pushed, surface, push, (answer, work), None, 1)
+        ends.append(state)
+    return ends
+
+
+@dataclass(frozen=True)
+class FixedPoint(Iteration):
+    """Fixed-point iteration with constant relaxation.
+
+    relaxation: part of the residual that is added to the forces. It converges where the structures give way less over
+    a substep than the contacts do, see Iteration; else the window is halved.
+    """
+
+    tolerance: float = 1e-9
+    relaxation: float = 0.5
+    largest_count: int = 100
+
+    def search(self, memory: Any, length: float) -> Search:
+        """Of one window."""
+        return _Constant(self.relaxation)
+
+
+class _Constant(Search):
+    def __init__(self, relaxation: float) -> None:
+        self.relaxation = relaxation
+
+    def step(self, residual: Vector, answer: Vector) -> Vector:
+        return self.relaxation * residual
+
+
+@dataclass(frozen=True)
+class Aitken(Iteration):
+    """Fixed-point iteration with Aitken's relaxation, for structures that are black boxes.
+
+    (Küttler and Wall, Comput. Mech. 43 (2008) 61, section 3.2.) relaxation: the factor of the first repetition.
+    tolerance and largest_count: see Iteration.
+    """
+
+    tolerance: float = 1e-9
+    relaxation: float = 0.5
+    largest_count: int = 50
+
+    def search(self, memory: Any, length: float) -> Search:
+        """Of one window."""
+        return _Aitken(self.relaxation)
+
+
+class _Aitken(Search):
+    def __init__(self, relaxation: float) -> None:
+        self.factor = relaxation
+        self.last: Vector | None = None
+
+    def step(self, residual: Vector, answer: Vector) -> Vector:
+        if self.last is not None:
+            change = residual - self.last
+            square = float(change @ change)
+            if square > 0.0:
+                self.factor *= -float(self.last @ change) / square
+        self.last = residual
+        return self.factor * residual
+
+
+@dataclass(frozen=True)
+class IQN_ILS(Iteration):
+    """Interface quasi-Newton with an approximation of the inverse Jacobian by least squares.
+
+    (Degroote, Bathe and Vierendeels, Comput. Struct. 87 (2009) 793.) The differences between repetitions, and those
+    of the last `reuse` windows with substeps of the same length, span what is known of the Jacobian. A difference
+    that adds less than `filtering` of its length to the newer ones is dropped (QR filtering: Haelterman et al., Comput.
+    Struct. 171 (2016) 9). relaxation: of the first repetition, as long as there are no differences.
+    tolerance and largest_count: see Iteration.
+    """
+
+    tolerance: float = 1e-9
+    relaxation: float = 0.5
+    largest_count: int = 50
+    reuse: int = 2
+    filtering: float = 1e-3
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "reuse", whole("reuse", self.reuse, 0))
+        object.__setattr__(self, "filtering", positive("filtering", self.filtering))
+
+    def search(self, memory: Any, length: float) -> Search:
+        """Of one window."""
+        return _LeastSquares(self, memory or (), length)
+
+
+class Differences(NamedTuple):
+    """Of one window's repetitions: the length of its substeps, and changes of residuals and answers, newest first."""
+
+    length: float
+    residuals: Vector
+    answers: Vector
+
+
+class _LeastSquares(Search):
+    def __init__(self, scheme: IQN_ILS, memory: tuple[Differences, ...], length: float) -> None:
+        self.scheme, self.length = scheme, length
+        self.old = tuple(one for one in memory if one.length == length)
+        self.residuals: list[Vector] = []
+        self.answers: list[Vector] = []
+        self.last: tuple[Vector, Vector] | None = None
+
+    def step(self, residual: Vector, answer: Vector) -> Vector:
+        if self.last is not None:
+            self.residuals.insert(0, residual - self.last[0])
+            self.answers.insert(0, answer - self.last[1])
+        self.last = residual, answer
+        columns = [*self.residuals, *(row for one in self.old for row in one.residuals if row.size == residual.size)]
+        changes = [*self.answers, *(row for one in self.old for row in one.answers if row.size == residual.size)]
+        kept, factors = _independent(columns, self.scheme.filtering)
+        if not kept:
+            return self.scheme.relaxation * residual
+        coefficients = np.linalg.solve(factors[1], -(factors[0].T @ residual))
+        change: Vector = np.array([changes[i] for i in kept]).T @ coefficients + residual
+        return change
+
+    def memory(self) -> tuple[Differences, ...]:
+        if not self.residuals:
+            return self.old
+        own = Differences(self.length, np.array(self.residuals), np.array(self.answers))
+        return (own, *self.old)[: self.scheme.reuse]
+
+
+def _independent(columns: list[Vector], filtering: float) -> tuple[list[int], tuple[Vector, Vector]]:
+    """Which columns add to those before them, and Q and R of these: Gram–Schmidt, twice."""
+    size = columns[0].size if columns else 0
+    most = min(size, len(columns))
+    kept: list[int] = []
+    directions, upper = np.zeros((most, size)), np.zeros((most, most))
+    for i, column in enumerate(columns):
+        n = len(kept)
+        if n == most:
+            break
+        rest, shares = column, np.zeros(n)
+        for _ in range(2):
+            part = directions[:n] @ rest
+            shares += part
+            rest = rest - part @ directions[:n]
+        length = float(np.linalg.norm(rest))
+        if length > filtering * float(np.linalg.norm(column)):
+            directions[n], upper[:n, n], upper[n, n] = rest / length, shares, length
+            kept.append(i)
+    n = len(kept)
+    return kept, (directions[:n].T, upper[:n, :n])

@@ -1,0 +1,135 @@
+"""From window to window: one that fails is halved and repeated, and so is one whose error is too large."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from coupling.interface import Interface
+from coupling.schemes.condensed import Scheme
+from coupling.state import CoupledState, NotConverged
+from structures.checks import positive
+
+MOST_HALVINGS = 12
+
+FINEST = 1024
+"""Parts of the shortest contact below which an adaptive window is not halved for its error."""
+
+GROWS_BELOW = 0.125
+"""A window is tried twice as long after one whose error was below this part of the tolerance."""
+
+UNTOUCHED = 0.1
+"""What an error counts where nothing touches: no chain sees that line, but its bend tells of the stepping's own error,
+which is a part of it about as small as the window is beside the motion's time."""
+
+TAKEN_AS_ONE = 1.0 + 1e-9
+
+
+@dataclass(frozen=True)
+class Adaptive:
+    """Windows as long as their error allows, between saved times: each is the saved interval over a power of two.
+
+    The error of a window is what the parabola through its ends and the node before has beyond the straight line that
+    the surface follows, in units of the greatest approach of a contact; a tenth of it where nothing touches.
+    tolerance: of that error. Amplitude ratios are then within some three tolerances of those with tiny windows (tests),
+    within fifteen on light plates.
+    """
+
+    tolerance: float = 1e-5
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "tolerance", positive("tolerance", self.tolerance))
+
+
+@dataclass(frozen=True)
+class Windows:
+    """Moves a coupled state on by a scheme. tolerance: of adaptive windows, None where all are alike."""
+
+    interface: Interface
+    scheme: Scheme
+    tolerance: float | None = None
+
+    def advance(self, state: CoupledState, length: float, substeps: int) -> list[CoupledState]:
+        """The states at the ends of `substeps` substeps of `length` s. Raises NotConverged.
+
+        Those inside a substep that had to be halved are not among them; its last one counts all evaluations.
+        """
+        if self.tolerance is not None:
+            return [self._adapted(state, length, self.tolerance)]
+        return self._halved(state, length, substeps, MOST_HALVINGS)
+
+    def _halved(self, state: CoupledState, length: float, substeps: int, left: int) -> list[CoupledState]:
+        """In pieces of so many substeps as converged last; a substep alone is cut in two at most `left` times.
+
+        A window after one that came in pieces begins with pieces of twice their length.
+        """
+        ends: list[CoupledState] = []
+        piece, vain = min(substeps, 2 * state.piece) if state.piece else substeps, 0
+        while len(ends) < substeps:
+            many = min(piece, substeps - len(ends))
+            try:
+                found = self.scheme.step(self.interface, state, length, many)
+            except NotConverged as error:
+                vain += error.evaluations
+                if many > 1:
+                    piece = many // 2
+                    continue
+                if left == 0:
+                    raise NotConverged(f"t = {state.time:.6g} s, {length:.3g} s long: {error}") from error
+                middle = self._halved(state, length / 2.0, 1, left - 1)[-1]
+                found = [_together(middle, self._halved(middle, length / 2.0, 1, left - 1)[-1])]
+            if vain:
+                found[0] = _more(found[0], vain)
+            ends += found
+            state, vain = ends[-1], 0
+        if piece < substeps:
+            ends[-1] = state._replace(piece=piece)
+        return ends
+
+    def _adapted(self, state: CoupledState, length: float, tolerance: float) -> CoupledState:
+        finest, vain = self.interface.contact_time / FINEST, 0
+        if length <= self._allowed(state, tolerance) * TAKEN_AS_ONE or length <= finest:
+            try:
+                end = self.scheme.step(self.interface, state, length, 1)[-1]
+            except NotConverged as error:
+                if length <= finest:
+                    return self._halved(state, length, 1, MOST_HALVINGS)[-1]
+                vain = error.evaluations
+            else:
+                if length <= finest or self.error(end) <= tolerance:
+                    return end
+                vain = end.evaluations
+        middle = self._adapted(state, length / 2.0, tolerance)
+        return _more(_together(middle, self._adapted(middle, length / 2.0, tolerance)), vain)
+
+    def _allowed(self, state: CoupledState, tolerance: float) -> float:
+        """The longest window worth trying, from the last one and its error."""
+        if not state.past:
+            return np.inf
+        last = state.past[-1].length
+        return 2.0 * last if self.error(state) < GROWS_BELOW * tolerance else last
+
+    def error(self, state: CoupledState) -> float:
+        """What a parabola has beyond the straight motion of the last substep, in units of the greatest approach."""
+        now = state.past[-1]
+        before = state.past[-2] if len(state.past) > 1 else None
+        start = np.zeros_like(now.surface) if before is None else before.surface
+        earlier = state.past[-3].surface if len(state.past) > 2 else np.zeros_like(start)
+        length = now.length if before is None else before.length
+        change = abs((now.surface - start) / now.length - (start - earlier) / length)
+        seen = np.where(now.force > -self.interface.static, change, UNTOUCHED * change)
+        bend = 2.0 * float(seen.max()) / (now.length + length)
+        return bend * now.length**2 / 8.0 / self.interface.indentation_scale
+
+
+def _together(first: CoupledState, second: CoupledState) -> CoupledState:
+    """The second of two halves, with the evaluations, the substeps and the residual of both."""
+    return second._replace(
+        evaluations=first.evaluations + second.evaluations,
+        substeps=first.substeps + second.substeps,
+        residual=max(first.residual, second.residual),
+    )
+
+
+def _more(state: CoupledState, vain: int) -> CoupledState:
+    """With the evaluations of attempts that came to nothing."""
+    return state._replace(evaluations=state.evaluations + vain)

@@ -1,0 +1,1 @@
+"""Many runs: axes, processes, clusters, stores, batches."""

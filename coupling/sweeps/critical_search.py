@@ -1,0 +1,263 @@
+"""The critical distance of what a builder makes: a scan over distances, then its last crossing ever finer."""
+
+from collections.abc import Callable, Iterable
+from functools import partial
+from itertools import groupby, pairwise, product
+from math import inf
+from typing import Any
+
+import joblib
+import numpy as np
+import xarray as xr
+
+from coupling.cosimulation import CoSimulation
+from coupling.results.critical_distance import FEWEST, LABEL
+from coupling.results.findings import findings_of, gathered, warn, with_warnings
+from coupling.results.measures import amplitude_ratio, time_of_flight
+from coupling.sweeps.processes import Batch, Work, in_processes
+from coupling.sweeps.progress import Progress
+from coupling.sweeps.refinement import Curve, Refinement
+from coupling.sweeps.store import Point
+from coupling.sweeps.sweep import TAKEN, axis_labels, axis_values, check_build, named
+from structures.checks import each, finite, instance, listed, not_negative, positive, short, whole, within
+from structures.structure import Vector
+
+BRACKET = 0.2e-3
+"""m. Between samples so near, a straight line meets AR far better than the thesis's, or any, measured distance."""
+
+FINEST = 1e-6
+"""m. A mesh that moves with the contact makes AR scatter by some 1e-5, which is some µm of distance."""
+
+MEASURED = ("amplitude_ratio", "time_of_flight")
+"""What is read from each run."""
+
+OWN = {"distance", "within", "end"}
+"""Names of the result's own dimensions."""
+
+
+def find_critical_distance(
+    build: Callable[..., CoSimulation],
+    until: float,
+    sensor: int,
+    distances: Iterable[float],
+    tolerance: float | Iterable[float] = 0.02,
+    bracket: float = BRACKET,
+    relative: bool = False,
+    jobs: int | None = None,
+    known: xr.Dataset | None = None,
+    far: float | xr.DataArray | None = None,
+    **axes: Iterable[Any],
+) -> xr.Dataset:
+    """The distance beyond which AR stays within a tolerance of its far value, between two runs as near as you like.
+
+    Runs `build(distance=…)` at all distances, and then at more of them around the last crossing of far value ±
+    tolerance, until its bracket is narrow enough.
+
+    Parameters
+    ----------
+    build : callable
+        Returns the CoSimulation for a distance (m), and for one value of each of the axes, by their names.
+    until : float
+        Length of the record, s. It must hold the wave that returns at the greatest distance.
+    sensor : int
+        Bead whose force is read, counted from the struck end.
+    distances : sequence of float
+        m, three or more: the first scan. AR oscillates over the distance, so it must be dense enough to see the last
+        crossing.
+    tolerance : float or sequence of float
+        How far AR may be from its far value: in units of the incident amplitude, or with `relative` in units of the far
+        value. Several share their samples.
+    bracket : float
+        Greatest length of the bracket, m.
+    relative : bool
+        Whether the tolerance is relative to the far value.
+    jobs : int, optional
+        Processes, by default one for each core.
+    known : Dataset, optional
+        An earlier result for the same build, until, sensor and axes, as for other tolerances: its samples are not run
+        again.
+    far : float or DataArray over the axes, optional
+        The far value, if it is known: that of an infinite plate, or 0 where all waves fade. By default AR at the
+        greatest distance.
+    **axes : sequence
+        More arguments of build, such as diameter=[4.76e-3, 9.53e-3]: one curve for each combination. Those that share
+        all but the last axis run in one process at the same distance, one after the other, so that build may keep the
+        reduced structure for the next bead (`functools.lru_cache`).
+
+    Returns
+    -------
+    Dataset
+        Over the axes: `critical_distance` (m; over "within", the tolerances, if there are several) and its `bracket`
+        (m; "end": low, high); `lower_bound`, true where the far value is unknown or not reached, so that
+        critical_distance is NaN and the bracket's low end is a lower bound; `far_value`. All samples:
+        `amplitude_ratio`, `time_of_flight` (s) and `sampled` over "distance". NaN at a sampled distance means that no
+        wave came within the record. See `critical_distance` for what NaN does to the far value.
+
+    Raises
+    ------
+    ValueError
+        Where an argument is of the wrong kind or out of its range, or build does not take what it is given.
+
+    Warns
+    -----
+    HertzlinkWarning
+        Where AR is within the tolerance at all distances, so that the smallest one is an upper bound.
+
+    References
+    ----------
+    Thesis, section 6.2.2.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(2.38e-3, hl.STEEL_440C)
+    >>> chain = hl.Chain([bead] * 20, striker=bead, impact_speed=0.31)
+    >>> def at(distance):
+    ...     plate = hl.half_plane(2.29e-3, hl.ALUMINIUM_6061, "clamped", distance, until=0.7e-3)
+    ...     return hl.CoSimulation(chain, plate)
+    >>> found = hl.find_critical_distance(at, until=0.7e-3, sensor=7, distances=[0.01, 0.02, 0.03, 0.1])
+    >>> low, high = found.bracket.values * 1e3
+    >>> print(f"{found.critical_distance.item() * 1e3:.1f} mm, between {low:.1f} and {high:.1f} mm")
+    14.7 mm, between 14.6 and 14.8 mm
+    """
+    until, sensor = positive("until", until, "s"), whole("sensor", sensor)
+    scan = _distances(distances)
+    tolerances = _tolerances(tolerance)
+    instance("relative", relative, bool, "True or False")
+    bracket = within("bracket", bracket, FINEST, inf, "m")
+    values = axis_values(axes, TAKEN | OWN) if axes else {}
+    check_build(build, {"distance": scan, **values})
+    work = Work(build, until, partial(_measured, sensor=sensor))
+    search = _Search(work, values, joblib.cpu_count() if jobs is None else whole("jobs", jobs))
+    if known is not None:
+        search.recall(instance("known", known, xr.Dataset, "the Dataset of an earlier find_critical_distance"))
+        for name, value in (("until", until), ("sensor", sensor)):
+            if known.attrs.get(name) != value:
+                raise ValueError(f"known: was found with {name} = {known.attrs.get(name)!r}, must be {value!r} as here")
+    search.sample(
+        [(i, distance) for i, curve in enumerate(search.curves) for distance in scan if distance not in curve]
+    )
+    refinement = Refinement(tolerances, relative, bracket, _far_values(far, values))
+    while wanted := [(i, d) for i, curve in enumerate(search.curves) for d in refinement.wanted(i, curve)]:
+        search.sample(wanted)
+    found = refinement.found(search.curves, tuple(map(len, values.values())), list(values))
+    data = search.samples().merge(found if isinstance(tolerance, Iterable) else found.squeeze("within"))
+    findings = search.findings() + _upper_bound(found, scan[0])
+    warn(findings)
+    return with_warnings(data, findings).assign_attrs(until=until, sensor=sensor)
+
+
+def _tolerances(tolerance: float | Iterable[float]) -> list[float]:
+    """One or more, or a ValueError."""
+    many = listed("tolerance", tolerance, object, "numbers") if isinstance(tolerance, Iterable) else [tolerance]
+    return [positive("tolerance", one) for one in many]
+
+
+def _far_values(far: float | xr.DataArray | None, values: dict[str, list[Any]]) -> Vector:
+    """Of each curve; NaN where it is not known, or a ValueError."""
+    shape = tuple(map(len, values.values()))
+    if far is None:
+        return np.full(shape, np.nan).ravel()
+    each(finite, "far", far.values if isinstance(far, xr.DataArray) else far)
+    if not isinstance(far, xr.DataArray):
+        return np.broadcast_to(finite("far", far), shape).ravel()
+    if set(far.dims) != set(values) or far.transpose(*values).shape != shape:
+        raise ValueError(f"far: must be a number, or a DataArray over {', '.join(values) or 'no axes'}")
+    return np.asarray(far.transpose(*values).values, dtype=float).ravel()
+
+
+def _distances(distances: Iterable[float]) -> list[float]:
+    """The first scan in order, or a ValueError."""
+    scan = sorted(not_negative("distances", one, "m") for one in listed("distances", distances, object, "numbers, m"))
+    if len(scan) < FEWEST:
+        raise ValueError(f"distances = {scan}: must be three or more")
+    if twice := [one for one, other in pairwise(scan) if one == other]:
+        raise ValueError(f"distances: must not hold {twice[0]:g} twice")
+    return scan
+
+
+def _measured(run: xr.Dataset, sensor: int) -> xr.Dataset:
+    """What is kept of a run."""
+    return xr.Dataset({"amplitude_ratio": amplitude_ratio(run, sensor), "time_of_flight": time_of_flight(run, sensor)})
+
+
+class _Search:
+    """The samples of all curves, one for each combination of the axes' values, and the runs that give them."""
+
+    def __init__(self, work: Work, values: dict[str, list[Any]], jobs: int) -> None:
+        self.work, self.values, self.jobs = work, values, jobs
+        self.points: list[Point] = [dict(zip(values, point, strict=True)) for point in product(*values.values())]
+        self.curves: list[Curve] = [{} for _ in self.points]
+        self.together = len(values[list(values)[-1]]) if values else 1
+        self.labels: dict[str, dict[str, str]] = {}
+        self.attrs: dict[str, Any] = {}
+        self.found: dict[str, list[str]] = {}
+        self.earlier: list[str] = []
+
+    def recall(self, known: xr.Dataset) -> None:
+        """Take over the samples of an earlier result."""
+        names = list(self.values)
+        if not {"sampled", *MEASURED} <= set(known) or {*known.sampled.dims} != {*names, "distance"}:
+            raise ValueError(f"known: must be a result of find_critical_distance over {', '.join(names) or 'no axes'}")
+        for name, axis in self.values.items():
+            if known[name].values.tolist() != axis_labels(axis):
+                raise ValueError(f"known: holds other values of {name} than {short(axis)}")
+        ordered = known[["sampled", *MEASURED]].transpose(*names, "distance")
+        sampled, *found = (ordered[name].values.reshape(len(self.curves), -1) for name in ordered)
+        distances = known.distance.values.tolist()
+        for curve, there, *values in zip(self.curves, sampled, *found, strict=True):
+            rows = zip(distances, *(value.tolist() for value in values), strict=True)
+            curve.update({row[0]: (row[1], row[2]) for row, kept in zip(rows, there, strict=True) if kept})
+        self.earlier = findings_of(known)
+        self.attrs, self.labels = known.attrs, {name: known[name].attrs for name in MEASURED}
+
+    def sample(self, wanted: list[tuple[int, float]]) -> None:
+        """Run curves at distances; those that share all but the last axis, and the distance, in one process."""
+        ordered = sorted(set(wanted), key=lambda one: (one[0] // self.together, one[1], one[0]))
+        groups = groupby(enumerate(ordered), lambda one: (one[1][0] // self.together, one[1][1]))
+        batches: list[Batch] = [
+            {place: self._point(curve, distance) for place, (curve, distance) in group} for _, group in groups
+        ]
+        with Progress(len(ordered)) as progress:
+            for place, run in in_processes(self.work, batches, self.jobs):
+                curve, distance = ordered[place]
+                assert isinstance(run, xr.Dataset)  # errors are raised, as there is no store
+                self.curves[curve][distance] = (run.amplitude_ratio.item(), run.time_of_flight.item())
+                if lines := findings_of(run):
+                    self.found[named(self._point(curve, distance))] = lines
+                if not self.labels:
+                    self.attrs = run.attrs
+                    self.labels = {str(name): run[name].attrs for name in run.data_vars}
+                progress.advance()
+
+    def _point(self, curve: int, distance: float) -> Point:
+        return {**self.points[curve], "distance": distance}
+
+    def findings(self) -> list[str]:
+        """What is to know of the runs, the first of each kind."""
+        return self.earlier + gathered(self.found, sum(map(len, self.curves)))
+
+    def samples(self) -> xr.Dataset:
+        """All samples on the distances that any curve has."""
+        distances = sorted(set().union(*self.curves))
+        empty = (np.nan, np.nan)
+        found = np.array([[curve.get(d, empty) for d in distances] for curve in self.curves])
+        sampled = np.array([[d in curve for d in distances] for curve in self.curves])
+        names, shape = [*self.values, "distance"], (*map(len, self.values.values()), len(distances))
+        variables: dict[str, Any] = {
+            name: (names, found[..., i].reshape(shape), self.labels[name]) for i, name in enumerate(MEASURED)
+        }
+        variables["sampled"] = (names, sampled.reshape(shape), {"long_name": "whether there is a run"})
+        coordinates: dict[str, Any] = {name: (name, axis_labels(axis)) for name, axis in self.values.items()}
+        coordinates["distance"] = ("distance", distances, {"units": "m"})
+        return xr.Dataset(variables, coordinates, self.attrs)
+
+
+def _upper_bound(found: xr.Dataset, smallest: float) -> list[str]:
+    """A finding where AR is within the tolerance at all distances."""
+    if smallest == 0.0 or not bool((found.bracket.sel(end="low") == 0.0).any()):
+        return []
+    return [
+        f"{LABEL}: AR is within the tolerance at all distances, so the smallest, {smallest:g} m, is an upper bound; "
+        "give smaller distances"
+    ]

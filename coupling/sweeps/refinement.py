@@ -1,0 +1,87 @@
+"""Where a curve of amplitude ratios is sampled next, until the bracket of its last crossing is narrow enough."""
+
+from math import inf
+
+import numpy as np
+import xarray as xr
+from scipy.interpolate import CubicSpline
+from scipy.optimize import brentq
+
+from coupling.results.critical_distance import LABEL, crossed_level, far_value, last_crossing
+from structures.structure import Vector
+
+CLOSE = 0.45
+"""The crossing is expected in the middle of two samples, each so much of the bracket's length away from it."""
+
+NEIGHBOURS = 3
+"""Samples on either side of the bracket through which a cubic spline predicts the crossing."""
+
+Curve = dict[float, tuple[float, float]]
+"""AR and TOF (s) of the samples of one curve, by their distances (m)."""
+
+
+class Refinement:
+    """Where samples are wanted next, for each curve and tolerance, until all brackets are narrow enough."""
+
+    def __init__(self, tolerances: list[float], relative: bool, bracket: float, far: Vector) -> None:
+        self.tolerances, self.relative, self.bracket, self.far = tolerances, relative, bracket, far
+        self.before: dict[tuple[int, float], float] = {}
+
+    def wanted(self, number: int, curve: Curve) -> set[float]:
+        """More distances for the curve of this number."""
+        distances, ratios = as_arrays(curve)
+        wanted: set[float] = set()
+        for tolerance in self.tolerances:
+            _, low, high = last_crossing(distances, ratios, tolerance, self.relative, self.far[number])
+            if low not in curve or not self.bracket < high - low < inf:
+                continue
+            slow = high - low > 0.5 * self.before.get((number, tolerance), inf)
+            self.before[number, tolerance] = high - low
+            level = crossed_level(curve[low][0], far_value(ratios, self.far[number]), tolerance, self.relative)
+            wanted.update(next_distances(distances, ratios, low, high, level, self.bracket, bisect=slow))
+        return {round(distance, 9) for distance in wanted}
+
+    def found(self, curves: list[Curve], shape: tuple[int, ...], names: list[str]) -> xr.Dataset:
+        """The crossings of all curves for all tolerances."""
+        arrays = [(*as_arrays(curve), far) for curve, far in zip(curves, self.far, strict=True)]
+        crossings = np.array(
+            [[last_crossing(d, r, one, self.relative, far) for one in self.tolerances] for d, r, far in arrays]
+        ).reshape(*shape, len(self.tolerances), 3)
+        metres, over = {"units": "m"}, [*names, "within"]
+        label = "tolerance of AR, relative to the far value" if self.relative else "tolerance of AR"
+        far = np.array([far_value(ratios, known) for _, ratios, known in arrays]).reshape(shape)
+        bound = {"long_name": f"whether the {LABEL} is beyond the bracket's low end"}
+        return xr.Dataset(
+            {
+                "critical_distance": (over, crossings[..., 0], {**metres, "long_name": LABEL}),
+                "bracket": ([*over, "end"], crossings[..., 1:], {**metres, "long_name": f"bracket of the {LABEL}"}),
+                "lower_bound": (over, np.isinf(crossings[..., 2]), bound),
+                "far_value": (names, far, {"units": "1", "long_name": "far value of the amplitude ratio"}),
+            },
+            {"within": ("within", self.tolerances, {"units": "1", "long_name": label}), "end": ["low", "high"]},
+        )
+
+
+def next_distances(
+    distances: Vector, ratios: Vector, low: float, high: float, level: float, bracket: float, bisect: bool = False
+) -> list[float]:
+    """Where to sample between low and high for a bracket of this length, or shorter, around AR = level.
+
+    The middle where that is enough, or where `bisect` asks for it; else two samples close to the crossing of a cubic
+    spline through the neighbours, or one where the other would lie beyond the bracket. All in m.
+    """
+    reach = CLOSE * bracket
+    if bisect or high - low <= 2.0 * bracket:
+        return [0.5 * (low + high)]
+    known = ~np.isnan(ratios)
+    x, y = distances[known], ratios[known]
+    first, last = int(np.searchsorted(x, low)), int(np.searchsorted(x, high))
+    near = slice(max(0, first - NEIGHBOURS + 1), last + NEIGHBOURS)
+    spline = CubicSpline(x[near], y[near])
+    crossing = brentq(lambda d: spline(d) - level, low, high)
+    return [place for place in (crossing - reach, crossing + reach) if low < place < high]
+
+
+def as_arrays(curve: Curve) -> tuple[Vector, Vector]:
+    distances = sorted(curve)
+    return np.array(distances), np.array([curve[distance][0] for distance in distances])

@@ -1,0 +1,277 @@
+"""The motion of the beads of a deformable chain: displacement and stress inside them at chosen times of a run."""
+
+import json
+from collections.abc import Mapping, Sequence
+from math import sqrt
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from coupling.recording.dataset import as_text, differences, provenance
+from coupling.sweeps.sweep import TAKEN
+from coupling.views.motion import motion_dataset, nearest_rows
+from particles.bead import Bead
+from particles.deformable.bead_field import BeadField, Push
+from particles.deformable.chain import DeformableChain
+from particles.deformable.vibration import vibration
+from particles.excitation import Piston, PushedBead
+from structures.checks import instance, listed, short, whole
+from structures.field import Grid, von_mises
+from structures.structure import Structure, Vector
+from structures.surface import Surface, hertz_stiffness, relative_curvatures
+
+STRESSES = {"radial": 0, "hoop": 1, "axial": 2, "shear": 5}
+"""Where they stand in the stress of a body of revolution."""
+
+OF_BEADS = ("displacement", "contact_force", "vibration_amplitude")
+
+ROUND = 1e-6
+"""Difference of the relative curvatures, over their sum, beyond which a contact is no circle."""
+
+MOST_TOLD = 3
+"""Differences that an error tells."""
+
+
+def bead_motion(
+    run: xr.Dataset,
+    chain: DeformableChain,
+    times: ArrayLike,
+    beads: Sequence[int] | int | None = None,
+    structure: Structure | Surface | None = None,
+    behind: Structure | Surface | None = None,
+) -> xr.Dataset:
+    """Displacement and stress of beads of a run at the saved times nearest to `times` (s).
+
+    chain: the one that was run; of a run with several choose one first, run.isel(chain=0). beads: their numbers, 0 the
+    striker, or one of them; by default all. structure, behind: what the last bead and the first one face, where these
+    touch something and are among the beads. All three are compared with the run's input; a point of a sweep, known by
+    the coordinates of its axes, has the input of the first, so only bodies' places, modes and energy are compared.
+    Each bead is told by its modes, and by the static field of the contacts' forces (mode acceleration, see
+    `particles.deformable.bead_field`); these press as Hertz's pressure, on the circle that it has at that force, 8
+    cells in radius where it is widest: then stress is good to 1 % of the greatest pressure, at the circle's edge 7 %.
+    Dataset: as of `structure_motion`, and stress (time, point, stress_component) in Pa, positive where it pulls:
+    "radial", "hoop", "axial", "shear". Displacement is from static equilibrium, as in the run; stress holds that of the
+    preload, as contact forces do. Beads are told in their half-planes (r, 0, −z), at their places along the chain, z
+    from its struck end; bead (point) is the number of each point's bead, part (cell) of each cell's.
+    Raises ValueError for times outside the run, numbers that are no beads, other chains or structures than the run's,
+    contacts that are no circles, Datasets that are no single run, and where structure or behind is needed.
+    """
+    known = _Run(run, chain, structure, behind)
+    rows = nearest_rows(known.time, times)
+    numbers = known.numbers(beads)
+    pushes = [known.pushes(number, rows) for number in numbers]
+    fields: dict[Bead, BeadField] = {}
+    for bead in dict.fromkeys(known.bodies[number] for number in numbers):
+        same = [pair for number, pair in zip(numbers, pushes, strict=True) if known.bodies[number] == bead]
+        widest = max(push.radius for pair in same for moments in pair for push in moments)
+        fields[bead] = BeadField(bead, chain.modes - 1, widest)
+    parts = [
+        _moved(fields[known.bodies[number]], known, number, rows, pair)
+        for number, pair in zip(numbers, pushes, strict=True)
+    ]
+    grid = _joined([part.grid for part in parts], numbers)
+    displacement, stress = (np.concatenate(one, axis=1) for one in list(zip(*parts, strict=True))[1:])
+    found = motion_dataset(grid, known.time[rows], displacement, von_mises(stress))
+    found["stress"] = (
+        ("time", "point", "stress_component"),
+        stress[..., list(STRESSES.values())],
+        {"units": "Pa", "long_name": "stress, positive in tension"},
+    )
+    of_points = np.repeat(numbers, [len(part.grid.points) for part in parts])
+    found = found.assign_coords(bead=("point", of_points), stress_component=list(STRESSES))
+    note = {**provenance({}), "input": run.attrs.get("input", ""), "up": [0.0, 0.0, 1.0], "depth": "along the chain"}
+    return found.assign_attrs(note)
+
+
+class _Part(NamedTuple):
+    """One bead: its grid, and of t times displacement, t × p × 3, m, and stress, t × p × 6, Pa."""
+
+    grid: Grid
+    displacement: Vector
+    stress: Vector
+
+
+Pair = tuple[list[Push], list[Push]]
+"""What presses a bead on its struck side and on the other: at the chosen times, and last at rest."""
+
+
+class _Run:
+    """What the run of a chain tells of its beads; body 0 is the striker. Checks it, see `bead_motion`."""
+
+    def __init__(self, given: object, chain: object, structure: object, behind: object) -> None:
+        self.chain = chain = instance("chain", chain, DeformableChain, "the DeformableChain that was run")
+        if chain.vibrations is not vibration:
+            raise ValueError("chain: has vibrations of its own, whose shapes are not known; leave vibrations out")
+        run = instance("run", given, xr.Dataset, "the Dataset of a run of a DeformableChain")
+        missing = [name for name in OF_BEADS if name not in run.data_vars]
+        if missing:
+            raise ValueError(f"run: holds no {', '.join(missing)}; must be that of a DeformableChain")
+        _check_single(run)
+        told: dict[str, Any] = {} if set(run.coords) - TAKEN else json.loads(run.attrs.get("input") or "{}")
+        _check_same(run, chain, told)
+        self.ends = {"behind": _surface("behind", behind), "structure": _surface("structure", structure)}
+        faced = _faced(run)
+        _check_end("structure", structure, faced.get("last bead"), told)
+        _check_end("behind", behind, faced.get("first bead"), told)
+        count, elastic = len(chain.beads) + 1, chain.modes - 1
+        self.time = run.time.values
+        self.displacement = run.displacement.values[:, :count]
+        self.force, self.static = run.contact_force.values[:, :count], run.static_force.values[:count]
+        self.amplitude = run.vibration_amplitude.values[:, :count, :elastic]
+        self.bodies: tuple[Any, ...] = (chain.body, *chain.beads)
+        # A force from outside is told as contact 1 where nothing touches there; it acts on the bead as a whole.
+        if isinstance(chain.striker, PushedBead) and "first bead" not in faced:
+            self.force, self.static = self.force.copy(), self.static.copy()
+            self.force[:, 0] = self.static[0] = 0.0
+
+    def numbers(self, beads: Sequence[int] | int | None) -> list[int]:
+        """Of the beads that were asked for."""
+        first, last = 0 if self.bodies[0] is not None else 1, len(self.bodies) - 1
+        if beads is None:
+            return list(range(first, last + 1))
+        wanted = [beads] if isinstance(beads, int | np.integer) else listed("beads", beads, int | np.integer, "numbers")  # type: ignore[arg-type]
+        found = [whole("beads", number, 0) for number in wanted]
+        if min(found) < first or max(found) > last or len(set(found)) < len(found):
+            raise ValueError(f"beads = {beads!r}: must be different numbers from {first} to {last}")
+        return sorted(found)
+
+    def pushes(self, number: int, rows: Any) -> Pair:
+        """At the rows, and at rest."""
+        forces = np.vstack([self.force[rows], self.static])
+        bead = self.bodies[number]
+        sides = []
+        for contact in (number - 1, number):
+            along = np.maximum(forces[:, contact], 0.0) if contact >= 0 else np.zeros(len(forces))
+            scale = self._radius_at_one_newton(bead, number, contact) if along.any() else 0.0
+            sides.append([Push(force, scale * force ** (1.0 / 3.0)) for force in along.tolist()])
+        return sides[0], sides[1]
+
+    def _radius_at_one_newton(self, bead: Bead, number: int, contact: int) -> float:
+        """Of a contact's circle, m, by Hertz; it grows as the cube root of the force."""
+        one, other = bead.surface, self._other(number, contact)
+        flat, sharp = relative_curvatures(one, other)
+        if sharp - flat > ROUND * (sharp + flat):
+            raise ValueError(
+                f"contact {contact + 1}: is no circle, so that the bead's stress is not even about its axis"
+            )
+        return sqrt(hertz_stiffness(one, other) ** (-2.0 / 3.0) / sharp)
+
+    def _other(self, number: int, contact: int) -> Surface:
+        """What the bead touches there."""
+        beside = contact if contact < number else contact + 1
+        body: Bead | None = self.bodies[beside] if beside < len(self.bodies) else None
+        if body is not None:
+            return body.surface
+        striker = self.chain.striker
+        if beside == 0 and isinstance(striker, Piston):
+            return striker.surface or Surface(self.chain.beads[0].material)
+        name = "behind" if beside == 0 else "structure"
+        surface = self.ends[name]
+        if surface is None:
+            raise ValueError(f"{name} = None: must be what bead {number} touches, a Structure or a Surface")
+        return surface
+
+
+def _moved(field: BeadField, run: _Run, number: int, rows: Any, pushes: Pair) -> _Part:
+    """One bead at the chosen times."""
+    grid = field.grid
+    points = grid.points - [0.0, 0.0, float(run.chain.centres[number])]
+    *moments, rest = zip(*pushes, strict=True)
+    unmoved = field.at(*rest, field.at_rest(*rest))[0]
+    displacement, stress = [], []
+    for row, pair in zip(rows, moments, strict=True):
+        deformed, stressed = field.at(*pair, run.amplitude[row, number])
+        displacement.append(deformed - unmoved - [0.0, 0.0, run.displacement[row, number]])
+        stress.append(stressed)
+    return _Part(grid._replace(points=points), np.stack(displacement), np.stack(stress))
+
+
+def _joined(grids: list[Grid], numbers: list[int]) -> Grid:
+    """All beads in one grid, each a part of its own."""
+    starts = np.cumsum([0, *(len(grid.points) for grid in grids)])
+    cells = [grid.cells + start for grid, start in zip(grids, starts, strict=False)]
+    return Grid(
+        np.concatenate([grid.points for grid in grids]),
+        np.concatenate(cells),
+        grids[0].kind,
+        np.repeat(numbers, [len(one) for one in cells]),
+        True,
+    )
+
+
+def _surface(name: str, given: object) -> Surface | None:
+    """Of what a chain's end faces."""
+    what = "a Structure, a Surface or None"
+    thing = instance(name, given, Structure | Surface | None, what)  # type: ignore[arg-type]
+    surface: Any = thing.surface if isinstance(thing, Structure) else thing
+    if isinstance(surface, tuple):
+        raise ValueError(f"{name}: has several contact points; give the Surface of the one that this chain touches")
+    return surface  # type: ignore[no-any-return]
+
+
+def _faced(run: xr.Dataset) -> dict[str, int]:
+    """The ends of this chain that face something, and the places of the structures there."""
+    here = ~np.isnan(np.atleast_1d(run.gap.values[0])) if "gap" in run else [True]
+    if "interface_end" not in run.coords:
+        return {"last bead": 0} if here[0] else {}
+    told = (np.atleast_1d(run[f"interface_{name}"].values).tolist() for name in ("chain", "end", "structure"))
+    own = int(run.chain) if "chain" in run.coords else 0
+    return {end: place for chain, end, place, some in zip(*told, here, strict=True) if some and chain == own}
+
+
+def _check_single(run: xr.Dataset) -> None:
+    """A ValueError for sweeps, and for several chains."""
+    if "chain" in run.dims:
+        raise ValueError("run: has several chains; choose that one with run.isel(chain=0)")
+    if "time" not in run.dims or not run.time.size:
+        raise ValueError("run: holds no time")
+    known = {"time", "bead", "contact", "mode"}
+    for name in OF_BEADS:
+        if axes := [str(axis) for axis in run[name].dims if axis not in known]:
+            raise ValueError(f"run: has the axes {', '.join(axes)}; choose one run with run.isel({axes[0]}=0)")
+
+
+def _check_same(run: xr.Dataset, chain: DeformableChain, given: Mapping[str, Any]) -> None:
+    """A ValueError where the run is of another chain. Chains shorter than the longest of a run are filled with NaN."""
+    told = np.count_nonzero(~np.isnan(run.displacement.values[0]))
+    if told != len(chain.beads) + 1:
+        raise ValueError(f"chain: has {len(chain.beads)} beads, that of the run {told - 1}; give the one that was run")
+    modes = 1 + np.count_nonzero(~np.isnan(run.vibration_amplitude.values[0, 1]))
+    if modes != chain.modes:
+        raise ValueError(f"chain: has modes = {chain.modes}, that of the run {modes}; give the one that was run")
+    place = int(run.chain) if "chain" in run.coords else 0
+    described = given["chains"][place] if "chains" in given else given.get("chain")
+    if described is not None:
+        _refuse("chain", described, chain.describe(), "give the one that was run")
+    if not np.allclose(run.centre.values[:told], chain.centres, rtol=1e-9, atol=0.0):
+        raise ValueError("chain: has other bodies than that of the run; give the one that was run")
+    energy = float(run.impact_energy)
+    if not np.isclose(energy, chain.impact_energy, rtol=1e-9, atol=0.0):
+        raise ValueError(
+            f"chain: is struck with {chain.impact_energy:.6g} J, that of the run with {energy:.6g} J; give the one "
+            "that was run"
+        )
+
+
+def _check_end(name: str, facing: object, place: int | None, given: Mapping[str, Any]) -> None:
+    """A ValueError where nothing was there, or another structure. How it was reduced and stepped makes no other."""
+    if facing is None:
+        return
+    if place is None:
+        raise ValueError(f"{name} = {short(facing)}: must be None, as nothing was there in the run")
+    described = given["structures"][place] if "structures" in given else given.get("structure")
+    if isinstance(facing, Structure) and isinstance(described, dict):
+        theirs, mine = (
+            {key: value for key, value in one.items() if key not in ("reduction", "stepper")}
+            for one in (described, facing.origin)
+        )
+        _refuse(name, theirs, mine, "give the one that was run, or its Surface")
+
+
+def _refuse(name: str, theirs: Mapping[str, Any], mine: Mapping[str, Any], advice: str) -> None:
+    """A ValueError where this differs from what the run tells, as plain data."""
+    if told := list(differences(theirs, json.loads(as_text(mine)))):
+        more = f" and {len(told) - MOST_TOLD} more" if len(told) > MOST_TOLD else ""
+        raise ValueError(f"{name}: is not that of the run: {', '.join(told[:MOST_TOLD])}{more}; {advice}")

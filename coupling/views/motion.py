@@ -1,0 +1,173 @@
+"""The motion of a struck body: its displacement and stress at chosen times of a run, recomputed afterwards."""
+
+import json
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+
+from coupling.recording.dataset import provenance
+from coupling.results.contact_forces import contact_forces
+from structures.checks import instance
+from structures.field import Grid
+from structures.moving import MovingStructure
+from structures.structure import Structure, Vector, known_field
+
+ANOTHER = 0.05
+"""A recomputed contact may differ from the run's by this part of its greatest displacement."""
+
+LATE = 1e-9
+
+
+def structure_motion(run: xr.Dataset, structure: Structure, times: ArrayLike) -> xr.Dataset:
+    """Displacement and von Mises stress of a run's structure at the saved times nearest to `times` (s).
+
+    The structure moves again, from rest, under the run's contact force above the preload, the mean of its two ends
+    over each saved interval. So a run needs no memory for the body, and must be saved a dozen times a contact.
+    Of a run with several structures choose one first, run.isel(structure=0).
+    structure: the one that was run, or the one that it was reduced from; its field must be there, see
+    reduce(..., keep_field=True). The full one takes a solve for each saved interval.
+    Dataset: displacement (time, point, component) in m and von_mises (time, point) in Pa, both above static
+    equilibrium; position (point, component) in m; cells (cell, corner) in VTK's order, and the part (number of the
+    material) of each. Points where materials meet are there once for each. Bodies of revolution are told in their
+    half-plane (r, 0, −z). Within a patch's radius of the contact the stress is that of the patch, not Hertz's.
+    attributes: cell_type (meshio's), contact_error (greatest difference between the contact's motion here and in the
+    run, over its greatest displacement), and the run's input.
+    Raises ValueError for times outside the run, structures without a field, Datasets that are no single run, and where
+    contact_error is above 5 %: the run was saved too rarely; and where the run tells of another structure.
+    """
+    field = known_field(structure)
+    place, force, surface = _contacts_of(run, structure)
+    moments = run.time.values
+    _check_same(run, structure, place)
+    _check_length(structure, float(moments[-1]))
+    rows = nearest_rows(moments, times)
+    states, contact = _moved(structure, force[: rows.max()], float(moments[1] - moments[0]), rows)
+    error = _contact_error(contact, surface[: len(contact)])
+    if error > ANOTHER:
+        raise ValueError(
+            f"run: the structure's contact moves otherwise, by {100.0 * error:.2g} % of its greatest displacement; "
+            "give the structure that was run, and save the run more often (save_every)"
+        )
+    up = [float(x) for x in structure.origin.get("normal", (0.0, 0.0, 1.0))]
+    note = {**provenance({}), "input": run.attrs.get("input", ""), "contact_error": error, "up": up}
+    displacement, stress = (np.stack([of(u) for u in states]) for of in (field.displacement, field.von_mises))
+    return motion_dataset(field.grid, moments[rows], displacement, stress).assign_attrs(note)
+
+
+def _contacts_of(given: object, structure: Structure) -> tuple[int, Vector, Vector]:
+    """A structure's place in the run, and at each of its p contact points the force above the preload (N), the mean
+    over each saved interval, and the displacement (m); intervals × p, times × p. NaN where nothing touches it."""
+    contacts, force, static = contact_forces(given)
+    run = instance("run", given, xr.Dataset, "the Dataset of a run")
+    if "structure" in run.dims:
+        raise ValueError("run: has several structures; choose that one with run.isel(structure=0)")
+    place = int(run.structure) if "structure" in run.coords else 0
+    moments = run.time.values
+    if moments.size < 2:
+        raise ValueError("run: holds one time only; must be a whole run")
+    steps = np.diff(moments)
+    if moments[0] != 0.0 or np.ptp(steps) > 1e-6 * steps[0] or not np.isfinite(force).all():
+        raise ValueError("run: must be a whole run, from its start on, with every saved time")
+    own = {contact.point: k for k, contact in enumerate(contacts) if contact.structure == place}
+    if max(own, default=0) >= structure.contacts:
+        raise ValueError(f"structure: has {structure.contacts} contact points, that of the run more; give that one")
+    dynamic, surface = force - static, run.surface_displacement.values.reshape(moments.size, -1)
+    points = [own.get(point) for point in range(structure.contacts)]
+    nothing = np.full(moments.size, np.nan)
+    forces = np.stack([nothing if k is None else dynamic[:, k] for k in points], axis=-1)
+    places = np.stack([nothing if k is None else surface[:, k] for k in points], axis=-1)
+    return place, 0.5 * (forces[1:] + forces[:-1]), places
+
+
+def _check_same(run: xr.Dataset, structure: Structure, place: int) -> None:
+    """A ValueError where the run's input tells of a structure that was made otherwise."""
+    given = json.loads(run.attrs.get("input", "{}"))
+    told = given["structures"][place] if "structures" in given else given.get("structure")
+    mine = json.loads(json.dumps(dict(structure.origin), default=repr))
+    if not isinstance(told, dict):
+        return
+    for key in sorted((told.keys() | mine.keys()) - {"reduction", "stepper"}):
+        if told.get(key) != mine.get(key):
+            raise ValueError(f"structure: is not that of the run, whose {key} is another; give the one that was run")
+
+
+def _check_length(structure: Structure, until: float) -> None:
+    if until > structure.valid_until * (1.0 + LATE):
+        raise ValueError(f"structure: was reduced for runs of at most {structure.valid_until} s, the run has {until} s")
+
+
+def nearest_rows(moments: Vector, times: ArrayLike) -> NDArray[np.intp]:
+    """Rows of the saved times nearest to the wanted ones, which must increase."""
+    try:
+        wanted = np.atleast_1d(np.asarray(times, dtype=float))
+    except (TypeError, ValueError):
+        wanted = np.zeros(0)
+    if wanted.ndim != 1 or not wanted.size or not np.isfinite(wanted).all():
+        raise ValueError(f"times = {times!r}: must be one time in s, or several")
+    first, last = float(moments[0]), float(moments[-1])
+    late = LATE * last
+    if wanted.min() < first - late or wanted.max() > last + late:
+        raise ValueError(f"times = {times!r}: must lie in the run, between {first:.6g} and {last:.6g} s")
+    rows = np.rint(np.interp(wanted, moments, np.arange(moments.size))).astype(np.intp)
+    if (np.diff(rows) <= 0).any():
+        raise ValueError(
+            f"times = {times!r}: must increase by the {moments[1] - first:.3g} s between saved times or more; "
+            "take fewer"
+        )
+    return np.asarray(rows)
+
+
+def _moved(structure: Structure, force: Vector, interval: float, rows: NDArray[np.intp]) -> tuple[list[Vector], Vector]:
+    """Degrees of freedom at the rows, and the contacts' displacements at all times up to the last of them."""
+    moving, wanted = MovingStructure(structure), set(rows.tolist())
+    state, contact = moving.start(), np.zeros((len(force) + 1, structure.contacts))
+    states = [state.displacement] if 0 in wanted else []
+    for row, mean in enumerate(np.nan_to_num(force), start=1):
+        push = float(mean[0]) if structure.contacts == 1 else mean
+        state, contact[row] = moving.advance(state, push, interval)
+        if row in wanted:
+            states.append(state.displacement)
+    return states, contact
+
+
+def _contact_error(found: Vector, expected: Vector) -> float:
+    """Of the contacts that something touches."""
+    touched = ~np.isnan(expected[0])
+    found, expected = found[:, touched], expected[:, touched]
+    greatest = float(max(abs(found).max(), abs(expected).max()))
+    return float(abs(found - expected).max()) / greatest if greatest > 0.0 else 0.0
+
+
+def motion_dataset(grid: Grid, moments: Vector, displacement: Vector, von_mises: Vector) -> xr.Dataset:
+    """What `structure_motion` returns, less its notes: fields at t times, t × p × 3 in m and t × p in Pa."""
+    whole = {"units": "1"}
+    variables: dict[str, Any] = {
+        "displacement": (
+            ("time", "point", "component"),
+            displacement,
+            {"units": "m", "long_name": "displacement from static equilibrium"},
+        ),
+        "von_mises": (("time", "point"), von_mises, {"units": "Pa", "long_name": "von Mises stress"}),
+        "cells": (("cell", "corner"), grid.cells, {**whole, "long_name": "points of each cell, in VTK's order"}),
+        "part": (("cell",), grid.part, {**whole, "long_name": "number of the cell's material"}),
+    }
+    coordinates: dict[str, Any] = {
+        "time": ("time", moments, {"units": "s"}),
+        "component": ("component", ["x", "y", "z"]),
+        "position": (("point", "component"), grid.points, {"units": "m", "long_name": "place at rest"}),
+    }
+    shape = "revolution" if grid.revolution else "solid"
+    return xr.Dataset(variables, coordinates, {"cell_type": grid.kind, "shape": shape})
+
+
+def known_motion(given: object) -> None:
+    """A ValueError where this is not what `structure_motion` or `bead_motion` returns."""
+    motion = instance("motion", given, xr.Dataset, "the Dataset of structure_motion(...) or bead_motion(...)")
+    missing = {"displacement", "von_mises", "cells", "part"} - set(motion.data_vars)
+    if motion.sizes.get("time") == 0:
+        raise ValueError("motion: holds no time")
+    if missing or motion.displacement.dims != ("time", "point", "component"):
+        what = ", ".join(sorted(missing)) or "one dimension of displacement (take times by isel(time=[...]))"
+        raise ValueError(f"motion: lacks {what}; must be the Dataset of structure_motion(...) or bead_motion(...)")

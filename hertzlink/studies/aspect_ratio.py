@@ -1,0 +1,282 @@
+"""Thesis section 6.2.1: the reflected wave at the centre of thin plates, against bead diameter over plate thickness."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from coupling.cosimulation import CoSimulation
+from coupling.results.measures import amplitude_ratio, contact_time, sensor_force, time_of_flight
+from coupling.sweeps.sweep import sweep
+from hertzlink.studies import plate_boundary as boundary
+from hertzlink.studies.table import Row
+from particles.bead import Sphere
+from particles.solitary import PARTICLE_TO_STRIKER_SPEED
+from plates.infinite import infinite_plate
+from plates.theory.impact import (
+    THESIS_IMPACT,
+    inelasticity_parameter,
+    normalised_time_of_flight,
+    plate_amplitude_ratio,
+    plate_contact_time,
+)
+from plates.theory.zener import zener_restitution
+from structures.material import ALUMINIUM_6061
+from structures.reduction import reduce
+from structures.structure import Structure, half_space
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+BODIES = ("plate", "infinite plate", "half-space")
+CENTRE = boundary.SIDE / 2.0
+REDUCTION = 0.02
+RATIOS = tuple(np.geomspace(0.4, 10.0, 49))
+"""D/t of the theory's lines."""
+
+SPEEDS = (boundary.IMPACT_SPEED, PARTICLE_TO_STRIKER_SPEED * boundary.IMPACT_SPEED)
+"""m/s; v_in of equation 6.37 as the striker's speed, and as that of the wave's beads, which the thesis names."""
+
+PRINTED = {
+    (4.76e-3, 2.29e-3): (0.32, None), (4.76e-3, 3.18e-3): (0.166, None), (4.76e-3, 4.83e-3): (0.072, None),
+    (9.53e-3, 2.29e-3): (1.28, 87.81), (9.53e-3, 4.83e-3): (0.2, 59.1),
+    (19.05e-3, 2.29e-3): (5.15, 1435.17), (19.05e-3, 4.83e-3): (1.16, 164.38),
+}  # fmt: skip
+"""λ and T_c, µs, of section 6.2.1, by bead diameter and plate thickness."""
+
+
+MISPRINT = "; 0.2 is a misprint of 0.29, as the contact time shows that goes with it"
+
+SMALLEST_BEADS = 28.5
+"""µs; the one contact time that section 6.2.1 prints for D = 4.76 mm on all three plates."""
+
+SOFTEST_RESTITUTION = 0.00019
+"""e of the greatest D/t (section 6.2.3)."""
+
+THICKEST = 3.95
+"""D/t of the largest bead on the thickest plate (section 6.2.1)."""
+
+THEIR_SIZE = {19.05e-3: 19.1e-3}
+"""m; section 6.2.1 takes 19.1 mm, 6.2.2 also 19.05."""
+
+
+def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
+    """AR, TOF, contact time and force at the sensor for every plate and bead, on the plate's centre.
+
+    body: the thesis's plate, the infinite one by its point impedance, and a half-space. quick: the same; it takes
+    seconds.
+    """
+
+    def build(body: str, thickness: float, diameter: float) -> CoSimulation:
+        return CoSimulation(boundary.chain(diameter), _structure(body, thickness))
+
+    data = sweep(
+        build, boundary.UNTIL, 1 if quick and jobs is None else jobs, measure,
+        body=BODIES, thickness=boundary.THICKNESSES, diameter=boundary.DIAMETERS,
+    )  # fmt: skip
+    for name in ("thickness", "diameter"):
+        data[name].attrs["units"] = "m"
+    lines = [[theory(ratio, speed) for speed in SPEEDS] for ratio in RATIOS]
+    data = data.assign_coords(ratio=("ratio", list(RATIOS)), speed=("speed", list(SPEEDS), {"units": "m/s"}))
+    for i, (name, units) in enumerate((("theory_amplitude_ratio", "1"), ("theory_time_of_flight", "s/m"))):
+        data[name] = (("ratio", "speed"), [[pair[i] for pair in row] for row in lines], {"units": units})
+    return data
+
+
+def _structure(body: str, thickness: float) -> Structure:
+    if body == "half-space":
+        return half_space(ALUMINIUM_6061)
+    if body == "infinite plate":
+        return infinite_plate(thickness, ALUMINIUM_6061)
+    return reduce(boundary.plate(thickness).at(CENTRE, CENTRE), boundary.UNTIL, REDUCTION)
+
+
+def measure(run: xr.Dataset) -> xr.Dataset:
+    """What the study keeps of a run."""
+    return xr.Dataset(
+        {
+            "amplitude_ratio": amplitude_ratio(run, boundary.SENSOR),
+            "time_of_flight": time_of_flight(run, boundary.SENSOR),
+            "contact_time": ((), contact_time(run), {"units": "s", "long_name": "last bead's contact with the plate"}),
+            "sensor_force": sensor_force(run, boundary.SENSOR),
+        }
+    )
+
+
+def theory(ratio: float, impact_speed: float) -> tuple[float, float]:
+    """AR = e^{6/5} (equation 6.24) and TOF/D (6.39), s/m, at D/t; any D gives the same."""
+    diameter = boundary.DIAMETERS[1]
+    bead, plate = boundary.bead(diameter), boundary.plate(diameter / ratio)
+    flight = normalised_time_of_flight(
+        boundary.BEADS - boundary.SENSOR, bead, plate, boundary.IMPACT_SPEED, impact_speed
+    )
+    return plate_amplitude_ratio(inelasticity_parameter(bead, plate, impact_speed)), flight
+
+
+def table(data: xr.Dataset) -> list[Row]:
+    """λ, contact times and e that section 6.2 prints; AR and TOF/D compared with Zener's theory."""
+    return [*_printed(data), *_extremes(), *_amplitudes(data), *_flights(data)]
+
+
+def _printed(data: xr.Dataset) -> list[Row]:
+    rows = []
+    for (diameter, thickness), (parameter, duration) in PRINTED.items():
+        plate, bead = boundary.plate(thickness), boundary.bead(diameter)
+        label = f"D {diameter * 1e3:.2f}, t {thickness * 1e3:.2f}"
+        found = inelasticity_parameter(bead, plate, boundary.IMPACT_SPEED)
+        again = _thesis_parameter(diameter, thickness)
+        rows.append(
+            Row(f"λ, {label}", parameter, found, "",
+                f"equation 6.37 at the striker's {boundary.IMPACT_SPEED} m/s; the printed one follows from "
+                f"{THESIS_IMPACT.bead_speed:.3g} m/s and 8000 kg/m³: {again:.3g}{MISPRINT if parameter == 0.2 else ''}")
+        )  # fmt: skip
+        if duration is None:
+            continue
+        contact = plate_contact_time(bead, plate, boundary.IMPACT_SPEED) * 1e6
+        chain = float(data.contact_time.sel(body="plate", diameter=diameter, thickness=thickness)) * 1e6
+        rows.append(
+            Row(f"contact time, {label}", duration, contact, "µs",
+                f"Zener, one bead; with the thesis's λ and density {_thesis_contact_time(diameter, thickness):.2f}; "
+                f"the last bead of a chain {chain:.0f}")
+        )  # fmt: skip
+    return rows
+
+
+def _theirs(diameter: float) -> Sphere:
+    """The bead of this diameter as section 6.2.1 takes it, 8000 kg/m³."""
+    return Sphere(THEIR_SIZE.get(diameter, diameter) / 2.0, THESIS_IMPACT.material)
+
+
+def _thesis_parameter(diameter: float, thickness: float) -> float:
+    """λ as the thesis computes it."""
+    return float(inelasticity_parameter(_theirs(diameter), boundary.plate(thickness), THESIS_IMPACT.bead_speed))
+
+
+def _thesis_contact_time(diameter: float, thickness: float) -> float:
+    """T_c, µs, as the thesis computes it."""
+    parameter, plate = _thesis_parameter(diameter, thickness), boundary.plate(thickness)
+    return 1e6 * float(plate_contact_time(_theirs(diameter), plate, THESIS_IMPACT.striker_speed, parameter))
+
+
+def _extremes() -> list[Row]:
+    """What section 6.2 says of the smallest beads, of the largest, and of the thinnest plate."""
+    small, large = min(boundary.DIAMETERS), max(boundary.DIAMETERS)
+    thin, thick = min(boundary.THICKNESSES), max(boundary.THICKNESSES)
+    plates = [boundary.plate(thickness) for thickness in boundary.THICKNESSES]
+    times = [1e6 * float(plate_contact_time(boundary.bead(small), plate, boundary.IMPACT_SPEED)) for plate in plates]
+    theirs = [_thesis_contact_time(small, thickness) for thickness in boundary.THICKNESSES]
+    parameter = inelasticity_parameter(boundary.bead(large), boundary.plate(thin), boundary.IMPACT_SPEED)
+    again = zener_restitution(_thesis_parameter(large, thin))
+    return [
+        Row("contact time, D 4.76, all plates", SMALLEST_BEADS, f"{min(times):.1f} to {max(times):.1f}", "µs",
+            "one number, approximate, for three plates; Zener's time falls with the thickness; with the thesis's λ and "
+            f"density {min(theirs):.1f} to {max(theirs):.1f}"),
+        Row("e, D 19.05, t 2.29", SOFTEST_RESTITUTION, zener_restitution(parameter), "",
+            f"Zener; with the thesis's λ {again:.2g}; at this λ, e falls by 5 % where λ grows by 1 %"),
+        Row("D/t, largest bead, thickest plate", THICKEST, large / thick, "",
+            "19.05 mm as in section 6.2.2; 19.1 mm gives 3.95"),
+    ]  # fmt: skip
+
+
+def _amplitudes(data: xr.Dataset) -> list[Row]:
+    rows: list[Row] = []
+    for diameter, thickness, ratio in _by_ratio(data):
+        of = data.amplitude_ratio.sel(diameter=diameter, thickness=thickness)
+        plate, infinite = (_shown(of.sel(body=body)) for body in BODIES[:2])
+        striker, wave = (theory(ratio, speed)[0] for speed in SPEEDS)
+        reason = f"{wave:.3g} with the wave's speed; a chain on the infinite plate {infinite}"
+        if not rows:
+            reason = (
+                "theory: e^(6/5) with the striker's speed, one bead for the chain, as in figure 6.18, whose values are "
+                f"not printed; {reason}"
+            )
+        rows.append(Row(f"AR, D/t {ratio:.2f}", "", plate, "", reason, striker))
+    return rows
+
+
+def _shown(ratio: xr.DataArray) -> float | str:
+    """AR to four digits; waves below a hundredth of the incident one are none."""
+    return round(float(ratio), 4) if np.isfinite(ratio) else "below 0.01"
+
+
+def _flights(data: xr.Dataset) -> list[Row]:
+    rows: list[Row] = []
+    for diameter, thickness, ratio in _by_ratio(data):
+        found = float(data.time_of_flight.sel(body="plate", diameter=diameter, thickness=thickness)) / diameter
+        striker, wave = (theory(ratio, speed)[1] * 1e3 for speed in SPEEDS)
+        reason = f"{wave:.1f} with the wave's speed"
+        if not rows:
+            reason = f"theory: equation 6.39, with e^(−1/5) and the striker's speed; {reason}"
+        flight = found * 1e3 if np.isfinite(found) else "no wave"
+        rows.append(Row(f"TOF/D, D/t {ratio:.2f}", "", flight, "µs/mm", reason, striker))
+    return rows
+
+
+def _by_ratio(data: xr.Dataset) -> list[tuple[float, float, float]]:
+    """Diameter, thickness (m) and D/t of all combinations, by D/t."""
+    pairs = [(d, t, d / t) for d in data.diameter.values for t in data.thickness.values]
+    return sorted(pairs, key=lambda one: one[2])
+
+
+def figures(data: xr.Dataset) -> dict[str, "Figure"]:
+    """AR (figure 6.18), TOF and TOF/D (6.19) against D/t with Zener's theory, and the forces (6.16)."""
+    from coupling.views import plots
+
+    found = {}
+    figure, (axis,) = plots.panels(1, width=4.6, height=3.6)
+    _points(axis, data, data.amplitude_ratio.fillna(0.0))
+    _lines(axis, data, data.theory_amplitude_ratio)
+    axis.set(ylabel="amplitude ratio AR", ylim=(0.0, 1.0))
+    axis.legend(frameon=False, fontsize="small")
+    found["amplitude_ratio"] = figure
+    figure, axes = plots.panels(2, width=4.0, height=3.6, sharey=False)
+    _points(axes[0], data, data.time_of_flight * 1e6)
+    axes[0].set(ylabel="time of flight (µs)")
+    _points(axes[1], data, data.time_of_flight / data.diameter * 1e3)
+    _lines(axes[1], data, data.theory_time_of_flight * 1e3)
+    longest = float((data.time_of_flight / data.diameter).max()) * 1e3
+    axes[1].set(ylabel="time of flight / D (µs/mm)", ylim=(0.0, 1.6 * longest))
+    for axis in axes:
+        axis.legend(frameon=False, fontsize="small")
+    found["time_of_flight"] = figure
+    found["forces"] = _forces(data)
+    return found
+
+
+def _points(axis: "Axes", data: xr.Dataset, values: xr.DataArray) -> None:
+    """Filled markers on the thesis's plates, hollow ones on infinite ones."""
+    from coupling.views import plots
+
+    for i, diameter in enumerate(data.diameter.values):
+        ratio = diameter / data.thickness.values
+        for body, filled in (("plate", True), ("infinite plate", False)):
+            axis.plot(
+                ratio, values.sel(diameter=diameter, body=body), plots.MARKERS[i], color=plots.COLOURS[i],
+                linestyle="none", markersize=4.5 if filled else 8.0, fillstyle="full" if filled else "none",
+                label=f"D = {diameter * 1e3:.2f} mm" + ("" if filled else ", infinite plate"),
+            )  # fmt: skip
+    axis.set(xlabel="D/t", xlim=(0.0, 9.0))
+
+
+def _lines(axis: "Axes", data: xr.Dataset, values: xr.DataArray) -> None:
+    for speed, style, name in zip(SPEEDS, ("-", "--"), ("striker's", "wave's"), strict=True):
+        axis.plot(data.ratio, values.sel(speed=speed), style, color="black", linewidth=1.0,
+                  label=f"Zener, the {name} speed")  # fmt: skip
+
+
+def _forces(data: xr.Dataset) -> "Figure":
+    """Force at the sensor on the thinnest and the thickest plate, for the middle bead."""
+    from coupling.views import plots
+
+    figure, (axis,) = plots.panels(1, width=4.8, height=3.4)
+    middle = data.sensor_force.sel(body="plate", diameter=boundary.DIAMETERS[1])
+    for i, thickness in enumerate((boundary.THICKNESSES[0], boundary.THICKNESSES[-1])):
+        axis.plot(
+            data.time * 1e6, middle.sel(thickness=thickness), color=plots.COLOURS[i], linewidth=1.2,
+            label=f"t = {thickness * 1e3:.2f} mm",
+        )  # fmt: skip
+    axis.set(xlabel="time (µs)", ylabel="force at the sensor (N)", xlim=(0.0, 1500.0),
+             title=f"D = {boundary.DIAMETERS[1] * 1e3:.2f} mm")  # fmt: skip
+    axis.legend(frameon=False, fontsize="small")
+    return figure

@@ -1,0 +1,477 @@
+"""Thesis figures 3.2, 5.3, 5.7 and 5.12 and Table 5.1: contact laws by finite and by boundary elements."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from math import degrees, log2, pi, sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from hertzlink.studies import cylinders, ellipsoids, hollow_spheres
+from hertzlink.studies.cut_cylinders import angle_of_ends, approach_of_ends, cut_law
+from hertzlink.studies.table import Row
+from particles.bead import Bead, Cylinder, Sphere
+from particles.laws.axisymmetric import contact_law_fem
+from particles.laws.computed import ComputedLaw
+from particles.laws.formulas import ContactLaw
+from particles.laws.half_spaces import contact_law_bem
+from particles.laws.plane import contact_law_plane
+from particles.laws.power_fit import PowerFit, fit_power_law
+from particles.laws.solid import contact_law_solid
+from particles.solitary import HERTZ
+from structures.material import STEEL_316
+from structures.surface import relative_curvatures
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+DEEPEST = 25e-6
+"""How far the laws go, m; under 100 N the thinnest shells approach by 23 µm."""
+
+APPROACHES = tuple(np.array([0.2, 0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0, 15.0, 20.0]) * 1e-6)
+
+COMPARED = 8
+"""The first of the approaches at which forces of meshes are compared, 5 µm: the coarsest computes none below."""
+
+CELLS = {
+    "axisymmetric": 30.0,
+    "plane strain": 40.0,
+    "plane stress": 40.0,
+    "three-dimensional": 20.0,
+    "half-space": 64.0,
+    "cut half-space": 64.0,
+}
+"""By method: over the radius or half-width of the widest contact, or along each side of a half-space's grid."""
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Two beads of one material that touch, and the method that computes their law."""
+
+    first: Bead
+    second: Bead
+    method: str = "axisymmetric"
+
+    @cached_property
+    def theory(self) -> ContactLaw:
+        """The law by formulas."""
+        return cylinders.Tacit()(self.first, self.second)
+
+    def law(self, coarser: float = 1.0) -> ComputedLaw:
+        """The law, by cells of CELLS times `coarser`."""
+        cells = CELLS[self.method] / coarser
+        if self.method == "half-space":
+            midplane = isinstance(self.first, Cylinder)
+            return contact_law_bem(self.first, self.second, None, DEEPEST, midplane=midplane, cells=int(cells))  # type: ignore[arg-type]
+        if self.method == "cut half-space":
+            return cut_law(degrees(self.second.angle), DEEPEST, int(cells))  # type: ignore[union-attr]
+        spacing = self.widest / cells
+        if self.method == "axisymmetric":
+            return contact_law_fem(self.first, self.second, max_approach=DEEPEST, spacing=spacing)
+        if self.method == "three-dimensional":
+            return contact_law_solid(self.first, self.second, max_approach=DEEPEST, spacing=spacing)
+        state = self.method.removeprefix("plane ")
+        return contact_law_plane(self.first, self.second, state, max_approach=DEEPEST, spacing=spacing)  # type: ignore[arg-type]
+
+    @property
+    def widest(self) -> float:
+        """Radius, or half-width, of the contact at DEEPEST by theory, m (Johnson's equations 4.22 and 4.43)."""
+        sharp = relative_curvatures(self.first.surface, self.second.surface)[1]
+        softness = 2.0 / self.first.material.contact_modulus
+        force = float(self.theory.force(np.array(DEEPEST)))
+        if self.method == "axisymmetric":
+            return float((0.75 * force * softness / sharp) ** (1.0 / 3.0))
+        return sqrt(4.0 * force * softness / (pi * cylinders.LENGTH * sharp))
+
+
+SPHERES = "spheres"
+MINOR, MAJOR, EQUIVALENT = "ellipsoids, minor axes", "ellipsoids, major axes", "equivalent spheres"
+STRAIN, STRESS = "parallel cylinders, plane strain", "parallel cylinders, plane stress"
+SOLID = "parallel cylinders, three-dimensional"
+ANGLES = (1.0, 3.0, 5.0, 10.0, 30.0, 90.0)
+"""Degrees between cylinders that cross."""
+
+SHORT = 30.0
+"""Degrees, from which contacts are so short that the mid-plane's correction holds; below, they end at the ends."""
+
+
+def crossed(angle: float) -> str:
+    """Name of the contact of cylinders at an angle, degrees."""
+    return f"cylinders at {angle:g}°"
+
+
+def hollow(ratio: float) -> str:
+    """Name of the contact of hollow spheres with this ratio of inner to outer radius."""
+    return f"hollow spheres, Ri/Ro {ratio:g}"
+
+
+LABELS = ("approach (µm)", "contact force (N)")
+
+
+def half_space(angle: float) -> str:
+    """The method for cylinders at an angle, degrees."""
+    return "half-space" if angle >= SHORT else "cut half-space"
+
+
+def contacts() -> dict[str, Contact]:
+    """The thesis's contacts by name."""
+    minor, major, sphere = (ellipsoids.particle(shape) for shape in ellipsoids.SHAPES)
+    flat, steel = cylinders.cylinder(0.0), Sphere(2.38e-3, STEEL_316)
+    shells = {ratio: hollow_spheres.particle(ratio) for ratio in hollow_spheres.TABLE_5_1}
+    return {
+        SPHERES: Contact(steel, steel),
+        MINOR: Contact(minor, minor, "half-space"),
+        MAJOR: Contact(major, major),
+        EQUIVALENT: Contact(sphere, sphere),
+        STRAIN: Contact(flat, flat, "plane strain"),
+        STRESS: Contact(flat, flat, "plane stress"),
+        SOLID: Contact(flat, flat, "three-dimensional"),
+        **{crossed(angle): Contact(flat, cylinders.cylinder(angle), half_space(angle)) for angle in ANGLES},
+        **{hollow(ratio): Contact(shell, shell) for ratio, shell in shells.items()},
+    }
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """What a power law is fitted over: from lowest to highest, m or N, by a weighting of `fit_power_law`."""
+
+    lowest: float
+    highest: float
+    unit: str
+    weighting: str
+
+    def of(self, law: ComputedLaw) -> PowerFit:
+        """The fit of a law."""
+        ends = np.array([self.lowest, self.highest])
+        lowest, highest = (ends if self.unit == "m" else law.approach(ends)).tolist()
+        return fit_power_law(law, lowest, highest, self.weighting)
+
+
+LIKE_TABLE_5_1 = "0.2 to 10 µm, absolute"
+FITS = {
+    LIKE_TABLE_5_1: Fitted(0.2e-6, 10e-6, "m", "absolute"),
+    "0.2 to 10 µm, relative": Fitted(0.2e-6, 10e-6, "m", "relative"),
+    "0.2 to 20 µm, absolute": Fitted(0.2e-6, 20e-6, "m", "absolute"),
+    "1 to 10 N, relative": Fitted(1.0, 10.0, "N", "relative"),
+    "10 to 100 N, relative": Fitted(10.0, 100.0, "N", "relative"),
+    "1 to 100 N, relative": Fitted(1.0, 100.0, "N", "relative"),
+}
+
+ENDING = (
+    "half-spaces that end where the cylinders do, not corrected for the mid-planes, as contacts are too long for it; "
+    "the ends lower n"
+)
+
+REPEATED = 1e-3
+"""Difference of an exponent from Hertz's below which cut half-spaces are not cut over the range that is fitted."""
+
+REFINED = (SPHERES, hollow(hollow_spheres.THIN), STRAIN)
+MESHES = (4.0, 2.0, 1.0, 0.5)
+"""Size of the cells of the meshes of figure "convergence", over those of CELLS."""
+
+
+def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
+    """Force over approach by contact, with theory and Table 5.1; fits; what finer meshes change.
+
+    quick: cells twice as large. jobs: one by default and always, for the laws take a second each.
+    """
+    chosen, approach = contacts(), np.array(APPROACHES)
+    laws = {name: contact.law(2.0 if quick else 1.0) for name, contact in chosen.items()}
+    fits = [[fitted.of(law) for fitted in FITS.values()] for law in laws.values()]
+    meshes = MESHES[:-1] if quick else MESHES
+    changes = [refinement(chosen[name], meshes) for name in REFINED]
+    printed = [law.force(approach) for law in hollow_spheres.TABLE_5_1.values()]
+    theory = [contact.theory.force(approach) for contact in chosen.values()]
+    over = ("contact", "approach")
+    data = xr.Dataset(
+        {
+            "force": (over, [law.force(approach) for law in laws.values()], {"units": "N"}),
+            "theory": (over, theory, {"units": "N", "long_name": "contact law by formulas"}),
+            "printed": (("ratio", "approach"), printed, {"units": "N", "long_name": "contact law of Table 5.1"}),
+            "error": ("contact", [law.error for law in laws.values()], {"long_name": "largest error of the force"}),
+            "order": ("contact", [law.order for law in laws.values()], {"long_name": "observed order"}),
+            "exponent": (("contact", "fit"), [[fit.exponent for fit in row] for row in fits]),
+            "stiffness": (("contact", "fit"), [[fit.stiffness for fit in row] for row in fits]),
+            "misfit": (("contact", "fit"), [[fit.misfit for fit in row] for row in fits]),
+            "change": (
+                ("refined", "coarser"),
+                changes,
+                {"long_name": "mean change of the force by cells half as large"},
+            ),
+        },
+        coords={
+            "contact": list(laws),
+            "approach": ("approach", approach, {"units": "m"}),
+            "ratio": list(hollow_spheres.TABLE_5_1),
+            "fit": list(FITS),
+            "refined": list(REFINED),
+            "coarser": list(meshes[:-1]),
+        },
+    )
+    for name in ("error", "order", "exponent", "misfit", "change"):
+        data[name].attrs["units"] = "1"
+    data["stiffness"].attrs["units"] = "N/m^n"
+    return data
+
+
+def refinement(contact: Contact, meshes: tuple[float, ...]) -> list[float]:
+    """Mean relative change of the force by each mesh, from the one before it."""
+    forces = [contact.law(coarser).force(np.array(APPROACHES[COMPARED:])) for coarser in meshes]
+    return [float(np.abs(one / other - 1.0).mean()) for one, other in pairwise(forces)]
+
+
+def table(data: xr.Dataset) -> list[Row]:
+    """The numbers that sections 3.3.1, 5.3.1, 5.3.2 and 5.3.3 print, compared with ours."""
+    return [*_spheres(data), *_ellipsoids(data), *_cylinders(data), *_hollow_spheres(data), *_meshes(data)]
+
+
+def _exponent(data: xr.Dataset, name: str, fit: str = LIKE_TABLE_5_1) -> float:
+    return float(data.exponent.sel(contact=name, fit=fit))
+
+
+def _exponents(data: xr.Dataset, name: str, *fits: str) -> str:
+    """The exponents of several fits, each with what it is fitted over."""
+    return "; ".join(f"{_exponent(data, name, fit):.3f} over {fit}" for fit in fits)
+
+
+def _over_theory(data: xr.Dataset, name: str) -> str:
+    """Force over that of theory at three approaches, in per cent."""
+    above = 100.0 * (data.force / data.theory - 1.0).sel(contact=name)
+    return ", ".join(f"{float(_at(above, micron)):+z.1f} % at {micron:g} µm" for micron in (1.0, 5.0, 20.0))
+
+
+def _at(values: xr.DataArray, micron: float) -> xr.DataArray:
+    """At one of APPROACHES, µm."""
+    return values.sel(approach=micron * 1e-6, method="nearest", tolerance=1e-12)
+
+
+def _ratio(data: xr.Dataset, name: str) -> float:
+    """Force over that of theory at 5 µm."""
+    return float(_at((data.force / data.theory).sel(contact=name), 5.0))
+
+
+def _spheres(data: xr.Dataset) -> list[Row]:
+    """Figure 3.2."""
+    relative = "0.2 to 10 µm, relative"
+    others = _exponents(data, SPHERES, LIKE_TABLE_5_1, "1 to 100 N, relative")
+    return [
+        Row("exponent n, steel spheres", 1.505, _exponent(data, SPHERES, relative), "",
+            f"over {relative}: a straight line in logarithms, as figure 3.2a; {others}. Above 1.5, as half a sphere "
+            "is less compliant than a half-space"),
+        Row("F over Hertz's at 5 µm, steel spheres", "similar", _ratio(data, SPHERES), "",
+            _over_theory(data, SPHERES)),
+    ]  # fmt: skip
+
+
+def _ellipsoids(data: xr.Dataset) -> list[Row]:
+    """Figure 5.3."""
+    stiffness = float(_at(data.force.sel(contact=MAJOR), 1.0)) / 1e-6**1.5 * 1e-9
+    methods = {
+        MINOR: "half-spaces, for the mesh is one of bodies of revolution; so the exponent is 1.5",
+        MAJOR: "the slender bead itself shortens, by its length",
+        EQUIVALENT: "as of the smaller spheres of figure 3.2",
+    }
+    return [
+        Row("k, major axes", 3.31, stiffness, "10⁹ N/m^1.5", "F/δ^1.5 at 1 µm by finite elements"),
+        *(
+            Row(f"F over Hertz's at 5 µm, {name}", "good agreement", _ratio(data, name), "",
+                f"{_over_theory(data, name)}: {reason}")
+            for name, reason in methods.items()
+        ),
+    ]  # fmt: skip
+
+
+def _cylinders(data: xr.Dataset) -> list[Row]:
+    """Figure 5.7."""
+    force = "1 to 100 N, relative"
+    ranges = _exponents(data, STRAIN, LIKE_TABLE_5_1, "0.2 to 20 µm, absolute")
+    rows = [
+        Row(f"exponent n, {STRAIN}", 1.15, _exponent(data, STRAIN, force), "",
+            f"over {force}; {ranges}: no power law, so n depends on a range that the thesis does not give"),
+        Row(f"exponent n, {STRESS}", 1.15, _exponent(data, STRESS, force), "",
+            f"over {force}; the other bound of a cylinder of finite length"),
+        Row(f"exponent n, {SOLID}", 1.15, _exponent(data, SOLID, force), "",
+            f"over {force}; {_exponents(data, SOLID, LIKE_TABLE_5_1, '0.2 to 20 µm, absolute')}"),
+        Row(f"F over equation 5.8 at 5 µm, {SOLID}", "discrepancy", _ratio(data, SOLID), "",
+            f"equation 5.8 is that of plane strain, {_ratio(data, STRAIN):.4f}; plane stress has "
+            f"{_ratio(data, STRESS):.4f}, and free ends lie between"),
+    ]  # fmt: skip
+    return [*rows, *(_crossed(data, angle) for angle in ANGLES), _limit()]
+
+
+def _crossed(data: xr.Dataset, angle: float) -> Row:
+    """Exponent of cylinders that cross at an angle, degrees, figure 5.7e; theory is Hertz's."""
+    name, fit = crossed(angle), "0.2 to 20 µm, absolute"
+    exponents = _exponents(data, name, fit, LIKE_TABLE_5_1)
+    shares = f"F over Hertz's: {_over_theory(data, name)}"
+    if angle >= SHORT:
+        reason = f"over {fit}; {_exponents(data, name, LIKE_TABLE_5_1)}; half-spaces, corrected for the mid-planes"
+        return Row(f"exponent n, {name}", "close to 1.5", _exponent(data, name, fit), "", f"{reason}; {shares}", HERTZ)
+    ends = approach_of_ends(angle)
+    if ends > FITS[fit].highest:
+        reason = (
+            f"half-spaces cannot answer: up to {1e6 * ends:.0f} µm the contact ends before the cylinders do, so their "
+            f"law is Hertz's, {exponents}; what the bodies of the cylinders change at this angle is not in it"
+        )
+        return Row(f"exponent n, {name}", "below 1.5", "no answer", "", reason, HERTZ)
+    reason = f"over {fit}; {_exponents(data, name, LIKE_TABLE_5_1)}; {ENDING} from {1e6 * ends:.2g} µm on; {shares}"
+    return Row(f"exponent n, {name}", "below 1.5", _exponent(data, name, fit), "", reason, HERTZ)
+
+
+def _limit() -> Row:
+    """What the finite length says of the angle down to which Hertz's law holds."""
+    small, large = (angle_of_ends(approach) for approach in (10e-6, 20e-6))
+    return Row(
+        "angle above which Hertz's law holds", "30", f"{small:.1f} to {large:.1f}", "°",
+        "as far as the cylinders' length goes: above it contacts end before the cylinders do, and the force is Hertz's "
+        f"within 1 %, at approaches of 10 to 20 µm. At 30° ends count from {1e6 * approach_of_ends(30.0):.0f} µm on, "
+        "so they do not explain the thesis's 30°",
+    )  # fmt: skip
+
+
+def _hollow_spheres(data: xr.Dataset) -> list[Row]:
+    """Figure 5.12 and Table 5.1."""
+    rows = []
+    for ratio, law in hollow_spheres.TABLE_5_1.items():
+        name = hollow(ratio)
+        share = (data.force.sel(contact=name) / data.printed.sel(ratio=ratio) - 1.0).where(data.approach > 0.9e-6)
+        k = float(data.stiffness.sel(contact=name, fit=LIKE_TABLE_5_1))
+        rows += [
+            Row(f"F at 5 µm, Ri/Ro {ratio:g}", "", float(_at(data.force.sel(contact=name), 5.0)), "N",
+                f"theory: k δⁿ of Table 5.1; {100.0 * float(share.min()):+z.1f} to {100.0 * float(share.max()):+z.1f} "
+                "% over 1 to 20 µm; the mid-plane may slide sideways", float(law.force(np.array(5e-6)))),
+            Row(f"exponent n, Ri/Ro {ratio:g}", law.exponent, _exponent(data, name), "",
+                f"over {LIKE_TABLE_5_1}; {_exponents(data, name, '1 to 10 N, relative', '10 to 100 N, relative')}"),
+            Row(f"k, Ri/Ro {ratio:g}", law.stiffness, k, "N/mⁿ", f"over {LIKE_TABLE_5_1}; means little without its n"),
+        ]  # fmt: skip
+    return rows
+
+
+def _meshes(data: xr.Dataset) -> list[Row]:
+    """What the meshes leave."""
+    halvings = data.sizes["coarser"] - 1
+    orders = [f"{log2(row[0] / row[-1]) / halvings:.1f}" for row in data.change.values]
+    worst = str(data.contact[int(np.argmax(data.error.values))].item())
+    return [
+        Row("order of convergence", "", ", ".join(orders), "",
+            f"observed, of the mean change of F by cells half as large: {', '.join(REFINED)}; two where the contact's "
+            "edge decides, more where the body's bending does"),
+        Row("largest error of F", "", 100.0 * float(data.error.max()), "%",
+            f"estimated from cells twice and four times as large: {worst}"),
+    ]  # fmt: skip
+
+
+def figures(data: xr.Dataset) -> dict[str, "Figure"]:
+    """Figures 3.2, 5.3b, 5.7c and d, 5.7e and 5.12b of the thesis, and what finer meshes change."""
+    return {
+        "spheres": _figure_of_spheres(data),
+        "ellipsoids": _figure_of_ellipsoids(data),
+        "cylinders": _figure_of_cylinders(data),
+        "exponents": _figure_of_exponents(data),
+        "hollow_spheres": _figure_of_hollow_spheres(data),
+        "convergence": _figure_of_convergence(data),
+    }
+
+
+def _line(data: xr.Dataset, name: str, label: str) -> tuple[str, np.ndarray, np.ndarray, np.ndarray]:
+    """A curve of `plots.beside_theory`."""
+    at = data.sel(contact=name)
+    return label, data.approach.values * 1e6, at.force.values, at.theory.values
+
+
+def _figure_of_spheres(data: xr.Dataset) -> "Figure":
+    """Force over approach of two hemispheres, with the line fitted in logarithms, and over Hertz's."""
+    from coupling.views import plots
+
+    figure, (laws, shares) = plots.panels(2, width=3.7, height=3.4, sharey=False)
+    fit = data.sel(contact=SPHERES, fit="0.2 to 10 µm, relative")
+    approach, force = data.approach.values, data.force.sel(contact=SPHERES).values
+    plots.logarithmic(laws)
+    fitted = float(fit.stiffness) * approach ** float(fit.exponent)
+    plots.theory_line(laws, approach * 1e6, fitted, f"fit over 0.2 to 10 µm, n = {float(fit.exponent):.3f}")
+    plots.points(laws, approach * 1e6, force, 0, "finite elements")
+    laws.set(xlabel="approach (µm)", ylabel="contact force (N)")
+    laws.legend(frameon=False, fontsize="small")
+    plots.log_x(shares)
+    plots.points(shares, approach * 1e6, force / data.theory.sel(contact=SPHERES).values, 0, "finite elements")
+    plots.theory_line(shares, approach * 1e6, np.ones(approach.size), "Hertz", "--")
+    shares.set(xlabel="approach (µm)", ylabel="force over Hertz's", ylim=(0.98, 1.06))
+    shares.legend(frameon=False, fontsize="small")
+    return figure
+
+
+def _figure_of_ellipsoids(data: xr.Dataset) -> "Figure":
+    from coupling.views import plots
+
+    figure, (axis,) = plots.panels(1, width=4.6, height=3.8)
+    named = {MINOR: "minor axes", MAJOR: "major axes", EQUIVALENT: "equivalent spheres"}
+    lines = [_line(data, name, label) for name, label in named.items()]
+    plots.beside_theory(axis, lines, *LABELS, theory="Hertz", simulation="finite and boundary elements")
+    return figure
+
+
+def _figure_of_cylinders(data: xr.Dataset) -> "Figure":
+    """With the parallel ones, and without."""
+    from coupling.views import plots
+
+    figure, axes = plots.panels(2, width=3.7, height=3.6, sharey=False)
+    crossing = [_line(data, crossed(angle), f"{angle:g}°") for angle in (90.0, 30.0, 10.0, 5.0)]
+    parallel = _line(data, SOLID, "0°, finite elements")
+    plots.beside_theory(axes[0], [*crossing, parallel], *LABELS, "theory", "boundary elements")
+    plots.beside_theory(axes[1], crossing, *LABELS, "Hertz", "boundary elements")
+    return figure
+
+
+def _figure_of_exponents(data: xr.Dataset) -> "Figure":
+    """Over the angle between cylinders, by the range that is fitted; hollow where half-spaces can only repeat Hertz."""
+    from coupling.views import plots
+
+    figure, (axis,) = plots.panels(1, width=4.6, height=3.6)
+    names = [SOLID, *(crossed(angle) for angle in ANGLES)]
+    angles = np.array([0.0, *ANGLES])
+    for i, fit in enumerate(("1 to 100 N, relative", LIKE_TABLE_5_1, "0.2 to 20 µm, absolute")):
+        found = data.exponent.sel(contact=names, fit=fit).values
+        repeated = (angles < SHORT) & (abs(found - HERTZ) < REPEATED)
+        plots.points(axis, angles[~repeated], found[~repeated], i, fit)
+        plots.points(axis, angles[repeated], found[repeated], i, "", hollow=True)
+    axis.plot([], [], "o", color="grey", markerfacecolor="white", markersize=4.0, label="half-spaces, not cut")
+    plots.theory_line(axis, np.array([0.0, 90.0]), np.array([1.5, 1.5]), "Hertz", "--")
+    plots.theory_line(axis, np.array([0.0, 90.0]), np.array([1.15, 1.15]), "thesis, parallel", ":")
+    axis.set(xlabel="angle between the cylinders (°)", ylabel="exponent n", xscale="symlog", ylim=(1.0, 1.6))
+    axis.set_xticks([0.0, *ANGLES], ["0", *(f"{angle:g}" for angle in ANGLES)])
+    axis.set_xlim(-0.3, 130.0)
+    axis.legend(frameon=False, fontsize="small", loc="center right")
+    return figure
+
+
+def _figure_of_hollow_spheres(data: xr.Dataset) -> "Figure":
+    from coupling.views import plots
+
+    figure, (axis,) = plots.panels(1, width=4.6, height=3.8)
+    plots.logarithmic(axis)
+    printed = data.printed
+    lines = [
+        (f"Ri/Ro = {ratio:g}", data.approach.values * 1e6, data.force.sel(contact=hollow(ratio)).values,
+         printed.sel(ratio=ratio).values)
+        for ratio in hollow_spheres.TABLE_5_1
+    ]  # fmt: skip
+    plots.beside_theory(axis, lines, *LABELS, theory="Table 5.1", simulation="finite elements")
+    return figure
+
+
+def _figure_of_convergence(data: xr.Dataset) -> "Figure":
+    """Mean change of the force by cells half as large, with a second order."""
+    from coupling.views import plots
+
+    figure, (axis,) = plots.panels(1, width=4.6, height=3.6)
+    for i, name in enumerate(data.refined.values):
+        plots.points(axis, data.coarser.values, 100.0 * data.change.sel(refined=name).values, i, str(name))
+    sizes = data.coarser.values
+    plots.theory_line(axis, sizes, 100.0 * float(data.change[0, 0]) * (sizes / sizes[0]) ** 2, "second order")
+    axis.set(xlabel="size of the cells, over the usual one", ylabel="change of the force by halving it (%)")
+    plots.logarithmic(axis)
+    axis.set_xticks(sizes, [f"{size:g}" for size in sizes])
+    axis.legend(frameon=False, fontsize="small")
+    return figure

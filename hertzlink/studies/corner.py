@@ -1,0 +1,191 @@
+"""Beyond section 6.2.2: AR near a corner of two straight edges, and what two edges by themselves predict."""
+
+from functools import lru_cache, partial
+from typing import TYPE_CHECKING
+
+import xarray as xr
+
+from coupling.cosimulation import CoSimulation
+from coupling.results.measures import amplitude_ratio
+from coupling.sweeps.critical_search import find_critical_distance
+from coupling.sweeps.sweep import sweep
+from hertzlink.studies.table import Row
+from particles.bead import Sphere
+from particles.chain import Chain
+from plates.critical_distance import edge_length
+from plates.half_plane import half_plane
+from plates.infinite import infinite_plate
+from plates.plate import Plate, kirchhoff_plate
+from plates.support import Supports
+from structures.material import ALUMINIUM_6061, STEEL_440C
+from structures.reduction import reduce
+from structures.structure import Structure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+BEAD = Sphere(2.38e-3, STEEL_440C)
+THICKNESS, MATERIAL, IMPACT_SPEED = 2.29e-3, ALUMINIUM_6061, 0.31
+BEADS, SENSOR, UNTIL = 20, 7, 0.7e-3
+
+SIDE = 0.24
+"""m, of the square plate: the echoes of its other edges are back after the record."""
+
+REDUCTION, HIGHEST_FREQUENCY = 0.02, 40.0e3
+
+CORNERS = {
+    "clamped-clamped": ("clamped", "clamped"),
+    "clamped-free": ("clamped", "free"),
+    "free-free": ("free", "free"),
+}
+"""The edges x = 0 and y = 0."""
+
+EDGES = ["clamped", "free"]
+"""Of the corners, each alone."""
+
+SCALED = (0.4, 0.7, 1.0, 1.3, 1.6, 1.9, 2.4, 3.0)
+QUICK_SCALED = (0.5, 1.0, 1.5, 3.0)
+"""Distances from the two edges, in units of ℓ."""
+
+SCAN = (0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0, 2.5, 3.0, 4.0, 6.0)
+"""The first scan along the diagonal and from a single edge, in units of ℓ."""
+
+TOLERANCE = 0.02
+NEAREST = (1.0, 1.5)
+"""ℓ, from which on the error of superposition is given."""
+
+
+def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
+    """AR over corner and the distances x, y from its edges; AR of the edges alone; critical distances along x = y.
+
+    quick: four distances instead of eight, and brackets of 2 mm.
+    """
+    length, scaled = unit(), QUICK_SCALED if quick else SCALED
+
+    def near(corner: str, x: float, y: float) -> CoSimulation:
+        return CoSimulation(chain(), at_corner(corner, x * length, y * length))
+
+    def alone(corner_edge: str, x: float) -> CoSimulation:
+        return CoSimulation(chain(), half_plane(THICKNESS, MATERIAL, corner_edge, x * length, UNTIL))
+
+    found = sweep(near, UNTIL, jobs, measure, corner=list(CORNERS), x=scaled, y=scaled).amplitude_ratio.fillna(0.0)
+    single = sweep(alone, UNTIL, 1, measure, corner_edge=EDGES, x=scaled).amplitude_ratio.fillna(0.0)
+    far = measure(CoSimulation(chain(), infinite_plate(THICKNESS, MATERIAL)).run(UNTIL)).amplitude_ratio
+    data = xr.Dataset({"corner_ratio": found, "corner_edge_ratio": single, "corner_far_ratio": far})
+    data = data.merge(crossings(length, 2e-3 if quick else 0.2e-3, jobs))
+    data["corner_superposed"] = superposed(data)
+    for name in ("x", "y"):
+        data[name].attrs.update(units="1", long_name=f"distance from the edge {name} = 0 over ℓ")
+    return data.assign(corner_length=((), length, {"units": "m", "long_name": "ℓ = (T_c √(D/m))^½"}))
+
+
+def crossings(length: float, bracket: float, jobs: int | None) -> xr.Dataset:
+    """Critical distances (m) along the diagonals of the corners, and from each edge alone; length: ℓ, m."""
+
+    def diagonal(corner: str, distance: float) -> CoSimulation:
+        return CoSimulation(chain(), at_corner(corner, distance, distance))
+
+    def from_edge(corner_edge: str, distance: float) -> CoSimulation:
+        return CoSimulation(chain(), half_plane(THICKNESS, MATERIAL, corner_edge, distance, UNTIL))
+
+    scan = [one * length for one in SCAN]
+    find = partial(
+        find_critical_distance, until=UNTIL, sensor=SENSOR, distances=scan, tolerance=TOLERANCE, bracket=bracket
+    )
+    found = {
+        "corner": find(diagonal, jobs=jobs, corner=list(CORNERS)),
+        "corner_edge": find(from_edge, jobs=1, corner_edge=EDGES),
+    }
+    own = ("critical_distance", "bracket")
+    return xr.Dataset({f"{name}_{what}": one[what].drop_vars("within") for name, one in found.items() for what in own})
+
+
+def unit() -> float:
+    """ℓ, m."""
+    return edge_length(BEAD, plate("free-free"), IMPACT_SPEED)
+
+
+def plate(corner: str) -> Plate:
+    """The square plate with these two edges, the others free."""
+    left, bottom = CORNERS[corner]
+    supports = Supports(left=left, bottom=bottom)
+    return kirchhoff_plate(SIDE, SIDE, THICKNESS, MATERIAL, supports, highest_frequency=HIGHEST_FREQUENCY)
+
+
+@lru_cache(maxsize=1)
+def at_corner(corner: str, x: float, y: float) -> Structure:
+    """The reduced plate, struck at distances x and y (m) from the two edges."""
+    return reduce(plate(corner).at(x, y), UNTIL, REDUCTION)
+
+
+def chain() -> Chain:
+    """The boundary study's chain of its smallest beads."""
+    return Chain([BEAD] * BEADS, striker=BEAD, impact_speed=IMPACT_SPEED)
+
+
+def measure(run: xr.Dataset) -> xr.Dataset:
+    """What is kept of a run."""
+    return xr.Dataset({"amplitude_ratio": amplitude_ratio(run, SENSOR)})
+
+
+def superposed(data: xr.Dataset) -> xr.DataArray:
+    """AR by superposition of the two edges: far value plus what each edge alone adds to it."""
+    added = data.corner_edge_ratio - data.corner_far_ratio
+    along_y = added.rename(x="y")
+    both = [
+        data.corner_far_ratio + added.sel(corner_edge=first, drop=True) + along_y.sel(corner_edge=second, drop=True)
+        for first, second in CORNERS.values()
+    ]
+    found: xr.DataArray = xr.concat(both, data.corner)
+    return found.assign_attrs(units="1", long_name="amplitude ratio, two edges superposed")
+
+
+def worst(data: xr.Dataset, corner: str, nearest: float) -> float:
+    """Greatest error of superposition where both distances are `nearest` (in ℓ) or more."""
+    one = data.sel(corner=corner, x=slice(nearest, None), y=slice(nearest, None))
+    return float(abs(one.corner_ratio - one.corner_superposed).max())
+
+
+def table(data: xr.Dataset) -> list[Row]:
+    """Critical distances along the diagonal of each corner, and those of its edges."""
+    rows, length = [], float(data.corner_length)
+    for corner, edges in CORNERS.items():
+        alone = data.corner_edge_critical_distance.sel(corner_edge=list(edges)) / length
+        value = float(data.corner_critical_distance.sel(corner=corner)) / length
+        half = 0.5 * float(data.corner_bracket.sel(corner=corner).diff("end").squeeze()) / length
+        errors = [worst(data, corner, nearest) for nearest in NEAREST]
+        rows.append(
+            Row(
+                f"critical distance over ℓ from both edges, corner {corner}", "", f"{value:.2f} ± {half:.2f}", "",
+                "theory: that of the edge alone, the greater of the two. Superposing both edges gives AR within "
+                f"{errors[0]:.3f} from {NEAREST[0]:g} ℓ on, and within {errors[1]:.3f} from {NEAREST[1]:g} ℓ on",
+                float(alone.max()),
+            )
+        )  # fmt: skip
+    return rows
+
+
+def figure(data: xr.Dataset) -> "Figure":
+    """AR less its far value over x/ℓ and y/ℓ, one panel for each corner, with the contours of the tolerance."""
+    from matplotlib.colors import TwoSlopeNorm
+
+    from coupling.views import plots
+
+    drawn, axes = plots.panels(data.sizes["corner"], width=2.9, height=3.6)
+    levels = [-0.2, -0.1, -0.05, -TOLERANCE, TOLERANCE, 0.05, 0.1, 0.2, 0.4]
+    for axis, corner in zip(axes, data.corner.values, strict=True):
+        one = data.sel(corner=corner).transpose("y", "x", ...)
+        here, predicted = one.corner_ratio - one.corner_far_ratio, one.corner_superposed - one.corner_far_ratio
+        norm = TwoSlopeNorm(0.0, -levels[-1], levels[-1])
+        shown = axis.contourf(data.x, data.y, here, levels, cmap="RdBu_r", norm=norm, extend="both")
+        for values, style, width in ((here, "-", 1.2), (predicted, "--", 1.0)):
+            band = [-TOLERANCE, TOLERANCE]
+            axis.contour(data.x, data.y, values, band, colors="black", linewidths=width, linestyles=style)
+        first, second = CORNERS[str(corner)]
+        axis.set(xlabel=f"distance from the {first} edge, x/ℓ", ylabel=f"from the {second} edge, y/ℓ", aspect="equal")
+        axis.tick_params(labelleft=True)
+    axes[0].plot([], [], "-", color="black", linewidth=1.2, label=f"± {TOLERANCE:g}")
+    axes[0].plot([], [], "--", color="black", linewidth=1.0, label=f"± {TOLERANCE:g}, the two edges superposed")
+    drawn.colorbar(shown, ax=axes, label="AR − far value", ticks=levels, fraction=0.02)
+    drawn.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=2, frameon=False)
+    return drawn

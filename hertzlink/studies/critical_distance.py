@@ -1,0 +1,293 @@
+"""Beyond section 6.2.2: AR against the distance from an edge collapses on λ and d/ℓ, and the law that follows."""
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+from scipy.interpolate import PchipInterpolator
+
+from coupling.cosimulation import CoSimulation
+from coupling.sweeps.critical_search import find_critical_distance
+from coupling.sweeps.sweep import sweep
+from hertzlink.studies import corner, edge_shear
+from hertzlink.studies.edge_cases import SENSOR, Pair, measure
+from hertzlink.studies.table import Row
+from particles.bead import Sphere
+from plates.critical_distance import (
+    DECAYING,
+    critical_distance_law,
+    edge_difference,
+    last_crossing,
+    scaled_critical_distance,
+)  # fmt: skip
+from plates.half_plane import EDGES
+from plates.plate import Plate, kirchhoff_plate
+from plates.support import Supports
+from plates.theory.impact import critical_distance_bounds, inelasticity_parameter
+from structures.material import ALUMINIUM_6061, BRASS_360, COPPER, STEEL_316, STEEL_440C, Material
+from structures.structure import Vector
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+MAIN = Pair(Sphere(4.765e-3, STEEL_440C), ALUMINIUM_6061, 0.31)
+"""The thesis's middle bead on aluminium; λ chooses the plate's thickness."""
+
+PARAMETERS = (0.06, 0.12, 0.17, 0.24, 0.34, 0.48, 0.63, 0.75, 0.95, 1.2, 1.6, 1.95)
+"""λ, none of them in the law's table."""
+
+DISTANCES = (*(round(0.1 * i, 1) for i in range(1, 36)), *(0.5 * i for i in range(8, 19)))
+"""d/ℓ."""
+
+QUICK_PARAMETERS, QUICK_DISTANCES = (0.12, 0.34, 0.75), (0.2, 0.6, 1.0, 1.4, 1.8, 2.2, 2.6, 3.4)
+
+OTHERS = {
+    "4.76 mm beads": Pair(Sphere(2.38e-3, STEEL_440C), ALUMINIUM_6061, 0.31),
+    "1.2 m/s": Pair(Sphere(4.765e-3, STEEL_440C), ALUMINIUM_6061, 1.2),
+    "steel 316 beads": Pair(Sphere(4.765e-3, STEEL_316), ALUMINIUM_6061, 0.31),
+    "brass beads": Pair(Sphere(4.765e-3, BRASS_360), ALUMINIUM_6061, 0.31),
+    "glass plate": Pair(Sphere(4.765e-3, STEEL_440C), Material(70e9, 0.22, 2500.0, "glass"), 0.31),
+    "copper plate": Pair(Sphere(4.765e-3, STEEL_440C), COPPER, 0.31),
+    "steel plate": Pair(Sphere(4.765e-3, STEEL_440C), STEEL_440C, 0.31),
+}
+"""Other beads, speeds and materials at the same λ and d/ℓ."""
+
+SAME = ("4.76 mm beads", "1.2 m/s")
+"""Those with the materials of MAIN."""
+
+OTHER_PARAMETERS, OTHER_DISTANCES = (0.12, 0.34, 0.75), (0.6, 1.0, 1.4, 1.8, 2.4)
+
+TOLERANCES = (0.01, 0.02, 0.05)
+"""How far from its far value AR may be beyond the critical distance; the dimension "within" of the results."""
+
+LAW_PARAMETERS = np.geomspace(0.05, 2.0, 200)
+
+SCAN = (1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.2, 2.5, 2.8, 3.2, 4.0, 6.0)
+"""d/ℓ of the first scan of a search."""
+
+LINES = ["A0 Lamb", "Rayleigh"]
+
+DIAMETERS, THICKNESSES = (4.76e-3, 9.53e-3, 19.05e-3), (2.29e-3, 3.18e-3, 4.83e-3)
+"""The thesis's beads and plates (section 6.2), m."""
+
+
+def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
+    """AR over edge, λ and d/ℓ; the same of other pairs; the law compared with both; shear; corners.
+
+    quick: fewer of each.
+    """
+    data = main_map(QUICK_PARAMETERS if quick else PARAMETERS, QUICK_DISTANCES if quick else DISTANCES, jobs)
+    data = data.merge(other_pairs(list(OTHERS)[::3] if quick else list(OTHERS), quick, jobs))
+    data = data.merge(law()).merge(thesis_plates(quick, jobs)).merge(edge_shear.run(quick, jobs))
+    return data.merge(corner.run(quick, jobs))
+
+
+def main_map(parameters: Iterable[float], distances: Iterable[float], jobs: int | None) -> xr.Dataset:
+    """AR of MAIN near each edge and far away, what the law's table has for it, and the critical distances over ℓ."""
+
+    def near(edge: str, inelasticity: float, scaled_distance: float) -> CoSimulation:
+        return MAIN.coupled(MAIN.struck(edge, inelasticity, scaled_distance))
+
+    def away(inelasticity: float) -> CoSimulation:
+        return MAIN.coupled(MAIN.struck("free", inelasticity, np.inf))
+
+    found = sweep(near, MAIN.record, jobs, measure, edge=EDGES, inelasticity=parameters, scaled_distance=distances)
+    far = sweep(away, MAIN.record, 1, measure, inelasticity=parameters)
+    data = xr.Dataset({"amplitude_ratio": found.amplitude_ratio, "far_ratio": far.amplitude_ratio})
+    difference = data.amplitude_ratio - data.far_ratio
+    data["table_error"] = tabulated(difference, MAIN.stiffness_ratio) - difference
+    data = data.assign_coords(within=list(TOLERANCES))
+    data["simulated"] = xr.apply_ufunc(
+        crossing, difference, data.within, input_core_dims=[["scaled_distance"], []],
+        kwargs={"distances": data.scaled_distance.values}, vectorize=True,
+    )  # fmt: skip
+    return data
+
+
+def crossing(difference: Vector, tolerance: float, distances: Vector) -> float:
+    """The last crossing of samples, between which PCHIP interpolates; NaN where AR has not settled at the last one."""
+    if abs(difference[-1]) >= tolerance:
+        return float("nan")
+    fine = np.linspace(distances[0], distances[-1], 4000)
+    return last_crossing(fine, PchipInterpolator(distances, difference)(fine), tolerance)
+
+
+def tabulated(difference: xr.DataArray, stiffness_ratio: float | xr.DataArray) -> xr.DataArray:
+    """What the law's table has for simulated differences over edge, λ and d/ℓ."""
+    distances = difference.scaled_distance.values
+    found: xr.DataArray = xr.apply_ufunc(
+        lambda edge, ratio, parameter: np.interp(distances, *edge_difference(str(edge), ratio, parameter)),
+        difference.edge, stiffness_ratio, difference.inelasticity,
+        output_core_dims=[["scaled_distance"]], vectorize=True,
+    )  # fmt: skip
+    return found
+
+
+def other_pairs(names: list[str], quick: bool, jobs: int | None) -> xr.Dataset:
+    """AR less its far value of other pairs; how far that is from MAIN's, and from the table for their stiffnesses."""
+    parameters = OTHER_PARAMETERS[1:2] if quick else OTHER_PARAMETERS
+
+    def near(pair: str, edge: str, inelasticity: float, scaled_distance: float) -> CoSimulation:
+        one = OTHERS[pair]
+        return one.coupled(one.struck(edge, inelasticity, scaled_distance))
+
+    distances = (*OTHER_DISTANCES, np.inf)
+    record = min(OTHERS[name].record for name in names)
+    found = sweep(
+        near, record, jobs, measure, pair=names, edge=EDGES, inelasticity=parameters, scaled_distance=distances
+    ).amplitude_ratio
+    difference = found.isel(scaled_distance=slice(None, -1)) - found.isel(scaled_distance=-1, drop=True)
+    ratio = xr.DataArray([OTHERS[name].stiffness_ratio for name in names], dims="pair", coords={"pair": names})
+    data = xr.Dataset({
+        "other_difference": difference,
+        "stiffness_ratio": ratio,
+        "material_deviation": difference - tabulated(difference, MAIN.stiffness_ratio),
+        "other_error": tabulated(difference, ratio) - difference,
+    })  # fmt: skip
+    axes = {"edge": "other_edge", "inelasticity": "other_inelasticity", "scaled_distance": "other_distance"}
+    return data.rename({name: new for name, new in axes.items() if name in data.dims})
+
+
+def law() -> xr.Dataset:
+    """c(λ) and its bounds for MAIN's materials."""
+    found = [
+        [[scaled_critical_distance(edge, MAIN.stiffness_ratio, p, t) for t in TOLERANCES] for p in LAW_PARAMETERS]
+        for edge in EDGES
+    ]
+    bounds = np.array([critical_distance_bounds(MAIN.bead, MAIN.plate(p), MAIN.speed) for p in LAW_PARAMETERS])
+    lines = bounds / np.array([MAIN.length(p) for p in LAW_PARAMETERS])[:, None]
+    axes = {"edge": list(EDGES), "law_inelasticity": LAW_PARAMETERS, "within": list(TOLERANCES)}
+    return xr.Dataset(
+        {
+            "law": ((*axes, "estimate"), found, {"units": "1", "long_name": "critical distance / ℓ"}),
+            "scaled_line": (("law_inelasticity", "line"), lines, {"units": "1", "long_name": "equation 6.41, L / ℓ"}),
+        },
+        {**axes, "estimate": ["value", "low", "high"], "line": LINES},
+    )
+
+
+def thesis_plates(quick: bool, jobs: int | None) -> xr.Dataset:
+    """For the thesis's beads and plates with a clamped edge, m: the law, a search with `half_plane`, two lines.
+
+    The law and the search are NaN for λ beyond the law. quick: one search.
+    """
+    shape = len(DIAMETERS), len(THICKNESSES)
+    parameters, lines = np.empty(shape), np.empty((*shape, 2))
+    law_found, searched = np.full((*shape, 3), np.nan), np.full((*shape, 3), np.nan)
+    for place in np.ndindex(shape):
+        pair = Pair(Sphere(DIAMETERS[place[0]] / 2.0, STEEL_440C), ALUMINIUM_6061, MAIN.speed)
+        wall = plate(THICKNESSES[place[1]])
+        parameters[place] = inelasticity_parameter(pair.bead, wall, pair.speed)
+        lines[place] = critical_distance_bounds(pair.bead, wall, pair.speed)
+        if parameters[place] <= LAW_PARAMETERS[-1]:
+            law_found[place] = critical_distance_law(pair.bead, wall, pair.speed)
+            if not quick or place == (0, 0):
+                searched[place] = search(pair, float(parameters[place]), jobs)
+    axes, metres = ("diameter", "thickness"), {"units": "m"}
+    return xr.Dataset(
+        {
+            "thesis_inelasticity": (axes, parameters),
+            "thesis_law": ((*axes, "estimate"), law_found, metres),
+            "searched": ((*axes, "estimate"), searched, metres),
+            "bound": ((*axes, "line"), lines, metres),
+        },
+        {
+            "diameter": ("diameter", list(DIAMETERS), metres), "thickness": ("thickness", list(THICKNESSES), metres),
+            "line": LINES, "estimate": ["value", "low", "high"],
+        },
+    )  # fmt: skip
+
+
+def search(pair: Pair, inelasticity: float, jobs: int | None) -> tuple[float, float, float]:
+    """The critical distance from a clamped edge, m, and its bracket, by runs around the last crossing."""
+    length = pair.length(inelasticity)
+
+    def build(distance: float) -> CoSimulation:
+        return pair.coupled(pair.struck("clamped", inelasticity, distance / length))
+
+    found = find_critical_distance(build, pair.record, SENSOR, [one * length for one in SCAN], jobs=jobs)
+    low, high = found.bracket.values.tolist()
+    return float(found.critical_distance), low, high
+
+
+def plate(thickness: float) -> Plate:
+    """The thesis's aluminium plate."""
+    return kirchhoff_plate(0.914, 0.914, thickness, ALUMINIUM_6061, Supports("clamped", "clamped"))
+
+
+def table(data: xr.Dataset) -> list[Row]:
+    """The collapse, the law and its error, the thesis's two lines, and where Kirchhoff's theory ends."""
+    return [*_collapse(data), *_law(data), *_thesis(data), *edge_shear.table(data), *corner.table(data)]
+
+
+def _collapse(data: xr.Dataset) -> list[Row]:
+    far = data.other_distance >= 0.0
+    rows = []
+    for name in data.pair.values:
+        one = data.sel(pair=name)
+        ratio = float(one.stiffness_ratio)
+        moved, error = (float(abs(one[what].where(far)).max()) for what in ("material_deviation", "other_error"))
+        reason = (
+            f"ratio of the contacts' stiffnesses {ratio:.3f}, that of steel beads on aluminium "
+            f"{MAIN.stiffness_ratio:.3f}; from the table for its own ratio at most {error:.4f}"
+        )
+        rows.append(Row(f"AR at equal λ, d/ℓ: largest deviation, {name}", "not given", moved, "", reason))
+    return rows
+
+
+def _law(data: xr.Dataset) -> list[Row]:
+    rows = []
+    for edge in EDGES:
+        for low, high in ((0.05, DECAYING), (DECAYING, 2.0)):
+            part = data.sel(edge=edge, inelasticity=(data.inelasticity > low) & (data.inelasticity <= high))
+            if part.inelasticity.size == 0:
+                continue
+            simulated, value, least, most = _compared(part, edge)
+            # Both are 0 where AR is within the tolerance at all distances.
+            errors = np.abs(value - simulated) / np.maximum(simulated, 1e-9)
+            held = (simulated >= least - 0.005) & (simulated <= most + 0.005)
+            known = np.isfinite(simulated)
+            reason = (
+                f"of d_c at {int(known.sum())} pairs of λ and tolerance (0.01, 0.02, 0.05), simulated at distances "
+                f"{float(part.scaled_distance.diff('scaled_distance').min()):.1g} ℓ apart; median "
+                f"{100.0 * np.nanmedian(errors):.2f} %; {int((held & known).sum())} lie within the law's bounds. AR: "
+                f"table less simulation, at most {float(abs(part.table_error).max()):.4f}"
+            )
+            label = f"law's largest error, {edge} edge, λ {low:g} to {high:g}"
+            rows.append(Row(label, "not given", 100.0 * float(np.nanmax(errors)), "%", reason))
+    return rows
+
+
+def _compared(part: xr.Dataset, edge: str) -> tuple[Vector, Vector, Vector, Vector]:
+    """Critical distances over ℓ, simulated and by the law with its bounds, over λ and tolerance."""
+    found = np.array([
+        [scaled_critical_distance(edge, MAIN.stiffness_ratio, p, t) for t in part.within.values]
+        for p in part.inelasticity.values
+    ])  # fmt: skip
+    return part.simulated.transpose("inelasticity", "within").values, found[..., 0], found[..., 1], found[..., 2]
+
+
+def _thesis(data: xr.Dataset) -> list[Row]:
+    rows = []
+    for diameter in data.diameter.values:
+        for thickness in data.thickness.values:
+            one = data.sel(diameter=diameter, thickness=thickness)
+            lines = " to ".join(f"{1e3 * line:.1f}" for line in one.bound.values)
+            parameter = float(one.thesis_inelasticity)
+            (value, low, high), (found, left, right) = 1e3 * one.thesis_law.values, 1e3 * one.searched.values
+            reason = f"λ = {parameter:.3g}; the law's bounds are {low:.1f} and {high:.1f} mm"
+            if np.isfinite(found):
+                reason += f"; by search {found:.2f} mm, between runs at {left:.2f} and {right:.2f} mm"
+            if not np.isfinite(value):
+                reason = f"λ = {parameter:.3g} is beyond the law: AR far away is below 0.01"
+            label = f"critical distance, clamped, D {diameter * 1e3:.2f}, t {thickness * 1e3:.2f}"
+            rows.append(Row(label, "figure only", float(value) if np.isfinite(value) else "none", "mm", reason, lines))
+    return rows
+
+
+def figures(data: xr.Dataset) -> dict[str, "Figure"]:
+    """The collapse, the law, its jumps, shear, and corners."""
+    from hertzlink.studies import critical_figures
+
+    return {**critical_figures.figures(data), "corner": corner.figure(data)}

@@ -1,0 +1,78 @@
+"""Cylinders that cross at so small an angle that their contact would be longer than they are: it ends where they do."""
+
+from math import pi, sqrt
+
+import numpy as np
+from scipy.optimize import brentq
+
+from hertzlink.studies import cylinders
+from particles.laws.computed import ComputedLaw, continued_to_zero
+from particles.laws.formulas import ContactLaw
+from particles.laws.half_spaces import influence, unilateral_pressures
+from structures.surface import relative_curvatures
+
+STEPS = 24
+"""Approaches at which the force is computed, in even ratios."""
+
+SHALLOWEST = 0.2e-6
+"""The first of them, m."""
+
+CELLS = 64
+"""Along each side of the grid."""
+
+WITHIN = (2.0, 20.0)
+"""Degrees, between which the ends begin to count at approaches of 2 to 100 µm."""
+
+NARROWER = 0.78
+"""Half the grid's side across the cylinders, over where undeformed ones would overlap: a circle's contact is 0.71."""
+
+
+def cut_law(angle: float, approach: float, cells: int) -> ComputedLaw:
+    """The law of the thesis's cylinders at an angle, degrees, up to an approach, m, as that of points at infinity.
+
+    By boundary elements, as `contact_law_bem`: two half-spaces, but they touch only where both cylinders are, whose
+    ends face each other at so small an angle. So the ends are less compliant than free ones, and mid-planes would
+    approach less. error: by half as many cells along each side of the grid.
+    """
+    steps = np.geomspace(SHALLOWEST, approach, STEPS)
+    fine, coarse = (np.array([_force(angle, step, count) for step in steps]) for count in (cells, cells // 2))
+    error = float(np.abs(coarse / fine - 1.0).max())
+    points = continued_to_zero((steps, fine), _theory(angle))
+    return ComputedLaw(*points, "boundary elements, cut at the ends", "", approach, SHALLOWEST, error)  # type: ignore[arg-type]
+
+
+def loss_at_ends(angle: float, approach: float, cells: int = CELLS) -> float:
+    """Part of Hertz's force that cylinders at an angle, degrees, lack at an approach, m, as they end."""
+    return 1.0 - _force(angle, approach, cells) / float(_theory(angle).force(np.array(approach)))
+
+
+def approach_of_ends(angle: float, loss: float = 0.01) -> float:
+    """Approach, m, up to which cylinders at an angle, degrees, lack less than this part of Hertz's force."""
+    flat = relative_curvatures(cylinders.cylinder(0.0).surface, cylinders.cylinder(angle).surface)[0]
+    # At which undeformed cylinders overlap as far as their ends; the contact itself is shorter.
+    overlap = 0.5 * flat * (0.5 * cylinders.LENGTH) ** 2
+    return float(brentq(lambda part: loss_at_ends(angle, part * overlap) - loss, 0.5, 4.0, xtol=1e-3) * overlap)
+
+
+def angle_of_ends(approach: float, loss: float = 0.01) -> float:
+    """Angle, degrees, above which cylinders lack less than this part of Hertz's force at an approach, m."""
+    return float(brentq(lambda angle: loss_at_ends(angle, approach) - loss, *WITHIN, xtol=1e-2))
+
+
+def _theory(angle: float) -> ContactLaw:
+    """Hertz's law of the thesis's cylinders at an angle, degrees."""
+    return cylinders.Tacit()(cylinders.cylinder(0.0), cylinders.cylinder(angle))
+
+
+def _force(angle: float, approach: float, cells: int) -> float:
+    """Force at an approach, N, m. The grid lies along the cylinders, and ends where they do, or beyond the contact."""
+    flat, sharp = relative_curvatures(cylinders.cylinder(0.0).surface, cylinders.cylinder(angle).surface)
+    modulus, longest = 0.5 * cylinders.cylinder(0.0).material.contact_modulus, 0.5 * cylinders.LENGTH
+    extent = longest if flat * longest**2 < 2.0 * approach else sqrt(2.0 * approach / flat)
+    numbers = (2.0 * np.arange(cells) + 1.0) / cells - 1.0
+    along, across = extent * numbers, NARROWER * sqrt(2.0 * approach / sharp) * numbers
+    sides = along[1] - along[0], across[1] - across[0]
+    gap = 0.5 * (flat * along[:, None] ** 2 + sharp * across**2)
+    begin = np.full(gap.shape, 0.5 * modulus * sharp * across[-1])
+    pressures = unilateral_pressures(influence(cells, *sides) / (pi * modulus), gap, approach, begin)
+    return float(pressures.sum() * sides[0] * sides[1])

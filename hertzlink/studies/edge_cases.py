@@ -1,0 +1,125 @@
+"""A chain at a distance from one straight edge of a plate, in the units of the law of the critical distance."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import xarray as xr
+
+from coupling.cosimulation import CoSimulation
+from coupling.results.measures import reflections
+from particles.bead import Sphere
+from particles.chain import Chain
+from plates.critical_distance import edge_length
+from plates.half_plane import half_plane
+from plates.infinite import infinite_plate
+from plates.plate import Plate, kirchhoff_plate
+from plates.support import Supports
+from plates.theory.impact import inelasticity_parameter, wall_stiffness
+from structures.material import STEEL_440C, Material
+from structures.structure import Structure, half_space
+from structures.surface import hertz_stiffness
+from structures.theory import contact_time_half_space
+
+BEADS, SENSOR = 20, 7
+
+RECORD = 45.0
+"""Length of the record in contact times of aluminium plates; the slowest reflected wave comes after 30."""
+
+ALUMINIUM = 0.743
+"""Ratio of the contacts' stiffnesses of steel beads on aluminium, on which RECORD was chosen."""
+
+STEPS = 450
+"""Steps of the chain in a contact time. The default of 1800 moves AR by 1e-6."""
+
+HIGHEST = 3.3
+"""Highest frequency of the half-plane times the contact time. Twice as much moves AR by 2e-5."""
+
+SMALLEST = 2e-3
+"""Waves below this part of the incident one count as none, with AR = 0: that is less than the law's error."""
+
+BEAD, SPEED = Sphere(5e-3, STEEL_440C), 0.3
+"""Those for which the law's table was computed; at the same λ, d/ℓ and ratio of stiffnesses any others give it."""
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A chain of equal beads on a plate of a material, struck at a speed, m/s; λ chooses the plate's thickness."""
+
+    bead: Sphere
+    wall: Material
+    speed: float
+
+    @cached_property
+    def chain(self) -> Chain:
+        """The chain and its striker, undamped and without gravity."""
+        return Chain([self.bead] * BEADS, striker=self.bead, impact_speed=self.speed)
+
+    @cached_property
+    def contact_time(self) -> float:
+        """T_c, s: Hertz's, of a bead on a half-space at the striker's speed."""
+        return float(contact_time_half_space(self.bead.mass, wall_stiffness(self.bead, self._plate(1e-3)), self.speed))
+
+    @property
+    def stiffness_ratio(self) -> float:
+        """Stiffness of the contact bead on plate over that of bead on bead."""
+        wall = wall_stiffness(self.bead, self._plate(1e-3))
+        return float(wall / hertz_stiffness(self.bead.surface, self.bead.surface))
+
+    def plate(self, inelasticity: float) -> Plate:
+        """A plate of the thickness that makes λ."""
+        one = inelasticity_parameter(self.bead, self._plate(1e-3), self.speed)
+        return self._plate(float(1e-3 * (one / inelasticity) ** 0.5))
+
+    def length(self, inelasticity: float) -> float:
+        """ℓ, m."""
+        return edge_length(self.bead, self.plate(inelasticity), self.speed)
+
+    def struck(self, edge: str, inelasticity: float, scaled_distance: float, until: float | None = None) -> Structure:
+        """The plate at a distance d/ℓ from an edge: the half-space at one that is held, the infinite plate far away.
+
+        until: the longest run, s; by default the `record`.
+        """
+        thickness = self.plate(inelasticity).thickness
+        if np.isinf(scaled_distance):
+            return infinite_plate(thickness, self.wall)
+        if scaled_distance == 0.0 and edge != "free":
+            return half_space(self.wall)
+        distance, highest = scaled_distance * self.length(inelasticity), HIGHEST / self.contact_time
+        return half_plane(thickness, self.wall, edge, distance, until or self.record, highest)
+
+    @property
+    def record(self) -> float:
+        """Length of the record, s. Stiff walls make T_c short, but not the wave's way through the chain."""
+        return float(RECORD * self.contact_time * max(1.0, (self.stiffness_ratio / ALUMINIUM) ** 0.4))
+
+    def coupled(self, structure: Structure) -> CoSimulation:
+        """The chain against a structure."""
+        return CoSimulation(self.chain, structure, dt=self.contact_time / STEPS)
+
+    def _plate(self, thickness: float) -> Plate:
+        return kirchhoff_plate(1.0, 1.0, thickness, self.wall, Supports())
+
+
+def tabulated_pair(stiffness_ratio: float) -> Pair:
+    """BEAD on a plate that makes the ratio: 1/E* = 1/M + 1/M_plate, M = E/(1 − ν²); two beads have half the radius."""
+    beads = STEEL_440C.contact_modulus
+    modulus = beads * stiffness_ratio / (2.0 * 2.0**0.5 - stiffness_ratio)
+    return Pair(BEAD, Material(modulus * (1.0 - 0.33**2), 0.33, 2700.0), SPEED)
+
+
+def ratio(run: xr.Dataset) -> float:
+    """AR of the primary wave; 0 where there is none."""
+    primary = reflections(run, SENSOR, SMALLEST).primary
+    return primary.amplitude_ratio if primary else 0.0
+
+
+def measure(run: xr.Dataset) -> xr.Dataset:
+    """What the study keeps of a run."""
+    return xr.Dataset({"amplitude_ratio": ratio(run)})
+
+
+def ratios(pair: Pair, edge: str, inelasticity: float, distances: Iterable[float]) -> list[float]:
+    """AR at distances over ℓ; infinity is the plate without an edge."""
+    return [ratio(pair.coupled(pair.struck(edge, inelasticity, distance)).run(pair.record)) for distance in distances]

@@ -1,0 +1,119 @@
+"""Where Kirchhoff's theory is not enough near an edge: Mindlin's plate at the same λ and d/ℓ, over thickness over ℓ."""
+
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from coupling.cosimulation import CoSimulation
+from coupling.sweeps.sweep import sweep
+from hertzlink.studies.edge_cases import Pair, measure
+from hertzlink.studies.table import Row
+from particles.bead import Sphere
+from plates.mindlin_plate import mindlin_plate
+from plates.support import Supports
+from structures.material import ALUMINIUM_6061, STEEL_440C
+from structures.reduction import reduce
+from structures.structure import Structure, Vector
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+PARAMETER = 0.3
+"""λ; AR depends most on it near here."""
+
+SPEEDS = (0.02, 0.31, 3.1)
+"""m/s. At the same λ a faster striker makes ℓ shorter in thicknesses."""
+
+PLACES = (1.0, 1.5, np.inf)
+"""d/ℓ."""
+
+SIDE, FAR_AWAY = 22.0, 11.0
+"""Side of Mindlin's square plate, and its middle, in ℓ: the other edges answer after the contact."""
+
+RECORD, REDUCTION = 30.0, 0.05
+"""Record in contact times of the slowest striker; tolerance of the reduction."""
+
+THEORIES = ("Kirchhoff", "Mindlin")
+
+LIMIT = 0.01
+"""Difference of AR that counts."""
+
+
+def pair(speed: float) -> Pair:
+    """Beads of 4.76 mm on aluminium."""
+    return Pair(Sphere(2.38e-3, STEEL_440C), ALUMINIUM_6061, speed)
+
+
+@lru_cache(maxsize=1)
+def thick(speed: float, place: float, until: float) -> Structure:
+    """Mindlin's plate, clamped at the left."""
+    one = pair(speed)
+    side, length = SIDE * one.length(PARAMETER), one.length(PARAMETER)
+    plate = mindlin_plate(
+        side, side, one.plate(PARAMETER).thickness, one.wall, Supports(left="clamped"),
+        highest_frequency=1.2 / one.contact_time,
+    )  # fmt: skip
+    return reduce(plate.at(length * min(place, FAR_AWAY), side / 2.0), until, REDUCTION)
+
+
+def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
+    """AR in Kirchhoff's and in Mindlin's theory over the striker's speed and d/ℓ. quick: one speed, two places."""
+    speeds, places = (SPEEDS[1:2], PLACES[::2]) if quick else (SPEEDS, PLACES)
+
+    until = RECORD * pair(min(speeds)).contact_time
+
+    def build(theory: str, shear_speed: float, place: float) -> CoSimulation:
+        one = pair(shear_speed)
+        thin = theory == THEORIES[0]
+        return one.coupled(one.struck("clamped", PARAMETER, place, until) if thin else thick(shear_speed, place, until))
+
+    found = sweep(build, until, jobs, measure, theory=THEORIES, shear_speed=speeds, place=places)
+    pairs = [pair(speed) for speed in speeds]
+    thickness = [one.plate(PARAMETER).thickness / one.length(PARAMETER) for one in pairs]
+    data = xr.Dataset({"theory_ratio": found.amplitude_ratio})
+    return data.assign_coords(relative_thickness=("shear_speed", thickness, {"units": "1", "long_name": "t/ℓ"}))
+
+
+def lowered(data: xr.Dataset) -> xr.DataArray:
+    """By how much Mindlin's AR is lower."""
+    thin, thick_walled = (data.theory_ratio.sel(theory=theory, drop=True) for theory in THEORIES)
+    difference: xr.DataArray = thin - thick_walled
+    return difference
+
+
+def limit(thickness: Vector, difference: Vector) -> float:
+    """t/ℓ at which the difference, taken as proportional to (t/ℓ)², is LIMIT: of the sample nearest to it."""
+    nearest = int(np.argmin(np.abs(np.log(np.maximum(difference, 1e-9) / LIMIT))))
+    return float(thickness[nearest] * (LIMIT / difference[nearest]) ** 0.5)
+
+
+def table(data: xr.Dataset) -> list[Row]:
+    """t/ℓ from which shear changes AR by 0.01."""
+    rows, difference, thickness = [], lowered(data), data.relative_thickness.values
+    for place in data.place.values:
+        found = difference.sel(place=place).values
+        where = "far from edges" if np.isinf(place) else f"d = {place:g} ℓ, clamped"
+        samples = ", ".join(f"{d:.4f} at t/ℓ = {t:.2f}" for t, d in zip(thickness, found, strict=True))
+        reason = f"λ = {PARAMETER}; Mindlin's AR is lower by {samples}; the wavelength at the frequency 1/2T_c is 3.5 ℓ"
+        label = f"t/ℓ at which shear lowers AR by 0.01, {where}"
+        rows.append(Row(label, "not given", limit(thickness, found), "", reason))
+    return rows
+
+
+def figure(data: xr.Dataset) -> "Figure":
+    """AR lost by shear against t/ℓ."""
+    from coupling.views import plots
+
+    drawn, (axis,) = plots.panels(1, width=4.4, height=3.4)
+    for i, place in enumerate(data.place.values):
+        label = "far from edges" if np.isinf(place) else f"d = {place:g} ℓ from a clamped edge"
+        axis.plot(
+            data.relative_thickness, lowered(data).sel(place=place), plots.MARKERS[i], color=plots.COLOURS[i],
+            linestyle="-", linewidth=1.0, markersize=4.0, label=label,
+        )  # fmt: skip
+    axis.axhline(LIMIT, color="black", linewidth=0.8, linestyle=":")
+    axis.set(xlabel="thickness t / ℓ", ylabel="AR, Kirchhoff less Mindlin", xlim=(0.0, None), ylim=(0.0, None))
+    axis.legend(frameon=False, fontsize="small")
+    return drawn

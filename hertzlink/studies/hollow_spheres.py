@@ -1,0 +1,226 @@
+"""Thesis section 5.3.3: waves in chains of hollow aluminium spheres, against the thickness of their walls."""
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from coupling.cosimulation import CoSimulation
+from coupling.sweeps.sweep import sweep
+from hertzlink.studies import waves
+from hertzlink.studies.table import Row
+from particles.bead import STANDARD_GRAVITY, HollowSphere, Sphere
+from particles.chain import Chain
+from particles.laws.formulas import ContactLaw, PowerLaw, contact_law
+from particles.laws.power_fit import fit_power_law
+from particles.solitary import wave_speed_from_force, wave_width
+from structures.material import ALUMINIUM_6061
+from structures.structure import half_space
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+RADIUS = 9.525e-3
+TABLE_5_1 = {
+    0.0: PowerLaw(3.759e9, 1.504),
+    0.5: PowerLaw(3.193e9, 1.493),
+    0.75: PowerLaw(1.174e9, 1.423),
+    0.908: PowerLaw(4.671e7, 1.222),
+}
+"""The thesis's finite-element laws F = k δⁿ, k in N/mⁿ, by the ratio of inner to outer radius."""
+
+THIN = 0.908
+PRINTED_MASS = 2.38e-3
+"""kg, of a sphere of the ratio THIN (section 2.1)."""
+
+BEADS, FIRST, SECOND = 29, 12, 19
+IMPACT_SPEED = 0.32
+FORCES = tuple(np.geomspace(2.0, 40.0, 9))
+"""N, that the strikers of the curves are made to reach, about; the thesis's figures are not in its text."""
+
+APPROACHES = tuple(np.geomspace(1e-6, 20e-6, 21))
+FITTED = (0.2e-6, 10e-6)
+"""m: a least-squares fit from and to these gives the thesis's pairs of k and n from finite elements (errata)."""
+
+UNTIL = 2.5e-3
+"""Length of the record, s: a wave of 2 N passes sensor 19 of the solid spheres."""
+
+CASES = {
+    "mass from geometry": "2.45 g",
+    "printed mass": "2.38 g",
+    "printed mass, gravity": "2.38 g under gravity",
+    "law of hertzlink": "2.45 g, and the law that hertzlink finds itself",
+}
+
+
+def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
+    """Speed, peak force and width of waves over the striker's speed, by wall; the thesis's cases; the contact laws.
+
+    The curves are with the laws of Table 5.1, without gravity, masses from geometry, and a striker like the beads.
+    quick: three of nine striker speeds. jobs: 1 by default, for starting processes takes longer than the runs.
+    """
+    forces, jobs = FORCES[::4] if quick else FORCES, jobs or 1
+    data = sweep(struck, UNTIL, jobs, measure, ratio=list(TABLE_5_1), aimed_force=forces)
+    label = {"units": "m/s", "long_name": "wave speed, equation 5.12"}
+    data["theory"] = (("ratio", "aimed_force"), [_theory(r, data.peak_force.sel(ratio=r)) for r in TABLE_5_1], label)
+    cases = sweep(case_of_the_thesis, UNTIL, jobs, measure, case=list(CASES))
+    for name, values in cases.data_vars.items():
+        data[f"case_{name}"] = values
+    approach = np.array(APPROACHES)
+    data = data.assign_coords(approach=("approach", approach, {"units": "m"}))
+    for name, laws in (("force", own_laws()), ("table_force", TABLE_5_1)):
+        data[name] = (("ratio", "approach"), [law.force(approach) for law in laws.values()], {"units": "N"})
+    data["force"].attrs["long_name"] = "contact law of hertzlink"
+    data["table_force"].attrs["long_name"] = "contact law of Table 5.1"
+    data["ratio"].attrs.update(units="1", long_name="inner over outer radius")
+    data["aimed_force"].attrs["units"] = "N"
+    return data
+
+
+def particle(ratio: float) -> Sphere | HollowSphere:
+    """The thesis's aluminium sphere, solid or hollow."""
+    return HollowSphere(RADIUS, ratio * RADIUS, ALUMINIUM_6061) if ratio else Sphere(RADIUS, ALUMINIUM_6061)
+
+
+def own_laws() -> dict[float, ContactLaw]:
+    """What hertzlink finds for the four walls: Hertz in series with Reissner's shell."""
+    return {ratio: contact_law(particle(ratio), particle(ratio)) for ratio in TABLE_5_1}
+
+
+def struck(ratio: float, aimed_force: float) -> CoSimulation:
+    """A chain whose wave has about this peak force, N; nothing holds its end."""
+    bead, law = particle(ratio), TABLE_5_1[ratio]
+    speed = waves.striker_speed(aimed_force, bead.mass, law.stiffness, law.exponent)
+    return CoSimulation(Chain([bead] * BEADS, bead, speed, law=law), None)
+
+
+def case_of_the_thesis(case: str) -> CoSimulation:
+    """Figure 5.14a with each reading of mass, gravity and law; gravity needs a floor."""
+    bead = particle(THIN)
+    if case.startswith("printed mass"):
+        density = ALUMINIUM_6061.density * PRINTED_MASS / bead.mass
+        bead = replace(bead, material=replace(ALUMINIUM_6061, density=density, name=""))
+    law = None if case == "law of hertzlink" else TABLE_5_1[THIN]
+    gravity = STANDARD_GRAVITY if case.endswith("gravity") else 0.0
+    chain = Chain([bead] * BEADS, bead, IMPACT_SPEED, gravity, law=law)
+    return CoSimulation(chain, half_space(ALUMINIUM_6061) if gravity else None)
+
+
+def measure(run: xr.Dataset) -> xr.Dataset:
+    """What the study keeps of a run."""
+    return waves.passage(run, FIRST, SECOND)
+
+
+def fit(law: ContactLaw) -> tuple[float, float]:
+    """k (N/mⁿ) and n of a law, by least squares over FITTED."""
+    nearest = fit_power_law(law, *FITTED, weighting="absolute")
+    return nearest.stiffness, nearest.exponent
+
+
+def _theory(ratio: float, force: xr.DataArray) -> np.ndarray:
+    law, bead = TABLE_5_1[ratio], particle(ratio)
+    return wave_speed_from_force(bead.size, bead.mass, law.stiffness, force.values, exponent=law.exponent)
+
+
+def table(data: xr.Dataset) -> list[Row]:
+    """The numbers that section 5.3.3 prints, compared with ours."""
+    return [*_laws(data), *_speeds(data), *_relations(data)]
+
+
+def _laws(data: xr.Dataset) -> list[Row]:
+    """Table 5.1 compared with Hertz in series with Reissner's shell."""
+    rows = [
+        Row("mass of a hollow sphere", 2.38, particle(THIN).mass * 1e3, "g",
+            "19.05 mm across, Ri/Ro 0.908, 2693 kg/m³; a wall of 0.87 mm gives 2.43 g")
+    ]  # fmt: skip
+    solid = contact_law(particle(0.0), particle(0.0))
+    rows.append(Row("k, Ri/Ro 0", 3.759, solid.kernel[0] * 1e-9, "10⁹ N/mⁿ",
+                    "Hertz, n = 1.5; the thesis's pair is a fit, whose k means little without its n"))  # fmt: skip
+    for ratio, law in own_laws().items():
+        printed = TABLE_5_1[ratio]
+        share = data.force.sel(ratio=ratio) / data.table_force.sel(ratio=ratio) - 1.0
+        k, n = fit(law)
+        what = "Hertz" if ratio == 0.0 else "Hertz and Reissner's shell in series"
+        ends = f"{100.0 * float(share[0]):+z.1f} % at 1 µm, {100.0 * float(share[-1]):+z.1f} % at 20 µm"
+        at = np.array(5e-6)
+        rows += [
+            Row(f"F at 5 µm, Ri/Ro {ratio:g}", "", float(law.force(at)), "N",
+                f"{what}; theory: k δⁿ of Table 5.1, from finite elements; {ends}", float(printed.force(at))),
+            Row(f"exponent n, Ri/Ro {ratio:g}", printed.exponent, n, "",
+                f"of a fit over 0.2 to 10 µm, k = {k:.4g} N/mⁿ; the thesis has {printed.stiffness:.4g}"),
+        ]  # fmt: skip
+    return rows
+
+
+def _speeds(data: xr.Dataset) -> list[Row]:
+    """The wave that figure 5.14a shows."""
+    found = {str(case): float(data.case_wave_speed.sel(case=case)) for case in data.case.values}
+    plain, own = found["mass from geometry"], found["law of hertzlink"]
+    lighter, gravity = found["printed mass"], found["printed mass, gravity"]
+    size = 2.0 * RADIUS
+    wide, wider = data.case_width.sel(case="mass from geometry").values / size
+    theory = wave_width(size, TABLE_5_1[THIN].exponent) / size
+    swapped = "7.5 and 9.5 D look swapped in the thesis"
+    return [
+        Row("wave speed, discrete particles", 648.5, plain, "m/s",
+            f"Table 5.1's law, mass from geometry; {lighter:.1f} for 2.38 g, {gravity:.1f} with gravity too"),
+        Row("wave speed, hertzlink's own law", 648.5, own, "m/s",
+            "Hertz in series with Reissner's shell, which the rows of F compare with Table 5.1"),
+        Row("wave speed, finite elements", 642.2, plain, "m/s", "the thesis's beads deform, these are point masses"),
+        Row("wave speed, experiment", "644.7 ± 32.2", plain, "m/s", "well within the thesis's band"),
+        Row("width, by equation 5.13", 7.5, theory, "D", f"n = 1.222; {swapped}"),
+        Row("width, experiment", 9.5, float(wide), "D",
+            f"force at sensor 19, from 1 % to 1 % of its peak, {wider:.3g} from 0.1 %: the ends of so long a wave are "
+            f"weak; {swapped}"),
+    ]  # fmt: skip
+
+
+def _relations(data: xr.Dataset) -> list[Row]:
+    """Figures 5.14b and 5.14c: what the force changes."""
+    thin, solid = data.sel(ratio=THIN), data.sel(ratio=0.0)
+    n = TABLE_5_1[THIN].exponent
+    at = [waves.speed_at(data.sel(ratio=ratio), 20.0) for ratio in TABLE_5_1]
+    ahead = [float((data.wave_speed / data.theory).sel(ratio=ratio).mean()) for ratio in (0.0, THIN)]
+    return [
+        Row("exponent n, Pauchard and Rica", 1.2, fit(own_laws()[THIN])[1], "",
+            "theirs for a tennis ball on a rigid plate, Ri/Ro 0.9"),
+        Row("wave speed over force, exponent, Ri/Ro 0.908", "1/12", waves.exponent(thin), "",
+            f"(n − 1)/(2n) is 1/12 for n = 1.2, and {(n - 1.0) / (2.0 * n):.4f} for 1.222"),
+        Row("wave speed over force, exponent, solid", "1/6", waves.exponent(solid), "",
+            "for n = 1.504 it is 0.1676"),
+        Row("wave speed at 20 N, Ri/Ro 0, 0.5, 0.75, 0.908", "increases with thickness",
+            ", ".join(f"{speed:.0f}" for speed in at), "m/s",
+            "by the thesis's own Table 5.1 and equation 5.12 it decreases with the wall's thickness, as the beads grow "
+            "heavier"),
+        Row("wave speed over equation 5.12", "excellent agreement", f"{ahead[0]:.3f}, {ahead[1]:.3f}", "",
+            "solid and Ri/Ro 0.908; the longer the wave, the better long-wave theory holds"),
+    ]  # fmt: skip
+
+
+def figures(data: xr.Dataset) -> dict[str, "Figure"]:
+    """Wave speed against peak contact force (5.14b), its exponents (5.14c), and the contact laws (5.12b)."""
+    from coupling.views import plots
+
+    labels = ("peak contact force (N)", "wave speed (m/s)")
+    walls = {ratio: data.sel(ratio=ratio) for ratio in TABLE_5_1}
+    curves = {r: (_named(r), s.peak_force.values, s.wave_speed.values, s.theory.values) for r, s in walls.items()}
+    by_wall, (axis,) = plots.panels(1, width=4.6, height=3.8)
+    plots.beside_theory(axis, curves.values(), *labels, theory="equation 5.12")
+    scaling, (axis,) = plots.panels(1, width=4.6, height=3.6)
+    slopes = [rf"{_named(r)}: $V \propto F^{{{waves.exponent(walls[r]):.4f}}}$" for r in (0.0, THIN)]
+    two = [(label, *curves[r][1:]) for label, r in zip(slopes, (0.0, THIN), strict=True)]
+    plots.logarithmic(axis)
+    plots.beside_theory(axis, two, *labels, theory="equation 5.12")
+    axis.set_yticks([300, 400, 500, 600, 700])
+    laws, (axis,) = plots.panels(1, width=4.6, height=3.8)
+    microns = data.approach.values * 1e6
+    forces = [(_named(r), microns, s.force.values, s.table_force.values) for r, s in walls.items()]
+    plots.logarithmic(axis)
+    theirs = "Table 5.1, finite elements"
+    plots.beside_theory(axis, forces, "approach (µm)", "contact force (N)", theirs, "Hertz and Reissner's shell")
+    return {"speed_force": by_wall, "exponents": scaling, "laws": laws}
+
+
+def _named(ratio: float) -> str:
+    return f"Ri/Ro = {ratio:g}" if ratio else "solid"

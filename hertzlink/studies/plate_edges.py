@@ -1,0 +1,124 @@
+"""Beyond section 6.2.2: other kinds of edges, and Mindlin's theory, beside the boundary study's clamped thin plates."""
+
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import xarray as xr
+
+from coupling.cosimulation import CoSimulation
+from coupling.results.measures import amplitude_ratio
+from coupling.sweeps.sweep import sweep
+from hertzlink.studies.table import Row
+from particles.bead import Sphere
+from particles.chain import Chain
+from plates.mindlin_plate import mindlin_plate
+from plates.plate import kirchhoff_plate
+from plates.support import Supports
+from structures.material import ALUMINIUM_6061, STEEL_440C
+from structures.reduction import reduce
+from structures.structure import Structure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+SIDE, BEADS, SENSOR, IMPACT_SPEED = 0.914, 20, 7, 0.31
+
+EDGES = {
+    "clamped": Supports(left="clamped", right="clamped"),
+    "simple": Supports(left="simple", right="simple"),
+    "free": Supports(),
+    "clamped and free, at their corner": Supports(left="clamped", right="clamped"),
+}
+"""What holds the edge at the distance; at the corner a clamped and a free edge are as far."""
+
+CORNER = "clamped and free, at their corner"
+THICKNESS = 2.29e-3
+DIAMETERS = (4.76e-3, 9.53e-3)
+DISTANCES = (0.01, 0.02, 0.03, 0.04, 0.06, 0.08, 0.1, 0.15, 0.2)
+THEORIES = ("Kirchhoff", "Mindlin")
+THICKNESSES = (2.29e-3, 4.83e-3)
+FEW = (0.02, 0.06)
+
+UNTIL, REDUCTION, HIGHEST_FREQUENCY = 1.5e-3, 0.02, 30.0e3
+
+
+def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
+    """AR over kind of edge, distance and bead; and over theory, thickness, distance and bead. quick: fewer of each."""
+    distances, beads = ((0.02, 0.06, 0.2), DIAMETERS[1:]) if quick else (DISTANCES, DIAMETERS)
+    few, thick = (FEW[:1], THICKNESSES[:1]) if quick else (FEW, THICKNESSES)
+
+    def by_edge(edge: str, edge_distance: float, edge_bead: float) -> CoSimulation:
+        return CoSimulation(chain(edge_bead), held(edge, edge_distance))
+
+    def by_theory(theory: str, wall: float, near: float, small_bead: float) -> CoSimulation:
+        return CoSimulation(chain(small_bead), in_theory(theory, wall, near))
+
+    found = sweep(by_edge, UNTIL, jobs, measure, edge=list(EDGES), edge_distance=distances, edge_bead=beads)
+    other = sweep(by_theory, UNTIL, jobs, measure, theory=THEORIES, wall=thick, near=few, small_bead=DIAMETERS)
+    data = xr.Dataset({"edge_amplitude_ratio": found.amplitude_ratio, "theory_amplitude_ratio": other.amplitude_ratio})
+    for name in ("edge_distance", "edge_bead", "wall", "near", "small_bead"):
+        data[name].attrs["units"] = "m"
+    return data
+
+
+def measure(run: xr.Dataset) -> xr.Dataset:
+    """What is kept of a run."""
+    return xr.Dataset({"amplitude_ratio": amplitude_ratio(run, SENSOR)})
+
+
+def chain(diameter: float) -> Chain:
+    """The boundary study's chain."""
+    bead = Sphere(diameter / 2.0, STEEL_440C)
+    return Chain([bead] * BEADS, striker=bead, impact_speed=IMPACT_SPEED)
+
+
+@lru_cache(maxsize=1)
+def held(edge: str, distance: float) -> Structure:
+    """The thinnest plate by the kind of its edges, struck at the distance on its centre line, or from the corner."""
+    plate = kirchhoff_plate(SIDE, SIDE, THICKNESS, ALUMINIUM_6061, EDGES[edge], highest_frequency=HIGHEST_FREQUENCY)
+    return reduce(plate.at(distance, distance if edge == CORNER else SIDE / 2.0), UNTIL, REDUCTION)
+
+
+@lru_cache(maxsize=1)
+def in_theory(theory: str, thickness: float, distance: float) -> Structure:
+    """A clamped plate in one of the theories."""
+    make = kirchhoff_plate if theory == "Kirchhoff" else mindlin_plate
+    plate = make(SIDE, SIDE, thickness, ALUMINIUM_6061, EDGES["clamped"], highest_frequency=HIGHEST_FREQUENCY)  # type: ignore[operator]
+    return reduce(plate.at(distance, SIDE / 2.0), UNTIL, REDUCTION)
+
+
+def table(data: xr.Dataset) -> list[Row]:
+    """AR at other edges and in Mindlin's theory; the thesis has neither."""
+    rows = []
+    nearest = float(data.edge_distance[0])
+    for edge in data.edge.values:
+        of = data.edge_amplitude_ratio.sel(edge=edge, edge_bead=DIAMETERS[1]).fillna(0.0)
+        reason = f"Kirchhoff; at {float(data.edge_distance[-1]) * 1e3:.0f} mm {float(of[-1]):.3f}"
+        rows.append(Row(f"AR, {edge}, {nearest * 1e3:.0f} mm, D 9.53, t 2.29", "", float(of[0]), "", reason))
+    for thickness in data.wall.values:
+        for bead in data.small_bead.values:
+            of = data.theory_amplitude_ratio.sel(wall=thickness, small_bead=bead, near=float(data.near[-1]))
+            thin, thick = (float(of.sel(theory=theory)) for theory in THEORIES)
+            label = f"AR, Mindlin, {float(data.near[-1]) * 1e3:.0f} mm, D {bead * 1e3:.2f}, t {thickness * 1e3:.2f}"
+            reason = f"Kirchhoff {thin:.4f}: shear makes the plate {100.0 * (1.0 - thick / thin):.1f} % less of a wall"
+            rows.append(Row(label, "", thick, "", reason))
+    return rows
+
+
+def figure(data: xr.Dataset) -> "Figure":
+    """AR against the distance for each kind of edge, one panel for each bead."""
+    from coupling.views import plots
+
+    drawn, axes = plots.panels(data.sizes["edge_bead"], width=3.6)
+    for axis, bead in zip(axes, data.edge_bead.values, strict=True):
+        for i, edge in enumerate(data.edge.values):
+            curve = data.edge_amplitude_ratio.sel(edge=edge, edge_bead=bead).fillna(0.0)
+            axis.plot(
+                data.edge_distance * 1e3, curve, plots.MARKERS[i], color=plots.COLOURS[i], linestyle="-",
+                markersize=4.0, linewidth=1.0, label=str(edge),
+            )  # fmt: skip
+        axis.set(title=f"D = {bead * 1e3:.2f} mm, t = {THICKNESS * 1e3:.2f} mm", ylim=(0.0, 1.0))
+        axis.set_xlabel("distance from the edge (mm)")
+    axes[0].set_ylabel("amplitude ratio AR")
+    axes[-1].legend(frameon=False, fontsize="small")
+    return drawn

@@ -1,0 +1,66 @@
+"""Thesis section 6.2.2: the speeds of the Rayleigh and the A0 Lamb wave, and their way to the plate's edge and back."""
+
+from typing import NamedTuple
+
+from hertzlink.studies.table import Row
+from particles.bead import Sphere
+from plates.theory.lamb import lamb_group_speed, rayleigh_speed
+from structures.material import ALUMINIUM_6061, STEEL_440C
+from structures.surface import Surface, hertz_stiffness
+from structures.theory import contact_time_half_space
+
+SIDE, IMPACT_SPEED = 0.914, 0.31
+"""m, of the plate; m/s, of the striker."""
+
+THICKNESSES, DIAMETERS = (2.29e-3, 3.18e-3, 4.83e-3), (4.76e-3, 9.53e-3, 19.05e-3)
+
+
+class Printed(NamedTuple):
+    """Of one wave: k = c/√(E/ρ), c in m/s, and the time, µs, from the centre to the edge and back."""
+
+    factor: float
+    speed: float
+    round_trip: float
+
+
+RAYLEIGH, A0 = Printed(0.57, 2900.0, 315.17), Printed(0.2, 1000.0, 914.0)
+
+
+def impact_frequency(diameter: float) -> float:
+    """Frequency, Hz, of a bead's impact, m across: one half-period in its contact with a half-space, 1/(2T_c)."""
+    bead = Sphere(diameter / 2.0, STEEL_440C)
+    stiffness = hertz_stiffness(bead.surface, Surface(ALUMINIUM_6061))
+    return 0.5 / contact_time_half_space(bead.mass, stiffness, IMPACT_SPEED)
+
+
+def group_speeds() -> dict[float, list[float]]:
+    """Group speed of A0, m/s, at the frequency of the impact: by diameter, m, one for each of THICKNESSES."""
+    return {
+        diameter: [lamb_group_speed(ALUMINIUM_6061, thickness, impact_frequency(diameter)) for thickness in THICKNESSES]
+        for diameter in DIAMETERS
+    }
+
+
+def table() -> list[Row]:
+    """k, c and round trip that section 6.2.2 prints for both waves, compared with the exact equations."""
+    bar, rayleigh = ALUMINIUM_6061.bar_speed, rayleigh_speed(ALUMINIUM_6061)
+    by_bead = group_speeds()
+    factors = "; ".join(
+        f"{', '.join(f'{speed / bar:.2f}' for speed in speeds)} for D = {1e3 * diameter:.2f} mm"
+        for diameter, speeds in by_bead.items()
+    )
+    slow, fast = (find(speed for speeds in by_bead.values() for speed in speeds) for find in (min, max))
+    return [
+        Row("k of the Rayleigh wave", RAYLEIGH.factor, rayleigh / bar, "",
+            "the root of Rayleigh's equation for ν = 0.33; figure 6.21 says 0.5"),
+        Row("speed of the Rayleigh wave", RAYLEIGH.speed, rayleigh, "m/s", "rounded in the thesis"),
+        Row("Rayleigh wave, centre to edge and back", RAYLEIGH.round_trip, 1e6 * SIDE / rayleigh, "µs",
+            "914 mm; the thesis divides by its rounded speed"),
+        Row("k of the A0 Lamb wave", A0.factor, f"{slow / bar:.2f} to {fast / bar:.2f}", "",
+            "A0 disperses, so that k depends on plate and bead: group speed of Lamb's equation at 1/(2 T_c), T_c on a "
+            f"half-space, for t = 2.29, 3.18 and 4.83 mm: {factors}"),
+        Row("speed of the A0 Lamb wave", A0.speed, f"{slow:.0f} to {fast:.0f}", "m/s", "likewise"),
+        Row("A0 Lamb wave, centre to edge and back", A0.round_trip,
+            f"{1e6 * SIDE / fast:.0f} to {1e6 * SIDE / slow:.0f}", "µs",
+            "likewise; one wave of 1000 m/s stands for all in the thesis"),
+    ]  # fmt: skip

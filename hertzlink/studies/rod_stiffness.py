@@ -1,0 +1,329 @@
+"""Thesis section 6.1.1: how the reflected waves depend on the stiffness of a clamped cylinder."""
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from coupling.cosimulation import CoSimulation
+from coupling.results.measures import reflections
+from coupling.sweeps.sweep import sweep
+from hertzlink.studies import struck_cylinders as struck
+from hertzlink.studies import table_2_1
+from hertzlink.studies.struck_cylinders import BEAD, BEADS, DASHPOT, DASHPOTS, SENSOR, UNTIL, WAVES, chain
+from hertzlink.studies.table import Row
+from structures.material import MATERIALS, PTFE, STEEL_440C, Material
+from structures.rod import Layer
+from structures.structure import half_space
+from structures.surface import Surface, hertz_stiffness
+from structures.theory import critical_modulus
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+LENGTH, RADIUS = 76.2e-3, 19.1e-3
+
+MODULI = tuple(np.geomspace(1.0e9, 210.0e9, 61))
+
+BODIES = ("cylinder", "half-space")
+"""Compared with the rod: the axisymmetric cylinder, and what the thesis's theory is for."""
+
+WALLS = {"steel 440C": STEEL_440C, "PTFE": PTFE}
+"""The two extremes of figures 6.2 and 6.3."""
+
+TIME_CONSTANT = 1e-3
+"""s, RC of the piezoelectric discs (section 2.2)."""
+
+FAR_SENSOR = 12
+"""Between it and sensor 7 the speeds of incident and reflected wave are compared, both away from the ends."""
+
+
+def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
+    """AR, TOF and the force at the sensors over Young's modulus, and for the materials of Table 2.1.
+
+    Over the modulus, density and Poisson's ratio stay those of 440C steel. Names with "material" belong to rods, with
+    "solid" to axisymmetric cylinders and half-spaces, with "wall" to the two rods whose chains are shown bead by bead.
+    quick: every sixth modulus, steel 440C and PTFE only.
+    """
+    if quick and jobs is None:
+        # Starting processes would take longer than the runs.
+        jobs = 1
+    moduli, materials = (MODULI[::6], WALLS) if quick else (MODULI, MATERIALS)
+
+    def stiff(youngs_modulus: float) -> CoSimulation:
+        material = replace(STEEL_440C, youngs_modulus=youngs_modulus, name="")
+        return CoSimulation(chain(), struck.slender(layers(material)))
+
+    def real(material: str, dashpot: float) -> CoSimulation:
+        return CoSimulation(chain(dashpot), struck.slender(layers(MATERIALS[material])))
+
+    def wide(material: str, body: str) -> CoSimulation:
+        of = MATERIALS[material]
+        return CoSimulation(chain(), half_space(of) if body == "half-space" else struck.solid(layers(of)))
+
+    data = sweep(stiff, UNTIL, jobs, struck.with_forces, youngs_modulus=moduli)
+    for kind, found in (
+        ("material", sweep(real, UNTIL, jobs, struck.measure, material=list(materials), dashpot=DASHPOTS)),
+        ("solid", sweep(wide, UNTIL, jobs, struck.measure, material=list(materials), body=BODIES)),
+    ):
+        for name, values in found.data_vars.items():
+            data[f"{kind}_{name}"] = values
+    data["material_modulus"] = ("material", [m.youngs_modulus for m in materials.values()], {"units": "Pa"})
+    data["youngs_modulus"].attrs["units"] = "Pa"
+    data["dashpot"].attrs["units"] = "N s/m"
+    return data.merge(walls(), combine_attrs="override")
+
+
+def layers(material: Material) -> list[Layer]:
+    """The cylinder of a material."""
+    return [Layer(material, LENGTH, RADIUS)]
+
+
+def walls() -> xr.Dataset:
+    """The chain bead by bead against steel and PTFE, its force at the sensors, and where the energy goes."""
+
+    def against(wall: str) -> CoSimulation:
+        return CoSimulation(chain(), struck.slender(layers(WALLS[wall])))
+
+    runs = sweep(against, UNTIL, 1, wall=list(WALLS))
+    seen = [reflections(struck.high_pass(runs.sel(wall=name), TIME_CONSTANT), SENSOR).primary for name in WALLS]
+    energy = runs.kinetic_energy + runs.contact_energy + runs.structure_energy
+    stored = xr.concat([wall_energy(runs.sel(wall=name), material) for name, material in WALLS.items()], "wall")
+    ratios = [speed_ratio(runs.sel(wall=name)) for name in WALLS]
+    forces = xr.concat([struck.with_forces(runs.sel(wall=name)).sensor_force for name in WALLS], "wall")
+    found = xr.Dataset(
+        {
+            "wall_displacement": runs.displacement,
+            "wall_last_force": runs.contact_force.sel(contact=BEADS, drop=True),
+            "wall_sensor_force": forces,
+            "wall_energy_share": (stored / energy).isel(time=stored.argmax("time")),
+            "wall_speed_ratio": ("wall", ratios, {"units": "1"}),
+            "wall_filtered_ratio": ("wall", [wave.amplitude_ratio if wave else np.nan for wave in seen]),
+        }
+    ).drop_vars(["impact_energy", "static_force", "contact"], errors="ignore")
+    found["wall_last_force"].attrs = {"units": "N", "long_name": "force between the last two beads"}
+    found["wall_filtered_ratio"].attrs = {"units": "1", "long_name": "AR, primary, behind the sensor's high-pass"}
+    found["wall_energy_share"].attrs = {"units": "1", "long_name": "energy of the last contact / energy left"}
+    return found.assign_coords(wall=list(WALLS))
+
+
+def wall_energy(run: xr.Dataset, material: Material) -> xr.DataArray:
+    """Potential energy of the last bead's contact, J: 2/5 k δ^5/2."""
+    stiffness = hertz_stiffness(BEAD.surface, Surface(material))
+    resting = (float(run.static_force.max()) / stiffness) ** (2.0 / 3.0)
+    overlap = run.displacement.sel(bead=BEADS, drop=True) - run.surface_displacement + resting
+    energy: xr.DataArray = 0.4 * stiffness * overlap.clip(min=0.0) ** 2.5
+    return energy
+
+
+def speed_ratio(run: xr.Dataset) -> float:
+    """Speed of the primary wave over that of the incident one, between two sensors away from both ends."""
+    near, far = (reflections(run, sensor) for sensor in (SENSOR, FAR_SENSOR))
+    if not (near.incident and far.incident and near.primary and far.primary):
+        return float("nan")
+    return (far.incident.arrival - near.incident.arrival) / (near.primary.arrival - far.primary.arrival)
+
+
+def collisions(data: xr.Dataset) -> tuple[float, float, float]:
+    """Against PTFE, s: when bead 20 is deepest, and when it then meets bead 19 for the first and the second time."""
+    soft = data.sel(wall="PTFE")
+    force, deepest = soft.wall_last_force.values, int(soft.wall_displacement.sel(bead=BEADS).values.argmax())
+    first, second = np.flatnonzero((force[deepest + 1 :] > 0.0) & (force[deepest:-1] <= 0.0))[:2] + deepest + 1
+    return float(data.time[deepest]), float(data.time[first]), float(data.time[second])
+
+
+def table(data: xr.Dataset) -> list[Row]:
+    """The numbers of section 6.1.1 and of Table 2.1, compared with ours."""
+    return [
+        *_waves(data), *_sensor(data), *_bead(data), *_energy(data), *_critical(data), *_solid(data),
+        *table_2_1.table(),
+    ]  # fmt: skip
+
+
+def _others(data: xr.Dataset, material: str, name: str, factor: float = 1.0) -> str:
+    values = data[f"material_{name}"].sel(material=material)
+    return struck.sensitivity(values.sel(wave="primary") if "wave" in values.dims else values, factor)
+
+
+def _extremes(data: xr.Dataset) -> tuple[xr.Dataset, xr.Dataset]:
+    steel, ptfe = (data.sel(material=name, dashpot=DASHPOT) for name in WALLS)
+    return steel, ptfe
+
+
+def _waves(data: xr.Dataset) -> list[Row]:
+    steel, ptfe = _extremes(data)
+    flights = [struck.flight(of.material_time_of_flight) for of in (steel, ptfe)]
+    theory = [float(struck.theory_time_of_flight(hertz_stiffness(BEAD.surface, Surface(m)))) for m in WALLS.values()]
+    return [
+        Row("definition of AR", "F_ref/F_in", "F_ref/F_in", "", "greatest dynamic forces at sensor 7"),
+        Row("definition of TOF", "between the waves", "peak to peak", "", "at sensor 7"),
+        Row("incident wave at sensor 7", 120.0, float(steel.material_incident_arrival) * 1e6, "µs",
+            "the thesis rounds, and prints ms"),
+        Row("AR, steel", 0.77, struck.ratio(steel.material_amplitude_ratio), "",
+            "experiment; " + _others(data, "steel 440C", "amplitude_ratio")),
+        Row("AR, PTFE", 0.421, struck.ratio(ptfe.material_amplitude_ratio), "",
+            "experiment; " + _others(data, "PTFE", "amplitude_ratio")),
+        Row("TOF, steel", 483.0, flights[0], "µs",
+            f"the thesis's section 6.1.2 says 440 to 450 for such a rod; equation 6.20: {theory[0] * 1e6:.0f}"),
+        Row("TOF, PTFE", 616.0, flights[1], "µs",
+            f"equation 6.20: {theory[1] * 1e6:.0f}; " + _others(data, "PTFE", "time_of_flight", 1e6)),
+        Row("TOF, PTFE over steel", "45 %", f"{100.0 * (flights[1] / flights[0] - 1.0):.1f} %", "",
+            "the thesis's own 616 and 483 µs give 27.5 %"),
+        Row("SSW after PSW, PTFE", 100.0, struck.flight(ptfe.material_time_of_flight, "secondary") - flights[1], "µs",
+            "a round number"),
+        Row("reflected wave slower than incident, steel", "< 5 %",
+            f"{100.0 * (1.0 - float(data.wall_speed_ratio.sel(wall='steel 440C'))):.1f} %", "",
+            f"between beads 7 and 12; {100.0 * (1.0 - float(data.wall_speed_ratio.sel(wall='PTFE'))):.0f} % on PTFE, "
+            "where the thesis finds it not significant"),
+    ]  # fmt: skip
+
+
+def _sensor(data: xr.Dataset) -> list[Row]:
+    """What the time constant of the sensors, which section 2.2 gives, does to AR."""
+    rows = []
+    for name, printed in (("steel 440C", 0.77), ("PTFE", 0.421)):
+        plain = struck.ratio(data.material_amplitude_ratio.sel(material=name, dashpot=DASHPOT))
+        reason = (
+            f"{plain:.3f} without: the disc loses its charge with RC = {1e3 * TIME_CONSTANT:g} ms, so that the signal "
+            "is below zero when the reflected wave comes; the thesis does not say whether it corrects for this"
+        )
+        seen = float(data.wall_filtered_ratio.sel(wall=name))
+        rows.append(Row(f"AR, {name}, behind the sensor's RC", printed, seen, "", reason))
+    return rows
+
+
+def _bead(data: xr.Dataset) -> list[Row]:
+    (steel, ptfe), moves = _extremes(data), "material_largest_displacement"
+    deepest, first, second = (time * 1e6 for time in collisions(data))
+    return [
+        Row("largest displacement of bead 20, steel", 4.39, float(steel[moves]) * 1e6, "µm",
+            _others(data, "steel 440C", "largest_displacement", 1e6)),
+        Row("largest displacement of bead 20, PTFE", 16.66, float(ptfe[moves]) * 1e6, "µm",
+            _others(data, "PTFE", "largest_displacement", 1e6) + "; 27.2 undamped on a half-space"),
+        Row("contact with steel", 85.0, float(steel.material_contact_time) * 1e6, "µs",
+            "from 1 % to 1 % of the greatest force; the thesis does not say how it reads the contact"),
+        Row("contact with PTFE", 241.0, float(ptfe.material_contact_time) * 1e6, "µs",
+            "until the force first falls below 1 %, after the neighbours have pressed the bead on the rod again"),
+        Row("bead 20 deepest in PTFE", 450.0, deepest, "µs",
+            "from impact; the thesis gives the first collision the same time"),
+        Row("first collision of beads 20 and 19, PTFE", 450.0, first, "µs", "when they touch again"),
+        Row("second collision, PTFE", 561.0, second, "µs",
+            f"{second - first:.0f} µs after the first, in the thesis 111"),
+    ]  # fmt: skip
+
+
+def _energy(data: xr.Dataset) -> list[Row]:
+    hard, soft = (float(data.wall_energy_share.sel(wall=wall)) for wall in WALLS)
+    reason = "of the energy that is left then, in the last bead's contact when it is greatest"
+    return [
+        Row("energy that becomes potential, steel", 0.825, hard, "", reason + "; the thesis does not say of what"),
+        Row("energy that becomes potential, PTFE", 0.917, soft, "", reason),
+    ]
+
+
+def _critical(data: xr.Dataset) -> list[Row]:
+    critical = critical_modulus(STEEL_440C)
+    secondary = data.amplitude_ratio.sel(wave="secondary").fillna(0.0)
+    near = float(secondary.interp(youngs_modulus=critical))
+    gap = data.youngs_modulus.where(secondary == 0.0)
+    tail = f"SSW here part from the primary wave's tail below {float(gap.min()) * 1e-9:.0f} GPa only"
+    if float(data.youngs_modulus.max()) > float(gap.max()):
+        tail += f", and what is above {float(gap.max()) * 1e-9:.0f} GPa are the last beads' small collisions"
+    return [
+        Row("E below which SSW form, over the bead's", 0.55, critical / STEEL_440C.youngs_modulus, "", "equation 6.22"),
+        Row("modulus below which SSW form", 100.0, critical * 1e-9, "GPa", "equation 6.22, rounded in the text"),
+        Row("SSW there, over the incident wave", 0.05, near, "", tail),
+        Row("steel stiffer than PTFE", "57 %", f"{STEEL_440C.youngs_modulus / PTFE.youngs_modulus:.0f} times", "",
+            "Table 2.1 has 200 and 1.53 GPa"),
+    ]  # fmt: skip
+
+
+def _solid(data: xr.Dataset) -> list[Row]:
+    rows = []
+    for name, printed in (("steel 440C", 0.77), ("PTFE", 0.421)):
+        of = data.sel(material=name)
+        cylinder, space = (of.sel(body=body) for body in BODIES)
+        rod = of.sel(dashpot=DASHPOT)
+        later = struck.flight(cylinder.solid_time_of_flight) - struck.flight(rod.material_time_of_flight)
+        apart = struck.ratio(cylinder.solid_amplitude_ratio) - struck.ratio(rod.material_amplitude_ratio)
+        why = "Hertz's half-space reaches beyond the cylinder's side, which a rod counts twice; more, the softer"
+        rows.append(
+            Row(f"AR, {name}, axisymmetric", printed, struck.ratio(cylinder.solid_amplitude_ratio), "",
+                f"{apart:+z.4f} to the rod, TOF {later:+z.1f} µs" + (f": {why}" if name == "PTFE" else "")
+                + f"; half-space {struck.ratio(space.solid_amplitude_ratio):.3f} and "
+                f"{struck.flight(space.solid_time_of_flight):.0f} µs")
+        )  # fmt: skip
+    return rows
+
+
+def figures(data: xr.Dataset) -> dict[str, "Figure"]:
+    """Forces (figure 6.2), displacements (6.3), TOF and AR over the modulus (6.4, 6.6), force-intensity map (6.5)."""
+    from coupling.views import plots
+
+    force = data.sensor_force.sel(sensor=SENSOR).transpose("youngs_modulus", "time").values
+    return {
+        "stiffness": _over_modulus(data),
+        "force_intensity": plots.intensity_map(data.time.values, data.youngs_modulus.values, force),
+        "force_histories": _histories(data),
+        "displacements": _displacements(data),
+    }
+
+
+def _over_modulus(data: xr.Dataset) -> "Figure":
+    from coupling.views import plots
+
+    figure, axes = plots.panels(2, width=3.9, height=3.4, sharey=False)
+    modulus, label = data.youngs_modulus.values, "Young's modulus of the cylinder (GPa)"
+    real, solid = data.sel(dashpot=DASHPOT), data.sel(body="cylinder")
+    for axis, name, factor, what in (
+        (axes[0], "time_of_flight", 1e6, "time of flight (µs)"),
+        (axes[1], "amplitude_ratio", 1.0, "amplitude ratio AR"),
+    ):
+        swept = [(f"{wave} wave", data[name].sel(wave=wave).values * factor, "-") for wave in WAVES]
+        plots.curves(axis, modulus * 1e-9, swept, label, what)
+        for style, values in (("o", real[f"material_{name}"]), ("x", solid[f"solid_{name}"])):
+            points = [("", values.sel(wave=wave).values * factor, style) for wave in WAVES]
+            plots.curves(axis, data.material_modulus.values * 1e-9, points, label, what)
+    walls = [Surface(replace(STEEL_440C, youngs_modulus=value, name="")) for value in modulus]
+    stiffness = np.array([hertz_stiffness(BEAD.surface, wall) for wall in walls])
+    theory = struck.theory_time_of_flight(stiffness) * 1e6
+    plots.theory_line(axes[0], modulus * 1e-9, theory, "equation 6.20")
+    axes[1].plot([], [], "o", color="grey", markersize=4.0, label="rods of Table 2.1's materials")
+    axes[1].plot([], [], "x", color="grey", markersize=4.0, label="axisymmetric cylinders")
+    plots.marked(axes[1], critical_modulus(STEEL_440C) * 1e-9, "equation 6.22", left=True)
+    axes[1].set_ylim(0.0, 1.25)
+    axes[0].legend(frameon=False, fontsize="small")
+    axes[1].legend(framealpha=1.0, edgecolor="none", fontsize="small", loc="upper left")
+    return figure
+
+
+def _histories(data: xr.Dataset) -> "Figure":
+    from coupling.views import plots
+
+    figure, axes = plots.panels(2, width=3.9, height=3.0)
+    for axis, wall in zip(axes, WALLS, strict=True):
+        plots.histories(axis, data.wall_sensor_force.sel(wall=wall))
+        axis.set_title(f"against {wall}")
+    axes[0].set_ylabel("force above the preload (N)")
+    axes[0].legend(frameon=False, fontsize="small")
+    return figure
+
+
+def _displacements(data: xr.Dataset) -> "Figure":
+    from coupling.views import plots
+
+    figure, axes = plots.panels(2, width=3.9, height=3.4)
+    for axis, wall in zip(axes, WALLS, strict=True):
+        plots.displacements(axis, data.wall_displacement.sel(wall=wall), SENSOR)
+        axis.set_title(f"against {wall}")
+    _, first, second = collisions(data)
+    last = data.wall_displacement.sel(wall="PTFE", bead=BEADS)
+    for time, marker, label in ((first, "o", "first collision"), (second, "s", "second collision")):
+        axes[1].plot(
+            time * 1e6, float(last.sel(time=time)) * 1e6, marker, color="black", markerfacecolor="none", label=label
+        )
+    top = float(data.wall_displacement.max()) * 1e6
+    axes[0].set(ylabel="displacement (µm)", ylim=(-0.4 * top, 1.1 * top))
+    axes[1].legend(frameon=False, fontsize="small")
+    return figure

@@ -1,0 +1,167 @@
+"""Thesis section 3.5: a wave in a chain of axisymmetric beads, and in one of beads in three dimensions.
+
+The forces and supports of the thesis's full, half and quarter spheres are symmetric about both planes that cut them.
+So are their motions, for there is one solution; and on symmetric motions the matrices of the three are the same, but
+for the factors of one, two and four that the thesis gives their forces. One of the three stands for all: an eighth
+here, for a bead's modes are symmetric about its mid-plane too, or antisymmetric.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+
+from coupling.cosimulation import CoSimulation
+from coupling.results.measures import energy_error, reflections, wave_speed
+from hertzlink.studies.table import Row
+from particles.bead import Bead, Sphere
+from particles.deformable.chain import DeformableChain
+from particles.deformable.vibration import Vibration, vibration
+from particles.laws.axisymmetric import contact_law_fem
+from particles.laws.formulas import ContactLaw, TabulatedLaw
+from particles.laws.solid import contact_law_solid, vibration_of_solid
+from structures.material import STEEL_316, Material
+from structures.structure import half_space
+from structures.surface import Surface
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+BEAD, BEADS, SENSORS = Sphere(2.38e-3, STEEL_316), 20, (7, 16)
+IMPACT_SPEED = 0.5
+"""m/s, of section 3.4; section 3.5 does not print its own."""
+
+WALL = half_space(Material(1e20, 0.3, 8000.0, "rigid"))
+"""The thesis's perfectly rigid plate."""
+
+UNTIL, SAVED = 350e-6, 700
+"""s, until the echo has passed bead 7; and intervals."""
+
+DEEPEST = 5e-6
+"""How far the laws go, m: the wall presses half a contact by 2.3 µm."""
+
+APPROACHES = tuple(np.geomspace(0.5e-6, 5e-6, 11))
+
+MODES = 8
+COARSE, COARSE_AT_POLE = 0.25 * BEAD.radius, 20e-6
+"""Size of the cells in three dimensions for the quick study, m: for modes, and at the pole for the law."""
+
+AXISYMMETRIC, SOLID, MIXED = "axisymmetric", "three-dimensional", "axisymmetric law, three-dimensional modes"
+
+
+@dataclass(frozen=True)
+class Model:
+    """The law of two equal beads, and the function that gives their modes."""
+
+    law: ContactLaw
+    vibrations: Callable[[Bead, int], Vibration]
+
+    def between(self, first: Bead, second: Bead | Surface) -> ContactLaw:
+        """The law of two beads; a bead against the rigid wall is one half of them, by symmetry."""
+        if not isinstance(second, Surface):
+            return self.law
+        approaches = np.append(np.geomspace(1e-4, 1.0, 400, endpoint=False), 1.0) * self.law.largest
+        return TabulatedLaw(0.5 * approaches, self.law.force(approaches), self.law.name)  # type: ignore[arg-type]
+
+    def run(self) -> xr.Dataset:
+        """The wave."""
+        beads, modes = [BEAD] * BEADS, {"modes": MODES, "vibrations": self.vibrations}
+        chain = DeformableChain(beads, BEAD, IMPACT_SPEED, law=self.between, **modes)  # type: ignore[arg-type]
+        return CoSimulation(chain, WALL).run(UNTIL, UNTIL / SAVED)
+
+
+def models(quick: bool) -> dict[str, Model]:
+    """Both, by name, and a third that separates the effects of laws and modes."""
+    solid: Any = partial(vibration_of_solid, spacing=COARSE) if quick else vibration_of_solid
+    law = contact_law_solid(BEAD, max_approach=DEEPEST, spacing=COARSE_AT_POLE if quick else None)
+    flat = contact_law_fem(BEAD, max_approach=DEEPEST)
+    return {
+        AXISYMMETRIC: Model(flat, vibration),
+        SOLID: Model(law, solid),
+        MIXED: Model(flat, solid),
+    }
+
+
+def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
+    """Forces through the central sections of beads 7 and 16 in both chains, their speeds; laws and modes.
+
+    quick: larger cells in three dimensions. jobs: one always, for there are three runs.
+    """
+    chosen = models(quick)
+    data = xr.concat([measure(model.run()) for model in chosen.values()], "model").assign_coords(model=list(chosen))
+    laws = [model.law.force(np.array(APPROACHES)) for model in chosen.values()]
+    found = [model.vibrations(BEAD, MODES - 1).frequencies / (2.0 * np.pi) for model in chosen.values()]
+    data["law"] = (("model", "approach"), laws, {"units": "N", "long_name": "contact law"})
+    data["frequency"] = (("model", "mode"), found, {"units": "Hz", "long_name": "frequency of a free bead"})
+    return data.assign_coords(approach=("approach", list(APPROACHES), {"units": "m"}), mode=np.arange(1, MODES))
+
+
+def measure(run: xr.Dataset) -> xr.Dataset:
+    """What the study keeps of a run."""
+    force = run.section_force.sel(bead=list(SENSORS)).rename(bead="sensor")
+    waves = [reflections(run, sensor) for sensor in SENSORS]
+    amplitudes = [(wave.incident.amplitude, wave.primary.amplitude) for wave in waves]  # type: ignore[union-attr]
+    arrivals = [(wave.incident.arrival, wave.primary.arrival) for wave in waves]  # type: ignore[union-attr]
+    over = ("sensor", "wave")
+    return xr.Dataset(
+        {
+            "force": force.transpose("sensor", "time"),
+            "amplitude": (over, amplitudes, {"units": "N", "long_name": "peak force of a sensor"}),
+            "arrival": (over, arrivals, {"units": "s", "long_name": "time of the peak"}),
+            "wave_speed": ((), wave_speed(run, *SENSORS), {"units": "m/s"}),
+            "energy_error": ((), float(energy_error(run)), {"units": "1"}),
+        },
+        coords={"wave": ["incident", "echo"]},
+    )
+
+
+def table(data: xr.Dataset) -> list[Row]:
+    """Figure 3.10, which prints no numbers: one model compared with the other."""
+    flat, solid = data.sel(model=AXISYMMETRIC), data.sel(model=SOLID)
+    good = "a good comparison"
+    law = 100.0 * (solid.law / flat.law - 1.0)
+    apart = 100.0 * (solid.frequency / flat.frequency - 1.0)
+    rows = [
+        Row("full, half and quarter sphere", good, "the same", "",
+            "by symmetry, but for rounding: their matrices are the same on motions that are symmetric, as the forces "
+            "are"),
+        Row("wave speed, three dimensions over two", good, float(solid.wave_speed / flat.wave_speed), "",
+            f"{float(solid.wave_speed):.1f} and {float(flat.wave_speed):.1f} m/s between beads 7 and 16"),
+        Row("wave speed, modes alone in three dimensions", good,
+            float(data.wave_speed.sel(model=MIXED) / flat.wave_speed), "",
+            "both laws axisymmetric: the rest of the difference is the law's"),
+    ]  # fmt: skip
+    for sensor, wave in ((7, "incident"), (16, "incident"), (16, "echo"), (7, "echo")):
+        one, other = (model.sel(sensor=sensor, wave=wave) for model in (solid, flat))
+        rows.append(
+            Row(f"peak force at bead {sensor}, {wave}, three dimensions over two", good,
+                float(one.amplitude / other.amplitude), "",
+                f"{float(one.amplitude):.2f} and {float(other.amplitude):.2f} N, at {float(one.arrival) * 1e6:.1f} "
+                f"and {float(other.arrival) * 1e6:.1f} µs")
+        )  # fmt: skip
+    return [
+        *rows,
+        Row("contact law, three dimensions over two", "", float((solid.law / flat.law).mean()), "",
+            f"{float(law.min()):+z.1f} to {float(law.max()):+z.1f} % over 0.5 to 5 µm: what the tetrahedra leave, "
+            "whose scatter makes the beads ring"),
+        Row("frequencies, three dimensions over two", "", 1.0 + 0.01 * float(apart.max()), "",
+            f"at most: {float(apart.min()):.3f} to {float(apart.max()):.2f} % higher, of {MODES - 1} about the axis"),
+    ]  # fmt: skip
+
+
+def figures(data: xr.Dataset) -> dict[str, "Figure"]:
+    """Figure 3.10: force at the centres of beads 7 and 16 over time, in both chains."""
+    from coupling.views import plots
+
+    figure, axes = plots.panels(2, width=3.7, height=3.2)
+    titles = {AXISYMMETRIC: "axisymmetric", SOLID: "three-dimensional"}
+    for axis, (model, title) in zip(axes, titles.items(), strict=True):
+        plots.histories(axis, data.force.sel(model=model))
+        axis.set(title=title, xlim=(0.0, UNTIL * 1e6))
+    axes[0].set_ylabel("force at the centre (N)")
+    axes[0].set_ylim(0.0, 19.0)
+    axes[0].legend(frameon=False, fontsize="small", loc="upper left", ncols=2)
+    return {"waves": figure}

@@ -1,0 +1,203 @@
+"""Thesis section 6.1.3: a steel cylinder on one of PTFE; the thicker the steel, the weaker the secondary wave."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from coupling.cosimulation import CoSimulation
+from coupling.sweeps.sweep import sweep
+from hertzlink.studies import struck_cylinders as struck
+from hertzlink.studies.table import Row
+from structures.damping import standard_linear_solid
+from structures.material import PTFE, STEEL_440C
+from structures.reduction import reduce
+from structures.rod import Layer, rod, rod_parts
+from structures.structure import Vector
+from structures.theory import axial_stiffness, primary_amplitude_ratio, secondary_delay, upper_layer_restitution
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+RADIUS, LOWER = 9.525e-3, 25.4e-3
+UPPERS = tuple(np.geomspace(6.35e-3, 101.6e-3, 33))
+"""m; every eighth doubles the first, and 25.4 mm is among them."""
+
+SOLID_UPPERS = tuple(6.35e-3 * 2.0 ** (i / 2.0) for i in range(9))
+
+WEAK = 0.1
+"""Figure 6.11's limit of AR for a secondary wave."""
+
+SHARE, RELAXATION, VISCOUS_DASHPOT = 0.4, 30e-6, 4.0
+"""Of PTFE as a standard linear solid: the part of Table 2.1's modulus that fades, and in which time, s; and γ, N s/m.
+
+One choice that is near the experiment at 6.35 mm, not a fit: other pairs are as near, see `table`.
+"""
+
+SHARES = (0.3, SHARE, 0.5)
+"""Of the modulus, to show how the waves depend on it."""
+
+VISCOUS_UPPER = 6.35e-3
+
+
+def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
+    """AR, TOF and the force at the sensors over the thickness of the upper layer. quick: every fourth thickness.
+
+    viscous_…: AR and TOF at the thinnest one, over the share of PTFE's modulus that fades.
+    """
+    uppers, solid_uppers = (UPPERS[::4], SOLID_UPPERS[::4]) if quick else (UPPERS, SOLID_UPPERS)
+    # Starting processes would take longer than the quick runs.
+    jobs = 1 if quick and jobs is None else jobs
+    data = struck.over_lengths(lambda upper: two_layers(upper, LOWER), uppers, solid_uppers, jobs)
+    viscous = sweep(viscoelastic, struck.UNTIL, 1, struck.measure, share=SHARES)
+    for name in ("amplitude_ratio", "time_of_flight"):
+        data[f"viscous_{name}"] = viscous[name]
+    data["share"].attrs["units"] = "1"
+    return data
+
+
+def viscoelastic(share: float) -> CoSimulation:
+    """The thinnest steel on PTFE whose modulus, for sudden loads that of Table 2.1, loses a share of itself in time."""
+    layers = two_layers(VISCOUS_UPPER, LOWER)
+    body = standard_linear_solid(rod(layers), share, RELAXATION, rod_parts(layers)[1], "instantaneous")
+    return CoSimulation(struck.chain(VISCOUS_DASHPOT), reduce(body, struck.UNTIL))
+
+
+def two_layers(upper: float, lower: float) -> list[Layer]:
+    """Steel on PTFE, thicknesses in m."""
+    return [Layer(STEEL_440C, upper, RADIUS), Layer(PTFE, lower, RADIUS)]
+
+
+def theory(upper: Vector, lower: Vector | float) -> xr.Dataset:
+    """Equations 6.24 with 6.26, 6.29 and 6.34, the last with and without the lower layer's mass; thicknesses in m."""
+    top, bottom = two_layers(1.0, 1.0)
+    lengths = ((top, upper), (bottom, lower))
+    masses = [layer.material.density * layer.area * np.asarray(length) for layer, length in lengths]
+    restitution = upper_layer_restitution(struck.BEAD.mass, masses[0])
+    primary = struck.theory_time_of_flight(struck.STEEL_WALL, restitution)
+    spring = axial_stiffness(PTFE.youngs_modulus, bottom.area, np.asarray(lower))
+    delays = [secondary_delay(masses[0], mass, spring) for mass in (0.0, masses[1])]
+    size = np.broadcast(masses[0], masses[1]).shape
+    values = {
+        "amplitude_ratio": primary_amplitude_ratio(restitution), "time_of_flight": primary,
+        "printed": primary + delays[0], "with_lower_mass": primary + delays[1], "delay": delays[0],
+        "delay_with_lower_mass": delays[1],
+    }  # fmt: skip
+    return xr.Dataset({name: ("length", np.broadcast_to(value, size)) for name, value in values.items()})
+
+
+def theory_lines(axis: "Axes", name: str, wave: str, lengths: Vector, found: xr.Dataset) -> None:
+    """The closed forms that there are, over a length in m."""
+    from coupling.views import plots
+
+    x = lengths * 1e3
+    if (name, wave) == ("amplitude_ratio", "primary"):
+        plots.theory_line(axis, x, found.amplitude_ratio.values, "equations 6.24, 6.26")
+    elif (name, wave) == ("time_of_flight", "primary"):
+        plots.theory_line(axis, x, found.time_of_flight.values * 1e6, "equation 6.29")
+    elif wave == "secondary" and name == "time_of_flight":
+        plots.theory_line(axis, x, found.printed.values * 1e6, "equation 6.34")
+        plots.theory_line(axis, x, found.with_lower_mass.values * 1e6, "6.34 with $M_l/3$", "--")
+
+
+def table(data: xr.Dataset) -> list[Row]:
+    """The numbers that section 6.1.3 prints, compared with ours."""
+    return [*_amplitudes(data), *_flights(data), *_viscoelastic(data), *_axisymmetric(data)]
+
+
+def _amplitudes(data: xr.Dataset) -> list[Row]:
+    ends, expected = data.isel(length=[0, -1]), theory(data.length.values[[0, -1]], LOWER).amplitude_ratio.values
+    middle = data.sel(dashpot=struck.DASHPOT)
+    rows = []
+    for i, (upper, primary, secondary) in enumerate(((6.35, 0.428, 0.3), (101.6, 0.769, 0.0))):
+        both = ends.isel(length=i, drop=True).amplitude_ratio
+        rows += [
+            Row(f"AR, primary, {upper} mm", primary, struck.ratio(both.sel(dashpot=struck.DASHPOT)), "",
+                f"experiment; equations 6.24 and 6.26: {expected[i]:.3g}, for a bead without losses on a free mass; "
+                + struck.sensitivity(both.sel(wave="primary"))),
+            Row(f"AR, secondary, {upper} mm", secondary, struck.ratio(both.sel(dashpot=struck.DASHPOT), "secondary"),
+                "", "experiment, where PTFE is viscoelastic; " + struck.sensitivity(both.sel(wave="secondary"))),
+        ]  # fmt: skip
+    return [
+        *rows,
+        Row("upper layer with no secondary wave from on", 25.4, thinnest_without(middle) * 1e3, "mm",
+            "where AR of the secondary wave falls below 0.1; figure 6.11 says about 22 mm"),
+    ]  # fmt: skip
+
+
+def thinnest_without(data: xr.Dataset, weak: float = WEAK) -> float:
+    """Thickness, m, beyond which no secondary wave has more than this AR; interpolated."""
+    curve = data.amplitude_ratio.sel(wave="secondary").fillna(0.0).values
+    last = int(np.flatnonzero(curve > weak)[-1])
+    near = slice(last, last + 2)
+    return float(np.interp(-weak, -curve[near], data.length.values[near]))
+
+
+def _flights(data: xr.Dataset) -> list[Row]:
+    middle = data.sel(dashpot=struck.DASHPOT)
+    primary, secondary = (middle.time_of_flight.sel(wave=wave) * 1e6 for wave in ("primary", "secondary"))
+    expected = theory(data.length.values, LOWER) * 1e6
+    followed = secondary.dropna("length")
+    last = f"{float(followed.length[-1]) * 1e3:.0f} mm, {float(followed[-1]):.0f} µs"
+    others = struck.sensitivity(data.time_of_flight.sel(wave="secondary").isel(length=0), 1e6)
+    return [
+        Row("TOF, primary, shorter by", 3.19, struck.lost(primary), "%",
+            f"discrete particles; equation 6.29: {struck.lost(expected.time_of_flight):.2g} %"),
+        Row("TOF, primary", "430 to 470", struck.interval(primary), "µs",
+            "experiment; " + struck.sensitivity(data.time_of_flight.sel(wave="primary").isel(length=0), 1e6)
+            + " at 6.35 mm"),
+        Row("TOF, secondary, 6.35 mm", 619.0, float(secondary[0]), "µs",
+            f"experiment; equation 6.34: {float(expected.printed[0]):.0f}, with a third of the lower layer's mass "
+            f"{float(expected.with_lower_mass[0]):.0f}; {others}"),
+        Row("TOF, secondary, 101.6 mm", 821.0, "none", "µs",
+            f"the wave fades, last seen at {last}; equation 6.34: {float(expected.printed[-1]):.0f}; the thesis's own "
+            "AR there is 0"),
+        Row("TOF, secondary, longer by", 32.5, 100.0 * float(followed[-1] / followed[0] - 1.0), "%",
+            f"from 0.619 to 0.821 ms in the thesis; here up to {last}"),
+    ]  # fmt: skip
+
+
+def _viscoelastic(data: xr.Dataset) -> list[Row]:
+    """One possible cause of the weaker and later secondary wave: PTFE as a standard linear solid."""
+    chosen, label = data.sel(share=SHARE), "6.35 mm, viscoelastic PTFE"
+    primary, secondary = (data.viscous_amplitude_ratio.sel(wave=wave).values for wave in struck.WAVES)
+    later = data.viscous_time_of_flight.sel(wave="secondary").values * 1e6
+    solid = (
+        f"one possible cause: PTFE as a standard linear solid, which at once has the modulus of Table 2.1 and loses "
+        f"{100 * SHARE:.0f} % of it with a relaxation time of {RELAXATION * 1e6:.0f} µs; γ = {VISCOUS_DASHPOT:g} N s/m"
+    )
+    shares = f"losses of {100 * SHARES[0]:.0f} % and {100 * SHARES[-1]:.0f} %"
+    return [
+        Row(f"AR, primary, {label}", 0.428, struck.ratio(chosen.viscous_amplitude_ratio), "",
+            f"{solid}. {primary[0]:.3f} and {primary[-1]:.3f} with {shares}"),
+        Row(f"AR, secondary, {label}", 0.3, struck.ratio(chosen.viscous_amplitude_ratio, "secondary"), "",
+            f"the same solid; {secondary[0]:.3f} and {secondary[-1]:.3f} with {shares}. Neither number is measured, "
+            "and the glue and the joint may lose energy too"),
+        Row(f"TOF, secondary, {label}", 619.0, struck.flight(chosen.viscous_time_of_flight, "secondary"), "µs",
+            f"the same solid; {later[0]:.0f} and {later[-1]:.0f} with {shares}: PTFE that softens returns later"),
+    ]  # fmt: skip
+
+
+def _axisymmetric(data: xr.Dataset) -> list[Row]:
+    first = data.isel(solid_length=0)
+    later = float(struck.beyond_rod(data, "time_of_flight").isel(solid_length=0)) * 1e6
+    earlier = float(struck.beyond_rod(data, "time_of_flight", "secondary").isel(solid_length=0)) * 1e6
+    apart = struck.beyond_rod(data, "amplitude_ratio").values
+    return [
+        Row("AR, primary, 6.35 mm, axisymmetric", 0.428, struck.ratio(first.solid_amplitude_ratio), "",
+            f"{apart[0]:+z.3f} to the rod ({apart[-1]:+z.4f} at 101.6 mm): PTFE bonded to steel and base cannot widen, "
+            "so is stiffer than E; with ν = 0 for PTFE the rod's within 0.0005. The disc's own bending costs 0.002"),
+        Row("TOF, secondary, 6.35 mm, axisymmetric", 619.0,
+            struck.flight(first.solid_time_of_flight, "secondary"), "µs",
+            f"{earlier:+z.1f} µs to the rod, likewise; the primary wave's {later:+z.1f}"),
+    ]  # fmt: skip
+
+
+def figures(data: xr.Dataset) -> dict[str, "Figure"]:
+    """TOF (figure 6.10) and AR (6.11) over the thickness of the upper layer, and the force-intensity map (6.9)."""
+
+    def lines(axis: "Axes", name: str, wave: str, lengths: Vector) -> None:
+        theory_lines(axis, name, wave, lengths, theory(lengths, LOWER))
+
+    return struck.layers_figures(data, "thickness of the steel layer (mm)", lines)

@@ -1,0 +1,1 @@
+"""Beads that deform and vibrate."""

@@ -1,0 +1,253 @@
+"""Chains of deformable beads: what a bead does between its contacts is told by a few of its own vibrations.
+
+Substructuring with free interfaces (MacNeal, Comput. Struct. 1 (1971) 581): a bead moves by its rigid motion and its
+lowest free vibrations; beyond those it gives way at once. Of that the part at the pole which is pushed is in the
+contact's law, which is not linear; the part at the other pole is a flexibility (`Vibration.cross`).
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from math import ceil, inf, log2, pi
+from typing import Any
+
+import numpy as np
+
+from particles import kernels
+from particles.bead import Bead
+from particles.chain import Chain
+from particles.deformable.vibration import Vibration, vibration
+from particles.laws.axisymmetric import contact_law_fem
+from particles.laws.formulas import NARROWEST, SAMPLES, ContactLaw, TabulatedLaw, contact_law
+from particles.laws.meshes import body_of
+from particles.moving import MovingChain
+from structures.checks import short, whole
+from structures.structure import Vector
+from structures.surface import Surface
+
+MOST_MODES = 20
+
+STEPS_PER_VIBRATION = 30
+"""Steps in the shortest period of a bead's modes."""
+
+BEYOND = 4.0
+"""How far tables go on beyond the deepest approach."""
+
+LEAST_LEFT = 0.2
+"""Part of a contact's flexibility that the modes must leave to it: else small errors of both are large ones of what is
+left."""
+
+
+@dataclass(frozen=True)
+class DeformableChain(Chain):
+    """A chain whose beads deform and vibrate, as in the thesis's finite elements: Spheres, HollowSpheres, Ellipsoids.
+
+    Takes a Chain's place anywhere, with the same arguments; results also hold the force through each bead's central
+    section, and what its vibration does.
+    modes: the rigid motion and the lowest axisymmetric vibrations of each free bead. With one the beads are rigid
+    outside their contacts: a Chain with the law of finite elements. vibrations: the function of a bead and of the
+    number of its elastic modes that tells these, as `vibration` does. law: by default `contact_law_fem`, up to the
+    approach at which one contact would hold all of the striker's energy; one that is given must count the approach of
+    mid-planes. Forces from outside, gravity and what a spring, a dead load or a force history do, act on beads as
+    wholes; losses see the rate at which poles approach.
+    """
+
+    modes: int = 8
+    vibrations: Callable[[Bead, int], Vibration] = vibration
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "modes", whole("modes", self.modes))
+        if self.modes > MOST_MODES:
+            raise ValueError(f"modes = {self.modes!r}: must be at most {MOST_MODES}")
+        if not callable(self.vibrations):
+            raise ValueError(f"vibrations = {self.vibrations!r}: must be a function of a bead and a number of modes")
+        for i, bead in enumerate(self.beads):
+            body_of(bead, 1.0, f"beads[{i}]")
+        if self.body is not None:
+            body_of(self.body, 1.0, "striker")
+
+
+class MovingDeformableChain(MovingChain):
+    """A DeformableChain as a participant, see MovingChain.
+
+    Its state's positions and velocities are those of the centres of mass, and behind them the amplitudes (m √kg) and
+    rates of the modes, body by body. laws count the approach of mid-planes, local_laws what is left of it without the
+    modes.
+    """
+
+    chain: DeformableChain
+
+    @cached_property
+    def shapes(self) -> tuple[Vibration | None, ...]:
+        """The vibrations of body 0 and of the beads; None where there is no body."""
+        elastic = self.chain.modes - 1
+        bodies: tuple[Bead | None, ...] = (self.chain.body, *self.chain.beads)
+        known = {body: self.chain.vibrations(body, elastic) for body in dict.fromkeys(bodies) if body is not None}
+        return tuple(None if body is None else known[body] for body in bodies)
+
+    @cached_property
+    def vibrations(self) -> kernels.Vibrations:
+        """What the kernels know of the bodies' vibrations."""
+        bodies, elastic = len(self.shapes), self.chain.modes - 1
+        stiffness, struck, far = (np.zeros((bodies, elastic)) for _ in range(3))
+        cross = np.zeros(bodies)
+        for i, shape in enumerate(self.shapes):
+            if shape is not None and elastic:
+                stiffness[i], struck[i], far[i] = shape.frequencies**2, shape.struck, shape.far
+                cross[i] = shape.cross
+        return kernels.Vibrations(stiffness, struck, far, cross)
+
+    @cached_property
+    def local_laws(self) -> tuple[ContactLaw | None, ...]:
+        """Force against the approach of poles less what the modes tell: the residual flexibility, and Hertz's."""
+        if self.chain.modes == 1:
+            return self.laws
+        known: dict[tuple[int, float], ContactLaw] = {}
+        local: list[ContactLaw | None] = []
+        softness = [0.0 if shape is None else shape.compression - shape.cross for shape in self.shapes]
+        for law, told in zip(self.laws, np.add(softness, [*softness[1:], 0.0]).tolist(), strict=True):
+            if law is not None and (id(law), told) not in known:
+                given = law is self.chain.law or callable(self.chain.law)
+                known[id(law), told] = _without(law, told, self._deepest(law), self.chain.modes, given)
+            local.append(None if law is None else known[id(law), told])
+        return tuple(local)
+
+    @cached_property
+    def method(self) -> int:
+        """What the kernels call `method`."""
+        if self.chain.modes == 1:
+            return super().method
+        return kernels.RK4 if self.chain.integrator == "rk4" else kernels.LOSSY_VERLET
+
+    @cached_property
+    def damping_time(self) -> float:
+        """The shortest time, s, in which a loss would stop a contact, whose poles are lighter than their bodies."""
+        vibrations, inverse = self.vibrations, 1.0 / self.reduced_mass
+        behind, ahead = (vibrations.far**2).sum(axis=1), np.append((vibrations.struck**2).sum(axis=1)[1:], 0.0)
+        return super().damping_time * float((inverse / (inverse + behind + ahead)).min())
+
+    @cached_property
+    def longest_step(self) -> float:
+        """The step by default, s."""
+        return min(super().longest_step, self._shortest_period / STEPS_PER_VIBRATION)
+
+    @property
+    def _shortest_period(self) -> float:
+        fastest = float(self.vibrations.stiffness.max(initial=0.0)) ** 0.5
+        return 2.0 * pi / fastest if fastest > 0.0 else inf
+
+    def poles(self, position: Vector) -> tuple[Vector, Vector]:
+        """Where the bodies' poles are, of the struck side and the other, saved times × bodies, m; see `ChainState`."""
+        bodies = self.mass.size
+        amplitude = position[:, bodies:].reshape(len(position), bodies, -1)
+        struck, far = ((shape * amplitude).sum(axis=2) for shape in (self.vibrations.struck, self.vibrations.far))
+        return position[:, :bodies] + struck, position[:, :bodies] + far
+
+    def section_force(self, contact_force: Vector, position: Vector) -> Vector:
+        """Compressive force through the central section of each body, saved times × bodies, N.
+
+        contact_force and position: saved times × contacts, and × coordinates. From the momentum of the struck half.
+        """
+        bodies = self.mass.size
+        vibrations = self.vibrations
+        amplitude = position[:, bodies:].reshape(len(position), bodies, -1)
+        # Where nothing touches the first bead, a force history stands for its contact, which pushes all of the bead.
+        pushed = np.where([law is not None for law in self.laws[:-1]], contact_force[:, :-1], 0.0)
+        behind = np.column_stack([np.zeros(len(contact_force)), pushed])[:, :, None]
+        ahead = contact_force[:, :, None]
+        acceleration = vibrations.struck * behind - vibrations.far * ahead - vibrations.stiffness * amplitude
+        section = np.zeros_like(vibrations.struck)
+        for i, shape in enumerate(self.shapes):
+            if shape is not None and section.size:
+                section[i] = shape.section
+        force: Vector = 0.5 * (behind + ahead)[:, :, 0] - (section * acceleration).sum(axis=2)
+        return force
+
+    def vibration_energy(self, position: Vector, velocity: Vector) -> Vector:
+        """Kinetic and elastic energy of each body's modes beyond the rigid one, saved times × bodies, J."""
+        bodies = self.mass.size
+        amplitude, rate = (y[:, bodies:].reshape(len(y), bodies, -1) for y in (position, velocity))
+        energy: Vector = 0.5 * (rate**2 + self.vibrations.stiffness * amplitude**2).sum(axis=2)
+        return energy
+
+    def _found_law(self, one: Bead, other: Bead | Surface) -> ContactLaw:
+        """By finite elements; by formulas for surfaces of structures that are curved in one direction only."""
+        analytic = contact_law(one, other)
+        if isinstance(other, Surface) and other.second_curvature != other.curvature:
+            return analytic
+        deepest, speed = self._deepest(analytic), self.chain.impact_speed
+        try:
+            return _law_up_to(one, other, _even(deepest))
+        except ValueError as error:
+            culprit = "chain" if speed is None else f"impact_speed = {speed!r}"
+            raise ValueError(
+                f"{culprit}: a contact that holds all {self.energy:.3g} J is pressed by {deepest:.3g} m, for which "
+                "finite elements give no law; take less, or give a law"
+            ) from error
+
+    def _deepest(self, law: ContactLaw) -> float:
+        """The approach, m, at which one contact would hold all energy, on top of the greatest static force."""
+        beads = sum(bead.mass for bead in self.chain.beads)
+        static = self.chain.preload + abs(self.chain.gravity_along) * beads
+        return float(law.overlap(np.array(self.energy)) + law.approach(np.array(static)))
+
+    def _at_rest(self) -> Vector:
+        """Positions and amplitudes in static equilibrium."""
+        force, vibrations = self.static_force, self.vibrations
+        behind, ahead = np.append(0.0, force[:-1])[:, None], force[:, None]
+        rates = np.where(vibrations.stiffness > 0.0, vibrations.stiffness, inf)
+        amplitude = (vibrations.struck * behind - vibrations.far * ahead) / rates
+        approach = np.array([law.approach(f) if law else 0.0 for law, f in zip(self.local_laws, force, strict=True)])
+        approach[[0, -1]] += self._springs() * force[[0, -1]]
+        approach[1:] -= vibrations.cross[1:] * force[:-1]
+        approach[:-1] -= vibrations.cross[1:] * force[1:]
+        shortened = approach - (vibrations.far * amplitude).sum(axis=1)
+        shortened[:-1] += (vibrations.struck * amplitude).sum(axis=1)[1:]
+        return np.append(np.cumsum(shortened[::-1])[::-1], amplitude.ravel())
+
+    def _check_step(self) -> None:
+        super()._check_step()
+        largest = self._shortest_period / pi
+        if self.dt is not None and self.dt > 0.9 * largest:
+            raise ValueError(f"dt = {self.dt!r}: too large for the beads' modes; must be below {0.9 * largest:.3g} s")
+
+
+def moving_chain(chain: Chain, *facts: Any, **more: Any) -> MovingChain:
+    """What moves a chain, of rigid or of deformable beads; see MovingChain for what else it takes."""
+    kind = MovingDeformableChain if isinstance(chain, DeformableChain) else MovingChain
+    return kind(chain, *facts, **more)
+
+
+@lru_cache(maxsize=256)
+def _law_up_to(first: Bead, second: Bead | Surface, approach: float) -> ContactLaw:
+    return contact_law_fem(first, second, max_approach=approach)
+
+
+def _even(approach: float) -> float:
+    """The next power of √2, so that the runs of a sweep share their laws."""
+    return float(2.0 ** (ceil(2.0 * log2(approach)) / 2.0))
+
+
+def _without(law: ContactLaw, flexibility: float, deepest: float, modes: int, given: bool) -> ContactLaw:
+    """The law less a linear flexibility, m/N: as deep as enough is left, and as `deepest`, m, at least.
+
+    given: whether it is the user's, which may be at fault itself.
+    """
+    approaches = np.geomspace(NARROWEST, BEYOND * deepest, SAMPLES)
+    forces = law.force(approaches)
+    local = approaches - flexibility * forces
+    enough = np.append(True, np.diff(local) > LEAST_LEFT * np.diff(approaches))
+    count = approaches.size if enough.all() else int(enough.argmin())
+    if approaches[count - 1] < deepest and given:
+        raise ValueError(
+            f"law = {short(law)}: is too stiff for beads that vibrate so: beyond {approaches[count - 1]:.3g} m modes = "
+            f"{modes!r} leave hardly anything of its approach, which may be {deepest:.3g} m; give one that counts the "
+            "approach of mid-planes, or take fewer modes"
+        )
+    if approaches[count - 1] < deepest:
+        raise ValueError(
+            f"modes = {modes!r}: too many for a contact that may be pressed by {deepest:.3g} m: beyond "
+            f"{approaches[count - 1]:.3g} m they leave hardly anything of its approach; take fewer"
+        )
+    return TabulatedLaw(local[:count], forces[:count], law.name, law.caution)  # type: ignore[arg-type]

@@ -1,0 +1,1 @@
+"""Contact laws of pairs of beads: by formula and computed."""

@@ -1,0 +1,53 @@
+"""How far the surface of a body of revolution gives way under forces on it: finite elements, condensed to a matrix."""
+
+import numpy as np
+from scipy import sparse
+from skfem import Basis, ElementQuad2, ElementVector
+
+from particles.laws.meshes import Block, Body, HalfPlane, Whole
+from structures.elasticity import part_stiffnesses
+from structures.factor import factorise
+from structures.structure import Vector
+
+INTEGRATION_ORDER = 5
+
+MIDPLANES = ("roller", "clamped")
+
+
+def surface_compliance(body: Body, plane: HalfPlane, midplane: str) -> Vector:
+    """Displacements along the axis of the m nodes that may touch, by unit forces there, m × m, m/N; symmetric.
+
+    A node's force is that on its whole ring. The body is factorised once. midplane: see `supported_stiffness`.
+    """
+    stiffness, pressed = supported_stiffness(body, plane, midplane)
+    solve = factorise(stiffness)
+    compliance = np.empty((pressed.size, pressed.size))
+    unit = np.zeros(stiffness.shape[0])
+    for column, dof in enumerate(pressed):
+        unit[dof] = 1.0
+        compliance[:, column] = solve(unit)[pressed]
+        unit[dof] = 0.0
+    symmetric: Vector = 0.5 * (compliance + compliance.T)
+    return symmetric
+
+
+def supported_stiffness(body: Body, plane: HalfPlane, midplane: str) -> tuple[sparse.csr_array, Whole]:
+    """Stiffness of what the supports leave free, n × n, N/m; and where in it the axial motions of `plane.surface` are.
+
+    midplane: "roller", free to slide sideways, or "clamped". The far sides of a half-space are held. All nodes at the
+    centre of a solid bead share one place, which neither axis nor mid-plane lets move: held, they may share it.
+    """
+    basis = Basis(plane.mesh, ElementVector(ElementQuad2()), intorder=INTEGRATION_ORDER)
+    across, axial = (np.concatenate([basis.nodal_dofs[i], basis.facet_dofs[i], basis.interior_dofs[i]]) for i in (0, 1))
+    axis, end, bottom = plane.along == 0.0, plane.along == plane.along.max(), plane.depth == plane.depth.max()
+    if isinstance(body, Block):
+        end = bottom = end | bottom
+    clamped = isinstance(body, Block) or midplane == "clamped"
+    solid = isinstance(body, Block) or body.hollow == 0.0
+    held = [across[axis], axial[end]]
+    held += [across[end]] if clamped else []
+    held += [across[bottom], axial[bottom]] if solid else []
+    kept = np.setdiff1d(np.arange(basis.N), np.concatenate(held))
+    owner = np.zeros(plane.mesh.nelements, dtype=np.int64)
+    stiffness = part_stiffnesses(basis, [body.material], owner)[0]
+    return stiffness[kept][:, kept], np.searchsorted(kept, axial[plane.surface])

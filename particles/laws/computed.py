@@ -1,0 +1,106 @@
+"""Contact laws that were computed point by point: the range, the error, and how they go on below their first point."""
+
+from dataclasses import dataclass
+from math import log2, nan
+
+import numpy as np
+
+from particles.laws.formulas import ContactLaw, TabulatedLaw
+from particles.laws.power_fit import PowerFit, fit_power_law
+from structures.checks import finite, not_negative, positive, within
+from structures.structure import Vector
+
+ORDER = 2.0
+"""Of the convergence of F(δ), by finite elements where the contact's edge lies at a corner of the mesh."""
+
+LEAST_ORDER = 1.0
+"""Below this, the difference to the coarser law is taken for the error as it is."""
+
+PARTS_BELOW = np.geomspace(1e-9, 1.0, 72, endpoint=False)
+"""Forces below the first computed one, over it."""
+
+LEAST_PART = 1e-12
+"""The least approach that is computed, over the radius: narrower contacts a mesh cannot tell from a point."""
+
+ROUNDING = 1e-9
+"""Of a range's ends."""
+
+Points = tuple[Vector, Vector]
+"""Approaches, m, and forces, N."""
+
+
+@dataclass(frozen=True)
+class ComputedLaw(TabulatedLaw):
+    """A contact law by a numerical method, computed from the approach `smallest` to `largest`, m.
+
+    Below, it goes on as the law of its theory in series with a spring, through the first computed point; beyond
+    `largest`, a run warns. error: largest relative error of the force in the range, estimated from coarser meshes;
+    order: the observed order of convergence; nan where those are too coarse to tell.
+    """
+
+    smallest: float = 0.0
+    error: float = 0.0
+    order: float = nan
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in ("smallest", "error"):
+            object.__setattr__(self, name, not_negative(name, getattr(self, name), "m" if name == "smallest" else ""))
+        # nan alone differs from itself.
+        if self.order == self.order:
+            finite("order", self.order)
+
+    def fit(self, lowest: float | None = None, highest: float | None = None, weighting: str = "relative") -> PowerFit:
+        """The nearest power law, by default over the whole computed range; see `fit_power_law`.
+
+        Raises ValueError for a range that was not computed.
+        """
+        low = self.smallest if lowest is None else positive("lowest", lowest, "m")
+        high = self.largest if highest is None else positive("highest", highest, "m")
+        for name, end in (("lowest", low), ("highest", high)):
+            if not self.smallest * (1.0 - ROUNDING) <= end <= self.largest * (1.0 + ROUNDING):
+                raise ValueError(
+                    f"{name} = {end!r}: must lie between {self.smallest:.4g} and {self.largest:.4g} m, which were "
+                    "computed; beyond, see fit_power_law"
+                )
+        return fit_power_law(self, low, high, weighting)
+
+
+def error_and_order(fine: Points, coarse: Points, coarsest: Points, *, highest: float = ORDER) -> tuple[float, float]:
+    """Largest relative error of the finest law's force, and the observed order, from meshes of cells twice as large.
+
+    The order is that of the mean differences where all three hold. Without one, the whole difference is the error;
+    observed orders above the `highest` are not trusted to last: the error is then that of this order.
+    """
+    approaches, forces = fine
+    by_coarse, by_coarsest = (TabulatedLaw(*points).force(approaches) for points in (coarse, coarsest))  # type: ignore[arg-type]
+    near = np.abs(by_coarse - forces) / forces
+    far = np.abs(by_coarsest - by_coarse) / forces
+    common = approaches >= coarsest[0][0]
+    order = log2(float(far[common].mean() / near[common].mean())) if np.count_nonzero(common) > 2 else nan
+    gain = 2.0 ** min(max(order, LEAST_ORDER), highest) if order == order else 2.0
+    return float(near.max()) / (gain - 1.0), order
+
+
+def continued_to_zero(points: Points, theory: ContactLaw) -> Points:
+    """The points, and before them a theory's law in series with the spring that leads to the first one."""
+    approach, force = points[0][0], points[1][0]
+    forces = force * PARTS_BELOW
+    softness = (approach - float(theory.approach(np.array(force)))) / force
+    return np.append(theory.approach(forces) + softness * forces, points[0]), np.append(forces, points[1])
+
+
+def check_range(
+    max_force: float | None, max_approach: float | None, theory: ContactLaw, radius: float, least: float = LEAST_PART
+) -> None:
+    """A ValueError where not just one of the two, N and m, says how far a law goes, or where that is out of reason.
+
+    Approaches are, from the part `least` of the bodies' smallest radius, m, to all of it; forces are, as theory's.
+    """
+    if (max_force is None) == (max_approach is None):
+        raise ValueError(f"max_force = {max_force!r}, max_approach = {max_approach!r}: one of the two must be given")
+    if max_approach is not None:
+        within("max_approach", max_approach, least * radius, radius, "m")
+    if max_force is not None:
+        low, high = theory.force(np.array([least * radius, radius]))
+        within("max_force", max_force, float(low), float(high), "N")

@@ -1,0 +1,156 @@
+"""Matrices of Mindlin–Reissner plates on any flat mesh, and how their edges are held.
+
+The deflection w and the slope s = (s_x, s_y) of the fibres across the wall, which is ∇w where there is no shear, are
+functions of one Space: energy ½ ∫ κᵀ B κ + (∇w − s)ᵀ S (∇w − s) with κ = (s_x,x, s_y,y, s_x,y + s_y,x), mass
+½ ∫ m ẇ² + J |ṡ|², all integrated in full (Mindlin, J. Appl. Mech. 18 (1951) 31). The order of the functions alone
+keeps thin plates from locking. Degree of freedom 3 i is w of function i, 3 i + 1 and 3 i + 2 are s_x and s_y.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from plates.elements.shape_functions import Space
+from plates.section import Section
+from plates.shapes.mesh import QUARTER_TURN, tangents
+from plates.support import ElasticEdge, Support
+from structures.mesh_source import Numbers, Tag
+from structures.structure import Vector
+
+TWO_WAYS = 1e-6
+"""Directions in which s is held are two where the smaller eigenvalue of the sum of d dᵀ exceeds this part of the other:
+they differ by a tenth of a degree."""
+
+Matrix: TypeAlias = sparse.csr_array
+Blocks: TypeAlias = dict[tuple[int, int], Vector]
+
+
+class Mindlin:
+    """A Mindlin plate of one section on a mesh, with polynomials of a degree."""
+
+    def __init__(self, mesh: Any, section: Section, degree: int) -> None:
+        self.space, self.section = Space(mesh, degree), section
+        self.size = 3 * self.space.size
+
+    def matrices(self, weakening: Callable[[Vector], Vector] | None = None) -> tuple[Matrix, Matrix]:
+        """M and K, size × size. weakening: of points 2 × …, m, the factor of the bending stiffness there."""
+        values, (along_x, along_y), weight, points = self.space.inside()
+        inertia = (weight[:, None] * values) @ values.swapaxes(1, 2)
+        slopes = {"x": along_x, "y": along_y}
+
+        def products(by: Vector) -> dict[str, Vector]:
+            return {a + b: (by[:, None] * slopes[a]) @ slopes[b].swapaxes(1, 2) for a in "xy" for b in "xy"}
+
+        stretched = products(weight)
+        curved = stretched if weakening is None else products(weight * weakening(points))
+        crossed = [(weight[:, None] * slopes[a]) @ values.swapaxes(1, 2) for a in "xy"]
+        shear, stiffness = self.section.shear, _bending(self.section.bending, curved)
+        stiffness[0, 0] = np.asarray(sum(shear[i, j] * stretched["xy"[i] + "xy"[j]] for i in (0, 1) for j in (0, 1)))
+        for i in (0, 1):
+            stiffness[0, 1 + i] = -(shear[0, i] * crossed[0] + shear[1, i] * crossed[1])
+            stiffness[1 + i, 0] = stiffness[0, 1 + i].swapaxes(1, 2)
+            for j in (0, 1):
+                stiffness[1 + i, 1 + j] = stiffness[1 + i, 1 + j] + shear[i, j] * inertia
+        turning = self.section.rotary_inertia * inertia
+        mass = {(0, 0): self.section.mass * inertia, (1, 1): turning, (2, 2): turning}
+        return self._assembled(self.space.cell_dofs, mass), self._assembled(self.space.cell_dofs, stiffness)
+
+    def _assembled(self, dofs: Numbers, blocks: Blocks) -> Matrix:
+        """The matrix of blocks for (row, column) of w, s_x and s_y, each cells × functions × functions."""
+        rows, columns, entries = [], [], []
+        for (i, j), block in blocks.items():
+            row, column = np.broadcast_arrays(3 * dofs[:, :, None] + i, 3 * dofs[:, None, :] + j)
+            rows.append(row.ravel())
+            columns.append(column.ravel())
+            entries.append(block.ravel())
+        places = np.concatenate(rows), np.concatenate(columns)
+        matrix = sparse.csr_array(sparse.coo_array((np.concatenate(entries), places), shape=(self.size, self.size)))
+        matrix.eliminate_zeros()
+        return matrix
+
+    def springs(self, facets: Numbers, edge: ElasticEdge) -> Matrix:
+        """Stiffness of springs along facets: ½ ∫ translation w² + rotation (s·n)² over their length."""
+        mesh = self.space.mesh
+        samples = self.space.along(facets)
+        normal = tangents(mesh, facets) @ QUARTER_TURN
+        overlap = (samples.weight[:, None] * samples.values) @ samples.values.swapaxes(1, 2)
+        blocks: Blocks = {(0, 0): edge.translation * overlap}
+        for i in (0, 1):
+            for j in (0, 1):
+                blocks[1 + i, 1 + j] = edge.rotation * (normal[:, i] * normal[:, j])[:, None, None] * overlap
+        return self._assembled(self.space.cell_dofs[mesh.f2t[0, facets]], blocks)
+
+    def kept(self, edges: Mapping[Tag, Numbers], supports: Mapping[Tag, Support]) -> Matrix:
+        """size × n: the motions that the supports leave; at held edges s is turned into their axes.
+
+        On simple edges that are polygons of curves, w vanishes on the curve: w = −(its distance) s·n on the facets.
+        """
+        space = self.space
+        still = np.zeros(space.size, dtype=bool)
+        held = np.zeros((space.size, 2, 2))  # the sum of d dᵀ over the directions d in which s is held
+        follows = np.zeros((space.size, 2))  # w over s_x and s_y where it is not free
+        for name, support in supports.items():
+            if isinstance(support, ElasticEdge) or support == "free":
+                continue
+            dofs, bend = space.on(edges[name])
+            if support in ("simple", "soft simple"):
+                follows[dofs] = -bend.beyond[:, :, None] * bend.outward
+            if support != "symmetry":
+                still[dofs] = True
+            ways = {"clamped": (bend.along, bend.outward), "simple": (bend.along,), "symmetry": (bend.outward,)}
+            for way in ways.get(support, ()):
+                np.add.at(held, dofs, way[..., :, None] * way[..., None, :])
+        return _remaining(still, held, follows)
+
+    def deflection(self, points: Vector) -> Matrix:
+        """What reads w at points, p × 2, from the degrees of freedom; a ValueError where one lies outside."""
+        return sparse.csr_array(sparse.kron(self.space.at(points).value, np.array([[1.0, 0.0, 0.0]])))
+
+    def mean(self, points: Vector, weights: Vector, bend: float) -> Vector:
+        """The mean, with weights, of w + bend ∇·s at points, p × 2, m: one number for each degree of freedom."""
+        reading, found = self.space.at(points), np.zeros(self.size)
+        found[0::3], found[1::3], found[2::3] = (
+            weights @ one for one in (reading.value, bend * reading.slope_x, bend * reading.slope_y)
+        )
+        return found
+
+    def sampled(self, places: Vector) -> tuple[Matrix, Matrix]:
+        """What reads w, and κ in three rows, at places of the reference cell, 2 × places, in each cell in turn."""
+        reading = self.space.sampled(places)
+        along_x = sparse.kron(reading.slope_x, np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]]))
+        along_y = sparse.kron(reading.slope_y, np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]]))
+        deflection = sparse.kron(reading.value, np.array([[1.0, 0.0, 0.0]]), format="csr")
+        return sparse.csr_array(deflection), sparse.csr_array(along_x + along_y)
+
+
+def _bending(bending: Vector, products: Mapping[str, Vector]) -> Blocks:
+    """Blocks of ∫ κᵀ B κ: the strain of s_x is (∂x, 0, ∂y), that of s_y (0, ∂y, ∂x)."""
+    strains = {1: ((0, "x"), (2, "y")), 2: ((1, "y"), (2, "x"))}
+    return {
+        (i, j): np.asarray(sum(bending[m, n] * products[a + b] for m, a in strains[i] for n, b in strains[j]))
+        for i in (1, 2)
+        for j in (1, 2)
+    }
+
+
+def _remaining(still: NDArray[np.bool_], held: Vector, follows: Vector) -> Matrix:
+    """The motions that are left where w follows s, and s is held in directions d of which held is the sum of d dᵀ."""
+    strength, axes = np.linalg.eigh(held)
+    free = np.stack([strength[:, 0] <= TWO_WAYS * strength[:, 1], strength[:, 1] == 0.0], axis=1)
+    axes[free.all(axis=1)] = np.eye(2)
+    moves = np.flatnonzero(~still)
+    rows, columns, entries = [3 * moves], [3 * moves], [np.ones(moves.size)]
+    for axis in (0, 1):
+        turns = np.flatnonzero(free[:, axis])
+        into = axes[turns, :, axis]
+        rows += [3 * turns + 1, 3 * turns + 2, 3 * turns]
+        columns += [3 * turns + 1 + axis] * 3
+        entries += [into[:, 0], into[:, 1], np.where(still[turns], (follows[turns] * into).sum(axis=1), 0.0)]
+    kept, column = np.unique(np.concatenate(columns), return_inverse=True)
+    places = np.concatenate(rows), column
+    matrix = sparse.csr_array(sparse.coo_array((np.concatenate(entries), places), shape=(3 * still.size, kept.size)))
+    matrix.eliminate_zeros()
+    return matrix

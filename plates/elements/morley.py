@@ -1,0 +1,179 @@
+"""Matrices of thin (Kirchhoff) plates on any flat mesh of triangles: Morley's elements, and how their edges are held.
+
+w is quadratic in each triangle, given by its values at the corners and its slopes across the sides at their middles;
+not continuous, but convergent, with order 2 of frequencies (Morley, Aero. Quart. 19 (1968) 149). scikit-fem's
+ElementTriMorley is the same; here the triangles have coordinates of their own, so that small ones in a large plate
+lose no digits. Degrees of freedom: w at the vertices, then the slopes across the facets.
+
+Morley's plate is too soft: the curvature is constant in each triangle, and the energy of its variation is missing. This
+energy is added here, from the jumps of the curvature between neighbours; see `Morley.matrices`.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import Any, TypeAlias
+
+import numpy as np
+from scipy import sparse
+from skfem.quadrature import get_quadrature
+from skfem.refdom import RefTri
+
+from plates.elements.curve import curve
+from plates.section import Section
+from plates.shapes.mesh import QUARTER_TURN, find_cells, tangents
+from plates.support import ElasticEdge, Support
+from structures.mesh_source import Numbers, Tag
+from structures.structure import Vector
+
+Matrix: TypeAlias = sparse.csr_array
+
+JUMPS = 2.25
+"""Weight of the energy of the curvature's jumps. 1 is that of a curvature that varies linearly. The softness that
+Morley's triangles owe to the discontinuity of w needs more: the error of order 2 vanishes at 2.0, 2.3 and 2.6 on gmsh's
+triangles (ν = 0, 0.3 and 0.45), and at 1.8 and 2.2 (ν = 0 and 0.3) for plane waves on equilateral ones."""
+
+SAME_STIFFNESS = 1e-6
+"""Neighbours whose bending stiffness differs by a greater part have different curvatures in any case."""
+
+
+class Morley:
+    """A Kirchhoff plate of one section on a mesh of triangles."""
+
+    def __init__(self, mesh: Any, section: Section) -> None:
+        self.mesh, self.section = mesh, section
+        self.size = mesh.nvertices + mesh.nfacets
+        self.cell_dofs = np.concatenate([mesh.t, mesh.nvertices + mesh.t2f]).T
+        corners = mesh.p[:, mesh.t].transpose(2, 1, 0)  # cells × corners × 2
+        self.middle = corners.mean(axis=1)
+        self.extent = np.ptp(corners, axis=1).max(axis=1)
+        sides = mesh.p[:, mesh.facets].mean(axis=1).T
+        across = tangents(mesh, np.arange(mesh.nfacets)) @ QUARTER_TURN
+        values = self._powers(corners)[0]
+        slopes = np.einsum("kcfm,cfk->cfm", self._powers(sides[mesh.t2f.T])[1], across[mesh.t2f.T])
+        # cells × powers × functions
+        self.functions = np.linalg.inv(np.concatenate([values, slopes], axis=1))
+
+    def _powers(self, points: Vector, cells: Any = slice(None)) -> tuple[Vector, Vector]:
+        """1, x, y, x²/2, y²/2, xy of coordinates in units of the cell, from its middle; and their slopes, 2 × …
+
+        points: cells × points × 2, m.
+        """
+        extent = self.extent[cells][:, None]
+        x, y = ((points - self.middle[cells][:, None]) / extent[:, :, None]).transpose(2, 0, 1)
+        zero, one = np.zeros_like(x), np.ones_like(x)
+        values = np.stack([one, x, y, x**2 / 2.0, y**2 / 2.0, x * y], axis=-1)
+        along_x = np.stack([zero, one, zero, x, zero, y], axis=-1)
+        along_y = np.stack([zero, zero, one, zero, y, x], axis=-1)
+        return values, np.stack([along_x, along_y]) / extent[:, :, None]
+
+    def _curvatures(self) -> Vector:
+        """w_xx, w_yy, 2 w_xy of the functions, cells × 3 × functions."""
+        twice = np.array([1.0, 1.0, 2.0])[:, None]
+        curved: Vector = twice * self.functions[:, 3:] / self.extent[:, None, None] ** 2
+        return curved
+
+    def matrices(self, weakening: Callable[[Vector], Vector] | None = None) -> tuple[Matrix, Matrix]:
+        """M and K, size × size. weakening: of points 2 × …, m, the factor of the bending stiffness there.
+
+        K holds Morley's energy, ½ ∫ κᵀ D κ, and JUMPS ½ Σ [κ]ᵀ D [κ] w over the sides between triangles of equal
+        stiffness, with [κ] the difference of their curvatures. w is such that the sum is the energy of the variation of
+        κ within the triangles where κ is linear: of each triangle Σ w d² = ∫ |x − middle|² with d the distances to the
+        middles of its neighbours. It vanishes with h² as the triangles shrink, and takes most of the error of order 2.
+        """
+        places, weights = get_quadrature(RefTri, 4)
+        corners = self.mesh.p[:, self.mesh.t].transpose(2, 1, 0)
+        shares = np.stack([1.0 - places.sum(axis=0), *places])
+        points = np.einsum("cij,iq->cqj", corners, shares)
+        one, other = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+        weight = np.abs(one[:, :1] * other[:, 1:] - one[:, 1:] * other[:, :1]) * weights
+        values = self._powers(points)[0] @ self.functions
+        mass = self.section.mass * values.swapaxes(1, 2) @ (weight[:, :, None] * values)
+        soft = weight if weakening is None else weight * weakening(points.transpose(2, 0, 1))
+        curved = self._curvatures()
+        stiffness = soft.sum(axis=1)[:, None, None] * (curved.swapaxes(1, 2) @ self.section.bending @ curved)
+        plain = self._assembled(self.cell_dofs, stiffness)
+        factors = soft.sum(axis=1) / weight.sum(axis=1)
+        return self._assembled(self.cell_dofs, mass), plain + self._jumps(curved, weight.sum(axis=1), factors)
+
+    def _jumps(self, curved: Vector, area: Vector, factors: Vector) -> Matrix:
+        """Stiffness of the curvature's jumps; see `matrices`. area, m², and factor of the stiffness of each cell."""
+        one, other = self.mesh.f2t[:, self.mesh.f2t[1] >= 0]
+        equal = np.abs(factors[one] - factors[other]) <= SAME_STIFFNESS * factors[one]
+        one, other = one[equal], other[equal]
+        squares = ((self.middle[one] - self.middle[other]) ** 2).sum(axis=1)
+        around = np.bincount(np.append(one, other), np.append(squares, squares), self.mesh.nelements)
+        away = self.mesh.p[:, self.mesh.t].transpose(2, 1, 0) - self.middle[:, None]
+        spread = factors * area * (away**2).sum(axis=(1, 2)) / 12.0
+        share = np.divide(spread, around, out=np.zeros_like(around), where=around > 0.0)
+        jump = np.concatenate([curved[one], -curved[other]], axis=2)
+        weights = JUMPS * (share[one] + share[other])
+        blocks = weights[:, None, None] * (jump.swapaxes(1, 2) @ self.section.bending @ jump)
+        return self._assembled(np.concatenate([self.cell_dofs[one], self.cell_dofs[other]], axis=1), blocks)
+
+    def _assembled(self, dofs: Numbers, blocks: Vector) -> Matrix:
+        rows, columns = np.broadcast_arrays(dofs[:, :, None], dofs[:, None, :])
+        entries = blocks.ravel(), (rows.ravel(), columns.ravel())
+        return sparse.csr_array(sparse.coo_array(entries, shape=(self.size, self.size)))
+
+    def springs(self, facets: Numbers, edge: ElasticEdge) -> Matrix:
+        """Stiffness of springs along facets: ½ ∫ translation w² + rotation w_n² over their length."""
+        cells = self.mesh.f2t[0, facets]
+        part, weights = np.polynomial.legendre.leggauss(3)
+        ends = self.mesh.p[:, self.mesh.facets[:, facets]].transpose(2, 1, 0)
+        step = ends[:, 1] - ends[:, 0]
+        points = ends.mean(axis=1)[:, None] + 0.5 * part[:, None] * step[:, None]
+        weight = 0.5 * weights * np.linalg.norm(step, axis=1)[:, None]
+        values, slopes = (powers @ self.functions[cells] for powers in self._powers(points, cells))
+        across = np.einsum("kcqs,ck->cqs", slopes, tangents(self.mesh, facets) @ QUARTER_TURN)
+        blocks = edge.translation * values.swapaxes(1, 2) @ (weight[:, :, None] * values)
+        blocks = blocks + edge.rotation * across.swapaxes(1, 2) @ (weight[:, :, None] * across)
+        return self._assembled(self.cell_dofs[cells], blocks)
+
+    def kept(self, edges: Mapping[Tag, Numbers], supports: Mapping[Tag, Support]) -> Matrix:
+        """size × n: the motions that the supports leave.
+
+        On simple edges that are polygons of curves, w vanishes on the curve: at a vertex it is −(the curve's distance)
+        times the mean slope across the two facets there.
+        """
+        held = np.zeros(self.size, dtype=bool)
+        rows, columns, entries = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)], [np.zeros(0)]
+        for name, support in supports.items():
+            if isinstance(support, ElasticEdge):
+                continue
+            corners, sides = self.mesh.facets[:, edges[name]], self.mesh.nvertices + edges[name]
+            if support in ("clamped", "simple", "soft simple"):
+                held[corners] = True
+            if support in ("clamped", "symmetry"):
+                held[sides] = True
+            if support in ("simple", "soft simple"):
+                bend = curve(self.mesh, edges[name], np.array([0.0, 1.0]))
+                across = tangents(self.mesh, edges[name]) @ QUARTER_TURN
+                outward = np.sign((bend.outward.mean(axis=1) * across).sum(axis=1, keepdims=True))
+                rows.append(corners.T.ravel())
+                columns.append(np.repeat(sides, 2))
+                entries.append((-0.5 * bend.beyond * outward).ravel())
+        places = np.concatenate(rows), np.concatenate(columns)
+        follows = sparse.csr_array(sparse.coo_array((np.concatenate(entries), places), shape=(self.size, self.size)))
+        return sparse.csr_array((sparse.eye_array(self.size, format="csr") + follows)[:, ~held])
+
+    def deflection(self, points: Vector) -> Matrix:
+        """What reads w at points, p × 2, from the degrees of freedom; a ValueError where one lies outside."""
+        cells = find_cells(self.mesh, points)
+        values = (self._powers(points[:, None], cells)[0] @ self.functions[cells])[:, 0]
+        return self._reading(cells, values[:, None])
+
+    def sampled(self, places: Vector) -> tuple[Matrix, Matrix]:
+        """What reads w, and the curvatures in three rows, at places of the reference cell, 2 × places, in each cell."""
+        count, cells = places.shape[1], np.arange(self.mesh.nelements)
+        shares = np.stack([1.0 - places.sum(axis=0), *places])
+        points = np.einsum("jic,iq->cqj", self.mesh.p[:, self.mesh.t], shares)
+        values = self._powers(points)[0] @ self.functions
+        curved = np.broadcast_to(self._curvatures()[:, None], (cells.size, count, 3, 6)).reshape(cells.size, -1, 6)
+        return self._reading(cells, values), self._reading(cells, curved)
+
+    def _reading(self, cells: Numbers, functions: Vector) -> Matrix:
+        """The matrix of rows for each point, points × rows × functions of its cell."""
+        count = functions.shape[0] * functions.shape[1]
+        rows = np.broadcast_to(np.arange(count).reshape(functions.shape[:2])[:, :, None], functions.shape)
+        columns = np.broadcast_to(self.cell_dofs[cells][:, None], functions.shape)
+        entries = functions.ravel(), (rows.ravel(), columns.ravel())
+        return sparse.csr_array(sparse.coo_array(entries, shape=(count, self.size)))

@@ -1,0 +1,1 @@
+"""Outlines of plates and their meshes."""

@@ -1,0 +1,157 @@
+"""Meshes of panels from files: what meshio reads, checked to be flat and whole, with its tags as names of edges."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from skfem import MeshQuad, MeshTri
+
+from plates.shapes.mesh import PanelMesh, Sizes
+from structures.caution import caution
+from structures.checks import positive
+from structures.mesh_source import (
+    Numbers,
+    Tag,
+    check_whole,
+    joined,
+    names,
+    near,
+    points_of,
+    read_mesh,
+    tagged_facets,
+    used,
+)
+from structures.structure import Vector
+
+LONGEST_SIDE, THINNEST = 10.0, 2e-4
+"""A panel longer than the first, m, or whose thickness is below the second part of its length, is taken for one in
+millimetres."""
+
+OUT_OF_PLANE = 1e-6
+"""Points may lie out of the plane by this part of the longest side."""
+
+FOLDED = 1e-9
+"""Cells whose angle at a corner is below this, rad, or above half a turn, are folded."""
+
+CELLS = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4, "quad9": 4}
+"""meshio's types of cells, and their numbers of corners."""
+
+LINES = {"line": 2, "line3": 2}
+
+
+class FlatMesh:
+    """A flat mesh of triangles or quadrilaterals from a file or a meshio.Mesh, for a panel of a thickness in m.
+
+    scale: m per unit of the mesh; None is 1, for panels whose size can be one in m. Raises ValueError, or logs a
+    warning, where a mesh cannot be a panel.
+    """
+
+    def __init__(self, source: Any, thickness: float, scale: float | None = None) -> None:
+        self.scale = 1.0 if scale is None else positive("scale", scale, "m per unit of the mesh")
+        self.source = str(source) if isinstance(source, str | Path) else "meshio.Mesh"
+        read = read_mesh(source)
+        kind, blocks = _faces(read)
+        count = CELLS[kind]
+        if kind not in ("triangle", "quad"):
+            caution(f"mesh: midpoints of {kind} are dropped, so edges become straight between corners")
+        cells = joined(read, blocks, kind)[:, :count]
+        points, cells, number = used(self.scale * points_of(read), cells, count)
+        _check_flat(points, thickness, scale)
+        cells = _upright(points, cells)
+        check_whole(cells)
+        make = MeshTri if count == 3 else MeshQuad
+        mesh = make(np.ascontiguousarray(points[:, :2].T), np.ascontiguousarray(cells.T))
+        _check_sides(mesh)
+        self._mesh = PanelMesh(mesh, tagged_facets(read, mesh, number, LINES))
+
+    @property
+    def quadrilateral(self) -> bool:
+        """Whether its cells have four corners."""
+        return bool(self._mesh.mesh.t.shape[0] == 4)
+
+    @property
+    def names(self) -> list[Tag]:
+        """The names and numbers of the edges."""
+        return list(self._mesh.edges)
+
+    @property
+    def area(self) -> float:
+        """Nothing, as the mesh is there already."""
+        return 0.0
+
+    def mesh(self, x: ArrayLike, y: ArrayLike, size: Sizes) -> PanelMesh:
+        """The same mesh for all contact points; a warning where it is coarser than the waves want."""
+        mesh = self._mesh.mesh
+        longest = float(np.linalg.norm(np.diff(mesh.p[:, mesh.facets], axis=1)[:, 0], axis=0).max())
+        if longest > 1.5 * size.coarsest:
+            caution(
+                f"mesh: edges of up to {longest:.3g} m are too long for the waves that beads excite; refine them to "
+                f"{size.coarsest:.3g} m"
+            )
+        return self._mesh
+
+    def described(self) -> dict[str, Any]:
+        """Where the mesh came from, as plain data."""
+        return {"mesh": self.source, "scale": self.scale, "cells": self._mesh.mesh.nelements}
+
+
+def _faces(source: Any) -> tuple[str, list[int]]:
+    """The type of the cells that fill the panel, and their blocks."""
+    kinds = {block.type for block in source.cells if block.type not in ("vertex", *LINES) and len(block.data)}
+    solid = sorted(kinds - set(CELLS))
+    if solid:
+        raise ValueError(f"mesh: has cells of type {names(solid)}; a panel's mesh is flat, see solid(...) for bodies")
+    if not kinds:
+        raise ValueError("mesh: has no triangles nor quadrilaterals; mesh the surface, and save it")
+    if len(kinds) > 1:
+        raise ValueError(f"mesh: mixes cells of type {names(sorted(kinds))}; must have one type")
+    kind = kinds.pop()
+    return kind, [i for i, block in enumerate(source.cells) if block.type == kind]
+
+
+def _check_flat(points: Vector, thickness: float, scale: float | None) -> None:
+    sides = np.ptp(points, axis=0)
+    box = " × ".join(f"{side:.3g}" for side in sides)
+    if sides[2] > OUT_OF_PLANE * sides.max():
+        raise ValueError(f"mesh: is not flat, its box is {box} m; must lie in a plane of constant z")
+    if scale is None and (sides.max() > LONGEST_SIDE or thickness < THINNEST * sides.max()):
+        raise ValueError(
+            f"mesh: its box is {box} m, with a thickness of {thickness:.3g} m: in millimetres? "
+            "Give scale=1e-3, or scale=1.0 if it is in m"
+        )
+    if thickness > sides[:2].min():
+        raise ValueError(f"thickness = {thickness!r}: exceeds the panel's shorter side, {sides[:2].min():.3g} m")
+
+
+def _upright(points: Vector, cells: Numbers) -> Numbers:
+    """The cells anticlockwise; a ValueError where some are flat, folded, or turned over."""
+    at = points[cells][:, :, :2]
+    back, ahead = np.roll(at, 1, axis=1) - at, np.roll(at, -1, axis=1) - at
+    sine = ahead[..., 0] * back[..., 1] - ahead[..., 1] * back[..., 0]
+    sine = sine / np.maximum(np.linalg.norm(back, axis=2) * np.linalg.norm(ahead, axis=2), np.finfo(float).tiny)
+    upright, inverted = (sine > FOLDED).all(axis=1), (sine < -FOLDED).all(axis=1)
+    for bad, what in (
+        (~upright & ~inverted, "flat or folded"),
+        (inverted & upright.any(), "inverted (numbered clockwise)"),
+    ):
+        if bad.any():
+            first = near(points[cells[np.flatnonzero(bad)[0]]])
+            raise ValueError(f"mesh: {bad.sum()} of {len(at)} cells are {what}, the first near {first}")
+    return cells[:, ::-1] if inverted.all() else cells
+
+
+def _check_sides(mesh: Any) -> None:
+    """A ValueError where more than two cells share a side, as where cells lie on each other."""
+    shared = np.bincount(mesh.t2f.ravel(), minlength=mesh.nfacets)
+    if shared.max() > 2:
+        place = near(mesh.p[:, mesh.facets[:, shared.argmax()]].T)
+        raise ValueError(f"mesh: {shared.max()} cells share a side near {place}; cells must not lie on each other")
+    inside = np.flatnonzero(mesh.f2t[1] >= 0)
+    start, end = mesh.p[:, mesh.facets[:, inside]].transpose(1, 0, 2)
+    middles = mesh.p[:, mesh.t].mean(axis=1)[:, mesh.f2t[:, inside]]
+    (along, up), away = end - start, middles - start[:, None]
+    beside = along * away[1] - up * away[0]
+    if (beside[0] * beside[1] >= 0.0).any():
+        place = near(mesh.p[:, mesh.facets[:, inside[(beside[0] * beside[1]).argmax()]]].T)
+        raise ValueError(f"mesh: both cells of a side lie on the same side of it near {place}; it is folded there")

@@ -1,0 +1,206 @@
+"""Outlines of panels: polygons with holes, whose sides have names; meshed with triangles, fine at the contact."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from math import cos, hypot, pi, sin, sqrt
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from plates.shapes.grading import SAME
+from plates.shapes.mesh import PanelMesh, Sizes, distances
+from structures.checks import finite, instance, positive, whole
+from structures.mesh_source import Tag
+from structures.plausible import likely
+from structures.structure import Vector
+
+Place = tuple[float, float]
+
+COINCIDE = 1e-9
+"""Corners nearer than this part of the outline's size are one."""
+
+ROUND = 96
+"""Corners of a circle by default."""
+
+
+@dataclass(frozen=True)
+class Outline:
+    """A polygon with holes.
+
+    corners: (x, y) in m, in order; the side i runs from corner i to the next, the last back to the first. Curved edges
+    are many short sides, see `circle`. holes: the corners of each.
+    edges: a name for each side, or one for all; by default "side 1", "side 2", ... Sides may share a name: they are one
+    edge. The edges of the holes are "hole 1", "hole 2", ...
+    Raises ValueError where corners coincide, sides cross or touch, or holes lie outside or in each other.
+    """
+
+    corners: tuple[Place, ...]
+    holes: tuple[tuple[Place, ...], ...] = ()
+    edges: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "corners", _corners("corners", self.corners))
+        holes = self.holes if isinstance(self.holes, Iterable) and not isinstance(self.holes, str) else (self.holes,)
+        object.__setattr__(self, "holes", tuple(_corners(f"holes[{i}]", hole) for i, hole in enumerate(holes)))
+        object.__setattr__(self, "edges", _names(self.edges, len(self.corners)))
+        self._check_corners()
+        self._check_crossings()
+        likely("side", "Outline", "size", self.size)
+        outer, rings = np.array(self.corners), [np.array(hole) for hole in self.holes]
+        for i, ring in enumerate(rings):
+            if not _within(outer, ring[0]):
+                raise ValueError(f"holes[{i}]: lies outside of the corners' polygon")
+            for j, other in enumerate(rings):
+                if i != j and _within(other, ring[0]):
+                    raise ValueError(f"holes[{i}]: lies in holes[{j}]")
+
+    @property
+    def names(self) -> list[Tag]:
+        """The names of the edges, in order."""
+        holes = [f"hole {i + 1}" for i in range(len(self.holes))]
+        return list(dict.fromkeys([*self.edges, *holes]))
+
+    @property
+    def size(self) -> float:
+        """The longer side of the box around it, m."""
+        return float(np.ptp(np.array(self.corners), axis=0).max())
+
+    @property
+    def area(self) -> float:
+        """Inside the corners, holes included, m²."""
+        x, y = np.array(self.corners).T
+        return float(abs(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2.0)
+
+    def contains(self, x: float, y: float) -> bool:
+        """Whether a point, m, lies inside, and in no hole; points on an edge may count as either."""
+        point = np.array([x, y])
+        return _within(np.array(self.corners), point) and not any(_within(np.array(hole), point) for hole in self.holes)
+
+    def distance(self, x: float, y: float) -> float:
+        """From a point to the nearest edge, m."""
+        rings = [ring for _, ring in self._rings()]
+        return min(float(distances(ring, np.roll(ring, -1, axis=0), np.array([x, y])).min()) for ring in rings)
+
+    def mesh(self, x: ArrayLike, y: ArrayLike, size: Sizes) -> PanelMesh:
+        """Triangles, fine at (x, y), a corner of them; a ValueError where it lies outside or in a hole.
+
+        x and y: m, of one place or of several.
+        """
+        from plates.shapes.mesher import triangles
+
+        xs, ys = (np.atleast_1d(np.asarray(given, dtype=float)).tolist() for given in (x, y))
+        places: list[Place] = []
+        for one, other in zip(xs, ys, strict=True):
+            if not self.contains(one, other) and self.distance(one, other) > COINCIDE * self.size:
+                raise ValueError(
+                    f"x, y = {one!r}, {other!r}: lies outside of the outline, or in a hole; strike the plate"
+                )
+            if all(hypot(one - x, other - y) > SAME * size.finest for x, y in places):
+                places.append((one, other))
+        return triangles(self, places, size)
+
+    def described(self) -> dict[str, Any]:
+        """The outline as plain data."""
+        return {"corners": self.corners, "holes": self.holes, "edges": self.edges}
+
+    def _rings(self) -> list[tuple[str, Vector]]:
+        holes = [(f"holes[{i}]", np.array(hole)) for i, hole in enumerate(self.holes)]
+        return [("corners", np.array(self.corners)), *holes]
+
+    def _check_corners(self) -> None:
+        rings = self._rings()
+        places = [(name, i) for name, ring in rings for i in range(len(ring))]
+        points = np.concatenate([ring for _, ring in rings])
+        near = COINCIDE * self.size
+        apart = np.abs(points[:, None] - points[None]).max(axis=2) + np.tri(len(points)) * 2.0 * near
+        for first, second in np.argwhere(apart <= near):
+            (one, i), (other, j) = places[first], places[second]
+            raise ValueError(f"{one}[{i}] and {other}[{j}] coincide at {_text(points[first])} m; give each corner once")
+
+    def _check_crossings(self) -> None:
+        starts, ends, labels = [], [], []
+        for name, ring in self._rings():
+            starts.append(ring)
+            ends.append(np.roll(ring, -1, axis=0))
+            labels += [(name, i) for i in range(len(ring))]
+        crossing = _crossing(np.concatenate(starts), np.concatenate(ends), COINCIDE * self.size)
+        count = {name: len(ring) for name, ring in self._rings()}
+        for first, second in np.argwhere(np.triu(crossing, 1)):
+            (one, i), (other, j) = labels[first], labels[second]
+            if one == other and (j - i) % count[one] in (1, count[one] - 1):
+                if not _folds_back(np.array(dict(self._rings())[one]), i, j):
+                    continue
+                raise ValueError(f"{one}: the side from corner {j} runs back over that from corner {i}")
+            raise ValueError(f"{one}: the side from corner {i} meets that from {other} corner {j}; must not cross")
+
+
+def circle(radius: float, centre: Place = (0.0, 0.0), corners: int = ROUND) -> tuple[Place, ...]:
+    """Corners of a regular polygon of the circle's area: Outline(circle(0.2), edges="rim"); radius and centre in m."""
+    radius, count = positive("radius", radius, "m"), whole("corners", corners, 3)
+    x, y = (finite(f"centre[{i}]", value, "m") for i, value in enumerate(centre))
+    angle = 2.0 * pi / count
+    reach = radius * sqrt(angle / sin(angle))
+    return tuple((x + reach * cos(i * angle), y + reach * sin(i * angle)) for i in range(count))
+
+
+def _corners(name: str, given: Any) -> tuple[Place, ...]:
+    if not isinstance(given, Sequence | np.ndarray) or isinstance(given, str) or len(given) < 3:
+        raise ValueError(f"{name} = {given!r}: must be three corners (x, y) in m, or more")
+    corners = []
+    for i, corner in enumerate(given):
+        if not isinstance(corner, Sequence | np.ndarray) or isinstance(corner, str) or len(corner) != 2:
+            raise ValueError(f"{name}[{i}] = {corner!r}: must be (x, y) in m")
+        corners.append((finite(f"{name}[{i}][0]", corner[0], "m"), finite(f"{name}[{i}][1]", corner[1], "m")))
+    return tuple(corners)
+
+
+def _names(given: Any, count: int) -> tuple[str, ...]:
+    if isinstance(given, str):
+        return (given,) * count
+    names = tuple(given) if isinstance(given, Iterable) else (given,)
+    if not names:
+        return tuple(f"side {i + 1}" for i in range(count))
+    if len(names) != count:
+        raise ValueError(f"edges = {given!r}: must be one name, or {count}, as many as there are corners")
+    for i, name in enumerate(names):
+        instance(f"edges[{i}]", name, str, "a name")
+    return names
+
+
+def _within(ring: Vector, point: Vector) -> bool:
+    """Whether a ray from the point crosses the ring an odd number of times."""
+    start, end = ring, np.roll(ring, -1, axis=0)
+    passes = (start[:, 1] > point[1]) != (end[:, 1] > point[1])
+    start, end = start[passes], end[passes]
+    at = start[:, 0] + (point[1] - start[:, 1]) / (end[:, 1] - start[:, 1]) * (end[:, 0] - start[:, 0])
+    return bool((at > point[0]).sum() % 2)
+
+
+def _crossing(starts: Vector, ends: Vector, near: float) -> Any:
+    """Which pairs of sides have a point in common, sides × sides; neighbours do."""
+
+    def side(a: Vector, b: Vector, c: Vector) -> Vector:
+        """On which side of the line from a to b c lies, 0 within `near` of it."""
+        step = b - a
+        away = (step[..., 0] * (c - a)[..., 1] - step[..., 1] * (c - a)[..., 0]) / np.hypot(step[..., 0], step[..., 1])
+        return np.where(np.abs(away) <= near, 0.0, np.sign(away))
+
+    a, b, c, d = starts[:, None], ends[:, None], starts[None], ends[None]
+    low, high = np.minimum(starts, ends) - near, np.maximum(starts, ends) + near
+    boxes = ((low[:, None] <= high[None]) & (low[None] <= high[:, None])).all(axis=2)
+    return boxes & (side(a, b, c) * side(a, b, d) <= 0.0) & (side(c, d, a) * side(c, d, b) <= 0.0)
+
+
+def _folds_back(ring: Vector, i: int, j: int) -> bool:
+    """Whether two neighbouring sides lie on each other."""
+    count = len(ring)
+    first, second = (i, j) if (j - i) % count == 1 else (j, i)
+    before, corner, after = ring[first], ring[second], ring[(second + 1) % count]
+    one, other = before - corner, after - corner
+    across = abs(one[0] * other[1] - one[1] * other[0])
+    return bool(across <= COINCIDE * np.linalg.norm(one) * np.linalg.norm(other) and one @ other > 0.0)
+
+
+def _text(point: Vector) -> str:
+    return f"({point[0]:.4g}, {point[1]:.4g})"

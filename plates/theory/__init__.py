@@ -1,0 +1,1 @@
+"""Closed forms of impacts on plates and of waves in them."""
