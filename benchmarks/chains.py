@@ -25,7 +25,7 @@ OVERLAP, TREMOR = 1e-5, 0.05
 POINTS = np.geomspace(1e-9, 1e-3, 60)
 HERTZ = hl.contact_law(BEAD, BEAD)
 
-LAWS = {"power": hl.PowerLaw(1e9, 1.4), "table": hl.TabulatedLaw(POINTS, HERTZ.force(POINTS))}  # type: ignore[arg-type]
+LAWS = {"power": hl.laws.PowerLaw(1e9, 1.4), "table": hl.laws.TabulatedLaw(POINTS, HERTZ.force(POINTS))}  # type: ignore[arg-type]
 LOSSES = {
     "LinearDashpot": hl.LinearDashpot(5.0),
     "PowerDashpot": hl.PowerDashpot(5.0, 1.8),
@@ -49,12 +49,12 @@ def advanced(chain: hl.Chain, position: np.ndarray | None = None, velocity: np.n
     return lambda: moving.advance(start, (0.0, 0.0), STEPS * STEP) and None
 
 
-def impact(law: hl.PowerLaw | hl.TabulatedLaw | None = None, loss: object = None) -> Run:
+def impact(law: hl.laws.PowerLaw | hl.laws.TabulatedLaw | None = None, loss: object = None) -> Run:
     """Most contacts open."""
     return advanced(hl.Chain([BEAD] * BEADS, BEAD, 0.44, law=law, dissipation=loss))  # type: ignore[arg-type]
 
 
-def closed(law: hl.PowerLaw | hl.TabulatedLaw | None = None) -> Run:
+def closed(law: hl.laws.PowerLaw | hl.laws.TabulatedLaw | None = None) -> Run:
     """All contacts closed."""
     heavy = hl.Sphere(BEAD.radius, replace(BEAD.material, density=1e12 * BEAD.material.density))
     chain = hl.Chain([*[BEAD] * (BEADS - 1), heavy], heavy, 1e-9, law=law)

@@ -65,7 +65,7 @@ def prepare(name: str) -> list[Case]:
     layers, cells = CYLINDERS[name]
     assembly, reduction = [], []
     for _ in range(REDUCTIONS):
-        spent, full = timed(hl.cylinder, layers, cells=cells)
+        spent, full = timed(hl.layered_cylinder, layers, cells=cells)
         assembly.append(spent)
         spent, reduced = timed(hl.reduce, full, until=UNTIL)
         reduction.append(spent)
@@ -75,7 +75,7 @@ def prepare(name: str) -> list[Case]:
         f"  assembly {median(assembly):.2f} s, reduction {median(reduction):.2f} s, together {whole:.2f} s "
         f"(≤ {LONGEST_REDUCTION:.0f}, {verdict(whole <= LONGEST_REDUCTION)})"
     )
-    solids = [hl.standard_linear_solid(body, SHARE, TIME) for body in (full, reduced)]
+    solids = [hl.damping.standard_linear_solid(body, SHARE, TIME) for body in (full, reduced)]
     return [
         Case("undamped", chain(None), full, reduced, LONGEST_RUN),
         Case("dashpots", chain(DASHPOT), full, reduced, LONGEST_RUN),

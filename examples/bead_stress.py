@@ -10,10 +10,15 @@ run = hl.CoSimulation(chain, None).run(until=120e-6)
 
 section = run.section_force.sel(bead=7)
 peak = float(run.time[int(section.values.argmax())])
-motion = hl.bead_motion(run, chain, times=peak + np.arange(-16e-6, 17e-6, 2e-6), beads=[6, 7, 8])
+motion = hl.views.bead_motion(run, chain, times=peak + np.arange(-16e-6, 17e-6, 2e-6), beads=[6, 7, 8])
 for name, moment in (("before", peak - 8e-6), ("peak", peak)):
-    print("written:", hl.picture(motion, f"{name}.png", time=moment, factor=0.0, highest=20e6))
-print("written:", hl.animation(motion, "wave.gif", factor=0.0, highest=20e6), "and", hl.write_vtu(motion, "paraview"))
+    print("written:", hl.views.picture(motion, f"{name}.png", time=moment, factor=0.0, highest=20e6))
+print(
+    "written:",
+    hl.views.animation(motion, "wave.gif", factor=0.0, highest=20e6),
+    "and",
+    hl.views.write_vtu(motion, "paraview"),
+)
 
 at_peak = motion.sel(time=peak, method="nearest")
 contact = 1e-9 * float(at_peak.von_mises.max())

@@ -7,13 +7,13 @@ import hertzlink as hl
 bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
 chain = hl.Chain([bead] * 20, bead, hl.drop_speed(0.01), gravity=9.81)
 layers = [hl.Layer(hl.STEEL_440C, 12.7e-3, 19.05e-3), hl.Layer(hl.PTFE, 12.7e-3, 19.05e-3)]
-body = hl.reduce(hl.cylinder(layers), until=0.6e-3, keep_field=True)
+body = hl.reduce(hl.layered_cylinder(layers), until=0.6e-3, keep_field=True)
 run = hl.CoSimulation(chain, body).run(until=0.6e-3)
 
-motion = hl.structure_motion(run, body, times=np.arange(300e-6, 500e-6, 10e-6))
+motion = hl.views.structure_motion(run, body, times=np.arange(300e-6, 500e-6, 10e-6))
 for show in ("von_mises", "displacement"):
-    print("written:", hl.picture(motion, f"{show}.png", time=360e-6, show=show))
-print("written:", hl.animation(motion, "wave.gif"), "and", hl.write_vtu(motion, "paraview"))
+    print("written:", hl.views.picture(motion, f"{show}.png", time=360e-6, show=show))
+print("written:", hl.views.animation(motion, "wave.gif"), "and", hl.views.write_vtu(motion, "paraview"))
 
 deepest = 1e6 * float(abs(motion.displacement).max())
 depth = -1e3 * motion.position.sel(component="z")

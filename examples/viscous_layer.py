@@ -5,14 +5,16 @@ import hertzlink as hl
 bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
 chain = hl.Chain([bead] * 20, bead, hl.drop_speed(0.01), gravity=9.81, dissipation=hl.LinearDashpot(5.0))
 layers = [hl.Layer(hl.STEEL_440C, 6.35e-3, 9.525e-3), hl.Layer(hl.PTFE, 25.4e-3, 9.525e-3)]
-rod, cylinder = hl.rod(layers), hl.cylinder(layers)
+rod, cylinder = hl.rod(layers), hl.layered_cylinder(layers)
 
 # An arm beside the PTFE: half its modulus, which fades in 20 microseconds.
 bodies = {
     "rod, elastic": rod,
-    "rod, viscous": hl.standard_linear_solid(rod, 0.5, 2e-5, part=hl.rod_parts(layers)[1]),
+    "rod, viscous": hl.damping.standard_linear_solid(rod, 0.5, 2e-5, part=hl.damping.rod_parts(layers)[1]),
     "cylinder, elastic": cylinder,
-    "cylinder, viscous": hl.standard_linear_solid(cylinder, 0.5, 2e-5, part=hl.stiffness_parts(cylinder)[1]),
+    "cylinder, viscous": hl.damping.standard_linear_solid(
+        cylinder, 0.5, 2e-5, part=hl.damping.stiffness_parts(cylinder)[1]
+    ),
 }
 for name, body in bodies.items():
     waves = hl.reflections(hl.CoSimulation(chain, hl.reduce(body, until=1.5e-3)).run(until=1.5e-3), sensor=7)

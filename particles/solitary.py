@@ -125,7 +125,7 @@ def peak_force_from_particle_speed(
     return _like(particle_speed, k * ((n + 1.0) * m * v**2 / (2.0 * k)) ** (n / (n + 1.0)))
 
 
-def wave_width(size: float, exponent: float = HERTZ) -> float:
+def width(size: float, exponent: float = HERTZ) -> float:
     """Length, m, of a solitary wave without preload, from zero to zero of the strain, at any amplitude; n > 1.
 
     L = πD/(n−1) √(n(n+1)/6) (thesis, equation 5.13): 4.967 D for n = 3/2. Long waves: the more apt the nearer n to 1.
@@ -134,7 +134,7 @@ def wave_width(size: float, exponent: float = HERTZ) -> float:
     return pi * positive("size", size, "m") / (n - 1.0) * sqrt(n * (n + 1.0) / 6.0)
 
 
-def solitary_strain(
+def strain(
     position: Number, time: float, speed: float, size: float, mass: float, stiffness: float, exponent: float = HERTZ
 ) -> Number:
     """Strain ξ of the solitary wave of a speed V, m/s, whose crest is at x = 0 at time zero; x in m, t in s; n > 1.
@@ -149,7 +149,7 @@ def solitary_strain(
     d, m, k = _particle(size, mass, stiffness)
     n, v = _steeper_than_linear(exponent), positive("speed", speed, "m/s")
     x = each(finite, "position", position, "m") - v * finite("time", time, "s")
-    phase = np.minimum(np.abs(pi * x / wave_width(d, n)), pi / 2.0)
+    phase = np.minimum(np.abs(pi * x / width(d, n)), pi / 2.0)
     crest = (n + 1.0) * v**2 * m / (2.0 * k * d ** (n + 1.0))
     return _like(position, (crest * np.where(phase < pi / 2.0, np.cos(phase), 0.0) ** 2) ** (1.0 / (n - 1.0)))
 
@@ -172,7 +172,7 @@ def transit_time_from_striker(
     T = 1.180 (1 + e^{−1/5}) N m^{2/5} v_striker^{−1/5} k^{−2/5} (thesis, equation 6.17; it and 6.19 print k^{+2/5}).
     N counts the beads between sensor and structure, not the chain's as under 6.10. 2.361 in 6.19 and 6.20 is this for
     e = 1; 1.414 in 6.39 is (π/2)^{2/5} times 1.180, from m/k of a sphere, with e^{−1/5} where e^{1/5} is printed.
-    n = 3/2, no preload. Without the time in contact (`contact_time_half_space`).
+    n = 3/2, no preload. Without the time in contact (`layers.contact_time`).
     """
     number, v = positive("beads", beads), each(positive, "striker_speed", striker_speed, "m/s")
     speed = wave_speed_from_particle_speed(1.0, mass, stiffness, PARTICLE_TO_STRIKER_SPEED * v)

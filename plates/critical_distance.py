@@ -17,10 +17,10 @@ from plates.half_plane import EDGES
 from plates.plate import Plate
 from plates.theory.impact import Bead, inelasticity_parameter, wall_stiffness
 from structures.checks import finite, instance, one_of, within
+from structures.layers import contact_time as contact_time_half_space
 from structures.material import Material
 from structures.structure import Vector
 from structures.surface import hertz_stiffness
-from structures.theory import contact_time_half_space
 
 TABLE = "edge_ratios.csv"
 """AR over edge, ratio of contact stiffnesses, λ and distance; `benchmarks/edge_ratios.py` computes it."""

@@ -57,7 +57,7 @@ INTEGRATION_ORDER = 5
 """Exact for the masses of rectangular quadratic elements with the weight r."""
 
 
-def cylinder(
+def layered_cylinder(
     layers: Sequence[Layer],
     base: str | Foundation = "fixed",
     side: str = "free",

@@ -43,7 +43,7 @@ def rayleigh(structure: Structure, mass_rate: float = 0.0, stiffness_time: float
     return _damped(structure, matrix, kind="Rayleigh", mass_rate=mass_rate, stiffness_time=stiffness_time)
 
 
-def modal_damping(structure: Structure, ratio: ArrayLike) -> Structure:
+def modal(structure: Structure, ratio: ArrayLike) -> Structure:
     """A structure of oscillators, as `reduce` makes them, with 2 ζ ω added to the damping of each.
 
     ratio ζ: of critical damping, one number or one for each oscillator; 1 is the aperiodic limit, and a rigid motion
@@ -78,7 +78,7 @@ def loss_factor(structure: Structure, factor: float) -> Structure:
     number = not_negative("factor", factor)
     if number > 1.0:
         raise ValueError(f"factor = {factor!r}: must be at most 1; it is η = 2ζ, and not in per cent")
-    return modal_damping(structure, number / 2.0)
+    return modal(structure, number / 2.0)
 
 
 def standard_linear_solid(

@@ -105,7 +105,7 @@ def hertz_pressure(first: Surface, second: Surface, force: float) -> float:
     --------
     >>> import hertzlink as hl
     >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-    >>> round(hl.hertz_pressure(bead.surface, bead.surface, 50.0) * 1e-9, 2)
+    >>> round(hl.hertz.pressure(bead.surface, bead.surface, 50.0) * 1e-9, 2)
     2.72
     """
     flat, sharp = relative_curvatures(first, second)
@@ -141,7 +141,7 @@ def yield_pressure(material: Material) -> float:
     Examples
     --------
     >>> import hertzlink as hl
-    >>> round(hl.yield_pressure(hl.STEEL_316) * 1e-6)
+    >>> round(hl.hertz.yield_pressure(hl.STEEL_316) * 1e-6)
     331
     """
     if instance("material", material, Material, "a Material").yield_strength is None:

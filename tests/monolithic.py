@@ -138,7 +138,7 @@ class System:
             self.static_force[row] = chain.preload
         self.spring[row] = np.broadcast_to(body.flexibility, spread.shape[1])[contact.point]
 
-    def _touch(self, row: int, body: int | None, law: hl.PowerLaw, chain: hl.Chain) -> None:
+    def _touch(self, row: int, body: int | None, law: hl.laws.PowerLaw, chain: hl.Chain) -> None:
         stiffness, table = law.kernel
         assert table is None, f"{law.name}: Hertz's law alone"
         assert isinstance(chain.dissipation, hl.LinearDashpot | None), "a linear dashpot or none"

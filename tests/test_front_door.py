@@ -1,10 +1,16 @@
 """The front door: light to import, complete, and never fooled by a package of the same name."""
 
+import pickle
+import re
 import subprocess
 import sys
 from pathlib import Path
+from types import ModuleType
+
+import pytest
 
 import hertzlink as hl
+from hertzlink._moved import MOVED
 
 
 def python(code: str, cwd: Path, *options: str) -> "subprocess.CompletedProcess[str]":
@@ -36,7 +42,7 @@ def test_an_impostor_is_named(tmp_path: Path) -> None:
 
 def test_the_command_names_an_impostor_too(tmp_path: Path) -> None:
     (tmp_path / "structures.py").write_text("")
-    done = python("from hertzlink import main; main()", tmp_path)
+    done = python("from hertzlink.cli import main; main()", tmp_path)
     assert "ImportError: hertzlink needs its own package 'structures'" in done.stderr
     assert str(tmp_path / "structures.py") in done.stderr
 
@@ -45,3 +51,42 @@ def test_a_folder_without_code_is_an_impostor_only_where_python_finds_it_first(t
     (tmp_path / "plates").mkdir()
     done = python("import hertzlink; print('fine')", tmp_path)
     assert done.stdout.strip() == "fine", done.stderr
+
+
+def test_only_public_names_are_listed() -> None:
+    assert dir(hl) == sorted(hl.__all__)
+    assert len(hl.__all__) <= 100
+
+
+def test_public_names_belong_to_hertzlink() -> None:
+    """In what a user reads, and in pickles, which then survive another layout of the rooms."""
+    assert str(hl.CoSimulation) == "<class 'hertzlink.CoSimulation'>"
+    bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    text = pickle.dumps(bead, protocol=0)
+    assert pickle.loads(text) == bead
+    assert b"chertzlink\nSphere" in text
+    for name in ("reduce", "sweep", "amplitude_ratio"):
+        assert getattr(hl, name).__module__ == "hertzlink"
+    assert hl.lamb.group_speed.__module__ == "hertzlink.lamb"
+    assert pickle.loads(pickle.dumps(hl.lamb.group_speed)) is hl.lamb.group_speed
+
+
+@pytest.mark.parametrize("name", MOVED)
+def test_a_name_that_moved_is_named_with_its_new_place(name: str) -> None:
+    with pytest.raises(AttributeError, match=re.escape(f"'{name}'; it is now hertzlink.{MOVED[name]}")):
+        getattr(hl, name)
+    value: object = hl
+    for part in MOVED[name].split("."):
+        value = getattr(value, part)
+    assert not isinstance(value, ModuleType)
+
+
+def test_a_name_that_never_was_is_refused() -> None:
+    with pytest.raises(AttributeError, match=r"module 'hertzlink' has no attribute 'Spear'$"):
+        hl.Spear  # type: ignore[attr-defined] # noqa: B018
+
+
+def test_the_module_is_the_command(tmp_path: Path) -> None:
+    done = subprocess.run([sys.executable, "-m", "hertzlink", "info"], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert "hertzlink" in done.stdout

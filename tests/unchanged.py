@@ -64,9 +64,11 @@ def plate(**given: Any) -> Any:
     return hl.kirchhoff_plate(0.2, 0.15, 3e-3, hl.ALUMINIUM_6061, CLAMPED, **given)
 
 
-def laminate() -> hl.Laminate:
-    carbon = hl.OrthotropicMaterial(135e9, 9e9, 0.3, 5e9, 5e9, 3.2e9, 1560.0)
-    return hl.Laminate([hl.Ply(carbon, 0.5e-3, angle) for angle in (0.0, pi / 4, -pi / 4, pi / 2, pi / 2, 0.0)])
+def laminate() -> hl.laminates.Laminate:
+    carbon = hl.laminates.OrthotropicMaterial(135e9, 9e9, 0.3, 5e9, 5e9, 3.2e9, 1560.0)
+    return hl.laminates.Laminate(
+        [hl.laminates.Ply(carbon, 0.5e-3, angle) for angle in (0.0, pi / 4, -pi / 4, pi / 2, pi / 2, 0.0)]
+    )
 
 
 def facing() -> hl.CoSimulation:
@@ -120,10 +122,10 @@ def cases() -> dict[str, Callable[[], hl.CoSimulation]]:
         "layered rod": lambda: co(chain(gravity=9.81), rod()),
         "layered rod, reduced": lambda: co(chain(gravity=9.81), small(rod())),
         "absorbing rod": lambda: co(chain(), hl.rod(LAYERS, base="absorbing")),
-        "rod with Rayleigh damping": lambda: co(chain(), hl.rayleigh(rod(), 100.0, 1e-7)),
-        "modal damping": lambda: co(chain(), hl.modal_damping(small(rod()), 0.02)),
-        "viscous rod": lambda: co(chain(), small(hl.standard_linear_solid(rod(), 0.5, 2e-5))),
-        "layered cylinder": lambda: co(chain(), small(hl.cylinder(LAYERS))),
+        "rod with Rayleigh damping": lambda: co(chain(), hl.damping.rayleigh(rod(), 100.0, 1e-7)),
+        "modal damping": lambda: co(chain(), hl.damping.modal(small(rod()), 0.02)),
+        "viscous rod": lambda: co(chain(), small(hl.damping.standard_linear_solid(rod(), 0.5, 2e-5))),
+        "layered cylinder": lambda: co(chain(), small(hl.layered_cylinder(LAYERS))),
         "cube": lambda: co(chain(), small(of_cubes())),
         "thin plate": lambda: co(chain(), small(plate().at(0.05, 0.07))),
         "plate with additions": lambda: co(
@@ -186,9 +188,9 @@ def cases() -> dict[str, Callable[[], hl.CoSimulation]]:
         "explicit": lambda: co(chain(), SpringMass(), scheme=hl.Explicit(tolerance=None)),
         "adaptive windows": lambda: co(chain(6), SpringMass(), hl.Aitken(), hl.Adaptive()),
         "quadratic waveform": lambda: co(chain(6), SpringMass(), hl.Aitken(), waveform="quadratic"),
-        "Newmark": lambda: co(chain(), hl.MovingStructure(rod(), hl.Newmark)),
-        "generalised alpha": lambda: co(chain(), hl.MovingStructure(rod(), hl.GeneralisedAlpha)),
-        "central difference": lambda: co(chain(), hl.MovingStructure(rod(), hl.CentralDifference)),
+        "Newmark": lambda: co(chain(), hl.MovingStructure(rod(), hl.stepping.Newmark)),
+        "generalised alpha": lambda: co(chain(), hl.MovingStructure(rod(), hl.stepping.GeneralisedAlpha)),
+        "central difference": lambda: co(chain(), hl.MovingStructure(rod(), hl.stepping.CentralDifference)),
         "piston": lambda: co(chain(striker=hl.Piston([0.0, 1e-4, 1.0], [0.0, 4e-5, 4e-5]), impact_speed=None), wall),
         "pushed bead": lambda: co(
             chain(striker=hl.PushedBead([0.0, 2e-5, 4e-5, 1.0], [0.0, 50.0, 0.0, 0.0]), impact_speed=None), wall
@@ -196,7 +198,8 @@ def cases() -> dict[str, Callable[[], hl.CoSimulation]]:
         "spring-loaded": lambda: co(chain(striker=hl.SpringLoaded(BEAD, 200.0, 5e-3), impact_speed=None), wall),
         "mixed chain": lambda: co(mixed(), wall),
         "law from a table": lambda: co(
-            chain(law=hl.TabulatedLaw(np.linspace(0.0, 4e-5, 400), 1e10 * np.linspace(0.0, 4e-5, 400) ** 1.5)), wall
+            chain(law=hl.laws.TabulatedLaw(np.linspace(0.0, 4e-5, 400), 1e10 * np.linspace(0.0, 4e-5, 400) ** 1.5)),
+            wall,
         ),
         "deformable beads": lambda: co(hl.DeformableChain([BEAD] * 8, BEAD, 0.44, modes=3), small(rod())),
         "two chains": two_chains,

@@ -17,10 +17,14 @@ from plates.theory.impact import (
     THESIS_IMPACT,
     inelasticity_parameter,
     normalised_time_of_flight,
-    plate_amplitude_ratio,
-    plate_contact_time,
 )
-from plates.theory.zener import zener_restitution
+from plates.theory.impact import (
+    amplitude_ratio as plate_amplitude_ratio,
+)
+from plates.theory.impact import (
+    contact_time as plate_contact_time,
+)
+from plates.theory.zener import restitution as zener_restitution
 from structures.material import ALUMINIUM_6061
 from structures.reduction import reduce
 from structures.structure import Structure, half_space

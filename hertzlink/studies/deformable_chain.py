@@ -23,7 +23,8 @@ from particles.deformable.chain import DeformableChain
 from particles.deformable.vibration import vibration
 from particles.laws.axisymmetric import contact_law_fem
 from particles.laws.formulas import ContactLaw, contact_law
-from particles.solitary import HERTZ, solitary_strain, wave_speed_from_force
+from particles.solitary import HERTZ, wave_speed_from_force
+from particles.solitary import strain as solitary_strain
 from structures.elasticity import pressure_speed
 from structures.material import STEEL_316, Material
 from structures.structure import Vector, half_space

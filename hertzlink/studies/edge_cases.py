@@ -17,10 +17,10 @@ from plates.infinite import infinite_plate
 from plates.plate import Plate, kirchhoff_plate
 from plates.support import Supports
 from plates.theory.impact import inelasticity_parameter, wall_stiffness
+from structures.layers import contact_time as contact_time_half_space
 from structures.material import STEEL_440C, Material
 from structures.structure import Structure, half_space
 from structures.surface import hertz_stiffness
-from structures.theory import contact_time_half_space
 
 BEADS, SENSOR = 20, 7
 

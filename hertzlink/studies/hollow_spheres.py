@@ -14,7 +14,8 @@ from particles.bead import STANDARD_GRAVITY, HollowSphere, Sphere
 from particles.chain import Chain
 from particles.laws.formulas import ContactLaw, PowerLaw, contact_law
 from particles.laws.power_fit import fit_power_law
-from particles.solitary import wave_speed_from_force, wave_width
+from particles.solitary import wave_speed_from_force
+from particles.solitary import width as wave_width
 from structures.material import ALUMINIUM_6061
 from structures.structure import half_space
 

@@ -20,12 +20,13 @@ from plates.plate import Plate, kirchhoff_plate
 from plates.section import point_rigidity
 from plates.support import Supports
 from plates.theory.impact import critical_distance_bounds
+from structures.layers import HERTZ_COLLISION
+from structures.layers import contact_time as contact_time_half_space
 from structures.material import ALUMINIUM_6061, STEEL_440C, Material
 from structures.plausible import units_of_one
 from structures.reduction import reduce
 from structures.structure import Structure
 from structures.surface import Surface, hertz_stiffness
-from structures.theory import HERTZ_COLLISION, contact_time_half_space
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -4,10 +4,11 @@ from typing import NamedTuple
 
 from hertzlink.studies.table import Row
 from particles.bead import Sphere
-from plates.theory.lamb import lamb_group_speed, rayleigh_speed
+from plates.theory.lamb import group_speed as lamb_group_speed
+from plates.theory.lamb import rayleigh_speed
+from structures.layers import contact_time as contact_time_half_space
 from structures.material import ALUMINIUM_6061, STEEL_440C
 from structures.surface import Surface, hertz_stiffness
-from structures.theory import contact_time_half_space
 
 SIDE, IMPACT_SPEED = 0.914, 0.31
 """m, of the plate; m/s, of the striker."""

@@ -8,9 +8,10 @@ import xarray as xr
 from hertzlink.studies import struck_cylinders as struck
 from hertzlink.studies.table import Row
 from particles.bead import drop_speed
+from structures.layers import characteristic_length
+from structures.layers import contact_time as contact_time_half_space
 from structures.material import STEEL_440C
 from structures.rod import Layer
-from structures.theory import characteristic_length, contact_time_half_space
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

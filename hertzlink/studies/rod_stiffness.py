@@ -13,11 +13,11 @@ from hertzlink.studies import struck_cylinders as struck
 from hertzlink.studies import table_2_1
 from hertzlink.studies.struck_cylinders import BEAD, BEADS, DASHPOT, DASHPOTS, SENSOR, UNTIL, WAVES, chain
 from hertzlink.studies.table import Row
+from structures.layers import critical_modulus
 from structures.material import MATERIALS, PTFE, STEEL_440C, Material
 from structures.rod import Layer
 from structures.structure import half_space
 from structures.surface import Surface, hertz_stiffness
-from structures.theory import critical_modulus
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -14,13 +14,13 @@ from coupling.sweeps.sweep import sweep
 from particles.bead import STANDARD_GRAVITY, Sphere, drop_speed
 from particles.chain import Chain
 from particles.dissipation import LinearDashpot
-from structures.cylinder import cylinder
+from structures.cylinder import layered_cylinder
+from structures.layers import time_of_flight as primary_time_of_flight
 from structures.material import STEEL_440C
 from structures.reduction import reduce
 from structures.rod import Layer, rod
 from structures.structure import Structure, Vector
 from structures.surface import Surface, hertz_stiffness
-from structures.theory import primary_time_of_flight
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -55,7 +55,7 @@ def slender(layers: Sequence[Layer]) -> Structure:
 
 def solid(layers: Sequence[Layer]) -> Structure:
     """The axisymmetric cylinder of these layers on a fixed base, reduced."""
-    return reduce(cylinder(layers), UNTIL)
+    return reduce(layered_cylinder(layers), UNTIL)
 
 
 def measure(run: xr.Dataset) -> xr.Dataset:

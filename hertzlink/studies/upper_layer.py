@@ -10,11 +10,13 @@ from coupling.sweeps.sweep import sweep
 from hertzlink.studies import struck_cylinders as struck
 from hertzlink.studies.table import Row
 from structures.damping import standard_linear_solid
+from structures.layers import amplitude_ratio as primary_amplitude_ratio
+from structures.layers import axial_stiffness, secondary_delay
+from structures.layers import restitution as upper_layer_restitution
 from structures.material import PTFE, STEEL_440C
 from structures.reduction import reduce
 from structures.rod import Layer, rod, rod_parts
 from structures.structure import Vector
-from structures.theory import axial_stiffness, primary_amplitude_ratio, secondary_delay, upper_layer_restitution
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

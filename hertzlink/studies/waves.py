@@ -42,7 +42,7 @@ def passage(run: xr.Dataset, first: int, second: int) -> xr.Dataset:
 def striker_speed(force: float, mass: float, stiffness: float, exponent: float = 1.5) -> float:
     """Speed, m/s, of a striker like the beads that makes about this peak contact force, N, by equations 6.12 and 6.16.
 
-    Long waves: a Hertzian chain shows 0.886 of the force (see `peak_force_from_particle_speed`).
+    Long waves: a Hertzian chain shows 0.886 of the force (see `solitary.peak_force_from_particle_speed`).
     """
     overlap = (force / stiffness) ** (1.0 / exponent)
     square = 2.0 * force * overlap / ((exponent + 1.0) * mass)

@@ -13,12 +13,13 @@ import numpy as np
 from plates.panel import Panel
 from plates.plate import Plate
 from plates.section import point_rigidity
-from plates.theory.zener import zener_contact_time, zener_restitution
+from plates.theory import zener
 from structures.checks import each, instance, positive
+from structures.layers import BEAD_TRANSIT
+from structures.layers import contact_time as contact_time_half_space
 from structures.material import Material
 from structures.structure import Vector
 from structures.surface import Surface, hertz_stiffness
-from structures.theory import BEAD_TRANSIT, contact_time_half_space
 
 Number = TypeVar("Number", float, Vector)
 
@@ -96,27 +97,27 @@ def inelasticity_parameter(bead: Bead, plate: Plate, impact_speed: Number) -> Nu
     return _plain(_inelasticity(bead, plate, _collision_time(bead, plate, impact_speed)))
 
 
-def plate_contact_time(
+def contact_time(
     bead: Bead, plate: Plate, impact_speed: Number | float, inelasticity: Number | float | None = None
 ) -> Number:
     """T_c, s, of a bead on an infinite thin plate: τ_c(λ) m^{2/5} v^{−1/5} k^{−2/5} (thesis, equation 6.38, right).
 
     inelasticity λ: by default that of the same bead, plate and speed. The printed T_c mix speeds (THESIS_IMPACT): λ of
-    one, v of another. For one bead: the last of a chain is pushed on by the others (see `contact_time_half_space`).
+    one, v of another. For one bead: the last of a chain is pushed on by the others (see `layers.contact_time`).
     """
     time = _collision_time(bead, plate, impact_speed)
     parameter = _inelasticity(bead, plate, time) if inelasticity is None else np.asarray(inelasticity)
-    return _plain(time * zener_contact_time(parameter))
+    return _plain(time * zener.contact_time(parameter))
 
 
-def plate_amplitude_ratio(inelasticity: Number) -> Number:
-    """AR = e^{6/5} of the primary wave off an infinite thin plate, with e = zener_restitution(λ).
+def amplitude_ratio(inelasticity: Number) -> Number:
+    """AR = e^{6/5} of the primary wave off an infinite thin plate, with e = zener.restitution(λ).
 
     (Thesis, equation 6.24 and figure 6.18, right as printed; the text says AR "decreases with the decrease in aspect
-    ratio" D/t: it increases.) `primary_amplitude_ratio` takes an e of any origin. A bead for a chain: without losses,
+    ratio" D/t: it increases.) `layers.amplitude_ratio` takes an e of any origin. A bead for a chain: without losses,
     secondary waves, gravity.
     """
-    return _plain(np.asarray(zener_restitution(inelasticity)) ** 1.2)
+    return _plain(np.asarray(zener.restitution(inelasticity)) ** 1.2)
 
 
 def normalised_time_of_flight(
@@ -135,7 +136,7 @@ def normalised_time_of_flight(
     parameter = _inelasticity(bead, plate, time)
     between = hertz_stiffness(bead.surface, bead.surface)
     transit = BEAD_TRANSIT * number * (bead.mass**2 / (between**2 * speed)) ** 0.2
-    flight = transit * (1.0 + zener_restitution(parameter) ** -0.2) + time * zener_contact_time(parameter)
+    flight = transit * (1.0 + zener.restitution(parameter) ** -0.2) + time * zener.contact_time(parameter)
     return _plain(flight / bead.size)
 
 
@@ -153,7 +154,7 @@ def critical_distance_bounds(
     wave_speeds: two others, m/s, such as lamb_group_speed(material, t, frequency, "A0") and rayleigh_speed(material).
     The printed 0.57 is the Rayleigh speed of aluminium; 0.2, 1000 m/s, the group speed of A0 at 12 kHz in 2.29 mm of
     it, at 6 kHz in 4.83 mm. T knows nothing of t, though the text says that thin plates have longer L;
-    `plate_contact_time` grows for them.
+    `impact.contact_time` grows for them.
     """
     stiffness = wall_stiffness(bead, plate)
     duration = contact_time_half_space(bead.mass, stiffness, positive("impact_speed", impact_speed, "m/s"))

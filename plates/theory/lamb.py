@@ -49,7 +49,7 @@ def rayleigh_speed(material: Material) -> float:
     return shear_speed(material) * sqrt(brentq(rayleigh, 0.0, 1.0, xtol=1e-16))
 
 
-def lamb_frequency(material: Material, thickness: float, wave_number: Number, mode: str = "A0") -> Number:
+def frequency(material: Material, thickness: float, wave_number: Number, mode: str = "A0") -> Number:
     """Frequency, Hz, of a mode at a real wave number ≥ 0, rad/m: its whole curve, backward waves too.
 
     thickness, m. To 1e-11 of itself.
@@ -63,7 +63,7 @@ def lamb_frequency(material: Material, thickness: float, wave_number: Number, mo
     return _like(wave_number, pulse * shear_speed(material) / (pi * thickness))
 
 
-def lamb_phase_speed(material: Material, thickness: float, frequency: Number, mode: str = "A0") -> Number:
+def phase_speed(material: Material, thickness: float, frequency: Number, mode: str = "A0") -> Number:
     """Phase speed ω/k, m/s, of a mode at a frequency, Hz, in a plate of a thickness, m.
 
     Long waves: A0 has Kirchhoff's √ω (D/ρt)^{1/4} times 1 − (17 − 7ν)/(240 (1 − ν)) (kt)², 1 % less where t is 1/19 of
@@ -75,10 +75,10 @@ def lamb_phase_speed(material: Material, thickness: float, frequency: Number, mo
     return _like(frequency, shear_speed(material) * pulse / waves)
 
 
-def lamb_group_speed(material: Material, thickness: float, frequency: Number, mode: str = "A0") -> Number:
+def group_speed(material: Material, thickness: float, frequency: Number, mode: str = "A0") -> Number:
     """Group speed dω/dk, m/s, of a mode at a frequency, Hz, in a plate of a thickness, m.
 
-    From the derivatives of the equation itself, good to what `lamb_phase_speed` is; undefined where two modes cross (S0
+    From the derivatives of the equation itself, good to what `lamb.phase_speed` is; undefined where two modes cross (S0
     and S1 at kt = π for ν = 0). ValueError where the mode does not propagate.
     """
     waves, pulse = _forward(material, thickness, frequency, mode)
@@ -86,7 +86,7 @@ def lamb_group_speed(material: Material, thickness: float, frequency: Number, mo
     return _like(frequency, shear_speed(material) * waves / pulse * slope)
 
 
-def lamb_cutoff_frequency(material: Material, thickness: float, mode: str = "A1") -> float:
+def cutoff_frequency(material: Material, thickness: float, mode: str = "A1") -> float:
     """Frequency, Hz, of a mode at infinite wavelength, in a plate of a thickness, m; 0 for A0 and S0.
 
     Resonances through the thickness, sorted: t f = c_s m and c_p (m − ½) for S modes, c_p m and c_s (m − ½) for A
@@ -165,7 +165,7 @@ def _forward(material: Material, thickness: float, frequency: Number, mode: str)
     there: NDArray[np.bool_] = curve.below(trials, pulse[:, None]) > curve.number
     if not there.any(axis=1).all():
         worst = float(frequencies[~there.any(axis=1)][0])
-        cutoff = lamb_cutoff_frequency(material, thickness, mode)
+        cutoff = cutoff_frequency(material, thickness, mode)
         raise ValueError(f"frequency = {worst!r}: must be above {cutoff:g} Hz, the cut-off of {mode}")
     last = TRIALS - 1 - np.argmax(there[:, ::-1], axis=1)
     rows = np.arange(pulse.size)

@@ -23,23 +23,23 @@ LAST, FARTHEST = 4.0, 12.0
 """λ up to which e and τ_c are interpolated in λ; and up to which the laws of large λ are fitted."""
 
 
-def zener_restitution(inelasticity: Number) -> Number:
+def restitution(inelasticity: Number) -> Number:
     """e of a sphere on an infinite thin plate: rebound over approach speed, −σ′ at the return to σ = 0; any λ ≥ 0.
 
     (Thesis, section 6.2.1, which prints the condition as dσ/dτ → 0.) To 1e-9 of itself. Small λ: e = 1 − 1.7302 λ with
-    (5/4)^{3/5} B(8/5, 1/2); λ > 4: e = 0.67930 λ⁻⁵, not exponentially small. λ comes from `inelasticity_parameter`,
-    which says what it holds for.
+    (5/4)^{3/5} B(8/5, 1/2); λ > 4: e = 0.67930 λ⁻⁵, not exponentially small. λ comes from
+    `impact.inelasticity_parameter`, which says what it holds for.
     """
     number = each(not_negative, "inelasticity", inelasticity)
     beyond = np.maximum(number, LAST) / LAST
     return _like(inelasticity, np.exp(_small()[0](np.minimum(number, LAST))) * beyond**-5.0)
 
 
-def zener_contact_time(inelasticity: Number) -> Number:
+def contact_time(inelasticity: Number) -> Number:
     """τ_c: time in contact of a sphere with an infinite thin plate, in units of (m²/k²v)^{1/5}; any λ ≥ 0.
 
     (Thesis, equation 6.38 and figure 6.17.) To 1e-9 of itself. Small λ: τ_c = 3.2180655 (1 + 0.17302 λ); large λ:
-    τ_c = λ (5 ln λ − 0.35937) + 3 λ^{−2/3}. `plate_contact_time` gives it in seconds.
+    τ_c = λ (5 ln λ − 0.35937) + 3 λ^{−2/3}. `impact.contact_time` gives it in seconds.
     """
     number = each(not_negative, "inelasticity", inelasticity)
     large = np.maximum(number, LAST)

@@ -179,7 +179,7 @@ BOX = {"structure": SpringMass(), "scheme": hl.Aitken()}
 HEAVIER = {"structure": SpringMass(mass=0.0142), "scheme": hl.Aitken()}
 MOVING = hl.MovingStructure(ROD, partial(GeneralisedAlpha, spectral_radius=0.8))
 OTHER = hl.MovingStructure(ROD, lambda *given: GeneralisedAlpha(*given, spectral_radius=0.7))
-STEEL, SOFTER = (replace(CHAIN, law=lambda *_, k=k: hl.PowerLaw(k, 1.5)) for k in (1e10, 0.9999e10))
+STEEL, SOFTER = (replace(CHAIN, law=lambda *_, k=k: hl.laws.PowerLaw(k, 1.5)) for k in (1e10, 0.9999e10))
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from hertzlink.studies.table import Row, text
 
 
 def hertzlink(*arguments: str, cwd: Path) -> "subprocess.CompletedProcess[str]":
-    command = [sys.executable, "-c", "from hertzlink import main; main()", *arguments]
+    command = [sys.executable, "-c", "from hertzlink.cli import main; main()", *arguments]
     return subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=300)
 
 
@@ -101,7 +101,7 @@ def test_force_never_deletes_what_it_did_not_write(tmp_path: Path, output: str) 
 
 TELLING = """
 from coupling.cosimulation import CoSimulation
-from hertzlink import main
+from hertzlink.cli import main
 
 run = CoSimulation.run
 

@@ -27,7 +27,7 @@ FAST = 20.0
 
 def collision_theory(bead: hl.Sphere, speed: float) -> tuple[float, float]:
     """Greatest force, N, and duration, s, of two equal spheres that collide (Hertz 1882; Johnson, section 11.4)."""
-    stiffness = hl.hertz_stiffness(bead.surface, bead.surface)
+    stiffness = hl.hertz.stiffness(bead.surface, bead.surface)
     approach = (5.0 / 8.0 * bead.mass * speed**2 / stiffness) ** 0.4
     return stiffness * approach**1.5, 2.9432 * approach / speed
 
@@ -63,7 +63,7 @@ def test_slow_collision_is_hertz(slow: xr.Dataset) -> None:
 
 def test_slow_collision_is_that_of_the_static_law(slow: xr.Dataset) -> None:
     """The contact law by finite elements of half beads, and two point masses: within 0.5 %."""
-    law = hl.contact_law_fem(BEAD, max_force=30.0)
+    law = hl.laws.axisymmetric(BEAD, max_force=30.0)
     greatest = law.force(law.overlap(np.array(0.25 * BEAD.mass * SPEED**2)))
     assert float(slow.contact_force.max()) == pytest.approx(float(greatest), rel=5e-3)
 
@@ -306,7 +306,7 @@ CHAIN = hl.Chain([BEAD], BEAD, SPEED)
         ({"chain": hl.Chain([BEAD], BEAD, SPEED, gravity=9.81)}, "gravity = 9.81"),
         ({"chain": hl.Chain([BEAD], BEAD, SPEED, preload=1.0)}, "preload = 1.0"),
         ({"chain": hl.Chain([BEAD], BEAD, SPEED, dissipation=hl.LinearDashpot(1.0))}, "dissipation = LinearDashpot"),
-        ({"chain": hl.Chain([BEAD], BEAD, SPEED, law=hl.PowerLaw(1e9))}, "law = PowerLaw"),
+        ({"chain": hl.Chain([BEAD], BEAD, SPEED, law=hl.laws.PowerLaw(1e9))}, "law = PowerLaw"),
         ({"chain": hl.Chain([BEAD], BEAD, SPEED, integrator="rk4")}, "integrator = 'rk4'"),
         ({"chain": hl.Chain([BEAD], BEAD, 1000.0), "spacing": 2e-4}, "impact_speed = 1000.0"),
         ({"until": -1.0}, "until = -1.0"),

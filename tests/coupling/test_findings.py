@@ -18,7 +18,7 @@ SHALLOW = 1e-6
 
 
 def struck(impact_speed: float) -> hl.CoSimulation:
-    return hl.CoSimulation(hl.Chain([BEAD] * 3, BEAD, impact_speed, law=hl.PowerLaw(1e9, largest=SHALLOW)), None)
+    return hl.CoSimulation(hl.Chain([BEAD] * 3, BEAD, impact_speed, law=hl.laws.PowerLaw(1e9, largest=SHALLOW)), None)
 
 
 def doubtful(run: xr.Dataset) -> xr.Dataset:

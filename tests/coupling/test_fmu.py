@@ -30,14 +30,14 @@ UNTIL, WINDOW = 8e-4, 1e-6
 DISCARD = 2
 
 
-def softer(one: Any, other: Any) -> hl.PowerLaw:
+def softer(one: Any, other: Any) -> hl.laws.PowerLaw:
     """A law of one's own, in a module."""
-    return hl.PowerLaw(4e9, 1.5)
+    return hl.laws.PowerLaw(4e9, 1.5)
 
 
 @pytest.fixture(scope="module")
 def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return hl.write_fmu(CHAIN, SURFACE, tmp_path_factory.mktemp("fmu") / "a chain.fmu")
+    return hl.ports.write_fmu(CHAIN, SURFACE, tmp_path_factory.mktemp("fmu") / "a chain.fmu")
 
 
 class Unit:
@@ -200,7 +200,7 @@ def test_two_units_and_a_reset_do_not_disturb_each_other(unit: Unit, tmp_path: P
     """Of different chains, in one process, where Python holds their module once."""
     long = hl.Chain([BEAD] * 3, striker=BEAD, impact_speed=1.0)
     first = unit.step(0.0, 1e-5, 0.0), unit.get("sensor_force[1]")
-    with opened(hl.write_fmu(long, SURFACE, tmp_path / "three.fmu"), tmp_path / "three") as other:
+    with opened(hl.ports.write_fmu(long, SURFACE, tmp_path / "three.fmu"), tmp_path / "three") as other:
         other.step(0.0, 1e-5, 0.0)
         assert other.get("sensor_force[1]") > 2.0 * first[1]
     unit.fmu.reset()
@@ -260,7 +260,7 @@ def test_another_version_of_hertzlink_is_told(tmp_path: Path) -> None:
     script = (
         "import importlib.metadata, fmpy, hertzlink as hl\n"
         "bead = hl.Sphere(4.76e-3, hl.STEEL_440C)\n"
-        "hl.write_fmu(hl.Chain([bead] * 2, bead, 1.0), hl.Surface(hl.PTFE), 'chain.fmu')\n"
+        "hl.ports.write_fmu(hl.Chain([bead] * 2, bead, 1.0), hl.Surface(hl.PTFE), 'chain.fmu')\n"
         "importlib.metadata.version = lambda name: '99.0'\n"
         "fmpy.simulate_fmu('chain.fmu', debug_logging=True)\n"
     )
@@ -271,7 +271,7 @@ def test_another_version_of_hertzlink_is_told(tmp_path: Path) -> None:
 
 def test_laws_of_ones_own_and_other_excitations_go_along(tmp_path: Path) -> None:
     chain = hl.Chain([BEAD] * 5, hl.PushedBead([0.0, 1e-5, 2e-5], [0.0, 50.0, 0.0]), law=softer)
-    path = hl.write_fmu(chain, SURFACE, tmp_path / "pushed.fmu", flexibility=1e-9, dt=2e-8)
+    path = hl.ports.write_fmu(chain, SURFACE, tmp_path / "pushed.fmu", flexibility=1e-9, dt=2e-8)
     moving = hl.MovingChain(chain, SURFACE, 1e-9, 2e-8)
     _, force = moving.advance(moving.start(), (0.0, 1e-7), 2e-4)
     with opened(path, tmp_path / "unit") as unit:
@@ -295,7 +295,7 @@ def test_writing_leaves_nothing_behind(tmp_path: Path) -> None:
     path, modules = sys.path.copy(), set(sys.modules)
     target = tmp_path / "chain.fmu"
     target.write_text("an older file")
-    assert hl.write_fmu(CHAIN, SURFACE, str(target)) == target
+    assert hl.ports.write_fmu(CHAIN, SURFACE, str(target)) == target
     assert [one.name for one in tmp_path.iterdir()] == ["chain.fmu"]
     assert zipfile.is_zipfile(target)
     assert sys.path == path
@@ -304,7 +304,7 @@ def test_writing_leaves_nothing_behind(tmp_path: Path) -> None:
 
 def test_a_path_of_the_users_own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("HOME", str(tmp_path))
-    assert hl.write_fmu(CHAIN, SURFACE, "~/chain.fmu") == tmp_path / "chain.fmu"
+    assert hl.ports.write_fmu(CHAIN, SURFACE, "~/chain.fmu") == tmp_path / "chain.fmu"
     assert zipfile.is_zipfile(tmp_path / "chain.fmu")
 
 
@@ -316,12 +316,12 @@ def test_a_failure_leaves_the_older_file(tmp_path: Path, monkeypatch: pytest.Mon
     target.write_text("an older file")
     monkeypatch.setattr("zipfile.ZipFile", fails)
     with pytest.raises(OSError, match="disk full"):
-        hl.write_fmu(CHAIN, SURFACE, target)
+        hl.ports.write_fmu(CHAIN, SURFACE, target)
     assert [one.name for one in tmp_path.iterdir()] == ["chain.fmu"]
     assert target.read_text() == "an older file"
 
 
-LOCAL = hl.Chain([BEAD] * 2, BEAD, 1.0, law=lambda one, other: hl.PowerLaw(1e9, 1.5))
+LOCAL = hl.Chain([BEAD] * 2, BEAD, 1.0, law=lambda one, other: hl.laws.PowerLaw(1e9, 1.5))
 
 
 @pytest.mark.parametrize(
@@ -344,7 +344,7 @@ def test_bad_input(changed: dict[str, Any], message: str, tmp_path: Path, monkey
     monkeypatch.chdir(tmp_path)
     (tmp_path / "folder.fmu").mkdir()
     with pytest.raises(ValueError, match=message):
-        hl.write_fmu(**{"chain": CHAIN, "surface": SURFACE, "path": "chain.fmu", **changed})
+        hl.ports.write_fmu(**{"chain": CHAIN, "surface": SURFACE, "path": "chain.fmu", **changed})
     assert [one.name for one in tmp_path.iterdir()] == ["folder.fmu"]
 
 
@@ -352,9 +352,9 @@ def test_a_law_of_the_script_itself_is_refused(tmp_path: Path) -> None:
     """Another Python would not find it: there, __main__ is another script."""
     script = (
         "import hertzlink as hl\n"
-        "def law(one, other): return hl.PowerLaw(4e9, 1.5)\n"
+        "def law(one, other): return hl.laws.PowerLaw(4e9, 1.5)\n"
         "bead = hl.Sphere(4.76e-3, hl.STEEL_440C)\n"
-        "hl.write_fmu(hl.Chain([bead] * 2, bead, 1.0, law=law), hl.Surface(hl.PTFE), 'chain.fmu')\n"
+        "hl.ports.write_fmu(hl.Chain([bead] * 2, bead, 1.0, law=law), hl.Surface(hl.PTFE), 'chain.fmu')\n"
     )
     done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True)
     assert "ValueError: chain: a law of your own must stand in a module" in done.stderr
@@ -364,4 +364,4 @@ def test_a_law_of_the_script_itself_is_refused(tmp_path: Path) -> None:
 def test_a_missing_pythonfmu_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setitem(sys.modules, "pythonfmu", None)
     with pytest.raises(ImportError, match=r'pip install "hertzlink\[fmu\]"'):
-        hl.write_fmu(CHAIN, SURFACE, tmp_path / "chain.fmu")
+        hl.ports.write_fmu(CHAIN, SURFACE, tmp_path / "chain.fmu")

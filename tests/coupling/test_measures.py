@@ -49,7 +49,7 @@ def test_known_pulses_are_found_between_samples(ratio: float, flight: float, sta
 
 def test_incident_primary_and_secondary() -> None:
     waves = hl.reflections(signal((50.0, 1e-4, 1.0), (20.0, 5e-4, -1.0), (10.0, 7e-4, -1.0)), sensor=1)
-    assert waves.incident == hl.Wave(pytest.approx(50.0, rel=1e-5), pytest.approx(1e-4, abs=1e-9))
+    assert waves.incident == hl.results.Wave(pytest.approx(50.0, rel=1e-5), pytest.approx(1e-4, abs=1e-9))
     assert waves.primary
     assert waves.secondary
     assert waves.primary.amplitude_ratio == pytest.approx(0.4, rel=1e-5)

@@ -199,7 +199,7 @@ def check_same(run: xr.Dataset, expected: xr.Dataset, tolerance: float) -> None:
 def test_implicit_coupling_gives_what_cosimulation_gives(
     double: type[Double], configuration: Path, cosimulation: xr.Dataset
 ) -> None:
-    run = hl.run_in_precice(CHAIN, SURFACE, configuration)
+    run = hl.ports.run_in_precice(CHAIN, SURFACE, configuration)
     assert double.latest.state == "finalized"
     assert run.time.values == pytest.approx(cosimulation.time.values, rel=1e-12, abs=1e-15)
     check_same(run, cosimulation, 1e-9)
@@ -216,7 +216,7 @@ def test_implicit_coupling_gives_what_cosimulation_gives(
 def test_shorter_steps_than_the_window_of_precice_change_nothing(double: type[Double], configuration: Path) -> None:
     """A quarter of the window or less: the same line of the surface, the same impulse over the window."""
     dt = WINDOW / 60
-    run = hl.run_in_precice(CHAIN, SURFACE, configuration, window=0.26e-6, dt=dt)
+    run = hl.ports.run_in_precice(CHAIN, SURFACE, configuration, window=0.26e-6, dt=dt)
     expected = hl.CoSimulation(CHAIN, ROD, scheme=hl.Aitken(tolerance=1e-11), window=WINDOW, dt=dt, substeps=1).run(
         8e-4
     )
@@ -229,7 +229,7 @@ def test_vectors_are_taken_along_the_direction(
 ) -> None:
     """The chain pushes down, z points up."""
     double.sizes = (3, 3)
-    run = hl.run_in_precice(CHAIN, SURFACE, configuration, direction=(0, 0, -2.0), position=(0.1, 0.2, 0.0))
+    run = hl.ports.run_in_precice(CHAIN, SURFACE, configuration, direction=(0, 0, -2.0), position=(0.1, 0.2, 0.0))
     check_same(run, cosimulation, 1e-9)
     assert double.latest.positions.tolist() == [[0.1, 0.2, 0.0]]
 
@@ -239,14 +239,14 @@ def test_a_scalar_and_a_vector_by_other_names(
 ) -> None:
     double.called, double.sizes, double.until = ("Beads", "Tip", "w", "F"), (1, 3), 4e-4
     names = {"participant": "Beads", "mesh": "Tip", "displacement": "w", "force": "F"}
-    run = hl.run_in_precice(CHAIN, SURFACE, configuration, names, direction=(0, 0, -1))
+    run = hl.ports.run_in_precice(CHAIN, SURFACE, configuration, names, direction=(0, 0, -1))
     check_same(run, cosimulation.isel(time=slice(401)), 1e-9)
 
 
 def test_explicit_coupling_answers_one_window_later(double: type[Double], configuration: Path) -> None:
     """Each window the structure moves under the force of the window before."""
     double.implicit, double.until = False, 2e-4
-    run = hl.run_in_precice(CHAIN, SURFACE, configuration)
+    run = hl.ports.run_in_precice(CHAIN, SURFACE, configuration)
     structure = hl.MovingStructure(ROD)
     chain, body, surface, force = MOVING.start(), structure.start(), 0.0, 0.0
     for _ in range(200):
@@ -260,7 +260,7 @@ def test_explicit_coupling_answers_one_window_later(double: type[Double], config
 def test_the_order_of_calls(double: type[Double], configuration: Path) -> None:
     """As documented, from the first call to the second window; and the last calls."""
     double.initial, double.until, double.tolerance = True, 3e-6, np.inf
-    hl.run_in_precice(CHAIN, SURFACE, configuration)
+    hl.ports.run_in_precice(CHAIN, SURFACE, configuration)
     prepared = ["Participant", "get_mesh_dimensions", "get_data_dimensions", "get_data_dimensions", "set_mesh_vertices"]
     started = ["requires_initial_data", "write_data", "initialize"]
     window = ["is_coupling_ongoing", "requires_writing_checkpoint", "get_max_time_step_size", "read_data", "write_data"]
@@ -271,14 +271,14 @@ def test_the_order_of_calls(double: type[Double], configuration: Path) -> None:
 def test_a_repeated_window_starts_from_the_old_state(double: type[Double], configuration: Path) -> None:
     """Repeating every window some ten times, for a tolerance that nothing meets but the same force, adds no frames."""
     double.until, double.tolerance = 1e-4, 1e-13 * MOVING.force_scale
-    run = hl.run_in_precice(CHAIN, SURFACE, configuration)
+    run = hl.ports.run_in_precice(CHAIN, SURFACE, configuration)
     assert run.sizes["time"] == 101
     assert np.diff(run.time.values) == pytest.approx(WINDOW, rel=1e-9)
 
 
 def test_the_dataset_tells_its_units_and_input(double: type[Double], configuration: Path, tmp_path: Path) -> None:
     double.until = 2e-6
-    run = hl.run_in_precice(CHAIN, SURFACE, configuration)
+    run = hl.ports.run_in_precice(CHAIN, SURFACE, configuration)
     units = {"displacement": "m", "velocity": "m/s", "contact_force": "N", "surface_displacement": "m", "time": "s"}
     assert {name: run[name].attrs["units"] for name in units} == units
     assert "precice-config.xml" in run.attrs["input"]
@@ -305,7 +305,7 @@ def test_the_dataset_tells_its_units_and_input(double: type[Double], configurati
 def test_bad_input(double: type[Double], configuration: Path, changed: dict[str, Any], message: str) -> None:
     given: dict[str, Any] = {"chain": CHAIN, "surface": SURFACE, "configuration": configuration, **changed}
     with pytest.raises(ValueError, match=message):
-        hl.run_in_precice(**given)
+        hl.ports.run_in_precice(**given)
 
 
 @pytest.mark.parametrize(
@@ -320,13 +320,13 @@ def test_bad_input(double: type[Double], configuration: Path, changed: dict[str,
 def test_bad_direction(double: type[Double], configuration: Path, direction: Any, message: str) -> None:
     double.sizes = (3, 3)
     with pytest.raises(ValueError, match=message):
-        hl.run_in_precice(CHAIN, SURFACE, configuration, direction=direction)
+        hl.ports.run_in_precice(CHAIN, SURFACE, configuration, direction=direction)
 
 
 def test_missing_and_old_bindings_are_named(monkeypatch: pytest.MonkeyPatch, configuration: Path) -> None:
     monkeypatch.setitem(sys.modules, "precice", None)
     with pytest.raises(ImportError, match=r'install preCICE 3, then pip install "hertzlink\[precice\]"'):
-        hl.run_in_precice(CHAIN, SURFACE, configuration)
+        hl.ports.run_in_precice(CHAIN, SURFACE, configuration)
     monkeypatch.setitem(sys.modules, "precice", ModuleType("precice"))
     with pytest.raises(ImportError, match="version 3"):
-        hl.run_in_precice(CHAIN, SURFACE, configuration)
+        hl.ports.run_in_precice(CHAIN, SURFACE, configuration)

@@ -55,7 +55,7 @@ def test_energy_that_the_steps_make_or_lose() -> None:
 
 def test_energy_that_the_stepper_loses() -> None:
     body = hl.rod([hl.Layer(hl.PTFE, 0.0254, 0.01)], elements=20)
-    stepper = hl.MovingStructure(body, partial(hl.GeneralisedAlpha, spectral_radius=0.0))
+    stepper = hl.MovingStructure(body, partial(hl.stepping.GeneralisedAlpha, spectral_radius=0.0))
     run = hl.CoSimulation(hl.Chain([BEAD] * 3, BEAD, 0.4), stepper, window=8e-6, substeps=1).run(4e-4)
     error = hl.energy_error(run)
     (finding,) = found(run, "energy")
@@ -125,9 +125,9 @@ def test_contacts_beyond_yield() -> None:
     chain = hl.Chain([BEAD] * 6, BEAD, 0.4)
     with pytest.warns(hl.HertzlinkWarning, match="yield: "):
         run = hl.CoSimulation(chain, hl.half_space(hl.ALUMINIUM_6061)).run(3e-4)
-    pressure = hl.hertz_pressure(BEAD.surface, hl.Surface(hl.ALUMINIUM_6061), float(run.contact_force[:, -1].max()))
+    pressure = hl.hertz.pressure(BEAD.surface, hl.Surface(hl.ALUMINIUM_6061), float(run.contact_force[:, -1].max()))
     (finding,) = found(run, "yield")
-    ratio = pressure / hl.yield_pressure(hl.ALUMINIUM_6061)
+    ratio = pressure / hl.hertz.yield_pressure(hl.ALUMINIUM_6061)
     assert f"{1e-9 * pressure:.2g} GPa at contact 7 is {ratio:.3g} times what aluminium 6061 bears" in finding
     assert "1 of 7 contacts are beyond yield" in finding
     soft = hl.Chain([BEAD] * 6, BEAD, 1e-4)

@@ -29,7 +29,7 @@ UNTIL = 2e-4
 def body() -> hl.Structure:
     """Steel on PTFE."""
     layers = [hl.Layer(hl.STEEL_440C, STEEL, RADIUS), hl.Layer(hl.PTFE, BELOW, RADIUS)]
-    return hl.reduce(hl.cylinder(layers), until=UNTIL, keep_field=True)
+    return hl.reduce(hl.layered_cylinder(layers), until=UNTIL, keep_field=True)
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +40,7 @@ def run(body: hl.Structure) -> xr.Dataset:
 @pytest.fixture(scope="module")
 def motion(run: xr.Dataset, body: hl.Structure) -> xr.Dataset:
     """Steel on PTFE, while it is struck."""
-    return hl.structure_motion(run, body, np.linspace(6e-5, UNTIL, 4))
+    return hl.views.structure_motion(run, body, np.linspace(6e-5, UNTIL, 4))
 
 
 @pytest.fixture(scope="module")
@@ -81,7 +81,9 @@ def test_pictures_differ_between_times_and_fields(motion: xr.Dataset, tmp_path: 
     drawn = []
     for i, (time, show) in enumerate(kinds):
         path = tmp_path / f"{i}.png"
-        assert hl.picture(motion, path, time=time, show=show, factor=500.0, highest=1e6 if i < 2 else 1e-6) == path
+        assert (
+            hl.views.picture(motion, path, time=time, show=show, factor=500.0, highest=1e6 if i < 2 else 1e-6) == path
+        )
         drawn.append(pixels(path))
     assert drawn[0].shape == drawn[2].shape
     for one, other in ((0, 2), (0, 1)):
@@ -114,7 +116,7 @@ def test_a_section_is_mirrored_and_stands_in_its_place(motion: xr.Dataset) -> No
 def test_solids_are_drawn(solid_motion: xr.Dataset, tmp_path: Path) -> None:
     assert Scene(solid_motion, None).lying
     for show in ("von_mises", "displacement"):
-        image = pixels(hl.picture(solid_motion, tmp_path / f"{show}.png", show=show))
+        image = pixels(hl.views.picture(solid_motion, tmp_path / f"{show}.png", show=show))
         assert len(np.unique(image.reshape(-1, 3), axis=0)) > 500
 
 
@@ -141,7 +143,7 @@ def test_bodies_lie_down_and_are_stretched(motion: xr.Dataset) -> None:
 
 @pytest.mark.usefixtures("screen")
 def test_animations_have_a_frame_for_each_time(motion: xr.Dataset, tmp_path: Path) -> None:
-    path = hl.animation(motion, tmp_path / "wave.gif", frame_rate=5.0)
+    path = hl.views.animation(motion, tmp_path / "wave.gif", frame_rate=5.0)
     with Image.open(path) as film:
         frames = []
         for number in range(film.n_frames):
@@ -159,17 +161,17 @@ def test_animations_have_a_frame_for_each_time(motion: xr.Dataset, tmp_path: Pat
 def test_movies_need_an_extra(motion: xr.Dataset, tmp_path: Path) -> None:
     if importlib.util.find_spec("imageio_ffmpeg") is None:
         with pytest.raises(ValueError, match=r"wave\.mp4'.*hertzlink\[movie\]"):
-            hl.animation(motion, tmp_path / "wave.mp4")
+            hl.views.animation(motion, tmp_path / "wave.mp4")
         assert not list(tmp_path.iterdir())
     else:
-        assert hl.animation(motion, tmp_path / "wave.mp4").stat().st_size > 1000
+        assert hl.views.animation(motion, tmp_path / "wave.mp4").stat().st_size > 1000
 
 
 @pytest.mark.parametrize("kind", ["motion", "solid_motion"])
 def test_vtu_holds_what_was_computed(kind: str, request: pytest.FixtureRequest, tmp_path: Path) -> None:
     """Read back by meshio, and by VTK, which finds its own order of points: the right area or volume."""
     data: xr.Dataset = request.getfixturevalue(kind)
-    listing = hl.write_vtu(data, tmp_path / "paraview")
+    listing = hl.views.write_vtu(data, tmp_path / "paraview")
     entries = ElementTree.parse(listing).getroot().findall("Collection/DataSet")
     assert [float(entry.attrib["timestep"]) for entry in entries] == data.time.values.tolist()
     for number, entry in enumerate(entries):
@@ -191,18 +193,18 @@ def test_vtu_holds_what_was_computed(kind: str, request: pytest.FixtureRequest, 
 
 def test_folders_are_replaced_only_where_they_hold_a_motion(motion: xr.Dataset, tmp_path: Path) -> None:
     folder = tmp_path / "paraview"
-    hl.write_vtu(motion, folder)
-    hl.write_vtu(motion.isel(time=[0]), folder)
+    hl.views.write_vtu(motion, folder)
+    hl.views.write_vtu(motion.isel(time=[0]), folder)
     assert sorted(path.name for path in folder.iterdir()) == ["motion.pvd", "motion_0000.vtu"]
     (folder / "notes.txt").write_text("mine")
     with pytest.raises(ValueError, match=r"folder = .*: holds notes\.txt; name another"):
-        hl.write_vtu(motion, folder)
+        hl.views.write_vtu(motion, folder)
     with pytest.raises(ValueError, match=r"notes\.txt'.*is no folder of an earlier motion"):
-        hl.write_vtu(motion, folder / "notes.txt")
+        hl.views.write_vtu(motion, folder / "notes.txt")
     with pytest.raises(ValueError, match="its parent folder does not exist"):
-        hl.write_vtu(motion, tmp_path / "no" / "paraview")
+        hl.views.write_vtu(motion, tmp_path / "no" / "paraview")
     with pytest.raises(ValueError, match="folder = 3: must be the name of a folder"):
-        hl.write_vtu(motion, 3)  # type: ignore[arg-type]
+        hl.views.write_vtu(motion, 3)  # type: ignore[arg-type]
     assert [path.name for path in tmp_path.iterdir()] == ["paraview"]
 
 
@@ -214,12 +216,12 @@ def test_nothing_half_written_stays(motion: xr.Dataset, tmp_path: Path, monkeypa
     (tmp_path / "a.png").write_text("before")
     monkeypatch.setattr(render.Renderer, "image", fail)
     with pytest.raises(RuntimeError, match="stopped"):
-        hl.picture(motion, tmp_path / "a.png")
+        hl.views.picture(motion, tmp_path / "a.png")
     with pytest.raises(RuntimeError, match="stopped"):
-        hl.animation(motion, tmp_path / "a.gif")
+        hl.views.animation(motion, tmp_path / "a.gif")
     monkeypatch.setattr(meshio.Mesh, "write", fail)
     with pytest.raises(RuntimeError, match="stopped"):
-        hl.write_vtu(motion, tmp_path / "paraview")
+        hl.views.write_vtu(motion, tmp_path / "paraview")
     assert [path.name for path in tmp_path.iterdir()] == ["a.png"]
     assert (tmp_path / "a.png").read_text() == "before"
 
@@ -232,7 +234,7 @@ def test_a_machine_that_cannot_draw_says_so(
     monkeypatch.setattr(render, "PROBE", "import os; os.abort()")
     monkeypatch.setattr(render, "check_window", render.check_window.__wrapped__)
     with pytest.raises(OSError, match="off-screen by OpenGL, which this machine lacks: install EGL or OSMesa"):
-        hl.picture(motion, tmp_path / "a.png")
+        hl.views.picture(motion, tmp_path / "a.png")
     assert not list(tmp_path.iterdir())
 
 
@@ -254,23 +256,23 @@ def test_pictures_that_cannot_be_drawn(
 ) -> None:
     path = tmp_path / keywords.pop("path", "a.png")
     with pytest.raises(ValueError, match=message):
-        hl.picture(motion, path, **keywords)
+        hl.views.picture(motion, path, **keywords)
     assert not list(tmp_path.iterdir())
 
 
 def test_what_is_no_motion(motion: xr.Dataset, tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"path = 3: must be the name of a file"):
-        hl.picture(motion, 3)  # type: ignore[arg-type]
+        hl.views.picture(motion, 3)  # type: ignore[arg-type]
     with pytest.raises(ValueError, match=r"path = .*: must end in \.gif or \.mp4"):
-        hl.animation(motion, tmp_path / "a.png")
+        hl.views.animation(motion, tmp_path / "a.png")
     with pytest.raises(ValueError, match=r"frame_rate = 0\.0: must be a positive number of 1/s"):
-        hl.animation(motion, tmp_path / "a.gif", frame_rate=0.0)
+        hl.views.animation(motion, tmp_path / "a.gif", frame_rate=0.0)
     for wrong, message in (
         ("motion", "motion = 'motion': must be the Dataset of structure_motion"),
         (motion.drop_vars("part"), "motion: lacks part; must be the Dataset of structure_motion"),
         (motion.isel(time=0), r"motion: lacks one dimension of displacement \(take times by isel"),
     ):
-        for draw, name in ((hl.picture, "a.png"), (hl.animation, "a.gif"), (hl.write_vtu, "a")):
+        for draw, name in ((hl.views.picture, "a.png"), (hl.views.animation, "a.gif"), (hl.views.write_vtu, "a")):
             with pytest.raises(ValueError, match=message):
                 draw(wrong, tmp_path / name)  # type: ignore[arg-type]
 
@@ -278,9 +280,9 @@ def test_what_is_no_motion(motion: xr.Dataset, tmp_path: Path) -> None:
 @pytest.mark.usefixtures("screen")
 def test_the_force_beneath(run: xr.Dataset, motion: xr.Dataset, tmp_path: Path) -> None:
     """The picture grows by the history; what is no run of one structure is refused."""
-    with_force = hl.picture(motion, tmp_path / "with.png", run=run)
-    without = hl.picture(motion, tmp_path / "without.png")
+    with_force = hl.views.picture(motion, tmp_path / "with.png", run=run)
+    without = hl.views.picture(motion, tmp_path / "without.png")
     assert Image.open(with_force).height > Image.open(without).height + 200
     with pytest.raises(ValueError, match="run: must be the Dataset of one run"):
-        hl.picture(motion, tmp_path / "bad.png", run=xr.concat([run, run], dim="speed"))
+        hl.views.picture(motion, tmp_path / "bad.png", run=xr.concat([run, run], dim="speed"))
     assert not (tmp_path / "bad.png").exists()

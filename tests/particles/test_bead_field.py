@@ -96,7 +96,7 @@ def test_the_free_surface_beside_the_contact() -> None:
 @pytest.mark.parametrize("bead", [SPHERE, SHELL, PROLATE])
 def test_mid_planes_approach_as_the_contact_law_says(bead: hl.Sphere) -> None:
     field, displacement, _ = squeezed(bead)
-    law = hl.contact_law_fem(bead, max_force=1.5 * FORCE)
+    law = hl.laws.axisymmetric(bead, max_force=1.5 * FORCE)
     struck, far = displacement[list(poles(field)), 2]
     assert struck == -far
     assert -2.0 * struck == pytest.approx(law.approach(FORCE), rel=4e-3)

@@ -51,8 +51,8 @@ def test_equal_laws_of_many_objects_are_one_law() -> None:
     """A function may make a new table for every contact, and a pair and its mirror image have one each."""
     approaches = np.geomspace(1e-8, 1e-4, 30)
 
-    def table(*_: object) -> hl.TabulatedLaw:
-        return hl.TabulatedLaw(list(approaches), list(3e9 * approaches**1.5))
+    def table(*_: object) -> hl.laws.TabulatedLaw:
+        return hl.laws.TabulatedLaw(list(approaches), list(3e9 * approaches**1.5))
 
     runs = [hl.CoSimulation(uniform(law=law), None).run(until=3e-4) for law in (table, table())]
     assert float(runs[0].contact_force.sel(contact=10).max()) > 10.0
@@ -145,7 +145,7 @@ def test_unlike_spheres_collide_as_hertz_says() -> None:
     small, large = hl.Sphere(3e-3, hl.BRASS_360), hl.Sphere(7e-3, hl.PTFE)
     run = hl.CoSimulation(hl.Chain([large], small, 0.4), None).run(until=6e-4)
     reduced = small.mass * large.mass / (small.mass + large.mass)
-    stiffness = hl.hertz_stiffness(small.surface, large.surface)
+    stiffness = hl.hertz.stiffness(small.surface, large.surface)
     touching = run.time.values[run.contact_force.sel(contact=1).values > 0.0]
     assert touching[-1] == pytest.approx(3.2180655 * (reduced**2 / (stiffness**2 * 0.4)) ** 0.2, rel=0.01)
     first, second = run.velocity.isel(time=-1).values

@@ -32,7 +32,7 @@ def cylinder(degrees: float = 0.0) -> hl.Cylinder:
 
 def stiffness(first: hl.Sphere, second: hl.Sphere, axis_ratio: str = "exact") -> float:
     law = hl.contact_law(first, second, axis_ratio)
-    assert isinstance(law, hl.PowerLaw)
+    assert isinstance(law, hl.laws.PowerLaw)
     assert law.exponent == 1.5
     return law.stiffness
 
@@ -58,7 +58,7 @@ def test_ellipsoids_of_the_thesis() -> None:
 def test_how_far_the_approximate_axis_ratio_is_off(degrees: float, error: float) -> None:
     """Errata of 5.6: 0.7 % in k at 30°, 9 % at 5°, 26 % at 1°."""
     surfaces = cylinder().surface, cylinder(degrees).surface
-    exact, approximate = (hl.hertz_stiffness(*surfaces, r) for r in ("exact", "approximate"))
+    exact, approximate = (hl.hertz.stiffness(*surfaces, r) for r in ("exact", "approximate"))
     assert approximate / exact - 1.0 == pytest.approx(error, rel=0.06)
 
 
@@ -114,7 +114,7 @@ def test_nearly_round_contacts_join_round_ones(radius: float, change: float) -> 
     stretched = hl.Surface(material, curvature * (1.0 - change), curvature * (1.0 + change))
     round_one = hl.Surface(material, curvature)
     flat = hl.Surface(material)
-    ratio = hl.hertz_stiffness(stretched, flat) / hl.hertz_stiffness(round_one, flat)
+    ratio = hl.hertz.stiffness(stretched, flat) / hl.hertz.stiffness(round_one, flat)
     assert abs(ratio - 1.0) < 0.4 * change**2
 
 
@@ -198,8 +198,8 @@ def test_reissners_shell() -> None:
 
 @given(st.floats(1e6, 1e11), st.floats(1.0, 3.0), st.lists(st.floats(-9.0, -3.5), min_size=1, max_size=20))
 def test_a_table_of_a_power_law_is_that_law(k: float, n: float, logs: list[float]) -> None:
-    power, points = hl.PowerLaw(k, n), np.geomspace(1e-8, 1e-4, 40)
-    table = hl.TabulatedLaw(points, power.force(points))
+    power, points = hl.laws.PowerLaw(k, n), np.geomspace(1e-8, 1e-4, 40)
+    table = hl.laws.TabulatedLaw(points, power.force(points))
     approach = 10.0 ** np.array(logs)
     for quantity in ("force", "tangent", "energy"):
         found, wanted = (getattr(law, quantity)(approach) for law in (table, power))
@@ -212,9 +212,9 @@ LAWS = [
     hl.contact_law(cylinder(), cylinder()),
     hl.contact_law(cylinder(), hl.Surface(STEEL)),
     hl.contact_law(*[hl.HollowSphere(9.525e-3, 8.65e-3, hl.ALUMINIUM_6061)] * 2),  # type: ignore[arg-type]
-    hl.PowerLaw(4.671e7, 1.222),
-    hl.PowerLaw(1e9),
-    hl.TabulatedLaw([0.0, 1e-6, 3e-6, 1e-5, 2e-5], [0.0, 1.0, 4.5, 30.0, 80.0]),
+    hl.laws.PowerLaw(4.671e7, 1.222),
+    hl.laws.PowerLaw(1e9),
+    hl.laws.TabulatedLaw([0.0, 1e-6, 3e-6, 1e-5, 2e-5], [0.0, 1.0, 4.5, 30.0, 80.0]),
 ]
 
 
@@ -247,7 +247,7 @@ def test_the_kernel_sees_the_law(law: ContactLaw) -> None:
     )
 
 
-@pytest.mark.parametrize("law", [hl.PowerLaw(4.671e7, 1.222), LAWS[0], LAWS[5]], ids=lambda law: law.name)
+@pytest.mark.parametrize("law", [hl.laws.PowerLaw(4.671e7, 1.222), LAWS[0], LAWS[5]], ids=lambda law: law.name)
 def test_chains_with_tables_keep_energy_and_momentum(law: ContactLaw) -> None:
     bead = hl.Sphere(4e-3, STEEL)
     simulation = hl.CoSimulation(hl.Chain([bead] * 6, bead, 0.3, law=law), None)
@@ -270,7 +270,7 @@ def test_a_table_of_hertz_is_hertz_to_the_chain() -> None:
     bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
     law = hl.contact_law(bead, bead)
     points = np.geomspace(1e-9, 1e-4, 60)
-    table = hl.TabulatedLaw(points, law.force(points))
+    table = hl.laws.TabulatedLaw(points, law.force(points))
     waves = []
     for given_law in (None, table):
         run = hl.CoSimulation(hl.Chain([bead] * 20, bead, 0.44, law=given_law), None).run(until=4e-4)
@@ -285,9 +285,9 @@ def test_a_law_may_be_a_function_of_the_bodies() -> None:
     bead, wall = hl.Sphere(4e-3, STEEL), hl.Surface(STEEL)
     seen = []
 
-    def law(one: object, other: object) -> hl.PowerLaw:
+    def law(one: object, other: object) -> hl.laws.PowerLaw:
         seen.append((one, other))
-        return hl.PowerLaw(1e9 if other is wall else 2e9, 1.4)
+        return hl.laws.PowerLaw(1e9 if other is wall else 2e9, 1.4)
 
     moving = hl.MovingChain(hl.Chain([bead] * 2, bead, 0.3, law=law), wall)
     assert moving.stiffness.tolist() == [2e9, 2e9, 1e9]
@@ -348,7 +348,7 @@ def test_names_and_cautions() -> None:
 
 def test_a_law_beyond_its_range_is_warned_of_once() -> None:
     bead = hl.Sphere(4e-3, STEEL)
-    chain = hl.Chain([bead] * 5, bead, 0.3, law=hl.PowerLaw(1e9, 1.5, largest=1e-6))
+    chain = hl.Chain([bead] * 5, bead, 0.3, law=hl.laws.PowerLaw(1e9, 1.5, largest=1e-6))
     with pytest.warns(hl.HertzlinkWarning, match="contact law: ") as caught:
         run = hl.CoSimulation(chain, None).run(until=2e-4)
     (finding,) = [
@@ -378,15 +378,15 @@ def test_a_spring_behind_the_contact_is_no_part_of_its_law() -> None:
         (lambda: hl.Cylinder(1e-3, 1e-2, STEEL, 45.0), r"angle = 45\.0: must lie within one turn .*, in rad"),
         (lambda: hl.Ellipsoid(1e-3, 1e-2, STEEL, "up"), r"axis = 'up': must be one of 'across', 'along'"),
         (lambda: hl.Ellipsoid(0.0, 1e-2, STEEL), r"radius = 0\.0"),
-        (lambda: hl.PowerLaw(0.0), r"stiffness = 0\.0"),
-        (lambda: hl.PowerLaw(1e9, 0.0), r"exponent = 0\.0"),
-        (lambda: hl.PowerLaw(1e9, largest=-1.0), r"largest = -1\.0"),
-        (lambda: hl.PowerLaw(1e9, largest=float("nan")), "largest = nan"),
-        (lambda: hl.TabulatedLaw([1e-6], [1.0]), "approaches: must hold two points or more"),
-        (lambda: hl.TabulatedLaw([1e-6, 2e-6], [1.0]), "forces: 1 of them for 2 approaches"),
-        (lambda: hl.TabulatedLaw([1e-6, 2e-6, 3e-6], [1.0, 3.0, 2.0]), r"forces: must .*; \(3e-06, 2\.0\) follows"),
-        (lambda: hl.TabulatedLaw([2e-6, 1e-6], [1.0, 3.0]), "forces: must increase with the approaches"),
-        (lambda: hl.TabulatedLaw([1e-6, float("nan")], [1.0, 3.0]), "approaches = nan"),
+        (lambda: hl.laws.PowerLaw(0.0), r"stiffness = 0\.0"),
+        (lambda: hl.laws.PowerLaw(1e9, 0.0), r"exponent = 0\.0"),
+        (lambda: hl.laws.PowerLaw(1e9, largest=-1.0), r"largest = -1\.0"),
+        (lambda: hl.laws.PowerLaw(1e9, largest=float("nan")), "largest = nan"),
+        (lambda: hl.laws.TabulatedLaw([1e-6], [1.0]), "approaches: must hold two points or more"),
+        (lambda: hl.laws.TabulatedLaw([1e-6, 2e-6], [1.0]), "forces: 1 of them for 2 approaches"),
+        (lambda: hl.laws.TabulatedLaw([1e-6, 2e-6, 3e-6], [1.0, 3.0, 2.0]), r"must .*; \(3e-06, 2\.0\) follows"),
+        (lambda: hl.laws.TabulatedLaw([2e-6, 1e-6], [1.0, 3.0]), "forces: must increase with the approaches"),
+        (lambda: hl.laws.TabulatedLaw([1e-6, float("nan")], [1.0, 3.0]), "approaches = nan"),
         (lambda: hl.contact_law(3.0, cylinder()), r"first = 3\.0: must be a body"),  # type: ignore[arg-type]
         (lambda: hl.contact_law(cylinder(), "steel"), "second = 'steel': must be a body or a Surface"),  # type: ignore[arg-type]
         (lambda: hl.contact_law(cylinder(), cylinder(), "near"), "axis_ratio = 'near'"),

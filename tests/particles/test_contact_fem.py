@@ -65,13 +65,13 @@ def test_solid_spheres(laws: dict[float, ComputedLaw]) -> None:
     assert off[0] < off[1] < 0.012
 
 
-def edge_law(body: Body, reach: float, cells: int, growth: float) -> hl.TabulatedLaw:
+def edge_law(body: Body, reach: float, cells: int, growth: float) -> hl.laws.TabulatedLaw:
     """The law of a body and its mirror image: cells up to the reach; growth beside that of contact_law_fem."""
     plane = half_plane(body, reach, reach / cells / growth, growth)
     compliance = 2.0 * surface_compliance(body, plane, "roller")
     gap = 2.0 * body.drop(plane.along[plane.surface])
     edges = np.array([edge_approach(compliance, gap, last) for last in range(2, gap.size, 2)])
-    return hl.TabulatedLaw(edges, forces_of_steps(compliance, gap, edges))  # type: ignore[arg-type]
+    return hl.laws.TabulatedLaw(edges, forces_of_steps(compliance, gap, edges))  # type: ignore[arg-type]
 
 
 @pytest.mark.thorough
@@ -263,7 +263,7 @@ def test_chain_of_shells(laws: dict[float, ComputedLaw]) -> None:
 
 def test_fit_gives_back_a_power_law() -> None:
     """k and n of a power law, by both weightings, with the range that they belong to; and as a law for a chain."""
-    law = hl.PowerLaw(4.671e7, 1.222)
+    law = hl.laws.PowerLaw(4.671e7, 1.222)
     for weighting in ("relative", "absolute"):
         fit = fit_power_law(law, 1e-7, 1e-5, weighting)
         assert (fit.stiffness, fit.exponent) == pytest.approx((4.671e7, 1.222), rel=1e-6)
@@ -345,7 +345,7 @@ def test_no_fit_beyond_what_was_computed(laws: dict[float, ComputedLaw]) -> None
         law.fit(1e-9)
     with pytest.raises(ValueError, match=r"highest = 3e-05: must lie between"):
         law.fit(highest=3e-5)
-    assert hl.fit_power_law(law, 1e-9, 3e-5).highest == 3e-5
+    assert hl.laws.fit_power_law(law, 1e-9, 3e-5).highest == 3e-5
 
 
 @pytest.mark.parametrize("number", ["error", "smallest", "order"])

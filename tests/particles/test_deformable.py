@@ -24,14 +24,14 @@ def deformable(modes: int = 8, count: int = 5, speed: float = 0.5, **more: Any) 
 
 @pytest.fixture(scope="module")
 def law() -> Any:
-    return hl.contact_law_fem(BEAD, max_force=60.0)
+    return hl.laws.axisymmetric(BEAD, max_force=60.0)
 
 
 STRUCTURES = {
     "nothing": lambda: None,
     "half-space": lambda: hl.half_space(STEEL),
     "rod": lambda: hl.rod([hl.Layer(STEEL, 50e-3, 5e-3)]),
-    "solid": lambda: hl.cylinder([hl.Layer(STEEL, 10e-3, 8e-3)]),
+    "solid": lambda: hl.layered_cylinder([hl.Layer(STEEL, 10e-3, 8e-3)]),
 }
 
 
@@ -277,7 +277,7 @@ def test_too_fast_a_striker_is_named_and_not_its_law() -> None:
 
 
 def test_a_law_that_is_stiffer_than_the_beads_is_named() -> None:
-    stiff = hl.PowerLaw(1e13)
+    stiff = hl.laws.PowerLaw(1e13)
     for law in (stiff, lambda one, other: stiff):
         with pytest.raises(ValueError, match=r"^law = PowerLaw\(.*: is too stiff for beads that vibrate so: beyond"):
             hl.CoSimulation(hl.DeformableChain([BEAD] * 2, BEAD, 0.5, law=law), None).run(1e-6)

@@ -15,11 +15,11 @@ from scipy.interpolate import CubicSpline
 
 import hertzlink as hl
 from particles import solitary
-from structures.theory import HERTZ_COLLISION
+from structures.layers import HERTZ_COLLISION
 
 STEEL = hl.STEEL_316
 BEAD = hl.Sphere(2.38e-3, STEEL)
-D, M, K = BEAD.size, BEAD.mass, hl.hertz_stiffness(BEAD.surface, BEAD.surface)
+D, M, K = BEAD.size, BEAD.mass, hl.hertz.stiffness(BEAD.surface, BEAD.surface)
 MODULUS, DENSITY = STEEL.contact_modulus, STEEL.density
 STRIKER_SPEED = 0.5
 EXPONENTS = st.floats(1.05, 4.0)
@@ -49,7 +49,7 @@ CONSTANTS = {
         solitary.wave_speed_from_force(D, M, K, 40.0, 10.0) / equation_1_9(50, 10),
     ),
     "lwa_speed_coeff": (0.6802, solitary.wave_speed_from_force(D, M, K, 20.5) / equation_1_10(20.5)),
-    "lwa_width_spheres_D": (5.0, solitary.wave_width(D) / D),
+    "lwa_width_spheres_D": (5.0, solitary.width(D) / D),
     "contact_time_const": (3.218, HERTZ_COLLISION),
     "vp_over_vstriker": (0.682, solitary.PARTICLE_TO_STRIKER_SPEED),
     "coeff_6_13": (1.829, solitary.wave_speed_from_particle_speed(D, M, K, 0.3) / (D / 2 * (0.3 * K**2 / M**2) ** 0.2)),
@@ -60,7 +60,7 @@ CONSTANTS = {
         solitary.transit_time_from_striker(13, M, K, 0.31, 0.3) / (D * 13 * (1.0 + 0.3**-0.2)) * STEEL_SPHERE,
     ),
     "coeff_6_39_Tc": (0.853, (pi * sqrt(2.0) / 8.0) ** 0.4 * solitary.PARTICLE_TO_STRIKER_SPEED**-0.2),
-    "eq_5_13_n1p222": (9.52, solitary.wave_width(D, 1.222) / D),
+    "eq_5_13_n1p222": (9.52, solitary.width(D, 1.222) / D),
 }
 
 
@@ -143,14 +143,14 @@ def test_linear_waves() -> None:
 @given(EXPONENTS, st.floats(0.05, 20.0), st.floats(-0.9, 0.9))
 def test_the_profile_solves_the_long_wave_equation(n: float, speed: float, place: float) -> None:
     """V²ξ = c² [ξⁿ + nD²/(6(n+1)) ξ^{(n−1)/2} (ξ^{(n+1)/2})″], which for n = 3/2 is equation 1.7 integrated once."""
-    half = solitary.wave_width(D, n) / 2.0
+    half = solitary.width(D, n) / 2.0
     h = 4e-4 * (n - 1.0) * half
     x = place * half + np.array([-h, 0.0, h])
-    strain = solitary.solitary_strain(x, 0.0, speed, D, M, K, n)
+    strain = solitary.strain(x, 0.0, speed, D, M, K, n)
     bend = ((strain / strain[1]) ** ((n + 1.0) / 2.0) @ np.array([1.0, -2.0, 1.0])) / h**2
     c2 = K * D ** (n + 1.0) / M
     flux = c2 * strain[1] ** (n - 1.0) * (1.0 + n * D**2 / (6.0 * (n + 1.0)) * bend)
-    peak = c2 * float(solitary.solitary_strain(0.0, 0.0, speed, D, M, K, n)) ** (n - 1.0)
+    peak = c2 * float(solitary.strain(0.0, 0.0, speed, D, M, K, n)) ** (n - 1.0)
     assert speed**2 == pytest.approx(flux, abs=2e-4 * peak)
 
 
@@ -161,7 +161,7 @@ def test_the_profile_of_1_8() -> None:
     near = abs(x - speed * time) < 0.5 * 4.967294 * D
     c2 = 2.0 * MODULUS / (pi * DENSITY)
     expected = (5.0 * speed**2 / (4.0 * c2)) ** 2 * np.cos(sqrt(10.0) / (5.0 * D) * (x - speed * time)) ** 4
-    found = solitary.solitary_strain(x, time, speed, D, M, K)
+    found = solitary.strain(x, time, speed, D, M, K)
     assert found[near] == pytest.approx(expected[near], rel=1e-9, abs=1e-12 * expected.max())
     assert not found[~near].any()
     assert near.sum() == 49
@@ -173,7 +173,7 @@ def test_speed_force_strain_and_particle_speed_agree(n: float, v: float) -> None
     speed = solitary.wave_speed_from_particle_speed(D, M, K, v, n)
     force = solitary.peak_force_from_particle_speed(M, K, v, n)
     assert solitary.wave_speed_from_force(D, M, K, force, exponent=n) == pytest.approx(speed)
-    assert speed * solitary.solitary_strain(0.0, 0.0, speed, D, M, K, n) == pytest.approx(v, rel=1e-6)
+    assert speed * solitary.strain(0.0, 0.0, speed, D, M, K, n) == pytest.approx(v, rel=1e-6)
 
 
 @given(EXPONENTS, *[st.floats(0.1, 10.0)] * 4)
@@ -208,7 +208,7 @@ ARRAYS: dict[str, Callable[..., object]] = {
     "preload": lambda x: solitary.sound_speed(D, M, K, x),
     "force": lambda x: solitary.wave_speed_from_force(D, M, K, x, 2.0),
     "particle_speed": lambda x: solitary.peak_force_from_particle_speed(M, K, x),
-    "position": lambda x: solitary.solitary_strain(x, 0.0, 500.0, D, M, K),
+    "position": lambda x: solitary.strain(x, 0.0, 500.0, D, M, K),
     "speed": lambda x: solitary.transit_time(0.1, x, 0.5),
     "striker_speed": lambda x: solitary.transit_time_from_striker(13, M, K, x),
 }
@@ -247,11 +247,11 @@ BAD: list[tuple[Callable[[], object], str]] = [
     (lambda: solitary.wave_speed_from_particle_speed(D, M, K, 0.0), "particle_speed = 0.0"),
     (lambda: solitary.wave_speed_from_particle_speed(D, M, K, 1.0, 0.9), "exponent = 0.9"),
     (lambda: solitary.peak_force_from_particle_speed(M, K, 1.0, float("nan")), "exponent = nan"),
-    (lambda: solitary.wave_width(D, 1.0), "exponent = 1.0: must be greater than 1"),
-    (lambda: solitary.wave_width(float("inf")), "size = inf"),
-    (lambda: solitary.solitary_strain(0.0, float("nan"), 500.0, D, M, K), "time = nan"),
-    (lambda: solitary.solitary_strain(0.0, 0.0, 0.0, D, M, K), "speed = 0.0"),
-    (lambda: solitary.solitary_strain(0.0, 0.0, 500.0, D, M, K, 1.0), "exponent = 1.0"),
+    (lambda: solitary.width(D, 1.0), "exponent = 1.0: must be greater than 1"),
+    (lambda: solitary.width(float("inf")), "size = inf"),
+    (lambda: solitary.strain(0.0, float("nan"), 500.0, D, M, K), "time = nan"),
+    (lambda: solitary.strain(0.0, 0.0, 0.0, D, M, K), "speed = 0.0"),
+    (lambda: solitary.strain(0.0, 0.0, 500.0, D, M, K, 1.0), "exponent = 1.0"),
     (lambda: solitary.tangent_stiffness(K, 1.0, 0.99), "exponent = 0.99: must be 1 or more"),
     (lambda: solitary.cutoff_frequency(0.0, K, 1.0), "mass = 0.0"),
     (lambda: solitary.transit_time(0.0, 500.0), "distance = 0.0"),
@@ -302,7 +302,7 @@ def test_contact_force_over_bead_force(run: xr.Dataset) -> None:
     found = contact / float(hl.sensor_force(run, 16).max())
     assert found == pytest.approx(solitary.CONTACT_TO_CENTRE_FORCE, rel=1e-3)
     x = np.linspace(-1.0, 1.0, 2001) * D
-    force = [solitary.solitary_strain(x + shift, 0.0, 560.0, D, M, K) ** 1.5 for shift in (-D / 2, 0.0, D / 2)]
+    force = [solitary.strain(x + shift, 0.0, 560.0, D, M, K) ** 1.5 for shift in (-D / 2, 0.0, D / 2)]
     by_profile = force[1].max() / (0.5 * (force[0] + force[2])).max()
     assert by_profile == pytest.approx(cos(sqrt(0.1)) ** -6, rel=1e-6)
     assert by_profile == pytest.approx(1.357, abs=1e-3)
@@ -314,12 +314,12 @@ def test_width_of_a_wave_in_a_chain(run: xr.Dataset, level: float, share: float)
     velocity = run.velocity.sel(bead=20).values
     above = run.time.values[velocity > level * velocity.max()]
     width = hl.wave_speed(run, 18, 22) * float(above[-1] - above[0])
-    by_profile = solitary.wave_width(D) * 2.0 / pi * np.arccos(level**0.25)
+    by_profile = solitary.width(D) * 2.0 / pi * np.arccos(level**0.25)
     assert width / by_profile == pytest.approx(share, abs=0.01)
 
 
 def test_five_contacts_share_a_wave(run: xr.Dataset) -> None:
-    assert (run.contact_force.sel(time=1e-4, method="nearest") > 0.01).sum() == round(solitary.wave_width(D) / D)
+    assert (run.contact_force.sel(time=1e-4, method="nearest") > 0.01).sum() == round(solitary.width(D) / D)
 
 
 def passing(n: float, preload: float, until: float) -> tuple[float, float]:

@@ -10,12 +10,13 @@ from independent import Numbers, frequencies, levy, ritz
 from scipy.optimize import brentq
 
 import hertzlink as hl
+from hertzlink.laminates import Ply
 from plates.section import homogeneous
 from structures.factor import shifted_solve
 
 MATERIAL = hl.Material(1.0e9, 0.3, 1000.0)
-CARBON = hl.OrthotropicMaterial(140e9, 10e9, 0.3, 5e9, 5e9, 3.6e9, 1600.0)
-SKEW = hl.Laminate([hl.Ply(CARBON, 1e-3, 0.6)])
+CARBON = hl.laminates.OrthotropicMaterial(140e9, 10e9, 0.3, 5e9, 5e9, 3.6e9, 1600.0)
+SKEW = hl.laminates.Laminate([hl.laminates.Ply(CARBON, 1e-3, 0.6)])
 
 
 def plate(*edges: str | hl.ElasticEdge, cells: int = 20, **more: object) -> hl.Plate:
@@ -79,7 +80,7 @@ def orthotropic_modes(section: object, length: float, width: float) -> Numbers:
 
 
 def test_orthotropic_and_simply_supported() -> None:
-    cross = hl.Laminate([hl.Ply(CARBON, 0.25e-3, angle) for angle in (0.0, pi / 2, pi / 2, 0.0)])
+    cross = hl.laminates.Laminate([hl.laminates.Ply(CARBON, 0.25e-3, angle) for angle in (0.0, pi / 2, pi / 2, 0.0)])
     one = plate(*["simple"] * 4, length=0.5, width=0.3, thickness=None, material=cross)
     assert frequencies(one, 6) == pytest.approx(orthotropic_modes(one.section, 0.5, 0.3)[:6], rel=1e-4)
 
@@ -198,7 +199,7 @@ def test_a_quarter_turn_of_everything_changes_nothing(cells: tuple[int, int] | N
     a, b = 0.5, 0.4
     spring = hl.ElasticEdge(3e5, 40.0)
     one = hl.kirchhoff_plate(
-        a, b, None, hl.Laminate([hl.Ply(CARBON, 1e-3, 0.3), hl.Ply(MATERIAL, 2e-3), hl.Ply(CARBON, 1e-3, 1.2)]),
+        a, b, None, hl.laminates.Laminate([Ply(CARBON, 1e-3, 0.3), Ply(MATERIAL, 2e-3), Ply(CARBON, 1e-3, 1.2)]),
         hl.Supports("clamped", "free", spring, "simple"), cells, 3e3,
         [hl.PointMass(0.1, 0.3, 0.2), hl.Weakened((0.05, 0.22, 0.11, 0.3), 0.2),
          hl.Stiffener((0.1, 0.17), (0.45, 0.17), 20.0, 5.0, 0.3),
@@ -207,7 +208,7 @@ def test_a_quarter_turn_of_everything_changes_nothing(cells: tuple[int, int] | N
     turn = pi / 2.0
     other = hl.kirchhoff_plate(
         b, a, None,
-        hl.Laminate([hl.Ply(CARBON, 1e-3, 0.3 + turn), hl.Ply(MATERIAL, 2e-3), hl.Ply(CARBON, 1e-3, 1.2 + turn)]),
+        hl.laminates.Laminate([Ply(CARBON, 1e-3, 0.3 + turn), Ply(MATERIAL, 2e-3), Ply(CARBON, 1e-3, 1.2 + turn)]),
         hl.Supports("simple", spring, "clamped", "free"), cells and cells[::-1], 3e3,
         [hl.PointMass(b - 0.3, 0.1, 0.2), hl.Weakened((b - 0.3, b - 0.11, 0.05, 0.22), 0.2),
          hl.Stiffener((b - 0.17, 0.1), (b - 0.17, 0.45), 20.0, 5.0, 0.3),

@@ -7,8 +7,8 @@ import pytest
 
 import hertzlink as hl
 
-CARBON = hl.OrthotropicMaterial(140e9, 10e9, 0.3, 5e9, 5e9, 3.6e9, 1600.0)
-LAMINATE = hl.Laminate([hl.Ply(CARBON, 1e-3, 0.3), hl.Ply(CARBON, 1e-3, 1.2)])
+CARBON = hl.laminates.OrthotropicMaterial(140e9, 10e9, 0.3, 5e9, 5e9, 3.6e9, 1600.0)
+LAMINATE = hl.laminates.Laminate([hl.laminates.Ply(CARBON, 1e-3, 0.3), hl.laminates.Ply(CARBON, 1e-3, 1.2)])
 BEAD = hl.Sphere(2.38e-3, hl.STEEL_440C)
 CHAIN = hl.Chain([BEAD] * 20, BEAD, impact_speed=0.31)
 
@@ -27,8 +27,10 @@ def test_a_run_equals_that_on_a_large_plate() -> None:
     assert forces[0] == pytest.approx(forces[1], abs=1e-3 * forces[1].max())
 
 
-@pytest.mark.parametrize("laminate", [LAMINATE, hl.Laminate([hl.Ply(CARBON, 2e-3, 0.7)])], ids=["two plies", "one ply"])
-def test_a_laminate_stays_where_an_impulse_left_it(laminate: hl.Laminate) -> None:
+@pytest.mark.parametrize(
+    "laminate", [LAMINATE, hl.laminates.Laminate([hl.laminates.Ply(CARBON, 2e-3, 0.7)])], ids=["two plies", "one ply"]
+)
+def test_a_laminate_stays_where_an_impulse_left_it(laminate: hl.laminates.Laminate) -> None:
     """With D₁₆ and D₂₆, reduced for B: the displacement on a large plate is I/Z, until the echo."""
     plate = hl.kirchhoff_plate(0.7, 0.7, None, laminate, hl.Supports(), highest_frequency=25e3)
     pulse, window, after = 100e-6, 1e-6, []
@@ -41,7 +43,7 @@ def test_a_laminate_stays_where_an_impulse_left_it(laminate: hl.Laminate) -> Non
         if time > pulse:
             after.append(surface)
     impedance = hl.infinite_plate(None, laminate).damping[0, 0]
-    assert impedance == pytest.approx(hl.point_impedance(plate), rel=1e-12)
+    assert impedance == pytest.approx(hl.impact.point_impedance(plate), rel=1e-12)
     assert np.array(after) * impedance / pulse == pytest.approx(np.ones(len(after)), abs=5e-4)
 
 
@@ -64,7 +66,7 @@ def test_work_is_what_the_dashpot_takes() -> None:
 def test_reduction_leaves_it_as_it_is() -> None:
     plate = hl.infinite_plate(3e-3, hl.ALUMINIUM_6061)
     assert hl.reduce(plate, 1e-3) is plate
-    run = hl.CoSimulation(CHAIN, hl.rayleigh(plate, mass_rate=10.0)).run(0.6e-3)
+    run = hl.CoSimulation(CHAIN, hl.damping.rayleigh(plate, mass_rate=10.0)).run(0.6e-3)
     assert hl.amplitude_ratio(run, 7) == hl.amplitude_ratio(hl.CoSimulation(CHAIN, plate).run(0.6e-3), 7)
 
 

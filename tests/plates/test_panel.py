@@ -222,7 +222,7 @@ def test_turning_the_model_changes_nothing(make: Any, turn: float) -> None:
 @pytest.mark.parametrize("make", [hl.mindlin_panel, hl.kirchhoff_panel])
 def test_turning_a_laminate(make: Any) -> None:
     """D₁₆ and D₂₆ of an orthotropic wall turned by an angle: as the wall as it is, on the mesh turned back."""
-    angle, wall = 0.5, hl.homogeneous(0.02, MATERIAL)
+    angle, wall = 0.5, hl.laminates.homogeneous(0.02, MATERIAL)
     stiff = np.array([[900.0, 40.0, 0.0], [40.0, 100.0, 0.0], [0.0, 0.0, 50.0]])
     straight = replace(wall, bending=stiff, shear=np.diag([9e6, 4e6]))
     c, s = np.cos(angle), np.sin(angle)
@@ -537,17 +537,23 @@ def test_cells_on_the_same_side_of_their_side() -> None:
         ),
         (lambda: hl.kirchhoff_plate(0.3, 0.2, 2.0, MATERIAL, hl.Supports()), r"thickness = 2\.0: exceeds"),
         (
-            lambda: hl.mindlin_plate(0.3, 0.2, 5e-3, hl.homogeneous(3e-3, MATERIAL), hl.Supports()),
+            lambda: hl.mindlin_plate(0.3, 0.2, 5e-3, hl.laminates.homogeneous(3e-3, MATERIAL), hl.Supports()),
             r"thickness = 0\.005: must be None or the section's own, 0\.003 m",
         ),
-        (lambda: hl.homogeneous(0.0, MATERIAL), r"thickness = 0\.0"),
-        (lambda: hl.homogeneous(2e-3, MATERIAL, -1.0), r"shear_correction = -1\.0"),
-        (lambda: replace(hl.homogeneous(2e-3, MATERIAL), mass=0.0), r"mass = 0\.0"),
-        (lambda: replace(hl.homogeneous(2e-3, MATERIAL), bending=np.eye(2)), "bending = .*must be 3 × 3"),
-        (lambda: replace(hl.homogeneous(2e-3, MATERIAL), bending=-np.eye(3)), "symmetric and positive definite"),
-        (lambda: replace(hl.homogeneous(2e-3, MATERIAL), bending=np.eye(3) + np.eye(3, k=1)), "symmetric and positive"),
-        (lambda: replace(hl.homogeneous(2e-3, MATERIAL), shear=np.full((2, 2), np.nan)), "shear = .*finite"),
-        (lambda: hl.lamb_phase_speed(MATERIAL, 1e-3, "1e4", "A0"), "frequency = '1e4'"),  # type: ignore[type-var]
+        (lambda: hl.laminates.homogeneous(0.0, MATERIAL), r"thickness = 0\.0"),
+        (lambda: hl.laminates.homogeneous(2e-3, MATERIAL, -1.0), r"shear_correction = -1\.0"),
+        (lambda: replace(hl.laminates.homogeneous(2e-3, MATERIAL), mass=0.0), r"mass = 0\.0"),
+        (lambda: replace(hl.laminates.homogeneous(2e-3, MATERIAL), bending=np.eye(2)), "bending = .*must be 3 × 3"),
+        (
+            lambda: replace(hl.laminates.homogeneous(2e-3, MATERIAL), bending=-np.eye(3)),
+            "symmetric and positive definite",
+        ),
+        (
+            lambda: replace(hl.laminates.homogeneous(2e-3, MATERIAL), bending=np.eye(3) + np.eye(3, k=1)),
+            "symmetric and positive",
+        ),
+        (lambda: replace(hl.laminates.homogeneous(2e-3, MATERIAL), shear=np.full((2, 2), np.nan)), "shear = .*finite"),
+        (lambda: hl.lamb.phase_speed(MATERIAL, 1e-3, "1e4", "A0"), "frequency = '1e4'"),  # type: ignore[type-var]
     ],
 )
 def test_nonsense_that_was_once_taken(call: Callable[[], object], message: str) -> None:

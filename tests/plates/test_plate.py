@@ -43,7 +43,7 @@ def _receptance(structure: hl.Structure, shift: float) -> float:
 def test_point_impedance_of_the_thesis_plate() -> None:
     """8 √(D ρ t) with D = E t³ / 12(1 − ν²), by hand."""
     rigidity = 68.9e9 * 2.29e-3**3 / (12.0 * (1.0 - 0.33**2))
-    assert hl.point_impedance(PLATE) == pytest.approx(8.0 * (rigidity * 2693.0 * 2.29e-3) ** 0.5, rel=1e-12)
+    assert hl.impact.point_impedance(PLATE) == pytest.approx(8.0 * (rigidity * 2693.0 * 2.29e-3) ** 0.5, rel=1e-12)
 
 
 @pytest.mark.parametrize(("diameter", "expected"), [(9.53e-3, (27.8, 79.3)), (19.1e-3, (55.8, 159.0))])
@@ -111,7 +111,7 @@ def test_other_bad_input() -> None:
     with pytest.raises(ValueError, match="the supports hold every node"):
         hl.kirchhoff_plate(0.3, 0.3, 1e-3, hl.PTFE, hl.Supports("clamped", "clamped"), cells=(1, 1)).at(0.1, 0.1)
     with pytest.raises(ValueError, match="plate = None"):
-        hl.point_impedance(None)  # type: ignore[arg-type]
+        hl.impact.point_impedance(None)  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="bead = None"):
         hl.critical_distance_bounds(None, PLATE, 0.3)  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="highest_frequency = 0"):

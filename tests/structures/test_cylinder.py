@@ -12,7 +12,7 @@ from scipy.special import jnp_zeros
 from skfem import Basis, ElementQuad2, ElementVector, MeshQuad
 
 import hertzlink as hl
-from structures.cylinder import cylinder
+from structures.cylinder import layered_cylinder as cylinder
 from structures.elasticity import Foundation, body_matrices, patch_compliance, shear_modulus, shear_speed
 from structures.factor import factorise
 
@@ -318,4 +318,4 @@ def test_patch_wider_than_the_coat_is_refused() -> None:
     """On a thin coat a wide patch would feel what lies below, and take out what only a thick layer holds."""
     coat = [hl.Layer(hl.STEEL_440C, 0.3e-3, 9.5e-3), hl.Layer(hl.PTFE, 25e-3, 9.5e-3)]
     with pytest.raises(ValueError, match=r"patch_radius = 0\.002: must not exceed the first layer's length, 0\.0003 m"):
-        hl.cylinder(coat, patch_radius=2e-3)
+        hl.layered_cylinder(coat, patch_radius=2e-3)

@@ -13,7 +13,8 @@ from scipy import sparse
 from scipy.linalg import eigh, expm
 
 import hertzlink as hl
-from structures.damping import loss_tangent, maxwell_arms, modal_damping, rayleigh, standard_linear_solid
+from structures.damping import loss_tangent, maxwell_arms, rayleigh, standard_linear_solid
+from structures.damping import modal as modal_damping
 from structures.oscillators import is_modal
 from structures.rod import rod_parts
 from structures.stepping import GeneralisedAlpha
@@ -151,18 +152,18 @@ LAYERED = [hl.Layer(hl.STEEL_440C, 6e-3, 9.5e-3), hl.Layer(hl.PTFE, 25e-3, 9.5e-
 
 def test_parts_of_a_cylinder_add_to_its_stiffness() -> None:
     """In the order of the layers: the part of PTFE is that in which its modulus shows, and no more."""
-    cylinder, parts = hl.cylinder(LAYERED), hl.stiffness_parts(hl.cylinder(LAYERED))
+    cylinder, parts = hl.layered_cylinder(LAYERED), hl.damping.stiffness_parts(hl.layered_cylinder(LAYERED))
     assert abs(sum(parts[1:], parts[0]) - cylinder.stiffness).max() < 1e-12 * abs(cylinder.stiffness).max()
     # Twice as stiff and as heavy, the layer has the same waves, and so the same mesh.
     twice = replace(hl.PTFE, youngs_modulus=2.0 * hl.PTFE.youngs_modulus, density=2.0 * hl.PTFE.density)
     stiffer = [replace(layer, material=twice) if layer.material == hl.PTFE else layer for layer in LAYERED]
-    change = hl.cylinder(stiffer).stiffness - cylinder.stiffness
+    change = hl.layered_cylinder(stiffer).stiffness - cylinder.stiffness
     assert abs(change - parts[1]).max() < 1e-9 * abs(parts[1]).max()
 
 
 def test_parts_of_a_reduced_cylinder_are_those_in_its_modes() -> None:
-    reduced = hl.reduce(hl.cylinder(LAYERED), 5e-4, keep_field=True)
-    parts = hl.stiffness_parts(reduced)
+    reduced = hl.reduce(hl.layered_cylinder(LAYERED), 5e-4, keep_field=True)
+    parts = hl.damping.stiffness_parts(reduced)
     total = sum((part.toarray() for part in parts[1:]), parts[0].toarray())
     assert total == pytest.approx(reduced.stiffness.toarray(), abs=1e-8 * abs(reduced.stiffness).max())
 
@@ -172,8 +173,8 @@ def test_a_viscous_layer_of_a_cylinder_is_that_of_the_rod_where_it_does_not_wide
     layers = [LAYERED[0], replace(LAYERED[1], material=replace(hl.PTFE, poisson_ratio=0.0))]
     found = []
     for body, parts in (
-        (hl.rod(layers), hl.rod_parts(layers)),
-        (hl.cylinder(layers), hl.stiffness_parts(hl.cylinder(layers))),
+        (hl.rod(layers), hl.damping.rod_parts(layers)),
+        (hl.layered_cylinder(layers), hl.damping.stiffness_parts(hl.layered_cylinder(layers))),
     ):
         viscous = hl.reduce(standard_linear_solid(body, 0.5, 2e-5, part=parts[1]), 1.2e-3)
         waves = hl.reflections(hl.CoSimulation(CHAIN, viscous).run(1.2e-3), 7)
@@ -185,9 +186,9 @@ def test_a_viscous_layer_of_a_cylinder_is_that_of_the_rod_where_it_does_not_wide
 
 def test_parts_of_what_has_no_field() -> None:
     with pytest.raises(ValueError, match="structure: the rod has no field; cylinders"):
-        hl.stiffness_parts(hl.rod(LAYERS))
+        hl.damping.stiffness_parts(hl.rod(LAYERS))
     with pytest.raises(ValueError, match="structure: this cylinder lost its field when it was reduced"):
-        hl.stiffness_parts(hl.reduce(hl.cylinder(LAYERED), 5e-4))
+        hl.damping.stiffness_parts(hl.reduce(hl.layered_cylinder(LAYERED), 5e-4))
 
 
 @pytest.mark.parametrize("base", ["fixed", "free", "absorbing"])
@@ -391,7 +392,7 @@ def test_loss_factor_is_what_a_cycle_loses() -> None:
     """η: energy lost in a cycle of resonance over 2π times the stored one, so free motion falls by e^(−πη) a cycle."""
     square = (2.0 * np.pi * 1e3) ** 2
     one = hl.Structure(np.eye(1), np.array([[square]]), None, np.ones(1), 0.0, hl.Surface(hl.PTFE))
-    damped = hl.loss_factor(one, 0.04)
+    damped = hl.damping.loss_factor(one, 0.04)
     moving, period = hl.MovingStructure(damped), 1e-3 / np.sqrt(1.0 - 0.02**2)
     state = type(moving.start())(np.ones(1), np.array([-0.02 * np.sqrt(square)]))
     for _ in range(100):
@@ -399,13 +400,13 @@ def test_loss_factor_is_what_a_cycle_loses() -> None:
     assert state.displacement[0] == pytest.approx(np.exp(-np.pi * 0.04 / np.sqrt(1.0 - 0.02**2)), rel=1e-9)
     stored, force = 0.5 * square, 2.0 * np.pi**2 * 1e3 * damped.damping[0, 0]
     assert force / (2.0 * np.pi * stored) == pytest.approx(0.04, rel=1e-12)
-    assert hl.loss_factor(one, 0.0) is one
+    assert hl.damping.loss_factor(one, 0.0) is one
 
 
 @pytest.mark.parametrize(("factor", "message"), [(-0.1, r"factor = -0\.1"), (4.0, r"factor = 4\.0: must be at most 1")])
 def test_bad_loss_factors(factor: float, message: str) -> None:
     one = hl.Structure(np.eye(1), np.eye(1), None, np.ones(1), 0.0, hl.Surface(hl.PTFE))
     with pytest.raises(ValueError, match=message):
-        hl.loss_factor(one, factor)
+        hl.damping.loss_factor(one, factor)
     with pytest.raises(ValueError, match="are not modes"):
-        hl.loss_factor(hl.rod([hl.Layer(hl.PTFE, 0.1, 0.01)]), 0.1)
+        hl.damping.loss_factor(hl.rod([hl.Layer(hl.PTFE, 0.1, 0.01)]), 0.1)

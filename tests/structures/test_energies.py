@@ -8,7 +8,8 @@ import pytest
 from scipy import sparse
 
 import hertzlink as hl
-from structures.damping import modal_damping, rayleigh, standard_linear_solid
+from structures.damping import modal as modal_damping
+from structures.damping import rayleigh, standard_linear_solid
 from structures.stepping import CentralDifference, GeneralisedAlpha, Newmark, Stepper, StructureState
 
 LAYERS = [hl.Layer(hl.STEEL_440C, 0.01, 0.01), hl.Layer(hl.ACRYLIC, 0.05, 0.01)]

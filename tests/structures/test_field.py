@@ -103,7 +103,7 @@ def test_von_mises_of_plain_stresses() -> None:
 def test_long_cylinder_under_even_pressure() -> None:
     """Three radii from its ends: von Mises' stress is F/A, and lengths shrink by F/EA."""
     layer = hl.Layer(hl.STEEL_440C, 0.1, 0.01)
-    bar = hl.cylinder([layer], patch_radius=layer.radius)
+    bar = hl.layered_cylinder([layer], patch_radius=layer.radius)
     field, u = known_field(bar), pressed(bar)
     depth = -field.grid.points[:, 2]
     middle = (depth > 0.03) & (depth < 0.07)
@@ -114,7 +114,7 @@ def test_long_cylinder_under_even_pressure() -> None:
 
 def test_field_and_contact_tell_the_same() -> None:
     """The mean of the displacement over the patch is bᵀu, exactly: Simpson's rule on the nodes of quadratic cells."""
-    body = hl.cylinder([LAYER])
+    body = hl.layered_cylinder([LAYER])
     field, u, patch = known_field(body), pressed(body), body.origin["patch_radius"]
     r, _, z = field.grid.points.T
     on_patch = np.flatnonzero((z == 0.0) & (r <= patch * (1.0 + 1e-9)))
@@ -127,7 +127,7 @@ def test_field_and_contact_tell_the_same() -> None:
 def test_stress_jumps_where_materials_meet() -> None:
     """Points at an interface are there twice: with one displacement, one axial stress, and two hoop stresses."""
     half = LAYER.length / 2.0
-    body = hl.cylinder([hl.Layer(hl.STEEL_440C, half, LAYER.radius), hl.Layer(hl.PTFE, half, LAYER.radius)])
+    body = hl.layered_cylinder([hl.Layer(hl.STEEL_440C, half, LAYER.radius), hl.Layer(hl.PTFE, half, LAYER.radius)])
     field, u = known_field(body), pressed(body)
     number = np.flatnonzero(np.isclose(field.grid.points[:, 2], -half) & (field.grid.points[:, 0] < 0.7 * LAYER.radius))
     order = number[np.argsort(field.grid.points[number, 0], kind="stable")].reshape(-1, 2)
@@ -162,7 +162,7 @@ def test_curved_cells_fill_the_cylinder() -> None:
 
 def test_solid_has_the_fields_of_the_axisymmetric_cylinder() -> None:
     """Away from the patches, which differ: displacement to 1 % of the greatest there, stress to 6 %, mostly to 1 %."""
-    bodies = hl.solid(MESH, hl.STEEL_440C, STRUCK, fixed="base"), hl.cylinder([LAYER])
+    bodies = hl.solid(MESH, hl.STEEL_440C, STRUCK, fixed="base"), hl.layered_cylinder([LAYER])
     fields, moved = [known_field(body) for body in bodies], [pressed(body) for body in bodies]
     x, y, z = fields[0].grid.points.T
     place = np.column_stack([np.hypot(x, y), z - LAYER.length])
@@ -179,7 +179,7 @@ def test_solid_has_the_fields_of_the_axisymmetric_cylinder() -> None:
 
 def test_reduced_fields_are_those_of_the_full_structure() -> None:
     """Static ones; reducing again, Maxwell arms and keeping the field change nothing."""
-    full = hl.cylinder([LAYER])
+    full = hl.layered_cylinder([LAYER])
     once = hl.reduce(full, until=5e-4, tolerance=1e-4, keep_field=True)
     plain = hl.reduce(full, until=5e-4, tolerance=1e-4)
     assert plain.field is None
@@ -189,10 +189,10 @@ def test_reduced_fields_are_those_of_the_full_structure() -> None:
     expected = known_field(full).von_mises(pressed(full))
     for reduced in (once, twice):
         assert abs(known_field(reduced).von_mises(pressed(reduced)) - expected).max() < 1e-3 * expected.max()
-    armed = hl.standard_linear_solid(once, 0.2, 1e-5)
+    armed = hl.damping.standard_linear_solid(once, 0.2, 1e-5)
     assert armed.size > once.size
     assert abs(known_field(armed).von_mises(pressed(armed)) - expected).max() < 1e-3 * expected.max()
-    again = hl.reduce(hl.standard_linear_solid(full, 0.2, 1e-5), until=5e-4, tolerance=1e-4, keep_field=True)
+    again = hl.reduce(hl.damping.standard_linear_solid(full, 0.2, 1e-5), until=5e-4, tolerance=1e-4, keep_field=True)
     assert known_field(again).size < again.size
     assert abs(known_field(again).von_mises(pressed(again)) - expected).max() < 1e-3 * expected.max()
 
@@ -208,13 +208,13 @@ def test_where_there_is_no_field() -> None:
         with pytest.raises(ValueError, match=message):
             hl.reduce(structure, until=1e-4, keep_field=True)
     with pytest.raises(ValueError, match=r"this cylinder lost its field when it was reduced; .*keep_field=True"):
-        known_field(hl.reduce(hl.cylinder([LAYER]), until=1e-4))
+        known_field(hl.reduce(hl.layered_cylinder([LAYER]), until=1e-4))
     with pytest.raises(ValueError, match=r"structure = 'rod': must be a Structure"):
         known_field("rod")  # type: ignore[arg-type]
 
 
 def test_fields_that_do_not_fit() -> None:
-    body = hl.cylinder([LAYER])
+    body = hl.layered_cylinder([LAYER])
     with pytest.raises(ValueError, match=rf"u has shape \(3,\): must be \({body.size},\)"):
         known_field(body).displacement(np.zeros(3))
     with pytest.raises(ValueError, match=r"vectors: have shape \(3, 2\), must have"):

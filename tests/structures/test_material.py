@@ -23,14 +23,14 @@ def test_unknown_material_names_the_nearest() -> None:
 def test_hertz_stiffness_of_the_thesis() -> None:
     """Solid aluminium spheres of 9.525 mm: k = 3.557e9 N/m^1.5 (facts of Table 5.1, recomputed)."""
     sphere = hl.Sphere(9.525e-3, hl.ALUMINIUM_6061).surface
-    assert hl.hertz_stiffness(sphere, sphere) == pytest.approx(3.557e9, rel=2e-4)
+    assert hl.hertz.stiffness(sphere, sphere) == pytest.approx(3.557e9, rel=2e-4)
 
 
 def test_flat_against_flat_has_no_point_of_contact() -> None:
     with pytest.raises(ValueError, match="curvature"):
-        hl.hertz_stiffness(hl.Surface(hl.PTFE), hl.Surface(hl.PTFE))
+        hl.hertz.stiffness(hl.Surface(hl.PTFE), hl.Surface(hl.PTFE))
     with pytest.raises(ValueError, match="first = 1: must be a Surface"):
-        hl.hertz_stiffness(1, hl.Surface(hl.PTFE))  # type: ignore[arg-type]
+        hl.hertz.stiffness(1, hl.Surface(hl.PTFE))  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf, "soft", None])

@@ -22,11 +22,14 @@ UNLIKELY: list[tuple[Callable[[], object], str]] = [
     (lambda: hl.Material(200e9, 0.28, 7800.0, yield_strength=1800), r"Material yield_strength = 1800: .* MPa or GPa\?"),
     (lambda: hl.Material(200e9, 0.28, 7.8, "mine"), r"Material 'mine' density = 7\.8: .* kg/m³; is it in g/cm³\?"),
     (
-        lambda: hl.OrthotropicMaterial(138, 9, 0.3, 6.9, 6.9, 3.2, 1600.0),
+        lambda: hl.laminates.OrthotropicMaterial(138, 9, 0.3, 6.9, 6.9, 3.2, 1600.0),
         r"OrthotropicMaterial youngs_modulus_along = 138: .* GPa",
     ),
-    (lambda: hl.OrthotropicMaterial(138e9, 9e9, 0.3, 6.9e9, 6.9e9, 3.2e9, 1.6), "OrthotropicMaterial density = 1"),
-    (lambda: hl.Ply(STEEL, 0.125), r"Ply thickness = 0\.125: .* mm\?"),
+    (
+        lambda: hl.laminates.OrthotropicMaterial(138e9, 9e9, 0.3, 6.9e9, 6.9e9, 3.2e9, 1.6),
+        "OrthotropicMaterial density = 1",
+    ),
+    (lambda: hl.laminates.Ply(STEEL, 0.125), r"Ply thickness = 0\.125: .* mm\?"),
     (lambda: hl.Layer(STEEL, 76.2, 9.5e-3), r"Layer length = 76\.2: .* mm\?"),
     (lambda: hl.Layer(STEEL, 0.076, 2.38), r"Layer radius = 2\.38: .* mm\?"),
     (lambda: hl.drop_speed(10.0), r"drop_speed height = 10: .* m; is it in mm\?"),
@@ -52,15 +55,21 @@ UNLIKELY: list[tuple[Callable[[], object], str]] = [
         lambda: hl.kirchhoff_panel(hl.Outline(hl.circle(0.1)), 2e-3, STEEL, highest_frequency=40),
         "kirchhoff_panel highest_frequency = 40: ",
     ),
-    (lambda: hl.cylinder([hl.Layer(STEEL, 0.02, 0.01)], highest_frequency=40), "cylinder highest_frequency = 40: "),
+    (
+        lambda: hl.layered_cylinder([hl.Layer(STEEL, 0.02, 0.01)], highest_frequency=40),
+        "cylinder highest_frequency = 40: ",
+    ),
     (lambda: hl.Outline(((0, 0), (300, 0), (0, 300))), r"Outline size = .*: .* mm\?"),
     (lambda: hl.half_plane(2e-3, STEEL, "clamped", 20.5, until=1e-4), r"half_plane distance = 20\.5: .* mm\?"),
     (lambda: hl.PointMass(0.1, 0.1, 250.0), r"PointMass mass = 250: is taken as 250 kg; is it in g\?"),
     (lambda: hl.Stiffener((0, 0), (0, 1), 2e9), r"Stiffener bending_stiffness = 2e\+09: .* N mm²\?"),
     (lambda: hl.Stiffener((0, 0), (0, 1), 2.0, 0.0, 850.0), r"Stiffener mass_per_length = 850: .* g/m\?"),
-    (lambda: hl.rayleigh(hl.infinite_plate(2e-3, STEEL), 0.0, 5.0), r"rayleigh stiffness_time = 5: .* µs or ms\?"),
     (
-        lambda: hl.standard_linear_solid(hl.rod([hl.Layer(STEEL, 0.02, 0.01)]), 0.1, 30.0),
+        lambda: hl.damping.rayleigh(hl.infinite_plate(2e-3, STEEL), 0.0, 5.0),
+        r"rayleigh stiffness_time = 5: .* µs or ms\?",
+    ),
+    (
+        lambda: hl.damping.standard_linear_solid(hl.rod([hl.Layer(STEEL, 0.02, 0.01)]), 0.1, 30.0),
         r"standard_linear_solid time = 30: .* µs or ms\?",
     ),
 ]

@@ -13,7 +13,8 @@ from scipy import sparse
 from scipy.linalg import expm
 
 import hertzlink as hl
-from structures.damping import loss_factor, modal_damping, rayleigh, standard_linear_solid
+from structures.damping import loss_factor, rayleigh, standard_linear_solid
+from structures.damping import modal as modal_damping
 from structures.factor import factorise
 from structures.reduction import _Modes, _receptance
 from structures.stepping import CentralDifference, GeneralisedAlpha, Newmark, Stepper, StructureState
@@ -72,7 +73,7 @@ def test_a_rod_between_two_chains_is_told() -> None:
     assert (ROD.contacts, ROD.size) == (2, ROD.contact.shape[0])
     assert [surface.material for surface in ROD.surface] == [hl.STEEL_440C, hl.ACRYLIC]
     assert ROD.flexibility.tolist() == [0.0, 0.0]
-    assert abs(sum(hl.rod_parts(LAYERS, base="contact", elements=6)) - ROD.stiffness).max() < 1e-6
+    assert abs(sum(hl.damping.rod_parts(LAYERS, base="contact", elements=6)) - ROD.stiffness).max() < 1e-6
     assert hl.MovingStructure(ROD).surface == ROD.surface
 
 

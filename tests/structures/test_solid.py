@@ -13,7 +13,7 @@ from scipy.special import jv
 from skfem import Basis, ElementVector
 
 import hertzlink as hl
-from structures.cylinder import cylinder
+from structures.cylinder import layered_cylinder as cylinder
 from structures.elasticity import body_matrices, first_lame_parameter, shear_modulus
 from structures.factor import factorise
 from structures.mesh_file import BodyMesh

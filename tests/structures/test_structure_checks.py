@@ -107,7 +107,7 @@ def test_matrices_are_shared_by_those_who_are_given_them() -> None:
     )
     assert one.matrices is other.matrices is shared
     assert one.matrices.shifted_solve(1e4) is other.matrices.shifted_solve(1e4)
-    damped = hl.rayleigh(one, 1.0, 1e-7)
+    damped = hl.damping.rayleigh(one, 1.0, 1e-7)
     assert damped.matrices is shared
     stiffer = hl.Structure(MASS, 2.0 * SPRING, None, [0, 1], 0.0, STEEL, matrices=shared)  # type: ignore[arg-type]
     assert stiffer.matrices is not shared

@@ -14,11 +14,11 @@ from scipy.optimize import brentq
 
 import hertzlink as hl
 from particles import solitary
-from structures import theory
+from structures import layers as theory
 
 STEEL, PTFE = hl.STEEL_440C, hl.PTFE
 BEAD = hl.Sphere(4.76e-3, STEEL)
-M, K = BEAD.mass, hl.hertz_stiffness(BEAD.surface, BEAD.surface)
+M, K = BEAD.mass, hl.hertz.stiffness(BEAD.surface, BEAD.surface)
 STRIKER_SPEED = hl.drop_speed(0.01)
 BETWEEN = 20 - 7
 RADIUS = 9.525e-3
@@ -32,37 +32,35 @@ POSITIVE = st.floats(1e-3, 1e3)
 
 
 def wall(material: hl.Material) -> float:
-    return hl.hertz_stiffness(BEAD.surface, hl.Surface(material))
+    return hl.hertz.stiffness(BEAD.surface, hl.Surface(material))
 
 
 def flight(material: hl.Material, restitution: float = 1.0) -> float:
-    return theory.primary_time_of_flight(BETWEEN, M, K, wall(material), STRIKER_SPEED, restitution)
+    return theory.time_of_flight(BETWEEN, M, K, wall(material), STRIKER_SPEED, restitution)
 
 
 def returned() -> np.ndarray:
     """e of the upper layers of set 3."""
-    return theory.upper_layer_restitution(M, UPPERS)
+    return theory.restitution(M, UPPERS)
 
 
 def layered_flights(lower: float = 0.0) -> np.ndarray:
     """Equation 6.34 for set 3."""
-    primary = theory.primary_time_of_flight(BETWEEN, M, K, wall(STEEL), STRIKER_SPEED, returned())
+    primary = theory.time_of_flight(BETWEEN, M, K, wall(STEEL), STRIKER_SPEED, returned())
     return primary + theory.secondary_delay(UPPERS, lower, SPRINGS[1])
 
 
 def reach(density: float) -> float:
     """Characteristic length for a bead of a density."""
     mass = hl.Sphere(4.76e-3, hl.Material(200e9, 0.28, density)).mass
-    return theory.characteristic_length(
-        STEEL.bar_speed, theory.contact_time_half_space(mass, wall(STEEL), STRIKER_SPEED)
-    )
+    return theory.characteristic_length(STEEL.bar_speed, theory.contact_time(mass, wall(STEEL), STRIKER_SPEED))
 
 
 UNIT = (M**2 / (K**2 * STRIKER_SPEED)) ** 0.2
 ROWS = {
     "coeff_6_17": (theory.BEAD_TRANSIT, 1.180, 5e-4),
     "coeff_6_20": (
-        (flight(STEEL) - theory.contact_time_half_space(M, wall(STEEL), STRIKER_SPEED)) / 13 / UNIT,
+        (flight(STEEL) - theory.contact_time(M, wall(STEEL), STRIKER_SPEED)) / 13 / UNIT,
         2.361,
         5e-4,
     ),
@@ -72,7 +70,7 @@ ROWS = {
     "E_critical_text": (theory.critical_modulus(STEEL), 109.4e9, 5e7),
     "characteristic_length, rho7800": (reach(7800.0), 100.2e-3, 5e-5),
     "characteristic_length, mass_rho8000": (reach(8000.0), 101.2e-3, 5e-5),
-    "eq_6_26_6_24": (theory.primary_amplitude_ratio(returned()), [0.542, 0.963], 5e-4),
+    "eq_6_26_6_24": (theory.amplitude_ratio(returned()), [0.542, 0.963], 5e-4),
     "eq_6_29, reduction": (1.0 - flight(STEEL, returned()[1]) / flight(STEEL, returned()[0]), 0.044, 5e-4),
     "eq_6_29": (flight(STEEL, returned()[0]), 0.496e-3, 5e-7),
     "eq_6_34": (layered_flights(), [0.587e-3, 0.835e-3], 1e-6),
@@ -110,7 +108,7 @@ def test_contact_time_solves_6_6(mass: float, stiffness: float, speed: float) ->
     y = (np.arange(20000) + 0.5) / 20000
     way = 1.0 - y**2.5
     expected = 2.0 * 0.8 * deepest / speed * np.mean((1.0 + way) ** -0.6 * 2.5)
-    assert theory.contact_time_half_space(mass, stiffness, speed) == pytest.approx(expected, rel=1e-6)
+    assert theory.contact_time(mass, stiffness, speed) == pytest.approx(expected, rel=1e-6)
 
 
 def test_contact_time_of_two_free_beads() -> None:
@@ -128,60 +126,60 @@ def test_contact_time_of_two_free_beads() -> None:
     start = [1e-12, 0.0, v, 0.0]
     leaves = solve_ivp(rates, (0.0, 10.0), start, "DOP853", events=apart, rtol=1e-10, atol=1e-13).t_events[0][0]
     reduced = first * second / (first + second)
-    assert theory.contact_time_half_space(reduced, k, v) == pytest.approx(leaves, rel=1e-7)
+    assert theory.contact_time(reduced, k, v) == pytest.approx(leaves, rel=1e-7)
 
 
 @given(st.floats(0.01, 1.0), *[POSITIVE] * 5)
 def test_time_of_flight_is_contact_and_transit(e: float, n: float, m: float, k: float, kw: float, v: float) -> None:
     """6.5, with 6.8 and with the transit of `particles.solitary`, which has 6.12 and 6.16 for itself."""
-    parts = theory.contact_time_half_space(m, kw, v) + solitary.transit_time_from_striker(n, m, k, v, e)
-    assert theory.primary_time_of_flight(n, m, k, kw, v, e) == pytest.approx(parts, rel=1e-12)
+    parts = theory.contact_time(m, kw, v) + solitary.transit_time_from_striker(n, m, k, v, e)
+    assert theory.time_of_flight(n, m, k, kw, v, e) == pytest.approx(parts, rel=1e-12)
 
 
 @given(*[st.floats(0.1, 10.0)] * 3)
 def test_units_scale(metre: float, kilogram: float, second: float) -> None:
     """Another choice of units changes times, speeds and lengths as it must, and ratios not at all."""
     speed, hertz = metre / second, kilogram / second**2 / sqrt(metre)
-    one = theory.primary_time_of_flight(13, M, K, 2.0 * K, 0.4, 0.6)
-    two = theory.primary_time_of_flight(13, M * kilogram, K * hertz, 2.0 * K * hertz, 0.4 * speed, 0.6)
+    one = theory.time_of_flight(13, M, K, 2.0 * K, 0.4, 0.6)
+    two = theory.time_of_flight(13, M * kilogram, K * hertz, 2.0 * K * hertz, 0.4 * speed, 0.6)
     assert two == pytest.approx(one * second)
-    contact = theory.contact_time_half_space(M * kilogram, K * hertz, 0.4 * speed)
-    assert contact == pytest.approx(theory.contact_time_half_space(M, K, 0.4) * second)
+    contact = theory.contact_time(M * kilogram, K * hertz, 0.4 * speed)
+    assert contact == pytest.approx(theory.contact_time(M, K, 0.4) * second)
     length = theory.characteristic_length(5000.0 * speed, contact)
-    expected = theory.characteristic_length(5000.0, theory.contact_time_half_space(M, K, 0.4))
+    expected = theory.characteristic_length(5000.0, theory.contact_time(M, K, 0.4))
     assert length == pytest.approx(expected * metre)
     delay = theory.secondary_delay(UPPER * kilogram, LOWERS[0] * kilogram, SPRINGS[0] * kilogram / second**2)
     assert delay == pytest.approx(theory.secondary_delay(UPPER, LOWERS[0], SPRINGS[0]) * second)
-    assert theory.upper_layer_restitution(M * kilogram, UPPER * kilogram) == pytest.approx(returned()[0])
+    assert theory.restitution(M * kilogram, UPPER * kilogram) == pytest.approx(returned()[0])
 
 
 @given(st.floats(1.0 + 1e-9, 1e6), POSITIVE, POSITIVE)
 def test_a_collision_keeps_momentum_and_energy(ratio: float, m: float, v: float) -> None:
     """6.25 with its sign and 6.30."""
     upper = ratio * m
-    back, on = v * theory.upper_layer_restitution(m, upper), theory.upper_layer_speed(m, upper, v)
+    back, on = v * theory.restitution(m, upper), theory.upper_speed(m, upper, v)
     assert upper * on - m * back == pytest.approx(m * v, rel=1e-9)
     assert upper * on**2 + m * back**2 == pytest.approx(m * v**2, rel=1e-9)
 
 
 def test_a_very_heavy_upper_layer_is_a_half_space() -> None:
     """The text below 6.29."""
-    e = theory.upper_layer_restitution(M, 1e12 * M)
+    e = theory.restitution(M, 1e12 * M)
     assert flight(STEEL, e) == pytest.approx(flight(STEEL), rel=1e-11)
-    assert theory.primary_amplitude_ratio(e) == pytest.approx(1.0, rel=1e-11)
-    assert theory.upper_layer_speed(M, 1e12 * M, 1.0) == pytest.approx(0.0, abs=1e-11)
+    assert theory.amplitude_ratio(e) == pytest.approx(1.0, rel=1e-11)
+    assert theory.upper_speed(M, 1e12 * M, 1.0) == pytest.approx(0.0, abs=1e-11)
 
 
 def test_equal_masses_swap_speeds() -> None:
-    assert theory.upper_layer_speed(M, M, 0.3) == pytest.approx(0.3)
-    assert theory.upper_layer_restitution(M, M * (1.0 + 1e-9)) == pytest.approx(5e-10, rel=1e-6)
+    assert theory.upper_speed(M, M, 0.3) == pytest.approx(0.3)
+    assert theory.restitution(M, M * (1.0 + 1e-9)) == pytest.approx(5e-10, rel=1e-6)
 
 
 @given(st.floats(0.01, 1.0))
 def test_ratios_of_speeds_and_forces(e: float) -> None:
     """6.23: the speeds of the waves whose particles move at v and e v, and the forces that belong to such speeds."""
     speeds = [solitary.wave_speed_from_particle_speed(BEAD.size, M, K, v) for v in (0.3, 0.3 * e)]
-    ratio = theory.primary_amplitude_ratio(e)
+    ratio = theory.amplitude_ratio(e)
     assert (speeds[1] / speeds[0]) ** 6 == pytest.approx(ratio)
     forces = [solitary.wave_speed_from_force(BEAD.size, M, K, force) for force in (20.0, 20.0 * ratio)]
     assert forces[1] / forces[0] == pytest.approx(speeds[1] / speeds[0])
@@ -193,7 +191,7 @@ def test_at_the_critical_modulus_bead_and_wall_are_as_stiff(material: hl.Materia
     modulus = theory.critical_modulus(material, nu)
     bead = hl.Surface(material, 1.0 / 4.76e-3)
     half_space = hl.Surface(hl.Material(modulus, material.poisson_ratio if nu is None else nu, 1000.0))
-    assert hl.hertz_stiffness(bead, half_space) == pytest.approx(hl.hertz_stiffness(bead, bead))
+    assert hl.hertz.stiffness(bead, half_space) == pytest.approx(hl.hertz.stiffness(bead, bead))
 
 
 def test_axial_stiffness_is_that_of_a_rod() -> None:
@@ -230,13 +228,13 @@ def test_without_lower_mass_a_light_lower_layer_is_meant() -> None:
 
 
 ARRAYS: dict[str, Callable[..., object]] = {
-    "mass": lambda x: theory.contact_time_half_space(x, K, 0.4),
-    "stiffness": lambda x: theory.contact_time_half_space(M, x, 0.4),
-    "wall_stiffness": lambda x: theory.primary_time_of_flight(13, M, K, x, 0.4),
-    "restitution": lambda x: theory.primary_amplitude_ratio(x),
+    "mass": lambda x: theory.contact_time(x, K, 0.4),
+    "stiffness": lambda x: theory.contact_time(M, x, 0.4),
+    "wall_stiffness": lambda x: theory.time_of_flight(13, M, K, x, 0.4),
+    "restitution": lambda x: theory.amplitude_ratio(x),
     "bar_speed": lambda x: theory.characteristic_length(x, 4e-5),
     "contact_time": lambda x: theory.characteristic_length(5e3, x),
-    "upper_mass": lambda x: theory.upper_layer_restitution(1e-4, x),
+    "upper_mass": lambda x: theory.restitution(1e-4, x),
     "length": lambda x: theory.axial_stiffness(1e9, 1e-4, x),
     "lower_mass": lambda x: theory.secondary_delay(1.0, x, 1.0),
     "lower_stiffness": lambda x: theory.secondary_delay(1.0, 1.0, x),
@@ -256,9 +254,9 @@ def test_arrays_and_numbers_agree(name: str) -> None:
 
 def test_arrays_broadcast() -> None:
     walls, e = np.array([1.0, 2.0]) * K, np.array([[0.3], [0.6], [0.9]])
-    found = theory.primary_time_of_flight(13, M, K, walls, 0.4, e)
+    found = theory.time_of_flight(13, M, K, walls, 0.4, e)
     assert found.shape == (3, 2)
-    assert found[2, 1] == theory.primary_time_of_flight(13, M, K, 2.0 * K, 0.4, 0.9)
+    assert found[2, 1] == theory.time_of_flight(13, M, K, 2.0 * K, 0.4, 0.9)
 
 
 @pytest.mark.parametrize("name", ARRAYS)
@@ -269,25 +267,25 @@ def test_bad_arrays(name: str, bad: object) -> None:
 
 
 BAD: list[tuple[Callable[[], object], str]] = [
-    (lambda: theory.contact_time_half_space(0.0, K, 0.4), "mass = 0.0"),
-    (lambda: theory.contact_time_half_space(M, K, 0.0), "speed = 0.0: must be a positive number of m/s"),
-    (lambda: theory.primary_time_of_flight(0, M, K, K, 0.4), "beads = 0"),
-    (lambda: theory.primary_time_of_flight(13, -1.0, K, K, 0.4), "mass = -1.0"),
-    (lambda: theory.primary_time_of_flight(13, M, 0.0, K, 0.4), "chain_stiffness = 0.0"),
-    (lambda: theory.primary_time_of_flight(13, M, K, K, float("nan")), "striker_speed = nan"),
-    (lambda: theory.primary_time_of_flight(13, M, K, K, 0.4, 0.0), "restitution = 0.0"),
-    (lambda: theory.primary_amplitude_ratio(1.01), "restitution = 1.01: must be at most 1"),
+    (lambda: theory.contact_time(0.0, K, 0.4), "mass = 0.0"),
+    (lambda: theory.contact_time(M, K, 0.0), "speed = 0.0: must be a positive number of m/s"),
+    (lambda: theory.time_of_flight(0, M, K, K, 0.4), "beads = 0"),
+    (lambda: theory.time_of_flight(13, -1.0, K, K, 0.4), "mass = -1.0"),
+    (lambda: theory.time_of_flight(13, M, 0.0, K, 0.4), "chain_stiffness = 0.0"),
+    (lambda: theory.time_of_flight(13, M, K, K, float("nan")), "striker_speed = nan"),
+    (lambda: theory.time_of_flight(13, M, K, K, 0.4, 0.0), "restitution = 0.0"),
+    (lambda: theory.amplitude_ratio(1.01), "restitution = 1.01: must be at most 1"),
     (lambda: theory.critical_modulus("steel"), "material = 'steel': must be a Material"),  # type: ignore[arg-type]
     (lambda: theory.critical_modulus(STEEL, 0.5), "wall_poisson_ratio = 0.5: must lie between -1 and 0.5"),
     (lambda: theory.critical_modulus(STEEL, float("nan")), "wall_poisson_ratio = nan"),
-    (lambda: theory.upper_layer_restitution(M, M), "upper_mass = .*: must be greater than mass = "),
+    (lambda: theory.restitution(M, M), "upper_mass = .*: must be greater than mass = "),
     (
-        lambda: theory.upper_layer_restitution(1.0, np.array([3.0, 0.5])),
+        lambda: theory.restitution(1.0, np.array([3.0, 0.5])),
         r"upper_mass = 0\.5: must be greater than mass",
     ),
-    (lambda: theory.upper_layer_restitution(0.0, 1.0), "mass = 0.0"),
-    (lambda: theory.upper_layer_speed(M, 0.0, 1.0), "upper_mass = 0.0"),
-    (lambda: theory.upper_layer_speed(M, 1.0, -1.0), "incident_speed = -1.0"),
+    (lambda: theory.restitution(0.0, 1.0), "mass = 0.0"),
+    (lambda: theory.upper_speed(M, 0.0, 1.0), "upper_mass = 0.0"),
+    (lambda: theory.upper_speed(M, 1.0, -1.0), "incident_speed = -1.0"),
     (lambda: theory.axial_stiffness(0.0, 1.0, 1.0), "youngs_modulus = 0.0"),
     (lambda: theory.axial_stiffness(1e9, 0.0, 1.0), "area = 0.0"),
     (lambda: theory.secondary_delay(0.0, 0.0, 1.0), "upper_mass = 0.0"),
@@ -328,7 +326,7 @@ def test_time_of_flight_of_a_chain(material: hl.Material, alone: float, heavy: f
 @pytest.mark.parametrize(("material", "times", "ratio"), [(STEEL, 1.48, 0.979), (PTFE, 1.64, 0.915)])
 def test_contact_of_the_last_bead(material: hl.Material, times: float, ratio: float) -> None:
     run = against(hl.half_space(material))
-    alone = theory.contact_time_half_space(M, wall(material), STRIKER_SPEED)
+    alone = theory.contact_time(M, wall(material), STRIKER_SPEED)
     assert hl.contact_time(run) / alone == pytest.approx(times, abs=0.01)
     assert hl.amplitude_ratio(run, 7) == pytest.approx(ratio, abs=1e-3)
 
@@ -357,7 +355,7 @@ def test_amplitude_ratio_over_the_length_of_a_rod() -> None:
 def test_amplitude_ratio_of_a_chain_on_a_free_mass(ratio: float, theirs: float, found: float) -> None:
     mass = sparse.csr_array([[ratio * M]])
     free = hl.Structure(mass, 0.0 * mass, None, np.array([1.0]), 0.0, hl.Surface(STEEL), {})
-    expected = theory.primary_amplitude_ratio(theory.upper_layer_restitution(M, ratio * M))
+    expected = theory.amplitude_ratio(theory.restitution(M, ratio * M))
     assert expected == pytest.approx(theirs, abs=1e-3)
     assert hl.amplitude_ratio(against(free), 7) == pytest.approx(found, abs=1e-3)
 

@@ -46,9 +46,9 @@ def test_contact_times_of_the_thesis() -> None:
         (19.1e-3, 4.83e-3, 1.158, 164.4),
         (19.1e-3, 2.29e-3, 5.1548, 1435.2),
     ):
-        bead = hl.Sphere(diameter / 2.0, hl.THESIS_IMPACT.material)
+        bead = hl.Sphere(diameter / 2.0, hl.impact.THESIS_IMPACT.material)
         plate = aspect_ratio.boundary.plate(thickness)
-        found = hl.plate_contact_time(bead, plate, hl.THESIS_IMPACT.striker_speed, parameter) * 1e6
+        found = hl.impact.contact_time(bead, plate, hl.impact.THESIS_IMPACT.striker_speed, parameter) * 1e6
         assert found == pytest.approx(expected, rel=1e-3)
 
 

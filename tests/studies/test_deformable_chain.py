@@ -36,7 +36,7 @@ def test_both_methods_have_one_wave() -> None:
     """Explicit elements beside modes in a shorter chain: no shared mesh, contact or time step. Forces to 0.1 %, hops to
     0.05 %, with cells of 14 µm; both from averages, as nodes that close make forces tremble."""
     beads, until = [study.BEAD] * 6, 50e-6
-    law = hl.contact_law_fem(study.BEAD, max_approach=study.LAW_REACH, spacing=study.LAW_SPACINGS[-1])
+    law = hl.laws.axisymmetric(study.BEAD, max_approach=study.LAW_REACH, spacing=study.LAW_SPACINGS[-1])
     modes = hl.CoSimulation(hl.DeformableChain(beads, study.BEAD, 0.5, law=law), None).run(until, 0.25e-6)
     explicit = hl.explicit_chain(hl.Chain(beads, study.BEAD, 0.5), until, 14e-6, 0.25e-6)
     found = []

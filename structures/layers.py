@@ -32,7 +32,7 @@ of that, rounded up, as 1.181 in 6.29 and 6.34.
 # One bead or one wave on a half-space or a rod (sections 6.1.1 and 6.1.2).
 
 
-def contact_time_half_space(mass: Number | float, stiffness: Number | float, speed: float) -> Number:
+def contact_time(mass: Number | float, stiffness: Number | float, speed: float) -> Number:
     """Time in contact, s, of a mass (kg) that hits a Hertzian contact k (N/m^1.5) at a speed (m/s).
 
     T = 3.218 (m² / k² v)^{1/5} (Tillett 1954; thesis, section 6.1.1, equation 6.8, where V_s means the speed).
@@ -43,7 +43,7 @@ def contact_time_half_space(mass: Number | float, stiffness: Number | float, spe
     return _plain(HERTZ_COLLISION * (m / k) ** 0.4 / positive("speed", speed, "m/s") ** 0.2)
 
 
-def primary_time_of_flight(
+def time_of_flight(
     beads: float,
     mass: float,
     chain_stiffness: float,
@@ -55,7 +55,7 @@ def primary_time_of_flight(
 
     TOF = [3.218 k_w^{−2/5} + 1.180 (1 + e^{−1/5}) N k_c^{−2/5}] (m²/v)^{1/5} (thesis, equation 6.18, right as printed;
     its second term alone, 6.17 and 6.19, has k_c^{+2/5} in print, and e = (V_ref/V_in)⁵ has −1/5 for the 5). e = 1
-    gives 6.20; e of `upper_layer_restitution` gives 6.29, whose V_s is the striker's speed. k_c between beads, k_w
+    gives 6.20; e of `layers.restitution` gives 6.29, whose V_s is the striker's speed. k_c between beads, k_w
     between bead and structure. N counts the beads from the sensor to the structure: 13 for sensor 7 of 20, not the 20
     as under 6.10. Sensor and structure five beads apart or more. On a half-space, e = 1, a chain is faster, by
     1.4 % (PTFE) to 3.0 % (steel); gravity makes it 2 % or 3 % faster still, a dashpot of 5 N s/m 3 % to 5 % slower.
@@ -67,7 +67,7 @@ def primary_time_of_flight(
     return _plain((HERTZ_COLLISION * wall**-0.4 + transits * chain**-0.4) * m**0.4 / v**0.2)
 
 
-def primary_amplitude_ratio(restitution: Number) -> Number:
+def amplitude_ratio(restitution: Number) -> Number:
     """AR = e^{6/5} of the primary wave, from e = v_ref/v_in of bead speeds, in (0, 1].
 
     (Thesis, equations 6.23 and 6.24, right as printed.) AR = (V_ref/V_in)⁶ and V_ref/V_in = e^{1/5}: one solitary wave
@@ -106,11 +106,11 @@ def characteristic_length(bar_speed: Number | float, contact_time: Number | floa
 # A stiff upper layer, a free rigid mass while the wave is there, on a soft lower one, a spring (section 6.1.3).
 
 
-def upper_layer_restitution(mass: float, upper_mass: Number) -> Number:
+def restitution(mass: float, upper_mass: Number) -> Number:
     """e = v_ref/v_in, as a magnitude, of a bead that hits a free mass M_u, kg, greater than its own.
 
     e = (M_u − m)/(M_u + m) (thesis, equations 6.25, where the velocities' signs make it negative, and 6.26). Goes into
-    `primary_amplitude_ratio`, and into `primary_time_of_flight` for 6.27 to 6.29. For one bead: on a free mass a chain
+    `layers.amplitude_ratio`, and into `layers.time_of_flight` for 6.27 to 6.29. For one bead: on a free mass a chain
     has less AR than e^{6/5}, 0.417 for 0.542 at M_u = 4m and 0.929 for 0.963 at 64m. A lower layer of PTFE resists
     meanwhile, and makes it 0.542 at 4m, 0.693 for 0.740 at 8m, and 0.923 at 64m.
     """
@@ -122,7 +122,7 @@ def upper_layer_restitution(mass: float, upper_mass: Number) -> Number:
     return _plain((upper - m) / (upper + m))
 
 
-def upper_layer_speed(mass: float, upper_mass: Number, incident_speed: float) -> Number:
+def upper_speed(mass: float, upper_mass: Number, incident_speed: float) -> Number:
     """Speed, m/s, of a free mass M_u, kg, once a bead of mass m has hit it: V_u = 2 m v_in/(m + M_u).
 
     (Thesis, equation 6.30, right as printed.) v_in is the bead's own speed: in a chain 0.682 of the striker's, by 6.16.

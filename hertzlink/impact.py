@@ -1,0 +1,19 @@
+"""Impacts of chains on plates, in closed form (thesis, section 6.2)."""
+
+from plates.theory.impact import (
+    THESIS_IMPACT,
+    amplitude_ratio,
+    contact_time,
+    inelasticity_parameter,
+    normalised_time_of_flight,
+    point_impedance,
+)
+
+__all__ = [
+    "THESIS_IMPACT",
+    "amplitude_ratio",
+    "contact_time",
+    "inelasticity_parameter",
+    "normalised_time_of_flight",
+    "point_impedance",
+]

@@ -1,0 +1,5 @@
+"""Lamb and Rayleigh waves in plates."""
+
+from plates.theory.lamb import cutoff_frequency, frequency, group_speed, phase_speed, rayleigh_speed
+
+__all__ = ["cutoff_frequency", "frequency", "group_speed", "phase_speed", "rayleigh_speed"]

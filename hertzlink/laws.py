@@ -1,0 +1,26 @@
+"""Contact laws that are computed, tabulated or fitted."""
+
+from particles.laws.active_set import ActiveSetNotConverged
+from particles.laws.axisymmetric import contact_law_fem as axisymmetric
+from particles.laws.computed import ComputedLaw
+from particles.laws.formulas import PowerLaw, TabulatedLaw
+from particles.laws.half_spaces import PressuresNotConverged
+from particles.laws.half_spaces import contact_law_bem as half_spaces
+from particles.laws.plane import contact_law_plane as plane
+from particles.laws.power_fit import fit_power_law
+from particles.laws.solid import contact_law_solid as solid
+from particles.laws.solid import midplane_correction
+
+__all__ = [
+    "ActiveSetNotConverged",
+    "axisymmetric",
+    "ComputedLaw",
+    "fit_power_law",
+    "half_spaces",
+    "midplane_correction",
+    "plane",
+    "PowerLaw",
+    "PressuresNotConverged",
+    "solid",
+    "TabulatedLaw",
+]

@@ -1,0 +1,25 @@
+"""Impacts of chains on half-spaces, rods and layered rods, in closed form (thesis, section 6.1)."""
+
+from structures.layers import (
+    amplitude_ratio,
+    axial_stiffness,
+    characteristic_length,
+    contact_time,
+    critical_modulus,
+    restitution,
+    secondary_delay,
+    time_of_flight,
+    upper_speed,
+)
+
+__all__ = [
+    "amplitude_ratio",
+    "axial_stiffness",
+    "characteristic_length",
+    "contact_time",
+    "critical_modulus",
+    "restitution",
+    "secondary_delay",
+    "time_of_flight",
+    "upper_speed",
+]

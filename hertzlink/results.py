@@ -1,0 +1,21 @@
+"""What measures return, and how sensors are calibrated."""
+
+from coupling.identification.fitting import Fit
+from coupling.results.critical_distance import CriticalDistance
+from coupling.results.measures import contact_to_sensor_ratio
+from coupling.results.sensor import calibration_factor
+from coupling.results.tracks import Track, follow_waves
+from coupling.results.waves import NoWave, ReflectedWave, Reflections, Wave
+
+__all__ = [
+    "calibration_factor",
+    "contact_to_sensor_ratio",
+    "CriticalDistance",
+    "Fit",
+    "follow_waves",
+    "NoWave",
+    "ReflectedWave",
+    "Reflections",
+    "Track",
+    "Wave",
+]

@@ -1,0 +1,5 @@
+"""Zener's impact of a sphere on a thin plate, in units of Hertz's collision."""
+
+from plates.theory.zener import contact_time, restitution
+
+__all__ = ["contact_time", "restitution"]
