@@ -8,8 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from coupling.recording.dataset import DESCRIPTIONS, provenance
 from coupling.results.findings import warn, with_warnings
+from coupling.results.provenance import provenance
+from coupling.results.schema import VARIABLES, variable
 from coupling.run_checks import check_length
 from particles.bead import Bead
 from particles.chain import Chain
@@ -54,10 +55,13 @@ ROUNDED = 0.99
 """Part of a step that is as good as the whole: an error tells three digits of it."""
 
 OWN = {
-    "section_force": ("N", "force through the bead's central section, positive in compression"),
-    "vibration_energy": ("J", "kinetic and strain energy of the bead beyond its rigid motion"),
-    "closing_loss": ("J", "energy that nodes lost as they closed, since the start"),
+    "displacement": "displacement of the centre of mass; bead 0 is the striker",
+    "velocity": "velocity of the centre of mass; bead 0 is the striker",
+    "contact_energy": "strain energy of striker and beads",
+    "section_force": "force through the bead's central section, positive in compression",
+    "vibration_energy": "kinetic and strain energy of the bead beyond its rigid motion",
 }
+"""Descriptions that differ from those of a CoSimulation's run."""
 
 log = logging.getLogger("hertzlink.explicit_chain")
 
@@ -227,12 +231,7 @@ def _dataset(chain: Chain, frames: _Frames, given: dict[str, Any], mesh: dict[st
     }  # fmt: skip
     variables = {}
     for name, value in values.items():
-        units, text = OWN.get(name) or DESCRIPTIONS[name][1:]
-        axis = [] if value.ndim == 1 else ["contact" if name == "contact_force" else "bead"]
-        variables[name] = (["time", *axis], value, {"units": units, "long_name": text})
-    variables["displacement"][2]["long_name"] = "displacement of the centre of mass; bead 0 is the striker"
-    variables["velocity"][2]["long_name"] = "velocity of the centre of mass; bead 0 is the striker"
-    variables["contact_energy"][2]["long_name"] = "strain energy of striker and beads"
+        variables[name] = variable(name, value, description=OWN.get(name, VARIABLES[name].description))
     coordinates = {
         "time": ("time", frames.times, {"units": "s"}),
         "bead": ("bead", np.arange(bodies)),

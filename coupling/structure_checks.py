@@ -5,9 +5,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from coupling.interface import LAST, Interface
+from coupling.interface import Interface
 from coupling.recording.frames import Frames
 from coupling.results.absence import until_of
+from coupling.results.schema import LAST
 from structures.moving import MovingStructure
 from structures.reduction import error_for_pulse
 from structures.structure import Vector

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 import click
 import joblib
 
-from coupling.recording.dataset import provenance, versions
 from coupling.results.findings import one_of_each, warn, with_warnings
+from coupling.results.provenance import provenance, versions
 from coupling.state import NotConverged
 from hertzlink.studies import STUDIES, study
 from hertzlink.studies.table import text

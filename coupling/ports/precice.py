@@ -14,7 +14,8 @@ import xarray as xr
 
 from coupling.paths import path_of
 from coupling.ports.guest import GuestState, advance, guest_chain, start
-from coupling.recording.dataset import provenance, variable
+from coupling.results.provenance import provenance
+from coupling.results.schema import variable
 from particles.chain import Chain
 from particles.moving import MovingChain
 from structures.checks import each, finite, instance, one_of, positive, short

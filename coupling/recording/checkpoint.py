@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 
 from coupling.interface import Interface
-from coupling.recording.dataset import as_text, differences, versions
 from coupling.recording.frames import Frames
+from coupling.results.provenance import as_text, differences, versions
 from structures.moving import MovingStructure
 
 HEAD = b"hertzlink checkpoint 1\n"

@@ -1,70 +1,18 @@
 """A result is an xarray.Dataset: named dimensions, units, the full input and the versions in its attributes."""
 
-import json
-import platform
-import re
-from collections.abc import Iterator, Mapping, Sequence
-from functools import cache
-from importlib.metadata import PackageNotFoundError, version
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from coupling.interface import LAST, Contact, Interface
+from coupling.interface import Interface
 from coupling.recording.frames import Frames
 from coupling.results.findings import as_attribute
+from coupling.results.provenance import provenance
+from coupling.results.schema import END_NAMES, LAST, VARIABLES, Contact, variable
 from particles.deformable.chain import MovingDeformableChain
-from structures.checks import LONGEST
 from structures.structure import Vector
-
-PACKAGES = ("hertzlink", "numpy", "scipy", "numba", "scikit-fem", "xarray")
-
-DESCRIPTIONS = {
-    "displacement": (
-        "chain",
-        "m",
-        "displacement from static equilibrium; bead 0 is the striker or the surface behind",
-    ),
-    "velocity": ("chain", "m/s", "velocity; bead 0 is the striker or the surface behind"),
-    "contact_force": ("chain", "N", "force between bead n - 1 and bead n, preload included"),
-    "section_force": ("chain", "N", "compressive force through the central section of a deformable bead"),
-    "vibration_energy": ("chain", "J", "kinetic and elastic energy of a deformable bead's modes beyond the rigid one"),
-    "vibration_amplitude": ("chain", "m √kg", "amplitude of these modes, mass-normalised"),
-    "kinetic_energy": ("chain", "J", "kinetic energy of striker and beads"),
-    "contact_energy": ("chain", "J", "energy of contacts, gravity, dead load and spring, from the start"),
-    "dissipated_energy": ("chain", "J", "energy taken by losses since the start"),
-    "excitation_work": ("chain", "J", "work of a force history or a piston since the start"),
-    "surface_displacement": ("interface", "m", "displacement of the structure's contact point"),
-    "gap": ("interface", "m", "between bead and surface, negative where they indent; NaN where a chain faces nothing"),
-    "interface_work": ("interface", "J", "work of the dynamic contact force on the structure, as that felt it"),
-    "interface_work_of_chain": ("interface", "J", "the same work, as the chain gave it"),
-    "interface_mismatch": ("interface", "J", "work that the chain gave less work that the structure felt"),
-    "interface_impulse": ("interface", "N s", "impulse of the dynamic contact force on the structure"),
-    "structure_work": ("structure", "J", "work of all dynamic contact forces on the structure since the start"),
-    "structure_kinetic_energy": ("structure", "J", "kinetic energy of the structure, NaN where it is not known"),
-    "structure_elastic_energy": ("structure", "J", "elastic energy of the structure, NaN where it is not known"),
-    "structure_energy": ("structure", "J", "both, in the time stepping's own metric"),
-    "structure_dissipated_energy": ("structure", "J", "energy taken by the structure's damping since the start"),
-    "structure_numerical_loss": ("structure", "J", "work less energy and damping: what the time stepping lost"),
-    "evaluations": ("", "1", "chain windows tried since the last saved time"),
-    "substeps": ("", "1", "substeps since the last saved time; more than usual where a window was halved"),
-    "residual": ("", "N", "greatest disagreement on a mean force since the last saved time"),
-}
-"""What each variable belongs to, its unit, and what it is. Dimensions "chain", "interface" and "structure" are there
-where a run has several of them; what tells of deformable beads is there where it has such."""
-
-BODIES = {
-    "displacement": ["bead"],
-    "velocity": ["bead"],
-    "contact_force": ["contact"],
-    "section_force": ["bead"],
-    "vibration_energy": ["bead"],
-    "vibration_amplitude": ["bead", "mode"],
-}
-"""Dimensions of what a chain has several of."""
-
-ADDRESS = re.compile(" at 0x[0-9a-fA-F]+")
 
 
 def dataset(
@@ -75,28 +23,22 @@ def dataset(
     given: the run's input; findings: what to know of it, a line of the attribute `warnings` each.
     """
     chains = [_of_chain(interface, frames, number) for number in range(len(interface.chains))]
-    known = dict.fromkeys(name for chain in chains for name in chain)
-    values: dict[str, Any] = {name: [chain.get(name) for chain in chains] for name in known}
+    names = dict.fromkeys(name for chain in chains for name in chain)
+    values: dict[str, Any] = {name: [chain.get(name) for chain in chains] for name in names}
     values |= _of_both_sides(interface, frames)
     values["gap"] = [_gap(interface, frames, k) for k in range(interface.size)]
     bodies = max(chain.mass.size for chain in interface.chains)
     variables = {}
-    for name, (owner, _, _) in DESCRIPTIONS.items():
+    for name, known in VARIABLES.items():
         if name not in values:
             continue
-        many = values[name] if owner else [values[name]]
+        many = values[name] if known.owner else [values[name]]
         if len(many) == 1:
             variables[name] = variable(name, many[0])
         else:
-            variables[name] = variable(name, np.stack(_filled(many, bodies if name in BODIES else 0), axis=1), owner)
+            variables[name] = variable(name, np.stack(_filled(many, bodies * bool(known.bodies)), axis=1), known.owner)
     coordinates = _coordinates(interface, interval * np.arange(frames.rows), bodies)
     return xr.Dataset(variables, coordinates, provenance(given) | as_attribute(findings))
-
-
-def variable(name: str, values: Any, *owner: str) -> tuple[list[str], Any, dict[str, str]]:
-    """Dimensions, values and attributes of a variable; owner: what it has several of."""
-    _, units, text = DESCRIPTIONS[name]
-    return ["time", *owner, *BODIES.get(name, [])], values, {"units": units, "long_name": text}
 
 
 def _of_chain(interface: Interface, frames: Frames, number: int) -> dict[str, Vector]:
@@ -206,7 +148,7 @@ def _coordinates(interface: Interface, times: Any, bodies: int) -> dict[str, Any
         coordinates["interface"] = ("interface", np.arange(interface.size))
     for name in () if interface.single else Contact._fields:
         told = [getattr(contact, name) for contact in interface.contacts]
-        words = ["last bead" if end == LAST else "first bead" for end in told] if name == "end" else told
+        words = [END_NAMES[end] for end in told] if name == "end" else told
         coordinates[f"interface_{name}"] = ("interface", words) if interface.size > 1 else words[0]
     if len(interface.structures) > 1:
         coordinates["structure"] = ("structure", np.arange(len(interface.structures)))
@@ -224,47 +166,3 @@ def summary(run: xr.Dataset) -> str:
         f"into structures {float(run.interface_work.isel(time=-1).sum()) / energy:.3g}, "
         f"lost in chains {float(run.dissipated_energy.isel(time=-1).sum()) / energy:.3g}"
     )
-
-
-def provenance(given: Mapping[str, Any]) -> dict[str, str]:
-    """Input and versions as text, for the attributes of a Dataset."""
-    return {"input": as_text(given), "versions": _versions()}
-
-
-def as_text(given: Mapping[str, Any]) -> str:
-    """Input as JSON, the same in every process: what is no plain data by its repr, without addresses."""
-    text = json.dumps(given, default=lambda value: ADDRESS.sub("", repr(value)), ensure_ascii=False)
-    if "NaN" not in text and "Infinity" not in text:
-        return text
-    # JSON knows neither: they become text.
-    return json.dumps(json.loads(text, parse_constant=str), ensure_ascii=False, allow_nan=False)
-
-
-def differences(theirs: Any, mine: Any, name: str = "") -> Iterator[str]:
-    """In words, where two pieces of plain data differ."""
-    if isinstance(theirs, dict) and isinstance(mine, dict):
-        for key in dict.fromkeys([*theirs, *mine]):
-            yield from differences(theirs.get(key), mine.get(key), f"{name}.{key}" if name else key)
-    elif isinstance(theirs, list) and isinstance(mine, list) and len(theirs) == len(mine):
-        for number, pair in enumerate(zip(theirs, mine, strict=True)):
-            yield from differences(*pair, f"{name}[{number}]")
-    elif theirs != mine:
-        short = len(f"{theirs}{mine}") <= LONGEST
-        yield f"{name} = {theirs!r} there and {mine!r} here" if short else f"{name} differ"
-
-
-@cache
-def _versions() -> str:
-    """Read once: the packages' metadata takes longer than many a run."""
-    return json.dumps(versions())
-
-
-def versions() -> dict[str, str]:
-    """Versions of Python, hertzlink and what its numbers depend on."""
-    found = {"python": platform.python_version()}
-    for package in PACKAGES:
-        try:
-            found[package] = version(package)
-        except PackageNotFoundError:
-            found[package] = "not installed"
-    return found

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from coupling.interface import LAST, Contact
+from coupling.results.schema import LAST, Contact
 from structures.checks import instance
 from structures.structure import Vector
 

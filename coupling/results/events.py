@@ -7,8 +7,8 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from coupling.interface import Contact
 from coupling.results.contact_forces import contact_forces
+from coupling.results.schema import Contact
 from structures.caution import caution
 from structures.checks import positive
 from structures.structure import Vector

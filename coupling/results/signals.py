@@ -9,7 +9,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from coupling.recording.dataset import provenance
+from coupling.results.provenance import provenance
+from coupling.results.schema import variable
 from coupling.results.sensor import FEWEST_SAMPLES, quiet_lead, trace
 from structures.checks import finite, instance, not_negative, one_of, whole
 from structures.structure import Vector
@@ -175,7 +176,7 @@ def _dataset(
             raise ValueError(f"{name}sensor {sensor}: the signal is constant, {force[0]:g} N: must hold a wave")
         columns.append(force - _baseline(even, force, baseline, f"{name}sensor {sensor}"))
     data = xr.Dataset(
-        {"sensor_force": (("time", "sensor"), np.stack(columns, axis=1), {"units": "N", "long_name": "force at bead"})},
+        {"sensor_force": variable("sensor_force", np.stack(columns, axis=1))},
         coords={"time": ("time", even, {"units": "s"}), "sensor": ("sensor", list(forces))},
         attrs=provenance(given),
     )

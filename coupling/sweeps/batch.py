@@ -9,8 +9,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from coupling.recording.dataset import DESCRIPTIONS, provenance
 from coupling.results.findings import warn
+from coupling.results.provenance import provenance
+from coupling.results.schema import variable
 from coupling.run_checks import check_length
 from particles import kernels
 from particles.chain import Chain
@@ -169,9 +170,11 @@ def _dataset(moving: list[MovingChain], kept: Kept, interval: float, force: Vect
         ),
         "impact_energy": ("chain", np.array([one.chain.impact_energy for one in moving]), {"units": "J"}),
     }
-    values = {"contact_force": (force, "contact"), "velocity": (velocity, "bead")}
-    variables = {}
-    for name, (data, last) in values.items():
-        _, units, text = DESCRIPTIONS[name]
-        variables[name] = (("chain", "time", last), data, {"units": units, "long_name": text})
-    return xr.Dataset(variables, coordinates)
+    data = xr.Dataset(
+        {
+            "contact_force": variable("contact_force", force.swapaxes(0, 1), "chain"),
+            "velocity": variable("velocity", velocity.swapaxes(0, 1), "chain"),
+        },
+        coordinates,
+    )
+    return data.transpose("chain", "time", ...)

@@ -14,11 +14,12 @@ from coupling.cosimulation import CoSimulation
 from coupling.results.critical_distance import FEWEST, LABEL
 from coupling.results.findings import findings_of, gathered, warn, with_warnings
 from coupling.results.measures import amplitude_ratio, time_of_flight
+from coupling.results.schema import OF_RUNS
 from coupling.sweeps.processes import Batch, Work, in_processes
 from coupling.sweeps.progress import Progress
 from coupling.sweeps.refinement import Curve, Refinement
 from coupling.sweeps.store import Point
-from coupling.sweeps.sweep import TAKEN, axis_labels, axis_values, check_build, named
+from coupling.sweeps.sweep import axis_labels, axis_values, check_build, named
 from structures.checks import each, finite, instance, listed, not_negative, positive, short, whole, within
 from structures.structure import Vector
 
@@ -125,7 +126,7 @@ def find_critical_distance(
     tolerances = _tolerances(tolerance)
     instance("relative", relative, bool, "True or False")
     bracket = within("bracket", bracket, FINEST, inf, "m")
-    values = axis_values(axes, TAKEN | OWN) if axes else {}
+    values = axis_values(axes, OF_RUNS | OWN) if axes else {}
     check_build(build, {"distance": scan, **values})
     work = Work(build, until, partial(_measured, sensor=sensor))
     search = _Search(work, values, joblib.cpu_count() if jobs is None else whole("jobs", jobs))

@@ -20,7 +20,7 @@ import xarray as xr
 from h5netcdf import CompatibilityError
 
 from coupling.paths import path_of
-from coupling.recording.dataset import versions
+from coupling.results.provenance import versions
 from structures.checks import short
 
 Point = Mapping[str, Any]

@@ -4,7 +4,7 @@ import inspect
 import logging
 import os
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
 from itertools import groupby, product
 from typing import TYPE_CHECKING, Any
 
@@ -13,8 +13,8 @@ import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
-from coupling.recording.dataset import DESCRIPTIONS
 from coupling.results.findings import findings_of, gathered, warn, with_warnings
+from coupling.results.schema import OF_RUNS
 from coupling.sweeps.cluster import check_cluster, on_cluster
 from coupling.sweeps.processes import Batch, Outcome, Work, in_processes
 from coupling.sweeps.progress import Progress
@@ -25,12 +25,6 @@ from structures.structure import Vector
 
 if TYPE_CHECKING:
     from distributed import Client
-
-TAKEN = {
-    "time", "bead", "contact", "mode", "chain", "interface", "structure", "centre", "static_force", "impact_energy",
-    "interface_chain", "interface_end", "interface_structure", "interface_point", *DESCRIPTIONS,
-}  # fmt: skip
-"""Names of every run's own dimensions, coordinates and variables."""
 
 log = logging.getLogger("hertzlink.sweep")
 
@@ -84,7 +78,7 @@ def sweep(
         if jobs is not None:
             raise ValueError(f"jobs = {jobs!r}: must be None with a cluster, whose workers tell how many run at once")
     most = joblib.cpu_count() if jobs is None else whole("jobs", jobs)
-    values = axis_values(axes, TAKEN if store is None else TAKEN | {ERROR})
+    values = axis_values(axes, OF_RUNS if store is None else OF_RUNS | {ERROR})
     check_build(build, values)
     points: list[Point] = [dict(zip(values, point, strict=True)) for point in product(*values.values())]
     # Checked before a folder is made.
@@ -105,7 +99,7 @@ def sweep(
     return data
 
 
-def axis_values(axes: dict[str, Iterable[Any]], taken: set[str]) -> dict[str, list[Any]]:
+def axis_values(axes: dict[str, Iterable[Any]], taken: Set[str]) -> dict[str, list[Any]]:
     """The axes as lists, or a ValueError for one that is empty, names two values alike or has a name that is taken."""
     if not axes:
         raise ValueError("axes: name at least one, such as distance=[0.01, 0.02]")

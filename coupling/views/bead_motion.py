@@ -9,8 +9,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from coupling.recording.dataset import as_text, differences, provenance
-from coupling.sweeps.sweep import TAKEN
+from coupling.results.provenance import as_text, differences, provenance
+from coupling.results.schema import OF_RUNS
 from coupling.views.motion import motion_dataset, nearest_rows
 from particles.bead import Bead
 from particles.deformable.bead_field import BeadField, Push
@@ -109,7 +109,7 @@ class _Run:
         if missing:
             raise ValueError(f"run: holds no {', '.join(missing)}; must be that of a DeformableChain")
         _check_single(run)
-        told: dict[str, Any] = {} if set(run.coords) - TAKEN else json.loads(run.attrs.get("input") or "{}")
+        told: dict[str, Any] = {} if set(run.coords) - OF_RUNS else json.loads(run.attrs.get("input") or "{}")
         _check_same(run, chain, told)
         self.ends = {"behind": _surface("behind", behind), "structure": _surface("structure", structure)}
         faced = _faced(run)

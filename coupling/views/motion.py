@@ -7,8 +7,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from coupling.recording.dataset import provenance
 from coupling.results.contact_forces import contact_forces
+from coupling.results.provenance import provenance
 from structures.checks import instance
 from structures.field import Grid
 from structures.moving import MovingStructure

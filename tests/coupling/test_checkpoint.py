@@ -39,7 +39,7 @@ from interrupted import (
 import hertzlink as hl
 from coupling import cosimulation
 from coupling.recording import checkpoint
-from coupling.recording.dataset import as_text
+from coupling.results.provenance import as_text
 from structures.stepping import GeneralisedAlpha
 
 KILLS = 3

@@ -1,0 +1,59 @@
+"""Where a result comes from: its input and the versions of what made it, as text in the attributes of a Dataset."""
+
+import json
+import platform
+import re
+from collections.abc import Iterator, Mapping
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+from structures.checks import LONGEST
+
+PACKAGES = ("hertzlink", "numpy", "scipy", "numba", "scikit-fem", "xarray")
+
+ADDRESS = re.compile(" at 0x[0-9a-fA-F]+")
+
+
+def provenance(given: Mapping[str, Any]) -> dict[str, str]:
+    """Input and versions as text, for the attributes of a Dataset."""
+    return {"input": as_text(given), "versions": _versions()}
+
+
+def as_text(given: Mapping[str, Any]) -> str:
+    """Input as JSON, the same in every process: what is no plain data by its repr, without addresses."""
+    text = json.dumps(given, default=lambda value: ADDRESS.sub("", repr(value)), ensure_ascii=False)
+    if "NaN" not in text and "Infinity" not in text:
+        return text
+    # JSON knows neither: they become text.
+    return json.dumps(json.loads(text, parse_constant=str), ensure_ascii=False, allow_nan=False)
+
+
+def differences(theirs: Any, mine: Any, name: str = "") -> Iterator[str]:
+    """In words, where two pieces of plain data differ."""
+    if isinstance(theirs, dict) and isinstance(mine, dict):
+        for key in dict.fromkeys([*theirs, *mine]):
+            yield from differences(theirs.get(key), mine.get(key), f"{name}.{key}" if name else key)
+    elif isinstance(theirs, list) and isinstance(mine, list) and len(theirs) == len(mine):
+        for number, pair in enumerate(zip(theirs, mine, strict=True)):
+            yield from differences(*pair, f"{name}[{number}]")
+    elif theirs != mine:
+        short = len(f"{theirs}{mine}") <= LONGEST
+        yield f"{name} = {theirs!r} there and {mine!r} here" if short else f"{name} differ"
+
+
+@cache
+def _versions() -> str:
+    """Read once: the packages' metadata takes longer than many a run."""
+    return json.dumps(versions())
+
+
+def versions() -> dict[str, str]:
+    """Versions of Python, hertzlink and what its numbers depend on."""
+    found = {"python": platform.python_version()}
+    for package in PACKAGES:
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            found[package] = "not installed"
+    return found

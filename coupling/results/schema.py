@@ -1,0 +1,121 @@
+"""The schema of all results: the name, unit, dimensions and description of each variable, and the kinds of Datasets.
+
+Time comes first, then what a run has several of (chains, interfaces, structures), then the bodies of a chain. The
+dimensions "chain", "interface" and "structure" exist where a run has several of them. Chains shorter than the longest
+one are padded with NaN; `coupling.results.reading` removes the padding.
+"""
+
+from typing import Any, NamedTuple
+
+import xarray as xr
+
+LAST, FIRST = 0, 1
+"""The two ends of a chain: that of the last bead, and the struck end."""
+
+END_NAMES = ("last bead", "first bead")
+"""What a result calls them."""
+
+
+class Contact(NamedTuple):
+    """An end of a chain (LAST or FIRST) on a contact point of a structure, by their numbers in the run."""
+
+    chain: int
+    end: int
+    structure: int
+    point: int
+
+
+class Variable(NamedTuple):
+    """Unit and description; owner: "chain", "interface" or "structure"; bodies: the dimensions along a chain."""
+
+    units: str
+    description: str
+    owner: str = ""
+    bodies: tuple[str, ...] = ()
+
+
+BEADS, CONTACTS, MODES = ("bead",), ("contact",), ("bead", "mode")
+
+VARIABLES = {
+    "displacement": Variable(
+        "m", "displacement from static equilibrium; bead 0 is the striker or the surface behind", "chain", BEADS
+    ),
+    "velocity": Variable("m/s", "velocity; bead 0 is the striker or the surface behind", "chain", BEADS),
+    "contact_force": Variable("N", "force between bead n - 1 and bead n, preload included", "chain", CONTACTS),
+    "section_force": Variable(
+        "N", "compressive force through the central section of a deformable bead", "chain", BEADS
+    ),
+    "vibration_energy": Variable(
+        "J", "kinetic and elastic energy of a deformable bead's modes beyond the rigid one", "chain", BEADS
+    ),
+    "vibration_amplitude": Variable("m √kg", "amplitude of these modes, mass-normalised", "chain", MODES),
+    "kinetic_energy": Variable("J", "kinetic energy of striker and beads", "chain"),
+    "contact_energy": Variable("J", "energy of contacts, gravity, dead load and spring, from the start", "chain"),
+    "dissipated_energy": Variable("J", "energy taken by losses since the start", "chain"),
+    "excitation_work": Variable("J", "work of a force history or a piston since the start", "chain"),
+    "surface_displacement": Variable("m", "displacement of the structure's contact point", "interface"),
+    "gap": Variable(
+        "m", "between bead and surface, negative where they indent; NaN where a chain faces nothing", "interface"
+    ),
+    "interface_work": Variable("J", "work of the dynamic contact force on the structure, as that felt it", "interface"),
+    "interface_work_of_chain": Variable("J", "the same work, as the chain gave it", "interface"),
+    "interface_mismatch": Variable("J", "work that the chain gave less work that the structure felt", "interface"),
+    "interface_impulse": Variable("N s", "impulse of the dynamic contact force on the structure", "interface"),
+    "structure_work": Variable("J", "work of all dynamic contact forces on the structure since the start", "structure"),
+    "structure_kinetic_energy": Variable("J", "kinetic energy of the structure, NaN if unknown", "structure"),
+    "structure_elastic_energy": Variable("J", "elastic energy of the structure, NaN if unknown", "structure"),
+    "structure_energy": Variable("J", "both, in the time stepping's own metric", "structure"),
+    "structure_dissipated_energy": Variable(
+        "J", "energy taken by the structure's damping since the start", "structure"
+    ),
+    "structure_numerical_loss": Variable("J", "work less energy and damping: what the time stepping lost", "structure"),
+    "evaluations": Variable("1", "chain windows tried since the last saved time"),
+    "substeps": Variable("1", "substeps since the last saved time; more than usual where a window was halved"),
+    "residual": Variable("N", "greatest disagreement on a mean force since the last saved time"),
+    "closing_loss": Variable("J", "energy that nodes lost as they closed, since the start"),
+    "sensor_force": Variable("N", "force at bead", bodies=("sensor",)),
+}
+"""All variables of runs, batches and signals. Those of deformable beads exist where a run has such beads, closing_loss
+in runs of `explicit_chain`."""
+
+COORDINATES = (
+    "time", "bead", "contact", "mode", "sensor", "chain", "interface", "structure", "centre", "static_force",
+    "impact_energy", *(f"interface_{name}" for name in Contact._fields),
+)  # fmt: skip
+
+OF_RUNS = frozenset({*COORDINATES, *VARIABLES} - {"sensor", "sensor_force", "closing_loss"})
+"""Names that every run uses for itself: no axis of a sweep may have one of them."""
+
+RUN, SIGNAL, BATCH, SWEEP, MOTION = "run", "signal", "batch", "sweep", "motion"
+"""Kinds of Datasets: of one run, of measured forces, of `batch`, of runs over other axes, and of bodies in motion."""
+
+
+def kind_of(data: xr.Dataset) -> str:
+    """RUN, SIGNAL, BATCH, SWEEP or MOTION; "" for a Dataset that is none of them."""
+    if "sensor_force" in data.data_vars:
+        return SIGNAL
+    if "von_mises" in data.data_vars:
+        return MOTION
+    if "contact_force" not in data.data_vars:
+        return ""
+    if "beads" in data.attrs:
+        return BATCH
+    return SWEEP if axes_of(data.contact_force) else RUN
+
+
+def axes_of(values: xr.DataArray) -> list[str]:
+    """The dimensions that a variable of one run does not have: the axes of a sweep."""
+    return [str(axis) for axis in values.dims if axis not in COORDINATES]
+
+
+def variable(name: str, values: Any, *owner: str, description: str = "") -> tuple[list[str], Any, dict[str, str]]:
+    """Dimensions, values and attributes of a variable.
+
+    owner: the dimension of which a result has several. description: if it differs from that of the schema.
+    """
+    known = VARIABLES[name]
+    return (
+        ["time", *owner, *known.bodies],
+        values,
+        {"units": known.units, "long_name": description or known.description},
+    )
