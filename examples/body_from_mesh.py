@@ -1,8 +1,8 @@
 """A cube of acrylic from a mesh, on a table and in the air, beside a half-space; any file that meshio reads will do."""
 
 import numpy as np
-from skfem import MeshHex
-from skfem.io.meshio import to_meshio
+from skfem import MeshHex  # type: ignore[import-untyped]
+from skfem.io.meshio import to_meshio  # type: ignore[import-untyped]
 
 import hertzlink as hl
 

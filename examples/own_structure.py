@@ -4,19 +4,21 @@ import math
 
 import hertzlink as hl
 
+State = tuple[float, float]  # displacement, velocity
+
 
 class SpringMass:
     """One mass on one spring, advanced exactly under a constant force."""
 
     surface = hl.Surface(hl.PTFE)
 
-    def __init__(self, mass, stiffness):
+    def __init__(self, mass: float, stiffness: float) -> None:
         self.stiffness, self.omega = stiffness, math.sqrt(stiffness / mass)
 
-    def start(self):
-        return 0.0, 0.0  # displacement, velocity
+    def start(self) -> State:
+        return 0.0, 0.0
 
-    def advance(self, state, force, window):
+    def advance(self, state: State, force: float, window: float) -> tuple[State, float]:
         rest = force / self.stiffness
         x, v = state[0] - rest, state[1]
         c, s = math.cos(self.omega * window), math.sin(self.omega * window)

@@ -13,7 +13,7 @@ plate = hl.kirchhoff_plate(
 )
 
 
-def at(distance):
+def at(distance: float) -> hl.CoSimulation:
     return hl.CoSimulation(chain, hl.reduce(plate.at(distance, 0.457), until=1e-3))
 
 

@@ -7,9 +7,9 @@ chain = hl.Chain([bead] * 20, striker=bead, impact_speed=0.31)
 plate = hl.kirchhoff_plate(0.9, 0.9, 4.83e-3, hl.ALUMINIUM_6061, hl.Supports(left="clamped"))
 
 
-def ratio(structure):
+def ratio(structure: hl.Structure) -> float:
     run = hl.CoSimulation(chain, structure).run(until=1e-3)
-    return hl.amplitude_ratio(run, sensor=7).item()
+    return float(hl.amplitude_ratio(run, sensor=7))
 
 
 far = ratio(hl.infinite_plate(4.83e-3, hl.ALUMINIUM_6061))

@@ -6,7 +6,7 @@ bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
 chain = hl.Chain([bead] * 20, striker=bead, impact_speed=0.44)
 
 
-def against(length, material):
+def against(length: float, material: hl.Material) -> hl.CoSimulation:
     return hl.CoSimulation(chain, hl.rod([hl.Layer(material, length, radius=9.525e-3)], base="fixed"))
 
 

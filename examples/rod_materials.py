@@ -12,7 +12,7 @@ chain = hl.Chain(
 )
 
 
-def against(material):
+def against(material: hl.Material) -> hl.CoSimulation:
     return hl.CoSimulation(chain, hl.rod([hl.Layer(material, length=76.2e-3, radius=19.1e-3)], base="fixed"))
 
 
