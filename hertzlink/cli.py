@@ -7,7 +7,7 @@ import signal
 import sys
 import tempfile
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -38,15 +38,18 @@ LISTING = "files.txt"
 """The names of all files in a folder of results: only a folder with these and no others may be replaced."""
 
 
-def main() -> None:
-    """Run the command line; bad input ends with one line on standard error and exit code 2."""
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line; bad input ends with one line on standard error and exit code 2.
+
+    arguments: those after the program's name; by default those of the process.
+    """
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     logging.basicConfig(format="hertzlink: %(message)s", level=logging.WARNING)
     warnings.formatwarning = _format_warning
     # Behind the filters that the user gave.
     warnings.simplefilter("once", HertzlinkWarning, append=True)
     try:
-        code = cli.main(prog_name="hertzlink", standalone_mode=False)
+        code = cli.main(arguments, prog_name="hertzlink", standalone_mode=False)
     except click.exceptions.NoArgsIsHelpError as error:
         click.echo(error.ctx.get_help() if error.ctx else "", err=True)
         code = WRONG_INPUT

@@ -5,22 +5,61 @@ import os
 import signal
 import subprocess
 import sys
+import warnings
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import pytest
 import xarray as xr
 
 from coupling.views import plots
-from hertzlink.cli import QUICK, stamp, write_folder
+from hertzlink.cli import QUICK, main, stamp, write_folder
 from hertzlink.studies.table import Row, text
 
 
-def hertzlink(*arguments: str, cwd: Path) -> "subprocess.CompletedProcess[str]":
-    command = [sys.executable, "-c", "from hertzlink.cli import main; main()", *arguments]
-    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=300)
+class Done(NamedTuple):
+    """What a command leaves in a terminal."""
+
+    returncode: int
+    stdout: str
+    stderr: str
 
 
-def test_quick_study_writes_everything(tmp_path: Path) -> None:
+Command = Callable[..., Done]
+
+
+@pytest.fixture
+def hertzlink(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Iterator[Command]:
+    """The command line in this process: its arguments, and the folder that it runs in."""
+
+    def run(*arguments: str, cwd: Path) -> Done:
+        monkeypatch.chdir(cwd)
+        with warnings.catch_warnings(), pytest.raises(SystemExit) as end:
+            main(arguments)
+        return Done(int(end.value.code or 0), *capsys.readouterr())
+
+    handler, form = signal.getsignal(signal.SIGTERM), warnings.formatwarning
+    yield run
+    signal.signal(signal.SIGTERM, handler)
+    warnings.formatwarning = form
+
+
+class Small:
+    """A study that takes no time."""
+
+    def run(self, quick: bool = False, jobs: int | None = None) -> xr.Dataset:
+        return xr.Dataset({"ratio": 0.5})
+
+    def table(self, data: xr.Dataset) -> list[Row]:
+        return [Row("AR", 0.5, data.ratio.item())]
+
+    def figures(self, data: xr.Dataset) -> dict[str, Any]:
+        return {}
+
+
+@pytest.mark.thorough
+def test_quick_study_writes_everything(tmp_path: Path, hertzlink: Command) -> None:
     done = hertzlink("study", "rod-stiffness", "--quick", "--jobs", "1", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     folder = tmp_path / "rod-stiffness"
@@ -40,12 +79,19 @@ def test_quick_study_writes_everything(tmp_path: Path) -> None:
         assert data.attrs["comment"] == QUICK
     assert [path.name for path in tmp_path.iterdir()] == ["rod-stiffness"]
 
+
+def test_an_earlier_study_is_replaced_only_by_force(
+    tmp_path: Path, hertzlink: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("hertzlink.cli.study", lambda name: Small())
+    assert hertzlink("study", "rod-stiffness", "--quick", cwd=tmp_path).returncode == 0
     again = hertzlink("study", "rod-stiffness", "--quick", cwd=tmp_path)
     assert again.returncode == 2
     assert "exists already" in again.stderr
-    forced = hertzlink("study", "rod-stiffness", "--quick", "--force", "--jobs", "1", cwd=tmp_path)
+    forced = hertzlink("study", "rod-stiffness", "--force", cwd=tmp_path)
     assert forced.returncode == 0, forced.stderr
     assert [path.name for path in tmp_path.iterdir()] == ["rod-stiffness"]
+    assert QUICK not in (tmp_path / "rod-stiffness" / "table.txt").read_text()
 
 
 @pytest.mark.parametrize(
@@ -60,7 +106,9 @@ def test_quick_study_writes_everything(tmp_path: Path) -> None:
         (["plot"], "No such command 'plot'"),
     ],
 )
-def test_bad_input_is_one_line_and_exit_code_2(tmp_path: Path, arguments: list[str], message: str) -> None:
+def test_bad_input_is_one_line_and_exit_code_2(
+    tmp_path: Path, hertzlink: Command, arguments: list[str], message: str
+) -> None:
     (tmp_path / "file").write_text("mine")
     done = hertzlink(*arguments, cwd=tmp_path)
     assert done.returncode == 2
@@ -70,7 +118,7 @@ def test_bad_input_is_one_line_and_exit_code_2(tmp_path: Path, arguments: list[s
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
 
 
-def test_info_and_help(tmp_path: Path) -> None:
+def test_info_and_help(tmp_path: Path, hertzlink: Command) -> None:
     info = hertzlink("info", cwd=tmp_path)
     assert info.returncode == 0
     for word in ("python", "numba", "threads", "installed in"):
@@ -82,7 +130,7 @@ def test_info_and_help(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("output", [".", "..", "", "mine", "link", "flat"])
-def test_force_never_deletes_what_it_did_not_write(tmp_path: Path, output: str) -> None:
+def test_force_never_deletes_what_it_did_not_write(tmp_path: Path, hertzlink: Command, output: str) -> None:
     """Neither the current folder, nor one around it, nor one with other files in it."""
     inner = tmp_path / "inner"
     (inner / "mine").mkdir(parents=True)
@@ -115,6 +163,7 @@ main()
 """The command line, which says on its standard output when a run begins."""
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGKILL])
 def test_a_stopped_study_leaves_nothing(tmp_path: Path, sent: signal.Signals) -> None:
     """Stopped in the midst of its runs."""
