@@ -16,7 +16,9 @@ from particles.bead import Bead
 from particles.chain import Chain
 from particles.deformable import explicit_kernels as kernels
 from particles.deformable.explicit_beads import ExplicitBead, explicit_bead
-from particles.laws.formulas import SMALL_CONTACT, PowerLaw, contact_law
+from particles.excitation import Excitation
+from particles.laws.formulas import SMALL_CONTACT, contact_law
+from particles.laws.law import PowerLaw
 from particles.laws.meshes import body_of
 from particles.moving import MovingChain
 from particles.yielding import yields
@@ -103,7 +105,7 @@ def explicit_chain(
     """
     chain, until = _checked(chain), positive("until", until, "s")
     warn(check_length([MovingChain(chain, None)], until))
-    bead = chain.beads[0]
+    bead: Any = chain.beads[0]
     instance("rigid_wall", rigid_wall, bool, "True or False")
     radius = _widest_contact(bead, chain.impact_energy, rigid_wall)
     size = radius / CELLS if spacing is None else positive("spacing", spacing, "m")
@@ -174,7 +176,7 @@ def _run(chain: Chain, bead: ExplicitBead, interval: float, rows: int, wall: boo
 def _checked(chain: Chain) -> Chain:
     """The chain, or a ValueError that names what the explicit one has not."""
     instance("chain", chain, Chain, "a Chain")
-    if not isinstance(chain.striker, Bead):
+    if chain.striker is None or isinstance(chain.striker, Excitation):
         raise ValueError(f"striker = {chain.striker!r}: must be a bead like the others in an explicit chain")
     for name, bead in [("striker", chain.striker), *(("beads", bead) for bead in chain.beads)]:
         if bead != chain.beads[0]:

@@ -266,7 +266,7 @@ class Interface:
 
     def _seat(self, where: str, given: Any, chain: Chain) -> tuple[int, int]:
         """The place of what an end of a chain faces among the structures, and the number of its point."""
-        given = half_space(chain.beads[-1].material) if given is None else given
+        given = half_space(chain.beads[-1].surface.material) if given is None else given
         whole_one, point = (given.structure, given.number) if isinstance(given, ContactPoint) else (given, None)
         _takes_part(where, whole_one)
         count = points(whole_one)

@@ -11,7 +11,7 @@ from coupling.results.absence import end_of_push, short_record
 from coupling.results.findings import warn
 from coupling.results.measures import SMALLEST_WAVE
 from coupling.structure_checks import check_structures
-from particles.excitation import Piston, PushedBead
+from particles import kernels
 from particles.moving import MovingChain
 from particles.yielding import yields
 from structures.structure import Vector
@@ -34,8 +34,7 @@ SILENT = 0.01
 def check_length(chains: Sequence[MovingChain], until: float) -> list[str]:
     """A finding before the run where it is so long that another unit may be meant."""
     there_and_back = max(2.0 * chain.transit_time + chain.contact_time for chain in chains)
-    driven = [one.chain.striker.history[0][-1] for one in chains if _is_driven(one)]  # type: ignore[union-attr]
-    scale = max(there_and_back, *driven, 0.0)
+    scale = max(there_and_back, *(one.chain.excitation.duration for one in chains))
     if until <= LONG * scale:
         return []
     meant = [f"{factor * until:.4g}" for factor in SHORTER if factor * until <= LONG * scale]
@@ -67,7 +66,7 @@ def checked(interface: Interface, frames: Frames, interval: float) -> list[str]:
 
 
 def _is_driven(chain: MovingChain) -> bool:
-    return isinstance(chain.chain.striker, PushedBead | Piston)
+    return chain.chain.excitation.drive.kind in (kernels.PUSHED, kernels.MOVED)
 
 
 def _deepest(interface: Interface, frames: Frames, number: int) -> Vector:

@@ -47,12 +47,21 @@ from hertzlink import (
     views,
     zener,
 )
-from particles.bead import Cylinder, Ellipsoid, HollowSphere, Sphere, drop_speed
+from particles.bead import Bead, Cylinder, Ellipsoid, HollowSphere, Sphere, drop_speed
 from particles.chain import Chain
 from particles.deformable.chain import DeformableChain
-from particles.dissipation import KuwabaraKono, LinearDashpot, MassProportional, PowerDashpot, Restitution, Tsuji
-from particles.excitation import Piston, PushedBead, SpringLoaded
+from particles.dissipation import (
+    Dissipation,
+    KuwabaraKono,
+    LinearDashpot,
+    MassProportional,
+    PowerDashpot,
+    Restitution,
+    Tsuji,
+)
+from particles.excitation import Excitation, Piston, PushedBead, SpringLoaded
 from particles.laws.formulas import contact_law
+from particles.laws.law import ContactLaw
 from particles.moving import MovingChain
 from plates.additions import PointMass, Stiffener, Weakened
 from plates.critical_distance import critical_distance_law
@@ -95,6 +104,7 @@ __all__ = [
     "amplitude_ratio",
     "as_signal",
     "batch",
+    "Bead",
     "BRASS_360",
     "Chain",
     "circle",
@@ -102,6 +112,7 @@ __all__ = [
     "contact_events",
     "contact_law",
     "contact_time",
+    "ContactLaw",
     "ContactPoint",
     "COPPER",
     "CoSimulation",
@@ -111,10 +122,12 @@ __all__ = [
     "Cylinder",
     "damping",
     "DeformableChain",
+    "Dissipation",
     "drop_speed",
     "ElasticEdge",
     "Ellipsoid",
     "energy_error",
+    "Excitation",
     "Explicit",
     "explicit_chain",
     "find_critical_distance",

@@ -3,9 +3,9 @@
 from particles.laws.active_set import ActiveSetNotConverged
 from particles.laws.axisymmetric import contact_law_fem as axisymmetric
 from particles.laws.computed import ComputedLaw
-from particles.laws.formulas import PowerLaw, TabulatedLaw
 from particles.laws.half_spaces import PressuresNotConverged
 from particles.laws.half_spaces import contact_law_bem as half_spaces
+from particles.laws.law import PowerLaw, TabulatedLaw
 from particles.laws.plane import contact_law_plane as plane
 from particles.laws.power_fit import fit_power_law
 from particles.laws.solid import contact_law_solid as solid

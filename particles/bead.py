@@ -1,19 +1,99 @@
-"""The bodies that a chain is made of: each knows its mass, its size along the chain, and its surface at a contact."""
+"""The bodies of a chain: each has a mass, a size along the chain, and a surface where it touches its neighbours."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from math import pi, sqrt
+from typing import Any, Protocol
 
-from structures.checks import instance, one_of, positive, turn, within
+from structures.checks import instance, listed, one_of, positive, short, turn, within
 from structures.material import Material
 from structures.plausible import likely
 from structures.surface import Surface
 
 STANDARD_GRAVITY = 9.81
+"""m/s², as in the thesis."""
+
+SMALLEST_LENGTH, LARGEST_LENGTH = 1e-9, 1e6
+"""m, limits of a bead's dimensions: beyond them products of lengths lose their digits."""
+
+
+class Bead(Protocol):
+    """A body of a chain. Any object with these three attributes is one; no base class is needed.
+
+    Two more attributes are read where a body has them. `shell_flexibility`, m/N, is the linear compliance of a wall,
+    in series with Hertz's contact. A class that is a frozen dataclass is written to results field by field.
+
+    Attributes
+    ----------
+    mass : float
+        Mass, kg.
+    size : float
+        Extent along the chain, m.
+    surface : Surface
+        Material and curvatures at both of its contacts.
+
+    Examples
+    --------
+    A drilled ball has the surface of a ball, and less mass:
+
+    >>> import hertzlink as hl
+    >>> from dataclasses import dataclass
+    >>> @dataclass(frozen=True)
+    ... class DrilledBall:
+    ...     ball: hl.Sphere
+    ...     drilled: float  # kg
+    ...
+    ...     @property
+    ...     def mass(self):
+    ...         return self.ball.mass - self.drilled
+    ...
+    ...     @property
+    ...     def size(self):
+    ...         return self.ball.size
+    ...
+    ...     @property
+    ...     def surface(self):
+    ...         return self.ball.surface
+    >>> ball = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    >>> chain = hl.Chain([DrilledBall(ball, 0.5e-3)] * 10, striker=ball, impact_speed=0.4)
+    >>> hl.contact_law(chain.beads[0], ball).name
+    'Hertz, round contact'
+    """
+
+    @property
+    def mass(self) -> float:
+        """Mass, kg."""
+
+    @property
+    def size(self) -> float:
+        """Extent along the chain, m."""
+
+    @property
+    def surface(self) -> Surface:
+        """Material and curvatures at its contacts."""
 
 
 @dataclass(frozen=True)
 class Sphere:
-    """A solid sphere; radius in m."""
+    """A solid sphere.
+
+    Parameters
+    ----------
+    radius : float
+        Radius, m.
+    material : Material
+        Elastic constants and density.
+
+    Raises
+    ------
+    ValueError
+        For a radius that is not positive, or a material that is no Material.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> round(hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C).mass * 1e3, 2)  # g
+    3.47
+    """
 
     radius: float
     material: Material
@@ -39,7 +119,33 @@ class Sphere:
 
 @dataclass(frozen=True)
 class HollowSphere:
-    """A spherical shell; outer radius and inner_radius in m (thesis, section 5.3.3)."""
+    """A spherical shell.
+
+    Parameters
+    ----------
+    radius : float
+        Outer radius, m.
+    inner_radius : float
+        Inner radius, m, less than the outer one.
+    material : Material
+        Elastic constants and density.
+
+    Raises
+    ------
+    ValueError
+        For radii that are not positive, or an inner radius that is not less than the outer one.
+
+    References
+    ----------
+    Khatri's thesis, section 5.3.3.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> shell = hl.HollowSphere(radius=9.525e-3, inner_radius=8.655e-3, material=hl.STEEL_316)
+    >>> round(shell.mass * 1e3, 2), round(shell.shell_flexibility * 1e9, 1)  # g, nm/N
+    (7.24, 22.2)
+    """
 
     radius: float
     inner_radius: float
@@ -62,16 +168,55 @@ class HollowSphere:
 
     @property
     def surface(self) -> Surface:
-        """Material and curvature 1/R; `contact_law` adds what the shell gives way."""
+        """Material and curvature 1/R; `contact_law` adds the compliance of the shell."""
         return Surface(self.material, 1.0 / self.radius)
+
+    @property
+    def shell_flexibility(self) -> float:
+        """Compliance of the wall to a point force, m/N, in addition to the contact's own.
+
+        √(3(1 − ν²)) R/(4 E h²) with the wall h and its mean radius R (Reissner, J. Math. Phys. 25 (1946) 279, for thin
+        shells), less its value without a cavity, so that the limit is a solid sphere. With it F(δ) agrees with the
+        thesis's Table 5.1 to 5 % from 1 to 20 µm, for all four walls.
+        """
+        wall, mean = self.radius - self.inner_radius, 0.5 * (self.radius + self.inner_radius)
+        shape = mean / wall**2 - 0.5 / self.radius
+        material = self.material
+        return sqrt(3.0 * (1.0 - material.poisson_ratio**2)) / (4.0 * material.youngs_modulus) * shape
 
 
 @dataclass(frozen=True)
 class Ellipsoid:
-    """A solid ellipsoid of revolution (thesis, section 5.3.1).
+    """A solid ellipsoid of revolution.
 
-    radius, m, of its round section; length, m, of its axis of revolution. axis: how that lies, "across" the chain or
-    "along" it. angle, rad: of an axis across, about the chain's axis.
+    Parameters
+    ----------
+    radius : float
+        Radius of its round section, m.
+    length : float
+        Length of its axis of revolution, m.
+    material : Material
+        Elastic constants and density.
+    axis : str
+        Direction of its axis of revolution: "across" the chain or "along" it.
+    angle : float
+        Direction of an axis across the chain, rad, about the chain's axis.
+
+    Raises
+    ------
+    ValueError
+        For dimensions that are not positive, another axis, and angles of more than one turn.
+
+    References
+    ----------
+    Khatri's thesis, section 5.3.1.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Ellipsoid(radius=4.76e-3, length=15e-3, material=hl.STEEL_316, axis="along")
+    >>> bead.size
+    0.015
     """
 
     radius: float
@@ -97,7 +242,7 @@ class Ellipsoid:
 
     @property
     def surface(self) -> Surface:
-        """Material and the curvatures where it is touched: at its pole along the chain, at its equator across."""
+        """Material and curvatures at its contacts: of the pole if it lies along the chain, of the equator if across."""
         half = self.length / 2.0
         if self.axis == "along":
             return Surface(self.material, half / self.radius**2)
@@ -106,9 +251,36 @@ class Ellipsoid:
 
 @dataclass(frozen=True)
 class Cylinder:
-    """A solid cylinder that lies across the chain (thesis, section 5.3.2).
+    """A solid cylinder that lies across the chain.
 
-    radius and length in m; angle, rad: of its axis, about the chain's axis.
+    Parameters
+    ----------
+    radius : float
+        Radius, m.
+    length : float
+        Length, m.
+    material : Material
+        Elastic constants and density.
+    angle : float
+        Direction of its axis, rad, about the chain's axis.
+
+    Raises
+    ------
+    ValueError
+        For dimensions that are not positive, and angles of more than one turn.
+
+    References
+    ----------
+    Khatri's thesis, section 5.3.2.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> lying, crossing = (hl.Cylinder(2.38e-3, 4.76e-3, hl.STEEL_316, angle=angle) for angle in (0.0, 1.5))
+    >>> hl.contact_law(lying, lying).name
+    'line contact of parallel cylinders'
+    >>> hl.contact_law(lying, crossing).name
+    "Hertz, elliptic contact, R'/R'' = 1.152, b/a exact"
     """
 
     radius: float
@@ -136,18 +308,90 @@ class Cylinder:
         return Surface(self.material, 0.0, 1.0 / self.radius, self.angle)
 
 
-Bead = Sphere | HollowSphere | Ellipsoid | Cylinder
+Shape = Sphere | HollowSphere | Ellipsoid | Cylinder
+"""The bodies defined here: frozen, hashable, and with checked dimensions."""
+
+SHAPES = (Sphere, HollowSphere, Ellipsoid, Cylinder)
+
+ATTRIBUTES = ("mass", "size", "surface")
+"""What makes an object a bead."""
+
+
+def check_bead(name: str, body: Any, what: str = "a bead, such as a Sphere") -> Bead:
+    """`body`, or a ValueError that names what it lacks to be a Bead."""
+    if isinstance(body, SHAPES):
+        return body
+    missing = [attribute for attribute in ATTRIBUTES if not hasattr(body, attribute)]
+    if missing == list(ATTRIBUTES) or isinstance(body, type):
+        raise ValueError(f"{name} = {short(body)}: must be {what}")
+    if missing:
+        raise ValueError(f"{name} = {short(body)}: has no {' and no '.join(missing)}; must be {what}")
+    positive(f"{name}: mass", body.mass, "kg")
+    positive(f"{name}: size", body.size, "m")
+    instance(f"{name}: surface", body.surface, Surface, "a Surface(material, curvature)")
+    return body  # type: ignore[no-any-return]
+
+
+def check_beads(name: str, bodies: Any) -> tuple[Bead, ...]:
+    """`bodies` as a tuple of one Bead or more, or a ValueError."""
+    what = "one bead, such as Sphere, or more"
+    beads = listed(name, bodies, object, what)
+    # Chains repeat their beads, and a batch has thousands of chains: each is checked once.
+    for place, bead in {id(bead): (place, bead) for place, bead in enumerate(beads)}.values():
+        if isinstance(bead, SHAPES):
+            continue
+        if not any(hasattr(bead, attribute) for attribute in ATTRIBUTES):
+            raise ValueError(f"{name} = {short(bodies)}: must be a list of {what}")
+        check_bead(f"{name}[{place}]", bead)
+    return tuple(beads)
+
+
+def check_body(name: str, body: Any) -> Bead | Surface:
+    """`body`, or a ValueError where it is neither a Bead nor a Surface."""
+    return body if isinstance(body, Surface) else check_bead(name, body, "a body or a Surface")
+
+
+def described(thing: Any) -> Any:
+    """Plain data for the attributes of a result: fields of a dataclass, the attributes of another body, or `thing`."""
+    if is_dataclass(thing) and not isinstance(thing, type):
+        return {field.name: described(getattr(thing, field.name)) for field in fields(thing)}
+    if all(hasattr(thing, attribute) for attribute in ATTRIBUTES):
+        return {"class": type(thing).__qualname__} | {name: described(getattr(thing, name)) for name in ATTRIBUTES}
+    return thing
 
 
 def drop_speed(height: float) -> float:
-    """Speed √(2gh), m/s, of a striker that falls freely from a height (m) under g = 9.81 m/s²."""
+    """Speed of a striker after a free fall, √(2gh) with g = 9.81 m/s².
+
+    Parameters
+    ----------
+    height : float
+        Height of the fall, m.
+
+    Returns
+    -------
+    float
+        Speed, m/s.
+
+    Raises
+    ------
+    ValueError
+        For a height that is not positive.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> round(hl.drop_speed(0.01), 3)
+    0.443
+    """
     height = positive("height", height, "m")
     likely("height", "drop_speed", "height", height)
     return sqrt(2.0 * STANDARD_GRAVITY * height)
 
 
-def _check(bead: "Bead", *lengths: str) -> None:
+def _check(bead: Any, *lengths: str) -> None:
     for name in lengths:
-        object.__setattr__(bead, name, within(name, getattr(bead, name), 1e-9, 1e6, "m"))
-        likely("bead", type(bead).__name__, name, getattr(bead, name))
+        value = within(name, getattr(bead, name), SMALLEST_LENGTH, LARGEST_LENGTH, "m")
+        object.__setattr__(bead, name, value)
+        likely("bead", type(bead).__name__, name, value)
     instance("material", bead.material, Material, "a Material; MATERIALS[name] gives one by name")

@@ -2,42 +2,78 @@
 
 import inspect
 from collections.abc import Callable, Sequence
-from copy import copy
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, fields
+from functools import cached_property
 from math import pi, sin
 from typing import Any
 
 import numpy as np
 
-from particles.bead import Bead
+from particles.bead import Bead, check_bead, check_beads, described
 from particles.dissipation import Dissipation
-from particles.excitation import Excitation, Piston, PushedBead, SpringLoaded
-from particles.laws.formulas import ContactLaw
-from structures.checks import instance, listed, not_negative, one_of, turn, within
+from particles.excitation import Excitation, FirstBeadMoves, FreeStriker
+from particles.laws.law import ContactLaw, check_contact_law
+from structures.checks import not_negative, one_of, short, turn, within
 from structures.plausible import likely
+from structures.reprs import html_table
 from structures.structure import Vector
+from structures.surface import Surface
+
+LawOfPair = Callable[[Bead, Bead | Surface], ContactLaw]
+"""A function of two bodies, or of a body and a surface, that returns the law of their contact."""
 
 INTEGRATORS = ("verlet", "rk4")
 
-STILL = 1e-2
-"""m/s, the scale of speeds in a chain that is at rest."""
+SLOWEST_IMPACT, FASTEST_IMPACT = 1e-12, 1e5
+"""m/s, limits of impact speeds: a chain that is slower does nothing, one that is faster is no chain of solids."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Chain:
     """Beads in a row, the first one struck, the last one facing a structure.
 
-    beads: from the struck end on, of any kind and mixed. striker: a bead that arrives free, at impact_speed (m/s), at
-    time zero; or a SpringLoaded striker, a PushedBead or a Piston, which bring their own and take no impact_speed; or
-    None: the first bead itself starts at impact_speed, by default at rest.
-    gravity, m/s², acts on a chain whose axis, from the striker to the structure, falls at an angle of `inclination`
-    (rad) to the horizontal: π/2 by default, the striker on top. preload, N: a static force along the chain, held
-    constant by a dead load on the first bead, or, with a Piston or a structure behind the chain, by its place. The
-    static forces are solved first, and motions are measured from static equilibrium.
-    dissipation: None, or a loss such as LinearDashpot at every contact. integrator: "verlet" (velocity Verlet) or "rk4"
-    (as in the thesis). law: what `contact_law` finds; or a law for all contacts between bodies; or a function
-    law(body, next body or Surface) that returns one.
-    Equations 1.5, 3.1 and 6.1 of the thesis (as corrected: all brackets with positive part).
+    The static forces of gravity and preload are solved first, and motions are measured from static equilibrium.
+
+    Parameters
+    ----------
+    beads : sequence of Bead
+        The bodies from the struck end on, of any kind and mixed.
+    striker : Bead or Excitation or None
+        What sets the chain in motion at time zero. A bead arrives freely at the impact speed. A SpringLoaded striker, a
+        PushedBead or a Piston bring their own motion. None: the first bead itself starts at the impact speed.
+    impact_speed : float, optional
+        Speed of the striker, m/s; or of the first bead where there is none, by default 0. Left out with an Excitation.
+    gravity : float
+        Gravity, m/s², which acts along the chain with the sine of the inclination.
+    dissipation : Dissipation or None
+        A loss, such as LinearDashpot, at every contact.
+    integrator : str
+        "verlet" (velocity Verlet), or "rk4" as in the thesis.
+    preload : float
+        Static force along the chain, N. A dead load on the first bead holds it constant; with a Piston or a structure
+        behind the chain, the place of that does.
+    inclination : float
+        Angle to the horizontal, rad, at which the axis falls from the striker to the structure; by default π/2, with
+        the striker on top.
+    law : ContactLaw or callable or None
+        One law for all contacts between bodies, or a function law(body, next body or Surface) that returns one; by
+        default `contact_law`.
+
+    Raises
+    ------
+    ValueError
+        For an argument that is no such thing; the message names it, its value and what would be right.
+
+    References
+    ----------
+    Khatri's thesis, equations 1.5, 3.1 and 6.1, with the positive part of each bracket.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
+    >>> hl.Chain([bead] * 20, striker=bead, impact_speed=hl.drop_speed(0.01), gravity=9.81)
+    Chain(20 Sphere, struck by Sphere at 0.443 m/s, gravity=9.81)
     """
 
     beads: Sequence[Bead]
@@ -48,24 +84,11 @@ class Chain:
     integrator: str = "verlet"
     preload: float = 0.0
     inclination: float = pi / 2.0
-    law: ContactLaw | Callable[[Bead, Any], ContactLaw] | None = None
+    law: ContactLaw | LawOfPair | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "beads", tuple(listed("beads", self.beads, Bead, "one bead, such as Sphere, or more")))  # type: ignore[arg-type]
-        what = "a bead, such as Sphere, or SpringLoaded, PushedBead, Piston or None"
-        instance("striker", self.striker, Bead | Excitation | None, what)  # type: ignore[arg-type]
-        if isinstance(self.striker, Bead):
-            if self.impact_speed is None:
-                raise ValueError("impact_speed = None: must be given, in m/s, for a striker that is a bead")
-            object.__setattr__(self, "impact_speed", within("impact_speed", self.impact_speed, 1e-12, 1e5, "m/s"))
-        elif self.striker is None:
-            if self.impact_speed is not None and self.impact_speed != 0.0:
-                object.__setattr__(self, "impact_speed", within("impact_speed", self.impact_speed, 1e-12, 1e5, "m/s"))
-        elif self.impact_speed is not None:
-            kind = type(self.striker).__name__
-            raise ValueError(
-                f"impact_speed = {self.impact_speed!r}: must be left out for a {kind}, which sets the speed"
-            )
+        object.__setattr__(self, "beads", check_beads("beads", self.beads))
+        self._check_striker()
         object.__setattr__(self, "gravity", not_negative("gravity", self.gravity, "m/s²"))
         object.__setattr__(self, "preload", not_negative("preload", self.preload, "N"))
         object.__setattr__(self, "inclination", turn("inclination", self.inclination))
@@ -76,58 +99,53 @@ class Chain:
             raise ValueError(
                 f"dissipation = {self.dissipation!r}: must be None or a loss such as LinearDashpot(coefficient)"
             )
-        if not (self.law is None or isinstance(self.law, ContactLaw) or callable(self.law)):
-            raise ValueError(
-                f"law = {self.law!r}: must be None, a law such as PowerLaw(k, n), or a function of two bodies"
-            )
-        if callable(self.law):
-            _check_takes_two(self.law)
+        self._check_law()
         one_of("integrator", self.integrator, INTEGRATORS)
         if not self.impact_energy > 0.0:
             raise ValueError(f"striker = {self.striker!r}: moves nothing")
 
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({', '.join([self._kinds, self._struck, *self._special])})"
+
+    def _repr_html_(self) -> str:
+        rows = [("beads", self._kinds), ("excitation", self._struck), ("energy", f"{self.impact_energy:.4g} J")]
+        settings = [tuple(one.split("=", 1)) for one in self._special]
+        length = float(sum(bead.size for bead in self.beads))
+        return html_table(type(self).__name__, [*rows, ("length", f"{length:.4g} m"), *settings])  # type: ignore[list-item]
+
+    @cached_property
+    def excitation(self) -> Excitation:
+        """What sets the chain in motion, whatever the form of `striker`."""
+        if isinstance(self.striker, Excitation):
+            return self.striker
+        if self.striker is None:
+            return FirstBeadMoves(self.impact_speed or 0.0)
+        return FreeStriker(self.striker, self.impact_speed or 0.0)
+
     @property
     def gravity_along(self) -> float:
-        """Gravity's part along the chain, m/s²."""
+        """Component of gravity along the chain, m/s²."""
         return self.gravity * sin(self.inclination)
 
     @property
     def body(self) -> Bead | None:
-        """Body 0 of the results, the striker; None where there is none, or a force or a motion stands for it."""
-        if isinstance(self.striker, SpringLoaded):
-            return self.striker.striker
-        return None if isinstance(self.striker, PushedBead | Piston) else self.striker
+        """Body 0 of the results, the striker; None where there is none, or a force or a motion replaces it."""
+        return self.excitation.body
 
     @property
     def speed(self) -> float:
-        """Of the striker at time zero, or of the first bead where there is none, m/s."""
-        if isinstance(self.striker, SpringLoaded):
-            return self.striker.speed(self.gravity_along)
-        return self.impact_speed or 0.0
+        """Speed at time zero, m/s, of the striker, or of the first bead where there is none."""
+        return self.excitation.speed(self.gravity_along)
 
     @property
     def impact_energy(self) -> float:
-        """What the excitation brings, J: the scale of steps, tolerances and of energy_error.
+        """Energy of the excitation, J: the scale of steps, tolerances and of energy_error.
 
         The striker's kinetic energy at time zero, and what is left in its spring. For a force history ½ J²/m with its
         impulse J on the first bead, for a piston the energy of the first bead at twice the greatest speed; for
         one at rest, ½ m (10 mm/s)². Without a striker the first bead's kinetic energy, at rest ½ m (10 mm/s)² too.
         """
-        if self.body is not None:
-            spring = (
-                0.5 * self.striker.stiffness * self.striker.left**2 if isinstance(self.striker, SpringLoaded) else 0.0
-            )
-            return 0.5 * self.body.mass * self.speed**2 + spring
-        mass = self.beads[0].mass
-        if self.striker is None:
-            return 0.5 * mass * (self.speed or STILL) ** 2
-        times, values, rates = self.striker.history  # type: ignore[union-attr]
-        if isinstance(self.striker, PushedBead):
-            impulse = float(np.sum(0.5 * np.abs(values[1:] + values[:-1]) * np.diff(times)))
-            impulse = impulse or float(np.abs(values).max() * times[-1])
-            return 0.5 * impulse**2 / mass
-        fastest = float(max(np.abs(rates).max(), np.abs(np.diff(values) / np.diff(times)).max()))
-        return 0.5 * mass * (2.0 * fastest if fastest > 0.0 else STILL) ** 2
+        return self.excitation.energy(self.beads[0].mass, self.gravity_along)
 
     @property
     def centres(self) -> Vector:
@@ -138,14 +156,60 @@ class Chain:
 
     def describe(self) -> dict[str, Any]:
         """The chain as plain data, for the attributes of a result."""
-        # Chains repeat their beads; to write each of them anew takes as long as some of a short run.
-        rest, known = copy(self), {id(bead): asdict(bead) for bead in self.beads}
-        object.__setattr__(rest, "beads", ())
-        return {**asdict(rest), "beads": [known[id(bead)] for bead in self.beads]}
+        # Chains repeat their beads; to describe each of them again takes as long as a short run.
+        known = {id(bead): described(bead) for bead in self.beads}
+        plain = {field.name: described(getattr(self, field.name)) for field in fields(self) if field.name != "beads"}
+        return {"beads": [known[id(bead)] for bead in self.beads], **plain}
+
+    @property
+    def _kinds(self) -> str:
+        """Beads in a few words: 20 Sphere, or 10 Sphere + 10 Cylinder."""
+        names = [type(bead).__name__ for bead in self.beads]
+        return " + ".join(f"{names.count(name)} {name}" for name in dict.fromkeys(names))
+
+    @property
+    def _struck(self) -> str:
+        if isinstance(self.striker, Excitation):
+            return f"struck by {short(self.striker)}"
+        who = "first bead starts" if self.striker is None else f"struck by {type(self.striker).__name__}"
+        return f"{who} at {self.impact_speed or 0.0:.4g} m/s".replace(" at 0 m/s", " at rest")
+
+    @property
+    def _special(self) -> list[str]:
+        """Arguments that differ from their defaults, as name=value."""
+        rest = [field for field in fields(self) if field.name not in ("beads", "striker", "impact_speed")]
+        changed = [field for field in rest if getattr(self, field.name) != field.default]
+        return [f"{field.name}={short(getattr(self, field.name))}" for field in changed]
+
+    def _check_striker(self) -> None:
+        if isinstance(self.striker, Excitation):
+            if self.impact_speed is not None:
+                kind = type(self.striker).__name__
+                raise ValueError(
+                    f"impact_speed = {self.impact_speed!r}: must be left out for a {kind}, which sets the speed"
+                )
+            return
+        if self.striker is not None:
+            what = "a bead, such as Sphere, or SpringLoaded, PushedBead, Piston or None"
+            check_bead("striker", self.striker, what)
+            if self.impact_speed is None:
+                raise ValueError("impact_speed = None: must be given, in m/s, for a striker that is a bead")
+        if self.striker is not None or self.impact_speed:
+            speed = within("impact_speed", self.impact_speed, SLOWEST_IMPACT, FASTEST_IMPACT, "m/s")  # type: ignore[arg-type]
+            object.__setattr__(self, "impact_speed", speed)
+
+    def _check_law(self) -> None:
+        if self.law is None:
+            return
+        what = "None, a law such as PowerLaw(k, n), or a function of two bodies"
+        if callable(self.law) and not isinstance(self.law, ContactLaw | type):
+            _check_takes_two(self.law)
+        else:
+            check_contact_law("law", self.law, what)
 
 
-def _check_takes_two(law: Callable[..., Any]) -> None:
-    """A ValueError where the function does not take a body and the next."""
+def _check_takes_two(law: LawOfPair) -> None:
+    """A ValueError for a function that does not take a body and the next."""
     try:
         signature = inspect.signature(law)
     except (TypeError, ValueError):  # of some that are written in C

@@ -1,9 +1,10 @@
-"""How a chain loses energy: one law for all contacts, or a drag on all bodies. Every law takes energy only.
+"""How a chain loses energy: one law for all contacts, or a drag on all bodies. Each takes energy only.
 
-A loss between two bodies pushes both alike, so momentum is kept; elastic force and loss together never pull. The drag
-and the thesis's form of the power law act on single bodies, and momentum goes with them.
+A loss between two bodies acts on both with opposite forces, so momentum is kept; elastic force and loss together never
+pull. The drag and the thesis's form of the power law act on single bodies and do not keep momentum.
 """
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from math import cos, cosh
 
@@ -17,9 +18,42 @@ from structures.structure import Vector
 
 FORMS = ("pairwise", "thesis")
 
+NEIGHBOURS = 4.0
+"""Largest damping rate of equation 4.1 over that of one contact: a body has two, and each contact joins two bodies."""
 
-class Dissipation:
-    """A loss. kind and exponent are what the kernel calls `loss` and `exponent`."""
+
+class Dissipation(ABC):
+    """A loss of energy. Derive a class from it for a loss of your own.
+
+    The compiled loops know five forms of a loss, numbers in `particles.kernels`; a subclass names one as its `kind` and
+    gives the coefficients. With the approach rate δ̇ and the elastic force F, the force of a closed contact is
+    c δ̇^α (DASHPOT), c F′ δ̇^α (TANGENT) or c √((F′ + F/δ)/2) δ̇^α (SECANT). GLOBAL is the thesis's equation 4.1, and
+    DRAG a force c m v on each body.
+
+    Attributes
+    ----------
+    kind : int
+        Form of the loss: DASHPOT, TANGENT, SECANT, GLOBAL or DRAG of `particles.kernels`.
+    exponent : float
+        Power α of the rate; 1 unless a subclass defines it.
+
+    Examples
+    --------
+    A viscoelastic loss whose relaxation time depends on the mass:
+
+    >>> import hertzlink as hl
+    >>> from dataclasses import dataclass
+    >>> from particles import kernels
+    >>> @dataclass(frozen=True)
+    ... class HeavierIsSlower(hl.Dissipation):
+    ...     time_per_mass: float  # s/kg
+    ...     kind = kernels.TANGENT
+    ...
+    ...     def coefficients(self, mass):
+    ...         return self.time_per_mass * mass
+    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    >>> chain = hl.Chain([bead] * 10, bead, impact_speed=0.4, dissipation=HeavierIsSlower(1e-4))
+    """
 
     kind: int
 
@@ -28,16 +62,51 @@ class Dissipation:
         """Power of the approach rate."""
         return 1.0
 
+    @abstractmethod
     def coefficients(self, mass: Vector) -> Vector:
-        """The kernel's coefficient at each contact, from the reduced masses (kg) of the colliding bodies."""
-        raise NotImplementedError
+        """The coefficient c at each contact, from the reduced masses (kg) of the bodies that collide there."""
+
+    def rates(self, mass: Vector, tangent: Vector, secant: Vector, speed: float) -> Vector:
+        """How fast the loss would stop each contact, 1/s, which limits the step.
+
+        mass, kg: reduced masses; tangent, secant, N/m: F′ and F/δ where contacts are deepest; speed, m/s: of the
+        bodies.
+        """
+        if self.kind == kernels.TANGENT:
+            grown = tangent
+        elif self.kind == kernels.SECANT:
+            grown = np.sqrt(0.5 * (tangent + secant))
+        else:
+            grown = np.full_like(tangent, NEIGHBOURS if self.kind == kernels.GLOBAL else 1.0)
+        rates: Vector = self.coefficients(mass) * grown * speed ** (self.exponent - 1.0)
+        return rates if self.kind == kernels.DRAG else rates / mass
 
 
 @dataclass(frozen=True)
 class LinearDashpot(Dissipation):
-    """A force γ dδ/dt beside the contact's own while beads touch (thesis, section 6.1, equation 6.1).
+    """A force γ dδ/dt in addition to the elastic one while beads touch.
 
-    coefficient γ in N s/m. The thesis gives none; 4 to 6 reproduces its amplitude ratios on steel.
+    Parameters
+    ----------
+    coefficient : float
+        γ, N s/m. The thesis gives no value; 4 to 6 reproduces its amplitude ratios on steel.
+
+    Raises
+    ------
+    ValueError
+        For a negative coefficient.
+
+    References
+    ----------
+    Khatri's thesis, section 6.1, equation 6.1.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    >>> chain = hl.Chain([bead] * 10, bead, impact_speed=0.4, dissipation=hl.LinearDashpot(5.0))
+    >>> chain.dissipation
+    LinearDashpot(coefficient=5.0)
     """
 
     coefficient: float
@@ -53,17 +122,41 @@ class LinearDashpot(Dissipation):
 
 @dataclass(frozen=True)
 class PowerDashpot(Dissipation):
-    """A viscous force that grows as a power of a rate (thesis, section 4.2, equation 4.1).
+    """A viscous force that grows as a power of a rate.
 
-    coefficient γ in N (s/m)^α, exponent α from 1 to 5. form "pairwise": between touching beads, γ |dδ/dt|^α against the
-    approach rate. It keeps momentum, and for α = 1 it is LinearDashpot.
+    The form "pairwise" acts between touching beads, γ |dδ/dt|^α against the approach rate. It keeps momentum, and for
+    α = 1 it is LinearDashpot.
 
-    form "thesis": equation 4.1, a force γ s|δ̇ₙ − δ̇ₙ₊₁|^α on bead n with s the sign of that difference of the approach
-    rates behind and ahead. As printed, with γ < 0, it would feed energy: here γ > 0 takes it. It has no reaction, so
-    momentum is lost unless α = 1. The thesis states no unit: as a force (steel: α = 1.81, γ = 5.58) it takes 72 % of
-    the peak between its sensors 9 and 56, as an acceleration 0.1 %. It leaves the striker's contact out (δ₁ ≡ 0), here
-    every contact counts. Where beads move on together the printed form may feed energy; at such instants it is left
-    out.
+    The form "thesis" is equation 4.1, a force γ s|δ̇ₙ − δ̇ₙ₊₁|^α on bead n, with s the sign of that difference of the
+    approach rates behind and ahead. As printed, with γ < 0, it would add energy; here γ > 0 removes it. It has no
+    reaction, so momentum is lost unless α = 1. The thesis states no unit: as a force (steel: α = 1.81, γ = 5.58) it
+    takes 72 % of the peak between its sensors 9 and 56, as an acceleration 0.1 %. It leaves the striker's contact out
+    (δ₁ ≡ 0); here every contact counts. If beads move together the printed form may add energy; at such instants it
+    is left out.
+
+    Parameters
+    ----------
+    coefficient : float
+        γ, N (s/m)^α.
+    exponent : float
+        α, from 1 to 5.
+    form : str
+        "pairwise" or "thesis".
+
+    Raises
+    ------
+    ValueError
+        For a negative coefficient, an exponent out of range, and another form.
+
+    References
+    ----------
+    Khatri's thesis, section 4.2, equation 4.1.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> hl.PowerDashpot(coefficient=5.58, exponent=1.81, form="thesis")
+    PowerDashpot(coefficient=5.58, exponent=1.81, form='thesis')
     """
 
     coefficient: float
@@ -87,9 +180,27 @@ class PowerDashpot(Dissipation):
 
 @dataclass(frozen=True)
 class MassProportional(Dissipation):
-    """A drag −α₁ m v on every bead and the striker, Rayleigh's mass-proportional damping (thesis, equation 4.4).
+    """A drag −α₁ m v on every bead and the striker, Rayleigh's mass-proportional damping. Momentum is lost.
 
-    rate α₁ in 1/s; the thesis prints 6900 "N s/m" for a chain of steel spheres, but its unit is 1/s. Momentum is lost.
+    Parameters
+    ----------
+    rate : float
+        α₁, 1/s. The thesis prints 6900 "N s/m" for a chain of steel spheres, but the unit is 1/s.
+
+    Raises
+    ------
+    ValueError
+        For a negative rate.
+
+    References
+    ----------
+    Khatri's thesis, equation 4.4.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> hl.MassProportional(rate=6900.0)
+    MassProportional(rate=6900.0)
     """
 
     rate: float
@@ -105,9 +216,27 @@ class MassProportional(Dissipation):
 
 @dataclass(frozen=True)
 class KuwabaraKono(Dissipation):
-    """Viscoelastic spheres: a force τ dF/dt beside the elastic F, so 3/2 k τ √δ dδ/dt for Hertz's contacts.
+    """Viscoelastic spheres: a force τ dF/dt in addition to the elastic F, so 3/2 k τ √δ dδ/dt for Hertz's contacts.
 
-    time τ in s (Kuwabara and Kono, Jpn. J. Appl. Phys. 26 (1987) 1230).
+    Parameters
+    ----------
+    time : float
+        Relaxation time τ, s.
+
+    Raises
+    ------
+    ValueError
+        For a negative time.
+
+    References
+    ----------
+    Kuwabara and Kono, Jpn. J. Appl. Phys. 26 (1987) 1230.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> hl.KuwabaraKono(time=1e-6)
+    KuwabaraKono(time=1e-06)
     """
 
     time: float
@@ -126,8 +255,27 @@ class KuwabaraKono(Dissipation):
 class Tsuji(Dissipation):
     """A force α √(m k) δ^¼ dδ/dt, m the reduced mass: a collision's restitution does not depend on its speed.
 
-    coefficient α, dimensionless (Tsuji, Tanaka and Ishida, Powder Technol. 71 (1992) 239, equation 5). Other laws than
-    Hertz's: δ^¼ √k becomes √[(dF/dδ + F/δ)/2.5], for the same property.
+    For laws other than Hertz's δ^¼ √k becomes √[(dF/dδ + F/δ)/2.5], which has the same property.
+
+    Parameters
+    ----------
+    coefficient : float
+        α, dimensionless.
+
+    Raises
+    ------
+    ValueError
+        For a negative coefficient.
+
+    References
+    ----------
+    Tsuji, Tanaka and Ishida, Powder Technol. 71 (1992) 239, equation 5.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> hl.Tsuji(coefficient=0.07)
+    Tsuji(coefficient=0.07)
     """
 
     coefficient: float
@@ -145,9 +293,28 @@ class Tsuji(Dissipation):
 class Restitution(Dissipation):
     """Tsuji's law with the coefficient that gives a binary collision this coefficient of restitution.
 
-    coefficient e from 0.01 to 1: rebound over approach speed, at any speed. In ξ = δ^{5/4} the collision is a linear
-    oscillator of damping ratio ζ = α/√5 (Antypov and Elliott, EPL 94 (2011) 50004); it ends where the force would begin
+    In ξ = δ^{5/4} the collision is a linear oscillator of damping ratio ζ = α/√5; it ends where the force would begin
     to pull, so e = exp(−2θ/tan θ) with θ = arccos ζ. For ζ > 1, below e = exp(−2), θ is imaginary.
+
+    Parameters
+    ----------
+    coefficient : float
+        e, rebound over approach speed, from 0.01 to 1, at any speed.
+
+    Raises
+    ------
+    ValueError
+        For a coefficient out of range.
+
+    References
+    ----------
+    Antypov and Elliott, EPL 94 (2011) 50004.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> round(hl.Restitution(0.97).damping_ratio, 4)
+    0.0097
     """
 
     coefficient: float
@@ -162,7 +329,7 @@ class Restitution(Dissipation):
 
     @property
     def damping_ratio(self) -> float:
-        """ζ."""
+        """Damping ratio ζ of the oscillator."""
         wanted = -np.log(self.coefficient) / 2.0
         if wanted == 0.0:
             return 0.0

@@ -1,26 +1,180 @@
-"""What sets a chain in motion other than a free striker: a spring, a force history, a motion."""
+"""What sets a chain in motion: a free striker, a first bead with a speed, a spring, a force history, a motion.
 
+A `Chain` turns each form of its `striker` into an Excitation, which answers all that the chain asks of it.
+"""
+
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import sqrt
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from particles.bead import Bead
+from particles import kernels
+from particles.bead import Bead, check_bead
 from structures.checks import finite, instance, positive
 from structures.plausible import likely
 from structures.structure import Vector
 from structures.surface import Surface
 
+STILL = 1e-2
+"""m/s, the scale of speeds in a chain that is at rest."""
+
+
+class Drive(NamedTuple):
+    """An excitation as the compiled loops know it.
+
+    kind: what body 0 is, one of the kernels' FREE, PUSHED, MOVED and STEADY. history: 3 × n, times (s), values (N or m)
+    and rates of the drive. spring (N/m) pushes body 0 until `left` (m) of its compression is gone.
+    """
+
+    kind: int
+    history: Vector = np.zeros((3, 1))
+    spring: float = 0.0
+    left: float = 0.0
+
+
+class Excitation(ABC):
+    """What sets a chain in motion. Derive a class from it for an excitation of your own.
+
+    A subclass defines `drive`, the form in which the compiled loops know it, and `energy`. The rest has defaults that
+    fit a history of forces or motions.
+
+    Attributes
+    ----------
+    body : Bead or None
+        Body 0 of the results, a striker that moves freely; None where there is none.
+    bears_preload : bool
+        Whether the place of body 0 bears the chain's preload, which then needs no dead load.
+    allows_structure_behind : bool
+        Whether a structure may take the place of body 0.
+    drive : Drive
+        Kind of body 0, history and spring.
+    duration : float
+        Length of its history, s; zero where it has none.
+
+    Examples
+    --------
+    A half-sine push on the first bead:
+
+    >>> import hertzlink as hl
+    >>> import numpy as np
+    >>> class HalfSine(hl.PushedBead):
+    ...     def __init__(self, peak, duration):
+    ...         time = np.linspace(0.0, duration, 50)
+    ...         super().__init__(time, peak * np.sin(np.pi * time / duration))
+    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    >>> chain = hl.Chain([bead] * 10, striker=HalfSine(50.0, 40e-6))
+    >>> isinstance(chain.striker, hl.Excitation), round(chain.impact_energy * 1e6)  # µJ
+    (True, 233)
+    """
+
+    body: Bead | None = None
+    bears_preload: bool = False
+    allows_structure_behind: bool = False
+    duration: float = 0.0
+
+    @property
+    @abstractmethod
+    def drive(self) -> Drive:
+        """Its form in the compiled loops."""
+
+    @abstractmethod
+    def energy(self, mass: float, gravity: float) -> float:
+        """Energy of the excitation, J, from the first bead's mass (kg) and gravity along the chain (m/s²)."""
+
+    def speed(self, gravity: float) -> float:
+        """Speed at time zero, m/s, of the body, or of the first bead where there is none."""
+        return 0.0
+
+    def faces(self, bead: Bead) -> Surface | None:
+        """What the first bead touches where there is no body; None where a force acts on it instead."""
+        return None
+
 
 @dataclass(frozen=True)
-class SpringLoaded:
-    """A striker that a compressed spring throws at the first bead (the actuator of the thesis's section 6.3).
+class FreeStriker(Excitation):
+    """A bead that arrives at a speed, m/s."""
 
-    stiffness (N/m) and compression (m) of the spring when it is released; travel (m): the striker's way to the first
-    bead, by default the compression. A longer way is free flight; after a shorter one the spring still pushes. It never
-    pulls, and has no mass of its own; a striker that comes back meets it again. Time zero is the first contact.
+    striker: Bead
+    impact_speed: float
+
+    @property
+    def body(self) -> Bead:  # type: ignore[override]
+        """The striker."""
+        return self.striker
+
+    @property
+    def drive(self) -> Drive:
+        """A free body."""
+        return Drive(kernels.FREE)
+
+    def speed(self, gravity: float) -> float:
+        """The impact speed, m/s."""
+        return self.impact_speed
+
+    def energy(self, mass: float, gravity: float) -> float:
+        """Its kinetic energy, J."""
+        return 0.5 * self.striker.mass * self.impact_speed**2
+
+
+@dataclass(frozen=True)
+class FirstBeadMoves(Excitation):
+    """No striker: the first bead starts at a speed, m/s, which may be zero."""
+
+    impact_speed: float
+    allows_structure_behind = True
+
+    @property
+    def drive(self) -> Drive:
+        """None."""
+        return Drive(kernels.STEADY)
+
+    def speed(self, gravity: float) -> float:
+        """The first bead's, m/s."""
+        return self.impact_speed
+
+    def energy(self, mass: float, gravity: float) -> float:
+        """The first bead's kinetic energy, at rest ½ m (10 mm/s)², J."""
+        return 0.5 * mass * (self.impact_speed or STILL) ** 2
+
+
+@dataclass(frozen=True)
+class SpringLoaded(Excitation):
+    """A striker that a compressed spring throws at the first bead.
+
+    A way longer than the compression ends in free flight; after a shorter one the spring still pushes. The spring never
+    pulls, and has no mass; a striker that rebounds meets it again. Time zero is the first contact.
+
+    Parameters
+    ----------
+    striker : Bead
+        The body that is thrown, body 0 of the results.
+    stiffness : float
+        Stiffness of the spring, N/m.
+    compression : float
+        Compression of the spring when it is released, m.
+    travel : float, optional
+        Way of the striker to the first bead, m; by default the compression.
+
+    Raises
+    ------
+    ValueError
+        For numbers that are not positive; from a chain, where the spring is too weak to reach it.
+
+    References
+    ----------
+    Khatri's thesis, section 6.3.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    >>> chain = hl.Chain([bead] * 10, striker=hl.SpringLoaded(bead, stiffness=200.0, compression=2e-3))
+    >>> round(chain.speed, 3)  # m/s
+    0.48
     """
 
     striker: Bead
@@ -29,7 +183,7 @@ class SpringLoaded:
     travel: float | None = None
 
     def __post_init__(self) -> None:
-        instance("striker", self.striker, Bead, "a bead, such as a Sphere")  # type: ignore[arg-type]
+        check_bead("striker", self.striker)
         object.__setattr__(self, "stiffness", positive("stiffness", self.stiffness, "N/m"))
         object.__setattr__(self, "compression", positive("compression", self.compression, "m"))
         travel = self.compression if self.travel is None else self.travel
@@ -40,8 +194,18 @@ class SpringLoaded:
             likely("way", "SpringLoaded", "travel", self.travel or 0.0)
 
     @property
+    def body(self) -> Bead:  # type: ignore[override]
+        """The striker."""
+        return self.striker
+
+    @property
+    def drive(self) -> Drive:
+        """A free body, and the spring behind it."""
+        return Drive(kernels.FREE, spring=self.stiffness, left=self.left)
+
+    @property
     def left(self) -> float:
-        """What is left of the compression at the first contact, m."""
+        """Compression that is left at the first contact, m."""
         return max(self.compression - float(self.travel or 0.0), 0.0)
 
     def speed(self, gravity: float) -> float:
@@ -54,38 +218,104 @@ class SpringLoaded:
             )
         return sqrt(square)
 
+    def energy(self, mass: float, gravity: float) -> float:
+        """The striker's kinetic energy at time zero, and what is left in the spring, J."""
+        return 0.5 * self.striker.mass * self.speed(gravity) ** 2 + 0.5 * self.stiffness * self.left**2
+
 
 @dataclass(frozen=True)
-class PushedBead:
+class PushedBead(Excitation):
     """A force history on the first bead in place of a striker.
 
-    time (s, from zero, increasing) and force (N): monotone cubics run between the points, and the last force holds on.
-    Contact 1 of the results is this force, or, with a structure behind the chain, the contact with that.
+    Monotone cubics run between the points, and the last force stays. Contact 1 of the results is this force, or, with a
+    structure behind the chain, the contact with that.
+
+    Parameters
+    ----------
+    time : sequence of float
+        Times, s, increasing from zero.
+    force : sequence of float
+        Forces, N, as many as times.
+
+    Raises
+    ------
+    ValueError
+        For times that do not increase from zero, and sequences of different lengths.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> push = hl.PushedBead(time=[0.0, 20e-6, 40e-6], force=[0.0, 50.0, 0.0])
+    >>> push.duration
+    4e-05
     """
 
     time: Sequence[float]
     force: Sequence[float]
+    allows_structure_behind = True
 
     def __post_init__(self) -> None:
         _check_history(self, "force", "N")
+
+    def __repr__(self) -> str:
+        return f"PushedBead({len(self.time)} points up to {self.time[-1]:.4g} s, {max(map(abs, self.force)):.4g} N)"
 
     @property
     def history(self) -> tuple[Vector, Vector, Vector]:
         """Times, values and rates."""
         return _history(self.time, self.force)
 
+    @property
+    def duration(self) -> float:  # type: ignore[override]
+        """Of the history, s."""
+        return self.time[-1]
+
+    @property
+    def drive(self) -> Drive:
+        """The force history."""
+        return Drive(kernels.PUSHED, np.array(self.history))
+
+    def energy(self, mass: float, gravity: float) -> float:
+        """½ J²/m of the history's impulse J, J."""
+        times, values, _ = self.history
+        impulse = float(np.sum(0.5 * np.abs(values[1:] + values[:-1]) * np.diff(times)))
+        impulse = impulse or float(np.abs(values).max() * times[-1])
+        return 0.5 * impulse**2 / mass
+
 
 @dataclass(frozen=True)
-class Piston:
-    """A rigid piston that moves as told and presses on the first bead; at rest it holds a preloaded chain in its place.
+class Piston(Excitation):
+    """A rigid piston with a prescribed motion that presses on the first bead.
 
-    time (s, from zero, increasing) and displacement (m, from zero, towards the chain): monotone cubics run between the
-    points, and the last place is kept. surface: of the piston; by default a flat of the first bead's material.
+    At rest it holds a preloaded chain in its place. Monotone cubics run between the points, and the last place is kept.
+
+    Parameters
+    ----------
+    time : sequence of float
+        Times, s, increasing from zero.
+    displacement : sequence of float
+        Displacements towards the chain, m, from zero, as many as times.
+    surface : Surface, optional
+        Surface of the piston; by default a flat of the first bead's material.
+
+    Raises
+    ------
+    ValueError
+        For times that do not increase from zero, displacements that do not start at zero, and sequences of different
+        lengths.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    >>> hl.Chain([bead] * 10, striker=hl.Piston([0.0, 20e-6], [0.0, 5e-6])).speed
+    0.0
     """
 
     time: Sequence[float] = (0.0, 1.0)
     displacement: Sequence[float] = (0.0, 0.0)
     surface: Surface | None = None
+    bears_preload = True
 
     def __post_init__(self) -> None:
         _check_history(self, "displacement", "m")
@@ -99,8 +329,29 @@ class Piston:
         """Times, values and rates."""
         return _history(self.time, self.displacement)
 
+    def __repr__(self) -> str:
+        way = f"{max(map(abs, self.displacement)):.4g} m"
+        return f"Piston({len(self.time)} points up to {self.time[-1]:.4g} s, {way}, surface={self.surface!r})"
 
-Excitation = SpringLoaded | PushedBead | Piston
+    @property
+    def duration(self) -> float:  # type: ignore[override]
+        """Of the history, s."""
+        return self.time[-1]
+
+    @property
+    def drive(self) -> Drive:
+        """The motion."""
+        return Drive(kernels.MOVED, np.array(self.history))
+
+    def energy(self, mass: float, gravity: float) -> float:
+        """That of the first bead at twice the greatest speed, J; for a piston at rest ½ m (10 mm/s)²."""
+        times, values, rates = self.history
+        fastest = float(max(np.abs(rates).max(), np.abs(np.diff(values) / np.diff(times)).max()))
+        return 0.5 * mass * (2.0 * fastest if fastest > 0.0 else STILL) ** 2
+
+    def faces(self, bead: Bead) -> Surface | None:
+        """The piston's surface."""
+        return self.surface or Surface(bead.surface.material)
 
 
 def _check_history(of: "PushedBead | Piston", name: str, unit: str) -> None:
@@ -112,7 +363,7 @@ def _check_history(of: "PushedBead | Piston", name: str, unit: str) -> None:
         columns[column] = tuple(finite(column, value, its_unit) for value in values)
         object.__setattr__(of, column, columns[column])
     if len(columns["time"]) != len(columns[name]):
-        raise ValueError(f"{name}: {len(columns[name])} of them for {len(columns['time'])} times; must be as many")
+        raise ValueError(f"{name}: {len(columns[name])} values for {len(columns['time'])} times; must be as many")
     if columns["time"][0] != 0.0 or min(np.diff(columns["time"])) <= 0.0:
         raise ValueError("time: must increase from 0 s")
     likely("time", type(of).__name__, "time[-1]", columns["time"][-1])

@@ -3,18 +3,17 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import pairwise
 from math import ceil, inf, pi, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.special import gamma
 
-from particles import kernels
+from particles import contacts, kernels, statics
 from particles.bead import Bead
 from particles.chain import Chain
-from particles.excitation import Piston, PushedBead, SpringLoaded
-from particles.laws.formulas import ContactLaw, contact_law
+from particles.laws.formulas import contact_law
+from particles.laws.law import ContactLaw
 from structures.checks import finite, instance, positive
 from structures.structure import Vector
 from structures.surface import Surface
@@ -42,6 +41,9 @@ class ChainState(NamedTuple):
     time: float = 0.0
     driven: float = 0.0
 
+
+UNDERFLOW = 1e-300
+"""The smallest number that is divided by."""
 
 MOST_STEPS = 1e13
 """Steps × bodies in a run: some hours."""
@@ -75,16 +77,15 @@ class MovingChain:
 
     def __post_init__(self) -> None:
         chain = self.chain
-        beads = np.array([bead.mass for bead in chain.beads])
         finite("flexibility", self.flexibility, "m/N")
         self._check_behind()
         if self.impact_energy is not None:
             positive("impact_energy", self.impact_energy, "J")
-        held = chain.preload if self.behind or isinstance(chain.striker, Piston) else 0.0
-        static = np.concatenate([[held], chain.preload + chain.gravity_along * np.cumsum(beads)])
-        self._check_support(static)
-        object.__setattr__(self, "mass", np.concatenate([[chain.body.mass if chain.body else inf], beads]))
-        object.__setattr__(self, "laws", self._laws())
+        static = statics.static_forces(chain, self.behind is not None)
+        statics.check_support(chain, self.surface, static)
+        mass = np.array([chain.body.mass if chain.body else inf, *(bead.mass for bead in chain.beads)])
+        object.__setattr__(self, "mass", mass)
+        object.__setattr__(self, "laws", contacts.laws_of(chain, self.pairs, self._found_law))
         if not self._groups:
             raise ValueError("beads: a single one that no striker meets and that faces nothing has no contact")
         object.__setattr__(self, "static_force", static)
@@ -121,7 +122,7 @@ class MovingChain:
         for law, i in self._groups.items():
             order = energy[i] / (force[i] * deepest[i])
             collision = deepest[i] / speed * 2.0 * sqrt(pi) * gamma(1.0 + order) / gamma(0.5 + order)
-            swing = pi / np.sqrt(np.maximum(law.tangent(self.preload[i]) / mass[i], 1e-300))
+            swing = pi / np.sqrt(np.maximum(law.tangent(self.preload[i]) / mass[i], UNDERFLOW))
             times[i] = np.minimum(collision, swing)
         return times
 
@@ -147,15 +148,8 @@ class MovingChain:
             return inf
         deepest = self._overlap(self.energy) + self.preload
         tangent = self._over_contacts(lambda law, i: law.tangent(deepest[i]))
-        secant = self._over_contacts(lambda law, i: law.force(deepest[i]) / np.maximum(deepest[i], 1e-300))
-        grown = {
-            kernels.TANGENT: tangent,
-            kernels.SECANT: np.sqrt(0.5 * (tangent + secant)),
-            kernels.GLOBAL: np.full_like(tangent, 4.0),
-        }
-        rates = loss.coefficients(self.reduced_mass) * grown.get(loss.kind, np.ones_like(tangent))
-        rates = rates * self.speed ** (loss.exponent - 1.0)
-        fastest = float((rates if loss.kind == kernels.DRAG else rates / self.reduced_mass).max())
+        secant = self._over_contacts(lambda law, i: law.force(deepest[i]) / np.maximum(deepest[i], UNDERFLOW))
+        fastest = float(loss.rates(self.reduced_mass, tangent, secant, self.speed).max())
         return 1.0 / fastest if fastest > 0.0 else inf
 
     @property
@@ -256,30 +250,32 @@ class MovingChain:
     def constants(self) -> kernels.Constants:
         """What the kernels call `chain`."""
         chain, tables = self.chain, self.tables
-        loss, striker = chain.dissipation, chain.striker
-        drive, history = kernels.FREE if chain.body else kernels.STEADY, np.zeros((3, 1))
-        if isinstance(striker, PushedBead | Piston):
-            drive = kernels.PUSHED if isinstance(striker, PushedBead) else kernels.MOVED
-            history = np.array(striker.history)
-            history[1] += self.rest[0] if drive == kernels.MOVED else 0.0
-        spring, end = (
-            (striker.stiffness, self.rest[0] + striker.left) if isinstance(striker, SpringLoaded) else (0.0, 0.0)
-        )
+        loss, drive = chain.dissipation, chain.excitation.drive
+        history = drive.history.copy()
+        if drive.kind == kernels.MOVED:
+            history[1] += self.rest[0]
         numbers = kernels.Numbers(
             loss.kind if loss else kernels.NO_LOSS,
             loss.exponent if loss else 1.0,
             chain.gravity_along,
             float(self.flexibility),
             float(self.behind_flexibility),
-            0.0 if self.behind or drive == kernels.MOVED else chain.preload,
-            spring,
-            float(end),
-            drive,
+            statics.dead_load(chain, self.behind is not None),
+            drive.spring,
+            float(self.rest[0] + drive.left) if drive.spring else 0.0,
+            drive.kind,
         )
         damping = loss.coefficients(self.reduced_mass) if loss else np.zeros_like(self.mass)
         rows = np.concatenate(tables) if tables else np.zeros((1, 6))
         return kernels.Constants(
-            1.0 / self.mass, self.stiffness, self._first_rows(), rows, damping, history, self.vibrations, numbers
+            1.0 / self.mass,
+            self.stiffness,
+            contacts.first_rows(self.local_laws, self._table_of, tables),
+            rows,
+            damping,
+            history,
+            self.vibrations,
+            numbers,
         )
 
     @cached_property
@@ -313,49 +309,13 @@ class MovingChain:
         return reduced
 
     def cautions(self, deepest: Vector) -> tuple[list[str], list[str]]:
-        """What to know of the contact laws: their own cautions, and approaches (m) where a law is not trusted."""
-        known = {f"contact law: {law.caution}": None for law in self._groups if law.caution}
-        beyond = []
-        for law, contacts in self._groups.items():
-            worst = contacts[int(deepest[contacts].argmax())]
-            if deepest[worst] > law.largest:
-                beyond.append(
-                    f"contact law: the approach of {deepest[worst]:.3g} m at contact {worst + 1} is beyond "
-                    f"{law.largest:.3g} m, up to which its law ({law.name}) is trusted"
-                )
-        return list(known), beyond
-
-    def _laws(self) -> tuple[ContactLaw | None, ...]:
-        given = self.chain.law
-        # Chains repeat their beads, and a batch has thousands of chains.
-        known: dict[tuple[int, int], ContactLaw] = {}
-
-        def between(one: Bead, other: Bead | Surface) -> ContactLaw:
-            if given is None or (isinstance(given, ContactLaw) and isinstance(other, Surface)):
-                pair = (id(one), id(other))
-                if pair not in known:
-                    known[pair] = self._found_law(one, other)
-                return known[pair]
-            if isinstance(given, ContactLaw):
-                return given
-            law = given(one, other)
-            instance("law", law, ContactLaw, "a function that returns a contact law such as PowerLaw(k, n)")
-            return law
-
-        return tuple(None if pair is None else between(*pair) for pair in self.pairs)
+        """The laws' own cautions, and those of approaches (m, of each contact) beyond what a law is good for."""
+        return contacts.cautions(self._groups, deepest)
 
     @cached_property
-    def pairs(self) -> tuple[tuple[Bead, Bead | Surface] | None, ...]:
-        """The bodies that touch at each contact; None where a force stands for it, or nothing is there."""
-        chain = self.chain
-        first: tuple[Bead, Bead | Surface] | None = None
-        if chain.body is not None:
-            first = chain.body, chain.beads[0]
-        elif isinstance(chain.striker, Piston):
-            first = chain.beads[0], chain.striker.surface or Surface(chain.beads[0].material)
-        elif self.behind is not None:
-            first = chain.beads[0], self.behind
-        return (first, *pairwise(chain.beads), None if self.surface is None else (chain.beads[-1], self.surface))
+    def pairs(self) -> tuple[contacts.Pair | None, ...]:
+        """The bodies that touch at each contact; None where a force replaces it, or nothing is there."""
+        return contacts.pairs_of(self.chain, self.surface, self.behind)
 
     def _found_law(self, one: Bead, other: Bead | Surface) -> ContactLaw:
         """The law of two bodies where the user gives none."""
@@ -363,9 +323,7 @@ class MovingChain:
 
     def _at_rest(self) -> Vector:
         """Positions in static equilibrium, m."""
-        shortened = self.preload.copy()
-        shortened[[0, -1]] += self._springs() * self.static_force[[0, -1]]
-        return np.cumsum(shortened[::-1])[::-1].copy()
+        return statics.places_at_rest(self.preload, self.static_force, self._springs())
 
     def _springs(self) -> Vector:
         """Flexibilities behind the first and the last contact, m/N."""
@@ -374,17 +332,14 @@ class MovingChain:
     def _over_contacts(self, of: Callable[[ContactLaw, Vector], Vector]) -> Vector:
         """of(law, contacts) for each law and the contacts that have it; zero where there is no contact."""
         values = np.zeros(len(self.laws))
-        for law, contacts in self._groups.items():
-            values[contacts] = of(law, contacts)
+        for law, which in self._groups.items():
+            values[which] = of(law, which)
         return values
 
     @cached_property
-    def _groups(self) -> dict[ContactLaw, Vector]:
-        groups: dict[ContactLaw, list[int]] = {}
-        for i, law in enumerate(self.laws):
-            if law is not None:
-                groups.setdefault(law, []).append(i)
-        return {law: np.array(contacts) for law, contacts in groups.items()}
+    def _groups(self) -> contacts.Groups:
+        """The different laws and their contacts."""
+        return contacts.grouped(self.laws)
 
     @cached_property
     def tables(self) -> list[Vector]:
@@ -393,15 +348,7 @@ class MovingChain:
 
     @cached_property
     def _table_of(self) -> dict[ContactLaw, Vector]:
-        """Each law's table, one for laws that are equal; those with Hertz's shape have none."""
-        laws = dict.fromkeys(law for law in self.local_laws if law is not None)
-        return {law: table for law in laws if (table := law.kernel[1]) is not None}
-
-    def _first_rows(self) -> Vector:
-        """Where each contact's table begins in all of them one after the other; −1 for Hertz's law."""
-        starts = dict(zip(map(id, self.tables), np.cumsum([0, *map(len, self.tables)]), strict=False))
-        first = {law: starts[id(table)] for law, table in self._table_of.items()}
-        return np.array([-1 if law is None else first.get(law, -1) for law in self.local_laws])
+        return contacts.tables_of(self.local_laws)
 
     def _overlap(self, energy: float) -> Vector:
         """How deep each contact would be, m, if it held this energy (J) alone."""
@@ -417,25 +364,10 @@ class MovingChain:
                 )
             return
         instance("behind", self.behind, Surface, "a Surface(material), or None")
-        if not isinstance(self.chain.striker, PushedBead | None):
+        if not self.chain.excitation.allows_structure_behind:
             raise ValueError(
                 f"striker = {type(self.chain.striker).__name__}: must be None or a PushedBead for a chain with a "
                 "structure behind it, which has the striker's place"
-            )
-
-    def _check_support(self, static: Vector) -> None:
-        """A chain that nothing holds bears no load, and one that hangs must be pressed on."""
-        if self.surface is None:
-            for name, value, along in (
-                ("gravity", self.chain.gravity, self.chain.gravity_along),
-                ("preload", self.chain.preload, self.chain.preload),
-            ):
-                if abs(along) > 1e-12 * value:
-                    raise ValueError(f"{name} = {value!r}: must be 0 for a chain that nothing holds (structure None)")
-        if static.min() < 0.0:
-            least = self.chain.preload - static.min()
-            raise ValueError(
-                f"preload = {self.chain.preload!r}: must be at least {least:.4g} N to hold a chain that hangs"
             )
 
     def _check_flexibility(self) -> None:

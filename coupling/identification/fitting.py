@@ -13,7 +13,6 @@ from scipy.stats import t as student
 
 from coupling.results.measures import reflections, sensor_force
 from coupling.sweeps.batch import batch
-from particles.bead import Bead
 from particles.chain import Chain
 from particles.deformable.chain import DeformableChain
 from particles.dissipation import (
@@ -118,7 +117,7 @@ def fit_dissipation(
     measured = {n: _measured(signals, n) for n in numbers}
     if compare == "peaks" and len(numbers) <= 1 + (law is PowerDashpot):
         raise ValueError(f"sensors = {numbers!r}: must be more than parameters to compare peaks")
-    if not isinstance(chain.body, Bead):
+    if chain.body is None:
         kind = "none" if chain.striker is None else type(chain.striker).__name__
         raise ValueError(f"chain: its striker is {kind}; must be a bead, or a SpringLoaded one")
     record = _record(signals, numbers)

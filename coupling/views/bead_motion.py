@@ -12,11 +12,11 @@ from numpy.typing import ArrayLike
 from coupling.results.provenance import as_text, differences, provenance
 from coupling.results.schema import OF_RUNS
 from coupling.views.motion import motion_dataset, nearest_rows
+from particles import kernels
 from particles.bead import Bead
 from particles.deformable.bead_field import BeadField, Push
 from particles.deformable.chain import DeformableChain
 from particles.deformable.vibration import vibration
-from particles.excitation import Piston, PushedBead
 from structures.checks import instance, listed, short, whole
 from structures.field import Grid, von_mises
 from structures.structure import Structure, Vector
@@ -122,7 +122,7 @@ class _Run:
         self.amplitude = run.vibration_amplitude.values[:, :count, :elastic]
         self.bodies: tuple[Any, ...] = (chain.body, *chain.beads)
         # A force from outside is told as contact 1 where nothing touches there; it acts on the bead as a whole.
-        if isinstance(chain.striker, PushedBead) and "first bead" not in faced:
+        if chain.excitation.drive.kind == kernels.PUSHED and "first bead" not in faced:
             self.force, self.static = self.force.copy(), self.static.copy()
             self.force[:, 0] = self.static[0] = 0.0
 
@@ -164,9 +164,9 @@ class _Run:
         body: Bead | None = self.bodies[beside] if beside < len(self.bodies) else None
         if body is not None:
             return body.surface
-        striker = self.chain.striker
-        if beside == 0 and isinstance(striker, Piston):
-            return striker.surface or Surface(self.chain.beads[0].material)
+        pressed = self.chain.excitation.faces(self.chain.beads[0])
+        if beside == 0 and pressed is not None:
+            return pressed
         name = "behind" if beside == 0 else "structure"
         surface = self.ends[name]
         if surface is None:

@@ -7,8 +7,8 @@ from scipy.optimize import brentq
 
 from hertzlink.studies import cylinders
 from particles.laws.computed import ComputedLaw, continued_to_zero
-from particles.laws.formulas import ContactLaw
 from particles.laws.half_spaces import influence, unilateral_pressures
+from particles.laws.law import ContactLaw
 from structures.surface import relative_curvatures
 
 STEPS = 24

@@ -14,7 +14,8 @@ from hertzlink.studies import waves
 from hertzlink.studies.table import Row
 from particles.bead import STANDARD_GRAVITY, Bead, Cylinder, Sphere
 from particles.chain import Chain
-from particles.laws.formulas import ContactLaw, PowerLaw, TabulatedLaw, contact_law
+from particles.laws.formulas import contact_law
+from particles.laws.law import ContactLaw, PowerLaw, TabulatedLaw
 from particles.solitary import CONTACT_TO_CENTRE_FORCE, wave_speed_from_force
 from structures.caution import HertzlinkWarning
 from structures.material import STEEL_316
@@ -131,7 +132,7 @@ def case_of_the_thesis(case: str) -> CoSimulation:
         return CoSimulation(replace(struck, gravity=STANDARD_GRAVITY), half_space(STEEL_316))
     if reading == "printed masses":
         lighter, heavier = (replace(STEEL_316, density=density, name="") for density in printed_densities())
-        beads = [replace(bead, material=heavier) for bead in struck.beads]
+        beads = [replace(bead, material=heavier) for bead in struck.beads]  # type: ignore[type-var]
         struck = replace(struck, beads=beads, striker=replace(STRIKER, material=lighter))
     return CoSimulation(struck, None)
 

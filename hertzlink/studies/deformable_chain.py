@@ -22,7 +22,8 @@ from particles.chain import Chain
 from particles.deformable.chain import DeformableChain
 from particles.deformable.vibration import vibration
 from particles.laws.axisymmetric import contact_law_fem
-from particles.laws.formulas import ContactLaw, contact_law
+from particles.laws.formulas import contact_law
+from particles.laws.law import ContactLaw
 from particles.solitary import HERTZ, wave_speed_from_force
 from particles.solitary import strain as solitary_strain
 from structures.elasticity import pressure_speed

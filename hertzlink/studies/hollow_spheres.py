@@ -12,7 +12,8 @@ from hertzlink.studies import waves
 from hertzlink.studies.table import Row
 from particles.bead import STANDARD_GRAVITY, HollowSphere, Sphere
 from particles.chain import Chain
-from particles.laws.formulas import ContactLaw, PowerLaw, contact_law
+from particles.laws.formulas import contact_law
+from particles.laws.law import ContactLaw, PowerLaw
 from particles.laws.power_fit import fit_power_law
 from particles.solitary import wave_speed_from_force
 from particles.solitary import width as wave_width

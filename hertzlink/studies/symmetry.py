@@ -21,7 +21,7 @@ from particles.bead import Bead, Sphere
 from particles.deformable.chain import DeformableChain
 from particles.deformable.vibration import Vibration, vibration
 from particles.laws.axisymmetric import contact_law_fem
-from particles.laws.formulas import ContactLaw, TabulatedLaw
+from particles.laws.law import ContactLaw, TabulatedLaw
 from particles.laws.solid import contact_law_solid, vibration_of_solid
 from structures.material import STEEL_316, Material
 from structures.structure import half_space

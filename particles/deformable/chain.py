@@ -18,7 +18,8 @@ from particles.bead import Bead
 from particles.chain import Chain
 from particles.deformable.vibration import Vibration, vibration
 from particles.laws.axisymmetric import contact_law_fem
-from particles.laws.formulas import NARROWEST, SAMPLES, ContactLaw, TabulatedLaw, contact_law
+from particles.laws.formulas import NARROWEST, SAMPLES, contact_law
+from particles.laws.law import ContactLaw, TabulatedLaw
 from particles.laws.meshes import body_of
 from particles.moving import MovingChain
 from structures.checks import short, whole
@@ -38,7 +39,7 @@ LEAST_LEFT = 0.2
 left."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class DeformableChain(Chain):
     """A chain whose beads deform and vibrate, as in the thesis's finite elements: Spheres, HollowSpheres, Ellipsoids.
 
@@ -171,7 +172,7 @@ class MovingDeformableChain(MovingChain):
         energy: Vector = 0.5 * (rate**2 + self.vibrations.stiffness * amplitude**2).sum(axis=2)
         return energy
 
-    def _found_law(self, one: Bead, other: Bead | Surface) -> ContactLaw:
+    def _found_law(self, one: Any, other: Any) -> ContactLaw:
         """By finite elements; by formulas for surfaces of structures that are curved in one direction only."""
         analytic = contact_law(one, other)
         if isinstance(other, Surface) and other.second_curvature != other.curvature:
@@ -220,7 +221,7 @@ def moving_chain(chain: Chain, *facts: Any, **more: Any) -> MovingChain:
 
 
 @lru_cache(maxsize=256)
-def _law_up_to(first: Bead, second: Bead | Surface, approach: float) -> ContactLaw:
+def _law_up_to(first: Any, second: Any, approach: float) -> ContactLaw:
     return contact_law_fem(first, second, max_approach=approach)
 
 

@@ -18,10 +18,10 @@ from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, eigsh
 from skfem import Basis, ElementQuad2, ElementVector, MeshQuad, MeshQuad2
 
-from particles.bead import Bead
+from particles.bead import Bead, check_bead
 from particles.laws.compliance import INTEGRATION_ORDER
 from particles.laws.meshes import MOST_CELLS, Spheroid, body_of
-from structures.checks import instance, positive, whole
+from structures.checks import positive, whole
 from structures.elasticity import body_matrices, shear_speed
 from structures.factor import factorise
 from structures.material import Material
@@ -76,12 +76,12 @@ def vibration(bead: Bead, modes: int, spacing: float | None = None) -> Vibration
     ten modes are asked for. It leaves the frequencies 1e-4 or less too high, and b 1e-4 off.
     Raises ValueError for other beads, and where the mesh has fewer modes or too many elements.
     """
-    instance("bead", bead, Bead, "a bead")  # type: ignore[arg-type]
-    return _vibration(bead, whole("modes", modes, 0), None if spacing is None else positive("spacing", spacing, "m"))
+    body: Any = check_bead("bead", bead)
+    return _vibration(body, whole("modes", modes, 0), None if spacing is None else positive("spacing", spacing, "m"))
 
 
 @lru_cache(maxsize=64)
-def _vibration(bead: Bead, modes: int, spacing: float | None) -> Vibration:
+def _vibration(bead: Any, modes: int, spacing: float | None) -> Vibration:
     body = body_of(bead, 1.0, "bead")
     mesh, angle, depth = _mesh(body, mode_spacing(body, modes) if spacing is None else spacing)  # type: ignore[arg-type]
     section = Section(mesh, angle, depth, body.material, bead.mass)

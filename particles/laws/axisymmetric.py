@@ -9,14 +9,15 @@ from math import sqrt
 
 import numpy as np
 
-from particles.bead import Bead, HollowSphere
+from particles.bead import Bead, HollowSphere, check_bead, check_body
 from particles.laws.active_set import edge_approach, forces_of_steps
 from particles.laws.compliance import MIDPLANES, surface_compliance
 from particles.laws.computed import ComputedLaw, Points, check_range, continued_to_zero, error_and_order
-from particles.laws.formulas import SMALL_CONTACT, PowerLaw, TabulatedLaw, contact_law, sharpest_curvatures
+from particles.laws.formulas import SMALL_CONTACT, contact_law, sharpest_curvatures
+from particles.laws.law import PowerLaw, TabulatedLaw
 from particles.laws.meshes import Spheroid, body_of, half_plane
 from structures.caution import caution
-from structures.checks import instance, one_of, positive
+from structures.checks import one_of, positive
 from structures.structure import Vector
 from structures.surface import Surface, hertz_stiffness, relative_curvatures
 
@@ -68,8 +69,8 @@ def contact_law_fem(
     Raises ValueError for other bodies, for surfaces that conform, and where a contact has no three elements;
     ActiveSetNotConverged.
     """
-    instance("first", first, Bead, "a body")  # type: ignore[arg-type]
-    second = first if second is None else instance("second", second, Bead | Surface, "a body or a Surface")  # type: ignore[arg-type]
+    check_bead("first", first, "a body")
+    second = first if second is None else check_body("second", second)
     one_of("midplane", midplane, MIDPLANES)
     contact = _Contact(first, second, midplane)
     check_range(max_force, max_approach, contact.analytic, 1.0 / contact.sharpest)

@@ -5,7 +5,7 @@ from math import log2, nan
 
 import numpy as np
 
-from particles.laws.formulas import ContactLaw, TabulatedLaw
+from particles.laws.law import ContactLaw, TabulatedLaw
 from particles.laws.power_fit import PowerFit, fit_power_law
 from structures.checks import finite, not_negative, positive, within
 from structures.structure import Vector
@@ -29,7 +29,7 @@ Points = tuple[Vector, Vector]
 """Approaches, m, and forces, N."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ComputedLaw(TabulatedLaw):
     """A contact law by a numerical method, computed from the approach `smallest` to `largest`, m.
 

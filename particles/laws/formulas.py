@@ -1,219 +1,110 @@
-"""Contact laws: the force between two bodies against their approach, and `contact_law`, which picks the right one.
+"""`contact_law` picks the law of two bodies by formulas: Hertz, line contacts, shells."""
 
-Every law reaches the kernel as a stiffness times a shape: Hertz's δ√δ, or a table of cubics in δ (see `kernel_table`).
-"""
-
-from collections.abc import Sequence
-from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
-from math import atan2, cos, e, inf, log, pi, sin, sqrt
+from functools import lru_cache
+from math import atan2, cos, e, log, pi, sin
+from typing import Any
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 from scipy.special import lambertw
 
-from particles import kernels
-from particles.bead import Bead, Cylinder, HollowSphere
+from particles.bead import SHAPES, Bead, Cylinder, check_bead, check_body
+from particles.laws.law import ContactLaw, PowerLaw, TabulatedLaw
 from structures.caution import caution
-from structures.checks import finite, instance, one_of, positive, within
+from structures.checks import one_of
 from structures.structure import Vector
 from structures.surface import AXIS_RATIOS, Surface, hertz_stiffness, relative_curvatures
 
 SMALL_CONTACT = 0.2
-"""Half-width of a contact, up to which the half-space theories are trusted, over the relative radius of curvature, or
-over a body's own where that is smaller."""
+"""Half-width of a contact over the relative radius of curvature, or over a body's own if that is smaller: up to here
+half-space theories are trusted."""
 
 MOST_ELONGATED = 130.65
-"""R′/R″ of cylinders that cross at 10°; more elongated contacts reach beyond what a half-space stands for."""
+"""R′/R″ of cylinders that cross at 10°; more elongated contacts exceed what a half-space represents."""
 
 SAMPLES = 600
-"""Points of a law that is tabulated from a formula, over NARROWEST to WIDEST."""
+"""Points of a law that is tabulated from a formula, from NARROWEST to WIDEST: enough for 1e-6 of the force."""
 
 NARROWEST, WIDEST = 2.0**-50, 2.0**-5
+"""m, overlaps from less than an atom to more than any bead bears."""
 
+LINE = 1e-12
+"""Ratio of the relative curvatures below which bodies touch along a line."""
 
-class ContactLaw:
-    """Force (N) against approach (m), increasing, zero where bodies do not touch.
+NEARLY_ROUND_CONTACT = 1.0001
+"""Ratio of the relative curvatures up to which a contact is named round."""
 
-    name tells what the law is; it is trusted up to the approach `largest`; caution: text, where it needs one.
-    """
-
-    name: str
-    largest: float
-    caution: str
-
-    def force(self, approach: Vector) -> Vector:
-        """F(δ), N."""
-        raise NotImplementedError
-
-    def tangent(self, approach: Vector) -> Vector:
-        """dF/dδ, N/m."""
-        raise NotImplementedError
-
-    @property
-    def kernel(self) -> tuple[float, Vector | None]:
-        """Stiffness and table for the kernel; None for Hertz's shape δ√δ."""
-        return 1.0, self._table
-
-    def energy(self, approach: Vector) -> Vector:
-        """∫F dδ, J."""
-        work: Vector = kernels.table_energies(self._table, np.asarray(approach, float))
-        return work
-
-    def approach(self, force: Vector) -> Vector:
-        """δ(F), m, the inverse of the law."""
-        return _inverse(self.force, np.asarray(force, float))
-
-    def overlap(self, energy: Vector) -> Vector:
-        """The approach, m, at which the contact holds this energy (J)."""
-        return _inverse(self.energy, np.asarray(energy, float))
-
-    @cached_property
-    def _table(self) -> Vector:
-        return kernel_table(self)
-
-
-@dataclass(frozen=True)
-class PowerLaw(ContactLaw):
-    """F = k δⁿ (thesis, equation 5.9); n = 3/2 is Hertz's law.
-
-    stiffness k in N/mⁿ, exponent n from 1 to 10. largest: the approach (m) up to which the law is trusted; beyond it a
-    run goes on and warns.
-    """
-
-    stiffness: float
-    exponent: float = 1.5
-    largest: float = inf
-    name: str = "power law"
-    caution: str = ""
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "stiffness", positive("stiffness", self.stiffness, "N/m^n"))
-        object.__setattr__(self, "exponent", within("exponent", self.exponent, 1.0, 10.0))
-        object.__setattr__(self, "largest", _largest(self.largest))
-
-    def force(self, approach: Vector) -> Vector:
-        """F(δ), N."""
-        return self.stiffness * np.maximum(approach, 0.0) ** self.exponent
-
-    def tangent(self, approach: Vector) -> Vector:
-        """dF/dδ, N/m."""
-        return self.stiffness * self.exponent * np.maximum(approach, 0.0) ** (self.exponent - 1.0)
-
-    @property
-    def kernel(self) -> tuple[float, Vector | None]:
-        """k, and the table of δⁿ; None for Hertz's shape δ√δ."""
-        return self.stiffness, None if self.exponent == 1.5 else _shape_table(self.exponent)
-
-    def energy(self, approach: Vector) -> Vector:
-        """∫F dδ, J."""
-        return self.force(approach) * np.maximum(approach, 0.0) / (self.exponent + 1.0)
-
-    def approach(self, force: Vector) -> Vector:
-        """δ(F), m."""
-        return (np.maximum(force, 0.0) / self.stiffness) ** (1.0 / self.exponent)
-
-    def overlap(self, energy: Vector) -> Vector:
-        """The approach, m, at which the contact holds this energy (J)."""
-        n = self.exponent
-        return ((n + 1.0) * np.asarray(energy) / self.stiffness) ** (1.0 / (n + 1.0))
-
-
-@dataclass(frozen=True)
-class TabulatedLaw(ContactLaw):
-    """A law through points (approach in m, force in N), both increasing.
-
-    Monotone cubics (Fritsch–Carlson) run through ln F over ln δ, so power laws are kept exactly. Outside the points it
-    goes on as power laws: below the first one to zero, at least linearly; beyond the last one as steeply as there and
-    as the last two points, and a run warns.
-    Raises ValueError where points do not increase or are fewer than two. A first point (0, 0) is left out.
-    """
-
-    approaches: Sequence[float]
-    forces: Sequence[float]
-    name: str = "tabulated law"
-    caution: str = ""
-    largest: float = field(default=inf)
-
-    def __post_init__(self) -> None:
-        rows = [(finite("approaches", d, "m"), finite("forces", f, "N")) for d, f in _pairs(self)]
-        if rows and rows[0] == (0.0, 0.0):
-            rows = rows[1:]
-        if len(rows) < 2:
-            raise ValueError(f"approaches: must hold two points or more beside (0, 0), not {len(rows)}")
-        for before, after in zip([(0.0, 0.0), *rows], rows, strict=False):
-            if not (after[0] > before[0] and after[1] > before[1]):
-                raise ValueError(f"forces: must increase with the approaches from zero; {after} follows {before}")
-        object.__setattr__(self, "approaches", tuple(row[0] for row in rows))
-        object.__setattr__(self, "forces", tuple(row[1] for row in rows))
-        object.__setattr__(self, "largest", min(_largest(self.largest), rows[-1][0]))
-
-    def force(self, approach: Vector) -> Vector:
-        """F(δ), N."""
-        return self._force_and_slope(approach)[0]
-
-    def tangent(self, approach: Vector) -> Vector:
-        """dF/dδ, N/m."""
-        force, slope = self._force_and_slope(approach)
-        return force * slope / np.maximum(approach, 1e-300)
-
-    def _force_and_slope(self, approach: Vector) -> tuple[Vector, Vector]:
-        """Force, and d ln F / d ln δ."""
-        curve, (first, last), (below, above) = self._curve
-        asked = np.log(np.maximum(approach, 1e-300))
-        inside = np.clip(asked, first, last)
-        slope = np.where(asked < first, below, np.where(asked > last, above, curve(inside, 1)))
-        force = np.exp(curve(inside) + slope * (asked - inside))
-        return np.where(np.asarray(approach) <= 0.0, 0.0, force), slope
-
-    @cached_property
-    def _curve(self) -> tuple[PchipInterpolator, tuple[float, float], tuple[float, float]]:
-        """ln F over ln δ, its ends, and its slopes beyond them."""
-        x, y = np.log(self.approaches), np.log(self.forces)
-        curve = PchipInterpolator(x, y)
-        beyond = (
-            max(float(curve(x[0], 1)), 1.0),
-            max(float(curve(x[-1], 1)), float((y[-1] - y[-2]) / (x[-1] - x[-2]))),
-        )
-        return curve, (x[0], x[-1]), beyond
+PART_OF_LIMIT = 0.9
+"""Of the approach at which a line contact would be as wide as the bodies: the last point of its table."""
 
 
 def contact_law(first: Bead, second: Bead | Surface, axis_ratio: str = "exact") -> ContactLaw:
-    """The law between two bodies, or a body and the surface of a structure; its `name` says what was picked.
+    """The law between two bodies by formulas; its `name` states which one was picked.
 
-    Spheres, ellipsoids, crossed cylinders, any two of them: Hertz, with b/a solved exactly or as the thesis
-    approximates it (axis_ratio, see `hertz_stiffness`). Parallel cylinders: `line_force`, over the shorter length.
-    A cylinder that lies on a flat surface touches it along its whole length, whatever the angles of its neighbours; the
-    law is that of a line on a half-space, and carries a caution, as the structure is pushed at one point.
-    Hollow spheres: Hertz in series with Reissner's shell (`shell_flexibility`).
-    Contacts more elongated than those of cylinders that cross at 10° get a caution: there half-space theory ends.
+    Spheres, ellipsoids, crossed cylinders and a user's bodies, any two of them: Hertz. Parallel cylinders: Johnson's
+    line contact over the shorter length. Hollow spheres: Hertz in series with the compliance of Reissner's shell.
+    A cylinder on a flat surface touches it along its whole length, whatever the angles of its neighbours; the law is
+    that of a line on a half-space, and carries a caution, because the structure is pushed at one point.
+    Contacts more elongated than those of cylinders that cross at 10° get a caution: half-space theory ends there.
     Cylinders then bear no more than side by side, over the shorter length.
-    Raises ValueError for bodies whose surfaces conform.
+
+    Parameters
+    ----------
+    first : Bead
+        One body.
+    second : Bead or Surface
+        The other body, or the surface of a structure.
+    axis_ratio : str
+        Axis ratio b/a of an elliptic contact: "exact", or "approximate" as in the thesis, see `hertz_stiffness`.
+
+    Returns
+    -------
+    ContactLaw
+        A PowerLaw or a TabulatedLaw.
+
+    Raises
+    ------
+    ValueError
+        For bodies whose surfaces conform, and for a line contact of bodies that are no cylinders.
+
+    References
+    ----------
+    Johnson, Contact Mechanics (1985), sections 4.2 and 5.6; Khatri's thesis, equations 5.1 to 5.8; Reissner,
+    J. Math. Phys. 25 (1946) 279.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    >>> law = hl.contact_law(bead, hl.Surface(hl.PTFE))
+    >>> law.name, round(float(law.force(10e-6)), 2)  # N
+    ('Hertz, round contact', 5.16)
     """
-    for name, body in (("first", first), ("second", second)):
-        kinds = Bead if name == "first" else Bead | Surface
-        instance(name, body, kinds, "a body" if name == "first" else "a body or a Surface")  # type: ignore[arg-type]
+    check_bead("first", first, "a body")
+    check_body("second", second)
     one_of("axis_ratio", axis_ratio, AXIS_RATIOS)
-    law = _contact_law(first, second, axis_ratio)
+    # A user's body may change, or be no key of a dictionary; those defined here are frozen.
+    if isinstance(first, SHAPES) and isinstance(second, (*SHAPES, Surface)):
+        law = _known_contact_law(first, second, axis_ratio)
+    else:
+        law = _contact_law(first, second, axis_ratio)
     if law.caution:
         caution(f"contact law: {law.caution}")
     return law
 
 
-@lru_cache(maxsize=4096)
 def _contact_law(first: Bead, second: Bead | Surface, axis_ratio: str) -> ContactLaw:
     one, other = (body if isinstance(body, Surface) else body.surface for body in (first, second))
     flat, sharp = relative_curvatures(one, other)
-    if flat <= 1e-12 * sharp:
+    if flat <= LINE * sharp:
         return _line_contact(first, second)
     stiffness = hertz_stiffness(one, other, axis_ratio)
     # Along a relative curvature c a contact is √(δ/c) wide to either side: as round ones are, and long ones to √2.
     directions = zip((flat, sharp), sharpest_curvatures(one, other), strict=True)
     largest = SMALL_CONTACT**2 / max(sharpest * (sharpest / relative) for relative, sharpest in directions)
-    shells = sum(shell_flexibility(body) for body in (first, second) if isinstance(body, HollowSphere))
-    if any(isinstance(body, HollowSphere) for body in (first, second)):
-        return _in_series(PowerLaw(stiffness, largest=largest), shells)
-    if sharp < 1.0001 * flat:
+    shells = [body.shell_flexibility for body in (first, second) if hasattr(body, "shell_flexibility")]
+    if shells:
+        return _in_series(PowerLaw(stiffness, largest=largest), sum(shells))
+    if sharp < NEARLY_ROUND_CONTACT * flat:
         return PowerLaw(stiffness, 1.5, largest, "Hertz, round contact")
     name, doubts = f"Hertz, elliptic contact, R'/R'' = {sharp / flat:.4g}, b/a {axis_ratio}", ""
     if sharp / flat > MOST_ELONGATED:
@@ -221,6 +112,9 @@ def _contact_law(first: Bead, second: Bead | Surface, axis_ratio: str) -> Contac
         if isinstance(first, Cylinder) and isinstance(second, Cylinder):
             return _bounded(PowerLaw(stiffness, 1.5, largest, name, doubts), _line_contact(first, second))
     return PowerLaw(stiffness, 1.5, largest, name, doubts)
+
+
+_known_contact_law = lru_cache(maxsize=4096)(_contact_law)
 
 
 def sharpest_curvatures(first: Surface, second: Surface) -> tuple[float, float]:
@@ -243,20 +137,6 @@ def sharpest_curvatures(first: Surface, second: Surface) -> tuple[float, float]:
     return max(flattest), max(across)
 
 
-def shell_flexibility(body: HollowSphere) -> float:
-    """What the wall of a hollow sphere gives way under a point force, m/N, beside the contact's own approach.
-
-    √(3(1 − ν²)) R/(4 E h²) with the wall h and its mean radius R (Reissner, J. Math. Phys. 25 (1946) 279, for thin
-    shells), less what it gives without a cavity, so that a solid sphere is left. With it F(δ) agrees with the thesis's
-    Table 5.1 to 5 % from 1 to 20 µm, for all four walls.
-    """
-    wall = body.radius - body.inner_radius
-    material = body.material
-    mean = 0.5 * (body.radius + body.inner_radius)
-    shape = mean / wall**2 - 0.5 / body.radius
-    return sqrt(3.0 * (1.0 - material.poisson_ratio**2)) / (4.0 * material.youngs_modulus) * shape
-
-
 def line_force(approach: Vector, compliance: float, offset: float) -> Vector:
     """Force per length F*, N/m, of parallel cylinders: δ = C F* (B − ln F*), by the Lambert function's branch −1.
 
@@ -271,16 +151,19 @@ def line_force(approach: Vector, compliance: float, offset: float) -> Vector:
     return np.where(scaled > 0.0, -scaled / lambertw(-argument, -1).real, 0.0)
 
 
-def _line_contact(first: Bead, second: Bead | Surface) -> TabulatedLaw:
+def _line_contact(first: Any, second: Any) -> TabulatedLaw:
     """Cylinders side by side, or one on a flat.
 
     A cylinder's part is F*c [2 ln(4R/w) − 1] with c = (1 − ν²)/(πE), from its contact to its middle (Johnson, equation
-    5.57); a flat has no middle, and gives way by F*c [2 ln(2L/w) + 1] under a line of length L. w² = 4F*RC with the
+    5.57); a flat has no middle; its compliance is c [2 ln(2L/w) + 1] under a line of length L. w² = 4F*RC with the
     relative radius R and the sum C of both c, so that both parts are of the form F*(constant − c ln F*).
     """
     cylinders = [body for body in (first, second) if isinstance(body, Cylinder)]
-    if not cylinders:
-        raise ValueError(f"second = {second!r}: touches the first along a line; only cylinders may")
+    if not cylinders or not all(isinstance(body, Cylinder | Surface) for body in (first, second)):
+        raise ValueError(
+            f"second = {second!r}: touches the first along a line; formulas know that for Cylinders only; give the "
+            "chain a law="
+        )
     length = min(body.length for body in cylinders)
     surfaces = [body if isinstance(body, Surface) else body.surface for body in (first, second)]
     curvatures = [max(surface.curvature, float(surface.second_curvature or 0.0), key=abs) for surface in surfaces]
@@ -296,9 +179,9 @@ def _line_contact(first: Bead, second: Bead | Surface) -> TabulatedLaw:
     half_width_square = 4.0 * compliance / relative
     offset = sum(c * part for c, part in shares) / compliance - log(half_width_square)
     limit = compliance * e ** (offset - 1.0)
-    approaches = np.geomspace(NARROWEST, 0.9 * limit, SAMPLES)
+    approaches = np.geomspace(NARROWEST, PART_OF_LIMIT * limit, SAMPLES)
     forces = length * line_force(approaches, compliance, offset)
-    # The contact's half-width w grows as √F*; the law is trusted while w is small beside the radii.
+    # The contact's half-width w grows as √F*; the law is trusted while w is small compared with the radii.
     trusted = (SMALL_CONTACT / sharpest) ** 2 / half_width_square * length
     largest = float(np.interp(trusted, forces, approaches))
     name, doubt = "line contact of parallel cylinders", ""
@@ -313,7 +196,7 @@ def _line_contact(first: Bead, second: Bead | Surface) -> TabulatedLaw:
 
 
 def _in_series(law: PowerLaw, flexibility: float) -> TabulatedLaw:
-    """A law whose bodies also give way by flexibility · F."""
+    """A law in series with a linear compliance, m/N."""
     overlaps = np.geomspace(NARROWEST, WIDEST, SAMPLES)
     forces = law.force(overlaps)
     approaches = overlaps + flexibility * forces
@@ -326,72 +209,3 @@ def _bounded(law: PowerLaw, bound: TabulatedLaw) -> TabulatedLaw:
     approaches = np.geomspace(NARROWEST, bound.approaches[-1], SAMPLES)
     forces = np.minimum(law.force(approaches), bound.force(approaches))
     return TabulatedLaw(approaches, forces, law.name, law.caution, min(law.largest, bound.largest))  # type: ignore[arg-type]
-
-
-def kernel_table(law: ContactLaw) -> Vector:
-    """A law as rows (δ₀, F, F′, c₂, c₃, ∫F dδ) of cubics in δ − δ₀, Hermite's between kernels.BUCKETS in each octave.
-
-    F is continuous with its slope, and a power law is met to 2e-9. The first row is a straight line through zero.
-    """
-    edges = kernels.table_edges()
-    force, slope = law.force(edges), law.tangent(edges)
-    step = np.diff(edges)
-    rise = np.diff(force) / step
-    if not isinstance(law, PowerLaw | TabulatedLaw):
-        _check_law(law, force, slope, rise)
-    rows = np.empty((step.size, 6))
-    rows[:, 0], rows[:, 1], rows[:, 2] = edges[:-1], force[:-1], slope[:-1]
-    rows[:, 3] = (3.0 * rise - 2.0 * slope[:-1] - slope[1:]) / step
-    rows[:, 4] = (slope[:-1] + slope[1:] - 2.0 * rise) / step**2
-    rows[0] = [0.0, 0.0, force[1] / edges[1], 0.0, 0.0, 0.0]
-    rows[-1, 3:5] = 0.0
-    work = step * (rows[:, 1] + step * (rows[:, 2] / 2.0 + step * (rows[:, 3] / 3.0 + step * rows[:, 4] / 4.0)))
-    work[0] = 0.5 * force[1] * edges[1]
-    rows[:, 5] = np.concatenate([[0.0], np.cumsum(work[:-1])])
-    return rows
-
-
-def _check_law(law: ContactLaw, force: Vector, slope: Vector, rise: Vector) -> None:
-    """A law of one's own must be one: finite, rising from zero, with the slope that it says."""
-    faults = {
-        "force is not finite": not np.isfinite(force).all(),
-        "force is not zero at zero": force[0] > 1e-6 * force.max(),
-        "force does not rise with the approach": not np.all(rise > 0.0),
-        "tangent is not the slope of its force": not np.allclose(0.5 * (slope[1:] + slope[:-1]), rise, rtol=0.5),
-    }
-    for fault, found in faults.items():
-        if found:
-            raise ValueError(f"law = {law.name}: its {fault}, from {kernels.table_edges()[0]:.1g} m on")
-
-
-def _largest(value: float) -> float:
-    """An approach, or infinity."""
-    return value if value == inf else positive("largest", value, "m")
-
-
-@lru_cache(maxsize=256)
-def _shape_table(exponent: float) -> Vector:
-    return kernel_table(PowerLaw(1.0, exponent))
-
-
-def _inverse(increasing: "np.ufunc | object", wanted: Vector) -> Vector:
-    """Where an increasing function of the approach has these values, by halving an interval of ln δ."""
-    low, high = np.full(wanted.shape, log(1e-30)), np.full(wanted.shape, 0.0)
-    for _ in range(100):
-        middle = 0.5 * (low + high)
-        below = increasing(np.exp(middle)) < wanted  # type: ignore[operator]
-        low, high = np.where(below, middle, low), np.where(below, high, middle)
-    # What is not a number stays so.
-    return np.where(wanted > 0.0, np.exp(0.5 * (low + high)), np.maximum(wanted, 0.0))
-
-
-def _pairs(law: TabulatedLaw) -> list[tuple[float, float]]:
-    columns = []
-    for name in ("approaches", "forces"):
-        values = np.atleast_1d(np.asarray(getattr(law, name), dtype=object))
-        if values.ndim != 1:
-            raise ValueError(f"{name}: must be a list of numbers")
-        columns.append(list(values))
-    if len(columns[0]) != len(columns[1]):
-        raise ValueError(f"forces: {len(columns[1])} of them for {len(columns[0])} approaches; must be as many")
-    return list(zip(*columns, strict=True))

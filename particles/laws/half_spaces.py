@@ -15,7 +15,8 @@ from scipy.special import ellipe, ellipkm1
 
 from particles.bead import Cylinder, Ellipsoid, Sphere
 from particles.laws.computed import ORDER, ComputedLaw, Points, check_range, continued_to_zero
-from particles.laws.formulas import MOST_ELONGATED, SMALL_CONTACT, PowerLaw, sharpest_curvatures
+from particles.laws.formulas import MOST_ELONGATED, SMALL_CONTACT, sharpest_curvatures
+from particles.laws.law import PowerLaw
 from particles.laws.solid import midplane_correction
 from structures.caution import caution
 from structures.checks import finite, instance, positive, short, whole

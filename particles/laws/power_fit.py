@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from particles.laws.formulas import ContactLaw, PowerLaw
+from particles.laws.law import ContactLaw, PowerLaw
 from structures.checks import one_of, positive
 
 WEIGHTINGS = ("relative", "absolute")

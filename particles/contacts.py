@@ -1,0 +1,97 @@
+"""The contacts of a chain: the two bodies of each, its law, and the table that the compiled loops take for it."""
+
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from particles.bead import Bead
+from particles.chain import Chain
+from particles.laws.law import ContactLaw, PowerLaw, TabulatedLaw, check_contact_law
+from structures.structure import Vector
+from structures.surface import Surface
+
+Pair = tuple[Bead, Bead | Surface]
+Laws = Sequence[ContactLaw | None]
+Groups = dict[ContactLaw, Vector]
+"""Each different law, and the numbers from zero of the contacts that have it."""
+
+TABLE_ERROR = 1e-4
+"""Relative error of the table of a user's law, above which a run warns; AR then changes by about as much."""
+
+
+def pairs_of(chain: Chain, surface: Surface | None, behind: Surface | None) -> tuple[Pair | None, ...]:
+    """The bodies that touch at each contact; None where a force replaces it, or nothing is there."""
+    first: Pair | None = None
+    faced = behind if behind is not None else chain.excitation.faces(chain.beads[0])
+    if chain.body is not None:
+        first = chain.body, chain.beads[0]
+    elif faced is not None:
+        first = chain.beads[0], faced
+    return (first, *pairwise(chain.beads), None if surface is None else (chain.beads[-1], surface))
+
+
+def laws_of(
+    chain: Chain, pairs: Sequence[Pair | None], found: Callable[[Bead, Bead | Surface], ContactLaw]
+) -> tuple[ContactLaw | None, ...]:
+    """The law of each contact: the user's, or that of `found` where there is none."""
+    given = chain.law
+    # Chains repeat their beads, and a batch has thousands of chains.
+    known: dict[tuple[int, int], ContactLaw] = {}
+
+    def between(one: Bead, other: Bead | Surface) -> ContactLaw:
+        if given is None or (isinstance(given, ContactLaw) and isinstance(other, Surface)):
+            pair = (id(one), id(other))
+            if pair not in known:
+                known[pair] = found(one, other)
+            return known[pair]
+        if isinstance(given, ContactLaw):
+            return given
+        what = "a function that returns a contact law such as PowerLaw(k, n)"
+        return check_contact_law("law", given(one, other), what)
+
+    return tuple(None if pair is None else between(*pair) for pair in pairs)
+
+
+def grouped(laws: Laws) -> Groups:
+    """The different laws and their contacts."""
+    groups: dict[ContactLaw, list[int]] = {}
+    for i, law in enumerate(laws):
+        if law is not None:
+            groups.setdefault(law, []).append(i)
+    return {law: np.array(contacts) for law, contacts in groups.items()}
+
+
+def tables_of(laws: Laws) -> dict[ContactLaw, Vector]:
+    """Each law's table, one for laws that are equal; those with Hertz's shape have none."""
+    different = dict.fromkeys(law for law in laws if law is not None)
+    return {law: table for law in different if (table := law.kernel[1]) is not None}
+
+
+def first_rows(laws: Laws, table_of: dict[ContactLaw, Vector], tables: Sequence[Vector]) -> Vector:
+    """Row at which each contact's table begins in all of them one after the other; −1 for Hertz's law."""
+    starts = dict(zip(map(id, tables), np.cumsum([0, *map(len, tables)]), strict=False))
+    first = {law: starts[id(table)] for law, table in table_of.items()}
+    return np.array([-1 if law is None else first.get(law, -1) for law in laws])
+
+
+def cautions(groups: Groups, deepest: Vector) -> tuple[list[str], list[str]]:
+    """What a user must know of the laws: their own cautions; and where a run went beyond what a law is good for.
+
+    deepest: the greatest approach of each contact, m.
+    """
+    known = {f"contact law: {law.caution}": None for law in groups if law.caution}
+    beyond = []
+    for law, contacts in groups.items():
+        worst = contacts[int(deepest[contacts].argmax())]
+        if deepest[worst] > law.largest:
+            beyond.append(
+                f"contact law: the approach of {deepest[worst]:.3g} m at contact {worst + 1} is beyond "
+                f"{law.largest:.3g} m, up to which its law ({law.name}) is trusted"
+            )
+        if not isinstance(law, PowerLaw | TabulatedLaw) and law.table_error > TABLE_ERROR:
+            beyond.append(
+                f"contact law: the table of {law.name} differs by {100.0 * law.table_error:.2g} % from its force; "
+                "give a law that is smooth, at least over a thirtieth of its approach"
+            )
+    return list(known), beyond

@@ -1,0 +1,365 @@
+"""What a contact law is, and the two that hold any curve: a power law, and a table.
+
+Every law reaches the compiled loops as a stiffness times a shape: Hertz's δ√δ, or a table of cubics (`kernel_table`).
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property, lru_cache
+from math import inf, log
+from typing import Any
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from particles import kernels
+from structures.checks import finite, positive, short, within
+from structures.reprs import html_table
+from structures.structure import Vector
+
+DIFFERENCE = 1e-5
+"""Relative step of a central difference: its error and that of rounding are both some 1e-10."""
+
+SMALLEST_APPROACH, LARGEST_APPROACH = 1e-30, 1.0
+"""m, between which the approach at a force or an energy is searched."""
+
+HALVINGS = 100
+"""Of an interval of ln δ, after which nothing is left of it."""
+
+UNDERFLOW = 1e-300
+"""The smallest number that is divided by."""
+
+
+class ContactLaw(ABC):
+    """The force between two bodies against their approach. Derive a class from it for a law of your own.
+
+    A subclass defines `force`; everything else follows from it. The compiled loops take any law as a table of cubics,
+    32 in each octave of the approach; a run warns where that table is more than 1e-4 off. The force must be finite and
+    increase for approaches up to 0.125 m; its derivative is at least that of a linear spring.
+
+    Attributes
+    ----------
+    name : str
+        Name of the law in messages.
+    largest : float
+        Approach, m, up to which the law is trusted; beyond it a run warns. By default infinite.
+    caution : str
+        What a user of the law must know; a run repeats it as a warning. By default empty.
+
+    Examples
+    --------
+    A contact that stiffens, as a frozen dataclass so that equal laws share a table:
+
+    >>> import hertzlink as hl
+    >>> from dataclasses import dataclass
+    >>> @dataclass(frozen=True)
+    ... class Stiffening(hl.ContactLaw):
+    ...     hertz: float  # N/m^1.5
+    ...     cubic: float  # N/m^3
+    ...     name = "Hertz with a cubic term"
+    ...
+    ...     def force(self, approach):
+    ...         return self.hertz * approach**1.5 + self.cubic * approach**3
+    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    >>> chain = hl.Chain([bead] * 10, bead, impact_speed=0.4, law=Stiffening(1e10, 1e17))
+    >>> round(float(chain.law.tangent(1e-5)))
+    77434
+    """
+
+    name: str = "contact law"
+    largest: float = inf
+    caution: str = ""
+
+    @abstractmethod
+    def force(self, approach: Vector) -> Vector:
+        """F(δ), N, at approaches of zero or more, m."""
+
+    def tangent(self, approach: Vector) -> Vector:
+        """dF/dδ, N/m: by central differences, if a subclass gives no formula."""
+        middle = np.maximum(approach, SMALLEST_APPROACH)
+        step = DIFFERENCE * middle
+        slope: Vector = (np.asarray(self.force(middle + step)) - self.force(middle - step)) / (2.0 * step)
+        return np.where(np.asarray(approach) > 0.0, slope, 0.0)
+
+    @property
+    def kernel(self) -> tuple[float, Vector | None]:
+        """Stiffness and table for the kernel; None for Hertz's shape δ√δ."""
+        return 1.0, self._table
+
+    def energy(self, approach: Vector) -> Vector:
+        """∫F dδ, J."""
+        work: Vector = kernels.table_energies(self._table, np.asarray(approach, float))
+        return work
+
+    def approach(self, force: Vector) -> Vector:
+        """δ(F), m, the inverse of the law."""
+        return _inverse(self.force, np.asarray(force, float))
+
+    def overlap(self, energy: Vector) -> Vector:
+        """The approach, m, at which the contact holds this energy (J)."""
+        return _inverse(self.energy, np.asarray(energy, float))
+
+    @cached_property
+    def table_error(self) -> float:
+        """Largest relative error of the table that the compiled loops take, in the middle of its cubics."""
+        stiffness, table = self.kernel
+        if table is None:
+            return 0.0
+        rows = table[1:-1]
+        half = 0.5 * np.diff(table[1:, 0])
+        cubics = rows[:, 1] + half * (rows[:, 2] + half * (rows[:, 3] + half * rows[:, 4]))
+        exact = np.asarray(self.force(rows[:, 0] + half), float)
+        return float((np.abs(stiffness * cubics / exact - 1.0)).max())
+
+    @cached_property
+    def _table(self) -> Vector:
+        return kernel_table(self)
+
+    def _repr_html_(self) -> str:
+        forces = [(f"F({1e6 * approach:g} µm)", f"{float(self.force(np.array(approach))):.4g} N") for approach in SHOWN]
+        largest = "any approach" if self.largest == inf else f"approaches up to {1e6 * self.largest:.4g} µm"
+        caution = [("caution", self.caution)] if self.caution else []
+        return html_table(f"{type(self).__name__}: {self.name}", [*forces, ("trusted for", largest), *caution])
+
+
+SHOWN = (1e-6, 1e-5)
+"""Approaches, m, whose forces a notebook shows."""
+
+
+def check_contact_law(name: str, law: Any, what: str = "a contact law such as PowerLaw(k, n)") -> ContactLaw:
+    """`law`, or a ValueError where it is none or where equal laws cannot be found."""
+    if not isinstance(law, ContactLaw):
+        raise ValueError(f"{name} = {short(law)}: must be {what}")
+    if type(law).__hash__ is None:
+        raise ValueError(f"{name} = {short(law)}: must be hashable; make {type(law).__name__} a frozen dataclass")
+    return law
+
+
+@dataclass(frozen=True)
+class PowerLaw(ContactLaw):
+    """The law F = k δⁿ; n = 3/2 is Hertz's.
+
+    Parameters
+    ----------
+    stiffness : float
+        k, N/mⁿ.
+    exponent : float
+        n, from 1 to 10.
+    largest : float
+        Approach, m, up to which the law is trusted; beyond it a run continues and warns.
+    name : str
+        Name of the law in messages.
+    caution : str
+        What a user of the law must know; a run repeats it as a warning.
+
+    Raises
+    ------
+    ValueError
+        For a stiffness that is not positive, or an exponent out of range.
+
+    References
+    ----------
+    Khatri's thesis, equation 5.9.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> law = hl.laws.PowerLaw(stiffness=1e10)
+    >>> round(float(law.force(1e-5)), 1)  # N
+    316.2
+    """
+
+    stiffness: float
+    exponent: float = 1.5
+    largest: float = inf
+    name: str = "power law"
+    caution: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "stiffness", positive("stiffness", self.stiffness, "N/m^n"))
+        object.__setattr__(self, "exponent", within("exponent", self.exponent, 1.0, 10.0))
+        object.__setattr__(self, "largest", _largest(self.largest))
+
+    def force(self, approach: Vector) -> Vector:
+        """F(δ), N."""
+        return self.stiffness * np.maximum(approach, 0.0) ** self.exponent
+
+    def tangent(self, approach: Vector) -> Vector:
+        """dF/dδ, N/m."""
+        return self.stiffness * self.exponent * np.maximum(approach, 0.0) ** (self.exponent - 1.0)
+
+    @property
+    def kernel(self) -> tuple[float, Vector | None]:
+        """k, and the table of δⁿ; None for Hertz's shape δ√δ."""
+        return self.stiffness, None if self.exponent == 1.5 else _shape_table(self.exponent)
+
+    def energy(self, approach: Vector) -> Vector:
+        """∫F dδ, J."""
+        return self.force(approach) * np.maximum(approach, 0.0) / (self.exponent + 1.0)
+
+    def approach(self, force: Vector) -> Vector:
+        """δ(F), m."""
+        return (np.maximum(force, 0.0) / self.stiffness) ** (1.0 / self.exponent)
+
+    def overlap(self, energy: Vector) -> Vector:
+        """The approach, m, at which the contact holds this energy (J)."""
+        n = self.exponent
+        return ((n + 1.0) * np.asarray(energy) / self.stiffness) ** (1.0 / (n + 1.0))
+
+
+@dataclass(frozen=True, repr=False)
+class TabulatedLaw(ContactLaw):
+    """A law through points.
+
+    Monotone cubics (Fritsch–Carlson) run through ln F over ln δ, so that power laws are kept exactly. Outside the
+    points the law continues as power laws: below the first point to zero, at least linearly; beyond the last one as
+    steeply as there and as the last two points, and a run warns.
+
+    Parameters
+    ----------
+    approaches : sequence of float
+        Approaches, m, increasing. A first point (0, 0) is left out.
+    forces : sequence of float
+        Forces, N, increasing, as many as approaches.
+    name : str
+        Name of the law in messages.
+    caution : str
+        What a user of the law must know; a run repeats it as a warning.
+    largest : float
+        Approach, m, up to which the law is trusted; by default that of the last point.
+
+    Raises
+    ------
+    ValueError
+        For points that do not increase, or fewer than two.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> hl.laws.TabulatedLaw([1e-6, 1e-5, 2e-5], [10.0, 316.2, 894.0], name="measured")
+    TabulatedLaw('measured', 3 points up to 2e-05 m and 894 N)
+    """
+
+    approaches: Sequence[float]
+    forces: Sequence[float]
+    name: str = "tabulated law"
+    caution: str = ""
+    largest: float = field(default=inf)
+
+    def __post_init__(self) -> None:
+        rows = [(finite("approaches", d, "m"), finite("forces", f, "N")) for d, f in _pairs(self)]
+        if rows and rows[0] == (0.0, 0.0):
+            rows = rows[1:]
+        if len(rows) < 2:
+            raise ValueError(f"approaches: must hold two points or more in addition to (0, 0), not {len(rows)}")
+        for before, after in zip([(0.0, 0.0), *rows], rows, strict=False):
+            if not (after[0] > before[0] and after[1] > before[1]):
+                raise ValueError(f"forces: must increase with the approaches from zero; {after} follows {before}")
+        object.__setattr__(self, "approaches", tuple(row[0] for row in rows))
+        object.__setattr__(self, "forces", tuple(row[1] for row in rows))
+        object.__setattr__(self, "largest", min(_largest(self.largest), rows[-1][0]))
+
+    def __repr__(self) -> str:
+        extent = f"{len(self.approaches)} points up to {self.approaches[-1]:.4g} m and {self.forces[-1]:.4g} N"
+        return f"{type(self).__name__}({self.name!r}, {extent})"
+
+    def force(self, approach: Vector) -> Vector:
+        """F(δ), N."""
+        return self._force_and_slope(approach)[0]
+
+    def tangent(self, approach: Vector) -> Vector:
+        """dF/dδ, N/m."""
+        force, slope = self._force_and_slope(approach)
+        return force * slope / np.maximum(approach, UNDERFLOW)
+
+    def _force_and_slope(self, approach: Vector) -> tuple[Vector, Vector]:
+        """Force, and d ln F / d ln δ."""
+        curve, (first, last), (below, above) = self._curve
+        asked = np.log(np.maximum(approach, UNDERFLOW))
+        inside = np.clip(asked, first, last)
+        slope = np.where(asked < first, below, np.where(asked > last, above, curve(inside, 1)))
+        force = np.exp(curve(inside) + slope * (asked - inside))
+        return np.where(np.asarray(approach) <= 0.0, 0.0, force), slope
+
+    @cached_property
+    def _curve(self) -> tuple[PchipInterpolator, tuple[float, float], tuple[float, float]]:
+        """ln F over ln δ, its ends, and its slopes beyond them."""
+        x, y = np.log(self.approaches), np.log(self.forces)
+        curve = PchipInterpolator(x, y)
+        beyond = (
+            max(float(curve(x[0], 1)), 1.0),
+            max(float(curve(x[-1], 1)), float((y[-1] - y[-2]) / (x[-1] - x[-2]))),
+        )
+        return curve, (x[0], x[-1]), beyond
+
+
+def kernel_table(law: ContactLaw) -> Vector:
+    """A law as rows (δ₀, F, F′, c₂, c₃, ∫F dδ) of cubics in δ − δ₀, Hermite's between kernels.BUCKETS in each octave.
+
+    F is continuous with its slope, and the error for a power law is 2e-9. The first row is a straight line through
+    zero.
+    """
+    edges = kernels.table_edges()
+    force, slope = law.force(edges), law.tangent(edges)
+    step = np.diff(edges)
+    rise = np.diff(force) / step
+    if not isinstance(law, PowerLaw | TabulatedLaw):
+        _check_curve(law, force, slope, rise)
+    rows = np.empty((step.size, 6))
+    rows[:, 0], rows[:, 1], rows[:, 2] = edges[:-1], force[:-1], slope[:-1]
+    rows[:, 3] = (3.0 * rise - 2.0 * slope[:-1] - slope[1:]) / step
+    rows[:, 4] = (slope[:-1] + slope[1:] - 2.0 * rise) / step**2
+    rows[0] = [0.0, 0.0, force[1] / edges[1], 0.0, 0.0, 0.0]
+    rows[-1, 3:5] = 0.0
+    work = step * (rows[:, 1] + step * (rows[:, 2] / 2.0 + step * (rows[:, 3] / 3.0 + step * rows[:, 4] / 4.0)))
+    work[0] = 0.5 * force[1] * edges[1]
+    rows[:, 5] = np.concatenate([[0.0], np.cumsum(work[:-1])])
+    return rows
+
+
+def _check_curve(law: ContactLaw, force: Vector, slope: Vector, rise: Vector) -> None:
+    """A ValueError where a user's law is not finite, does not rise from zero, or contradicts its own slope."""
+    faults = {
+        "force is not finite": not np.isfinite(force).all(),
+        "force is not zero at zero": force[0] > 1e-6 * force.max(),
+        "force does not rise with the approach": not np.all(rise > 0.0),
+        "tangent is not the slope of its force": not np.allclose(0.5 * (slope[1:] + slope[:-1]), rise, rtol=0.5),
+    }
+    for fault, found in faults.items():
+        if found:
+            low, *_, high = kernels.table_edges()
+            raise ValueError(f"law = {law.name}: its {fault} between {low:.1g} and {high:.3g} m")
+
+
+def _largest(value: float) -> float:
+    """An approach, or infinity."""
+    return value if value == inf else positive("largest", value, "m")
+
+
+@lru_cache(maxsize=256)
+def _shape_table(exponent: float) -> Vector:
+    return kernel_table(PowerLaw(1.0, exponent))
+
+
+def _inverse(increasing: Callable[[Vector], Vector], wanted: Vector) -> Vector:
+    """Where an increasing function of the approach has these values, by halving an interval of ln δ."""
+    low, high = np.full(wanted.shape, log(SMALLEST_APPROACH)), np.full(wanted.shape, log(LARGEST_APPROACH))
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        below = increasing(np.exp(middle)) < wanted
+        low, high = np.where(below, middle, low), np.where(below, high, middle)
+    # What is not a number stays so.
+    return np.where(wanted > 0.0, np.exp(0.5 * (low + high)), np.maximum(wanted, 0.0))
+
+
+def _pairs(law: TabulatedLaw) -> list[tuple[float, float]]:
+    columns = []
+    for name in ("approaches", "forces"):
+        values = np.atleast_1d(np.asarray(getattr(law, name), dtype=object))
+        if values.ndim != 1:
+            raise ValueError(f"{name}: must be a list of numbers")
+        columns.append(list(values))
+    if len(columns[0]) != len(columns[1]):
+        raise ValueError(f"forces: {len(columns[1])} values for {len(columns[0])} approaches; must be as many")
+    return list(zip(*columns, strict=True))
