@@ -8,30 +8,47 @@ from numpy.typing import ArrayLike
 from structures.checks import short
 from structures.structure import Vector
 
-LINES = 96
-"""Lines in the surface, and directions around each, over which is integrated. The error falls exponentially: with 60 it
-is below 1e-8 for a carbon ply, whose moduli differ by a factor of 15."""
+INTEGRATION_DIRECTIONS = 96
+"""Number of lines in the surface, and of directions around each line, over which is integrated. The error decreases
+exponentially: with 60 it is below 1e-8 for a carbon ply, whose moduli differ by a factor of 15.
+"""
 
-VOIGT = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])
+VOIGT_INDEX = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])
 """Voigt's index, 0 to 5 for 11, 22, 33, 23, 13, 12, of each pair of axes."""
 
 
 def orthotropic_stiffness(moduli: ArrayLike, poisson_ratios: ArrayLike, shear_moduli: ArrayLike) -> Vector:
-    """Elastic constants C of an orthotropic solid, 6 × 6, Pa, in Voigt's order 11, 22, 33, 23, 13, 12.
+    """Elastic constants C of an orthotropic solid.
 
     Parameters
     ----------
-    moduli: Young's moduli E₁, E₂, E₃, Pa.
-    poisson_ratios: ν₂₃, ν₁₃, ν₁₂; νᵢⱼ is the contraction along j over the stretch along i under tension along i.
-    shear_moduli: G₂₃, G₁₃, G₁₂, Pa.
+    moduli : array_like
+        Young's moduli E₁, E₂, E₃, Pa.
+    poisson_ratios : array_like
+        ν₂₃, ν₁₃, ν₁₂. νᵢⱼ is the contraction along j over the extension along i, under tension along i.
+    shear_moduli : array_like
+        G₂₃, G₁₃, G₁₂, Pa.
+
+    Returns
+    -------
+    numpy.ndarray
+        C, 6 × 6, Pa, in Voigt's order 11, 22, 33, 23, 13, 12.
 
     Raises
     ------
-    ValueError: where no solid has these constants, because a strain would release energy.
+    ValueError
+        If no solid has these constants, because a strain would release energy.
 
     References
     ----------
     Jones, Mechanics of Composite Materials, 2nd ed., section 2.3.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> carbon = hl.laminates.orthotropic_stiffness((138e9, 9e9, 9e9), (0.4, 0.3, 0.3), (3.2e9, 6.9e9, 6.9e9))
+    >>> carbon.shape, round(float(carbon[0, 0]) * 1e-9, 1)
+    ((6, 6), 140.8)
     """
     e, nu, g = (_three(*pair) for pair in (
         ("moduli", moduli), ("poisson_ratios", poisson_ratios), ("shear_moduli", shear_moduli)
@@ -47,21 +64,28 @@ def orthotropic_stiffness(moduli: ArrayLike, poisson_ratios: ArrayLike, shear_mo
 
 
 def indentation_modulus(stiffness: ArrayLike) -> float:
-    """The modulus of an anisotropic half-space in Hertz's law, Pa; E/(1 − ν²) of an isotropic one.
+    """Modulus of an anisotropic half-space in Hertz's law; for an isotropic one it is E/(1 − ν²).
 
-    A point force F along the normal moves the surface by h(θ) F/r along the normal, with h = (L⁻¹)₃₃/2π and L the
-    tensor of Barnett and Lothe for the line towards θ. The modulus is 1/π over the mean of h: exact for a round area of
-    contact under Hertz's pressure. The area is slightly elliptic where h varies with θ; for plies of carbon or glass in
-    epoxy the force at a given approach of a rigid sphere is then up to 0.6 % larger
+    A normal point force F moves the surface by h(θ) F/r along the normal, with h = (L⁻¹)₃₃/2π, where L is the
+    Barnett-Lothe tensor for the line in the direction θ. The modulus is 1/π over the mean of h. It is exact for a
+    circular contact area under Hertz's pressure. If h depends on θ, the area is slightly elliptic. For plies of carbon
+    or glass in epoxy, the force at a given approach of a rigid sphere is then up to 0.6 % larger
     (tests/structures/test_anisotropy.py).
 
     Parameters
     ----------
-    stiffness: elastic constants, 6 × 6, Pa, in Voigt's order 11, 22, 33, 23, 13, 12; axis 3 is the normal.
+    stiffness : array_like
+        Elastic constants, 6 × 6, Pa, in Voigt's order 11, 22, 33, 23, 13, 12. Axis 3 is the normal.
+
+    Returns
+    -------
+    float
+        The indentation modulus, Pa.
 
     Raises
     ------
-    ValueError: where the constants are not symmetric and positive definite.
+    ValueError
+        If the constants are not symmetric and positive definite.
 
     References
     ----------
@@ -69,18 +93,22 @@ def indentation_modulus(stiffness: ArrayLike) -> float:
 
     Examples
     --------
-    >>> ply = orthotropic_stiffness((138e9, 9e9, 9e9), (0.4, 0.3, 0.3), (3.2e9, 6.9e9, 6.9e9))
-    >>> print(f"{1e-9 * indentation_modulus(ply):.2f} GPa")
+    >>> import hertzlink as hl
+    >>> ply = hl.laminates.orthotropic_stiffness((138e9, 9e9, 9e9), (0.4, 0.3, 0.3), (3.2e9, 6.9e9, 6.9e9))
+    >>> print(f"{1e-9 * hl.laminates.indentation_modulus(ply):.2f} GPa")
     11.62 GPa
     """
     return float(2.0 / _inverse_lothe(_elastic_constants(stiffness)).mean())
 
 
 def _inverse_lothe(constants: Vector) -> Vector:
-    """(L⁻¹)₃₃, 1/Pa, for lines at even angles in the surface; constants: C_ijkl, 3 × 3 × 3 × 3, Pa."""
-    angles = (np.arange(LINES) + 0.5) * pi / LINES
+    """(L⁻¹)₃₃, 1/Pa, for lines at equal angular distances in the surface; constants: C_ijkl, 3 × 3 × 3 × 3, Pa."""
+    angles = (np.arange(INTEGRATION_DIRECTIONS) + 0.5) * pi / INTEGRATION_DIRECTIONS
     cosine, sine = np.cos(angles), np.sin(angles)
-    across, down = np.stack([-sine, cosine, np.zeros(LINES)], axis=1)[:, None], np.array([0.0, 0.0, 1.0])
+    across, down = (
+        np.stack([-sine, cosine, np.zeros(INTEGRATION_DIRECTIONS)], axis=1)[:, None],
+        np.array([0.0, 0.0, 1.0]),
+    )
     m = cosine[:, None] * across + sine[:, None] * down
     n = cosine[:, None] * down - sine[:, None] * across
     mm, mn, nn = (
@@ -100,11 +128,11 @@ def _elastic_constants(stiffness: ArrayLike) -> Vector:
         raise ValueError("stiffness: must be symmetric")
     if (lowest := np.linalg.eigvalsh(matrix).min()) <= 0.0:
         raise ValueError(f"stiffness: must be positive definite, its lowest eigenvalue is {lowest:.4g} Pa")
-    return np.asarray(matrix[VOIGT[:, :, None, None], VOIGT[None, None]])
+    return np.asarray(matrix[VOIGT_INDEX[:, :, None, None], VOIGT_INDEX[None, None]])
 
 
 def _three(name: str, given: ArrayLike) -> Vector:
-    """Three finite numbers, positive but for Poisson's ratios."""
+    """Three finite numbers; they must be positive unless they are Poisson's ratios."""
     wanted = "finite" if name == "poisson_ratios" else "positive"
     numbers = _real(name, given, f"three {wanted} numbers")
     if numbers.shape != (3,) or not np.isfinite(numbers).all() or (wanted == "positive" and numbers.min() <= 0.0):
@@ -113,7 +141,7 @@ def _three(name: str, given: ArrayLike) -> Vector:
 
 
 def _real(name: str, given: ArrayLike, what: str) -> Vector:
-    """An array of real numbers, or a ValueError; texts, truths and complex numbers are none."""
+    """An array of real numbers, or a ValueError; text, booleans and complex numbers are refused."""
     try:
         numbers = np.asarray(given)
         if numbers.dtype.kind not in "fiu":

@@ -1,4 +1,4 @@
-"""Warnings that a user sees: of input that is unlikely, and of results that may mislead."""
+"""Warnings for the user: about improbable input, and about results that may mislead."""
 
 import sys
 import warnings
@@ -8,24 +8,24 @@ from contextvars import ContextVar
 from pathlib import Path
 
 HOME = Path(__file__).resolve().parent.parent
-OURS = tuple(str(HOME / place) for place in ("structures/", "particles/", "plates/", "coupling/", "hertzlink/"))
-"""Where the frames of our own code begin: a warning names the line of the user's code that led to it."""
+OWN_CODE = tuple(str(HOME / place) for place in ("structures/", "particles/", "plates/", "coupling/", "hertzlink/"))
+"""Where the frames of hertzlink's own code begin: a warning must name the line of the user's code that caused it."""
 
 _COLLECTED: ContextVar[list[str] | None] = ContextVar("collected", default=None)
 
-GENERATED = "<string>"
-"""The file of an __init__ that dataclasses write."""
+DATACLASS_FILE = "<string>"
+"""The file name of an __init__ that dataclasses generate."""
 
 
 class HertzlinkWarning(UserWarning):
-    """Input that is unlikely, such as a length in mm where metres are meant, or a result that may mislead.
+    """Input that is improbable, such as a length in mm where metres are expected, or a result that may mislead.
 
-    A filter acts on all of them: warnings.simplefilter("error", hertzlink.HertzlinkWarning).
+    One filter acts on all of them: warnings.simplefilter("error", hertzlink.HertzlinkWarning).
     """
 
 
 def caution(message: str) -> None:
-    """Warn of the message, at the line of the user's code that called hertzlink; or see `collected`."""
+    """Warn with this message at the line of the user's code that called hertzlink, or collect it (see `collected`)."""
     messages = _COLLECTED.get()
     if messages is not None:
         messages.append(message)
@@ -35,7 +35,7 @@ def caution(message: str) -> None:
 
 @contextmanager
 def collected() -> Iterator[list[str]]:
-    """Within it, cautions go into the list that it gives, for a sweep to report those of many runs together."""
+    """Collect warnings in the list that this context yields; a sweep then reports those of many runs together."""
     messages: list[str] = []
     token = _COLLECTED.set(messages)
     try:
@@ -45,8 +45,8 @@ def collected() -> Iterator[list[str]]:
 
 
 def _depth() -> int:
-    """The stack level, for warnings.warn in `caution`, of the innermost frame that is not our own code."""
+    """The stack level, for warnings.warn in `caution`, of the innermost frame outside hertzlink."""
     frame, level = sys._getframe(2), 2
-    while frame.f_code.co_filename.startswith((*OURS, GENERATED)) and frame.f_back is not None:
+    while frame.f_code.co_filename.startswith((*OWN_CODE, DATACLASS_FILE)) and frame.f_back is not None:
         frame, level = frame.f_back, level + 1
     return level

@@ -1,4 +1,4 @@
-"""Input checks shared by every room: each names the argument, its value and what would be right."""
+"""Input checks shared by every room. Each message names the argument, its value and what would be right."""
 
 import math
 from collections.abc import Callable, Collection, Iterable
@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 Kind = TypeVar("Kind")
 
-LONGEST = 100
-"""Letters of a value that an error shows."""
+LONGEST_VALUE_TEXT = 100
+"""Number of characters of a value that a message shows: one line of a terminal, without the name."""
 
 
 def finite(name: str, value: float, unit: str = "") -> float:
-    """`value` as a float, or a ValueError where it is not a finite number; text is none, nor are True and False."""
+    """`value` as a float; a ValueError if it is not a finite number. Text, True and False are not numbers."""
     try:
         number = math.nan if isinstance(value, str | bytes | bool) else float(value)
     except (TypeError, ValueError, OverflowError):
@@ -26,7 +26,7 @@ def finite(name: str, value: float, unit: str = "") -> float:
 
 
 def positive(name: str, value: float, unit: str = "") -> float:
-    """`value` as a float, or a ValueError where it is not positive and finite."""
+    """`value` as a float; a ValueError if it is not positive and finite."""
     number = finite(name, value, unit)
     if number <= 0.0:
         raise ValueError(f"{name} = {value!r}: must be a positive number{_of(unit)}")
@@ -34,7 +34,7 @@ def positive(name: str, value: float, unit: str = "") -> float:
 
 
 def within(name: str, value: float, low: float, high: float, unit: str = "") -> float:
-    """`value` as a float, or a ValueError where it lies outside what the physics, and floats, can bear."""
+    """`value` as a float; a ValueError if it lies outside the range that physics and floating point allow."""
     number = positive(name, value, unit)
     if not low <= number <= high:
         raise ValueError(f"{name} = {value!r}: must lie between {low:g} and {high:g}{' ' + unit if unit else ''}")
@@ -42,7 +42,7 @@ def within(name: str, value: float, low: float, high: float, unit: str = "") -> 
 
 
 def not_negative(name: str, value: float, unit: str = "") -> float:
-    """`value` as a float, or a ValueError where it is negative or not finite."""
+    """`value` as a float; a ValueError if it is negative or not finite."""
     number = finite(name, value, unit)
     if number < 0.0:
         raise ValueError(f"{name} = {value!r}: must be zero or a positive number{_of(unit)}")
@@ -59,20 +59,20 @@ def listed(name: str, value: object, kind: type, what: str) -> list[Any]:
 
 
 def instance(name: str, value: object, kind: type[Kind], what: str) -> Kind:
-    """`value`, or a ValueError where it is not of the kind."""
+    """`value`; a ValueError if it is not of the kind."""
     if not isinstance(value, kind):
         raise ValueError(f"{name} = {short(value)}: must be {what}")
     return value
 
 
 def short(value: object) -> str:
-    """A few words, on one line, of what may be a whole chain."""
+    """A value as a short text on one line; the value may be a whole chain."""
     text = " ".join(repr(value).split())
-    return text if len(text) <= LONGEST else f"{text[:LONGEST]}…"
+    return text if len(text) <= LONGEST_VALUE_TEXT else f"{text[:LONGEST_VALUE_TEXT]}…"
 
 
 def one_of(name: str, value: str, choices: Collection[str]) -> str:
-    """`value`, or a ValueError that lists the choices and the nearest one."""
+    """`value`; otherwise a ValueError that lists the choices and the nearest one."""
     if not isinstance(value, str) or value not in choices:
         near = get_close_matches(str(value), choices, n=1)
         hint = f" (did you mean {near[0]!r}?)" if near else ""
@@ -81,7 +81,7 @@ def one_of(name: str, value: str, choices: Collection[str]) -> str:
 
 
 def whole(name: str, value: int, smallest: int = 1) -> int:
-    """`value` as an int, or a ValueError where it is not a whole number of at least `smallest`."""
+    """`value` as an int; a ValueError if it is not a whole number of at least `smallest`."""
     number = finite(name, value)
     if number != int(number) or number < smallest:
         raise ValueError(f"{name} = {value!r}: must be a whole number, {smallest} or more")
@@ -89,14 +89,14 @@ def whole(name: str, value: int, smallest: int = 1) -> int:
 
 
 def restitution_coefficient(name: str, value: float, unit: str = "") -> float:
-    """`value` as a float, or a ValueError where it is no ratio of rebound to approach speed, in (0, 1]."""
+    """`value` as a float; a ValueError if it is not a ratio of rebound speed to approach speed, in (0, 1]."""
     if positive(name, value, unit) > 1.0:
         raise ValueError(f"{name} = {value!r}: must be at most 1; a structure at rest gives no energy")
     return float(value)
 
 
 def turn(name: str, angle: float) -> float:
-    """`angle` as a float, or a ValueError where it is more than one turn: then it is likely in degrees."""
+    """`angle` as a float; a ValueError if it exceeds one turn, because it is then probably in degrees."""
     number = finite(name, angle, "rad")
     if abs(number) > 2.0 * math.pi:
         raise ValueError(
@@ -108,7 +108,7 @@ def turn(name: str, angle: float) -> float:
 def each(
     check: Callable[[str, float, str], float], name: str, value: float | NDArray[np.float64], unit: str = ""
 ) -> NDArray[np.float64]:
-    """`value` as an array, or a ValueError where one of its numbers fails the check."""
+    """`value` as an array; a ValueError if one of its numbers fails the check."""
     try:
         if value is None or isinstance(value, str | bytes | bool):
             raise TypeError
@@ -116,7 +116,7 @@ def each(
     except (TypeError, ValueError):
         in_unit = f", in {unit}" if unit else ""
         raise ValueError(f"{name} = {value!r}: must be a number or an array of numbers{in_unit}") from None
-    # Minimum and maximum carry NaN along, so these two stand for all.
+    # Minimum and maximum propagate NaN, so checking these two checks all numbers.
     for extreme in (numbers.min(), numbers.max()) if numbers.size else ():
         check(name, float(extreme), unit)
     return numbers

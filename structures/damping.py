@@ -1,4 +1,6 @@
-"""Damping: functions that take a Structure and return it damped. What they add only ever takes energy."""
+"""Damping: functions that take a Structure and return it with damping. The damping that they add never supplies
+energy.
+"""
 
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -17,16 +19,47 @@ from structures.symmetric import check_definite
 
 MODULI = ("relaxed", "instantaneous")
 
-NO_PIVOT = 1e-6
-"""A pivot below this part of its diagonal entry belongs to a rigid motion. In plates of 6 000 degrees of freedom these
-are below 6e-9, all others above 2e-4."""
+RIGID_PIVOT = 1e-6
+"""A pivot below this fraction of its diagonal entry belongs to a rigid motion. In plates of 6 000 degrees of freedom
+such pivots are below 6e-9, and all others above 2e-4.
+"""
 
 
 def rayleigh(structure: Structure, mass_rate: float = 0.0, stiffness_time: float = 0.0) -> Structure:
-    """The structure with α M + β K added to its damping; mass_rate α in 1/s, stiffness_time β in s.
+    """Add Rayleigh damping α M + β K to a structure.
 
-    A mode of angular frequency ω then has the damping ratio α/2ω + βω/2 (Bathe, Finite Element Procedures, section
-    9.3.3). Raises ValueError for negative ones, and for β on a structure that has Maxwell arms: damp it first.
+    A mode of angular frequency ω then has the damping ratio α/2ω + βω/2.
+
+    Parameters
+    ----------
+    structure : Structure
+        The structure to damp.
+    mass_rate : float
+        α, 1/s, zero or more.
+    stiffness_time : float
+        β, s, zero or more.
+
+    Returns
+    -------
+    Structure
+        The structure with α M + β K added to its damping matrix.
+
+    Raises
+    ------
+    ValueError
+        If α or β is negative, or if β is given for a structure with Maxwell arms: call `rayleigh` first.
+
+    References
+    ----------
+    Bathe, Finite Element Procedures, section 9.3.3.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bar = hl.rod([hl.Layer(hl.PTFE, length=25.4e-3, radius=9.525e-3)])
+    >>> damped = hl.damping.rayleigh(bar, stiffness_time=1e-7)
+    >>> round(float(damped.damping[0, 0] / bar.stiffness[0, 0]), 12)
+    1e-07
     """
     instance("structure", structure, Structure, "a Structure")
     mass_rate = not_negative("mass_rate", mass_rate, "1/s")
@@ -44,10 +77,34 @@ def rayleigh(structure: Structure, mass_rate: float = 0.0, stiffness_time: float
 
 
 def modal(structure: Structure, ratio: ArrayLike) -> Structure:
-    """A structure of oscillators, as `reduce` makes them, with 2 ζ ω added to the damping of each.
+    """Add modal damping to a structure of oscillators: 2 ζ ω for each oscillator.
 
-    ratio ζ: of critical damping, one number or one for each oscillator; 1 is the aperiodic limit, and a rigid motion
-    (ω = 0) stays free. Raises ValueError where it is negative, or the structure is not one of oscillators.
+    Parameters
+    ----------
+    structure : Structure
+        A structure of oscillators, as `reduce` returns.
+    ratio : float or array_like
+        Damping ratio ζ, zero or more: one number, or one for each oscillator. ζ = 1 is critical damping. A rigid motion
+        (ω = 0) stays undamped.
+
+    Returns
+    -------
+    Structure
+        The structure with the added damping.
+
+    Raises
+    ------
+    ValueError
+        If a ratio is negative, or the structure does not consist of oscillators.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bar = hl.rod([hl.Layer(hl.PTFE, length=25.4e-3, radius=9.525e-3)])
+    >>> damped = hl.damping.modal(hl.reduce(bar, until=1e-3), 0.02)
+    >>> rate, square = damped.damping[0, 0], damped.stiffness[0, 0]
+    >>> round(float(rate / (2.0 * square**0.5)), 6)
+    0.02
     """
     instance("structure", structure, Structure, "a Structure")
     if not is_modal(structure):
@@ -68,16 +125,44 @@ def modal(structure: Structure, ratio: ArrayLike) -> Structure:
 
 
 def loss_factor(structure: Structure, factor: float) -> Structure:
-    """A structure of oscillators, as `reduce` makes them, that loses as K(1 + iη) does: modal damping ζ = η/2.
+    """Add the modal damping ζ = η/2 that corresponds to a structural loss factor η.
 
-    factor η: energy lost in a cycle over 2π times the greatest stored one, 0 to 1. At its resonance each oscillator
-    loses just that; below it less, above it more, since a force that is the same at all frequencies and out of phase
-    with the displacement would be felt before its cause (Crandall, J. Sound Vib. 11 (1970) 3).
-    Raises ValueError where η lies elsewhere, or the structure is not one of oscillators.
+    At its resonance each oscillator loses as much energy as with the complex stiffness K(1 + iη); below resonance it
+    loses less, above it more. A loss that is the same at all frequencies cannot be represented in time: a force that is
+    independent of frequency and out of phase with the displacement would act before its cause.
+
+    Parameters
+    ----------
+    structure : Structure
+        A structure of oscillators, as `reduce` returns.
+    factor : float
+        η, 0 to 1: the energy lost in a cycle over 2π times the largest stored energy.
+
+    Returns
+    -------
+    Structure
+        The structure with the added damping.
+
+    Raises
+    ------
+    ValueError
+        If η lies outside 0 to 1, or the structure does not consist of oscillators.
+
+    References
+    ----------
+    Crandall, J. Sound Vib. 11 (1970) 3.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bar = hl.rod([hl.Layer(hl.PTFE, length=25.4e-3, radius=9.525e-3)])
+    >>> damped = hl.damping.loss_factor(hl.reduce(bar, until=1e-3), 0.04)
+    >>> damped.origin["damping"][0]["ratio"]
+    0.02
     """
     number = not_negative("factor", factor)
     if number > 1.0:
-        raise ValueError(f"factor = {factor!r}: must be at most 1; it is η = 2ζ, and not in per cent")
+        raise ValueError(f"factor = {factor!r}: must be at most 1; it is η = 2ζ, not a percentage")
     return modal(structure, number / 2.0)
 
 
@@ -88,21 +173,52 @@ def standard_linear_solid(
     part: sparse.sparray | ArrayLike | None = None,
     modulus: str = "relaxed",
 ) -> Structure:
-    """The structure with a Maxwell arm (a spring and a dashpot in series) beside its stiffness, or beside a part of it.
+    """Add a Maxwell arm (a spring and a dashpot in series) in parallel to the stiffness or to a part of it.
 
-    E(ω) = E + E₁ iωτ / (1 + iωτ): Zener's standard linear solid (Elasticity and Anelasticity of Metals, 1948), whose
-    loss peaks at ω = 1/(τ√(1 + E₁/E)), see loss_tangent.
-    share: E₁ of the arm in units of the modulus that the structure was made with. time: τ in s, in which the arm's
-    stress fades at constant strain. part: the stiffness matrix of the layer that the arm stands beside, one of
-    rod_parts(…) or stiffness_parts(structure); by default all of K. Call again for each further layer or arm.
-    A large body of one material is better reduced first: its modes take the same arm each, exactly, at no cost.
-    modulus: what the structure was made with: "relaxed", its E is that of slow loads, and the arm stiffens it at once;
-    or "instantaneous", its E is that of sudden loads, and the arm's share < 1 of it fades, as in Prony series.
+    The modulus becomes E(ω) = E + E₁ iωτ / (1 + iωτ), Zener's standard linear solid. Its loss is largest at ω = 1/(τ√(1
+    + E₁/E)), see `loss_tangent`. Call the function again for each further layer or arm. For a large body of one
+    material, reduce it first: then each mode takes the same arm, exactly and at no cost.
 
-    The arm's springs in series with dashpots become degrees of freedom q without mass, as many as the part has ways
-    to stretch: with RᵀR the arm's stiffness, its energy is |R u − q|²/2 and its loss τ|q̇|², so M, C and K stay
-    symmetric and positive. q is in √J. Raises ValueError where the part is not positive, or, of
-    the instantaneous modulus, where share times it exceeds K.
+    Parameters
+    ----------
+    structure : Structure
+        The structure to damp.
+    share : float
+        E₁ of the arm, in units of the modulus with which the structure was made.
+    time : float
+        Relaxation time τ, s: the time constant with which the stress of the arm decays at constant strain.
+    part : matrix, optional
+        The stiffness matrix, N/m, of the layer that the arm belongs to: one of rod_parts(…) or
+        stiffness_parts(structure). By default the whole of K.
+    modulus : {"relaxed", "instantaneous"}
+        Which modulus the structure was made with. "relaxed": that of slow loads; the arm makes the structure stiffer
+        under sudden loads. "instantaneous": that of sudden loads; the fraction `share` < 1 of it relaxes, as in Prony
+        series.
+
+    Returns
+    -------
+    Structure
+        The structure with additional, massless degrees of freedom q, in √J: one for each independent deformation of the
+        part. With RᵀR the stiffness of the arm, its stored energy is |R u − q|²/2 and its loss τ|q̇|². So M, C and K
+        stay symmetric and positive semidefinite.
+
+    Raises
+    ------
+    ValueError
+        If the part is not positive semidefinite, or if `share` times the part exceeds K (instantaneous modulus).
+
+    References
+    ----------
+    Zener, Elasticity and Anelasticity of Metals (1948).
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> layers = [hl.Layer(hl.STEEL_440C, 6.35e-3, 9.525e-3), hl.Layer(hl.PTFE, 25.4e-3, 9.525e-3)]
+    >>> bar = hl.rod(layers)
+    >>> damped = hl.damping.standard_linear_solid(bar, share=0.1, time=5e-6, part=hl.damping.rod_parts(layers)[1])
+    >>> damped.size > bar.size
+    True
     """
     instance("structure", structure, Structure, "a Structure")
     share, time = positive("share", share), positive("time", time, "s")
@@ -127,20 +243,43 @@ def standard_linear_solid(
 
 
 def stiffness_parts(structure: Structure) -> list[sparse.csr_array]:
-    """What each layer of a cylinder, or each material of a solid, adds to its stiffness, n × n, N/m.
+    """The contribution of each layer of a cylinder, or of each material of a solid, to its stiffness.
 
-    In the order of the layers, or of the materials. With it a layer gets damping of its own:
-    standard_linear_solid(body, share, time, part=stiffness_parts(body)[1]). Their sum is K without elastic foundations.
-    A reduced structure tells them where its field was kept. Raises ValueError where the structure has no field; for
-    rods see `rod_parts`.
+    With these matrices a single layer can be damped:
+    standard_linear_solid(body, share, time, part=stiffness_parts(body)[1]).
+
+    Parameters
+    ----------
+    structure : Structure
+        A structure with a field. A reduced structure has one if it was made with keep_field=True. For rods see
+        `rod_parts`.
+
+    Returns
+    -------
+    list of scipy.sparse.csr_array
+        n × n matrices, N/m, in the order of the layers or materials. Their sum is K without elastic foundations.
+
+    Raises
+    ------
+    ValueError
+        If the structure has no field.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> layers = [hl.Layer(hl.STEEL_440C, 10e-3, 9.525e-3), hl.Layer(hl.PTFE, 10e-3, 9.525e-3)]
+    >>> body = hl.layered_cylinder(layers, patch_radius=3e-3, cells=1)
+    >>> steel, ptfe = hl.damping.stiffness_parts(body)
+    >>> bool(abs(steel + ptfe - body.stiffness).max() < 1e-9 * abs(body.stiffness).max())
+    True
     """
     return known_field(structure).stiffness_parts()
 
 
 def with_arms(structure: Structure, root: sparse.csr_array, time: float, stiffness: Any = None) -> Structure:
-    """The structure with an arm for each row of R (√J/m), their relaxation time (s), and K with the arms held fast.
+    """The structure with one arm for each row of R (√J/m), their relaxation time (s), and K for arms that cannot relax.
 
-    R may lack the columns of earlier arms. By default K + RᵀR, so that the structure's own K remains for slow loads.
+    R may lack the columns of earlier arms. The default K + RᵀR keeps the structure's own K for slow loads.
     """
     count = root.shape[0]
     root = sparse.csr_array((root.data, root.indices, root.indptr), (count, structure.size))
@@ -156,9 +295,34 @@ def with_arms(structure: Structure, root: sparse.csr_array, time: float, stiffne
 
 
 def loss_tangent(share: float, time: float, frequency: ArrayLike) -> Any:
-    """tan δ = g ωτ / (1 + (1 + g) ω²τ²) of a standard linear solid at `frequency` in Hz; a number or an array.
+    """Loss tangent of a standard linear solid, tan δ = g ωτ / (1 + (1 + g) ω²τ²).
 
-    share g: the arm's modulus in units of the relaxed one. The greatest, at ωτ = 1/√(1 + g), is g / 2√(1 + g).
+    Its maximum, g / 2√(1 + g), lies at ωτ = 1/√(1 + g).
+
+    Parameters
+    ----------
+    share : float
+        g: the modulus of the arm in units of the relaxed modulus.
+    time : float
+        Relaxation time τ, s.
+    frequency : float or array_like
+        Frequency, Hz.
+
+    Returns
+    -------
+    float or numpy.ndarray
+        tan δ, in the shape of `frequency`.
+
+    Raises
+    ------
+    ValueError
+        If `share` or `time` is not positive.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> round(float(hl.damping.loss_tangent(0.1, 5e-6, 30e3)), 4)
+    0.0477
     """
     share, time = positive("share", share), positive("time", time, "s")
     phase = 2.0 * np.pi * np.asarray(frequency, dtype=float) * time
@@ -166,7 +330,7 @@ def loss_tangent(share: float, time: float, frequency: ArrayLike) -> Any:
 
 
 class MaxwellArms(NamedTuple):
-    """Degrees of freedom without mass, as standard_linear_solid makes them: |R u − q|²/2 is stored, τ|q̇|² lost.
+    """Massless degrees of freedom, as standard_linear_solid makes them: |R u − q|²/2 is stored, τ|q̇|² is lost.
 
     body: the degrees of freedom u that have mass. coupling: R, a row for each q. time: τ of each q, s.
     """
@@ -201,7 +365,7 @@ def _noted(structure: Structure, note: dict[str, Any]) -> dict[str, Any]:
 
 
 def _part(structure: Structure, part: sparse.sparray | ArrayLike | None) -> sparse.csr_array:
-    """The part of the stiffness that an arm stands beside, as large as the structure's."""
+    """The part of the stiffness that an arm belongs to, in the size of the structure."""
     arms = maxwell_arms(structure)
     if part is None:
         if arms is not None:
@@ -223,15 +387,15 @@ def _part(structure: Structure, part: sparse.sparray | ArrayLike | None) -> spar
 
 
 def _root(matrix: sparse.csr_array) -> sparse.csr_array:
-    """R with RᵀR = matrix and as many rows as its rank; a ValueError where it is not positive semidefinite."""
+    """R with RᵀR = matrix and as many rows as its rank; a ValueError if the matrix is not positive semidefinite."""
     used = np.flatnonzero(abs(matrix).sum(axis=0))
     if _is_diagonal(matrix) and (matrix.diagonal() >= 0.0).all():
         rows = np.arange(used.size)
         return sparse.csr_array((np.sqrt(matrix.diagonal()[used]), (rows, used)), (used.size, matrix.shape[0]))
     lower, pivots = _factored(matrix[used][:, used])
-    if pivots.min() < -NO_PIVOT:
+    if pivots.min() < -RIGID_PIVOT:
         raise ValueError("part: must be positive semidefinite, as the stiffness of a body is")
-    kept = pivots > NO_PIVOT
+    kept = pivots > RIGID_PIVOT
     root = sparse.diags_array(np.sqrt(pivots[kept])) @ sparse.csc_array(lower)[:, kept].T
     spread = sparse.csr_array((np.ones(used.size), (np.arange(used.size), used)), (used.size, matrix.shape[0]))
     return sparse.csr_array(root @ spread)
@@ -243,7 +407,7 @@ def _factored(matrix: sparse.sparray) -> tuple[sparse.sparray, Vector]:
     if not (diagonal > 0.0).all():
         raise ValueError("part: must be positive semidefinite, as the stiffness of a body is")
     scale = 1.0 / np.sqrt(diagonal)
-    # A pivot of exactly zero, as rigid motions leave, would stop SuperLU; rounding moves pivots by more than this.
+    # Rigid motions leave pivots of exactly zero, at which SuperLU fails. Rounding changes pivots by more than 1e-15.
     scaled = sparse.diags_array(scale) @ matrix @ sparse.diags_array(scale) + 1e-15 * sparse.eye_array(scale.size)
     factor = splu(
         sparse.csc_array(scaled), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}

@@ -15,27 +15,30 @@ from structures.field import Field, Grid, Numbers, Whole
 from structures.material import Material
 
 GAUSS_ORDER = 2
-"""Two points along each side of a quadratic cell (four in a tetrahedron): there its stress is good to one order more
-than elsewhere (Barlow, Int. J. Numer. Meth. Eng. 10 (1976) 243), and hoop strain u_r/r needs no care on the axis."""
+"""Two points along each side of a quadratic cell (four in a tetrahedron). Stress is more accurate there by one order
+than elsewhere (Barlow, Int. J. Numer. Meth. Eng. 10 (1976) 243), and no point lies on the axis, where u_r/r is
+singular.
+"""
 
-CELLS: dict[type, tuple[type, str]] = {
+CELL_ELEMENTS: dict[type, tuple[type, str]] = {
     ElementQuad2: (ElementQuad1, "quad9"),
     ElementTetP2: (ElementTetP1, "tetra10"),
     ElementHex2: (ElementHex1, "hexahedron27"),
 }
-"""Elements of the displacement: those of its stress, one order lower, and meshio's name of the cell."""
+"""For each element of the displacement: the element of its stress, one order lower, and meshio's name of the cell."""
 
-MIRRORED: dict[str, tuple[tuple[int, ...], tuple[int, int, int]]] = {
+MIRRORED_CELLS: dict[str, tuple[tuple[int, ...], tuple[int, int, int]]] = {
     "tetra10": ((1, 0, 2, 3, 4, 6, 5, 8, 7, 9), (1, 2, 3)),
     "hexahedron27": (
         (*range(4, 8), *range(4), *range(12, 16), *range(8, 12), *range(16, 24), 25, 24, 26), (1, 3, 4),
     ),
 }  # fmt: skip
-"""The points of a cell in the order that turns it inside out, and the corners beside the first: scikit-fem takes cells
-of either kind, VTK does not."""
+"""The order of a cell's points that turns it inside out, and the corners next to the first one. scikit-fem accepts
+cells of both orientations, VTK does not.
+"""
 
-SIX = {(0, 0): 0, (1, 1): 1, (2, 2): 2, (0, 1): 3, (1, 2): 4, (0, 2): 5}
-"""Where a stress tensor's entries stand in VTK's order."""
+VTK_STRESS_INDEX = {(0, 0): 0, (1, 1): 1, (2, 2): 2, (0, 1): 3, (1, 2): 4, (0, 2): 5}
+"""Positions of the entries of a stress tensor in VTK's order."""
 
 
 def elastic_field(
@@ -43,19 +46,18 @@ def elastic_field(
 ) -> Field:
     """The field of a body of quadratic elements.
 
-    mesh: scikit-fem's; one in the plane is the half-plane (r, z) of a body of revolution, z into the body.
-    element: of one component of the displacement. order: of the integration of its stiffness. kept: which degrees of
-    freedom the structure has, in the order of ElementVector(element). owner: which of the materials each cell is made
-    of.
+    mesh: scikit-fem's; a plane mesh is the half-plane (r, z) of a body of revolution, z into the body. element: of one
+    component of the displacement. order: of the integration of its stiffness. kept: the degrees of freedom that the
+    structure has, in the order of ElementVector(element). owner: the index of the material of each cell.
     """
     return Field(partial(ElasticSampler, mesh, element, order, kept, tuple(materials), owner), int(kept.size))
 
 
 class ElasticSampler:
-    """Displacement and stress at the nodes of the elements, a node for each material that meets there.
+    """Displacement and stress at the nodes of the elements; each node appears once for each material that meets there.
 
-    Stress is taken at the Gauss points, carried to the nodes of each cell by the linear function through them, and
-    averaged over the cells of one material.
+    Stress is evaluated at the Gauss points, extrapolated to the nodes of each cell by the linear function through them,
+    and averaged over the cells of one material.
     """
 
     def __init__(
@@ -66,7 +68,7 @@ class ElasticSampler:
         self.lame = np.array([first_lame_parameter(material) for material in materials])[owner, None]
         self.shear = np.array([shear_modulus(material) for material in materials])[owner, None]
         self.revolution = mesh.dim() == 2
-        linear, kind = CELLS[element]
+        linear, kind = CELL_ELEMENTS[element]
         dofs = Dofs(mesh, ElementVector(element()))
         nodes = Dofs(mesh, element()).element_dofs.T
         self.size, cells, shapes = int(dofs.N), nodes.shape[0], nodes.shape[1]
@@ -82,7 +84,7 @@ class ElasticSampler:
         self._prepare(mesh, element, linear, number)
 
     def _prepare(self, mesh: Any, element: type, linear: type, number: Whole) -> None:
-        """Slopes at the Gauss points, and what carries their stress to the nodes."""
+        """Gradients at the Gauss points, and the matrix that extrapolates their stress to the nodes."""
         scalar = Basis(mesh, element(), intorder=GAUSS_ORDER)
         cells, gauss = scalar.dx.shape
         functions = [one[0] for one in scalar.basis]
@@ -113,7 +115,9 @@ class ElasticSampler:
         return np.asarray(self.mean @ self.gauss_stress(u).reshape(-1, 6))
 
     def stiffness_parts(self) -> list[sparse.csr_array]:
-        """What each material adds to the stiffness, n × n each, n the degrees of freedom that are kept."""
+        """The contribution of each material to the stiffness, n × n each, where n is the number of kept degrees of
+        freedom.
+        """
         basis = Basis(self.mesh, ElementVector(self.element()), intorder=self.integration_order)
         parts = part_stiffnesses(basis, self.materials, self.owner)
         return [part[self.kept][:, self.kept] for part in parts]
@@ -124,7 +128,7 @@ class ElasticSampler:
         strain = np.zeros((*self.slopes.shape[1:3], 3, 3))
         gradient = np.einsum("jcqs,csi->cqij", self.slopes, inside, optimize=True)
         if self.revolution:
-            # The plane's z points into the body, space's out of it: r, hoop, z stand in for x, y, z.
+            # In the plane z points into the body, in space out of it; r, hoop, z take the places of x, y, z.
             turned = np.array([1.0, -1.0])
             strain[:, :, ::2, ::2] = gradient * turned[:, None] * turned
             strain[:, :, 1, 1] = np.einsum("cqs,cs->cq", self.hoop, inside[:, :, 0])
@@ -133,12 +137,12 @@ class ElasticSampler:
         strain = 0.5 * (strain + np.swapaxes(strain, 2, 3))
         volume = np.trace(strain, axis1=2, axis2=3)
         stress = np.empty((*volume.shape, 6))
-        for (i, j), place in SIX.items():
+        for (i, j), place in VTK_STRESS_INDEX.items():
             stress[..., place] = 2.0 * self.shear * strain[..., i, j] + (self.lame * volume if i == j else 0.0)
         return stress
 
     def _full(self, u: Numbers) -> Numbers:
-        """All degrees of freedom, those that the supports hold at zero."""
+        """All degrees of freedom, with zeros for those that the supports hold."""
         full = np.zeros(self.size)
         full[self.kept] = u
         return full
@@ -157,17 +161,17 @@ def _values(element: type, places: Numbers) -> Numbers:
 
 
 def _vtk_order(kind: str) -> Whole:
-    """VTK's order of a cell's nodes, in scikit-fem's; only that of hexahedra is another one."""
+    """VTK's order of a cell's nodes, as indices into scikit-fem's order; the two differ for hexahedra only."""
     from skfem.io.meshio import HEX_MAPPING
 
     return np.array(HEX_MAPPING) if kind == "hexahedron27" else np.arange({"quad9": 9, "tetra10": 10}[kind])
 
 
 def _upright(points: Numbers, cells: Whole, kind: str) -> Whole:
-    """The cells, those that are inside out turned."""
-    if kind not in MIRRORED:
+    """The cells, with those that are inside out turned round."""
+    if kind not in MIRRORED_CELLS:
         return cells
-    order, beside = MIRRORED[kind]
+    order, beside = MIRRORED_CELLS[kind]
     at = points[cells[:, [0, *beside]]]
     inverted = np.linalg.det(at[:, 1:] - at[:, :1]) < 0.0
     return np.where(inverted[:, None], cells[:, order], cells)

@@ -1,7 +1,7 @@
-"""Linear elasticity of solids: mass and stiffness, absorbing faces, foundations, and the patch that is pushed.
+"""Linear elasticity of solids: mass and stiffness, absorbing faces, foundations, and the loaded patch.
 
-Everything works on a scikit-fem basis of a vector element in three dimensions, or in the half-plane (r, z) of a body
-of revolution. There every integral carries the weight 2π r, and the hoop strain u_r/r joins the others.
+All functions take a scikit-fem basis of a vector element, either in three dimensions or in the half-plane (r, z) of a
+body of revolution. In the half-plane every integral has the weight 2π r, and the hoop strain u_r/r is added.
 """
 
 from collections.abc import Callable, Sequence
@@ -24,9 +24,24 @@ Owner = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Foundation:
-    """Elastic ground under a base: its pressure is stiffness times the sinking (Winkler); it does not hold sideways.
+    """Elastic ground under a base (Winkler): pressure = stiffness times settlement. It does not resist lateral motion.
 
-    stiffness per area, N/m³.
+    Parameters
+    ----------
+    stiffness : float
+        Stiffness per area, N/m³.
+
+    Raises
+    ------
+    ValueError
+        If the stiffness is not positive.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> steel = hl.Layer(hl.STEEL_440C, length=10e-3, radius=9.525e-3)
+    >>> hl.layered_cylinder([steel], base=hl.Foundation(1e12), patch_radius=3e-3, cells=1).contacts
+    1
     """
 
     stiffness: float
@@ -56,7 +71,8 @@ def shear_speed(material: Material) -> float:
 
 
 def patch_compliance(material: Material, radius: float) -> float:
-    """Mean displacement, m/N, of a circle (radius in m) of a half-space under an even pressure of 1 N in all.
+    """Mean displacement, m/N, of a circle (radius in m) on a half-space under a uniform pressure with a resultant of 1
+    N.
 
     16 (1 − ν²)/(3 π² E a): the mean of Love's solution (Johnson, Contact Mechanics, section 3.4).
     """
@@ -64,21 +80,21 @@ def patch_compliance(material: Material, radius: float) -> float:
 
 
 def body_matrices(basis: Any, materials: Sequence[Material], owner: Owner) -> tuple[sparse.csr_array, sparse.csr_array]:
-    """Consistent mass and stiffness, n × n each; owner: for each cell, which of the materials it is made of.
+    """Consistent mass and stiffness, n × n each; owner: for each cell, the index of its material.
 
-    A mesh in the plane is that of a body of revolution, whose axis is x₀ = 0.
+    A mesh in the plane is that of a body of revolution with the axis x₀ = 0.
     """
     density = _spread(basis, owner, [material.density for material in materials])
     return sparse.csr_array(_product.assemble(basis, factor=density)), _stiffness(basis, materials, owner)
 
 
 def part_stiffnesses(basis: Any, materials: Sequence[Material], owner: Owner) -> list[sparse.csr_array]:
-    """What the cells of each material add to the stiffness, n × n each; see `body_matrices`."""
+    """The contribution of the cells of each material to the stiffness, n × n each; see `body_matrices`."""
     return [_stiffness(basis, materials, owner, owner == number) for number in range(len(materials))]
 
 
 def _stiffness(basis: Any, materials: Sequence[Material], owner: Owner, counted: Any = True) -> sparse.csr_array:
-    """Stiffness of the cells that are counted."""
+    """Stiffness of the cells for which `counted` is true."""
     lame = _spread(basis, owner, [first_lame_parameter(material) for material in materials])
     shear = _spread(basis, owner, [shear_modulus(material) for material in materials])
     there = np.broadcast_to(counted, owner.shape)[:, None]
@@ -94,11 +110,12 @@ def absorbing_faces(
     owner: Owner,
     normal_speed: Callable[[Material], float] = pressure_speed,
 ) -> sparse.csr_array:
-    """Damping of Lysmer's dashpots, n × n: tractions of ρ c_p times the rate along the normal, ρ c_s times that across.
+    """Damping of Lysmer's dashpots, n × n: tractions of ρ c_p times the normal velocity and ρ c_s times the tangential
+    one.
 
-    faces: a facet basis; owner: for each facet, which material lies behind it; normal_speed: what stands for c_p.
-    Waves that meet the face squarely leave without an echo, slanting ones leave a little (Lysmer and Kuhlemeyer,
-    J. Eng. Mech. Div. 95 (1969) 859).
+    faces: a facet basis; owner: for each facet, the index of the material behind it; normal_speed: replaces c_p. Waves
+    at normal incidence leave without an echo, oblique waves with a small one (Lysmer and Kuhlemeyer, J. Eng. Mech. Div.
+    95 (1969) 859).
     """
     normal = _spread(faces, owner, [material.density * normal_speed(material) for material in materials])
     across = _spread(faces, owner, [material.density * shear_speed(material) for material in materials])
@@ -112,19 +129,23 @@ def foundation_springs(faces: Any, foundation: Foundation) -> sparse.csr_array:
 
 
 def patch_vector(faces: Any) -> Vector:
-    """n numbers that spread a unit force evenly over the facets, into the body, and read their mean displacement."""
+    """n numbers that distribute a unit force uniformly over the facets, into the body, and read their mean
+    displacement.
+    """
     area = float((faces.dx * _circumference(faces.global_coordinates())).sum())
     return np.asarray(_inward.assemble(faces)) / area
 
 
 def _spread(basis: Any, owner: Owner, values: Sequence[float]) -> Vector:
-    """The value of each cell's or facet's material at all its integration points."""
+    """The value of the material of each cell or facet at all its integration points."""
     spread: Vector = np.asarray(values, dtype=float)[owner, None] * np.ones_like(basis.dx)
     return spread
 
 
 def _circumference(x: Any) -> Any:
-    """What an integral over the mesh lacks of one over the body: 2π r in the half-plane of a body of revolution."""
+    """The factor from an integral over the mesh to one over the body: 2π r in the half-plane of a body of
+    revolution.
+    """
     return 2.0 * pi * x[0] if x.shape[0] == 2 else np.ones_like(x[0])
 
 

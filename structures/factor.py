@@ -1,4 +1,4 @@
-"""Sparse symmetric factorisations, scaled, and the matrices that own theirs."""
+"""Sparse symmetric factorisations, scaled, and the object that owns those of a body."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from structures.symmetric import SMALL, check_definite, check_symmetric
+from structures.symmetric import SMALL_MATRIX, check_definite, check_symmetric
 
 if TYPE_CHECKING:
     from structures.structure import Structure
@@ -18,9 +18,9 @@ Solve: TypeAlias = Callable[[Vector], Vector]
 
 
 def factorise(matrix: sparse.sparray) -> Solve:
-    """A function that solves matrix · x = y, for a symmetric positive definite matrix.
+    """A function that solves matrix · x = y for a symmetric positive definite matrix.
 
-    Rows and columns are scaled by 1/√diagonal first, since Hermite degrees of freedom mix units.
+    Rows and columns are first scaled by 1/√diagonal, because Hermite degrees of freedom have different units.
     """
     scale = 1.0 / np.sqrt(matrix.diagonal())
     scaled = sparse.csc_array(sparse.diags_array(scale) @ matrix @ sparse.diags_array(scale))
@@ -34,33 +34,35 @@ def factorise(matrix: sparse.sparray) -> Solve:
 
 
 class Matrices:
-    """Mass M and stiffness K of a body: examined once, and factorised once for each shift.
+    """Mass M and stiffness K of a body: checked once, and factorised once for each shift.
 
-    Whoever assembles M and K keeps this object and gives it to each structure that shares them, such as those of
-    many contact points on one mesh. The factorisations live as long as it does. A copy, and one in another process,
-    begins without factorisations.
+    Code that assembles M and K keeps this object and passes it to every structure that shares them, for example to the
+    structures of many contact points on one mesh. It keeps the factorisations. A copy, also one in another process,
+    starts without factorisations.
 
-    mass, stiffness: sparse, n × n. Raises ValueError where one is not square, finite and symmetric, or has a negative
-    eigenvalue (see `check_symmetric` for what is found at once, in a large matrix).
+    mass, stiffness: sparse, n × n. Raises ValueError if one is not square, finite and symmetric, or has a negative
+    eigenvalue (`check_symmetric` says what is found immediately in a large matrix).
     """
 
     def __init__(self, mass: Any, stiffness: Any) -> None:
         self.mass, self.stiffness = symmetric("mass", mass), symmetric("stiffness", stiffness)
         self._solves: dict[float, Solve] = {}
-        self._examined = self.mass.shape[0] <= SMALL
+        self._examined = self.mass.shape[0] <= SMALL_MATRIX
 
     def belong(self, mass: object, stiffness: object) -> bool:
-        """Whether these are the matrices themselves, not equal ones."""
+        """Whether these are the matrices themselves; equal copies do not count."""
         return self.mass is mass and self.stiffness is stiffness
 
     def shifted_solve(self, shift: float) -> Solve:
-        """Solves (K + shift² M) x = y, shift in 1/s."""
+        """A solver of (K + shift² M) x = y, shift in 1/s."""
         if shift not in self._solves:
             self._solves[shift] = factorise(self.stiffness + shift**2 * self.mass)
         return self._solves[shift]
 
     def examine(self) -> None:
-        """A ValueError where a matrix of any size has a negative eigenvalue; one factorisation of each, once."""
+        """Raise a ValueError if a matrix of any size has a negative eigenvalue; needs one factorisation of each,
+        once.
+        """
         if not self._examined:
             check_definite("mass", self.mass)
             check_definite("stiffness", self.stiffness)
@@ -71,12 +73,12 @@ class Matrices:
 
 
 def shifted_solve(structure: "Structure", shift: float) -> Solve:
-    """Solves (K + shift² M) x = y, shift in 1/s; structures that share their Matrices share the factorisation."""
+    """A solver of (K + shift² M) x = y, shift in 1/s. Structures that share their Matrices share the factorisation."""
     return structure.matrices.shifted_solve(shift)
 
 
 def symmetric(name: str, given: Any) -> sparse.csr_array:
-    """A matrix as a csr_array, or a ValueError where it is not square, finite, symmetric and positive semidefinite."""
+    """The matrix as a csr_array; a ValueError if it is not square, finite, symmetric and positive semidefinite."""
     matrix = given
     if not isinstance(matrix, sparse.csr_array):
         matrix = sparse.csr_array(matrix if sparse.issparse(matrix) else np.atleast_2d(numbers(name, matrix)))

@@ -1,4 +1,4 @@
-"""What turns degrees of freedom into fields: where they lie in the body, its displacement and its stress there."""
+"""Fields of a body: the points where they are evaluated, and displacement and stress there from degrees of freedom."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -14,12 +14,11 @@ Whole = NDArray[np.int64]
 
 
 class Grid(NamedTuple):
-    """The points and cells that a field is drawn on.
+    """The points and cells of a drawn field.
 
-    points: p × 3, m. Points where two materials meet are there twice, once for each, since stress jumps there.
-    cells: c × corners, in VTK's order. kind: meshio's name of their type, such as "quad9".
-    part: the number of the material of each cell. revolution: whether the points lie in the half-plane (r, 0, −z) of a
-    body of revolution.
+    points: p × 3, m. A point where two materials meet appears twice, once for each material, because stress jumps
+    there. cells: c × corners, in VTK's order. kind: meshio's name of their type, such as "quad9". part: the number of
+    the material of each cell. revolution: whether the points lie in the half-plane (r, 0, −z) of a body of revolution.
     """
 
     points: Numbers
@@ -30,32 +29,35 @@ class Grid(NamedTuple):
 
 
 class Sampler(Protocol):
-    """What a theory knows of its body: the grid, and displacement and stress at its points. Both are linear."""
+    """The protocol of a theory: the grid of its body, and displacement and stress at the grid points. Both are linear
+    in u.
+    """
 
     @property
     def grid(self) -> Grid:
-        """Where displacement and stress are told."""
+        """The points and cells at which displacement and stress are evaluated."""
         ...
 
     def displacement(self, u: Numbers) -> Numbers:
-        """p × 3, m; u: the body's degrees of freedom."""
+        """Displacement, p × 3, m; u: the degrees of freedom of the body."""
         ...
 
     def stress(self, u: Numbers) -> Numbers:
-        """p × 6, Pa: xx, yy, zz, xy, yz, xz."""
+        """Stress, p × 6, Pa: xx, yy, zz, xy, yz, xz."""
         ...
 
     def stiffness_parts(self) -> list[sparse.csr_array]:
-        """What each layer, or each material, adds to the stiffness."""
+        """The contribution of each layer, or of each material, to the stiffness."""
         ...
 
 
 @dataclass(frozen=True, eq=False)
 class Field:
-    """The fields of a Structure. Costs nothing until it is asked; then it keeps its Sampler.
+    """The fields of a Structure. It builds its Sampler at the first evaluation and keeps it.
 
-    make: returns the Sampler. count: of the body's degrees of freedom. basis: count × vectors, of a reduced structure,
-    whose u are the factors of the vectors. u may be longer than `size`: what follows is not the body's (Maxwell arms).
+    make: returns the Sampler. count: number of degrees of freedom of the body. basis: count × vectors, for a reduced
+    structure, whose u are the coefficients of the vectors. u may be longer than `size`: the entries that follow belong
+    to Maxwell arms, not to the body.
     """
 
     make: Callable[[], Sampler] = field(repr=False)
@@ -64,12 +66,12 @@ class Field:
 
     @property
     def size(self) -> int:
-        """How many of a structure's first degrees of freedom belong to the body."""
+        """The number of a structure's leading degrees of freedom that belong to the body."""
         return self.count if self.basis is None else int(self.basis.shape[1])
 
     @property
     def grid(self) -> Grid:
-        """The points and cells that the fields belong to."""
+        """The points and cells of the fields."""
         return self._sampler.grid
 
     def displacement(self, u: Numbers) -> Numbers:
@@ -77,24 +79,26 @@ class Field:
         return self._sampler.displacement(self._full(u))
 
     def stress(self, u: Numbers) -> Numbers:
-        """Stress above static equilibrium, p × 6, Pa: xx, yy, zz, xy, yz, xz.
+        """Stress relative to static equilibrium, p × 6, Pa: xx, yy, zz, xy, yz, xz.
 
-        The mean of the cells of one material that meet at a point. Springs' alone, of the moduli that the structure
-        was made with: without what dashpots and Maxwell arms bear.
+        At each point it is the mean over the adjacent cells of one material. It is the elastic stress for the moduli
+        with which the structure was made; the stress in dashpots and Maxwell arms is not included.
         """
         return self._sampler.stress(self._full(u))
 
     def von_mises(self, u: Numbers) -> Numbers:
-        """Von Mises' equivalent of `stress`, p, Pa."""
+        """Von Mises equivalent of `stress`, p, Pa."""
         return von_mises(self.stress(u))
 
     def stiffness_parts(self) -> list[sparse.csr_array]:
-        """What each layer, or each material, adds to the stiffness, size × size, N/m; supports that give apart."""
+        """The contribution of each layer, or of each material, to the stiffness, size × size, N/m; without elastic
+        supports.
+        """
         parts, basis = self._sampler.stiffness_parts(), self.basis
         return parts if basis is None else [sparse.csr_array(basis.T @ (part @ basis)) for part in parts]
 
     def in_basis(self, vectors: Numbers) -> "Field":
-        """The fields of a structure reduced to these vectors, size × their number."""
+        """The fields of a structure that is reduced to these vectors, size × number of vectors."""
         if vectors.shape[0] != self.size:
             raise ValueError(f"vectors: have shape {vectors.shape}, must have {self.size} rows")
         return replace(self, basis=vectors if self.basis is None else self.basis @ vectors)

@@ -1,4 +1,4 @@
-"""Linear elastic, isotropic materials, and those of the thesis's Table 2.1."""
+"""Linear elastic, isotropic materials, and the materials of Table 2.1 of the thesis."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -12,9 +12,30 @@ from structures.plausible import likely
 class Material:
     """A linear elastic, isotropic solid.
 
-    youngs_modulus in Pa, poisson_ratio in (-1, 0.5), density in kg/m³. yield_strength, Pa: where it is given, runs warn
-    of contact pressures beyond yield.
-    Raises ValueError where a number cannot belong to a solid.
+    Parameters
+    ----------
+    youngs_modulus : float
+        Young's modulus E, Pa.
+    poisson_ratio : float
+        Poisson's ratio ν, between -1 and 0.5, both excluded.
+    density : float
+        Mass density ρ, kg/m³.
+    name : str
+        Name for tables and results.
+    yield_strength : float, optional
+        Pa. If it is given, a run warns when a contact pressure exceeds yield.
+
+    Raises
+    ------
+    ValueError
+        If a number cannot belong to a solid.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> glass = hl.Material(youngs_modulus=70e9, poisson_ratio=0.22, density=2500.0, name="glass")
+    >>> round(glass.bar_speed), round(glass.contact_modulus * 1e-9, 1)
+    (5292, 73.6)
     """
 
     youngs_modulus: float
@@ -50,7 +71,7 @@ class Material:
 
 
 class UnknownMaterial(ValueError, KeyError):
-    """A name that no material of the table has."""
+    """The table holds no material of this name."""
 
     def __str__(self) -> str:
         return str(self.args[0])
@@ -59,7 +80,7 @@ class UnknownMaterial(ValueError, KeyError):
 class MaterialTable(Mapping[str, Material]):
     """Materials by name; case, blanks, dashes and underscores do not matter.
 
-    Looking up an unknown name raises UnknownMaterial (a ValueError and a KeyError) with the nearest names.
+    Looking up an unknown name raises UnknownMaterial (both a ValueError and a KeyError), which lists the nearest names.
     """
 
     def __init__(self, *materials: Material) -> None:
@@ -94,10 +115,11 @@ POLYCARBONATE = Material(3.75e9, 0.35, 1196.0, "polycarbonate")
 PTFE = Material(1.53e9, 0.46, 2151.0, "PTFE")
 
 MATERIALS = MaterialTable(STEEL_316, STEEL_440C, COPPER, BRASS_360, ALUMINIUM_6061, NYLON, ACRYLIC, POLYCARBONATE, PTFE)
-"""The materials of the thesis's Table 2.1 (section 2.1) by name.
+"""The materials of Table 2.1 (section 2.1) of the thesis, by name.
 
-Yield strengths, which the thesis does not give: 316, 205 MPa, annealed (least of ASTM A276); 440C, 1900 MPa, hardened
-and tempered at 200 to 315 °C (275 ksi in the data sheets of bars by AMS 5630); brass 360, 170 MPa, half hard up to
-25 mm (least of ASTM B16); aluminium 6061, 276 MPa, temper T6 (40 ksi, typical value of the Aluminum Association). That
-of copper depends on its temper by a factor of five, and those of polymers on the rate of strain; they have none here.
+The thesis gives no yield strengths; they come from other sources. Steel 316: 205 MPa, annealed (minimum of ASTM A276).
+Steel 440C: 1900 MPa, hardened and tempered at 200 to 315 °C (275 ksi in data sheets of bars to AMS 5630). Brass 360:
+170 MPa, half hard up to 25 mm (minimum of ASTM B16). Aluminium 6061: 276 MPa, temper T6 (40 ksi, typical value of the
+Aluminum Association). Copper and the polymers have none here: the yield strength of copper depends on its temper by a
+factor of five, and those of polymers depend on the strain rate.
 """

@@ -1,4 +1,6 @@
-"""Meshes of solid bodies from files: what meshio reads, checked, with its tags, for scikit-fem."""
+"""Meshes of solid bodies from files: meshio reads them; they are checked and converted to scikit-fem, with their
+tags.
+"""
 
 from collections.abc import Mapping
 from typing import Any
@@ -26,46 +28,47 @@ from structures.mesh_source import (
 from structures.structure import Vector
 
 LONGEST_SIDE, SHORTEST_EDGE = 10.0, 0.02
-"""m. A body larger than the first, or whose cells' edges are all longer than the second (a quarter of a shear wave of
-40 kHz in steel), is taken for one in millimetres."""
+"""m. A body is assumed to be in millimetres if it is larger than LONGEST_SIDE, or if all its edges are longer than
+SHORTEST_EDGE (a quarter of the wavelength of a shear wave of 40 kHz in steel).
+"""
 
-FLAT = 1e-9
-"""Cells whose Jacobian at a corner is below this part of their size's cube are flat."""
+FLAT_JACOBIAN = 1e-9
+"""A cell is flat if its Jacobian at a corner is below this fraction of the cube of its size."""
 
-CELLS: dict[str, tuple[Any, Any, int, int]] = {
+CELL_TYPES: dict[str, tuple[Any, Any, int, int]] = {
     "tetra": (MeshTet1, ElementTetP2, 4, 4),
     "tetra10": (MeshTet2, ElementTetP2, 4, 5),
     "hexahedron": (MeshHex1, ElementHex2, 8, 5),
     "hexahedron20": (MeshHex1, ElementHex2, 8, 5),
     "hexahedron27": (MeshHex2, ElementHex2, 8, 5),
 }
-"""meshio's types of cells: scikit-fem's mesh and element, the number of corners, the order of integration."""
+"""For each of meshio's cell types: scikit-fem's mesh and element, the number of corners, the order of integration."""
 
-FACETS = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4, "quad9": 4}
-"""meshio's types of facets, and their numbers of corners."""
+FACET_CORNERS = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4, "quad9": 4}
+"""meshio's types of facets and their numbers of corners."""
 
-IGNORED = {"vertex", "line", "line3", *FACETS}
+IGNORED_CELL_TYPES = {"vertex", "line", "line3", *FACET_CORNERS}
 
-FRAMES = {
+CORNER_NEIGHBOURS = {
     4: ((0, 1, 2, 3),),
     8: ((0, 1, 3, 4), (1, 2, 0, 5), (2, 3, 1, 6), (3, 0, 2, 7), (4, 7, 5, 0), (5, 4, 6, 1), (6, 5, 7, 2), (7, 6, 4, 3)),
 }
-"""Corners of a cell in meshio's order, each with its three neighbours, by the right-hand rule."""
+"""Corners of a cell in meshio's order, each with its three neighbours in right-handed order."""
 
 
 class BodyMesh:
     """A body of one type of cells, as a scikit-fem mesh in m.
 
-    cells, facets: by tag, the numbers of the cells, and of the facets on the boundary, that have it.
-    source: a file, or a meshio.Mesh. scale: m per unit of the mesh; None is 1, for bodies whose size can be one in m.
-    Raises ValueError, or logs a warning, where a mesh cannot be a body.
+    cells, facets: by tag, the numbers of the cells and of the boundary facets that have it. source: a file or a
+    meshio.Mesh. scale: m per unit of the mesh; None means 1 and is accepted only for bodies of plausible size. Raises
+    ValueError, or warns, if a mesh cannot be a body.
     """
 
     def __init__(self, source: Any, scale: float | None = None) -> None:
         self.scale = 1.0 if scale is None else positive("scale", scale, "m per unit of the mesh")
         read = read_mesh(source)
         self.kind, blocks = _volumes(read)
-        make, self.element, corners, self.order = CELLS[self.kind]
+        make, self.element, corners, self.order = CELL_TYPES[self.kind]
         points, cells, self._number = used(self.scale * points_of(read), joined(read, blocks, self.kind), corners)
         edges = _edges(points, cells[:, :corners])
         _check_scale(points, edges, scale)
@@ -76,10 +79,10 @@ class BodyMesh:
         self.mesh = make(np.ascontiguousarray(points.T), np.ascontiguousarray(cells.T[order]))
         self._check_curves()
         self.cells = tagged(read, blocks, dimension=3)
-        self.facets = tagged_facets(read, self.mesh, self._number, FACETS)
+        self.facets = tagged_facets(read, self.mesh, self._number, FACET_CORNERS)
 
     def materials(self, given: Material | Mapping[Tag, Material]) -> tuple[list[Material], Numbers]:
-        """The materials, and for each cell which one it is made of."""
+        """The materials, and for each cell the index of its material."""
         count = self.mesh.nelements
         if isinstance(given, Material):
             return [given], np.zeros(count, dtype=np.int64)
@@ -99,14 +102,14 @@ class BodyMesh:
         return list(given.values()), owner
 
     def boundary(self, name: str, tag: Tag) -> Numbers:
-        """The facets on the boundary that have the tag; name: of the argument that asks for it."""
+        """The boundary facets that have the tag; name: of the argument to which the tag was given."""
         facets = self.facets[known(name, tag, self.facets)]
         if not facets.size:
             raise ValueError(f"{name} = {tag!r}: holds no whole facet of the boundary")
         return facets
 
     def _check_curves(self) -> None:
-        """A ValueError where the midpoints of a curved cell turn it inside out."""
+        """Raise a ValueError if the midpoints of a curved cell turn it inside out."""
         if self.kind not in ("tetra10", "hexahedron27"):
             return
         from skfem import Basis
@@ -123,11 +126,13 @@ class BodyMesh:
 
 def _volumes(source: Any) -> tuple[str, list[int]]:
     """The type of the cells that fill the body, and their blocks."""
-    kinds = {block.type for block in source.cells if block.type not in IGNORED and len(block.data)}
+    kinds = {block.type for block in source.cells if block.type not in IGNORED_CELL_TYPES and len(block.data)}
     if not kinds:
-        raise ValueError("mesh: has no tetrahedra nor hexahedra; mesh the volume, and save it (in gmsh as a group)")
-    if not kinds <= set(CELLS):
-        raise ValueError(f"mesh: has cells of type {names(sorted(kinds - set(CELLS)))}; must be one of {names(CELLS)}")
+        raise ValueError("mesh: has no tetrahedra or hexahedra; mesh the volume, and save it (in gmsh as a group)")
+    if not kinds <= set(CELL_TYPES):
+        raise ValueError(
+            f"mesh: has cells of type {names(sorted(kinds - set(CELL_TYPES)))}; must be one of {names(CELL_TYPES)}"
+        )
     if len(kinds) > 1:
         raise ValueError(f"mesh: mixes cells of type {names(sorted(kinds))}; must have one type")
     kind = kinds.pop()
@@ -135,8 +140,10 @@ def _volumes(source: Any) -> tuple[str, list[int]]:
 
 
 def _edges(points: Vector, corners: Numbers) -> Vector:
-    """Lengths of the edges of each cell, m; those of a tetrahedron at its first corner, and of the face beyond."""
-    frames = FRAMES[8] if corners.shape[1] == 8 else ((0, 1, 2, 3), (1, 2, 3), (2, 3))
+    """Lengths of the edges of each cell, m: of a tetrahedron those at its first corner and those of the opposite
+    face.
+    """
+    frames = CORNER_NEIGHBOURS[8] if corners.shape[1] == 8 else ((0, 1, 2, 3), (1, 2, 3), (2, 3))
     pairs = np.array([(start, other) for start, *others in frames for other in others])
     lengths: Vector = np.linalg.norm(points[corners[:, pairs[:, 0]]] - points[corners[:, pairs[:, 1]]], axis=2)
     return lengths
@@ -152,10 +159,12 @@ def _check_scale(points: Vector, edges: Vector, scale: float | None) -> None:
 
 
 def _check_shapes(points: Vector, corners: Numbers) -> None:
-    """A ValueError where cells are flat, folded or inverted; where all are inverted, that is only their numbering."""
+    """Raise a ValueError if cells are flat, folded or inverted; if all are inverted, only their numbering differs."""
     at = points[corners]
-    frames = [np.stack([at[:, i] - at[:, start] for i in others], 1) for start, *others in FRAMES[corners.shape[1]]]
-    volumes, least = np.linalg.det(np.array(frames)), FLAT * np.ptp(at, axis=1).max(axis=1) ** 3
+    frames = [
+        np.stack([at[:, i] - at[:, start] for i in others], 1) for start, *others in CORNER_NEIGHBOURS[corners.shape[1]]
+    ]
+    volumes, least = np.linalg.det(np.array(frames)), FLAT_JACOBIAN * np.ptp(at, axis=1).max(axis=1) ** 3
     upright, inverted = (volumes > least).all(axis=0), (volumes < -least).all(axis=0)
     for bad, what in (
         (~upright & ~inverted, "flat or folded"),
@@ -165,11 +174,11 @@ def _check_shapes(points: Vector, corners: Numbers) -> None:
             first = near(at[np.flatnonzero(bad)[0]])
             raise ValueError(f"mesh: {bad.sum()} of {len(at)} cells are {what}, the first near {first}")
     if inverted.all():
-        caution("mesh: all cells are inverted (negative Jacobian); they are read as numbered the other way round")
+        caution("mesh: all cells are inverted (negative Jacobian); they are read with reversed numbering")
 
 
 def _hexahedron_order(points: int) -> Numbers:
-    """scikit-fem's order of a hexahedron's points, in meshio's."""
+    """scikit-fem's order of the points of a hexahedron, as indices into meshio's order."""
     from skfem.io.meshio import INV_HEX_MAPPING
 
     return np.array(INV_HEX_MAPPING[:points])

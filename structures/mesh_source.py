@@ -1,4 +1,4 @@
-"""What meshes from files have in common: meshio reads them; points, cells and tags as plain numbers, checked."""
+"""Common parts of meshes from files: meshio reads them; points, cells and tags become checked arrays."""
 
 from collections.abc import Collection, Mapping
 from contextlib import redirect_stderr, redirect_stdout
@@ -21,7 +21,7 @@ Groups: TypeAlias = dict[Tag, Numbers]
 
 
 def known(name: str, tag: Tag, groups: Collection[Tag]) -> Tag:
-    """`tag`, or a ValueError that lists the tags there are and the nearest one; name: of the argument."""
+    """`tag`; otherwise a ValueError that lists the existing tags and the nearest one; name: of the argument."""
     if isinstance(tag, str | int) and tag in groups:
         return tag
     if not groups:
@@ -32,7 +32,7 @@ def known(name: str, tag: Tag, groups: Collection[Tag]) -> Tag:
 
 
 def read_mesh(source: Any) -> Any:
-    """The meshio.Mesh of a file; meshio itself prints, and ends the process, where it cannot read one."""
+    """The meshio.Mesh of a file. meshio itself prints a message and ends the process if it cannot read a file."""
     import meshio  # type: ignore[import-untyped]
 
     if isinstance(source, meshio.Mesh):
@@ -58,6 +58,7 @@ def read_mesh(source: Any) -> Any:
 
 
 def points_of(source: Any) -> Vector:
+    """Points, p × 3; a ValueError if they are not finite."""
     points = np.asarray(source.points, dtype=float)
     if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
         raise ValueError(f"mesh: has points of shape {points.shape}; must be finite, with three coordinates each")
@@ -65,7 +66,7 @@ def points_of(source: Any) -> Vector:
 
 
 def joined(source: Any, blocks: list[int], kind: str) -> Numbers:
-    """All cells, a row of points each."""
+    """All cells, one row of points each."""
     cells = np.concatenate([np.asarray(source.cells[i].data, dtype=np.int64) for i in blocks])
     if cells.min() < 0 or cells.max() >= len(source.points):
         raise ValueError(f"mesh: has a cell with point {cells.max()}, but only {len(source.points)} points")
@@ -80,23 +81,23 @@ def used(points: Vector, cells: Numbers, corners: int) -> tuple[Vector, Numbers,
     first = np.unique(cells[:, :corners])
     kept = np.concatenate([first, np.setdiff1d(cells, first)])
     if kept.size < len(points):
-        caution(f"mesh: {len(points) - kept.size} of {len(points)} points belong to no cell, and are dropped")
+        caution(f"mesh: {len(points) - kept.size} of {len(points)} points belong to no cell and are dropped")
     number = np.full(len(points), -1)
     number[kept] = np.arange(kept.size)
     return points[kept], number[cells], number
 
 
 def check_whole(cells: Numbers) -> None:
-    """A ValueError where the body falls to pieces, as assemblies do whose parts share no points."""
+    """Raise a ValueError if the body is not connected, as in assemblies whose parts share no points."""
     first, others = np.repeat(cells[:, :1], cells.shape[1] - 1, axis=1).ravel(), cells[:, 1:].ravel()
     size = int(cells.max()) + 1
     pieces = connected_components(sparse.coo_array((np.ones(first.size), (first, others)), shape=(size, size)))[0]
     if pieces > 1:
-        raise ValueError(f"mesh: falls into {pieces} pieces that share no points; merge coincident points")
+        raise ValueError(f"mesh: consists of {pieces} pieces that share no points; merge coincident points")
 
 
 def tagged(source: Any, blocks: list[int], dimension: int) -> Groups:
-    """By name and by number: the members of the blocks, counted through all of them."""
+    """By name and by number: the members of the blocks, numbered consecutively through all blocks."""
     starts = np.cumsum([0] + [len(source.cells[i].data) for i in blocks])
     groups: Groups = {}
     for name, parts in source.cell_sets.items():
@@ -113,7 +114,7 @@ def tagged(source: Any, blocks: list[int], dimension: int) -> Groups:
 
 
 def _numbers(source: Any, blocks: list[int]) -> Numbers:
-    """The number of each cell of the blocks: gmsh's physical group, or else the file's only whole numbers."""
+    """The number of each cell of the blocks: gmsh's physical group, or otherwise the only integers in the file."""
     whole = [
         name
         for name, parts in source.cell_data.items()
@@ -134,7 +135,7 @@ def names(items: Collection[Tag]) -> str:
 
 
 def tagged_facets(source: Any, mesh: Any, number: Numbers, kinds: Mapping[str, int]) -> Groups:
-    """By tag: boundary facets that the file lists as cells, and those all of whose corners a set of points holds.
+    """By tag: boundary facets that the file lists as cells, and those whose corners all belong to a set of points.
 
     mesh: scikit-fem's. number: the mesh's number of each of the file's points, or −1. kinds: meshio's types of facets,
     and their numbers of corners.

@@ -20,9 +20,10 @@ from structures.stepping import (
 )
 from structures.structure import Structure, Vector
 
-DENSE = 300
-"""Degrees of freedom. A coupled, damped structure of at most so many goes through the compiled window loop; of more, a
-window's dense product takes as long as a sparse solve."""
+LARGEST_DENSE_SIZE = 300
+"""Number of degrees of freedom up to which a coupled, damped structure uses the compiled window loop. With more, the
+dense product of a window takes as long as a sparse solve.
+"""
 
 
 STEPPERS: dict[str, Stepper] = {
@@ -36,11 +37,11 @@ STEPPERS: dict[str, Stepper] = {
 class Propagator(NamedTuple):
     """A window of a linear structure as arrays, for the compiled window loop.
 
-    The state is s·B numbers, component i of block k at i·B + k: displacement and velocity of each of B oscillators; or
-    one block of everything where all is coupled, the displacements first. spread: s × s·B, what component j leaves of
-    itself in component i of its own block, at (j, i·B + k). response: the state after 1 N from rest.
-    contact: b, of the first entries. stiffness, mass: of the displacements, and of the velocities after them; in one
-    row where they are diagonal.
+    The state is s·B numbers, component i of block k at i·B + k. It holds displacement and velocity of each of B
+    oscillators, or, if all degrees of freedom are coupled, one block with all displacements first. spread: s × s·B, the
+    effect of component j on component i of its own block, at (j, i·B + k). response: the state after 1 N from rest.
+    contact: b, for the first entries. stiffness, mass: of the displacements and of the velocities after them; one row
+    if they are diagonal.
     """
 
     spread: Vector
@@ -53,11 +54,33 @@ class Propagator(NamedTuple):
 class MovingStructure:
     """A Structure as a participant: advance(state, mean force, window) → (state, displacement of the contact).
 
-    Of p contacts, forces and displacements are arrays of p, each positive away from its own chain.
-    stepper: "midpoint", which keeps the energy exactly; "newmark", "generalised-alpha" or "central-difference" with
-    their default constants; or what makes a Step from a structure and a window, such as
-    functools.partial(GeneralisedAlpha, spectral_radius=0.5). All are of second order. A structure of oscillators moves
-    exactly where the stepper is the midpoint, see Oscillators. Central differences lump the mass, see `structure`.
+    With p contacts, forces and displacements are arrays of p numbers, each positive away from its own chain.
+
+    Parameters
+    ----------
+    structure : Structure
+        The structure to move.
+    stepper : str or callable
+        The time integration. "midpoint" conserves energy exactly; "newmark", "generalised-alpha" and
+        "central-difference" use their default constants. A callable makes a Step from a structure and a window, for
+        example functools.partial(GeneralisedAlpha, spectral_radius=0.5). All are of second order. Central differences
+        lump the mass; the attribute `structure` holds the lumped structure. With the midpoint stepper, a structure of
+        oscillators (see `reduce`) moves exactly.
+
+    Raises
+    ------
+    ValueError
+        If the stepper is unknown.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bar = hl.rod([hl.Layer(hl.STEEL_440C, length=25.4e-3, radius=9.525e-3)])
+    >>> moving = hl.MovingStructure(bar)
+    >>> state, displacement = moving.advance(moving.start(), 10.0, 1e-6)  # 10 N for 1 µs
+    >>> work = 10.0 * displacement
+    >>> abs(moving.energy(state) / work - 1.0) < 1e-9
+    True
     """
 
     def __init__(self, structure: Structure, stepper: str | Stepper = "midpoint") -> None:
@@ -70,12 +93,14 @@ class MovingStructure:
 
     @property
     def surface(self) -> Any:
-        """What Hertz's law needs to know of the contact point: a Surface; a tuple of them for several contacts."""
+        """Material and curvature at the contact, for Hertz's law: a Surface, or a tuple of them for several
+        contacts.
+        """
         return self.structure.surface
 
     @property
     def conservative(self) -> bool:
-        """Whether the structure keeps all the energy that it is given, but for what its stepper loses."""
+        """Whether the structure is undamped, so that it loses energy only through its stepper."""
         return self.structure.damping is None
 
     @cached_property
@@ -85,34 +110,36 @@ class MovingStructure:
 
     @property
     def compact(self) -> bool:
-        """Whether a window of it is a small Propagator: oscillators, or a few freedoms that damping couples.
+        """Whether a window is a small Propagator: oscillators, or a few degrees of freedom that damping couples.
 
         Only with one contact.
         """
-        few = self.structure.size <= DENSE and not self.conservative
+        few = self.structure.size <= LARGEST_DENSE_SIZE and not self.conservative
         return self._contacts == 1 and (self.modal or (self.stepper == "midpoint" and few))
 
     def propagator(self, window: float) -> Propagator:
-        """A window as arrays; of a coupled structure, what the step makes of each displacement and velocity in turn."""
+        """A window as arrays; for a coupled structure, the effect of the step on each displacement and velocity in
+        turn.
+        """
         step, structure, size = self.step(window), self.structure, self.structure.size
         displacement, velocity, _ = step.response
         if isinstance(step, Oscillators):
             spread = step.rows.reshape(2, 2, size).transpose(1, 0, 2).reshape(2, 2 * size)
             square, unit = structure.stiffness.diagonal()[None], np.ones((1, size))
             return Propagator(spread, np.append(displacement, velocity), structure.contact, square, unit)
-        # Without mass, as Maxwell arms are, a degree of freedom has a velocity that nothing depends on.
+        # Nothing depends on the velocity of a massless degree of freedom, such as a Maxwell arm.
         moving = np.flatnonzero(abs(structure.mass).sum(axis=0))
         at_rest, straight = np.zeros(size), np.eye(size)
         starts = [StructureState(unit, at_rest) for unit in straight]
         starts += [StructureState(at_rest, unit) for unit in straight[moving]]
-        # One by one: with all at once the solver's threads may wait for each other far longer.
+        # One by one: solving for all at once may take much longer, because the solver's threads block each other.
         spread = np.array([np.append(u, v[moving]) for u, v, _ in map(step.free, starts)])
         stiffness, mass = structure.stiffness.toarray(), structure.mass.toarray()[np.ix_(moving, moving)]
         response = np.append(displacement, velocity[moving])
         return Propagator(spread, response, structure.contact, stiffness, mass)
 
     def describe(self) -> dict[str, Any]:
-        """How the structure was made, and the stepper where it is not the midpoint, as plain data."""
+        """How the structure was made, and the stepper if it is not the midpoint, as plain data."""
         chosen = {} if self.stepper == "midpoint" else {"stepper": self.stepper}
         return {**self.structure.origin, **chosen}
 
@@ -121,12 +148,14 @@ class MovingStructure:
         return StructureState(np.zeros(self.structure.size), np.zeros(self.structure.size))
 
     def advance(self, state: StructureState, force: Any, window: float) -> tuple[StructureState, Any]:
-        """Move on by one window (s) under the mean force (N) above the static one, or the p forces of p contacts."""
+        """Advance by one window (s) under the mean force (N) relative to the static one, or the p forces of p
+        contacts.
+        """
         end = self.pushed(self.free(state, window), force, window)
         return end, self.read(end)
 
     def pushed(self, free: StructureState, force: Any, window: float) -> StructureState:
-        """The state at the window's end from that without force, and the mean force or forces."""
+        """The state at the end of the window from the state without force and the mean force or forces."""
         if not self.structure.size:
             return free
         response = self.step(window).response
@@ -135,11 +164,11 @@ class MovingStructure:
         if np.shape(force) != (self._contacts,):
             raise ValueError(f"force = {force!r}: must be {self._contacts} numbers of N, one for each contact")
         forces, pairs = np.asarray(force, dtype=float), zip(free, response, strict=True)
-        # Steps without a memory may leave it without columns.
+        # A Step without memory may return a memory without columns.
         return StructureState(*(end + unit @ forces if unit.size else end for end, unit in pairs))
 
     def free(self, state: StructureState, window: float) -> StructureState:
-        """The state at the window's end where no force acts."""
+        """The state at the end of the window if no force acts."""
         return self.step(window).free(state) if self.structure.size else state
 
     def read(self, state: StructureState) -> Any:
@@ -149,25 +178,27 @@ class MovingStructure:
         return self._contact.T @ state.displacement
 
     def compliance(self, window: float) -> Any:
-        """What 1 N of mean force adds to the contact's displacement at the window's end, m/N.
+        """Displacement of the contact at the end of the window for 1 N of mean force, m/N.
 
-        Of p contacts p × p, entry (i, j) the displacement of i by a force on j; symmetric to rounding, as M, C and K
-        are. Newmark's method of other constants makes it so to second order only where damping couples the modes.
+        For p contacts p × p, with entry (i, j) the displacement of i caused by a force on j. The matrix is symmetric to
+        rounding, because M, C and K are symmetric. Newmark's method with other constants is symmetric to second order
+        only if damping couples the modes.
         """
         if not self.structure.size:
             return 0.0 if self._contacts == 1 else np.zeros((self._contacts,) * 2)
         return self.read(self.step(window).response)
 
     def energy(self, state: StructureState) -> float:
-        """Kinetic and elastic energy above static equilibrium, J."""
+        """Kinetic plus elastic energy relative to static equilibrium, J."""
         return sum(energies(self.structure, state))
 
     def energies(self, state: StructureState, window: float, force: Any = 0.0) -> tuple[float, float]:
-        """Kinetic and elastic energy above static equilibrium, J, as the stepper sees them in windows of this length.
+        """Kinetic and elastic energy relative to static equilibrium, J, in the form that the stepper conserves for this
+        window.
 
-        Without damping the work of a steady `force` (N; p of them for p contacts) goes into their sum, as far as the
-        stepper keeps anything: for central differences and Newmark's method with γ = ½ that differs from `energy` by a
-        part (ωH)²/4 of each motion or less.
+        Without damping the work of a constant `force` (N; p of them for p contacts) goes into their sum, if the stepper
+        conserves energy at all. For central differences and Newmark's method with γ = ½ the sum differs from `energy`
+        by a fraction (ωH)²/4 of each motion or less.
         """
         if not self.structure.size:
             return 0.0, 0.0
@@ -180,9 +211,11 @@ class MovingStructure:
         return kept
 
     def dissipated(self, before: StructureState, after: StructureState, window: float) -> float:
-        """Energy, J, that damping took between two states a window apart: H v̄ᵀC v̄, v̄ the mean of the two rates.
+        """Energy, J, that damping dissipated between two states a window apart: H v̄ᵀC v̄, v̄ the mean of the two
+        velocities.
 
-        Exact for the midpoint, and for oscillators, see there; of second order in the window for the other steppers.
+        Exact for the midpoint and for oscillators (see Oscillators.dissipated); second order in the window for other
+        steppers.
         """
         damping = self.structure.damping
         if damping is None or not self.structure.size:
@@ -194,13 +227,13 @@ class MovingStructure:
         return window * float(mean @ (damping @ mean))
 
     def step(self, window: float) -> Step:
-        """The stepper for this window, made once."""
+        """The Step for this window; made once."""
         if window not in self._steps:
             positive("window", window, "s")
             self.structure.matrices.examine()
             make = self.stepper if callable(self.stepper) else STEPPERS[self.stepper]
             step = Oscillators(self.structure, window) if self.modal else make(self.structure, window)
             if not hasattr(step, "free") or not hasattr(step, "response"):
-                raise ValueError(f"stepper = {self.stepper!r}: gave {step!r}, must make a Step with free and response")
+                raise ValueError(f"stepper = {self.stepper!r}: returned {step!r}, must return a Step")
             self._steps[window] = step
         return self._steps[window]

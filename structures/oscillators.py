@@ -1,4 +1,6 @@
-"""Structures whose degrees of freedom are modes, as reduced ones are: each oscillator moves exactly, in closed form."""
+"""Structures whose degrees of freedom are modes, as after a reduction: each oscillator moves exactly, in closed
+form.
+"""
 
 import numpy as np
 from scipy import sparse
@@ -6,9 +8,10 @@ from scipy import sparse
 from structures.stepping import StructureState, equal
 from structures.structure import Structure, Vector
 
-APART, TERMS = 0.5, 24
-"""Overdamped oscillators whose two rates, times the window, differ by twice this are sums of two exponentials; of the
-others, so many terms of a series are exact to rounding."""
+SERIES_RATE_LIMIT, SERIES_TERMS = 0.5, 24
+"""An overdamped oscillator whose two rates, times the window, differ by more than 2 SERIES_RATE_LIMIT is a sum of
+two exponentials. For all others SERIES_TERMS terms of a series are exact to rounding.
+"""
 
 
 def is_modal(structure: Structure) -> bool:
@@ -21,10 +24,10 @@ def is_modal(structure: Structure) -> bool:
 class Oscillators:
     """A structure with M = I and diagonal K and C, one oscillator for each degree of freedom.
 
-    Slow ones, ω H ≤ 1, move exactly. Fast ones take the implicit midpoint: seen once a window, their exact motion
-    would pose as a slow one, and one with a period of H would not be seen at all. Both keep the energy: the work
-    F̄ (w₁ − w₀) is what the structure gains and C takes.
-    rows: 4 × n, each oscillator's 2 × 2 propagator: u₁ = r₀ u + r₁ v, v₁ = r₂ u + r₃ v. No limit on the window.
+    Slow oscillators, ω H ≤ 1, move exactly. Fast ones use the implicit midpoint: sampled once a window, their exact
+    motion would appear as a slow one (aliasing), and a motion with the period H would not appear at all. Both conserve
+    energy: the work F̄ (w₁ − w₀) equals the energy that the structure gains plus the energy that C dissipates. rows: 4
+    × n, the 2 × 2 propagator of each oscillator: u₁ = r₀ u + r₁ v, v₁ = r₂ u + r₃ v. The window has no upper limit.
     """
 
     def __init__(self, structure: Structure, window: float) -> None:
@@ -36,7 +39,7 @@ class Oscillators:
         lag[~fast], push[~fast], left[~fast] = _exact(phase[~fast], drag[~fast])
         push[fast] = 1.0 / (1.0 + drag[fast] + phase[fast] / 4.0)
         lag[fast], left[fast] = push[fast] / 2.0, 2.0 * push[fast] - 1.0
-        # The midpoint leaves as large a part of u as of v but for the damping; 1 − phase · lag would cancel.
+        # Without damping the midpoint keeps equal fractions of u and v; the form 1 − phase · lag would lose digits.
         kept = np.where(fast, left + 2.0 * drag * push, 1.0 - phase * lag)
         self.rows = np.array([kept, window * push, -window * square * push, left])
         self.window, self.square, self.rate, self.fast, self.push = window, square, rate, fast, window * push
@@ -44,19 +47,21 @@ class Oscillators:
         self.response = StructureState(window**2 * lag * structure.contact, window * push * structure.contact)
 
     def free(self, state: StructureState) -> StructureState:
-        """The state at the window's end where no force acts."""
+        """The state at the end of the window if no force acts."""
         u, v, _ = state
         return StructureState(self.rows[0] * u + self.rows[1] * v, self.rows[2] * u + self.rows[3] * v)
 
     def energies(self, state: StructureState, load: Vector) -> tuple[float, float]:
-        """Kinetic and elastic, J."""
+        """Kinetic and elastic energy, J."""
         u, v, _ = state
         return 0.5 * float(v @ v), 0.5 * float(u @ (self.square * u))
 
     def dissipated(self, before: StructureState, after: StructureState) -> float:
-        """What damping took between two states a window apart, J, under forces that were steady in it.
+        """Energy, J, that damping dissipated between two states a window apart, under forces that were constant in the
+        window.
 
-        Of slow oscillators their force's work less their gain, of fast ones H c v̄²; exact, to rounding of the energy.
+        For slow oscillators it is the work of their force minus their gain of energy, for fast ones H c v̄²; exact to
+        the rounding of the energy.
         """
         (u, v, _), (end_u, end_v, _) = before, after
         force = (end_v - self.rows[2] * u - self.rows[3] * v) / self.push
@@ -67,24 +72,25 @@ class Oscillators:
 
 
 def _exact(phase: Vector, drag: Vector) -> tuple[Vector, Vector, Vector]:
-    """Of oscillators over a window H, with phase (ωH)² ≤ 1 and drag H/2 times the damping rate.
+    """Closed-form motion of oscillators over a window H, with phase (ωH)² ≤ 1 and drag H/2 times the damping rate.
 
-    Returns the displacement after a steady unit force in units of H², its rate in units of H, and what is left of an
-    initial rate. In closed form: a matrix exponential of each is slower, and its threads wait for each other.
+    Returns the displacement after a constant unit force in units of H², its velocity in units of H, and the remaining
+    fraction of an initial velocity. A matrix exponential of each oscillator is slower, and its threads block each
+    other.
     """
     spread = np.sqrt(np.maximum(drag**2 - phase, 0.0))
     # With λ = −drag ± spread, Σ hₖ/(k + 1)! and Σ hₖ/(k + 2)!, hₖ = Σ λ₁ⁱ λ₂ᵏ⁻ⁱ: no cancellation near critical damping.
     lag, push = np.zeros_like(phase), np.zeros_like(phase)
     term, before, factorial = np.ones_like(phase), np.zeros_like(phase), 1.0
-    near = np.where(spread <= APART, drag, 0.0)
-    for k in range(TERMS):
+    near = np.where(spread <= SERIES_RATE_LIMIT, drag, 0.0)
+    for k in range(SERIES_TERMS):
         push += term / factorial
         factorial *= k + 2.0
         lag += term / factorial
         term, before = -2.0 * near * term - phase * before, term
     left = 1.0 - phase * lag - 2.0 * near * push
-    if (spread > APART).any():
-        apart, drag = spread > APART, drag[spread > APART]
+    if (spread > SERIES_RATE_LIMIT).any():
+        apart, drag = spread > SERIES_RATE_LIMIT, drag[spread > SERIES_RATE_LIMIT]
         phase, spread = phase[apart], spread[apart]
         slow, fast = -phase / (drag + spread), -(drag + spread)
         push[apart] = np.exp(slow) * -np.expm1(-2.0 * spread) / (2.0 * spread)

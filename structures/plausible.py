@@ -1,4 +1,4 @@
-"""What numbers are likely in experiments with beads: a number outside is perhaps in another unit."""
+"""Probable ranges of the numbers of bead experiments: a number outside is perhaps in another unit."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -9,7 +9,7 @@ from structures.caution import caution, collected
 
 
 class Likely(NamedTuple):
-    """The range of a quantity in SI units, and the unit that a number below it, or above it, may be in."""
+    """The probable range of a quantity in SI units, and the unit that a number below or above the range may have."""
 
     low: float
     high: float
@@ -21,7 +21,7 @@ class Likely(NamedTuple):
 LIKELY = {
     # Balls of 400 mm diameter; chains in the literature have beads of 0.1 to 100 mm.
     "bead": Likely(0.0, 0.2, "m", "", "mm"),
-    # Plates, panels and rods that fit into a laboratory, up to the walls of ships.
+    # From plates, panels and rods of the laboratory up to the walls of ships.
     "side": Likely(0.0, 20.0, "m", "", "mm"),
     "thickness": Likely(0.0, 1.0, "m", "", "mm"),
     "ply": Likely(0.0, 0.1, "m", "", "mm"),
@@ -30,45 +30,46 @@ LIKELY = {
     "ply modulus": Likely(1e4, inf, "Pa", "GPa or MPa"),
     # Foams yield at some 100 kPa, hard steel at 2 GPa.
     "strength": Likely(1e4, inf, "Pa", "MPa or GPa"),
-    # The lightest foams that bear anything have some 30 kg/m³; no solid has more than 22.6 g/cm³.
+    # The lightest foams that carry load have about 30 kg/m³; no solid has more than 22.6 g/cm³.
     "density": Likely(25.0, inf, "kg/m³", "g/cm³"),
-    # A chain is struck at 1 m/s or less; above some m/s steel yields.
+    # A chain is struck at 1 m/s or less; steel yields above a few m/s.
     "speed": Likely(0.0, 30.0, "m/s", "", "mm/s"),
     "height": Likely(0.0, 3.0, "m", "", "mm"),
-    # A contact of steel beads lasts 25 to 110 µs, one of soft beads some ms.
+    # A contact of steel beads lasts 25 to 110 µs, one of soft beads a few ms.
     "frequency": Likely(500.0, inf, "Hz", "kHz"),
-    # A centrifuge for soil reaches 2000 m/s².
+    # A geotechnical centrifuge reaches 2000 m/s².
     "gravity": Likely(0.0, 5e3, "m/s²", "", "mm/s²"),
     "preload": Likely(0.0, 1e6, "N", "", "mN"),
     "mass": Likely(0.0, 100.0, "kg", "", "g"),
     "mass per length": Likely(0.0, 100.0, "kg/m", "", "g/m"),
-    # The spring of a toy has 1 N/m; no actuator's is compressed by a metre.
+    # A toy spring has 1 N/m; no actuator compresses its spring by a metre.
     "spring": Likely(1.0, inf, "N/m", "N/mm"),
     "way": Likely(0.0, 1.0, "m", "", "mm"),
     # A steel bar 30 mm high has 2e4 N m².
     "beam": Likely(0.0, 1e6, "N m²", "", "N mm²"),
-    # A run lasts some ms; what lasts longer than a second does not show in it.
+    # A run lasts a few ms; a process that takes more than a second does not show in it.
     "time": Likely(0.0, 1.0, "s", "", "µs or ms"),
 }
-"""Wide ranges: nothing in Khatri's thesis lies outside, nor do the structures of the examples and studies. There is a
-limit only where another unit is in use that a number beyond it may be in. Stiffnesses of edges and foundations, and
-losses in N s/m, have none: they may have any size."""
+"""Wide ranges: everything in Khatri's thesis, the examples and the studies lies inside. A limit exists only where a
+number beyond it may be in another common unit. Stiffnesses of edges and foundations, and losses in N s/m, have no
+limit, because any size is possible.
+"""
 
 
 def likely(quantity: str, owner: str, name: str, value: float) -> None:
-    """A warning where a number, zero apart, is outside what is likely for a quantity of LIKELY; it names the argument.
+    """Warn if a number other than zero lies outside the probable range of a quantity of LIKELY; name the argument.
 
-    Calculations without dimensions use units of one: see `units_of_one`.
+    Dimensionless calculations use units of one: see `units_of_one`.
     """
     low, high, unit, if_low, if_high = LIKELY[quantity]
     size = abs(value)
     if size == 0.0 or low <= size <= high:
         return
-    caution(f"{owner} {name} = {value:g}: is taken as {value:g} {unit}; is it in {if_low if size < low else if_high}?")
+    caution(f"{owner} {name} = {value:g}: is read as {value:g} {unit}; is it in {if_low if size < low else if_high}?")
 
 
 @contextmanager
 def units_of_one() -> Iterator[None]:
-    """Within it no warning is given: for calculations without dimensions, as with Material(1.0, 0.0, 1.0)."""
+    """No such warnings inside this context: for dimensionless calculations, as with Material(1.0, 0.0, 1.0)."""
     with collected():
         yield

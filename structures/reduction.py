@@ -1,4 +1,4 @@
-"""Krylov reduction: a large structure becomes a few hundred oscillators that answer alike at the contact."""
+"""Krylov reduction: a large structure becomes a few hundred oscillators with the same response at the contact."""
 
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple, TypeAlias
@@ -15,39 +15,46 @@ from structures.factor import Solve, shifted_solve
 from structures.field import Field
 from structures.structure import Structure, Vector, known_field
 
-PULSE = 25.0e-6
-"""Length, s, of the force pulse for which the error is estimated by default: the contact time of a small steel bead."""
+DEFAULT_PULSE = 25.0e-6
+"""Default length, s, of the force pulse for which the error is estimated: the contact time of a small steel bead."""
 
-PULSES = (1e-12, 1e3)
-"""s, between which all is far from what floats can hold."""
+PULSE_RANGE = (1e-12, 1e3)
+"""Shortest and longest pulse, s: the numbers in between are far from the limits of floating point."""
 
-HALVINGS = 3
-"""The error is estimated for pulses of a half, a quarter and an eighth of that length too: runs look it up."""
+PULSE_HALVINGS = 3
+"""The error is also estimated for a half, a quarter and an eighth of the pulse length: runs interpolate between them.
+"""
 
-SHIFT = 2.0 * np.pi * 35.0e3
-"""Real expansion point s of the Krylov space, 1/s: in the upper half of the band that steel beads excite. Of 15 to
-80 kHz, tried on plates and rods, it needs the fewest vectors for records of 1.5 to 3.5 ms."""
+EXPANSION_POINT = 2.0 * np.pi * 35.0e3
+"""Real expansion point s of the Krylov space, 1/s, in the upper half of the band that steel beads excite. Of 15 to 80
+kHz, tried on plates and rods, it needs the fewest vectors for records of 1.5 to 3.5 ms.
+"""
 
-FADING = 4.0
-"""The error is weighted with e^(−4 t/until) in time: a contact meets the first echoes, not the last ones."""
+WEIGHT_DECAY = 4.0
+"""The error is weighted with e^(−4 t/until) in time: the contact meets the first echoes, not the last ones."""
 
-BLOCK = 10
+VECTORS_PER_BLOCK = 10
+"""Vectors for each contact between two estimates of the error: few enough not to overshoot the size that is needed."""
 
-NOTHING_NEW = 1e-10
-"""A vector of which less than this part is new to the basis is dropped."""
+LEAST_NEW_PART = 1e-10
+"""A vector is dropped if the fraction of it that is new to the basis is smaller than this."""
 
-LARGEST = 600
+MOST_VECTORS = 600
+"""Default limit of the basis: dense matrices of this size are diagonalised in about a second."""
 
-NOT_STRETCHED = 1e-14
-"""A direction in which an arm has less than this part of its greatest stiffness gets no arm."""
+LEAST_ARM_STIFFNESS = 1e-14
+"""A direction gets no arm if the stiffness of the arm there is below this fraction of its largest stiffness."""
 
-NEGATIVE = 1e-9
-"""A square of an angular frequency below zero by less than this part of SHIFT² is rounding."""
+NEGATIVE_ROUNDING = 1e-9
+"""A negative square of an angular frequency above −NEGATIVE_ROUNDING · SHIFT² is attributed to rounding."""
 
-PROBES = 3
+RANDOM_PROBES = 3
+"""Random vectors for the comparison with α M + β K: two coefficients are fitted, and three vectors of n numbers leave
+no room for a coincidence.
+"""
 
-PROPORTIONAL = 1e-11
-"""A matrix that differs from α M + β K by less than this part, in what it does to random vectors, is taken as one."""
+PROPORTIONAL_DIFFERENCE = 1e-11
+"""A matrix counts as α M + β K if its products with random vectors differ by less than this fraction."""
 
 Apply: TypeAlias = Callable[[Vector], Vector]
 
@@ -56,36 +63,71 @@ def reduce(
     structure: Structure,
     until: float,
     tolerance: float = 1e-2,
-    largest: int = LARGEST,
+    largest: int = MOST_VECTORS,
     keep_field: bool = False,
-    pulse: float = PULSE,
+    pulse: float = DEFAULT_PULSE,
 ) -> Structure:
-    """A structure of oscillators (M = I, K diagonal) with the same motion of the contact points up to `until` s.
+    """Reduce a structure to oscillators (M = I, K diagonal) with the same motion of the contact points.
 
-    It serves runs up to `until` only: after that, waves come back that the full structure does not know.
+    The basis holds Lanczos vectors of (K + s²M)⁻¹M, started from (K + s²M)⁻¹b and M-orthogonalised twice; each contact
+    starts a vector of its own. K is projected on the basis and diagonalised. A damping matrix is projected on the same
+    basis. Rayleigh damping stays diagonal, so each oscillator has its own damping. Maxwell arms are kept, for each
+    relaxation time at most as many as there are oscillators; they are massless, and K couples them to the oscillators.
 
-    Lanczos vectors of (K + s²M)⁻¹M from (K + s²M)⁻¹b, M-orthogonalised twice; K is projected on them and
-    diagonalised (Bai, Appl. Numer. Math. 43 (2002) 9). Each contact starts a vector of its own. A damping matrix is
-    projected on the same basis; Rayleigh's stays diagonal, so each oscillator keeps its own damping. Maxwell arms are
-    kept, for each relaxation time as many as there are oscillators at most; they have no mass, and K couples them to
-    the oscillators.
-    tolerance: relative error, in the mean square over time with a weight that fades as e^(−4 t/until), of the
-    displacement after a force pulse; with several contacts that of each pair, in units of the geometric mean
-    of what either does to itself, and the largest counts. It is estimated by the change over the last ten vectors (for
-    each contact), chooses the size, and stands in `origin["reduction"]["error_estimate"]`; a warning is given where
-    `largest` vectors do not reach it. Amplitude ratios settle far earlier (tests): 1e-2 leaves them
-    within 0.01 % of those without reduction. Where arms stand beside some layers only, the
-    estimate may be too kind below 1e-3, by a factor of five.
-    pulse, s: the pulse's length, that of a contact; the default suits steel beads of 4 mm diameter or more. Beads of
-    1 mm push for some 7 µs, and AR of their secondary waves may be wrong by 20 % where the reduction is made for 25 µs.
-    A run looks up what the error is for its own push, and warns where it exceeds twice the tolerance.
-    keep_field: keep what gives displacement and stress of the whole body back, for `structure_motion`: 8 bytes for each
-    degree of freedom and oscillator. Raises ValueError where the structure has no field. A structure without mass has
-    nothing that oscillates, and is returned as it is.
+    Parameters
+    ----------
+    structure : Structure
+        The structure to reduce. A structure without mass has no oscillators and is returned unchanged.
+    until : float
+        Length of the longest run, s. The reduced structure is valid up to this time only: later its waves differ from
+        those of the full structure.
+    tolerance : float
+        Relative error of the contact's displacement after a force pulse, in the mean square over time with the weight
+        e^(−4 t/until). With several contacts the error of each pair counts, in units of the geometric mean of the two
+        direct responses, and the largest decides. The error is estimated by the change over the last ten vectors (for
+        each contact); the estimate determines the size and is stored in `origin["reduction"]["error_estimate"]`.
+    largest : int
+        Largest number of vectors. A warning is issued if they do not reach the tolerance.
+    keep_field : bool
+        Keep the data from which displacement and stress of the whole body are recovered, for `structure_motion`: 8
+        bytes for each degree of freedom and oscillator.
+    pulse : float
+        Length of the pulse, s: a contact time. The default suits steel beads of 4 mm diameter or more. Beads of 1 mm
+        push for about 7 µs, and the AR of their secondary waves may be wrong by 20 % after a reduction for 25 µs. A run
+        looks up the error for its own contact time, and warns if it exceeds twice the tolerance.
+
+    Returns
+    -------
+    Structure
+        The oscillators, and their Maxwell arms after them.
+
+    Raises
+    ------
+    ValueError
+        If an argument is out of range, the structure has already been reduced for shorter runs, or it has no field
+        although keep_field is True.
+
+    Notes
+    -----
+    Amplitude ratios converge much earlier (tests): a tolerance of 1e-2 leaves them within 0.01 % of those without
+    reduction. If only some layers have arms, an estimate below 1e-3 may be too small by a factor of five.
+
+    References
+    ----------
+    Bai, Appl. Numer. Math. 43 (2002) 9.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> plate = hl.kirchhoff_plate(0.2, 0.2, 2.29e-3, hl.ALUMINIUM_6061, hl.Supports(left="clamped"))
+    >>> full = plate.at(0.1, 0.1)
+    >>> small = hl.reduce(full, until=0.5e-3)
+    >>> small.size < 150 < full.size, small.valid_until
+    (True, 0.0005)
     """
     instance("structure", structure, Structure, "a Structure")
     until, tolerance = positive("until", until, "s"), positive("tolerance", tolerance)
-    pulse = within("pulse", pulse, *PULSES, "s")
+    pulse = within("pulse", pulse, *PULSE_RANGE, "s")
     instance("keep_field", keep_field, bool, "True or False")
     largest, size = whole("largest", largest), structure.size
     if until > structure.valid_until:
@@ -95,7 +137,7 @@ def reduce(
         return structure
     krylov = _Krylov(structure, min(largest, size))
     before, modes, estimate = None, None, np.inf
-    while estimate > tolerance and krylov.grow(BLOCK * structure.contacts):
+    while estimate > tolerance and krylov.grow(VECTORS_PER_BLOCK * structure.contacts):
         before, modes = modes, krylov.oscillators()
         if before is not None:
             estimate = _estimate(before, modes, until, pulse)
@@ -106,15 +148,16 @@ def reduce(
     report: dict[str, Any] = {"full_size": size, "tolerance": tolerance, "pulse": pulse, "error_estimate": estimate}
     modes = krylov.oscillators() if modes is None else modes
     if before is not None and estimate > 0.0:
-        shorter = [pulse / 2.0**i for i in range(1, HALVINGS + 1)]
+        shorter = [pulse / 2.0**i for i in range(1, PULSE_HALVINGS + 1)]
         report["shorter_pulses"] = [(one, _estimate(before, modes, until, one)) for one in shorter]
     kept = None if field is None else field.in_basis(krylov.shapes(modes))
     return _made_of(modes, structure, report, until, kept)
 
 
 class _Modes(NamedTuple):
-    """Oscillators: ω², b (n × p), their damping (None; a vector where it is diagonal; a matrix), and (τ, the stiffness
-    of the arms in the same form) for each relaxation time; and what they are made of, in vectors of the basis."""
+    """Oscillators: ω², b (n × p), their damping (None, a vector if it is diagonal, or a matrix), (τ, the stiffness of
+    the arms in the same form) for each relaxation time, and their vectors in the basis.
+    """
 
     square: Vector
     contact: Vector
@@ -124,7 +167,7 @@ class _Modes(NamedTuple):
 
 
 def _made_of(modes: _Modes, full: Structure, report: dict[str, Any], until: float, field: Field | None) -> Structure:
-    """The reduced structure: oscillators, and their Maxwell arms after them."""
+    """The reduced structure: oscillators, followed by their Maxwell arms."""
     roots = [_root(stretch) for _, stretch in modes.arms]
     size = modes.square.size + sum(root.shape[0] for root in roots)
     reduced = Structure(
@@ -144,19 +187,23 @@ def _made_of(modes: _Modes, full: Structure, report: dict[str, Any], until: floa
 
 
 class _Part(NamedTuple):
-    """A symmetric matrix, as what it does; rates: (α, β) where it is α M + β K, and so diagonal in the modes."""
+    """A symmetric matrix as a linear operator; rates: (α, β) if it is α M + β K and so diagonal in the modes."""
 
     apply: Apply
     rates: tuple[float, float] | None
 
 
 class _Body:
-    """The degrees of freedom of a structure that have mass: M, b (n × p), C, its Maxwell arms, and the relaxed K."""
+    """The degrees of freedom with mass: M, b (n × p), C, their Maxwell arms, and the relaxed K."""
 
     def __init__(self, structure: Structure) -> None:
         self.mass, self.stiffness = structure.mass, structure.stiffness
         self.contact = structure.contact.reshape(structure.size, -1)
-        self.solve, damping, arms = shifted_solve(structure, SHIFT), structure.damping, maxwell_arms(structure)
+        self.solve, damping, arms = (
+            shifted_solve(structure, EXPANSION_POINT),
+            structure.damping,
+            maxwell_arms(structure),
+        )
         self.coupling, self.arms = sparse.csr_array((0, structure.size)), list[tuple[float, _Part]]()
         if arms is not None:
             inner = np.ix_(arms.body, arms.body)
@@ -173,14 +220,16 @@ class _Body:
         return force
 
     def _part(self, apply: Apply) -> _Part:
-        """The matrix, compared with M and K by what they do to random vectors, in units that suit Hermite elements."""
-        scale = 1.0 / np.sqrt(self.stiffness.diagonal() + SHIFT**2 * self.mass.diagonal())[:, None]
-        probe = scale * np.random.default_rng(0).normal(size=(scale.size, PROBES))
+        """The matrix, compared with M and K by their products with random vectors, in units that suit Hermite
+        elements.
+        """
+        scale = 1.0 / np.sqrt(self.stiffness.diagonal() + EXPANSION_POINT**2 * self.mass.diagonal())[:, None]
+        probe = scale * np.random.default_rng(0).normal(size=(scale.size, RANDOM_PROBES))
         units = np.column_stack([(scale * (self.mass @ probe)).ravel(), (scale * self.elastic(probe)).ravel()])
         found = (scale * apply(probe)).ravel()
         sizes = np.maximum(np.linalg.norm(units, axis=0), np.finfo(float).tiny)
         rates = np.linalg.lstsq(units / sizes, found)[0] / sizes
-        alike = np.linalg.norm(units @ rates - found) <= PROPORTIONAL * np.linalg.norm(found)
+        alike = np.linalg.norm(units @ rates - found) <= PROPORTIONAL_DIFFERENCE * np.linalg.norm(found)
         return _Part(apply, (float(rates[0]), float(rates[1])) if alike else None)
 
 
@@ -189,7 +238,7 @@ def _stretching(root: sparse.csr_array) -> Apply:
 
 
 def _without_arms(solve: Solve, body: NDArray[np.intp], size: int) -> Solve:
-    """Solves for the degrees of freedom with mass, no force on the arms."""
+    """A solver for the degrees of freedom with mass, with no force on the arms."""
 
     def solve_body(right: Vector) -> Vector:
         padded = np.zeros(size)
@@ -200,9 +249,9 @@ def _without_arms(solve: Solve, body: NDArray[np.intp], size: int) -> Solve:
 
 
 class _Krylov:
-    """The growing basis V of the degrees of freedom that have mass, M-orthonormal, and Galerkin's K and C in it.
+    """The growing M-orthonormal basis V of the degrees of freedom with mass, and the Galerkin projections of K and C.
 
-    Maxwell arms follow the body, q ∈ R span V, so Galerkin leaves them exact: VᵀRᵀRV is all that is needed of them.
+    The coordinates of Maxwell arms are q ∈ R span V, so the projection leaves them exact: only VᵀRᵀRV is needed.
     """
 
     def __init__(self, structure: Structure, largest: int) -> None:
@@ -218,11 +267,11 @@ class _Krylov:
 
     @property
     def exhausted(self) -> bool:
-        """Whether the basis holds all that the contacts can excite."""
+        """Whether the basis contains every motion that the contacts can excite."""
         return not (self.pending or self.postponed) or self.size == self.body.contact.shape[0]
 
     def grow(self, count: int) -> bool:
-        """Add `count` vectors, or as many as there are; False where none could be added."""
+        """Add `count` vectors, or as many as exist; False if none could be added."""
         before = self.size
         while self.size < min(before + count, self.largest) and not self.exhausted:
             self._add()
@@ -232,9 +281,10 @@ class _Krylov:
         return self.size > before
 
     def _add(self) -> None:
-        """The next vector; where there is damping, what it passes on is followed as well as the inertia.
+        """Add the next vector; with damping, the direction of the damping forces is followed as well as that of
+        inertia.
 
-        What arms pass on comes last: in rods of several layers it fills the basis with shapes that matter little.
+        The forces of arms come last: in rods of several layers they fill the basis with shapes that matter little.
         """
         k, mass, near = self.size, self.body.mass, 2 * self.body.contact.shape[1]
         vector = self.body.solve((self.pending or self.postponed).pop(0))
@@ -245,7 +295,7 @@ class _Krylov:
             vector -= (self.weighted[first:k] @ vector) @ self.basis[first:k]
         weighted = mass @ vector
         norm = np.sqrt(max(vector @ weighted, 0.0))
-        if norm <= NOTHING_NEW * before:
+        if norm <= LEAST_NEW_PART * before:
             return
         self.basis[k], self.weighted[k] = vector / norm, weighted / norm
         self.size = k + 1
@@ -259,7 +309,7 @@ class _Krylov:
         basis = self.basis[: self.size]
         square, vectors = eigh(self.stiffness[: self.size, : self.size])
         contact = vectors.T @ (basis @ self.body.contact)
-        if square.size and square[0] < -NEGATIVE * SHIFT**2:
+        if square.size and square[0] < -NEGATIVE_ROUNDING * EXPANSION_POINT**2:
             raise ValueError(
                 "stiffness: must have no negative eigenvalue, but there is a motion that grows as "
                 f"e^(t/τ) with τ = {1.0 / np.sqrt(-square[0]):.3g} s"
@@ -275,7 +325,7 @@ class _Krylov:
         return _Modes(square, contact, damping, [(time, projected(arm)) for time, arm in self.body.arms], vectors)
 
     def shapes(self, modes: _Modes) -> Vector:
-        """The motion of the body in each of its oscillators, degrees of freedom × oscillators."""
+        """The motion of the body in each oscillator, degrees of freedom × oscillators."""
         return np.asarray(self.basis[: self.size].T @ modes.vectors)
 
 
@@ -284,23 +334,26 @@ def _matrix(values: Vector) -> sparse.csr_array:
 
 
 def _root(stretch: Vector) -> sparse.csr_array:
-    """R with RᵀR = stretch, a row for each direction that is stretched at all."""
+    """R with RᵀR = stretch, one row for each direction with stiffness."""
     values, vectors = (stretch, np.eye(stretch.size)) if stretch.ndim == 1 else eigh(stretch)
-    kept = values > NOT_STRETCHED * values.max()
+    kept = values > LEAST_ARM_STIFFNESS * values.max()
     return sparse.csr_array(np.sqrt(values[kept])[:, None] * vectors[:, kept].T)
 
 
 def _change(previous: Vector, answer: Vector) -> float:
-    """The largest change of the answers, p × p × frequencies, each in units of the two contacts' own."""
+    """The largest change of the responses, p × p × frequencies, each in units of the direct responses of its two
+    contacts.
+    """
     own = [np.linalg.norm(answer[i, i]) for i in range(len(answer))]
     pairs = [(i, j) for i in range(len(answer)) for j in range(i + 1)]
     return max(float(np.linalg.norm(answer[i, j] - previous[i, j]) / np.sqrt(own[i] * own[j])) for i, j in pairs)
 
 
 def error_for_pulse(report: Mapping[str, Any], length: float) -> float:
-    """The estimated error for a force pulse of a length, s, from a reduced structure's `origin["reduction"]`.
+    """The estimated error for a force pulse of a length, s, from `origin["reduction"]` of a reduced structure.
 
-    Between the pulses that it was estimated for it is interpolated, as a power of the length; beyond them the nearest.
+    Between the pulses of the estimates the error is interpolated as a power of the length; beyond them the nearest
+    counts.
     """
     known = [(report["pulse"], report["error_estimate"]), *report.get("shorter_pulses", [])]
     if len(known) == 1:
@@ -310,16 +363,17 @@ def error_for_pulse(report: Mapping[str, Any], length: float) -> float:
 
 
 def _estimate(before: _Modes, modes: _Modes, until: float, length: float) -> float:
-    """The change of the displacement after a pulse of a length, s, from some vectors to some more."""
+    """The change of the displacement after a pulse of a length, s, from a smaller to a larger number of vectors."""
     return _change(*(_pulse_answer(one, until, length) for one in (before, modes)))
 
 
 def _pulse_answer(modes: _Modes, until: float, length: float) -> Vector:
-    """Laplace transform, at σ + iω, of the contacts' displacements after a raised-cosine pulse of a length, s, on each.
+    """Laplace transform, at σ + iω, of the displacements of the contacts after a raised-cosine pulse of a length, s, on
+    each.
 
-    By Parseval its norm is that of e^(−σt) w(t) over time.
+    By Parseval's theorem its norm is that of e^(−σt) w(t) over time.
     """
-    s = FADING / until + 1j * np.linspace(0.0, 8.0 * np.pi / length, 500)
+    s = WEIGHT_DECAY / until + 1j * np.linspace(0.0, 8.0 * np.pi / length, 500)
     turn = 2.0 * np.pi / length
     pulse = (1.0 - np.exp(-s * length)) * turn**2 / (s * (s**2 + turn**2))
     answer: Vector = _receptance(modes, s) * pulse

@@ -28,29 +28,33 @@ log = logging.getLogger("hertzlink.solid")
 Point = tuple[float, float, float]
 
 HIGHEST_FREQUENCY = 40.0e3
-"""Hz. The contact of steel beads of 4 to 20 mm lasts 25 to 110 µs and excites little above this."""
+"""Hz. The contact of steel beads of 4 to 20 mm diameter lasts 25 to 110 µs and excites little above this frequency."""
 
-PATCHES = 12.0
-"""The default patch's radius is the shortest side of the bounding box over this: a sixth of a long cylinder's radius.
-Its pressure does there what an even one on an eighth would do, as in `cylinder`."""
+PATCH_DIVISOR = 12.0
+"""The default radius of the patch is the shortest side of the bounding box divided by this number: a sixth of the
+radius of a long cylinder. With its pressure this acts as a uniform pressure on an eighth of the radius, as in
+`cylinder`.
+"""
 
-EDGES = 1.5
+PATCH_RADIUS_PER_EDGE = 1.5
 """The edges of facets under a patch must be shorter than its radius by this factor."""
 
-MOST_TILT = 0.5
-"""Cosine of the angle to the normal beyond which a facet belongs to another side of the body."""
+LEAST_NORMAL_COSINE = 0.5
+"""Cosine of the angle to the normal below which a facet belongs to another side of the body."""
 
-MISSING = 0.02
-"""The part of the pressure that may fall beside the surface: facets are flat, and quadrature is not exact."""
+LARGEST_MISSING_PRESSURE = 0.02
+"""The fraction of the pressure that may miss the surface: facets are flat, and quadrature is not exact."""
 
-OFF_SURFACE = 0.1
-"""The contact may lie off the surface by this part of the patch's radius."""
+LARGEST_DISTANCE_OFF_SURFACE = 0.1
+"""The contact may lie off the surface by this fraction of the patch radius."""
 
-MANY = 100_000
-"""Degrees of freedom. 31 000 reduce in 8 s and 1 GB, 63 000 in 30 s and 2.3 GB."""
+MANY_DEGREES_OF_FREEDOM = 100_000
+"""Number of degrees of freedom above which a warning is logged. 31 000 are reduced in 8 s with 1 GB, 63 000 in 30 s
+with 2.3 GB.
+"""
 
 PATCH_ORDER = 12
-"""Order of integration of the patch's pressure on each facet."""
+"""Order of integration of the pressure of the patch on each facet."""
 
 
 def solid(
@@ -63,31 +67,71 @@ def solid(
     scale: float | None = None,
     curvature: float = 0.0,
 ) -> Structure:
-    """A body of tetrahedra or hexahedra, struck at a point of its surface, along the inward normal.
+    """A body of tetrahedra or hexahedra, struck at a point of its surface along the inward normal.
 
     Linear elasticity, quadratic displacements, consistent mass.
-    mesh: a file that meshio reads (gmsh's .msh, .vtu, Abaqus' .inp) or a meshio.Mesh. Curved cells (tetra10,
-    hexahedron27) stay curved; hexahedron20 loses its midpoints. Straight ones cut round bodies short.
-    material: one for all, or one for each tag of cells: name or number of a physical group in gmsh, ELSET in Abaqus,
-    number in the only whole numbers that other files hold for their cells.
-    contact: in m, on the surface within a tenth of patch_radius. normal: outward; by default that of the surface.
-    fixed: the tag of facets, or a set of points (Abaqus' NSET), held in all directions; None leaves the body free.
-    patch_radius a, m: the force is spread over a circle with the pressure 2 (1 − r²/a²)/π a², and the displacement
-    of the contact is the mean with the same weights. The half-space's answer to it, `patch_compliance`, is taken out by
-    `flexibility`, as Hertz's law holds it already. It must be wider than the contact, lie on one face of the body, and
-    be covered by facets with edges of at most a/1.5. By default the shortest side of the body's box over 12.
-    Beside `cylinder`, 10 000 degrees of freedom give amplitude ratios to 0.03 % (steel) and 0.1 % (PTFE) in seconds.
-    scale: m per unit of the mesh. None is 1, and refuses bodies that look like millimetres.
-    curvature: of the surface at the contact, 1/m, for Hertz's law; 1/R for a sphere.
+
+    Parameters
+    ----------
+    mesh : str, Path or meshio.Mesh
+        A file that meshio reads (.msh of gmsh, .vtu, .inp of Abaqus) or a mesh. Curved cells (tetra10, hexahedron27)
+        stay curved; hexahedron20 loses its midpoints. Straight cells approximate a round body by a polyhedron, which is
+        smaller.
+    material : Material or mapping
+        One material for all cells, or one for each tag of cells. A tag is the name or number of a physical group
+        (gmsh), an ELSET (Abaqus), or a number in the only integer cell data of other files.
+    contact : sequence of float
+        Point of contact, three coordinates, m, at most a tenth of `patch_radius` off the surface.
+    normal : sequence of float, optional
+        Outward normal at the contact; by default that of the surface.
+    fixed : str or int, optional
+        Tag of facets, or of a set of points (NSET of Abaqus), that are held in all directions; None leaves the body
+        free.
+    patch_radius : float, optional
+        Radius a, m, of the circle that carries the force with the pressure 2 (1 − r²/a²)/π a². The displacement of the
+        contact is the mean with the same weights. The compliance of a half-space under this load, `patch_compliance`,
+        is subtracted in `flexibility`, because Hertz's law already contains it. The patch must be wider than the
+        contact, lie on one face of the body, and consist of facets with edges of at most a/1.5. By default a is the
+        shortest side of the bounding box divided by 12.
+    scale : float, optional
+        m per unit of the mesh. None means 1, and then bodies that look like millimetres are refused.
+    curvature : float
+        Curvature of the surface at the contact for Hertz's law, 1/m; 1/R for a sphere.
+
+    Returns
+    -------
+    Structure
+        The body, with a field for displacements and stresses.
+
+    Raises
+    ------
+    ValueError
+        If the mesh cannot be a body, a tag is unknown, the contact is off the surface or close to an edge, or the
+        facets at the contact are too large.
+
+    Notes
+    -----
+    Compared with `cylinder`, 10 000 degrees of freedom give amplitude ratios to 0.03 % (steel) and 0.1 % (PTFE), in
+    seconds.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> import numpy, skfem.io.meshio
+    >>> line = numpy.linspace(0.0, 20e-3, 5)
+    >>> mesh = skfem.io.meshio.to_meshio(skfem.MeshHex.init_tensor(line, line, line))
+    >>> body = hl.solid(mesh, hl.ALUMINIUM_6061, contact=(10e-3, 10e-3, 20e-3), patch_radius=8e-3)
+    >>> round(float(body.mass.sum()) / 3.0 * 1e3, 2)  # g; each of the three directions holds the whole mass
+    21.54
     """
     body = BodyMesh(mesh, scale)
     materials, owner = body.materials(material)
     _check_waves(body, materials)
     curvature = finite("curvature", curvature, "1/m")
-    radius = body.shortest_side / PATCHES if patch_radius is None else positive("patch_radius", patch_radius, "m")
+    radius = body.shortest_side / PATCH_DIVISOR if patch_radius is None else positive("patch_radius", patch_radius, "m")
     patch = _Patch(body, _point("contact", contact), None if normal is None else _point("normal", normal), radius)
     basis = Basis(body.mesh, ElementVector(body.element()), intorder=body.order)
-    if basis.N > MANY:
+    if basis.N > MANY_DEGREES_OF_FREEDOM:
         log.warning("mesh: %d degrees of freedom take minutes and gigabytes to reduce; 30 000 mostly do", basis.N)
     mass, stiffness = _matrices(body, basis, materials, owner)
     kept = _kept(body, basis, fixed, patch)
@@ -122,16 +166,17 @@ def _kept(body: BodyMesh, basis: Any, fixed: Tag | None, patch: "_Patch") -> Num
 
 
 def patch_compliance(material: Material, radius: float) -> float:
-    """Displacement, m/N, of a half-space under the pressure 2 (1 − r²/a²)/π a² (a = radius, m), in the mean with it.
+    """Weighted mean displacement, m/N, of a half-space under the pressure 2 (1 − r²/a²)/π a² (a = radius, m), with the
+    same weights.
 
-    2048 (1 − ν²)/(315 π² E a): it is ∫ p̂(k)² dk · (1 − ν²)/πE from k = 0, with the pressure's Hankel transform
-    p̂ = 8 J₂(ka)/(ka)² (Johnson, Contact Mechanics, section 3.7, for the method).
+    2048 (1 − ν²)/(315 π² E a): the integral ∫ p̂(k)² dk · (1 − ν²)/πE from k = 0, with the Hankel transform of the
+    pressure p̂ = 8 J₂(ka)/(ka)² (Johnson, Contact Mechanics, section 3.7, for the method).
     """
     return 2048.0 / (315.0 * pi**2 * material.contact_modulus * radius)
 
 
 class _Patch:
-    """The circle that is pushed: its place and normal, the cell behind it, and what it does to the mesh.
+    """The circle that carries the force: its place and normal, the cell behind it, and its load vector.
 
     place: the point of the surface nearest to the contact, m. spread: b of all degrees of freedom.
     """
@@ -142,7 +187,7 @@ class _Patch:
         nearest, away = _nearest(corners, contact)
         facet = int(np.argmin(away))
         self.place = tuple(map(float, nearest[facet]))
-        if away[facet] > OFF_SURFACE * radius:
+        if away[facet] > LARGEST_DISTANCE_OFF_SURFACE * radius:
             raise ValueError(
                 f"contact = {_text(contact)} m: lies {away[facet]:.3g} m off the surface, whose nearest point is "
                 f"{_text(nearest[facet])} m"
@@ -150,9 +195,9 @@ class _Patch:
         self.cell = int(body.mesh.f2t[0, self.facets[facet]])
         outward = _normals(body, self.facets)
         near = away < radius
-        around = outward[near & (outward @ outward[facet] > MOST_TILT)].mean(axis=0)
+        around = outward[near & (outward @ outward[facet] > LEAST_NORMAL_COSINE)].mean(axis=0)
         self.normal = _direction(around / np.linalg.norm(around), normal)
-        near &= outward @ self.normal > MOST_TILT
+        near &= outward @ self.normal > LEAST_NORMAL_COSINE
         _check_fine(corners[near], radius)
         self.spread = self._vector(body, self.facets[near], radius)
 
@@ -164,10 +209,10 @@ class _Patch:
         pressure = 2.0 / (pi * radius**2) * np.maximum(1.0 - square / radius**2, 0.0)
         pressure *= np.einsum("i,ifq->fq", self.normal, np.asarray(faces.normals))
         total = float((pressure * faces.dx).sum())
-        if abs(total - 1.0) > MISSING:
+        if abs(total - 1.0) > LARGEST_MISSING_PRESSURE:
             raise ValueError(
-                f"patch_radius = {radius!r}: the face about the contact bears {100.0 * total:.0f} % of the patch, as "
-                "an edge of the body is near; take a smaller patch, and a mesh as fine, or another contact"
+                f"patch_radius = {radius!r}: the face around the contact carries {100.0 * total:.0f} % of the patch, "
+                "as an edge of the body is near; use a smaller patch, with a mesh as fine, or another contact"
             )
         x, y, z = self.normal
         return np.asarray(_push.assemble(faces, pressure=pressure / total, normal_x=x, normal_y=y, normal_z=z))
@@ -201,32 +246,33 @@ def _normals(body: BodyMesh, facets: Numbers) -> Vector:
 
 
 def _direction(surface: Vector, given: Vector | None) -> Vector:
-    """The unit normal that is given, or else the surface's."""
+    """The given unit normal, or otherwise that of the surface."""
     if given is None:
         return surface
     size = float(np.linalg.norm(given))
     if size == 0.0:
         raise ValueError(f"normal = {_text(given)}: must have a length")
-    if given @ surface < MOST_TILT * size:
+    if given @ surface < LEAST_NORMAL_COSINE * size:
         raise ValueError(f"normal = {_text(given)}: must point outward; that of the surface is {_text(surface)}")
     return np.asarray(given / size)
 
 
 def _check_fine(corners: Vector, radius: float) -> None:
-    """A ValueError where facets are too large for the patch."""
+    """Raise a ValueError if facets are too large for the patch."""
     pairs = np.array(list(combinations(range(corners.shape[1]), 2)))
     longest = np.linalg.norm(corners[:, pairs[:, 0]] - corners[:, pairs[:, 1]], axis=2).max()
     if corners.shape[1] == 4:
         longest /= sqrt(2.0)
-    if longest > radius / EDGES:
+    if longest > radius / PATCH_RADIUS_PER_EDGE:
         raise ValueError(
             f"mesh: edges of {longest:.3g} m at the contact are too long for patch_radius = {radius:.3g} m; "
-            f"refine them to {radius / EDGES:.3g} m, or take a patch of {EDGES * longest:.3g} m or more"
+            f"refine them to {radius / PATCH_RADIUS_PER_EDGE:.3g} m, or use a patch of "
+            f"{PATCH_RADIUS_PER_EDGE * longest:.3g} m or more"
         )
 
 
 def _check_waves(body: BodyMesh, materials: Sequence[Material]) -> None:
-    """A warning where cells are too large for the waves that beads excite."""
+    """Warn if cells are too large for the waves that beads excite."""
     wave = min(shear_speed(material) for material in materials) / HIGHEST_FREQUENCY
     if body.longest_edge > wave / 2.0:
         caution(
@@ -238,7 +284,7 @@ def _check_waves(body: BodyMesh, materials: Sequence[Material]) -> None:
 def _matrices(
     body: BodyMesh, basis: Any, materials: Sequence[Material], owner: Numbers
 ) -> tuple[sparse.csr_array, sparse.csr_array]:
-    """Consistent mass and stiffness, n × n: those of `body_matrices`, some twenty times faster."""
+    """Consistent mass and stiffness, n × n: those of `body_matrices`, about twenty times faster."""
     values, slopes, weight = _shapes(body)
     cells, shapes, each = len(owner), values.shape[1], np.eye(3)[None, None, :, None, :]
     density, lame, shear = (
@@ -262,9 +308,9 @@ def _matrices(
 
 
 def _shapes(body: BodyMesh) -> tuple[Vector, Vector, Vector]:
-    """Shape functions of one component, cells × shapes × points of integration; their slopes, three for each; weights.
+    """Shape functions of one component, cells × shapes × integration points; their gradients, three for each; weights.
 
-    The second axis of the slopes counts as scikit-fem's degrees of freedom do: x, y, z of the first function, ...
+    The second axis of the gradients is ordered like scikit-fem's degrees of freedom: x, y, z of the first function, ...
     """
     scalar = Basis(body.mesh, body.element(), intorder=body.order)
     cells, points = scalar.dx.shape

@@ -1,7 +1,7 @@
-"""Steppers: one window of a linear structure, driven by the mean force over it.
+"""Steppers: one time window of a linear structure, driven by the mean force over the window.
 
-Because a structure is linear, the state at a window's end is the state without force plus the mean force times a
-vector known beforehand. So a strong coupling needs one structural solve a window, whatever the contact does.
+A structure is linear, so its state at the end of a window is the state without force plus the mean force times a vector
+that is known in advance. A strong coupling therefore needs one structural solve in each window, for any contact law.
 """
 
 from collections.abc import Callable
@@ -18,42 +18,44 @@ from structures.checks import finite, instance, whole
 from structures.factor import Solve, factorise
 from structures.structure import Structure, Vector
 
-NOTHING = np.zeros(0)
+NO_MEMORY = np.zeros(0)
 
-WITHIN_STABLE = 0.9
-"""Part of the longest stable step that central differences take by default."""
+DEFAULT_STABLE_FRACTION = 0.9
+"""The fraction of the longest stable step that central differences take by default."""
 
-SMALL = 50
-"""So many degrees of freedom have all their frequencies computed where only the highest is wanted."""
+FULL_SPECTRUM_SIZE = 50
+"""Up to this number of degrees of freedom all frequencies are computed, even if only the highest is needed."""
 
-NEARLY_STATIC = 1e-12
-"""Shift of the inverse iteration for the slowest motion, in units of the greatest ratio of stiffness to mass."""
+STATIC_SHIFT = 1e-12
+"""Shift of the inverse iteration for the slowest motion, in units of the largest ratio of stiffness to mass."""
 
 INVERSE_ITERATIONS = 8
+"""Each iteration reduces the share of the other motions by the squared ratio of the frequencies: eight are plenty."""
 
 
 class StructureState(NamedTuple):
-    """Degrees of freedom u and their rates, measured from static equilibrium.
+    """Degrees of freedom u and their velocities, measured from static equilibrium.
 
-    memory: what generalised-α carries besides, its accelerations and the last mean forces; empty for the others.
+    memory: what generalised-α needs in addition, its accelerations and the last mean forces; empty for other steppers.
     """
 
     displacement: Vector
     velocity: Vector
-    memory: Vector = NOTHING
+    memory: Vector = NO_MEMORY
 
 
 class Step(Protocol):
     """One window of a linear structure: end state = free(state) + mean force · response.
 
-    response: the state after 1 N from rest; of p contacts n × p, a column each. A Step may also have
-    energies(state, load), kinetic and elastic, J, in the form that it keeps; without, they are the structure's.
+    response: the state after 1 N from rest; for p contacts n × p, one column each. A Step may also have energies(state,
+    load): kinetic and elastic energy, J, in the form that the stepper conserves. Otherwise the energies of the
+    structure are used.
     """
 
     response: StructureState
 
     def free(self, state: StructureState) -> StructureState:
-        """The state at the window's end where no force acts."""
+        """The state at the end of the window if no force acts."""
         ...
 
 
@@ -64,13 +66,14 @@ def energies(structure: Structure, state: StructureState) -> tuple[float, float]
 
 
 Stepper: TypeAlias = Callable[[Structure, float], Step]
-"""What makes the Step of a structure for a window, s."""
+"""A function that makes the Step of a structure for a window, s."""
 
 
 class ImplicitMidpoint:
     """M (v₁ − v₀)/H = F̄ b − K (u₀ + u₁)/2 − C (v₀ + v₁)/2, u₁ = u₀ + H (v₀ + v₁)/2; one factorisation.
 
-    Second order, and keeps the energy exactly: the work F̄ (w₁ − w₀) is what the structure gains and C takes.
+    Second order. It conserves energy exactly: the work F̄ (w₁ − w₀) equals the energy that the structure gains plus the
+    energy that C dissipates.
     """
 
     def __init__(self, structure: Structure, window: float) -> None:
@@ -89,14 +92,43 @@ class ImplicitMidpoint:
 
 
 class Newmark:
-    """Newmark's method with the mean force F̄ from the window's beginning to its end.
+    """Newmark's method, driven by the mean force F̄ from the beginning to the end of the window.
 
-    M a₀ = F̄ b − C v₀ − K u₀, likewise a₁; u₁ = u₀ + H v₀ + H² [(½ − β) a₀ + β a₁], v₁ = v₀ + H [(1 − γ) a₀ + γ a₁]
-    (Newmark, J. Eng. Mech. Div. ASCE 85 (1959) 67). Second order for γ = ½, first for more, which damps what is fast.
-    β = ¼, γ = ½, the mean acceleration, is the implicit midpoint written otherwise, so it keeps the work too; the rest
-    do to second or first order in H only. Without force and damping γ = ½ keeps the energy of `energies`.
-    2β < γ is stable for windows below 1/(ω √(γ/2 − β)), ω the highest frequency.
-    Raises ValueError for γ < ½, longer windows, and masses that are not positive, as those of Maxwell arms.
+    M a₀ = F̄ b − C v₀ − K u₀, and a₁ in the same way; u₁ = u₀ + H v₀ + H² [(½ − β) a₀ + β a₁], v₁ = v₀ + H [(1 − γ) a₀
+    + γ a₁]. The order is two for γ = ½ and one for larger γ, which damps fast motions. β = ¼, γ = ½ (mean acceleration)
+    is equivalent to the implicit midpoint, so it conserves the work as well; other constants do so to second or first
+    order in H only. Without force and damping, γ = ½ conserves the energy of `energies`. With 2β < γ the method is
+    stable for windows below 1/(ω √(γ/2 − β)), where ω is the highest frequency.
+
+    Parameters
+    ----------
+    structure : Structure
+        The structure to move.
+    window : float
+        Length H of the window, s.
+    beta : float
+        β, zero or more.
+    gamma : float
+        γ, ½ or more.
+
+    Raises
+    ------
+    ValueError
+        If γ < ½, the window exceeds the stability limit, or a mass is not positive, as in Maxwell arms.
+
+    References
+    ----------
+    Newmark, J. Eng. Mech. Div. ASCE 85 (1959) 67.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> from functools import partial
+    >>> bar = hl.rod([hl.Layer(hl.STEEL_440C, length=25.4e-3, radius=9.525e-3)])
+    >>> moving = hl.MovingStructure(bar, stepper=partial(hl.stepping.Newmark, beta=0.25, gamma=0.5))
+    >>> state, displacement = moving.advance(moving.start(), 10.0, 1e-6)
+    >>> round(displacement * 1e9, 2)  # nm
+    0.89
     """
 
     def __init__(self, structure: Structure, window: float, beta: float = 0.25, gamma: float = 0.5) -> None:
@@ -120,11 +152,11 @@ class Newmark:
         self.response = _from_rest(self._end, structure.contact)
 
     def free(self, state: StructureState) -> StructureState:
-        """The state at the window's end where no force acts."""
+        """The state at the end of the window if no force acts."""
         return self._end(state, np.zeros(self.structure.size))
 
     def energies(self, state: StructureState, load: Vector) -> tuple[float, float]:
-        """Kinetic and elastic, J; for γ = ½ the latter is ½ uᵀK u + ½ (β − ¼) H² rᵀM⁻¹r, r = load − K u.
+        """Kinetic and elastic energy, J; for γ = ½ the latter is ½ uᵀK u + ½ (β − ¼) H² rᵀM⁻¹r, r = load − K u.
 
         (Krenk, Comput. Methods Appl. Mech. Eng. 195 (2006) 6110.)
         """
@@ -144,12 +176,40 @@ class Newmark:
 
 
 class GeneralisedAlpha:
-    """Generalised-α (Chung and Hulbert, J. Appl. Mech. 60 (1993) 371): second order, and damps what is too fast to see.
+    """The generalised-α method: second order, and it damps motions that are too fast for the window.
 
-    spectral_radius ρ: what a window leaves of an infinitely fast motion; 1 leaves all, as the implicit midpoint, 0
-    nothing. The force of the balance, at (1 − α_f) H into the window, is drawn through the mean forces of this window
-    and the last, F̄ + (½ − α_f)(F̄ − F̄₋₁): with F̄ alone the order is one. Takes energy from fast motions, and keeps the
-    work of slow ones to second order in H. State: u, v, and in memory a and F̄₋₁.
+    The force of the balance, at (1 − α_f) H into the window, is extrapolated from the mean forces of this window and
+    the last one, F̄ + (½ − α_f)(F̄ − F̄₋₁); with F̄ alone the order is one. The method takes energy from fast motions
+    and conserves the work of slow ones to second order in H. Its state holds u, v, and as memory a and F̄₋₁.
+
+    Parameters
+    ----------
+    structure : Structure
+        The structure to move.
+    window : float
+        Length H of the window, s.
+    spectral_radius : float
+        ρ, 0 to 1: the factor by which a window multiplies an infinitely fast motion. ρ = 1 keeps it, as the implicit
+        midpoint does; ρ = 0 removes it.
+
+    Raises
+    ------
+    ValueError
+        If ρ lies outside 0 to 1.
+
+    References
+    ----------
+    Chung and Hulbert, J. Appl. Mech. 60 (1993) 371.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> from functools import partial
+    >>> bar = hl.rod([hl.Layer(hl.STEEL_440C, length=25.4e-3, radius=9.525e-3)])
+    >>> moving = hl.MovingStructure(bar, stepper=partial(hl.stepping.GeneralisedAlpha, spectral_radius=0.5))
+    >>> state, displacement = moving.advance(moving.start(), 10.0, 1e-6)
+    >>> displacement > 0.0
+    True
     """
 
     def __init__(self, structure: Structure, window: float, spectral_radius: float = 0.8) -> None:
@@ -171,7 +231,7 @@ class GeneralisedAlpha:
         self.response = StructureState(window**2 * self.beta * unit, window * self.gamma * unit, memory)
 
     def free(self, state: StructureState) -> StructureState:
-        """The state at the window's end where no force acts."""
+        """The state at the end of the window if no force acts."""
         u, v, memory = state
         size, count = self.structure.size, self.structure.contacts
         memory = memory if memory.size else np.zeros(size + count)
@@ -190,18 +250,46 @@ class GeneralisedAlpha:
 class CentralDifference:
     """Explicit central differences with a lumped mass, in as many equal steps h as the window needs.
 
-    M (u₊ − 2u + u₋)/h² + C (u₊ − u₋)/2h + K u = F̄ b, written with velocities at whole steps (Belytschko et al.,
-    Nonlinear Finite Elements, section 6.2). Second order; stable for h ≤ 2/ω, ω the highest frequency of the lumped
-    structure, damped or not. Energy swings by a part (ωh)²/4 of each motion and does not drift, that of `energies`
-    stays; the work of the contact is kept to second order in h.
-    steps: in a window; by default so many that h is 0.9 of the stable step.
-    Raises ValueError where steps are too few, or masses not positive, as those of Maxwell arms.
+    M (u₊ − 2u + u₋)/h² + C (u₊ − u₋)/2h + K u = F̄ b, written with velocities at whole steps. Second order. Stable for
+    h ≤ 2/ω, where ω is the highest frequency of the lumped structure, with or without damping. The energy oscillates by
+    a fraction (ωh)²/4 for each motion and does not drift; the energy of `energies` is constant. The work of the contact
+    is conserved to second order in h.
+
+    Parameters
+    ----------
+    structure : Structure
+        The structure to move; its mass is lumped.
+    window : float
+        Length of the window, s.
+    steps : int, optional
+        Number of steps in a window. By default h is 0.9 of the longest stable step or less.
+
+    Raises
+    ------
+    ValueError
+        If the steps are too long, or a mass is not positive, as in Maxwell arms.
+
+    References
+    ----------
+    Belytschko et al., Nonlinear Finite Elements, section 6.2.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bar = hl.rod([hl.Layer(hl.STEEL_440C, length=25.4e-3, radius=9.525e-3)])
+    >>> step = hl.stepping.CentralDifference(bar, window=1e-6)
+    >>> step.step <= step.stable_step
+    True
     """
 
     def __init__(self, structure: Structure, window: float, steps: int | None = None) -> None:
         self.structure = lumped(structure)
         self.stable_step = 2.0 / max(_highest_frequency(self.structure), 1e-300)
-        count = max(1, ceil(window / (WITHIN_STABLE * self.stable_step))) if steps is None else whole("steps", steps)
+        count = (
+            max(1, ceil(window / (DEFAULT_STABLE_FRACTION * self.stable_step)))
+            if steps is None
+            else whole("steps", steps)
+        )
         self.steps, self.step = count, window / count
         if self.step > self.stable_step:
             raise ValueError(
@@ -215,12 +303,13 @@ class CentralDifference:
         self.response = _from_rest(self._end, structure.contact)
 
     def free(self, state: StructureState) -> StructureState:
-        """The state at the window's end where no force acts."""
+        """The state at the end of the window if no force acts."""
         return self._end(state, np.zeros(self.structure.size))
 
     def energies(self, state: StructureState, load: Vector) -> tuple[float, float]:
-        """Kinetic and elastic, J, the latter ½ uᵀK u − h²/8 rᵀM⁻¹r, r = load − K u: what a window without damping keeps
-        of the work."""
+        """Kinetic and elastic energy, J, the latter ½ uᵀK u − h²/8 rᵀM⁻¹r, r = load − K u: their sum plus the work is
+        conserved without damping.
+        """
         u, v, _ = state
         pull = self.structure.stiffness @ u
         lacking = self.step**2 / 8.0 * float((load - pull) @ ((load - pull) / self.mass))
@@ -239,12 +328,12 @@ class CentralDifference:
 
 
 def lumped(structure: Structure) -> Structure:
-    """The structure with a diagonal mass: that of the consistent one, scaled to keep the mass (HRZ).
+    """The structure with a diagonal mass: the diagonal of the consistent mass, scaled so that the mass is kept (HRZ).
 
-    One factor serves the whole mesh: the one that keeps the kinetic energy of its slowest motion, so that of a free
-    body, all of whose mass moves. In a mesh of equal elements this is Hinton, Rock and Zienkiewicz's (Earthquake Eng.
-    Struct. Dyn. 4 (1976) 245), of order h⁴ in the frequencies of quadratic bars. A diagonal mass is left as it is.
-    Raises ValueError for masses that are not positive, as those of Maxwell arms.
+    One factor serves the whole mesh. It keeps the kinetic energy of the slowest motion; in a free body this is the
+    rigid motion, which contains the whole mass. In a mesh of equal elements the method is that of Hinton, Rock and
+    Zienkiewicz (Earthquake Eng. Struct. Dyn. 4 (1976) 245), of order h⁴ in the frequencies of quadratic bars. A
+    diagonal mass stays as it is. Raises ValueError for masses that are not positive, as in Maxwell arms.
     """
     instance("structure", structure, Structure, "a Structure")
     _check_masses(structure, "a lumped mass")
@@ -252,7 +341,7 @@ def lumped(structure: Structure) -> Structure:
     if equal(structure.mass, sparse.diags_array(diagonal)):
         return structure
     slowest = structure.contact.reshape(structure.size, -1)[:, 0]
-    shift = NEARLY_STATIC * float((structure.stiffness.diagonal() / diagonal).max())
+    shift = STATIC_SHIFT * float((structure.stiffness.diagonal() / diagonal).max())
     solve = factorise(structure.stiffness + shift * structure.mass)
     for _ in range(INVERSE_ITERATIONS):
         slowest = solve(structure.mass @ slowest)
@@ -262,7 +351,7 @@ def lumped(structure: Structure) -> Structure:
 
 
 def stable_step(structure: Structure) -> float:
-    """The longest stable step, s, of central differences with a lumped mass: 2/ω of the highest frequency."""
+    """The longest stable step, s, of central differences with a lumped mass: 2/ω for the highest frequency ω."""
     return 2.0 / max(_highest_frequency(lumped(structure)), 1e-300)
 
 
@@ -273,12 +362,12 @@ def equal(first: sparse.sparray, second: sparse.sparray) -> bool:
 
 
 def _of_each(solve: Solve, contact: Vector) -> Vector:
-    """What a unit force does; of several contacts each in turn, a column each."""
+    """The solution for a unit force; for several contacts one column for each."""
     return solve(contact) if contact.ndim == 1 else np.column_stack([solve(column) for column in contact.T])
 
 
 def _from_rest(end: Callable[[StructureState, Vector], StructureState], contact: Vector) -> StructureState:
-    """The state that a unit force makes from rest, likewise."""
+    """The state that a unit force causes from rest; for several contacts one column for each."""
     rest = np.zeros(contact.shape[0])
     if contact.ndim == 1:
         return end(StructureState(rest, rest), contact)
@@ -294,12 +383,12 @@ def _resistance(structure: Structure, u: Vector, v: Vector) -> Vector:
 
 def _check_masses(structure: Structure, what: str) -> None:
     if not (structure.mass.diagonal() > 0.0).all():
-        raise ValueError(f"structure: {what} needs masses that are positive; Maxwell arms have none, take the midpoint")
+        raise ValueError(f"structure: {what} needs positive masses; Maxwell arms have none, use the midpoint stepper")
 
 
 def _highest_frequency(structure: Structure) -> float:
-    """The greatest ω of K u = ω² M u, rad/s, to 1e-6."""
-    if structure.size <= SMALL:
+    """The largest ω of K u = ω² M u, rad/s, to 1e-6."""
+    if structure.size <= FULL_SPECTRUM_SIZE:
         square = eigh(structure.stiffness.toarray(), structure.mass.toarray(), eigvals_only=True)[-1]
     else:
         solve = factorise(structure.mass)

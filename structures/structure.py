@@ -1,4 +1,6 @@
-"""A structure is data: M, K, C, the contact vector, and what Hertz's law needs. Theories make structures."""
+"""A structure is data: M, K, C, the contact vector, and the surface that Hertz's law needs. Theories build
+structures.
+"""
 
 import dataclasses
 from collections.abc import Mapping
@@ -20,26 +22,51 @@ Vector = NDArray[np.float64]
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Structure:
-    """A linear elastic body M ü + C u̇ + K u = b F that is pushed with the force F at one point, or at several.
+    """A linear elastic body M ü + C u̇ + K u = b F, loaded by a contact force F at one point or at several.
 
-    mass, stiffness, damping: sparse, n × n, symmetric; damping None where there is none.
-    contact: b, n numbers. It spreads a unit contact force over the degrees of freedom and reads the displacement
-    of the contact point, w = bᵀu + flexibility · F, away from the chain that pushes there. Of p contacts it is n × p,
-    a column each.
-    flexibility, m/N: what the degrees of freedom do not show of the local indentation. It acts as a massless
-    spring in series with Hertz's contact; negative where a mesh already holds part of Hertz's indentation. Of p
-    contacts one number, or p of them; kept as an array of p.
-    surface: material and curvature at the contact. Of p contacts one Surface, or p of them; kept as a tuple of p.
-    origin: how the structure was made, as plain data; goes into the attributes of results.
-    valid_until: the longest run, s, that it is good for; a reduced structure knows no longer ones.
-    field: what turns the degrees of freedom into displacement and stress of the body; None where nothing does.
-    matrices: what holds mass and stiffness and owns their factorisations. Structures that share a mesh share it; by
-    default, or where it holds other matrices, each structure has its own.
+    The degrees of freedom u and the contact displacement w are measured from static equilibrium.
 
-    u and w are measured from static equilibrium.
-    Raises ValueError where shapes do not agree; where a matrix is not symmetric or has a negative eigenvalue, and where
-    the mass has a zero one besides rows of zeros, since degrees of freedom may be massless; where a contact's vector is
-    zero. Eigenvalues of matrices of more than 500 rows are examined when the structure is reduced or run.
+    Parameters
+    ----------
+    mass : sparse or dense matrix
+        M, n × n, symmetric, kg. Rows of zeros are allowed: a degree of freedom may be massless.
+    stiffness : sparse or dense matrix
+        K, n × n, symmetric, N/m.
+    damping : sparse or dense matrix, optional
+        C, n × n, symmetric, N s/m; None for an undamped body.
+    contact : numpy.ndarray
+        b, n numbers, or n × p for p contacts. It distributes a unit contact force over the degrees of freedom, and it
+        reads the displacement of the contact point, w = bᵀu + flexibility · F, positive away from the chain that
+        pushes.
+    flexibility : float or sequence of float
+        The part of the local indentation that the degrees of freedom do not contain, m/N; one number, or one for each
+        contact. It acts as a massless spring in series with Hertz's contact. It is negative where a mesh already
+        contains part of Hertz's indentation.
+    surface : Surface or sequence of Surface
+        Material and curvature at the contact; one, or one for each contact.
+    origin : mapping
+        How the structure was made, as plain data; it becomes an attribute of results.
+    valid_until : float
+        The longest run, s, for which the structure is valid; a reduced structure has a finite limit.
+    field : Field, optional
+        Converts degrees of freedom to displacement and stress of the body; None if there is no such field.
+    matrices : Matrices, optional
+        Holds mass and stiffness and owns their factorisations. Structures on one mesh share it. By default, or if it
+        holds other matrices, the structure makes its own.
+
+    Raises
+    ------
+    ValueError
+        If shapes do not agree, a matrix is not symmetric or has a negative eigenvalue, the mass is singular apart from
+        rows of zeros, or a contact vector is zero. Matrices of more than 500 rows are checked for negative eigenvalues
+        when the structure is reduced or run.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> block = hl.Structure([[0.05]], [[2e6]], None, [1.0], 0.0, hl.Surface(hl.STEEL_316))  # mass on a spring
+    >>> block.size, block.contacts
+    (1, 1)
     """
 
     mass: sparse.csr_array
@@ -94,7 +121,7 @@ class Structure:
 
 
 def known_field(structure: Structure) -> Field:
-    """The field of a structure, or a ValueError that says what has one."""
+    """The field of a structure, or a ValueError that says which structures have one."""
     instance("structure", structure, Structure, "a Structure")
     if structure.field is not None:
         return structure.field
@@ -128,6 +155,25 @@ def _surfaces(given: Any, count: int) -> tuple[Surface, ...]:
 
 
 def half_space(material: Material) -> Structure:
-    """An elastic half-space: a structure with no degrees of freedom, whose indentation is Hertz's own."""
+    """An elastic half-space with a flat surface.
+
+    It has no degrees of freedom: Hertz's law already contains its quasi-static indentation. No wave returns from it.
+
+    Parameters
+    ----------
+    material : Material
+        The material of the half-space.
+
+    Returns
+    -------
+    Structure
+        A structure without degrees of freedom, with one contact.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> hl.half_space(hl.STEEL_316).size
+    0
+    """
     none = sparse.csr_array((0, 0))
     return Structure(none, none, None, np.zeros(0), 0.0, Surface(material), {"kind": "half-space"})

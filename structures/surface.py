@@ -1,4 +1,4 @@
-"""What Hertz's law needs to know of a body at the point where it is touched."""
+"""The surface of a body at a contact point, as Hertz's law needs it: material and curvatures."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -12,17 +12,39 @@ from structures.checks import finite, instance, not_negative, one_of
 from structures.material import Material
 
 NEARLY_ROUND = 1e-6
-"""Difference over sum of the relative curvatures below which a contact is a circle: k then changes by its square."""
+"""A contact is treated as round if difference over sum of its relative curvatures is smaller than this number: the
+stiffness k depends on the square of that ratio only.
+"""
 
 AXIS_RATIOS = ("exact", "approximate")
 
 
 @dataclass(frozen=True)
 class Surface:
-    """A smooth surface at a point of contact.
+    """A smooth surface at a contact point.
 
-    curvature in 1/m is that of the surface at the contact: 1/R for a sphere, 0 for a flat, negative for a hollow.
-    second_curvature: that across it, by default the same; direction (rad): of the first, about the common normal.
+    Parameters
+    ----------
+    material : Material
+        The material of the body.
+    curvature : float
+        First principal curvature, 1/m: 1/R for a sphere, 0 for a flat, negative for a concave surface.
+    second_curvature : float, optional
+        Second principal curvature, 1/m; by default equal to the first.
+    direction : float
+        Direction of the first curvature, an angle about the common normal, rad.
+
+    Raises
+    ------
+    ValueError
+        If a number is not finite.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> flat, ball = hl.Surface(hl.STEEL_316), hl.Surface(hl.STEEL_316, curvature=1.0 / 4.76e-3)
+    >>> round(hl.hertz.stiffness(flat, ball) * 1e-9, 2)
+    9.76
     """
 
     material: Material
@@ -60,13 +82,41 @@ def relative_curvatures(first: Surface, second: Surface) -> tuple[float, float]:
 
 
 def hertz_stiffness(first: Surface, second: Surface, axis_ratio: str = "exact") -> float:
-    """k in N/m^1.5 of Hertz's law F = k δ^1.5 between two surfaces.
+    """Stiffness k of Hertz's law F = k δ^1.5 between two surfaces.
 
-    Round contacts: k = 4/3 √R [(1 − ν₁²)/E₁ + (1 − ν₂²)/E₂]⁻¹ with 1/R the sum of the curvatures (thesis, section 6.1,
-    equation 6.2, with the wall's own ν; Johnson, Contact Mechanics, equation 4.23). Elliptic contacts: equations 5.1 to
-    5.6, whose K and E take the modulus e (Johnson, section 4.2). axis_ratio: "exact" solves for b/a; "approximate"
-    takes the thesis's (R′/R″)^(−2/3), which is off by 0.1 % in k for its ellipsoids and 9 % for cylinders at 5°.
-    Raises ValueError where the surfaces touch along a line or conform.
+    Round contacts: k = 4/3 √R [(1 − ν₁²)/E₁ + (1 − ν₂²)/E₂]⁻¹, where 1/R is the sum of the curvatures. Elliptic
+    contacts: equations 5.1 to 5.6 of the thesis, whose complete elliptic integrals K and E take the modulus e.
+
+    Parameters
+    ----------
+    first, second : Surface
+        The surfaces that touch at a point.
+    axis_ratio : {"exact", "approximate"}
+        How the ratio b/a of the contact ellipse is found. "exact" solves Hertz's equation. "approximate" takes
+        (R′/R″)^(−2/3) from the thesis, which changes k by 0.1 % for its ellipsoids and by 9 % for cylinders crossed at
+        5°.
+
+    Returns
+    -------
+    float
+        k, N/m^1.5.
+
+    Raises
+    ------
+    ValueError
+        If the surfaces touch along a line or conform.
+
+    References
+    ----------
+    Thesis, section 6.1, equation 6.2 (with the wall's own ν); Johnson, Contact Mechanics (1985), equation 4.23 and
+    section 4.2.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    >>> round(hl.hertz.stiffness(bead.surface, bead.surface) * 1e-9, 2)
+    7.06
     """
     one_of("axis_ratio", axis_ratio, AXIS_RATIOS)
     flat, sharp = relative_curvatures(first, second)
@@ -78,24 +128,24 @@ def hertz_stiffness(first: Surface, second: Surface, axis_ratio: str = "exact") 
 
 
 def hertz_pressure(first: Surface, second: Surface, force: float) -> float:
-    """Peak pressure p₀, Pa, in the middle of a Hertz contact between two surfaces.
+    """Peak pressure p₀ at the centre of a Hertz contact between two surfaces.
 
     Parameters
     ----------
     first, second : Surface
-        The surfaces that touch, at a point.
+        The surfaces that touch at a point.
     force : float
-        N, zero or more.
+        Contact force, N, zero or more.
 
     Returns
     -------
     float
-        p₀ = 3F/(2πab) with the semi-axes a and b of the contact; of round contacts (6 F E*²/(π³R²))^⅓.
+        p₀ = 3F/(2πab), Pa, with the semi-axes a and b of the contact ellipse. A round contact has (6 F E*²/(π³R²))^⅓.
 
     Raises
     ------
     ValueError
-        Where the surfaces touch along a line or conform.
+        If the surfaces touch along a line or conform.
 
     References
     ----------
@@ -121,18 +171,18 @@ def hertz_pressure(first: Surface, second: Surface, force: float) -> float:
 
 @lru_cache(maxsize=256)
 def yield_pressure(material: Material) -> float:
-    """Peak pressure, Pa, of a round contact from which a material yields below the surface, by von Mises.
+    """Peak pressure of a round contact at which a material starts to yield below the surface (von Mises).
 
     Parameters
     ----------
     material : Material
-        With its yield_strength, Pa.
+        The material, with its yield_strength in Pa.
 
     Returns
     -------
     float
-        1.61 times the yield strength for a Poisson's ratio of 0.3; infinite where the material has none. Of a line
-        contact it is 1.79 times that (plane strain, ν = 0.3).
+        Pa: 1.61 times the yield strength for ν = 0.3; infinite if the material has no yield strength. A line contact
+        yields at 1.79 times the yield strength (plane strain, ν = 0.3).
 
     References
     ----------

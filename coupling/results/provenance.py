@@ -8,7 +8,7 @@ from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
-from structures.checks import LONGEST
+from structures.checks import LONGEST_VALUE_TEXT
 
 PACKAGES = ("hertzlink", "numpy", "scipy", "numba", "scikit-fem", "xarray")
 
@@ -38,7 +38,7 @@ def differences(theirs: Any, mine: Any, name: str = "") -> Iterator[str]:
         for number, pair in enumerate(zip(theirs, mine, strict=True)):
             yield from differences(*pair, f"{name}[{number}]")
     elif theirs != mine:
-        short = len(f"{theirs}{mine}") <= LONGEST
+        short = len(f"{theirs}{mine}") <= LONGEST_VALUE_TEXT
         yield f"{name} = {theirs!r} there and {mine!r} here" if short else f"{name} differ"
 
 

@@ -13,7 +13,7 @@ BEAD = hl.Sphere(4.76e-3, STEEL)
 FREE = hl.Supports()
 
 UNLIKELY: list[tuple[Callable[[], object], str]] = [
-    (lambda: hl.Sphere(4.76, STEEL), r"Sphere radius = 4\.76: is taken as 4\.76 m; is it in mm\?"),
+    (lambda: hl.Sphere(4.76, STEEL), r"Sphere radius = 4\.76: is read as 4\.76 m; is it in mm\?"),
     (lambda: hl.HollowSphere(9.5, 8.6e-3, STEEL), r"HollowSphere radius = 9\.5: .* mm\?"),
     (lambda: hl.Ellipsoid(4.76e-3, 9.52, STEEL), r"Ellipsoid length = 9\.52: .* mm\?"),
     (lambda: hl.Cylinder(2.38, 4.76e-3, STEEL), r"Cylinder radius = 2\.38: .* mm\?"),
@@ -49,7 +49,7 @@ UNLIKELY: list[tuple[Callable[[], object], str]] = [
     (lambda: hl.mindlin_plate(0.3, 0.3, 2e-3, STEEL, FREE, highest_frequency=40), r"frequency = 40: .* kHz\?"),
     (
         lambda: hl.mindlin_panel(hl.Outline(hl.circle(0.1)), 2e-3, STEEL, highest_frequency=40),
-        r"mindlin_panel highest_frequency = 40: is taken as 40 Hz; is it in kHz\?",
+        r"mindlin_panel highest_frequency = 40: is read as 40 Hz; is it in kHz\?",
     ),
     (
         lambda: hl.kirchhoff_panel(hl.Outline(hl.circle(0.1)), 2e-3, STEEL, highest_frequency=40),
@@ -61,7 +61,7 @@ UNLIKELY: list[tuple[Callable[[], object], str]] = [
     ),
     (lambda: hl.Outline(((0, 0), (300, 0), (0, 300))), r"Outline size = .*: .* mm\?"),
     (lambda: hl.half_plane(2e-3, STEEL, "clamped", 20.5, until=1e-4), r"half_plane distance = 20\.5: .* mm\?"),
-    (lambda: hl.PointMass(0.1, 0.1, 250.0), r"PointMass mass = 250: is taken as 250 kg; is it in g\?"),
+    (lambda: hl.PointMass(0.1, 0.1, 250.0), r"PointMass mass = 250: is read as 250 kg; is it in g\?"),
     (lambda: hl.Stiffener((0, 0), (0, 1), 2e9), r"Stiffener bending_stiffness = 2e\+09: .* N mm²\?"),
     (lambda: hl.Stiffener((0, 0), (0, 1), 2.0, 0.0, 850.0), r"Stiffener mass_per_length = 850: .* g/m\?"),
     (

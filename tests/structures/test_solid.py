@@ -260,7 +260,7 @@ def test_hexahedra_with_midpoints(kind: str, recwarn: pytest.WarningsRecorder) -
 def test_unused_points_are_dropped() -> None:
     mesh = box()
     more = changed(mesh, mesh.cells[0].data + 1, np.concatenate([[[9.0, 9.0, 9.0]], mesh.points]))
-    with pytest.warns(hl.HertzlinkWarning, match="1 of 217 points belong to no cell, and are dropped"):
+    with pytest.warns(hl.HertzlinkWarning, match="1 of 217 points belong to no cell and are dropped"):
         found = solid(more, hl.NYLON, TOP, patch_radius=WIDE)
     assert found.size == solid(mesh, hl.NYLON, TOP, patch_radius=WIDE).size
 
@@ -284,7 +284,7 @@ def test_cells_longer_than_half_a_wave() -> None:
 
 
 def test_more_degrees_of_freedom_than_are_wise(caplog: pytest.LogCaptureFixture, monkeypatch: Any) -> None:
-    monkeypatch.setattr("structures.solid.MANY", 3992)
+    monkeypatch.setattr("structures.solid.MANY_DEGREES_OF_FREEDOM", 3992)
     solid(box(), hl.NYLON, TOP, patch_radius=WIDE)
     assert "mesh: 3993 degrees of freedom take minutes" in caplog.text
 
@@ -358,10 +358,10 @@ def twice() -> meshio.Mesh:
         (changed(TETRA, points=POINTS[:, :2]), r"points of shape \(216, 2\)"),
         (changed(TETRA, points=np.where(POINTS == SIDE, np.nan, POINTS)), "must be finite"),
         (changed(TETRA, FIRST + 1), "has a cell with point 216, but only 216 points"),
-        (meshio.Mesh(POINTS, [TETRA.cells[1]]), "has no tetrahedra nor hexahedra"),
+        (meshio.Mesh(POINTS, [TETRA.cells[1]]), "has no tetrahedra or hexahedra"),
         (meshio.Mesh(POINTS, [("tetra", FIRST), HEXA.cells[0]]), "mixes cells of type 'hexahedron', 'tetra'"),
         (meshio.Mesh(POINTS, [("wedge", HEXA.cells[0].data[:, :6])]), "cells of type 'wedge'; must be one of 'tetra'"),
-        (twice(), "falls into 2 pieces that share no points"),
+        (twice(), "consists of 2 pieces that share no points"),
     ],
 )
 def test_bad_meshes(mesh: Any, message: str) -> None:
@@ -403,17 +403,17 @@ def test_broken_files(text: str, suffix: str, tmp_path: Path, capsys: pytest.Cap
         ({"contact": (0.01, 0.01, 0.01)}, "lies 0.01 m off the surface"),
         ({"contact": (0.01, 0.01)}, "must be three numbers"),
         ({"contact": (0.01, 0.01, float("nan"))}, "contact = nan"),
-        ({"contact": (0.005, 0.01, SIDE)}, "bears 9. % of the patch, as an edge of the body is near"),
+        ({"contact": (0.005, 0.01, SIDE)}, "carries 9. % of the patch, as an edge of the body is near"),
         ({"contact": (SIDE, SIDE, SIDE)}, "of the patch, as an edge of the body is near"),
         ({"normal": (0.0, 0.0, -1.0)}, r"normal = \(0, 0, -1\): must point outward; that of the surface is \("),
         ({"normal": (0.0, 0.0, 0.0)}, "normal = .*must have a length"),
         ({"normal": "up"}, "normal = 'up': must be three numbers"),
         (
             {"patch_radius": None},
-            "edges of 0.00566 m at the contact .*refine them to 0.00111 m, or take .* 0.00849",
+            "edges of 0.00566 m at the contact .*refine them to 0.00111 m, or use .* 0.00849",
         ),
         ({"patch_radius": 0.0}, r"patch_radius = 0\.0"),
-        ({"patch_radius": 0.1}, "patch_radius = 0.1: the face about the contact bears"),
+        ({"patch_radius": 0.1}, "patch_radius = 0.1: the face around the contact carries"),
         ({"scale": 0.0}, r"scale = 0\.0"),
         ({"curvature": float("inf")}, "curvature = inf"),
     ],
