@@ -33,7 +33,7 @@ HIGHEST_FREQUENCY = 40.0e3
 PATCH_DIVISOR = 12.0
 """The default radius of the patch is the shortest side of the bounding box divided by this number: a sixth of the
 radius of a long cylinder. With its pressure this acts as a uniform pressure on an eighth of the radius, as in
-`cylinder`.
+`layered_cylinder`.
 """
 
 PATCH_RADIUS_PER_EDGE = 1.5
@@ -111,7 +111,7 @@ def solid(
 
     Notes
     -----
-    Compared with `cylinder`, 10 000 degrees of freedom give amplitude ratios to 0.03 % (steel) and 0.1 % (PTFE), in
+    Compared with `layered_cylinder`, 10 000 degrees of freedom give amplitude ratios to 0.03 % (steel) and 0.1 % (PTFE), in
     seconds.
 
     Examples
