@@ -108,8 +108,8 @@ def rod(layers: Sequence[Layer], base: str = "fixed", elements: int | None = Non
     Notes
     -----
     Hertz's contact law is that of a half-space. Near a soft or slender rod the contact also deforms the sides, which
-    `layered_cylinder` models. The amplitude ratios of the two differ by 0.03 % for steel and 1 % for PTFE at a radius of 9.5
-    mm, and by 0.1 % and 5 % at 5 mm.
+    `layered_cylinder` models. The amplitude ratios of the two differ by 0.03 % for steel and 1 % for PTFE at a radius
+    of 9.5 mm, and by 0.1 % and 5 % at 5 mm.
 
     Examples
     --------

@@ -111,8 +111,8 @@ def solid(
 
     Notes
     -----
-    Compared with `layered_cylinder`, 10 000 degrees of freedom give amplitude ratios to 0.03 % (steel) and 0.1 % (PTFE), in
-    seconds.
+    Compared with `layered_cylinder`, 10 000 degrees of freedom give amplitude ratios to 0.03 % (steel)
+    and 0.1 % (PTFE), in seconds.
 
     Examples
     --------
