@@ -148,6 +148,8 @@ def test_force_never_deletes_what_it_did_not_write(tmp_path: Path, hertzlink: Co
 
 
 TELLING = """
+import signal
+
 from coupling.cosimulation import CoSimulation
 from hertzlink.cli import main
 
@@ -158,9 +160,11 @@ def telling(*given, **named):
     return run(*given, **named)
 
 CoSimulation.run = telling
+# A process that a shell started in the background ignores SIGINT, and so do those that it starts.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 main()
 """
-"""The command line, which says on its standard output when a run begins."""
+"""The command line, which reports on its standard output when a run begins."""
 
 
 @pytest.mark.thorough

@@ -25,6 +25,8 @@ POLL = 5.0
 PATIENCE = 60.0
 """Seconds after which a cluster without workers ends the sweep."""
 
+LOST = "cluster: the scheduler was lost, or took the sweep's points away"
+
 log = logging.getLogger("hertzlink.sweep")
 
 
@@ -156,7 +158,7 @@ def _finished(distributed: ModuleType, client: Any, futures: Iterable[Any]) -> l
     except TimeoutError:
         return []
     except CancelledError as error:
-        raise ConnectionError("cluster: the scheduler was lost, or took the sweep's points away") from error
+        raise ConnectionError(LOST) from error
     return [future for future in done if future.status in ("finished", "error")]
 
 
@@ -167,6 +169,8 @@ def _fetched(distributed: ModuleType, future: Any) -> xr.Dataset | Failure | Non
         return outcome
     except distributed.KilledWorker:
         return None
+    except CancelledError as error:  # The scheduler left after the point was finished and before its outcome came.
+        raise ConnectionError(LOST) from error
     finally:
         future.release()
 

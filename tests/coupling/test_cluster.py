@@ -8,6 +8,7 @@ import threading
 import time
 from collections import Counter
 from collections.abc import Iterator
+from concurrent.futures import CancelledError
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ import numpy as np
 import pytest
 
 import hertzlink as hl
+from coupling.sweeps import cluster
 
 distributed = pytest.importorskip("distributed")
 
@@ -148,6 +150,22 @@ def test_a_cluster_without_workers_is_told(monkeypatch: pytest.MonkeyPatch, capl
     ):
         hl.sweep(build, UNTIL, cluster=empty, folder=["."], radius=[1e-3])
     assert caplog.text.count("the cluster has no workers; waiting for some") == 1
+
+
+def test_a_scheduler_may_go_before_an_outcome_is_fetched() -> None:
+    class Finished:
+        released = False
+
+        def result(self) -> None:
+            raise CancelledError
+
+        def release(self) -> None:
+            self.released = True
+
+    future = Finished()
+    with pytest.raises(ConnectionError, match="the scheduler was lost"):
+        cluster._fetched(distributed, future)
+    assert future.released
 
 
 @pytest.mark.thorough
