@@ -54,7 +54,7 @@ LATE = 1e-9
 """Times that differ by this part are one."""
 
 ROUNDED = 0.99
-"""Part of a step that is as good as the whole: an error tells three digits of it."""
+"""Part of a step that counts as the whole: an error shows three digits of it."""
 
 OWN = {
     "displacement": "displacement of the centre of mass; bead 0 is the striker",
@@ -85,23 +85,56 @@ def explicit_chain(
     save_every: float | None = None,
     rigid_wall: bool = False,
 ) -> xr.Dataset:
-    """A chain of equal deformable beads up to `until` (s), by finite elements and central differences.
+    """A chain of equal deformable beads, by explicit finite elements: slow, and the reference for faster models.
 
-    Beads and striker: equal bodies of revolution about the chain's axis (Sphere, HollowSphere, Ellipsoid along).
-    spacing, m: size of the cells at the contacts, by default a quarter of the radius of a contact that holds the whole
-    impact energy, which leaves peak forces some 1 % off; they do not converge evenly. save_every, s: by default 256
-    times in a contact. rigid_wall: what the last bead touches, or nothing.
+    Parameters
+    ----------
+    chain : Chain
+        Equal bodies of revolution about the chain's axis, beads and striker (Sphere, HollowSphere, Ellipsoid along).
+    until : float
+        The time, s.
+    spacing : float, optional
+        Size of the cells at the contacts, m. By default a quarter of the radius of a contact that holds the whole
+        impact energy: peak forces are then off by about 1 %, and do not converge evenly.
+    save_every : float, optional
+        The interval between saved times, s. By default 256 times in a contact.
+    rigid_wall : bool
+        Whether the last bead touches a rigid wall, or nothing.
 
-    Quadratic elements on the true arc, masses lumped (Hinton, Rock and Zienkiewicz), small strains, no friction.
-    Nodes that face each other close exactly: a multiplier takes away the overlap that is predicted for the next step.
-    This loses half the energy of the closing nodes' relative motion, `closing_loss`; nothing else is lost.
-    The Dataset has CoSimulation's variables; displacement and velocity are those of centres of mass, contact_energy is
-    the strain energy. Forces are means over the saved interval about each saved time. Own variables, time × bead:
-    section_force, N, and vibration_energy, J. Attributes: degrees_of_freedom, cells (of all bodies), step, spacing and
-    reach of the contact's mesh (s, m), seconds (of the steps, without the set-up); and warnings, where a contact was so
-    wide that strains were not small, or pressed beyond yield.
-    Raises ValueError for unlike beads, gravity, preload, losses, laws and other strikers or integrators, for a
-    save_every shorter than the step, and where contacts are wider than 0.4 of a radius; FloatingPointError.
+    Returns
+    -------
+    Dataset
+        The variables of a CoSimulation. Displacement and velocity are those of centres of mass, contact_energy is the
+        strain energy, and forces are means over the saved interval around each saved time. Also section_force, N, and
+        vibration_energy, J, over time and bead. Attributes: degrees_of_freedom, cells (of all bodies), step, s, spacing
+        and reach of the contact's mesh, m, seconds (of the steps, without the set-up); and warnings, where a contact
+        was so wide that strains were not small, or pressed beyond yield.
+
+    Raises
+    ------
+    ValueError
+        For unlike beads, gravity, preload, losses, laws and other strikers or integrators, for a save_every shorter
+        than the step, and where contacts are wider than 0.4 of a radius.
+    FloatingPointError
+        If the state of a bead is no longer finite.
+
+    Notes
+    -----
+    Quadratic elements on the true arc, lumped masses, small strains, no friction. Nodes that face each other close
+    exactly: a multiplier removes the overlap that is predicted for the next step. This loses half the energy of the
+    closing nodes' relative motion, `closing_loss`; nothing else is lost.
+
+    References
+    ----------
+    Lumped masses: Hinton, Rock and Zienkiewicz, Earthquake Eng. Struct. Dyn. 4 (1976) 245.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
+    >>> run = hl.explicit_chain(hl.Chain([bead], striker=bead, impact_speed=0.44), until=2e-6, save_every=1e-6)
+    >>> dict(run.section_force.sizes)
+    {'time': 3, 'bead': 2}
     """
     chain, until = _checked(chain), positive("until", until, "s")
     warn(check_length([MovingChain(chain, None)], until))
@@ -174,7 +207,7 @@ def _run(chain: Chain, bead: ExplicitBead, interval: float, rows: int, wall: boo
 
 
 def _checked(chain: Chain) -> Chain:
-    """The chain, or a ValueError that names what the explicit one has not."""
+    """The chain, or a ValueError that names what an explicit chain cannot have."""
     instance("chain", chain, Chain, "a Chain")
     if chain.striker is None or isinstance(chain.striker, Excitation):
         raise ValueError(f"striker = {chain.striker!r}: must be a bead like the others in an explicit chain")

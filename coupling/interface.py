@@ -22,19 +22,35 @@ LAST, FIRST = 0, 1
 """The ends of a chain: that of its last bead, and the struck one."""
 
 NAMES = ("structure", "behind")
-"""What tells what an end faces, see CoSimulation."""
+"""The arguments of CoSimulation that give what each end faces."""
 
 PIECES = 4
-"""Straight pieces that stand for a parabola of the surface over a substep."""
+"""Straight pieces that replace a parabola of the surface over a substep."""
 
 Seats: TypeAlias = NDArray[np.intp]
 
-TAKES_PART = "a Structure (of a plate plate.at(x, y)), None, or an object with surface, start and advance"
+PARTICIPANTS = "a Structure (of a plate plate.at(x, y)), None, or an object with surface, start and advance"
 
 
 @dataclass(frozen=True)
 class ContactPoint:
-    """One of the contact points of a structure that has several, counted from 0."""
+    """One of the contact points of a structure that has several.
+
+    Parameters
+    ----------
+    structure : Structure, MovingStructure or Participant
+        The structure.
+    number : int
+        The number of the contact point, counted from 0.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> edges = hl.Supports("clamped", "clamped", "clamped", "clamped")
+    >>> plate = hl.kirchhoff_plate(0.2, 0.15, 3e-3, hl.ALUMINIUM_6061, edges)
+    >>> hl.ContactPoint(plate.at([0.05, 0.15], [0.07, 0.07]), 1).number
+    1
+    """
 
     structure: Any
     number: int
@@ -123,6 +139,16 @@ class Interface:
         if self.single:
             return {"chain": chains[0], "structure": None if self.chains[0].surface is None else structures[0]}
         return {"chains": chains, "structures": structures, "contacts": [list(contact) for contact in self.contacts]}
+
+    def in_words(self) -> str:
+        """A line: how many beads and on what, or how many chains, structures and contacts."""
+        if len(self.chains) > 1 or len(self.structures) > 1:
+            return f"{len(self.chains)} chains, {len(self.structures)} structures, {self.size} contacts"
+        one, beads = self.structures[0], len(self.chains[0].chain.beads)
+        if self.chains[0].surface is None:
+            return f"{beads} beads that face nothing"
+        kind = one.structure.origin.get("kind", "structure") if isinstance(one, MovingStructure) else one.name
+        return f"{beads} beads on {kind}"
 
     def touched_by(self, structure: int) -> list[int]:
         """The contacts of a structure, by its place."""
@@ -338,7 +364,7 @@ def _takes_part(where: str, given: Any) -> None:
     if isinstance(given, type):
         raise ValueError(f"{where} = the class {given.__name__}: must be an object of it, such as {given.__name__}(…)")
     if not isinstance(given, Structure | Participant):
-        raise ValueError(f"{where} = {type(given).__name__}: must be {TAKES_PART}")
+        raise ValueError(f"{where} = {type(given).__name__}: must be {PARTICIPANTS}")
 
 
 def _moving_structure(given: Any) -> Any:

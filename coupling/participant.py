@@ -1,4 +1,4 @@
-"""What takes part in a co-simulation: state in, state out, no hidden state."""
+"""Participants of a co-simulation: state in, state out, no hidden state."""
 
 from collections.abc import Sequence
 from typing import Any, Protocol, runtime_checkable
@@ -13,23 +13,46 @@ from structures.surface import Surface
 ROUNDING = 1e-9
 """Part of a negligible displacement that is rounding."""
 
-FARTHEST = 1e3
-"""m; no structure gives way so far, and the chain's forces would overflow."""
+LARGEST_DISPLACEMENT = 1e3
+"""Largest displacement, m: no structure moves so far, and the forces of the chain would overflow."""
 
 
 @runtime_checkable
 class Participant(Protocol):
-    """A structure that chains can face; any object with these three will do.
+    """A structure that chains can face; any object with these three members works.
 
-    Repeating `advance` with an old state repeats the window: it must return a new state and leave the old one as it
-    was. With several contact points, `surface` is a tuple with one Surface for each, and force and displacement are
-    arrays with one number for each. A structure that has a motor of its own says so by an attribute passive = False;
-    all others are held to give back no more energy than they were given.
+    `advance` with an old state must repeat the window: it returns a new state and does not change the old one. With
+    several contact points, `surface` is a tuple with one Surface for each, and force and displacement are arrays with
+    one number for each. A structure with a motor of its own sets an attribute passive = False; all others must give
+    back no more energy than they received.
+
+    Examples
+    --------
+    A mass of 14 g on a spring, moved exactly over a window with a constant force:
+
+    >>> import hertzlink as hl
+    >>> import numpy as np
+    >>> class SpringMass:
+    ...     surface = hl.Surface(hl.PTFE)
+    ...
+    ...     def start(self):
+    ...         return 0.0, 0.0
+    ...
+    ...     def advance(self, state, force, window):
+    ...         rest, omega = force / 1.7e7, np.sqrt(1.7e7 / 0.014)
+    ...         x, v, c, s = state[0] - rest, state[1], np.cos(omega * window), np.sin(omega * window)
+    ...         moved = rest + x * c + v * s / omega, v * c - x * s * omega
+    ...         return moved, moved[0]
+    >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
+    >>> chain = hl.Chain([bead] * 3, striker=bead, impact_speed=0.44)
+    >>> run = hl.CoSimulation(chain, SpringMass(), scheme=hl.Aitken()).run(until=1e-4)
+    >>> print(f"{1e6 * float(run.surface_displacement.max()):.2f} µm")
+    0.30 µm
     """
 
     @property
     def surface(self) -> Surface | tuple[Surface, ...]:
-        """What Hertz's law needs to know of the contact point."""
+        """Material and curvature at the contact point, for Hertz's law."""
         ...
 
     def start(self) -> Any:
@@ -83,13 +106,13 @@ class BlackBox:
         try:
             returned = self.participant.advance(state, force, window)
         except Exception as error:
-            told = f"raised by {self.name}.advance(state, force = {force!r}, window = {window!r})"
+            note = f"raised by {self.name}.advance(state, force = {force!r}, window = {window!r})"
             # The loop over windows would take these two for its own.
             if isinstance(error, FloatingPointError):
-                raise FloatingPointError(f"{error}, {told}") from error
+                raise FloatingPointError(f"{error}, {note}") from error
             if isinstance(error, NotConverged):
-                raise RuntimeError(f"{error}, {told}") from error
-            error.add_note(told)
+                raise RuntimeError(f"{error}, {note}") from error
+            error.add_note(note)
             raise
         try:
             state, surface = returned
@@ -98,17 +121,17 @@ class BlackBox:
             raise self._wrong(returned) from error
         if place.dtype.kind not in "iuf" or place.shape != self._pushes(0.0).shape:
             raise self._wrong(returned)
-        if not (abs(place) <= FARTHEST).all():
+        if not (abs(place) <= LARGEST_DISPLACEMENT).all():
             raise FloatingPointError(
                 f"{self.name}.advance returned a displacement of {surface!r} m under force = {force!r}: must be at "
-                f"most {FARTHEST:g} m"
+                f"most {LARGEST_DISPLACEMENT:g} m"
             )
         return state, float(place) if self.contacts == 1 else place.astype(float)
 
     def check(self, force: float, window: float, negligible: float) -> None:
         """A ValueError where it is not at rest at the start, does not repeat a window, or moves against a force (N).
 
-        negligible, m: a displacement that is as good as none.
+        negligible, m: a displacement that counts as none.
         """
         self.check_rest(self._once(self.start(), self._pushes(0.0), window)[1], negligible)
         self.check_repeats(self.start(), self._pushes(force), window)
@@ -117,7 +140,7 @@ class BlackBox:
                 self._check_direction(number, force, window, ROUNDING * negligible)
 
     def check_rest(self, place: Any, negligible: float) -> None:
-        """A ValueError where a first window without force did not end as good as at rest, at displacements (m)."""
+        """A ValueError where a first window without force did not end at rest, at displacements (m)."""
         if np.any(np.abs(place) > negligible):
             raise ValueError(
                 f"{self.name}.advance returned a displacement of {place!r} m from start() without force: must be 0, as "
@@ -125,22 +148,22 @@ class BlackBox:
             )
 
     def check_repeats(self, state: Any, force: Any, window: float) -> None:
-        """A ValueError where a window, or what follows it, comes to something else the second time."""
+        """A ValueError where a window, or the next one, gives another result the second time."""
         ends, places = zip(*(self._once(state, force, window) for _ in range(2)), strict=True)
         self._check_repeated(places, "from one state, force and window")
         self._check_repeated([self._once(end, force, window)[1] for end in ends], "after a window and its repetition")
 
-    def _check_repeated(self, places: Sequence[Any], told: str) -> None:
+    def _check_repeated(self, places: Sequence[Any], when: str) -> None:
         first, second = places
         if np.any(first != second):
             raise ValueError(
-                f"{self.name}.advance is not repeatable: {told} it came to {first!r} m and then to {second!r} m. Keep "
+                f"{self.name}.advance is not repeatable: {when} it returned {first!r} m and then {second!r} m. Keep "
                 "all that changes in the state, and return a new one instead of changing the old; a solver that cannot "
-                "repeat a window takes part by Explicit(tolerance=None) only"
+                "repeat a window needs the scheme Explicit(tolerance=None)"
             )
 
     def _check_direction(self, number: int, force: float, window: float, rounding: float) -> None:
-        """From rest, a point that is pushed alone can but give way: else the structure gives energy at once."""
+        """From rest, a point that is pushed alone cannot move towards the chain: the structure would create energy."""
         pushes = np.zeros(self.contacts)
         pushes[number] = force
         place = float(np.ravel(self._once(self.start(), pushes.reshape(self._pushes(0.0).shape), window)[1])[number])
@@ -148,8 +171,8 @@ class BlackBox:
             point = f"contact point {number}" if self.contacts > 1 else "the contact point"
             raise ValueError(
                 f"{self.name}.advance moved {point} by {place:.3g} m, towards the chain, under {force:.3g} N from rest "
-                f"for {window:.3g} s; displacements are positive away from the chain. A structure that gives "
-                "energy says passive = False"
+                f"for {window:.3g} s; displacements are positive away from the chain. A structure that creates "
+                "energy sets passive = False"
             )
 
     def _once(self, state: Any, pushes: Vector, window: float) -> tuple[Any, Any]:

@@ -1,4 +1,4 @@
-"""What a co-simulation is at one instant: both sides, the ledger, and what the next window starts from."""
+"""The state of a co-simulation: both sides, the ledger of energies, and the memory of the scheme."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -9,11 +9,19 @@ from particles.moving import ChainState
 from structures.structure import Vector
 
 REMEMBERED = 3
-"""Substeps that predictors and quadratic waveforms look back at."""
+"""The number of past substeps that predictors and quadratic waveforms use."""
 
 
 class NotConverged(RuntimeError):
-    """Chains and structures did not agree on the mean forces of a window. evaluations: chain windows tried for it."""
+    """Chains and structures did not agree on the mean forces of a window.
+
+    Parameters
+    ----------
+    message : str
+        The window and the residual.
+    evaluations : int
+        Chain windows that were tried for it.
+    """
 
     def __init__(self, message: str, evaluations: int = 0) -> None:
         super().__init__(message)
@@ -63,7 +71,7 @@ class CoupledState(NamedTuple):
     piece: int = 0
 
 
-def foretold(places: Sequence[float], values: Sequence[Vector], order: int, at: float) -> Vector:
+def predicted(places: Sequence[float], values: Sequence[Vector], order: int, at: float) -> Vector:
     """The polynomial of at most this order through the newest values, last in the sequences, at another place.
 
     Of lower order where there are fewer values, zero where there is none yet.

@@ -13,20 +13,14 @@ from coupling.interface import ContactPoint
 from coupling.participant import Participant
 from coupling.results.critical_distance import critical_distance
 from coupling.results.events import contact_events
-from coupling.results.measures import (
-    amplitude_ratio,
-    contact_time,
-    energy_error,
-    reflections,
-    sensor_force,
-    time_of_flight,
-    wave_speed,
-)
+from coupling.results.measures import contact_time, energy_error, sensor_force
+from coupling.results.reflections import amplitude_ratio, reflections, time_of_flight, wave_speed
 from coupling.results.signals import as_signal, read_signal
 from coupling.results.waves import NoWaveError
 from coupling.schemes.condensed import Condensed
 from coupling.schemes.explicit import Explicit
 from coupling.schemes.iterated import IQN_ILS, Aitken, FixedPoint
+from coupling.schemes.scheme import Scheme
 from coupling.schemes.windows import Adaptive
 from coupling.state import NotConverged
 from coupling.sweeps.batch import batch
@@ -179,6 +173,7 @@ __all__ = [
     "Restitution",
     "results",
     "rod",
+    "Scheme",
     "sensor_force",
     "solid",
     "solitary",

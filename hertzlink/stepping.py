@@ -1,5 +1,5 @@
 """Time steppers of structures, for `MovingStructure`."""
 
-from structures.stepping import CentralDifference, GeneralisedAlpha, Newmark, Step
+from structures.stepping import CentralDifference, GeneralisedAlpha, Newmark, Step, StructureState
 
-__all__ = ["CentralDifference", "GeneralisedAlpha", "Newmark", "Step"]
+__all__ = ["CentralDifference", "GeneralisedAlpha", "Newmark", "Step", "StructureState"]

@@ -20,7 +20,7 @@ from pythonfmu.enums import Fmi2Status
 
 from coupling.ports.fmu import CONTENT
 from coupling.ports.guest import GuestState, advance, guest_chain, start
-from coupling.schemes.condensed import SUBSTEPS_PER_CONTACT
+from coupling.schemes.scheme import SUBSTEPS_PER_CONTACT
 
 UNITS = {"m": {"m": "1"}, "m/s": {"m": "1", "s": "-1"}, "N": {"kg": "1", "m": "1", "s": "-2"}}
 """Exponents of the base units."""

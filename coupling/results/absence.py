@@ -3,7 +3,6 @@
 from math import ceil, floor, log10
 
 import numpy as np
-import xarray as xr
 
 from coupling.results.peaks import FIRST_WAVE, hops
 from structures.caution import caution
@@ -90,12 +89,3 @@ def reason_for_none(time: Vector, force: Vector, smallest: float, sensor: int, c
         f"none above {100.0 * smallest:.3g} % of the incident one (smallest = {smallest:g}) is back by the end of the "
         f"record, {time[-1]:.4g} s: the structure took it, or it is weaker"
     ), np.nan
-
-
-def beads_of(run: xr.Dataset) -> list[int]:
-    """Beads in each chain of a run or a batch."""
-    if "beads" in run.attrs:
-        return [int(run.attrs["beads"])]
-    there = run.static_force.notnull()
-    others = [axis for axis in there.dims if axis not in ("chain", "contact")]
-    return sorted({int(count) - 1 for count in np.ravel(there.any(others).sum("contact").values)})

@@ -18,11 +18,23 @@ Number = float | xr.DataArray
 
 
 class CriticalDistance(NamedTuple):
-    """A critical distance, m, and its bracket: the last sample outside the tolerance, and the next one.
+    """A critical distance and its bracket: the last sample outside the tolerance, and the next one.
 
-    value: NaN where the far value is unknown or not reached. Then low is a lower bound, and high is infinite.
-    low, high: m. Where AR is within the tolerance at all distances, value and high are the smallest of them, an upper
-    bound, and low is 0. All three are NaN where there is no wave at all.
+    All three are NaN where there is no wave at all.
+
+    Parameters
+    ----------
+    value : float or DataArray
+        The critical distance, m; NaN where the far value is unknown or not reached.
+    low, high : float or DataArray
+        The ends of the bracket, m. If the value is NaN, low is a lower bound and high is infinite. If AR is within the
+        tolerance at all distances, value and high are the smallest of them, an upper bound, and low is 0.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> hl.results.CriticalDistance(value=0.025, low=0.02, high=0.03).high
+    0.03
     """
 
     value: Number

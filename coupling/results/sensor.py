@@ -34,16 +34,50 @@ FOOT = 0.01
 def calibration_factor(
     time: ArrayLike, voltage: ArrayLike, mass: float, impact_speed: float, backing: str = "immobile"
 ) -> float:
-    """κ, N/V: the force on a sensor bead per volt, from the impact of a striker of known momentum (thesis, 2.1).
+    """The calibration factor κ of a sensor bead, from the impact of a striker of known momentum.
 
-    κ = m √(2gh) / ∫ V dt, from the beginning of the impact to the greatest voltage, where the striker rests. time, s,
-    and voltage, V: the trace of one impact, with a quiet lead. mass, kg, and impact_speed, m/s, are the striker's;
-    `drop_speed(height)` gives √(2gh).
-    backing: equation 2.1 assumes that the sensor cannot give way, "immobile": it lies on a massive block, and the force
-    at its centre is the contact force. Against a bead that is free and equal to the striker, "free", the two move
-    together at the greatest force and the impulse up to it is half the momentum. κ is the contact force per
-    volt in both; the force at the centre of a free bead, the mean of its two sides, is half of it: halve κ then.
-    The baseline is the median of the lead. Raises ValueError where there is no pulse, or it is negative.
+    Parameters
+    ----------
+    time : array_like
+        Times of one impact, s.
+    voltage : array_like
+        Voltage of the sensor, V, with a quiet lead, whose median is the baseline.
+    mass : float
+        Mass of the striker, kg.
+    impact_speed : float
+        Speed of the striker, m/s; `drop_speed(height)` gives √(2gh).
+    backing : {"immobile", "free"}
+        "immobile": the sensor lies on a massive block, and the force at its centre is the contact force. "free": the
+        sensor is a free bead equal to the striker.
+
+    Returns
+    -------
+    float
+        κ, the contact force per volt, N/V. The force at the centre of a free bead is half the contact force: halve κ
+        for it.
+
+    Raises
+    ------
+    ValueError
+        If there is no pulse, or it is negative.
+
+    Notes
+    -----
+    κ = m √(2gh) / ∫ V dt, from the beginning of the impact to the greatest voltage, where the striker rests. Against a
+    free bead both move together at the greatest force, and the impulse up to it is half the momentum.
+
+    References
+    ----------
+    Thesis, equation 2.1 and section 2.2.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> import numpy as np
+    >>> time = np.linspace(-1e-4, 1e-4, 2001)
+    >>> voltage = np.where(abs(time) < 2e-5, np.cos(np.pi * time / 4e-5), 0.0)
+    >>> print(f"{hl.results.calibration_factor(time, voltage, mass=3.5e-3, impact_speed=0.44):.0f} N/V")
+    121 N/V
     """
     share = SHARE_OF_MOMENTUM[one_of("backing", backing, SHARE_OF_MOMENTUM)]
     momentum = share * positive("mass", mass, "kg") * positive("impact_speed", impact_speed, "m/s")

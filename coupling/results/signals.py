@@ -32,10 +32,37 @@ def as_signal(
 ) -> xr.Dataset:
     """The Dataset of a measured signal from arrays, for `reflections` and the other measures.
 
-    time, s, evenly spaced; forces: sensor number → force at the bead's centre, N. positions: sensor number → distance
-    along the chain, m, which `wave_speed` needs. baseline: what the force is counted from, the median over the first
-    so many seconds; 0: the force is taken as it is; "lead": the median over the quiet lead before the first wave.
-    Holds sensor_force over time and sensor. Raises ValueError for gaps, numbers that are not finite, constant forces.
+    Parameters
+    ----------
+    time : array_like
+        Evenly spaced times, s, n numbers.
+    forces : mapping
+        Sensor number → force at the bead's centre, N, n numbers.
+    positions : mapping, optional
+        Sensor number → distance along the chain, m; `wave_speed` needs it.
+    baseline : float or "lead"
+        The zero of the force: its median over the first so many seconds, or over the quiet lead before the first wave.
+        0 leaves the force as it is.
+
+    Returns
+    -------
+    Dataset
+        sensor_force, N, over time and sensor.
+
+    Raises
+    ------
+    ValueError
+        For times with gaps, numbers that are not finite, and a force that is constant.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> import numpy as np
+    >>> time = np.linspace(0.0, 6e-4, 6001)
+    >>> pulse = lambda peak, at: peak * np.exp(-(((time - at) / 1e-5) ** 2))
+    >>> signal = hl.as_signal(time, {7: pulse(50.0, 1e-4) + pulse(30.0, 4e-4)})
+    >>> print(f"AR = {float(hl.amplitude_ratio(signal, sensor=7)):.2f}")
+    AR = 0.60
     """
     instance("forces", forces, Mapping, "a mapping such as {7: force}")
     if not forces:
@@ -61,14 +88,51 @@ def read_signal(
 ) -> xr.Dataset:
     """The Dataset of a measured signal from an oscilloscope's text file, for `reflections` and the other measures.
 
-    The file: lines of any kind, then one line for each sample, columns parted by commas, semicolons, tabs or blanks,
-    with decimal points (commas cannot be told from delimiters); trigger times below zero are fine.
-    sensors: sensor number → column, counted from 0.
-    time_unit: "s", "ms", "us" or "ns". unit: "V" or "mV", which take a calibration κ in N/V, one for all or sensor
-    number → κ (negative for a sensor that is wired the other way round; `calibration_factor` measures it), or "N",
-    which takes none. baseline and positions: see `as_signal`; "lead" takes the median of what comes before the wave.
-    Raises OSError where the file cannot be read, and ValueError, with the line, where it is truncated or garbled, or
-    has gaps, numbers that are not finite, times that do not increase, or a column that is constant.
+    Parameters
+    ----------
+    path : path
+        The file: lines of any kind, then one line for each sample. Commas, semicolons, tabs or blanks separate the
+        columns; numbers have decimal points. Trigger times below zero are allowed.
+    sensors : mapping
+        Sensor number → column, counted from 0.
+    time_column : int
+        The column of the time, counted from 0.
+    time_unit : {"s", "ms", "us", "ns"}
+        The unit of the time.
+    unit : {"V", "mV", "N"}
+        The unit of the columns.
+    calibration : float or mapping, optional
+        κ, N/V, for voltages: one for all sensors, or sensor number → κ; negative for a sensor that is wired the other
+        way round. `calibration_factor` measures it.
+    baseline : float or "lead"
+        The zero of the force: its median over the first so many seconds, or over the quiet lead before the first wave.
+        0 leaves the force as it is.
+    positions : mapping, optional
+        Sensor number → distance along the chain, m; `wave_speed` needs it.
+
+    Returns
+    -------
+    Dataset
+        sensor_force, N, over time and sensor.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be read.
+    ValueError
+        With the line, if the file is truncated or garbled, has gaps, numbers that are not finite, times that do not
+        increase, or a constant column.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> import numpy as np
+    >>> time = np.linspace(0.0, 6e-4, 6001)
+    >>> volts = 0.5 * np.exp(-(((time - 1e-4) / 1e-5) ** 2)) + 0.3 * np.exp(-(((time - 4e-4) / 1e-5) ** 2))
+    >>> np.savetxt("scope.csv", np.column_stack([time, volts]), delimiter=",", header="time, channel 1")
+    >>> signal = hl.read_signal("scope.csv", sensors={7: 1}, calibration=100.0)
+    >>> print(f"{hl.reflections(signal, sensor=7).incident.amplitude:.1f} N")
+    50.0 N
     """
     instance("path", path, str | Path, "the name of a file")  # type: ignore[arg-type]
     instance("sensors", sensors, Mapping, "a mapping from sensor number to column, such as {7: 1}")
@@ -168,7 +232,7 @@ def _dataset(
     where: Where,
     name: str = "",
 ) -> xr.Dataset:
-    """The Dataset of forces over time; `where` tells where a sample came from, and `name` where all did."""
+    """The Dataset of forces over time; `where` names the place of a sample, and `name` that of all."""
     even = _even(time, where)
     columns = []
     for sensor, force in forces.items():
@@ -194,7 +258,7 @@ def _dataset(
 
 
 def _even(time: Vector, where: Where) -> Vector:
-    """Exactly even times beside those given, or a ValueError where these have gaps."""
+    """Exactly even times, close to those given, or a ValueError where these have gaps."""
     steps = np.diff(time)
     usual = float(np.median(steps))
     bad = np.flatnonzero((steps <= 0.0) | (steps > 1.5 * usual))

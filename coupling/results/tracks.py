@@ -1,4 +1,4 @@
-"""Waves followed from contact to contact through the whole chain: where they go, how fast, where they begin and end."""
+"""Waves followed from contact to contact through the whole chain: direction, speed, beginning and end."""
 
 from dataclasses import dataclass
 
@@ -6,9 +6,10 @@ import numpy as np
 import xarray as xr
 from scipy.signal import find_peaks
 
-from coupling.results.measures import SMALLEST_WAVE
 from coupling.results.peaks import FAINT, FEWEST_CONTACTS, NEAR_END, Peak, hops, interpolated, traced
-from structures.checks import instance, positive
+from coupling.results.reading import Reading, without_padding
+from coupling.results.reflections import SMALLEST_WAVE
+from structures.checks import positive
 from structures.structure import Vector
 
 Node = tuple[int, int]
@@ -17,9 +18,28 @@ Node = tuple[int, int]
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """One wave: the contacts that it passes in order, with the time (s) and force (N, above the preload) of each peak.
+    """One wave on its way through the chain.
 
-    begins, ends: "struck end", "structure", or "chain" where it is born of, or lost in, other waves.
+    Parameters
+    ----------
+    contacts : tuple of int
+        Numbers of the contacts that it passes, in order; contact n lies before bead n.
+    times : ndarray
+        Time of the peak at each of these contacts, s.
+    forces : ndarray
+        Force of the peak above the preload, N.
+    begins, ends : str
+        "struck end", "structure", or "chain" if the wave parts from other waves there or merges with them.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
+    >>> chain = hl.Chain([bead] * 12, striker=bead, impact_speed=0.44)
+    >>> run = hl.CoSimulation(chain, hl.half_space(hl.STEEL_440C)).run(until=5e-4)
+    >>> there, back = hl.results.follow_waves(run)[:2]
+    >>> there
+    Track(contacts 1 to 13, struck end to structure, 17.4 to 224.4 µs, at most 136.3 N)
     """
 
     contacts: tuple[int, ...]
@@ -32,6 +52,13 @@ class Track:
     def goes_on(self) -> bool:
         """Whether it runs towards the structure."""
         return self.contacts[-1] > self.contacts[0]
+
+    def __repr__(self) -> str:
+        start, end = 1e6 * self.times[0], 1e6 * self.times[-1]
+        return (
+            f"Track(contacts {self.contacts[0]} to {self.contacts[-1]}, {self.begins} to {self.ends}, "
+            f"{start:.1f} to {end:.1f} µs, at most {self.forces.max():.1f} N)"
+        )
 
     def arrival(self, sensor: int) -> float:
         """When the wave passes a bead, s: halfway between the peaks of its two contacts; NaN where it misses one.
@@ -46,33 +73,57 @@ class Track:
 
     def speed(self, run: xr.Dataset) -> float:
         """Mean speed along the track, m/s."""
-        beads = int(run.bead[run.centre.notnull()][-1])
-        first, last = (min(n, beads) for n in (self.contacts[0], self.contacts[-1]))
-        way = abs(float(run.centre.sel(bead=last) - run.centre.sel(bead=first)))
+        reading = Reading(run)
+        first, last = (min(n, reading.beads[0]) for n in (self.contacts[0], self.contacts[-1]))
+        way = abs(reading.position(last) - reading.position(first))
         return way / float(self.times[-1] - self.times[0])
 
 
 def follow_waves(run: xr.Dataset, smallest: float = SMALLEST_WAVE) -> list[Track]:
-    """The waves of one run in order of time, each followed from contact to contact.
+    """The waves of one run, each followed from contact to contact.
 
-    Each is traced back from the last contact that it reached: the contact before must have peaked about as much earlier
-    as the wave's hops so far, and the incident wave's hops, let expect; the first hop as a solitary wave of its force
-    takes it (V goes with F^(1/6)). The longest waves take their peaks first; those whose peaks all stay below
-    `smallest` times the greatest force in mid chain are left out. A missing wave is not in the list, a third one is,
-    one that merges with another ends in the "chain", and one that is left behind by another begins there: only waves
-    that begin at the "structure" tell of it. Raises ValueError for a sweep, a signal, or where no wave runs from the
-    struck end.
+    Parameters
+    ----------
+    run : Dataset
+        One run of one chain.
+    smallest : float
+        Waves whose peaks all stay below this part of the greatest force in mid chain are left out.
+
+    Returns
+    -------
+    list of Track
+        The waves in order of time. A missing wave is not in the list, a third one is. A wave that merges with another
+        one ends in the "chain", and one that parts from another one begins there; only waves that begin at the
+        "structure" carry information on it.
+
+    Raises
+    ------
+    ValueError
+        If the Dataset is a sweep or a signal, or if no wave runs from the struck end.
+
+    Notes
+    -----
+    A wave is traced back from the last contact that it reached. The time to the contact before is predicted from the
+    wave's earlier hops and from those of the incident wave; the first hop is that of a solitary wave of the same force,
+    whose speed is proportional to F^(1/6). The longest waves take their peaks first.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
+    >>> chain = hl.Chain([bead] * 12, striker=bead, impact_speed=0.44)
+    >>> run = hl.CoSimulation(chain, hl.half_space(hl.STEEL_440C)).run(until=5e-4)
+    >>> [wave.begins for wave in hl.results.follow_waves(run)[:2]]
+    ['struck end', 'structure']
     """
-    instance("run", run, xr.Dataset, "the Dataset of one run")
-    if "contact_force" not in run or run.contact_force.ndim != 2:
-        axes = [str(axis) for axis in getattr(run, "contact_force", run.time).dims if axis not in ("time", "contact")]
-        choose = f"; choose one with run.isel({axes[0]}=0)" if axes else ""
-        raise ValueError(f"run: must be the Dataset of one run, with its contact forces{choose}")
-    # Chains shorter than the longest are filled up with NaN.
-    dynamic = (run.contact_force - run.static_force).dropna("contact", how="all")
+    reading = Reading(run, "the Dataset of one run")
+    reading.check_holds(["contact_force"], "one run")
+    reading.check_one_chain("contact_force")
     if not positive("smallest", smallest) < 1.0:
         raise ValueError(f"smallest = {smallest!r}: must be below 1, in units of the first wave")
-    web = _Web(run.time.values, dynamic.transpose("contact", "time").values, smallest)
+    dynamic = without_padding(reading.dynamic_force().transpose("contact", "time").values)
+    numbers = run.contact.values[: len(dynamic)]
+    web = _Web(reading.time, dynamic, smallest)
     tracks = []
     while True:
         best = max([*web.paths(True), *web.paths(False)], key=len, default=[])
@@ -80,7 +131,7 @@ def follow_waves(run: xr.Dataset, smallest: float = SMALLEST_WAVE) -> list[Track
             break
         web.take(best)
         if max(web.peaks[row][which][0] for row, which in best) >= smallest * web.first:
-            tracks.append(_track(best, web.peaks, dynamic.contact.values))
+            tracks.append(_track(best, web.peaks, numbers))
     return sorted(tracks, key=lambda track: float(track.times[0]))
 
 

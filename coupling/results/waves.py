@@ -1,40 +1,112 @@
-"""The waves that pass a sensor, as data; and what stands for one that did not come."""
+"""The waves that pass a sensor, as data, and the object that replaces a missing wave."""
 
 from dataclasses import dataclass, fields
 from typing import NamedTuple, NoReturn
 
+from structures.reprs import html_table
+
 
 @dataclass(frozen=True)
 class Wave:
-    """A wave's passage over a sensor: amplitude (N, above the preload) and arrival (s) of its peak."""
+    """A wave that passes a sensor.
+
+    Parameters
+    ----------
+    amplitude : float
+        Force of its peak above the preload, N.
+    arrival : float
+        Time of its peak, s.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> hl.results.Wave(amplitude=41.6, arrival=1.02e-4)
+    Wave(41.60 N at 102.00 µs)
+    """
 
     amplitude: float
     arrival: float
 
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({', '.join(self.in_words())})"
+
+    def _repr_html_(self) -> str:
+        return html_table(type(self).__name__, self.rows())
+
+    def in_words(self) -> list[str]:
+        """The parts of a line."""
+        return [f"{self.amplitude:.2f} N at {1e6 * self.arrival:.2f} µs"]
+
+    def rows(self) -> list[tuple[str, str]]:
+        """The rows of a table."""
+        return [("amplitude", f"{self.amplitude:.4g} N"), ("arrival", f"{1e6 * self.arrival:.2f} µs")]
+
 
 @dataclass(frozen=True)
 class ReflectedWave(Wave):
-    """A wave that came back, compared with the incident one: amplitude ratio AR, and time of flight TOF (s).
+    """A wave that came back, compared with the incident one from peak to peak.
 
-    Both from the peak of the incident wave's force at the sensor to the peak of the reflected wave's.
+    Parameters
+    ----------
+    amplitude : float
+        Force of its peak above the preload, N.
+    arrival : float
+        Time of its peak, s.
+    amplitude_ratio : float
+        AR, its amplitude over that of the incident wave.
+    time_of_flight : float
+        TOF, its arrival less that of the incident wave, s.
+    begins : str
+        "structure"; "chain" if it parted from other waves on its way; "unknown" for a signal.
 
-    begins: "structure"; "chain" where it came out of a meeting of waves on the way; "unknown" of a signal.
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> hl.results.ReflectedWave(20.8, 3.9e-4, amplitude_ratio=0.5, time_of_flight=2.88e-4, begins="structure")
+    ReflectedWave(20.80 N at 390.00 µs, AR = 0.5000, TOF = 288.00 µs, begins at the structure)
     """
 
     amplitude_ratio: float
     time_of_flight: float
     begins: str = "unknown"
 
+    __repr__ = Wave.__repr__
+
+    def in_words(self) -> list[str]:
+        """The parts of a line."""
+        begins = [] if self.begins == "unknown" else [f"begins at the {self.begins}"]
+        tof = f"TOF = {1e6 * self.time_of_flight:.2f} µs"
+        return [*super().in_words(), f"AR = {self.amplitude_ratio:.4f}", tof, *begins]
+
+    def rows(self) -> list[tuple[str, str]]:
+        """The rows of a table."""
+        tof = f"{1e6 * self.time_of_flight:.2f} µs"
+        return [*super().rows(), ("AR", f"{self.amplitude_ratio:.4f}"), ("TOF", tof), ("begins at", self.begins)]
+
 
 class NoWaveError(ValueError, AttributeError):
-    """A wave was asked for its amplitude, arrival, amplitude ratio or time of flight, and there is none."""
+    """There is no wave whose amplitude, arrival, amplitude ratio or time of flight could be read."""
 
 
 @dataclass(frozen=True)
 class NoWave:
-    """It stands where no wave came, is false, and knows the reason: `if waves.secondary:` asks whether there is one.
+    """What replaces a missing wave. It is false: `if waves.secondary:` asks whether there is a wave.
 
     Its amplitude, arrival, amplitude_ratio, time_of_flight and begins raise a NoWaveError with the reason.
+
+    Parameters
+    ----------
+    which : str
+        The missing wave: "incident", "primary" or "secondary".
+    reason : str
+        Why there is none.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> wave = hl.results.NoWave("secondary", "the record is short")
+    >>> bool(wave), wave.reason
+    (False, 'the record is short')
     """
 
     which: str
@@ -53,8 +125,32 @@ OF_WAVES = {one.name for one in fields(ReflectedWave)}
 
 
 class Reflections(NamedTuple):
-    """The incident wave, and the first and second that came back; a NoWave, which is false, where there is none."""
+    """The waves at a sensor, see `reflections`.
+
+    Parameters
+    ----------
+    incident : Wave or NoWave
+        The first wave that moves towards the structure.
+    primary, secondary : ReflectedWave or NoWave
+        The first and the second wave that came back. A missing wave is a NoWave, which is false.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> there = hl.results.Wave(amplitude=41.6, arrival=1e-4)
+    >>> back = hl.results.ReflectedWave(20.8, 3.9e-4, amplitude_ratio=0.5, time_of_flight=2.9e-4)
+    >>> waves = hl.results.Reflections(there, back, hl.results.NoWave("secondary", "the record is short"))
+    >>> [wave.arrival for wave in waves if wave]
+    [0.0001, 0.00039]
+    """
 
     incident: Wave | NoWave
     primary: ReflectedWave | NoWave
     secondary: ReflectedWave | NoWave
+
+    def _repr_html_(self) -> str:
+        rows = [
+            (name, ", ".join(wave.in_words()) if isinstance(wave, Wave) else f"none; {wave.reason}")
+            for name, wave in zip(self._fields, self, strict=True)
+        ]
+        return html_table("Reflections", rows)

@@ -1,60 +1,47 @@
-"""Coupling schemes: each finds, for one window, the mean forces on which chains and structures agree."""
+"""Strong coupling with one structural solve a window, and the prediction that other schemes start from."""
 
 from dataclasses import dataclass
-from typing import Any, Protocol
 
 import numpy as np
 
 from coupling.interface import Interface
-from coupling.state import CoupledState, NotConverged, foretold
+from coupling.schemes.scheme import SUBSTEPS_PER_CONTACT
+from coupling.state import CoupledState, NotConverged, predicted
 from structures.checks import within
 from structures.structure import Vector
 
-SUBSTEPS_PER_CONTACT = 112
-"""Substeps in the shortest contact's duration, where both sides agree on every one of them. With 64 the worst amplitude
-ratio found, on a tip of one bead's mass that chatters, was off by 3e-4; the error falls with the square."""
-
 TOLERANCES = 1e-14, 1.0
-"""Below lies rounding."""
+"""Limits of a scheme's tolerance; below them lies rounding."""
 
 MOST_TRIALS = 40
-
-
-class Scheme(Protocol):
-    """One window of both sides."""
-
-    @property
-    def substeps_per_contact(self) -> int:
-        """So many substeps of the shortest contact's duration are enough for it."""
-        ...
-
-    @property
-    def repeats(self) -> bool:
-        """Whether it repeats windows, and needs participants that can."""
-        ...
-
-    @property
-    def whole_window(self) -> bool:
-        """Whether it solves for all substeps of a window together; else a window of several is several windows."""
-        ...
-
-    def start(self, interface: Interface) -> Any:
-        """What the first window starts from; a ValueError where the scheme cannot serve this interface."""
-        ...
-
-    def step(self, interface: Interface, state: CoupledState, length: float, substeps: int) -> list[CoupledState]:
-        """The states at the ends of the substeps of `length` s that make a window. Raises NotConverged."""
-        ...
+"""Evaluations of Newton's method before the window is halved; it takes three or four."""
 
 
 @dataclass(frozen=True)
 class Condensed:
-    """Strong coupling with one structural solve a window, for structures that are linear.
+    """Strong coupling with one structural solve for each window, for linear structures.
 
-    The surfaces end a window at w_free + C F̄ with C known beforehand. One contact takes a scalar secant on F̄ over the
-    cheap chain window, several contacts Newton's method with C and a secant slope for each. The interface creates no
-    energy: the surface moves linearly, and the structure is driven by the mean force of the chain's own steps.
-    tolerance: of the mean force, in units of the greatest force that the contact could bear.
+    Parameters
+    ----------
+    tolerance : float
+        Of the mean force, in units of the greatest force that the contact could bear.
+
+    Notes
+    -----
+    At the end of a window the surfaces are at w_free + C F̄, where the compliance C is known beforehand. A scalar secant
+    method finds F̄ of one contact from repeated chain windows, which are cheap; Newton's method with C and a secant
+    slope for each contact finds those of several. The interface creates no energy: the surface moves linearly, and the
+    mean force of the chain's own steps drives the structure.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
+    >>> chain = hl.Chain([bead] * 3, striker=bead, impact_speed=0.44)
+    >>> rod = hl.reduce(hl.rod([hl.Layer(hl.PTFE, 0.1, 9.525e-3)]), until=1e-4)
+    >>> run = hl.CoSimulation(chain, rod, hl.Condensed()).run(until=1e-4)
+    >>> print(f"{1e6 * float(run.surface_displacement.max()):.2f} µm")
+    0.62 µm
     """
 
     tolerance: float = 1e-11
@@ -66,7 +53,7 @@ class Condensed:
         object.__setattr__(self, "tolerance", within("tolerance", self.tolerance, *TOLERANCES))
 
     def start(self, interface: Interface) -> Vector:
-        """Of one contact what `MovingChain.advance_condensed` calls guess, of several the slopes of their secants."""
+        """The guess of `MovingChain.advance_condensed` for one contact, the secant slopes for several."""
         if interface.boxes:
             name = interface.boxes[0].name
             raise ValueError(f"scheme = {self!r}: needs a Structure; use Aitken() for a solver of your own ({name})")
@@ -117,8 +104,8 @@ class Condensed:
                 return interface.next(state, length, moved, pushed, surface, force, (answer, work), slope, count)
             if count > 1:
                 way = surface - last_surface
-                seen = abs(way) > 1e-14 * interface.indentation_scale
-                slope[seen] = np.minimum((answer - last_answer)[seen] / way[seen], 0.0)
+                moved_enough = abs(way) > 1e-14 * interface.indentation_scale
+                slope[moved_enough] = np.minimum((answer - last_answer)[moved_enough] / way[moved_enough], 0.0)
             last_surface, last_answer = surface, answer
             force = force + np.linalg.solve(identity - slope[:, None] * compliance, residual)
         worst = int(abs(residual).argmax())
@@ -130,11 +117,11 @@ class Condensed:
 
 
 def trial_force(interface: Interface, state: CoupledState, length: float, order: int = 2) -> Vector:
-    """Mean forces (N) over the coming substep, foretold from the last ones; no pull on a surface."""
+    """Mean forces (N) over the coming substep, predicted from the last ones; a surface is never pulled."""
     past = state.past
     if not past:
         return np.zeros(interface.size)
     middles = [node.time - node.length / 2.0 for node in past]
-    guess = foretold(middles, [node.force for node in past], order, state.time + length / 2.0)
+    guess = predicted(middles, [node.force for node in past], order, state.time + length / 2.0)
     forces: Vector = np.maximum(guess, -interface.static)
     return forces

@@ -7,24 +7,23 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from coupling.interface import Interface
-from coupling.schemes.condensed import SUBSTEPS_PER_CONTACT, TOLERANCES, trial_force
+from coupling.schemes.condensed import TOLERANCES, trial_force
+from coupling.schemes.scheme import SUBSTEPS_PER_CONTACT
 from coupling.state import CoupledState, NotConverged
 from structures.checks import positive, whole, within
 from structures.structure import Vector
-
-NOTHING = np.zeros((0, 0))
 
 MOST_RELAXATION = 2.0
 """From here on no fixed-point iteration converges, however stiff the structure."""
 
 
 class Iteration(ABC):
-    """What the iterated schemes share: the loop, and when it ends.
+    """The loop of the iterated schemes, and its end.
 
-    A window is repeated until the mean forces that the chains answer, in all substeps and contacts, differ from those
-    that pushed the structures by at most `tolerance` of the greatest force that a contact could bear, and the surfaces
-    from those of the repetition before, if there was one, by at most `tolerance` of the greatest approach. Nothing
-    divides by a residual, which is zero as long as a gap is open.
+    A window is repeated until two differences are small in all substeps and contacts: that between the mean forces that
+    the chains answer and those that pushed the structures, at most `tolerance` of the greatest force that a contact
+    could bear; and that between the surfaces and those of the repetition before, at most `tolerance` of the greatest
+    approach. No step divides by a residual, which is zero as long as a gap is open.
     """
 
     tolerance: float
@@ -99,8 +98,29 @@ def _window(interface: Interface, state: CoupledState, force: Vector, length: fl
 class FixedPoint(Iteration):
     """Fixed-point iteration with constant relaxation.
 
-    relaxation: part of the residual that is added to the forces. It converges where the structures give way less over
-    a substep than the contacts do, see Iteration; else the window is halved.
+    Parameters
+    ----------
+    tolerance : float
+        Of the mean forces, in units of the greatest force that a contact could bear, and of the surfaces, in units of
+        the greatest approach.
+    relaxation : float
+        Part of the residual that is added to the forces, between 0 and 2.
+    largest_count : int
+        Repetitions of a window, after which it is halved.
+
+    Notes
+    -----
+    It converges if the compliance of the structures over a substep is smaller than that of the contacts.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
+    >>> chain = hl.Chain([bead] * 3, striker=bead, impact_speed=0.44)
+    >>> rod = hl.reduce(hl.rod([hl.Layer(hl.PTFE, 0.1, 9.525e-3)]), until=1e-4)
+    >>> run = hl.CoSimulation(chain, rod, hl.FixedPoint()).run(until=1e-4)
+    >>> print(f"{1e6 * float(run.surface_displacement.max()):.2f} µm")
+    0.62 µm
     """
 
     tolerance: float = 1e-9
@@ -124,8 +144,29 @@ class _Constant(Search):
 class Aitken(Iteration):
     """Fixed-point iteration with Aitken's relaxation, for structures that are black boxes.
 
-    (Küttler and Wall, Comput. Mech. 43 (2008) 61, section 3.2.) relaxation: the factor of the first repetition.
-    tolerance and largest_count: see Iteration.
+    Parameters
+    ----------
+    tolerance : float
+        Of the mean forces, in units of the greatest force that a contact could bear, and of the surfaces, in units of
+        the greatest approach.
+    relaxation : float
+        The relaxation factor of the first repetition, between 0 and 2.
+    largest_count : int
+        Repetitions of a window, after which it is halved.
+
+    References
+    ----------
+    Küttler and Wall, Comput. Mech. 43 (2008) 61, section 3.2.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
+    >>> chain = hl.Chain([bead] * 3, striker=bead, impact_speed=0.44)
+    >>> rod = hl.reduce(hl.rod([hl.Layer(hl.PTFE, 0.1, 9.525e-3)]), until=1e-4)
+    >>> run = hl.CoSimulation(chain, rod, hl.Aitken()).run(until=1e-4)
+    >>> print(f"{1e6 * float(run.surface_displacement.max()):.2f} µm")
+    0.62 µm
     """
 
     tolerance: float = 1e-9
@@ -154,13 +195,36 @@ class _Aitken(Search):
 
 @dataclass(frozen=True)
 class IQN_ILS(Iteration):
-    """Interface quasi-Newton with an approximation of the inverse Jacobian by least squares.
+    """Interface quasi-Newton: an approximation of the inverse Jacobian by least squares.
 
-    (Degroote, Bathe and Vierendeels, Comput. Struct. 87 (2009) 793.) The differences between repetitions, and those
-    of the last `reuse` windows with substeps of the same length, span what is known of the Jacobian. A difference
-    that adds less than `filtering` of its length to the newer ones is dropped (QR filtering: Haelterman et al., Comput.
-    Struct. 171 (2016) 9). relaxation: of the first repetition, as long as there are no differences.
-    tolerance and largest_count: see Iteration.
+    Parameters
+    ----------
+    tolerance : float
+        Of the mean forces, in units of the greatest force that a contact could bear, and of the surfaces, in units of
+        the greatest approach.
+    relaxation : float
+        The relaxation factor of the first repetition, as long as there are no differences; between 0 and 2.
+    largest_count : int
+        Repetitions of a window, after which it is halved.
+    reuse : int
+        The differences of so many earlier windows are used, if their substeps have the same length.
+    filtering : float
+        A difference that adds less than this part of its length to the newer ones is dropped.
+
+    References
+    ----------
+    Degroote, Bathe and Vierendeels, Comput. Struct. 87 (2009) 793; QR filtering: Haelterman et al., Comput. Struct. 171
+    (2016) 9.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
+    >>> chain = hl.Chain([bead] * 3, striker=bead, impact_speed=0.44)
+    >>> rod = hl.reduce(hl.rod([hl.Layer(hl.PTFE, 0.1, 9.525e-3)]), until=1e-4)
+    >>> run = hl.CoSimulation(chain, rod, hl.IQN_ILS()).run(until=1e-4)
+    >>> print(f"{1e6 * float(run.surface_displacement.max()):.2f} µm")
+    0.62 µm
     """
 
     tolerance: float = 1e-9

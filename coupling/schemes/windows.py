@@ -1,15 +1,16 @@
-"""From window to window: one that fails is halved and repeated, and so is one whose error is too large."""
+"""From window to window: a window that fails, or whose error is too large, is halved and repeated."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from coupling.interface import Interface
-from coupling.schemes.condensed import Scheme
+from coupling.schemes.scheme import Scheme
 from coupling.state import CoupledState, NotConverged
 from structures.checks import positive
 
 MOST_HALVINGS = 12
+"""Halvings of a substep that fails, before the run stops."""
 
 FINEST = 1024
 """Parts of the shortest contact below which an adaptive window is not halved for its error."""
@@ -18,20 +19,38 @@ GROWS_BELOW = 0.125
 """A window is tried twice as long after one whose error was below this part of the tolerance."""
 
 UNTOUCHED = 0.1
-"""What an error counts where nothing touches: no chain sees that line, but its bend tells of the stepping's own error,
-which is a part of it about as small as the window is beside the motion's time."""
+"""Weight of the error where nothing touches. No chain follows that surface, but its curvature measures the error of the
+structure's own stepping, which is smaller by about the ratio of the window to the time scale of the motion."""
 
 TAKEN_AS_ONE = 1.0 + 1e-9
+"""Windows whose ratio is below this number are equal."""
 
 
 @dataclass(frozen=True)
 class Adaptive:
-    """Windows as long as their error allows, between saved times: each is the saved interval over a power of two.
+    """Windows as long as their error allows: each is the saved interval over a power of two.
 
-    The error of a window is what the parabola through its ends and the node before has beyond the straight line that
-    the surface follows, in units of the greatest approach of a contact; a tenth of it where nothing touches.
-    tolerance: of that error. Amplitude ratios are then within some three tolerances of those with tiny windows (tests),
-    within fifteen on light plates.
+    Parameters
+    ----------
+    tolerance : float
+        Of the error of a window. Amplitude ratios are then within about three tolerances of those with very short
+        windows, within fifteen on light plates (tests).
+
+    Notes
+    -----
+    In a window the surface moves along a straight line. The error is the distance of this line from the parabola
+    through its two ends and the node before, in units of the greatest approach of a contact. Where nothing touches, a
+    tenth of it counts.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
+    >>> chain = hl.Chain([bead] * 3, striker=bead, impact_speed=0.44)
+    >>> rod = hl.reduce(hl.rod([hl.Layer(hl.PTFE, 0.1, 9.525e-3)]), until=1e-4)
+    >>> run = hl.CoSimulation(chain, rod, window=hl.Adaptive(1e-4)).run(until=1e-4)
+    >>> print(f"{1e6 * float(run.surface_displacement.max()):.2f} µm")
+    0.62 µm
     """
 
     tolerance: float = 1e-5
@@ -42,7 +61,7 @@ class Adaptive:
 
 @dataclass(frozen=True)
 class Windows:
-    """Moves a coupled state on by a scheme. tolerance: of adaptive windows, None where all are alike."""
+    """Moves a coupled state on by a scheme. tolerance: of adaptive windows, None where all are equal."""
 
     interface: Interface
     scheme: Scheme
@@ -109,15 +128,15 @@ class Windows:
         return 2.0 * last if self.error(state) < GROWS_BELOW * tolerance else last
 
     def error(self, state: CoupledState) -> float:
-        """What a parabola has beyond the straight motion of the last substep, in units of the greatest approach."""
+        """The distance of a parabola from the straight motion of the last substep, in greatest approaches."""
         now = state.past[-1]
         before = state.past[-2] if len(state.past) > 1 else None
         start = np.zeros_like(now.surface) if before is None else before.surface
         earlier = state.past[-3].surface if len(state.past) > 2 else np.zeros_like(start)
         length = now.length if before is None else before.length
         change = abs((now.surface - start) / now.length - (start - earlier) / length)
-        seen = np.where(now.force > -self.interface.static, change, UNTOUCHED * change)
-        bend = 2.0 * float(seen.max()) / (now.length + length)
+        counted = np.where(now.force > -self.interface.static, change, UNTOUCHED * change)
+        bend = 2.0 * float(counted.max()) / (now.length + length)
         return bend * now.length**2 / 8.0 / self.interface.indentation_scale
 
 
@@ -131,5 +150,5 @@ def _together(first: CoupledState, second: CoupledState) -> CoupledState:
 
 
 def _more(state: CoupledState, vain: int) -> CoupledState:
-    """With the evaluations of attempts that came to nothing."""
+    """With the evaluations of attempts that failed."""
     return state._replace(evaluations=state.evaluations + vain)

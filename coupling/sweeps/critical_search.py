@@ -13,7 +13,7 @@ import xarray as xr
 from coupling.cosimulation import CoSimulation
 from coupling.results.critical_distance import FEWEST, LABEL
 from coupling.results.findings import findings_of, gathered, warn, with_warnings
-from coupling.results.measures import amplitude_ratio, time_of_flight
+from coupling.results.reflections import amplitude_ratio, time_of_flight
 from coupling.results.schema import OF_RUNS
 from coupling.sweeps.processes import Batch, Work, in_processes
 from coupling.sweeps.progress import Progress

@@ -10,7 +10,8 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from coupling.results.provenance import as_text, differences, provenance
-from coupling.results.schema import OF_RUNS
+from coupling.results.reading import Reading
+from coupling.results.schema import END_NAMES, OF_RUNS
 from coupling.views.motion import motion_dataset, nearest_rows
 from particles import kernels
 from particles.bead import Bead
@@ -104,11 +105,12 @@ class _Run:
         self.chain = chain = instance("chain", chain, DeformableChain, "the DeformableChain that was run")
         if chain.vibrations is not vibration:
             raise ValueError("chain: has vibrations of its own, whose shapes are not known; leave vibrations out")
-        run = instance("run", given, xr.Dataset, "the Dataset of a run of a DeformableChain")
-        missing = [name for name in OF_BEADS if name not in run.data_vars]
-        if missing:
-            raise ValueError(f"run: holds no {', '.join(missing)}; must be that of a DeformableChain")
-        _check_single(run)
+        reading = Reading(given, "the Dataset of a run of a DeformableChain")
+        run = reading.data
+        reading.check_holds(OF_BEADS, "a DeformableChain")
+        reading.check_one_chain(*OF_BEADS)
+        if "time" not in run.dims or not run.time.size:
+            raise ValueError("run: holds no time")
         told: dict[str, Any] = {} if set(run.coords) - OF_RUNS else json.loads(run.attrs.get("input") or "{}")
         _check_same(run, chain, told)
         self.ends = {"behind": _surface("behind", behind), "structure": _surface("structure", structure)}
@@ -214,28 +216,14 @@ def _surface(name: str, given: object) -> Surface | None:
 def _faced(run: xr.Dataset) -> dict[str, int]:
     """The ends of this chain that face something, and the places of the structures there."""
     here = ~np.isnan(np.atleast_1d(run.gap.values[0])) if "gap" in run else [True]
-    if "interface_end" not in run.coords:
-        return {"last bead": 0} if here[0] else {}
-    told = (np.atleast_1d(run[f"interface_{name}"].values).tolist() for name in ("chain", "end", "structure"))
     own = int(run.chain) if "chain" in run.coords else 0
-    return {end: place for chain, end, place, some in zip(*told, here, strict=True) if some and chain == own}
-
-
-def _check_single(run: xr.Dataset) -> None:
-    """A ValueError for sweeps, and for several chains."""
-    if "chain" in run.dims:
-        raise ValueError("run: has several chains; choose that one with run.isel(chain=0)")
-    if "time" not in run.dims or not run.time.size:
-        raise ValueError("run: holds no time")
-    known = {"time", "bead", "contact", "mode"}
-    for name in OF_BEADS:
-        if axes := [str(axis) for axis in run[name].dims if axis not in known]:
-            raise ValueError(f"run: has the axes {', '.join(axes)}; choose one run with run.isel({axes[0]}=0)")
+    contacts = zip(Reading(run).contacts, here, strict=True)
+    return {END_NAMES[one.end]: one.structure for one, some in contacts if some and one.chain == own}
 
 
 def _check_same(run: xr.Dataset, chain: DeformableChain, given: Mapping[str, Any]) -> None:
-    """A ValueError where the run is of another chain. Chains shorter than the longest of a run are filled with NaN."""
-    told = np.count_nonzero(~np.isnan(run.displacement.values[0]))
+    """A ValueError where the run is of another chain."""
+    told = Reading(run).beads[0] + 1
     if told != len(chain.beads) + 1:
         raise ValueError(f"chain: has {len(chain.beads)} beads, that of the run {told - 1}; give the one that was run")
     modes = 1 + np.count_nonzero(~np.isnan(run.vibration_amplitude.values[0, 1]))

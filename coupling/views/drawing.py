@@ -12,9 +12,10 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from coupling.results.reading import Reading
 from coupling.views.render import Renderer
 from coupling.views.scene import Scene, round_number
-from structures.checks import instance, not_negative, one_of, positive
+from structures.checks import not_negative, one_of, positive
 from structures.structure import Vector
 
 SHOWN = {
@@ -231,15 +232,13 @@ def _history(run: xr.Dataset, motion: xr.Dataset) -> tuple[Vector, Vector, str, 
 
     Of the last bead above the preload, or through those that are drawn, a column each, N.
     """
-    instance("run", run, xr.Dataset, "the Dataset of a run")
     if "bead" in motion.coords:
         names = [f"bead {number}" for number in np.unique(motion.bead)]
         return *_until(_through_beads(run, motion), motion), "force through\nthe beads (N)", names
-    forces = run.contact_force - run.static_force
-    if set(forces.dims) != {"time", "contact"}:
-        raise ValueError("run: must be the Dataset of one run; of several chains choose one, run.isel(chain=0)")
-    # Chains shorter than the longest are filled up with NaN.
-    force = forces.dropna("contact", how="all").isel(contact=-1)
+    reading = Reading(run, "the Dataset of a run")
+    forces = reading.dynamic_force()
+    reading.check_one_chain("contact_force")
+    force = forces.isel(contact=reading.beads[0])
     return *_until(force, motion), "force on the\nstructure (N)", []
 
 

@@ -15,7 +15,8 @@ import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
-from coupling.results.measures import energy_error, reflections, wave_speed
+from coupling.results.measures import energy_error
+from coupling.results.reflections import reflections, wave_speed
 from hertzlink.studies.table import Row
 from particles.bead import Bead, Sphere
 from particles.deformable.chain import DeformableChain

@@ -323,7 +323,7 @@ def test_modes_from_elsewhere_have_no_shapes(run: xr.Dataset) -> None:
 
 def test_runs_of_another_kind(run: xr.Dataset) -> None:
     rigid = hl.CoSimulation(hl.Chain([BEAD] * 6, BEAD, 0.5), None).run(until=1e-5)
-    with pytest.raises(ValueError, match="run: holds no vibration_amplitude; must be that of a DeformableChain"):
+    with pytest.raises(ValueError, match="run: holds no vibration_amplitude; must be the Dataset of a DeformableChain"):
         hl.views.bead_motion(rigid, CHAIN, 1e-5)
     with pytest.raises(ValueError, match=r"has the axes speed; choose one run with run\.isel\(speed=0\)"):
         hl.views.bead_motion(xr.concat([run, run], dim="speed"), CHAIN, 1e-5)
@@ -333,7 +333,7 @@ def test_one_of_several_chains() -> None:
     short = hl.DeformableChain([BEAD] * 3, BEAD, 0.5, modes=3)
     long = hl.DeformableChain([BEAD] * 4, BEAD, 0.5, modes=5)
     run = hl.CoSimulation([short, long], [hl.half_space(STEEL), hl.half_space(STEEL)]).run(until=2e-5)
-    with pytest.raises(ValueError, match=r"run: has several chains; choose that one with run\.isel\(chain=0\)"):
+    with pytest.raises(ValueError, match=r"run: has several chains; choose one chain with run\.isel\(chain=0\)"):
         hl.views.bead_motion(run, short, 1e-5)
     for place, chain in enumerate((short, long)):
         one = run.isel(chain=place)

@@ -6,6 +6,7 @@ import xarray as xr
 from scipy import sparse
 
 import hertzlink as hl
+from coupling.loops import Work, non_finite
 from particles import kernels
 from structures.damping import standard_linear_solid
 from structures.rod import rod_parts
@@ -59,11 +60,11 @@ def check_same(one: xr.Dataset, other: xr.Dataset, tolerance: float) -> None:
         assert other[name].values == pytest.approx(one[name].values, abs=tolerance * scale)
 
 
-def test_compiled_loop_equals_the_loop_in_python() -> None:
+def test_compiled_loop_equals_the_loop_in_python(monkeypatch: pytest.MonkeyPatch) -> None:
     """The same reduced plate, once through the compiled loop and once window by window."""
     simulation = hl.CoSimulation(CHAIN, hl.reduce(PLATE, until=6e-4))
     compiled = simulation.run(until=6e-4)
-    simulation._run_compiled = simulation._run_windows  # type: ignore[method-assign]
+    monkeypatch.setattr(Work, "compiled", False)
     check_same(compiled, simulation.run(until=6e-4), 1e-9)
 
 
@@ -78,13 +79,13 @@ COUPLED = {
 
 
 @pytest.mark.parametrize("name", COUPLED)
-def test_what_damping_couples_goes_through_the_compiled_loop_too(name: str) -> None:
+def test_what_damping_couples_goes_through_the_compiled_loop_too(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its dense propagator gives what the implicit midpoint gives window by window, work and losses included."""
     simulation = hl.CoSimulation(CHAIN, COUPLED[name])
     assert simulation.structure.compact
     assert not simulation.structure.modal
     compiled = simulation.run(until=6e-4)
-    simulation._run_compiled = simulation._run_windows  # type: ignore[method-assign]
+    monkeypatch.setattr(Work, "compiled", False)
     other = simulation.run(until=6e-4)
     check_same(compiled, other, 1e-10)
     scale = float(compiled.impact_energy)
@@ -236,7 +237,7 @@ def test_the_particle_that_broke_is_named(bead: int, name: str) -> None:
     y, v = np.zeros(21), np.zeros(21)
     y[bead : bead + 1] = np.nan
     wall = np.nan if bead == 21 else 0.0
-    error = hl.CoSimulation(CHAIN, None)._non_finite(kernels.first_bad(y, v, wall), 1e-4)
+    error = non_finite(hl.CoSimulation(CHAIN, None).interface, kernels.first_bad(y, v, wall), 1e-4)
     assert str(error).startswith(f"{name}")
     assert kernels.first_bad(np.zeros(21), v, 0.0) == -1
 

@@ -172,8 +172,8 @@ def test_nothing_to_tell() -> None:
     ("change", "message"),
     [
         (lambda run: 3, "run = 3: must be the Dataset of a run"),
-        (lambda run: run.drop_vars("contact_force"), "holds no contact_force and surface_displacement"),
-        (lambda run: run.drop_vars("gap"), "run: holds no gap and interface_impulse; must be the Dataset of CoSimul"),
+        (lambda run: run.drop_vars("contact_force"), "holds no contact_force; must be the Dataset of a run"),
+        (lambda run: run.drop_vars("gap"), "run: holds no gap; must be the Dataset of CoSimul"),
         (lambda run: xr.concat([run, run], "speed"), r"has the axes speed; choose one run with run\.isel\(speed=0\)"),
     ],
 )

@@ -218,7 +218,7 @@ class FeedsEnergy(Sound):
 @pytest.mark.parametrize("scheme", [*SCHEMES, "Explicit, unvetted"])
 def test_a_source_of_energy_is_found_out_unless_it_says_so(scheme: str) -> None:
     chosen = SCHEMES.get(scheme, hl.Explicit(tolerance=None))
-    message = r"FeedsEnergy\.advance gives back more energy than it got, .* J up to t = .* passive = False"
+    message = r"FeedsEnergy\.advance gives back more energy than it received, .* J up to t = .* passive = False"
     with pytest.raises(ValueError, match=message):
         simulate(FeedsEnergy(), chosen, 1e-3)
     honest = FeedsEnergy()

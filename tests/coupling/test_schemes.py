@@ -175,7 +175,7 @@ def test_the_ledger_closes(name: str, losses: bool) -> None:
     run = hl.CoSimulation(struck, structure, SCHEMES[name], window=2.5e-7, substeps=1).run(4e-4)
     total, mismatch = changes(run)
     assert (run.interface_work_of_chain - run.interface_work).values == pytest.approx(run.interface_mismatch.values)
-    # In parallel the chain's last contact sees the surface foretold, not the one by which its energy is counted.
+    # In parallel the chain's last contact follows the predicted surface, not the one by which its energy is counted.
     counted = (run.contact_force[:, -1] == 0.0).values if parallel else slice(None)
     assert abs(total + mismatch)[counted].max() < 1e-6
     energy = float(run.impact_energy)
@@ -319,7 +319,10 @@ FAILS = {
     "fixed point": (hl.FixedPoint(largest_count=1), "residual .* N after 1 iterations, tolerance"),
     "Aitken": (hl.Aitken(largest_count=1), "residual .* N after 1 iterations, tolerance"),
     "IQN-ILS": (hl.IQN_ILS(largest_count=1), "residual .* N after 1 iterations, tolerance"),
-    "explicit": (hl.Explicit(predictor=0, tolerance=1e-13), "foretold force .* N beside the answer, tolerance"),
+    "explicit": (
+        hl.Explicit(predictor=0, tolerance=1e-13),
+        "the predicted force differs by .* N from the answer, tolerance",
+    ),
 }
 
 

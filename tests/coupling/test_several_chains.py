@@ -308,7 +308,7 @@ def test_measures_say_what_a_run_of_several_chains_lacks() -> None:
         (lambda: hl.wave_speed(run, 3, 5), "holds several over chain"),
         (
             lambda: hl.results.follow_waves(run),
-            r"must be the Dataset of one run.*; choose one with run\.isel\(chain=0\)",
+            r"run: has several chains; choose one chain with run\.isel\(chain=0\)",
         ),
         (lambda: hl.reflections(short, 7), "sensor = 7: must be a bead from 1 to 6"),
         (lambda: hl.amplitude_ratio(run, 11), "sensor = 11: must be a bead from 1 to 10"),

@@ -96,7 +96,7 @@ def test_bad_input() -> None:
         hl.results.follow_waves(run)
     with pytest.raises(ValueError, match="run = 3: must be the Dataset of one run"):
         hl.results.follow_waves(3)  # type: ignore[arg-type]
-    with pytest.raises(ValueError, match="run: must be the Dataset of one run"):
+    with pytest.raises(ValueError, match="run: holds no contact_force; must be the Dataset of one run"):
         hl.results.follow_waves(hl.as_signal(np.arange(40.0), {7: np.hanning(40)}))
     with pytest.raises(ValueError, match=r"smallest = -1\.0"):
         hl.results.follow_waves(struck(None, 4e-4), smallest=-1.0)

@@ -9,7 +9,7 @@ from hard_cases import CASES, REFERENCE, SENSOR, chain, oscillator
 from smooth_cases import INTERVAL, STRUCTURES, UNTIL, reference
 
 import hertzlink as hl
-from coupling.cosimulation import ADAPTIVE_PER_CONTACT
+from coupling.plan import ADAPTIVE_PER_CONTACT
 from coupling.schemes.windows import FINEST, Windows
 
 FULL_PLATE = hl.kirchhoff_plate(

@@ -1,0 +1,167 @@
+"""The reader of results: what a Dataset holds, by the schema, without the padding of shorter chains.
+
+All measures, checks and pictures read a Dataset through `Reading`. It knows no simulator.
+"""
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+import xarray as xr
+
+from coupling.results.schema import BATCH, END_NAMES, LAST, SIGNAL, Contact, axes_of, kind_of
+from structures.caution import caution
+from structures.checks import instance, whole
+from structures.structure import Vector
+
+WHAT = "the Dataset of a run, a sweep or a signal"
+
+
+class Reading:
+    """A run, sweep, batch or signal: its kind, chains, contacts, forces and sensors.
+
+    given: the Dataset; what: how an error describes the Dataset that is wanted. Raises ValueError for other objects.
+    """
+
+    def __init__(self, given: object, what: str = WHAT) -> None:
+        self.data: xr.Dataset = instance("run", given, xr.Dataset, what)
+        self.kind = kind_of(self.data)
+
+    @property
+    def is_signal(self) -> bool:
+        """Whether it holds measured forces of sensors, and no contacts."""
+        return self.kind == SIGNAL
+
+    @property
+    def time(self) -> Vector:
+        """The saved times, s."""
+        return np.asarray(self.data.time.values)
+
+    @property
+    def time_step(self) -> float:
+        """The mean interval between saved times, s."""
+        return float(self.time[-1] - self.time[0]) / (self.time.size - 1)
+
+    @cached_property
+    def beads(self) -> list[int]:
+        """The number of beads of each chain."""
+        if self.kind == BATCH:
+            return [int(self.data.attrs["beads"])]
+        return [int(count) - 1 for count in np.ravel(self._contacts_of_each_chain().sum("contact").values)]
+
+    @cached_property
+    def kept(self) -> set[int]:
+        """The numbers of the contacts that it holds, of the longest chain if there are several."""
+        there = self._contacts_of_each_chain()
+        there = there.any([axis for axis in there.dims if axis != "contact"])
+        return set(self.data.contact.values[there.values].tolist())
+
+    @cached_property
+    def contacts(self) -> list[Contact]:
+        """The contacts between chains and structures, in the order of the dimension "interface"."""
+        if "interface_chain" not in self.data.coords:
+            return [Contact(0, LAST, 0, 0)]
+        columns = [np.atleast_1d(self.data[f"interface_{name}"].values) for name in Contact._fields]
+        return [
+            Contact(int(chain), END_NAMES.index(end), int(structure), int(point))
+            for chain, end, structure, point in zip(*columns, strict=True)
+        ]
+
+    def dynamic_force(self) -> xr.DataArray:
+        """The contact forces above the preload, N; shorter chains are padded. A ValueError for a signal."""
+        if self.is_signal or "contact_force" not in self.data:
+            what = "is a measured signal" if self.is_signal else "holds no contact forces"
+            raise ValueError(f"run: {what}, must be the Dataset of a run or a sweep")
+        force: xr.DataArray = self.data.contact_force - self.data.static_force
+        return force
+
+    def contact_pair(self, sensor: int) -> tuple[xr.DataArray, xr.DataArray]:
+        """The forces of a bead's two contacts above the preload, N, the struck side first.
+
+        A chain of several that is too short for the sensor has NaN, and the user is warned.
+        """
+        dynamic = self.dynamic_force()
+        number = whole("sensor", sensor)
+        if not {number, number + 1} <= self.kept:
+            beads = max(self.kept) - 1
+            raise ValueError(f"sensor = {sensor!r}: must be a bead from 1 to {beads}, counted from the struck end")
+        self._warn_of_shorter_chains(number)
+        above, below = (dynamic.sel(contact=n).reset_coords(drop=True) for n in (number, number + 1))
+        return above, below
+
+    def measured_sensor(self, sensor: int) -> int:
+        """The number of a sensor of a signal, or a ValueError."""
+        number = whole("sensor", sensor)
+        known = self.data.sensor.values.tolist()
+        if number not in known:
+            raise ValueError(f"sensor = {sensor!r}: must be one that was measured: {', '.join(map(str, known))}")
+        return number
+
+    def position(self, sensor: int) -> float:
+        """Where a sensor bead lies along the chain, m, or a ValueError where the signal does not hold it."""
+        if "centre" not in self.data.coords:
+            raise ValueError(
+                "run: holds no positions of its sensors; give positions={sensor: m} where the signal is read"
+            )
+        return float(self.data.centre.sel({"sensor" if self.is_signal else "bead": sensor}))
+
+    def check_holds(self, names: Sequence[str], source: str = "a run") -> None:
+        """A ValueError where a variable is missing; source: what makes a Dataset with these variables."""
+        if missing := [name for name in names if name not in self.data.data_vars]:
+            raise ValueError(f"run: holds no {' and '.join(missing)}; must be the Dataset of {source}")
+
+    def check_one_run(self, *names: str) -> None:
+        """A ValueError where variables have the axes of a sweep."""
+        for name in names:
+            if axes := axes_of(self.data[name]):
+                raise ValueError(f"run: has the axes {', '.join(axes)}; choose one run with run.isel({axes[0]}=0)")
+
+    def check_one_chain(self, *names: str) -> None:
+        """A ValueError for a sweep, and for a run of several chains."""
+        self.check_one_run(*names)
+        if any("chain" in self.data[name].dims for name in names):
+            raise ValueError("run: has several chains; choose one chain with run.isel(chain=0)")
+
+    def check_whole(self, *names: str) -> None:
+        """A ValueError where some of several chains or structures were removed. names: "chain", "structure" or both."""
+        for name in names or ("chain", "structure"):
+            told = f"interface_{name}"
+            count = 1 + int(self.data[told].max()) if told in self.data.coords else 1
+            if name in self.data.coords and self.data[name].size < count:
+                raise ValueError(
+                    f"run: holds {self.data[name].size} of its {count} {name}s; give the whole run, with all of them"
+                )
+
+    def _contacts_of_each_chain(self) -> xr.DataArray:
+        """Whether a chain has a contact: contact, and chain where there are several."""
+        there: xr.DataArray = self.data.static_force.notnull()
+        return there.any([axis for axis in there.dims if axis not in ("chain", "contact")])
+
+    def _warn_of_shorter_chains(self, sensor: int) -> None:
+        there = self._contacts_of_each_chain().sel(contact=sensor + 1)
+        if "chain" in there.dims and not there.all():
+            shorter = ", ".join(map(str, there.chain.values[~there.values]))
+            caution(
+                f"sensor = {sensor}: lies beyond the end of chain {shorter} of the run, for which the measure is NaN"
+            )
+
+
+def without_padding(force: Vector) -> Vector:
+    """Forces of the contacts along a chain, contacts × time, without the rows of NaN that pad a shorter chain."""
+    kept: Vector = force[~np.isnan(force).all(axis=1)]
+    return kept
+
+
+def at_end(values: xr.DataArray, end: int = LAST) -> Vector:
+    """Of a variable over the contacts of one chain the values at its last contact, or at the first."""
+    forces = values.transpose("contact", ...).values
+    rows = without_padding(forces.reshape(len(forces), -1))
+    return np.asarray(rows[-1 if end == LAST else 0].reshape(forces.shape[1:]))
+
+
+def number_or_array(values: xr.DataArray, units: str, label: str) -> float | xr.DataArray:
+    """A float for one run, a DataArray with unit and label over the axes of a sweep."""
+    if values.ndim == 0:
+        return float(values)
+    values.attrs = {"units": units, "long_name": label}
+    return values

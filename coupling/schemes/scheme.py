@@ -1,0 +1,76 @@
+"""What a coupling scheme is: for one window it finds the mean forces on which chains and structures agree."""
+
+from typing import Any, Protocol, runtime_checkable
+
+from coupling.interface import Interface
+from coupling.state import CoupledState
+
+SUBSTEPS_PER_CONTACT = 112
+"""Substeps in the shortest contact's duration, where both sides agree on every one of them. With 64 the worst amplitude
+ratio found, on a tip of one bead's mass that chatters, was off by 3e-4; the error falls with the square."""
+
+
+@runtime_checkable
+class Scheme(Protocol):
+    """What CoSimulation needs of a coupling scheme; any object with these five members works.
+
+    For one window a scheme finds the mean forces (N, one for each of the K contacts) on which chains and structures
+    agree. It moves the structures by `interface.push`, the chains by `interface.follow`, and joins both sides to the
+    next state by `interface.next`. States are never changed in place: a window that fails is repeated from the old
+    state, with half the length.
+
+    Attributes
+    ----------
+    substeps_per_contact : int
+        Substeps in the shortest contact that are enough for this scheme.
+    repeats : bool
+        Whether it repeats a window from the same state, which needs participants that can.
+    whole_window : bool
+        Whether it solves for all substeps of a window together. If not, each substep is a window.
+
+    Examples
+    --------
+    A scheme of one's own, which takes the forces of the last substep for the next one:
+
+    >>> import hertzlink as hl
+    >>> class Lagged:
+    ...     substeps_per_contact, repeats, whole_window = 512, False, False
+    ...
+    ...     def start(self, interface):
+    ...         return None
+    ...
+    ...     def step(self, interface, state, length, substeps):
+    ...         force = state.past[-1].force if state.past else state.force
+    ...         structures, surface = interface.push(state.structures, force, length)
+    ...         chains, answer, work = interface.follow(state.chains, state.past, surface, length)
+    ...         return [interface.next(state, length, chains, structures, surface, force, (answer, work), None, 1)]
+    >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
+    >>> chain = hl.Chain([bead] * 3, striker=bead, impact_speed=0.44)
+    >>> rod = hl.reduce(hl.rod([hl.Layer(hl.PTFE, 0.1, 9.525e-3)]), until=1e-4)
+    >>> run = hl.CoSimulation(chain, rod, scheme=Lagged()).run(until=1e-4)
+    >>> print(f"{1e6 * float(run.surface_displacement.max()):.2f} µm")
+    0.62 µm
+    """
+
+    @property
+    def substeps_per_contact(self) -> int:
+        """Substeps in the shortest contact that are enough for this scheme."""
+        ...
+
+    @property
+    def repeats(self) -> bool:
+        """Whether it repeats a window from the same state."""
+        ...
+
+    @property
+    def whole_window(self) -> bool:
+        """Whether it solves for all substeps of a window together."""
+        ...
+
+    def start(self, interface: Interface) -> Any:
+        """The memory of the first window, any object; a ValueError where the scheme cannot serve this interface."""
+        ...
+
+    def step(self, interface: Interface, state: CoupledState, length: float, substeps: int) -> list[CoupledState]:
+        """The states at the ends of the substeps, each of `length` s. Raises NotConverged; the window is then cut."""
+        ...
