@@ -34,9 +34,23 @@ INVERSE_ITERATIONS = 8
 
 
 class StructureState(NamedTuple):
-    """Degrees of freedom u and their velocities, measured from static equilibrium.
+    """The state of a structure, measured from static equilibrium.
 
-    memory: what generalised-α needs in addition, its accelerations and the last mean forces; empty for other steppers.
+    Parameters
+    ----------
+    displacement : ndarray
+        The n degrees of freedom, m.
+    velocity : ndarray
+        Their n velocities, m/s.
+    memory : ndarray
+        What generalised-α needs in addition, its accelerations and the last mean forces; empty for other steppers.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> moving = hl.MovingStructure(hl.rod([hl.Layer(hl.PTFE, 0.1, 9.525e-3)], elements=4))
+    >>> moving.start().displacement.size == moving.structure.size
+    True
     """
 
     displacement: Vector
@@ -47,9 +61,35 @@ class StructureState(NamedTuple):
 class Step(Protocol):
     """One window of a linear structure: end state = free(state) + mean force · response.
 
-    response: the state after 1 N from rest; for p contacts n × p, one column each. A Step may also have energies(state,
-    load): kinetic and elastic energy, J, in the form that the stepper conserves. Otherwise the energies of the
-    structure are used.
+    A stepper is a function (structure, window) → Step; `MovingStructure(structure, stepper)` takes it. A Step may also
+    have energies(state, load): kinetic and elastic energy, J, in the form that the stepper conserves. Otherwise the
+    energies of the structure are used.
+
+    Attributes
+    ----------
+    response : StructureState
+        The state after 1 N from rest; for p contacts n × p, one column each.
+
+    Examples
+    --------
+    A stepper of one's own, the symplectic Euler method:
+
+    >>> import hertzlink as hl
+    >>> from scipy.sparse.linalg import splu
+    >>> class SymplecticEuler:
+    ...     def __init__(self, structure, window):
+    ...         self.structure, self.window, self.solve = structure, window, splu(structure.mass.tocsc()).solve
+    ...         push = self.solve(structure.contact)
+    ...         self.response = hl.stepping.StructureState(window**2 * push, window * push)
+    ...
+    ...     def free(self, state):
+    ...         v = state.velocity - self.window * self.solve(self.structure.stiffness @ state.displacement)
+    ...         return hl.stepping.StructureState(state.displacement + self.window * v, v)
+    >>> rod = hl.reduce(hl.rod([hl.Layer(hl.PTFE, 0.1, 9.525e-3)]), until=1e-4)
+    >>> moving = hl.MovingStructure(rod, stepper=SymplecticEuler)
+    >>> state, place = moving.advance(moving.start(), 1.0, window=1e-8)
+    >>> place > 0.0
+    True
     """
 
     response: StructureState
