@@ -23,8 +23,14 @@ def pytest_configure(config: pytest.Config) -> None:
         config.option.participant = (named, _named(named))
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Of a user's participant its own checks alone."""
+    """Of a user's participant its own checks alone. A test is thorough where a fixture that it uses takes long: its
+    module names such fixtures in THOROUGH_FIXTURES."""
+    for one in items:
+        slow = getattr(getattr(one, "module", None), "THOROUGH_FIXTURES", ())
+        if set(slow) & set(getattr(one, "fixturenames", ())):
+            one.add_marker(pytest.mark.thorough)
     if config.getoption("participant"):
         own = [
             one

@@ -1,6 +1,7 @@
 """The gallery: each script runs as it stands, in a folder of its own, and prints the numbers that it should."""
 
 import re
+import runpy
 import subprocess
 import sys
 from pathlib import Path
@@ -32,6 +33,13 @@ NUMBERS = {
 """The first numbers that each prints. Those of wall.py are LAMMPS's, the layered rod's are an independent prototype's,
 the signal's come from the run behind it, the others are regressions."""
 
+QUICK = ("wall.py", "layered_rod.py", "own_structure.py", "mixed_chain.py", "signal_from_file.py", "viscous_layer.py")
+"""Those that take a second or two; the others are thorough tests."""
+
+SCRIPTS = [pytest.param(name, marks=() if name in QUICK else pytest.mark.thorough) for name in NUMBERS]
+
+README = re.findall(r"```python\n(.*?)```", (GALLERY.parent / "README.md").read_text(encoding="utf-8"), flags=re.DOTALL)
+
 
 def test_every_example_is_listed() -> None:
     scripts = {path.name for path in GALLERY.glob("*.py")}
@@ -39,43 +47,49 @@ def test_every_example_is_listed() -> None:
     assert all(name in (GALLERY / "README.md").read_text() for name in scripts)
 
 
-@pytest.mark.parametrize("name", NUMBERS)
-def test_example(name: str, tmp_path: Path) -> None:
-    done = subprocess.run([sys.executable, str(GALLERY / name)], cwd=tmp_path, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
+@pytest.mark.parametrize("name", SCRIPTS)
+def test_example(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    runpy.run_path(str(GALLERY / name), run_name="__main__")
     expected, tolerance = NUMBERS[name]
-    found = [float(number) for number in re.findall(r"(?<![\w.])\d+\.\d+", done.stdout)]
+    found = [float(number) for number in re.findall(r"(?<![\w.])\d+\.\d+", capsys.readouterr().out)]
     assert found[: len(expected)] == pytest.approx(expected, rel=tolerance)
 
 
-def test_the_mixed_lines_of_the_readme() -> None:
-    """The signal's AR is that of the run behind it, 0.747, and noise."""
-    code = re.findall(r"```python\n(.*?)```", (GALLERY.parent / "README.md").read_text(), flags=re.DOTALL)[1]
-    command = [sys.executable, "-c", code]
-    done = subprocess.run(command, cwd=GALLERY.parent, capture_output=True, text=True)
+@pytest.mark.thorough
+def test_an_example_is_a_script_of_its_own(tmp_path: Path) -> None:
+    command = [sys.executable, str(GALLERY / "wall.py")]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-    name, ratio = done.stdout.splitlines()
-    assert name.startswith("Hertz, elliptic contact")
-    assert float(ratio) == pytest.approx(0.747, abs=0.01)
+    assert "incident 49.98" in done.stdout
 
 
-def test_the_ten_lines_of_the_readme(tmp_path: Path) -> None:
+def test_the_ten_lines_of_the_readme(capsys: pytest.CaptureFixture[str]) -> None:
     """Steel on PTFE of 25.4 mm with γ = 5: the secondary wave after 584 µs (an independent prototype)."""
-    code = re.findall(r"```python\n(.*?)```", (GALLERY.parent / "README.md").read_text(), flags=re.DOTALL)[0]
-    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    _, flight, error = map(float, done.stdout.split())
+    exec(README[0], {})
+    _, flight, error = map(float, capsys.readouterr().out.split())
     assert flight == pytest.approx(584e-6, abs=2e-6)
     assert error < 1e-6
 
 
-def test_the_lines_of_the_readme_on_a_critical_distance() -> None:
+def test_the_mixed_lines_of_the_readme(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    """The signal's AR is that of the run behind it, 0.747, and noise."""
+    monkeypatch.chdir(GALLERY.parent)
+    exec(README[1], {})
+    name, ratio = capsys.readouterr().out.splitlines()
+    assert name.startswith("Hertz, elliptic contact")
+    assert float(ratio) == pytest.approx(0.747, abs=0.01)
+
+
+@pytest.mark.thorough
+def test_the_lines_of_the_readme_on_a_critical_distance(capsys: pytest.CaptureFixture[str]) -> None:
     """The critical distance is 14.7 mm by an independent solution of the half-plane."""
-    code = re.findall(r"```python\n(.*?)```", (GALLERY.parent / "README.md").read_text(), flags=re.DOTALL)[2]
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    distance = float(done.stdout.split()[0])
-    value, low, high = map(float, re.findall(r"=(0\.\d+)", done.stdout))
+    exec(README[2], {})
+    printed = capsys.readouterr().out
+    distance = float(printed.split()[0])
+    value, low, high = map(float, re.findall(r"=(0\.\d+)", printed))
     assert distance == pytest.approx(14.7e-3, abs=0.15e-3)
     assert low <= value <= high
     assert value == pytest.approx(distance, abs=0.3e-3)

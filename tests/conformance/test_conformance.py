@@ -29,6 +29,7 @@ def test_structures_and_chains(make: Callable[[], Any], check: Callable[[Any], N
     check(make())
 
 
+@pytest.mark.thorough
 def test_new_instances_of_structures_and_chains(make: Callable[[], Any]) -> None:
     checks.check_deterministic(make)
 

@@ -276,6 +276,7 @@ def test_bad_input_is_named(run: xr.Dataset, given: dict[str, Any], told: str) -
         hl.views.bead_motion(**{"run": run, "chain": CHAIN, "times": [2e-5], **given})
 
 
+@pytest.mark.thorough
 def test_another_structure_is_told() -> None:
     """How it was reduced makes no other; nor is more known of a Surface."""
     chain, rest = hl.DeformableChain([BEAD] * 2, None, 0.3, modes=3), hl.half_space(STEEL)
@@ -299,6 +300,7 @@ def of_speed_and_material(speed: float, material: hl.Material) -> hl.DeformableC
     return hl.DeformableChain([hl.Sphere(2e-3, material)] * 2, hl.Sphere(2e-3, material), speed, modes=3)
 
 
+@pytest.mark.thorough
 def test_points_of_a_sweep_have_the_first_ones_input() -> None:
     """So of these only the bodies' places, the modes and the energy are compared."""
 

@@ -48,6 +48,7 @@ def client() -> Iterator[Any]:
         yield client
 
 
+@pytest.mark.thorough
 def test_a_cluster_changes_nothing(client: Any, tmp_path: Path) -> None:
     """Given as a Client or by its address; what a script defines travels too."""
     axes = {"folder": [str(tmp_path)], "radius": [2e-3, 3e-3]}

@@ -17,6 +17,8 @@ from particles.deformable.explicit_beads import ExplicitBead, explicit_bead
 from structures.elasticity import pressure_speed, shear_speed
 from structures.structure import Vector
 
+THOROUGH_FIXTURES = ("slow", "fast")
+
 BEAD = hl.Sphere(2.38e-3, hl.STEEL_316)
 SHELL = hl.HollowSphere(9.525e-3, 6e-3, hl.ALUMINIUM_6061)
 EGG = hl.Ellipsoid(2.36e-3, 5.08e-3, hl.STEEL_316, axis="along")

@@ -46,6 +46,7 @@ def test_numbers_make_no_new_kind() -> None:
     assert one_of_each(["a: 1", "a: 1", "b: 1", "a: 2", "a: 3"]) == ["a: 1 (and 2 more of this kind)", "b: 1"]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("how", ["here", "processes", "store", "resumed"])
 def test_a_sweep_reports_the_warnings_of_all_its_runs_once(how: str, tmp_path: Path) -> None:
     """Wherever its points run: the law is exceeded at two of four, the measure cautions of all."""

@@ -74,6 +74,7 @@ def answering(answer: Any, kind: type = Sound) -> Any:
     return Liar()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_a_black_box_does_as_the_structure_that_it_is(scheme: str) -> None:
     """Of one contact point and of two."""

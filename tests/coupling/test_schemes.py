@@ -70,6 +70,7 @@ DEFAULTS = [
 ]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("name", "case"), DEFAULTS)
 def test_hard_cases_at_default_settings(name: str, case: str) -> None:
     until = 1e-3 if case == "two chains" else 8e-4
@@ -85,6 +86,7 @@ LONG_WINDOWS = [
 ]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("name", "case"), LONG_WINDOWS)
 def test_hard_cases_with_windows_longer_than_the_contact(name: str, case: str) -> None:
     """50 µs, of a contact that lasts 37 µs. Explicit schemes, which go substep by substep, are as at default."""
@@ -106,6 +108,7 @@ ORDERS = [
 ]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("name", "structure", "motion", "energy"), ORDERS)
 def test_orders_in_the_window(name: str, structure: str, motion: float, energy: float | None) -> None:
     """Of the surface's motion, root mean square against the monolithic reference; of AR where it is of the strong
@@ -287,6 +290,7 @@ def test_a_black_box_is_what_its_structure_is(name: str) -> None:
     assert hl.energy_error(boxed) == pytest.approx(hl.energy_error(known), abs=1e-9)
 
 
+@pytest.mark.thorough
 def test_schemes_agree_on_a_black_box_that_is_not_linear() -> None:
     found = [
         hl.amplitude_ratio(hl.CoSimulation(chain(), Hardening(), scheme, 2e-6).run(UNTIL), SENSOR).item()
@@ -363,6 +367,7 @@ def test_halving_rescues_a_repetition_that_diverges() -> None:
     assert couple(case, hl.Condensed(), **given).substeps.sum() == steps
 
 
+@pytest.mark.thorough
 def test_windows_begin_with_pieces_as_the_last_one_ended() -> None:
     """A window of 256 substeps of the lightest body converges in pieces; few attempts at all of them are made."""
 
@@ -414,6 +419,7 @@ def test_differences_of_earlier_windows_save_repetitions() -> None:
     assert tried[1] < 0.8 * tried[0]
 
 
+@pytest.mark.thorough
 @given(
     mass=st.floats(-2.0, 1.0).map(lambda power: 10.0**power),
     stiffness=st.floats(4.0, 9.0).map(lambda power: 10.0**power),

@@ -56,6 +56,7 @@ def test_third_waves_are_listed_and_lost_ones_end_in_the_chain() -> None:
     assert all(np.all(np.diff(one.times) > 0.0) for one in back)
 
 
+@pytest.mark.thorough
 def test_a_sweep_has_a_continuous_secondary_branch() -> None:
     """The longer the lower layer, the later the second wave from the structure, with no jumps."""
     arrivals = []

@@ -37,6 +37,7 @@ def ratio(run: xr.Dataset) -> float:
     return float(hl.amplitude_ratio(run, SENSOR))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("scheme", [hl.Condensed(), hl.Aitken(), hl.Explicit(2, tolerance=None)])
 @pytest.mark.parametrize("structure", STRUCTURES)
 def test_parabolas_are_of_second_order_too(structure: str, scheme: Any) -> None:
@@ -112,6 +113,7 @@ def test_amplitude_ratios_are_within_three_tolerances(case: str) -> None:
         assert abs(error) < 3.0 * tolerance + 2e-6
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("case", ["layered rod", "full plate"])
 def test_adaptive_windows_take_fewer_solves_for_the_same_error(case: str) -> None:
     """Beside as many windows of one length; errors of these fall with the square of it."""

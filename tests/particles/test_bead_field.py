@@ -102,6 +102,7 @@ def test_mid_planes_approach_as_the_contact_law_says(bead: hl.Sphere) -> None:
     assert -2.0 * struck == pytest.approx(law.approach(FORCE), rel=4e-3)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("bead", [SPHERE, SHELL, PROLATE])
 def test_a_squeezed_bead_is_its_own_mirror_image(bead: hl.Sphere) -> None:
     """And its mid-plane bears the force, without shear."""

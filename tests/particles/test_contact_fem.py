@@ -106,6 +106,7 @@ def test_error_estimate_and_smoothness(laws: dict[float, ComputedLaw]) -> None:
     assert exponents[0] == pytest.approx(1.5, abs=0.01)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("first", "second"),
     [

@@ -8,6 +8,8 @@ import xarray as xr
 
 import hertzlink as hl
 
+THOROUGH_FIXTURES = ("explicit",)
+
 BEAD, SPEED, UNTIL = hl.Sphere(2.38e-3, hl.STEEL_316), 0.5, 32e-6
 
 

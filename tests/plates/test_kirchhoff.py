@@ -91,6 +91,7 @@ def test_point_load_on_a_simply_supported_plate(place: tuple[float, float]) -> N
     assert found == pytest.approx(exact, rel=5e-4)
 
 
+@pytest.mark.thorough
 def test_infinite_plate_stays_where_an_impulse_left_it() -> None:
     """After an impulse I the point stays at I/(8 √(Dρt)) until the first echo; to 1e-4."""
     supports = hl.Supports("clamped", "clamped", "free", "free")

@@ -238,6 +238,7 @@ def test_amplitude_ratio_of_a_slender_cylinder_is_that_of_a_rod(radius: float) -
     assert ratios(reduced(layer)) == pytest.approx(ratios(hl.rod([layer])), rel=2e-3, abs=1e-3)
 
 
+@pytest.mark.thorough
 def test_a_reduced_cylinder_keeps_its_absorbing_faces() -> None:
     """Full and reduced, PTFE with absorbing base and side: the contact's motion within 2 %, AR within 0.2 %."""
     layer = hl.Layer(hl.PTFE, 0.05, 0.05)

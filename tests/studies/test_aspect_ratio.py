@@ -8,6 +8,8 @@ from printed import check
 import hertzlink as hl
 from hertzlink.studies import aspect_ratio
 
+THOROUGH_FIXTURES = ("data",)
+
 
 @pytest.fixture(scope="module")
 def data() -> xr.Dataset:

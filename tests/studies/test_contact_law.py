@@ -12,6 +12,8 @@ from hertzlink.studies.cylinders import LENGTH, RADIUS
 from hertzlink.studies.hollow_spheres import TABLE_5_1
 from particles.laws.half_spaces import contact_pressures
 
+THOROUGH_FIXTURES = ("quick",)
+
 RELATIVE = "0.2 to 10 µm, relative"
 BY_FORCE = "1 to 100 N, relative"
 
@@ -156,6 +158,7 @@ def test_what_is_beyond_theory_is_said() -> None:
     assert "small strains" in law.caution
 
 
+@pytest.mark.thorough
 def test_the_table_has_every_fact(quick: xr.Dataset) -> None:
     rows = {row.quantity: row for row in study.table(quick)}
     printed = {

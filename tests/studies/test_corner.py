@@ -11,6 +11,8 @@ from hertzlink.studies import corner as study
 from hertzlink.studies.table import text
 from structures.surface import Surface
 
+THOROUGH_FIXTURES = ("quick",)
+
 
 @pytest.fixture(scope="module")
 def quick() -> xr.Dataset:

@@ -8,6 +8,8 @@ from hertzlink.studies import critical_distance as study
 from hertzlink.studies import edge_shear
 from hertzlink.studies.table import text
 
+THOROUGH_FIXTURES = ("quick",)
+
 
 @pytest.fixture(scope="module")
 def quick() -> xr.Dataset:

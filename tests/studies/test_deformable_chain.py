@@ -9,6 +9,8 @@ import hertzlink as hl
 from hertzlink.studies import deformable_chain as study
 from hertzlink.studies import deformable_figures
 
+THOROUGH_FIXTURES = ("quick",)
+
 
 @pytest.fixture(scope="module")
 def quick() -> xr.Dataset:

@@ -11,6 +11,8 @@ import hertzlink as hl
 from hertzlink.studies import lower_layer, upper_layer
 from hertzlink.studies import struck_cylinders as struck
 
+THOROUGH_FIXTURES = ("upper", "lower")
+
 
 @pytest.fixture(scope="module")
 def upper() -> xr.Dataset:

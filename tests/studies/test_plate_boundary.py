@@ -9,6 +9,8 @@ import hertzlink as hl
 from hertzlink.studies import plate_boundary as study
 from hertzlink.studies.table import text
 
+THOROUGH_FIXTURES = ("quick",)
+
 
 def ratio(diameter: float, thickness: float, distance: float, **knobs: float) -> float:
     """AR at sensor 7, undamped, with mesh, reduction, window and step as given."""

@@ -6,6 +6,8 @@ from printed import check
 
 from hertzlink.studies import rod_length as study
 
+THOROUGH_FIXTURES = ("quick",)
+
 
 @pytest.fixture(scope="module")
 def quick() -> xr.Dataset:

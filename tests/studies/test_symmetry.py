@@ -18,6 +18,8 @@ from particles.laws.solid_mesh import CORNER, _placed
 from structures.elasticity import body_matrices
 from structures.factor import factorise
 
+THOROUGH_FIXTURES = ("quick",)
+
 
 @pytest.fixture(scope="module")
 def quick() -> xr.Dataset:
@@ -64,6 +66,7 @@ def test_table_and_figure(quick: xr.Dataset) -> None:
     assert "at bead 16" in [entry.get_text() for entry in figure.axes[0].get_legend().get_texts()]
 
 
+@pytest.mark.thorough
 def test_a_rigid_wall_is_half_a_contact() -> None:
     """The law of a bead on the wall, by symmetry, and by finite elements of the bead and of the wall."""
     law = study.Model(contact_law_fem(study.BEAD, max_approach=2e-6), vibration).between(
@@ -75,6 +78,7 @@ def test_a_rigid_wall_is_half_a_contact() -> None:
     assert law.force(approaches) == pytest.approx(computed.force(approaches), rel=2e-3)
 
 
+@pytest.mark.thorough
 def test_a_chain_takes_the_modes_that_it_is_given() -> None:
     """And asks for those of each kind of bead once."""
     asked: list[Any] = []
