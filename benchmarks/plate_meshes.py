@@ -22,6 +22,7 @@ from skfem.helpers import dd, ddot, trace
 
 import hertzlink as hl
 from hertzlink.studies import plate_boundary as study
+from plates.shapes.rectangle import Rectangle
 from structures.factor import factorise
 
 LONGEST = 2.0
@@ -109,11 +110,12 @@ def uniform(cells_per_wavelength: float) -> Strike:
         whole = study.plate(thickness)
         cells = round(study.SIDE / 2.0 / whole.shortest_wavelength * cells_per_wavelength)
         supports = replace(study.SUPPORTS, top="symmetry")
-        return replace(whole, width=study.SIDE / 2.0, supports=supports, cells=(2 * cells, cells))
+        half = Rectangle(study.SIDE, study.SIDE / 2.0, cells=(2 * cells, cells))
+        return replace(whole, shape=half, supports=supports)
 
     def at(thickness: float, distance: float) -> hl.Structure:
         plate = shared(thickness)
-        size = study.SIDE / plate.cells[0]  # type: ignore[index]
+        size = study.SIDE / plate.shape.cells[0]
         lacking = lack(round(distance / size % 1.0, 6)) * size**2 / plate.rigidity
         return replace(plate.at(distance, plate.width), flexibility=lacking)
 

@@ -58,12 +58,11 @@ from particles.laws.formulas import contact_law
 from particles.laws.law import ContactLaw
 from particles.moving import MovingChain
 from plates.additions import PointMass, Stiffener, Weakened
+from plates.builders import kirchhoff_panel, kirchhoff_plate, mindlin_panel, mindlin_plate
 from plates.critical_distance import critical_distance_law
 from plates.half_plane import half_plane
 from plates.infinite import infinite_plate
-from plates.mindlin_plate import mindlin_plate
-from plates.panel import Panel, kirchhoff_panel, mindlin_panel
-from plates.plate import Plate, kirchhoff_plate
+from plates.plate import Panel, Plate
 from plates.shapes.outline import Outline, circle
 from plates.support import ElasticEdge, Supports
 from plates.theory.impact import critical_distance_bounds

@@ -11,6 +11,9 @@ from structures.plausible import likely
 
 Place = tuple[float, float]
 
+ROUNDING = 1e-6
+"""An addition may lie outside of the plate by this part of the plate's size."""
+
 
 @dataclass(frozen=True)
 class PointMass:
@@ -100,22 +103,48 @@ class Weakened:
 Addition = PointMass | Stiffener | Weakened
 
 
-def check_additions(additions: object, length: float, width: float) -> tuple[Addition, ...]:
-    """The additions to a rectangle as a tuple, or a ValueError that names the one that does not fit on it."""
-    if not isinstance(additions, Sequence) or not all(isinstance(one, Addition) for one in additions):
+def check_additions(additions: object, box: tuple[float, float, float, float]) -> tuple[Addition, ...]:
+    """The additions to a plate within a box (least and greatest x, then y, m) as a tuple; a ValueError names the one
+    that does not fit."""
+    if not isinstance(additions, Sequence) or isinstance(additions, str):
         raise ValueError(f"additions = {additions!r}: must be a list of PointMass, Stiffener and Weakened")
+    left, right, bottom, top = box
+    spare = ROUNDING * max(right - left, top - bottom)
     for i, one in enumerate(additions):
-        xs, ys = extent(one)
         name = f"additions[{i}] = {one!r}"
-        if min(xs) < 0.0 or max(xs) > length or min(ys) < 0.0 or max(ys) > width:
-            raise ValueError(f"{name}: must lie on the plate, within {length} × {width} m")
-        if isinstance(one, Stiffener) and not (one.along_x or one.along_y):
-            raise ValueError(f"{name}: must be parallel to a side; panels of any shape take others too")
+        if not isinstance(one, Addition):
+            raise ValueError(f"{name}: must be a PointMass, a Stiffener or a Weakened")
+        xs, ys = extent(one)
+        across = left - spare <= min(xs) and max(xs) <= right + spare
+        if not (across and bottom - spare <= min(ys) and max(ys) <= top + spare):
+            raise ValueError(
+                f"{name}: must lie on the plate, between x = {left:.4g} and {right:.4g}, y = {bottom:.4g} and "
+                f"{top:.4g} m"
+            )
         if isinstance(one, Weakened) and any(
             isinstance(other, Weakened) and one.overlaps(other) for other in additions[:i]
         ):
             raise ValueError(f"{name}: overlaps an earlier one; give regions side by side, each with its own factor")
     return tuple(additions)
+
+
+def weakest(additions: Sequence[Addition]) -> float:
+    """The least factor of the bending stiffness anywhere."""
+    return min([float(one.factor) for one in additions if isinstance(one, Weakened)], default=1.0)
+
+
+def cell_lines(additions: Sequence[Addition]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """x and y, m, where regions end, and where stiffeners run that are parallel to an axis."""
+    across: list[float] = []
+    along: list[float] = []
+    for one in additions:
+        if isinstance(one, Weakened):
+            across += one.region[:2]
+            along += one.region[2:]
+        elif isinstance(one, Stiffener):
+            across += [one.start[0]] if one.along_y else []
+            along += [one.start[1]] if one.along_x else []
+    return tuple(across), tuple(along)
 
 
 def extent(one: Addition) -> tuple[tuple[float, ...], tuple[float, ...]]:

@@ -13,11 +13,11 @@ Places: TypeAlias = Sequence[float] | Vector
 FACES = ("front", "back")
 
 SAME = 1e-6
-"""Contacts whose places differ by this part are at one place."""
+"""Contacts whose coordinates differ by less than this part are at one place."""
 
 
 class Contact(NamedTuple):
-    """A point of a plate, m, and the face on which a chain strikes it. number: as errors tell it, "[1]"."""
+    """A point of a plate, m, and the face on which a chain strikes it. number: as errors show it, "[1]"."""
 
     x: float
     y: float
@@ -39,7 +39,7 @@ def contacts_at(x: Any, y: Any, face: Any) -> list[Contact]:
         return [Contact(finite("x", x, "m"), finite("y", y, "m"), one_of("face", face, FACES))]
     xs, ys = (_numbers(name, given) for name, given in (("x", x), ("y", y)))
     if len(xs) != len(ys):
-        raise ValueError(f"x, y: {len(xs)} and {len(ys)} numbers; must be as many, one of each for each contact")
+        raise ValueError(f"x, y: {len(xs)} and {len(ys)} numbers; must be equally many, one of each for each contact")
     faces = [face] * len(xs) if isinstance(face, str) else listed("face", face, str, "faces, one for each contact")
     if len(faces) != len(xs):
         raise ValueError(f"face = {face!r}: must be one face, or {len(xs)}, as there are contacts")
@@ -50,13 +50,13 @@ def contacts_at(x: Any, y: Any, face: Any) -> list[Contact]:
             if other.face == contact.face and _same(contact, other):
                 raise ValueError(
                     f"x, y: contacts {j} and {i} are at one place, {one_x:.6g}, {one_y:.6g} m, on the {one_face}; "
-                    "must be apart, or on either face"
+                    "must be apart, or on opposite faces"
                 )
         found.append(contact)
     return found
 
 
-def told(contacts: Sequence[Contact]) -> dict[str, Any]:
+def contacts_data(contacts: Sequence[Contact]) -> dict[str, Any]:
     """The contacts as plain data."""
     if len(contacts) == 1:
         only = contacts[0]
@@ -64,12 +64,12 @@ def told(contacts: Sequence[Contact]) -> dict[str, Any]:
     return {"at": [[one.x for one in contacts], [one.y for one in contacts]], "face": [one.face for one in contacts]}
 
 
-def alike(contacts: Sequence[Contact], copies: Sequence[int]) -> int:
-    """Of how many like parts the plate consists, or a ValueError where not all contacts are struck in each alike."""
+def common_copies(contacts: Sequence[Contact], copies: Sequence[int]) -> int:
+    """How many equal parts make the whole plate; a ValueError where this differs between the contacts."""
     if len(set(copies)) > 1:
         raise ValueError(
-            f"x, y = {told(contacts)['at']}: some lie on a symmetry edge and others beside it, whose mirror images "
-            "would be struck too; must be all on it or all beside it, or take the whole plate"
+            f"x, y = {contacts_data(contacts)['at']}: some lie on a symmetry edge and others inside, whose mirror "
+            "images would be struck too; must lie all on it or all inside, or take the whole plate"
         )
     return copies[0]
 

@@ -16,6 +16,9 @@ from structures.material import Material
 from structures.plausible import likely
 from structures.structure import Vector
 
+SAME_THICKNESS = 1e-6
+"""Part of a thickness by which one that is given may differ from the laminate's own: rounding."""
+
 
 @dataclass(frozen=True)
 class OrthotropicMaterial:
@@ -100,6 +103,11 @@ class Laminate:
             _isotropic(self.plies[0].material)
 
     @property
+    def name(self) -> str:
+        """What it is, in a few words."""
+        return f"a laminate of {len(self.plies)} plies" if len(self.plies) > 1 else "a laminate of one ply"
+
+    @property
     def thickness(self) -> float:
         """Of all plies, m."""
         return sum(ply.thickness for ply in self.plies)
@@ -151,29 +159,31 @@ class Laminate:
 
 
 def section_of(
-    thickness: float | None, material: Material | Laminate, shear_correction: float = SHEAR_CORRECTION
+    thickness: float | None, material: Material | Laminate | Section, shear_correction: float = SHEAR_CORRECTION
 ) -> Section:
-    """The section of a plate of one material, or of a laminate.
+    """The section of a plate of one material or of a laminate, or the section that is given.
 
-    A laminate has a thickness of its own: give that, or None. Raises ValueError where it is another, or none at all.
+    Laminates and sections have a thickness of their own: give that, or None. A ValueError for another thickness, and
+    for None with a material.
     """
-    if isinstance(material, Laminate):
-        own = material.thickness
-        if thickness is not None and abs(positive("thickness", thickness, "m") - own) > 1e-6 * own:
-            raise ValueError(f"thickness = {thickness!r}: must be None or the laminate's own, {own:.9g} m")
-        return material.section(shear_correction)
+    if isinstance(material, Laminate | Section):
+        own, what = material.thickness, "laminate" if isinstance(material, Laminate) else "section"
+        if thickness is not None and abs(positive("thickness", thickness, "m") - own) > SAME_THICKNESS * own:
+            raise ValueError(f"thickness = {thickness!r}: must be None or the {what}'s own, {own:.9g} m")
+        positive("shear_correction", shear_correction)
+        return material if isinstance(material, Section) else material.section(shear_correction)
     if not isinstance(material, Material):
         raise ValueError(
-            f"material = {material!r}: must be a Material, a Laminate or, for panels, a Section; "
-            "MATERIALS[name] gives a material by name"
+            f"material = {material!r}: must be a Material, a Laminate or a Section; MATERIALS[name] gives a material "
+            "by name"
         )
     if thickness is None:
-        raise ValueError("thickness = None: must be a positive number of m; only a Laminate has its own")
+        raise ValueError("thickness = None: must be a positive number of m; only a Laminate or a Section has its own")
     return homogeneous(positive("thickness", thickness, "m"), material, shear_correction)
 
 
 def struck(section: Section, material: object, face: str) -> Material:
-    """The material that a contact on a face sees; a Section that was given knows but one."""
+    """The material at a face, which a contact meets; only a Laminate has two."""
     return material.back if face == "back" and isinstance(material, Laminate) else section.struck
 
 

@@ -1,64 +1,144 @@
-"""Rectangular plates: a Plate holds shape, material and supports; `plate.at(x, y)` is the structure struck there."""
+"""Plates: a Plate holds shape, wall, supports and element; `plate.at(x, y)` is the structure struck there."""
 
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from functools import cached_property, partial
-from math import isclose, pi
+import logging
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from functools import partial
+from typing import Any
 
 import numpy as np
-from scipy import sparse
 
-from plates.additions import Addition, Weakened, check_additions, extent
-from plates.contacts import Contact, Places, alike, contacts_at, one_or_all, told
-from plates.elements.field import PlateSampler, product_sampler
-from plates.elements.hermite import Beam, plate_matrices
-from plates.laminate import Laminate, section_of, struck
-from plates.section import Section, all_around, point_rigidity
-from plates.shapes.grading import graded
-from plates.support import ElasticEdge, Support, Supports
+from plates.additions import Addition, check_additions, weakest
+from plates.contacts import Contact, Places, common_copies, contacts_at, contacts_data, one_or_all
+from plates.elements.theory import Assembled, Element, Touch
+from plates.laminate import Laminate, struck
+from plates.section import Section, all_around, mirrors_itself, point_rigidity
+from plates.shapes.mesh import MIRROR, Cells, PlateMesh, Shape
+from plates.shapes.place import check_place, mirrors
+from plates.shapes.rectangle import SIDES
+from plates.support import ElasticEdge, Support, Supports, check_support, summary
 from structures.caution import caution
-from structures.checks import instance, positive, whole
+from structures.checks import instance, positive
 from structures.factor import Matrices
 from structures.field import Field
 from structures.material import Material
-from structures.plausible import likely
-from structures.structure import Structure, Vector
+from structures.mesh_source import Tag, known
+from structures.reprs import html_table
+from structures.structure import Structure
 from structures.surface import Surface
+
+log = logging.getLogger("hertzlink.plates")
 
 HIGHEST_FREQUENCY = 40.0e3
 """Hz. The contact of steel beads of 4 to 20 mm lasts 25 to 110 µs and excites little above this."""
 
-FINEST, COARSEST = 12.0, 1.7
-"""Cells to a wavelength at the highest frequency: at the contact, and far from it, where only the slower waves matter.
-On the thesis's plates amplitude ratios are within 0.4 % of those of 24 and 3 cells (benchmarks/plate_meshes.py)."""
-
 MOST = 2_000_000
-"""Degrees of freedom that may be assembled."""
+"""Degrees of freedom that may be assembled: they fill some 10 GB."""
 
-NEAREST = 1e-6
-"""A contact nearer than this part of a side to an edge lies on it."""
+MANY = 200_000
+"""Degrees of freedom beyond which a log message announces minutes; 100 000 reduce in some 15 s."""
 
-MOVING = ("free", "symmetry")
-"""Kinds of edges that move; those on springs do too."""
+THICK = 0.1
+"""Thickness, in units of the shorter side, above which shear matters in the lowest modes already."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Plate:
-    """A thin rectangular plate in Kirchhoff's theory; make one with `kirchhoff_plate`."""
+    """A plate of any shape in any theory; `kirchhoff_plate`, `mindlin_plate`, `kirchhoff_panel` and `mindlin_panel`
+    make one.
 
-    length: float
-    width: float
-    thickness: float
-    material: Material | Laminate
-    supports: Supports
-    cells: tuple[int, int] | None
-    highest_frequency: float
-    additions: tuple[Addition, ...] = ()
+    Parameters
+    ----------
+    shape : Rectangle, Outline or FlatMesh
+        Anything that meets the protocol `plates.shapes.mesh.Shape`.
+    section : Section
+        The wall.
+    supports : Supports or Mapping
+        How edges are held, by name; edges that are not named are free.
+    element : Element
+        Theory and finite elements: anything that meets the protocol `plates.elements.theory.Element`.
+    highest_frequency : float
+        The mesh resolves flexural waves up to it, Hz.
+    additions : sequence of PointMass, Stiffener and Weakened
+        What is fixed to the plate.
+    material : Material, Laminate or None
+        What the section was made of; the faces of a Laminate may differ. None takes the section's `struck` material.
 
-    @cached_property
-    def section(self) -> Section:
-        """Bending stiffness and mass of the wall."""
-        return section_of(self.thickness, self.material)
+    Raises
+    ------
+    ValueError
+        For edges that the shape does not have, additions that lie off the plate or that the element cannot carry, walls
+        thicker than the plate is wide, and "symmetry" edges in which the wall is not its own mirror image.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> plate = hl.kirchhoff_plate(0.3, 0.2, 2.29e-3, hl.ALUMINIUM_6061, hl.Supports(left="clamped"))
+    >>> plate
+    <Kirchhoff plate, 0.3 × 0.2 m, 2.29 mm of aluminium 6061; left clamped; about 1300 unknowns>
+    >>> plate.at(0.1, 0.1).contacts
+    1
+    """
+
+    shape: Shape
+    section: Section
+    supports: Supports | Mapping[Tag, Support]
+    element: Element
+    highest_frequency: float = HIGHEST_FREQUENCY
+    additions: Sequence[Addition] = ()
+    material: Material | Laminate | None = None
+    _kept: dict[int, tuple[Assembled, Matrices]] = field(default_factory=dict, init=False)
+
+    def __post_init__(self) -> None:
+        box, section = self.shape.box, self.section
+        object.__setattr__(self, "highest_frequency", positive("highest_frequency", self.highest_frequency, "Hz"))
+        if not isinstance(self.supports, Supports):
+            instance("supports", self.supports, Mapping, 'Supports, or a dictionary such as {"rim": "clamped"}')
+        for name, support in self._edges.items():
+            known("supports", name, self.shape.names)
+            check_support(f"supports[{name!r}]", support)
+            if support == "symmetry" and not all(mirrors_itself(section, a) for a in self.shape.directions(name)):
+                raise ValueError(
+                    f"supports[{name!r}] = 'symmetry': a wall with D₁₆ or D₂₆ along this edge is not its own mirror "
+                    "image; mesh the whole plate"
+                )
+        shorter = min(self.length, self.width)
+        if section.thickness > shorter:
+            raise ValueError(f"thickness = {section.thickness!r}: exceeds the plate's shorter side, {shorter:.6g} m")
+        if self.element.thin and section.thickness > THICK * shorter:
+            caution(
+                f"thickness = {section.thickness:g} m: exceeds a tenth of the plate's shorter side; Kirchhoff's theory "
+                "is for thin plates, mindlin_plate and mindlin_panel for thicker ones"
+            )
+        object.__setattr__(self, "additions", check_additions(self.additions, box))
+        for i, one in enumerate(self.additions):
+            if objection := self.element.objection(one):
+                raise ValueError(f"additions[{i}] = {one!r}: {objection}")
+
+    @property
+    def kind(self) -> str:
+        """Theory and shape, as results name them: "Kirchhoff plate"."""
+        return f"{self.element.name} {self.shape.kind}"
+
+    @property
+    def length(self) -> float:
+        """Extent along x, m."""
+        return self.shape.box[1] - self.shape.box[0]
+
+    @property
+    def width(self) -> float:
+        """Extent along y, m."""
+        return self.shape.box[3] - self.shape.box[2]
+
+    @property
+    def thickness(self) -> float:
+        """Thickness of the wall, m."""
+        return self.section.thickness
+
+    @property
+    def thin(self) -> bool:
+        """Whether the theory is Kirchhoff's, without shear."""
+        return self.element.thin
 
     @property
     def rigidity(self) -> float:
@@ -72,181 +152,149 @@ class Plate:
 
     @property
     def shortest_wavelength(self) -> float:
-        """Length of flexural waves at the highest frequency, 2π (D/ρt)^¼ / √ω, m, where and whither D is least."""
-        circular = 2.0 * pi * self.highest_frequency
-        weakest = min([one.factor for one in self.additions if isinstance(one, Weakened)], default=1.0)
-        rigidity = weakest * float(all_around(self.section).min())
-        return float(2.0 * pi * (rigidity / self.mass_per_area) ** 0.25 / circular**0.5)
+        """The shortest length of flexural waves at the highest frequency anywhere and in any direction, m."""
+        softest = weakest(self.additions) * float(all_around(self.section).min())
+        return self.element.wavelength(self.section, softest, self.highest_frequency)
 
     def at(self, x: float | Places, y: float | Places, face: str | Sequence[str] = "front") -> Structure:
-        """The plate struck at (x, y), m from the left bottom corner; or at several points, of which x and y are lists.
+        """The plate struck at (x, y), or at several points.
 
-        Without `cells` the mesh is graded towards these points, which are nodes of it: a point force converges
-        slowly on a uniform mesh. Where all lie on a line of symmetry, the structure holds the motions that
-        forces there can excite, and no others. On a "symmetry" edge the whole plate, of which this is a half, is
-        struck once; beside such an edge, its mirror image is struck too.
-        face: "front" or "back", one for all or one for each. A contact's displacement is positive away from its chain.
-        Raises ValueError outside the plate, on an edge that cannot move, where two contacts are one, and where some lie
-        on a "symmetry" edge and others beside it.
+        Rectangles and outlines are meshed for each set of contacts and finest there, since a point force converges
+        slowly on a uniform mesh; uniform meshes and those from files serve all contacts. Where all contacts lie on a
+        line of symmetry of a rectangle, the structure holds only the motions that forces there can excite. On a
+        "symmetry" edge the whole plate, of which this is a part, is struck once; inside, its image is struck too.
+
+        Parameters
+        ----------
+        x, y : float or sequence of float
+            Coordinates, m. Those of a rectangle start at its left bottom corner.
+        face : str or sequence of str
+            "front" or "back", one for all contacts or one for each. A contact's displacement is positive away from its
+            chain.
+
+        Returns
+        -------
+        Structure
+            Mass, stiffness, contact vectors, and the field of displacement and stress. In Mindlin's theory
+            `flexibility` belongs to each contact alone: one contact acts on another by bending and shear only. From the
+            front to the back of one place this lacks 0.04 F/Et with the default patch, up to 1.3 F/Et with others.
+
+        Raises
+        ------
+        ValueError
+            Outside the plate; on an edge that cannot move; where a patch reaches beyond an edge; where two contacts
+            coincide; where some contacts lie on a "symmetry" edge and others inside.
         """
         contacts = contacts_at(x, y, face)
-        copies = alike(contacts, [self._parts(one) for one in contacts])
         self._check_size()
-        (along_x, more_x), (along_y, more_y) = self._beams(contacts)
-        copies *= more_x * more_y
-        columns = [one.sign * np.outer(along_x.at(one.x), along_y.at(one.y)).ravel() for one in contacts]
+        mesh = self.shape.mesh([one.x for one in contacts], [one.y for one in contacts], self._cells)
+        held = {name: one for name, one in {MIRROR: "symmetry", **self._edges}.items() if _has(mesh, name)}
+        touches = [self._touch(mesh, held, one) for one in contacts]
+        copies = common_copies(contacts, [2 ** len(one.mirrors) for one in touches])
+        assembled, matrices = self._assembled(mesh, held, copies)
+        columns = [one.sign * assembled.contact(touch) for one, touch in zip(contacts, touches, strict=True)]
         contact = np.column_stack(columns)
-        if contact.size == 0:
-            raise ValueError(f"cells = {self.cells!r}: too few, the supports hold every node; use more")
-        if self.cells is not None:
-            matrices = self._counted(copies)
-        else:
-            matrices = Matrices(*(copies * one for one in self._matrices(along_x, along_y)))
+        if len(contact) > MANY:
+            log.warning("%d degrees of freedom take minutes and gigabytes to reduce", len(contact))
+        flexibility = one_or_all([self.element.flexibility(touch.wall) for touch in touches])
+        surface = one_or_all([Surface(touch.wall.struck) for touch in touches])
         mass, stiffness = matrices.mass, matrices.stiffness
-        origin = {"kind": "Kirchhoff plate", **asdict(self), **told(contacts)}
-        sampler = partial(_sampler, along_x, along_y, (more_x == 2, more_y == 2), self.section, stiffness)
-        surfaces = [Surface(struck(self.section, self.material, one.face)) for one in contacts]
-        surface, field = one_or_all(surfaces), Field(sampler, len(contact))
-        return Structure(mass, stiffness, None, contact, 0.0, surface, origin, field=field, matrices=matrices)
+        fields = Field(partial(assembled.sampler, stiffness), len(contact))
+        origin = self._origin(contacts)
+        return Structure(mass, stiffness, None, contact, flexibility, surface, origin, field=fields, matrices=matrices)
 
-    def _beams(self, contacts: Sequence[Contact]) -> list[tuple[Beam, int]]:
-        """The beams along x and along y that the contacts want, and how often each is to be counted."""
-        if self.cells is not None:
-            return [(beam, 1) for beam in self._uniform]
-        edges, (lines_x, lines_y) = self.supports, self._lines
-        xs, ys = [one.x for one in contacts], [one.y for one in contacts]
-        return [
-            self._graded_beam(self.length, xs, edges.left, edges.right, lines_x),
-            self._graded_beam(self.width, ys, edges.bottom, edges.top, lines_y),
-        ]
+    @property
+    def _edges(self) -> dict[Tag, Support]:
+        """How edges are held, the free ones left out."""
+        given = self.supports
+        pairs = {name: getattr(given, name) for name in SIDES} if isinstance(given, Supports) else given
+        return {name: support for name, support in pairs.items() if support != "free"}
+
+    @property
+    def _cells(self) -> Cells:
+        """The cells that the element asks for; halves where nothing but the contacts differs between them."""
+        left, right, bottom, top = (self._edges.get(name, "free") for name in SIDES)
+        equal = not self.additions and mirrors_itself(self.section, 0.0)
+        cells = self.element.cells(self.shortest_wavelength, self.additions)
+        return replace(cells, halved=(equal and left == right, equal and bottom == top))
+
+    @property
+    def _unknowns(self) -> float:
+        """About how many degrees of freedom a mesh for one contact has, without its refinement at the contact."""
+        return self.element.unknowns * self.shape.area / self._cells.coarsest**2
 
     def _check_size(self) -> None:
         """A ValueError before a mesh is made that would not fit in memory."""
-        count = 4.0 * self.length * self.width * (COARSEST / self.shortest_wavelength) ** 2
-        if self.cells is None and count > MOST:
+        if not self.shape.fixed and (count := self._unknowns) > MOST:
             raise ValueError(
-                f"highest_frequency = {self.highest_frequency!r}: wants some {count:.2g} degrees of freedom on "
-                f"{self.length} × {self.width} m of plate, more than {MOST:.0e}; is the plate in millimetres?"
+                f"highest_frequency = {self.highest_frequency!r}: requires about {count:.2g} degrees of freedom on "
+                f"{self.shape.area:.3g} m² of plate, more than {MOST:.0e}; is the plate in millimetres?"
             )
 
-    @cached_property
-    def _uniform(self) -> tuple[Beam, Beam]:
-        """The beams of the uniform mesh that all contact points share."""
-        across, along = self.cells or (1, 1)
-        edges = self.supports
-        return (
-            Beam(np.linspace(0.0, self.length, across + 1), edges.left, edges.right),
-            Beam(np.linspace(0.0, self.width, along + 1), edges.bottom, edges.top),
-        )
+    def _touch(self, mesh: PlateMesh, held: Mapping[Tag, Support], contact: Contact) -> Touch:
+        """The contact on the mesh; a ValueError where the plate cannot be struck."""
+        place = np.array([contact.x, contact.y])
+        check_place(mesh, held, place, self.element.patch_radius)
+        wall = replace(self.section, struck=struck(self.section, self.material, contact.face))
+        return Touch(place, mirrors(mesh, held, place), wall)
 
-    def _counted(self, copies: int) -> Matrices:
-        """The matrices of the uniform mesh, as often as the plate goes on beyond its edges; made once."""
-        if copies not in self._kept:
-            one = self._matrices(*self._uniform)
-            self._kept[copies] = Matrices(*(copies * matrix for matrix in one))
-        return self._kept[copies]
+    def _assembled(self, mesh: PlateMesh, held: Mapping[Tag, Support], copies: int) -> tuple[Assembled, Matrices]:
+        """The plate on a mesh, and its matrices as often as it continues beyond its edges; kept where one mesh serves
+        all contacts."""
+        if copies in self._kept:
+            return self._kept[copies]
+        if self._kept:
+            assembled = next(iter(self._kept.values()))[0]
+        else:
+            assembled = self.element.assemble(mesh, self.section, held, self.additions)
+        found = assembled, Matrices(copies * assembled.mass, copies * assembled.stiffness)
+        if self.shape.fixed:
+            self._kept[copies] = found
+        return found
 
-    @cached_property
-    def _kept(self) -> dict[int, Matrices]:
-        return {}
+    def _origin(self, contacts: Sequence[Contact]) -> dict[str, Any]:
+        section = asdict(self.section)
+        section |= {name: section[name].tolist() for name in ("bending", "shear")}
+        edges = asdict(self.supports) if isinstance(self.supports, Supports) else {
+            name: asdict(one) if isinstance(one, ElasticEdge) else one for name, one in self._edges.items()
+        }  # fmt: skip
+        return {
+            "kind": self.kind,
+            **self.shape.described(),
+            "thickness": self.thickness,
+            "material": None if self.material is None else asdict(self.material),
+            "section": section,
+            "supports": edges,
+            "patch_radius": self.element.patch_radius or None,
+            "highest_frequency": self.highest_frequency,
+            "additions": [asdict(one) for one in self.additions],
+            **contacts_data(contacts),
+        }
 
-    def _matrices(self, x: Beam, y: Beam) -> tuple[sparse.csr_array, sparse.csr_array]:
-        mass, stiffness = plate_matrices(x, y, self.section, self.additions)
-        return mass, stiffness
+    def _rows(self) -> list[tuple[str, str]]:
+        """What the plate consists of, in words."""
+        of = self.section.struck.name if self.material is None else self.material.name
+        rows = [("size", self.shape.summary()), ("wall", f"{1e3 * self.thickness:.4g} mm of {of or 'a material'}")]
+        rows.append(("supports", summary(self._edges) or "all edges free"))
+        if self.additions:
+            rows.append(("additions", f"{len(self.additions)}"))
+        if not self.shape.fixed:
+            rows.append(("unknowns", f"about {float(f'{self._unknowns:.2g}'):.0f}"))
+        return rows
 
-    @property
-    def _lines(self) -> tuple[Vector, Vector]:
-        """Where along x and along y additions make the curvature jump: mesh lines."""
-        places = [extent(one) for one in self.additions]
-        xs, ys = (np.array([place for both in places for place in both[axis]]) for axis in (0, 1))
-        return xs, ys
+    def __repr__(self) -> str:
+        rows = dict(self._rows())
+        texts = [f"{self.kind}, {rows['size']}, {rows['wall']}", rows["supports"]]
+        texts += [f"{rows[name]} {name}" for name in ("additions", "unknowns") if name in rows]
+        return f"<{'; '.join(texts)}>"
 
-    def _graded_beam(
-        self, side: float, positions: list[float], start: Support, end: Support, lines: Vector
-    ) -> tuple[Beam, int]:
-        """A beam graded towards the positions; half of it, to be counted twice, where the plate is symmetric."""
-        finest, coarsest = self.shortest_wavelength / FINEST, self.shortest_wavelength / COARSEST
-        if start == end and all(isclose(position, side / 2.0) for position in positions) and self._mirrors:
-            middle = positions[0]
-            return Beam(graded(middle, [middle], finest, coarsest, lines), start, "symmetry"), 2
-        return Beam(graded(side, positions, finest, coarsest, lines), start, end), 1
-
-    @property
-    def _mirrors(self) -> bool:
-        """Whether nothing but the supports could tell a half of the plate from the other."""
-        return not self.additions and not _twists(self.section)
-
-    def _parts(self, one: Contact) -> int:
-        """Of how many like parts the plate consists that is struck there; a ValueError where it cannot be struck."""
-        edges = self.supports
-        along_x = self._halves(f"x{one.number}", one.x, self.length, edges.left, edges.right)
-        return along_x * self._halves(f"y{one.number}", one.y, self.width, edges.bottom, edges.top)
-
-    @staticmethod
-    def _halves(name: str, at: float, side: float, start: Support, end: Support) -> int:
-        """2 on a symmetry edge, otherwise 1; a ValueError outside the plate and on edges that cannot move."""
-        if not 0.0 <= at <= side:
-            raise ValueError(f"{name} = {at!r}: must lie on the plate, between 0 and {side} m")
-        edge = start if at < NEAREST * side else end if at > (1.0 - NEAREST) * side else "free"
-        if not isinstance(edge, ElasticEdge) and edge not in MOVING:
-            raise ValueError(f"{name} = {at!r}: lies on a {edge} edge, which cannot move; strike inside")
-        return 2 if edge == "symmetry" else 1
+    def _repr_html_(self) -> str:
+        return html_table(self.kind, self._rows())
 
 
-def kirchhoff_plate(
-    length: float,
-    width: float,
-    thickness: float | None,
-    material: Material | Laminate,
-    supports: Supports,
-    cells: tuple[int, int] | None = None,
-    highest_frequency: float = HIGHEST_FREQUENCY,
-    additions: Sequence[Addition] = (),
-) -> Plate:
-    """A rectangular plate in Kirchhoff's theory with Bogner–Fox–Schmit elements; sizes in m.
-
-    material: one for all the thickness, or a Laminate; its thickness is its own, so give that or None.
-    highest_frequency, Hz: the mesh resolves flexural waves up to it; the default suits steel beads of 4 to 20 mm.
-    cells: a uniform mesh of (along x, along y) cells instead, which all contact points share.
-    additions: PointMass, Stiffener (parallel to a side) and Weakened, anywhere on the plate. Their lines are lines of
-    a graded mesh; in a uniform one they may cross cells, and are still integrated exactly. On a "symmetry" edge give
-    what belongs to this side of it; the mirror image adds as much.
-    """
-    length, width = positive("length", length, "m"), positive("width", width, "m")
-    section = section_of(thickness, material)
-    instance("supports", supports, Supports, "Supports(left=, right=, bottom=, top=)")
-    if "symmetry" in (supports.left, supports.right, supports.bottom, supports.top) and _twists(section):
-        raise ValueError(
-            f"supports = {supports!r}: a laminate with D₁₆ or D₂₆ is no mirror image of itself; mesh the whole plate"
-        )
-    if cells is not None:
-        if np.shape(cells) != (2,):
-            raise ValueError(f"cells = {cells!r}: must be two whole numbers, along x and along y")
-        cells = (whole("cells[0]", cells[0]), whole("cells[1]", cells[1]))
-    if section.thickness > min(length, width):
-        raise ValueError(f"thickness = {section.thickness!r}: exceeds the plate's shorter side, {min(length, width)} m")
-    if section.thickness > min(length, width) / 10.0:
-        caution(
-            f"thickness = {section.thickness:g} m: exceeds a tenth of the plate's shorter side; Kirchhoff's theory is "
-            "for thin plates, mindlin_plate for thicker ones"
-        )
-    frequency = positive("highest_frequency", highest_frequency, "Hz")
-    likely("side", "kirchhoff_plate", "length", length)
-    likely("side", "kirchhoff_plate", "width", width)
-    likely("frequency", "kirchhoff_plate", "highest_frequency", frequency)
-    added = check_additions(additions, length, width)
-    return Plate(length, width, section.thickness, material, supports, cells, frequency, added)
+def _has(mesh: PlateMesh, name: Tag) -> bool:
+    return name in mesh.edges and mesh.edges[name].size > 0
 
 
-def _sampler(
-    x: Beam, y: Beam, mirrored: tuple[bool, bool], section: Section, stiffness: sparse.csr_array
-) -> PlateSampler:
-    """The fields of the whole plate."""
-    (xs, along), (ys, across) = (beam.reading(other) for beam, other in zip((x, y), mirrored, strict=True))
-    return product_sampler(xs, ys, along, across, section, stiffness)
-
-
-def _twists(section: Section) -> bool:
-    """Whether bending along a side also twists the plate: D₁₆ or D₂₆, above rounding."""
-    bending = section.bending
-    return bool(abs(bending[:2, 2]).max() > 1e-9 * abs(bending).max())
+Panel = Plate
+"""The former name of plates of any shape."""

@@ -13,9 +13,12 @@ from structures.structure import Vector
 SHEAR_CORRECTION = 5.0 / 6.0
 """Reissner's factor of the transverse shear stiffness of a homogeneous plate."""
 
-
 DIRECTIONS = 720
 """In which D(φ) is sampled, so that its mean is exact to rounding for all but the most unlike stiffnesses."""
+
+
+ROUNDING = 1e-9
+"""Part of a stiffness below which an entry counts as zero."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +56,7 @@ def _positive_definite(name: str, given: object, size: int) -> Vector:
     if matrix.shape != (size, size) or not np.isfinite(matrix).all():
         shown = matrix.tolist() if matrix.size else given
         raise ValueError(f"{name} = {shown!r}: must be {size} × {size} finite numbers")
-    if abs(matrix - matrix.T).max() > 1e-9 * abs(matrix).max() or np.linalg.eigvalsh(matrix)[0] <= 0.0:
+    if abs(matrix - matrix.T).max() > ROUNDING * abs(matrix).max() or np.linalg.eigvalsh(matrix)[0] <= 0.0:
         raise ValueError(f"{name} = {matrix.tolist()!r}: must be symmetric and positive definite")
     return matrix
 
@@ -77,6 +80,21 @@ def stiffness_towards(section: Section, angle: Vector) -> Vector:
     curvature = np.array([np.cos(angle) ** 2, np.sin(angle) ** 2, np.sin(2.0 * angle)])
     towards: Vector = np.einsum("i...,ij,j...->...", curvature, section.bending, curvature)
     return towards
+
+
+def mirrors_itself(section: Section, angle: float) -> bool:
+    """Whether the wall is its own mirror image in a line at an angle from x, rad.
+
+    In axes along the line, bending does not twist the wall (D₁₆ = D₂₆ = 0) and the shear stiffness is diagonal.
+    """
+    c, s = np.cos(angle), np.sin(angle)
+    bend = np.array([[c * c, s * s, c * s], [s * s, c * c, -c * s], [-2.0 * c * s, 2.0 * c * s, c * c - s * s]])
+    shear = np.array([[c, s], [-s, c]])
+    # Stiffness transforms with the inverse transpose of the curvatures, which is the rotation by −angle.
+    inverse = np.linalg.inv(bend)
+    bending, transverse = inverse.T @ section.bending @ inverse, shear @ section.shear @ shear.T
+    coupled = abs(bending[:2, 2]).max() > ROUNDING * abs(bending).max()
+    return not coupled and bool(abs(transverse[0, 1]) <= ROUNDING * abs(transverse).max())
 
 
 def all_around(section: Section) -> Vector:

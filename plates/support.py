@@ -1,10 +1,16 @@
 """How the edges of a plate are held."""
 
-from dataclasses import asdict, dataclass, fields
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any
 
 from structures.checks import not_negative, one_of
 
 KINDS = ("clamped", "simple", "soft simple", "free", "symmetry")
+"""Ways to hold an edge, besides springs."""
+
+SHOWN = 6
+"""Edges that the text of a plate shows."""
 
 
 @dataclass(frozen=True)
@@ -51,6 +57,7 @@ def check_support(name: str, support: object) -> None:
         one_of(name, support, KINDS)  # type: ignore[arg-type]
 
 
-def described(supports: Supports) -> dict[str, object]:
-    """The supports as plain data."""
-    return asdict(supports)
+def summary(supports: Mapping[Any, Support]) -> str:
+    """The supports in a few words: "left clamped, right on springs"."""
+    texts = [f"{name} {'on springs' if isinstance(one, ElasticEdge) else one}" for name, one in supports.items()]
+    return ", ".join(texts[:SHOWN]) + (f" and {len(texts) - SHOWN} more" if len(texts) > SHOWN else "")

@@ -12,10 +12,11 @@ from coupling.sweeps.sweep import sweep
 from hertzlink.studies.table import Row
 from particles.bead import Sphere
 from particles.chain import Chain
+from plates.builders import kirchhoff_plate
 from plates.critical_distance import edge_length
 from plates.half_plane import half_plane
 from plates.infinite import infinite_plate
-from plates.plate import Plate, kirchhoff_plate
+from plates.plate import Plate
 from plates.support import Supports
 from structures.material import ALUMINIUM_6061, STEEL_440C
 from structures.reduction import reduce

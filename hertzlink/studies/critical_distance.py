@@ -14,6 +14,7 @@ from hertzlink.studies import corner, edge_shear
 from hertzlink.studies.edge_cases import SENSOR, Pair, measure
 from hertzlink.studies.table import Row
 from particles.bead import Sphere
+from plates.builders import kirchhoff_plate
 from plates.critical_distance import (
     DECAYING,
     critical_distance_law,
@@ -22,7 +23,7 @@ from plates.critical_distance import (
     scaled_critical_distance,
 )  # fmt: skip
 from plates.half_plane import EDGES
-from plates.plate import Plate, kirchhoff_plate
+from plates.plate import Plate
 from plates.support import Supports
 from plates.theory.impact import critical_distance_bounds, inelasticity_parameter
 from structures.material import ALUMINIUM_6061, BRASS_360, COPPER, STEEL_316, STEEL_440C, Material

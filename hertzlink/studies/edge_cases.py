@@ -11,10 +11,11 @@ from coupling.cosimulation import CoSimulation
 from coupling.results.reflections import reflections
 from particles.bead import Sphere
 from particles.chain import Chain
+from plates.builders import kirchhoff_plate
 from plates.critical_distance import edge_length
 from plates.half_plane import half_plane
 from plates.infinite import infinite_plate
-from plates.plate import Plate, kirchhoff_plate
+from plates.plate import Plate
 from plates.support import Supports
 from plates.theory.impact import inelasticity_parameter, wall_stiffness
 from structures.layers import contact_time as contact_time_half_space

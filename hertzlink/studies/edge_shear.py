@@ -11,7 +11,7 @@ from coupling.sweeps.sweep import sweep
 from hertzlink.studies.edge_cases import Pair, measure
 from hertzlink.studies.table import Row
 from particles.bead import Sphere
-from plates.mindlin_plate import mindlin_plate
+from plates.builders import mindlin_plate
 from plates.support import Supports
 from structures.material import ALUMINIUM_6061, STEEL_440C
 from structures.reduction import reduce

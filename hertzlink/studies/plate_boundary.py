@@ -16,8 +16,9 @@ from hertzlink.studies.table import Row
 from particles.bead import Sphere
 from particles.chain import Chain
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
+from plates.builders import kirchhoff_plate
 from plates.infinite import infinite_plate
-from plates.plate import Plate, kirchhoff_plate
+from plates.plate import Plate
 from plates.section import point_rigidity
 from plates.support import Supports
 from plates.theory.impact import critical_distance_bounds

@@ -11,8 +11,7 @@ from coupling.sweeps.sweep import sweep
 from hertzlink.studies.table import Row
 from particles.bead import Sphere
 from particles.chain import Chain
-from plates.mindlin_plate import mindlin_plate
-from plates.plate import kirchhoff_plate
+from plates.builders import kirchhoff_plate, mindlin_plate
 from plates.support import Supports
 from structures.material import ALUMINIUM_6061, STEEL_440C
 from structures.reduction import reduce

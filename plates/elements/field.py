@@ -37,11 +37,11 @@ SAME = 1e-7
 """Points nearer than this part of the plate's size are one."""
 
 
-class Theory(Protocol):
-    """What a field needs of a plate's theory."""
+class Sampled(Protocol):
+    """What a field needs of a plate's shape functions."""
 
     def sampled(self, places: Vector) -> tuple[Matrix, Matrix]:
-        """What reads w, and the three curvatures, at places of the reference cell, 2 × places, in each cell in turn."""
+        """Read w, and the three curvatures, at places of the reference cell, 2 × places, in each cell in turn."""
         ...
 
 
@@ -79,7 +79,7 @@ class PlateSampler:
         return [self.stiffness]
 
 
-def panel_sampler(mesh: Any, theory: Theory, kept: Matrix, section: Section, stiffness: Matrix) -> PlateSampler:
+def mesh_sampler(mesh: Any, functions: Sampled, kept: Matrix, section: Section, stiffness: Matrix) -> PlateSampler:
     """The sampler of a plate on a mesh of scikit-fem. kept: all degrees of freedom from those of a Structure."""
     corners = mesh.t.shape[0]
     quads = THREE_QUADS if corners == 3 else FOUR_QUADS
@@ -92,7 +92,7 @@ def panel_sampler(mesh: Any, theory: Theory, kept: Matrix, section: Section, sti
     _, first, number = np.unique(np.floor(points / scale + 0.12345), axis=0, return_index=True, return_inverse=True)
     number = number.ravel()
     cells = number.reshape(mesh.nelements, -1)[:, local.reshape(len(quads), 9)].reshape(-1, 9)
-    deflection, curvature = theory.sampled(places.T)
+    deflection, curvature = functions.sampled(places.T)
     mean = sparse.csr_array((1.0 / np.bincount(number)[number], (number, np.arange(number.size))))
     spread = sparse.kron(mean, sparse.eye_array(3), format="csr")
     return PlateSampler(

@@ -6,17 +6,25 @@ functions of one Space: energy ½ ∫ κᵀ B κ + (∇w − s)ᵀ S (∇w − s
 keeps thin plates from locking. Degree of freedom 3 i is w of function i, 3 i + 1 and 3 i + 2 are s_x and s_y.
 """
 
-from collections.abc import Callable, Mapping
-from typing import Any, TypeAlias
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from plates.additions import Addition, Stiffener, cell_lines
+from plates.elements.indentation import bending_by_poisson, remaining_flexibility
 from plates.elements.shape_functions import Space
+from plates.elements.stiffener import beam_on_space
+from plates.elements.theory import Assembled, Supported, Touch, on_mesh, thick_wavelength
 from plates.section import Section
-from plates.shapes.mesh import QUARTER_TURN, tangents
+from plates.shapes.mesh import QUARTER_TURN, Cells, PlateMesh, tangents
+from plates.shapes.place import cell_size, disc
 from plates.support import ElasticEdge, Support
+from structures.caution import caution
 from structures.mesh_source import Numbers, Tag
 from structures.structure import Vector
 
@@ -24,12 +32,80 @@ TWO_WAYS = 1e-6
 """Directions in which s is held are two where the smaller eigenvalue of the sum of d dᵀ exceeds this part of the other:
 they differ by a tenth of a degree."""
 
+DEGREE = 4
+"""Degree of the polynomials. Degree 4 does not lock in practice down to a thickness of 0.0025 of the side."""
+
+COARSEST_PATCH = 5.0
+"""The largest cell at the contact, in units of the patch's radius. Cells of 4 radii change the compliance by 0.2 %,
+cells of 8 radii by 3 %."""
+
+GROWTH = 0.6
+"""Increase of the size of cells per distance from the contact."""
+
+LONGEST = 1.6
+"""The coarsest cells, in units of the shortest wavelength. Cells half as large change amplitude ratios by less than
+0.01 %."""
+
 Matrix: TypeAlias = sparse.csr_array
 Blocks: TypeAlias = dict[tuple[int, int], Vector]
 
 
+@dataclass(frozen=True)
 class Mindlin:
-    """A Mindlin plate of one section on a mesh, with polynomials of a degree."""
+    """Mindlin's theory on triangles or quadrilaterals: an `Element`.
+
+    patch_radius: of the disc that bears the contact force, m. degree: of the polynomials.
+    """
+
+    patch_radius: float
+    degree: int = DEGREE
+    name: ClassVar[str] = "Mindlin"
+    thin: ClassVar[bool] = False
+
+    @property
+    def unknowns(self) -> float:
+        """Three for each of the degree² functions of a quadrilateral cell."""
+        return 3.0 * self.degree**2
+
+    def wavelength(self, section: Section, rigidity: float, frequency: float) -> float:
+        """Of the softest direction in shear, m."""
+        shear = float(np.linalg.eigvalsh(section.shear)[0])
+        return thick_wavelength(section.mass, rigidity, frequency, section.rotary_inertia, shear)
+
+    def cells(self, wavelength: float, additions: Sequence[Addition]) -> Cells:
+        """As small as the patch at the contact; lines where regions end and along stiffeners parallel to a side."""
+        finest = min(self.patch_radius, wavelength)
+        return Cells(finest, GROWTH, LONGEST * wavelength, lines=cell_lines(additions))
+
+    def objection(self, addition: Addition) -> str:
+        """None: all additions are carried."""
+        return ""
+
+    def assemble(
+        self, mesh: PlateMesh, section: Section, supports: Supported, additions: Sequence[Addition]
+    ) -> Assembled:
+        """The plate on a mesh of triangles or quadrilaterals."""
+        functions = MindlinFunctions(mesh.mesh, section, self.degree)
+        force = partial(self._patch_force, mesh, functions)
+        return on_mesh(functions, mesh, section, supports, additions, force, functions.stiffener)
+
+    def flexibility(self, wall: Section) -> float:
+        """What bending and shear under the patch, and Hertz's half-space, leave out of the indentation, m/N."""
+        return remaining_flexibility(wall, self.patch_radius)
+
+    def _patch_force(self, mesh: PlateMesh, functions: "MindlinFunctions", kept: Matrix, touch: Touch) -> Vector:
+        """The force spread over the patch, and the displacement's mean over it."""
+        if (size := cell_size(mesh, touch.place)) > COARSEST_PATCH * self.patch_radius:
+            caution(
+                f"mesh: cells of {size:.3g} m at the contact are too large for a patch of {self.patch_radius:.3g} m; "
+                f"refine them to {COARSEST_PATCH * self.patch_radius:.3g} m"
+            )
+        points, weights = disc(touch.place, self.patch_radius, touch.mirrors)
+        return np.asarray(functions.mean(points, weights, bending_by_poisson(touch.wall, self.patch_radius)) @ kept)
+
+
+class MindlinFunctions:
+    """Mindlin's w and s of one section on a mesh, as polynomials of a degree."""
 
     def __init__(self, mesh: Any, section: Section, degree: int) -> None:
         self.space, self.section = Space(mesh, degree), section
@@ -108,6 +184,10 @@ class Mindlin:
     def deflection(self, points: Vector) -> Matrix:
         """What reads w at points, p × 2, from the degrees of freedom; a ValueError where one lies outside."""
         return sparse.csr_array(sparse.kron(self.space.at(points).value, np.array([[1.0, 0.0, 0.0]])))
+
+    def stiffener(self, one: Stiffener) -> tuple[Matrix, Matrix]:
+        """M and K of a beam that bends and twists with the plate, size × size."""
+        return beam_on_space(self.space, one)
 
     def mean(self, points: Vector, weights: Vector, bend: float) -> Vector:
         """The mean, with weights, of w + bend ∇·s at points, p × 2, m: one number for each degree of freedom."""

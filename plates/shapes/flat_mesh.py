@@ -1,4 +1,4 @@
-"""Meshes of panels from files: what meshio reads, checked to be flat and whole, with its tags as names of edges."""
+"""Meshes of plates from files: what meshio reads, checked to be flat and whole, with its tags as names of edges."""
 
 from pathlib import Path
 from typing import Any
@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from skfem import MeshQuad, MeshTri
 
-from plates.shapes.mesh import PanelMesh, Sizes
+from plates.shapes.mesh import Cells, PlateMesh, tangents
 from structures.caution import caution
 from structures.checks import positive
 from structures.mesh_source import (
@@ -33,6 +33,9 @@ OUT_OF_PLANE = 1e-6
 
 FOLDED = 1e-9
 """Cells whose angle at a corner is below this, rad, or above half a turn, are folded."""
+
+TOO_LONG = 1.5
+"""Sides of a mesh from a file may be longer than the coarsest cell that the waves require by this factor."""
 
 CELLS = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4, "quad9": 4}
 """meshio's types of cells, and their numbers of corners."""
@@ -63,7 +66,7 @@ class FlatMesh:
         make = MeshTri if count == 3 else MeshQuad
         mesh = make(np.ascontiguousarray(points[:, :2].T), np.ascontiguousarray(cells.T))
         _check_sides(mesh)
-        self._mesh = PanelMesh(mesh, tagged_facets(read, mesh, number, LINES))
+        self._mesh = PlateMesh(mesh, tagged_facets(read, mesh, number, LINES))
 
     @property
     def quadrilateral(self) -> bool:
@@ -76,24 +79,54 @@ class FlatMesh:
         return list(self._mesh.edges)
 
     @property
-    def area(self) -> float:
-        """Nothing, as the mesh is there already."""
-        return 0.0
+    def kind(self) -> str:
+        """The last word of a plate's kind in results."""
+        return "panel"
 
-    def mesh(self, x: ArrayLike, y: ArrayLike, size: Sizes) -> PanelMesh:
-        """The same mesh for all contact points; a warning where it is coarser than the waves want."""
+    @property
+    def fixed(self) -> bool:
+        """Whether one mesh serves all contacts."""
+        return True
+
+    @property
+    def box(self) -> tuple[float, float, float, float]:
+        """Least and greatest x, least and greatest y, m."""
+        (left, bottom), (right, top) = self._mesh.mesh.p.min(axis=1), self._mesh.mesh.p.max(axis=1)
+        return float(left), float(right), float(bottom), float(top)
+
+    @property
+    def area(self) -> float:
+        """m²."""
+        x, y = self._mesh.mesh.p[:, self._mesh.mesh.t]
+        return float((x * np.roll(y, -1, axis=0) - y * np.roll(x, -1, axis=0)).sum() / 2.0)
+
+    def directions(self, name: Tag) -> Vector:
+        """Angles of the sides of an edge from the x axis, rad."""
+        along = tangents(self._mesh.mesh, self._mesh.edges[name])
+        return np.asarray(np.arctan2(along[:, 1], along[:, 0]))
+
+    def mesh(self, x: ArrayLike, y: ArrayLike, cells: Cells) -> PlateMesh:
+        """The same mesh for all contact points; a warning where it is coarser than the waves require."""
         mesh = self._mesh.mesh
         longest = float(np.linalg.norm(np.diff(mesh.p[:, mesh.facets], axis=1)[:, 0], axis=0).max())
-        if longest > 1.5 * size.coarsest:
+        if longest > TOO_LONG * cells.coarsest:
             caution(
                 f"mesh: edges of up to {longest:.3g} m are too long for the waves that beads excite; refine them to "
-                f"{size.coarsest:.3g} m"
+                f"{cells.coarsest:.3g} m"
             )
         return self._mesh
 
     def described(self) -> dict[str, Any]:
         """Where the mesh came from, as plain data."""
         return {"mesh": self.source, "scale": self.scale, "cells": self._mesh.mesh.nelements}
+
+    def summary(self) -> str:
+        """Size and mesh in a few words."""
+        left, right, bottom, top = self.box
+        return f"{right - left:.4g} × {top - bottom:.4g} m, {self._mesh.mesh.nelements} cells"
+
+    def __repr__(self) -> str:
+        return f"<FlatMesh: {self.summary()}, from {self.source}>"
 
 
 def _faces(source: Any) -> tuple[str, list[int]]:
@@ -120,8 +153,6 @@ def _check_flat(points: Vector, thickness: float, scale: float | None) -> None:
             f"mesh: its box is {box} m, with a thickness of {thickness:.3g} m: in millimetres? "
             "Give scale=1e-3, or scale=1.0 if it is in m"
         )
-    if thickness > sides[:2].min():
-        raise ValueError(f"thickness = {thickness!r}: exceeds the panel's shorter side, {sides[:2].min():.3g} m")
 
 
 def _upright(points: Vector, cells: Numbers) -> Numbers:

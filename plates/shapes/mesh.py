@@ -1,4 +1,4 @@
-"""Flat meshes of panels: where points lie in them, which way their sides run, and the names of their edges."""
+"""Flat meshes of plates: where points lie in them, the directions of their sides, and the names of their edges."""
 
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
@@ -10,19 +10,26 @@ from structures.mesh_source import Groups, Numbers, Tag
 from structures.structure import Vector
 
 QUARTER_TURN = np.array([[0.0, -1.0], [1.0, 0.0]])
-"""Turns vectors, as rows, to the right: those along an edge that has the plate on its left point outward then."""
+"""Turns row vectors to the right. An edge vector that has the plate on its left then points outward."""
 
 STRAIGHT, CURVED = 1e-3, 0.5
-"""Sines of the angle at which two sides of a curve meet: at less they are one line, at more there is a corner."""
+"""Sines of the angle at which two sides meet. Below the first they form one line, above the second a corner; between
+them they form a curve."""
 
 OUTSIDE = 1e-9
-"""A point may lie beside the mesh by this part of the cell beside it."""
+"""A point may lie outside of the mesh by this part of the height of the nearest cell: rounding."""
 
 PAIRS = 2_000_000
-"""Of points and cells that are compared at once."""
+"""Pairs of points and cells that are compared at once; limits memory to some 100 MB."""
+
+MIRROR = "middle"
+"""Name of the edges where a mesh ends because the other half of the plate is its mirror image."""
+
+Lines = tuple[tuple[float, ...], tuple[float, ...]]
+"""Places along x and along y, m."""
 
 
-class PanelMesh(NamedTuple):
+class PlateMesh(NamedTuple):
     """A mesh of scikit-fem in m, and the facets of its edges by name."""
 
     mesh: Any
@@ -30,16 +37,30 @@ class PanelMesh(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Sizes:
-    """Sizes of cells, m: at the contacts, how much they grow with the distance from them, and the largest."""
+class Cells:
+    """What a plate asks of its mesh.
+
+    finest, coarsest: sizes of cells at the contacts and far away, m. growth: increase of the size per distance from the
+    contacts. geometric: each cell is exactly 1 + growth times its neighbour nearer to the contact (nodes of beams).
+    lines: places where cells should end. halved: whether the left and right half, and the bottom and top half, of a
+    rectangle are equal, so that one of them may be meshed. Shapes without rows of cells ignore the last three.
+    """
 
     finest: float
     growth: float
     coarsest: float
+    geometric: bool = False
+    lines: Lines = ((), ())
+    halved: tuple[bool, bool] = (False, False)
 
 
 class Shape(Protocol):
-    """What a panel may be made of: something that has named edges, and a mesh for each contact point or set of them."""
+    """What a plate may be made of: something with named edges, and a mesh for each set of contact points."""
+
+    @property
+    def kind(self) -> str:
+        """ "plate" for rectangles, "panel" for other shapes: the last word of a plate's kind in results."""
+        ...
 
     @property
     def names(self) -> list[Tag]:
@@ -47,16 +68,34 @@ class Shape(Protocol):
         ...
 
     @property
-    def area(self) -> float:
-        """Of the panel, m²."""
+    def box(self) -> tuple[float, float, float, float]:
+        """Least and greatest x, least and greatest y, m."""
         ...
 
-    def mesh(self, x: ArrayLike, y: ArrayLike, size: Sizes) -> PanelMesh:
-        """Its mesh for a contact at (x, y), m, or for several."""
+    @property
+    def area(self) -> float:
+        """m²."""
+        ...
+
+    @property
+    def fixed(self) -> bool:
+        """Whether one mesh serves all contacts."""
+        ...
+
+    def directions(self, name: Tag) -> Vector:
+        """Angles of the sides of an edge, from the x axis, rad."""
+        ...
+
+    def mesh(self, x: ArrayLike, y: ArrayLike, cells: Cells) -> PlateMesh:
+        """Its mesh for a contact at (x, y), m, or for several; a ValueError for a contact outside."""
         ...
 
     def described(self) -> dict[str, Any]:
         """How it was made, as plain data."""
+        ...
+
+    def summary(self) -> str:
+        """Size, and mesh where it is fixed, in a few words."""
         ...
 
 

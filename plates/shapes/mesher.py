@@ -3,16 +3,15 @@
 from collections.abc import Sequence
 from functools import reduce
 from types import ModuleType
-from typing import TYPE_CHECKING
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from skfem import MeshTri
 
-from plates.shapes.mesh import PanelMesh, Sizes
+from plates.shapes.mesh import Cells, PlateMesh
 from structures.mesh_source import Numbers, Tag
 
-if TYPE_CHECKING:
-    from plates.shapes.outline import Outline, Place
+Place: TypeAlias = tuple[float, float]
 
 OPTIONS = {
     "General.Terminal": 0.0,
@@ -24,32 +23,40 @@ OPTIONS = {
     "Mesh.ElementOrder": 1.0,
     "Mesh.RecombineAll": 0.0,
 }
-"""Delaunay's algorithm follows sizes that vary best; those of short sides grow into the plate."""
-
-ON_EDGE = 0.3
-"""A contact nearer to an edge than this part of the finest size is no corner of the mesh."""
+"""Options of gmsh. Algorithm 5, Delaunay's, follows varying sizes best; sizes of short sides extend into the plate."""
 
 
-def triangles(outline: "Outline", places: "Sequence[Place]", size: Sizes) -> PanelMesh:
-    """The outline's mesh, fine at places (x, y) m, and its edges by name."""
+class Ring(NamedTuple):
+    """A closed polygon: its corners (x, y), m, and the name of the edge to which each side belongs."""
+
+    corners: tuple[Place, ...]
+    edges: tuple[str, ...]
+
+
+def triangles(rings: Sequence[Ring], fine: Sequence[Place], corners: Sequence[Place], cells: Cells) -> PlateMesh:
+    """The mesh of the first ring less the others, and its edges by name.
+
+    fine: places (x, y), m, at which cells are finest. corners: those of them that are corners of the mesh.
+    """
     gmsh = _gmsh()
-    ours = not gmsh.isInitialized()
-    if ours:
+    started = not gmsh.isInitialized()
+    if started:
         gmsh.initialize(readConfigFiles=False, interruptible=False)
     before = {name: gmsh.option.getNumber(name) for name in OPTIONS}
-    shown = "" if ours else gmsh.model.getCurrent()
+    shown = "" if started else gmsh.model.getCurrent()
     try:
         for name, value in OPTIONS.items():
             gmsh.option.setNumber(name, value)
         gmsh.model.add("hertzlink panel")
-        lines = _drawn(gmsh, outline, places, size)
+        lines = _drawn(gmsh, rings, corners)
+        _set_size(gmsh, fine, cells)
         gmsh.model.mesh.generate(2)
         return _read(gmsh, lines)
     finally:
         gmsh.model.remove()
         for name, value in before.items():
             gmsh.option.setNumber(name, value)
-        if ours:
+        if started:
             gmsh.finalize()
         else:
             gmsh.model.setCurrent(shown)
@@ -65,33 +72,34 @@ def _gmsh() -> ModuleType:
     return gmsh  # type: ignore[no-any-return]
 
 
-def _drawn(gmsh: ModuleType, outline: "Outline", places: "Sequence[Place]", size: Sizes) -> dict[str, list[int]]:
-    """Draws the outline in gmsh, and tells its lines by the names of edges."""
-    rings = [(outline.corners, outline.edges)]
-    rings += [(hole, (f"hole {i + 1}",) * len(hole)) for i, hole in enumerate(outline.holes)]
+def _drawn(gmsh: ModuleType, rings: Sequence[Ring], corners: Sequence[Place]) -> dict[str, list[int]]:
+    """Draws the rings in gmsh and returns its lines by the names of edges."""
     lines: dict[str, list[int]] = {}
     loops = []
-    for corners, names in rings:
-        points = [gmsh.model.geo.addPoint(*corner, 0.0) for corner in corners]
+    for ring in rings:
+        points = [gmsh.model.geo.addPoint(*corner, 0.0) for corner in ring.corners]
         sides = [gmsh.model.geo.addLine(points[i], points[(i + 1) % len(points)]) for i in range(len(points))]
         loops.append(gmsh.model.geo.addCurveLoop(sides))
-        for name, side in zip(names, sides, strict=True):
+        for name, side in zip(ring.edges, sides, strict=True):
             lines.setdefault(name, []).append(side)
     surface = gmsh.model.geo.addPlaneSurface(loops)
-    contacts = [gmsh.model.geo.addPoint(x, y, 0.0) for x, y in places]
+    contacts = [gmsh.model.geo.addPoint(x, y, 0.0) for x, y in corners]
     gmsh.model.geo.synchronize()
-    for contact, place in zip(contacts, places, strict=True):
-        if outline.distance(*place) > ON_EDGE * size.finest:
-            gmsh.model.mesh.embed(0, [contact], 2, surface)
-    field = gmsh.model.mesh.field.add("MathEval")
-    distances = [f"Sqrt((x-({x!r}))^2+(y-({y!r}))^2)" for x, y in places]
-    away = reduce(lambda nearer, other: f"Min({nearer},{other})", distances)
-    gmsh.model.mesh.field.setString(field, "F", f"Min({size.coarsest!r},{size.finest!r}+{size.growth!r}*{away})")
-    gmsh.model.mesh.field.setAsBackgroundMesh(field)
+    for contact in contacts:
+        gmsh.model.mesh.embed(0, [contact], 2, surface)
     return lines
 
 
-def _read(gmsh: ModuleType, lines: dict[str, list[int]]) -> PanelMesh:
+def _set_size(gmsh: ModuleType, fine: Sequence[Place], cells: Cells) -> None:
+    """Sizes grow with the distance from the nearest of the fine places."""
+    field = gmsh.model.mesh.field.add("MathEval")
+    distances = [f"Sqrt((x-({x!r}))^2+(y-({y!r}))^2)" for x, y in fine]
+    away = reduce(lambda nearer, other: f"Min({nearer},{other})", distances)
+    gmsh.model.mesh.field.setString(field, "F", f"Min({cells.coarsest!r},{cells.finest!r}+{cells.growth!r}*{away})")
+    gmsh.model.mesh.field.setAsBackgroundMesh(field)
+
+
+def _read(gmsh: ModuleType, lines: dict[str, list[int]]) -> PlateMesh:
     """gmsh's mesh, and the facets on its lines."""
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     cells = gmsh.model.mesh.getElementsByType(2)[1].astype(np.int64).reshape(-1, 3)
@@ -110,4 +118,4 @@ def _read(gmsh: ModuleType, lines: dict[str, list[int]]) -> PanelMesh:
     edges: dict[Tag, Numbers] = {
         name: np.unique([facet for side in sides for facet in on(side)]) for name, sides in lines.items()
     }
-    return PanelMesh(mesh, edges)
+    return PlateMesh(mesh, edges)

@@ -1,4 +1,4 @@
-"""Outlines of panels: polygons with holes, whose sides have names; meshed with triangles, fine at the contact."""
+"""Outlines of plates: polygons with holes, whose sides have names; meshed with triangles, fine at the contact."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -9,19 +9,24 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from plates.shapes.grading import SAME
-from plates.shapes.mesh import PanelMesh, Sizes, distances
+from plates.shapes.mesh import Cells, PlateMesh, distances
+from plates.shapes.mesher import Place, Ring, triangles
 from structures.checks import finite, instance, positive, whole
 from structures.mesh_source import Tag
 from structures.plausible import likely
 from structures.structure import Vector
 
-Place = tuple[float, float]
+NAMED = 6
+"""Names of edges that the text of an outline shows."""
 
 COINCIDE = 1e-9
 """Corners nearer than this part of the outline's size are one."""
 
 ROUND = 96
-"""Corners of a circle by default."""
+"""Corners of a circle by default: its frequencies are within 0.1 % of the circle's."""
+
+ON_EDGE = 0.3
+"""A contact nearer to an edge than this part of the finest size is no corner: triangles would degenerate."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +61,22 @@ class Outline:
                     raise ValueError(f"holes[{i}]: lies in holes[{j}]")
 
     @property
+    def kind(self) -> str:
+        """The last word of a plate's kind in results."""
+        return "panel"
+
+    @property
+    def fixed(self) -> bool:
+        """Whether one mesh serves all contacts: each set of contacts has its own."""
+        return False
+
+    @property
+    def box(self) -> tuple[float, float, float, float]:
+        """Least and greatest x, least and greatest y, m."""
+        (left, bottom), (right, top) = np.min(self.corners, axis=0), np.max(self.corners, axis=0)
+        return float(left), float(right), float(bottom), float(top)
+
+    @property
     def names(self) -> list[Tag]:
         """The names of the edges, in order."""
         holes = [f"hole {i + 1}" for i in range(len(self.holes))]
@@ -82,13 +103,22 @@ class Outline:
         rings = [ring for _, ring in self._rings()]
         return min(float(distances(ring, np.roll(ring, -1, axis=0), np.array([x, y])).min()) for ring in rings)
 
-    def mesh(self, x: ArrayLike, y: ArrayLike, size: Sizes) -> PanelMesh:
-        """Triangles, fine at (x, y), a corner of them; a ValueError where it lies outside or in a hole.
+    def directions(self, name: Tag) -> Vector:
+        """Angles of the sides of an edge from the x axis, rad."""
+        found = []
+        for ring in self._named_rings():
+            corners = np.array(ring.corners)
+            steps = np.roll(corners, -1, axis=0) - corners
+            found += [
+                np.arctan2(step[1], step[0]) for step, edge in zip(steps, ring.edges, strict=True) if edge == name
+            ]
+        return np.array(found)
 
-        x and y: m, of one place or of several.
+    def mesh(self, x: ArrayLike, y: ArrayLike, cells: Cells) -> PlateMesh:
+        """Triangles, finest at the contacts (x, y), m, which are corners of them unless they lie near an edge.
+
+        Raises ValueError for a contact outside or in a hole.
         """
-        from plates.shapes.mesher import triangles
-
         xs, ys = (np.atleast_1d(np.asarray(given, dtype=float)).tolist() for given in (x, y))
         places: list[Place] = []
         for one, other in zip(xs, ys, strict=True):
@@ -96,13 +126,28 @@ class Outline:
                 raise ValueError(
                     f"x, y = {one!r}, {other!r}: lies outside of the outline, or in a hole; strike the plate"
                 )
-            if all(hypot(one - x, other - y) > SAME * size.finest for x, y in places):
+            if all(hypot(one - x, other - y) > SAME * cells.finest for x, y in places):
                 places.append((one, other))
-        return triangles(self, places, size)
+        corners = [place for place in places if self.distance(*place) > ON_EDGE * cells.finest]
+        return triangles(self._named_rings(), places, corners, cells)
 
     def described(self) -> dict[str, Any]:
         """The outline as plain data."""
         return {"corners": self.corners, "holes": self.holes, "edges": self.edges}
+
+    def summary(self) -> str:
+        """Size in a few words."""
+        left, right, bottom, top = self.box
+        holes = f", {len(self.holes)} hole{'s' * (len(self.holes) > 1)}" if self.holes else ""
+        return f"polygon of {len(self.corners)} corners{holes}, {right - left:.4g} × {top - bottom:.4g} m"
+
+    def __repr__(self) -> str:
+        named = ", ".join(map(repr, self.names[:NAMED])) + (", …" if len(self.names) > NAMED else "")
+        return f"<Outline: {self.summary()}; edges {named}>"
+
+    def _named_rings(self) -> list[Ring]:
+        holes = [Ring(hole, (f"hole {i + 1}",) * len(hole)) for i, hole in enumerate(self.holes)]
+        return [Ring(self.corners, self.edges), *holes]
 
     def _rings(self) -> list[tuple[str, Vector]]:
         holes = [(f"holes[{i}]", np.array(hole)) for i, hole in enumerate(self.holes)]

@@ -1,106 +1,103 @@
-"""Rectangles as panels: quadrilaterals in rows and columns, fine at the contacts; halves where all is symmetric."""
+"""Rectangles: cells in rows and columns, fine at the contacts; only one half where both are equal."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
-from math import ceil, isclose
+from math import isclose, pi
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 from skfem import MeshQuad
 
-from plates.shapes.grading import nearest, stops
-from plates.shapes.mesh import PanelMesh, Sizes
+from plates.shapes.grading import graded
+from plates.shapes.mesh import MIRROR, Cells, PlateMesh
 from structures.mesh_source import Tag
 from structures.structure import Vector
 
-NAMES = ("left", "right", "bottom", "top")
-
-MIRROR = "middle"
-"""Of edges on which a half goes on as its mirror image."""
+SIDES = ("left", "right", "bottom", "top")
+"""Names of the edges of a rectangle."""
 
 
 @dataclass(frozen=True)
 class Rectangle:
-    """Length along x and width along y, m; x runs from left to right, y from bottom to top.
+    """Length along x and width along y, m; x runs from left to right, y from bottom to top, from the corner (0, 0).
 
-    cells: of a uniform mesh, along x and y. halved: whether the left and right half are alike, the bottom and top half.
-    lines: x and y, m, where cells should end.
+    cells: numbers along x and y of a uniform mesh that all contacts share; None for a mesh graded towards the contacts.
     """
 
     length: float
     width: float
     cells: tuple[int, int] | None = None
-    halved: tuple[bool, bool] = (False, False)
-    lines: tuple[tuple[float, ...], tuple[float, ...]] = ((), ())
+
+    @property
+    def kind(self) -> str:
+        """The last word of a plate's kind in results."""
+        return "plate"
 
     @property
     def names(self) -> list[Tag]:
-        """The edges, and the middle lines where only half is meshed."""
-        return [*NAMES, MIRROR]
+        """The four sides."""
+        return list(SIDES)
+
+    @property
+    def box(self) -> tuple[float, float, float, float]:
+        """Least and greatest x, least and greatest y, m."""
+        return 0.0, self.length, 0.0, self.width
 
     @property
     def area(self) -> float:
-        """m²; nothing where the cells are given."""
-        return self.length * self.width if self.cells is None else 0.0
+        """m²."""
+        return self.length * self.width
 
-    def mesh(self, x: ArrayLike, y: ArrayLike, size: Sizes) -> PanelMesh:
-        """Of the plate, or of its half or quarter where the contacts lie on lines of symmetry."""
-        if self.cells is not None:
-            return self._uniform
+    @property
+    def fixed(self) -> bool:
+        """Whether one mesh serves all contacts."""
+        return self.cells is not None
+
+    def directions(self, name: Tag) -> Vector:
+        """The angle of a side from the x axis, rad."""
+        return np.array([pi / 2.0 if name in ("left", "right") else 0.0])
+
+    def mesh(self, x: ArrayLike, y: ArrayLike, cells: Cells) -> PlateMesh:
+        """Of the plate, or of its half or quarter where the contacts lie on lines of symmetry.
+
+        Raises ValueError for a contact outside.
+        """
         sides = (self.length, self.width)
         at: list[list[float]] = [np.atleast_1d(np.asarray(given, dtype=float)).tolist() for given in (x, y)]
-        halves = [self.halved[i] and all(isclose(one, sides[i] / 2.0) for one in at[i]) for i in (0, 1)]
+        for axis, side, places in zip("xy", sides, at, strict=True):
+            for i, place in enumerate(places):
+                if not 0.0 <= place <= side:
+                    name = axis if len(places) == 1 else f"{axis}[{i}]"
+                    raise ValueError(f"{name} = {place!r}: must lie on the plate, between 0 and {side} m")
+        if self.cells is not None:
+            return self._uniform
+        halves = [cells.halved[i] and all(isclose(one, sides[i] / 2.0) for one in at[i]) for i in (0, 1)]
         ends = [at[i][0] if halves[i] else sides[i] for i in (0, 1)]
-        return _meshed([graded(ends[i], at[i], size, self.lines[i]) for i in (0, 1)], halves)
+        positions = [[ends[i]] if halves[i] else at[i] for i in (0, 1)]
+        return _meshed([graded(ends[i], positions[i], cells, cells.lines[i]) for i in (0, 1)], halves)
 
     @cached_property
-    def _uniform(self) -> PanelMesh:
-        cells = self.cells or (1, 1)
-        sides = zip((self.length, self.width), cells, strict=True)
+    def _uniform(self) -> PlateMesh:
+        counts = self.cells or (1, 1)
+        sides = zip((self.length, self.width), counts, strict=True)
         return _meshed([np.linspace(0.0, side, count + 1) for side, count in sides], [False, False])
 
     def described(self) -> dict[str, Any]:
         """The rectangle as plain data."""
         return {"length": self.length, "width": self.width, "cells": self.cells}
 
+    def summary(self) -> str:
+        """Size, and mesh where it is fixed, in a few words."""
+        mesh = "" if self.cells is None else f", {self.cells[0]} × {self.cells[1]} cells"
+        return f"{self.length:.4g} × {self.width:.4g} m{mesh}"
 
-def _meshed(nodes: list[Vector], halves: list[bool]) -> PanelMesh:
+
+def _meshed(nodes: list[Vector], halves: list[bool]) -> PlateMesh:
     """Cells between nodes along x and along y; where only half is meshed, its end is MIRROR."""
     mesh = MeshQuad.init_tensor(*nodes)
     x, y = mesh.p[:, mesh.facets].mean(axis=1)
     right, top = x == nodes[0][-1], y == nodes[1][-1]
     edges: dict[Tag, Any] = {"left": x == 0.0, "right": right & (not halves[0]), "bottom": y == 0.0}
     edges |= {"top": top & (not halves[1]), MIRROR: (right & halves[0]) | (top & halves[1])}
-    return PanelMesh(mesh, {name: np.flatnonzero(on) for name, on in edges.items()})
-
-
-def graded(side: float, positions: Sequence[float], size: Sizes, lines: tuple[float, ...] = ()) -> Vector:
-    """Nodes from 0 to `side`, m: about a size apart that grows with the distance from the nearest position.
-
-    One at each position, at the middles between them, and at the lines.
-    """
-    ends = stops(side, positions, size.finest, np.array(lines))
-    parts = [_part(start, end, nearest(positions, start, end), size)[:-1] for start, end in pairwise(ends)]
-    return np.append(np.concatenate(parts), side)
-
-
-def _part(start: float, end: float, position: float, size: Sizes) -> Vector:
-    """Nodes from start to end at equal steps of ∫ dx/size."""
-    near, far = sorted((abs(start - position), abs(end - position)))
-
-    def passed(distance: Vector) -> Vector:
-        """∫ dx/size from the position on."""
-        growing = min((size.coarsest - size.finest) / size.growth, far) if size.coarsest > size.finest else 0.0
-        inner = np.log1p(np.minimum(distance, growing) * size.growth / size.finest) / size.growth
-        return np.asarray(inner + np.maximum(distance - growing, 0.0) / max(size.coarsest, size.finest))
-
-    count = max(ceil(float(passed(np.array(far)) - passed(np.array(near))) * (1.0 - 1e-9)), 1)
-    fine = np.linspace(near, far, 200 * count + 1)
-    steps = passed(fine)
-    distance = np.interp(np.linspace(steps[0], steps[-1], count + 1), steps, fine)
-    nodes = position + distance if start + end >= 2.0 * position else position - distance[::-1]
-    nodes[0], nodes[-1] = start, end
-    return np.asarray(nodes)
+    return PlateMesh(mesh, {name: np.flatnonzero(on) for name, on in edges.items()})

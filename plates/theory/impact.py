@@ -10,7 +10,6 @@ from typing import NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
-from plates.panel import Panel
 from plates.plate import Plate
 from plates.section import point_rigidity
 from plates.theory import zener
@@ -70,14 +69,13 @@ class Bead(Protocol):
         ...
 
 
-def point_impedance(plate: Plate | Panel) -> float:
+def point_impedance(plate: Plate) -> float:
     """Force over velocity of an infinite thin plate at a point, 8 √(D ρ t), N s/m; see Plate.rigidity for laminates.
 
     (Cremer, Heckl, Petersson, Structure-Borne Sound, 3rd ed., table 5.1.) It is real: an impulse I moves the point by
     I / (8 √(D ρ t)), and there it stays until an echo returns.
     """
-    if not isinstance(plate, Plate | Panel):
-        raise ValueError(f"plate = {plate!r}: must be a Plate or a Panel, as kirchhoff_plate or mindlin_plate make")
+    instance("plate", plate, Plate, "a Plate, as kirchhoff_plate or mindlin_plate make")
     return float(8.0 * (point_rigidity(plate.section) * plate.mass_per_area) ** 0.5)
 
 
@@ -170,7 +168,8 @@ def critical_distance_bounds(
 
 def wall_stiffness(bead: Bead, plate: Plate) -> float:
     """k, N/m^1.5, of Hertz's contact of a bead with a plate."""
-    instance("plate", plate, Plate, "a Plate, as kirchhoff_plate makes")
+    if not instance("plate", plate, Plate, "a Plate, as kirchhoff_plate or kirchhoff_panel make").thin:
+        raise ValueError(f"plate = {plate!r}: must be thin, as kirchhoff_plate or kirchhoff_panel make")
     if not all(hasattr(bead, name) for name in ("mass", "size", "surface")):
         raise ValueError(f"bead = {bead!r}: must be a bead, with mass, size and surface")
     return hertz_stiffness(bead.surface, Surface(plate.section.struck))

@@ -92,8 +92,7 @@ def test_contact_gives_way_as_in_three_dimensions(shortest: float, tolerance: fl
     """
     nu = MATERIAL.poisson_ratio
     plate = hl.mindlin_plate(30.0, 30.0, 1.0, MATERIAL, hl.Supports(), cells=(3, 3))
-    wall, radius = plate.section, plate.patch_radius
-    assert radius is not None
+    wall, radius = plate.section, plate.element.patch_radius
     bend = nu / (10.0 * (1.0 - nu)) - radius**2 / 8.0
 
     def layer(x: float) -> float:
@@ -204,7 +203,7 @@ def test_bad_input(changes: dict[str, object], message: str) -> None:
 @pytest.mark.parametrize(
     ("x", "y", "message"),
     [
-        (0.4, 0.1, r"x, y = 0\.4, 0\.1: lies outside of the plate"),
+        (0.4, 0.1, r"x = 0\.4: must lie on the plate, between 0 and 0\.3 m"),
         (0.0, 0.1, r"x, y = 0, 0\.1: lies on a clamped edge"),
         (0.1, 1e-4, r"patch_radius = 0\.001: the patch .* reaches beyond an edge 0\.0001 m away"),
         (float("inf"), 0.1, "x = inf"),

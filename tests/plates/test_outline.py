@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import hertzlink as hl
-from plates.shapes.mesh import Sizes
+from plates.shapes.mesh import Cells
 
 SQUARE = [(0.0, 0.0), (0.3, 0.0), (0.3, 0.3), (0.0, 0.3)]
 HOLE = [(0.1, 0.1), (0.2, 0.1), (0.15, 0.2)]
@@ -34,7 +34,7 @@ def test_mesh_fits_the_outline() -> None:
     """Area, length of each edge, a corner at the contact, sizes there and far away."""
     pytest.importorskip("gmsh")
     outline = hl.Outline(SQUARE, holes=[HOLE], edges=["bottom", "right", "top", "left"])
-    mesh, edges = outline.mesh(0.25, 0.25, Sizes(2e-3, 0.5, 0.05))
+    mesh, edges = outline.mesh(0.25, 0.25, Cells(2e-3, 0.5, 0.05))
     assert area(mesh) == pytest.approx(0.3 * 0.3 - 0.005, rel=1e-9)
     lengths = {name: float(np.linalg.norm(np.diff(mesh.p[:, mesh.facets[:, on]], axis=1)[:, 0], axis=0).sum())
                for name, on in edges.items()}  # fmt: skip
@@ -50,7 +50,7 @@ def test_mesh_fits_the_outline() -> None:
 
 def test_direction_of_corners_is_indifferent() -> None:
     pytest.importorskip("gmsh")
-    size = Sizes(0.02, 0.5, 0.1)
+    size = Cells(0.02, 0.5, 0.1)
     one = hl.Outline(SQUARE).mesh(0.1, 0.1, size).mesh
     other = hl.Outline(SQUARE[::-1]).mesh(0.1, 0.1, size).mesh
     assert area(one) == pytest.approx(area(other), rel=1e-9)
@@ -62,7 +62,7 @@ def test_gmsh_of_others_is_left_alone() -> None:
     try:
         gmsh.model.add("theirs")
         gmsh.option.setNumber("Mesh.Algorithm", 6)
-        hl.Outline(SQUARE).mesh(0.1, 0.1, Sizes(0.05, 0.5, 0.1))
+        hl.Outline(SQUARE).mesh(0.1, 0.1, Cells(0.05, 0.5, 0.1))
         assert gmsh.model.getCurrent() == "theirs"
         assert gmsh.option.getNumber("Mesh.Algorithm") == 6
     finally:
@@ -79,7 +79,7 @@ def test_without_gmsh(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(builtins, "__import__", without)
     with pytest.raises(ImportError, match=r"libGLU.*pip install hertzlink\[mesh\]"):
-        hl.Outline(SQUARE).mesh(0.1, 0.1, Sizes(0.05, 0.5, 0.1))
+        hl.Outline(SQUARE).mesh(0.1, 0.1, Cells(0.05, 0.5, 0.1))
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Where a panel is struck: checks of the place, the disc that a force is spread over, and mirror images of both."""
+"""Where a plate is struck: checks of the place, the disc that a force is spread over, and mirror images of both."""
 
 from collections.abc import Mapping, Sequence
 from math import pi
@@ -6,33 +6,32 @@ from typing import NamedTuple
 
 import numpy as np
 
-from plates.shapes.mesh import QUARTER_TURN, PanelMesh, distances, find_cells, tangents
+from plates.shapes.mesh import QUARTER_TURN, PlateMesh, distances, find_cells, tangents
 from plates.support import ElasticEdge, Support
 from structures.mesh_source import Numbers, Tag
 from structures.structure import Vector
 
 NEAREST = 1e-6
-"""A contact nearer to an edge than this part of the plate's size lies on it."""
+"""A contact nearer to an edge than this part of the plate's size lies on it: rounding of coordinates."""
 
 RINGS, SPOKES = 10, 40
-"""Points at which a disc is pushed, along its radius and around."""
+"""Points on a disc over which the contact is averaged, along its radius and around: the mean is good to 1e-6."""
 
 
 class Mirror(NamedTuple):
-    """A line through the struck place, beyond which the plate goes on as its mirror image; the unit vector inward."""
+    """A line through the struck place, beyond which the plate is its mirror image; the unit vector inward."""
 
     inward: Vector
 
 
-def mirrors(panel: PanelMesh, supports: Mapping[Tag, Support], place: Vector) -> list[Mirror]:
+def mirrors(mesh: PlateMesh, supports: Mapping[Tag, Support], place: Vector) -> list[Mirror]:
     """The lines of symmetry through a place, m; a ValueError where two of them are not at right angles."""
     found: list[Mirror] = []
-    mesh = panel.mesh
     for name, support in supports.items():
-        facets = panel.edges[name] if support == "symmetry" else np.zeros(0, dtype=np.int64)
-        for facet in facets[_away(panel, facets, place) < _near(panel)]:
-            across = (tangents(mesh, np.array([facet])) @ QUARTER_TURN)[0]
-            inside = mesh.p[:, mesh.t[:, mesh.f2t[0, facet]]].mean(axis=1) - place
+        facets = mesh.edges[name] if support == "symmetry" else np.zeros(0, dtype=np.int64)
+        for facet in facets[_away(mesh, facets, place) < _near(mesh)]:
+            across = (tangents(mesh.mesh, np.array([facet])) @ QUARTER_TURN)[0]
+            inside = mesh.mesh.p[:, mesh.mesh.t[:, mesh.mesh.f2t[0, facet]]].mean(axis=1) - place
             if all(abs(across @ other.inward) < 1.0 - NEAREST for other in found):
                 found.append(Mirror(across * np.sign(across @ inside)))
     if len(found) > 2 or (len(found) == 2 and abs(found[0].inward @ found[1].inward) > NEAREST):
@@ -42,25 +41,25 @@ def mirrors(panel: PanelMesh, supports: Mapping[Tag, Support], place: Vector) ->
     return found
 
 
-def check_place(panel: PanelMesh, supports: Mapping[Tag, Support], place: Vector, radius: float | None) -> None:
-    """A ValueError where a place, m, lies outside, on an edge that cannot move, or too near to one."""
+def check_place(mesh: PlateMesh, supports: Mapping[Tag, Support], place: Vector, radius: float) -> None:
+    """A ValueError where a place, m, lies outside, on an edge that cannot move, or within a radius, m, of an edge."""
     try:
-        find_cells(panel.mesh, place[None])
+        find_cells(mesh.mesh, place[None])
     except ValueError:
         raise ValueError(f"x, y = {_text(place)}: lies outside of the plate, or in a hole; strike the plate") from None
     for name, support in supports.items():
         if isinstance(support, ElasticEdge) or support in ("free", "symmetry"):
             continue
-        if panel.edges[name].size and _away(panel, panel.edges[name], place).min() < _near(panel):
+        if mesh.edges[name].size and _away(mesh, mesh.edges[name], place).min() < _near(mesh):
             raise ValueError(f"x, y = {_text(place)}: lies on a {support} edge, which cannot move; strike inside")
-    if radius is None:
+    if radius == 0.0:
         return
-    boundary = panel.mesh.boundary_facets()
-    for mirror in mirrors(panel, supports, place):
-        corners = panel.mesh.p[:, panel.mesh.facets[:, boundary]]
+    boundary = mesh.mesh.boundary_facets()
+    for mirror in mirrors(mesh, supports, place):
+        corners = mesh.mesh.p[:, mesh.mesh.facets[:, boundary]]
         aside = np.einsum("jkf,j->kf", corners - place[:, None, None], mirror.inward)
-        boundary = boundary[np.abs(aside).max(axis=0) > _near(panel)]
-    reach = _away(panel, boundary, place).min() if boundary.size else np.inf
+        boundary = boundary[np.abs(aside).max(axis=0) > _near(mesh)]
+    reach = _away(mesh, boundary, place).min() if boundary.size else np.inf
     if reach < radius * (1.0 - NEAREST):
         raise ValueError(
             f"patch_radius = {radius:.4g}: the patch at ({_text(place)}) m reaches beyond an edge {reach:.3g} m "
@@ -68,9 +67,9 @@ def check_place(panel: PanelMesh, supports: Mapping[Tag, Support], place: Vector
         )
 
 
-def cell_size(panel: PanelMesh, place: Vector) -> float:
+def cell_size(mesh: PlateMesh, place: Vector) -> float:
     """The longest side of the cell at a place, m."""
-    corners = panel.mesh.p[:, panel.mesh.t[:, find_cells(panel.mesh, place[None])[0]]]
+    corners = mesh.mesh.p[:, mesh.mesh.t[:, find_cells(mesh.mesh, place[None])[0]]]
     return float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=0).max())
 
 
@@ -84,14 +83,14 @@ def disc(place: Vector, radius: float, across: Sequence[Mirror]) -> tuple[Vector
     return place + away, np.repeat(weights / (2.0 * SPOKES), SPOKES)
 
 
-def _away(panel: PanelMesh, facets: Numbers, place: Vector) -> Vector:
+def _away(mesh: PlateMesh, facets: Numbers, place: Vector) -> Vector:
     """From a place to facets, m."""
-    corners = panel.mesh.p[:, panel.mesh.facets[:, facets]].transpose(1, 2, 0)
+    corners = mesh.mesh.p[:, mesh.mesh.facets[:, facets]].transpose(1, 2, 0)
     return distances(corners[0], corners[1], place)
 
 
-def _near(panel: PanelMesh) -> float:
-    return NEAREST * float(np.ptp(panel.mesh.p, axis=1).max())
+def _near(mesh: PlateMesh) -> float:
+    return NEAREST * float(np.ptp(mesh.mesh.p, axis=1).max())
 
 
 def _text(place: Vector) -> str:

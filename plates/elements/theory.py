@@ -1,0 +1,207 @@
+"""What a plate asks of a theory and its finite elements, and what the elements on meshes share.
+
+A new element is one file with one class that meets `Element`: `Plate(shape, section, supports, MyElement())` takes it
+as it is. An element with shape functions on a mesh of scikit-fem need not handle supports and additions itself: it
+returns `on_mesh(functions, ...)`, with functions that meet `ShapeFunctions`.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import NamedTuple, Protocol, TypeAlias
+
+import numpy as np
+from scipy import sparse
+
+from plates.additions import Addition, PointMass, Stiffener, Weakened
+from plates.elements.field import mesh_sampler
+from plates.section import Section
+from plates.shapes.mesh import Cells, PlateMesh, check_straight
+from plates.shapes.place import Mirror
+from plates.support import ElasticEdge, Support
+from structures.field import Sampler
+from structures.mesh_source import Numbers, Tag
+from structures.structure import Vector
+
+Matrix: TypeAlias = sparse.csr_array
+Supported: TypeAlias = Mapping[Tag, Support]
+
+
+class Touch(NamedTuple):
+    """One contact: its place (x, y), m; the lines of symmetry through it; the wall with the material that is struck."""
+
+    place: Vector
+    mirrors: Sequence[Mirror]
+    wall: Section
+
+
+@dataclass(frozen=True, eq=False)
+class Assembled:
+    """A plate on a mesh, in the n motions that its supports leave.
+
+    mass, stiffness: sparse, n × n. contact: returns the n numbers that spread a unit force at a Touch and read the
+    displacement there. sampler: returns what draws displacement and stress; takes the stiffness of the whole plate.
+    Both must be picklable: functions of a module, methods, or partial(...) of them.
+    """
+
+    mass: Matrix
+    stiffness: Matrix
+    contact: Callable[[Touch], Vector]
+    sampler: Callable[[Matrix], Sampler]
+
+
+class Element(Protocol):
+    """A theory of plates and its finite elements."""
+
+    @property
+    def name(self) -> str:
+        """The theory, the first word of the plate's kind in results: "Kirchhoff"."""
+        ...
+
+    @property
+    def thin(self) -> bool:
+        """Whether the theory neglects shear and rotary inertia, as Kirchhoff's does."""
+        ...
+
+    @property
+    def patch_radius(self) -> float:
+        """Radius of the disc that the contact force is spread over, m; 0 where it acts at a point."""
+        ...
+
+    @property
+    def unknowns(self) -> float:
+        """Degrees of freedom per square of the coarsest cell's side: an estimate, to refuse excessive meshes."""
+        ...
+
+    def wavelength(self, section: Section, rigidity: float, frequency: float) -> float:
+        """Length of flexural waves of a frequency, Hz, in a wall of a bending stiffness, N m; in m."""
+        ...
+
+    def cells(self, wavelength: float, additions: Sequence[Addition]) -> Cells:
+        """The cells that resolve flexural waves of a length, m."""
+        ...
+
+    def objection(self, addition: Addition) -> str:
+        """Why the element cannot carry an addition; empty where it can."""
+        ...
+
+    def assemble(
+        self, mesh: PlateMesh, section: Section, supports: Supported, additions: Sequence[Addition]
+    ) -> Assembled:
+        """The plate on a mesh, with all edges that are named in supports held; a ValueError for a mesh that it
+        cannot use."""
+        ...
+
+    def flexibility(self, wall: Section) -> float:
+        """The part of the local indentation that neither the element nor Hertz's law contains, m/N."""
+        ...
+
+
+class ShapeFunctions(Protocol):
+    """Shape functions of one element on a mesh, and the matrices that follow from them."""
+
+    @property
+    def size(self) -> int:
+        """The number of degrees of freedom before supports."""
+        ...
+
+    def matrices(self, weakening: Callable[[Vector], Vector] | None = None) -> tuple[Matrix, Matrix]:
+        """M and K, size × size. weakening: of points 2 × …, m, the factor of the bending stiffness there."""
+        ...
+
+    def springs(self, facets: Numbers, edge: ElasticEdge) -> Matrix:
+        """Stiffness of springs along facets."""
+        ...
+
+    def kept(self, edges: Mapping[Tag, Numbers], supports: Supported) -> Matrix:
+        """size × n: all degrees of freedom from those that the supports leave."""
+        ...
+
+    def deflection(self, points: Vector) -> Matrix:
+        """Reads w at points, p × 2, m; a ValueError where one lies outside."""
+        ...
+
+    def sampled(self, places: Vector) -> tuple[Matrix, Matrix]:
+        """Read w, and (w_xx, w_yy, 2 w_xy) in three rows, at places of the reference cell, 2 × places, in each cell."""
+        ...
+
+
+def thin_wavelength(section: Section, rigidity: float, frequency: float) -> float:
+    """Length of flexural waves in Kirchhoff's theory, 2π (D/m)^¼ / √ω, m; frequency in Hz."""
+    return float(2.0 * np.pi * (rigidity / section.mass) ** 0.25 / (2.0 * np.pi * frequency) ** 0.5)
+
+
+def thick_wavelength(
+    mass: float, rigidity: float, frequency: float, rotary_inertia: float = 0.0, shear: float = np.inf
+) -> float:
+    """Length of flexural waves in Mindlin's theory, m; frequency in Hz, rotary inertia J in kg, shear stiffness in N/m.
+
+    2π/k with the larger root k of D k⁴ − (J + m D/S) ω² k² − m ω² (1 − J ω²/S) = 0.
+    """
+    circular = 2.0 * np.pi * frequency
+    linear = (rotary_inertia + mass * rigidity / shear) * circular**2
+    constant = mass * circular**2 * (1.0 - rotary_inertia * circular**2 / shear)
+    square = (linear + np.sqrt(linear**2 + 4.0 * rigidity * constant)) / (2.0 * rigidity)
+    return float(2.0 * np.pi / np.sqrt(square))
+
+
+def on_mesh(
+    functions: ShapeFunctions,
+    mesh: PlateMesh,
+    section: Section,
+    supports: Supported,
+    additions: Sequence[Addition],
+    force: Callable[[Matrix, Touch], Vector] | None = None,
+    stiffener: Callable[[Stiffener], tuple[Matrix, Matrix]] | None = None,
+) -> Assembled:
+    """A plate of shape functions on a mesh: weakened regions, springs, point masses and held edges.
+
+    force: returns the contact vector of a Touch; takes what `kept` returned as well; None for a force at a point.
+    stiffener: returns M and K of a stiffener, size × size each; None for elements that object to stiffeners.
+    """
+    mass, stiffness = functions.matrices(weakening(additions))
+    for name, support in supports.items():
+        if support in ("simple", "soft simple") and mesh.mesh.t.shape[0] == 4:
+            check_straight(mesh.mesh, mesh.edges[name], name)
+        if isinstance(support, ElasticEdge):
+            stiffness = stiffness + functions.springs(mesh.edges[name], support)
+    for i, one in enumerate(additions):
+        try:
+            if isinstance(one, PointMass):
+                reading = functions.deflection(np.array([[one.x, one.y]]))
+                mass = mass + one.mass * (reading.T @ reading)
+            elif isinstance(one, Stiffener) and stiffener is not None:
+                more, stiffer = stiffener(one)
+                mass, stiffness = mass + more, stiffness + stiffer
+        except ValueError as error:
+            raise ValueError(f"additions[{i}] = {one!r}: {error}") from error
+    kept = functions.kept(mesh.edges, supports)
+    check_free(kept.shape[1])
+    mass, stiffness = (sparse.csr_array(kept.T @ sparse.csr_array(one) @ kept) for one in (mass, stiffness))
+    sampler = partial(mesh_sampler, mesh.mesh, functions, kept, section)
+    at_point = partial(_point_force, functions)
+    return Assembled(mass, stiffness, partial(force or at_point, kept), sampler)
+
+
+def _point_force(functions: ShapeFunctions, kept: Matrix, touch: Touch) -> Vector:
+    return np.asarray(functions.deflection(touch.place[None]).toarray()[0] @ kept)
+
+
+def check_free(count: int) -> None:
+    """A ValueError where the supports leave no degree of freedom."""
+    if count == 0:
+        raise ValueError("cells, mesh: too few cells, the supports hold every degree of freedom; use smaller ones")
+
+
+def weakening(additions: Sequence[Addition]) -> Callable[[Vector], Vector] | None:
+    """The factor of the bending stiffness at points 2 × …, m; None where there is no weakened region."""
+    regions = [one for one in additions if isinstance(one, Weakened)]
+
+    def factor(points: Vector) -> Vector:
+        (x, y), found = points, np.ones(points.shape[1:])
+        for one in regions:
+            left, right, bottom, top = one.region
+            found[(x > left) & (x < right) & (y > bottom) & (y < top)] *= one.factor
+        return found
+
+    return factor if regions else None
