@@ -41,7 +41,7 @@ Run = Callable[[], None]
 
 def advanced(chain: hl.Chain, position: np.ndarray | None = None, velocity: np.ndarray | None = None) -> Run:
     """All steps of one chain in one window."""
-    moving = hl.MovingChain(chain, None, dt=STEP)
+    moving = hl.stepping.MovingChain(chain, None, dt=STEP)
     start = moving.start()
     if position is not None and velocity is not None:
         start = start._replace(position=position, velocity=velocity)

@@ -52,7 +52,7 @@ EDGES = hl.Supports("clamped", "clamped", "free", "free")
 PLATE = hl.kirchhoff_plate(0.914, 0.914, 2.29e-3, hl.ALUMINIUM_6061, EDGES)
 
 
-class Counted(hl.MovingStructure):
+class Counted(hl.stepping.MovingStructure):
     """Counts its solves, and goes window by window."""
 
     solves, compact = 0, False

@@ -54,7 +54,7 @@ class Problem:
     """A chain, where it starts, and how far it goes."""
 
     case: str
-    moving: hl.MovingChain
+    moving: hl.stepping.MovingChain
     position: Vector
     velocity: Vector
     steps: int
@@ -67,7 +67,7 @@ class Problem:
 
 def impact(beads: int) -> Problem:
     """The striker touches the first of many beads at rest."""
-    moving = hl.MovingChain(hl.Chain([BEAD] * beads, BEAD, IMPACT_SPEED), None, dt=STEP)
+    moving = hl.stepping.MovingChain(hl.Chain([BEAD] * beads, BEAD, IMPACT_SPEED), None, dt=STEP)
     start = moving.start()
     return Problem("impact", moving, start.position, start.velocity, STEPS[beads])
 
@@ -80,7 +80,7 @@ def closed(beads: int) -> Problem:
     position = -OVERLAP * np.arange(beads + 1.0)
     velocity = np.random.default_rng(1).uniform(-TREMOR, TREMOR, beads + 1)
     velocity[[0, -1]] = 0.0
-    return Problem("closed", hl.MovingChain(chain, None, dt=STEP), position, velocity, STEPS[beads])
+    return Problem("closed", hl.stepping.MovingChain(chain, None, dt=STEP), position, velocity, STEPS[beads])
 
 
 def share_closed(problem: Problem) -> float:

@@ -56,7 +56,6 @@ from particles.dissipation import (
 from particles.excitation import Excitation, Piston, PushedBead, SpringLoaded
 from particles.laws.formulas import contact_law
 from particles.laws.law import ContactLaw
-from particles.moving import MovingChain
 from plates.additions import PointMass, Stiffener, Weakened
 from plates.builders import kirchhoff_panel, kirchhoff_plate, mindlin_panel, mindlin_plate
 from plates.critical_distance import critical_distance_law
@@ -82,7 +81,6 @@ from structures.material import (
     STEEL_440C,
     Material,
 )
-from structures.moving import MovingStructure
 from structures.reduction import reduce
 from structures.rod import Layer, rod
 from structures.solid import solid
@@ -150,8 +148,6 @@ __all__ = [
     "MATERIALS",
     "mindlin_panel",
     "mindlin_plate",
-    "MovingChain",
-    "MovingStructure",
     "NotConverged",
     "NoWaveError",
     "NYLON",

@@ -1,6 +1,8 @@
 """Public names that moved in this version, for a message that gives the new one."""
 
 MOVED = {
+    "MovingChain": "stepping.MovingChain",
+    "MovingStructure": "stepping.MovingStructure",
     "ActiveSetNotConverged": "laws.ActiveSetNotConverged",
     "CentralDifference": "stepping.CentralDifference",
     "ComputedLaw": "laws.ComputedLaw",

@@ -1,5 +1,15 @@
-"""Time steppers of structures, for `MovingStructure`."""
+"""Both sides, advanced window by window, and time steppers of structures."""
 
+from particles.moving import MovingChain
+from structures.moving import MovingStructure
 from structures.stepping import CentralDifference, GeneralisedAlpha, Newmark, Step, StructureState
 
-__all__ = ["CentralDifference", "GeneralisedAlpha", "Newmark", "Step", "StructureState"]
+__all__ = [
+    "CentralDifference",
+    "GeneralisedAlpha",
+    "MovingChain",
+    "MovingStructure",
+    "Newmark",
+    "Step",
+    "StructureState",
+]

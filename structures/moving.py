@@ -76,7 +76,7 @@ class MovingStructure:
     --------
     >>> import hertzlink as hl
     >>> bar = hl.rod([hl.Layer(hl.STEEL_440C, length=25.4e-3, radius=9.525e-3)])
-    >>> moving = hl.MovingStructure(bar)
+    >>> moving = hl.stepping.MovingStructure(bar)
     >>> state, displacement = moving.advance(moving.start(), 10.0, 1e-6)  # 10 N for 1 µs
     >>> work = 10.0 * displacement
     >>> abs(moving.energy(state) / work - 1.0) < 1e-9

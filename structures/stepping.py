@@ -48,7 +48,7 @@ class StructureState(NamedTuple):
     Examples
     --------
     >>> import hertzlink as hl
-    >>> moving = hl.MovingStructure(hl.rod([hl.Layer(hl.PTFE, 0.1, 9.525e-3)], elements=4))
+    >>> moving = hl.stepping.MovingStructure(hl.rod([hl.Layer(hl.PTFE, 0.1, 9.525e-3)], elements=4))
     >>> moving.start().displacement.size == moving.structure.size
     True
     """
@@ -86,7 +86,7 @@ class Step(Protocol):
     ...         v = state.velocity - self.window * self.solve(self.structure.stiffness @ state.displacement)
     ...         return hl.stepping.StructureState(state.displacement + self.window * v, v)
     >>> rod = hl.reduce(hl.rod([hl.Layer(hl.PTFE, 0.1, 9.525e-3)]), until=1e-4)
-    >>> moving = hl.MovingStructure(rod, stepper=SymplecticEuler)
+    >>> moving = hl.stepping.MovingStructure(rod, stepper=SymplecticEuler)
     >>> state, place = moving.advance(moving.start(), 1.0, window=1e-8)
     >>> place > 0.0
     True
@@ -165,7 +165,7 @@ class Newmark:
     >>> import hertzlink as hl
     >>> from functools import partial
     >>> bar = hl.rod([hl.Layer(hl.STEEL_440C, length=25.4e-3, radius=9.525e-3)])
-    >>> moving = hl.MovingStructure(bar, stepper=partial(hl.stepping.Newmark, beta=0.25, gamma=0.5))
+    >>> moving = hl.stepping.MovingStructure(bar, stepper=partial(hl.stepping.Newmark, beta=0.25, gamma=0.5))
     >>> state, displacement = moving.advance(moving.start(), 10.0, 1e-6)
     >>> round(displacement * 1e9, 2)  # nm
     0.89
@@ -246,7 +246,7 @@ class GeneralisedAlpha:
     >>> import hertzlink as hl
     >>> from functools import partial
     >>> bar = hl.rod([hl.Layer(hl.STEEL_440C, length=25.4e-3, radius=9.525e-3)])
-    >>> moving = hl.MovingStructure(bar, stepper=partial(hl.stepping.GeneralisedAlpha, spectral_radius=0.5))
+    >>> moving = hl.stepping.MovingStructure(bar, stepper=partial(hl.stepping.GeneralisedAlpha, spectral_radius=0.5))
     >>> state, displacement = moving.advance(moving.start(), 10.0, 1e-6)
     >>> displacement > 0.0
     True

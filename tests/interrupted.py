@@ -80,7 +80,7 @@ CASES: dict[str, tuple[Callable[[], hl.CoSimulation], dict[str, float]]] = {
     "between two structures": (_pushed_between_two, {}),
     "adaptive": (lambda: hl.CoSimulation(CHAIN, DAMPED, window=hl.Adaptive(1e-5)), {"save_every": 2e-6}),
     "generalised alpha": (
-        lambda: hl.CoSimulation(CHAIN, hl.MovingStructure(ROD, "generalised-alpha"), window=1.2e-6),
+        lambda: hl.CoSimulation(CHAIN, hl.stepping.MovingStructure(ROD, "generalised-alpha"), window=1.2e-6),
         {},
     ),
 }

@@ -188,9 +188,9 @@ def cases() -> dict[str, Callable[[], hl.CoSimulation]]:
         "explicit": lambda: co(chain(), SpringMass(), scheme=hl.Explicit(tolerance=None)),
         "adaptive windows": lambda: co(chain(6), SpringMass(), hl.Aitken(), hl.Adaptive()),
         "quadratic waveform": lambda: co(chain(6), SpringMass(), hl.Aitken(), waveform="quadratic"),
-        "Newmark": lambda: co(chain(), hl.MovingStructure(rod(), hl.stepping.Newmark)),
-        "generalised alpha": lambda: co(chain(), hl.MovingStructure(rod(), hl.stepping.GeneralisedAlpha)),
-        "central difference": lambda: co(chain(), hl.MovingStructure(rod(), hl.stepping.CentralDifference)),
+        "Newmark": lambda: co(chain(), hl.stepping.MovingStructure(rod(), hl.stepping.Newmark)),
+        "generalised alpha": lambda: co(chain(), hl.stepping.MovingStructure(rod(), hl.stepping.GeneralisedAlpha)),
+        "central difference": lambda: co(chain(), hl.stepping.MovingStructure(rod(), hl.stepping.CentralDifference)),
         "piston": lambda: co(chain(striker=hl.Piston([0.0, 1e-4, 1.0], [0.0, 4e-5, 4e-5]), impact_speed=None), wall),
         "pushed bead": lambda: co(
             chain(striker=hl.PushedBead([0.0, 2e-5, 4e-5, 1.0], [0.0, 50.0, 0.0, 0.0]), impact_speed=None), wall

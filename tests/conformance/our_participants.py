@@ -64,18 +64,18 @@ def spring_mass() -> Any:
 
 
 OURS = {
-    **{name: partial(hl.MovingStructure, structure) for name, structure in STRUCTURES.items()},
-    **{f"rod, {stepper}": partial(hl.MovingStructure, ROD, stepper) for stepper in STEPPERS},
+    **{name: partial(hl.stepping.MovingStructure, structure) for name, structure in STRUCTURES.items()},
+    **{f"rod, {stepper}": partial(hl.stepping.MovingStructure, ROD, stepper) for stepper in STEPPERS},
     "spring and mass": spring_mass,
     "Duffing": Duffing,
 }
 
 CHAINS = {
-    "chain": partial(hl.MovingChain, CHAIN, FLAT),
-    "chain on a spring": partial(hl.MovingChain, CHAIN, FLAT, 1e-9),
+    "chain": partial(hl.stepping.MovingChain, CHAIN, FLAT),
+    "chain on a spring": partial(hl.stepping.MovingChain, CHAIN, FLAT, 1e-9),
     "chain with dashpots under gravity": partial(
-        hl.MovingChain, hl.Chain([BEAD] * 3, BEAD, 0.31, gravity=9.81, dissipation=hl.LinearDashpot(5.0)), FLAT
+        hl.stepping.MovingChain, hl.Chain([BEAD] * 3, BEAD, 0.31, gravity=9.81, dissipation=hl.LinearDashpot(5.0)), FLAT
     ),
-    "chain by rk4": partial(hl.MovingChain, hl.Chain([BEAD] * 3, BEAD, 0.31, integrator="rk4"), FLAT),
-    "chain in coarse steps": partial(hl.MovingChain, CHAIN, FLAT, dt=1e-6),
+    "chain by rk4": partial(hl.stepping.MovingChain, hl.Chain([BEAD] * 3, BEAD, 0.31, integrator="rk4"), FLAT),
+    "chain in coarse steps": partial(hl.stepping.MovingChain, CHAIN, FLAT, dt=1e-6),
 }

@@ -144,7 +144,7 @@ def check_structure(make: Callable[[], Any], window: float = WINDOW, size: float
 def _drives(participant: Any, seed: int, size: float | None) -> list[Any]:
     """Random mean forces, each held over a window; for a chain, the ends of a window's motion."""
     random = np.random.default_rng(seed)
-    if isinstance(participant, hl.MovingChain):
+    if isinstance(participant, hl.stepping.MovingChain):
         place = (MOTION if size is None else size) * random.normal(size=(WINDOWS + 1, _points(participant)))
         place[0] = 0.0
         return list(pairwise(_shaped(participant, row) for row in place))
@@ -154,7 +154,7 @@ def _drives(participant: Any, seed: int, size: float | None) -> list[Any]:
 
 def _pulse(participant: Any, size: float | None) -> list[Any]:
     """A smooth push and its end."""
-    if isinstance(participant, hl.MovingChain):
+    if isinstance(participant, hl.stepping.MovingChain):
         place = (MOTION if size is None else size) * np.sin(np.pi * np.arange(WINDOWS + 1) / WINDOWS) ** 2
         return list(pairwise(_shaped(participant, row * np.ones(_points(participant))) for row in place))
     rise = (FORCE if size is None else size) * np.sin(np.pi * (np.arange(WINDOWS) + 0.5) / WINDOWS) ** 2
@@ -198,7 +198,7 @@ def _mean_square(values: Answers) -> float:
 def _advance(participant: Any, state: Any, drive: Any, window: float) -> Any:
     """What it returns, a new state and the answer."""
     returned = participant.advance(state, drive, window)
-    what = "mean force in N" if isinstance(participant, hl.MovingChain) else "displacement in m"
+    what = "mean force in N" if isinstance(participant, hl.stepping.MovingChain) else "displacement in m"
     pair = isinstance(returned, tuple | list) and len(returned) == 2
     assert pair, f"{type(participant).__name__}.advance returned {short(returned)}: must be (state, {what})"
     return returned
@@ -210,7 +210,7 @@ def _one(participant: Any, state: Any, drive: Any, window: float) -> Any:
 
 def _points(participant: Any) -> int:
     """Contact points of a structure; of a chain its ends that face a surface."""
-    if isinstance(participant, hl.MovingChain):
+    if isinstance(participant, hl.stepping.MovingChain):
         return 1 if getattr(participant, "behind", None) is None else 2
     return len(participant.surface) if isinstance(participant.surface, tuple) else 1
 

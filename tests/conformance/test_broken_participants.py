@@ -230,7 +230,7 @@ def test_one_call_runs_them_all(broken: type) -> None:
 
 
 def test_a_chain_that_changes_its_old_state_is_caught() -> None:
-    class Broken(hl.MovingChain):
+    class Broken(hl.stepping.MovingChain):
         def advance(self, state: Any, surface_motion: Any, window: float) -> Any:
             moved, force = super().advance(state, surface_motion, window)
             state.velocity[:] = moved.velocity

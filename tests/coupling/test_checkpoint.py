@@ -177,8 +177,8 @@ def bumped(structure: hl.Structure) -> hl.Structure:
 
 BOX = {"structure": SpringMass(), "scheme": hl.Aitken()}
 HEAVIER = {"structure": SpringMass(mass=0.0142), "scheme": hl.Aitken()}
-MOVING = hl.MovingStructure(ROD, partial(GeneralisedAlpha, spectral_radius=0.8))
-OTHER = hl.MovingStructure(ROD, lambda *given: GeneralisedAlpha(*given, spectral_radius=0.7))
+MOVING = hl.stepping.MovingStructure(ROD, partial(GeneralisedAlpha, spectral_radius=0.8))
+OTHER = hl.stepping.MovingStructure(ROD, lambda *given: GeneralisedAlpha(*given, spectral_radius=0.7))
 STEEL, SOFTER = (replace(CHAIN, law=lambda *_, k=k: hl.laws.PowerLaw(k, 1.5)) for k in (1e10, 0.9999e10))
 
 
@@ -197,7 +197,11 @@ STEEL, SOFTER = (replace(CHAIN, law=lambda *_, k=k: hl.laws.PowerLaw(k, 1.5)) fo
         ({}, {"behind": DAMPED, "chain": replace(CHAIN, striker=None)}, "contacts = None there"),
         ({"chain": STEEL}, {"chain": SOFTER}, "another run: numbers of chains differ, "),
         ({}, {"structure": bumped(ROD)}, "another run: numbers of structures differ; name"),
-        ({}, {"structure": hl.MovingStructure(ROD, "newmark")}, "structure.stepper = None there and 'newmark' here"),
+        (
+            {},
+            {"structure": hl.stepping.MovingStructure(ROD, "newmark")},
+            "structure.stepper = None there and 'newmark' here",
+        ),
         ({"structure": MOVING}, {"structure": OTHER}, "structure.stepper"),
         (BOX, HEAVIER, "another run: numbers of the structures' first answer differ"),
         ({}, BOX, "structure"),
@@ -232,9 +236,9 @@ def test_what_has_an_address_is_known_again(tmp_path: Path) -> None:
     def stepper(*given: Any) -> Any:
         return GeneralisedAlpha(*given)
 
-    first = small(tmp_path / "kept", chain=chain(), structure=hl.MovingStructure(ROD, stepper))
+    first = small(tmp_path / "kept", chain=chain(), structure=hl.stepping.MovingStructure(ROD, stepper))
     assert " at 0x" not in first.attrs["input"]
-    check_same(small(tmp_path / "kept", chain=chain(), structure=hl.MovingStructure(ROD, stepper)), first)
+    check_same(small(tmp_path / "kept", chain=chain(), structure=hl.stepping.MovingStructure(ROD, stepper)), first)
 
 
 def test_damage_anywhere_is_told(tmp_path: Path) -> None:

@@ -98,9 +98,9 @@ def test_what_damping_couples_goes_through_the_compiled_loop_too(name: str, monk
 
 def test_large_structures_and_other_steppers_go_window_by_window() -> None:
     large = hl.rod([hl.Layer(hl.ACRYLIC, 0.05, 0.01)], base="absorbing", elements=150)
-    assert not hl.MovingStructure(large).compact
-    assert not hl.MovingStructure(COUPLED["absorbing base"], "newmark").compact
-    assert not hl.MovingStructure(STRUCTURES["rod"]).compact
+    assert not hl.stepping.MovingStructure(large).compact
+    assert not hl.stepping.MovingStructure(COUPLED["absorbing base"], "newmark").compact
+    assert not hl.stepping.MovingStructure(STRUCTURES["rod"]).compact
 
 
 def test_aitken_agrees_with_condensed() -> None:

@@ -101,7 +101,9 @@ def unit(written: Path, tmp_path: Path) -> Iterator[Unit]:
         yield one
 
 
-def coupled(unit: Unit, structure: hl.MovingStructure, windows: int, tolerance: float) -> dict[str, list[float]]:
+def coupled(
+    unit: Unit, structure: hl.stepping.MovingStructure, windows: int, tolerance: float
+) -> dict[str, list[float]]:
     """A secant on the mean force of each window: both sides are taken back to its start as often as it needs."""
     found: dict[str, list[float]] = {"contact_force": [], "sensor_force[7]": [], "surface": []}
     before, force, surface = structure.start(), 0.0, 0.0
@@ -147,8 +149,8 @@ def check_same_as_cosimulation(found: dict[str, list[float]], run: xr.Dataset) -
 def test_with_rollback_it_runs_as_cosimulation_does(unit: Unit) -> None:
     """FMPy and a secant against our structure, CoSimulation with Aitken's iteration: the same to 1e-9."""
     run = hl.CoSimulation(CHAIN, ROD, scheme=hl.Aitken(tolerance=1e-11), window=WINDOW, substeps=1).run(UNTIL)
-    tolerance = 1e-11 * hl.MovingChain(CHAIN, SURFACE).force_scale
-    check_same_as_cosimulation(coupled(unit, hl.MovingStructure(ROD), round(UNTIL / WINDOW), tolerance), run)
+    tolerance = 1e-11 * hl.stepping.MovingChain(CHAIN, SURFACE).force_scale
+    check_same_as_cosimulation(coupled(unit, hl.stepping.MovingStructure(ROD), round(UNTIL / WINDOW), tolerance), run)
 
 
 def test_fmpy_finds_no_fault_in_it(written: Path) -> None:
@@ -168,7 +170,7 @@ def test_fmpy_finds_no_fault_in_it(written: Path) -> None:
 def test_fmpy_runs_it_alone(written: Path) -> None:
     """Against a surface that stands still, with FMPy's own loop and the step that the FMU proposes."""
     found = fmpy.simulate_fmu(str(written), stop_time=3e-4, output=["sensor_force[7]"])
-    moving = hl.MovingChain(CHAIN, SURFACE)
+    moving = hl.stepping.MovingChain(CHAIN, SURFACE)
     exact = hl.CoSimulation(CHAIN, hl.half_space(hl.ACRYLIC), window=moving.contact_time / 64, substeps=1).run(3e-4)
     assert found["sensor_force[7]"].max() == pytest.approx(hl.reflections(exact, 7).incident.amplitude, rel=1e-4)  # type: ignore[union-attr]
 
@@ -272,7 +274,7 @@ def test_another_version_of_hertzlink_is_told(tmp_path: Path) -> None:
 def test_laws_of_ones_own_and_other_excitations_go_along(tmp_path: Path) -> None:
     chain = hl.Chain([BEAD] * 5, hl.PushedBead([0.0, 1e-5, 2e-5], [0.0, 50.0, 0.0]), law=softer)
     path = hl.ports.write_fmu(chain, SURFACE, tmp_path / "pushed.fmu", flexibility=1e-9, dt=2e-8)
-    moving = hl.MovingChain(chain, SURFACE, 1e-9, 2e-8)
+    moving = hl.stepping.MovingChain(chain, SURFACE, 1e-9, 2e-8)
     _, force = moving.advance(moving.start(), (0.0, 1e-7), 2e-4)
     with opened(path, tmp_path / "unit") as unit:
         assert "impact_speed" not in unit.references

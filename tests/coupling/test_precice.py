@@ -20,7 +20,7 @@ CHAIN = hl.Chain([BEAD] * 20, striker=BEAD, impact_speed=0.31, gravity=9.81, dis
 SURFACE = hl.Surface(hl.ACRYLIC)
 ROD = hl.reduce(hl.rod([hl.Layer(hl.ACRYLIC, 0.0762, 0.0191)]), until=8e-4)
 WINDOW = 1e-6
-MOVING = hl.MovingChain(CHAIN, SURFACE)
+MOVING = hl.stepping.MovingChain(CHAIN, SURFACE)
 
 
 class OutOfOrder(Exception):
@@ -41,7 +41,7 @@ class Double:
         self.calls = ["Participant"]
         self.state, self.elapsed, self.windows = "made", 0.0, 0
         self.wrote = self.asked_to_write = self.asked_to_read = self.must_read = False
-        self.structure = hl.MovingStructure(ROD)
+        self.structure = hl.stepping.MovingStructure(ROD)
         self.before, self.surface, self.used, self.factor, self.last = self.structure.start(), 0.0, 0.0, 0.5, 0.0
         self.force, self.count = 0.0, 0
         self.moved, self.end = self.structure.advance(self.before, 0.0, WINDOW)
@@ -247,7 +247,7 @@ def test_explicit_coupling_answers_one_window_later(double: type[Double], config
     """Each window the structure moves under the force of the window before."""
     double.implicit, double.until = False, 2e-4
     run = hl.ports.run_in_precice(CHAIN, SURFACE, configuration)
-    structure = hl.MovingStructure(ROD)
+    structure = hl.stepping.MovingStructure(ROD)
     chain, body, surface, force = MOVING.start(), structure.start(), 0.0, 0.0
     for _ in range(200):
         body, end = structure.advance(body, force, WINDOW)

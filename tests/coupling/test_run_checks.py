@@ -55,7 +55,7 @@ def test_energy_that_the_steps_make_or_lose() -> None:
 
 def test_energy_that_the_stepper_loses() -> None:
     body = hl.rod([hl.Layer(hl.PTFE, 0.0254, 0.01)], elements=20)
-    stepper = hl.MovingStructure(body, partial(hl.stepping.GeneralisedAlpha, spectral_radius=0.0))
+    stepper = hl.stepping.MovingStructure(body, partial(hl.stepping.GeneralisedAlpha, spectral_radius=0.0))
     run = hl.CoSimulation(hl.Chain([BEAD] * 3, BEAD, 0.4), stepper, window=8e-6, substeps=1).run(4e-4)
     error = hl.energy_error(run)
     (finding,) = found(run, "energy")

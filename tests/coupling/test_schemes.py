@@ -202,7 +202,7 @@ def test_impulse_is_the_momentum_of_a_free_rod(name: str) -> None:
     assert beads + moved == pytest.approx(BEAD.mass * 0.31, rel=1e-8 if strong else 2e-2)
 
 
-class Counted(hl.MovingStructure):
+class Counted(hl.stepping.MovingStructure):
     """Counts its solves."""
 
     solves = 0
@@ -215,13 +215,13 @@ class Counted(hl.MovingStructure):
 @pytest.fixture
 def chain_windows(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """How often a chain is advanced."""
-    count, advance = [0], hl.MovingChain.advance
+    count, advance = [0], hl.stepping.MovingChain.advance
 
-    def counted(self: hl.MovingChain, *given: Any) -> Any:
+    def counted(self: hl.stepping.MovingChain, *given: Any) -> Any:
         count[0] += 1
         return advance(self, *given)
 
-    monkeypatch.setattr(hl.MovingChain, "advance", counted)
+    monkeypatch.setattr(hl.stepping.MovingChain, "advance", counted)
     return count
 
 
@@ -251,7 +251,7 @@ class Box:
     """A structure of which nothing is known but its answers."""
 
     def __init__(self, structure: hl.Structure) -> None:
-        self.inside, self.surface = hl.MovingStructure(structure), structure.surface
+        self.inside, self.surface = hl.stepping.MovingStructure(structure), structure.surface
 
     def start(self) -> Any:
         return self.inside.start()

@@ -463,7 +463,7 @@ def test_a_dashpot_that_closes_on_a_light_tip_does_not_stop_an_explicit_run() ->
 def test_one_structure_in_two_moving_ones_is_refused() -> None:
     """The two would know nothing of each other."""
     body = hl.rod([hl.Layer(hl.ACRYLIC, 0.03, 0.01)], base="contact", elements=4)
-    ends = [hl.ContactPoint(hl.MovingStructure(body), number) for number in range(2)]
+    ends = [hl.ContactPoint(hl.stepping.MovingStructure(body), number) for number in range(2)]
     with pytest.raises(ValueError, match=r"structure\[1\]: is in two MovingStructures"):
         hl.CoSimulation([hl.Chain([BEAD] * 3, BEAD, 0.3)] * 2, ends)
 

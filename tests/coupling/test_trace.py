@@ -66,8 +66,8 @@ def test_parts_are_timed_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
         now += 1.0
         return real(*given)
 
-    real = hl.MovingChain.advance
-    monkeypatch.setattr(hl.MovingChain, "advance", advance)
+    real = hl.stepping.MovingChain.advance
+    monkeypatch.setattr(hl.stepping.MovingChain, "advance", advance)
     monkeypatch.setattr(trace, "perf_counter", lambda: now)
     _, seconds, calls = traced("behind")
     assert seconds["chains"] == seconds["total"] == calls["chains"] > 100

@@ -17,7 +17,7 @@ FULL_PLATE = hl.kirchhoff_plate(
 ).at(0.05, 0.1)
 
 
-class Counted(hl.MovingStructure):
+class Counted(hl.stepping.MovingStructure):
     """Counts its solves, and goes window by window."""
 
     solves, compact = 0, False

@@ -42,7 +42,7 @@ def test_wave_speed_and_force_of_the_thesis_chain() -> None:
 
 
 def advanced(chain: hl.Chain, dt: float, until: float, start: ChainState | None = None) -> NDArray[np.float64]:
-    moving = hl.MovingChain(chain, hl.Surface(hl.STEEL_440C), dt=dt)
+    moving = hl.stepping.MovingChain(chain, hl.Surface(hl.STEEL_440C), dt=dt)
     state, _ = moving.advance(start or moving.start(), (0.0, 0.0), until)
     return state.position - moving.rest
 
@@ -79,7 +79,7 @@ def test_verlet_with_dashpots_has_order_two() -> None:
 def test_rk4_has_order_four_while_contacts_are_closed() -> None:
     """A preloaded chain that a wave runs through: all contacts closed, so δ^1.5 is smooth."""
     chain = hl.Chain([BEAD] * 8, BEAD, 1e-3, gravity=981.0, integrator="rk4")
-    moving = hl.MovingChain(chain, hl.Surface(hl.STEEL_440C), dt=1e-8)
+    moving = hl.stepping.MovingChain(chain, hl.Surface(hl.STEEL_440C), dt=1e-8)
     start, _ = moving.advance(moving.start(), (0.0, 0.0), 2e-5)
     exact = advanced(chain, 2.5e-8, 4e-5, start)
     errors = [abs(advanced(chain, dt, 4e-5, start) - exact).max() for dt in (2e-6, 1e-6, 5e-7)]
@@ -155,7 +155,7 @@ def test_unlike_spheres_collide_as_hertz_says() -> None:
 def test_flexibility_is_a_spring_in_series() -> None:
     """A bead on a soft massless spring behind Hertz's contact: δ = (F/k)^(2/3) + f F at the deepest point."""
     flexibility = 1e-7
-    moving = hl.MovingChain(hl.Chain([BEAD], BEAD, 0.3), hl.Surface(hl.STEEL_440C), flexibility)
+    moving = hl.stepping.MovingChain(hl.Chain([BEAD], BEAD, 0.3), hl.Surface(hl.STEEL_440C), flexibility)
     stiffness, force = moving.stiffness[-1], 30.0
     depth = (force / stiffness) ** (2.0 / 3.0) + flexibility * force
     state = ChainState(np.array([0.0, depth]), np.zeros(2), 0.0)
@@ -218,7 +218,7 @@ def test_alike_beads_are_described_in_full() -> None:
 
 
 def test_advance_has_no_hidden_state() -> None:
-    moving = hl.MovingChain(uniform(), hl.Surface(hl.STEEL_440C))
+    moving = hl.stepping.MovingChain(uniform(), hl.Surface(hl.STEEL_440C))
     state, _ = moving.advance(moving.start(), (0.0, 0.0), 5e-6)
     before = state.position.copy()
     one, other = moving.advance(state, (0.0, 1e-9), 5e-7), moving.advance(state, (0.0, 1e-9), 5e-7)
@@ -269,16 +269,16 @@ def test_absurd_scales_are_refused() -> None:
         with pytest.raises(ValueError, match=rf"impact_speed = {re.escape(str(speed))}: must lie between"):
             hl.Chain([BEAD], BEAD, speed)
     with pytest.raises(ValueError, match=r"flexibility = -0\.001: more negative than this contact can bear"):
-        hl.MovingChain(uniform(), hl.Surface(hl.STEEL_440C), flexibility=-1e-3)
+        hl.stepping.MovingChain(uniform(), hl.Surface(hl.STEEL_440C), flexibility=-1e-3)
     with pytest.raises(ValueError, match="flexibility = nan"):
-        hl.MovingChain(uniform(), hl.Surface(hl.STEEL_440C), flexibility=float("nan"))
+        hl.stepping.MovingChain(uniform(), hl.Surface(hl.STEEL_440C), flexibility=float("nan"))
 
 
 def test_a_step_too_large_for_stability_is_refused() -> None:
     with pytest.raises(ValueError, match=r"dt = 0\.0001: too large for a stable step; must be below"):
-        hl.MovingChain(uniform(), hl.Surface(hl.STEEL_440C), dt=1e-4)
+        hl.stepping.MovingChain(uniform(), hl.Surface(hl.STEEL_440C), dt=1e-4)
     with pytest.raises(ValueError, match="dt = 2e-06: too large"):
-        hl.MovingChain(uniform(dissipation=hl.LinearDashpot(2e4)), hl.Surface(hl.STEEL_440C), dt=2e-6)
+        hl.stepping.MovingChain(uniform(dissipation=hl.LinearDashpot(2e4)), hl.Surface(hl.STEEL_440C), dt=2e-6)
 
 
 def test_runs_that_would_not_end_are_refused() -> None:

@@ -290,11 +290,11 @@ def test_a_law_may_be_a_function_of_the_bodies() -> None:
         seen.append((one, other))
         return hl.laws.PowerLaw(1e9 if other is wall else 2e9, 1.4)
 
-    moving = hl.MovingChain(hl.Chain([bead] * 2, bead, 0.3, law=law), wall)
+    moving = hl.stepping.MovingChain(hl.Chain([bead] * 2, bead, 0.3, law=law), wall)
     assert moving.stiffness.tolist() == [2e9, 2e9, 1e9]
     assert (bead, wall) in seen
     with pytest.raises(ValueError, match=r"law = 3\.0: must be a function that returns a contact law"):
-        hl.MovingChain(hl.Chain([bead], bead, 0.3, law=lambda one, other: 3.0), wall)  # type: ignore[arg-type,return-value]
+        hl.stepping.MovingChain(hl.Chain([bead], bead, 0.3, law=lambda one, other: 3.0), wall)  # type: ignore[arg-type,return-value]
 
 
 def test_crossed_cylinders_join_parallel_ones() -> None:

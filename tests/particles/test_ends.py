@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.special import gamma
 
 import hertzlink as hl
+from hertzlink.stepping import MovingChain
 from particles import kernels
 from particles.dissipation import Dissipation
 from particles.moving import ChainState
@@ -44,7 +45,7 @@ def waving(time: float) -> Vector:
 
 
 def run(
-    moving: hl.MovingChain, motion: Motion, window: float, count: int, state: ChainState | None = None
+    moving: MovingChain, motion: Motion, window: float, count: int, state: ChainState | None = None
 ) -> tuple[list[ChainState], Vector]:
     """States at all windows' ends, the start first, and the mean forces of all windows."""
     states, forces = [state or moving.start()], []
@@ -55,14 +56,14 @@ def run(
     return states, np.array(forces)
 
 
-def energy(moving: hl.MovingChain, state: ChainState, surfaces: Vector) -> float:
+def energy(moving: MovingChain, state: ChainState, surfaces: Vector) -> float:
     return float(sum(kernels.energies(state.position, state.velocity, moving.constants, surfaces[0])))
 
 
 def moving_chain(
     chain: hl.Chain, dt: float | None = 2e-8, flexibilities: tuple[float, float] = (0.0, 0.0)
-) -> hl.MovingChain:
-    return hl.MovingChain(chain, SOFT, flexibilities[0], dt, FLAT, flexibilities[1])
+) -> MovingChain:
+    return MovingChain(chain, SOFT, flexibilities[0], dt, FLAT, flexibilities[1])
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
@@ -126,7 +127,7 @@ def test_a_chain_turned_around_moves_as_its_mirror_image(
         order = row[::-1] if turned else row
         (last, behind), (spring, spring_behind) = ((pair[::-1] if turned else pair) for pair in (walls, flexibilities))
         chain = hl.Chain([bead for bead, _ in order], None, 0.3, 0.0, loss, integrator, preload)
-        moving = hl.MovingChain(chain, last, spring, 5e-8, behind, spring_behind)
+        moving = MovingChain(chain, last, spring, 5e-8, behind, spring_behind)
         start = moving.start()
         speeds = np.array([0.0, *(speed for _, speed in order)]) * (-1.0 if turned else 1.0)
         path: Motion = (lambda time: waving(time)[::-1]) if turned else waving
@@ -144,9 +145,9 @@ def test_a_chain_turned_around_moves_as_its_mirror_image(
 def test_a_surface_behind_that_moves_as_told_is_a_piston(integrator: str, loss: Dissipation | None) -> None:
     """Both go forwards by 50 mm/s; the surface's work is what the piston's ledger counts."""
     keywords: dict[str, object] = {"dissipation": loss, "integrator": integrator, "preload": 3.0, "gravity": 9.81}
-    piston = hl.MovingChain(hl.Chain([BEAD] * 4, hl.Piston((0.0, 2e-4), (0.0, 1e-5)), **keywords), SOFT)  # type: ignore[arg-type]
+    piston = MovingChain(hl.Chain([BEAD] * 4, hl.Piston((0.0, 2e-4), (0.0, 1e-5)), **keywords), SOFT)  # type: ignore[arg-type]
     chain = hl.Chain([BEAD] * 4, None, **keywords)  # type: ignore[arg-type]
-    moving = hl.MovingChain(chain, SOFT, behind=FLAT, impact_energy=piston.energy)
+    moving = MovingChain(chain, SOFT, behind=FLAT, impact_energy=piston.energy)
     window = 1e-6
     assert moving.steps(window) == piston.steps(window)
     states, forces = run(moving, lambda time: np.array([0.0, -5e-2 * time]), window, 120)
@@ -168,7 +169,7 @@ def test_a_first_bead_that_starts_by_itself_is_a_striker(integrator: str, loss: 
     alone = hl.Chain([BEAD, LARGE, BEAD], None, 0.4, dissipation=loss, integrator=integrator)
     struck = hl.Chain([LARGE, BEAD], BEAD, 0.4, dissipation=loss, integrator=integrator)
     assert alone.impact_energy == struck.impact_energy
-    one, other = hl.MovingChain(alone, FLAT), hl.MovingChain(struck, FLAT)
+    one, other = MovingChain(alone, FLAT), MovingChain(struck, FLAT)
     state, state_too = one.start(), other.start()
     for _ in range(100):
         state, force = one.advance(state, (0.0, 0.0), 1e-6)
@@ -183,7 +184,7 @@ def test_a_first_bead_that_starts_by_itself_is_a_striker(integrator: str, loss: 
 def test_a_bead_to_and_fro_between_two_walls(integrator: str) -> None:
     """A period is two of Hertz's collisions, T = 2.94 δ/v with ½mv² = ⅖kδ^2.5 on each wall, and two flights."""
     speed, gap, window = 0.3, 2e-5, 1e-6
-    moving = hl.MovingChain(hl.Chain([BEAD], None, speed, integrator=integrator), SOFT, behind=FLAT)
+    moving = MovingChain(hl.Chain([BEAD], None, speed, integrator=integrator), SOFT, behind=FLAT)
     states, _ = run(moving, lambda time: np.array([0.0, gap]), window, 1000)
     place, velocity = (np.array([state[i][1] for state in states]) for i in (0, 1))
     # It touches the wall ahead at place 0; near there it flies freely, but for a negligible force.
@@ -202,7 +203,7 @@ def test_modes_of_a_preloaded_chain_between_two_walls(integrator: str, mode: int
     """ω = 2√(k_t/m) sin(jπ/(2(N + 1))) with k_t = 3/2 k^(2/3) F₀^(1/3): a mode swings back after its period."""
     count, preload = 5, 20.0
     chain = hl.Chain([BEAD] * count, None, preload=preload, integrator=integrator)
-    moving = hl.MovingChain(chain, CURVED, behind=CURVED)
+    moving = MovingChain(chain, CURVED, behind=CURVED)
     stiffness = 1.5 * hertz_stiffness(BEAD.surface, BEAD.surface) ** (2 / 3) * preload ** (1 / 3)
     period = 2.0 * pi / (2.0 * (stiffness / BEAD.mass) ** 0.5 * np.sin(mode * pi / (2.0 * (count + 1))))
     shape = 1e-12 * np.sin(mode * pi * np.arange(count + 1) / (count + 1))
@@ -216,7 +217,7 @@ def test_springs_behind_both_contacts_are_in_series() -> None:
     """A preloaded bead swings with ω² m = 2/(1/k_t + f); the springs are short of f F₀ at rest."""
     preload, spring = 20.0, 5e-8
     chain = hl.Chain([BEAD], None, preload=preload)
-    moving = hl.MovingChain(chain, FLAT, spring, behind=FLAT, behind_flexibility=spring)
+    moving = MovingChain(chain, FLAT, spring, behind=FLAT, behind_flexibility=spring)
     contact = hertz_stiffness(BEAD.surface, FLAT)
     short = (preload / contact) ** (2 / 3) + spring * preload
     assert moving.rest == pytest.approx([2.0 * short, short], rel=1e-12)
@@ -282,7 +283,7 @@ def test_a_pushed_bead_with_a_structure_behind(integrator: str, loss: Dissipatio
 
 def test_the_last_bead_may_face_nothing() -> None:
     """Started backwards by a surface that comes from behind: a heavy wall at u gives a bead 2u."""
-    moving = hl.MovingChain(hl.Chain([BEAD], None), None, behind=FLAT, impact_energy=0.5 * BEAD.mass * 0.2**2)
+    moving = MovingChain(hl.Chain([BEAD], None), None, behind=FLAT, impact_energy=0.5 * BEAD.mass * 0.2**2)
     states, forces = run(moving, lambda time: np.array([0.0, -0.1 * time]), 1e-5, 20)
     assert states[-1].velocity[1] == pytest.approx(0.2, rel=1e-6)
     assert 1e-5 * forces[:, 1].sum() == pytest.approx(BEAD.mass * 0.2, rel=1e-6)
@@ -320,18 +321,18 @@ def test_scales() -> None:
     chain = hl.Chain([BEAD, LARGE], None, 0.3)
     assert chain.impact_energy == pytest.approx(0.5 * BEAD.mass * 0.3**2)
     for asked, scale in ((None, chain.impact_energy), (1e-3, 1e-3)):
-        moving = hl.MovingChain(chain, SOFT, behind=FLAT, impact_energy=asked)
+        moving = MovingChain(chain, SOFT, behind=FLAT, impact_energy=asked)
         stiffness = hertz_stiffness(LARGE.surface, SOFT)
         depth = (2.5 * scale / stiffness) ** 0.4
         assert moving.indentation_scale == pytest.approx(depth)
         assert moving.force_scale == pytest.approx(stiffness * depth**1.5)
         assert moving.speed == pytest.approx((2.0 * scale / BEAD.mass) ** 0.5)
-    shortest = hl.MovingChain(chain, SOFT, behind=FLAT).contact_time
-    assert hl.MovingChain(chain, SOFT, behind=FLAT, impact_energy=1e10 * chain.impact_energy).contact_time == (
+    shortest = MovingChain(chain, SOFT, behind=FLAT).contact_time
+    assert MovingChain(chain, SOFT, behind=FLAT, impact_energy=1e10 * chain.impact_energy).contact_time == (
         pytest.approx(shortest / 10.0)  # As v^(−1/5).
     )
     # Facing nothing ahead, the hardest contact stands for the last one.
-    alone = hl.MovingChain(chain, None)
+    alone = MovingChain(chain, None)
     stiffness = hertz_stiffness(BEAD.surface, LARGE.surface)
     depth = (2.5 * chain.impact_energy / stiffness) ** 0.4
     assert (alone.force_scale, alone.indentation_scale) == pytest.approx((stiffness * depth**1.5, depth))
@@ -343,25 +344,25 @@ def test_scales() -> None:
 def test_the_given_energy_sets_what_is_stable() -> None:
     """Stiffnesses grow as E^(1/5), and with them viscoelastic losses, and what a negative spring must bear."""
     chain = hl.Chain([BEAD], None, 0.3, dissipation=hl.KuwabaraKono(1e-6))
-    times = [hl.MovingChain(chain, FLAT, impact_energy=scale).damping_time for scale in (1e-6, 1e-1)]
+    times = [MovingChain(chain, FLAT, impact_energy=scale).damping_time for scale in (1e-6, 1e-1)]
     assert times[0] / times[1] == pytest.approx(10.0)
     stiffness = 1.5 * hertz_stiffness(BEAD.surface, FLAT) ** 0.8 * 2.5**0.2
     for keyword in ("flexibility", "behind_flexibility"):
         spring = {keyword: -0.9 / (stiffness * 1e-6**0.2)}
-        hl.MovingChain(chain, FLAT, behind=FLAT, impact_energy=1e-6, **spring)  # type: ignore[arg-type]
+        MovingChain(chain, FLAT, behind=FLAT, impact_energy=1e-6, **spring)  # type: ignore[arg-type]
         with pytest.raises(ValueError, match=f"{keyword} = .*: more negative than"):
-            hl.MovingChain(chain, FLAT, behind=FLAT, impact_energy=1e-4, **spring)  # type: ignore[arg-type]
+            MovingChain(chain, FLAT, behind=FLAT, impact_energy=1e-4, **spring)  # type: ignore[arg-type]
     plain, step = hl.Chain([BEAD], None), 0.9 * (2.0 * BEAD.mass / (stiffness * 1e-6**0.2)) ** 0.5
-    hl.MovingChain(plain, FLAT, dt=step, impact_energy=1e-6)
+    MovingChain(plain, FLAT, dt=step, impact_energy=1e-6)
     with pytest.raises(ValueError, match="too large for a stable step"):
-        hl.MovingChain(plain, FLAT, dt=step, impact_energy=1e-4)
+        MovingChain(plain, FLAT, dt=step, impact_energy=1e-4)
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("loss", LOSSES)
 def test_a_striker_is_no_surface_behind(integrator: str, loss: Dissipation | None) -> None:
     """The kernel gives no force behind, though contact 1 is closed."""
-    moving = hl.MovingChain(hl.Chain([BEAD], BEAD, 0.3, dissipation=loss, integrator=integrator), FLAT)
+    moving = MovingChain(hl.Chain([BEAD], BEAD, 0.3, dissipation=loss, integrator=integrator), FLAT)
     y, v = moving.start()[:2]
     force, behind, _, _ = kernels.advance(y, v, moving.constants, moving.method, 100, 0.0, 1e-5, 0.0, 0.0)
     assert force > 0.0
@@ -389,38 +390,38 @@ def test_runs_without_a_striker() -> None:
         (lambda: hl.Chain([BEAD], None, "fast"), r"impact_speed = 'fast': must be a finite number"),  # type: ignore[arg-type]
         (lambda: hl.Chain([BEAD], "none"), r"striker = 'none': must be .* or None"),  # type: ignore[arg-type]
         (
-            lambda: hl.MovingChain(hl.Chain([BEAD], BEAD, 0.3), FLAT, behind=FLAT),
+            lambda: MovingChain(hl.Chain([BEAD], BEAD, 0.3), FLAT, behind=FLAT),
             r"striker = Sphere: must be None or a PushedBead for a chain with a structure behind it",
         ),
-        (lambda: hl.MovingChain(hl.Chain([BEAD], hl.Piston()), FLAT, behind=FLAT), "striker = Piston: must be None"),
+        (lambda: MovingChain(hl.Chain([BEAD], hl.Piston()), FLAT, behind=FLAT), "striker = Piston: must be None"),
         (
-            lambda: hl.MovingChain(hl.Chain([BEAD], hl.SpringLoaded(BEAD, 1e3, 1e-3)), FLAT, behind=FLAT),
+            lambda: MovingChain(hl.Chain([BEAD], hl.SpringLoaded(BEAD, 1e3, 1e-3)), FLAT, behind=FLAT),
             "striker = SpringLoaded: must be None",
         ),
-        (lambda: hl.MovingChain(hl.Chain([BEAD], None), FLAT, behind=STEEL), r"behind = Material.*must be a Surface"),  # type: ignore[arg-type]
+        (lambda: MovingChain(hl.Chain([BEAD], None), FLAT, behind=STEEL), r"behind = Material.*must be a Surface"),  # type: ignore[arg-type]
         (
-            lambda: hl.MovingChain(hl.Chain([BEAD], None), FLAT, behind_flexibility=1e-9),
+            lambda: MovingChain(hl.Chain([BEAD], None), FLAT, behind_flexibility=1e-9),
             r"behind_flexibility = 1e-09: must be 0 where nothing is behind",
         ),
         (
-            lambda: hl.MovingChain(hl.Chain([BEAD], None), FLAT, behind=FLAT, behind_flexibility=float("nan")),
+            lambda: MovingChain(hl.Chain([BEAD], None), FLAT, behind=FLAT, behind_flexibility=float("nan")),
             r"behind_flexibility = nan: must be a finite number",
         ),
         (
-            lambda: hl.MovingChain(hl.Chain([BEAD], None, 0.3), FLAT, behind=FLAT, behind_flexibility=-1e-6),
+            lambda: MovingChain(hl.Chain([BEAD], None, 0.3), FLAT, behind=FLAT, behind_flexibility=-1e-6),
             r"behind_flexibility = -1e-06: more negative than this contact can bear",
         ),
         (
-            lambda: hl.MovingChain(hl.Chain([BEAD], None), FLAT, impact_energy=0.0),
+            lambda: MovingChain(hl.Chain([BEAD], None), FLAT, impact_energy=0.0),
             r"impact_energy = 0\.0: must be a positive number of J",
         ),
         (
-            lambda: hl.MovingChain(hl.Chain([BEAD] * 2, None, preload=1.0), None, behind=FLAT),
+            lambda: MovingChain(hl.Chain([BEAD] * 2, None, preload=1.0), None, behind=FLAT),
             r"preload = 1\.0: must be 0 for a chain that nothing holds",
         ),
-        (lambda: hl.MovingChain(hl.Chain([BEAD], None), None), "beads: a single one that no striker meets"),
+        (lambda: MovingChain(hl.Chain([BEAD], None), None), "beads: a single one that no striker meets"),
         (
-            lambda: hl.MovingChain(hl.Chain([BEAD], None, 0.3), FLAT, behind=FLAT, dt=1e-3),
+            lambda: MovingChain(hl.Chain([BEAD], None, 0.3), FLAT, behind=FLAT, dt=1e-3),
             r"dt = 0\.001: too large for a stable step",
         ),
     ],

@@ -83,7 +83,7 @@ def test_the_thesis_form_takes_momentum_unless_it_is_linear() -> None:
     window = 1e-12
     for exponent in (1.0, 1.81, 2.5):
         chain = hl.Chain([STEEL] * 2, STEEL, 3.0, dissipation=hl.PowerDashpot(5.58, exponent, "thesis"))
-        moving = hl.MovingChain(chain, None)
+        moving = hl.stepping.MovingChain(chain, None)
         state, _ = moving.advance(ChainState(np.zeros(3), np.array([3.0, 1.0, 0.0])), (0.0, 0.0), window)
         push = STEEL.mass * (state.velocity - [3.0, 1.0, 0.0]) / window
         assert push == pytest.approx(5.58 * np.array([-(2.0**exponent), 1.0, 1.0]), rel=1e-4)
@@ -94,7 +94,7 @@ def test_the_thesis_form_is_left_out_where_it_would_feed_energy() -> None:
     """Approach rates 1 and 2 m/s on beads at 10 m/s and more: forces −1, −1, 2^α times γ push them on."""
     chain = hl.Chain([STEEL] * 2, STEEL, 3.0, dissipation=hl.PowerDashpot(5.58, 1.81, "thesis"))
     start = np.array([13.0, 12.0, 10.0])
-    state, _ = hl.MovingChain(chain, None).advance(ChainState(np.zeros(3), start), (0.0, 0.0), 1e-12)
+    state, _ = hl.stepping.MovingChain(chain, None).advance(ChainState(np.zeros(3), start), (0.0, 0.0), 1e-12)
     assert state.velocity == pytest.approx(start, rel=1e-14)
     assert state.lost == 0.0
 
@@ -223,8 +223,12 @@ def test_both_integrators_meet_with_order_two(law: Dissipation) -> None:
     """A preloaded chain that a wave runs through: all contacts stay closed, so every law is smooth."""
 
     def advanced(integrator: str, dt: float) -> NDArray[np.float64]:
-        moving = hl.MovingChain(hl.Chain([STEEL] * 6, STEEL, 1e-3, 981.0, law, integrator), STEEL.surface, dt=dt)
-        closed, _ = hl.MovingChain(moving.chain, STEEL.surface, dt=1e-8).advance(moving.start(), (0.0, 0.0), 1.5e-5)
+        moving = hl.stepping.MovingChain(
+            hl.Chain([STEEL] * 6, STEEL, 1e-3, 981.0, law, integrator), STEEL.surface, dt=dt
+        )
+        closed, _ = hl.stepping.MovingChain(moving.chain, STEEL.surface, dt=1e-8).advance(
+            moving.start(), (0.0, 0.0), 1.5e-5
+        )
         state, _ = moving.advance(closed, (0.0, 0.0), 1.6e-5)
         return state.position - moving.rest
 
@@ -262,7 +266,7 @@ def test_bad_losses(make: object, message: str) -> None:
 def test_the_joined_pass_is_the_general_one(law: Dissipation, flexibility: float) -> None:
     """Losses that are linear in the approach rate: an impact, contacts closing and opening, a surface that moves."""
     chain = hl.Chain([STEEL, SMALL, STEEL, LARGE, STEEL, SMALL], STEEL, 0.5, 9.81, law)
-    joined, general = (hl.MovingChain(chain, hl.Surface(hl.STEEL_316), flexibility) for _ in range(2))
+    joined, general = (hl.stepping.MovingChain(chain, hl.Surface(hl.STEEL_316), flexibility) for _ in range(2))
     assert joined.method == kernels.VISCOUS_VERLET
     general.__dict__["method"] = kernels.LOSSY_VERLET
     state, opened = joined.start(), False
@@ -283,9 +287,12 @@ def test_the_joined_pass_is_the_general_one(law: Dissipation, flexibility: float
 
 def test_other_losses_take_the_general_pass() -> None:
     for law in (hl.PowerDashpot(5.0, 1.8), hl.PowerDashpot(5.0, 1.0, "thesis"), hl.MassProportional(100.0)):
-        assert hl.MovingChain(hl.Chain([STEEL] * 3, STEEL, 0.5, dissipation=law), None).method == kernels.LOSSY_VERLET
+        assert (
+            hl.stepping.MovingChain(hl.Chain([STEEL] * 3, STEEL, 0.5, dissipation=law), None).method
+            == kernels.LOSSY_VERLET
+        )
     pressed = hl.Chain([STEEL] * 3, STEEL, 0.5, dissipation=hl.LinearDashpot(5.0), preload=1.0)
-    assert hl.MovingChain(pressed, STEEL.surface).method == kernels.LOSSY_VERLET
+    assert hl.stepping.MovingChain(pressed, STEEL.surface).method == kernels.LOSSY_VERLET
 
 
 def test_messages_name_the_unit_as_it_is_written() -> None:

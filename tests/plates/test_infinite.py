@@ -34,7 +34,7 @@ def test_a_laminate_stays_where_an_impulse_left_it(laminate: hl.laminates.Lamina
     """With D₁₆ and D₂₆, reduced for B: the displacement on a large plate is I/Z, until the echo."""
     plate = hl.kirchhoff_plate(0.7, 0.7, None, laminate, hl.Supports(), highest_frequency=25e3)
     pulse, window, after = 100e-6, 1e-6, []
-    moving = hl.MovingStructure(hl.reduce(plate.at(0.35, 0.35), until=1.8e-4, tolerance=1e-3))
+    moving = hl.stepping.MovingStructure(hl.reduce(plate.at(0.35, 0.35), until=1.8e-4, tolerance=1e-3))
     state = moving.start()
     for step in range(170):
         time = (step + 0.5) * window

@@ -96,7 +96,7 @@ def test_infinite_plate_stays_where_an_impulse_left_it() -> None:
     """After an impulse I the point stays at I/(8 √(Dρt)) until the first echo; to 1e-4."""
     supports = hl.Supports("clamped", "clamped", "free", "free")
     plate = hl.kirchhoff_plate(1.5, 1.5, 2.29e-3, hl.ALUMINIUM_6061, supports)
-    moving = hl.MovingStructure(hl.reduce(plate.at(0.75, 0.75), until=4e-4, tolerance=1e-4))
+    moving = hl.stepping.MovingStructure(hl.reduce(plate.at(0.75, 0.75), until=4e-4, tolerance=1e-4))
     pulse, window, after = 180e-6, 0.9e-6, []
     state = moving.start()
     for step in range(400):

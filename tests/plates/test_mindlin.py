@@ -134,7 +134,7 @@ def test_infinite_plate_stays_where_an_impulse_left_it() -> None:
 
 def after_a_pulse(structure: hl.Structure) -> np.ndarray:
     """Displacement per impulse, m/N s, from the end of a raised cosine of 180 µs on, until 360 µs."""
-    moving, pulse, window, after = hl.MovingStructure(structure), 180e-6, 0.9e-6, []
+    moving, pulse, window, after = hl.stepping.MovingStructure(structure), 180e-6, 0.9e-6, []
     state = moving.start()
     for step in range(400):
         time = (step + 0.5) * window

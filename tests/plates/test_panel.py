@@ -285,7 +285,7 @@ def test_infinite_plate_stays_where_an_impulse_left_it(make: Any) -> None:
     outline = hl.Outline(hl.circle(0.15))
     panel = make(outline, 1e-3, hl.ALUMINIUM_6061, highest_frequency=20e3)
     structure = hl.reduce(panel.at(0.0, 0.0), until=2.5e-4, tolerance=1e-3)
-    moving, pulse, window, after = hl.MovingStructure(structure), 150e-6, 1e-6, []
+    moving, pulse, window, after = hl.stepping.MovingStructure(structure), 150e-6, 1e-6, []
     state = moving.start()
     for step in range(250):
         time = (step + 0.5) * window

@@ -94,7 +94,7 @@ def test_front_and_back_at_one_place_move_as_one(name: str) -> None:
     assert np.array_equal(body.contact[:, 0], one.contact)
     assert (body.stiffness - one.stiffness).count_nonzero() == 0
     reduced = hl.reduce(body, until=3e-4, tolerance=0.1)
-    moving = hl.MovingStructure(reduced)
+    moving = hl.stepping.MovingStructure(reduced)
     state, _ = moving.advance(moving.start(), np.array([3.0, 1.0]), 1e-5)
     state, moved = moving.advance(state, np.array([2.0, 2.0]), 1e-5)
     assert moved[0] > 0.0
@@ -152,7 +152,7 @@ def test_a_reduced_plate_tells_its_field_of_both_contacts() -> None:
     full = PLATES["kirchhoff_plate"]().at([0.1, 0.3], [0.2, 0.1], ["front", "back"])
     reduced = hl.reduce(full, until=3e-4, tolerance=1e-2, keep_field=True)
     assert reduced.field is not None
-    moving = hl.MovingStructure(reduced)
+    moving = hl.stepping.MovingStructure(reduced)
     state = moving.start()
     for _ in range(30):
         state, moved = moving.advance(state, np.array([2.0, 1.0]), 2e-6)

@@ -170,7 +170,7 @@ def test_a_bead_on_a_finite_element_plate(diameter: float, thickness: float) -> 
     bead, speed = hl.Sphere(diameter / 2.0, hl.STEEL_440C), 0.31
     stiffness = hl.hertz.stiffness(bead.surface, hl.Surface(plate.material))
     expected = hl.impact.contact_time(bead, plate, speed)
-    moving = hl.MovingStructure(hl.reduce(plate.at(0.5, 0.5), until=1.2 * expected, tolerance=1e-4))
+    moving = hl.stepping.MovingStructure(hl.reduce(plate.at(0.5, 0.5), until=1.2 * expected, tolerance=1e-4))
     window, state, place, velocity, surface, force = expected / 150.0, moving.start(), 0.0, speed, 0.0, 0.0
     steps = 0
     while place >= surface and steps < 300:

@@ -121,7 +121,7 @@ def pulse_answer(
     structure: hl.Structure, duration: float, steps: int, windows: int = 100
 ) -> tuple[NDArray[np.float64], float]:
     """Displacement after a raised-cosine pulse of 1 N, and its work, J; `windows` of a pulse's duration each."""
-    moving = hl.MovingStructure(structure)
+    moving = hl.stepping.MovingStructure(structure)
     state, answer, work = moving.start(), [0.0], 0.0
     for step in range(steps):
         phase = (step + 0.5) / windows

@@ -45,7 +45,7 @@ def test_rayleigh_damps_each_mode_by_its_ratio() -> None:
     assert rates == pytest.approx(np.diag(2.0 * ratio * np.sqrt(square)), abs=1e-9 * rates.max())
 
     omega, zeta = np.sqrt(square[0]), ratio[0]
-    moving = hl.MovingStructure(damped)
+    moving = hl.stepping.MovingStructure(damped)
     state = moving.start()._replace(displacement=shapes[:, 0])
     for _ in range(4000):
         state, _ = moving.advance(state, 0.0, 5e-8)
@@ -73,7 +73,7 @@ def test_modal_ratios_are_those_of_the_decay() -> None:
     assert damped.damping is not None
     omega = np.sqrt(modes.stiffness.diagonal())
     assert damped.damping.diagonal() == pytest.approx(0.1 * omega)
-    moving = hl.MovingStructure(damped)
+    moving = hl.stepping.MovingStructure(damped)
     state, _ = moving.advance(moving.start()._replace(displacement=np.ones(modes.size)), 0.0, 1e-6)
     slow = (omega * 1e-6 < 1.0) & (omega > 1e3)
     swing = omega[slow] * np.sqrt(1.0 - 0.05**2)
@@ -105,7 +105,7 @@ def test_creep_is_that_of_the_standard_linear_solid() -> None:
     """A nearly massless bar under 1 N: w = [1 − g/(1 + g) e^(−t/(1 + g)τ)]/k, by a stepper that damps ringing."""
     share, time = 1.5, 2e-3
     light = hl.Structure(1e-6 * BAR.mass, BAR.stiffness, None, BAR.contact, 0.0, BAR.surface)
-    moving = hl.MovingStructure(
+    moving = hl.stepping.MovingStructure(
         standard_linear_solid(light, share, time), partial(GeneralisedAlpha, spectral_radius=0.0)
     )
     state, found = moving.start(), []
@@ -218,7 +218,7 @@ def random_structure(seed: int, size: int) -> tuple[hl.Structure, NDArray[np.flo
 
 def energies(structure: hl.Structure, window: float = 1e-6) -> NDArray[np.float64]:
     """After ten pushes, with no force."""
-    moving = hl.MovingStructure(structure)
+    moving = hl.stepping.MovingStructure(structure)
     state = moving.start()
     for force in np.random.default_rng(5).normal(size=10):
         state, _ = moving.advance(state, force, window)
@@ -393,7 +393,7 @@ def test_loss_factor_is_what_a_cycle_loses() -> None:
     square = (2.0 * np.pi * 1e3) ** 2
     one = hl.Structure(np.eye(1), np.array([[square]]), None, np.ones(1), 0.0, hl.Surface(hl.PTFE))
     damped = hl.damping.loss_factor(one, 0.04)
-    moving, period = hl.MovingStructure(damped), 1e-3 / np.sqrt(1.0 - 0.02**2)
+    moving, period = hl.stepping.MovingStructure(damped), 1e-3 / np.sqrt(1.0 - 0.02**2)
     state = type(moving.start())(np.ones(1), np.array([-0.02 * np.sqrt(square)]))
     for _ in range(100):
         state = moving.free(state, period / 100.0)

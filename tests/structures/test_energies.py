@@ -33,7 +33,9 @@ def oscillator(omega: float, rate: float = 0.0, mass: float = 1.0) -> hl.Structu
     return hl.Structure(mass * one, mass * omega**2 * one, mass * rate * one, np.ones(1), 0.0, hl.Surface(hl.PTFE))
 
 
-def shaken(moving: hl.MovingStructure, windows: int, window: float) -> list[tuple[StructureState, float, float]]:
+def shaken(
+    moving: hl.stepping.MovingStructure, windows: int, window: float
+) -> list[tuple[StructureState, float, float]]:
     """The states after each window, the force's work in it, and what damping took in it; under random forces."""
     state, before, found = moving.start(), 0.0, []
     for force in np.random.default_rng(5).normal(size=windows):
@@ -47,7 +49,7 @@ def shaken(moving: hl.MovingStructure, windows: int, window: float) -> list[tupl
 @pytest.mark.parametrize("name", KEEPING)
 def test_a_free_motion_keeps_its_energy(name: str, structure: hl.Structure) -> None:
     """To rounding, though it holds motions as fast as the window."""
-    moving = hl.MovingStructure(structure, KEEPING[name])
+    moving = hl.stepping.MovingStructure(structure, KEEPING[name])
     state = shaken(moving, 20, WINDOW)[-1][0]
     # The velocity that generalised-α takes for the mean starts with the accelerations of a steady force.
     state, _ = moving.advance(state._replace(memory=np.zeros(0)), 0.0, WINDOW)
@@ -68,7 +70,7 @@ def test_a_free_motion_keeps_its_energy(name: str, structure: hl.Structure) -> N
 )  # fmt: skip
 def test_elastic_energy_of_one_oscillator(stepper: str | Stepper, factor: float) -> None:
     """½ k u² (1 − (ωh)²/4) for central differences, ½ k u² (1 + (β − ¼)(ωh)²) for Newmark's, by hand; ωh = 0.8."""
-    moving = hl.MovingStructure(oscillator(0.8e6, mass=3.0), stepper)
+    moving = hl.stepping.MovingStructure(oscillator(0.8e6, mass=3.0), stepper)
     state = StructureState(np.array([2e-6]), np.array([0.5]))
     kinetic, elastic = moving.energies(state, 1e-6)
     assert kinetic == pytest.approx(0.5 * 3.0 * 0.25, rel=1e-12)
@@ -77,7 +79,7 @@ def test_elastic_energy_of_one_oscillator(stepper: str | Stepper, factor: float)
 
 def test_energy_is_the_physical_one_for_all() -> None:
     for stepper in ("midpoint", "central-difference", "newmark"):
-        moving = hl.MovingStructure(oscillator(0.8e6, mass=3.0), stepper)
+        moving = hl.stepping.MovingStructure(oscillator(0.8e6, mass=3.0), stepper)
         state = StructureState(np.array([2e-6]), np.array([0.5]))
         assert moving.energy(state) == pytest.approx(0.375 + 1.5 * 0.8e6**2 * 4e-12, rel=1e-12)
 
@@ -96,7 +98,7 @@ DAMPED: dict[str, Callable[[], hl.Structure]] = {
 @pytest.mark.parametrize("name", DAMPED)
 def test_work_is_what_is_gained_and_taken(name: str, window: float) -> None:
     """For the midpoint and for oscillators, in every window, to rounding of the energy."""
-    moving = hl.MovingStructure(DAMPED[name]())
+    moving = hl.stepping.MovingStructure(DAMPED[name]())
     before, total, greatest = 0.0, 0.0, 0.0
     for state, work, taken in shaken(moving, 200, window):
         energy = sum(moving.energies(state, window))
@@ -114,7 +116,7 @@ def test_exact_oscillators_tell_exactly_what_damping_takes(phase: float, drag: f
     """∫ c v² dt by quadrature of the exact motion v(t), a matrix exponential; phase ωH and drag cH/2 of one window."""
     from scipy.linalg import expm
 
-    moving = hl.MovingStructure(oscillator(phase, 2.0 * drag))
+    moving = hl.stepping.MovingStructure(oscillator(phase, 2.0 * drag))
     assert moving.modal
     start, force = StructureState(np.array([0.4]), np.array([-0.7])), 1.3
     end, _ = moving.advance(start, force, 1.0)
@@ -126,7 +128,7 @@ def test_exact_oscillators_tell_exactly_what_damping_takes(phase: float, drag: f
 
 def test_a_mass_in_a_drag_loses_its_kinetic_energy() -> None:
     """½ v² (1 − e^(−2cH)) where nothing pulls it back, by hand."""
-    moving = hl.MovingStructure(oscillator(0.0, 3e3))
+    moving = hl.stepping.MovingStructure(oscillator(0.0, 3e3))
     start = StructureState(np.zeros(1), np.array([0.2]))
     end, _ = moving.advance(start, 0.0, 1e-4)
     assert moving.dissipated(start, end, 1e-4) == pytest.approx(0.02 * (1.0 - np.exp(-0.6)), rel=1e-12)
@@ -139,7 +141,7 @@ def test_the_other_steppers_close_the_balance_to_second_order(stepper: str | Ste
     """One damped oscillator (ω 2000/s, ζ 0.2) under a smooth force: what is missing falls with the window's square."""
     missing = []
     for steps in (200, 400, 800):
-        window, moving = 5e-3 / steps, hl.MovingStructure(oscillator(2000.0, 800.0, 2.0), stepper)
+        window, moving = 5e-3 / steps, hl.stepping.MovingStructure(oscillator(2000.0, 800.0, 2.0), stepper)
         state, before, balance, taken = moving.start(), 0.0, 0.0, 0.0
         for k in range(steps):
             force = np.sin(700.0 * (k + 0.5) * window) ** 2
@@ -156,9 +158,9 @@ def test_the_other_steppers_close_the_balance_to_second_order(stepper: str | Ste
 
 
 def test_nothing_is_taken_without_damping() -> None:
-    moving = hl.MovingStructure(ROD)
+    moving = hl.stepping.MovingStructure(ROD)
     state, _ = moving.advance(moving.start(), 1.0, WINDOW)
     assert moving.dissipated(moving.start(), state, WINDOW) == 0.0
-    wall = hl.MovingStructure(hl.half_space(hl.PTFE))
+    wall = hl.stepping.MovingStructure(hl.half_space(hl.PTFE))
     assert wall.energies(wall.start(), WINDOW) == (0.0, 0.0)
     assert wall.dissipated(wall.start(), wall.start(), WINDOW) == 0.0

@@ -12,7 +12,7 @@ PLATE = hl.kirchhoff_plate(0.3, 0.3, 2e-3, hl.ALUMINIUM_6061, SUPPORTS, cells=(2
 
 def answer(structure: hl.Structure, until: float = 5e-4, window: float = 1e-6) -> NDArray[np.float64]:
     """Displacement after a raised-cosine pulse of 40 µs."""
-    moving = hl.MovingStructure(structure)
+    moving = hl.stepping.MovingStructure(structure)
     state, found = moving.start(), []
     for step in range(round(until / window)):
         time = (step + 0.5) * window

@@ -53,7 +53,7 @@ def test_layered_rod_has_the_frequencies_of_the_transcendental_equation() -> Non
 
 def pulse_answer(structure: hl.Structure, window: float = 2e-7, steps: int = 1500) -> NDArray[np.float64]:
     """Displacement of the struck end after a raised-cosine pulse of 20 µs and 1 N."""
-    moving = hl.MovingStructure(structure)
+    moving = hl.stepping.MovingStructure(structure)
     state, answer = moving.start(), []
     for step in range(steps):
         time = (step + 0.5) * window

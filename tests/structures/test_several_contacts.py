@@ -42,7 +42,7 @@ def single(structure: hl.Structure, i: int) -> hl.Structure:
 
 def run(structure: hl.Structure, forces: Array, window: float, stepper: str | Stepper = "midpoint") -> Array:
     """Displacements, windows × contacts, under forces of the same shape (of one contact without the last axis)."""
-    moving = hl.MovingStructure(structure, stepper)
+    moving = hl.stepping.MovingStructure(structure, stepper)
     state, found = moving.start(), []
     for force in forces:
         state, moved = moving.advance(state, force, window)
@@ -74,7 +74,7 @@ def test_a_rod_between_two_chains_is_told() -> None:
     assert [surface.material for surface in ROD.surface] == [hl.STEEL_440C, hl.ACRYLIC]
     assert ROD.flexibility.tolist() == [0.0, 0.0]
     assert abs(sum(hl.damping.rod_parts(LAYERS, base="contact", elements=6)) - ROD.stiffness).max() < 1e-6
-    assert hl.MovingStructure(ROD).surface == ROD.surface
+    assert hl.stepping.MovingStructure(ROD).surface == ROD.surface
 
 
 def test_equal_forces_from_both_ends_squeeze_a_rod() -> None:
@@ -109,7 +109,7 @@ def test_two_contacts_are_the_sum_of_two_structures(name: str, damping: str) -> 
     for read in (0, 1):
         apart = np.zeros(100)
         for pushed in (0, 1):
-            moving = hl.MovingStructure(single(structure, pushed), stepper)
+            moving = hl.stepping.MovingStructure(single(structure, pushed), stepper)
             state = moving.start()
             for k, force in enumerate(forces[:, pushed]):
                 state, _ = moving.advance(state, force, window)
@@ -120,7 +120,7 @@ def test_two_contacts_are_the_sum_of_two_structures(name: str, damping: str) -> 
 @pytest.mark.parametrize("name", STEPPERS)
 def test_compliance_is_what_forces_add_and_is_reciprocal(name: str) -> None:
     """Maxwell and Betti; and no pair of forces gains work."""
-    moving, window = hl.MovingStructure(rayleigh(ROD, 1e3, 1e-7), STEPPERS[name]), 2e-7
+    moving, window = hl.stepping.MovingStructure(rayleigh(ROD, 1e3, 1e-7), STEPPERS[name]), 2e-7
     state, _ = moving.advance(moving.start(), np.array([1.0, -2.0]), window)
     found = moving.compliance(window)
     _, still = moving.advance(state, np.zeros(2), window)
@@ -140,7 +140,7 @@ def test_the_work_of_all_forces_is_the_energy(ends: list[int], window: float, se
     """Two to four contacts anywhere: Σ F̄ (w₁ − w₀) is what the midpoint gains and Rayleigh's damping takes."""
     columns = np.eye(ROD.size)[:, ends] * np.where(np.arange(len(ends)) % 2, -1.0, 1.0)
     body = rayleigh(hl.Structure(ROD.mass, ROD.stiffness, None, columns, 0.0, hl.Surface(hl.PTFE)), 1e3, 1e-7)
-    moving = hl.MovingStructure(body)
+    moving = hl.stepping.MovingStructure(body)
     state, before, work, taken = moving.start(), np.zeros(len(ends)), 0.0, 0.0
     for force in np.random.default_rng(seed).normal(size=(30, len(ends))):
         after, moved = moving.advance(state, force, window)
@@ -262,7 +262,7 @@ def test_oscillators_with_damping_take_both_forces() -> None:
     """Modal, and of equal loss factor: exact in one window, by their closed form, at both contacts."""
     modes = hl.reduce(ROD, until=2e-4, tolerance=1e-3)
     for damped in (modal_damping(modes, 0.1), loss_factor(modes, 0.2)):
-        moving = hl.MovingStructure(damped)
+        moving = hl.stepping.MovingStructure(damped)
         assert moving.modal
         assert not moving.compact
         square = modes.stiffness.diagonal()
@@ -284,7 +284,7 @@ def test_a_step_of_ones_own_takes_columns_without_memory() -> None:
         def free(self, state: StructureState) -> StructureState:
             return StructureState(0.5 * state.displacement, 0.5 * state.velocity)
 
-    moving = hl.MovingStructure(ROD, Halving)
+    moving = hl.stepping.MovingStructure(ROD, Halving)
     state, moved = moving.advance(moving.start(), np.array([2.0, 4.0]), 1e-6)
     assert moved == pytest.approx([1.0, 2.0])
     assert moving.advance(state, np.zeros(2), 1e-6)[1] == pytest.approx([0.5, 1.0])
@@ -296,7 +296,7 @@ def test_a_step_of_ones_own_takes_columns_without_memory() -> None:
 def test_a_half_space_may_have_two_contacts() -> None:
     """Nothing moves, and nothing is passed on."""
     none = sparse.csr_array((0, 0))
-    moving = hl.MovingStructure(hl.Structure(none, none, None, np.zeros((0, 2)), 0.0, hl.Surface(hl.PTFE)))
+    moving = hl.stepping.MovingStructure(hl.Structure(none, none, None, np.zeros((0, 2)), 0.0, hl.Surface(hl.PTFE)))
     state, moved = moving.advance(moving.start(), np.ones(2), 1e-6)
     assert moved.tolist() == [0.0, 0.0]
     assert moving.compliance(1e-6).tolist() == [[0.0, 0.0], [0.0, 0.0]]
@@ -324,7 +324,9 @@ def test_one_column_is_one_contact() -> None:
     column = replace(rod, contact=rod.contact[:, None])
     assert column.contact.shape == rod.contact.shape
     assert column.contacts == 1
-    assert isinstance(hl.MovingStructure(column).advance(hl.MovingStructure(column).start(), 1.0, 1e-6)[1], float)
+    assert isinstance(
+        hl.stepping.MovingStructure(column).advance(hl.stepping.MovingStructure(column).start(), 1.0, 1e-6)[1], float
+    )
 
 
 SURFACE = hl.Surface(hl.PTFE)
@@ -352,7 +354,7 @@ def test_bad_structures(change: dict[str, object], message: str) -> None:
 
 @pytest.mark.parametrize("force", [1.0, [1.0], [1.0, 2.0, 3.0], [[1.0, 2.0]], None, "ab"])
 def test_bad_forces(force: object) -> None:
-    moving = hl.MovingStructure(ROD)
+    moving = hl.stepping.MovingStructure(ROD)
     with pytest.raises(ValueError, match="force = "):
         moving.advance(moving.start(), force, 1e-6)
 
@@ -361,6 +363,6 @@ def test_lumping_does_not_hang_on_the_contacts() -> None:
     """Nor where two of them, on the two faces of one place, cancel."""
     rod = hl.rod(LAYERS, elements=6)
     pair = replace(rod, contact=np.column_stack([rod.contact, -rod.contact]))
-    lumped = hl.MovingStructure(pair, "central-difference").structure
+    lumped = hl.stepping.MovingStructure(pair, "central-difference").structure
     assert lumped.contacts == 2
     assert (CentralDifference(rod, 1e-7).structure.mass - lumped.mass).count_nonzero() == 0

@@ -49,7 +49,7 @@ def test_implicit_midpoint_has_order_two() -> None:
     )  # fmt: skip
     errors = []
     for steps in (20, 40, 80):
-        moving = hl.MovingStructure(structure)
+        moving = hl.stepping.MovingStructure(structure)
         state, surface = moving.start(), 0.0
         for _ in range(steps):
             state, surface = moving.advance(state, 1.0, end / steps)
@@ -60,7 +60,7 @@ def test_implicit_midpoint_has_order_two() -> None:
 @pytest.mark.parametrize("damping", [0.0, 300.0, 5000.0])
 def test_slow_oscillators_move_exactly(damping: float) -> None:
     """One large window equals many small ones, damped or not, to rounding."""
-    moving = hl.MovingStructure(oscillator(1000.0, damping))
+    moving = hl.stepping.MovingStructure(oscillator(1000.0, damping))
     assert is_modal(moving.structure)
     large, _ = moving.advance(moving.start(), 1.0, 9e-4)
     small = moving.start()
@@ -119,7 +119,7 @@ def test_slow_oscillators_are_exact_to_rounding() -> None:
 @pytest.mark.parametrize("structure", [ROD, oscillator(1e3), oscillator(5e7)])
 def test_work_equals_energy(structure: hl.Structure) -> None:
     """Undamped: F̄ (w₁ − w₀) summed is the energy gained, to rounding, for any window."""
-    moving = hl.MovingStructure(structure)
+    moving = hl.stepping.MovingStructure(structure)
     forces = np.random.default_rng(1).normal(size=200)
     state, surface, work = moving.start(), 0.0, 0.0
     for force in forces:
@@ -129,7 +129,7 @@ def test_work_equals_energy(structure: hl.Structure) -> None:
 
 
 def test_an_absorbing_base_only_takes_energy() -> None:
-    moving = hl.MovingStructure(hl.rod([hl.Layer(hl.ACRYLIC, 0.05, 0.01)], base="absorbing"))
+    moving = hl.stepping.MovingStructure(hl.rod([hl.Layer(hl.ACRYLIC, 0.05, 0.01)], base="absorbing"))
     state = moving.start()
     for step in range(20):
         state, _ = moving.advance(state, 1.0 - np.cos(2.0 * np.pi * (step + 0.5) / 20.0), 1e-6)
@@ -143,7 +143,7 @@ def test_an_absorbing_base_only_takes_energy() -> None:
 
 @pytest.mark.parametrize("structure", [ROD, oscillator(1e5)])
 def test_a_window_can_be_repeated(structure: hl.Structure) -> None:
-    moving = hl.MovingStructure(structure)
+    moving = hl.stepping.MovingStructure(structure)
     state, _ = moving.advance(moving.start(), 3.0, 1e-6)
     first, second = moving.advance(state, -1.0, 1e-6), moving.advance(state, -1.0, 1e-6)
     assert np.array_equal(first[0].displacement, second[0].displacement)
@@ -159,13 +159,13 @@ def test_bad_structures() -> None:
     with pytest.raises(ValueError, match="contact"):
         hl.Structure(one, one, None, np.array([np.nan]), 0.0, hl.Surface(hl.PTFE))
     with pytest.raises(ValueError, match="window = -1"):
-        hl.MovingStructure(ROD).advance(hl.MovingStructure(ROD).start(), 0.0, -1.0)
+        hl.stepping.MovingStructure(ROD).advance(hl.stepping.MovingStructure(ROD).start(), 0.0, -1.0)
 
 
 def test_an_oscillator_with_the_period_of_the_window_is_seen() -> None:
     """Under a constant force it swings about F/k; its exact motion, seen once a period, would rest at zero."""
     window = 1e-6
-    moving = hl.MovingStructure(oscillator(2.0 * np.pi / window))
+    moving = hl.stepping.MovingStructure(oscillator(2.0 * np.pi / window))
     state, seen = moving.start(), []
     for _ in range(1000):
         state, surface = moving.advance(state, 1.0, window)
@@ -186,7 +186,7 @@ def greatest_errors(stepper: str | Stepper, steps: int, rate: float) -> tuple[fl
     The exact answer is a matrix exponential; the drive is the exact mean of the force over each window.
     """
     omega, drive, window = 2000.0, 3300.0, 5e-3 / steps
-    moving = hl.MovingStructure(single(omega, 2.0, rate), stepper)
+    moving = hl.stepping.MovingStructure(single(omega, 2.0, rate), stepper)
     generator = np.zeros((5, 5))
     generator[0, 1], generator[1] = 1.0, [-(omega**2), -rate, -0.5, 0.0, 0.5]
     generator[2, 3], generator[3, 2] = -drive, drive
@@ -223,7 +223,7 @@ def test_two_are_the_midpoint_written_otherwise(structure: hl.Structure, stepper
     forces = np.random.default_rng(2).normal(size=200)
     found = []
     for chosen in ("midpoint", stepper):
-        moving = hl.MovingStructure(structure, chosen)
+        moving = hl.stepping.MovingStructure(structure, chosen)
         state, surfaces = moving.start(), []
         for force in forces:
             state, surface = moving.advance(state, force, 1e-6)
@@ -235,7 +235,7 @@ def test_two_are_the_midpoint_written_otherwise(structure: hl.Structure, stepper
 def left_after(stepper: str | Stepper, phase: float, windows: int = 50) -> float:
     """What a window leaves of the energy, at first 1 J, of an oscillator that turns by `phase` in it."""
     window = 1e-6
-    moving = hl.MovingStructure(single(phase / window), stepper)
+    moving = hl.stepping.MovingStructure(single(phase / window), stepper)
     state = moving.start()._replace(velocity=np.ones(1))
     for _ in range(windows):
         state, _ = moving.advance(state, 0.0, window)
@@ -255,7 +255,7 @@ def propagator(stepper: Stepper, phase: float) -> np.ndarray:  # type: ignore[ty
     """Of u, v H and a H² in one window, for one oscillator."""
     step, columns = stepper(single(phase, 1.0), 1.0), []
     for unit in np.eye(3):
-        start = hl.MovingStructure(single(phase)).start()
+        start = hl.stepping.MovingStructure(single(phase)).start()
         u, v, memory = step.free(
             start._replace(displacement=unit[:1], velocity=unit[1:2], memory=np.append(unit[2:], 0.0))
         )
@@ -276,7 +276,7 @@ def test_central_differences_are_stable_up_to_their_step(base: str) -> None:
     fastest = np.sqrt(eigh(lump.stiffness.toarray(), lump.mass.toarray(), eigvals_only=True)[-1])
     longest = stable_step(rod)
     assert longest == pytest.approx(2.0 / fastest, rel=1e-6)
-    moving = hl.MovingStructure(lump, partial(CentralDifference, steps=20))
+    moving = hl.stepping.MovingStructure(lump, partial(CentralDifference, steps=20))
     state, _ = moving.advance(moving.start(), 1.0, 20.0 * 0.999 * longest)
     first = moving.energy(state)
     for _ in range(1000):
@@ -291,11 +291,11 @@ def test_more_than_the_stable_step_would_grow() -> None:
     rod = lumped(ROD)
     step = CentralDifference(rod, 0.99 * stable_step(rod), steps=1)
     step.step = 1.001 * stable_step(rod)
-    state = hl.MovingStructure(rod).start()._replace(velocity=np.random.default_rng(3).normal(size=rod.size))
-    first = hl.MovingStructure(rod).energy(state)
+    state = hl.stepping.MovingStructure(rod).start()._replace(velocity=np.random.default_rng(3).normal(size=rod.size))
+    first = hl.stepping.MovingStructure(rod).energy(state)
     for _ in range(2000):
         state = step.free(state)
-    assert hl.MovingStructure(rod).energy(state) > 1e6 * first
+    assert hl.stepping.MovingStructure(rod).energy(state) > 1e6 * first
 
 
 def test_central_differences_take_as_many_steps_as_they_need() -> None:
@@ -330,7 +330,7 @@ def is_diagonal(matrix: sparse.csr_array) -> bool:
 def test_every_stepper_is_passive(name: str, base: str) -> None:
     """After a push, no damping rate makes energy; the explicit one within the swing of its order."""
     rod = rayleigh(hl.rod([hl.Layer(hl.ACRYLIC, 0.05, 0.01)], base=base, elements=6), 1e3, 1e-7)
-    moving = hl.MovingStructure(rod, STEPPERS[name])
+    moving = hl.stepping.MovingStructure(rod, STEPPERS[name])
     state = moving.start()
     for step in range(20):
         state, _ = moving.advance(state, 1.0 - np.cos(2.0 * np.pi * (step + 0.5) / 20.0), 1e-6)
@@ -347,7 +347,7 @@ def test_maxwell_arms_fit_every_stepper_that_needs_no_masses(radius: float) -> N
     damped = standard_linear_solid(ROD, 0.5, 1e-5)
     found = []
     for stepper in ("midpoint", partial(GeneralisedAlpha, spectral_radius=radius)):
-        moving = hl.MovingStructure(damped, stepper)
+        moving = hl.stepping.MovingStructure(damped, stepper)
         state, surfaces = moving.start(), []
         for step in range(1000):
             force = 1.0 - np.cos(2.0 * np.pi * (step + 0.5) / 400.0) if step < 400 else 0.0
@@ -367,7 +367,7 @@ def test_a_run_takes_the_chosen_stepper() -> None:
     bounds = {"midpoint": 1e-6, "newmark": 1e-6, "generalised-alpha": 1e-5, "central-difference": 2e-6}
     expected = hl.amplitude_ratio(hl.CoSimulation(CHAIN, LAYERED).run(1.2e-3), sensor=7).item()
     for name, bound in bounds.items():
-        run = hl.CoSimulation(CHAIN, hl.MovingStructure(LAYERED, name)).run(1.2e-3)
+        run = hl.CoSimulation(CHAIN, hl.stepping.MovingStructure(LAYERED, name)).run(1.2e-3)
         assert hl.amplitude_ratio(run, sensor=7).item() == pytest.approx(expected, rel=1e-4)
         assert hl.energy_error(run) < bound
         assert (f'"stepper": "{name}"' in run.attrs["input"]) == (name != "midpoint")
@@ -377,18 +377,18 @@ def test_a_moving_structure_is_the_structure() -> None:
     """Handed over as a participant it changes nothing, to the bit: neither compiled, nor with a spring behind it."""
     soft = hl.Structure(LAYERED.mass, LAYERED.stiffness, None, LAYERED.contact, 1e-8, LAYERED.surface)
     for structure in (soft, hl.reduce(soft, until=4e-4), hl.half_space(hl.PTFE)):
-        runs = [hl.CoSimulation(CHAIN, s).run(4e-4) for s in (structure, hl.MovingStructure(structure))]
+        runs = [hl.CoSimulation(CHAIN, s).run(4e-4) for s in (structure, hl.stepping.MovingStructure(structure))]
         assert runs[0].identical(runs[1])
 
 
 @pytest.mark.parametrize("name", ["newmark", "generalised-alpha", "central-difference"])
 def test_modes_and_half_spaces_take_every_stepper(name: str) -> None:
     reduced = hl.reduce(LAYERED, until=6e-4)
-    one, other = (hl.CoSimulation(CHAIN, hl.MovingStructure(reduced, s)).run(6e-4) for s in ("midpoint", name))
+    one, other = (hl.CoSimulation(CHAIN, hl.stepping.MovingStructure(reduced, s)).run(6e-4) for s in ("midpoint", name))
     scale = float(abs(one.velocity).max())
     assert other.velocity.values == pytest.approx(one.velocity.values, abs=1e-3 * scale)
     wall = hl.half_space(hl.PTFE)
-    runs = [hl.CoSimulation(CHAIN, s).run(2e-4) for s in (wall, hl.MovingStructure(wall, name))]
+    runs = [hl.CoSimulation(CHAIN, s).run(2e-4) for s in (wall, hl.stepping.MovingStructure(wall, name))]
     assert runs[1].velocity.values == pytest.approx(runs[0].velocity.values, abs=1e-9)
 
 
@@ -398,11 +398,14 @@ ARMS = standard_linear_solid(ROD, 0.5, 1e-5)
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: hl.MovingStructure(None), "structure = None: must be a Structure"),
-        (lambda: hl.MovingStructure(ROD, "newmrk"), r"stepper = 'newmrk': must be one of.*did you mean 'newmark'"),
-        (lambda: hl.MovingStructure(ROD, 3.0), r"stepper = 3\.0: must be one of"),
+        (lambda: hl.stepping.MovingStructure(None), "structure = None: must be a Structure"),
         (
-            lambda: hl.MovingStructure(ARMS, "central-difference"),
+            lambda: hl.stepping.MovingStructure(ROD, "newmrk"),
+            r"stepper = 'newmrk': must be one of.*did you mean 'newmark'",
+        ),
+        (lambda: hl.stepping.MovingStructure(ROD, 3.0), r"stepper = 3\.0: must be one of"),
+        (
+            lambda: hl.stepping.MovingStructure(ARMS, "central-difference"),
             "structure: a lumped mass needs positive masses",
         ),
         (lambda: Newmark(ARMS, 1e-6), "structure: newmark needs positive masses"),
@@ -421,10 +424,10 @@ def test_bad_steppers(make, message: str) -> None:  # type: ignore[no-untyped-de
 
 
 def test_the_midpoint_is_the_default() -> None:
-    assert isinstance(hl.MovingStructure(ROD).step(1e-6), ImplicitMidpoint)
+    assert isinstance(hl.stepping.MovingStructure(ROD).step(1e-6), ImplicitMidpoint)
 
 
 def test_a_stepper_that_makes_no_step() -> None:
-    moving = hl.MovingStructure(hl.rod([hl.Layer(hl.PTFE, 0.05, 0.01)]), stepper=lambda *_: None)  # type: ignore[arg-type,return-value]
+    moving = hl.stepping.MovingStructure(hl.rod([hl.Layer(hl.PTFE, 0.05, 0.01)]), stepper=lambda *_: None)  # type: ignore[arg-type,return-value]
     with pytest.raises(ValueError, match="returned None, must return a Step"):
         moving.step(1e-6)

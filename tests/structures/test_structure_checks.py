@@ -81,7 +81,7 @@ def test_large_matrices_are_examined_when_they_are_used() -> None:
     contact, mass = np.eye(600)[0], sparse.csr_array(sparse.eye_array(600, format="csr") * 1e-3)
     for weak, fine in ((0.0, True), (1e7, False)):
         structure = hl.Structure(mass, line(600, weak), None, np.roll(contact, 300), 0.0, STEEL)
-        for use in (lambda one: hl.MovingStructure(one).step(1e-6), lambda one: hl.reduce(one, until=1e-3)):
+        for use in (lambda one: hl.stepping.MovingStructure(one).step(1e-6), lambda one: hl.reduce(one, until=1e-3)):
             if fine:
                 use(structure)
             else:

@@ -74,11 +74,11 @@ def test_speed_goes_with_a_sixth_power_of_the_force(quick: xr.Dataset) -> None:
 def test_a_mirror_stands_for_a_second_wave(meeting: str, middle: int) -> None:
     """One long chain struck at both ends at once, and half of it in front of the mirror: the same motion."""
     bead, half, speed, until = study.STEEL.bead, 12, 0.5, 1.5e-4
-    whole = hl.MovingChain(hl.Chain([bead] * (2 * half + 1 + middle), bead, speed), None, dt=2e-8)
+    whole = hl.stepping.MovingChain(hl.Chain([bead] * (2 * half + 1 + middle), bead, speed), None, dt=2e-8)
     position, velocity = np.zeros(2 * half + 2 + middle), np.zeros(2 * half + 2 + middle)
     velocity[0], velocity[-1] = speed, -speed
     both, _ = whole.advance(ChainState(position, velocity), (0.0, 0.0), until)
-    alone = hl.MovingChain(hl.Chain([bead] * half, bead, speed), study.mirror(meeting).surface, dt=2e-8)
+    alone = hl.stepping.MovingChain(hl.Chain([bead] * half, bead, speed), study.mirror(meeting).surface, dt=2e-8)
     one, _ = alone.advance(alone.start(), (0.0, 0.0), until)
     assert one.velocity.min() < -0.3 * speed
     assert both.position[: half + 1] == pytest.approx(one.position, abs=1e-9 * abs(one.position).max())
