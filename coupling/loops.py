@@ -22,9 +22,6 @@ LARGEST_GAIN = 0.01
 PROBE = 0.01
 """Part of the greatest force with which a user's participant is tested: whether it repeats a window."""
 
-TOTALS = 6
-"""Running sums of the compiled loop."""
-
 CHUNK = 4096
 """Windows after which the compiled loop looks whether a checkpoint is due; at least one saved interval."""
 
@@ -102,7 +99,7 @@ def run_compiled(work: Work) -> None:
     tolerance = scheme.tolerance * chain.force_scale  # type: ignore[attr-defined]
     start = interface.start(scheme.start(interface))
     y, v = start.chains[0][:2]
-    moved = y, v, np.zeros(linear.response.size), start.memory, np.zeros(TOTALS)
+    moved = y, v, np.zeros(linear.response.size), start.memory, kernels.Totals()
     row = 0
     frames.record(interface, 0, start, Counts(), plan.length)
     if keeper is not None:
@@ -110,10 +107,11 @@ def run_compiled(work: Work) -> None:
     while row < plan.rows - 1:
         y, v, body, guess, totals = moved
         last = plan.rows - 1 if keeper is None else min(row + max(1, CHUNK // plan.stride), plan.rows - 1)
-        problem, done, detail = loop(
+        problem, done, detail, totals = loop(
             y, v, chain.constants, chain.method, chain.steps(length), length, static, tolerance, plan.stride,
-            tuple(linear), body, guess, totals, (row, last), frames.compiled(),
+            linear, body, guess, totals, (row, last), frames.compiled(),
         )  # fmt: skip
+        moved = y, v, body, guess, totals
         if problem == kernels.NON_FINITE:
             raise non_finite(interface, int(detail), done * plan.length)
         if problem == kernels.NOT_CONVERGED:

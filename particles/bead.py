@@ -92,7 +92,7 @@ class Sphere:
     --------
     >>> import hertzlink as hl
     >>> round(hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C).mass * 1e3, 2)  # g
-    3.47
+    3.52
     """
 
     radius: float
@@ -144,7 +144,7 @@ class HollowSphere:
     >>> import hertzlink as hl
     >>> shell = hl.HollowSphere(radius=9.525e-3, inner_radius=8.655e-3, material=hl.STEEL_316)
     >>> round(shell.mass * 1e3, 2), round(shell.shell_flexibility * 1e9, 1)  # g, nm/N
-    (7.24, 22.2)
+    (7.23, 25.6)
     """
 
     radius: float

@@ -73,7 +73,7 @@ class Chain:
     >>> import hertzlink as hl
     >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
     >>> hl.Chain([bead] * 20, striker=bead, impact_speed=hl.drop_speed(0.01), gravity=9.81)
-    Chain(20 Sphere, struck by Sphere at 0.443 m/s, gravity=9.81)
+    Chain(20 Sphere, struck by Sphere at 0.4429 m/s, gravity=9.81)
     """
 
     beads: Sequence[Bead]

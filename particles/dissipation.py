@@ -314,7 +314,7 @@ class Restitution(Dissipation):
     --------
     >>> import hertzlink as hl
     >>> round(hl.Restitution(0.97).damping_ratio, 4)
-    0.0097
+    0.0098
     """
 
     coefficient: float

@@ -96,6 +96,53 @@ class Constants(NamedTuple):
     numbers: Numbers
 
 
+class Saved(NamedTuple):
+    """Arrays of a run of one chain and one contact, a row or a number for each saved time."""
+
+    position: np.ndarray
+    velocity: np.ndarray
+    contact_force: np.ndarray
+    kinetic: np.ndarray
+    """Energies of the chain, J; so are the next three."""
+    potential: np.ndarray
+    lost: np.ndarray
+    driven: np.ndarray
+    surface: np.ndarray
+    """Displacement of the structure's surface, m."""
+    work: np.ndarray
+    """Work on the structure, J."""
+    given: np.ndarray
+    """Work of the chain, J."""
+    impulse: np.ndarray
+    structure_kinetic: np.ndarray
+    """Energies of the structure, J; so is the next one."""
+    structure_elastic: np.ndarray
+    evaluations: np.ndarray
+    """Windows of the chain that were tried since the last saved time."""
+    residual: np.ndarray
+    """Greatest residual since then, N."""
+
+
+class Totals(NamedTuple):
+    """Running sums of a run: where the surface is, m, energies and works as in Saved, J, and the impulse, N s."""
+
+    surface: float = 0.0
+    lost: float = 0.0
+    driven: float = 0.0
+    work: float = 0.0
+    given: float = 0.0
+    impulse: float = 0.0
+
+
+class Outcome(NamedTuple):
+    """How the window loop ended: OK, or what went wrong, in which window, and the bead or the residual."""
+
+    problem: int
+    window: int
+    detail: float
+    totals: Totals
+
+
 def table_edges() -> np.ndarray:
     """Where the cubics of a table begin and end, m."""
     i = np.arange(BUCKETS * OCTAVES + 1)
@@ -326,6 +373,17 @@ def _damped(elastic, tangent, overlap, approach_rate, loss, damping, exponent):
     return max(elastic + damping * power, 0.0)
 
 
+@njit(cache=True, inline="always")
+def _lossy(elastic, tangent, overlap, approach_rate, flexibility, loss, damping, exponent):
+    """The same in front of a massless spring, which is the structure's at the wall; 0 m/N where there is none.
+
+    The loss acts on the contact's own part of the approach rate, and the spring yields to the loss: to first order.
+    """
+    share = 1.0 / (1.0 + flexibility * tangent) if flexibility != 0.0 else 1.0
+    force = _damped(elastic, tangent, overlap, share * approach_rate, loss, damping, exponent)
+    return max(elastic + share * (force - elastic), 0.0)
+
+
 @njit(cache=True)
 def _laplacian(i, y, v, wall, rate, stiffness):
     """Difference of the approach rates of the contacts behind and ahead of a body; an open one has none."""
@@ -394,14 +452,10 @@ def _accelerate(
         ahead = elastic
         # A striker that just touches pushes its dashpot at once.
         if approach >= 0.0 and stiffness[i] > 0.0 and NO_LOSS < numbers.loss < GLOBAL:
-            # The loss sees the contact's own part of the rate, and the spring behind gives way to it: to first order.
-            share = 1.0
-            if i == last:
-                share = 1.0 / (1.0 + numbers.flexibility * slope)
-            elif i == 0:
-                share = 1.0 / (1.0 + numbers.flexibility_behind * slope)
-            ahead = _damped(elastic, slope, overlap, share * approach_rate, numbers.loss, damping[i], numbers.exponent)
-            ahead = max(elastic + share * (ahead - elastic), 0.0)
+            flexibility = numbers.flexibility if i == last else numbers.flexibility_behind if i == 0 else 0.0
+            ahead = _lossy(
+                elastic, slope, overlap, approach_rate, flexibility, numbers.loss, damping[i], numbers.exponent
+            )
             power += (ahead - elastic) * approach_rate
         a[i] = inverse_mass[i] * (behind - ahead) + numbers.gravity
         forces[i] = ahead
@@ -480,15 +534,10 @@ def _accelerate_vibrating(
             if approach[i] < 0.0 or stiffness[i] == 0.0:
                 continue
             elastic, slope = forces[i], stiffness[i] * _shape_tangent(table[i], rows, overlap[i])
-            share = 1.0
-            if i == last:
-                share = 1.0 / (1.0 + numbers.flexibility * slope)
-            elif i == 0:
-                share = 1.0 / (1.0 + numbers.flexibility_behind * slope)
-            lossy = _damped(
-                elastic, slope, overlap[i], share * approach_rate[i], numbers.loss, damping[i], numbers.exponent
+            flexibility = numbers.flexibility if i == last else numbers.flexibility_behind if i == 0 else 0.0
+            forces[i] = _lossy(
+                elastic, slope, overlap[i], approach_rate[i], flexibility, numbers.loss, damping[i], numbers.exponent
             )
-            forces[i] = max(elastic + share * (lossy - elastic), 0.0)
             power += (forces[i] - elastic) * approach_rate[i]
     behind = 0.0
     for i in range(bodies):
@@ -610,15 +659,11 @@ def _viscous_verlet(y, v, inverse_mass, stiffness, damping, loss, gravity, flexi
         overlap = approach
         if flexibility != 0.0:
             overlap = _overlap_on_spring(stiffness[last], -1, no_rows, approach, flexibility)
-        wall_force = _hertz(stiffness[last], overlap)
+        wall_force = elastic = _hertz(stiffness[last], overlap)
         if approach >= 0.0 and stiffness[last] > 0.0:
-            # The loss sees the contact's own part of the rate, and the spring behind gives way to it: to first order.
-            slope = stiffness[last] * sqrt(overlap if overlap > NEGLIGIBLE else 0.0)
-            share = 1.0 / (1.0 + 1.5 * flexibility * slope)
-            push = max(_viscosity(loss, damping[last], slope) * share * approach_rate, -wall_force)
-            push = max(share * push, -wall_force)
-            lost[last] += kick * push * approach_rate
-            wall_force += push
+            slope = 1.5 * stiffness[last] * sqrt(overlap if overlap > NEGLIGIBLE else 0.0)
+            wall_force = _lossy(elastic, slope, overlap, approach_rate, flexibility, loss, damping[last], 1.0)
+            lost[last] += kick * (wall_force - elastic) * approach_rate
         impulse += kick * wall_force
         _viscous_kick_drift(
             y, v, half, lost, inverse_mass, stiffness, damping, loss, gravity, wall_force, dt, kick, drift
@@ -868,62 +913,56 @@ def _square(matrix, x):
 
 @njit(cache=True)
 def run_condensed(
-    y, v, chain, method, steps, window, static, tolerance, stride, linear, state, guess, totals, rows, frames
+    y, v, chain, method, steps, window, static, tolerance, stride, linear, state, guess, totals, rows, saved
 ):
     """The window loop of a chain on a linear structure over a range of saved times, `stride` windows each.
 
-    linear = (spread, response, contact, stiffness, mass), see structures.moving.Propagator.
-    Moved on in place: y, v; the structure's state; guess, see advance_condensed; totals = (w, energy lost, drive's
-    work, work on the structure, work of the chain, impulse). rows = (last one done, last one to do).
-    frames = (y, v, contact forces, kinetic, potential, lost, drive's work, w, work on the structure, work of the chain,
-    impulse, kinetic and elastic of the structure, evaluations, residual).
-    Returns (OK, …), or what went wrong, in which window, and the bead or the residual.
+    linear: a structures.moving.Propagator; totals: Totals; saved: Saved; rows = (last one done, last one to do).
+    Updated in place: y, v; the structure's state; guess, see advance_condensed; saved. Returns an Outcome.
     """
-    spread, response, contact, stiffness, mass = linear
-    (
-        out_y, out_v, out_force, out_kinetic, out_potential, out_lost, out_driven, out_wall, out_work, out_given,
-        out_impulse, out_moving, out_bent, out_count, out_residual,
-    ) = frames  # fmt: skip
+    spread, response, contact = linear.spread, linear.response, linear.contact
+    stiffness, mass = linear.stiffness, linear.mass
     free, size = np.zeros(response.size), contact.size
     compliance = _dot(contact, response)
+    wall, lost, driven, work, given, impulse = totals
     evaluations, largest = 0, 0.0
     for done in range(rows[0] * stride + 1, rows[1] * stride + 1):
         _propagate(spread, state, free)
-        t, before, wall_free = (done - 1) * window, totals[0], _dot(contact, free)
-        force, lost, driven, count, residual = advance_condensed(
+        t, before, wall_free = (done - 1) * window, wall, _dot(contact, free)
+        force, loss, drive, count, residual = advance_condensed(
             y, v, chain, method, steps, t, window, before, wall_free, compliance, static, guess, tolerance
         )
         push = force - static
         wall = wall_free + compliance * push
         for i in range(state.size):
             end = free[i] + push * response[i]
-            # What damping leaves of an old motion would end in slow subnormal numbers too.
+            # The rest of an old motion that damping leaves would end in slow subnormal numbers too.
             state[i] = 0.0 if abs(end) < NEGLIGIBLE**3 else end
         bad = first_bad(y, v, wall)
         if bad >= 0:
-            return NON_FINITE, done, float(bad)
+            return Outcome(NON_FINITE, done, float(bad), Totals(before, lost, driven, work, given, impulse))
         if abs(residual) > tolerance:
-            return NOT_CONVERGED, done, residual
-        totals[0] = wall
-        totals[1] += lost
-        totals[2] += driven
-        totals[3] += push * (wall - before)
-        # The chain saw the surface end where the force before its last answer would have brought it.
-        totals[4] += push * (wall - compliance * residual - before)
-        totals[5] += push * window
+            return Outcome(NOT_CONVERGED, done, residual, Totals(before, lost, driven, work, given, impulse))
+        lost += loss
+        driven += drive
+        work += push * (wall - before)
+        # The chain moved against the surface where the force before its last answer would have brought it.
+        given += push * (wall - compliance * residual - before)
+        impulse += push * window
         evaluations += count
         largest = max(largest, abs(residual))
         if done % stride == 0:
             row = done // stride
-            out_y[row], out_v[row] = y, v
-            contact_forces(y, v, chain, done * window, wall, (wall - before) / window, out_force[row])
-            out_kinetic[row], out_potential[row] = energies(y, v, chain, wall)
-            out_bent[row], out_moving[row] = _square(stiffness, state[:size]), _square(mass, state[size:])
-            out_wall[row], out_lost[row], out_driven[row] = totals[0], totals[1], totals[2]
-            out_work[row], out_given[row], out_impulse[row] = totals[3], totals[4], totals[5]
-            out_count[row], out_residual[row] = evaluations, largest
+            saved.position[row], saved.velocity[row] = y, v
+            contact_forces(y, v, chain, done * window, wall, (wall - before) / window, saved.contact_force[row])
+            saved.kinetic[row], saved.potential[row] = energies(y, v, chain, wall)
+            saved.structure_elastic[row] = _square(stiffness, state[:size])
+            saved.structure_kinetic[row] = _square(mass, state[size:])
+            saved.surface[row], saved.lost[row], saved.driven[row] = wall, lost, driven
+            saved.work[row], saved.given[row], saved.impulse[row] = work, given, impulse
+            saved.evaluations[row], saved.residual[row] = evaluations, largest
             evaluations, largest = 0, 0.0
-    return OK, 0, 0.0
+    return Outcome(OK, 0, 0.0, Totals(wall, lost, driven, work, given, impulse))
 
 
 @njit(cache=True, parallel=True)

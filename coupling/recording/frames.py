@@ -77,13 +77,25 @@ class Frames:
         self.work[:, row], self.given[:, row], self.impulse[:, row] = state.ledger[:3]
         self.evaluations[row], self.substeps[row], self.residual[row] = counts
 
-    def compiled(self) -> tuple[Vector, ...]:
-        """Of one chain and one contact, in the order that the compiled window loop wants."""
-        return (
-            *vars(self.chains[0]).values(),
-            *(array[0] for array in (self.surface, self.work, self.given, self.impulse, self.kinetic, self.elastic)),
-            self.evaluations,
-            self.residual,
+    def compiled(self) -> kernels.Saved:
+        """Of one chain and one contact, as the compiled window loop fills them."""
+        chain = self.chains[0]
+        return kernels.Saved(
+            position=chain.position,
+            velocity=chain.velocity,
+            contact_force=chain.contact_force,
+            kinetic=chain.kinetic,
+            potential=chain.potential,
+            lost=chain.lost,
+            driven=chain.driven,
+            surface=self.surface[0],
+            work=self.work[0],
+            given=self.given[0],
+            impulse=self.impulse[0],
+            structure_kinetic=self.kinetic[0],
+            structure_elastic=self.elastic[0],
+            evaluations=self.evaluations,
+            residual=self.residual,
         )
 
     def upto(self, row: int) -> list[Vector]:
