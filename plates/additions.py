@@ -17,7 +17,28 @@ ROUNDING = 1e-6
 
 @dataclass(frozen=True)
 class PointMass:
-    """A small body fixed to the plate at (x, y), m; mass in kg. Without rotary inertia."""
+    """A small body fixed to a plate, without rotary inertia.
+
+    Parameters
+    ----------
+    x, y : float
+        Place on the plate, m.
+    mass : float
+        Mass, kg.
+
+    Raises
+    ------
+    ValueError
+        Where a number is not finite or the mass not positive.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> sensor = hl.PointMass(0.1, 0.05, mass=2e-3)
+    >>> plate = hl.kirchhoff_plate(0.3, 0.2, 2e-3, hl.ALUMINIUM_6061, hl.Supports(left="clamped"), additions=[sensor])
+    >>> len(plate.additions)
+    1
+    """
 
     x: float
     y: float
@@ -32,10 +53,31 @@ class PointMass:
 
 @dataclass(frozen=True)
 class Stiffener:
-    """A beam on the plate from start to end, (x, y) in m each, that bends and twists with it.
+    """A straight beam on a plate that bends and twists with it.
 
-    bending_stiffness EI, N m², of bending across the plate, about the plate's middle surface; torsion_stiffness GJ,
-    N m²; mass_per_length, kg/m, without rotary inertia.
+    Parameters
+    ----------
+    start, end : (float, float)
+        Its two ends (x, y), m.
+    bending_stiffness : float
+        EI of bending out of the plate, about the plate's middle surface, N m².
+    torsion_stiffness : float
+        GJ, N m².
+    mass_per_length : float
+        Mass per length, kg/m; its rotary inertia is neglected.
+
+    Raises
+    ------
+    ValueError
+        Where the ends coincide, or a stiffness or the mass is negative.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> steel, height, breadth = hl.STEEL_316, 0.01, 0.003
+    >>> rib = hl.Stiffener((0.0, 0.1), (0.3, 0.1), steel.youngs_modulus * breadth * height**3 / 3)
+    >>> rib.length
+    0.3
     """
 
     start: Place
@@ -73,10 +115,26 @@ class Stiffener:
 
 @dataclass(frozen=True)
 class Weakened:
-    """A rectangle whose bending stiffness is `factor` times the plate's, 0 < factor ≤ 1; its mass stays.
+    """A rectangle of a plate with a lower bending stiffness and the same mass, such as a delamination.
 
-    region: (left, right, bottom, top), m. A delamination between parts of thickness a and b, which slide on each other,
-    leaves (a³ + b³)/(a + b)³ of a homogeneous plate's.
+    Parameters
+    ----------
+    region : (float, float, float, float)
+        Left, right, bottom and top, m.
+    factor : float
+        The part of the plate's bending stiffness that is left, 0 < factor ≤ 1. A delamination between parts of
+        thickness a and b that slide on each other leaves (a³ + b³)/(a + b)³ of a homogeneous plate's.
+
+    Raises
+    ------
+    ValueError
+        Where the sides are not ascending, or the factor is out of its range.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> hl.Weakened((0.10, 0.12, 0.05, 0.07), factor=0.25)
+    Weakened(region=(0.1, 0.12, 0.05, 0.07), factor=0.25)
     """
 
     region: tuple[float, float, float, float]

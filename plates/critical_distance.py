@@ -73,7 +73,8 @@ def critical_distance_law(
     bead : Bead
         One of a chain of equal beads, and its striker.
     plate : Plate
-        As `kirchhoff_plate` makes; its other edges are taken as far away. One isotropic material.
+        A thin plate of any shape, of one isotropic material; its edges are regarded as straight and all but one as far
+        away.
     impact_speed : float
         The striker's, m/s.
     edge : str
@@ -104,7 +105,7 @@ def critical_distance_law(
     >>> plate = hl.kirchhoff_plate(0.9, 0.9, 2.29e-3, hl.ALUMINIUM_6061, hl.Supports(left="clamped"))
     >>> bead = hl.Sphere(2.38e-3, hl.STEEL_440C)
     >>> print(f"{1e3 * hl.critical_distance_law(bead, plate, impact_speed=0.31).value:.1f} mm")
-    14.7 mm
+    14.6 mm
     """
     one_of("edge", edge, EDGES)
     low, high = TOLERANCES

@@ -22,11 +22,34 @@ SAME_THICKNESS = 1e-6
 
 @dataclass(frozen=True)
 class OrthotropicMaterial:
-    """A sheet whose elasticity differs along and across its fibres; moduli in Pa, density in kg/m³.
+    """A sheet whose elasticity differs along and across its fibres.
 
-    youngs_modulus_along and _across the fibres; poisson_ratio ν₁₂: contraction across over stretch along under tension
-    along, with ν₁₂² < E₁/E₂. shear_modulus: in the plane, G₁₂; shear_modulus_along: G₁₃, of planes through the fibres
-    and the normal; shear_modulus_across: G₂₃. Raises ValueError where a number cannot belong to a solid.
+    Parameters
+    ----------
+    youngs_modulus_along, youngs_modulus_across : float
+        E₁ along and E₂ across the fibres, Pa.
+    poisson_ratio : float
+        ν₁₂: contraction across over extension along the fibres under tension along them; ν₁₂² < E₁/E₂.
+    shear_modulus : float
+        G₁₂ in the plane, Pa.
+    shear_modulus_along, shear_modulus_across : float
+        G₁₃ and G₂₃, transverse, along and across the fibres, Pa.
+    density : float
+        Density, kg/m³.
+    name : str
+        For results.
+
+    Raises
+    ------
+    ValueError
+        Where a number cannot belong to a solid.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> carbon = hl.laminates.OrthotropicMaterial(135e9, 9e9, 0.3, 5e9, 5e9, 3.2e9, 1560.0, "carbon fibre")
+    >>> carbon.density
+    1560.0
     """
 
     youngs_modulus_along: float
@@ -59,7 +82,28 @@ class OrthotropicMaterial:
 
 @dataclass(frozen=True)
 class Ply:
-    """One layer of a laminate: thickness in m, angle in rad from x towards y to its fibres."""
+    """One layer of a laminate.
+
+    Parameters
+    ----------
+    material : Material or OrthotropicMaterial
+        Its material.
+    thickness : float
+        Thickness, m.
+    angle : float
+        From x towards y to its fibres, rad.
+
+    Raises
+    ------
+    ValueError
+        Where an argument is of the wrong kind or out of its range.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> hl.laminates.Ply(hl.PTFE, 1e-3).thickness
+    0.001
+    """
 
     material: Material | OrthotropicMaterial
     thickness: float
@@ -83,13 +127,29 @@ class Stiffnesses(NamedTuple):
 
 @dataclass(frozen=True)
 class Laminate:
-    """Plies bonded into one wall, the struck one first.
+    """Plies bonded into one wall.
 
-    surface: the isotropic material whose E and ν Hertz's contact sees; by default the struck ply's, if that is
-    isotropic. Of an orthotropic one it is a material of the modulus E/(1 − ν²) that a half-space of the ply has in
-    Hertz's law (`indentation_modulus`). The constants that a sheet leaves open are those of fibres that are spread
-    evenly: E₃ = E₂, ν₁₃ = ν₁₂ and ν₂₃ = E₂/2G₂₃ − 1. Plies below count as of the same material and angle.
-    Raises ValueError where G₂₃ does not allow that: then give `surface`.
+    Parameters
+    ----------
+    plies : sequence of Ply
+        The struck ply first.
+    surface : Material, optional
+        The isotropic material whose E and ν enter Hertz's contact law; by default that of the struck ply, if it is
+        isotropic. An orthotropic ply is replaced by a material with the modulus E/(1 − ν²) that a half-space of the ply
+        has in Hertz's law (`indentation_modulus`). The constants that a sheet leaves open are those of evenly
+        distributed fibres: E₃ = E₂, ν₁₃ = ν₁₂ and ν₂₃ = E₂/2G₂₃ − 1. Plies below the first count as equal to it.
+
+    Raises
+    ------
+    ValueError
+        For other things than plies, and where G₂₃ leads to a ν₂₃ that no solid has: then give `surface`.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> wall = hl.laminates.Laminate([hl.laminates.Ply(hl.STEEL_316, 1e-3), hl.laminates.Ply(hl.PTFE, 2e-3)])
+    >>> wall
+    <Laminate: 2 plies, 3 mm, steel 316 is struck>
     """
 
     plies: Sequence[Ply]
@@ -98,9 +158,13 @@ class Laminate:
     def __post_init__(self) -> None:
         object.__setattr__(self, "plies", tuple(listed("plies", self.plies, Ply, "one Ply or more, the struck first")))
         if self.surface is not None:
-            instance("surface", self.surface, Material, "the Material that the contact sees, or None")
+            instance("surface", self.surface, Material, "the Material of the contact, or None")
         else:
             _isotropic(self.plies[0].material)
+
+    def __repr__(self) -> str:
+        plies = f"{len(self.plies)} {'plies' if len(self.plies) > 1 else 'ply'}"
+        return f"<Laminate: {plies}, {1e3 * self.thickness:.4g} mm, {self.struck.name or 'a material'} is struck>"
 
     @property
     def name(self) -> str:
@@ -114,12 +178,12 @@ class Laminate:
 
     @property
     def struck(self) -> Material:
-        """The isotropic material that stands for the struck ply in Hertz's law."""
+        """The isotropic material that replaces the struck ply in Hertz's law."""
         return _isotropic(self.plies[0].material) if self.surface is None else self.surface
 
     @property
     def back(self) -> Material:
-        """Likewise of the last ply, which a chain on the back strikes."""
+        """The one that replaces the last ply, which a chain on the back strikes."""
         return _isotropic(self.plies[-1].material) if self.surface is None else self.surface
 
     @property
@@ -135,12 +199,13 @@ class Laminate:
         return Stiffnesses(*sums)
 
     def section(self, shear_correction: float = SHEAR_CORRECTION) -> Section:
-        """What a plate's theory knows of the laminate.
+        """The bending and shear stiffness and the mass that a plate's theory uses.
 
         Where bending and stretching are coupled (B ≠ 0) the bending stiffness is the reduced one, D − B A⁻¹ B: exact
         where no in-plane force arises, as in a plate whose edges may slide in its plane; held edges make it stiffer
         (Ashton, J. Compos. Mater. 3 (1969) 188; Whitney, Structural Analysis of Laminated Anisotropic Plates).
-        Shear: Σ of the plies' G t times one correction, 5/6 by default; laminates of very unlike plies need less.
+        The shear stiffness is Σ G t of the plies times one correction, 5/6 by default; laminates of
+        very different plies require a smaller one.
         """
         positive("shear_correction", shear_correction)
         extension, coupling, bending = self.stiffnesses
@@ -189,7 +254,7 @@ def struck(section: Section, material: object, face: str) -> Material:
 
 @lru_cache(maxsize=256)
 def _isotropic(ply: Material | OrthotropicMaterial) -> Material:
-    """A material that a bead meets as it meets the ply."""
+    """The isotropic material with the indentation modulus of a ply."""
     if isinstance(ply, Material):
         return ply
     along, across, ratio = ply.youngs_modulus_along, ply.youngs_modulus_across, ply.poisson_ratio
@@ -197,7 +262,7 @@ def _isotropic(ply: Material | OrthotropicMaterial) -> Material:
     if not -1.0 < around < 1.0 - 2.0 * ratio**2 * across / along:
         raise ValueError(
             f"shear_modulus_across = {ply.shear_modulus_across!r}: gives ν = {around:.3g} around the fibres, which no "
-            "solid has; give surface=, the Material that the contact sees"
+            "solid has; give surface=, the Material of the contact"
         )
     shear = (ply.shear_modulus_across, ply.shear_modulus_along, ply.shear_modulus)
     constants = orthotropic_stiffness((along, across, across), (around, ratio, ratio), shear)
@@ -216,7 +281,7 @@ def _plane_stiffness(ply: Ply) -> Vector:
     tension, contraction = 1.0 / along, -ratio / along
     compliance = np.array([[tension, contraction, 0.0], [contraction, 1.0 / across, 0.0], [0.0, 0.0, 1.0 / shear]])
     c, s = np.cos(ply.angle), np.sin(ply.angle)
-    # Strains along the fibres from those in the plate's axes; work makes its transpose turn the stresses back.
+    # Strains in the fibres' axes from those in the plate's. By virtual work its transpose rotates the stresses back.
     turn = np.array([[c * c, s * s, c * s], [s * s, c * c, -c * s], [-2.0 * c * s, 2.0 * c * s, c * c - s * s]])
     stiffness: Vector = turn.T @ np.linalg.inv(compliance) @ turn
     return stiffness

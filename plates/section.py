@@ -1,4 +1,4 @@
-"""What a plate's theory knows of its wall: bending and shear stiffness, mass; of one material or of layers."""
+"""The wall of a plate as its theory uses it: bending and shear stiffness, mass; of one material or of layers."""
 
 from dataclasses import dataclass
 
@@ -14,7 +14,7 @@ SHEAR_CORRECTION = 5.0 / 6.0
 """Reissner's factor of the transverse shear stiffness of a homogeneous plate."""
 
 DIRECTIONS = 720
-"""In which D(φ) is sampled, so that its mean is exact to rounding for all but the most unlike stiffnesses."""
+"""Directions in which D(φ) is sampled: its mean is exact to rounding unless the stiffnesses differ extremely."""
 
 
 ROUNDING = 1e-9
@@ -23,11 +23,33 @@ ROUNDING = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Section:
-    """A plate's wall per unit of its middle surface.
+    """The wall of a plate, per unit of its middle surface.
 
-    bending: 3 × 3, N m: moments (M_xx, M_yy, M_xy) over curvatures (w_xx, w_yy, 2 w_xy). shear: 2 × 2, N/m, with the
-    shear correction: forces (Q_x, Q_y) over shear strains. mass, kg/m²; rotary_inertia, kg. thickness, m.
-    struck: the isotropic material whose E and ν Hertz's contact sees.
+    Parameters
+    ----------
+    bending : array
+        3 × 3, N m: moments (M_xx, M_yy, M_xy) over curvatures (w_xx, w_yy, 2 w_xy).
+    shear : array
+        2 × 2, N/m: forces (Q_x, Q_y) over transverse shear strains, with the shear correction.
+    mass : float
+        Mass per area, kg/m².
+    rotary_inertia : float
+        Rotary inertia per area, kg.
+    thickness : float
+        Thickness, m.
+    struck : Material
+        The isotropic material whose E and ν enter Hertz's contact law.
+
+    Raises
+    ------
+    ValueError
+        Where a stiffness is not symmetric and positive definite, or another number is out of its range.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> hl.laminates.homogeneous(2e-3, hl.ALUMINIUM_6061)
+    <Section: 2 mm, D11 = 51.55 N m, D22 = 51.55 N m, 5.386 kg/m²; aluminium 6061 is struck>
     """
 
     bending: Vector
@@ -44,11 +66,17 @@ class Section:
             object.__setattr__(self, name, positive(name, getattr(self, name), unit))
         object.__setattr__(self, "rotary_inertia", not_negative("rotary_inertia", self.rotary_inertia, "kg"))
         likely("thickness", "Section", "thickness", self.thickness)
-        instance("struck", self.struck, Material, "a Material, whose E and ν a bead meets")
+        instance("struck", self.struck, Material, "a Material, whose E and ν enter Hertz's contact law")
+
+    def __repr__(self) -> str:
+        first, second = self.bending[0, 0], self.bending[1, 1]
+        stiffness = f"D11 = {first:.4g} N m, D22 = {second:.4g} N m"
+        struck = self.struck.name or "a material"
+        return f"<Section: {1e3 * self.thickness:.4g} mm, {stiffness}, {self.mass:.4g} kg/m²; {struck} is struck>"
 
 
 def _positive_definite(name: str, given: object, size: int) -> Vector:
-    """A stiffness as an array, or a ValueError where it is none."""
+    """A stiffness as an array; a ValueError for anything else."""
     try:
         matrix = np.asarray(given, dtype=float)
     except (TypeError, ValueError):
@@ -62,7 +90,34 @@ def _positive_definite(name: str, given: object, size: int) -> Vector:
 
 
 def homogeneous(thickness: float, material: Material, shear_correction: float = SHEAR_CORRECTION) -> Section:
-    """The section of a plate of one isotropic material; thickness in m."""
+    """The section of a plate of one isotropic material.
+
+    Parameters
+    ----------
+    thickness : float
+        Thickness t, m.
+    material : Material
+        Its material.
+    shear_correction : float
+        Factor of the transverse shear stiffness G t: 5/6 is Reissner's, π²/12 Mindlin's.
+
+    Returns
+    -------
+    Section
+        Bending stiffness D = E t³/12(1 − ν²), mass ρ t, rotary inertia ρ t³/12.
+
+    Raises
+    ------
+    ValueError
+        Where an argument is of the wrong kind or out of its range.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> wall = hl.laminates.homogeneous(2.29e-3, hl.ALUMINIUM_6061)
+    >>> print(f"{wall.bending[0, 0]:.2f} N m, {wall.mass:.2f} kg/m²")
+    77.38 N m, 6.17 kg/m²
+    """
     thickness, shear_correction = positive("thickness", thickness, "m"), positive("shear_correction", shear_correction)
     instance("material", material, Material, "a Material; MATERIALS[name] gives one by name")
     nu, rigidity = material.poisson_ratio, material.contact_modulus * thickness**3 / 12.0

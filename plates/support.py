@@ -15,10 +15,25 @@ SHOWN = 6
 
 @dataclass(frozen=True)
 class ElasticEdge:
-    """An edge on springs: per length of it, translation in N/m² resists deflection, rotation in N resists the slope
-    across it.
+    """An edge on springs. With an infinite translation stiffness it is "simple", with both infinite "clamped".
 
-    Both are 0 or more; translation without end is "simple", both without end "clamped".
+    Parameters
+    ----------
+    translation : float
+        Force per deflection and length of the edge, N/m²; 0 or more.
+    rotation : float
+        Moment per slope across the edge and length of the edge, N; 0 or more.
+
+    Raises
+    ------
+    ValueError
+        Where a stiffness is negative or not finite.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> hl.Supports(left=hl.ElasticEdge(translation=1e7), right="clamped").left
+    ElasticEdge(translation=10000000.0, rotation=0.0)
     """
 
     translation: float = 0.0
@@ -34,11 +49,25 @@ Support = str | ElasticEdge
 
 @dataclass(frozen=True)
 class Supports:
-    """Edges of a rectangle: x runs from left to right, y from bottom to top, origin at the left bottom corner.
+    """How the edges of a rectangle are held. x runs from left to right, y from bottom to top.
 
-    Each edge is "clamped" (no deflection, no slope), "simple" (no deflection; in Mindlin's theory no rotation along the
-    edge either), "soft simple" (no deflection only; the same as "simple" in Kirchhoff's theory), "free", "symmetry"
-    (no slope across it: the plate goes on as its mirror image) or an ElasticEdge.
+    Parameters
+    ----------
+    left, right, bottom, top : str or ElasticEdge
+        "clamped": no deflection and no slope. "simple": no deflection; in Mindlin's theory no rotation along the edge
+        either. "soft simple": no deflection only; the same as "simple" in Kirchhoff's theory. "free". "symmetry": no
+        slope across the edge, beyond which the plate continues as its mirror image. Or springs, an ElasticEdge.
+
+    Raises
+    ------
+    ValueError
+        For other kinds of edges.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> hl.Supports("clamped", "clamped")
+    Supports(left='clamped', right='clamped', bottom='free', top='free')
     """
 
     left: Support = "free"
@@ -52,7 +81,7 @@ class Supports:
 
 
 def check_support(name: str, support: object) -> None:
-    """A ValueError where this is no way to hold an edge."""
+    """A ValueError for an unknown way to hold an edge."""
     if not isinstance(support, ElasticEdge):
         one_of(name, support, KINDS)  # type: ignore[arg-type]
 

@@ -31,13 +31,29 @@ ON_EDGE = 0.3
 
 @dataclass(frozen=True)
 class Outline:
-    """A polygon with holes.
+    """A polygon with holes, the shape of a panel.
 
-    corners: (x, y) in m, in order; the side i runs from corner i to the next, the last back to the first. Curved edges
-    are many short sides, see `circle`. holes: the corners of each.
-    edges: a name for each side, or one for all; by default "side 1", "side 2", ... Sides may share a name: they are one
-    edge. The edges of the holes are "hole 1", "hole 2", ...
-    Raises ValueError where corners coincide, sides cross or touch, or holes lie outside or in each other.
+    Parameters
+    ----------
+    corners : sequence of (float, float)
+        Corners (x, y) in order, m. Side i runs from corner i to the next, the last one back to the first. Approximate
+        curved edges by many short sides; see `circle`.
+    holes : sequence of sequences of (float, float)
+        The corners of each hole, m.
+    edges : str or sequence of str
+        A name for each side, or one for all; by default "side 1", "side 2", ... Sides with the same name form one edge.
+        The edges of the holes are "hole 1", "hole 2", ...
+
+    Raises
+    ------
+    ValueError
+        Where corners coincide, sides cross or touch, or holes lie outside or in each other.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> hl.Outline([(0, 0), (0.3, 0), (0, 0.2)], edges=["base", "slope", "wall"])
+    <Outline: polygon of 3 corners, 0.3 × 0.2 m; edges 'base', 'slope', 'wall'>
     """
 
     corners: tuple[Place, ...]
@@ -181,7 +197,34 @@ class Outline:
 
 
 def circle(radius: float, centre: Place = (0.0, 0.0), corners: int = ROUND) -> tuple[Place, ...]:
-    """Corners of a regular polygon of the circle's area: Outline(circle(0.2), edges="rim"); radius and centre in m."""
+    """Corners of a regular polygon with the area of a circle.
+
+    Parameters
+    ----------
+    radius : float
+        Radius of the circle, m.
+    centre : (float, float)
+        Its centre (x, y), m.
+    corners : int
+        The number of corners, 3 or more.
+
+    Returns
+    -------
+    tuple of (float, float)
+        Corners (x, y), m, anticlockwise.
+
+    Raises
+    ------
+    ValueError
+        Where a number is out of its range.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> disc = hl.Outline(hl.circle(0.2), edges="rim")
+    >>> print(f"{disc.area:.5f} m²")
+    0.12566 m²
+    """
     radius, count = positive("radius", radius, "m"), whole("corners", corners, 3)
     x, y = (finite(f"centre[{i}]", value, "m") for i, value in enumerate(centre))
     angle = 2.0 * pi / count
