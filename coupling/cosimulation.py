@@ -1,13 +1,13 @@
 """The co-simulation: chains and structures, coupled by a scheme through the contacts between them."""
 
 import logging
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
 import xarray as xr
 
-from coupling.interface import Interface, for_each
+from coupling.interface import Facing, Interface, for_each
 from coupling.loops import Work
 from coupling.plan import plan_run, warn_if_coarse
 from coupling.recording.checkpoint import Keeper
@@ -77,14 +77,14 @@ class CoSimulation:
     def __init__(
         self,
         chain: Chain | Iterable[Chain],
-        structure: Any,
+        structure: Facing | Sequence[Facing],
         scheme: Scheme | None = None,
         window: float | Adaptive | None = None,
         dt: float | None = None,
         *,
         substeps: int | None = None,
         waveform: str = "linear",
-        behind: Any = None,
+        behind: Facing | Sequence[Facing] = None,
     ) -> None:
         several = not isinstance(chain, Chain) and isinstance(chain, Iterable)
         if several:

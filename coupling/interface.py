@@ -63,6 +63,10 @@ class ContactPoint:
             raise ValueError(f"number = {self.number!r}: must be below {count}, the structure's number of contacts")
 
 
+Facing: TypeAlias = Structure | MovingStructure | Participant | ContactPoint | None
+"""What a bead can face at an end of a chain; None for nothing."""
+
+
 class Contact(NamedTuple):
     """An end of a chain (LAST or FIRST) on a point of a structure, by their places in the Interface."""
 

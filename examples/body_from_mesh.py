@@ -12,7 +12,7 @@ chain = hl.Chain([bead] * 20, bead, hl.drop_speed(0.01))
 side = 20e-3
 grid = MeshHex.init_tensor(*3 * [np.linspace(0.0, side, 8)])
 mesh = to_meshio(grid)  # or "cube.msh", with a physical group "table"
-mesh.point_sets = {"table": np.flatnonzero(grid.p[2] == 0.0)}
+mesh.point_sets["table"] = np.flatnonzero(grid.p[2] == 0.0)
 top = (side / 2.0, side / 2.0, side)
 
 bodies = {

@@ -12,8 +12,8 @@ second = hl.reduce(far, until=8e-4)
 for thickness in (1e-3, 2e-3, 4e-3):
     near = hl.kirchhoff_plate(0.1, 0.1, thickness, hl.ALUMINIUM_6061, supports)
     first = hl.reduce(near.at([0.05, 0.05], [0.05, 0.05], face=["front", "back"]), until=8e-4)
-    facing, behind = [hl.ContactPoint(first, 0), second], [None, hl.ContactPoint(first, 1)]
-    run = hl.CoSimulation([striking, between], facing, behind=behind).run(until=8e-4)
+    front, back = hl.ContactPoint(first, 0), hl.ContactPoint(first, 1)
+    run = hl.CoSimulation([striking, between], [front, second], behind=[None, back]).run(until=8e-4)
     taken = run.structure_work.max("time") / run.impact_energy.isel(chain=0)
     events = hl.contact_events(run)
     left = events.time[(events.structure == 1) & (events.kind == "opens")][0].item()

@@ -7,11 +7,12 @@ hollow = hl.HollowSphere(radius=9.525e-3, inner_radius=8.655e-3, material=hl.ALU
 taper = [hl.Sphere(9.525e-3 * 0.9**n, hl.STEEL_316) for n in range(1, 7)]
 impurity = hl.Ellipsoid(radius=4e-3, length=12e-3, material=hl.BRASS_360, axis="along")
 
-beads: list[hl.Bead] = [steel, hollow] * 6 + [impurity] + taper
+pair: list[hl.Bead] = [steel, hollow]
+beads = [*pair * 6, impurity, *taper]
 chain = hl.Chain(beads, striker=steel, impact_speed=0.3, dissipation=hl.Restitution(0.95))
 run = hl.CoSimulation(chain, hl.half_space(hl.STEEL_316)).run(until=1.2e-3)
 
-pairs: list[tuple[hl.Bead, hl.Bead]] = [(steel, hollow), (hollow, impurity), (taper[-2], taper[-1])]
+pairs = [(steel, hollow), (hollow, impurity), (taper[-2], taper[-1])]
 for one, other in pairs:
     print(hl.contact_law(one, other).name)
 for sensor in (3, 9, 16):

@@ -73,7 +73,7 @@ class Bead(Protocol):
 
 
 @dataclass(frozen=True)
-class Sphere:
+class Sphere(Bead):
     """A solid sphere.
 
     Parameters
@@ -118,7 +118,7 @@ class Sphere:
 
 
 @dataclass(frozen=True)
-class HollowSphere:
+class HollowSphere(Bead):
     """A spherical shell.
 
     Parameters
@@ -186,7 +186,7 @@ class HollowSphere:
 
 
 @dataclass(frozen=True)
-class Ellipsoid:
+class Ellipsoid(Bead):
     """A solid ellipsoid of revolution.
 
     Parameters
@@ -250,7 +250,7 @@ class Ellipsoid:
 
 
 @dataclass(frozen=True)
-class Cylinder:
+class Cylinder(Bead):
     """A solid cylinder that lies across the chain.
 
     Parameters

@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -29,9 +29,9 @@ class Iteration(ABC):
     tolerance: float
     relaxation: float
     largest_count: int
-    substeps_per_contact: ClassVar[int] = SUBSTEPS_PER_CONTACT
-    repeats: ClassVar[bool] = True
-    whole_window: ClassVar[bool] = True
+    substeps_per_contact = SUBSTEPS_PER_CONTACT
+    repeats = True
+    whole_window = True
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "tolerance", within("tolerance", self.tolerance, *TOLERANCES))
