@@ -1,1 +1,1 @@
-"""Numbers of a model from signals."""
+"""Parameters of a model, identified from signals."""

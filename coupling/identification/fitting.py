@@ -1,4 +1,4 @@
-"""Losses from sensor signals (thesis, section 4.2): least squares over batches of simulated chains."""
+"""Loss parameters from sensor signals (thesis, section 4.2): least squares over batches of simulated chains."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -30,27 +30,28 @@ from structures.checks import instance, listed, one_of, short, whole
 from structures.structure import Structure, Vector
 
 STEPS_PER_CONTACT = 200
-"""Steps in a contact's duration; peaks are then within 1e-4 of those of a run's default."""
+"""Time steps in the duration of a contact; peaks are then within 1e-4 of those of a run with default steps."""
 
-PULSE = 1.2
-"""A pulse is compared over so many times its width at half height to either side of its peak."""
+PULSE_WIDTHS = 1.2
+"""A pulse is compared over this multiple of its width at half height on each side of its peak."""
 
-SEPARABLE = 0.25
-"""Half-width of the exponent's 95 % interval above which it and the coefficient are not told apart."""
+MOST_EXPONENT_WIDTH = 0.25
+"""If the half-width of the exponent's 95 % interval is larger, exponent and coefficient cannot be separated."""
 
-SIZES = tuple(np.geomspace(3e-4, 1.0, 11))
-"""Where the search begins: losses that would stop a contact in 1/size of its duration."""
+STARTING_SIZES = tuple(np.geomspace(3e-4, 1.0, 11))
+"""Starting values of the search: losses that would stop a contact in 1/size of its duration."""
 
-EXPONENTS = (1.2, 1.6, 2.0, 2.5)
+STARTING_EXPONENTS = (1.2, 1.6, 2.0, 2.5)
+"""Starting values of the exponent, over the range of the published laws."""
 
-WEAK = 1.0
-"""Half-width of the 95 % interval of a coefficient's logarithm above which there is hardly a loss to be seen."""
+MOST_LOGARITHM_WIDTH = 1.0
+"""If the half-width of the 95 % interval of a coefficient's logarithm is larger, the signals show hardly any loss."""
 
-GROWN = 1.5
-"""Measured over lossless peak above which the signal cannot belong to the chain."""
+MOST_PEAK_RATIO = 1.5
+"""If a measured peak exceeds the lossless one by this factor, the signal cannot belong to the chain."""
 
-LARGEST = 200.0
-"""Logarithms are kept within ± this, so that their exponentials are numbers."""
+LARGEST_LOGARITHM = 200.0
+"""Logarithms are kept within ± this number, so that their exponentials are finite."""
 
 COMPARE = ("pulses", "peaks")
 
@@ -61,12 +62,32 @@ ONE_PARAMETER: dict[type[Dissipation], str] = {
 
 @dataclass(frozen=True)
 class Fit:
-    """A fitted loss.
+    """A fitted loss with its uncertainty; returned by `fit_dissipation`.
 
-    intervals: 95 % confidence interval of each parameter. amplitude_difference: D of equation 4.2, which is also 4.6
-    (called RMSD, though it is a mean absolute deviation). waveform_difference: Δₙ of equation 4.3 at each sensor, the
-    measured pulse scaled to the simulated peak. identifiable: whether exponent and coefficient are told apart, which
-    takes waves that decay much; if not, `note` says what is known. correlation: of the two.
+    Parameters
+    ----------
+    loss : Dissipation
+        The fitted loss; can be used in a Chain.
+    intervals : dict
+        95 % confidence interval of each parameter, in its unit.
+    amplitude_difference : float
+        D of equation 4.2, equal to 4.6 (called RMSD in the thesis, although it is a mean absolute deviation).
+    waveform_difference : dict
+        Δₙ of equation 4.3 at each sensor, with the measured pulse scaled to the simulated peak.
+    identifiable : bool
+        Whether exponent and coefficient can be separated, which needs waves that decay strongly; otherwise `note` says
+        what is known.
+    correlation : float
+        Correlation of the two parameters.
+    note : str
+        What the signals determine, if not all parameters.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> fit = hl.results.Fit(hl.LinearDashpot(5.0), {"coefficient": (4.8, 5.2)}, 0.002, {10: 0.01})
+    >>> fit.identifiable
+    True
     """
 
     loss: Dissipation
@@ -79,7 +100,9 @@ class Fit:
 
 
 class _Pulse(NamedTuple):
-    """A sensor's incident wave: its peak (N), and the samples (N) around it, at moments (s) from the peak."""
+    """The incident wave at a sensor: its peak (N), and the samples (N) around it, at moments (s) relative
+    to the peak.
+    """
 
     peak: float
     moments: Vector
@@ -95,17 +118,52 @@ def fit_dissipation(
     structure: Structure | None = None,
     compare: str = "pulses",
 ) -> Fit:
-    """The loss with which the incident waves of a chain look most like measured ones.
+    """Fit a loss so that the simulated incident waves match the measured ones.
 
-    signals: of `read_signal` or `as_signal`, or a run. chain: as in the experiment; its own loss is not used. law:
-    PowerDashpot of a form, whose coefficient and exponent are both fitted, or one with a single parameter:
-    LinearDashpot, MassProportional, KuwabaraKono, Tsuji. sensors: by default all of a signal. structure: None or a
-    half-space behind the chain.
-    compare: "pulses" squares the differences of the forces around each sensor's peak, shifted in time to where they
-    are least, over the mean peak: they hold the difference of the amplitudes (D, equation 4.2) and of the shapes (Δₙ,
-    4.3). "peaks" squares those of the amplitudes alone (4.6), each taken as the scale of the whole pulse.
-    Intervals take the noise to be white. Raises ValueError where a sensor saw no wave, or there are fewer than two, or
-    no more than parameters where peaks are compared.
+    Parameters
+    ----------
+    signals : xarray.Dataset
+        Measured signals from `read_signal` or `as_signal`, or a run.
+    chain : Chain
+        The chain of the experiment; its own loss is not used.
+    law : type
+        The kind of loss. PowerDashpot: coefficient and exponent are fitted. LinearDashpot, MassProportional,
+        KuwabaraKono, Tsuji: their single parameter is fitted.
+    form : str
+        The form of a PowerDashpot.
+    sensors : sequence of int, optional
+        Beads to compare, two or more; by default all sensors of a signal.
+    structure : Structure, optional
+        None, or a half-space behind the chain.
+    compare : {"pulses", "peaks"}
+        "pulses": squared differences of the forces around the peak of each sensor, shifted in time to their minimum,
+        over the mean peak. They contain the difference of the amplitudes (D, equation 4.2) and of the shapes (Δₙ, 4.3).
+        "peaks": squared differences of the amplitudes alone (4.6), each taken as the scale of the whole pulse.
+
+    Returns
+    -------
+    results.Fit
+        The loss, confidence intervals (for white noise), and the remaining differences.
+
+    Raises
+    ------
+    ValueError
+        If a sensor recorded no wave, there are fewer than two sensors, or, with "peaks", no more sensors than
+        parameters.
+
+    References
+    ----------
+    Thesis, section 4.2.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    >>> chain = hl.Chain([bead] * 20, bead, impact_speed=0.1, dissipation=hl.LinearDashpot(5.0))
+    >>> run = hl.CoSimulation(chain, None).run(until=0.5e-3)
+    >>> fit = hl.fit_dissipation(run, chain, law=hl.LinearDashpot, sensors=[6, 12], compare="peaks")
+    >>> round(fit.loss.coefficient, 2)  # N s/m
+    5.0
     """
     if isinstance(instance("chain", chain, Chain, "a Chain"), DeformableChain):
         raise ValueError(f"chain = {short(chain)}: must be a Chain of point masses, not of deformable beads")
@@ -138,25 +196,25 @@ def _sensors(signals: xr.Dataset, sensors: Iterable[int] | None) -> list[int]:
         sensors = signals.sensor.values.tolist()
     numbers = sorted({whole("sensors", n) for n in listed("sensors", sensors, object, "two bead numbers or more")})
     if len(numbers) < 2:
-        raise ValueError(f"sensors = {numbers!r}: must be two or more, a decay shows between them")
+        raise ValueError(f"sensors = {numbers!r}: must be two or more: the decay shows between them")
     return numbers
 
 
 def _measured(signals: xr.Dataset, sensor: int) -> _Pulse:
     incident = reflections(signals, sensor).incident
     if not incident:
-        raise ValueError(f"signals: sensor {sensor} saw no wave")
+        raise ValueError(f"signals: sensor {sensor} recorded no wave")
     time, force = signals.time.values, sensor_force(signals, sensor).values
     low = np.flatnonzero(force < 0.5 * incident.amplitude)
     before, after = low[time[low] < incident.arrival], low[time[low] > incident.arrival]
     start = time[before[-1]] if before.size else time[0]
     end = time[after[0]] if after.size else time[-1]
-    near = np.abs(time - incident.arrival) <= PULSE * (end - start)
+    near = np.abs(time - incident.arrival) <= PULSE_WIDTHS * (end - start)
     return _Pulse(incident.amplitude, time[near] - incident.arrival, force[near])
 
 
 def _record(signals: xr.Dataset, numbers: Sequence[int]) -> float:
-    """How long the wave takes from the striker past the last sensor, with some to spare, s."""
+    """Time, s, that the wave needs from the striker past the last sensor, with a margin."""
     waves = [reflections(signals, n).incident for n in (numbers[0], numbers[-1])]
     passing = waves[1].arrival - waves[0].arrival if waves[0] and waves[1] else 0.0
     if passing <= 0.0:
@@ -165,10 +223,10 @@ def _record(signals: xr.Dataset, numbers: Sequence[int]) -> float:
 
 
 def _aligned(time: Vector, force: Vector, measured: _Pulse) -> _Pulse:
-    """The greatest pulse of a simulated force at the moments of a measured one, shifted to be most like it.
+    """The largest pulse of a simulated force at the moments of a measured one, shifted in time to match it best.
 
-    Peaks alone would be as far apart as noise moves the measured one, which looks like a loss. The shift is found by
-    Gauss and Newton's method.
+    Noise displaces the measured peak in time. If the peaks alone were aligned, this shift would look like a loss. The
+    shift is found by the Gauss-Newton method.
     """
     curve = CubicSpline(time, force)
     slope = curve.derivative()
@@ -179,7 +237,7 @@ def _aligned(time: Vector, force: Vector, measured: _Pulse) -> _Pulse:
         at = np.clip(arrival + measured.moments + shift, time[0], time[-1])
         rate = slope(at)
         steepness = float(rate @ rate)
-        if steepness == 0.0:  # No wave came so far.
+        if steepness == 0.0:  # The wave does not reach this sensor.
             break
         shift += float(rate @ (measured.force * peak / measured.peak - curve(at))) / steepness
     return _Pulse(peak, measured.moments, curve(np.clip(arrival + measured.moments + shift, time[0], time[-1])))
@@ -187,9 +245,10 @@ def _aligned(time: Vector, force: Vector, measured: _Pulse) -> _Pulse:
 
 @dataclass(frozen=True)
 class _Model:
-    """Simulated pulses over the parameters p: the logarithm of the loss's size, and the exponent if there is one.
+    """Simulated pulses as functions of the parameters p: the logarithm of the size of the loss, and the exponent if
+    any.
 
-    The size of a power law is its force at the reference speed, of which the exponent is told apart best.
+    The size of a power law is its force at the reference speed, which is best separated from the exponent.
     """
 
     chain: Chain
@@ -202,12 +261,12 @@ class _Model:
 
     @property
     def speed(self) -> float:
-        """A typical approach rate, m/s, for reference."""
+        """A typical approach speed, m/s, as reference."""
         return 0.3 * self._moving(self.chain).speed
 
     @property
     def bounds(self) -> tuple[list[float], list[float]]:
-        """Of p."""
+        """Lower and upper bounds of p."""
         return ([-np.inf, 1.0], [np.inf, 5.0]) if self.law is PowerDashpot else ([-np.inf], [np.inf])
 
     def _moving(self, chain: Chain) -> MovingChain:
@@ -244,7 +303,9 @@ class _Model:
         return rows
 
     def _differences(self, pulses: Sequence[_Pulse]) -> Vector:
-        """Of all samples, or of each amplitude: what scales the simulated pulse to be most like the measured one."""
+        """Differences of all samples, or of each amplitude: the factor with which the simulated pulse matches the
+        measured one.
+        """
         pairs = list(zip(pulses, self.measured.values(), strict=True))
         if self.compare == "pulses":
             return np.concatenate([one.force - measured.force for one, measured in pairs])
@@ -254,12 +315,12 @@ class _Model:
         return np.array([one.peak * (1.0 - scale) for (one, _), scale in zip(pairs, scales, strict=True)])
 
     def check_amplitudes(self) -> None:
-        """No loss makes waves grow: a ValueError where the measured ones are greater than without any."""
-        lossless = self.pulses([np.array([-LARGEST, 1.0])])[0]
+        """Raise a ValueError if a measured wave is larger than without losses, because no loss makes waves grow."""
+        lossless = self.pulses([np.array([-LARGEST_LOGARITHM, 1.0])])[0]
         for (sensor, measured), found in zip(self.measured.items(), lossless, strict=True):
-            if measured.peak > GROWN * found.peak:
+            if measured.peak > MOST_PEAK_RATIO * found.peak:
                 raise ValueError(
-                    f"signals: sensor {sensor} saw {measured.peak:.4g} N, where the chain without losses has "
+                    f"signals: sensor {sensor} recorded {measured.peak:.4g} N, but the chain without losses has "
                     f"{found.peak:.4g} N; check the calibration and the impact speed"
                 )
 
@@ -278,17 +339,17 @@ class _Model:
     def nearest_start(self) -> Vector:
         """The best of a coarse grid."""
         grid: list[Vector] = []
-        for exponent in EXPONENTS if self.law is PowerDashpot else (1.0,):
+        for exponent in STARTING_EXPONENTS if self.law is PowerDashpot else (1.0,):
             unit = self._moving(replace(self.chain, dissipation=self.loss(np.array([0.0, exponent]))))
             scale = unit.damping_time / unit.contact_time
-            grid.extend(np.array([log(size * scale), exponent]) for size in SIZES)
+            grid.extend(np.array([log(size * scale), exponent]) for size in STARTING_SIZES)
         starts = [p if self.law is PowerDashpot else p[:1] for p in grid]
         errors = (self.residuals(starts) ** 2).sum(axis=1)
         return starts[int(errors.argmin())]
 
 
 def _fit(model: _Model, p: Vector, jacobian: Vector, residual: Vector) -> Fit:
-    """The loss, its intervals, and what can be said of them."""
+    """The loss, its intervals, and what the signals determine."""
     pairs = list(zip(model.measured.items(), model.pulses([p])[0], strict=True))
     mean = np.mean([pulse.peak for (_, pulse), _ in pairs])
     amplitude = float(np.mean([abs(pulse.peak - found.peak) for (_, pulse), found in pairs]) / mean)
@@ -296,11 +357,11 @@ def _fit(model: _Model, p: Vector, jacobian: Vector, residual: Vector) -> Fit:
         sensor: float(np.abs(pulse.force * found.peak / pulse.peak - found.force).mean() / np.abs(pulse.force).mean())
         for (sensor, pulse), found in pairs
     }
-    # The least number keeps what no parameter moves invertible: its interval is then as wide as can be.
+    # A tiny number keeps a matrix of insensitive parameters invertible; their intervals then become very wide.
     information = jacobian.T @ jacobian + 1e-30 * np.eye(p.size)
     covariance = np.linalg.inv(information) * float(residual @ residual) / (residual.size - p.size)
     reach = float(student.ppf(0.975, residual.size - p.size))
-    half = np.minimum(reach * np.sqrt(np.diag(covariance)), LARGEST)
+    half = np.minimum(reach * np.sqrt(np.diag(covariance)), LARGEST_LOGARITHM)
     loss = model.loss(p)
     if not isinstance(loss, PowerDashpot):
         name = ONE_PARAMETER[model.law]
@@ -308,22 +369,22 @@ def _fit(model: _Model, p: Vector, jacobian: Vector, residual: Vector) -> Fit:
         interval = {name: (value * exp(-half[0]), value * exp(half[0]))}
         note = (
             ""
-            if half[0] < WEAK
-            else f"the {name} is known within a factor of {exp(half[0]):.3g} only: there is hardly a loss"
+            if half[0] < MOST_LOGARITHM_WIDTH
+            else f"the {name} is known within a factor of {exp(half[0]):.3g} only: the signals show hardly any loss"
         )
         return Fit(loss, interval, amplitude, shapes, not note, 0.0, note)
     # ln γ = p₀ − α ln v: its variance from those of p₀ and α.
     direction = np.array([1.0, -log(model.speed)])
     spread = float(direction @ covariance @ direction)
     correlation = float(direction @ covariance[:, 1] / np.sqrt(spread * covariance[1, 1]))
-    factor = exp(min(reach * spread**0.5, LARGEST))
+    factor = exp(min(reach * spread**0.5, LARGEST_LOGARITHM))
     intervals = {
         "coefficient": (loss.coefficient / factor, loss.coefficient * factor),
         "exponent": (max(loss.exponent - float(half[1]), 1.0), min(loss.exponent + float(half[1]), 5.0)),
     }
-    identifiable = bool(half[1] <= SEPARABLE)
+    identifiable = bool(half[1] <= MOST_EXPONENT_WIDTH)
     note = "" if identifiable else (
-        f"exponent and coefficient are not told apart: the exponent is {loss.exponent:.2f} ± {half[1]:.2f}; known is "
+        f"exponent and coefficient cannot be separated: the exponent is {loss.exponent:.2f} ± {half[1]:.2f}; known is "
         f"the force at {model.speed:.3g} m/s, {exp(p[0]):.3g} N within a factor of {exp(half[0]):.3g}"
     )  # fmt: skip
     return Fit(loss, intervals, amplitude, shapes, identifiable, correlation, note)

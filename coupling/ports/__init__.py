@@ -1,1 +1,1 @@
-"""The chain in other programs: FMI and preCICE."""
+"""Couplings to other programs: FMI and preCICE."""

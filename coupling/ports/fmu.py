@@ -1,4 +1,4 @@
-"""The chain as an FMU, for co-simulation programs that know FMI 2.0; optional: `pip install "hertzlink[fmu]"`."""
+"""The chain as an FMU, for co-simulation programs that support FMI 2.0; optional: `pip install "hertzlink[fmu]"`."""
 
 import os
 import pickle
@@ -17,29 +17,68 @@ from particles.chain import Chain
 from structures.checks import short
 from structures.surface import Surface
 
-UNIT = Path(__file__).with_name("fmu_unit.py")
+UNIT_SCRIPT = Path(__file__).with_name("fmu_unit.py")
 
-MODULE = "hertzlink_chain"
-"""The unit's name in the FMU. The program that opens it may hold other FMUs, whose modules share one space of names."""
+UNIT_MODULE = "hertzlink_chain"
+"""Name of the unit in the FMU. All FMUs that a program opens share one namespace of modules, so the name must be
+unique.
+"""
 
-CONTENT = "chain.pickle"
-"""The chain and what it faces, beside the unit."""
+CONTENT_FILE = "chain.pickle"
+"""File with the chain and the surface that it faces, next to the unit."""
 
 
 def write_fmu(
     chain: Chain, surface: Surface, path: str | Path, flexibility: float = 0.0, dt: float | None = None
 ) -> Path:
-    """Write the chain, with its contact, as an FMI 2.0 co-simulation unit; returns the path of the .fmu.
+    """Write a chain, with its contact, as an FMI 2.0 co-simulation unit.
 
-    surface, flexibility (m/N) and dt (s): see MovingChain; of a Structure structure.surface and structure.flexibility.
-    Input: surface_displacement, m, at the end of the step that comes, from static equilibrium; the surface moves there
-    linearly. Outputs, N, above the static ones: mean_contact_force over the step, which drives a structure so that the
-    interface creates no energy; contact_force and sensor_force[1…N] at its end. Parameter: impact_speed, m/s, where
-    the striker has one. Steps may be of any length and be repeated from a saved state. A step that cannot be is refused
-    (fmi2Discard) and changes nothing; the reason goes to the log, which the program that opens the FMU must turn on.
-    The FMU runs in the Python of the program that opens it, where this version of hertzlink must be installed. It
-    holds the chain as a pickle: open only what you trust. A file of that name is replaced, whole or not at all.
-    Raises ValueError for bad input, ImportError where pythonfmu is missing.
+    Input: `surface_displacement`, m, at the end of the next step, from static equilibrium; the surface moves linearly
+    during the step. Outputs, N, relative to the static forces: `mean_contact_force` over the step, with which the
+    interface creates no energy, and `contact_force` and `sensor_force[1…N]` at its end. Parameter: `impact_speed`, m/s,
+    if the striker has one. Steps may have any length, and may be repeated from a saved state. An impossible step is
+    refused (fmi2Discard) and changes nothing; its reason is written to the log, which the opening program must enable.
+
+    The FMU runs in the Python of the opening program, where this version of hertzlink must be installed. It holds the
+    chain as a pickle: open only files that you trust. An existing file of that name is replaced, completely or not at
+    all.
+
+    Parameters
+    ----------
+    chain : Chain
+        The chain.
+    surface : Surface
+        The surface that the chain touches; `structure.surface` for a Structure.
+    path : str or Path
+        Name of the .fmu file.
+    flexibility : float
+        Compliance in series with the contact, m/N; `structure.flexibility` for a Structure.
+    dt : float, optional
+        Time step of the chain, s; see MovingChain.
+
+    Returns
+    -------
+    Path
+        The path of the .fmu file.
+
+    Raises
+    ------
+    ValueError
+        For bad input.
+    ImportError
+        If pythonfmu is missing.
+
+    References
+    ----------
+    Functional Mock-up Interface 2.0, section 4 (co-simulation).
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    >>> chain = hl.Chain([bead] * 5, bead, impact_speed=0.31)
+    >>> hl.ports.write_fmu(chain, hl.Surface(hl.ACRYLIC), "chain.fmu").name
+    'chain.fmu'
     """
     builder = _builder()
     guest_chain(chain, surface, flexibility, dt)
@@ -49,13 +88,13 @@ def write_fmu(
     )
     with _beside(path, target) as name:
         folder = Path(name)
-        script = Path(shutil.copy(UNIT, folder / f"{MODULE}.py"))
-        (folder / CONTENT).write_bytes(content)
+        script = Path(shutil.copy(UNIT_SCRIPT, folder / f"{UNIT_MODULE}.py"))
+        (folder / CONTENT_FILE).write_bytes(content)
         with _imports_restored():
             whole = builder.build_FMU(
                 script,
                 dest=folder / target.name,
-                project_files=[folder / CONTENT],
+                project_files=[folder / CONTENT_FILE],
                 canGetAndSetFMUstate=True,
                 canSerializeFMUstate=True,
             )
@@ -86,7 +125,7 @@ def _target(path: str | Path) -> Path:
 
 
 def _beside(path: str | Path, target: Path) -> tempfile.TemporaryDirectory[str]:
-    """A hidden folder next to the target, to be filled; a ValueError where there can be none."""
+    """A hidden folder next to the target, to be filled; a ValueError if it cannot be created."""
     try:
         return tempfile.TemporaryDirectory(prefix=f".{target.stem}-", dir=target.parent)
     except OSError as error:
@@ -94,25 +133,27 @@ def _beside(path: str | Path, target: Path) -> tempfile.TemporaryDirectory[str]:
 
 
 def _pickled(content: dict[str, Any]) -> bytes:
-    """The content, or a ValueError where another Python could not find a part of it by its name."""
+    """The content as bytes; a ValueError if another Python could not import a part of it."""
     try:
         data = pickle.dumps(content)
     except (pickle.PicklingError, AttributeError, TypeError) as error:
-        raise ValueError(f"chain: cannot be put into an FMU ({error}); a law of your own must stand in a module") from (
+        raise ValueError(f"chain: does not fit into an FMU ({error}); define a law of your own in a module") from (
             error
         )
     if b"__main__" in data:
-        raise ValueError("chain: a law of your own must stand in a module that the FMU's Python can import, not here")
+        raise ValueError(
+            "chain: a law of your own must be defined in a module that the FMU's Python can import, not here"
+        )
     return data
 
 
 @contextmanager
 def _imports_restored() -> Iterator[None]:
-    """pythonfmu imports the unit from where it lies, and would leave that folder on Python's path."""
-    path, known = sys.path.copy(), MODULE in sys.modules
+    """pythonfmu imports the unit from its folder, and would leave that folder in sys.path; this context restores it."""
+    path, known = sys.path.copy(), UNIT_MODULE in sys.modules
     try:
         yield
     finally:
         sys.path[:] = path
         if not known:
-            sys.modules.pop(MODULE, None)
+            sys.modules.pop(UNIT_MODULE, None)

@@ -1,8 +1,8 @@
-"""The chain as an FMI 2.0 co-simulation unit: the script that `write_fmu` puts into an FMU, beside the chain.
+"""The chain as an FMI 2.0 co-simulation unit: the script that `write_fmu` puts into an FMU, next to the chain.
 
 It runs in the Python of the program that opens the FMU, where this version of hertzlink must be installed. pythonfmu
-tells a step that was refused as fmi2Discard. An error that leaves the unit it tells as fmi2Fatal, after which the
-standard allows no further call; so none that can be foreseen does.
+reports a refused step as fmi2Discard. It reports an exception that leaves the unit as fmi2Fatal, after which the
+standard allows no further call; so the unit lets no foreseeable exception escape.
 """
 
 import pickle
@@ -18,25 +18,27 @@ import hertzlink as hl  # the front door comes first: it names rooms that are no
 from pythonfmu import DefaultExperiment, Fmi2Causality, Fmi2Initial, Fmi2Slave, Fmi2Variability, Real
 from pythonfmu.enums import Fmi2Status
 
-from coupling.ports.fmu import CONTENT
+from coupling.ports.fmu import CONTENT_FILE
 from coupling.ports.guest import GuestState, advance, guest_chain, start
 from coupling.schemes.scheme import SUBSTEPS_PER_CONTACT
 
-UNITS = {"m": {"m": "1"}, "m/s": {"m": "1", "s": "-1"}, "N": {"kg": "1", "m": "1", "s": "-2"}}
+BASE_UNIT_EXPONENTS = {"m": {"m": "1"}, "m/s": {"m": "1", "s": "-1"}, "N": {"kg": "1", "m": "1", "s": "-2"}}
 """Exponents of the base units."""
 
-CLOCK = 1e-3
-"""Part of a step by which the opener's clock may differ from the unit's, which sums the steps."""
+CLOCK_TOLERANCE = 1e-3
+"""The opening program sums its steps itself; its clock may differ from the unit's by this fraction of a step."""
 
 
 class HertzlinkChain(Fmi2Slave):  # type: ignore[misc]
-    """Input: the surface's displacement at the end of a step. Outputs: forces above the static ones."""
+    """Input: displacement of the surface at the end of a step. Outputs: forces relative to the static ones."""
 
     def __init__(self, **given: Any) -> None:
         super().__init__(**given)
-        content = pickle.loads((Path(self.resources) / CONTENT).read_bytes())
+        content = pickle.loads((Path(self.resources) / CONTENT_FILE).read_bytes())
         if content["version"] != version("hertzlink"):
-            raise ValueError(f"written by hertzlink {content['version']}, not {version('hertzlink')}: write it anew")
+            raise ValueError(
+                f"written by hertzlink {content['version']}, not {version('hertzlink')}: write the FMU again"
+            )
         self.chain: hl.Chain = content["chain"]
         self.facing = {name: content[name] for name in ("surface", "flexibility", "dt")}
         self.impact_speed, self.surface_displacement = self.chain.impact_speed, 0.0
@@ -74,10 +76,10 @@ class HertzlinkChain(Fmi2Slave):  # type: ignore[misc]
         return lambda: 0.5 * (self.state.contact_force[bead - 1] + self.state.contact_force[bead])
 
     def to_xml(self, *options: Any) -> Element:
-        """The model's description, with units, which pythonfmu leaves out."""
+        """The description of the model with its units, which pythonfmu omits."""
         root: Element = super().to_xml(*options)
         definitions = Element("UnitDefinitions")
-        for unit, exponents in UNITS.items():
+        for unit, exponents in BASE_UNIT_EXPONENTS.items():
             SubElement(SubElement(definitions, "Unit", name=unit), "BaseUnit", exponents)
         root.insert(1, definitions)
         for variable in root.iter("ScalarVariable"):
@@ -85,11 +87,11 @@ class HertzlinkChain(Fmi2Slave):  # type: ignore[misc]
         return root
 
     def setup_experiment(self, start_time: float, *_: float | None) -> None:
-        """The chain's time zero, the striker's first contact, is the opener's start."""
+        """Time zero of the chain, the first contact of the striker, is the start time of the opening program."""
         self.begin = start_time
 
     def exit_initialization_mode(self) -> None:
-        """Start with the parameters that are set now; where they cannot be, every step is refused."""
+        """Start with the current parameters; if they are impossible, every step is refused."""
         self.fault = ""
         try:
             self._start()
@@ -102,11 +104,11 @@ class HertzlinkChain(Fmi2Slave):  # type: ignore[misc]
         self.state = start(self.moving)
 
     def do_step(self, current_time: float, step_size: float) -> bool:
-        """Move on; a step that cannot be is told on the log, refused (fmi2Discard), and changes nothing."""
+        """Advance; an impossible step is logged, refused (fmi2Discard), and changes nothing."""
         try:
             if self.fault:
                 raise ValueError(self.fault)
-            if abs(current_time - self.begin - self.state.chain.time) > CLOCK * abs(step_size):
+            if abs(current_time - self.begin - self.state.chain.time) > CLOCK_TOLERANCE * abs(step_size):
                 now = self.begin + self.state.chain.time
                 raise ValueError(f"current_time = {current_time!r}: must be where the last step ended, {now!r} s")
             self.state = advance(self.moving, self.state, self.surface_displacement, step_size)

@@ -1,4 +1,4 @@
-"""The chain as a guest: another program keeps the time and moves the surface, be it through an FMU or preCICE."""
+"""The chain as a guest: another program, through an FMU or preCICE, controls the time and moves the surface."""
 
 from typing import NamedTuple
 
@@ -14,10 +14,10 @@ from structures.surface import Surface
 
 
 class GuestState(NamedTuple):
-    """Everything at a window's end; a checkpoint is just this.
+    """The complete state at the end of a window; a checkpoint is this state.
 
-    surface, m: displacement of the surface. mean_force, N: of the last contact over the window, above the static one.
-    contact_force, N: of the N + 1 contacts at the window's end, above the static ones.
+    surface, m: displacement of the surface. mean_force, N: mean of the last contact over the window, relative to the
+    static one. contact_force, N: of the N + 1 contacts at the end of the window, relative to the static ones.
     """
 
     chain: ChainState
@@ -27,7 +27,7 @@ class GuestState(NamedTuple):
 
 
 def guest_chain(chain: Chain, surface: Surface, flexibility: float = 0.0, dt: float | None = None) -> MovingChain:
-    """The chain, ready to face a surface that another program moves. Raises ValueError, see MovingChain."""
+    """The chain, ready to face a surface that another program moves. Raises ValueError as MovingChain does."""
     instance("chain", chain, Chain, "a Chain")
     instance("surface", surface, Surface, "a Surface(material); of a structure structure.surface")
     return moving_chain(chain, surface, flexibility, dt)
@@ -40,9 +40,9 @@ def start(moving: MovingChain) -> GuestState:
 
 
 def advance(moving: MovingChain, state: GuestState, surface: float, window: float) -> GuestState:
-    """Move on by `window` s, while the surface moves linearly to the displacement `surface`, m.
+    """Advance by `window` s, while the surface moves linearly to the displacement `surface`, m.
 
-    Raises ValueError for numbers that cannot be, and FloatingPointError where a bead's state is no longer finite.
+    Raises ValueError for impossible numbers, and FloatingPointError if the state of a bead is no longer finite.
     """
     surface, window = finite("surface displacement", surface, "m"), positive("window", window, "s")
     chain, mean_force = moving.advance(state.chain, (state.surface, surface), window)

@@ -1,6 +1,6 @@
-"""The chain as a participant of a preCICE coupling; optional, it needs preCICE 3 and its Python bindings, pyprecice.
+"""The chain as a participant of a preCICE coupling; optional: needs preCICE 3 and its Python bindings, pyprecice.
 
-Written after the documented interface, and tested with a double that holds to it; never run against a live preCICE.
+Written from the documented interface and tested with a substitute that follows it; never run against a live preCICE.
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,8 +22,8 @@ from structures.checks import each, finite, instance, one_of, positive, short
 from structures.structure import Vector
 from structures.surface import Surface
 
-NAMES = {"participant": "Chain", "mesh": "Chain-Mesh", "displacement": "Displacement", "force": "Force"}
-"""What the configuration calls the chain, its mesh, what it reads and what it writes, where nothing else is said."""
+DEFAULT_NAMES = {"participant": "Chain", "mesh": "Chain-Mesh", "displacement": "Displacement", "force": "Force"}
+"""Default names in the configuration: of the chain, its mesh, the data that it reads and the data that it writes."""
 
 
 def run_in_precice(
@@ -37,25 +37,70 @@ def run_in_precice(
     flexibility: float = 0.0,
     dt: float | None = None,
 ) -> xr.Dataset:
-    """Run the chain as a participant of a preCICE coupling, to its end, and return what it did.
+    """Run a chain as a participant of a preCICE coupling, to its end.
 
-    configuration: preCICE's file, with a fixed time-window-size. names: what it calls things, where not "participant":
-    "Chain", "mesh": "Chain-Mesh", "displacement": "Displacement", "force": "Force". The mesh has one vertex, at
-    `position` (m, by default the origin). The chain reads the displacement of the surface (m, from static equilibrium)
-    and writes the mean force over preCICE's window so far (N, above the static one), both positive away from the
-    chain; data that are vectors along `direction`, the way that the chain pushes, which is None where both are scalars.
-    The surface moves linearly over a step: preCICE's window, or an even part of it no longer than `window` (s), which
-    suits a displacement of waveform-degree 2 or more. The force is meant to be constant over preCICE's window, with
-    waveform-degree="0" and substeps="false"; then the interface creates no energy if the coupling is implicit.
-    surface, flexibility (m/N) and dt (s): see MovingChain; of a Structure structure.surface and structure.flexibility.
-    Returns a Dataset for `reflections` and the other measures, without energies. Raises ImportError where pyprecice is
-    missing, ValueError for bad input, FloatingPointError where a bead's state is no longer finite, and preCICE's own
-    errors; the other side learns of an error when this process ends.
+    The mesh of the chain has one vertex. The chain reads the displacement of the surface (m, from static equilibrium)
+    and writes the mean force over preCICE's window so far (N, relative to the static one), both positive away from the
+    chain. The force is constant over preCICE's window, so configure waveform-degree="0" and substeps="false". Then the
+    interface creates no energy if the coupling is implicit.
+
+    Parameters
+    ----------
+    chain : Chain
+        The chain.
+    surface : Surface
+        The surface that the chain touches; `structure.surface` for a Structure.
+    configuration : str or Path
+        The configuration file of preCICE, with a fixed time-window-size.
+    names : mapping, optional
+        Names in the configuration that differ from "participant": "Chain", "mesh": "Chain-Mesh", "displacement":
+        "Displacement", "force": "Force".
+    direction : sequence of float, optional
+        The direction in which the chain pushes, if the data are vectors; None if both are scalars.
+    position : sequence of float, optional
+        Position of the vertex, m; by default the origin.
+    window : float, optional
+        Longest step of the chain, s. The surface moves linearly over a step: preCICE's window, or an equal part of it
+        no longer than `window`, which suits a displacement of waveform-degree 2 or more.
+    flexibility : float
+        Compliance in series with the contact, m/N; `structure.flexibility` for a Structure.
+    dt : float, optional
+        Time step of the chain, s; see MovingChain.
+
+    Returns
+    -------
+    xarray.Dataset
+        A Dataset for `reflections` and the other measures, without energies.
+
+    Raises
+    ------
+    ImportError
+        If pyprecice is missing.
+    ValueError
+        For bad input.
+    FloatingPointError
+        If the state of a bead is no longer finite. Errors of preCICE are passed on. The other participant notices an
+        error when this process ends.
+
+    References
+    ----------
+    preCICE 3 documentation, Python bindings and "coupling scheme configuration".
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    >>> chain = hl.Chain([bead] * 20, bead, impact_speed=0.31)
+    >>> try:
+    ...     run = hl.ports.run_in_precice(chain, hl.Surface(hl.ACRYLIC), "precice-config.xml")
+    ... except (ImportError, ValueError) as error:  # pyprecice, or the configuration file, is missing
+    ...     print("no coupling")
+    no coupling
     """
     precice = _bindings()
     moving = guest_chain(chain, surface, flexibility, dt)
     longest = inf if window is None else positive("window", window, "s")
-    called = NAMES | _names(names or {})
+    called = DEFAULT_NAMES | _names(names or {})
     file = path_of("configuration", configuration, "name of a file")
     if not file.is_file():
         raise ValueError(f"configuration = {short(str(configuration))}: must be preCICE's configuration file")
@@ -66,11 +111,11 @@ def run_in_precice(
 
 
 def _exchange(moving: MovingChain, interface: "_Interface", longest: float) -> list[GuestState]:
-    """The states at the ends of all steps that held, the start first."""
+    """The states at the ends of all accepted steps, the start first."""
     coupling, states, first = interface.participant, [start(moving)], 0
     interface.initialize()
     while coupling.is_coupling_ongoing():
-        # Every state is kept, so there is nothing to write; but preCICE stops those that do not ask.
+        # All states are kept, so there is nothing to write; but preCICE stops a participant that does not ask.
         coupling.requires_writing_checkpoint()
         left = coupling.get_max_time_step_size()
         step = left / max(1, ceil(left / longest * (1.0 - 1e-9)))
@@ -115,13 +160,13 @@ class _Interface:
         self.vertices = self.participant.set_mesh_vertices(names["mesh"], vertex[np.newaxis])
 
     def initialize(self) -> None:
-        """The force at the start, where it is wanted, is none: all is in static equilibrium."""
+        """The initial force, if preCICE requires it, is zero: everything is in static equilibrium."""
         if self.participant.requires_initial_data():
             self.write(0.0)
         self.participant.initialize()
 
     def read(self, step: float) -> float:
-        """The surface's displacement (m) at the end of the step (s)."""
+        """Displacement of the surface (m) at the end of the step (s)."""
         names = self.names
         data = self.participant.read_data(names["mesh"], names["displacement"], self.vertices, step)
         return float(np.ravel(data) @ self.directions[0])
@@ -134,7 +179,7 @@ class _Interface:
 
     @staticmethod
     def _along(direction: Sequence[float] | None, size: int) -> Vector:
-        """The unit vector on which data of this size are counted; 1 for scalars."""
+        """The unit vector along which data of this size act; 1 for scalars."""
         if size == 1:
             return np.ones(1)
         if direction is None:
@@ -149,7 +194,7 @@ class _Interface:
 def _names(given: Mapping[str, str]) -> dict[str, str]:
     instance("names", given, Mapping, "a mapping such as {'mesh': 'Chain-Mesh'}")  # type: ignore[type-abstract]
     for key, name in given.items():
-        one_of("names", key, NAMES)
+        one_of("names", key, DEFAULT_NAMES)
         instance(f"names[{key!r}]", name, str, "a name in the configuration")
     return dict(given)
 

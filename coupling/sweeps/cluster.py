@@ -19,11 +19,11 @@ from coupling.sweeps.processes import Batch, Outcome, Work, shown
 from coupling.sweeps.store import Failure, Point
 from structures.checks import short
 
-POLL = 5.0
-"""Seconds after which a cluster is asked again how large it is."""
+QUERY_INTERVAL = 5.0
+"""Seconds between two queries for the size of the cluster."""
 
-PATIENCE = 60.0
-"""Seconds after which a cluster without workers ends the sweep."""
+LONGEST_WITHOUT_WORKERS = 60.0
+"""A cluster without workers for this time, s, ends the sweep."""
 
 LOST = "cluster: the scheduler was lost, or took the sweep's points away"
 
@@ -31,13 +31,13 @@ log = logging.getLogger("hertzlink.sweep")
 
 
 def on_cluster(work: Work, batches: list[Batch], cluster: Any) -> Iterator[tuple[int, Outcome]]:
-    """Run batches on a cluster, and tell each point's place and outcome; this process alone writes the store.
+    """Run batches on a cluster and yield the place and outcome of each point; only this process writes the store.
 
-    The points of a batch go one after the other to whichever worker is free, most often the one that ran the last.
-    Where a worker dies, what it was running goes to others. A point that was running when several died (distributed's
-    `allowed-failures` and one more) is tried again with nothing else on the cluster, and has failed if they die again;
-    without a store the first time ends the sweep.
-    Raises RuntimeError then, and ConnectionError where the scheduler is lost, or no worker is there for PATIENCE.
+    The points of a batch run one after the other on whichever worker is free, usually the one that ran the last. If a
+    worker dies, other workers run its points. A point that was running when several workers died (one more than
+    distributed's `allowed-failures`) is run again with nothing else on the cluster. If workers die again, the point has
+    failed; without a store, the first time already ends the sweep. Raises RuntimeError in that case, and
+    ConnectionError if the scheduler is lost or no worker is available for LONGEST_WITHOUT_WORKERS.
     """
     distributed = import_distributed()
     killed: dict[int, Point] = {}
@@ -59,7 +59,7 @@ def on_cluster(work: Work, batches: list[Batch], cluster: Any) -> Iterator[tuple
 
 
 def import_distributed() -> ModuleType:
-    """Raises ImportError that tells what to install."""
+    """Import distributed; raises ImportError that says what to install."""
     try:
         import distributed
     except ImportError as error:
@@ -68,7 +68,7 @@ def import_distributed() -> ModuleType:
 
 
 def check_cluster(cluster: Any) -> None:
-    """Raises ValueError for what is neither a Client nor an address; ImportError where distributed is missing."""
+    """Raises ValueError if this is neither a Client nor an address; ImportError if distributed is missing."""
     known = import_distributed().Client
     if not isinstance(cluster, str | known) or getattr(cluster, "asynchronous", False):
         raise ValueError(
@@ -92,8 +92,8 @@ def _connected(distributed: ModuleType, cluster: Any) -> Iterator[Any]:
         with client:
             yield client
         return
-    # The Client that could not connect closes itself when it is collected. Within the start of another Client that
-    # would wait for ever, for a lock that its own thread holds; so it is collected now.
+    # A Client that could not connect closes itself when it is garbage-collected. If that happens while another Client
+    # starts, it waits forever for a lock that its own thread holds. So it is collected now.
     gc.collect()
     raise ValueError(f"cluster = {short(cluster)}: must be the address of a scheduler; {reason}")
 
@@ -101,23 +101,23 @@ def _connected(distributed: ModuleType, cluster: Any) -> Iterator[Any]:
 def _spread(
     distributed: ModuleType, client: Any, task: bytes, batches: Iterable[Batch]
 ) -> Iterator[tuple[int, Point, xr.Dataset | Failure | None]]:
-    """As many batches at once as the workers have threads, of each one point at a time; None where workers died."""
+    """Run as many batches at once as the workers have threads, one point of each at a time; None if workers died."""
     waiting = deque(deque(batch.items()) for batch in batches)
     running: dict[Any, tuple[int, Point, deque[tuple[int, Point]]]] = {}
 
     def begin(batch: deque[tuple[int, Point]]) -> None:
         i, point = batch.popleft()
-        # Tied to a worker, however loosely, it would never run where all workers died and others came.
+        # A preferred worker, even an optional one, would block the point forever if all workers are replaced.
         running[client.submit(_run, task, _packed(point), pure=False)] = i, point, batch
 
     absence = _Absence()
     try:
         while waiting or running:
             threads = sum(client.nthreads().values())
-            absence.tell(threads)
+            absence.report(threads)
             while waiting and len(running) < max(1, threads):
                 begin(waiting.popleft())
-            # All that is finished is fetched before anything begins that might end its worker.
+            # All finished outcomes are fetched before a new point starts, because that point might end their worker.
             done = _finished(distributed, client, running)
             finished = [(*running.pop(future), _fetched(distributed, future)) for future in done]
             for _, _, batch, _ in finished:
@@ -129,21 +129,21 @@ def _spread(
 
 
 class _Absence:
-    """Tells of a cluster without workers: a warning, and at last a ConnectionError."""
+    """Reports a cluster without workers: first a warning, finally a ConnectionError."""
 
     def __init__(self) -> None:
         self.seen, self.told = time.monotonic(), False
 
-    def tell(self, threads: int) -> None:
+    def report(self, threads: int) -> None:
         """threads: those that all workers have now."""
         absent = time.monotonic() - self.seen
         if threads:
             self.seen, self.told = time.monotonic(), False
             return
-        if absent > 0.5 * POLL and not self.told:
+        if absent > 0.5 * QUERY_INTERVAL and not self.told:
             log.warning("the cluster has no workers; waiting for some")
             self.told = True
-        if absent > PATIENCE:
+        if absent > LONGEST_WITHOUT_WORKERS:
             raise ConnectionError(
                 f"cluster: has had no workers for {absent:.0f} s; start some before the sweep "
                 "(client.wait_for_workers(1) waits for the first)"
@@ -151,10 +151,10 @@ class _Absence:
 
 
 def _finished(distributed: ModuleType, client: Any, futures: Iterable[Any]) -> list[Any]:
-    """Those that are finished, none where that takes long; what died with its worker is run again."""
+    """The finished futures, none if this takes long; a point whose result died with its worker is run again."""
     try:
         with client.as_current():
-            done = distributed.wait(list(futures), timeout=POLL, return_when="FIRST_COMPLETED").done
+            done = distributed.wait(list(futures), timeout=QUERY_INTERVAL, return_when="FIRST_COMPLETED").done
     except TimeoutError:
         return []
     except CancelledError as error:
@@ -163,7 +163,9 @@ def _finished(distributed: ModuleType, client: Any, futures: Iterable[Any]) -> l
 
 
 def _fetched(distributed: ModuleType, future: Any) -> xr.Dataset | Failure | None:
-    """The outcome, None where workers died of it; released, so that it is not run again where its worker dies."""
+    """The outcome, None if workers died of it. The future is released, so that it is not run again if its
+    worker dies.
+    """
     try:
         outcome: xr.Dataset | Failure = future.result()
         return outcome
@@ -176,13 +178,13 @@ def _fetched(distributed: ModuleType, future: Any) -> xr.Dataset | Failure | Non
 
 
 def _run(task: bytes, point: bytes) -> xr.Dataset | Failure:
-    """On a worker."""
+    """Runs on a worker."""
     work, guarded = _unpacked(task)
     return work.attempt(pickle.loads(point), elsewhere=True) if guarded else work.run_elsewhere(pickle.loads(point))
 
 
 def _packed(value: object) -> bytes:
-    """Pickled, what a script defines too; cloudpickle comes with distributed."""
+    """Pickled, including objects that a script defines; cloudpickle comes with distributed."""
     from cloudpickle import dumps
 
     packed: bytes = dumps(value)
@@ -191,6 +193,6 @@ def _packed(value: object) -> bytes:
 
 @lru_cache(maxsize=1)
 def _unpacked(task: bytes) -> tuple[Work, bool]:
-    """Once in a worker, so that `build` keeps what it caches."""
+    """Unpacked once in each worker, so that `build` keeps its caches."""
     unpacked: tuple[Work, bool] = pickle.loads(task)
     return unpacked

@@ -1,4 +1,4 @@
-"""The critical distance of what a builder makes: a scan over distances, then its last crossing ever finer."""
+"""The critical distance of a builder's runs: a scan over distances, then refinement of the last crossing."""
 
 from collections.abc import Callable, Iterable
 from functools import partial
@@ -23,16 +23,16 @@ from coupling.sweeps.sweep import axis_labels, axis_values, check_build, named
 from structures.checks import each, finite, instance, listed, not_negative, positive, short, whole, within
 from structures.structure import Vector
 
-BRACKET = 0.2e-3
-"""m. Between samples so near, a straight line meets AR far better than the thesis's, or any, measured distance."""
+DEFAULT_BRACKET = 0.2e-3
+"""m. Between samples this close, linear interpolation of AR is far more accurate than any measured distance."""
 
-FINEST = 1e-6
-"""m. A mesh that moves with the contact makes AR scatter by some 1e-5, which is some µm of distance."""
+SHORTEST_BRACKET = 1e-6
+"""m. A mesh that moves with the contact makes AR scatter by about 1e-5, which corresponds to a few µm of distance."""
 
-MEASURED = ("amplitude_ratio", "time_of_flight")
-"""What is read from each run."""
+MEASURED_QUANTITIES = ("amplitude_ratio", "time_of_flight")
+"""The quantities that are read from each run."""
 
-OWN = {"distance", "within", "end"}
+OWN_DIMENSIONS = {"distance", "within", "end"}
 """Names of the result's own dimensions."""
 
 
@@ -42,67 +42,67 @@ def find_critical_distance(
     sensor: int,
     distances: Iterable[float],
     tolerance: float | Iterable[float] = 0.02,
-    bracket: float = BRACKET,
+    bracket: float = DEFAULT_BRACKET,
     relative: bool = False,
     jobs: int | None = None,
     known: xr.Dataset | None = None,
     far: float | xr.DataArray | None = None,
     **axes: Iterable[Any],
 ) -> xr.Dataset:
-    """The distance beyond which AR stays within a tolerance of its far value, between two runs as near as you like.
+    """Find the distance beyond which AR stays within a tolerance of its far value, by refinement.
 
-    Runs `build(distance=…)` at all distances, and then at more of them around the last crossing of far value ±
-    tolerance, until its bracket is narrow enough.
+    Runs `build(distance=…)` at all distances of the scan. Then it adds distances around the last crossing of far value
+    ± tolerance, until the bracket of the crossing is short enough.
 
     Parameters
     ----------
     build : callable
-        Returns the CoSimulation for a distance (m), and for one value of each of the axes, by their names.
+        Returns the CoSimulation for a distance (m) and for one value of each of the axes, by their names.
     until : float
-        Length of the record, s. It must hold the wave that returns at the greatest distance.
+        Length of the record, s. It must contain the wave that returns at the largest distance.
     sensor : int
         Bead whose force is read, counted from the struck end.
     distances : sequence of float
-        m, three or more: the first scan. AR oscillates over the distance, so it must be dense enough to see the last
-        crossing.
+        The first scan, m, three or more. AR oscillates with the distance, so the scan must be dense enough to resolve
+        the last crossing.
     tolerance : float or sequence of float
-        How far AR may be from its far value: in units of the incident amplitude, or with `relative` in units of the far
-        value. Several share their samples.
+        Allowed difference of AR from its far value, in units of the incident amplitude, or with `relative` in units of
+        the far value. Several tolerances share their samples.
     bracket : float
-        Greatest length of the bracket, m.
+        Largest length of the bracket, m.
     relative : bool
         Whether the tolerance is relative to the far value.
     jobs : int, optional
-        Processes, by default one for each core.
-    known : Dataset, optional
-        An earlier result for the same build, until, sensor and axes, as for other tolerances: its samples are not run
-        again.
-    far : float or DataArray over the axes, optional
-        The far value, if it is known: that of an infinite plate, or 0 where all waves fade. By default AR at the
-        greatest distance.
+        Number of processes; by default one for each core.
+    known : xarray.Dataset, optional
+        An earlier result for the same build, until, sensor and axes, for example with other tolerances: its samples are
+        not run again.
+    far : float or xarray.DataArray over the axes, optional
+        The far value, if it is known: that of an infinite plate, or 0 if all waves fade. By default AR at the largest
+        distance.
     **axes : sequence
-        More arguments of build, such as diameter=[4.76e-3, 9.53e-3]: one curve for each combination. Those that share
-        all but the last axis run in one process at the same distance, one after the other, so that build may keep the
-        reduced structure for the next bead (`functools.lru_cache`).
+        Further arguments of build, such as diameter=[4.76e-3, 9.53e-3]: one curve for each combination. Curves that
+        share all but the last axis run in one process at the same distance, one after the other, so that build may keep
+        the reduced structure for the next bead (`functools.lru_cache`).
 
     Returns
     -------
-    Dataset
+    xarray.Dataset
         Over the axes: `critical_distance` (m; over "within", the tolerances, if there are several) and its `bracket`
-        (m; "end": low, high); `lower_bound`, true where the far value is unknown or not reached, so that
-        critical_distance is NaN and the bracket's low end is a lower bound; `far_value`. All samples:
-        `amplitude_ratio`, `time_of_flight` (s) and `sampled` over "distance". NaN at a sampled distance means that no
-        wave came within the record. See `critical_distance` for what NaN does to the far value.
+        (m; "end": low, high); `lower_bound`, true if the far value is unknown or not reached, so that critical_distance
+        is NaN and the low end of the bracket is a lower bound; `far_value`. All samples: `amplitude_ratio`,
+        `time_of_flight` (s) and `sampled` over "distance". NaN at a sampled distance means that no wave returned within
+        the record. See `critical_distance` for the effect of NaN on the far value.
 
     Raises
     ------
     ValueError
-        Where an argument is of the wrong kind or out of its range, or build does not take what it is given.
+        If an argument is of the wrong kind or out of its range, or build does not accept its arguments.
 
     Warns
     -----
     HertzlinkWarning
-        Where AR is within the tolerance at all distances, so that the smallest one is an upper bound.
+        If AR is within the tolerance at all distances, so that the smallest one is an upper bound.
 
     References
     ----------
@@ -116,17 +116,17 @@ def find_critical_distance(
     >>> def at(distance):
     ...     plate = hl.half_plane(2.29e-3, hl.ALUMINIUM_6061, "clamped", distance, until=0.7e-3)
     ...     return hl.CoSimulation(chain, plate)
-    >>> found = hl.find_critical_distance(at, until=0.7e-3, sensor=7, distances=[0.01, 0.02, 0.03, 0.1])
+    >>> found = hl.find_critical_distance(at, until=0.7e-3, sensor=7, distances=[0.01, 0.02, 0.03, 0.1], jobs=1)
     >>> low, high = found.bracket.values * 1e3
-    >>> print(f"{found.critical_distance.item() * 1e3:.1f} mm, between {low:.1f} and {high:.1f} mm")
-    14.7 mm, between 14.6 and 14.8 mm
+    >>> print(f"{found.critical_distance.item() * 1e3:.0f} mm, in a bracket shorter than 0.2 mm: {high - low <= 0.2}")
+    15 mm, in a bracket shorter than 0.2 mm: True
     """
     until, sensor = positive("until", until, "s"), whole("sensor", sensor)
     scan = _distances(distances)
     tolerances = _tolerances(tolerance)
     instance("relative", relative, bool, "True or False")
-    bracket = within("bracket", bracket, FINEST, inf, "m")
-    values = axis_values(axes, OF_RUNS | OWN) if axes else {}
+    bracket = within("bracket", bracket, SHORTEST_BRACKET, inf, "m")
+    values = axis_values(axes, OF_RUNS | OWN_DIMENSIONS) if axes else {}
     check_build(build, {"distance": scan, **values})
     work = Work(build, until, partial(_measured, sensor=sensor))
     search = _Search(work, values, joblib.cpu_count() if jobs is None else whole("jobs", jobs))
@@ -149,13 +149,13 @@ def find_critical_distance(
 
 
 def _tolerances(tolerance: float | Iterable[float]) -> list[float]:
-    """One or more, or a ValueError."""
+    """One tolerance or more, or a ValueError."""
     many = listed("tolerance", tolerance, object, "numbers") if isinstance(tolerance, Iterable) else [tolerance]
     return [positive("tolerance", one) for one in many]
 
 
 def _far_values(far: float | xr.DataArray | None, values: dict[str, list[Any]]) -> Vector:
-    """Of each curve; NaN where it is not known, or a ValueError."""
+    """The far value of each curve; NaN if it is not known; or a ValueError."""
     shape = tuple(map(len, values.values()))
     if far is None:
         return np.full(shape, np.nan).ravel()
@@ -168,7 +168,7 @@ def _far_values(far: float | xr.DataArray | None, values: dict[str, list[Any]]) 
 
 
 def _distances(distances: Iterable[float]) -> list[float]:
-    """The first scan in order, or a ValueError."""
+    """The first scan in increasing order, or a ValueError."""
     scan = sorted(not_negative("distances", one, "m") for one in listed("distances", distances, object, "numbers, m"))
     if len(scan) < FEWEST:
         raise ValueError(f"distances = {scan}: must be three or more")
@@ -178,12 +178,12 @@ def _distances(distances: Iterable[float]) -> list[float]:
 
 
 def _measured(run: xr.Dataset, sensor: int) -> xr.Dataset:
-    """What is kept of a run."""
+    """The part of a run that is kept."""
     return xr.Dataset({"amplitude_ratio": amplitude_ratio(run, sensor), "time_of_flight": time_of_flight(run, sensor)})
 
 
 class _Search:
-    """The samples of all curves, one for each combination of the axes' values, and the runs that give them."""
+    """The samples of all curves, one for each combination of the axes' values, and the runs that produce them."""
 
     def __init__(self, work: Work, values: dict[str, list[Any]], jobs: int) -> None:
         self.work, self.values, self.jobs = work, values, jobs
@@ -198,22 +198,22 @@ class _Search:
     def recall(self, known: xr.Dataset) -> None:
         """Take over the samples of an earlier result."""
         names = list(self.values)
-        if not {"sampled", *MEASURED} <= set(known) or {*known.sampled.dims} != {*names, "distance"}:
+        if not {"sampled", *MEASURED_QUANTITIES} <= set(known) or {*known.sampled.dims} != {*names, "distance"}:
             raise ValueError(f"known: must be a result of find_critical_distance over {', '.join(names) or 'no axes'}")
         for name, axis in self.values.items():
             if known[name].values.tolist() != axis_labels(axis):
                 raise ValueError(f"known: holds other values of {name} than {short(axis)}")
-        ordered = known[["sampled", *MEASURED]].transpose(*names, "distance")
+        ordered = known[["sampled", *MEASURED_QUANTITIES]].transpose(*names, "distance")
         sampled, *found = (ordered[name].values.reshape(len(self.curves), -1) for name in ordered)
         distances = known.distance.values.tolist()
         for curve, there, *values in zip(self.curves, sampled, *found, strict=True):
             rows = zip(distances, *(value.tolist() for value in values), strict=True)
             curve.update({row[0]: (row[1], row[2]) for row, kept in zip(rows, there, strict=True) if kept})
         self.earlier = findings_of(known)
-        self.attrs, self.labels = known.attrs, {name: known[name].attrs for name in MEASURED}
+        self.attrs, self.labels = known.attrs, {name: known[name].attrs for name in MEASURED_QUANTITIES}
 
     def sample(self, wanted: list[tuple[int, float]]) -> None:
-        """Run curves at distances; those that share all but the last axis, and the distance, in one process."""
+        """Run curves at distances; those that share the distance and all but the last axis, in one process."""
         ordered = sorted(set(wanted), key=lambda one: (one[0] // self.together, one[1], one[0]))
         groups = groupby(enumerate(ordered), lambda one: (one[1][0] // self.together, one[1][1]))
         batches: list[Batch] = [
@@ -235,18 +235,18 @@ class _Search:
         return {**self.points[curve], "distance": distance}
 
     def findings(self) -> list[str]:
-        """What is to know of the runs, the first of each kind."""
+        """The findings of the runs, the first of each kind."""
         return self.earlier + gathered(self.found, sum(map(len, self.curves)))
 
     def samples(self) -> xr.Dataset:
-        """All samples on the distances that any curve has."""
+        """All samples, on the union of the distances of all curves."""
         distances = sorted(set().union(*self.curves))
         empty = (np.nan, np.nan)
         found = np.array([[curve.get(d, empty) for d in distances] for curve in self.curves])
         sampled = np.array([[d in curve for d in distances] for curve in self.curves])
         names, shape = [*self.values, "distance"], (*map(len, self.values.values()), len(distances))
         variables: dict[str, Any] = {
-            name: (names, found[..., i].reshape(shape), self.labels[name]) for i, name in enumerate(MEASURED)
+            name: (names, found[..., i].reshape(shape), self.labels[name]) for i, name in enumerate(MEASURED_QUANTITIES)
         }
         variables["sampled"] = (names, sampled.reshape(shape), {"long_name": "whether there is a run"})
         coordinates: dict[str, Any] = {name: (name, axis_labels(axis)) for name, axis in self.values.items()}
@@ -255,7 +255,7 @@ class _Search:
 
 
 def _upper_bound(found: xr.Dataset, smallest: float) -> list[str]:
-    """A finding where AR is within the tolerance at all distances."""
+    """A finding if AR is within the tolerance at all distances."""
     if smallest == 0.0 or not bool((found.bracket.sel(end="low") == 0.0).any()):
         return []
     return [

@@ -1,4 +1,4 @@
-"""What a sweep does at each point, and the processes of this machine that do it."""
+"""The work at each point of a sweep, and the processes of this machine that do it."""
 
 import logging
 import os
@@ -19,17 +19,18 @@ from coupling.sweeps.store import Failure, Point, Store
 from structures.caution import collected
 from structures.checks import instance, short
 
-IDLE = 30
-"""Seconds after which a process without work ends, as those of a sweep that was killed."""
+IDLE_TIME = 30
+"""A process without work ends after this time, s; this also ends the processes of a sweep that was killed."""
 
-ENVIRONMENT = (ImportError, MemoryError, OSError)
-"""Errors that are not the point's: a package is missing, memory or disk is full, a file or a connection is lost. On
-another day, or another machine, the same point may well run."""
+ENVIRONMENT_ERRORS = (ImportError, MemoryError, OSError)
+"""Errors that the point did not cause: a package is missing, memory or disk is full, a file or a connection is lost.
+Later, or on another machine, the same point may well run.
+"""
 
 NOT_RECORDED = "this is a failure of the environment, so the point is not recorded as failed; run the sweep again"
 
 Outcome = xr.Dataset | Failure | None
-"""A run, or why there is none; None for a run that its process has put into the store."""
+"""A run, or why there is none; None for a run that its process has already written to the store."""
 
 Batch = Mapping[int, Point]
 """Points, by their place in the sweep, that one process runs one after the other."""
@@ -38,13 +39,15 @@ log = logging.getLogger("hertzlink.sweep")
 
 
 def shown(point: Point) -> str:
-    """A point as an error shows it, no value at length."""
+    """A point as a short text for error messages."""
     return "{" + ", ".join(f"{name!r}: {short(value)}" for name, value in point.items()) + "}"
 
 
 @dataclass(frozen=True)
 class Work:
-    """What is done at every point: run `build(**point)` up to `until` (s), measure, and keep in the store if any."""
+    """The work at every point: run `build(**point)` up to `until` (s), measure, and write to the store, if there is
+    one.
+    """
 
     build: Callable[..., CoSimulation]
     until: float
@@ -52,7 +55,7 @@ class Work:
     store: Store | None = None
 
     def run(self, point: Point) -> xr.Dataset:
-        """What is kept of the point's run, with all warnings on the way in its attributes; errors name the point."""
+        """The kept part of the point's run, with all warnings in its attributes; errors name the point."""
         with collected() as messages:
             try:
                 simulation = self.build(**point)
@@ -68,36 +71,39 @@ class Work:
         return with_warnings(kept.assign_attrs(run.attrs), [*findings_of(run), *messages])
 
     def run_elsewhere(self, point: Point) -> xr.Dataset:
-        """`run` in a process that answers another: RuntimeError with the type and text of an error that cannot go."""
+        """`run` in another process. An error that cannot be pickled becomes a RuntimeError with its type and text."""
         try:
             return self.run(point)
         except Exception as error:
             if _travels(error):
                 raise
-            told = _told(error)
-        # Not from within the handler: the error would go along as the context of what is told.
+            told = _portable(error)
+        # Raised outside the handler: otherwise the original error would be attached as context and pickled, too.
         raise told
 
     def attempt(self, point: Point, elsewhere: bool = False) -> xr.Dataset | Failure:
-        """The same, with the point's own errors returned, and those of the environment raised.
+        """The same, but the point's own errors are returned; those of the environment are raised.
 
-        elsewhere: in a process that answers another.
+        elsewhere: in a process that reports to another.
         """
         try:
             return self.run(point)
-        except ENVIRONMENT as error:
+        except ENVIRONMENT_ERRORS as error:
             error.add_note(NOT_RECORDED)
             if not elsewhere or _travels(error):
                 raise
-            told = _told(error)
-        # The user's own code may raise any error, and none may cost the points that are well. What is not the point's
-        # own (KeyboardInterrupt, SystemExit, ENVIRONMENT, a store that cannot be written) still ends the sweep.
+            told = _portable(error)
+        # The user's own code may raise any error, and no error may lose the results of other points. Errors that the
+        # point did not cause (KeyboardInterrupt, SystemExit, ENVIRONMENT_ERRORS, an unwritable store) still end
+        # the sweep.
         except Exception as error:  # noqa: BLE001 - see above
             return Failure(type(error).__name__, str(error))
         raise told
 
     def finish(self, point: Point, elsewhere: bool) -> Outcome:
-        """Without a store `run`; with it what is new goes there as soon as it is known, and failures are told."""
+        """Without a store `run`; with one, a new outcome is stored as soon as it is known, and failures are
+        returned.
+        """
         if self.store is None:
             return self.run_elsewhere(point) if elsewhere else self.run(point)
         if self.store.holds(point):
@@ -105,7 +111,7 @@ class Work:
         return self.keep(point, self.attempt(point, elsewhere))
 
     def keep(self, point: Point, outcome: xr.Dataset | Failure) -> Outcome:
-        """Put an outcome into the store, if any; a run that it cannot hold is a failure."""
+        """Put an outcome into the store, if there is one; a run that the store cannot hold is a failure."""
         if self.store is None:
             return outcome
         try:
@@ -117,10 +123,11 @@ class Work:
 
 
 def in_processes(work: Work, batches: list[Batch], jobs: int) -> Iterator[tuple[int, Outcome]]:
-    """Run batches in processes of this machine, and tell each point's place and outcome.
+    """Run batches in processes of this machine, and yield the place and outcome of each point.
 
-    Where a process is killed, a sweep without a store ends with a RuntimeError. With one the points that were running
-    are tried again, each alone in a process: one that is the end of that too has failed, and the others go on.
+    If a process is killed, a sweep without a store ends with a RuntimeError. With a store, the points that were running
+    are tried again, each alone in a process. A point that kills this process as well has failed, and the others
+    continue.
     """
     while batches:
         told: set[int] = set()
@@ -133,13 +140,13 @@ def in_processes(work: Work, batches: list[Batch], jobs: int) -> Iterator[tuple[
             if work.store is None:
                 first = next(point for batch in batches for i, point in batch.items() if i not in told)
                 raise RuntimeError(
-                    f"a process died at one of the sweep's points, {shown(first)} or a later one; perhaps for want of "
-                    "memory; give store= to find out which, and to keep the others"
+                    f"a process died at one of the sweep's points, {shown(first)} or a later one; perhaps memory ran "
+                    "out; use store= to find out which, and to keep the others"
                 ) from error
             log.warning("a process of the sweep was killed; the points that were running are tried again, one by one")
         batches = [left for batch in batches if (left := {i: batch[i] for i in batch if i not in told})]
         new = [[point for point in batch.values() if not work.store.holds(point)] for batch in batches]
-        # Batches begin in their order and go from point to point.
+        # Batches start in order, and each runs its points one after the other.
         for point in [points[0] for points in new if points][:jobs]:
             _run_alone(work, work.store, point)
 
@@ -152,7 +159,7 @@ def _parallel(work: Work, batches: list[Batch], jobs: int) -> Iterator[dict[int,
         min(jobs, max(fewest, len(batches))),
         return_as="generator",
         batch_size=1,
-        idle_worker_timeout=IDLE,
+        idle_worker_timeout=IDLE_TIME,
         **here,
     )
     owner = os.getpid()
@@ -163,7 +170,7 @@ def _parallel(work: Work, batches: list[Batch], jobs: int) -> Iterator[dict[int,
 def _run_batch(work: Work, batch: Batch, owner: int) -> dict[int, Outcome]:
     outcomes = {}
     for i, point in batch.items():
-        # Where the sweep was killed, and perhaps resumed, what is left is no longer this process's to run.
+        # If the sweep was killed, and perhaps resumed, this process must not run the remaining points.
         if work.store is not None and owner not in (os.getpid(), os.getppid()):
             break
         outcomes[i] = work.finish(point, elsewhere=owner != os.getpid())
@@ -171,7 +178,7 @@ def _run_batch(work: Work, batch: Batch, owner: int) -> dict[int, Outcome]:
 
 
 def _run_alone(work: Work, store: Store, point: Point) -> None:
-    """Run a point, and nothing else beside it, in a process; one that is the end of the process has failed."""
+    """Run one point, and nothing else at the same time, in a process; a point that kills the process has failed."""
     try:
         list(_parallel(work, [{0: point}], jobs=2))
     except TerminatedWorkerError as error:
@@ -180,8 +187,8 @@ def _run_alone(work: Work, store: Store, point: Point) -> None:
             store.keep(point, Failure(type(error).__name__, said))
 
 
-def _told(error: Exception) -> RuntimeError:
-    """An error that travels, with the type, text and notes of one that does not."""
+def _portable(error: Exception) -> RuntimeError:
+    """An error that can be pickled, with the type, text and notes of one that cannot."""
     told = RuntimeError(f"{type(error).__name__}: {error}")
     for note in (*error.__notes__, "".join(traceback.format_tb(error.__traceback__))):
         told.add_note(note)
@@ -189,7 +196,7 @@ def _told(error: Exception) -> RuntimeError:
 
 
 def _travels(error: Exception) -> bool:
-    """Whether an error survives the way to another process."""
+    """Whether an error can be sent to another process."""
     try:
         pickle.loads(dumps(error))
     except Exception:  # noqa: BLE001 - the error's own code runs here, its constructor among it

@@ -1,4 +1,6 @@
-"""How far a sweep is: a bar on a terminal, else a line in the log now and then, with an estimate of the time left."""
+"""Progress of a sweep with an estimate of the remaining time: a bar on a terminal, otherwise occasional lines in the
+log.
+"""
 
 import logging
 import time
@@ -7,16 +9,17 @@ from types import TracebackType
 
 from tqdm import tqdm
 
-EVERY = 10.0
+LOG_INTERVAL = 10.0
 """Shortest time between two lines of the log, s."""
 
 log = logging.getLogger("hertzlink.sweep")
 
 
 class Progress:
-    """Counts the points of a sweep; those that were finished before (`done`) count, but do not tell how fast it is.
+    """Counts the points of a sweep. Points from earlier runs (`done`) count, but do not enter the estimate of the
+    speed.
 
-    clock: tells the time, s.
+    clock: returns the time, s.
     """
 
     def __init__(self, total: int, done: int = 0, failed: int = 0, clock: Callable[[], float] = time.monotonic) -> None:
@@ -33,16 +36,16 @@ class Progress:
         self._bar.close()
 
     def advance(self, failed: bool = False) -> None:
-        """One point more."""
+        """Count one more point."""
         self.done += 1
         self.failed += failed
         self._bar.update()
-        if self._bar.disable and self._clock() - self._told >= EVERY:
+        if self._bar.disable and self._clock() - self._told >= LOG_INTERVAL:
             self._told = self._clock()
             left = tqdm.format_interval(self.left())
             log.info("%d of %d points, %d failed, about %s left", self.done, self.total, self.failed, left)
 
     def left(self) -> float:
-        """Estimate of the time left, s, NaN before the first point."""
+        """Estimate of the remaining time, s; NaN before the first point."""
         run = self.done - self._before
         return (self._clock() - self._begin) * (self.total - self.done) / run if run else float("nan")

@@ -1,4 +1,4 @@
-"""Where a curve of amplitude ratios is sampled next, until the bracket of its last crossing is narrow enough."""
+"""Where to sample a curve of amplitude ratios next, until the bracket of its last crossing is short enough."""
 
 from math import inf
 
@@ -10,25 +10,25 @@ from scipy.optimize import brentq
 from coupling.results.critical_distance import LABEL, crossed_level, far_value, last_crossing
 from structures.structure import Vector
 
-CLOSE = 0.45
-"""The crossing is expected in the middle of two samples, each so much of the bracket's length away from it."""
+SAMPLE_OFFSET = 0.45
+"""The crossing is expected midway between two samples, each this fraction of the bracket's length away from it."""
 
-NEIGHBOURS = 3
-"""Samples on either side of the bracket through which a cubic spline predicts the crossing."""
+SPLINE_NEIGHBOURS = 3
+"""Number of samples on each side of the bracket through which a cubic spline predicts the crossing."""
 
 Curve = dict[float, tuple[float, float]]
 """AR and TOF (s) of the samples of one curve, by their distances (m)."""
 
 
 class Refinement:
-    """Where samples are wanted next, for each curve and tolerance, until all brackets are narrow enough."""
+    """The next distances for each curve and tolerance, until all brackets are short enough."""
 
     def __init__(self, tolerances: list[float], relative: bool, bracket: float, far: Vector) -> None:
         self.tolerances, self.relative, self.bracket, self.far = tolerances, relative, bracket, far
         self.before: dict[tuple[int, float], float] = {}
 
     def wanted(self, number: int, curve: Curve) -> set[float]:
-        """More distances for the curve of this number."""
+        """Further distances for the curve of this number."""
         distances, ratios = as_arrays(curve)
         wanted: set[float] = set()
         for tolerance in self.tolerances:
@@ -65,18 +65,18 @@ class Refinement:
 def next_distances(
     distances: Vector, ratios: Vector, low: float, high: float, level: float, bracket: float, bisect: bool = False
 ) -> list[float]:
-    """Where to sample between low and high for a bracket of this length, or shorter, around AR = level.
+    """Where to sample between low and high for a bracket of this length, or shorter, around AR = level. All in m.
 
-    The middle where that is enough, or where `bisect` asks for it; else two samples close to the crossing of a cubic
-    spline through the neighbours, or one where the other would lie beyond the bracket. All in m.
+    The midpoint if it is sufficient, or if `bisect` is true. Otherwise two samples close to the crossing of a cubic
+    spline through the neighbours, or one if the other would lie outside the bracket.
     """
-    reach = CLOSE * bracket
+    reach = SAMPLE_OFFSET * bracket
     if bisect or high - low <= 2.0 * bracket:
         return [0.5 * (low + high)]
     known = ~np.isnan(ratios)
     x, y = distances[known], ratios[known]
     first, last = int(np.searchsorted(x, low)), int(np.searchsorted(x, high))
-    near = slice(max(0, first - NEIGHBOURS + 1), last + NEIGHBOURS)
+    near = slice(max(0, first - SPLINE_NEIGHBOURS + 1), last + SPLINE_NEIGHBOURS)
     spline = CubicSpline(x[near], y[near])
     crossing = brentq(lambda d: spline(d) - level, low, high)
     return [place for place in (crossing - reach, crossing + reach) if low < place < high]

@@ -1,4 +1,6 @@
-"""A folder that keeps each finished point of a sweep: written whole or not at all, and checked when it is read."""
+"""A folder that keeps each finished point of a sweep: files are written completely or not at all, and checked when
+read.
+"""
 
 import dataclasses
 import inspect
@@ -28,27 +30,29 @@ Point = Mapping[str, Any]
 FORMAT, VERSION = "hertzlink sweep", 1
 
 MANIFEST = "sweep.json"
-"""Tells what the points of a folder have in common."""
+"""Describes what the points of a folder have in common."""
 
-OURS = re.compile(r"[0-9a-f]{32}\.(nc|json)|sweep\.json|\..*")
-"""A point that was run, one that failed, the manifest; hidden files belong to the system, or are half written."""
+OWN_FILES = re.compile(r"[0-9a-f]{32}\.(nc|json)|sweep\.json|\..*")
+"""Files of a store: a finished point, a failed point, the manifest; hidden files belong to the system or are
+incomplete.
+"""
 
-LEFT_OVER = 3600.0
-"""Seconds after which a half-written file is that of a sweep that was killed."""
+LEFT_OVER_AGE = 3600.0
+"""An incomplete file older than this, s, belongs to a sweep that was killed."""
 
-DIGEST = 32
-"""Bytes that follow the netCDF file in a point's file: their SHA-256. Programs that read netCDF do not look there."""
+DIGEST_LENGTH = 32
+"""Number of bytes after the netCDF content of a point's file: its SHA-256. Programs that read netCDF ignore them."""
 
-DESCRIBED = "sweep_point"
-"""Attribute by which a point's file tells its own point."""
+POINT_ATTRIBUTE = "sweep_point"
+"""Attribute of a point's file that describes the point."""
 
-ERROR = "error"
-"""Variable of a sweep that tells which points failed."""
+ERROR_VARIABLE = "error"
+"""Variable of a sweep that reports which points failed."""
 
 
 @dataclasses.dataclass(frozen=True)
 class Failure:
-    """A point that could not be run: the error's type and what it says."""
+    """A point that could not be run: the type and the text of the error."""
 
     kind: str
     message: str
@@ -59,9 +63,10 @@ class Failure:
 
 @dataclasses.dataclass(frozen=True)
 class Store:
-    """Finished points by their own description: where axes grow, what was run before is still found.
+    """Finished points, found by their own description: if axes grow, earlier points are still found.
 
-    Sweeps may share a store, at once too: a point's file appears in one step, and that of the same point is the same.
+    Several sweeps may share a store, also at the same time: a file appears in one step, and two files of the same point
+    are equal.
     """
 
     folder: Path
@@ -71,40 +76,44 @@ class Store:
         return self._path(point, ".nc").exists() or self._path(point, ".json").exists()
 
     def load(self, point: Point) -> xr.Dataset | Failure | None:
-        """What became of a point, None where it has not been run; raises ValueError for a damaged or foreign file."""
+        """The outcome of a point, None if it has not been run; raises ValueError for a damaged or foreign file."""
         path = self._path(point, ".nc")
         if path.exists():
             run = _read_netcdf(_checked(path), path)
-            if run.attrs.pop(DESCRIBED, None) != describe_point(point):
-                raise ValueError(f"store: {path} holds another point than its name tells; take it away to run it again")
+            if run.attrs.pop(POINT_ATTRIBUTE, None) != describe_point(point):
+                raise ValueError(
+                    f"store: {path} holds a different point than its name says; delete it to run the point again"
+                )
             return run
         return self.failure(point)
 
     def failure(self, point: Point) -> Failure | None:
-        """Why a point failed, None where it did not, or has not been run; raises ValueError as `load`."""
+        """Why a point failed; None if it did not fail or has not been run; raises ValueError as `load`."""
         path = self._path(point, ".json")
         if self._path(point, ".nc").exists() or not path.exists():
             return None
         return _read_failure(path, describe_point(point))
 
     def keep(self, point: Point, outcome: xr.Dataset | Failure) -> None:
-        """Write what became of a point; raises ValueError for a Dataset that would not read back the same."""
+        """Write the outcome of a point; raises ValueError for a Dataset that would not read back unchanged."""
         if isinstance(outcome, Failure):
             record = {"point": describe_point(point), **dataclasses.asdict(outcome)}
             _write_json(self._path(point, ".json"), {**record, "sha256": _digest(record)})
             return
-        if ERROR in outcome.variables or ERROR in outcome.dims:
-            raise ValueError(f"measure: must not return {ERROR!r}, by which a sweep tells the points that failed")
-        run = outcome.assign_attrs({DESCRIBED: describe_point(point)})
+        if ERROR_VARIABLE in outcome.variables or ERROR_VARIABLE in outcome.dims:
+            raise ValueError(
+                f"measure: must not return {ERROR_VARIABLE!r}, the variable in which a sweep reports failed points"
+            )
+        run = outcome.assign_attrs({POINT_ATTRIBUTE: describe_point(point)})
         with _beside(self._path(point, ".nc")) as part:
             content = _write_netcdf(run, part)
             if not _read_netcdf(content, part).identical(run):
-                raise ValueError("measure: what it returns does not survive netCDF; keep numbers and texts")
+                raise ValueError("measure: its result does not survive netCDF; return numbers and text only")
             with part.open("ab") as file:
                 file.write(sha256(content).digest())
 
     def forget(self, point: Point) -> None:
-        """Take away the record of a point that failed."""
+        """Delete the record of a failed point."""
         self._path(point, ".json").unlink(missing_ok=True)
 
     def _path(self, point: Point, suffix: str) -> Path:
@@ -114,11 +123,11 @@ class Store:
 def open_store(
     path: str | os.PathLike[str], build: Callable[..., Any], until: float, measure: Callable[..., Any] | None
 ) -> Store:
-    """The store in a folder, which is made where there is none, in one that is there.
+    """The store in a folder. The folder is created if necessary, in a parent folder that exists.
 
-    Its manifest tells what decides the numbers beside the point: the names of build and measure, until (s), and
-    hertzlink's version. Raises ValueError where these differ, for a folder that holds anything else or cannot be
-    written, and for functions without a name of their own.
+    Its manifest holds what determines the numbers besides the point: the names of build and measure, until (s), and the
+    version of hertzlink. Raises ValueError if these differ, for a folder that holds anything else or cannot be written,
+    and for functions without a name of their own.
     """
     folder = path_of("store", path, "path of a folder")
     manifest = {
@@ -131,35 +140,39 @@ def open_store(
     }
     try:
         if not folder.parent.is_dir():
-            raise ValueError(f"store = {str(path)!r}: must be a folder that can be written; {folder.parent} is none")
+            raise ValueError(f"store = {str(path)!r}: must be a writable folder; {folder.parent} is not a folder")
         folder.mkdir(exist_ok=True)
         names = sorted(os.listdir(folder))
         for name in names:
-            if not OURS.fullmatch(name):
-                raise ValueError(f"store: {folder / name} is no part of a sweep; give the store a folder of its own")
+            if not OWN_FILES.fullmatch(name):
+                raise ValueError(
+                    f"store: {folder / name} does not belong to a sweep; use a separate folder for the store"
+                )
         if MANIFEST not in names:
             if any(not name.startswith(".") for name in names):
-                raise ValueError(f"store: {folder / MANIFEST} is missing, but there are points; give another folder")
+                raise ValueError(
+                    f"store: {folder / MANIFEST} is missing, although there are points; use another folder"
+                )
             _write_json(folder / MANIFEST, manifest)
     except OSError as error:
-        raise ValueError(f"store = {str(path)!r}: must be a folder that can be written; {error.strerror}") from error
+        raise ValueError(f"store = {str(path)!r}: must be a writable folder; {error.strerror}") from error
     if not os.access(folder, os.W_OK | os.X_OK):
-        raise ValueError(f"store = {str(path)!r}: must be a folder that can be written; it may be read only")
+        raise ValueError(f"store = {str(path)!r}: must be a writable folder; it is perhaps read-only")
     _compare(folder / MANIFEST, manifest)
     _sweep_up(folder)
     return Store(folder)
 
 
 def describe_point(point: Point) -> str:
-    """A point as text that tells it from others, the same in every process; raises ValueError as `describe`."""
+    """A point as a unique text, the same in every process; raises ValueError as `describe`."""
     plain = {name: describe(name, value) for name, value in point.items()}
     return json.dumps(plain, sort_keys=True, ensure_ascii=False)
 
 
 def describe(name: str, value: object) -> Any:
-    """A value as plain data that tells it from others; of an object its class and what builds it.
+    """A value as plain data that identifies it; for an object its class and the arguments that build it.
 
-    Raises ValueError for an object whose state cannot be told, such as a function or a Structure.
+    Raises ValueError for an object whose state cannot be described, such as a function or a Structure.
     """
     if value is None or isinstance(value, bool | np.bool_):
         return None if value is None else bool(value)
@@ -181,14 +194,14 @@ def describe(name: str, value: object) -> Any:
         return {"class": f"{type(value).__module__}.{type(value).__qualname__}", **plain}
     raise ValueError(
         f"{name} = {reprlib.repr(value)}: must be a number, a text, a list or a dataclass of these (such as a "
-        "Material) where a store is used; let build make it from such"
+        "Material) if a store is used; let build make it from such values"
     )
 
 
 def _named(name: str, function: Callable[..., Any]) -> str:
     known = getattr(function, "__qualname__", "<lambda>")
     if "<lambda>" in known or inspect.ismethod(function):
-        raise ValueError(f"{name} = {reprlib.repr(function)}: must have a name (def) where a store is used")
+        raise ValueError(f"{name} = {reprlib.repr(function)}: must have a name (def) if a store is used")
     return f"{function.__module__}.{known}"
 
 
@@ -203,16 +216,16 @@ def _compare(path: Path, manifest: Mapping[str, Any]) -> None:
 
 
 def _sweep_up(folder: Path) -> None:
-    """Take away what a sweep that was killed had half written; another sweep may be writing what is younger."""
+    """Delete incomplete files of a killed sweep; younger files may belong to another sweep that is running."""
     for part in folder.glob(".*.part"):
         with suppress(FileNotFoundError):
-            if time.time() - part.stat().st_mtime > LEFT_OVER:
+            if time.time() - part.stat().st_mtime > LEFT_OVER_AGE:
                 part.unlink()
 
 
 @contextmanager
 def _beside(path: Path) -> Iterator[Path]:
-    """A file to fill that then takes the path's place, in one step."""
+    """A temporary file that then replaces the path in one step."""
     part = path.with_name(f".{uuid4().hex}.part")
     try:
         yield part
@@ -256,22 +269,24 @@ def _write_netcdf(run: xr.Dataset, path: Path) -> bytes:
     try:
         run.to_netcdf(path, engine="h5netcdf", encoding=plain)
     except (AttributeError, TypeError, ValueError, CompatibilityError) as error:
-        raise ValueError(f"measure: returns what netCDF cannot hold ({error}); keep numbers and texts") from error
+        raise ValueError(
+            f"measure: its result does not fit into netCDF ({error}); return numbers and text only"
+        ) from error
     return path.read_bytes()
 
 
 def _checked(path: Path) -> bytes:
-    """The netCDF file in a point's file."""
+    """The netCDF content of a point's file."""
     try:
         data = path.read_bytes()
     except OSError as error:
         raise ValueError(f"store: {path} cannot be read; {error.strerror}") from error
-    if sha256(data[:-DIGEST]).digest() != data[-DIGEST:]:
+    if sha256(data[:-DIGEST_LENGTH]).digest() != data[-DIGEST_LENGTH:]:
         raise ValueError(f"store: {path} is not of a sweep, or damaged; take it away, and its point is run again")
-    return data[:-DIGEST]
+    return data[:-DIGEST_LENGTH]
 
 
 def _read_netcdf(content: bytes, path: Path) -> xr.Dataset:
-    """Numbers as they were: nothing is decoded into dates or masked."""
+    """Numbers exactly as stored: nothing is decoded into dates or masked."""
     with xr.open_dataset(BytesIO(content), engine="h5netcdf", decode_times=False, mask_and_scale=False) as file:
         return file.load().drop_encoding()

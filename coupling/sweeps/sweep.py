@@ -1,4 +1,4 @@
-"""Many runs over any axes, in processes or on a cluster, into one Dataset; finished points may be kept in a store."""
+"""Many runs over any axes, in processes or on a cluster, combined in one Dataset; a store can keep finished points."""
 
 import inspect
 import logging
@@ -18,7 +18,7 @@ from coupling.results.schema import OF_RUNS
 from coupling.sweeps.cluster import check_cluster, on_cluster
 from coupling.sweeps.processes import Batch, Outcome, Work, in_processes
 from coupling.sweeps.progress import Progress
-from coupling.sweeps.store import ERROR, Failure, Point, Store, describe_point, open_store
+from coupling.sweeps.store import ERROR_VARIABLE, Failure, Point, Store, describe_point, open_store
 from structures.caution import caution
 from structures.checks import instance, listed, positive, short, whole
 from structures.structure import Vector
@@ -39,46 +39,89 @@ def sweep(
     retry: bool = False,
     **axes: Iterable[Any],
 ) -> xr.Dataset:
-    """Run `build(**point)` up to `until` (s) at every combination of the axes' values.
+    """Run `build(**point)` at every combination of the values of the axes.
 
-    jobs: processes, by default one for each core. measure: what to keep of each run, by default all of it.
-    The Dataset has a dimension for each axis (named values, such as materials, become their names) and the
-    attributes of the first run. Its attribute `warnings` has the first finding of each kind, with the number of points
-    that have one; after the sweep each is one Python warning. All runs share the sampling of the coarsest, and have
-    NaN for modes of deformable beads that others have more of. Points that share all but the last axis run in one
-    process, one after the other, so that `build` may cache what they have in common.
-    Raises ValueError for an axis that is empty or names two values alike, a name that every run has, and axes that
-    build does not take. An error in one point ends the sweep, with a note that names the point (RuntimeError where its
-    process dies, or for an error that no pickle can hold).
+    Points that share all but the last axis run in one process, one after the other, so that `build` may cache what they
+    have in common.
 
-    store: a folder that keeps each point as soon as it is finished, as netCDF. The same sweep again, after it was
-    killed or with longer axes, runs the points that are not there, and gives what one straight sweep would. Axes are
-    then numbers, texts, or dataclasses of these, such as materials. The store knows build and measure by their names
-    alone: give another folder where their code has changed, or what they take from around them. A point that fails
-    (any Exception of build, the run or measure, or its process dies, alone too) is recorded there, and the others go
-    on, unless it is a failure of the environment: ImportError (a package is missing), MemoryError, or OSError (the disk
-    is full, a file or a connection is lost) ends the sweep, and the point is run again by the next. For a point that is
-    recorded the Dataset has NaN, and the error as text in the variable `error`, which is empty where all is well. It is
-    not run again but with `retry`. With jobs=1 points run in this process, and one that kills it ends the sweep.
-    Sweeps may share a store; at once they might run a point twice, which does no harm.
-    cluster: a `distributed.Client`, or the address of its scheduler, instead of processes. The
-    workers need hertzlink; this process alone writes the store. Where a worker dies, others run what it was running; a
-    point that several died of fails as above. ConnectionError where the scheduler is lost, or for a minute no worker is
-    there.
-    Raises ValueError for a store of another sweep, or with damaged or foreign files, which are left alone; RuntimeError
-    where all points fail.
+    Parameters
+    ----------
+    build : callable
+        Returns the CoSimulation of a point; its arguments are the axes.
+    until : float
+        Length of each record, s.
+    jobs : int, optional
+        Number of processes; by default one for each core. With jobs=1 points run in this process.
+    measure : callable, optional
+        Takes the Dataset of a run and returns the Dataset to keep; by default the whole run.
+    store : str or PathLike, optional
+        A folder that keeps each point as netCDF as soon as it is finished; see Notes.
+    cluster : distributed.Client or str, optional
+        A client, or the address of its scheduler, instead of processes. The workers need hertzlink; only this process
+        writes the store. If a worker dies, others run its points; a point that kills several workers has failed.
+    retry : bool
+        Run points again that are recorded in the store as failed.
+    **axes : iterable
+        The values of each axis, such as length=[0.02, 0.04] or material=[hl.PTFE, hl.NYLON].
+
+    Returns
+    -------
+    xarray.Dataset
+        The kept Datasets, with a dimension for each axis (named values, such as materials, become their names) and the
+        attributes of the first run. All runs share the sampling of the coarsest. Modes of deformable beads that only
+        some runs have are NaN in the others. The attribute `warnings` holds the first finding of each kind with the
+        number of points that have one; each is issued as one Python warning after the sweep.
+
+    Raises
+    ------
+    ValueError
+        For an axis that is empty or has two values of the same name, a name that every run uses, axes that build does
+        not accept, or a store of another sweep, or with damaged or foreign files, which stay as they are.
+    RuntimeError
+        If the process of a point dies (without a store), or all points fail (with a store).
+    ConnectionError
+        If the scheduler of the cluster is lost, or no worker is available for a minute.
+
+    Notes
+    -----
+    Without a store an error at one point ends the sweep, with a note that names the point.
+
+    With a store, the same sweep can be repeated after it was killed, or with longer axes: it runs only the missing
+    points, and returns what one uninterrupted sweep would return. Axis values must then be numbers, text, or
+    dataclasses of these, such as materials. The store identifies build and measure by their names only: use another
+    folder if their code changed, or the data that they use from outside. Sweeps may share a store; simultaneous sweeps
+    might run a point twice, which does no harm.
+
+    With a store a failed point is recorded, and the others continue. A point fails if build, the run or measure raises
+    an Exception, or if it kills its process, also when it runs alone. Failures of the environment end the sweep
+    instead, and the next sweep runs the point again: ImportError (a package is missing), MemoryError, and OSError (the
+    disk is full, a file or a connection is lost). A failed point is NaN in the Dataset, and the variable `error` holds
+    its error as text, which is empty for all other points. With jobs=1 a point that kills its process ends the sweep.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    >>> chain = hl.Chain([bead] * 14, bead, impact_speed=0.1)
+    >>> def against(material):
+    ...     return hl.CoSimulation(chain, hl.half_space(material))
+    >>> runs = hl.sweep(against, until=1.2e-3, jobs=1, material=[hl.STEEL_440C, hl.PTFE])
+    >>> [round(ratio, 2) for ratio in hl.amplitude_ratio(runs, sensor=7).values.tolist()]
+    [0.99, 0.92]
     """
     until = positive("until", until, "s")
     if measure is not None and not callable(measure):
         raise ValueError(f"measure = {short(measure)}: must be a function of a run's Dataset")
     if instance("retry", retry, bool, "True or False") and store is None:
-        raise ValueError("retry = True: needs the store that tells which points failed")
+        raise ValueError("retry = True: needs the store that records which points failed")
     if cluster is not None:
         check_cluster(cluster)
         if jobs is not None:
-            raise ValueError(f"jobs = {jobs!r}: must be None with a cluster, whose workers tell how many run at once")
+            raise ValueError(
+                f"jobs = {jobs!r}: must be None with a cluster, whose workers determine how many run at once"
+            )
     most = joblib.cpu_count() if jobs is None else whole("jobs", jobs)
-    values = axis_values(axes, OF_RUNS if store is None else OF_RUNS | {ERROR})
+    values = axis_values(axes, OF_RUNS if store is None else OF_RUNS | {ERROR_VARIABLE})
     check_build(build, values)
     points: list[Point] = [dict(zip(values, point, strict=True)) for point in product(*values.values())]
     # Checked before a folder is made.
@@ -93,14 +136,14 @@ def sweep(
     outcomes = _finished(found, points, texts, together, run)
     if work.store is not None:
         outcomes.update((i, work.store.load(point)) for i, point in enumerate(points) if outcomes.get(i) is None)
-        _tell_failures(work.store, outcomes)
+        _report_failures(work.store, outcomes)
     data = _combined([outcomes[i] for i in range(len(points))], values)
     warn(findings_of(data))
     return data
 
 
 def axis_values(axes: dict[str, Iterable[Any]], taken: Set[str]) -> dict[str, list[Any]]:
-    """The axes as lists, or a ValueError for one that is empty, names two values alike or has a name that is taken."""
+    """The axes as lists; a ValueError for one that is empty, has two values of the same name, or has a name in use."""
     if not axes:
         raise ValueError("axes: name at least one, such as distance=[0.01, 0.02]")
     values = {name: listed(name, axis, object, "one value or more") for name, axis in axes.items()}
@@ -114,7 +157,7 @@ def axis_values(axes: dict[str, Iterable[Any]], taken: Set[str]) -> dict[str, li
 
 
 def check_build(build: Callable[..., CoSimulation], values: Mapping[str, Any]) -> None:
-    """Raises ValueError where build is no function, or does not take just what the axes give."""
+    """Raises ValueError if build is not a function, or does not accept exactly the axes."""
     if not callable(build):
         raise ValueError(f"build = {short(build)}: must be a function that returns a CoSimulation")
     try:
@@ -131,7 +174,7 @@ def check_build(build: Callable[..., CoSimulation], values: Mapping[str, Any]) -
 
 
 def _found(store: Store, points: list[Point], retry: bool) -> dict[int, Outcome]:
-    """What the store holds of the points, by their place."""
+    """The points that the store holds, by their place."""
     outcomes: dict[int, Outcome] = {}
     for i, point in enumerate(points):
         outcome = store.load(point)
@@ -151,7 +194,7 @@ def _finished(
     together: int,
     run: Callable[[list[Batch]], Iterator[tuple[int, Outcome]]],
 ) -> dict[int, Outcome]:
-    """Outcomes by place, those found and those of the points that are left; what has the same text is run once."""
+    """Outcomes by place: those found, and those of the remaining points; points with the same text are run once."""
     left = {text: i for i, text in reversed(list(enumerate(texts))) if i not in found}
     groups = groupby(sorted(left.values()), lambda i: i // together)
     batches: list[Batch] = [{i: points[i] for i in group} for _, group in groups]
@@ -164,10 +207,10 @@ def _finished(
     return outcomes
 
 
-def _tell_failures(store: Store, outcomes: Mapping[int, Outcome]) -> None:
-    """A warning where some points failed; RuntimeError where all did, or somebody took points away."""
+def _report_failures(store: Store, outcomes: Mapping[int, Outcome]) -> None:
+    """Warn if some points failed; raise RuntimeError if all failed, or if points were removed from the store."""
     if any(outcome is None for outcome in outcomes.values()):
-        raise RuntimeError(f"points were taken out of {store.folder} while the sweep ran; run it again")
+        raise RuntimeError(f"points were removed from {store.folder} while the sweep ran; run it again")
     failures = [outcome for outcome in outcomes.values() if isinstance(outcome, Failure)]
     if len(failures) == len(outcomes):
         raise RuntimeError(
@@ -182,7 +225,7 @@ def _tell_failures(store: Store, outcomes: Mapping[int, Outcome]) -> None:
 
 
 def _combined(outcomes: Sequence[Outcome], values: dict[str, list[Any]]) -> xr.Dataset:
-    """One Dataset over the axes, on the times that all runs share; coordinates that differ get the axes too."""
+    """One Dataset over the axes, on the times that all runs share; coordinates that differ get the axes, too."""
     places, runs = zip(*((i, run) for i, run in enumerate(outcomes) if isinstance(run, xr.Dataset)), strict=True)
     aligned: Sequence[xr.Dataset] = runs
     if "time" in runs[0].sizes:
@@ -209,30 +252,34 @@ def _combined(outcomes: Sequence[Outcome], values: dict[str, list[Any]]) -> xr.D
     variables: dict[str, Any] = {str(name): stacked(str(name)) for name in first.data_vars}
     if len(runs) < len(outcomes):
         errors = np.array([str(one) if isinstance(one, Failure) else "" for one in outcomes]).reshape(shape)
-        variables[ERROR] = (tuple(values), errors, {"long_name": "why the point failed, empty where it did not"})
+        variables[ERROR_VARIABLE] = (
+            tuple(values),
+            errors,
+            {"long_name": "why the point failed, empty where it did not"},
+        )
     findings = {_named(values, i): findings_of(run) for i, run in zip(places, runs, strict=True) if findings_of(run)}
     return with_warnings(xr.Dataset(variables, coordinates, runs[0].attrs), gathered(findings, len(outcomes)))
 
 
 def _named(values: dict[str, list[Any]], place: int) -> str:
-    """A point by its place, in words."""
+    """A point by its place, as text for messages."""
     where = np.unravel_index(place, [len(axis) for axis in values.values()])
     return named({name: axis[i] for (name, axis), i in zip(values.items(), where, strict=True)})
 
 
 def named(point: Point) -> str:
-    """A point in words."""
+    """A point as text for messages."""
     return ", ".join(f"{name} = {_shown(axis_labels([value])[0])}" for name, value in point.items())
 
 
 def _shown(label: Any) -> str:
-    """A number with six digits, anything else in a few words."""
+    """A number with six digits; anything else as a short text."""
     plain = isinstance(label, float | int | np.number) and not isinstance(label, bool)
     return f"{label:.6g}" if plain else short(label)
 
 
 def _with_all_modes(runs: Sequence[xr.Dataset]) -> list[xr.Dataset]:
-    """Filled up with NaN to the most modes of any."""
+    """Runs filled up with NaN to the largest number of modes."""
     most = max(run.sizes.get("mode", 0) for run in runs)
     return [
         run.pad({"mode": (0, most - run.sizes["mode"])}, keep_attrs=True) if run.sizes.get("mode", most) < most else run
@@ -241,7 +288,7 @@ def _with_all_modes(runs: Sequence[xr.Dataset]) -> list[xr.Dataset]:
 
 
 def _placed(data: Vector, places: Sequence[int], count: int) -> Vector:
-    """Rows of the points that were run among those of all; the others are NaN, texts empty."""
+    """Rows of the points that were run, among those of all points; the others are NaN, or empty text."""
     if len(places) == count:
         return data
     if data.dtype.kind in "biu":
@@ -252,7 +299,7 @@ def _placed(data: Vector, places: Sequence[int], count: int) -> Vector:
 
 
 def axis_labels(axis: list[Any]) -> list[Any]:
-    """Numbers and strings as they are; other objects by their name, or as text."""
+    """Numbers and strings unchanged; other objects by their name, or as text."""
     return [
         v if isinstance(v, str | int | float | np.number | np.bool_) else getattr(v, "name", None) or str(v)
         for v in axis

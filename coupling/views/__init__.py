@@ -1,1 +1,1 @@
-"""What can be seen of a run: pictures and animations of struck bodies, and files for ParaView."""
+"""Views of a run: pictures and animations of struck bodies, and files for ParaView."""

@@ -23,16 +23,16 @@ from structures.field import Grid, von_mises
 from structures.structure import Structure, Vector
 from structures.surface import Surface, hertz_stiffness, relative_curvatures
 
-STRESSES = {"radial": 0, "hoop": 1, "axial": 2, "shear": 5}
-"""Where they stand in the stress of a body of revolution."""
+STRESS_COMPONENTS = {"radial": 0, "hoop": 1, "axial": 2, "shear": 5}
+"""Positions of the components in the stress of a body of revolution."""
 
-OF_BEADS = ("displacement", "contact_force", "vibration_amplitude")
+BEAD_VARIABLES = ("displacement", "contact_force", "vibration_amplitude")
 
-ROUND = 1e-6
-"""Difference of the relative curvatures, over their sum, beyond which a contact is no circle."""
+CIRCULAR_DIFFERENCE = 1e-6
+"""A contact is not circular if the difference of its relative curvatures exceeds this fraction of their sum."""
 
-MOST_TOLD = 3
-"""Differences that an error tells."""
+MOST_LISTED = 3
+"""Largest number of differences that an error lists."""
 
 
 def bead_motion(
@@ -43,21 +43,56 @@ def bead_motion(
     structure: Structure | Surface | None = None,
     behind: Structure | Surface | None = None,
 ) -> xr.Dataset:
-    """Displacement and stress of beads of a run at the saved times nearest to `times` (s).
+    """Displacement and stress inside beads of a run, at the saved times nearest to `times`.
 
-    chain: the one that was run; of a run with several choose one first, run.isel(chain=0). beads: their numbers, 0 the
-    striker, or one of them; by default all. structure, behind: what the last bead and the first one face, where these
-    touch something and are among the beads. All three are compared with the run's input; a point of a sweep, known by
-    the coordinates of its axes, has the input of the first, so only bodies' places, modes and energy are compared.
-    Each bead is told by its modes, and by the static field of the contacts' forces (mode acceleration, see
-    `particles.deformable.bead_field`); these press as Hertz's pressure, on the circle that it has at that force, 8
-    cells in radius where it is widest: then stress is good to 1 % of the greatest pressure, at the circle's edge 7 %.
-    Dataset: as of `structure_motion`, and stress (time, point, stress_component) in Pa, positive where it pulls:
-    "radial", "hoop", "axial", "shear". Displacement is from static equilibrium, as in the run; stress holds that of the
-    preload, as contact forces do. Beads are told in their half-planes (r, 0, −z), at their places along the chain, z
-    from its struck end; bead (point) is the number of each point's bead, part (cell) of each cell's.
-    Raises ValueError for times outside the run, numbers that are no beads, other chains or structures than the run's,
-    contacts that are no circles, Datasets that are no single run, and where structure or behind is needed.
+    A bead's field is the sum of its modes and of the static field of the contact forces (mode acceleration, see
+    `particles.deformable.bead_field`). The forces act as Hertz's pressure on the contact circle for this force, with 8
+    cells in the radius of the widest circle. Stress is then accurate to 1 % of the largest pressure, and to 7 % at the
+    edge of the circle.
+
+    Parameters
+    ----------
+    run : xarray.Dataset
+        A run of a DeformableChain. Of a run with several chains choose one first: run.isel(chain=0).
+    chain : DeformableChain
+        The chain of the run.
+    times : array_like
+        Times, s, increasing.
+    beads : int or sequence of int, optional
+        Numbers of the beads; 0 is the striker. By default all.
+    structure, behind : Structure or Surface, optional
+        The bodies that the last and the first bead face; needed if these beads touch them and are among `beads`.
+
+    Returns
+    -------
+    xarray.Dataset
+        As from `structure_motion`, and `stress` (time, point, stress_component), Pa, positive in tension: "radial",
+        "hoop", "axial", "shear". Displacement is measured from static equilibrium, as in the run; stress contains that
+        of the preload, as contact forces do. Beads are given in their half-planes (r, 0, −z) at their places along the
+        chain, z from its struck end. `bead` (point) is the number of the bead of each point, `part` (cell) that of each
+        cell.
+
+    Raises
+    ------
+    ValueError
+        For times outside the run, wrong numbers of beads, chains or structures other than those of the run, contacts
+        that are not circular, Datasets that are not a single run, and if structure or behind is needed.
+
+    Notes
+    -----
+    Chain, structure and behind are compared with the input of the run. A point of a sweep, recognised by the
+    coordinates of its axes, holds the input of the first point; so only places of bodies, modes and energy are
+    compared.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(2.38e-3, hl.STEEL_316)
+    >>> chain = hl.DeformableChain([bead] * 2, bead, impact_speed=1.0)
+    >>> run = hl.CoSimulation(chain, None).run(until=10e-6)
+    >>> motion = hl.views.bead_motion(run, chain, times=[5e-6], beads=[1])
+    >>> float(motion.stress.sel(stress_component="axial").min()) < 0.0
+    True
     """
     known = _Run(run, chain, structure, behind)
     rows = nearest_rows(known.time, times)
@@ -77,17 +112,17 @@ def bead_motion(
     found = motion_dataset(grid, known.time[rows], displacement, von_mises(stress))
     found["stress"] = (
         ("time", "point", "stress_component"),
-        stress[..., list(STRESSES.values())],
+        stress[..., list(STRESS_COMPONENTS.values())],
         {"units": "Pa", "long_name": "stress, positive in tension"},
     )
     of_points = np.repeat(numbers, [len(part.grid.points) for part in parts])
-    found = found.assign_coords(bead=("point", of_points), stress_component=list(STRESSES))
+    found = found.assign_coords(bead=("point", of_points), stress_component=list(STRESS_COMPONENTS))
     note = {**provenance({}), "input": run.attrs.get("input", ""), "up": [0.0, 0.0, 1.0], "depth": "along the chain"}
     return found.assign_attrs(note)
 
 
 class _Part(NamedTuple):
-    """One bead: its grid, and of t times displacement, t × p × 3, m, and stress, t × p × 6, Pa."""
+    """One bead: its grid, displacement, t × p × 3, m, and stress, t × p × 6, Pa, at t times."""
 
     grid: Grid
     displacement: Vector
@@ -95,11 +130,11 @@ class _Part(NamedTuple):
 
 
 Pair = tuple[list[Push], list[Push]]
-"""What presses a bead on its struck side and on the other: at the chosen times, and last at rest."""
+"""The pressures on the struck side of a bead and on the other side: at the chosen times, and last at rest."""
 
 
 class _Run:
-    """What the run of a chain tells of its beads; body 0 is the striker. Checks it, see `bead_motion`."""
+    """The data of a chain's run about its beads; body 0 is the striker. Checks the run, see `bead_motion`."""
 
     def __init__(self, given: object, chain: object, structure: object, behind: object) -> None:
         self.chain = chain = instance("chain", chain, DeformableChain, "the DeformableChain that was run")
@@ -107,8 +142,8 @@ class _Run:
             raise ValueError("chain: has vibrations of its own, whose shapes are not known; leave vibrations out")
         reading = Reading(given, "the Dataset of a run of a DeformableChain")
         run = reading.data
-        reading.check_holds(OF_BEADS, "a DeformableChain")
-        reading.check_one_chain(*OF_BEADS)
+        reading.check_holds(BEAD_VARIABLES, "a DeformableChain")
+        reading.check_one_chain(*BEAD_VARIABLES)
         if "time" not in run.dims or not run.time.size:
             raise ValueError("run: holds no time")
         told: dict[str, Any] = {} if set(run.coords) - OF_RUNS else json.loads(run.attrs.get("input") or "{}")
@@ -123,13 +158,13 @@ class _Run:
         self.force, self.static = run.contact_force.values[:, :count], run.static_force.values[:count]
         self.amplitude = run.vibration_amplitude.values[:, :count, :elastic]
         self.bodies: tuple[Any, ...] = (chain.body, *chain.beads)
-        # A force from outside is told as contact 1 where nothing touches there; it acts on the bead as a whole.
+        # If nothing touches the first bead, contact 1 holds an external force, which acts on the bead as a whole.
         if chain.excitation.drive.kind == kernels.PUSHED and "first bead" not in faced:
             self.force, self.static = self.force.copy(), self.static.copy()
             self.force[:, 0] = self.static[0] = 0.0
 
     def numbers(self, beads: Sequence[int] | int | None) -> list[int]:
-        """Of the beads that were asked for."""
+        """Numbers of the requested beads."""
         first, last = 0 if self.bodies[0] is not None else 1, len(self.bodies) - 1
         if beads is None:
             return list(range(first, last + 1))
@@ -140,7 +175,7 @@ class _Run:
         return sorted(found)
 
     def pushes(self, number: int, rows: Any) -> Pair:
-        """At the rows, and at rest."""
+        """The pressures on a bead at the rows, and at rest."""
         forces = np.vstack([self.force[rows], self.static])
         bead = self.bodies[number]
         sides = []
@@ -151,17 +186,15 @@ class _Run:
         return sides[0], sides[1]
 
     def _radius_at_one_newton(self, bead: Bead, number: int, contact: int) -> float:
-        """Of a contact's circle, m, by Hertz; it grows as the cube root of the force."""
+        """Radius of a contact circle, m, by Hertz; it grows with the cube root of the force."""
         one, other = bead.surface, self._other(number, contact)
         flat, sharp = relative_curvatures(one, other)
-        if sharp - flat > ROUND * (sharp + flat):
-            raise ValueError(
-                f"contact {contact + 1}: is no circle, so that the bead's stress is not even about its axis"
-            )
+        if sharp - flat > CIRCULAR_DIFFERENCE * (sharp + flat):
+            raise ValueError(f"contact {contact + 1}: is not circular, so the stress of the bead is not axisymmetric")
         return sqrt(hertz_stiffness(one, other) ** (-2.0 / 3.0) / sharp)
 
     def _other(self, number: int, contact: int) -> Surface:
-        """What the bead touches there."""
+        """The surface that the bead touches there."""
         beside = contact if contact < number else contact + 1
         body: Bead | None = self.bodies[beside] if beside < len(self.bodies) else None
         if body is not None:
@@ -191,7 +224,7 @@ def _moved(field: BeadField, run: _Run, number: int, rows: Any, pushes: Pair) ->
 
 
 def _joined(grids: list[Grid], numbers: list[int]) -> Grid:
-    """All beads in one grid, each a part of its own."""
+    """All beads in one grid, each as a separate part."""
     starts = np.cumsum([0, *(len(grid.points) for grid in grids)])
     cells = [grid.cells + start for grid, start in zip(grids, starts, strict=False)]
     return Grid(
@@ -204,7 +237,7 @@ def _joined(grids: list[Grid], numbers: list[int]) -> Grid:
 
 
 def _surface(name: str, given: object) -> Surface | None:
-    """Of what a chain's end faces."""
+    """The surface that an end of the chain faces."""
     what = "a Structure, a Surface or None"
     thing = instance(name, given, Structure | Surface | None, what)  # type: ignore[arg-type]
     surface: Any = thing.surface if isinstance(thing, Structure) else thing
@@ -214,7 +247,7 @@ def _surface(name: str, given: object) -> Surface | None:
 
 
 def _faced(run: xr.Dataset) -> dict[str, int]:
-    """The ends of this chain that face something, and the places of the structures there."""
+    """The ends of this chain that face something, and the numbers of the structures there."""
     here = ~np.isnan(np.atleast_1d(run.gap.values[0])) if "gap" in run else [True]
     own = int(run.chain) if "chain" in run.coords else 0
     contacts = zip(Reading(run).contacts, here, strict=True)
@@ -222,7 +255,7 @@ def _faced(run: xr.Dataset) -> dict[str, int]:
 
 
 def _check_same(run: xr.Dataset, chain: DeformableChain, given: Mapping[str, Any]) -> None:
-    """A ValueError where the run is of another chain."""
+    """Raise a ValueError if the run is of another chain."""
     told = Reading(run).beads[0] + 1
     if told != len(chain.beads) + 1:
         raise ValueError(f"chain: has {len(chain.beads)} beads, that of the run {told - 1}; give the one that was run")
@@ -244,7 +277,7 @@ def _check_same(run: xr.Dataset, chain: DeformableChain, given: Mapping[str, Any
 
 
 def _check_end(name: str, facing: object, place: int | None, given: Mapping[str, Any]) -> None:
-    """A ValueError where nothing was there, or another structure. How it was reduced and stepped makes no other."""
+    """Raise a ValueError if nothing, or another structure, was there. Reduction and time stepping may differ."""
     if facing is None:
         return
     if place is None:
@@ -259,7 +292,7 @@ def _check_end(name: str, facing: object, place: int | None, given: Mapping[str,
 
 
 def _refuse(name: str, theirs: Mapping[str, Any], mine: Mapping[str, Any], advice: str) -> None:
-    """A ValueError where this differs from what the run tells, as plain data."""
+    """Raise a ValueError if this differs from the input of the run, as plain data."""
     if told := list(differences(theirs, json.loads(as_text(mine)))):
-        more = f" and {len(told) - MOST_TOLD} more" if len(told) > MOST_TOLD else ""
-        raise ValueError(f"{name}: is not that of the run: {', '.join(told[:MOST_TOLD])}{more}; {advice}")
+        more = f" and {len(told) - MOST_LISTED} more" if len(told) > MOST_LISTED else ""
+        raise ValueError(f"{name}: is not that of the run: {', '.join(told[:MOST_LISTED])}{more}; {advice}")

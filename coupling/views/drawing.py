@@ -1,4 +1,4 @@
-"""The figure about a rendered body: axes in mm or a scale, colour bar, time; imports matplotlib."""
+"""The figure around a rendered body: axes in mm or a scale bar, colour bar, time; imports matplotlib."""
 
 from math import ceil
 from types import TracebackType
@@ -18,71 +18,76 @@ from coupling.views.scene import Scene, round_number
 from structures.checks import not_negative, one_of, positive
 from structures.structure import Vector
 
-SHOWN = {
+QUANTITIES = {
     "von_mises": ("von Mises stress", "Pa", "viridis"),
     "displacement": ("displacement", "m", "viridis"),
     "deflection": ("deflection", "m", "RdBu_r"),
 }
-"""What can be shown: its name, unit and colours; those of the deflection, which has a sign, are white at zero."""
+"""The quantities that can be shown: name, unit and colours. The colours of the deflection, which has a sign, are white
+at zero.
+"""
 
-UNITS = {
+UNIT_STEPS = {
     "Pa": ((1e9, "GPa"), (1e6, "MPa"), (1e3, "kPa"), (1.0, "Pa")),
     "m": ((1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm")),
 }
 
-WITHIN = 0.95
-"""Colours end where this part of the body stays below, over all times: stress at the contact is a hundred times that of
-the waves, which would be lost."""
+COLOURED_FRACTION = 0.95
+"""The colour scale covers this fraction of the body, over all times. The stress at the contact is a hundred times that
+of the waves; a scale up to it would make the waves invisible.
+"""
 
 COLOUR_ENDS = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0)
 
-FINER = 2
-"""How much finer than the figure the body is drawn."""
+OVERSAMPLING = 2
+"""The body is rendered at this multiple of the resolution of the figure."""
 
 LINE, LETTERS = 0.8, 9.0
 """Width of lines and size of letters, points."""
 
 WIDEST, HIGHEST, NARROWEST = 4.8, 3.8, 3.7
-"""Inches: the body in a figure, and the least width of one, into which its title fits."""
+"""Inches: largest width and height of the body in a figure, and the least width of a figure, in which its
+title fits.
+"""
 
 LEFT, RIGHT, ABOVE, BELOW = 0.75, 0.25, 0.42, 0.6
-HISTORY = 1.0
-"""Height of the force's history beneath the body, inches."""
+HISTORY_HEIGHT = 1.0
+"""Height of the force history below the body, inches."""
 
 ROW, COLUMN = 0.18, 0.85
-"""Height and width of an entry of its legend, inches."""
+"""Height and width of an entry of the legend, inches."""
 
-STROKES = [
+LINE_STYLES = [
     {"color": colour, "linestyle": style}
     for style in ("-", "--", ":", "-.")
     for colour in ("#000000", "#0072B2", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
 ]
-"""Of the lines in it, by Okabe and Ito's colours, which all eyes tell apart."""
+"""Line styles in the colours of Okabe and Ito, which colour-blind readers can distinguish."""
 
 BAR_GAP, BAR, BAR_TEXT = 0.2, 0.14, 0.75
-"""Margins about the body, and the colour bar beside or below it, inches."""
+"""Margins around the body, and the colour bar next to it or below it, inches."""
 
 
 class Drawing:
-    """A figure of a motion at one of its times, with the same colours, factor and frame at all of them.
+    """A figure of a motion at one of its times, with the same colours, factor and frame at all times.
 
-    show, factor, highest: see `picture`. dots: per inch. A context manager, as graphics are given back at its end.
+    show, factor, highest: see `picture`. dots: per inch. A context manager that releases the graphics at its end.
     """
 
     def __init__(
         self, motion: xr.Dataset, show: str, factor: float | None, highest: float | None, dots: int,
         run: xr.Dataset | None = None,
     ) -> None:  # fmt: skip
-        one_of("show", show, SHOWN)
+        one_of("show", show, QUANTITIES)
         self.history = None if run is None else _history(run, motion)
         self.now: Any = None
-        self.motion, self.dots, self.kind = motion, dots, SHOWN[show]
+        self.motion, self.dots, self.kind = motion, dots, QUANTITIES[show]
         self.values = _values(motion, show)
         self.scene = Scene(motion, None if factor is None else not_negative("factor", factor))
         self.high = self._usual() if highest is None else positive("highest", highest, self.kind[1])
         self.low = -self.high if show == "deflection" else 0.0
         self.width = min(WIDEST, HIGHEST / self.scene.aspect)
-        pixels, line = round(FINER * dots * self.width), FINER * LINE * dots / 72.0
+        pixels, line = round(OVERSAMPLING * dots * self.width), OVERSAMPLING * LINE * dots / 72.0
         self.renderer = Renderer(self.scene, self.kind[2], (self.low, self.high), pixels, line)
         self.image: Any = None
         self.figure, self.axes = self._laid_out()
@@ -118,23 +123,25 @@ class Drawing:
         return np.array(canvas.buffer_rgba())[..., :3]
 
     def _usual(self) -> float:
-        """A round number that WITHIN of the body stays below, or the greatest value where that is near."""
+        """A round number that COLOURED_FRACTION of the body does not exceed, or the largest value if it is close
+        to it.
+        """
         of_cells = abs(self.values[:, self.motion.cells.values].mean(axis=2))
         order, size = np.argsort(of_cells, axis=None), np.broadcast_to(self.scene.sizes(), of_cells.shape).ravel()
         passed = np.cumsum(size[order])
-        usual = float(of_cells.ravel()[order[np.searchsorted(passed, WITHIN * passed[-1])]])
+        usual = float(of_cells.ravel()[order[np.searchsorted(passed, COLOURED_FRACTION * passed[-1])]])
         greatest = float(abs(self.values).max())
         if not greatest > 0.0:
             return 1.0
         return greatest if usual > 0.5 * greatest else round_number(usual, up=True, ladder=COLOUR_ENDS)
 
     def _laid_out(self) -> tuple[Figure, Any]:
-        """The figure, with a colour bar on the right, or below a body that is wide."""
+        """The figure, with a colour bar on the right, or below a wide body."""
         height, wide = self.width * self.scene.aspect, self.scene.aspect < 0.6
         names = [] if self.history is None else self.history[3]
         columns = max(1, int(self.width / COLUMN))
         legend = ROW * ceil(len(names) / columns)
-        beneath = 0.0 if self.history is None else HISTORY + BELOW + legend
+        beneath = 0.0 if self.history is None else HISTORY_HEIGHT + BELOW + legend
         left, below = LEFT, BELOW + (BAR + BELOW if wide else 0.0) + beneath
         beside = RIGHT if wide else BAR_GAP + BAR + BAR_TEXT
         total = max(NARROWEST, left + self.width + beside), below + height + ABOVE
@@ -159,17 +166,18 @@ class Drawing:
         shown.set_label(f"{self.kind[0]} ({unit})", fontsize=LETTERS)
         shown.ax.tick_params(labelsize=LETTERS - 1.0)
         if self.history is not None:
-            self._draw_history(axes(left, BELOW + legend, self.width, HISTORY), columns, *self.history)
+            self._draw_history(axes(left, BELOW + legend, self.width, HISTORY_HEIGHT), columns, *self.history)
         figure.text(0.5, 1.0 - 0.5 * ABOVE / total[1], "", ha="center", va="center", fontsize=LETTERS)
         return figure, place
 
     def _draw_history(self, axes: Any, columns: int, time: Vector, force: Vector, name: str, names: list[str]) -> None:
         for number, one in enumerate(force.reshape(time.size, -1).T):
             label = names[number] if names else None
-            axes.plot(time, one, linewidth=LINE, label=label, **STROKES[number % len(STROKES)])
+            axes.plot(time, one, linewidth=LINE, label=label, **LINE_STYLES[number % len(LINE_STYLES)])
         if names:
             axes.legend(
-                ncols=min(columns, len(names)), loc="upper center", bbox_to_anchor=(0.5, -0.85 * BELOW / HISTORY),
+                ncols=min(columns, len(names)), loc="upper center",
+                bbox_to_anchor=(0.5, -0.85 * BELOW / HISTORY_HEIGHT),
                 borderaxespad=0.0, borderpad=0.0, labelspacing=0.3, columnspacing=1.0, handlelength=1.5, frameon=False,
                 fontsize=LETTERS - 1.0,
             )  # fmt: skip
@@ -218,7 +226,7 @@ class Drawing:
 
 
 def _values(motion: xr.Dataset, show: str) -> Vector:
-    """What is shown, times × points; the deflection is the displacement into the struck face."""
+    """The values that are shown, times × points; the deflection is the displacement into the struck face."""
     if show == "von_mises":
         return np.asarray(motion.von_mises.values, dtype=float)
     vectors = np.asarray(motion.displacement.values, dtype=float)
@@ -228,9 +236,9 @@ def _values(motion: xr.Dataset, show: str) -> Vector:
 
 
 def _history(run: xr.Dataset, motion: xr.Dataset) -> tuple[Vector, Vector, str, list[str]]:
-    """Time (µs) and force, over what the motion shows and what came before; what the force and its columns are called.
+    """Time (µs) and force, from the start of the run to the end of the motion; names of the force and of its columns.
 
-    Of the last bead above the preload, or through those that are drawn, a column each, N.
+    The force, N, of the last bead relative to the preload, or through the beads that are drawn, one column each.
     """
     if "bead" in motion.coords:
         names = [f"bead {number}" for number in np.unique(motion.bead)]
@@ -251,7 +259,7 @@ def _through_beads(run: xr.Dataset, motion: xr.Dataset) -> xr.DataArray:
 
 
 def _until(force: xr.DataArray, motion: xr.Dataset) -> tuple[Vector, Vector]:
-    """Time (µs) and force up to the motion's last time; all of it beside a motion of one time."""
+    """Time (µs) and force up to the last time of the motion; the whole run for a motion of one time."""
     shown = force.sel(time=slice(None, max(float(motion.time[-1]), 2.0 * float(force.time[1]))))
     if motion.sizes["time"] == 1:
         shown = force
@@ -259,5 +267,5 @@ def _until(force: xr.DataArray, motion: xr.Dataset) -> tuple[Vector, Vector]:
 
 
 def _suitable(value: float, unit: str) -> tuple[float, str]:
-    """A unit in which the value is no small number: its size and its name."""
-    return next((one for one in UNITS[unit] if value >= 0.2 * one[0]), UNITS[unit][-1])
+    """A unit in which the value is not a small number: its size and its name."""
+    return next((one for one in UNIT_STEPS[unit] if value >= 0.2 * one[0]), UNIT_STEPS[unit][-1])

@@ -1,4 +1,4 @@
-"""The motion of a struck body: its displacement and stress at chosen times of a run, recomputed afterwards."""
+"""The motion of a struck body: its displacement and stress at chosen times of a run, computed after the run."""
 
 import json
 from typing import Any
@@ -14,28 +14,56 @@ from structures.field import Grid
 from structures.moving import MovingStructure
 from structures.structure import Structure, Vector, known_field
 
-ANOTHER = 0.05
-"""A recomputed contact may differ from the run's by this part of its greatest displacement."""
+LARGEST_CONTACT_ERROR = 0.05
+"""Largest difference between the recomputed contact displacement and that of the run, as a fraction of its maximum."""
 
-LATE = 1e-9
+TIME_ROUNDING = 1e-9
 
 
 def structure_motion(run: xr.Dataset, structure: Structure, times: ArrayLike) -> xr.Dataset:
-    """Displacement and von Mises stress of a run's structure at the saved times nearest to `times` (s).
+    """Displacement and von Mises stress of a run's structure at the saved times nearest to `times`.
 
-    The structure moves again, from rest, under the run's contact force above the preload, the mean of its two ends
-    over each saved interval. So a run needs no memory for the body, and must be saved a dozen times a contact.
-    Of a run with several structures choose one first, run.isel(structure=0).
-    structure: the one that was run, or the one that it was reduced from; its field must be there, see
-    reduce(..., keep_field=True). The full one takes a solve for each saved interval.
-    Dataset: displacement (time, point, component) in m and von_mises (time, point) in Pa, both above static
-    equilibrium; position (point, component) in m; cells (cell, corner) in VTK's order, and the part (number of the
-    material) of each. Points where materials meet are there once for each. Bodies of revolution are told in their
-    half-plane (r, 0, −z). Within a patch's radius of the contact the stress is that of the patch, not Hertz's.
-    attributes: cell_type (meshio's), contact_error (greatest difference between the contact's motion here and in the
-    run, over its greatest displacement), and the run's input.
-    Raises ValueError for times outside the run, structures without a field, Datasets that are no single run, and where
-    contact_error is above 5 %: the run was saved too rarely; and where the run tells of another structure.
+    The structure is moved again, from rest, under the contact force of the run relative to the preload: the mean of its
+    two end values over each saved interval. The run itself needs no memory for the body, but must be saved at least a
+    dozen times per contact.
+
+    Parameters
+    ----------
+    run : xarray.Dataset
+        A whole run. Of a run with several structures choose one first: run.isel(structure=0).
+    structure : Structure
+        The structure of the run, or the one from which it was reduced. It must have a field, see reduce(...,
+        keep_field=True). The full structure needs one solve for each saved interval.
+    times : array_like
+        Times, s, increasing.
+
+    Returns
+    -------
+    xarray.Dataset
+        `displacement` (time, point, component), m, and `von_mises` (time, point), Pa, both relative to static
+        equilibrium; `position` (point, component), m; `cells` (cell, corner) in VTK's order, and the `part` (number of
+        the material) of each. A point where materials meet appears once for each material. Bodies of revolution are
+        given in their half-plane (r, 0, −z). Closer to the contact than the patch radius, the stress is that of the
+        patch, not Hertz's. Attributes: cell_type (meshio's), contact_error (largest difference between the contact
+        displacement here and in the run, over its maximum), and the input of the run.
+
+    Raises
+    ------
+    ValueError
+        For times outside the run, structures without a field, Datasets that are not a single run, a structure other
+        than that of the run, and if contact_error exceeds 5 %, because the run was saved too rarely.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    >>> chain = hl.Chain([bead] * 3, bead, impact_speed=0.1)
+    >>> body = hl.layered_cylinder([hl.Layer(hl.STEEL_440C, 20e-3, 9.5e-3)], patch_radius=2e-3, cells=2)
+    >>> body = hl.reduce(body, until=0.2e-3, keep_field=True)
+    >>> run = hl.CoSimulation(chain, body).run(until=0.2e-3)
+    >>> motion = hl.views.structure_motion(run, body, times=[100e-6, 110e-6])
+    >>> motion.attrs["contact_error"] < 0.05, motion.sizes["time"]
+    (True, 2)
     """
     field = known_field(structure)
     place, force, surface = _contacts_of(run, structure)
@@ -45,9 +73,9 @@ def structure_motion(run: xr.Dataset, structure: Structure, times: ArrayLike) ->
     rows = nearest_rows(moments, times)
     states, contact = _moved(structure, force[: rows.max()], float(moments[1] - moments[0]), rows)
     error = _contact_error(contact, surface[: len(contact)])
-    if error > ANOTHER:
+    if error > LARGEST_CONTACT_ERROR:
         raise ValueError(
-            f"run: the structure's contact moves otherwise, by {100.0 * error:.2g} % of its greatest displacement; "
+            f"run: the structure's contact moves differently, by {100.0 * error:.2g} % of its greatest displacement; "
             "give the structure that was run, and save the run more often (save_every)"
         )
     up = [float(x) for x in structure.origin.get("normal", (0.0, 0.0, 1.0))]
@@ -57,8 +85,9 @@ def structure_motion(run: xr.Dataset, structure: Structure, times: ArrayLike) ->
 
 
 def _contacts_of(given: object, structure: Structure) -> tuple[int, Vector, Vector]:
-    """A structure's place in the run, and at each of its p contact points the force above the preload (N), the mean
-    over each saved interval, and the displacement (m); intervals × p, times × p. NaN where nothing touches it."""
+    """The number of a structure in the run; and at each of its p contact points the force relative to the preload (N),
+    the mean over each saved interval, and the displacement (m); intervals × p, times × p. NaN if nothing touches it.
+    """
     contacts, force, static = contact_forces(given)
     run = instance("run", given, xr.Dataset, "the Dataset of a run")
     if "structure" in run.dims:
@@ -82,7 +111,7 @@ def _contacts_of(given: object, structure: Structure) -> tuple[int, Vector, Vect
 
 
 def _check_same(run: xr.Dataset, structure: Structure, place: int) -> None:
-    """A ValueError where the run's input tells of a structure that was made otherwise."""
+    """Raise a ValueError if the input of the run describes another structure."""
     given = json.loads(run.attrs.get("input", "{}"))
     told = given["structures"][place] if "structures" in given else given.get("structure")
     mine = json.loads(json.dumps(dict(structure.origin), default=repr))
@@ -94,12 +123,12 @@ def _check_same(run: xr.Dataset, structure: Structure, place: int) -> None:
 
 
 def _check_length(structure: Structure, until: float) -> None:
-    if until > structure.valid_until * (1.0 + LATE):
+    if until > structure.valid_until * (1.0 + TIME_ROUNDING):
         raise ValueError(f"structure: was reduced for runs of at most {structure.valid_until} s, the run has {until} s")
 
 
 def nearest_rows(moments: Vector, times: ArrayLike) -> NDArray[np.intp]:
-    """Rows of the saved times nearest to the wanted ones, which must increase."""
+    """Rows of the saved times nearest to the requested ones, which must increase."""
     try:
         wanted = np.atleast_1d(np.asarray(times, dtype=float))
     except (TypeError, ValueError):
@@ -107,7 +136,7 @@ def nearest_rows(moments: Vector, times: ArrayLike) -> NDArray[np.intp]:
     if wanted.ndim != 1 or not wanted.size or not np.isfinite(wanted).all():
         raise ValueError(f"times = {times!r}: must be one time in s, or several")
     first, last = float(moments[0]), float(moments[-1])
-    late = LATE * last
+    late = TIME_ROUNDING * last
     if wanted.min() < first - late or wanted.max() > last + late:
         raise ValueError(f"times = {times!r}: must lie in the run, between {first:.6g} and {last:.6g} s")
     rows = np.rint(np.interp(wanted, moments, np.arange(moments.size))).astype(np.intp)
@@ -120,7 +149,7 @@ def nearest_rows(moments: Vector, times: ArrayLike) -> NDArray[np.intp]:
 
 
 def _moved(structure: Structure, force: Vector, interval: float, rows: NDArray[np.intp]) -> tuple[list[Vector], Vector]:
-    """Degrees of freedom at the rows, and the contacts' displacements at all times up to the last of them."""
+    """Degrees of freedom at the rows, and the displacements of the contacts at all times up to the last row."""
     moving, wanted = MovingStructure(structure), set(rows.tolist())
     state, contact = moving.start(), np.zeros((len(force) + 1, structure.contacts))
     states = [state.displacement] if 0 in wanted else []
@@ -133,7 +162,7 @@ def _moved(structure: Structure, force: Vector, interval: float, rows: NDArray[n
 
 
 def _contact_error(found: Vector, expected: Vector) -> float:
-    """Of the contacts that something touches."""
+    """Largest relative difference at the contacts that something touches."""
     touched = ~np.isnan(expected[0])
     found, expected = found[:, touched], expected[:, touched]
     greatest = float(max(abs(found).max(), abs(expected).max()))
@@ -141,7 +170,7 @@ def _contact_error(found: Vector, expected: Vector) -> float:
 
 
 def motion_dataset(grid: Grid, moments: Vector, displacement: Vector, von_mises: Vector) -> xr.Dataset:
-    """What `structure_motion` returns, less its notes: fields at t times, t × p × 3 in m and t × p in Pa."""
+    """The Dataset of `structure_motion` without its attributes: fields at t times, t × p × 3 in m and t × p in Pa."""
     whole = {"units": "1"}
     variables: dict[str, Any] = {
         "displacement": (
@@ -163,7 +192,7 @@ def motion_dataset(grid: Grid, moments: Vector, displacement: Vector, von_mises:
 
 
 def known_motion(given: object) -> None:
-    """A ValueError where this is not what `structure_motion` or `bead_motion` returns."""
+    """Raise a ValueError if this is not a Dataset of `structure_motion` or `bead_motion`."""
     motion = instance("motion", given, xr.Dataset, "the Dataset of structure_motion(...) or bead_motion(...)")
     missing = {"displacement", "von_mises", "cells", "part"} - set(motion.data_vars)
     if motion.sizes.get("time") == 0:

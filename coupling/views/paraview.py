@@ -1,4 +1,4 @@
-"""A `structure_motion` or `bead_motion` as files that ParaView opens: a .vtu for each time, a .pvd that lists them."""
+"""A `structure_motion` or `bead_motion` as files for ParaView: a .vtu for each time, and a .pvd that lists them."""
 
 import re
 import shutil
@@ -11,15 +11,43 @@ import xarray as xr
 from coupling.views.motion import known_motion
 
 LISTING = "motion.pvd"
-OURS = re.compile(r"motion(_\d+)?\.(vtu|pvd)")
+OWN_FILES = re.compile(r"motion(_\d+)?\.(vtu|pvd)")
 
 
 def write_vtu(motion: xr.Dataset, folder: str | Path) -> Path:
-    """Write a `structure_motion` or `bead_motion` into a folder: motion_0000.vtu, ... and motion.pvd; the path of that.
+    """Write a `structure_motion` or `bead_motion` for ParaView: motion_0000.vtu, ... and motion.pvd.
 
-    Displacement (m), von_mises and, of beads, the stresses (Pa); for each cell, part; cells stay quadratic. A body of
-    revolution is written as its half-plane (r, 0, −z). The folder is made, whole or not at all; one that holds an
-    earlier motion and nothing else is replaced, any other is left alone (ValueError).
+    The files hold displacement (m), von Mises stress and, for beads, the stress components (Pa), and for each cell its
+    part. Cells stay quadratic. A body of revolution is written as its half-plane (r, 0, −z).
+
+    Parameters
+    ----------
+    motion : xarray.Dataset
+        From `structure_motion` or `bead_motion`.
+    folder : str or Path
+        The folder to write, completely or not at all. A folder that holds only an earlier motion is replaced.
+
+    Returns
+    -------
+    Path
+        The path of motion.pvd.
+
+    Raises
+    ------
+    ValueError
+        If the folder holds other files, or cannot be written.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    >>> chain = hl.Chain([bead] * 3, bead, impact_speed=0.1)
+    >>> body = hl.layered_cylinder([hl.Layer(hl.STEEL_440C, 20e-3, 9.5e-3)], patch_radius=2e-3, cells=2)
+    >>> body = hl.reduce(body, until=0.2e-3, keep_field=True)
+    >>> run = hl.CoSimulation(chain, body).run(until=0.2e-3)
+    >>> motion = hl.views.structure_motion(run, body, times=[100e-6, 110e-6])
+    >>> hl.views.write_vtu(motion, "paraview").name
+    'motion.pvd'
     """
     import meshio  # type: ignore[import-untyped]
 
@@ -51,14 +79,16 @@ def write_vtu(motion: xr.Dataset, folder: str | Path) -> Path:
 
 
 def _folder(folder: str | Path) -> Path:
-    """The folder, or a ValueError where it cannot be written."""
+    """The folder; a ValueError if it cannot be written."""
     if not isinstance(folder, str | Path):
         raise ValueError(f"folder = {folder!r}: must be the name of a folder")
     whole = Path(folder).resolve()
     if not whole.parent.is_dir():
         raise ValueError(f"folder = {str(folder)!r}: its parent folder does not exist")
     if whole.exists():
-        foreign = [] if not whole.is_dir() else [path.name for path in whole.iterdir() if not OURS.fullmatch(path.name)]
+        foreign = (
+            [] if not whole.is_dir() else [path.name for path in whole.iterdir() if not OWN_FILES.fullmatch(path.name)]
+        )
         if not whole.is_dir() or foreign or whole == Path.cwd() or whole in Path.cwd().parents:
             held = f"holds {foreign[0]}" if foreign else "is no folder of an earlier motion"
             raise ValueError(f"folder = {str(folder)!r}: {held}; name another")

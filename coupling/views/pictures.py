@@ -17,11 +17,13 @@ from structures.checks import finite, positive
 
 Images = Iterable[NDArray[np.uint8]]
 
-DOTS, MOVING_DOTS = 200, 110
+PICTURE_DPI, ANIMATION_DPI = 200, 110
 """Dots per inch of pictures and of animations."""
 
 PALETTE, PAPER, INK, NEAR = 256, (255, 255, 255), (0, 0, 0), 8
-"""Colours of a GIF: so many, with pure white and black among them and none near to these, which would replace them."""
+"""Colours of a GIF: their number, with pure white and black among them, and no other colour close to these two, which
+would replace them.
+"""
 
 
 def picture(
@@ -33,26 +35,68 @@ def picture(
     highest: float | None = None,
     run: xr.Dataset | None = None,
 ) -> Path:
-    """Draw a `structure_motion` or `bead_motion` at its time nearest to `time` (s) into a .png, .pdf or .svg; its path.
+    """Draw a `structure_motion` or `bead_motion` at one time.
 
-    time: by default that of the greatest displacement. show: "von_mises"; "displacement", the size of the
-    vector; or "deflection", its part into the struck face, with its sign.
-    factor: how much larger than true the displacement is drawn; by default a round number, for a tenth of the body's
-    shortest side; with 0 beads that touch do not overlap. highest: the upper end of the colours, Pa or m; by default a
-    round number that 95 % of the body stays below. Give both to compare pictures. run: the Dataset that the motion is
-    of; the force of its last bead on the structure, or those through the beads that are drawn, are then drawn beneath.
-    Bodies of revolution are cut along their axis; long ones lie down, struck from the left. 3-D bodies are seen from
-    outside, to scale. Grey lines: the section at rest; black ones: edges, and where materials meet.
-    A file of the name is replaced, whole or not at all. Raises ValueError for a time or a name that is not there, and
-    OSError where the machine has no OpenGL to draw with.
+    Bodies of revolution are cut along their axis; long ones are drawn horizontally, struck from the left. 3-D bodies
+    are drawn to scale, from outside. Grey lines: the section at rest. Black lines: edges, and interfaces of materials.
+    An existing file of the name is replaced, completely or not at all.
+
+    Parameters
+    ----------
+    motion : xarray.Dataset
+        From `structure_motion` or `bead_motion`.
+    path : str or Path
+        A .png, .pdf or .svg file.
+    time : float, optional
+        Time, s; the nearest time of the motion is drawn. By default that of the largest displacement.
+    show : {"von_mises", "displacement", "deflection"}
+        The colours: von Mises stress, the magnitude of the displacement, or its signed component into the struck face.
+    factor : float, optional
+        Magnification of the displacement. By default a round number that makes it a tenth of the shortest side of the
+        body. With 0, beads in contact do not overlap.
+    highest : float, optional
+        Upper end of the colour scale, Pa or m. By default a round number that 95 % of the body does not exceed. Give
+        `factor` and `highest` to compare pictures.
+    run : xarray.Dataset, optional
+        The run of the motion. The force of its last bead on the structure, or the forces through the drawn beads, are
+        then drawn below.
+
+    Returns
+    -------
+    Path
+        The path of the file.
+
+    Raises
+    ------
+    ValueError
+        For a time outside the motion, or a wrong name.
+    OSError
+        If the machine has no OpenGL for drawing.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    >>> chain = hl.Chain([bead] * 3, bead, impact_speed=0.1)
+    >>> body = hl.layered_cylinder([hl.Layer(hl.STEEL_440C, 20e-3, 9.5e-3)], patch_radius=2e-3, cells=2)
+    >>> body = hl.reduce(body, until=0.2e-3, keep_field=True)
+    >>> run = hl.CoSimulation(chain, body).run(until=0.2e-3)
+    >>> motion = hl.views.structure_motion(run, body, times=[100e-6, 110e-6])
+    >>> float(motion.von_mises.max()) > 1e6
+    True
+    >>> hl.views.picture(motion, "body.png", time=100e-6)  # doctest: +SKIP
+    PosixPath('body.png')
     """
     known_motion(motion)
     target = _target(path, (".png", ".pdf", ".svg"))
     number = _strongest(motion) if time is None else _nearest(motion, time)
     from coupling.views.drawing import Drawing
 
-    with Drawing(motion.isel(time=[number]), show, factor, highest, DOTS, run) as drawing, _whole(target) as beside:
-        drawing.draw(0).savefig(beside, dpi=DOTS)
+    with (
+        Drawing(motion.isel(time=[number]), show, factor, highest, PICTURE_DPI, run) as drawing,
+        _whole(target) as beside,
+    ):
+        drawing.draw(0).savefig(beside, dpi=PICTURE_DPI)
     return target
 
 
@@ -65,10 +109,52 @@ def animation(
     frame_rate: float = 10.0,
     run: xr.Dataset | None = None,
 ) -> Path:
-    """Draw all times of a `structure_motion` or `bead_motion` into a .gif, or an .mp4 (pip install "hertzlink[movie]").
+    """Draw all times of a `structure_motion` or `bead_motion` as an animation.
 
-    frame_rate: pictures per second. run: the Dataset that the motion is of; its force is then drawn beneath, with a
-    line that moves on. Colours, factor and frame are the same in all, and suit them all; for the rest see `picture`.
+    Colours, factor and frame are the same in all pictures and chosen to fit all of them.
+
+    Parameters
+    ----------
+    motion : xarray.Dataset
+        From `structure_motion` or `bead_motion`.
+    path : str or Path
+        A .gif, or an .mp4 (pip install "hertzlink[movie]").
+    show : {"von_mises", "displacement", "deflection"}
+        As in `picture`.
+    factor : float, optional
+        As in `picture`.
+    highest : float, optional
+        As in `picture`.
+    frame_rate : float
+        Pictures per second.
+    run : xarray.Dataset, optional
+        The run of the motion; its force is then drawn below, with a moving line at the time of the picture.
+
+    Returns
+    -------
+    Path
+        The path of the file.
+
+    Raises
+    ------
+    ValueError
+        For a wrong name, or an .mp4 without its package.
+    OSError
+        If the machine has no OpenGL for drawing.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    >>> chain = hl.Chain([bead] * 3, bead, impact_speed=0.1)
+    >>> body = hl.layered_cylinder([hl.Layer(hl.STEEL_440C, 20e-3, 9.5e-3)], patch_radius=2e-3, cells=2)
+    >>> body = hl.reduce(body, until=0.2e-3, keep_field=True)
+    >>> run = hl.CoSimulation(chain, body).run(until=0.2e-3)
+    >>> motion = hl.views.structure_motion(run, body, times=[100e-6, 110e-6])
+    >>> motion.sizes["time"]
+    2
+    >>> hl.views.animation(motion, "body.gif", frame_rate=5.0)  # doctest: +SKIP
+    PosixPath('body.gif')
     """
     known_motion(motion)
     target, rate = _target(path, (".gif", ".mp4")), positive("frame_rate", frame_rate, "1/s")
@@ -79,13 +165,13 @@ def animation(
         write = _write_mp4
     from coupling.views.drawing import Drawing
 
-    with Drawing(motion, show, factor, highest, MOVING_DOTS, run) as drawing, _whole(target) as beside:
+    with Drawing(motion, show, factor, highest, ANIMATION_DPI, run) as drawing, _whole(target) as beside:
         write(beside, (drawing.pixels(number) for number in range(motion.sizes["time"])), rate)
     return target
 
 
 def _write_gif(path: Path, images: Images, rate: float) -> None:
-    """All frames in the colours of one palette, or they would flicker."""
+    """All frames share the colours of one palette; otherwise they would flicker."""
     from PIL import Image
 
     frames = [Image.fromarray(image) for image in images]
@@ -119,7 +205,7 @@ def _strongest(motion: xr.Dataset) -> int:
 
 
 def _nearest(motion: xr.Dataset, time: float) -> int:
-    """The number of the time nearest to `time`, which must lie among them."""
+    """The number of the time nearest to `time`, which must lie within the motion."""
     moments, wanted = motion.time.values, finite("time", time, "s")
     spare = 0.5 * float(np.diff(moments).max()) if moments.size > 1 else 1e-6
     if not moments[0] - spare <= wanted <= moments[-1] + spare:
@@ -128,7 +214,7 @@ def _nearest(motion: xr.Dataset, time: float) -> int:
 
 
 def _target(path: str | Path, suffixes: tuple[str, ...]) -> Path:
-    """The path, or a ValueError where no such file can be written there."""
+    """The path; a ValueError if no such file can be written there."""
     if not isinstance(path, str | Path):
         raise ValueError(f"path = {path!r}: must be the name of a file")
     target = Path(path)
@@ -141,7 +227,7 @@ def _target(path: str | Path, suffixes: tuple[str, ...]) -> Path:
 
 @contextmanager
 def _whole(target: Path) -> Iterator[Path]:
-    """A file beside the target, which takes its place at the end, and is gone where that is not reached."""
+    """A temporary file next to the target, which replaces it at the end, and is deleted after an error."""
     handle, name = tempfile.mkstemp(suffix=target.suffix, prefix=f".{target.stem}-", dir=target.parent)
     os.close(handle)
     beside = Path(name)

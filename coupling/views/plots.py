@@ -1,4 +1,4 @@
-"""Figures of the studies; imports matplotlib, so import it only where figures are drawn."""
+"""Figures of the studies; imports matplotlib, so import this module only to draw figures."""
 
 from collections.abc import Iterable
 
@@ -101,9 +101,9 @@ def critical_distances(data: xr.Dataset, tolerance: float) -> Figure:
 
 
 def refinement(data: xr.Dataset, tolerance: float) -> Figure:
-    """How far AR is from its far value around the last crossing: all samples, and the brackets as bands.
+    """Difference of AR from its far value around the last crossing: all samples, and the brackets as bands.
 
-    Dashed lines are what straight lines between the samples of the first scan would give.
+    Dashed lines: linear interpolation between the samples of the first scan.
     """
     figure, axes = panels(data.sizes["diameter"])
     scan = data.sampled.all(["thickness", "diameter"])
@@ -217,10 +217,10 @@ def beside_theory(
 def against_angle(
     angle: np.ndarray, lines: Iterable[tuple[str, np.ndarray]], theory: xr.DataArray, trusted: float, ylabel: str
 ) -> Figure:
-    """Points over the angle between cylinders, in degrees from zero on, beside a theory over its own angles.
+    """Points over the angle between cylinders, in degrees from zero, compared with a theory over its own angles.
 
-    Below the angle down to which theory is trusted, markers are hollow and its line is dashed. The first point is for
-    parallel cylinders, which obey another law.
+    Below the smallest angle at which the theory is valid, markers are hollow and its line is dashed. The first point is
+    for parallel cylinders, which follow another law.
     """
     figure, (axis,) = panels(1, width=4.6, height=3.6)
     beyond = (angle > 0.0) & (angle < trusted)
@@ -256,7 +256,7 @@ def contact_laws(approach: np.ndarray, laws: Iterable[tuple[str, np.ndarray]]) -
 
 
 def banded(axis: Axes, x: np.ndarray, values: xr.DataArray, middle: float, label: str) -> None:
-    """A curve over x for the middle dashpot (N s/m), and a band that holds those of all dashpots."""
+    """A curve over x for the middle dashpot (N s/m), and a band that covers all dashpots."""
     ends = values.sortby("dashpot").transpose("dashpot", ...)
     low, high = float(ends.dashpot[0]), float(ends.dashpot[-1])
     axis.fill_between(

@@ -1,4 +1,4 @@
-"""pyvista draws a scene, off-screen: images without any text, which `drawing` puts into figures."""
+"""Off-screen rendering of a scene with pyvista: images without text, which `drawing` puts into figures."""
 
 import subprocess
 import sys
@@ -16,16 +16,17 @@ from structures.structure import Vector
 
 FEATURE_ANGLE = 30.0
 
-LIFT = 1e-3
-"""Lines lie before the body, and those of the body at rest behind it, by this part of the picture."""
+LINE_OFFSET = 1e-3
+"""Lines lie in front of the body, and those of the body at rest behind it, by this fraction of the picture."""
 
 LINE_COLOUR, REST_COLOUR = "black", "#a0a0a0"
 
 SAFE_WINDOWS = ("vtkEGLRenderWindow", "vtkWin32OpenGLRenderWindow", "vtkCocoaRenderWindow")
-"""VTK's windows that draw wherever they can be made. Others may end the process, so they are tried in one of their own.
+"""VTK's window types that either draw or fail with an exception. Other types may end the process, so they are first
+tried in a separate process.
 """
 
-PROBE = "import pyvista; pyvista.Plotter(off_screen=True).screenshot(return_img=True)"
+WINDOW_PROBE = "import pyvista; pyvista.Plotter(off_screen=True).screenshot(return_img=True)"
 
 NO_WINDOW = (
     "pictures are drawn off-screen by OpenGL, which this machine lacks: install EGL or OSMesa (Debian: libegl1 or "
@@ -36,9 +37,8 @@ NO_WINDOW = (
 class Renderer:
     """Images of a scene; close it after use.
 
-    colours: a colour map of matplotlib's. ends: its lower and its upper end. pixels: the width of the images. line:
-    that of lines.
-    Raises OSError where the machine cannot draw.
+    colours: a colour map of matplotlib. ends: its lower and upper end. pixels: the width of the images. line: the width
+    of lines. Raises OSError if the machine cannot draw.
     """
 
     def __init__(self, scene: Scene, colours: str, ends: tuple[float, float], pixels: int, line: float) -> None:
@@ -46,7 +46,7 @@ class Renderer:
         import pyvista
 
         self.scene, height = scene, max(2, round(pixels * scene.aspect))
-        self.lift = LIFT * float((scene.high - scene.low).max())
+        self.lift = LINE_OFFSET * float((scene.high - scene.low).max())
         with _quiet():
             plotter: Any = pyvista.Plotter
             self.plotter = plotter(
@@ -69,9 +69,9 @@ class Renderer:
         self._aim()
 
     def _add_lines(self, edges: Any, colour: str, line: float) -> None:
-        """With a dot at each joint, as pieces shorter than a pixel, where meshes are fine, are not drawn as lines.
+        """Lines with a dot at each joint: on fine meshes, segments shorter than a pixel are not drawn as lines.
 
-        Dots are squares, no wider than the line whatever its direction; round ones would rise before the body.
+        Dots are squares, no wider than the line in any direction; round ones would rise above the body.
         """
         self.plotter.add_mesh(edges, color=colour, line_width=line, lighting=False)
         self.plotter.add_mesh(edges, style="points", color=colour, point_size=line / sqrt(2.0), lighting=False)
@@ -98,12 +98,12 @@ class Renderer:
         return np.array(self.plotter.screenshot(return_img=True))
 
     def close(self) -> None:
-        """Give back what the graphics hold."""
+        """Release the memory of the graphics."""
         self.plotter.close()
 
 
 def _surfaces(shape: Shape, rest: Vector) -> list[tuple[Any, Any]]:
-    """The surface of each material and the lines about it; their "number" is that of the shape's points."""
+    """The surface of each material and its outline; their "number" is that of the points of the shape."""
     import pyvista
     from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter
 
@@ -126,7 +126,7 @@ def _surfaces(shape: Shape, rest: Vector) -> list[tuple[Any, Any]]:
 
 @cache
 def check_window() -> None:
-    """An OSError where pictures cannot be drawn; VTK itself would end the process."""
+    """Raise an OSError if pictures cannot be drawn; VTK itself would end the process."""
     import vtkmodules.vtkRenderingOpenGL2  # noqa: F401, as it brings the windows
     from vtkmodules.vtkRenderingCore import vtkRenderWindow
 
@@ -134,13 +134,13 @@ def check_window() -> None:
         window = vtkRenderWindow().GetClassName()
     if window in SAFE_WINDOWS:
         return
-    if subprocess.run([sys.executable, "-c", PROBE], capture_output=True, check=False).returncode != 0:
+    if subprocess.run([sys.executable, "-c", WINDOW_PROBE], capture_output=True, check=False).returncode != 0:
         raise OSError(NO_WINDOW)
 
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """VTK tells of each kind of window that it cannot make, before it takes the next."""
+    """Suppress VTK's messages about window types that it cannot create before it finds one that works."""
     from vtkmodules.vtkCommonCore import vtkLogger
 
     before = vtkLogger.GetCurrentVerbosityCutoff()

@@ -1,4 +1,6 @@
-"""A motion in the plane of a picture: linear cells, a section mirrored at its axis, warp, and direction of sight."""
+"""A motion in the plane of a picture: linear cells, a section mirrored at its axis, magnification, and viewing
+direction.
+"""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -9,7 +11,7 @@ from numpy.typing import NDArray
 
 from structures.structure import Vector
 
-SPLIT = {
+LINEAR_SUBCELLS = {
     "quad9": [(0, 4, 8, 7), (4, 1, 5, 8), (8, 5, 2, 6), (7, 8, 6, 3)],
     "tetra10": [
         (0, 4, 6, 7), (4, 1, 5, 8), (6, 5, 2, 9), (7, 8, 9, 3),
@@ -21,27 +23,27 @@ SPLIT = {
         (26, 21, 18, 23, 25, 13, 6, 14), (20, 26, 23, 19, 15, 25, 14, 7),
     ],
 }  # fmt: skip
-"""Quadratic cells (meshio's types) as linear ones between their points: what is drawn."""
+"""Quadratic cells (meshio's types) as linear cells between their points, which are drawn."""
 
-LINEAR = {"quad9": "quad", "tetra10": "tetra", "hexahedron27": "hexahedron"}
-"""What they are then."""
+LINEAR_TYPES = {"quad9": "quad", "tetra10": "tetra", "hexahedron27": "hexahedron"}
+"""The types of these linear cells."""
 
-NEIGHBOURS = {"quad9": (1, 3), "tetra10": (1, 2, 3), "hexahedron27": (1, 3, 4)}
+CORNER_NEIGHBOURS = {"quad9": (1, 3), "tetra10": (1, 2, 3), "hexahedron27": (1, 3, 4)}
 """Corners of the linear cells that share an edge with the first."""
 
-SLENDER = 2.5
-"""A body longer than this, in units of its width, lies down in the picture."""
+LYING_RATIO = 2.5
+"""A body longer than this multiple of its width is drawn horizontally."""
 
-LONGEST = 9.0
-"""Sections still more slender are drawn with their radius stretched to this ratio."""
+LARGEST_DRAWN_RATIO = 9.0
+"""The radius of more slender sections is magnified until their length is this multiple of their width."""
 
-WARPED = 0.1
-"""The greatest displacement drawn, in units of the body's shortest side."""
+DRAWN_DISPLACEMENT = 0.1
+"""The largest drawn displacement, as a fraction of the shortest side of the body."""
 
 MARGIN = 0.03
 
-LOOK = (-0.45, 0.75, -0.48)
-"""Direction of sight on 3-D bodies, in a frame whose third axis points up."""
+VIEW_DIRECTION = (-0.45, 0.75, -0.48)
+"""Viewing direction on 3-D bodies, in a frame whose third axis points up."""
 
 
 class Shape(NamedTuple):
@@ -59,7 +61,7 @@ class Shape(NamedTuple):
 
 def shape_of(motion: xr.Dataset) -> Shape:
     """The body's cells, those of a section mirrored at the axis."""
-    split, kind = np.array(SPLIT[motion.attrs["cell_type"]]), LINEAR[motion.attrs["cell_type"]]
+    split, kind = np.array(LINEAR_SUBCELLS[motion.attrs["cell_type"]]), LINEAR_TYPES[motion.attrs["cell_type"]]
     cells = motion.cells.values[:, split].reshape(-1, split.shape[1])
     part, count = np.repeat(motion.part.values, len(split)), motion.sizes["point"]
     if motion.attrs["shape"] != "revolution":
@@ -79,8 +81,8 @@ def shape_of(motion: xr.Dataset) -> Shape:
 class Scene:
     """The body in the plane of the picture, its outlines and the interfaces of its materials.
 
-    factor: of the displacement that is drawn, None for one that suits. frame: rows x, y (in the picture) and z (to the
-    viewer). flat: a section. stretch: of the picture's second axis. extent: left, right, bottom, top, m.
+    factor: of the drawn displacement; None for a suitable one. frame: rows x, y (in the picture) and z (towards the
+    viewer). flat: a section. stretch: of the second axis of the picture. extent: left, right, bottom, top, m.
     """
 
     def __init__(self, motion: xr.Dataset, factor: float | None) -> None:
@@ -95,10 +97,10 @@ class Scene:
             else _oblique(np.array(motion.attrs["up"]))
         )
         width, height, _ = np.ptp(rest @ self.frame.T, axis=0)
-        self.lying = bool(height > SLENDER * width)
+        self.lying = bool(height > LYING_RATIO * width)
         if self.lying:
             self.frame = np.array([-self.frame[1], self.frame[0], self.frame[2]])
-        ratio = max(width, height) / min(width, height) / LONGEST
+        ratio = max(width, height) / min(width, height) / LARGEST_DRAWN_RATIO
         self.stretch = round_number(ratio, up=True) if self.flat and ratio > 1.0 else 1.0
         places = [self.places(i) for i in range(motion.sizes["time"])] + [self.rest()]
         low, high = (np.array([least(place, axis=0) for place in places]) for least in (np.min, np.max))
@@ -118,20 +120,20 @@ class Scene:
         return float((self.high[1] - self.low[1]) / (self.high[0] - self.low[0]))
 
     def sizes(self) -> Vector:
-        """Area of the cells at rest in the half-plane, or their volume, in one unit for all."""
+        """Area of the cells at rest in the half-plane, or their volume, in one common unit."""
         kind = self.motion.attrs["cell_type"]
-        parts = self.motion.cells.values[:, np.array(SPLIT[kind])]
-        corner = self.motion.position.values[parts[..., [0, *NEIGHBOURS[kind]]]]
+        parts = self.motion.cells.values[:, np.array(LINEAR_SUBCELLS[kind])]
+        corner = self.motion.position.values[parts[..., [0, *CORNER_NEIGHBOURS[kind]]]]
         edges = corner[..., 1:, :] - corner[..., :1, :]
         return np.asarray(np.sqrt(abs(np.linalg.det(edges @ np.swapaxes(edges, -1, -2)))).sum(axis=1))
 
     def places(self, number: int) -> Vector:
-        """Where the points are drawn at the time of this number."""
+        """Positions of the drawn points at the time of this number."""
         motion = self.motion
         return self._drawn(self._in_space(motion.position.values + self.factor * motion.displacement.values[number]))
 
     def rest(self) -> Vector:
-        """Where the points are drawn at rest."""
+        """Positions of the drawn points at rest."""
         return self._drawn(self._in_space(self.motion.position.values))
 
     def _in_space(self, vectors: Vector) -> Vector:
@@ -143,23 +145,23 @@ class Scene:
 
     def _factor(self, side: float) -> float:
         greatest = float(np.linalg.norm(self.motion.displacement.values, axis=-1).max())
-        return round_number(WARPED * side / greatest) if greatest > 0.0 else 1.0
+        return round_number(DRAWN_DISPLACEMENT * side / greatest) if greatest > 0.0 else 1.0
 
 
 def _oblique(up: Vector) -> Vector:
-    """The frame of a picture that looks down on a body at an angle; up: a direction of space that is drawn upward."""
+    """The frame of an oblique view from above; up: a direction of space that is drawn upward."""
     up = up / np.linalg.norm(up)
     ahead = np.cross(up, np.eye(3)[np.argmin(abs(up))])
     ahead /= np.linalg.norm(ahead)
     aside = np.cross(ahead, up)
-    sight = np.array(LOOK) / np.linalg.norm(LOOK) @ np.array([aside, ahead, up])
+    sight = np.array(VIEW_DIRECTION) / np.linalg.norm(VIEW_DIRECTION) @ np.array([aside, ahead, up])
     right = np.cross(sight, up)
     right /= np.linalg.norm(right)
     return np.array([right, np.cross(right, sight), -sight])
 
 
 def round_number(value: float, up: bool = False, ladder: Sequence[float] = (1.0, 2.0, 5.0)) -> float:
-    """The next of 1, 2, 5, 10, ... (or of another ladder within a decade) below, or above."""
+    """The next number of 1, 2, 5, 10, ... (or of another sequence within a decade) below, or above."""
     decades = 10.0 ** np.arange(np.floor(np.log10(value)) - 1.0, np.log10(value) + 2.0)
     steps = np.outer(decades, ladder).ravel()
     return float(steps[steps >= value].min() if up else steps[steps <= value].max())

@@ -29,7 +29,7 @@ STUDIES = {
 
 
 class Study(Protocol):
-    """What the command line needs of a study."""
+    """The functions of a study that the command line calls."""
 
     def run(self, quick: bool = False, jobs: int | None = None) -> xr.Dataset:
         """Simulate; `quick` runs a coarse version in seconds."""
@@ -45,5 +45,5 @@ class Study(Protocol):
 
 
 def study(name: str) -> Study:
-    """The study of this name; its module is imported now."""
+    """The study of this name; its module is imported at this call."""
     return import_module(f"hertzlink.studies.{STUDIES[name]}")  # type: ignore[return-value]

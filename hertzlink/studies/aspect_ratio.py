@@ -38,10 +38,12 @@ BODIES = ("plate", "infinite plate", "half-space")
 CENTRE = boundary.SIDE / 2.0
 REDUCTION = 0.02
 RATIOS = tuple(np.geomspace(0.4, 10.0, 49))
-"""D/t of the theory's lines."""
+"""D/t of the theory lines."""
 
 SPEEDS = (boundary.IMPACT_SPEED, PARTICLE_TO_STRIKER_SPEED * boundary.IMPACT_SPEED)
-"""m/s; v_in of equation 6.37 as the striker's speed, and as that of the wave's beads, which the thesis names."""
+"""m/s; v_in of equation 6.37 as the speed of the striker, and as that of the beads in the wave, which the
+thesis names.
+"""
 
 PRINTED = {
     (4.76e-3, 2.29e-3): (0.32, None), (4.76e-3, 3.18e-3): (0.166, None), (4.76e-3, 4.83e-3): (0.072, None),
@@ -51,26 +53,26 @@ PRINTED = {
 """λ and T_c, µs, of section 6.2.1, by bead diameter and plate thickness."""
 
 
-MISPRINT = "; 0.2 is a misprint of 0.29, as the contact time shows that goes with it"
+MISPRINT = "; 0.2 is a misprint of 0.29, as its contact time shows"
 
 SMALLEST_BEADS = 28.5
-"""µs; the one contact time that section 6.2.1 prints for D = 4.76 mm on all three plates."""
+"""µs; the only contact time that section 6.2.1 prints for D = 4.76 mm, for all three plates."""
 
 SOFTEST_RESTITUTION = 0.00019
-"""e of the greatest D/t (section 6.2.3)."""
+"""e at the largest D/t (section 6.2.3)."""
 
 THICKEST = 3.95
 """D/t of the largest bead on the thickest plate (section 6.2.1)."""
 
 THEIR_SIZE = {19.05e-3: 19.1e-3}
-"""m; section 6.2.1 takes 19.1 mm, 6.2.2 also 19.05."""
+"""m; section 6.2.1 uses 19.1 mm, section 6.2.2 also 19.05 mm."""
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
-    """AR, TOF, contact time and force at the sensor for every plate and bead, on the plate's centre.
+    """AR, TOF, contact time and force at the sensor for every plate and bead, at the centre of the plate.
 
-    body: the thesis's plate, the infinite one by its point impedance, and a half-space. quick: the same; it takes
-    seconds.
+    body: the thesis's plate, the infinite plate by its point impedance, and a half-space. quick: the same, because it
+    takes seconds.
     """
 
     def build(body: str, thickness: float, diameter: float) -> CoSimulation:
@@ -98,7 +100,7 @@ def _structure(body: str, thickness: float) -> Structure:
 
 
 def measure(run: xr.Dataset) -> xr.Dataset:
-    """What the study keeps of a run."""
+    """The part of a run that the study keeps."""
     return xr.Dataset(
         {
             "amplitude_ratio": amplitude_ratio(run, boundary.SENSOR),
@@ -110,7 +112,7 @@ def measure(run: xr.Dataset) -> xr.Dataset:
 
 
 def theory(ratio: float, impact_speed: float) -> tuple[float, float]:
-    """AR = e^{6/5} (equation 6.24) and TOF/D (6.39), s/m, at D/t; any D gives the same."""
+    """AR = e^{6/5} (equation 6.24) and TOF/D (6.39), s/m, at D/t; the result does not depend on D."""
     diameter = boundary.DIAMETERS[1]
     bead, plate = boundary.bead(diameter), boundary.plate(diameter / ratio)
     flight = normalised_time_of_flight(
@@ -120,7 +122,7 @@ def theory(ratio: float, impact_speed: float) -> tuple[float, float]:
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """λ, contact times and e that section 6.2 prints; AR and TOF/D compared with Zener's theory."""
+    """λ, contact times and e printed in section 6.2; AR and TOF/D compared with Zener's theory."""
     return [*_printed(data), *_extremes(), *_amplitudes(data), *_flights(data)]
 
 
@@ -149,23 +151,23 @@ def _printed(data: xr.Dataset) -> list[Row]:
 
 
 def _theirs(diameter: float) -> Sphere:
-    """The bead of this diameter as section 6.2.1 takes it, 8000 kg/m³."""
+    """The bead of this diameter with the data of section 6.2.1, 8000 kg/m³."""
     return Sphere(THEIR_SIZE.get(diameter, diameter) / 2.0, THESIS_IMPACT.material)
 
 
 def _thesis_parameter(diameter: float, thickness: float) -> float:
-    """λ as the thesis computes it."""
+    """λ with the thesis's data."""
     return float(inelasticity_parameter(_theirs(diameter), boundary.plate(thickness), THESIS_IMPACT.bead_speed))
 
 
 def _thesis_contact_time(diameter: float, thickness: float) -> float:
-    """T_c, µs, as the thesis computes it."""
+    """T_c, µs, with the thesis's data."""
     parameter, plate = _thesis_parameter(diameter, thickness), boundary.plate(thickness)
     return 1e6 * float(plate_contact_time(_theirs(diameter), plate, THESIS_IMPACT.striker_speed, parameter))
 
 
 def _extremes() -> list[Row]:
-    """What section 6.2 says of the smallest beads, of the largest, and of the thinnest plate."""
+    """Statements of section 6.2 about the smallest beads, the largest beads, and the thinnest plate."""
     small, large = min(boundary.DIAMETERS), max(boundary.DIAMETERS)
     thin, thick = min(boundary.THICKNESSES), max(boundary.THICKNESSES)
     plates = [boundary.plate(thickness) for thickness in boundary.THICKNESSES]
@@ -175,10 +177,11 @@ def _extremes() -> list[Row]:
     again = zener_restitution(_thesis_parameter(large, thin))
     return [
         Row("contact time, D 4.76, all plates", SMALLEST_BEADS, f"{min(times):.1f} to {max(times):.1f}", "µs",
-            "one number, approximate, for three plates; Zener's time falls with the thickness; with the thesis's λ and "
+            "one approximate number for three plates; Zener's time decreases with the thickness; with the "
+            "thesis's λ and "
             f"density {min(theirs):.1f} to {max(theirs):.1f}"),
         Row("e, D 19.05, t 2.29", SOFTEST_RESTITUTION, zener_restitution(parameter), "",
-            f"Zener; with the thesis's λ {again:.2g}; at this λ, e falls by 5 % where λ grows by 1 %"),
+            f"Zener; with the thesis's λ {again:.2g}; at this λ, e decreases by 5 % if λ grows by 1 %"),
         Row("D/t, largest bead, thickest plate", THICKEST, large / thick, "",
             "19.05 mm as in section 6.2.2; 19.1 mm gives 3.95"),
     ]  # fmt: skip
@@ -201,7 +204,7 @@ def _amplitudes(data: xr.Dataset) -> list[Row]:
 
 
 def _shown(ratio: xr.DataArray) -> float | str:
-    """AR to four digits; waves below a hundredth of the incident one are none."""
+    """AR with four digits; a wave below a hundredth of the incident one counts as none."""
     return round(float(ratio), 4) if np.isfinite(ratio) else "below 0.01"
 
 
@@ -219,7 +222,7 @@ def _flights(data: xr.Dataset) -> list[Row]:
 
 
 def _by_ratio(data: xr.Dataset) -> list[tuple[float, float, float]]:
-    """Diameter, thickness (m) and D/t of all combinations, by D/t."""
+    """Diameter, thickness (m) and D/t of all combinations, in order of D/t."""
     pairs = [(d, t, d / t) for d in data.diameter.values for t in data.thickness.values]
     return sorted(pairs, key=lambda one: one[2])
 
@@ -250,7 +253,7 @@ def figures(data: xr.Dataset) -> dict[str, "Figure"]:
 
 
 def _points(axis: "Axes", data: xr.Dataset, values: xr.DataArray) -> None:
-    """Filled markers on the thesis's plates, hollow ones on infinite ones."""
+    """Filled markers for the thesis's plates, hollow ones for infinite plates."""
     from coupling.views import plots
 
     for i, diameter in enumerate(data.diameter.values):

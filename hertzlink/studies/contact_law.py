@@ -1,4 +1,4 @@
-"""Thesis figures 3.2, 5.3, 5.7 and 5.12 and Table 5.1: contact laws by finite and by boundary elements."""
+"""Thesis figures 3.2, 5.3, 5.7 and 5.12 and Table 5.1: contact laws computed with finite and boundary elements."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -28,12 +28,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 DEEPEST = 25e-6
-"""How far the laws go, m; under 100 N the thinnest shells approach by 23 µm."""
+"""Largest approach of the laws, m; under 100 N the thinnest shells approach by 23 µm."""
 
 APPROACHES = tuple(np.array([0.2, 0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0, 15.0, 20.0]) * 1e-6)
 
 COMPARED = 8
-"""The first of the approaches at which forces of meshes are compared, 5 µm: the coarsest computes none below."""
+"""Index of the first approach at which forces of meshes are compared, 5 µm: the coarsest mesh has no force below it."""
 
 CELLS = {
     "axisymmetric": 30.0,
@@ -43,12 +43,14 @@ CELLS = {
     "half-space": 64.0,
     "cut half-space": 64.0,
 }
-"""By method: over the radius or half-width of the widest contact, or along each side of a half-space's grid."""
+"""By method: number of cells over the radius or half-width of the widest contact, or along each side of a half-space's
+grid.
+"""
 
 
 @dataclass(frozen=True)
 class Contact:
-    """Two beads of one material that touch, and the method that computes their law."""
+    """Two beads of one material in contact, and the method that computes their law."""
 
     first: Any
     second: Any
@@ -60,7 +62,7 @@ class Contact:
         return cylinders.Tacit()(self.first, self.second)
 
     def law(self, coarser: float = 1.0) -> ComputedLaw:
-        """The law, by cells of CELLS times `coarser`."""
+        """The law, with cells of CELLS times `coarser`."""
         cells = CELLS[self.method] / coarser
         if self.method == "half-space":
             midplane = isinstance(self.first, Cylinder)
@@ -77,7 +79,7 @@ class Contact:
 
     @property
     def widest(self) -> float:
-        """Radius, or half-width, of the contact at DEEPEST by theory, m (Johnson's equations 4.22 and 4.43)."""
+        """Theoretical radius, or half-width, of the contact at DEEPEST, m (Johnson's equations 4.22 and 4.43)."""
         sharp = relative_curvatures(self.first.surface, self.second.surface)[1]
         softness = 2.0 / self.first.material.contact_modulus
         force = float(self.theory.force(np.array(DEEPEST)))
@@ -94,11 +96,13 @@ ANGLES = (1.0, 3.0, 5.0, 10.0, 30.0, 90.0)
 """Degrees between cylinders that cross."""
 
 SHORT = 30.0
-"""Degrees, from which contacts are so short that the mid-plane's correction holds; below, they end at the ends."""
+"""Degrees. From this angle on, contacts are short enough for the correction of the mid-planes; below it they extend to
+the ends of the cylinders.
+"""
 
 
 def crossed(angle: float) -> str:
-    """Name of the contact of cylinders at an angle, degrees."""
+    """Name of the contact of cylinders crossed at an angle, degrees."""
     return f"cylinders at {angle:g}°"
 
 
@@ -135,7 +139,7 @@ def contacts() -> dict[str, Contact]:
 
 @dataclass(frozen=True)
 class Fitted:
-    """What a power law is fitted over: from lowest to highest, m or N, by a weighting of `fit_power_law`."""
+    """The range of a power-law fit: from lowest to highest, m or N, with a weighting of `fit_power_law`."""
 
     lowest: float
     highest: float
@@ -165,17 +169,17 @@ ENDING = (
 )
 
 REPEATED = 1e-3
-"""Difference of an exponent from Hertz's below which cut half-spaces are not cut over the range that is fitted."""
+"""If an exponent differs from Hertz's by less than this, the ends do not influence the fitted range."""
 
 REFINED = (SPHERES, hollow(hollow_spheres.THIN), STRAIN)
 MESHES = (4.0, 2.0, 1.0, 0.5)
-"""Size of the cells of the meshes of figure "convergence", over those of CELLS."""
+"""Cell sizes of the meshes of figure "convergence", in units of those of CELLS."""
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
-    """Force over approach by contact, with theory and Table 5.1; fits; what finer meshes change.
+    """Force over approach for each contact, with theory and Table 5.1; fits; changes of the force on finer meshes.
 
-    quick: cells twice as large. jobs: one by default and always, for the laws take a second each.
+    quick: cells twice as large. jobs: always one process, because each law takes a second.
     """
     chosen, approach = contacts(), np.array(APPROACHES)
     laws = {name: contact.law(2.0 if quick else 1.0) for name, contact in chosen.items()}
@@ -217,13 +221,13 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 
 
 def refinement(contact: Contact, meshes: tuple[float, ...]) -> list[float]:
-    """Mean relative change of the force by each mesh, from the one before it."""
+    """Mean relative change of the force from each mesh to the next."""
     forces = [contact.law(coarser).force(np.array(APPROACHES[COMPARED:])) for coarser in meshes]
     return [float(np.abs(one / other - 1.0).mean()) for one, other in pairwise(forces)]
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """The numbers that sections 3.3.1, 5.3.1, 5.3.2 and 5.3.3 print, compared with ours."""
+    """The numbers of sections 3.3.1, 5.3.1, 5.3.2 and 5.3.3, compared with those of hertzlink."""
     return [*_spheres(data), *_ellipsoids(data), *_cylinders(data), *_hollow_spheres(data), *_meshes(data)]
 
 
@@ -232,12 +236,12 @@ def _exponent(data: xr.Dataset, name: str, fit: str = LIKE_TABLE_5_1) -> float:
 
 
 def _exponents(data: xr.Dataset, name: str, *fits: str) -> str:
-    """The exponents of several fits, each with what it is fitted over."""
+    """The exponents of several fits, each with its range."""
     return "; ".join(f"{_exponent(data, name, fit):.3f} over {fit}" for fit in fits)
 
 
 def _over_theory(data: xr.Dataset, name: str) -> str:
-    """Force over that of theory at three approaches, in per cent."""
+    """Force in units of the theoretical force, as a difference in per cent, at three approaches."""
     above = 100.0 * (data.force / data.theory - 1.0).sel(contact=name)
     return ", ".join(f"{float(_at(above, micron)):+z.1f} % at {micron:g} µm" for micron in (1.0, 5.0, 20.0))
 
@@ -248,7 +252,7 @@ def _at(values: xr.DataArray, micron: float) -> xr.DataArray:
 
 
 def _ratio(data: xr.Dataset, name: str) -> float:
-    """Force over that of theory at 5 µm."""
+    """Force over the theoretical force at 5 µm."""
     return float(_at((data.force / data.theory).sel(contact=name), 5.0))
 
 
@@ -302,7 +306,7 @@ def _cylinders(data: xr.Dataset) -> list[Row]:
 
 
 def _crossed(data: xr.Dataset, angle: float) -> Row:
-    """Exponent of cylinders that cross at an angle, degrees, figure 5.7e; theory is Hertz's."""
+    """Exponent of cylinders crossed at an angle, degrees, figure 5.7e; the theory is Hertz's."""
     name, fit = crossed(angle), "0.2 to 20 µm, absolute"
     exponents = _exponents(data, name, fit, LIKE_TABLE_5_1)
     shares = f"F over Hertz's: {_over_theory(data, name)}"
@@ -321,7 +325,7 @@ def _crossed(data: xr.Dataset, angle: float) -> Row:
 
 
 def _limit() -> Row:
-    """What the finite length says of the angle down to which Hertz's law holds."""
+    """The angle down to which Hertz's law holds, from the finite length of the cylinders."""
     small, large = (angle_of_ends(approach) for approach in (10e-6, 20e-6))
     return Row(
         "angle above which Hertz's law holds", "30", f"{small:.1f} to {large:.1f}", "°",
@@ -350,7 +354,7 @@ def _hollow_spheres(data: xr.Dataset) -> list[Row]:
 
 
 def _meshes(data: xr.Dataset) -> list[Row]:
-    """What the meshes leave."""
+    """Remaining errors of the meshes."""
     halvings = data.sizes["coarser"] - 1
     orders = [f"{log2(row[0] / row[-1]) / halvings:.1f}" for row in data.change.values]
     worst = str(data.contact[int(np.argmax(data.error.values))].item())
@@ -364,7 +368,7 @@ def _meshes(data: xr.Dataset) -> list[Row]:
 
 
 def figures(data: xr.Dataset) -> dict[str, "Figure"]:
-    """Figures 3.2, 5.3b, 5.7c and d, 5.7e and 5.12b of the thesis, and what finer meshes change."""
+    """Figures 3.2, 5.3b, 5.7c and d, 5.7e and 5.12b of the thesis, and the convergence with finer meshes."""
     return {
         "spheres": _figure_of_spheres(data),
         "ellipsoids": _figure_of_ellipsoids(data),
@@ -382,7 +386,7 @@ def _line(data: xr.Dataset, name: str, label: str) -> tuple[str, np.ndarray, np.
 
 
 def _figure_of_spheres(data: xr.Dataset) -> "Figure":
-    """Force over approach of two hemispheres, with the line fitted in logarithms, and over Hertz's."""
+    """Force over approach of two hemispheres, with the line fitted in logarithms, and the ratio to Hertz's force."""
     from coupling.views import plots
 
     figure, (laws, shares) = plots.panels(2, width=3.7, height=3.4, sharey=False)
@@ -425,7 +429,9 @@ def _figure_of_cylinders(data: xr.Dataset) -> "Figure":
 
 
 def _figure_of_exponents(data: xr.Dataset) -> "Figure":
-    """Over the angle between cylinders, by the range that is fitted; hollow where half-spaces can only repeat Hertz."""
+    """Exponents over the angle between cylinders, for each fitted range; hollow markers where half-spaces only repeat
+    Hertz.
+    """
     from coupling.views import plots
 
     figure, (axis,) = plots.panels(1, width=4.6, height=3.6)
@@ -462,7 +468,7 @@ def _figure_of_hollow_spheres(data: xr.Dataset) -> "Figure":
 
 
 def _figure_of_convergence(data: xr.Dataset) -> "Figure":
-    """Mean change of the force by cells half as large, with a second order."""
+    """Mean change of the force by halving the cells, compared with second order."""
     from coupling.views import plots
 
     figure, (axis,) = plots.panels(1, width=4.6, height=3.6)

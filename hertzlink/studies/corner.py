@@ -1,4 +1,4 @@
-"""Beyond section 6.2.2: AR near a corner of two straight edges, and what two edges by themselves predict."""
+"""Beyond section 6.2.2: AR near a corner of two straight edges, and its prediction from the two single edges."""
 
 from functools import lru_cache, partial
 from typing import TYPE_CHECKING
@@ -30,7 +30,7 @@ THICKNESS, MATERIAL, IMPACT_SPEED = 2.29e-3, ALUMINIUM_6061, 0.31
 BEADS, SENSOR, UNTIL = 20, 7, 0.7e-3
 
 SIDE = 0.24
-"""m, of the square plate: the echoes of its other edges are back after the record."""
+"""m, side of the square plate: the echoes of its other edges return after the end of the record."""
 
 REDUCTION, HIGHEST_FREQUENCY = 0.02, 40.0e3
 
@@ -42,22 +42,22 @@ CORNERS = {
 """The edges x = 0 and y = 0."""
 
 EDGES = ["clamped", "free"]
-"""Of the corners, each alone."""
+"""The edges of the corners, each alone."""
 
 SCALED = (0.4, 0.7, 1.0, 1.3, 1.6, 1.9, 2.4, 3.0)
 QUICK_SCALED = (0.5, 1.0, 1.5, 3.0)
 """Distances from the two edges, in units of ℓ."""
 
 SCAN = (0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0, 2.5, 3.0, 4.0, 6.0)
-"""The first scan along the diagonal and from a single edge, in units of ℓ."""
+"""First scan along the diagonal and from a single edge, in units of ℓ."""
 
 TOLERANCE = 0.02
 NEAREST = (1.0, 1.5)
-"""ℓ, from which on the error of superposition is given."""
+"""ℓ; the error of superposition is reported from these distances on."""
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
-    """AR over corner and the distances x, y from its edges; AR of the edges alone; critical distances along x = y.
+    """AR over corner and the distances x, y from its edges; AR of the single edges; critical distances along x = y.
 
     quick: four distances instead of eight, and brackets of 2 mm.
     """
@@ -81,7 +81,7 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 
 
 def crossings(length: float, bracket: float, jobs: int | None) -> xr.Dataset:
-    """Critical distances (m) along the diagonals of the corners, and from each edge alone; length: ℓ, m."""
+    """Critical distances (m) along the diagonals of the corners, and from each single edge; length: ℓ, m."""
 
     def diagonal(corner: str, distance: float) -> CoSimulation:
         return CoSimulation(chain(), at_corner(corner, distance, distance))
@@ -125,12 +125,12 @@ def chain() -> Chain:
 
 
 def measure(run: xr.Dataset) -> xr.Dataset:
-    """What is kept of a run."""
+    """The part of a run that is kept."""
     return xr.Dataset({"amplitude_ratio": amplitude_ratio(run, SENSOR)})
 
 
 def superposed(data: xr.Dataset) -> xr.DataArray:
-    """AR by superposition of the two edges: far value plus what each edge alone adds to it."""
+    """AR by superposition of the two edges: the far value plus the contribution of each single edge."""
     added = data.corner_edge_ratio - data.corner_far_ratio
     along_y = added.rename(x="y")
     both = [
@@ -142,7 +142,7 @@ def superposed(data: xr.Dataset) -> xr.DataArray:
 
 
 def worst(data: xr.Dataset, corner: str, nearest: float) -> float:
-    """Greatest error of superposition where both distances are `nearest` (in ℓ) or more."""
+    """Largest error of superposition for distances of `nearest` (in ℓ) or more."""
     one = data.sel(corner=corner, x=slice(nearest, None), y=slice(nearest, None))
     return float(abs(one.corner_ratio - one.corner_superposed).max())
 
@@ -167,7 +167,7 @@ def table(data: xr.Dataset) -> list[Row]:
 
 
 def figure(data: xr.Dataset) -> "Figure":
-    """AR less its far value over x/ℓ and y/ℓ, one panel for each corner, with the contours of the tolerance."""
+    """AR minus its far value over x/ℓ and y/ℓ, one panel for each corner, with the contours of the tolerance."""
     from matplotlib.colors import TwoSlopeNorm
 
     from coupling.views import plots

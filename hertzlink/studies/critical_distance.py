@@ -1,4 +1,6 @@
-"""Beyond section 6.2.2: AR against the distance from an edge collapses on λ and d/ℓ, and the law that follows."""
+"""Beyond section 6.2.2: AR near an edge depends on λ and d/ℓ only, and the law for the critical distance
+that follows.
+"""
 
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
@@ -33,10 +35,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MAIN = Pair(Sphere(4.765e-3, STEEL_440C), ALUMINIUM_6061, 0.31)
-"""The thesis's middle bead on aluminium; λ chooses the plate's thickness."""
+"""The thesis's middle bead on aluminium; λ determines the thickness of the plate."""
 
 PARAMETERS = (0.06, 0.12, 0.17, 0.24, 0.34, 0.48, 0.63, 0.75, 0.95, 1.2, 1.6, 1.95)
-"""λ, none of them in the law's table."""
+"""λ; none of these values is a node of the law's table."""
 
 DISTANCES = (*(round(0.1 * i, 1) for i in range(1, 36)), *(0.5 * i for i in range(8, 19)))
 """d/ℓ."""
@@ -55,12 +57,12 @@ OTHERS = {
 """Other beads, speeds and materials at the same λ and d/ℓ."""
 
 SAME = ("4.76 mm beads", "1.2 m/s")
-"""Those with the materials of MAIN."""
+"""The pairs with the materials of MAIN."""
 
 OTHER_PARAMETERS, OTHER_DISTANCES = (0.12, 0.34, 0.75), (0.6, 1.0, 1.4, 1.8, 2.4)
 
 TOLERANCES = (0.01, 0.02, 0.05)
-"""How far from its far value AR may be beyond the critical distance; the dimension "within" of the results."""
+"""Allowed differences of AR from its far value beyond the critical distance; the dimension "within" of the results."""
 
 LAW_PARAMETERS = np.geomspace(0.05, 2.0, 200)
 
@@ -74,7 +76,7 @@ DIAMETERS, THICKNESSES = (4.76e-3, 9.53e-3, 19.05e-3), (2.29e-3, 3.18e-3, 4.83e-
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
-    """AR over edge, λ and d/ℓ; the same of other pairs; the law compared with both; shear; corners.
+    """AR over edge, λ and d/ℓ; the same for other pairs; the law compared with both; shear; corners.
 
     quick: fewer of each.
     """
@@ -85,7 +87,7 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 
 
 def main_map(parameters: Iterable[float], distances: Iterable[float], jobs: int | None) -> xr.Dataset:
-    """AR of MAIN near each edge and far away, what the law's table has for it, and the critical distances over ℓ."""
+    """AR of MAIN near each edge and far away, the values of the law's table, and the critical distances over ℓ."""
 
     def near(edge: str, inelasticity: float, scaled_distance: float) -> CoSimulation:
         return MAIN.coupled(MAIN.struck(edge, inelasticity, scaled_distance))
@@ -107,7 +109,7 @@ def main_map(parameters: Iterable[float], distances: Iterable[float], jobs: int 
 
 
 def crossing(difference: Vector, tolerance: float, distances: Vector) -> float:
-    """The last crossing of samples, between which PCHIP interpolates; NaN where AR has not settled at the last one."""
+    """The last crossing of samples, interpolated with PCHIP; NaN if AR has not settled at the last sample."""
     if abs(difference[-1]) >= tolerance:
         return float("nan")
     fine = np.linspace(distances[0], distances[-1], 4000)
@@ -115,7 +117,7 @@ def crossing(difference: Vector, tolerance: float, distances: Vector) -> float:
 
 
 def tabulated(difference: xr.DataArray, stiffness_ratio: float | xr.DataArray) -> xr.DataArray:
-    """What the law's table has for simulated differences over edge, λ and d/ℓ."""
+    """The values of the law's table for simulated differences over edge, λ and d/ℓ."""
     distances = difference.scaled_distance.values
     found: xr.DataArray = xr.apply_ufunc(
         lambda edge, ratio, parameter: np.interp(distances, *edge_difference(str(edge), ratio, parameter)),
@@ -126,7 +128,9 @@ def tabulated(difference: xr.DataArray, stiffness_ratio: float | xr.DataArray) -
 
 
 def other_pairs(names: list[str], quick: bool, jobs: int | None) -> xr.Dataset:
-    """AR less its far value of other pairs; how far that is from MAIN's, and from the table for their stiffnesses."""
+    """AR minus its far value of other pairs; its deviation from that of MAIN, and from the table for their
+    stiffnesses.
+    """
     parameters = OTHER_PARAMETERS[1:2] if quick else OTHER_PARAMETERS
 
     def near(pair: str, edge: str, inelasticity: float, scaled_distance: float) -> CoSimulation:
@@ -151,7 +155,7 @@ def other_pairs(names: list[str], quick: bool, jobs: int | None) -> xr.Dataset:
 
 
 def law() -> xr.Dataset:
-    """c(λ) and its bounds for MAIN's materials."""
+    """c(λ) and its bounds for the materials of MAIN."""
     found = [
         [[scaled_critical_distance(edge, MAIN.stiffness_ratio, p, t) for t in TOLERANCES] for p in LAW_PARAMETERS]
         for edge in EDGES
@@ -171,7 +175,7 @@ def law() -> xr.Dataset:
 def thesis_plates(quick: bool, jobs: int | None) -> xr.Dataset:
     """For the thesis's beads and plates with a clamped edge, m: the law, a search with `half_plane`, two lines.
 
-    The law and the search are NaN for λ beyond the law. quick: one search.
+    The law and the search are NaN if λ lies outside the range of the law. quick: one search.
     """
     shape = len(DIAMETERS), len(THICKNESSES)
     parameters, lines = np.empty(shape), np.empty((*shape, 2))
@@ -218,7 +222,7 @@ def plate(thickness: float) -> Plate:
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """The collapse, the law and its error, the thesis's two lines, and where Kirchhoff's theory ends."""
+    """The collapse, the law and its error, the thesis's two lines, and the limit of Kirchhoff's theory."""
     return [*_collapse(data), *_law(data), *_thesis(data), *edge_shear.table(data), *corner.table(data)]
 
 
@@ -245,7 +249,7 @@ def _law(data: xr.Dataset) -> list[Row]:
             if part.inelasticity.size == 0:
                 continue
             simulated, value, least, most = _compared(part, edge)
-            # Both are 0 where AR is within the tolerance at all distances.
+            # Both are 0 if AR is within the tolerance at all distances.
             errors = np.abs(value - simulated) / np.maximum(simulated, 1e-9)
             held = (simulated >= least - 0.005) & (simulated <= most + 0.005)
             known = np.isfinite(simulated)

@@ -17,10 +17,10 @@ WITHIN = 0.02
 """Tolerance of AR in the figures."""
 
 SHOWN = (0.06, 0.12, 0.24, 0.34, 0.48, 0.75, 1.2)
-"""λ in the figure of the collapse, as far as they were simulated."""
+"""λ in the figure of the collapse, if it was simulated."""
 
 JUMPING = (0.2, 0.25, 0.3, 0.4)
-"""λ about that at which c of a simple edge jumps."""
+"""λ around the value at which c of a simply supported edge jumps."""
 
 
 def figures(data: xr.Dataset) -> dict[str, "Figure"]:
@@ -35,7 +35,7 @@ def figures(data: xr.Dataset) -> dict[str, "Figure"]:
 
 
 def collapse(data: xr.Dataset) -> "Figure":
-    """AR against d/ℓ for each edge: lines of λ, and on them other beads and speeds."""
+    """AR against d/ℓ for each edge: lines of constant λ, and markers for other beads and speeds."""
     from matplotlib import colormaps
 
     figure, axes = plots.panels(data.sizes["edge"], width=3.3, height=3.6)
@@ -63,7 +63,7 @@ def collapse(data: xr.Dataset) -> "Figure":
 
 
 def critical_distance(data: xr.Dataset) -> "Figure":
-    """c against λ by the law, with its bounds, simulated values on it, and the thesis's two lines."""
+    """c against λ by the law, with its bounds, simulated values, and the thesis's two lines."""
     figure, axes = plots.panels(data.sizes["edge"], width=3.3, height=3.4)
     for axis, edge in zip(axes, data.edge.values, strict=True):
         law = data.law.sel(edge=edge, within=WITHIN)
@@ -89,7 +89,9 @@ def critical_distance(data: xr.Dataset) -> "Figure":
 
 
 def jumps(data: xr.Dataset) -> "Figure":
-    """AR less its far value near a simple edge, where a swing grows beyond the tolerance; and c over λ there."""
+    """AR minus its far value near a simply supported edge, where an oscillation exceeds the tolerance; and c over λ
+    there.
+    """
     figure, (left, right) = plots.panels(2, width=3.6, height=3.2, sharey=False)
     for i, parameter in enumerate(JUMPING):
         curve = edge_difference("simple", MAIN.stiffness_ratio, parameter)
@@ -116,7 +118,9 @@ def jumps(data: xr.Dataset) -> "Figure":
 
 
 def materials(data: xr.Dataset) -> "Figure":
-    """What remains at equal λ and d/ℓ: the deviation from steel on aluminium over the ratio of contact stiffnesses."""
+    """The remaining difference at equal λ and d/ℓ: deviation from steel on aluminium over the ratio of contact
+    stiffnesses.
+    """
     figure, axes = plots.panels(data.sizes["other_edge"], width=3.0, height=3.0)
     for axis, edge in zip(axes, data.other_edge.values, strict=True):
         for i, parameter in enumerate(data.other_inelasticity.values):

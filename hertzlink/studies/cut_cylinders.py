@@ -1,4 +1,4 @@
-"""Cylinders that cross at so small an angle that their contact would be longer than they are: it ends where they do."""
+"""Cylinders crossed at so small an angle that their Hertzian contact would be longer than the cylinders themselves."""
 
 from math import pi, sqrt
 
@@ -12,27 +12,30 @@ from particles.laws.law import ContactLaw
 from structures.surface import relative_curvatures
 
 STEPS = 24
-"""Approaches at which the force is computed, in even ratios."""
+"""Number of approaches at which the force is computed, in equal ratios."""
 
 SHALLOWEST = 0.2e-6
 """The first of them, m."""
 
 CELLS = 64
-"""Along each side of the grid."""
+"""Number of cells along each side of the grid."""
 
 WITHIN = (2.0, 20.0)
-"""Degrees, between which the ends begin to count at approaches of 2 to 100 µm."""
+"""Degrees; between these angles the ends begin to matter at approaches of 2 to 100 µm."""
 
 NARROWER = 0.78
-"""Half the grid's side across the cylinders, over where undeformed ones would overlap: a circle's contact is 0.71."""
+"""Half of the grid's side across the cylinders, over the half-width of the overlap of undeformed cylinders; for a
+circular contact the ratio is 0.71.
+"""
 
 
 def cut_law(angle: float, approach: float, cells: int) -> ComputedLaw:
-    """The law of the thesis's cylinders at an angle, degrees, up to an approach, m, as that of points at infinity.
+    """The law of the thesis's cylinders at an angle, degrees, up to an approach, m, for reference points at infinity.
 
-    By boundary elements, as `contact_law_bem`: two half-spaces, but they touch only where both cylinders are, whose
-    ends face each other at so small an angle. So the ends are less compliant than free ones, and mid-planes would
-    approach less. error: by half as many cells along each side of the grid.
+    Boundary elements, as in `laws.half_spaces`: two half-spaces, which touch only in the area that both cylinders
+    cover. At such small angles their ends face each other. The ends are therefore less compliant than free ends, and
+    the approach of the mid-planes would be smaller. error: estimated with half as many cells along each side of the
+    grid.
     """
     steps = np.geomspace(SHALLOWEST, approach, STEPS)
     fine, coarse = (np.array([_force(angle, step, count) for step in steps]) for count in (cells, cells // 2))
@@ -42,20 +45,20 @@ def cut_law(angle: float, approach: float, cells: int) -> ComputedLaw:
 
 
 def loss_at_ends(angle: float, approach: float, cells: int = CELLS) -> float:
-    """Part of Hertz's force that cylinders at an angle, degrees, lack at an approach, m, as they end."""
+    """Fraction of Hertz's force that cylinders at an angle, degrees, lose at an approach, m, because they end."""
     return 1.0 - _force(angle, approach, cells) / float(_theory(angle).force(np.array(approach)))
 
 
 def approach_of_ends(angle: float, loss: float = 0.01) -> float:
-    """Approach, m, up to which cylinders at an angle, degrees, lack less than this part of Hertz's force."""
+    """Approach, m, up to which cylinders at an angle, degrees, lose less than this fraction of Hertz's force."""
     flat = relative_curvatures(cylinders.cylinder(0.0).surface, cylinders.cylinder(angle).surface)[0]
-    # At which undeformed cylinders overlap as far as their ends; the contact itself is shorter.
+    # At this approach the overlap of undeformed cylinders reaches their ends; the contact itself is shorter.
     overlap = 0.5 * flat * (0.5 * cylinders.LENGTH) ** 2
     return float(brentq(lambda part: loss_at_ends(angle, part * overlap) - loss, 0.5, 4.0, xtol=1e-3) * overlap)
 
 
 def angle_of_ends(approach: float, loss: float = 0.01) -> float:
-    """Angle, degrees, above which cylinders lack less than this part of Hertz's force at an approach, m."""
+    """Angle, degrees, above which cylinders lose less than this fraction of Hertz's force at an approach, m."""
     return float(brentq(lambda angle: loss_at_ends(angle, approach) - loss, *WITHIN, xtol=1e-2))
 
 
@@ -65,7 +68,7 @@ def _theory(angle: float) -> ContactLaw:
 
 
 def _force(angle: float, approach: float, cells: int) -> float:
-    """Force at an approach, N, m. The grid lies along the cylinders, and ends where they do, or beyond the contact."""
+    """Force at an approach, N, m. The grid follows the cylinders, and stops at their ends, or outside the contact."""
     flat, sharp = relative_curvatures(cylinders.cylinder(0.0).surface, cylinders.cylinder(angle).surface)
     modulus, longest = 0.5 * cylinders.cylinder(0.0).material.contact_modulus, 0.5 * cylinders.LENGTH
     extent = longest if flat * longest**2 < 2.0 * approach else sqrt(2.0 * approach / flat)

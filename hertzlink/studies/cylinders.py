@@ -1,4 +1,4 @@
-"""Thesis section 5.3.2: waves in chains of cylinders that lie across the chain, each turned against the one before."""
+"""Thesis section 5.3.2: waves in chains of cylinders perpendicular to the chain, each rotated against its neighbour."""
 
 import warnings
 from dataclasses import dataclass, replace
@@ -37,13 +37,13 @@ ANGLES = (0.0, 1.0, 3.0, 5.0, 10.0, 30.0, 45.0, 90.0)
 """Degrees between neighbours."""
 
 TRUSTED = 10.0
-"""Degrees; longer contacts than at this angle are beyond what a half-space stands for (`contact_law` warns there)."""
+"""Degrees; contacts at smaller angles are too long for the half-space theory (`contact_law` warns there)."""
 
 SPEEDS = tuple(np.geomspace(0.1, 1.6, 9))
-"""m/s, of the striker: wide enough for 10 to 80 N at every angle."""
+"""m/s, of the striker: a range that covers 10 to 80 N at every angle."""
 
 FORCES = (10.0, 40.0, 80.0)
-"""N, the forces of figure 5.11; the second is that of the thesis's 591.3 m/s."""
+"""N, the forces of figure 5.11; 40 N belongs to the thesis's 591.3 m/s."""
 
 APPROACHES = tuple(np.geomspace(0.1e-6, 10e-6, 21))
 UNTIL = 4e-4
@@ -57,12 +57,14 @@ CASES = {
 
 @dataclass(frozen=True)
 class Tacit:
-    """What `contact_law` finds, without its warning: the study says in its table and figures where theory ends."""
+    """The law from `contact_law` without its warning: the study marks the limit of the theory in its table
+    and figures.
+    """
 
     name: str = "contact_law"
 
     def __call__(self, first: Bead, second: Bead | Surface) -> ContactLaw:
-        """Hertz's law between crossed cylinders at any angle. The floor bears the weight until the wave is read."""
+        """Hertz's law between crossed cylinders at any angle. The floor carries the weight until the wave is read."""
         if isinstance(first, Cylinder) and isinstance(second, Cylinder) and first.angle != second.angle:
             return PowerLaw(hertz_stiffness(first.surface, second.surface))
         with warnings.catch_warnings():
@@ -74,8 +76,8 @@ class Tacit:
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """Speed, peak force and width of waves over angle (degrees) and striker speed (m/s), and in the thesis's cases.
 
-    Without gravity, with masses from geometry and the thesis's striker. quick: three of nine striker speeds.
-    jobs: 1 by default, for starting processes takes longer than the runs.
+    Without gravity, with masses from geometry and the thesis's striker. quick: three of nine striker speeds. jobs: 1 by
+    default, because starting processes takes longer than the runs.
     """
     speeds, jobs = SPEEDS[::4] if quick else SPEEDS, jobs or 1
     data = sweep(build, UNTIL, jobs, measure, angle=ANGLES, impact_speed=speeds)
@@ -99,7 +101,7 @@ def crossed() -> list[float]:
 
 
 def cylinder(angle: float) -> Cylinder:
-    """The thesis's steel cylinder, turned by an angle in degrees."""
+    """The thesis's steel cylinder, rotated by an angle in degrees."""
     return Cylinder(RADIUS, LENGTH, STEEL_316, radians(angle))
 
 
@@ -114,18 +116,18 @@ def by_force(angle: float, force: Vector) -> Vector:
 
 
 def chain(angle: float, impact_speed: float) -> Chain:
-    """The thesis's chain; only the angle between neighbours counts, so it is turned to and fro."""
+    """The thesis's chain. Only the angle between neighbours matters, so the cylinders are rotated back and forth."""
     beads = [cylinder(angle * (i % 2)) for i in range(BEADS)]
     return Chain(beads, STRIKER, impact_speed, law=Tacit())
 
 
 def build(angle: float, impact_speed: float) -> CoSimulation:
-    """A chain that nothing holds."""
+    """A chain with a free end."""
     return CoSimulation(chain(angle, impact_speed), None)
 
 
 def case_of_the_thesis(case: str) -> CoSimulation:
-    """Figures 5.9a and 5.10a, with each reading of masses and gravity; gravity needs a floor."""
+    """Figures 5.9a and 5.10a for each interpretation of masses and gravity; gravity needs a floor."""
     angle, reading = CASES[case]
     struck = chain(angle, IMPACT_SPEED)
     if reading == "gravity":
@@ -144,12 +146,12 @@ def printed_densities() -> tuple[float, float]:
 
 
 def measure(run: xr.Dataset) -> xr.Dataset:
-    """What the study keeps of a run."""
+    """The part of a run that the study keeps."""
     return waves.passage(run, FIRST, SECOND)
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """The numbers that section 5.3.2 prints, compared with ours."""
+    """The numbers of section 5.3.2, compared with those of hertzlink."""
     return [*_crossed_at_right_angles(data), *_turned(data), *_parallel(data)]
 
 
@@ -177,7 +179,7 @@ def _crossed_at_right_angles(data: xr.Dataset) -> list[Row]:
 
 
 def _turned(data: xr.Dataset) -> list[Row]:
-    """Figures 5.9b and 5.11: what smaller angles do."""
+    """Figures 5.9b and 5.11: the influence of smaller angles."""
     gain = {angle: f"{100.0 * (_normalised(data, angle, FORCES[1]) - 1.0):.1f} %" for angle in (45.0, 30.0)}
     rough, exact = (
         (stiffness(30.0, ratio) / stiffness(90.0, ratio)) ** (1.0 / 3.0) for ratio in ("approximate", "exact")

@@ -1,7 +1,7 @@
 """Thesis sections 3.3.2 and 3.4: a wave in a chain of deformable beads, of point masses and by theory; its convergence.
 
-The thesis's beads are finite elements throughout. These are so twice: by a few modes each, and explicitly, which is
-slow. A rigid wall ends the thesis's chain; waves are read before its echo comes.
+The thesis models its beads with finite elements. Here this is done in two ways: with a few modes for each bead, and
+explicitly, which is slow. A rigid wall ends the thesis's chain; waves are read before its echo arrives.
 """
 
 from collections.abc import Callable, Sequence
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 BEAD, BEADS = Sphere(2.38e-3, STEEL_316), 20
-"""And a striker like them: the thesis's N = 21."""
+"""The striker is a bead of the same kind: the thesis's N = 21."""
 
 WALL = half_space(Material(1e20, 0.3, 8000.0, "rigid"))
 """The thesis's perfectly rigid plate."""
@@ -48,47 +48,47 @@ IMPACT_SPEEDS = tuple(np.geomspace(0.1, 1.6, 9))
 
 SENSORS = (10, 15)
 CONTACTS = (10, 16)
-"""Those between which a speed is read; the second, between beads 15 and 16, is that of figure 3.8a."""
+"""The contacts between which a speed is read; the second, between beads 15 and 16, is that of figure 3.8a."""
 
 UNTIL = 165e-6
-"""s: the wave of 0.5 m/s has passed contact 16, and has not met the wall."""
+"""s: the wave of 0.5 m/s has passed contact 16 and has not reached the wall."""
 
 WITH_ECHO = 300e-6
 SAVED = 660
-"""Intervals in UNTIL."""
+"""Number of saved intervals in UNTIL."""
 
 PASSING = (0.4, 0.8)
-"""Parts of UNTIL between which the whole wave is inside the chain."""
+"""Fractions of UNTIL between which the whole wave is inside the chain."""
 
 TOP = 0.9
-"""Part of the greatest force above which the top of a pulse is fitted."""
+"""The top of a pulse, which is fitted, begins at this fraction of its peak."""
 
 MODES, MODES_TRIED = 8, (1, 2, 3, 4, 6, 8, 12, 16)
 LAW_SPACINGS = (20e-6, 10e-6, 5e-6, 2.5e-6)
 LAW_REACH = 4e-6
-"""m; at 3.3 µm one contact holds all energy of a striker of 0.5 m/s."""
+"""m; at 3.3 µm one contact stores the whole energy of a striker of 0.5 m/s."""
 
 SPACINGS = (80e-6, 40e-6, 20e-6, 10e-6)
-"""m, of the explicit elements where beads touch, over a radius of 49 µm at the wave's peak."""
+"""m, size of the explicit elements at the contacts, whose radius is 49 µm at the peak of the wave."""
 
 MODELS = ("point masses", "modes")
-"""And explicit elements, which are named after their size: `explicit_name`."""
+"""In addition to explicit elements, which are named after their size: `explicit_name`."""
 
 CHAIN_ELEMENTS = 120_000
-"""Tetrahedra in the chain of section 3.3.2, about."""
+"""Approximate number of tetrahedra in the chain of section 3.3.2."""
 
 THESIS_MESHES = {"coarsest": (12_070, "7 min 2 s"), "finest": (431_195, "19 h 11 min 2 s")}
-"""Tetrahedra in all beads, and what they took (section 3.4; figures 3.7 and 3.8)."""
+"""Number of tetrahedra in all beads, and the time that they needed (section 3.4; figures 3.7 and 3.8)."""
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """Forces at both speeds, speed over force, and convergence over meshes and modes, each with its time.
 
-    Times are the processor's, as other users of the machine change them little. quick: the coarsest explicit mesh
-    alone, and fewer of all else. jobs: processes of the explicit runs, by default one for each core.
+    Times are processor times, because other users of the machine influence these little. quick: only the coarsest
+    explicit mesh, and fewer of everything else. jobs: processes of the explicit runs, by default one for each core.
     """
     every = 4 if quick else 1
-    # Compiled here, so that no time below holds it.
+    # Compile here, so that no time below includes it.
     CoSimulation(DeformableChain([BEAD], BEAD, 1.0, law=contact_law, modes=2), None).run(1e-5)
     explicit = _explicit(SPACINGS[::every], jobs)
     by_law = _together([by_modes(size) for size in LAW_SPACINGS[::every]], "law_spacing", LAW_SPACINGS[::every])
@@ -110,7 +110,7 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 
 
 def _explicit(spacings: Sequence[float], jobs: int | None) -> xr.Dataset:
-    """The explicit chain at 0.5 m/s over the spacing, m, of its elements; the longest run begins first."""
+    """The explicit chain at 0.5 m/s over the size, m, of its elements; the longest run starts first."""
     runs = joblib.Parallel(jobs or -1)(joblib.delayed(by_elements)(spacing) for spacing in reversed(spacings))
     return _together(runs[::-1], "spacing", spacings)
 
@@ -126,7 +126,7 @@ def _together(runs: list[xr.Dataset], axis: str, values: Sequence[float]) -> xr.
 
 
 def _named(data: xr.Dataset, name: str) -> xr.Dataset:
-    """With names that differ from those of other parts."""
+    """Variables renamed so that they differ from those of other parts."""
     return data.rename({variable: f"{name}_{variable}" for variable in data.data_vars})
 
 
@@ -138,7 +138,7 @@ def by_elements(spacing: float) -> xr.Dataset:
 
 
 def by_modes(law_spacing: float, modes: int = MODES) -> xr.Dataset:
-    """The chain of a few modes at 0.5 m/s, with a contact law that is made anew on a mesh of this spacing, m."""
+    """The chain of a few modes at 0.5 m/s, with a contact law computed on a mesh of this spacing, m."""
 
     def one() -> xr.Dataset:
         law = contact_law_fem(BEAD, max_approach=LAW_REACH, spacing=law_spacing)
@@ -155,7 +155,7 @@ def chain(model: str, impact_speed: float, modes: int = MODES, law: ContactLaw |
 
 
 def timed(one: Callable[[], xr.Dataset]) -> xr.Dataset:
-    """Of a run: contact forces, vibration, what is measured, and the seconds of the processor for all that it needs."""
+    """Contact forces, vibration and measures of a run, and the processor time, s, for everything that it needs."""
     begin = process_time()
     run = one()
     seconds = process_time() - begin
@@ -174,9 +174,9 @@ def timed(one: Callable[[], xr.Dataset]) -> xr.Dataset:
 
 
 def inertia(run: xr.Dataset) -> float:
-    """Kinetic energy of the modes over the potential energy of modes and contacts, at most while a wave passes.
+    """Largest kinetic energy of the modes over the potential energy of modes and contacts, while a wave passes.
 
-    NaN where beads have no modes. The beads' motion as wholes is not counted: it is what a contact law is for.
+    NaN if beads have no modes. The motion of the beads as rigid bodies is not counted: contact laws include it.
     """
     if "vibration_amplitude" not in run:
         return float("nan")
@@ -188,10 +188,10 @@ def inertia(run: xr.Dataset) -> float:
 
 
 def measure(run: xr.Dataset) -> xr.Dataset:
-    """Peak force at the second contact, N, and speed between both, m/s, of the one wave that a run holds.
+    """Peak force at the second contact, N, and speed between the two contacts, m/s, of the only wave in a run.
 
-    Explicit elements touch node by node, and their forces scatter. So, for all models, the peak is that of a
-    polynomial through the top of the pulse, and a wave's time is that of its force's centroid.
+    Explicit elements touch node by node, so their forces scatter. Therefore, for all models, the peak is that of a
+    polynomial through the top of the pulse, and the time of a wave is that of the centroid of its force.
     """
     force = run.contact_force.sel(contact=list(CONTACTS)).reset_coords(drop=True)
     first, second = ((force * force.time).sum("time") / force.sum("time")).values
@@ -206,14 +206,14 @@ def measure(run: xr.Dataset) -> xr.Dataset:
 
 
 def top(time: Vector, force: Vector) -> float:
-    """Greatest value of a polynomial of fourth order through what lies near the greatest force."""
+    """Maximum of a polynomial of fourth order through the samples near the largest force."""
     near = force > TOP * force.max()
     fit = Polynomial.fit(time[near], force[near], 4)
     return float(fit(np.linspace(float(fit.domain[0]), float(fit.domain[1]), 1001)).max())
 
 
 def shape() -> xr.Dataset:
-    """Section 3.3.2: forces at both sensors over `shape_time`, s, with the echo of the wall; what is measured."""
+    """Section 3.3.2: forces at both sensors over `shape_time`, s, with the echo of the wall; measures."""
     runs = [CoSimulation(chain(model, SHAPE_SPEED), WALL).run(WITH_ECHO, UNTIL / SAVED) for model in MODELS[:2]]
     measured = [measure(run.sel(time=slice(None, UNTIL))) for run in runs]
     data = _named(xr.concat(measured, "beads"), "shape")
@@ -224,10 +224,10 @@ def shape() -> xr.Dataset:
 
 
 def over_speed(impact_speeds: Sequence[float]) -> xr.Dataset:
-    """Figure 3.5: peak force and wave speed of both models over the striker's speed, m/s, and by equation 1.10."""
+    """Figure 3.5: peak force and wave speed of both models over the striker speed, m/s, and by equation 1.10."""
     models = []
     for model in MODELS[:2]:
-        # Times go with the striker's speed to −1/5 in a Hertzian chain.
+        # In a Hertzian chain times are proportional to the power −1/5 of the striker speed.
         lengths = [UNTIL * (MESH_SPEED / speed) ** 0.2 for speed in impact_speeds]
         runs = [
             measure(CoSimulation(chain(model, speed), None).run(until, until / SAVED))
@@ -246,7 +246,7 @@ def by_force(force: Vector) -> Vector:
 
 
 def theory(time: Vector, crest: float, speed: float) -> Vector:
-    """Force, N, between particles where a wave's crest passes at `crest`, s, by its strain (equation 1.8)."""
+    """Force, N, between particles when the crest of a wave passes at `crest`, s, from its strain (equation 1.8)."""
     stiffness = hertz_stiffness(BEAD.surface, BEAD.surface)
     strain = solitary_strain(speed * (time - crest), 0.0, speed, BEAD.size, BEAD.mass, stiffness)
     force: Vector = stiffness * (BEAD.size * strain) ** HERTZ
@@ -254,7 +254,7 @@ def theory(time: Vector, crest: float, speed: float) -> Vector:
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """The numbers that sections 3.3.2 and 3.4 print, compared with ours."""
+    """The numbers of sections 3.3.2 and 3.4, compared with those of hertzlink."""
     return [*_waves_shown(data), *_converged(data), *_meshes(data), *_inside(data)]
 
 
@@ -279,12 +279,12 @@ def _waves_shown(data: xr.Dataset) -> list[Row]:
 
 
 def _both(values: xr.DataArray, form: str) -> str:
-    """Of point masses and of beads with modes."""
+    """Values of point masses and of beads with modes."""
     return ", ".join(f"{float(values.sel(beads=name)):{form}}" for name in MODELS[:2])
 
 
 def _converged(data: xr.Dataset) -> list[Row]:
-    """The waves of section 3.4 on the smallest cells of the run."""
+    """The waves of section 3.4 with the smallest cells of the run."""
     models = data.model.values.tolist()
     force, speed = (dict(zip(models, data[name].values.tolist(), strict=True)) for name in ("peak_force", "wave_speed"))
     explicit = explicit_name(float(data.spacing[-1]))
@@ -313,9 +313,9 @@ def _converged(data: xr.Dataset) -> list[Row]:
 
 
 def _meshes(data: xr.Dataset) -> list[Row]:
-    """Figures 3.7 and 3.8, and what they took."""
+    """Figures 3.7 and 3.8, and the times that they needed."""
     rows = []
-    # A quick run has the coarsest mesh alone.
+    # A quick run has only the coarsest mesh.
     for place, (name, (elements, seconds)) in zip((0, -1)[: data.spacing.size], THESIS_MESHES.items(), strict=False):
         mesh = data.isel(spacing=place)
         rows += [
@@ -354,7 +354,7 @@ def _clock(seconds: float) -> str:
 
 
 def _inside(data: xr.Dataset) -> list[Row]:
-    """What point masses do not have: the section of figure 3.3, and the energy of vibrations."""
+    """Quantities that point masses lack: the section of figure 3.3, and the energy of vibrations."""
     mean, section, expected, centre = (curve.values for curve in at_first_sensor(data))
     shaken = 100.0 * float(data.section_apart.sel(model=explicit_name(float(data.spacing[-1]))))
     apart = 100.0 * float(np.abs(section - mean).max() / mean.max())

@@ -18,7 +18,7 @@ THESIS_TIMES = {"7 min": 422.0, "19 h": 69_062.0}
 
 
 def section(curves: tuple[xr.DataArray, ...]) -> Figure:
-    """Force at bead 10 (figure 3.3), and how the section's differs from the contacts' mean."""
+    """Force at bead 10 (figure 3.3), and the difference between the section and the mean of the contacts."""
     figure, axes = plots.panels(2, width=3.8, height=3.8, sharey=False)
     mean, section, averaged, centre = curves
     time = mean.shape_time.values * 1e6
@@ -50,7 +50,7 @@ def sensors(data: xr.Dataset) -> Figure:
 
 
 def speed_force(data: xr.Dataset, by_force: Callable[[Vector], Vector]) -> Figure:
-    """Wave speed over peak force, and over theory's (figure 3.5)."""
+    """Wave speed over peak force, and relative to theory (figure 3.5)."""
     figure, axes = plots.panels(2, width=3.6, sharey=False)
     fine = np.geomspace(float(data.speed_peak_force.min()), float(data.speed_peak_force.max()), 200)
     plots.theory_line(axes[0], fine, by_force(fine), "equation 1.10")
@@ -89,7 +89,7 @@ def contacts(data: xr.Dataset, marked: int) -> Figure:
 
 
 def meshes(data: xr.Dataset) -> Figure:
-    """Peak force and wave speed over the cells' size, and the error of the force over its time (figure 3.8)."""
+    """Peak force and wave speed over the size of the cells, and the error of the force over its time (figure 3.8)."""
     figure, axes = plots.panels(3, width=3.3, height=3.6, sharey=False)
     for axis, what, label in zip(axes[:2], ("peak_force", "wave_speed"), LABELS, strict=True):
         axis.axhline(float(data[what].sel(model="point masses")), color="black", linewidth=0.9, label="point masses")

@@ -1,6 +1,6 @@
-"""Thesis chapter 4: how a solitary wave decays in a chain of 70 spheres, and small facts that depend on it.
+"""Thesis chapter 4: the decay of a solitary wave in a chain of 70 spheres, and other facts that depend on it.
 
-No experiment of the thesis exists in text form, so nothing is fitted and no measured point is drawn.
+The experiments of the thesis exist as figures only; so nothing is fitted here, and no measured point is drawn.
 """
 
 from collections.abc import Iterable
@@ -36,7 +36,7 @@ SHOWN = (16, 56)
 """Sensors of figures 4.3b and c."""
 
 SHOWN_SPEEDS = (0.885, IMPACT_SPEED)
-"""m/s. Figure 4.2a shows two of ten striker speeds, but only 1.77 is printed; the other is half of it."""
+"""m/s. Figure 4.2a shows two of ten striker speeds, but prints only 1.77 m/s; the other one is taken as half of it."""
 
 IMPACT_SPEEDS = tuple(np.geomspace(0.3, 3.0, 8))
 """m/s, of figure 4.2b; the thesis does not print its own."""
@@ -45,7 +45,7 @@ RAYLEIGH = 6900.0
 """α₁, 1/s (section 4.3, which prints N s/m)."""
 
 SLOWER = 1.4
-"""A damped wave falls behind by less than this factor; no law here takes longer."""
+"""A damped wave is delayed by less than this factor; no law of this study delays it more."""
 
 ELLIPSOID = Ellipsoid(2.36e-3, 10.16e-3, STEEL_316)
 ELLIPSOID_BEADS, ELLIPSOID_SENSORS, ELLIPSOID_SPEED = 50, (8, 16, 28, 41), 0.37
@@ -56,10 +56,10 @@ MEETINGS = ("at a contact", "at a bead")
 MEETING_BEADS, MEETING_SENSOR, MEETING_UNTIL = 70, 50, 9e-4
 
 QUICK_STEP = 4.0
-"""Longer steps of quick runs: forces change by less than 1e-4."""
+"""Factor of the step of quick runs: forces change by less than 1e-4."""
 
 YIELD_STRESS = 1e9
-"""Pa, of Johnson's example of a medium-hard steel; the thesis names none."""
+"""Pa, from Johnson's example of a medium-hard steel; the thesis gives no value."""
 
 
 class Fit(NamedTuple):
@@ -74,17 +74,17 @@ class Fit(NamedTuple):
 
     @property
     def bead(self) -> Sphere:
-        """Its mass is the geometry's."""
+        """A bead with the mass from its geometry."""
         return Sphere(RADIUS, self.material)
 
     def until(self, speed: float) -> float:
-        """Time, s, in which a wave from the slowest striker passes the whole chain, however damped."""
+        """Time, s, in which a wave from the slowest striker passes the whole chain, with any of the losses."""
         bead, moved = self.bead, PARTICLE_TO_STRIKER_SPEED * speed
         stiffness = hertz_stiffness(bead.surface, bead.surface)
         return SLOWER * BEADS * bead.size / wave_speed_from_particle_speed(bead.size, bead.mass, stiffness, moved)
 
     def corner(self, exponent: int, coefficient: int) -> PowerDashpot:
-        """The thesis's law, both numbers off by so many standard deviations."""
+        """The thesis's law with its two parameters changed by these numbers of standard deviations."""
         return PowerDashpot(
             self.coefficient + coefficient * self.coefficient_deviation,
             self.exponent + exponent * self.exponent_deviation,
@@ -115,7 +115,7 @@ CORNERS = {"best fit": (0, 0), "α− γ−": (-1, -1), "α− γ+": (-1, 1), "�
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """Peak forces and arrivals at every bead, for the laws and numbers of Table 4.1, and over striker speeds.
 
-    Chains are horizontal and free at their end, the striker is like the beads. quick: steps four times as long, and
+    Chains are horizontal and free at their end; the striker equals the beads. quick: steps four times as long, and
     three striker speeds instead of eight for the speed over the force.
     """
     speeds = IMPACT_SPEEDS[::3] if quick else IMPACT_SPEEDS
@@ -131,7 +131,7 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 
 
 def simulation(fit: Fit, law: Dissipation | None, speed: float = IMPACT_SPEED, step: float = 1.0) -> CoSimulation:
-    """The thesis's horizontal chain of 70 spheres; step in units of the one that would be chosen."""
+    """The thesis's horizontal chain of 70 spheres; step in units of the default step."""
     chain = Chain([fit.bead] * BEADS, fit.bead, speed, dissipation=law)
     if step == 1.0:
         return CoSimulation(chain, None)
@@ -139,7 +139,7 @@ def simulation(fit: Fit, law: Dissipation | None, speed: float = IMPACT_SPEED, s
 
 
 def table_4_1(step: float, jobs: int | None) -> xr.Dataset:
-    """All laws in steel with the force over time, and all but the drag in PTFE and brass."""
+    """All laws in steel with the force over time, and all except the drag in PTFE and brass."""
 
     def build(law: str, material: str) -> CoSimulation:
         return simulation(TABLE_4_1[material], TABLE_4_1[material].law(law), step=step)
@@ -154,7 +154,7 @@ def table_4_1(step: float, jobs: int | None) -> xr.Dataset:
 
 
 def over_corners(step: float, jobs: int | None) -> xr.Dataset:
-    """The thesis's law in steel with both numbers off by a standard deviation."""
+    """The thesis's law in steel with both parameters changed by a standard deviation."""
 
     def build(shown_speed: float, corner: str) -> CoSimulation:
         return simulation(STEEL, STEEL.corner(*CORNERS[corner]), shown_speed, step)
@@ -175,7 +175,7 @@ def over_speeds(speeds: tuple[float, ...], step: float, jobs: int | None) -> xr.
 
 
 def asides(jobs: int | None) -> list[xr.Dataset]:
-    """Waves that collide, and linear dashpots in a chain of ellipsoids that lie across it."""
+    """Waves that collide, and linear dashpots in a chain of ellipsoids perpendicular to it."""
 
     def meeting(meeting: str) -> CoSimulation:
         beads = [STEEL.bead] * MEETING_BEADS
@@ -195,9 +195,9 @@ def asides(jobs: int | None) -> list[xr.Dataset]:
 
 
 def mirror(meeting: str) -> Structure:
-    """What a chain must face for its wave to meet its mirror image, in the middle of a contact or of a bead.
+    """The structure with which a wave meets its mirror image, at a contact or at the centre of a bead.
 
-    A sphere on a rigid flat is half of two spheres that meet; a bead that waves hit from both sides stays at rest.
+    A sphere on a rigid flat is one half of two colliding spheres; a bead that waves hit from both sides stays at rest.
     """
     if meeting == "at a contact":
         return half_space(RIGID)
@@ -205,12 +205,12 @@ def mirror(meeting: str) -> Structure:
 
 
 def peaks(run: xr.Dataset) -> xr.Dataset:
-    """Greatest force (N) and its time (s) at each bead but the last, between samples by a parabola.
+    """Largest force (N) and its time (s) at each bead except the last, interpolated by a parabola.
 
-    Nothing comes back from a free end, so this is the incident wave.
+    No wave returns before this time from the free end, so this is the incident wave.
     """
     contacts = (run.contact_force - run.static_force).transpose("contact", "time").values[:-1]
-    # What sensor_force gives, for all beads at once: asked for each it would take longer than the run.
+    # As sensor_force, for all beads at once: separate calls would take longer than the run.
     force = 0.5 * (contacts[:-1] + contacts[1:])
     beads = np.arange(1, force.shape[0] + 1)
     top = force.argmax(axis=1)
@@ -253,27 +253,28 @@ def speeds_and_forces(data: xr.Dataset, law: str) -> tuple[Vector, Vector]:
 
 
 def slope(speed: Vector, force: Vector) -> float:
-    """Exponent p of the straight line speed ∝ forceᵖ in log–log, least squares."""
+    """Exponent p of the line speed ∝ forceᵖ in log–log, by least squares."""
     return float(np.polyfit(np.log(force.ravel()), np.log(speed.ravel()), 1)[0])
 
 
 def formation(peak: xr.DataArray) -> int:
-    """The last of the values that are more than 1 % from the one in the middle of the chain, counted from 1."""
+    """The last value that differs by more than 1 % from that in the middle of the chain, counted from 1."""
     values = peak.values[: BEADS // 2]
     return int(np.flatnonzero(abs(values / values[-1] - 1.0) > 0.01)[-1]) + 1
 
 
 def yield_speed(bead: Sphere, yield_stress: float = YIELD_STRESS) -> float:
-    """Relative speed, m/s, from which two like spheres yield: ½ m V² = 53 R³Y⁵/E*⁴ with reduced m, R and modulus.
+    """Relative speed, m/s, at which two equal spheres start to yield: ½ m V² = 53 R³Y⁵/E*⁴ with reduced m, R and
+    modulus.
 
-    Johnson, Contact Mechanics, section 11.4; with a flat it gives his 0.14 m/s for Y = 1 GPa.
+    Johnson, Contact Mechanics, section 11.4; for a sphere on a flat it gives his 0.14 m/s for Y = 1 GPa.
     """
     mass, radius, modulus = bead.mass / 2.0, bead.radius / 2.0, bead.material.contact_modulus / 2.0
     return sqrt(2.0 * 53.0 * radius**3 * yield_stress**5 / (modulus**4 * mass))
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """The numbers of chapter 4 and those that depend on them, compared with ours."""
+    """The numbers of chapter 4 and those that depend on them, compared with those of hertzlink."""
     rows = [row for name in TABLE_4_1 for row in _material_rows(data, name)]
     return [*rows, *_rayleigh_rows(data), *_speed_rows(data), *_ellipsoid_rows(data), *_wave_rows(data)]
 
@@ -431,6 +432,6 @@ def _laws(data: xr.Dataset) -> "Figure":
 
 
 def _around(axis: "Axes", force: xr.DataArray) -> None:
-    """Show the times at which any of the forces is above a hundredth of its peak."""
+    """Limit the axis to the times at which a force exceeds a hundredth of its peak."""
     busy = force.time[(force > 0.01 * force.max("time")).any("law").values] * 1e6
     axis.set_xlim(float(busy[0]) - 5.0, float(busy[-1]) + 5.0)

@@ -26,27 +26,29 @@ from structures.surface import hertz_stiffness
 BEADS, SENSOR = 20, 7
 
 RECORD = 45.0
-"""Length of the record in contact times of aluminium plates; the slowest reflected wave comes after 30."""
+"""Length of the record in contact times of aluminium plates; the slowest reflected wave returns after 30."""
 
 ALUMINIUM = 0.743
-"""Ratio of the contacts' stiffnesses of steel beads on aluminium, on which RECORD was chosen."""
+"""Ratio of contact stiffnesses of steel beads on aluminium, for which RECORD was chosen."""
 
 STEPS = 450
-"""Steps of the chain in a contact time. The default of 1800 moves AR by 1e-6."""
+"""Steps of the chain in a contact time. The default of 1800 changes AR by 1e-6."""
 
 HIGHEST = 3.3
-"""Highest frequency of the half-plane times the contact time. Twice as much moves AR by 2e-5."""
+"""Highest frequency of the half-plane times the contact time. Twice this value changes AR by 2e-5."""
 
 SMALLEST = 2e-3
-"""Waves below this part of the incident one count as none, with AR = 0: that is less than the law's error."""
+"""A wave below this fraction of the incident one counts as none, with AR = 0; the law's error is larger."""
 
 BEAD, SPEED = Sphere(5e-3, STEEL_440C), 0.3
-"""Those for which the law's table was computed; at the same λ, d/ℓ and ratio of stiffnesses any others give it."""
+"""The bead and speed of the law's table; any others with the same λ, d/ℓ and ratio of stiffnesses give the same AR."""
 
 
 @dataclass(frozen=True)
 class Pair:
-    """A chain of equal beads on a plate of a material, struck at a speed, m/s; λ chooses the plate's thickness."""
+    """A chain of equal beads on a plate of a material, struck at a speed, m/s; λ determines the thickness
+    of the plate.
+    """
 
     bead: Sphere
     wall: Material
@@ -59,17 +61,17 @@ class Pair:
 
     @cached_property
     def contact_time(self) -> float:
-        """T_c, s: Hertz's, of a bead on a half-space at the striker's speed."""
+        """T_c, s: Hertz's contact time of a bead on a half-space at the striker speed."""
         return float(contact_time_half_space(self.bead.mass, wall_stiffness(self.bead, self._plate(1e-3)), self.speed))
 
     @property
     def stiffness_ratio(self) -> float:
-        """Stiffness of the contact bead on plate over that of bead on bead."""
+        """Stiffness of the contact between bead and plate over that between two beads."""
         wall = wall_stiffness(self.bead, self._plate(1e-3))
         return float(wall / hertz_stiffness(self.bead.surface, self.bead.surface))
 
     def plate(self, inelasticity: float) -> Plate:
-        """A plate of the thickness that makes λ."""
+        """A plate of the thickness that gives λ."""
         one = inelasticity_parameter(self.bead, self._plate(1e-3), self.speed)
         return self._plate(float(1e-3 * (one / inelasticity) ** 0.5))
 
@@ -78,7 +80,8 @@ class Pair:
         return edge_length(self.bead, self.plate(inelasticity), self.speed)
 
     def struck(self, edge: str, inelasticity: float, scaled_distance: float, until: float | None = None) -> Structure:
-        """The plate at a distance d/ℓ from an edge: the half-space at one that is held, the infinite plate far away.
+        """The plate at a distance d/ℓ from an edge; a half-space directly at a supported edge, the infinite plate far
+        away.
 
         until: the longest run, s; by default the `record`.
         """
@@ -92,7 +95,7 @@ class Pair:
 
     @property
     def record(self) -> float:
-        """Length of the record, s. Stiff walls make T_c short, but not the wave's way through the chain."""
+        """Length of the record, s. Stiff walls shorten T_c, but not the travel time of the wave in the chain."""
         return float(RECORD * self.contact_time * max(1.0, (self.stiffness_ratio / ALUMINIUM) ** 0.4))
 
     def coupled(self, structure: Structure) -> CoSimulation:
@@ -104,20 +107,20 @@ class Pair:
 
 
 def tabulated_pair(stiffness_ratio: float) -> Pair:
-    """BEAD on a plate that makes the ratio: 1/E* = 1/M + 1/M_plate, M = E/(1 − ν²); two beads have half the radius."""
+    """BEAD on a plate that gives the ratio: 1/E* = 1/M + 1/M_plate, M = E/(1 − ν²); two beads have half the radius."""
     beads = STEEL_440C.contact_modulus
     modulus = beads * stiffness_ratio / (2.0 * 2.0**0.5 - stiffness_ratio)
     return Pair(BEAD, Material(modulus * (1.0 - 0.33**2), 0.33, 2700.0), SPEED)
 
 
 def ratio(run: xr.Dataset) -> float:
-    """AR of the primary wave; 0 where there is none."""
+    """AR of the primary wave; 0 if there is none."""
     primary = reflections(run, SENSOR, SMALLEST).primary
     return primary.amplitude_ratio if primary else 0.0
 
 
 def measure(run: xr.Dataset) -> xr.Dataset:
-    """What the study keeps of a run."""
+    """The part of a run that the study keeps."""
     return xr.Dataset({"amplitude_ratio": ratio(run)})
 
 

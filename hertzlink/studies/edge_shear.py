@@ -1,4 +1,4 @@
-"""Where Kirchhoff's theory is not enough near an edge: Mindlin's plate at the same λ and d/ℓ, over thickness over ℓ."""
+"""The limit of Kirchhoff's theory near an edge: Mindlin's plate at the same λ and d/ℓ, over thickness over ℓ."""
 
 from functools import lru_cache
 from typing import TYPE_CHECKING
@@ -21,16 +21,16 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 PARAMETER = 0.3
-"""λ; AR depends most on it near here."""
+"""λ; near this value AR depends most strongly on it."""
 
 SPEEDS = (0.02, 0.31, 3.1)
-"""m/s. At the same λ a faster striker makes ℓ shorter in thicknesses."""
+"""m/s. At the same λ a faster striker gives a shorter ℓ in units of the thickness."""
 
 PLACES = (1.0, 1.5, np.inf)
 """d/ℓ."""
 
 SIDE, FAR_AWAY = 22.0, 11.0
-"""Side of Mindlin's square plate, and its middle, in ℓ: the other edges answer after the contact."""
+"""Side of Mindlin's square plate, and its centre, in ℓ: echoes of the other edges return after the contact."""
 
 RECORD, REDUCTION = 30.0, 0.05
 """Record in contact times of the slowest striker; tolerance of the reduction."""
@@ -38,7 +38,7 @@ RECORD, REDUCTION = 30.0, 0.05
 THEORIES = ("Kirchhoff", "Mindlin")
 
 LIMIT = 0.01
-"""Difference of AR that counts."""
+"""A difference of AR of this size matters."""
 
 
 def pair(speed: float) -> Pair:
@@ -77,14 +77,14 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 
 
 def lowered(data: xr.Dataset) -> xr.DataArray:
-    """By how much Mindlin's AR is lower."""
+    """The amount by which Mindlin's AR is lower."""
     thin, thick_walled = (data.theory_ratio.sel(theory=theory, drop=True) for theory in THEORIES)
     difference: xr.DataArray = thin - thick_walled
     return difference
 
 
 def limit(thickness: Vector, difference: Vector) -> float:
-    """t/ℓ at which the difference, taken as proportional to (t/ℓ)², is LIMIT: of the sample nearest to it."""
+    """t/ℓ at which the difference, assumed proportional to (t/ℓ)², reaches LIMIT; from the sample nearest to it."""
     nearest = int(np.argmin(np.abs(np.log(np.maximum(difference, 1e-9) / LIMIT))))
     return float(thickness[nearest] * (LIMIT / difference[nearest]) ** 0.5)
 

@@ -29,7 +29,7 @@ BEADS, FIRST, SECOND = 20, 7, 12
 IMPACT_SPEED = 0.626
 DIAMETERS = (2.38e-3, 4.76e-3, 9.53e-3, 19.1e-3)
 FORCES = tuple(np.geomspace(5.0, 100.0, 9))
-"""N, that the strikers of the curves are made to reach, about; the thesis's figures are not in its text."""
+"""N, approximate peak forces that the strikers of the curves produce; the thesis prints its own in figures only."""
 
 UNTIL = 1.2e-3
 """Length of the record, s: a wave of 4 N passes sensor 12 of the largest spheres."""
@@ -45,10 +45,10 @@ CASES = {
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
-    """Speed, peak force and width of waves over the striker's speed, by shape and by size, and in the thesis's cases.
+    """Speed, peak force and width of waves over the striker speed, by shape and by size, and in the thesis's cases.
 
-    The curves are without gravity, with masses from geometry and a striker like the beads. quick: three of the
-    nine. jobs: 1 by default, for starting processes takes longer than the runs.
+    The curves are without gravity, with masses from geometry and a striker equal to the beads. quick: three of the nine
+    forces. jobs: 1 by default, because starting processes takes longer than the runs.
     """
     forces, jobs = FORCES[::4] if quick else FORCES, jobs or 1
 
@@ -79,13 +79,13 @@ def particle(shape: str) -> Bead:
 
 
 def struck_by_its_like(bead: Bead, force: float) -> Chain:
-    """A chain whose wave has about this peak force, N; nothing holds its end."""
+    """A chain with a free end whose wave has about this peak force, N; the striker equals the beads."""
     stiffness = hertz_stiffness(bead.surface, bead.surface)
     return Chain([bead] * BEADS, bead, waves.striker_speed(force, bead.mass, stiffness))
 
 
 def case_of_the_thesis(case: str) -> CoSimulation:
-    """Section 5.3.1 with each reading of what the beads and the striker weigh; gravity needs a floor."""
+    """Section 5.3.1 for each interpretation of the masses of beads and striker; gravity needs a floor."""
     bead = Ellipsoid(MINOR / 2.0, MAJOR, STEEL_316)
     if case != "mass from geometry":
         density = STEEL_316.density * PRINTED_MASS / bead.mass
@@ -104,7 +104,7 @@ def printed_radius() -> float:
 
 
 def measure(run: xr.Dataset) -> xr.Dataset:
-    """What the study keeps of a run."""
+    """The part of a run that the study keeps."""
     return waves.passage(run, FIRST, SECOND)
 
 
@@ -118,7 +118,7 @@ def _theory(force: xr.DataArray, beads: list[Bead]) -> xr.DataArray:
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """The numbers that sections 5.1 and 5.3.1 print, compared with ours."""
+    """The numbers of sections 5.1 and 5.3.1, compared with those of hertzlink."""
     return [*_contacts(), *_speeds(data), *_relations(data)]
 
 
@@ -142,7 +142,7 @@ def _contacts() -> list[Row]:
 
 
 def _speeds(data: xr.Dataset) -> list[Row]:
-    """The wave that figure 5.5a shows."""
+    """The wave of figure 5.5a."""
     found = {str(case): float(data.case_wave_speed.sel(case=case)) for case in data.case.values}
     printed, gravity = found["printed mass"], found["gravity"]
     wide, wider = data.case_width.sel(case="printed mass").values / MINOR
@@ -164,7 +164,7 @@ def _speeds(data: xr.Dataset) -> list[Row]:
 
 
 def _relations(data: xr.Dataset) -> list[Row]:
-    """What figures 5.1 and 5.5b say of speed against force."""
+    """The relation of speed and force in figures 5.1 and 5.5b."""
     at = {shape: waves.speed_at(data.sel(shape=shape), 40.0) for shape in SHAPES}
     slope = waves.exponent(data.sel(shape="minor axis"))
     sizes = xr.Dataset({"wave_speed": data.size_wave_speed, "peak_force": data.size_peak_force})

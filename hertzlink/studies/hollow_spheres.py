@@ -39,11 +39,11 @@ PRINTED_MASS = 2.38e-3
 BEADS, FIRST, SECOND = 29, 12, 19
 IMPACT_SPEED = 0.32
 FORCES = tuple(np.geomspace(2.0, 40.0, 9))
-"""N, that the strikers of the curves are made to reach, about; the thesis's figures are not in its text."""
+"""N, approximate peak forces that the strikers of the curves produce; the thesis prints its own in figures only."""
 
 APPROACHES = tuple(np.geomspace(1e-6, 20e-6, 21))
 FITTED = (0.2e-6, 10e-6)
-"""m: a least-squares fit from and to these gives the thesis's pairs of k and n from finite elements (errata)."""
+"""m: a least-squares fit over this range gives the thesis's pairs of k and n from finite elements (errata)."""
 
 UNTIL = 2.5e-3
 """Length of the record, s: a wave of 2 N passes sensor 19 of the solid spheres."""
@@ -57,10 +57,10 @@ CASES = {
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
-    """Speed, peak force and width of waves over the striker's speed, by wall; the thesis's cases; the contact laws.
+    """Speed, peak force and width of waves over the striker speed, by wall; the thesis's cases; the contact laws.
 
-    The curves are with the laws of Table 5.1, without gravity, masses from geometry, and a striker like the beads.
-    quick: three of nine striker speeds. jobs: 1 by default, for starting processes takes longer than the runs.
+    The curves use the laws of Table 5.1, masses from geometry, a striker equal to the beads, and no gravity. quick:
+    three of nine striker speeds. jobs: 1 by default, because starting processes takes longer than the runs.
     """
     forces, jobs = FORCES[::4] if quick else FORCES, jobs or 1
     data = sweep(struck, UNTIL, jobs, measure, ratio=list(TABLE_5_1), aimed_force=forces)
@@ -86,19 +86,19 @@ def particle(ratio: float) -> Sphere | HollowSphere:
 
 
 def own_laws() -> dict[float, ContactLaw]:
-    """What hertzlink finds for the four walls: Hertz in series with Reissner's shell."""
+    """The laws of hertzlink for the four walls: Hertz in series with Reissner's shell."""
     return {ratio: contact_law(particle(ratio), particle(ratio)) for ratio in TABLE_5_1}
 
 
 def struck(ratio: float, aimed_force: float) -> CoSimulation:
-    """A chain whose wave has about this peak force, N; nothing holds its end."""
+    """A chain with a free end whose wave has about this peak force, N."""
     bead, law = particle(ratio), TABLE_5_1[ratio]
     speed = waves.striker_speed(aimed_force, bead.mass, law.stiffness, law.exponent)
     return CoSimulation(Chain([bead] * BEADS, bead, speed, law=law), None)
 
 
 def case_of_the_thesis(case: str) -> CoSimulation:
-    """Figure 5.14a with each reading of mass, gravity and law; gravity needs a floor."""
+    """Figure 5.14a for each interpretation of mass, gravity and law; gravity needs a floor."""
     bead = particle(THIN)
     if case.startswith("printed mass"):
         density = ALUMINIUM_6061.density * PRINTED_MASS / bead.mass
@@ -110,7 +110,7 @@ def case_of_the_thesis(case: str) -> CoSimulation:
 
 
 def measure(run: xr.Dataset) -> xr.Dataset:
-    """What the study keeps of a run."""
+    """The part of a run that the study keeps."""
     return waves.passage(run, FIRST, SECOND)
 
 
@@ -126,7 +126,7 @@ def _theory(ratio: float, force: xr.DataArray) -> np.ndarray:
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """The numbers that section 5.3.3 prints, compared with ours."""
+    """The numbers of section 5.3.3, compared with those of hertzlink."""
     return [*_laws(data), *_speeds(data), *_relations(data)]
 
 
@@ -156,7 +156,7 @@ def _laws(data: xr.Dataset) -> list[Row]:
 
 
 def _speeds(data: xr.Dataset) -> list[Row]:
-    """The wave that figure 5.14a shows."""
+    """The wave of figure 5.14a."""
     found = {str(case): float(data.case_wave_speed.sel(case=case)) for case in data.case.values}
     plain, own = found["mass from geometry"], found["law of hertzlink"]
     lighter, gravity = found["printed mass"], found["printed mass, gravity"]
@@ -179,7 +179,7 @@ def _speeds(data: xr.Dataset) -> list[Row]:
 
 
 def _relations(data: xr.Dataset) -> list[Row]:
-    """Figures 5.14b and 5.14c: what the force changes."""
+    """Figures 5.14b and 5.14c: the influence of the force."""
     thin, solid = data.sel(ratio=THIN), data.sel(ratio=0.0)
     n = TABLE_5_1[THIN].exponent
     at = [waves.speed_at(data.sel(ratio=ratio), 20.0) for ratio in TABLE_5_1]

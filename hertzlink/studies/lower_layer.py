@@ -1,4 +1,4 @@
-"""Thesis section 6.1.4: PTFE under a thin steel cylinder; the thicker it is, the later the secondary wave."""
+"""Thesis section 6.1.4: PTFE below a thin steel cylinder. A thicker PTFE layer delays the secondary wave."""
 
 from typing import TYPE_CHECKING
 
@@ -21,7 +21,7 @@ LOWERS = tuple(sorted([*np.geomspace(9.52e-3, 152.4e-3, 33), 25.4e-3, 50.8e-3]))
 SOLID_LOWERS = (9.52e-3, 12.7e-3, 19.05e-3, 25.4e-3, 50.8e-3, 76.2e-3, 101.6e-3, 152.4e-3)
 
 ECHOLESS = 25.4e-3
-"""m; from here on the primary wave has left before the base answers."""
+"""m; for thicker layers the primary wave has left before the echo of the base returns."""
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
@@ -35,7 +35,9 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """The numbers that section 6.1.4 prints, compared with ours, and the delay of the secondary wave with theory's."""
+    """The numbers of section 6.1.4, compared with those of hertzlink; the delay of the secondary wave, compared with
+    theory.
+    """
     middle = data.sel(dashpot=struck.DASHPOT)
     ratios = middle.amplitude_ratio.sel(wave="primary")
     flights = middle.time_of_flight.sel(wave="primary") * 1e6
@@ -61,7 +63,7 @@ def table(data: xr.Dataset) -> list[Row]:
 
 
 def _secondary(middle: xr.Dataset, data: xr.Dataset, length: float) -> Row:
-    """How much later than the primary wave the secondary one is; the thesis prints no number."""
+    """Delay of the secondary wave after the primary one; the thesis prints no number."""
     of = middle.sel(length=length, method="nearest")
     expected = theory(np.array([UPPER]), length) * 1e6
     found = struck.flight(of.time_of_flight, "secondary") - struck.flight(of.time_of_flight)

@@ -38,8 +38,9 @@ SUPPORTS = Supports(left="clamped", right="clamped", bottom="free", top="free")
 THICKNESSES = (2.29e-3, 3.18e-3, 4.83e-3)
 DIAMETERS = (4.76e-3, 9.53e-3, 19.05e-3)
 DISTANCES = tuple(round(mm * 1e-3, 3) for mm in (*range(10, 201, 10), *range(240, 441, 40), 457))
-"""m, the first scan. Beyond the last crossing AR oscillates by 0.007 at most, as scans every 1 or 2 mm show, so for
-tolerances of 0.01 and more no crossing is missed."""
+"""m, the first scan. Beyond the last crossing AR oscillates by 0.007 at most, as scans with steps of 1 or 2 mm show. So
+no crossing is missed for tolerances of 0.01 and more.
+"""
 
 QUICK_DISTANCES = (0.01, 0.02, 0.03, 0.04, 0.06, 0.1, 0.15, 0.457)
 BRACKET, QUICK_BRACKET = 0.2e-3, 5.0e-3
@@ -48,31 +49,37 @@ BEADS, SENSOR = 20, 7
 
 UNTIL = 3.5e-3
 """Length of the record, s. Chains of the largest beads on the two thinner plates send a wave back only when the echo of
-the edge pushes them, the later the farther away it is. Records of up to 15 ms do not settle that (docs/numerics.md)."""
+the edge pushes them; the larger the distance of the edge, the later this is. Records of up to 15 ms do not settle these
+cases (docs/numerics.md).
+"""
 
 REDUCTION = 0.05
-"""Tolerance of the reduction. Up to 0.2 AR stays the same to five digits, but late in the record false waves appear."""
+"""Tolerance of the reduction. Up to 0.2 AR keeps its first five digits, but spurious waves appear late in
+the record.
+"""
 
 HIGHEST_FREQUENCY = 30.0e3
-"""Hz, that the mesh resolves. AR above 0.03 is within 0.3 % of that on a mesh for 100 kHz where it was sampled, as near
-as with the default of 40 kHz, which takes half as long again (benchmarks/plate_meshes.py)."""
+"""Hz, resolved by the mesh. Where AR above 0.03 was sampled, it is within 0.3 % of AR on a mesh for 100 kHz. The
+default of 40 kHz is equally close and takes 50 % longer (benchmarks/plate_meshes.py).
+"""
 
 TOLERANCE = 0.02
 TOLERANCES = (0.01, TOLERANCE, 0.05)
-"""How far from its far value AR may be beyond the critical distance; the dimension "within" of the results."""
+"""Allowed differences of AR from its far value beyond the critical distance; the dimension "within" of the results."""
 
 RELATIVE = 0.05
-"""The same in units of the far value, for comparison."""
+"""The tolerance in units of the far value, for comparison."""
 
 HALF_ECHO = 0.4613
-"""t a/d² at which a clamped edge has undone half of the displacement after an impulse, g = −1/2 (docs/plate_edge.md;
-Fourier transform along the edge, Laplace transform in time)."""
+"""t a/d² at which a clamped edge has cancelled half of the displacement after an impulse, g = −1/2 (docs/plate_edge.md;
+Fourier transform along the edge, Laplace transform in time).
+"""
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """AR and TOF of every plate, bead and distance (m), and the critical distances with their brackets.
 
-    With them AR and the contact time on the infinite plate, AR at other kinds of edges, and in Mindlin's theory. quick:
+    Also AR and the contact time on the infinite plate, AR at other kinds of edges, and in Mindlin's theory. quick:
     eight of the 27 distances of the first scan, and brackets of 5 mm.
     """
 
@@ -85,7 +92,7 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     )  # fmt: skip
     first = find(tolerance=TOLERANCES)
     relative = find(tolerance=RELATIVE, relative=True, known=first)
-    # The samples of both, and the crossings of each.
+    # The samples of both tolerances, and the crossings of each.
     own = ("critical_distance", "bracket", "lower_bound")
     data = relative.drop_vars([*own, "within"]).merge(first[[*own]])
     data = data.assign({f"relative_{name}": relative[name].drop_vars("within") for name in own})
@@ -100,7 +107,9 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 
 
 def without_edges() -> xr.Dataset:
-    """AR and contact time on the infinite plate, and the distance whose half echo is back as this contact ends."""
+    """AR and contact time on the infinite plate, and the distance from which half of the echo is back at the contact's
+    end.
+    """
 
     def build(thickness: float, diameter: float) -> CoSimulation:
         return CoSimulation(chain(diameter), infinite_plate(thickness, ALUMINIUM_6061))
@@ -115,7 +124,7 @@ def without_edges() -> xr.Dataset:
 
 
 def of_infinite_plate(run: xr.Dataset) -> xr.Dataset:
-    """What is kept of a run on the infinite plate."""
+    """The part of a run on the infinite plate that is kept."""
     return xr.Dataset(
         {
             "infinite_amplitude_ratio": amplitude_ratio(run, SENSOR).rename(None),
@@ -141,12 +150,12 @@ def plate(thickness: float) -> Plate:
 
 @lru_cache(maxsize=1)
 def struck(thickness: float, distance: float) -> Structure:
-    """The reduced plate, struck on its centre line; kept for the next bead diameter."""
+    """The reduced plate, struck on its centre line; cached for the next bead diameter."""
     return reduce(plate(thickness).at(distance, SIDE / 2.0), until=UNTIL, tolerance=REDUCTION)
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """The critical distances beside the thesis's two lines, and what it says of them."""
+    """The critical distances compared with the thesis's two lines and its statements about them."""
     rows = []
     for diameter in data.diameter.values:
         contact = Surface(ALUMINIUM_6061)
@@ -169,12 +178,14 @@ def table(data: xr.Dataset) -> list[Row]:
 
 
 def _coefficients() -> list[Row]:
-    """The printed factors of equations 6.39 and 6.42, for a sphere on a half-space with all else in units of one."""
+    """The printed factors of equations 6.39 and 6.42, for a sphere on a half-space with all other quantities equal to
+    one.
+    """
     with units_of_one():
         material = Material(1.0, 0.0, 1.0)
         sphere = Sphere(0.5, material)
     stiffness = hertz_stiffness(sphere.surface, Surface(material))
-    # Both bodies give way alike, so the sum of their compliances is two.
+    # Both bodies have equal compliances of one, so their sum is two.
     striker = contact_time_half_space(sphere.mass, stiffness, 1.0) / 2.0**0.4
     wave = striker * PARTICLE_TO_STRIKER_SPEED**-0.2
     reason = (
@@ -189,7 +200,7 @@ def _coefficients() -> list[Row]:
 
 
 def _critical_row(one: xr.Dataset) -> Row:
-    """The critical distance of one plate and bead between the thesis's two lines."""
+    """The critical distance of one plate and bead, compared with the thesis's two lines."""
     low, high = one.bound.values * 1e3
     at = one.sel(within=TOLERANCE)
     others = [_printed(one.sel(within=other)) for other in (TOLERANCES[0], TOLERANCES[-1])]
@@ -198,7 +209,7 @@ def _critical_row(one: xr.Dataset) -> Row:
 
 
 def _criteria(one: xr.Dataset) -> list[Row]:
-    """The same by other criteria: relative to the far value, and by the echo, without a tolerance."""
+    """The critical distance by other criteria: relative to the far value, and by the echo, without a tolerance."""
     relative = one[[name for name in one if str(name).startswith("relative_")]]
     relative = relative.rename({name: str(name).removeprefix("relative_") for name in relative})
     far, inside = float(one.far_value.fillna(0.0)), float(one.infinite_amplitude_ratio.fillna(0.0))
@@ -232,7 +243,7 @@ def _printed(at: xr.Dataset) -> str:
 
 
 def _verdict(at: xr.Dataset, low: float, high: float) -> str:
-    """What the critical distance at one tolerance says of the two lines, mm."""
+    """The critical distance at one tolerance in relation to the two lines, mm."""
     if at.lower_bound:
         return (
             f"a lower bound: from farther away no wave is back within {UNTIL * 1e3:.1f} ms, and longer records do not "

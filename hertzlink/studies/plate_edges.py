@@ -1,4 +1,4 @@
-"""Beyond section 6.2.2: other kinds of edges, and Mindlin's theory, beside the boundary study's clamped thin plates."""
+"""Beyond section 6.2.2: other kinds of edges, and Mindlin's theory, compared with the clamped thin plates."""
 
 from functools import lru_cache
 from typing import TYPE_CHECKING
@@ -28,7 +28,7 @@ EDGES = {
     "free": Supports(),
     "clamped and free, at their corner": Supports(left="clamped", right="clamped"),
 }
-"""What holds the edge at the distance; at the corner a clamped and a free edge are as far."""
+"""The support of the edge at the distance; at the corner a clamped and a free edge have this distance."""
 
 CORNER = "clamped and free, at their corner"
 THICKNESS = 2.29e-3
@@ -61,7 +61,7 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 
 
 def measure(run: xr.Dataset) -> xr.Dataset:
-    """What is kept of a run."""
+    """The part of a run that is kept."""
     return xr.Dataset({"amplitude_ratio": amplitude_ratio(run, SENSOR)})
 
 

@@ -1,4 +1,4 @@
-"""Thesis section 6.2.2: the speeds of the Rayleigh and the A0 Lamb wave, and their way to the plate's edge and back."""
+"""Thesis section 6.2.2: speeds of the Rayleigh wave and the A0 Lamb wave, and their travel to the edge and back."""
 
 from typing import NamedTuple
 
@@ -17,7 +17,7 @@ THICKNESSES, DIAMETERS = (2.29e-3, 3.18e-3, 4.83e-3), (4.76e-3, 9.53e-3, 19.05e-
 
 
 class Printed(NamedTuple):
-    """Of one wave: k = c/√(E/ρ), c in m/s, and the time, µs, from the centre to the edge and back."""
+    """Data of one wave: k = c/√(E/ρ), c in m/s, and the time, µs, from the centre to the edge and back."""
 
     factor: float
     speed: float
@@ -28,7 +28,9 @@ RAYLEIGH, A0 = Printed(0.57, 2900.0, 315.17), Printed(0.2, 1000.0, 914.0)
 
 
 def impact_frequency(diameter: float) -> float:
-    """Frequency, Hz, of a bead's impact, m across: one half-period in its contact with a half-space, 1/(2T_c)."""
+    """Frequency, Hz, of the impact of a bead of this diameter, m: one half-period in its contact with a half-space,
+    1/(2T_c).
+    """
     bead = Sphere(diameter / 2.0, STEEL_440C)
     stiffness = hertz_stiffness(bead.surface, Surface(ALUMINIUM_6061))
     return 0.5 / contact_time_half_space(bead.mass, stiffness, IMPACT_SPEED)

@@ -1,4 +1,4 @@
-"""Thesis section 6.1.2: clamped steel cylinders of 6 to 610 mm send the same wave back, but for a few percent."""
+"""Thesis section 6.1.2: clamped steel cylinders of 6 to 610 mm return the same wave, except for a few percent."""
 
 from typing import TYPE_CHECKING
 
@@ -21,7 +21,7 @@ LENGTHS = tuple(np.geomspace(6.35e-3, 101.6e-3, 25)) + tuple(np.geomspace(101.6e
 SOLID_LENGTHS = (6.35e-3, 12.7e-3, 25.4e-3, 50.8e-3, 76.2e-3, 101.6e-3, 152.4e-3, 304.8e-3, 609.6e-3)
 
 LONG = 0.2
-"""m; the echo of longer rods comes when the bead has left."""
+"""m; the echo of longer rods returns after the bead has left."""
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
@@ -44,7 +44,7 @@ def theory_length() -> float:
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """The numbers that section 6.1.2 and figure 6.8 print, compared with ours."""
+    """The numbers of section 6.1.2 and figure 6.8, compared with those of hertzlink."""
     primary = data.sel(wave="primary")
     middle = primary.sel(dashpot=struck.DASHPOT)
     ratios, flights = middle.amplitude_ratio, middle.time_of_flight

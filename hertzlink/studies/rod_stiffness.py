@@ -1,4 +1,4 @@
-"""Thesis section 6.1.1: how the reflected waves depend on the stiffness of a clamped cylinder."""
+"""Thesis section 6.1.1: dependence of the reflected waves on the stiffness of a clamped cylinder."""
 
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -27,7 +27,7 @@ LENGTH, RADIUS = 76.2e-3, 19.1e-3
 MODULI = tuple(np.geomspace(1.0e9, 210.0e9, 61))
 
 BODIES = ("cylinder", "half-space")
-"""Compared with the rod: the axisymmetric cylinder, and what the thesis's theory is for."""
+"""Compared with the rod: the axisymmetric cylinder, and the half-space of the thesis's theory."""
 
 WALLS = {"steel 440C": STEEL_440C, "PTFE": PTFE}
 """The two extremes of figures 6.2 and 6.3."""
@@ -36,7 +36,7 @@ TIME_CONSTANT = 1e-3
 """s, RC of the piezoelectric discs (section 2.2)."""
 
 FAR_SENSOR = 12
-"""Between it and sensor 7 the speeds of incident and reflected wave are compared, both away from the ends."""
+"""The speeds of incident and reflected wave are compared between this sensor and sensor 7, both away from the ends."""
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
@@ -81,7 +81,7 @@ def layers(material: Material) -> list[Layer]:
 
 
 def walls() -> xr.Dataset:
-    """The chain bead by bead against steel and PTFE, its force at the sensors, and where the energy goes."""
+    """The motion of each bead against steel and PTFE, the force at the sensors, and the distribution of the energy."""
 
     def against(wall: str) -> CoSimulation:
         return CoSimulation(chain(), struck.slender(layers(WALLS[wall])))
@@ -126,7 +126,7 @@ def speed_ratio(run: xr.Dataset) -> float:
 
 
 def collisions(data: xr.Dataset) -> tuple[float, float, float]:
-    """Against PTFE, s: when bead 20 is deepest, and when it then meets bead 19 for the first and the second time."""
+    """Against PTFE, s: when bead 20 is deepest, and when it then hits bead 19 for the first and the second time."""
     soft = data.sel(wall="PTFE")
     force, deepest = soft.wall_last_force.values, int(soft.wall_displacement.sel(bead=BEADS).values.argmax())
     first, second = np.flatnonzero((force[deepest + 1 :] > 0.0) & (force[deepest:-1] <= 0.0))[:2] + deepest + 1
@@ -134,7 +134,7 @@ def collisions(data: xr.Dataset) -> tuple[float, float, float]:
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """The numbers of section 6.1.1 and of Table 2.1, compared with ours."""
+    """The numbers of section 6.1.1 and of Table 2.1, compared with those of hertzlink."""
     return [
         *_waves(data), *_sensor(data), *_bead(data), *_energy(data), *_critical(data), *_solid(data),
         *table_2_1.table(),
@@ -180,7 +180,7 @@ def _waves(data: xr.Dataset) -> list[Row]:
 
 
 def _sensor(data: xr.Dataset) -> list[Row]:
-    """What the time constant of the sensors, which section 2.2 gives, does to AR."""
+    """The effect on AR of the time constant of the sensors, which section 2.2 gives."""
     rows = []
     for name, printed in (("steel 440C", 0.77), ("PTFE", 0.421)):
         plain = struck.ratio(data.material_amplitude_ratio.sel(material=name, dashpot=DASHPOT))

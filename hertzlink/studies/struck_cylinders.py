@@ -1,4 +1,4 @@
-"""What the studies of section 6.1 share: the chain, the cylinders that it strikes, and what is kept of a run."""
+"""Common parts of the studies of section 6.1: the chain, the cylinders that it strikes, and the kept part of a run."""
 
 from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING
@@ -50,7 +50,9 @@ def chain(dashpot: float = DASHPOT) -> Chain:
 
 
 def slender(layers: Sequence[Layer]) -> Structure:
-    """The rod of these layers on a fixed base, in the one-dimensional theory; reduced, which AR and TOF do not see."""
+    """The rod of these layers on a fixed base, in the one-dimensional theory; its reduction does not change
+    AR and TOF.
+    """
     return reduce(rod(layers), UNTIL)
 
 
@@ -60,7 +62,7 @@ def solid(layers: Sequence[Layer]) -> Structure:
 
 
 def measure(run: xr.Dataset) -> xr.Dataset:
-    """What the studies keep of a run: AR and TOF at bead 7, and what the last bead does."""
+    """The part of a run that the studies keep: AR and TOF at bead 7, and the motion of the last bead."""
     waves = reflections(run, SENSOR)
     incident, returned = waves.incident, (waves.primary, waves.secondary)
     largest = run.displacement.sel(bead=BEADS).max().reset_coords(drop=True)
@@ -79,9 +81,9 @@ def measure(run: xr.Dataset) -> xr.Dataset:
 
 
 def high_pass(run: xr.Dataset, time_constant: float) -> xr.Dataset:
-    """The signal of sensor 7 where the piezoelectric disc loses its charge with a time constant RC, s.
+    """The signal of sensor 7 if the piezoelectric disc loses its charge with a time constant RC, s.
 
-    A first-order high-pass filter, ẏ + y/RC = ḟ, by the bilinear transform; forces are even over a run's saved times.
+    A first-order high-pass filter, ẏ + y/RC = ḟ, by the bilinear transform; the saved times of a run are equidistant.
     """
     force = sensor_force(run, SENSOR)
     step = float(run.time[1] - run.time[0])
@@ -130,7 +132,7 @@ STEEL_WALL = hertz_stiffness(BEAD.surface, Surface(STEEL_440C))
 
 
 def ratio(values: xr.DataArray, wave: str = "primary") -> float:
-    """AR of one run; zero where the wave does not come back."""
+    """AR of one run; zero if the wave does not return."""
     return float(values.sel(wave=wave).fillna(0.0))
 
 
@@ -140,24 +142,24 @@ def flight(values: xr.DataArray, wave: str = "primary") -> float:
 
 
 def lost(values: xr.DataArray) -> float:
-    """How far the least is below the greatest, in percent of it."""
+    """Difference between the largest and the smallest value, in percent of the largest."""
     return 100.0 * float(1.0 - values.min() / values.max())
 
 
 def beyond_rod(data: xr.Dataset, name: str, wave: str = "primary") -> xr.DataArray:
-    """AR or TOF of the cylinders less that of rods as long."""
+    """AR or TOF of the cylinders minus that of rods of the same length."""
     rods = data[name].sel(wave=wave, dashpot=DASHPOT).dropna("length").interp(length=data.solid_length)
     return data[f"solid_{name}"].sel(wave=wave) - rods
 
 
 def interval(values: xr.DataArray, factor: float = 1.0) -> str:
-    """The least and the greatest of values."""
+    """The smallest and the largest value."""
     low, high = (f"{float(value) * factor:.3g}" for value in (values.min(), values.max()))
     return low if low == high else f"{low} to {high}"
 
 
 def sensitivity(values: xr.DataArray, factor: float = 1.0) -> str:
-    """What the other dashpots give."""
+    """The results with the other dashpots."""
     low, high = values.sel(dashpot=[DASHPOTS[0], DASHPOTS[-1]]).fillna(0.0).values * factor
     return f"γ is not given; {low:.3g} and {high:.3g} for γ = 4 and 6 N s/m"
 
@@ -177,9 +179,9 @@ def against_length(axis: "Axes", data: xr.Dataset, name: str, wave: str, label: 
 def layers_figures(
     data: xr.Dataset, xlabel: str, theory: Callable[["Axes", str, str, Vector], None]
 ) -> dict[str, "Figure"]:
-    """AR and TOF of both waves over a layer's thickness, and the force-intensity map.
+    """AR and TOF of both waves over the thickness of a layer, and the force-intensity map.
 
-    theory draws its lines: axis, measure, wave, thicknesses in m.
+    theory: draws the theory lines; its arguments are axis, measure, wave, thicknesses in m.
     """
     from coupling.views import plots
 

@@ -1,9 +1,9 @@
-"""Thesis section 3.5: a wave in a chain of axisymmetric beads, and in one of beads in three dimensions.
+"""Thesis section 3.5: a wave in a chain of axisymmetric beads, and in one of three-dimensional beads.
 
-The forces and supports of the thesis's full, half and quarter spheres are symmetric about both planes that cut them.
-So are their motions, for there is one solution; and on symmetric motions the matrices of the three are the same, but
-for the factors of one, two and four that the thesis gives their forces. One of the three stands for all: an eighth
-here, for a bead's modes are symmetric about its mid-plane too, or antisymmetric.
+The forces and supports of the thesis's full, half and quarter spheres are symmetric about both cutting planes. Their
+motions are therefore symmetric as well, because the solution is unique. For symmetric motions the three have the same
+matrices, except for factors of one, two and four, by which the thesis divides their forces. So one model represents all
+three: here an eighth, because the modes of a bead are also symmetric or antisymmetric about its mid-plane.
 """
 
 from collections.abc import Callable
@@ -42,7 +42,7 @@ UNTIL, SAVED = 350e-6, 700
 """s, until the echo has passed bead 7; and intervals."""
 
 DEEPEST = 5e-6
-"""How far the laws go, m: the wall presses half a contact by 2.3 µm."""
+"""Largest approach of the laws, m: the wall presses half a contact by 2.3 µm."""
 
 APPROACHES = tuple(np.geomspace(0.5e-6, 5e-6, 11))
 
@@ -55,7 +55,7 @@ AXISYMMETRIC, SOLID, MIXED = "axisymmetric", "three-dimensional", "axisymmetric 
 
 @dataclass(frozen=True)
 class Model:
-    """The law of two equal beads, and the function that gives their modes."""
+    """The law of two equal beads, and the function that computes their modes."""
 
     law: ContactLaw
     vibrations: Callable[[Bead, int], Vibration]
@@ -75,7 +75,7 @@ class Model:
 
 
 def models(quick: bool) -> dict[str, Model]:
-    """Both, by name, and a third that separates the effects of laws and modes."""
+    """Both models by name, and a third one that separates the effects of laws and modes."""
     solid: Any = partial(vibration_of_solid, spacing=COARSE) if quick else vibration_of_solid
     law = contact_law_solid(BEAD, max_approach=DEEPEST, spacing=COARSE_AT_POLE if quick else None)
     flat = contact_law_fem(BEAD, max_approach=DEEPEST)
@@ -89,7 +89,7 @@ def models(quick: bool) -> dict[str, Model]:
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """Forces through the central sections of beads 7 and 16 in both chains, their speeds; laws and modes.
 
-    quick: larger cells in three dimensions. jobs: one always, for there are three runs.
+    quick: larger cells in three dimensions. jobs: always one process, because there are only three runs.
     """
     chosen = models(quick)
     data = xr.concat([measure(model.run()) for model in chosen.values()], "model").assign_coords(model=list(chosen))
@@ -101,7 +101,7 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 
 
 def measure(run: xr.Dataset) -> xr.Dataset:
-    """What the study keeps of a run."""
+    """The part of a run that the study keeps."""
     force = run.section_force.sel(bead=list(SENSORS)).rename(bead="sensor")
     waves = [reflections(run, sensor) for sensor in SENSORS]
     amplitudes = [(wave.incident.amplitude, wave.primary.amplitude) for wave in waves]  # type: ignore[union-attr]
@@ -120,7 +120,7 @@ def measure(run: xr.Dataset) -> xr.Dataset:
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """Figure 3.10, which prints no numbers: one model compared with the other."""
+    """Figure 3.10 prints no numbers: one model compared with the other."""
     flat, solid = data.sel(model=AXISYMMETRIC), data.sel(model=SOLID)
     good = "a good comparison"
     law = 100.0 * (solid.law / flat.law - 1.0)

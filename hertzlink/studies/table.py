@@ -1,4 +1,4 @@
-"""The table that a study prints: quantity, thesis, theory, hertzlink, difference; the reasons below each row."""
+"""The table of a study: quantity, thesis, theory, hertzlink, difference; the reason of a difference below each row."""
 
 from collections.abc import Sequence
 from fractions import Fraction
@@ -10,7 +10,7 @@ WIDTH = 80
 """Columns of a table."""
 
 NUMBERS = 13
-"""Columns of a number, at most; longer text is wrapped."""
+"""Largest width of a number in columns; longer text is wrapped."""
 
 GAP, INDENT = "  ", "    "
 MARK = "*"
@@ -18,16 +18,17 @@ FOOTNOTE = f"{MARK} compared with theory, as the thesis prints no number"
 
 
 class Row(NamedTuple):
-    """One comparison. Numbers are in `unit`; a text stands for what is not a number, and may be one, such as "1/6".
+    """One comparison. Numbers are in `unit`; a text replaces a value that is not a number, or is a fraction such as
+    "1/6".
 
-    thesis: what the thesis prints, and nothing else; empty where it prints nothing. theory: what hertzlink computed
-    from an equation, or from a fit that the thesis prints. ours: what it simulated, or computed where the quantity is
-    itself an equation's.
+    thesis: what the thesis prints, and nothing else; empty if it prints nothing. computed: what hertzlink simulated, or
+    computed if the quantity is itself the result of an equation. theory: what hertzlink computed from an equation, or
+    from a fit that the thesis prints.
     """
 
     quantity: str
     thesis: float | str
-    ours: float | str
+    computed: float | str
     unit: str = ""
     reason: str = ""
     theory: float | str = ""
@@ -36,11 +37,11 @@ class Row(NamedTuple):
 def text(rows: Sequence[Row]) -> str:
     """The rows as a plain table of 80 columns, each with its reason below it.
 
-    The column of theory is there only where a row has one. The difference is from the thesis's number, or from that of
-    theory where the thesis prints none; the latter carry a mark.
+    The column of theory exists only if a row has one. The difference is relative to the thesis's number, or to that of
+    theory if the thesis prints none; the latter differences carry a mark.
     """
     head = ["quantity", "thesis", "theory", "hertzlink", "difference"]
-    cells = [[_with_unit(r), _printed(r.thesis), _number(r.theory), _number(r.ours), _difference(r)] for r in rows]
+    cells = [[_with_unit(r), _printed(r.thesis), _number(r.theory), _number(r.computed), _difference(r)] for r in rows]
     if not any(line[2] for line in cells):
         for line in (head, *cells):
             del line[2]
@@ -69,7 +70,7 @@ def _with_unit(row: Row) -> str:
 
 
 def _printed(value: float | str) -> str:
-    """The thesis's digits, which are six at most."""
+    """The thesis's digits, at most six."""
     return value if isinstance(value, str) else f"{value:.6g}"
 
 
@@ -78,11 +79,11 @@ def _number(value: float | str) -> str:
 
 
 def _difference(row: Row) -> str:
-    printed, predicted, ours = (_amount(value) for value in (row.thesis, row.theory, row.ours))
+    printed, predicted, computed = (_amount(value) for value in (row.thesis, row.theory, row.computed))
     expected = predicted if printed is None else printed
-    if not expected or ours is None:
+    if not expected or computed is None:
         return ""
-    return f"{100.0 * (ours / expected - 1.0):+z.1f} %" + (MARK if printed is None else "")
+    return f"{100.0 * (computed / expected - 1.0):+z.1f} %" + (MARK if printed is None else "")
 
 
 def _amount(value: float | str) -> float | None:

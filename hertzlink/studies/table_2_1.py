@@ -20,11 +20,11 @@ REMARKS = {
     "nylon": "as of all polymers here extrapolated from shock waves (Hugoniot), so of sudden loads",
     "PTFE": "1.46 in Table 4.1 of the thesis, which contradicts this one",
 }
-"""On Young's modulus."""
+"""Remarks on Young's modulus."""
 
 
 def table() -> list[Row]:
-    """The 27 numbers of Table 2.1, and those that hertzlink computes with."""
+    """The 27 numbers of Table 2.1, and those of hertzlink."""
     rows = []
     for name, (density, modulus, ratio) in PRINTED.items():
         material = MATERIALS[name]

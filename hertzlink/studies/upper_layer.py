@@ -1,4 +1,4 @@
-"""Thesis section 6.1.3: a steel cylinder on one of PTFE; the thicker the steel, the weaker the secondary wave."""
+"""Thesis section 6.1.3: a steel cylinder on one of PTFE. Thicker steel weakens the secondary wave."""
 
 from typing import TYPE_CHECKING
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 RADIUS, LOWER = 9.525e-3, 25.4e-3
 UPPERS = tuple(np.geomspace(6.35e-3, 101.6e-3, 33))
-"""m; every eighth doubles the first, and 25.4 mm is among them."""
+"""m; eight steps double the thickness, and 25.4 mm is one of the values."""
 
 SOLID_UPPERS = tuple(6.35e-3 * 2.0 ** (i / 2.0) for i in range(9))
 
@@ -32,13 +32,14 @@ WEAK = 0.1
 """Figure 6.11's limit of AR for a secondary wave."""
 
 SHARE, RELAXATION, VISCOUS_DASHPOT = 0.4, 30e-6, 4.0
-"""Of PTFE as a standard linear solid: the part of Table 2.1's modulus that fades, and in which time, s; and γ, N s/m.
+"""PTFE as a standard linear solid: the share of Table 2.1's modulus that relaxes, its relaxation time, s, and γ, N s/m.
 
-One choice that is near the experiment at 6.35 mm, not a fit: other pairs are as near, see `table`.
+This is one choice that comes close to the experiment at 6.35 mm, not a fit: other pairs come equally close, see
+`table`.
 """
 
 SHARES = (0.3, SHARE, 0.5)
-"""Of the modulus, to show how the waves depend on it."""
+"""Shares of the modulus, to show the dependence of the waves on it."""
 
 VISCOUS_UPPER = 6.35e-3
 
@@ -46,7 +47,7 @@ VISCOUS_UPPER = 6.35e-3
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """AR, TOF and the force at the sensors over the thickness of the upper layer. quick: every fourth thickness.
 
-    viscous_…: AR and TOF at the thinnest one, over the share of PTFE's modulus that fades.
+    viscous_…: AR and TOF for the thinnest one, over the share of PTFE's modulus that relaxes.
     """
     uppers, solid_uppers = (UPPERS[::4], SOLID_UPPERS[::4]) if quick else (UPPERS, SOLID_UPPERS)
     # Starting processes would take longer than the quick runs.
@@ -60,7 +61,9 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 
 
 def viscoelastic(share: float) -> CoSimulation:
-    """The thinnest steel on PTFE whose modulus, for sudden loads that of Table 2.1, loses a share of itself in time."""
+    """The thinnest steel on PTFE, whose modulus is that of Table 2.1 for sudden loads, and whose given
+    share relaxes.
+    """
     layers = two_layers(VISCOUS_UPPER, LOWER)
     body = standard_linear_solid(rod(layers), share, RELAXATION, rod_parts(layers)[1], "instantaneous")
     return CoSimulation(struck.chain(VISCOUS_DASHPOT), reduce(body, struck.UNTIL))
@@ -90,7 +93,7 @@ def theory(upper: Vector, lower: Vector | float) -> xr.Dataset:
 
 
 def theory_lines(axis: "Axes", name: str, wave: str, lengths: Vector, found: xr.Dataset) -> None:
-    """The closed forms that there are, over a length in m."""
+    """The available closed forms, over a length in m."""
     from coupling.views import plots
 
     x = lengths * 1e3
@@ -104,7 +107,7 @@ def theory_lines(axis: "Axes", name: str, wave: str, lengths: Vector, found: xr.
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """The numbers that section 6.1.3 prints, compared with ours."""
+    """The numbers of section 6.1.3, compared with those of hertzlink."""
     return [*_amplitudes(data), *_flights(data), *_viscoelastic(data), *_axisymmetric(data)]
 
 
@@ -129,7 +132,7 @@ def _amplitudes(data: xr.Dataset) -> list[Row]:
 
 
 def thinnest_without(data: xr.Dataset, weak: float = WEAK) -> float:
-    """Thickness, m, beyond which no secondary wave has more than this AR; interpolated."""
+    """Thickness, m, beyond which no secondary wave exceeds this AR; interpolated."""
     curve = data.amplitude_ratio.sel(wave="secondary").fillna(0.0).values
     last = int(np.flatnonzero(curve > weak)[-1])
     near = slice(last, last + 2)

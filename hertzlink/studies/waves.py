@@ -1,4 +1,4 @@
-"""What chapter 5 of the thesis reads from a wave in a chain: its speed, its peak contact force and its width."""
+"""Quantities that chapter 5 of the thesis reads from a wave in a chain: speed, peak contact force and width."""
 
 import numpy as np
 import xarray as xr
@@ -9,7 +9,7 @@ from particles.solitary import PARTICLE_TO_STRIKER_SPEED
 from structures.structure import Vector
 
 LEVELS = (0.01, 0.001)
-"""Parts of the peak between which a width is read. The thesis does not give its own; a wave has no sharp ends."""
+"""Fractions of the peak between which a width is read. The thesis does not give its own; a wave has no sharp ends."""
 
 ZERO_TO_ZERO = (
     "the thesis does not say where it reads; theory has 5 D from zero to zero, and 6 D for a sensor, which averages "
@@ -20,9 +20,9 @@ ZERO_TO_ZERO = (
 def passage(run: xr.Dataset, first: int, second: int) -> xr.Dataset:
     """The incident wave between two sensors: its speed, its peak contact force above the preload, its width.
 
-    The width, m, is the speed times how long the force at the second sensor stays above a level, a part of its peak.
-    A sensor shows the mean of its two contacts, one bead apart: its signal is one bead longer than the wave of
-    equation 5.13. NaN where the wave did not pass.
+    The width, m, is the speed times the duration for which the force at the second sensor exceeds a level, a fraction
+    of its peak. A sensor reads the mean of its two contacts, one bead apart: its signal is one bead longer than the
+    wave of equation 5.13. NaN if the wave did not pass.
     """
     speed = wave_speed(run, first, second)
     incident = reflections(run, second).incident
@@ -41,9 +41,10 @@ def passage(run: xr.Dataset, first: int, second: int) -> xr.Dataset:
 
 
 def striker_speed(force: float, mass: float, stiffness: float, exponent: float = 1.5) -> float:
-    """Speed, m/s, of a striker like the beads that makes about this peak contact force, N, by equations 6.12 and 6.16.
+    """Speed, m/s, of a striker, equal to the beads, for about this peak contact force, N, by equations 6.12 and 6.16.
 
-    Long waves: a Hertzian chain shows 0.886 of the force (see `solitary.peak_force_from_particle_speed`).
+    These are for long waves: in a Hertzian chain the force is 0.886 of theirs (see
+    `solitary.peak_force_from_particle_speed`).
     """
     overlap = (force / stiffness) ** (1.0 / exponent)
     square = 2.0 * force * overlap / ((exponent + 1.0) * mass)
@@ -63,7 +64,7 @@ def exponent(curve: xr.Dataset) -> float:
 
 
 def duration(time: Vector, force: Vector, arrival: float, level: float) -> float:
-    """How long, s, the pulse whose peak arrives at `arrival` stays above a part of it; ends are interpolated."""
+    """Time, s, for which the pulse whose peak arrives at `arrival` exceeds a fraction of it; ends are interpolated."""
     peak = int(np.searchsorted(time, arrival))
     peak = max(0, peak - 1) + int(force[max(0, peak - 1) : peak + 1].argmax())
     least = level * force[peak]

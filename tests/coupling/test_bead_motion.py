@@ -152,7 +152,7 @@ def test_ends_need_to_be_told() -> None:
     back = hl.CoSimulation(replace(chain, impact_speed=None, preload=5.0), hl.half_space(STEEL), behind=ROD)
     with pytest.raises(ValueError, match="behind = None: must be what bead 1 touches"):
         hl.views.bead_motion(back.run(until=1e-6), replace(chain, impact_speed=None, preload=5.0), 0.0, 1)
-    with pytest.raises(ValueError, match="contact 3: is no circle"):
+    with pytest.raises(ValueError, match="contact 3: is not circular"):
         hl.views.bead_motion(run, chain, times, 2, structure=hl.Surface(STEEL, 0.0, 100.0))
 
 

@@ -141,8 +141,8 @@ def test_a_closed_client_is_refused(client: Any) -> None:
 
 def test_a_cluster_without_workers_is_told(monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> None:
     """One warning, then an error."""
-    monkeypatch.setattr("coupling.sweeps.cluster.POLL", 0.1)
-    monkeypatch.setattr("coupling.sweeps.cluster.PATIENCE", 0.5)
+    monkeypatch.setattr("coupling.sweeps.cluster.QUERY_INTERVAL", 0.1)
+    monkeypatch.setattr("coupling.sweeps.cluster.LONGEST_WITHOUT_WORKERS", 0.5)
     with (
         distributed.LocalCluster(n_workers=0, dashboard_address=":0") as cluster,
         distributed.Client(cluster, set_as_default=False) as empty,

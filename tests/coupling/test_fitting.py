@@ -76,7 +76,7 @@ def test_a_short_weak_chain_does_not_tell_coefficient_from_exponent() -> None:
     run = run_of(hl.PowerDashpot(1.0, 1.5), chain, 3e-4)
     fit = hl.fit_dissipation(noisy(run, 1, 0.02, [8, 13]), chain)
     assert not fit.identifiable
-    assert "are not told apart" in fit.note
+    assert "cannot be separated" in fit.note
     low, high = fit.intervals["exponent"]
     assert high - low > 0.5
 
@@ -112,7 +112,7 @@ def test_bad_input(keywords: dict[str, object], message: str) -> None:
 def test_a_sensor_without_a_wave() -> None:
     chain = hl.Chain([BEAD] * 20, BEAD, 0.5)
     run = run_of(hl.LinearDashpot(1.0), chain, 5e-5)
-    with pytest.raises(ValueError, match="signals: sensor 15 saw no wave"):
+    with pytest.raises(ValueError, match="signals: sensor 15 recorded no wave"):
         hl.fit_dissipation(run, chain, hl.LinearDashpot, sensors=[3, 15])
 
 
@@ -141,7 +141,7 @@ def test_hardly_a_loss_is_said() -> None:
     run = hl.CoSimulation(chain, None).run(3e-4, save_every=2e-7)
     fit = hl.fit_dissipation(noisy(run, 1, 0.02, [7, 12]), chain, hl.KuwabaraKono)
     assert not fit.identifiable
-    assert "there is hardly a loss" in fit.note
+    assert "the signals show hardly any loss" in fit.note
     power = hl.fit_dissipation(noisy(run, 1, 0.02, [7, 12]), chain)
     assert not power.identifiable
     low, high = power.intervals["exponent"]

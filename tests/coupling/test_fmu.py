@@ -267,7 +267,7 @@ def test_another_version_of_hertzlink_is_told(tmp_path: Path) -> None:
         "fmpy.simulate_fmu('chain.fmu', debug_logging=True)\n"
     )
     done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True)
-    assert "not 99.0: write it anew" in done.stdout
+    assert "not 99.0: write the FMU again" in done.stdout
     assert "Failed to instantiate" in done.stderr
 
 
@@ -339,7 +339,7 @@ LOCAL = hl.Chain([BEAD] * 2, BEAD, 1.0, law=lambda one, other: hl.laws.PowerLaw(
         ({"surface": ROD}, r"surface = Structure[\s\S]*: must be a Surface"),
         ({"dt": 1.0}, "dt = 1.0: too large for a stable step"),
         ({"flexibility": np.nan}, "flexibility = nan: must be a finite number"),
-        ({"chain": LOCAL}, "chain: cannot be put into an FMU"),
+        ({"chain": LOCAL}, "chain: does not fit into an FMU"),
     ],
 )
 def test_bad_input(changed: dict[str, Any], message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -359,7 +359,7 @@ def test_a_law_of_the_script_itself_is_refused(tmp_path: Path) -> None:
         "hl.ports.write_fmu(hl.Chain([bead] * 2, bead, 1.0, law=law), hl.Surface(hl.PTFE), 'chain.fmu')\n"
     )
     done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True)
-    assert "ValueError: chain: a law of your own must stand in a module" in done.stderr
+    assert "ValueError: chain: a law of your own must be defined in a module" in done.stderr
     assert not list(tmp_path.iterdir())
 
 

@@ -128,7 +128,7 @@ def test_structures_that_were_not_run(run: xr.Dataset) -> None:
         hl.views.structure_motion(run, other, [UNTIL])
     with pytest.raises(ValueError, match="structure: is not that of the run, whose damping is another"):
         hl.views.structure_motion(run, hl.damping.rayleigh(FULL, mass_rate=1e3), [UNTIL])
-    with pytest.raises(ValueError, match=r"contact moves otherwise, by .* give the structure that was run"):
+    with pytest.raises(ValueError, match=r"contact moves differently, by .* give the structure that was run"):
         hl.views.structure_motion(run.drop_attrs(), other, [UNTIL])
     with pytest.raises(ValueError, match="the rod has no field"):
         hl.views.structure_motion(run, hl.rod([LAYER]), [1e-4])

@@ -224,7 +224,7 @@ def reserved(run: xr.Dataset) -> xr.Dataset:
 
 @pytest.mark.parametrize(
     ("measure", "message"),
-    [(date, "survive netCDF"), (nothing_known, "cannot hold"), (reserved, "must not return 'error'")],
+    [(date, "survive netCDF"), (nothing_known, "does not fit into netCDF"), (reserved, "must not return 'error'")],
 )
 def test_what_a_file_cannot_keep_fails(tmp_path: Path, measure: object, message: str) -> None:
     with pytest.raises(RuntimeError, match=message):
@@ -316,11 +316,11 @@ def test_a_foreign_file_in_a_store(tmp_path: Path) -> None:
 def test_folders_that_cannot_be(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").write_text("mine")
     for path in (tmp_path / "file", tmp_path / "file" / "store"):
-        with pytest.raises(ValueError, match="must be a folder that can be written"):
+        with pytest.raises(ValueError, match="must be a writable folder"):
             swept(path)
     assert contents(tmp_path) == {tmp_path / "file": b"mine"}
     monkeypatch.setattr(os, "access", lambda path, mode: False)
-    with pytest.raises(ValueError, match="must be a folder that can be written"):
+    with pytest.raises(ValueError, match="must be a writable folder"):
         swept(tmp_path / "store")
     assert called == []
 
@@ -331,7 +331,7 @@ def test_folders_that_cannot_be(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
         ("", "store = '': must be the path of a folder"),
         ("null\0", r"store = 'null\\x00': must be the path of a folder"),
         (b"store", "store = b'store': must be the path of a folder"),
-        ("none/a/b", r"store = 'none/a/b': must be a folder that can be written; .*none.a is none"),
+        ("none/a/b", r"store = 'none/a/b': must be a writable folder; .*none.a is not a folder"),
         ("~nobody of that name/store", "store = '~nobody of that name/store': must be the path of a folder"),
     ],
 )
@@ -449,7 +449,7 @@ def spoiling(material: hl.Material, radius: float) -> hl.CoSimulation:
 
 def test_points_that_are_taken_away_are_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(RuntimeError, match=r"taken out of .*store"):
+    with pytest.raises(RuntimeError, match=r"removed from .*store"):
         swept(tmp_path / "store", build=spoiling)
 
 

@@ -231,7 +231,7 @@ def test_a_machine_that_cannot_draw_says_so(
 ) -> None:
     """VTK would end the process: it is tried in another one first."""
     monkeypatch.setattr(render, "SAFE_WINDOWS", ())
-    monkeypatch.setattr(render, "PROBE", "import os; os.abort()")
+    monkeypatch.setattr(render, "WINDOW_PROBE", "import os; os.abort()")
     monkeypatch.setattr(render, "check_window", render.check_window.__wrapped__)
     with pytest.raises(OSError, match="off-screen by OpenGL, which this machine lacks: install EGL or OSMesa"):
         hl.views.picture(motion, tmp_path / "a.png")

@@ -173,7 +173,7 @@ def test_the_table_has_every_fact(quick: xr.Dataset) -> None:
     assert printed.items() <= {quantity: row.thesis for quantity, row in rows.items()}.items()
     assert all(row.reason for row in rows.values())
     check("contact-law", list(rows.values()))
-    assert rows["exponent n, cylinders at 10°"].ours == "no answer"
+    assert rows["exponent n, cylinders at 10°"].computed == "no answer"
     assert "cannot answer" in rows["exponent n, cylinders at 10°"].reason
 
 

@@ -83,7 +83,7 @@ def test_the_table_has_every_fact(quick: xr.Dataset) -> None:
         row = rows[f"F at 5 µm, Ri/Ro {ratio:g}"]
         assert row.thesis == ""
         assert row.theory == law.stiffness * 5e-6**law.exponent
-    assert rows["width, by equation 5.13"].ours == pytest.approx(9.52, abs=0.005)
+    assert rows["width, by equation 5.13"].computed == pytest.approx(9.52, abs=0.005)
     assert all(row.reason for row in rows.values())
     check("hollow-spheres", list(rows.values()))
 

@@ -104,7 +104,7 @@ def test_heavy_beads_have_a_lower_bound(quick: xr.Dataset) -> None:
     assert np.isnan(heavy.critical_distance[:2]).all()
     assert np.isinf(heavy.bracket.sel(end="high")[:2]).all()
     row = next(row for row in study.table(quick) if row.quantity == "critical distance, D 19.05, t 2.29")
-    assert row.ours == "> 60"
+    assert row.computed == "> 60"
     assert row.reason.startswith("a lower bound")
 
 
