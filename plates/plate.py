@@ -266,6 +266,7 @@ class Plate:
             "section": section,
             "supports": edges,
             "patch_radius": self.element.patch_radius or None,
+            **self.element.described(),
             "highest_frequency": self.highest_frequency,
             "additions": [asdict(one) for one in self.additions],
             **contacts_data(contacts),
@@ -277,15 +278,15 @@ class Plate:
         rows = [("size", self.shape.summary()), ("wall", f"{1e3 * self.thickness:.4g} mm of {of or 'a material'}")]
         rows.append(("supports", summary(self._edges) or "all edges free"))
         if self.additions:
-            rows.append(("additions", f"{len(self.additions)}"))
+            rows.append(("additions", f"{len(self.additions)} addition{'s' * (len(self.additions) > 1)}"))
         if not self.shape.fixed:
-            rows.append(("unknowns", f"about {float(f'{self._unknowns:.2g}'):.0f}"))
+            rows.append(("unknowns", f"about {float(f'{self._unknowns:.2g}'):.0f} unknowns"))
         return rows
 
     def __repr__(self) -> str:
         rows = dict(self._rows())
         texts = [f"{self.kind}, {rows['size']}, {rows['wall']}", rows["supports"]]
-        texts += [f"{rows[name]} {name}" for name in ("additions", "unknowns") if name in rows]
+        texts += [rows[name] for name in ("additions", "unknowns") if name in rows]
         return f"<{'; '.join(texts)}>"
 
     def _repr_html_(self) -> str:

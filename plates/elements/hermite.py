@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from math import inf
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,6 +58,10 @@ class Hermite:
     thin: ClassVar[bool] = True
     patch_radius: ClassVar[float] = 0.0
     unknowns: ClassVar[float] = 4.0
+
+    def described(self) -> dict[str, Any]:
+        """Parameters of its own, for results."""
+        return {}
 
     def wavelength(self, section: Section, rigidity: float, frequency: float) -> float:
         """2π (D/m)^¼ / √ω, m."""

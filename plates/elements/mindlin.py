@@ -67,6 +67,10 @@ class Mindlin:
         """Three for each of the degree² functions of a quadrilateral cell."""
         return 3.0 * self.degree**2
 
+    def described(self) -> dict[str, Any]:
+        """Parameters of its own, for results."""
+        return {"degree": self.degree}
+
     def wavelength(self, section: Section, rigidity: float, frequency: float) -> float:
         """Of the softest direction in shear, m."""
         shear = float(np.linalg.eigvalsh(section.shear)[0])

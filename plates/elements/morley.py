@@ -54,6 +54,10 @@ class Morley:
     unknowns: ClassVar[float] = 4.6
     """Two for each triangle, of which 2.3 make a square of the coarsest side."""
 
+    def described(self) -> dict[str, Any]:
+        """Parameters of its own, for results."""
+        return {}
+
     def wavelength(self, section: Section, rigidity: float, frequency: float) -> float:
         """2π (D/m)^¼ / √ω, m.
 

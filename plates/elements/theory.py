@@ -8,7 +8,7 @@ returns `on_mesh(functions, ...)`, with functions that meet `ShapeFunctions`.
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import NamedTuple, Protocol, TypeAlias
+from typing import Any, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 from scipy import sparse
@@ -71,6 +71,10 @@ class Element(Protocol):
     @property
     def unknowns(self) -> float:
         """Degrees of freedom per square of the coarsest cell's side: an estimate, to refuse excessive meshes."""
+        ...
+
+    def described(self) -> dict[str, Any]:
+        """The element's own parameters as plain data, for results."""
         ...
 
     def wavelength(self, section: Section, rigidity: float, frequency: float) -> float:

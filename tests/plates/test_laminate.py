@@ -1,6 +1,7 @@
 """Laminates: against the homogeneous plate, a bimetal, closed forms, what the contact sees; bad input."""
 
-from math import pi
+from math import pi, tan
+from typing import Any
 
 import numpy as np
 import pytest
@@ -159,13 +160,26 @@ def test_bad_input(make: object, message: str) -> None:
         make()  # type: ignore[operator]
 
 
-def test_symmetry_edges_refuse_what_is_not_symmetric() -> None:
-    skew = hl.laminates.Laminate([hl.laminates.Ply(CARBON, 1e-3, 0.3)])
-    with pytest.raises(ValueError, match=r"supports\['left'\] = 'symmetry': a wall with D₁₆ or D₂₆"):
-        hl.kirchhoff_plate(0.3, 0.2, None, skew, hl.Supports(left="symmetry"))
-    hl.kirchhoff_plate(
-        0.3, 0.2, None, hl.laminates.Laminate([hl.laminates.Ply(CARBON, 1e-3)]), hl.Supports(left="symmetry")
-    )
+OBLIQUE = [(0.0, 0.0), (0.3, 0.0), (0.3, 0.3 * tan(0.3) + 0.2), (0.0, 0.2)]
+"""Its third side runs along the fibres of plies at 0.3 rad."""
+
+
+@pytest.mark.parametrize(
+    ("make", "edge", "along"),
+    [
+        (lambda wall: hl.kirchhoff_plate(0.3, 0.2, None, wall, hl.Supports(left="symmetry")), "left", 0.0),
+        (lambda wall: hl.mindlin_plate(0.3, 0.2, None, wall, hl.Supports(top="symmetry")), "top", 0.0),
+        (lambda wall: hl.kirchhoff_panel(hl.Outline(OBLIQUE), None, wall, {"side 3": "symmetry"}), "side 3", 0.3),
+        (lambda wall: hl.mindlin_panel(hl.Outline(OBLIQUE), None, wall, {"side 3": "symmetry"}), "side 3", 0.3),
+    ],
+    ids=["kirchhoff_plate", "mindlin_plate", "kirchhoff_panel", "mindlin_panel"],
+)
+def test_symmetry_edges_refuse_a_wall_that_is_not_its_own_mirror_image(make: Any, edge: str, along: float) -> None:
+    """Fibres along the edge, or across it, are fine; others bend and twist the wall at once."""
+    for angle in (along, along + pi / 2.0):
+        make(hl.laminates.Laminate([hl.laminates.Ply(CARBON, 1e-3, angle)]))
+    with pytest.raises(ValueError, match=rf"supports\['{edge}'\] = 'symmetry': a wall with D₁₆ or D₂₆"):
+        make(hl.laminates.Laminate([hl.laminates.Ply(CARBON, 1e-3, along + 0.3)]))
 
 
 def test_bounds_of_the_critical_distance_need_one_material() -> None:

@@ -452,6 +452,7 @@ def test_unused_points_are_dropped() -> None:
         ({"scale": 0.0}, r"scale = 0\.0"),
         ({"highest_frequency": np.nan}, "highest_frequency = nan"),
         ({"additions": [hl.Stiffener]}, "additions"),
+        ({"additions": [hl.Weakened((0, 1, 0, 1), 0.5)] * 2}, r"additions\[1\] = .*overlaps an earlier one"),
         ({"shape": hl.Outline([(0, 0), (1, 0), (0, 1)]), "scale": 1e-3}, "an Outline is in m"),
         ({"shape": hl.Outline([(0, 0), (1, 0), (0, 1)]), "thickness": 3.0}, r"thickness = 3\.0: exceeds"),
     ],

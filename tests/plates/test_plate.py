@@ -118,3 +118,48 @@ def test_other_bad_input() -> None:
         hl.kirchhoff_plate(0.3, 0.3, 1e-3, hl.PTFE, CLAMPED, highest_frequency=0)
     with pytest.raises(ValueError, match="impact_speed = 0"):
         hl.critical_distance_bounds(hl.Sphere(1e-3, hl.PTFE), PLATE, impact_speed=0.0)
+
+
+def test_texts_are_short() -> None:
+    """One line each, whatever they hold."""
+    rim = hl.Outline(hl.circle(0.1), edges="rim")
+    ply = hl.laminates.Ply(hl.laminates.OrthotropicMaterial(135e9, 9e9, 0.3, 5e9, 5e9, 3.2e9, 1560.0), 2e-4)
+    wall = hl.laminates.Laminate([ply] * 40)
+    mass = hl.PointMass(0.01, 0.02, 1e-3)
+    for one in (
+        rim,
+        wall,
+        wall.section(),
+        PLATE,
+        hl.mindlin_panel(rim, None, wall, {"rim": "simple"}, additions=[mass]),
+    ):
+        assert len(repr(one)) < 160
+        assert "\n" not in repr(one)
+    panel = hl.mindlin_panel(rim, 2e-3, hl.PTFE, {"rim": hl.ElasticEdge(1e5)}, additions=[mass])
+    assert repr(panel) == (
+        "<Mindlin panel, polygon of 96 corners, 0.2001 × 0.2001 m, 2 mm of PTFE; rim on springs; 1 addition; "
+        "about 9900 unknowns>"
+    )
+    html = panel._repr_html_()
+    assert html.startswith("<table>")
+    assert "rim on springs" in html
+
+
+def test_theory_of_impact_takes_any_thin_plate() -> None:
+    """Of the same wall, a rectangle and a disc; Mindlin's plates are refused."""
+    bead, rim = hl.Sphere(2.38e-3, hl.STEEL_440C), hl.Outline(hl.circle(0.2), edges="rim")
+    disc = hl.kirchhoff_panel(rim, PLATE.thickness, PLATE.material, {"rim": "clamped"})
+    for of in (hl.impact.inelasticity_parameter, hl.critical_distance_bounds, hl.critical_distance_law):
+        assert of(bead, disc, 0.31) == of(bead, PLATE, 0.31)
+    thick = hl.mindlin_panel(rim, PLATE.thickness, PLATE.material)
+    with pytest.raises(ValueError, match="must be thin, as kirchhoff_plate or kirchhoff_panel make"):
+        hl.critical_distance_law(bead, thick, 0.31)
+
+
+def test_one_form_of_input_for_all_plates() -> None:
+    """What a result holds of a plate: the same entries in every theory, and those of the shape."""
+    origins = [make(0.2, 0.1, 2e-3, hl.PTFE, CLAMPED, cells=(4, 2)).at(0.1, 0.05).origin
+               for make in (hl.kirchhoff_plate, hl.mindlin_plate)]  # fmt: skip
+    assert set(origins[1]) - set(origins[0]) == {"degree"}
+    for name in ("length", "width", "cells", "thickness", "material", "supports", "highest_frequency", "at"):
+        assert origins[0][name] == origins[1][name]
