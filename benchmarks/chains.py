@@ -1,10 +1,11 @@
-"""Speed of the chain's kernels side by side: laws beside Hertz's, losses beside none, batches on one and on two cores.
+"""Speed of the chain's kernels: laws compared with Hertz's, losses compared with none, batches on one and on two cores.
 
     python benchmarks/chains.py [--quick]
 
-All chains are 20 spheres of 440C struck at 0.44 m/s, or pressed together by 10 µm a contact between two end beads that
-are too heavy to move, and trembling. Rates are particle-steps/s of wall time; ratios are medians over rounds in which
-the cases take turns. The last lines time the fit of a power-law loss on eight sensors of a chain of 70.
+All chains are 20 spheres of 440C. Either they are struck at 0.44 m/s, or they are pressed together by 10 µm at each
+contact between two end beads that are too heavy to move, and vibrate at random. Rates are particle-steps/s of wall
+time; ratios are medians over rounds in which the cases alternate. The last lines time the fit of a power-law loss on
+eight sensors of a chain of 70.
 """
 
 import argparse
@@ -45,7 +46,7 @@ def advanced(chain: hl.Chain, position: np.ndarray | None = None, velocity: np.n
     start = moving.start()
     if position is not None and velocity is not None:
         start = start._replace(position=position, velocity=velocity)
-    moving.advance(start, (0.0, 0.0), STEP)  # Compiles, or loads what an earlier run compiled.
+    moving.advance(start, (0.0, 0.0), STEP)  # Compiles the kernels, or loads compiled ones.
     return lambda: moving.advance(start, (0.0, 0.0), STEPS * STEP) and None
 
 
@@ -64,7 +65,7 @@ def closed(law: hl.laws.PowerLaw | hl.laws.TabulatedLaw | None = None) -> Run:
 
 
 def seconds(runs: dict[str, Run], rounds: int, least: float = 0.05) -> dict[str, list[float]]:
-    """Of each run, one value a round; each is repeated within a round for at least so long."""
+    """Times of each run, one value for each round; within a round a run is repeated for at least this long."""
     spent: dict[str, list[float]] = {name: [] for name in runs}
     for _ in range(rounds):
         for name, run in runs.items():
@@ -77,7 +78,7 @@ def seconds(runs: dict[str, Run], rounds: int, least: float = 0.05) -> dict[str,
 
 
 def compare(title: str, runs: dict[str, Run], rounds: int) -> None:
-    """Print rates, and how many times the first run's time each takes."""
+    """Print rates, and the time of each run relative to the first."""
     spent = seconds(runs, rounds)
     first = spent[next(iter(runs))]
     print(title)
@@ -88,7 +89,7 @@ def compare(title: str, runs: dict[str, Run], rounds: int) -> None:
 
 
 def batches(rounds: int) -> None:
-    """A batch of unlike chains, set-up included, on one core and on two."""
+    """A batch of different chains, set-up included, on one core and on two."""
     sizes = np.random.default_rng(0).uniform(0.9, 1.1, CHAINS)
     beads = [hl.Sphere(4.76e-3 * size, hl.STEEL_440C) for size in sizes]
     chains = [hl.Chain([bead] * BEADS, bead, 0.44) for bead in beads]

@@ -1,10 +1,11 @@
-"""A coupled run on the reduced plate beside the same run on the full-order plate: time, and amplitude ratio.
+"""A coupled run on the reduced plate compared with the full-order plate: time, and amplitude ratio.
 
     python benchmarks/coupled_plate.py [--quick]
 
-The chain strikes the thesis's thinnest plate off its centre. The full order takes one sparse solve a window, by the
-implicit midpoint; the reduced plate is a hundred oscillators in the compiled window loop. Both use the same window.
-Both profit from the plate's symmetry: the full order is that of the half plate which the force can excite.
+The chain strikes the thesis's thinnest plate off its centre. The full order needs one sparse solve for each window, by
+the implicit midpoint; the reduced plate consists of about a hundred oscillators in the compiled window loop. Both use
+the same window. Both benefit from the plate's symmetry: the full order is that of the half plate that the force can
+excite.
 """
 
 import argparse
@@ -30,7 +31,7 @@ SENSOR = 7
 UNTIL = 1.5e-3
 
 ROUNDS = 11
-"""Of the reduced run before the full one, and again after it, so that a busy machine slows both alike."""
+"""Rounds of the reduced run before the full one, and again after it, so that a busy machine slows both equally."""
 
 SHORT = 40
 """Windows of the shortened full-order run."""
@@ -41,7 +42,9 @@ LARGEST_DIFFERENCE = 1e-3
 
 @dataclass(frozen=True)
 class FullOrder:
-    """A run on the full-order plate. amplitude_ratio: None after a shortened run, whose wave has not come back."""
+    """A run on the full-order plate. amplitude_ratio: None after a shortened run, which ends before the
+    wave returns.
+    """
 
     factorisation: float
     windows: float
@@ -54,21 +57,21 @@ class FullOrder:
 
 
 def one_thread() -> None:
-    """Start again with one thread: processor time, which other users of the machine change little, is then time."""
+    """Restart with one thread: then processor time, which other users of the machine influence little, equals time."""
     if os.environ.get("OMP_NUM_THREADS") != "1":
         environment = {**os.environ, "OMP_NUM_THREADS": "1"}
         os.execve(sys.executable, [sys.executable, *sys.orig_argv[1:]], environment)
 
 
 def timed(work: Callable[Given, Result], *given: Given.args, **named: Given.kwargs) -> tuple[float, Result]:
-    """Seconds of processor time, and what the work returns."""
+    """Seconds of processor time, and the result of the work."""
     begin = process_time()
     result = work(*given, **named)
     return process_time() - begin, result
 
 
 def warm_up(structure: hl.Structure, window: float) -> None:
-    """Compile the kernels of both kinds of run, or load what an earlier run compiled."""
+    """Compile the kernels of both kinds of run, or load compiled ones."""
     hl.CoSimulation(CHAIN, hl.reduce(structure, UNTIL, tolerance=0.5), window=window).run(window)
     hl.CoSimulation(CHAIN, structure, window=window).run(window)
 
@@ -120,7 +123,7 @@ def report(
 
 
 def verdict(met: bool) -> str:
-    """How a target is reported."""
+    """The text for a target that is met or missed."""
     return "met" if met else "MISSED"
 
 

@@ -1,10 +1,10 @@
-"""Coupling schemes side by side: error, energy, solves and time by scheme and window, and the overhead of a window.
+"""Coupling schemes compared: error, energy, solves and time by scheme and window, and the overhead of a window.
 
     python benchmarks/coupling_schemes.py [--quick]
 
 The chain strikes a rod, a layered rod and a plate of bounded frequencies (tests/smooth_cases.py). Amplitude ratios are
-compared with the monolithic reference, which is one system of equations under one integrator (tests/monolithic.py).
-All schemes take the same substeps; the windows of iterated schemes hold eight of them, and those of Condensed and of
+compared with the monolithic reference, which is one system of equations with one integrator (tests/monolithic.py).
+All schemes use the same substeps; the windows of iterated schemes contain eight of them, and those of Condensed and of
 Explicit are single substeps anyway. Energies are in units of the striker's.
 """
 
@@ -32,7 +32,7 @@ TOGETHER = 8
 """Substeps in a window of the schemes that iterate over whole windows."""
 
 STEP = 5e-9
-"""s, of the chain, so small that the windows' error is left."""
+"""s, of the chain, so small that only the error of the windows remains."""
 
 SCHEMES = {
     "Condensed": hl.Condensed(),
@@ -53,7 +53,7 @@ PLATE = hl.kirchhoff_plate(0.914, 0.914, 2.29e-3, hl.ALUMINIUM_6061, EDGES)
 
 
 class Counted(hl.stepping.MovingStructure):
-    """Counts its solves, and goes window by window."""
+    """Counts its solves, and runs window by window."""
 
     solves, compact = 0, False
 
@@ -64,7 +64,7 @@ class Counted(hl.stepping.MovingStructure):
 
 
 def one_thread() -> None:
-    """Start again with one thread: processor time, which other users of the machine change little, is then time."""
+    """Restart with one thread: then processor time, which other users of the machine influence little, equals time."""
     if os.environ.get("OMP_NUM_THREADS") != "1":
         environment = {**os.environ, "OMP_NUM_THREADS": "1"}
         os.execve(sys.executable, [sys.executable, *sys.orig_argv[1:]], environment)
@@ -111,7 +111,7 @@ def report_schemes(quick: bool) -> None:
 
 
 def overhead(scheme: Any, every: float) -> float:
-    """Seconds a window of a half-space, less those of the compiled loop for the same chain windows.
+    """Seconds for a window of a half-space, minus those of the compiled loop for the same chain windows.
 
     every, s: between saved times.
     """
@@ -125,13 +125,13 @@ def overhead(scheme: Any, every: float) -> float:
     for _ in range(ROUNDS):
         base, _ = timed(lambda: fused.run(until, save_every=every))
         took, run = timed(lambda: other.run(until, save_every=every))
-        # A repeated window repeats the chain's steps too, which are no overhead.
+        # A repeated window also repeats the chain's steps, which are not overhead.
         over.append((took - base * float(run.evaluations.sum()) / count) / count)
     return median(over)
 
 
 def report_overhead() -> None:
-    """Print what a window costs in Python, on a half-space, beside the compiled loop."""
+    """Print the cost of a window in Python, on a half-space, compared with the compiled loop."""
     print(f"What Python adds to a window on a half-space, less the chain's own steps, medians of {ROUNDS} rounds:")
     print(f"  {'':22}{'µs':>8}{'µs where every window is saved':>34}")
     for name, scheme in SCHEMES.items():
@@ -143,7 +143,7 @@ def report_overhead() -> None:
 
 
 def report_fused() -> None:
-    """Print what the compiled loop takes on the reduced plate of benchmarks/coupled_plate.py."""
+    """Print the time of the compiled loop on the reduced plate of benchmarks/coupled_plate.py."""
     until = 1.5e-3
     reduced = hl.reduce(PLATE.at(0.1, 0.457), until)
     bead = hl.Sphere(9.53e-3 / 2.0, hl.STEEL_440C)

@@ -1,12 +1,12 @@
-"""Deformable beads on one core: a law of finite elements, a chain of a few modes, and explicit elements beside it.
+"""Deformable beads on one core: a law of finite elements, a chain of a few modes, and explicit elements for comparison.
 
     python benchmarks/deformable_chain.py [--quick]
 
 Laws are those of two hollow spheres, by default and in 120 load steps, with their errors from two coarser meshes; and
-in 120 even load steps on one mesh.
+in 120 equal load steps on one mesh.
 The chain is a striker and 20 beads of 316 steel, R = 2.38 mm, 0.5 m/s, over 200 µs (thesis, section 3.4); point masses
-give 20.55 N at contacts 15 and 16, and 569.1 m/s. Its set-up, law and modes, is the first thing that is done, so no
-cache knows of it; what comes after takes kernels that are compiled. Seconds are of the processor.
+give 20.55 N at contacts 15 and 16, and 569.1 m/s. Its set-up, law and modes, runs first, so that no cache helps it; all
+later work uses compiled kernels. Times are processor times, s.
 """
 
 import argparse
@@ -26,10 +26,10 @@ from particles.laws.compliance import surface_compliance
 from particles.laws.meshes import body_of, half_plane
 
 RADIUS, HOLLOW = 9.525e-3, (0.5, 0.75, 0.908)
-"""Of the thesis's hollow spheres, m, and their inner over outer radius."""
+"""Radius of the thesis's hollow spheres, m, and their ratios of inner to outer radius."""
 
 APPROACH, LOAD_STEPS = 20e-6, 120
-"""m, as far as the thesis pressed its hollow spheres, and in how many steps."""
+"""m, the largest approach of the thesis's hollow spheres, and the number of steps."""
 
 BEAD = hl.Sphere(2.38e-3, hl.STEEL_316)
 RIGID = hl.Chain([BEAD] * 20, striker=BEAD, impact_speed=0.5)
@@ -46,7 +46,7 @@ LONGEST_LAW, LONGEST_SETUP, LONGEST_RUN, LEAST_SPEEDUP, MOST_MEMORY = 3.0, 5.0, 
 
 
 def laws() -> None:
-    """Print how long the laws of the thesis's hollow spheres take."""
+    """Print the times for the laws of the thesis's hollow spheres."""
     print(f"contact of two hollow spheres up to {APPROACH * 1e6:.0f} µm")
     for ratio in HOLLOW:
         shell = hl.HollowSphere(RADIUS, ratio * RADIUS, hl.ALUMINIUM_6061)
@@ -69,7 +69,9 @@ def widest_contact(shell: hl.HollowSphere) -> float:
 
 
 def of_law(shell: hl.HollowSphere, spacing: float, target: bool = False) -> str:
-    """How long a law takes on cells of this size, m, and on the two coarser meshes that tell its error."""
+    """The time for a law with cells of this size, m, and for the two coarser meshes from which its error is
+    estimated.
+    """
     spent, law = timed(lambda: hl.laws.axisymmetric(shell, max_approach=APPROACH, spacing=spacing))
     steps = np.count_nonzero(np.array(law.approaches) >= law.smallest)
     met = f" (≤ {LONGEST_LAW:.0f}, {verdict(spent <= LONGEST_LAW)})" if target else ""
@@ -77,7 +79,7 @@ def of_law(shell: hl.HollowSphere, spacing: float, target: bool = False) -> str:
 
 
 def even_steps(shell: hl.HollowSphere, widest: float) -> int:
-    """Mesh, factorisation, condensation and 120 active sets on one mesh; how many nodes may touch."""
+    """Mesh, factorisation, condensation and 120 active sets on one mesh; the number of nodes that may touch."""
     reach = 1.2 * widest
     body = body_of(shell, reach, "shell")
     plane = half_plane(body, reach, widest / ELEMENTS)
@@ -120,7 +122,7 @@ def measures(run: xr.Dataset) -> str:
 
 
 def by_elements(modes: float, quick: bool) -> None:
-    """Print the explicit chain over the size of its cells, beside the seconds of the run with modes."""
+    """Print the explicit chain over the size of its cells, compared with the time of the run with modes."""
     until, spacings = (SHORT, SPACINGS[-1:]) if quick else (UNTIL, SPACINGS)
     hl.explicit_chain(RIGID, 1e-7, SPACINGS[0])
     for spacing in spacings:

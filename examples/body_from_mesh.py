@@ -1,4 +1,4 @@
-"""A cube of acrylic from a mesh, on a table and in the air, beside a half-space; any file that meshio reads will do."""
+"""A cube of acrylic from a mesh, on a table and free, compared with a half-space; any file that meshio reads works."""
 
 import numpy as np
 from skfem import MeshHex  # type: ignore[import-untyped]

@@ -1,4 +1,4 @@
-"""A chain between two plates: how much of a strike on the first one goes through the chain into the second."""
+"""A chain between two plates: how much of an impact on the first plate passes through the chain into the second."""
 
 import hertzlink as hl
 

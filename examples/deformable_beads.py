@@ -1,4 +1,4 @@
-"""Beads that deform beside point masses, on a rod and on a plate: one line of the script changes."""
+"""Deformable beads compared with point masses, on a rod and on a plate: one line of the script changes."""
 
 import hertzlink as hl
 

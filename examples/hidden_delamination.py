@@ -1,4 +1,4 @@
-"""A carbon laminate with a hidden delamination: the chain over it, beside it, and where there is none."""
+"""A carbon laminate with a hidden delamination: the chain above it, next to it, and on a sound laminate."""
 
 from math import pi
 
@@ -14,7 +14,7 @@ wall = hl.laminates.Laminate(quarter + quarter[::-1])
 bead = hl.Sphere(radius=2.38e-3, material=hl.STEEL_440C)
 chain = hl.Chain([bead] * 20, bead, impact_speed=0.4)
 edges = hl.Supports(left="clamped", right="clamped", bottom="clamped", top="clamped")
-# Between its two halves, which then slide on each other: a quarter of the bending stiffness is left.
+# Between the two halves of the laminate, which then slide on each other: a quarter of the bending stiffness remains.
 delamination = hl.Weakened((0.14, 0.16, 0.09, 0.11), factor=0.25)
 
 for name, additions, x in (

@@ -1,4 +1,4 @@
-"""Steel on PTFE: the primary wave sees the steel, the secondary wave the layer below it."""
+"""Steel on PTFE: the primary wave depends on the steel, the secondary wave on the layer below it."""
 
 import hertzlink as hl
 

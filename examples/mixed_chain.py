@@ -1,4 +1,6 @@
-"""A chain of many kinds: steel and hollow aluminium by turns, a tapered end, and an ellipsoid as an impurity."""
+"""A chain of many kinds of beads: alternating steel and hollow aluminium, a tapered end, and an ellipsoid as an
+impurity.
+"""
 
 import hertzlink as hl
 

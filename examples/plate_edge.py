@@ -1,4 +1,4 @@
-"""A chain walked away from the clamped edge of an aluminium plate, until the edge no longer matters."""
+"""A chain at increasing distances from the clamped edge of an aluminium plate, until the edge no longer matters."""
 
 import hertzlink as hl
 

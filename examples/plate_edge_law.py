@@ -1,4 +1,6 @@
-"""How far from an edge must a chain stand? The law of the critical distance, and the exact half-plane there."""
+"""At what distance from an edge does a chain no longer detect it? The law of the critical distance, and the exact
+half-plane.
+"""
 
 import hertzlink as hl
 

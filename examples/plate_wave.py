@@ -1,4 +1,6 @@
-"""The wave that leaves the contact on a plate, meets a clamped edge and comes back: a picture and an animation."""
+"""The wave that leaves the contact on a plate, is reflected at a clamped edge and returns: a picture and an
+animation.
+"""
 
 import numpy as np
 

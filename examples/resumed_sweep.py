@@ -1,4 +1,4 @@
-"""A sweep with a store: it goes on where it was stopped, longer axes run the new points alone, failures are told."""
+"""A sweep with a store: it resumes where it was stopped, longer axes run only the new points, failures are reported."""
 
 import hertzlink as hl
 

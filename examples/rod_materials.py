@@ -1,4 +1,4 @@
-"""Rods of different materials under a vertical, damped chain: stiff rods answer sooner and stronger."""
+"""Rods of different materials under a vertical, damped chain: stiff rods reflect earlier and stronger waves."""
 
 import hertzlink as hl
 

@@ -1,4 +1,6 @@
-"""A signal from an oscilloscope's file: what reflected, and when. (The file is simulated; its header tells how.)"""
+"""A signal from an oscilloscope's file: the reflected waves and their times. (The file is simulated; see
+its header.)
+"""
 
 from pathlib import Path
 

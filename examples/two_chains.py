@@ -1,4 +1,4 @@
-"""Two chains struck at once on one plate: how far apart they must stand not to disturb each other."""
+"""Two chains struck at the same time on one plate: the distance at which they no longer disturb each other."""
 
 import hertzlink as hl
 

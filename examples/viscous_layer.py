@@ -1,4 +1,6 @@
-"""PTFE that creeps, under steel: the secondary wave pays for it; as a rod, and as a cylinder with its width."""
+"""Viscoelastic PTFE under steel weakens the secondary wave; modelled as a rod, and as a cylinder with its lateral
+strain.
+"""
 
 import hertzlink as hl
 
@@ -7,7 +9,7 @@ chain = hl.Chain([bead] * 20, bead, hl.drop_speed(0.01), gravity=9.81, dissipati
 layers = [hl.Layer(hl.STEEL_440C, 6.35e-3, 9.525e-3), hl.Layer(hl.PTFE, 25.4e-3, 9.525e-3)]
 rod, cylinder = hl.rod(layers), hl.layered_cylinder(layers)
 
-# An arm beside the PTFE: half its modulus, which fades in 20 microseconds.
+# A Maxwell arm in parallel to the PTFE: half its modulus, with a relaxation time of 20 microseconds.
 bodies = {
     "rod, elastic": rod,
     "rod, viscous": hl.damping.standard_linear_solid(rod, 0.5, 2e-5, part=hl.damping.rod_parts(layers)[1]),

@@ -1,4 +1,4 @@
-"""One chain on a steel half-space: the incident wave, and what comes back."""
+"""One chain on a steel half-space: the incident wave, and the reflected wave."""
 
 import hertzlink as hl
 
