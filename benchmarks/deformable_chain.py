@@ -134,8 +134,8 @@ def by_elements(modes: float, quick: bool) -> None:
             f"explicit elements, {spacing * 1e6:.3g} µm cells, {run.degrees_of_freedom} degrees of freedom, steps of "
             f"{run.step * 1e9:.3f} ns: {seconds:.1f} s, {ratio:.0f} times that of modes{target}"
         )
-        told = f"time scaled from {until * 1e6:.0f} µs, in which no wave has formed" if quick else measures(run)
-        print(f"  {told}", flush=True)
+        summary = f"time scaled from {until * 1e6:.0f} µs, in which no wave has formed" if quick else measures(run)
+        print(f"  {summary}", flush=True)
 
 
 def main() -> None:

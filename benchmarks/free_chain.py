@@ -201,8 +201,8 @@ def check(problem: Problem, runs: dict[str, Run]) -> tuple[dict[str, float], flo
     Raises RuntimeError if the codes disagree, or if a contact of the closed chain opens.
     """
     ends = {name: run()[1] for name, run in runs.items()}
-    ours, share = ends.pop("hertzlink"), share_closed(problem)
-    differences = {name: float(np.abs(end - ours).max() / np.abs(ours).max()) for name, end in ends.items()}
+    reference, share = ends.pop("hertzlink"), share_closed(problem)
+    differences = {name: float(np.abs(end - reference).max() / np.abs(reference).max()) for name, end in ends.items()}
     what = f"{problem.position.size - 1} beads, {problem.case}"
     # Written so that NaN fails too.
     if not all(difference <= TOLERANCES[name] for name, difference in differences.items()):
@@ -233,7 +233,9 @@ def row(problem: Problem, rates: dict[str, list[float]], differences: dict[str, 
     cells = [f"{beads:7d}  {problem.case}  {share:6.1%}  {median(rates['hertzlink']):9.2e}"]
     for name, target in TARGETS[beads].items():
         if name in rates:
-            ratio = median(ours / theirs for ours, theirs in zip(rates["hertzlink"], rates[name], strict=True))
+            ratio = median(
+                reference / theirs for reference, theirs in zip(rates["hertzlink"], rates[name], strict=True)
+            )
             verdict = "met" if ratio >= target else "MISSED"
             cell = f"{median(rates[name]):9.2e}  {ratio:6.1f} (≥ {target:3.0f}, {verdict})"
             cells.append(f"{cell:31}  {differences[name]:6.0e}")

@@ -91,7 +91,7 @@ def report_assembly(quick: bool) -> None:
         rates[name] = seconds / unknowns
         print(f"  {name:28}{unknowns:8d} unknowns{seconds:8.2f} s{target}")
     fast, slow = rates.values()
-    print(f"  a plain unknown over one of ours {slow / fast:.0f} times\n", flush=True)
+    print(f"  time of a plain unknown over one of hertzlink {slow / fast:.0f} times\n", flush=True)
 
 
 def graded(hertz: float) -> Strike:

@@ -1,4 +1,4 @@
-"""Paths that a user gives: ~ is the user's folder, and what can be no path is told by the argument's name."""
+"""Paths that a user gives: ~ is the user's folder, and an error names the argument that cannot be a path."""
 
 import os
 from pathlib import Path

@@ -20,7 +20,7 @@ delamination = hl.Weakened((0.14, 0.16, 0.09, 0.11), factor=0.25)
 for name, additions, x in (
     ("sound", [], 0.15),
     ("over it", [delamination], 0.15),
-    ("60 mm beside it", [delamination], 0.09),
+    ("60 mm away from it", [delamination], 0.09),
 ):
     plate = hl.kirchhoff_plate(0.3, 0.2, None, wall, edges, additions=additions)
     run = hl.CoSimulation(chain, hl.reduce(plate.at(x, 0.1), until=0.6e-3)).run(until=0.6e-3)

@@ -171,7 +171,7 @@ def _upright(points: Numbers, cells: Whole, kind: str) -> Whole:
     """The cells, with those that are inside out turned round."""
     if kind not in MIRRORED_CELLS:
         return cells
-    order, beside = MIRRORED_CELLS[kind]
-    at = points[cells[:, [0, *beside]]]
+    order, next_corners = MIRRORED_CELLS[kind]
+    at = points[cells[:, [0, *next_corners]]]
     inverted = np.linalg.det(at[:, 1:] - at[:, :1]) < 0.0
     return np.where(inverted[:, None], cells[:, order], cells)

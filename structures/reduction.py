@@ -229,8 +229,8 @@ class _Body:
         found = (scale * apply(probe)).ravel()
         sizes = np.maximum(np.linalg.norm(units, axis=0), np.finfo(float).tiny)
         rates = np.linalg.lstsq(units / sizes, found)[0] / sizes
-        alike = np.linalg.norm(units @ rates - found) <= PROPORTIONAL_DIFFERENCE * np.linalg.norm(found)
-        return _Part(apply, (float(rates[0]), float(rates[1])) if alike else None)
+        proportional = np.linalg.norm(units @ rates - found) <= PROPORTIONAL_DIFFERENCE * np.linalg.norm(found)
+        return _Part(apply, (float(rates[0]), float(rates[1])) if proportional else None)
 
 
 def _stretching(root: sparse.csr_array) -> Apply:

@@ -203,9 +203,9 @@ class _Patch:
 
     def _vector(self, body: BodyMesh, facets: Numbers, radius: float) -> Vector:
         faces = FacetBasis(body.mesh, ElementVector(body.element()), facets=facets, intorder=PATCH_ORDER)
-        beside = np.asarray(faces.global_coordinates()) - np.array(self.place)[:, None, None]
-        along = np.einsum("i,ifq->fq", self.normal, beside)
-        square = (beside**2).sum(axis=0) - along**2
+        offset = np.asarray(faces.global_coordinates()) - np.array(self.place)[:, None, None]
+        along = np.einsum("i,ifq->fq", self.normal, offset)
+        square = (offset**2).sum(axis=0) - along**2
         pressure = 2.0 / (pi * radius**2) * np.maximum(1.0 - square / radius**2, 0.0)
         pressure *= np.einsum("i,ifq->fq", self.normal, np.asarray(faces.normals))
         total = float((pressure * faces.dx).sum())

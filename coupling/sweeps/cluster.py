@@ -47,7 +47,7 @@ def on_cluster(work: Work, batches: list[Batch], cluster: Any) -> Iterator[tuple
             if outcome is not None:
                 yield i, work.keep(point, outcome)
             elif work.store is None:
-                said = f"the workers that ran the sweep's point {shown(point)} died; perhaps for want of memory"
+                said = f"the workers that ran the sweep's point {shown(point)} died; perhaps memory ran out"
                 raise RuntimeError(said)
             else:
                 log.warning("the workers that ran the sweep's point %s died; it is tried again, alone", shown(point))
@@ -132,17 +132,17 @@ class _Absence:
     """Reports a cluster without workers: first a warning, finally a ConnectionError."""
 
     def __init__(self) -> None:
-        self.seen, self.told = time.monotonic(), False
+        self.seen, self.warned = time.monotonic(), False
 
     def report(self, threads: int) -> None:
         """threads: those that all workers have now."""
         absent = time.monotonic() - self.seen
         if threads:
-            self.seen, self.told = time.monotonic(), False
+            self.seen, self.warned = time.monotonic(), False
             return
-        if absent > 0.5 * QUERY_INTERVAL and not self.told:
+        if absent > 0.5 * QUERY_INTERVAL and not self.warned:
             log.warning("the cluster has no workers; waiting for some")
-            self.told = True
+            self.warned = True
         if absent > LONGEST_WITHOUT_WORKERS:
             raise ConnectionError(
                 f"cluster: has had no workers for {absent:.0f} s; start some before the sweep "

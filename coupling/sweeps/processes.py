@@ -77,9 +77,9 @@ class Work:
         except Exception as error:
             if _travels(error):
                 raise
-            told = _portable(error)
+            portable = _portable(error)
         # Raised outside the handler: otherwise the original error would be attached as context and pickled, too.
-        raise told
+        raise portable
 
     def attempt(self, point: Point, elsewhere: bool = False) -> xr.Dataset | Failure:
         """The same, but the point's own errors are returned; those of the environment are raised.
@@ -92,13 +92,13 @@ class Work:
             error.add_note(NOT_RECORDED)
             if not elsewhere or _travels(error):
                 raise
-            told = _portable(error)
+            portable = _portable(error)
         # The user's own code may raise any error, and no error may lose the results of other points. Errors that the
         # point did not cause (KeyboardInterrupt, SystemExit, ENVIRONMENT_ERRORS, an unwritable store) still end
         # the sweep.
         except Exception as error:  # noqa: BLE001 - see above
             return Failure(type(error).__name__, str(error))
-        raise told
+        raise portable
 
     def finish(self, point: Point, elsewhere: bool) -> Outcome:
         """Without a store `run`; with one, a new outcome is stored as soon as it is known, and failures are
@@ -130,21 +130,21 @@ def in_processes(work: Work, batches: list[Batch], jobs: int) -> Iterator[tuple[
     continue.
     """
     while batches:
-        told: set[int] = set()
+        finished: set[int] = set()
         try:
             for outcomes in _parallel(work, batches, jobs):
-                told.update(outcomes)
+                finished.update(outcomes)
                 yield from outcomes.items()
             return
         except TerminatedWorkerError as error:
             if work.store is None:
-                first = next(point for batch in batches for i, point in batch.items() if i not in told)
+                first = next(point for batch in batches for i, point in batch.items() if i not in finished)
                 raise RuntimeError(
                     f"a process died at one of the sweep's points, {shown(first)} or a later one; perhaps memory ran "
                     "out; use store= to find out which, and to keep the others"
                 ) from error
             log.warning("a process of the sweep was killed; the points that were running are tried again, one by one")
-        batches = [left for batch in batches if (left := {i: batch[i] for i in batch if i not in told})]
+        batches = [left for batch in batches if (left := {i: batch[i] for i in batch if i not in finished})]
         new = [[point for point in batch.values() if not work.store.holds(point)] for batch in batches]
         # Batches start in order, and each runs its points one after the other.
         for point in [points[0] for points in new if points][:jobs]:
@@ -189,10 +189,10 @@ def _run_alone(work: Work, store: Store, point: Point) -> None:
 
 def _portable(error: Exception) -> RuntimeError:
     """An error that can be pickled, with the type, text and notes of one that cannot."""
-    told = RuntimeError(f"{type(error).__name__}: {error}")
+    portable = RuntimeError(f"{type(error).__name__}: {error}")
     for note in (*error.__notes__, "".join(traceback.format_tb(error.__traceback__))):
-        told.add_note(note)
-    return told
+        portable.add_note(note)
+    return portable
 
 
 def _travels(error: Exception) -> bool:

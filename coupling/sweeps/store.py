@@ -211,8 +211,8 @@ def _compare(path: Path, manifest: Mapping[str, Any]) -> None:
         raise ValueError(f"store: {path} is not of a sweep, or damaged; give another folder")
     for key, value in manifest.items():
         if stored.get(key) != value:
-            told = f"{key} = {short(stored.get(key))}, now it is {short(value)}"
-            raise ValueError(f"store: {path} has {told}; give another folder")
+            change = f"{key} = {short(stored.get(key))}, now it is {short(value)}"
+            raise ValueError(f"store: {path} has {change}; use another folder")
 
 
 def _sweep_up(folder: Path) -> None:

@@ -146,12 +146,12 @@ class _Run:
         reading.check_one_chain(*BEAD_VARIABLES)
         if "time" not in run.dims or not run.time.size:
             raise ValueError("run: holds no time")
-        told: dict[str, Any] = {} if set(run.coords) - OF_RUNS else json.loads(run.attrs.get("input") or "{}")
-        _check_same(run, chain, told)
+        given_input: dict[str, Any] = {} if set(run.coords) - OF_RUNS else json.loads(run.attrs.get("input") or "{}")
+        _check_same(run, chain, given_input)
         self.ends = {"behind": _surface("behind", behind), "structure": _surface("structure", structure)}
         faced = _faced(run)
-        _check_end("structure", structure, faced.get("last bead"), told)
-        _check_end("behind", behind, faced.get("first bead"), told)
+        _check_end("structure", structure, faced.get("last bead"), given_input)
+        _check_end("behind", behind, faced.get("first bead"), given_input)
         count, elastic = len(chain.beads) + 1, chain.modes - 1
         self.time = run.time.values
         self.displacement = run.displacement.values[:, :count]
@@ -195,14 +195,14 @@ class _Run:
 
     def _other(self, number: int, contact: int) -> Surface:
         """The surface that the bead touches there."""
-        beside = contact if contact < number else contact + 1
-        body: Bead | None = self.bodies[beside] if beside < len(self.bodies) else None
+        neighbour = contact if contact < number else contact + 1
+        body: Bead | None = self.bodies[neighbour] if neighbour < len(self.bodies) else None
         if body is not None:
             return body.surface
         pressed = self.chain.excitation.faces(self.chain.beads[0])
-        if beside == 0 and pressed is not None:
+        if neighbour == 0 and pressed is not None:
             return pressed
-        name = "behind" if beside == 0 else "structure"
+        name = "behind" if neighbour == 0 else "structure"
         surface = self.ends[name]
         if surface is None:
             raise ValueError(f"{name} = None: must be what bead {number} touches, a Structure or a Surface")
@@ -256,9 +256,11 @@ def _faced(run: xr.Dataset) -> dict[str, int]:
 
 def _check_same(run: xr.Dataset, chain: DeformableChain, given: Mapping[str, Any]) -> None:
     """Raise a ValueError if the run is of another chain."""
-    told = Reading(run).beads[0] + 1
-    if told != len(chain.beads) + 1:
-        raise ValueError(f"chain: has {len(chain.beads)} beads, that of the run {told - 1}; give the one that was run")
+    bodies = Reading(run).beads[0] + 1
+    if bodies != len(chain.beads) + 1:
+        raise ValueError(
+            f"chain: has {len(chain.beads)} beads, that of the run {bodies - 1}; give the one that was run"
+        )
     modes = 1 + np.count_nonzero(~np.isnan(run.vibration_amplitude.values[0, 1]))
     if modes != chain.modes:
         raise ValueError(f"chain: has modes = {chain.modes}, that of the run {modes}; give the one that was run")
@@ -266,7 +268,7 @@ def _check_same(run: xr.Dataset, chain: DeformableChain, given: Mapping[str, Any
     described = given["chains"][place] if "chains" in given else given.get("chain")
     if described is not None:
         _refuse("chain", described, chain.describe(), "give the one that was run")
-    if not np.allclose(run.centre.values[:told], chain.centres, rtol=1e-9, atol=0.0):
+    if not np.allclose(run.centre.values[:bodies], chain.centres, rtol=1e-9, atol=0.0):
         raise ValueError("chain: has other bodies than that of the run; give the one that was run")
     energy = float(run.impact_energy)
     if not np.isclose(energy, chain.impact_energy, rtol=1e-9, atol=0.0):
@@ -293,6 +295,6 @@ def _check_end(name: str, facing: object, place: int | None, given: Mapping[str,
 
 def _refuse(name: str, theirs: Mapping[str, Any], mine: Mapping[str, Any], advice: str) -> None:
     """Raise a ValueError if this differs from the input of the run, as plain data."""
-    if told := list(differences(theirs, json.loads(as_text(mine)))):
-        more = f" and {len(told) - MOST_LISTED} more" if len(told) > MOST_LISTED else ""
-        raise ValueError(f"{name}: is not that of the run: {', '.join(told[:MOST_LISTED])}{more}; {advice}")
+    if differing := list(differences(theirs, json.loads(as_text(mine)))):
+        more = f" and {len(differing) - MOST_LISTED} more" if len(differing) > MOST_LISTED else ""
+        raise ValueError(f"{name}: is not that of the run: {', '.join(differing[:MOST_LISTED])}{more}; {advice}")

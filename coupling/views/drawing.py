@@ -143,9 +143,9 @@ class Drawing:
         legend = ROW * ceil(len(names) / columns)
         beneath = 0.0 if self.history is None else HISTORY_HEIGHT + BELOW + legend
         left, below = LEFT, BELOW + (BAR + BELOW if wide else 0.0) + beneath
-        beside = RIGHT if wide else BAR_GAP + BAR + BAR_TEXT
-        total = max(NARROWEST, left + self.width + beside), below + height + ABOVE
-        left += (total[0] - left - self.width - beside) / 2.0
+        bar_side = RIGHT if wide else BAR_GAP + BAR + BAR_TEXT
+        total = max(NARROWEST, left + self.width + bar_side), below + height + ABOVE
+        left += (total[0] - left - self.width - bar_side) / 2.0
         figure = Figure(figsize=total, dpi=self.dots)
 
         def axes(x: float, y: float, width: float, tall: float) -> Any:

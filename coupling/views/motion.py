@@ -113,12 +113,12 @@ def _contacts_of(given: object, structure: Structure) -> tuple[int, Vector, Vect
 def _check_same(run: xr.Dataset, structure: Structure, place: int) -> None:
     """Raise a ValueError if the input of the run describes another structure."""
     given = json.loads(run.attrs.get("input", "{}"))
-    told = given["structures"][place] if "structures" in given else given.get("structure")
+    stored = given["structures"][place] if "structures" in given else given.get("structure")
     mine = json.loads(json.dumps(dict(structure.origin), default=repr))
-    if not isinstance(told, dict):
+    if not isinstance(stored, dict):
         return
-    for key in sorted((told.keys() | mine.keys()) - {"reduction", "stepper"}):
-        if told.get(key) != mine.get(key):
+    for key in sorted((stored.keys() | mine.keys()) - {"reduction", "stepper"}):
+        if stored.get(key) != mine.get(key):
             raise ValueError(f"structure: is not that of the run, whose {key} is another; give the one that was run")
 
 

@@ -53,9 +53,9 @@ def write_vtu(motion: xr.Dataset, folder: str | Path) -> Path:
 
     known_motion(motion)
     target = _folder(folder)
-    beside = Path(tempfile.mkdtemp(prefix=f".{target.name}-", dir=target.parent))
+    temporary = Path(tempfile.mkdtemp(prefix=f".{target.name}-", dir=target.parent))
     try:
-        beside.chmod(0o755)
+        temporary.chmod(0o755)
         listing = ElementTree.Element("VTKFile", type="Collection", version="0.1")
         collection = ElementTree.SubElement(listing, "Collection")
         cells, parts = [(motion.attrs["cell_type"], motion.cells.values)], {"part": [motion.part.values]}
@@ -64,17 +64,17 @@ def write_vtu(motion: xr.Dataset, folder: str | Path) -> Path:
             for which in motion.stress_component.values if "stress" in motion else ():
                 fields[f"{which}_stress"] = motion.stress.sel(stress_component=which).values[number]
             name = f"motion_{number:04d}.vtu"
-            meshio.Mesh(motion.position.values, cells, fields, parts).write(beside / name)
+            meshio.Mesh(motion.position.values, cells, fields, parts).write(temporary / name)
             ElementTree.SubElement(collection, "DataSet", timestep=repr(moment), part="0", file=name)
         ElementTree.indent(listing)
-        ElementTree.ElementTree(listing).write(beside / LISTING, encoding="utf-8", xml_declaration=True)
-        old = beside.with_name(beside.name + "-old")
+        ElementTree.ElementTree(listing).write(temporary / LISTING, encoding="utf-8", xml_declaration=True)
+        old = temporary.with_name(temporary.name + "-old")
         if target.exists():
             target.rename(old)
-        beside.rename(target)
+        temporary.rename(target)
         shutil.rmtree(old, ignore_errors=True)
     finally:
-        shutil.rmtree(beside, ignore_errors=True)
+        shutil.rmtree(temporary, ignore_errors=True)
     return Path(folder) / LISTING
 
 

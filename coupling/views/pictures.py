@@ -94,9 +94,9 @@ def picture(
 
     with (
         Drawing(motion.isel(time=[number]), show, factor, highest, PICTURE_DPI, run) as drawing,
-        _whole(target) as beside,
+        _whole(target) as part,
     ):
-        drawing.draw(0).savefig(beside, dpi=PICTURE_DPI)
+        drawing.draw(0).savefig(part, dpi=PICTURE_DPI)
     return target
 
 
@@ -165,8 +165,8 @@ def animation(
         write = _write_mp4
     from coupling.views.drawing import Drawing
 
-    with Drawing(motion, show, factor, highest, ANIMATION_DPI, run) as drawing, _whole(target) as beside:
-        write(beside, (drawing.pixels(number) for number in range(motion.sizes["time"])), rate)
+    with Drawing(motion, show, factor, highest, ANIMATION_DPI, run) as drawing, _whole(target) as part:
+        write(part, (drawing.pixels(number) for number in range(motion.sizes["time"])), rate)
     return target
 
 
@@ -230,10 +230,10 @@ def _whole(target: Path) -> Iterator[Path]:
     """A temporary file next to the target, which replaces it at the end, and is deleted after an error."""
     handle, name = tempfile.mkstemp(suffix=target.suffix, prefix=f".{target.stem}-", dir=target.parent)
     os.close(handle)
-    beside = Path(name)
+    part = Path(name)
     try:
-        yield beside
-        beside.chmod(0o644)
-        beside.replace(target)
+        yield part
+        part.chmod(0o644)
+        part.replace(target)
     finally:
-        beside.unlink(missing_ok=True)
+        part.unlink(missing_ok=True)

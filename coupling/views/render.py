@@ -30,7 +30,7 @@ WINDOW_PROBE = "import pyvista; pyvista.Plotter(off_screen=True).screenshot(retu
 
 NO_WINDOW = (
     "pictures are drawn off-screen by OpenGL, which this machine lacks: install EGL or OSMesa (Debian: libegl1 or "
-    "libosmesa6) beside vtk 9.4 or later, or start Python by xvfb-run"
+    "libosmesa6) with vtk 9.4 or later, or start Python by xvfb-run"
 )
 
 

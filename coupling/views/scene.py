@@ -66,12 +66,12 @@ def shape_of(motion: xr.Dataset) -> Shape:
     part, count = np.repeat(motion.part.values, len(split)), motion.sizes["point"]
     if motion.attrs["shape"] != "revolution":
         return Shape(np.arange(count), np.ones(count), cells, part, kind)
-    beside = np.flatnonzero(motion.position.values[:, 0] > 0.0)
+    off_axis = np.flatnonzero(motion.position.values[:, 0] > 0.0)
     mirrored = np.arange(count)
-    mirrored[beside] = count + np.arange(beside.size)
+    mirrored[off_axis] = count + np.arange(off_axis.size)
     return Shape(
-        np.concatenate([np.arange(count), beside]),
-        np.concatenate([np.ones(count), -np.ones(beside.size)]),
+        np.concatenate([np.arange(count), off_axis]),
+        np.concatenate([np.ones(count), -np.ones(off_axis.size)]),
         np.concatenate([cells, mirrored[cells]]),
         np.concatenate([part, part]),
         kind,

@@ -62,8 +62,8 @@ def table() -> list[Row]:
         Row("k of the A0 Lamb wave", A0.factor, f"{slow / bar:.2f} to {fast / bar:.2f}", "",
             "A0 disperses, so that k depends on plate and bead: group speed of Lamb's equation at 1/(2 T_c), T_c on a "
             f"half-space, for t = 2.29, 3.18 and 4.83 mm: {factors}"),
-        Row("speed of the A0 Lamb wave", A0.speed, f"{slow:.0f} to {fast:.0f}", "m/s", "likewise"),
+        Row("speed of the A0 Lamb wave", A0.speed, f"{slow:.0f} to {fast:.0f}", "m/s", "as for k"),
         Row("A0 Lamb wave, centre to edge and back", A0.round_trip,
             f"{1e6 * SIDE / fast:.0f} to {1e6 * SIDE / slow:.0f}", "µs",
-            "likewise; one wave of 1000 m/s stands for all in the thesis"),
+            "in the thesis one wave of 1000 m/s represents all cases"),
     ]  # fmt: skip

@@ -124,8 +124,10 @@ def over_lengths(
 
 def theory_time_of_flight(wall_stiffness: Vector | float, restitution: Vector | float = 1.0) -> Vector:
     """TOF, s, of the primary wave by equation 6.18, with the 13 beads between sensor 7 and the structure."""
-    alike, speed = hertz_stiffness(BEAD.surface, BEAD.surface), drop_speed(DROP_HEIGHT)
-    return np.asarray(primary_time_of_flight(BEADS - SENSOR, BEAD.mass, alike, wall_stiffness, speed, restitution))
+    bead_to_bead, speed = hertz_stiffness(BEAD.surface, BEAD.surface), drop_speed(DROP_HEIGHT)
+    return np.asarray(
+        primary_time_of_flight(BEADS - SENSOR, BEAD.mass, bead_to_bead, wall_stiffness, speed, restitution)
+    )
 
 
 STEEL_WALL = hertz_stiffness(BEAD.surface, Surface(STEEL_440C))

@@ -195,7 +195,7 @@ def _axisymmetric(data: xr.Dataset) -> list[Row]:
             "so is stiffer than E; with ν = 0 for PTFE the rod's within 0.0005. The disc's own bending costs 0.002"),
         Row("TOF, secondary, 6.35 mm, axisymmetric", 619.0,
             struck.flight(first.solid_time_of_flight, "secondary"), "µs",
-            f"{earlier:+z.1f} µs to the rod, likewise; the primary wave's {later:+z.1f}"),
+            f"{earlier:+z.1f} µs compared with the rod, for the same reason; the primary wave's {later:+z.1f}"),
     ]  # fmt: skip
 
 
