@@ -14,7 +14,7 @@ settings.load_profile("seeded")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    parser.addoption("--participant", metavar="MODULE:FUNCTION", help="makes what tests/conformance shall check")
+    parser.addoption("--participant", metavar="MODULE:FUNCTION", help="makes what tests/conformance checks")
 
 
 def pytest_configure(config: pytest.Config) -> None:

@@ -68,7 +68,7 @@ def test_central_sections_bear_what_the_run_says(run: xr.Dataset, passage: xr.Da
 
 
 def test_the_contact_stays_shut(run: xr.Dataset, passage: xr.Dataset) -> None:
-    """Poles that touch move alike, though each belongs to a field of its own; those that do not, part."""
+    """Poles in contact move equally, although each belongs to a separate field; other poles separate."""
     force = run.contact_force.sel(contact=4, time=passage.time).values
     gap = pole(passage, CHAIN, 4, "struck") - pole(passage, CHAIN, 3, "far")
     approach = hl.laws.axisymmetric(BEAD, max_force=30.0).approach(force)
@@ -157,7 +157,7 @@ def test_ends_need_to_be_told() -> None:
 
 
 def test_a_push_from_outside_acts_on_the_bead_as_a_whole() -> None:
-    """It is told as contact 1, but no pole feels it: the section bears half the force of the contact ahead."""
+    """It is reported as contact 1, but acts on no pole: the section carries half the force of the contact ahead."""
     moments = np.linspace(0.0, 2e-5, 41)
     push = hl.PushedBead(moments, 10.0 * np.sin(pi * moments / 2e-5))
     chain = hl.DeformableChain([BEAD] * 2, push, modes=1)

@@ -143,7 +143,7 @@ def test_broken_off_and_resumed(error: type[BaseException], part: float, tmp_pat
 
 @pytest.mark.parametrize("stage", ["pickle.dump", "os.fsync", "os.replace"])
 def test_broken_off_while_writing(stage: str, tmp_path: Path) -> None:
-    """The checkpoint before is whole, and nothing lies beside it."""
+    """The checkpoint before is whole, and no other file is left."""
     straight, path, seen = run("full order"), tmp_path / "kept", []
     module, name = stage.split(".")
     real: Callable[..., Any] = getattr({"pickle": pickle, "os": os}[module], name)
@@ -169,7 +169,7 @@ def small(path: Any, **changed: Any) -> xr.Dataset:
 
 
 def bumped(structure: hl.Structure) -> hl.Structure:
-    """With one number another, which its description does not tell."""
+    """With one number another, which its description does not contain."""
     stiffness = structure.stiffness.copy()
     stiffness.data[-1] *= 1.0 + 1e-15
     return replace(structure, stiffness=stiffness)

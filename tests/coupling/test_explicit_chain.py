@@ -1,4 +1,6 @@
-"""The explicit finite-element chain: collisions beside theory, vibrations of a sphere, balances, orders, bad input."""
+"""The explicit finite-element chain: collisions compared with theory, vibrations of a sphere, balances, orders,
+bad input.
+"""
 
 import warnings
 from math import log2, pi, tan
@@ -106,7 +108,7 @@ def test_mirror_images(fast: xr.Dataset) -> None:
 
 
 def test_section_force_is_half_of_the_contact_force(fast: xr.Dataset) -> None:
-    """Of a bead whose two halves are accelerated alike: within what the contact's changes in twice the time in which
+    """Of a bead whose two halves are accelerated equally: within what the contact's changes in twice the time in which
     a pressure wave comes from there, before which there is none."""
     force, section = fast.contact_force.sel(contact=1).values, fast.section_force.sel(bead=1).values
     travel = BEAD.radius / pressure_speed(BEAD.material)

@@ -1,4 +1,6 @@
-"""Fitted losses: known values come back from noisy signals, intervals cover them, and what cannot be told is said."""
+"""Fitted losses: known values come back from noisy signals, intervals cover them, and what cannot be identified
+is reported.
+"""
 
 from dataclasses import replace
 
@@ -132,7 +134,9 @@ def test_signals_that_cannot_belong_to_the_chain() -> None:
     chain = hl.Chain([BEAD] * 20, BEAD, 0.5)
     run = run_of(hl.LinearDashpot(1.0), chain, 3e-4)
     loud = hl.as_signal(run.time.values, {n: 1e3 * hl.sensor_force(run, n).values for n in (7, 12)})
-    with pytest.raises(ValueError, match=r"signals: sensor 7 saw .* where the chain without losses has .*calibration"):
+    with pytest.raises(
+        ValueError, match=r"signals: sensor 7 recorded .* but the chain without losses has .*calibration"
+    ):
         hl.fit_dissipation(loud, chain, hl.LinearDashpot)
 
 

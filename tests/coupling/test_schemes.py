@@ -356,7 +356,7 @@ def test_condensed_reaches_rounding() -> None:
 
 
 def test_halving_rescues_a_repetition_that_diverges() -> None:
-    """Added mass: at 8 µs the light body gives way ten times as far as the contact's own approach."""
+    """Added mass: at 8 µs the light body moves ten times as far as the contact's own approach."""
     case = light()
     given = {"window": 8e-6, "substeps": 1}
     run = couple(case, hl.FixedPoint(), **given)
@@ -439,7 +439,7 @@ def test_schemes_agree_on_any_oscillator(mass: float, stiffness: float, damping:
 
 
 def test_an_explicit_scheme_that_grows_unstable_stops() -> None:
-    """A thousandth of a bead at 1 µs: the lagged force feeds it; unchecked, the run tells so."""
+    """A thousandth of a bead at 1 µs: the lagged force adds energy; unchecked, the run reports it."""
     case = CASES["lighter"]()
     with pytest.raises(hl.NotConverged, match=r"t = 0\.000\d+ s, .*the exchange has made or lost 0\.05 of the impact"):
         hl.CoSimulation(case.chains[0], case.structures[0], hl.Explicit(), window=1e-6, substeps=1).run(1e-3)

@@ -232,7 +232,7 @@ def test_a_rod_struck_from_either_end_is_two_halves_on_a_wall() -> None:
 
 
 def test_equal_chains_do_as_each_other_in_the_mirror() -> None:
-    """On a plate symmetric about x = 0.03: both alike, and exchanged where they are struck unlike."""
+    """On a plate symmetric about x = 0.03: both equal, and exchanged if they are struck differently."""
     body = WHOLE.at([0.02, 0.04], [0.03, 0.03])
     slow = hl.Chain([BEAD] * 10, BEAD, 0.2)
     alike, pair, swapped = (
@@ -261,7 +261,7 @@ def test_chains_far_apart_are_alone_until_the_waves_meet() -> None:
 
 
 def test_a_chain_that_nothing_strikes_hangs_still() -> None:
-    """Under gravity and preload, beside one that is struck, each on a rod of its own."""
+    """Under gravity and preload, next to one that is struck, each on a rod of its own."""
     held = hl.Chain([BEAD] * 3, striker=None, gravity=9.81, preload=0.5)
     run = hl.CoSimulation([CHAIN, held], [ACRYLIC_ROD, PTFE_ROD]).run(2e-4)
     still = run.isel(chain=1)

@@ -62,7 +62,7 @@ def test_measure_keeps_what_it_returns() -> None:
 
 
 def test_structures_of_every_kind_in_one_sweep() -> None:
-    """What damping takes of a structure is told beside its energy."""
+    """The energy that a structure's damping takes is reported with its energy."""
 
     def on_base(base: str) -> hl.CoSimulation:
         return hl.CoSimulation(CHAIN, hl.rod([hl.Layer(hl.PTFE, 0.05, 0.01)], base=base, elements=6))

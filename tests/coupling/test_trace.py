@@ -1,4 +1,4 @@
-"""Where the time of a run goes, and what its summary tells."""
+"""Where the time of a run goes, and what its summary reports."""
 
 import json
 import logging

@@ -95,7 +95,7 @@ def test_pictures_differ_between_times_and_fields(motion: xr.Dataset, tmp_path: 
 
 @pytest.mark.usefixtures("screen")
 def test_a_section_is_mirrored_and_stands_in_its_place(motion: xr.Dataset) -> None:
-    """The image is symmetric; undeformed, its dark-bordered body fills the part of the frame that the extent tells."""
+    """The image is symmetric; undeformed, its dark-bordered body fills the part of the frame that the extent gives."""
     scene = Scene(motion, 0.0)
     assert not scene.lying
     renderer = render.Renderer(scene, "viridis", 1e6, 400, 1.0)
@@ -283,6 +283,6 @@ def test_the_force_beneath(run: xr.Dataset, motion: xr.Dataset, tmp_path: Path) 
     with_force = hl.views.picture(motion, tmp_path / "with.png", run=run)
     without = hl.views.picture(motion, tmp_path / "without.png")
     assert Image.open(with_force).height > Image.open(without).height + 200
-    with pytest.raises(ValueError, match="run: must be the Dataset of one run"):
+    with pytest.raises(ValueError, match="run: has the axes speed; choose one run"):
         hl.views.picture(motion, tmp_path / "bad.png", run=xr.concat([run, run], dim="speed"))
     assert not (tmp_path / "bad.png").exists()

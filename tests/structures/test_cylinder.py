@@ -45,7 +45,7 @@ def test_free_cylinder_moves_along_its_axis_without_cost() -> None:
 
 
 def test_bar_on_a_foundation_under_even_pressure() -> None:
-    """The displacement of a loaded end is Σ L/EA + 1/(kA), exactly where the layers' sides shrink alike (ν/E)."""
+    """The displacement of a loaded end is Σ L/EA + 1/(kA), exactly where the layers' sides shrink equally (ν/E)."""
     layers = [
         hl.Layer(hl.Material(200e9, 0.30, 7800.0), 0.05, 0.02),
         hl.Layer(hl.Material(100e9, 0.15, 7800.0), 0.03, 0.02),
@@ -144,7 +144,7 @@ def test_wave_returns_as_in_a_rod() -> None:
 
 @pytest.mark.parametrize("material", [hl.STEEL_440C, hl.PTFE])
 def test_absorbing_base_equals_a_very_long_cylinder(material: hl.Material) -> None:
-    """Waves that are long beside the radius leave: the echo is below 0.5 % (ρ c_p in its place: 13 and 80 %)."""
+    """Waves that are long compared with the radius leave: the echo is below 0.5 % (ρ c_p in its place: 13 and 80 %)."""
     short, long = (hl.Layer(material, length, 0.005) for length in (0.1, 0.3))
     duration = 0.1 / material.bar_speed
     reference = pulse_answer(cylinder([long], patch_radius=0.005), duration, 450)[0]

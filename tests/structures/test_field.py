@@ -1,4 +1,6 @@
-"""Fields of solids: even stress, patch tests, interfaces, VTK's order, reduced ones, 3-D beside axisymmetric."""
+"""Fields of solids: uniform stress, patch tests, interfaces, VTK's order, reduced ones, 3-D compared with
+axisymmetric.
+"""
 
 from pathlib import Path
 from typing import Any
@@ -32,7 +34,7 @@ MESHES: dict[str, tuple[Any, Any, Any, tuple[int, ...]]] = {
         lambda: MeshHex.init_tensor(STEPS, STEPS, STEPS), ElementHex2, vtk.vtkTriQuadraticHexahedron, (1, 3, 4),
     ),
 }  # fmt: skip
-"""By meshio's type: a mesh, its element, VTK's cell, and the corners beside the first."""
+"""By meshio's type: a mesh, its element, VTK's cell, and the corners next to the first."""
 
 Array = NDArray[np.float64]
 
@@ -154,7 +156,7 @@ def test_points_of_cells_stand_in_vtks_order(kind: str) -> None:
 
 
 def test_curved_cells_fill_the_cylinder() -> None:
-    """As far as VTK sees it, which cuts them into straight ones."""
+    """By VTK's measure, which cuts them into straight cells."""
     sizes = grid_of(known_field(hl.solid(MESH, hl.STEEL_440C, STRUCK))).compute_cell_sizes()["Volume"]
     assert (sizes > 0.0).all()
     assert sizes.sum() == pytest.approx(LAYER.area * LAYER.length, rel=1e-2)

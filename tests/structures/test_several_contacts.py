@@ -78,7 +78,7 @@ def test_a_rod_between_two_chains_is_told() -> None:
 
 
 def test_equal_forces_from_both_ends_squeeze_a_rod() -> None:
-    """Its ends give way by F L/EA together, and its middle stays: the free rod does not fly off."""
+    """Its ends move by F L/EA in all, and its middle stays: the free rod does not fly off."""
     layer = hl.Layer(hl.PTFE, 0.03, 0.01)
     rod = rayleigh(hl.rod([layer], base="contact"), stiffness_time=1e-4)
     moved = run(rod, np.full((400, 2), 3.0), 1e-5, partial(GeneralisedAlpha, spectral_radius=0.0))

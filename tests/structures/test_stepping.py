@@ -205,7 +205,7 @@ def greatest_errors(stepper: str | Stepper, steps: int, rate: float) -> tuple[fl
 @pytest.mark.parametrize("rate", [0.0, 800.0], ids=["undamped", "damped"])
 @pytest.mark.parametrize("name", STEPPERS)
 def test_every_stepper_has_order_two(name: str, rate: float) -> None:
-    """Displacement and rate, under a smooth force that is told by its means."""
+    """Displacement and rate, under a smooth force given by its means."""
     errors = np.array([greatest_errors(STEPPERS[name], steps, rate) for steps in (160, 320, 640)])
     orders = np.log2(errors[:-1] / errors[1:])
     assert orders == pytest.approx(np.full((2, 2), 2.0), abs=0.2)

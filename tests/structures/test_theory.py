@@ -299,7 +299,7 @@ def test_bad_input(call: Callable[[], object], message: str) -> None:
         call()
 
 
-# Simulations: how far the closed forms are from a chain of 20 beads, as the docstrings tell.
+# Simulations: how far the closed forms are from a chain of 20 beads, as the docstrings say.
 
 
 def against(structure: hl.Structure, gravity: float = 0.0, dashpot: float = 0.0) -> xr.Dataset:

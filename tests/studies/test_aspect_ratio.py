@@ -1,4 +1,4 @@
-"""The study of thin plates' centres beside Zener's theory and the chain on the exact point impedance."""
+"""The study of thin plates' centres compared with Zener's theory and with the chain on the exact point impedance."""
 
 import numpy as np
 import pytest

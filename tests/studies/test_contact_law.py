@@ -1,4 +1,4 @@
-"""The study of computed contact laws beside the thesis, and closed forms that they must obey."""
+"""The study of computed contact laws compared with the thesis, and closed forms that they must obey."""
 
 import numpy as np
 import pytest
@@ -113,7 +113,7 @@ def test_the_ends_count_where_the_ellipse_meets_them(angle: float) -> None:
 
 
 def test_a_cut_contact_gives_way_less_than_an_even_load() -> None:
-    """At 0.02° two half-spaces touch along a line of the length L, b to its sides, and sink alike along it.
+    """At 0.02° two half-spaces touch along a line of the length L, b to its sides, and sink equally along it.
 
     A load that were even along the line, Hertz's across it, would do as much work only at a larger approach,
     4F/(πEL) (ln(4L/b) − ½) on the mean, E the contact modulus of one: Boussinesq's potential, integrated, b ≪ L.

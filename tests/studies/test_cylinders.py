@@ -1,4 +1,4 @@
-"""The study of cylinders beside the thesis, and physics that its curves must obey."""
+"""The study of cylinders compared with the thesis, and physics that its curves must obey."""
 
 import warnings
 

@@ -1,4 +1,4 @@
-"""The study of deformable beads beside the thesis, and physics that its curves must obey."""
+"""The study of deformable beads compared with the thesis, and physics that its curves must obey."""
 
 import numpy as np
 import pytest
@@ -35,8 +35,8 @@ def test_deformable_beads_are_those_that_were_recomputed(quick: xr.Dataset) -> N
 
 @pytest.mark.thorough
 def test_both_methods_have_one_wave() -> None:
-    """Explicit elements beside modes in a shorter chain: no shared mesh, contact or time step. Forces to 0.1 %, hops to
-    0.05 %, with cells of 14 µm; both from averages, as nodes that close make forces tremble."""
+    """Explicit elements compared with modes in a shorter chain: no shared mesh, contact or time step. Forces to
+    0.1 %, hops to 0.05 %, with cells of 14 µm; both from averages, because forces scatter as nodes close."""
     beads, until = [study.BEAD] * 6, 50e-6
     law = hl.laws.axisymmetric(study.BEAD, max_approach=study.LAW_REACH, spacing=study.LAW_SPACINGS[-1])
     modes = hl.CoSimulation(hl.DeformableChain(beads, study.BEAD, 0.5, law=law), None).run(until, 0.25e-6)

@@ -1,4 +1,4 @@
-"""The dissipation study beside chapter 4 of the thesis and numbers that were recomputed independently."""
+"""The dissipation study compared with chapter 4 of the thesis and numbers that were recomputed independently."""
 
 from dataclasses import replace
 from math import pi

@@ -1,4 +1,4 @@
-"""The study of ellipsoids and of particle size beside the thesis, and physics that its curves must obey."""
+"""The study of ellipsoids and of particle size compared with the thesis, and physics that its curves must obey."""
 
 import numpy as np
 import pytest

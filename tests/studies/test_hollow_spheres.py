@@ -1,4 +1,4 @@
-"""The study of hollow spheres beside the thesis, and physics that its curves must obey."""
+"""The study of hollow spheres compared with the thesis, and physics that its curves must obey."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The two studies of layers beside numbers that were recomputed independently, at γ = 5 N s/m."""
+"""The two studies of layers compared with numbers that were recomputed independently, at γ = 5 N s/m."""
 
 from dataclasses import replace
 

@@ -44,7 +44,7 @@ def test_amplitude_ratios_of_a_prototype(
 CASES = [(9.53e-3, 2.29e-3, 0.457), (9.53e-3, 2.29e-3, 0.02), (4.76e-3, 4.83e-3, 0.01)]
 
 
-# Finer meshes and longer bases take their time: one case each, where they tell most.
+# Finer meshes and longer bases take their time: one case each, the most sensitive one.
 KNOBS = [
     *(({name: value}, case) for name, value in (("tolerance", 5e-2), ("window", 2e-7), ("dt", 5e-9)) for case in CASES),
     ({"tolerance": 1e-3}, CASES[0]),

@@ -1,4 +1,4 @@
-"""The length study beside numbers that were recomputed independently, at γ = 5 N s/m."""
+"""The length study compared with numbers that were recomputed independently, at γ = 5 N s/m."""
 
 import pytest
 import xarray as xr

@@ -1,4 +1,4 @@
-"""The rod study beside numbers of the thesis that were recomputed independently."""
+"""The rod study compared with numbers of the thesis that were recomputed independently."""
 
 import numpy as np
 import pytest

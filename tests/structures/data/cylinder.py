@@ -1,4 +1,4 @@
-"""Writes cylinder.msh beside this file, with gmsh 4.15.2 (pip install gmsh; not needed by the tests).
+"""Writes cylinder.msh next to this file, with gmsh 4.15.2 (pip install gmsh; not needed by the tests).
 
 A cylinder of radius 9.53 mm and length 50.8 mm, in m, of curved tetrahedra; struck at (0, 0, 50.8 mm), held at "base".
 """
