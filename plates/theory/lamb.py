@@ -1,14 +1,16 @@
-"""Guided waves of a free plate of any thickness: Rayleigh and Lamb's equations, and the Rayleigh wave of its faces.
+"""Guided waves of a free plate of any thickness: the Rayleigh-Lamb equations, and the Rayleigh wave of its faces.
 
-Modes of an infinite, isotropic, elastic plate of thickness t = 2h in plane strain, faces free (Lamb, Proc. R. Soc. A 93
-(1917) 114; Graff, Wave Motion in Elastic Solids, chapter 8). "S0", "S1" … move the faces apart and together
-(symmetric), "A0", "A1" … up and down together (antisymmetric). Numbers count frequencies upwards at a fixed wave
-number, so a mode may run backwards near its cut-off (S1 of most metals): its phase and group speeds are then those of
-the forward wave. Real wave numbers only. Functions take a number, or an array where the type says so, and give the
-same. All raise ValueError, naming the argument, where one is not finite or out of its range.
+The modes are those of an infinite, isotropic, elastic plate of thickness t = 2h in plane strain with free faces (Lamb,
+Proc. R. Soc. A 93 (1917) 114; Graff, Wave Motion in Elastic Solids, chapter 8). "S0", "S1" … are symmetric: the faces
+move in opposite directions. "A0", "A1" … are antisymmetric: the faces move up and down together. The number of a mode
+counts the frequencies upwards at a fixed wave number. A mode may therefore be a backward wave near its cut-off (S1 of
+most metals); its phase and group speeds are then those of its forward wave. Wave numbers are real.
 
-With Ω = ωh/c_s, κ = kh, η = (c_s/c_p)², x = ηΩ² − κ², y = Ω² − κ², C(x) = cos √x and S(x) = sin √x / √x, which are
-entire functions, the equations have neither poles nor roots of their own making:
+Functions take a number, or an array where the type says so, and return the same kind. Every function raises a
+ValueError that names the argument if a number is not finite or out of its range.
+
+With Ω = ωh/c_s, κ = kh, η = (c_s/c_p)², x = ηΩ² − κ², y = Ω² − κ² and the entire functions C(x) = cos √x and
+S(x) = sin √x / √x, the equations have no poles and no spurious roots:
 (y − κ²)² C(u) S(v) + 4 κ² u S(u) C(v) = 0, symmetric with u, v = x, y, antisymmetric with u, v = y, x.
 """
 
@@ -28,18 +30,50 @@ from structures.structure import Vector
 
 Number = TypeVar("Number", float, Vector)
 
-TRIALS = 257
-"""Wave numbers tried at each frequency before a mode is said not to propagate, the more the longer the waves."""
+TRIAL_WAVE_NUMBERS = 257
+"""Number of wave numbers that are tried at each frequency before a mode counts as not propagating. They are denser for
+longer waves.
+"""
 
-LONG = 0.01
-"""|x| and |y| below which A0, there the only antisymmetric wave, is found without the cancellation of its equation."""
+LONG_BENDING = 0.01
+"""If |x| and |y| are below this number, A0 is the only antisymmetric wave, and a series replaces its equation, which
+would lose digits by cancellation.
+"""
 
 
 def rayleigh_speed(material: Material) -> float:
-    """Speed c_R, m/s, of waves along the face of a half-space.
+    """Speed c_R of Rayleigh waves along the face of a half-space.
 
-    ξ = (c_R/c_s)² is the one root in (0, 1) of ξ³ − 8ξ² + (24 − 16η)ξ − 16(1 − η) = 0, η = (c_s/c_p)² (Achenbach, Wave
-    Propagation in Elastic Solids, chapter 5). The thesis's 0.57 √(E/ρ) in section 6.2.2 is this for aluminium.
+    ξ = (c_R/c_s)² is the only root in (0, 1) of ξ³ − 8ξ² + (24 − 16η)ξ − 16(1 − η) = 0 with η = (c_s/c_p)².
+
+    Parameters
+    ----------
+    material : Material
+        The isotropic material of the half-space.
+
+    Returns
+    -------
+    float
+        c_R, m/s.
+
+    Raises
+    ------
+    ValueError
+        If `material` is not a Material.
+
+    Notes
+    -----
+    For aluminium c_R is 0.57 √(E/ρ), as in section 6.2.2 of Khatri's thesis.
+
+    References
+    ----------
+    Achenbach, Wave Propagation in Elastic Solids, chapter 5.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> round(hl.lamb.rayleigh_speed(hl.ALUMINIUM_6061), 1)
+    2890.5
     """
     eta = _speed_ratio(material)
 
@@ -50,9 +84,38 @@ def rayleigh_speed(material: Material) -> float:
 
 
 def frequency(material: Material, thickness: float, wave_number: Number, mode: str = "A0") -> Number:
-    """Frequency, Hz, of a mode at a real wave number ≥ 0, rad/m: its whole curve, backward waves too.
+    """Frequency of a mode at a given wave number: the whole curve of the mode, including backward waves.
 
-    thickness, m. To 1e-11 of itself.
+    Parameters
+    ----------
+    material : Material
+        The isotropic material of the plate.
+    thickness : float
+        Thickness t, m.
+    wave_number : float or ndarray
+        Real wave number k, rad/m, zero or more.
+    mode : str
+        "S" or "A" and a number: "A0", "S0", "A1" …
+
+    Returns
+    -------
+    float or ndarray
+        Frequency, Hz, with the shape of `wave_number` and a relative error of 1e-11.
+
+    Raises
+    ------
+    ValueError
+        If a number is out of its range, or if `mode` is not the name of a mode.
+
+    References
+    ----------
+    Lamb, Proc. R. Soc. A 93 (1917) 114; Graff, Wave Motion in Elastic Solids, chapter 8.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> round(hl.lamb.frequency(hl.ALUMINIUM_6061, thickness=2.29e-3, wave_number=70.0, mode="A0"), 1)
+    2749.6
     """
     waves = each(not_negative, "wave_number", wave_number, "rad/m") * positive("thickness", thickness, "m") / 2.0
     curve, waves = _curve(material, mode), waves.ravel()
@@ -64,22 +127,90 @@ def frequency(material: Material, thickness: float, wave_number: Number, mode: s
 
 
 def phase_speed(material: Material, thickness: float, frequency: Number, mode: str = "A0") -> Number:
-    """Phase speed ω/k, m/s, of a mode at a frequency, Hz, in a plate of a thickness, m.
+    """Phase speed ω/k of a mode at a given frequency.
 
-    Long waves: A0 has Kirchhoff's √ω (D/ρt)^{1/4} times 1 − (17 − 7ν)/(240 (1 − ν)) (kt)², 1 % less where t is 1/19 of
-    a wavelength in aluminium; S0 has √(E/ρ(1−ν²)). Short ones: both have `rayleigh_speed`, the others the shear speed.
-    To 1e-11, but for the speeds near a cut-off, where a frequency does not fix them. ValueError where the mode does not
-    propagate, or within 1e-5 of the lowest frequency of one that runs backwards.
+    Parameters
+    ----------
+    material : Material
+        The isotropic material of the plate.
+    thickness : float
+        Thickness t, m.
+    frequency : float or ndarray
+        Frequency, Hz, positive.
+    mode : str
+        "S" or "A" and a number: "A0", "S0", "A1" …
+
+    Returns
+    -------
+    float or ndarray
+        Phase speed, m/s, with the shape of `frequency`. The relative error is 1e-11, except close to a cut-off, where
+        the frequency does not determine the speed.
+
+    Raises
+    ------
+    ValueError
+        If the mode does not propagate at the frequency, or if the frequency is within 1e-5 of the lowest one of a mode
+        with backward waves; also if a number is out of its range, or if `mode` is not the name of a mode.
+
+    Notes
+    -----
+    For long waves, A0 has Kirchhoff's √ω (D/ρt)^{1/4} times 1 − (17 − 7ν)/(240 (1 − ν)) (kt)². In aluminium this is 1 %
+    less where t is 1/19 of a wavelength. S0 has √(E/ρ(1−ν²)). For short waves, A0 and S0 have `rayleigh_speed`, and the
+    other modes have the shear speed.
+
+    References
+    ----------
+    Lamb, Proc. R. Soc. A 93 (1917) 114; Graff, Wave Motion in Elastic Solids, chapter 8.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> round(hl.lamb.phase_speed(hl.ALUMINIUM_6061, thickness=2.29e-3, frequency=12e3, mode="A0"), 1)
+    511.6
     """
     waves, pulse = _forward(material, thickness, frequency, mode)
     return _like(frequency, shear_speed(material) * pulse / waves)
 
 
 def group_speed(material: Material, thickness: float, frequency: Number, mode: str = "A0") -> Number:
-    """Group speed dω/dk, m/s, of a mode at a frequency, Hz, in a plate of a thickness, m.
+    """Group speed dω/dk of a mode at a given frequency.
 
-    From the derivatives of the equation itself, good to what `lamb.phase_speed` is; undefined where two modes cross (S0
-    and S1 at kt = π for ν = 0). ValueError where the mode does not propagate.
+    It follows from the derivatives of the Rayleigh-Lamb equation itself.
+
+    Parameters
+    ----------
+    material : Material
+        The isotropic material of the plate.
+    thickness : float
+        Thickness t, m.
+    frequency : float or ndarray
+        Frequency, Hz, positive.
+    mode : str
+        "S" or "A" and a number: "A0", "S0", "A1" …
+
+    Returns
+    -------
+    float or ndarray
+        Group speed, m/s, with the shape of `frequency` and the accuracy of `lamb.phase_speed`. It is undefined where
+        two modes cross (S0 and S1 at kt = π for ν = 0).
+
+    Raises
+    ------
+    ValueError
+        If the mode does not propagate at the frequency, or if the frequency is within 1e-5 of the lowest one of a mode
+        with backward waves; also if a number is out of its range, or if `mode` is not the name of a mode.
+
+    References
+    ----------
+    Lamb, Proc. R. Soc. A 93 (1917) 114; Graff, Wave Motion in Elastic Solids, chapter 8.
+
+    Examples
+    --------
+    Khatri's thesis takes 1000 m/s for its plates (section 6.2.2): aluminium of 2.29 mm has it at 12 kHz.
+
+    >>> import hertzlink as hl
+    >>> round(hl.lamb.group_speed(hl.ALUMINIUM_6061, thickness=2.29e-3, frequency=12e3, mode="A0"))
+    1003
     """
     waves, pulse = _forward(material, thickness, frequency, mode)
     slope = _curve(material, mode).slope(waves, pulse)
@@ -87,11 +218,44 @@ def group_speed(material: Material, thickness: float, frequency: Number, mode: s
 
 
 def cutoff_frequency(material: Material, thickness: float, mode: str = "A1") -> float:
-    """Frequency, Hz, of a mode at infinite wavelength, in a plate of a thickness, m; 0 for A0 and S0.
+    """Cut-off frequency of a mode: its frequency at infinite wavelength; 0 for A0 and S0.
 
-    Resonances through the thickness, sorted: t f = c_s m and c_p (m − ½) for S modes, c_p m and c_s (m − ½) for A
-    modes, m = 1, 2 … A mode that runs backwards there has its forward wave from a lower frequency on (S1 of steel: 6 %
-    lower).
+    The cut-offs are the resonances through the thickness, in ascending order: t f = c_s m and c_p (m − ½) for S modes,
+    c_p m and c_s (m − ½) for A modes, with m = 1, 2 …
+
+    Parameters
+    ----------
+    material : Material
+        The isotropic material of the plate.
+    thickness : float
+        Thickness t, m.
+    mode : str
+        "S" or "A" and a number: "A1", "S1" …
+
+    Returns
+    -------
+    float
+        Frequency, Hz.
+
+    Raises
+    ------
+    ValueError
+        If the thickness is not positive, or if `mode` is not the name of a mode.
+
+    Notes
+    -----
+    A mode that is a backward wave at its cut-off has a forward wave already at lower frequencies: for S1 of steel from
+    6 % below its cut-off.
+
+    References
+    ----------
+    Graff, Wave Motion in Elastic Solids, chapter 8.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> round(hl.lamb.cutoff_frequency(hl.ALUMINIUM_6061, thickness=2.29e-3, mode="A1") * 1e-6, 3)
+    0.677
     """
     curve = _curve(material, mode)
     size = positive("thickness", thickness, "m")
@@ -105,19 +269,19 @@ def cutoff_frequency(material: Material, thickness: float, mode: str = "A1") -> 
 
 
 class _Curve(NamedTuple):
-    """One mode: which family, how many of it lie below, and η = (c_s/c_p)²."""
+    """One mode: its family, the number of modes of the family below it, and η = (c_s/c_p)²."""
 
     symmetric: bool
     number: int
     eta: float
 
     def below(self, waves: Vector, pulse: Vector) -> Vector:
-        """How many frequencies of the family lie below Ω at κ: exact, so that no root is missed or taken for another.
+        """Number of frequencies of the family below Ω at κ. The count is exact, so no root is missed or confused.
 
-        Hold the faces' normal motion: pressure and shear waves part, with frequencies at √x = πm, √y = π(m + 1) or, in
-        antisymmetric motion, √x and √y = π(m + ½), m = 0, 1 … Let go of it, one constraint: one frequency more lies
-        below Ω if the faces are of negative stiffness there, and no other (Wittrick and Williams, Q. J. Mech. Appl.
-        Math. 24 (1971) 263).
+        If the normal motion of the faces is constrained, pressure and shear waves decouple. Their frequencies are at
+        √x = πm and √y = π(m + 1) or, in antisymmetric motion, at √x and √y = π(m + ½), m = 0, 1 … Without this one
+        constraint, one more frequency lies below Ω if the stiffness of the faces is negative there, and none otherwise
+        (Wittrick and Williams, Q. J. Mech. Appl. Math. 24 (1971) 263).
         """
         x, y = self.eta * pulse**2 - waves**2, pulse**2 - waves**2
         pressure, shear = np.sqrt(np.maximum(x, 0.0)) / pi, np.sqrt(np.maximum(y, 0.0)) / pi
@@ -135,7 +299,7 @@ class _Curve(NamedTuple):
         return count
 
     def slope(self, waves: Vector, pulse: Vector) -> Vector:
-        """dΩ²/dκ² along the curve: minus the ratio of the equation's two derivatives."""
+        """Slope dΩ²/dκ² of the curve: minus the ratio of the two derivatives of the equation."""
         square = waves**2
         x, y = self.eta * pulse**2 - square, pulse**2 - square
         u, v, a, b = (x, y, self.eta, 1.0) if self.symmetric else (y, x, 1.0, self.eta)
@@ -151,23 +315,23 @@ class _Curve(NamedTuple):
         return slope
 
     def _long(self, x: Vector, y: Vector) -> NDArray[np.bool_]:
-        return (not self.symmetric) & (np.maximum(np.abs(x), np.abs(y)) < LONG)
+        return (not self.symmetric) & (np.maximum(np.abs(x), np.abs(y)) < LONG_BENDING)
 
 
 def _forward(material: Material, thickness: float, frequency: Number, mode: str) -> tuple[Vector, Vector]:
-    """κ of the forward wave, the largest that the mode has, and Ω, in one row each."""
+    """κ of the forward wave, which is the largest κ of the mode, and Ω, in one row each."""
     frequencies, curve = each(positive, "frequency", frequency, "Hz").ravel(), _curve(material, mode)
     pulse = pi * frequencies * positive("thickness", thickness, "m") / shear_speed(material)
     top = pulse
     while (short := curve.below(top, pulse) > curve.number).any():
         top = np.where(short, 2.0 * top, top)
-    trials = np.linspace(0.0, 1.0, TRIALS) ** 2 * top[:, None]
+    trials = np.linspace(0.0, 1.0, TRIAL_WAVE_NUMBERS) ** 2 * top[:, None]
     there: NDArray[np.bool_] = curve.below(trials, pulse[:, None]) > curve.number
     if not there.any(axis=1).all():
         worst = float(frequencies[~there.any(axis=1)][0])
         cutoff = cutoff_frequency(material, thickness, mode)
         raise ValueError(f"frequency = {worst!r}: must be above {cutoff:g} Hz, the cut-off of {mode}")
-    last = TRIALS - 1 - np.argmax(there[:, ::-1], axis=1)
+    last = TRIAL_WAVE_NUMBERS - 1 - np.argmax(there[:, ::-1], axis=1)
     rows = np.arange(pulse.size)
     beyond = _bisected(
         lambda middle: curve.below(middle, pulse) <= curve.number, trials[rows, last], trials[rows, last + 1]
@@ -176,7 +340,7 @@ def _forward(material: Material, thickness: float, frequency: Number, mode: str)
 
 
 def _bisected(beyond: Callable[[Vector], NDArray[np.bool_]], low: Vector, high: Vector) -> Vector:
-    """Where, between `low` and `high`, it turns from False to True."""
+    """The places between `low` and `high` where `beyond` changes from False to True."""
     while (high - low > 4e-16 * high + 1e-30).any():
         middle = (low + high) / 2.0
         there = beyond(middle)
@@ -199,7 +363,7 @@ def _speed_ratio(material: Material) -> float:
 
 
 def _waves(x: Vector) -> tuple[Vector, Vector]:
-    """C(x) and S(x), both times exp(−√−x) where x < 0, lest they overflow."""
+    """C(x) and S(x), both times exp(−√−x) for x < 0, which prevents overflow."""
     root = np.sqrt(np.abs(x))
     some = np.where(root > 0.0, root, 1.0)
     sine = np.where(x > 0.0, np.sin(root), -np.expm1(-2.0 * root) / 2.0) / some
@@ -209,8 +373,9 @@ def _waves(x: Vector) -> tuple[Vector, Vector]:
 def _long_bending(square: Vector, eta: float) -> tuple[Vector, Vector]:
     """Ω² of A0 at a small κ², and dΩ²/dκ² by a complex step.
 
-    The equation less its factor Ω² is Ω² S(x) C(y) + 4 κ² y (1 − η) D = 0, where D = (S(y) C(x) − S(x) C(y)) / (y − x)
-    is a series in x + y and x y. Solved for the first Ω² it contracts, by κ² at each turn.
+    Divided by its factor Ω², the equation is Ω² S(x) C(y) + 4 κ² y (1 − η) D = 0, where
+    D = (S(y) C(x) − S(x) C(y)) / (y − x) is a series in x + y and x y. It is solved for the first Ω² by fixed-point
+    iteration, which reduces the error by a factor of the order of κ² in each step.
     """
     step = 1e-30
     z = square + 1j * step
@@ -226,7 +391,7 @@ def _long_bending(square: Vector, eta: float) -> tuple[Vector, Vector]:
 
 
 def _sine_slope(x: Vector, cosine: Vector, sine: Vector) -> Vector:
-    """S′(x) = (C − S)/2x, by its series where that would cancel."""
+    """S′(x) = (C − S)/2x, or its series where the difference would lose digits by cancellation."""
     near = np.abs(x) < 1e-3
     series = -1.0 / 6.0 + x / 60.0 - x**2 / 1680.0
     scale = np.where(x < 0.0, np.exp(-np.sqrt(np.maximum(-x, 0.0))), 1.0)

@@ -1,8 +1,9 @@
 """Zener's impact of a sphere on an infinite thin plate: rebound and time in contact, by the inelasticity parameter λ.
 
-A sphere on a Hertzian spring meets a plate that yields at a speed of force over 8√(Dρt). In units of Hertz's collision
-its approach obeys σ″ + (1 + λ d/dτ) σ^{3/2} = 0, σ = 0 and σ′ = 1 at τ = 0 (Zener, Phys. Rev. 59 (1941) 669; thesis,
-equations 6.35 and 6.36), and λ is all that tells one impact from another. Bending waves carry the lost energy away.
+A sphere with a Hertzian contact meets a plate whose struck point moves at the speed F/(8√(Dρt)) under a force F. In
+units of Hertz's collision the approach obeys σ″ + (1 + λ d/dτ) σ^{3/2} = 0 with σ = 0 and σ′ = 1 at τ = 0 (Zener, Phys.
+Rev. 59 (1941) 669; Khatri's thesis, equations 6.35 and 6.36). λ is the only parameter of the impact. Bending waves
+carry the lost energy away.
 """
 
 from functools import cache
@@ -19,49 +20,118 @@ from structures.structure import Vector
 
 Number = TypeVar("Number", float, Vector)
 
-LAST, FARTHEST = 4.0, 12.0
-"""λ up to which e and τ_c are interpolated in λ; and up to which the laws of large λ are fitted."""
+LARGE_INELASTICITY = 4.0
+"""Up to this λ, e and τ_c are interpolated in λ. Above it the laws of large λ hold, to exp(−4.5 λ^{5/3}) = 2e-20."""
+
+LARGEST_SAMPLE = 12.0
+"""τ_c/λ of large λ is interpolated in λ^{−5/3} through samples up to this λ."""
 
 
 def restitution(inelasticity: Number) -> Number:
-    """e of a sphere on an infinite thin plate: rebound over approach speed, −σ′ at the return to σ = 0; any λ ≥ 0.
+    """Coefficient of restitution e of a sphere that hits an infinite thin plate.
 
-    (Thesis, section 6.2.1, which prints the condition as dσ/dτ → 0.) To 1e-9 of itself. Small λ: e = 1 − 1.7302 λ with
-    (5/4)^{3/5} B(8/5, 1/2); λ > 4: e = 0.67930 λ⁻⁵, not exponentially small. λ comes from
-    `impact.inelasticity_parameter`, which says what it holds for.
+    e is the ratio of rebound speed to approach speed: −σ′ when σ returns to zero.
+
+    Parameters
+    ----------
+    inelasticity : float or ndarray
+        λ ≥ 0, from `impact.inelasticity_parameter`, whose docstring states where λ is valid.
+
+    Returns
+    -------
+    float or ndarray
+        e in (0, 1], with the shape of `inelasticity` and a relative error of 1e-9.
+
+    Raises
+    ------
+    ValueError
+        If a λ is negative or not finite.
+
+    Notes
+    -----
+    For small λ, e = 1 − 1.7302 λ, where 1.7302 = (5/4)^{3/5} B(8/5, 1/2). For λ > 4, e = 0.67930 λ⁻⁵: the decrease is
+    not exponential. The thesis prints the condition at the end of the contact as dσ/dτ → 0.
+
+    References
+    ----------
+    Zener, Phys. Rev. 59 (1941) 669; Khatri's thesis, section 6.2.1.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> round(hl.zener.restitution(0.32), 4)
+    0.5865
+    >>> round(hl.zener.restitution(10.0) * 10.0**5, 4)
+    0.6793
     """
     number = each(not_negative, "inelasticity", inelasticity)
-    beyond = np.maximum(number, LAST) / LAST
-    return _like(inelasticity, np.exp(_small()[0](np.minimum(number, LAST))) * beyond**-5.0)
+    beyond = np.maximum(number, LARGE_INELASTICITY) / LARGE_INELASTICITY
+    return _like(inelasticity, np.exp(_small()[0](np.minimum(number, LARGE_INELASTICITY))) * beyond**-5.0)
 
 
 def contact_time(inelasticity: Number) -> Number:
-    """τ_c: time in contact of a sphere with an infinite thin plate, in units of (m²/k²v)^{1/5}; any λ ≥ 0.
+    """Time in contact τ_c of a sphere with an infinite thin plate, in units of Hertz's collision.
 
-    (Thesis, equation 6.38 and figure 6.17.) To 1e-9 of itself. Small λ: τ_c = 3.2180655 (1 + 0.17302 λ); large λ:
-    τ_c = λ (5 ln λ − 0.35937) + 3 λ^{−2/3}. `impact.contact_time` gives it in seconds.
+    `impact.contact_time` returns it in seconds.
+
+    Parameters
+    ----------
+    inelasticity : float or ndarray
+        λ ≥ 0, from `impact.inelasticity_parameter`.
+
+    Returns
+    -------
+    float or ndarray
+        τ_c in units of (m²/k²v)^{1/5}, with the shape of `inelasticity` and a relative error of 1e-9.
+
+    Raises
+    ------
+    ValueError
+        If a λ is negative or not finite.
+
+    Notes
+    -----
+    For small λ, τ_c = 3.2180655 (1 + 0.17302 λ). For large λ, τ_c = λ (5 ln λ − 0.35937) + 3 λ^{−2/3}.
+
+    References
+    ----------
+    Zener, Phys. Rev. 59 (1941) 669; Khatri's thesis, equation 6.38 and figure 6.17.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> round(hl.zener.contact_time(0.0), 4)
+    3.2181
+
+    The thesis prints 87.81 µs for λ = 1.28, and 55.6 µs for λ = 0. Their ratio is 1.579.
+
+    >>> round(hl.zener.contact_time(1.28) / hl.zener.contact_time(0.0), 3)
+    1.579
     """
     number = each(not_negative, "inelasticity", inelasticity)
-    large = np.maximum(number, LAST)
+    large = np.maximum(number, LARGE_INELASTICITY)
     tail = large * (5.0 * np.log(large) + _large()(large ** (-5.0 / 3.0)))
-    return _like(inelasticity, np.where(number > LAST, tail, _small()[1](np.minimum(number, LAST))))
+    return _like(
+        inelasticity, np.where(number > LARGE_INELASTICITY, tail, _small()[1](np.minimum(number, LARGE_INELASTICITY)))
+    )
 
 
 @cache
 def _small() -> tuple[Chebyshev, Chebyshev]:
-    """ln e and τ_c over λ from 0 to 4."""
+    """ln e and τ_c as functions of λ from 0 to 4."""
     return (
-        Chebyshev.interpolate(lambda number: _impact(number)[0], 48, domain=[0.0, LAST]),
-        Chebyshev.interpolate(lambda number: _impact(number)[1], 48, domain=[0.0, LAST]),
+        Chebyshev.interpolate(lambda number: _impact(number)[0], 48, domain=[0.0, LARGE_INELASTICITY]),
+        Chebyshev.interpolate(lambda number: _impact(number)[1], 48, domain=[0.0, LARGE_INELASTICITY]),
     )
 
 
 @cache
 def _large() -> Chebyshev:
-    """τ_c/λ − 5 ln λ over x = λ^{−5/3}, from 4^{−5/3} down to 0.
+    """τ_c/λ − 5 ln λ as a function of x = λ^{−5/3}, from 4^{−5/3} down to 0.
 
-    S = λ⁴σ, Q = λ⁵q and T = τ/λ obey equations without λ, from S = 0, Q = λ⁵. From far off all motions join one slow
-    one, σ^{3/2} ≈ q/λ, and differ at the end by exp(−4.5/x) only. So e λ⁵ is a constant and this here a series in x.
+    S = λ⁴σ, Q = λ⁵q and T = τ/λ obey equations without λ, with S = 0 and Q = λ⁵ at the start. For large Q all motions
+    approach one slow motion, σ^{3/2} ≈ q/λ, and differ at the end by exp(−4.5/x) only. Therefore e λ⁵ is a constant,
+    and the present function is a series in x.
     """
 
     def excess(power: Vector) -> Vector:
@@ -69,15 +139,18 @@ def _large() -> Chebyshev:
         shifted: Vector = _impact(number)[1] / number - 5.0 * np.log(number)
         return shifted
 
-    return Chebyshev.interpolate(excess, 10, domain=[FARTHEST ** (-5.0 / 3.0), LAST ** (-5.0 / 3.0)])
+    return Chebyshev.interpolate(
+        excess, 10, domain=[LARGEST_SAMPLE ** (-5.0 / 3.0), LARGE_INELASTICITY ** (-5.0 / 3.0)]
+    )
 
 
 def _impact(inelasticity: Vector) -> Vector:
-    """ln e and τ_c, 2 × n, of n parameters λ, in one integration over the phase φ of the motion, from 0 to π.
+    """ln e and τ_c, of shape (2, n), of n parameters λ: one integration over the phase φ of the motion, from 0 to π.
 
-    Where q = σ′ + λσ^{3/2} = R cos φ, √(4/5) σ^{5/4} = R sin φ, g = (5/4)^{3/5} (R sin φ)^{1/5}, the motion is
-    d ln R/dφ = −λ g sin²φ / (1 − λ g sin φ cos φ), dτ/dφ = 1 / (g (1 − λ g sin φ cos φ)), and e = R at φ = π. Taken
-    over s with φ = π I_s(5, 5), the regularised incomplete beta function, the fifth roots at the ends become smooth.
+    With q = σ′ + λσ^{3/2} = R cos φ, √(4/5) σ^{5/4} = R sin φ and g = (5/4)^{3/5} (R sin φ)^{1/5}, the motion is
+    d ln R/dφ = −λ g sin²φ / (1 − λ g sin φ cos φ) and dτ/dφ = 1 / (g (1 − λ g sin φ cos φ)); e = R at φ = π. The
+    variable of integration is s, where φ = π I_s(5, 5) with the regularised incomplete beta function I. It makes the
+    fifth roots at the ends smooth.
     """
     count = inelasticity.size
 
