@@ -245,7 +245,7 @@ def amplitude_ratio(inelasticity: Number) -> Number:
 
     References
     ----------
-    Khatri's thesis, section 6.2, equation 6.24 and figure 6.18.
+    Khatri's thesis, equation 6.24 and figure 6.18.
 
     Examples
     --------
@@ -297,7 +297,7 @@ def normalised_time_of_flight(
 
     References
     ----------
-    Khatri's thesis, section 6.2.1, equations 6.18 and 6.39.
+    Khatri's thesis, equations 6.18 and 6.39.
 
     Examples
     --------
