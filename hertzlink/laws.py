@@ -2,6 +2,7 @@
 
 from particles.laws.active_set import ActiveSetNotConverged
 from particles.laws.axisymmetric import contact_law_fem as axisymmetric
+from particles.laws.choose import computed_law
 from particles.laws.computed import ComputedLaw
 from particles.laws.half_spaces import PressuresNotConverged
 from particles.laws.half_spaces import contact_law_bem as half_spaces
@@ -14,6 +15,7 @@ from particles.laws.solid import midplane_correction
 __all__ = [
     "ActiveSetNotConverged",
     "axisymmetric",
+    "computed_law",
     "ComputedLaw",
     "fit_power_law",
     "half_spaces",

@@ -14,7 +14,7 @@ from particles.bead import Bead
 from particles.chain import Chain
 from particles.laws.formulas import contact_law
 from particles.laws.law import ContactLaw
-from structures.checks import finite, instance, positive
+from structures.checks import finite, instance, positive, short
 from structures.structure import Vector
 from structures.surface import Surface
 
@@ -49,17 +49,43 @@ MOST_STEPS = 1e13
 """Steps × bodies in a run: some hours."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class MovingChain:
     """A chain as a participant: advance(state, (surface at start, at end), window) → (state, mean force).
 
-    surface: what the last bead faces, None for nothing. flexibility, m/N: a massless spring behind that contact.
-    dt: the step, s; by default chosen from the shortest contact time. A window holds a whole number of steps, so
-    the step used is at most this.
-    behind: what the first bead faces with its struck side, and behind_flexibility that surface's spring. It takes the
-    striker's place: it is body 0, and contact 1 is with it, so it needs a chain without striker or with a PushedBead.
-    impact_energy, J: the scale of steps and tolerances, by default the chain's own.
-    Raises ValueError where dt is too large for a stable step, and for a striker where a surface is behind.
+    Parameters
+    ----------
+    chain : Chain
+        The chain.
+    surface : Surface or None
+        What the last bead faces; None for nothing.
+    flexibility : float
+        Massless spring behind that contact, m/N.
+    dt : float, optional
+        The step, s; by default chosen from the shortest contact time. A window holds a whole number of steps, so the
+        step used is at most this.
+    behind : Surface, optional
+        What the first bead faces with its struck side. It takes the striker's place: it is body 0, and contact 1 is
+        with it, so it needs a chain without striker or with a PushedBead.
+    behind_flexibility : float
+        Massless spring behind that contact, m/N.
+    impact_energy : float, optional
+        Scale of steps and tolerances, J; by default the chain's own.
+
+    Raises
+    ------
+    ValueError
+        For a dt that is too large for a stable step, for a striker with a surface behind, and for static loads on a
+        chain that nothing holds.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    >>> side = SIDE(hl.Chain([bead] * 10, bead, 0.44), hl.Surface(hl.STEEL_316))
+    >>> state, force = side.advance(side.start(), (0.0, 0.0), 1e-6)
+    >>> side
+    MovingChain(Chain(10 Sphere, struck by Sphere at 0.44 m/s), Surface(...))
     """
 
     chain: Chain
@@ -93,6 +119,10 @@ class MovingChain:
         object.__setattr__(self, "rest", self._at_rest())
         self._check_flexibility()
         self._check_step()
+
+    def __repr__(self) -> str:
+        facing = short(self.surface) if self.behind is None else f"{short(self.surface)}, behind={short(self.behind)}"
+        return f"{type(self).__name__}({self.chain!r}, {facing})"
 
     @property
     def ends(self) -> int:

@@ -13,13 +13,10 @@ from hertzlink.studies import cylinders, ellipsoids, hollow_spheres
 from hertzlink.studies.cut_cylinders import angle_of_ends, approach_of_ends, cut_law
 from hertzlink.studies.table import Row
 from particles.bead import Cylinder, Sphere
-from particles.laws.axisymmetric import contact_law_fem
+from particles.laws.choose import computed_law
 from particles.laws.computed import ComputedLaw
-from particles.laws.half_spaces import contact_law_bem
 from particles.laws.law import ContactLaw
-from particles.laws.plane import contact_law_plane
 from particles.laws.power_fit import PowerFit, fit_power_law
-from particles.laws.solid import contact_law_solid
 from particles.solitary import HERTZ
 from structures.material import STEEL_316
 from structures.surface import relative_curvatures
@@ -64,18 +61,14 @@ class Contact:
     def law(self, coarser: float = 1.0) -> ComputedLaw:
         """The law, with cells of CELLS times `coarser`."""
         cells = CELLS[self.method] / coarser
+        if self.method == "cut half-space":
+            return cut_law(degrees(self.second.angle), DEEPEST, int(cells))
         if self.method == "half-space":
             midplane = isinstance(self.first, Cylinder)
-            return contact_law_bem(self.first, self.second, None, DEEPEST, midplane=midplane, cells=int(cells))  # type: ignore[arg-type]
-        if self.method == "cut half-space":
-            return cut_law(degrees(self.second.angle), DEEPEST, int(cells))  # type: ignore[union-attr]
-        spacing = self.widest / cells
-        if self.method == "axisymmetric":
-            return contact_law_fem(self.first, self.second, max_approach=DEEPEST, spacing=spacing)
-        if self.method == "three-dimensional":
-            return contact_law_solid(self.first, self.second, max_approach=DEEPEST, spacing=spacing)
-        state = self.method.removeprefix("plane ")
-        return contact_law_plane(self.first, self.second, state, max_approach=DEEPEST, spacing=spacing)  # type: ignore[arg-type]
+            options: dict[str, Any] = {"method": "half-spaces", "midplane": midplane, "cells": int(cells)}
+        else:
+            options = {"method": self.method, "spacing": self.widest / cells}
+        return computed_law(self.first, self.second, max_approach=DEEPEST, **options)
 
     @property
     def widest(self) -> float:

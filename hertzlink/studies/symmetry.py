@@ -20,10 +20,11 @@ from coupling.results.reflections import reflections, wave_speed
 from hertzlink.studies.table import Row
 from particles.bead import Bead, Sphere
 from particles.deformable.chain import DeformableChain
+from particles.deformable.solid_vibration import vibration_of_solid
 from particles.deformable.vibration import Vibration, vibration
 from particles.laws.axisymmetric import contact_law_fem
 from particles.laws.law import ContactLaw, TabulatedLaw
-from particles.laws.solid import contact_law_solid, vibration_of_solid
+from particles.laws.solid import contact_law_solid
 from structures.material import STEEL_316, Material
 from structures.structure import half_space
 from structures.surface import Surface

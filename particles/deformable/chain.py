@@ -1,7 +1,7 @@
-"""Chains of deformable beads: what a bead does between its contacts is told by a few of its own vibrations.
+"""Chains of deformable beads, whose motion between the contacts is described by a few of their own vibrations.
 
 Substructuring with free interfaces (MacNeal, Comput. Struct. 1 (1971) 581): a bead moves by its rigid motion and its
-lowest free vibrations; beyond those it gives way at once. Of that the part at the pole which is pushed is in the
+lowest free vibrations; beyond those it deforms at once. Of that the part at the pole which is pushed is in the
 contact's law, which is not linear; the part at the other pole is a flexibility (`Vibration.cross`).
 """
 
@@ -41,16 +41,54 @@ left."""
 
 @dataclass(frozen=True, repr=False)
 class DeformableChain(Chain):
-    """A chain whose beads deform and vibrate, as in the thesis's finite elements: Spheres, HollowSpheres, Ellipsoids.
+    """A chain whose beads deform and vibrate, as in the thesis's finite elements.
 
-    Takes a Chain's place anywhere, with the same arguments; results also hold the force through each bead's central
-    section, and what its vibration does.
-    modes: the rigid motion and the lowest axisymmetric vibrations of each free bead. With one the beads are rigid
-    outside their contacts: a Chain with the law of finite elements. vibrations: the function of a bead and of the
-    number of its elastic modes that tells these, as `vibration` does. law: by default `contact_law_fem`, up to the
-    approach at which one contact would hold all of the striker's energy; one that is given must count the approach of
-    mid-planes. Forces from outside, gravity and what a spring, a dead load or a force history do, act on beads as
-    wholes; losses see the rate at which poles approach.
+    It replaces a Chain anywhere; results also hold the force through each bead's central section, and the amplitudes
+    and energies of its vibration. Gravity, springs, dead loads and force histories act on beads as a whole; losses
+    depend on the rate at which poles approach.
+
+    Parameters
+    ----------
+    beads : sequence of Bead
+        Spheres, HollowSpheres and Ellipsoids along the chain, from the struck end on.
+    striker : Bead or Excitation or None
+        As of a Chain; a body is one of these too.
+    impact_speed : float, optional
+        As of a Chain, m/s.
+    gravity : float
+        As of a Chain, m/s².
+    dissipation : Dissipation or None
+        As of a Chain.
+    integrator : str
+        As of a Chain.
+    preload : float
+        As of a Chain, N.
+    inclination : float
+        As of a Chain, rad.
+    law : ContactLaw or callable or None
+        By default that of finite elements, `hl.laws.axisymmetric`, up to the approach at which one contact would hold
+        all of the striker's energy. One that is given must count the approach of mid-planes.
+    modes : int
+        The rigid motion and the lowest axisymmetric vibrations of each free bead, 1 to 20. With 1 the beads are rigid
+        outside their contacts.
+    vibrations : callable
+        Function of a bead and the number of its elastic modes that returns a Vibration; by default by finite elements.
+
+    Raises
+    ------
+    ValueError
+        For other bodies, for a number of modes out of range, and as a Chain does.
+
+    References
+    ----------
+    MacNeal, Comput. Struct. 1 (1971) 581; Khatri's thesis, section 3.2.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    >>> hl.DeformableChain([bead] * 10, bead, impact_speed=0.44, modes=4)
+    DeformableChain(10 Sphere, struck by Sphere at 0.44 m/s, modes=4)
     """
 
     modes: int = 8

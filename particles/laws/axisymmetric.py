@@ -4,7 +4,6 @@ Each body is half a bead, down to its mid-plane, condensed to its surface (`comp
 without friction (`active_set`). Linear elasticity, so strains must stay small.
 """
 
-from dataclasses import replace
 from math import sqrt
 
 import numpy as np
@@ -12,11 +11,10 @@ import numpy as np
 from particles.bead import Bead, HollowSphere, check_bead, check_body
 from particles.laws.active_set import edge_approach, forces_of_steps
 from particles.laws.compliance import MIDPLANES, surface_compliance
-from particles.laws.computed import ComputedLaw, Points, check_range, continued_to_zero, error_and_order
+from particles.laws.computed import ComputedContact, ComputedLaw, Points, error_and_order
 from particles.laws.formulas import SMALL_CONTACT, contact_law, sharpest_curvatures
 from particles.laws.law import PowerLaw, TabulatedLaw
 from particles.laws.meshes import Spheroid, body_of, half_plane
-from structures.caution import caution
 from structures.checks import one_of, positive
 from structures.structure import Vector
 from structures.surface import Surface, hertz_stiffness, relative_curvatures
@@ -31,13 +29,13 @@ MOST, COARSE = 200, 5.0
 """Elements over what may touch of a shell, if no size is asked for; the factor on their size to see how far that is."""
 
 LARGE_ERROR = 0.01
-"""Of the force, above which a law says so."""
+"""Relative error of the force, above which a law carries a caution."""
 
 WIDEST_CONTACT = 0.5
-"""Radius of a contact over that of a body, beyond which half a bead pressed along its axis says nothing."""
+"""Radius of a contact over that of a body, beyond which half a bead pressed along its axis is no model."""
 
 THIN = 0.1
-"""Approach over the thickness of a wall, from which its turns count."""
+"""Approach over the thickness of a wall, from which its rotations count."""
 
 MARGIN = 1.15
 """How far the mesh lets bodies touch, over the contact's radius that is expected; it widens where they touch beyond."""
@@ -45,7 +43,11 @@ MARGIN = 1.15
 WIDENING = 1.4
 
 ROUGH, TRIES = 2.0, 12
-"""A factor on the elements' size, and trials, of the rough law that tells the approach at a force."""
+"""A factor on the elements' size, and trials, of the rough law that shows the approach at a force."""
+
+STEP_OUT, SURPLUS, BEYOND = 1.2, 1.05, 1.03
+"""The rough law's range grows by this factor until it holds more than the force; the fine one ends beyond the rough
+approach, which is some per cent off."""
 
 
 def contact_law_fem(
@@ -56,50 +58,81 @@ def contact_law_fem(
     midplane: str = "roller",
     spacing: float | None = None,
 ) -> ComputedLaw:
-    """The law of two bodies of revolution by finite elements, up to max_force (N) or max_approach (m).
+    """The law of two bodies of revolution that touch at their poles, by finite elements.
 
-    first, second: Sphere, HollowSphere or Ellipsoid(axis="along"); second may be a Surface, which is a half-space
-    (curved: with the gap of an arc), and is by default like the first. The approach is that of their mid-planes, which
-    may slide sideways (midplane "roller", the thesis's) or not ("clamped").
     Quadratic elements on the true arc, the gap that of the undeformed arcs, no friction, small strains; primal-dual
-    active set. spacing, m: size of the elements at the contact; by default a thirtieth of the radius of the widest
-    contact. Load steps are the approaches at which the contact's edge meets a corner of the mesh: there the force
-    converges smoothly, by the square of the spacing, while between them the tangent trembles.
-    Ranges that leave small strains, and meshes too coarse for 1 %, get a caution.
-    Raises ValueError for other bodies, for surfaces that conform, and where a contact has no three elements;
-    ActiveSetNotConverged.
+    active set. Load steps are the approaches at which the contact's edge meets a corner of the mesh: there the force
+    converges smoothly, by the square of the spacing; between them the tangent scatters.
+    Ranges in which strains are not small, and meshes too coarse for 1 %, get a caution.
+
+    Parameters
+    ----------
+    first : Bead
+        Sphere, HollowSphere or Ellipsoid(axis="along").
+    second : Bead or Surface, optional
+        Another one, by default like the first. A Surface is a half-space (curved: with the gap of an arc).
+    max_force : float, optional
+        Force up to which the law is computed, N. Give this or max_approach.
+    max_approach : float, optional
+        Approach of the mid-planes up to which the law is computed, m.
+    midplane : str
+        "roller", whose mid-planes slide sideways as in the thesis, or "clamped".
+    spacing : float, optional
+        Size of the elements at the contact, m; by default a thirtieth of the radius of the widest contact.
+
+    Returns
+    -------
+    ComputedLaw
+        With its error and its observed order of convergence.
+
+    Raises
+    ------
+    ValueError
+        For other bodies, for surfaces that conform, and for a contact of fewer than three elements.
+    ActiveSetNotConverged
+        Where the nodes in contact were not found.
+
+    References
+    ----------
+    Khatri's thesis, sections 3.2 and 5.3; Hintermüller, Ito and Kunisch, SIAM J. Optim. 13 (2002) 865.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    >>> law = hl.laws.axisymmetric(bead, max_approach=5e-6, spacing=20e-6)
+    >>> round(float(law.force(5e-6) / hl.contact_law(bead, bead).force(5e-6)), 2)
+    1.01
     """
     check_bead("first", first, "a body")
     second = first if second is None else check_body("second", second)
     one_of("midplane", midplane, MIDPLANES)
-    contact = _Contact(first, second, midplane)
-    check_range(max_force, max_approach, contact.analytic, 1.0 / contact.sharpest)
     size = None if spacing is None else positive("spacing", spacing, "m")
-    if max_approach is not None:
-        return contact.law(float(max_approach), size)
-    return contact.law_to_force(float(max_force), size)  # type: ignore[arg-type]
+    return _Contact(first, second, midplane, size).law(max_force, max_approach)
 
 
-class _Contact:
+class _Contact(ComputedContact):
     """Two bodies that touch at their poles, and what their radii and walls allow."""
 
-    def __init__(self, first: Bead, second: Bead | Surface, midplane: str) -> None:
-        self.beads, self.midplane = (("first", first), ("second", second)), midplane
+    method = "finite elements"
+
+    def __init__(self, first: Bead, second: Bead | Surface, midplane: str, spacing: float | None) -> None:
+        self.beads, self.midplane, self.spacing = (("first", first), ("second", second)), midplane, spacing
         for name, bead in self.beads:
             body_of(bead, 1.0, name)
         one, other = first.surface, second if isinstance(second, Surface) else second.surface
         self.curvature, self.sharpest = relative_curvatures(one, other)[1], max(sharpest_curvatures(one, other))
-        self.hertz = PowerLaw(hertz_stiffness(one, other))
-        self.analytic = contact_law(first, second)
+        self.below, self.radius = PowerLaw(hertz_stiffness(one, other)), 1.0 / self.sharpest
+        self.theory = contact_law(first, second)
 
     def widest(self, approach: float) -> float:
         """Radius of the contact at an approach, m, by Hertz's law, less the approach that goes into shells."""
-        overlap = float(self.hertz.approach(self.analytic.force(np.array(approach))))
+        overlap = float(self.below.approach(self.theory.force(np.array(approach))))
         return sqrt(overlap / self.curvature)
 
-    def law(self, approach: float, spacing: float | None) -> ComputedLaw:
+    def up_to(self, approach: float) -> ComputedLaw:
         """The law up to an approach, m."""
-        size = self._good(approach) if spacing is None else spacing
+        size = self._good(approach) if self.spacing is None else self.spacing
         if size * FEWEST > self.widest(approach):
             raise self._too_coarse(approach, size)
         fine = self.steps(approach, size)
@@ -109,21 +142,16 @@ class _Contact:
         found = self._doubts(approach)
         if error > LARGE_ERROR:
             found.append(f"cells of {size:.3g} m leave the force off by some {100.0 * error:.2g} %")
-        doubts = "; ".join(found)
-        if doubts:
-            caution(f"contact law: {doubts}")
-        points = continued_to_zero(fine, self.hertz)
-        return ComputedLaw(*points, "finite elements", doubts, approach, float(fine[0][0]), error, order)  # type: ignore[arg-type]
+        return self.made(fine, approach, error, order, found)
 
-    def law_to_force(self, force: float, spacing: float | None) -> ComputedLaw:
-        """The law up to a force, N: a rough law tells how far the bodies approach."""
-        approach = float(self.analytic.approach(np.array(force)))
+    def up_to_force(self, force: float) -> ComputedLaw:
+        """The law up to a force, N: a rough law shows how far the bodies approach."""
+        approach = float(self.theory.approach(np.array(force)))
         for _ in range(TRIES):
-            approach *= 1.2
+            approach *= STEP_OUT
             rough = TabulatedLaw(*self.steps(approach, ROUGH * self._good(approach)))  # type: ignore[arg-type]
-            if rough.forces[-1] > 1.05 * force:
-                law = self.law(1.03 * float(rough.approach(np.array(force))), spacing)
-                return replace(law, largest=float(law.approach(np.array(force))))
+            if rough.forces[-1] > SURPLUS * force:
+                return self.up_to(BEYOND * float(rough.approach(np.array(force))))
         raise ValueError(f"max_force = {force!r}: not reached at an approach of {approach:.3g} m; ask for less")
 
     def steps(self, approach: float, size: float, coarser: float = 1.0, fewest: int = FEWEST) -> Points:

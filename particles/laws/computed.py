@@ -1,12 +1,15 @@
-"""Contact laws that were computed point by point: the range, the error, and how they go on below their first point."""
+"""Contact laws that are computed point by point: the range, the error, and their continuation below the first point."""
 
-from dataclasses import dataclass
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from math import log2, nan
 
 import numpy as np
 
 from particles.laws.law import ContactLaw, TabulatedLaw
 from particles.laws.power_fit import PowerFit, fit_power_law
+from structures.caution import caution
 from structures.checks import finite, not_negative, positive, within
 from structures.structure import Vector
 
@@ -31,11 +34,39 @@ Points = tuple[Vector, Vector]
 
 @dataclass(frozen=True, repr=False)
 class ComputedLaw(TabulatedLaw):
-    """A contact law by a numerical method, computed from the approach `smallest` to `largest`, m.
+    """A contact law by a numerical method, computed from the approach `smallest` to `largest`.
 
-    Below, it goes on as the law of its theory in series with a spring, through the first computed point; beyond
-    `largest`, a run warns. error: largest relative error of the force in the range, estimated from coarser meshes;
-    order: the observed order of convergence; nan where those are too coarse to tell.
+    Below that range the law continues as that of its theory in series with a spring, through the first computed point;
+    beyond it a run warns.
+
+    Parameters
+    ----------
+    approaches : sequence of float
+        Approaches, m, increasing.
+    forces : sequence of float
+        Forces, N, increasing.
+    name : str
+        The method.
+    caution : str
+        What a user of the law must know; a run repeats it as a warning.
+    largest : float
+        Largest approach that was computed, m.
+    smallest : float
+        Smallest approach that was computed, m.
+    error : float
+        Largest relative error of the force in the range, estimated from coarser meshes.
+    order : float
+        Observed order of convergence; nan where the meshes are too coarse to show it.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    >>> law = hl.laws.axisymmetric(bead, max_force=50.0, spacing=20e-6)
+    >>> law
+    ComputedLaw('finite elements', ... points up to ... m and ... N)
+    >>> law.error < 0.01
+    True
     """
 
     smallest: float = 0.0
@@ -64,6 +95,45 @@ class ComputedLaw(TabulatedLaw):
                     "computed; beyond, see fit_power_law"
                 )
         return fit_power_law(self, low, high, weighting)
+
+
+class ComputedContact(ABC):
+    """Two bodies whose contact a method computes. A subclass gives laws up to an approach and up to a force.
+
+    method: its name. theory: the law that is expected, which bounds the range; below: the law that continues the
+    computed one to zero. radius, m: the smallest of the contact; least: the smallest approach over it.
+    """
+
+    method: str
+    theory: ContactLaw
+    below: ContactLaw
+    radius: float
+    least: float = LEAST_PART
+
+    def law(self, max_force: float | None, max_approach: float | None) -> ComputedLaw:
+        """The law up to one of the two, N or m."""
+        check_range(max_force, max_approach, self.theory, self.radius, self.least)
+        if max_approach is not None:
+            return self.up_to(float(max_approach))
+        force = float(max_force)  # type: ignore[arg-type]
+        law = self.up_to_force(force)
+        return replace(law, largest=float(law.approach(np.array(force))))
+
+    @abstractmethod
+    def up_to(self, approach: float) -> ComputedLaw:
+        """The law up to an approach, m."""
+
+    @abstractmethod
+    def up_to_force(self, force: float) -> ComputedLaw:
+        """A law that reaches this force, N."""
+
+    def made(self, points: Points, largest: float, error: float, order: float, doubts: Sequence[str]) -> ComputedLaw:
+        """The law through computed points; the user is warned of doubts."""
+        words = "; ".join(doubts)
+        if words:
+            caution(f"contact law: {words}")
+        whole = continued_to_zero(points, self.below)
+        return ComputedLaw(*whole, self.method, words, largest, float(points[0][0]), error, order)  # type: ignore[arg-type]
 
 
 def error_and_order(fine: Points, coarse: Points, coarsest: Points, *, highest: float = ORDER) -> tuple[float, float]:

@@ -1,11 +1,11 @@
 """Contact laws by boundary elements: two half-spaces that touch at a point, such as crossed cylinders.
 
-The gap between the bodies is that of their undeformed surfaces, quadratic; each body gives way as a half-space, under
+The gap between the bodies is that of their undeformed surfaces, quadratic; each body deforms as a half-space, under
 even pressures on the rectangles of a grid (`influence`). No friction, small strains.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import exp, log, log2, pi, sqrt
 
 import numpy as np
@@ -13,12 +13,11 @@ from scipy.fft import irfft2, rfft2
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipkm1
 
-from particles.bead import Cylinder, Ellipsoid, Sphere
-from particles.laws.computed import ORDER, ComputedLaw, Points, check_range, continued_to_zero
+from particles.bead import Bead, Cylinder, Sphere, check_bead
+from particles.laws.computed import ORDER, ComputedContact, ComputedLaw, Points
 from particles.laws.formulas import MOST_ELONGATED, SMALL_CONTACT, sharpest_curvatures
 from particles.laws.law import PowerLaw
 from particles.laws.solid import midplane_correction
-from structures.caution import caution
 from structures.checks import finite, instance, positive, short, whole
 from structures.structure import Vector
 from structures.surface import NEARLY_ROUND, Surface, hertz_stiffness, relative_curvatures
@@ -27,7 +26,7 @@ CELLS = 64
 """Along each side of the grid: the force is right to 1.2e-4."""
 
 FEWEST, MOST = 32, 512
-"""Cells: a quarter of the fewest still tells the error; the most take minutes."""
+"""Cells: a quarter of the fewest still shows the error; the most take minutes."""
 
 MARGIN = 1.1
 """Half the grid's side over the semi-axis of the contact that Hertz expects."""
@@ -38,7 +37,7 @@ LEAST_PART = 1e-3
 """The first load step's approach over the last one's."""
 
 BEYOND = 1.02
-"""The last load step's approach over that which Hertz's law tells for the largest force."""
+"""The last load step's approach over that of Hertz's law for the largest force."""
 
 TOLERANCE = 1e-9
 """Of overlaps, over the approach."""
@@ -49,12 +48,8 @@ SOFTEST = 0.5
 """The share of the half-spaces' tangent compliance that a correction may take off."""
 
 
-Round = Sphere | Ellipsoid | Cylinder
-"""The solid bodies whose surfaces may stand for half-spaces."""
-
-
 class PressuresNotConverged(RuntimeError):
-    """The pressures in a contact could not be told. approach, m: where."""
+    """The pressures in a contact were not found. approach, m: where."""
 
     def __init__(self, message: str, approach: float) -> None:
         super().__init__(message)
@@ -81,53 +76,74 @@ class ContactPressures:
 
 
 def contact_law_bem(
-    first: Round,
-    second: Round | Surface | None = None,
+    first: Bead,
+    second: Bead | Surface | None = None,
     max_force: float | None = None,
     max_approach: float | None = None,
     correction: float | Sequence[float] | None = None,
     midplane: bool = False,
     cells: int = CELLS,
 ) -> ComputedLaw:
-    """The law of two bodies that touch at a point by boundary elements, up to max_force (N) or max_approach (m).
+    """The law of two bodies that touch at a point, by boundary elements on two half-spaces.
 
-    first, second: Sphere, Ellipsoid or Cylinder; second may be a Surface, and is by default like the first.
-    correction c, m/N: what a half-space gives way, under a unit force, between the body's mid-plane and infinity, less
-    what the body does above its mid-plane: taken off the approach once for each body, which leaves δ − 2cF for two
-    alike; one number, or one for each. A Surface has no mid-plane, and none is taken off for it. Without a correction
-    the approach is Hertz's, of points at infinity. midplane: ask for that of the mid-planes; c is then, where none is
-    given, `midplane_correction` of each Sphere or Cylinder, and spheres obey the law of `contact_law_fem` to 0.3 %.
-    cells: along each side of a grid over the contact that Hertz expects, of its shape; each load step has its own.
-    error is told by grids of half and a quarter as many cells. The force converges by the square of the cells' side,
-    but scatters with how the ellipse cuts cells: the `order` of three grids says little.
+    The grid covers the contact that Hertz expects, in its shape; each load step has its own. The force converges by the
+    square of the cells' side, but scatters with how the ellipse cuts cells, so the `order` of three grids means little.
     Contacts more elongated than those of cylinders that cross at 10°, longer than the cylinders, or too large for
     half-spaces get a caution.
-    Raises ValueError for other bodies, for surfaces that conform or touch along a line (`contact_law_plane`), and for
-    corrections that leave no stiffness; PressuresNotConverged.
+
+    Parameters
+    ----------
+    first : Bead
+        A solid body, such as a Sphere, an Ellipsoid or a Cylinder.
+    second : Bead or Surface, optional
+        Another one, or a Surface; by default like the first.
+    max_force : float, optional
+        Force up to which the law is computed, N. Give this or max_approach.
+    max_approach : float, optional
+        Approach up to which the law is computed, m.
+    correction : float or sequence of float, optional
+        c, m/N, of both bodies or of each: the displacement of a half-space under a unit force between the body's
+        mid-plane and infinity, less what the body adds above its mid-plane. It is subtracted from the approach once for
+        each body, but not for a Surface, which has no mid-plane. Without it the approach is that of points at infinity.
+    midplane : bool
+        Whether the approach is that of the mid-planes; c is then, where none is given, `midplane_correction` of each
+        Sphere or Cylinder. Spheres then obey the law of finite elements to 0.3 %.
+    cells : int
+        Cells along each side of the grid, 32 to 512; grids of half and a quarter as many show the error.
+
+    Returns
+    -------
+    ComputedLaw
+        With its error.
+
+    Raises
+    ------
+    ValueError
+        For other bodies, for surfaces that conform or touch along a line, and for corrections that leave no stiffness.
+    PressuresNotConverged
+        Where the pressures were not found.
+
+    References
+    ----------
+    Polonsky and Keer, Wear 231 (1999) 206; Love, Phil. Trans. R. Soc. A 228 (1929) 377.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> from math import pi
+    >>> lying, crossing = (hl.Cylinder(2.38e-3, 4.76e-3, hl.STEEL_316, angle=angle) for angle in (0.0, pi / 4))
+    >>> law = hl.laws.half_spaces(lying, crossing, max_force=20.0, cells=32)
+    >>> round(float(law.force(2e-6) / hl.contact_law(lying, crossing).force(2e-6)), 2)
+    1.0
     """
-    pair = _Pair(first, first if second is None else second)
-    check_range(max_force, max_approach, pair.hertz, 1.0 / max(pair.sharpest))
     cells = _cells(cells)
     instance("midplane", midplane, bool, "True or False")
-    softness = pair.softness(correction, midplane)
-    overlap = pair.overlap(max_force, max_approach, softness)
-    steps = BEYOND * overlap * np.geomspace(LEAST_PART, 1.0, LOAD_STEPS)
-    fine, coarse, coarsest = (pair.forces(steps, count) for count in (cells, cells // 2, cells // 4))
-    near, far = (float(np.abs(one / other - 1.0).max()) for one, other in ((coarse, fine), (coarsest, coarse)))
-    # Either difference may be small by chance.
-    error = max(near, far / 2.0**ORDER)
-    doubts = "; ".join(pair.doubts(overlap))
-    if doubts:
-        caution(f"contact law: {doubts}")
-    points: Points = (steps - softness * fine, fine)
-    smallest = float(points[0][0])
-    points = continued_to_zero(points, pair.hertz)
-    law = ComputedLaw(*points, "boundary elements", doubts, points[0][-1], smallest, error, log2(far / near))  # type: ignore[arg-type]
-    return replace(law, largest=max_approach or float(law.approach(np.array(max_force))))
+    pair = _Pair(first, first if second is None else second, cells, correction, midplane)
+    return pair.law(max_force, max_approach)
 
 
 def contact_pressures(
-    first: Round, second: Round | Surface | None, approach: float, cells: int = CELLS
+    first: Bead, second: Bead | Surface | None, approach: float, cells: int = CELLS
 ) -> ContactPressures:
     """Pressures between two half-spaces at one approach, m, without correction; see `contact_law_bem`."""
     return _Pair(first, first if second is None else second).pressed(positive("approach", approach, "m"), _cells(cells))
@@ -140,22 +156,56 @@ def _cells(cells: int) -> int:
     return int(cells)
 
 
-class _Pair:
+class _Pair(ComputedContact):
     """Two bodies that touch at a point, and what Hertz expects of them."""
 
-    def __init__(self, first: Round, second: Round | Surface) -> None:
-        what = "a Sphere, an Ellipsoid or a Cylinder"
-        instance("first", first, Round, what)  # type: ignore[arg-type]
-        instance("second", second, Round | Surface, f"{what}, or a Surface")  # type: ignore[arg-type]
-        self.bodies = (first, second)
+    method = "boundary elements"
+
+    def __init__(
+        self,
+        first: Bead,
+        second: Bead | Surface,
+        cells: int = CELLS,
+        correction: float | Sequence[float] | None = None,
+        midplane: bool = False,
+    ) -> None:
+        what = "a solid body, such as a Sphere, an Ellipsoid or a Cylinder"
+        for name, body in (("first", first), ("second", second)):
+            if name == "first" or not isinstance(body, Surface):
+                check_bead(name, body, what if name == "first" else f"{what}, or a Surface")
+            if hasattr(body, "shell_flexibility"):
+                raise ValueError(f"{name} = {short(body)}: must be {what}")
+        self.bodies, self.cells, self.correction, self.midplane = (first, second), cells, correction, midplane
         one, other = (body if isinstance(body, Surface) else body.surface for body in self.bodies)
         self.flat, self.sharp = relative_curvatures(one, other)
         if self.flat <= 1e-12 * self.sharp:
             raise ValueError(
                 f"second = {second!r}: touches the first along a line; parallel cylinders: see contact_law_plane"
             )
-        self.hertz, self.sharpest = PowerLaw(hertz_stiffness(one, other)), sharpest_curvatures(one, other)
+        self.theory = self.below = PowerLaw(hertz_stiffness(one, other))
+        self.sharpest = sharpest_curvatures(one, other)
+        self.radius = 1.0 / max(self.sharpest)
         self.modulus = 1.0 / (1.0 / one.material.contact_modulus + 1.0 / other.material.contact_modulus)
+
+    def up_to(self, approach: float) -> ComputedLaw:
+        """The law up to an approach, m."""
+        return self._over(None, approach)
+
+    def up_to_force(self, force: float) -> ComputedLaw:
+        """A law that reaches this force, N."""
+        return self._over(force, None)
+
+    def _over(self, max_force: float | None, max_approach: float | None) -> ComputedLaw:
+        softness = self.softness(self.correction, self.midplane)
+        overlap = self.overlap(max_force, max_approach, softness)
+        steps = BEYOND * overlap * np.geomspace(LEAST_PART, 1.0, LOAD_STEPS)
+        fine, coarse, coarsest = (self.forces(steps, self.cells // coarser) for coarser in (1, 2, 4))
+        near, far = (float(np.abs(one / other - 1.0).max()) for one, other in ((coarse, fine), (coarsest, coarse)))
+        # Either difference may be small by chance.
+        error = max(near, far / 2.0**ORDER)
+        points: Points = (steps - softness * fine, fine)
+        largest = float(points[0][-1]) if max_approach is None else max_approach
+        return self.made(points, largest, error, log2(far / near), self.doubts(overlap))
 
     def softness(self, correction: float | Sequence[float] | None, midplane: bool) -> float:
         """What is taken off the approach for both bodies, m/N."""
@@ -168,32 +218,32 @@ class _Pair:
         shares = [finite("correction", number, "m/N") for number in numbers]
         return sum(share for share, body in zip(shares, self.bodies, strict=True) if not isinstance(body, Surface))
 
-    def at_midplane(self, body: Round | Surface) -> float:
+    def at_midplane(self, body: Bead | Surface) -> float:
         """The correction of a body, m/N; a Surface has no mid-plane."""
-        if isinstance(body, Ellipsoid):
+        if not isinstance(body, Surface | Sphere | Cylinder):
             raise ValueError(f"correction = None: must be given, in m/N, for the mid-plane of {short(body)}")
         return 0.0 if isinstance(body, Surface) else midplane_correction(body)
 
     def overlap(self, max_force: float | None, max_approach: float | None, softness: float) -> float:
-        """The approach of the half-spaces, m, that Hertz tells at the end of the law.
+        """The approach of the half-spaces, m, that Hertz expects at the end of the law.
 
         Raises ValueError where softness, m/N, the correction of both bodies, takes off too much there.
         """
         if max_force is not None:
-            overlap = bound = float(self.hertz.approach(np.array(max_force, float)))
+            overlap = bound = float(self.theory.approach(np.array(max_force, float)))
         else:
             overlap = bound = float(max_approach)  # type: ignore[arg-type]
             # As SOFTEST leaves two thirds of an approach or more.
             bound *= 1.5 if softness > 0.0 else 1.0
-        if softness * float(self.hertz.tangent(np.array(bound))) > SOFTEST:
+        if softness * float(self.theory.tangent(np.array(bound))) > SOFTEST:
             raise ValueError(
-                f"correction: the bodies' together, {softness:.3g} m/N, takes off most of what the half-spaces give way"
+                f"correction: the bodies' together, {softness:.3g} m/N, takes off most of the half-spaces' approach"
             )
         if max_force is not None or softness == 0.0:
             return overlap
 
         def excess(overlap: float) -> float:
-            return float(overlap - softness * self.hertz.force(np.array(overlap)) - max_approach)  # type: ignore[operator]
+            return float(overlap - softness * self.theory.force(np.array(overlap)) - max_approach)  # type: ignore[operator]
 
         return float(brentq(excess, 0.0, bound, xtol=1e-12 * bound))
 
@@ -207,7 +257,7 @@ class _Pair:
                 return float((second / exp(log_square) - first) / (first - second) / ratio - 1.0)
 
             square = exp(brentq(excess, -4.0 / 3.0 * log(ratio) - 20.0, -1e-9, xtol=1e-14))
-        force = float(self.hertz.force(np.array(approach)))
+        force = float(self.theory.force(np.array(approach)))
         along = 3.0 * force * float(ellipkm1(square)) / (2.0 * pi * self.modulus * approach)
         return along, sqrt(square) * along
 

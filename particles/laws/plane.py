@@ -16,10 +16,9 @@ from skfem.helpers import ddot, div, sym_grad
 
 from particles.bead import Cylinder
 from particles.laws.active_set import edge_approach, forces_of_steps
-from particles.laws.computed import LEAST_ORDER, ComputedLaw, Points, check_range, continued_to_zero, error_and_order
+from particles.laws.computed import LEAST_ORDER, ComputedContact, ComputedLaw, Points, error_and_order
 from particles.laws.formulas import SMALL_CONTACT, contact_law
 from particles.laws.meshes import HalfPlane, Spheroid, half_plane
-from structures.caution import caution
 from structures.checks import instance, one_of, positive
 from structures.elasticity import first_lame_parameter, shear_modulus
 from structures.factor import factorise
@@ -36,10 +35,10 @@ FEWEST = 3
 """Elements over the half-width of the narrowest contact that is computed: the force is right to 2e-4 there."""
 
 COARSEST = 8
-"""Elements over the half-width of the widest contact, so that a mesh of cells four times as large tells the error."""
+"""Elements over the half-width of the widest contact, so that a mesh of cells four times as large shows the error."""
 
 WIDEST_CONTACT = 0.5
-"""Half-width of a contact over a cylinder's radius, beyond which half a disc pressed along its axis says nothing."""
+"""Half-width of a contact over a cylinder's radius, beyond which half a disc pressed along its axis is no model."""
 
 MARGIN = 1.15
 """How far the mesh lets cylinders touch, over the half-width that is expected."""
@@ -55,37 +54,66 @@ def contact_law_plane(
     max_approach: float | None = None,
     spacing: float | None = None,
 ) -> ComputedLaw:
-    """The law of two parallel cylinders by plane finite elements, up to max_force (N) or max_approach (m).
+    """The law of two parallel cylinders by plane finite elements.
 
-    second: by default like the first; of unlike lengths, the shorter one bears. state: "strain", as in the middle of
-    long cylinders, or "stress", as in thin discs: bounds of what cylinders of finite length do. The approach is that
-    of the mid-planes, which may slide sideways.
     Quadratic elements on the true arc, the gap that of the undeformed arcs, no friction, small strains; primal-dual
-    active set. spacing, m: size of the elements at the contact; by default a 36th of the half-width of the widest
-    contact. Load steps are the approaches at which the contact's edge meets a corner of the mesh.
+    active set. Load steps are the approaches at which the contact's edge meets a corner of the mesh.
     In the limit of narrow contacts this is Johnson's law of `contact_law`, with E in place of E/(1 − ν²) for "stress";
-    below the first load step it goes on as that.
-    Contacts that leave small strains get a caution.
-    Raises ValueError for other bodies, for cylinders that cross (`contact_law_bem`), and where the widest contact has
-    fewer than eight elements over its half-width; ActiveSetNotConverged.
+    below the first load step it continues as that. Contacts in which strains are not small get a caution.
+
+    Parameters
+    ----------
+    first : Cylinder
+        One cylinder.
+    second : Cylinder, optional
+        The other one, by default like the first. The shorter length counts.
+    state : str
+        "strain", as in the middle of long cylinders, or "stress", as in thin discs: the two bound what cylinders of
+        finite length do.
+    max_force : float, optional
+        Force up to which the law is computed, N. Give this or max_approach.
+    max_approach : float, optional
+        Approach of the mid-planes, which may slide sideways, up to which the law is computed, m.
+    spacing : float, optional
+        Size of the elements at the contact, m; by default a 36th of the half-width of the widest contact.
+
+    Returns
+    -------
+    ComputedLaw
+        With its error and its observed order of convergence.
+
+    Raises
+    ------
+    ValueError
+        For other bodies, for cylinders that cross, and for a widest contact of fewer than eight elements.
+    ActiveSetNotConverged
+        Where the nodes in contact were not found.
+
+    References
+    ----------
+    Johnson, Contact Mechanics (1985), section 5.6; Khatri's thesis, section 5.3.2.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> body = hl.Cylinder(2.38e-3, 4.76e-3, hl.STEEL_316)
+    >>> law = hl.laws.plane(body, max_approach=2e-6, spacing=3e-6)
+    >>> law.name, round(float(law.force(2e-6) / hl.contact_law(body, body).force(2e-6)), 2)
+    ('finite elements, plane strain', 1.0)
     """
     instance("first", first, Cylinder, "a Cylinder")
     second = first if second is None else instance("second", second, Cylinder, "a Cylinder")
     one_of("state", state, STATES)
-    contact = _Line(first, second, state)
-    check_range(max_force, max_approach, contact.theory, 1.0 / contact.curvature)
-    if max_force is not None:
-        law = contact.law(float(max_force), spacing)
-        return replace(law, largest=float(law.approach(np.array(max_force))))
-    approach = float(max_approach)  # type: ignore[arg-type]
-    return replace(contact.law(float(contact.theory.force(np.array(approach))), spacing), largest=approach)
+    size = None if spacing is None else positive("spacing", spacing, "m")
+    return _Line(first, second, state, size).law(max_force, max_approach)
 
 
-class _Line:
+class _Line(ComputedContact):
     """Two parallel cylinders, and what Johnson's theory expects of them."""
 
-    def __init__(self, first: Cylinder, second: Cylinder, state: str) -> None:
-        self.cylinders, self.state = (first, second), state
+    def __init__(self, first: Cylinder, second: Cylinder, state: str, spacing: float | None) -> None:
+        self.cylinders, self.state, self.spacing = (first, second), state, spacing
+        self.method = f"finite elements, plane {state}"
         flat, sharp = relative_curvatures(first.surface, second.surface)
         if flat > 1e-12 * sharp:
             raise ValueError(
@@ -93,21 +121,26 @@ class _Line:
             )
         self.curvature, self.length = sharp, min(first.length, second.length)
         if state == "stress":
-            # What a thin disc gives way at a contact depends on E alone.
+            # The compliance of a thin disc at a contact depends on E alone.
             first, second = (
                 replace(body, material=replace(body.material, poisson_ratio=0.0)) for body in self.cylinders
             )
-        self.theory = contact_law(first, second)
+        self.theory = self.below = contact_law(first, second)
+        self.radius = 1.0 / sharp
         self.softness = sum(1.0 / body.material.contact_modulus for body in (first, second))
 
     def half_width(self, force: float) -> float:
         """Of the contact under a force, m (Johnson, Contact Mechanics, equation 4.43)."""
         return sqrt(4.0 * force * self.softness / (pi * self.length * self.curvature))
 
-    def law(self, force: float, spacing: float | None) -> ComputedLaw:
+    def up_to(self, approach: float) -> ComputedLaw:
+        """The law up to an approach, m."""
+        return replace(self.up_to_force(float(self.theory.force(np.array(approach)))), largest=approach)
+
+    def up_to_force(self, force: float) -> ComputedLaw:
         """The law up to a force, N, and somewhat beyond."""
         widest = self.half_width(force)
-        size = widest / ELEMENTS if spacing is None else positive("spacing", spacing, "m")
+        size = widest / ELEMENTS if self.spacing is None else self.spacing
         if size * COARSEST > widest * (1.0 + 1e-9):
             raise ValueError(
                 f"spacing = {size:.3g} m: leaves the half-width of the widest contact fewer than {COARSEST} cells; "
@@ -116,12 +149,10 @@ class _Line:
         fine, *coarser = (self.steps(MARGIN * widest, size, factor) for factor in (1.0, 2.0, 4.0))
         # At the narrowest contacts the order is less than elsewhere: the whole difference is the error.
         error, order = error_and_order(fine, *coarser, highest=LEAST_ORDER)
-        doubts = ""
+        doubts = []
         if widest * self.curvature > SMALL_CONTACT:
-            doubts = f"a contact of {widest:.3g} m half-width is too wide for small strains"
-            caution(f"contact law: {doubts}")
-        points, name = continued_to_zero(fine, self.theory), f"finite elements, plane {self.state}"
-        return ComputedLaw(*points, name, doubts, float(fine[0][-1]), float(fine[0][0]), error, order)  # type: ignore[arg-type]
+            doubts.append(f"a contact of {widest:.3g} m half-width is too wide for small strains")
+        return self.made(fine, float(fine[0][-1]), error, order, doubts)
 
     def steps(self, reach: float, size: float, coarser: float = 1.0) -> Points:
         """Approaches, m, at which the contact's edge meets a corner of the mesh, and forces, N.

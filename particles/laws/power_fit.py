@@ -11,14 +11,28 @@ from structures.checks import one_of, positive
 WEIGHTINGS = ("relative", "absolute")
 
 POINTS = 400
+"""Of a law that are fitted."""
+
+STEEPEST = 10.0
+"""The largest exponent that is looked for, that of PowerLaw."""
 
 
 @dataclass(frozen=True)
 class PowerFit:
-    """F = k δⁿ, fitted from the approach `lowest` to `highest`, m, by a weighting.
+    """F = k δⁿ, fitted over a range of approaches by a weighting; k and n mean little without these.
 
-    stiffness k, N/mⁿ, and exponent n mean little without the three. misfit: largest relative deviation of the force in
-    the range.
+    Parameters
+    ----------
+    stiffness : float
+        k, N/mⁿ.
+    exponent : float
+        n.
+    lowest, highest : float
+        Range of approaches, m.
+    weighting : str
+        "relative" or "absolute".
+    misfit : float
+        Largest relative deviation of the force in the range.
     """
 
     stiffness: float
@@ -36,11 +50,37 @@ class PowerFit:
 
 
 def fit_power_law(law: ContactLaw, lowest: float, highest: float, weighting: str = "relative") -> PowerFit:
-    """The power law nearest to a law from the approach `lowest` to `highest`, m.
+    """The power law nearest to a law over a range of approaches.
 
-    weighting: "relative", least squares of ln F at even steps of ln δ; or "absolute", of F at even steps of δ, which
-    looks at large forces (so, over 0.2–10 µm, the thesis's Table 5.1).
-    Raises ValueError for a range that is none.
+    Parameters
+    ----------
+    law : ContactLaw
+        The law.
+    lowest : float
+        Start of the range, m.
+    highest : float
+        End of the range, m.
+    weighting : str
+        "relative", least squares of ln F at even steps of ln δ; or "absolute", of F at even steps of δ, which weights
+        large forces (over 0.2–10 µm: Table 5.1 of Khatri's thesis).
+
+    Returns
+    -------
+    PowerFit
+        Stiffness, exponent and misfit; its `law` is a PowerLaw.
+
+    Raises
+    ------
+    ValueError
+        For a highest approach that is not above the lowest, and for another weighting.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> shell = hl.HollowSphere(9.525e-3, 8.655e-3, hl.ALUMINIUM_6061)
+    >>> fit = hl.laws.fit_power_law(hl.contact_law(shell, shell), 1e-6, 10e-6)
+    >>> round(fit.exponent, 2)
+    1.2
     """
     one_of("weighting", weighting, WEIGHTINGS)
     lowest, highest = positive("lowest", lowest, "m"), positive("highest", highest, "m")
@@ -63,7 +103,7 @@ def fit_power_law(law: ContactLaw, lowest: float, highest: float, weighting: str
         def squares(exponent: float) -> float:
             return float(np.sum((factor_of(exponent) * parts**exponent - forces) ** 2))
 
-        exponent = minimize_scalar(squares, bounds=(0.5, 10.0), method="bounded", options={"xatol": 1e-10}).x
+        exponent = minimize_scalar(squares, bounds=(0.5, STEEPEST), method="bounded", options={"xatol": 1e-10}).x
         factor = factor_of(exponent)
     misfit = float(np.abs(factor * parts**exponent / forces - 1.0).max())
     stiffness = float(factor * end / highest**exponent)

@@ -9,10 +9,11 @@ from scipy.special import spherical_jn
 from skfem import Basis, ElementTetP2, ElementVector
 
 import hertzlink as hl
+from particles.deformable.solid_vibration import vibration_of_solid
 from particles.deformable.vibration import Vibration, vibration
 from particles.laws.axisymmetric import contact_law_fem
 from particles.laws.computed import ComputedLaw
-from particles.laws.solid import _by_curvature, contact_law_solid, midplane_correction, vibration_of_solid
+from particles.laws.solid import _by_curvature, contact_law_solid, midplane_correction
 from particles.laws.solid_mesh import contact_eighth, supported
 from structures.elasticity import pressure_speed, shear_speed
 from structures.structure import Vector

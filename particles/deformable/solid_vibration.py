@@ -1,0 +1,107 @@
+"""Elastic modes of a free sphere by three-dimensional finite elements, to compare with those of `vibration`."""
+
+from math import sqrt
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse.linalg import LinearOperator, eigsh
+
+from particles.bead import Sphere
+from particles.deformable.vibration import Vibration, of_modes
+from particles.laws.solid import QUARTERS
+from particles.laws.solid_mesh import MIDPLANES, Eighth, SolidEighth, even_eighth, supported, turning
+from structures.checks import instance, positive, whole
+from structures.elasticity import shear_speed
+from structures.factor import factorise
+
+CELLS = 5
+"""Over the radius of a sphere that vibrates."""
+
+CHANGED = 2.0
+"""What a turn changes, `solid_mesh.turning`, halfway from nothing to the least that modes of another order have, 4."""
+
+HIGHEST = 0.95
+"""Of the highest frequency found, up to which all modes are."""
+
+RIGID = 1e-3
+"""ω², over the square of shear waves' rate across a radius, below which the motion is the rigid one."""
+
+EIGHTHS = 8.0
+"""Of the bead."""
+
+Rows = NDArray[np.float64]
+
+
+def vibration_of_solid(bead: Sphere, modes: int, spacing: float | None = None) -> Vibration:
+    """The lowest elastic modes of a free sphere about the chain's axis, as `vibration` gives them, in three dimensions.
+
+    spacing, m: size of the cells; by default a fifth of the radius, which leaves the six lowest frequencies of a steel
+    sphere 0.4 % too high at most, and what moves the poles by 1 % off, but where two frequencies nearly meet.
+    An eighth of a sphere has other modes too, at the same frequencies, and the mesh mixes them. So all the modes found
+    are turned among themselves into those that a turn about the axis leaves alone and those that it changes
+    (`solid_mesh.turning`), which are dropped.
+    Raises ValueError for other beads, and where the mesh has fewer modes or too many cells.
+    """
+    bead = instance("bead", bead, Sphere, "a Sphere")
+    modes, size = whole("modes", modes, 0), bead.radius / CELLS
+    part = even_eighth(bead, size if spacing is None else positive("spacing", spacing, "m"))
+    opposite, together = (supported(part, midplane) for midplane in MIDPLANES)
+    pole = int(np.flatnonzero(part.box.max(axis=0) == 0.0)[0])
+    between = 0.5 * (_drift(together, pole) - _squeeze(opposite, pole))
+    return of_modes(_lowest_round(part, opposite, together, pole, modes), between)
+
+
+def _lowest_round(part: Eighth, opposite: SolidEighth, together: SolidEighth, pole: int, modes: int) -> Rows:
+    """The lowest modes about the axis, modes × 4: ω², motion of the pole, momentum of the half, and −1 or 1."""
+    shift = (shear_speed(part.bead.material) / part.bead.radius) ** 2
+    turned, count = turning(part), 4 * modes + 8
+    while modes:
+        if count > opposite.weight.size // 3:
+            raise ValueError(f"modes = {modes}: too many for so large cells; must be fewer, or spacing smaller")
+        found = [
+            (*_round(half, turned, pole, count, shift), sign) for half, sign in ((opposite, -1.0), (together, 1.0))
+        ]
+        # Beyond the lesser of both highest, modes of the other half, or of the same frequency, may be missing.
+        limit = HIGHEST**2 * min(highest for _, highest, _ in found)
+        rows = np.concatenate([np.column_stack([half, np.full(len(half), sign)]) for half, _, sign in found])
+        rows = rows[(rows[:, 0] < limit) & (rows[:, 0] > RIGID * shift)]
+        if len(rows) >= modes:
+            return rows[np.argsort(rows[:, 0])][:modes]
+        count *= 2
+    return np.empty((0, 4))
+
+
+def _round(half: SolidEighth, turned: Any, pole: int, count: int, shift: float) -> tuple[Rows, float]:
+    """ω², motion of the pole and momentum of the half of the modes about the axis among the lowest; and the highest ω².
+
+    shift, 1/s²: taken off ω², so that the rigid motion does not stop the factorisation.
+    """
+    inverse = LinearOperator(half.mass.shape, matvec=factorise(half.stiffness + shift * half.mass), dtype=float)
+    start = np.random.default_rng(0).normal(size=half.weight.size)
+    squares, shapes = eigsh(half.stiffness, count, half.mass, sigma=-shift, OPinv=inverse, v0=start)
+    changes, turns = np.linalg.eigh(shapes.T @ (turned[half.kept][:, half.kept] @ shapes))
+    round_ones = turns[:, changes < CHANGED]
+    own, mixture = np.linalg.eigh(round_ones.T @ (squares[:, None] * round_ones))
+    # The whole bead has eight times the mass of the eighth that eigsh normalises.
+    shapes = shapes @ round_ones @ mixture / sqrt(EIGHTHS)
+    shapes *= np.where(shapes[half.motions[2, pole]] < 0.0, -1.0, 1.0)
+    momenta = QUARTERS * (half.weight @ shapes)
+    return np.stack([own, shapes[half.motions[2, pole]], momenta], axis=1), float(squares.max())
+
+
+def _squeeze(half: SolidEighth, pole: int) -> float:
+    """Motion of each pole inwards by unit forces on both against each other, m/N; it grows as the mesh is refined."""
+    force, place = np.zeros(half.weight.size), half.motions[2, pole]
+    force[place] = 1.0 / QUARTERS
+    return float(factorise(half.stiffness)(force)[place])
+
+
+def _drift(half: SolidEighth, pole: int) -> float:
+    """Motion of each pole relative to the centre of mass by unit forces on both poles the same way, m/N.
+
+    In the frame of the pole, the force on it does nothing, and the bead hangs in an even acceleration.
+    """
+    held = np.delete(np.arange(half.weight.size), half.motions[2, pole])
+    sag = factorise(half.stiffness[held][:, held])(half.weight[held])
+    return float(half.weight[held] @ sag) / float(half.weight.sum()) ** 2 / QUARTERS

@@ -1,0 +1,105 @@
+"""`computed_law` picks the numerical method for the contact of two bodies."""
+
+from collections.abc import Callable
+from typing import Any
+
+from particles.bead import Bead, Cylinder, Ellipsoid, HollowSphere, Sphere, check_bead, check_body
+from particles.laws.axisymmetric import contact_law_fem
+from particles.laws.computed import ComputedLaw
+from particles.laws.formulas import LINE
+from particles.laws.half_spaces import contact_law_bem
+from particles.laws.plane import contact_law_plane
+from particles.laws.solid import contact_law_solid
+from structures.checks import one_of
+from structures.surface import Surface, relative_curvatures
+
+METHODS: dict[str, Callable[..., ComputedLaw]] = {
+    "axisymmetric": contact_law_fem,
+    "half-spaces": contact_law_bem,
+    "plane strain": lambda first, second, **given: contact_law_plane(first, second, state="strain", **given),
+    "plane stress": lambda first, second, **given: contact_law_plane(first, second, state="stress", **given),
+    "three-dimensional": contact_law_solid,
+}
+"""A new method is one more line here."""
+
+SLENDER = 10.0
+"""Length over radius of parallel cylinders, from which plane strain replaces tetrahedra: their free ends, each about a
+radius long, then bear less than a fifth of the force."""
+
+
+def computed_law(
+    first: Bead,
+    second: Bead | Surface | None = None,
+    max_force: float | None = None,
+    max_approach: float | None = None,
+    method: str | None = None,
+    **options: Any,
+) -> ComputedLaw:
+    """The law of two bodies by the numerical method that suits them.
+
+    Bodies of revolution that touch at their poles: axisymmetric finite elements. Parallel cylinders: tetrahedra if they
+    are equal and shorter than ten radii, else plane strain. All others: boundary elements on half-spaces, with the
+    approach of the mid-planes between Spheres and Cylinders.
+
+    Parameters
+    ----------
+    first : Bead
+        One body.
+    second : Bead or Surface, optional
+        The other one, or a surface; by default like the first.
+    max_force : float, optional
+        Force up to which the law is computed, N. Give this or max_approach.
+    max_approach : float, optional
+        Approach up to which the law is computed, m.
+    method : str, optional
+        "axisymmetric", "half-spaces", "plane strain", "plane stress" or "three-dimensional".
+    **options
+        Further arguments of the method, such as spacing (m) of finite elements and cells of half-spaces; see
+        `hl.laws.axisymmetric`, `half_spaces`, `plane` and `solid`.
+
+    Returns
+    -------
+    ComputedLaw
+        Its name states the method; it holds its error.
+
+    Raises
+    ------
+    ValueError
+        For another method, and for bodies that the method does not take.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    >>> hl.laws.computed_law(bead, max_force=50.0, spacing=20e-6).name
+    'finite elements'
+    >>> crossed = hl.Cylinder(2.38e-3, 4.76e-3, hl.STEEL_316, angle=1.5)
+    >>> hl.laws.computed_law(bead, crossed, max_force=20.0, cells=32, midplane=False).name
+    'boundary elements'
+    """
+    check_bead("first", first, "a body")
+    other = first if second is None else check_body("second", second)
+    name = method_for(first, other) if method is None else one_of("method", method, METHODS)
+    if name == "half-spaces":
+        has_midplane = all(isinstance(body, Sphere | Cylinder | Surface) for body in (first, other))
+        options = {"midplane": has_midplane and "correction" not in options} | options
+    return METHODS[name](first, other, max_force=max_force, max_approach=max_approach, **options)
+
+
+def method_for(first: Bead, second: Bead | Surface) -> str:
+    """The name of the method that suits two bodies."""
+    if _is_round(first) and _is_round(second):
+        return "axisymmetric"
+    if isinstance(first, Cylinder) and isinstance(second, Cylinder):
+        flat, sharp = relative_curvatures(first.surface, second.surface)
+        if flat <= LINE * sharp:
+            short = first == second and first.length < SLENDER * first.radius
+            return "three-dimensional" if short else "plane strain"
+    return "half-spaces"
+
+
+def _is_round(body: Bead | Surface) -> bool:
+    """Whether a body is one of revolution about the chain's axis."""
+    if isinstance(body, Surface):
+        return body.second_curvature == body.curvature
+    return isinstance(body, Sphere | HollowSphere) or (isinstance(body, Ellipsoid) and body.axis == "along")
