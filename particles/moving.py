@@ -82,10 +82,10 @@ class MovingChain:
     --------
     >>> import hertzlink as hl
     >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-    >>> side = SIDE(hl.Chain([bead] * 10, bead, 0.44), hl.Surface(hl.STEEL_316))
+    >>> side = hl.stepping.MovingChain(hl.Chain([bead] * 10, bead, 0.44), hl.Surface(hl.STEEL_316))
     >>> state, force = side.advance(side.start(), (0.0, 0.0), 1e-6)
     >>> side
-    MovingChain(Chain(10 Sphere, struck by Sphere at 0.44 m/s), Surface(...))
+    MovingChain(Chain(10 Sphere, struck by Sphere at 0.44 m/s), Surface(...)
     """
 
     chain: Chain

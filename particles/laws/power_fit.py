@@ -80,7 +80,7 @@ def fit_power_law(law: ContactLaw, lowest: float, highest: float, weighting: str
     >>> shell = hl.HollowSphere(9.525e-3, 8.655e-3, hl.ALUMINIUM_6061)
     >>> fit = hl.laws.fit_power_law(hl.contact_law(shell, shell), 1e-6, 10e-6)
     >>> round(fit.exponent, 2)
-    1.2
+    1.25
     """
     one_of("weighting", weighting, WEIGHTINGS)
     lowest, highest = positive("lowest", lowest, "m"), positive("highest", highest, "m")
