@@ -1,4 +1,4 @@
-"""How far from a straight edge a chain must stand for its reflected wave not to depend on it: a tabulated law.
+"""The distance from a straight edge beyond which the edge does not change the reflected wave: a tabulated law.
 
 AR is the amplitude ratio of the primary reflected wave. For a pair of materials it depends on two numbers only, the
 inelasticity parameter λ and the distance from the edge over ℓ = (T_c √(D/m))^½: see docs/plate_edge.md.
@@ -26,10 +26,10 @@ TABLE = "edge_ratios.csv"
 """AR over edge, ratio of contact stiffnesses, λ and distance; `benchmarks/edge_ratios.py` computes it."""
 
 TOLERANCES = (0.01, 0.1)
-"""The least and greatest tolerance of AR. Below, the error of the table would decide."""
+"""The least and greatest tolerance of AR. Below, the error of the table would dominate."""
 
 DECAYING = 0.9
-"""λ up to which the wave from the plate is one: beyond, an echo pushes the last bead a second time, and the two waves
+"""λ up to which the plate returns a single wave. Above, an echo pushes the last bead a second time, and the two waves
 merge on their way to the sensor."""
 
 ERROR, ERROR_MERGING = 0.002, 0.005
@@ -39,13 +39,13 @@ BETWEEN = 0.015
 """Part of c by which it may be off halfway between two stiffness ratios of the table; AR was off by 0.007 there."""
 
 SLOWEST, FASTEST = 1e-9, 1e5
-"""m/s, between which all is far from what floats can hold."""
+"""m/s. Between these speeds no number overflows or underflows."""
 
 FINE = 4501
-"""Distances between which the last crossing is sought."""
+"""Points of the interpolated AR among which the last crossing is found; between two of them it is linear."""
 
 SLACK = 1e-3
-"""Part of the ends of the table's ranges by which a value may miss them."""
+"""A value may lie outside of the table's ranges by this part: rounding of λ and the stiffness ratio."""
 
 
 class CriticalDistanceEstimate(NamedTuple):

@@ -19,7 +19,7 @@ from structures.surface import Surface
 EDGES = ("clamped", "simple", "free")
 
 LENGTHS, TIMES = (1e-9, 1e6), (1e-12, 1e3)
-"""m and s, between which all is far from what floats can hold."""
+"""m and s. Within these ranges no number overflows or underflows."""
 
 HIGHEST_FREQUENCY = 100.0e3
 """Hz, up to which each oscillator's motion is resolved in time. From 60 to 200 kHz amplitude ratios of chains of 4.76
@@ -29,31 +29,31 @@ UNTIL = 4.0e-3
 """s. Chains of 19 mm steel beads on thin plates need records of 3.5 ms, smaller beads shorter ones."""
 
 QUASI_STATIC = 5.0
-"""Oscillators go up to so many times the highest frequency; the upper ones merely follow the force."""
+"""Oscillators extend to this multiple of the highest frequency; the upper ones follow the force without delay."""
 
 GAUSS = np.polynomial.legendre.leggauss(16)
 
 PHASE = 24.0
-"""Radians of the fastest oscillation of an integrand in a panel of 16 Gauss points, which integrate it to 1e-9."""
+"""Radians of the fastest oscillation of an integrand in an interval of 16 Gauss points, which integrate it to 1e-9."""
 
 MOST_PHASE = 2.0e5
 """Radians, of some 130 000 oscillators: more would be slower than a plate with a mesh."""
 
 PANELS = 2
-"""Panels, over 1/ω, of the oscillators above the highest frequency."""
+"""Intervals, over 1/ω, of the oscillators above the highest frequency."""
 
 SETTLED = 30.0
-"""kd from which waves that are not resolved in time meet the compliance of the infinite plate."""
+"""kd above which waves that are not resolved in time have the compliance of the infinite plate."""
 
 HALVINGS = 10
-"""Panels towards grazing waves, each half the one before: near there the free edge's waves change within an angle of
-some ν²/4 from the edge."""
+"""Intervals towards grazing waves, each half as long as the one before: there the waves of a free edge change within an
+angle of some ν²/4 from the edge."""
 
 FADED = 40.0
 """kd beyond which e^{−kd} is below rounding."""
 
 CHUNK = 128
-"""Distances that are taken at once."""
+"""Distances that are computed at once; limits memory."""
 
 
 def half_plane(
@@ -66,8 +66,8 @@ def half_plane(
 ) -> Structure:
     """A thin plate that fills the half-plane x ≥ 0, struck at a distance from its straight edge x = 0.
 
-    Exact in Kirchhoff's theory but for a quadrature: each of its points is an undamped oscillator with a positive
-    weight, so that the structure can neither lose nor make energy (see Notes).
+    Exact in Kirchhoff's theory except for a quadrature. Each of its points is an undamped oscillator with a positive
+    weight, so that the structure conserves energy (see Notes).
 
     Parameters
     ----------
@@ -155,18 +155,18 @@ class _HalfPlane(NamedTuple):
     poisson_ratio: float
 
     def resolved(self, highest: float, until: float) -> tuple[Vector, Vector]:
-        """From zero to a circular frequency, as near to each other as motion up to `until` s and echoes ask for.
+        """From zero to a circular frequency, spaced as densely as motion up to `until` s and echoes require.
 
-        Waves that cannot be back by then are left out: Re Y is that of the infinite plate.
+        Waves that cannot return by then are left out: Re Y is that of the infinite plate.
         """
         a, fastest = self.diffusion, (highest / self.diffusion) ** 0.5
         there = self.distance if self.distance < until * (a * highest) ** 0.5 else inf
         path = 0.0 if there == inf else there
-        # The phase of sin(ωt) times an echo, a k² t + 2kd, is the same in all panels.
+        # The phase of sin(ωt) times an echo, a k² t + 2kd, is the same in all intervals.
         total = a * until * fastest**2 + 2.0 * path * fastest
         if total > MOST_PHASE:
             raise ValueError(
-                f"until = {until!r}: with highest_frequency = {highest / (2.0 * pi):g} Hz this wants "
+                f"until = {until!r}: with highest_frequency = {highest / (2.0 * pi):g} Hz this requires "
                 f"{total / PHASE * GAUSS[0].size:.1g} oscillators; take a shorter record or a lower frequency"
             )
         phases = np.linspace(0.0, total, int(np.ceil(total / PHASE)) + 1)
@@ -202,8 +202,8 @@ class _HalfPlane(NamedTuple):
 def conductance(distance: Vector, edge: str, poisson_ratio: float) -> Vector:
     """Re Y at distances kd from the edge in units of the inverse wavenumber, over the 1/8√(Dm) of the infinite plate.
 
-    A plane wave comes at an angle θ to the edge's normal and is thrown back; near the edge there is an evanescent wave
-    besides. In units of 1/k the sum of them varies as ψ(x) = A cos(ηx) + B sin(ηx) + C e^{−γx}, with ξ = sin θ along
+    A plane wave arrives at an angle θ to the edge's normal and is reflected; near the edge there is also an evanescent
+    wave. In units of 1/k their sum varies as ψ(x) = A cos(ηx) + B sin(ηx) + C e^{−γx}, with ξ = sin θ along
     the edge, η = cos θ, γ = √(1 + ξ²) and A² + B² = 1; Re Y is (4/π) ∫ ψ² dθ from 0 to π/2. Along a free edge runs an
     edge wave as well (`_edge_wave`). For a simple edge ψ = sin(ηx), and the integral is 1 − J₀(2kd).
     """
@@ -211,7 +211,7 @@ def conductance(distance: Vector, edge: str, poisson_ratio: float) -> Vector:
         return np.asarray(1.0 - j0(2.0 * distance))
     found = np.empty(distance.size)
     order = np.argsort(distance)
-    # Sorted, so that near contacts do not pay for the many directions that far ones need.
+    # Sorted, so that near contacts use fewer directions than far ones.
     for start in range(0, order.size, CHUNK):
         part = order[start : start + CHUNK]
         angle, width = _gauss(_angles(float(distance[part[-1]])))
@@ -237,7 +237,7 @@ def _shape(distance: Vector, angle: Vector, edge: str, poisson_ratio: float) -> 
 
 
 def _edge_wave(distance: Vector, poisson_ratio: float) -> Vector:
-    """What the wave along a free edge adds to Re Y (Konenkov, Sov. Phys. Acoust. 6 (1960) 122).
+    """The contribution of the wave along a free edge to Re Y (Konenkov, Sov. Phys. Acoust. 6 (1960) 122).
 
     It runs with the wavenumber q > 1, q⁻⁴ = (1 − ν)(3ν − 1 + 2 √(1 − 2ν + 2ν²)), in units of k, and decays away from
     the edge as φ = e^{−γ₁x} + C e^{−γ₂x}, γ₁,₂² = q² ∓ 1. A guided wave with the group speed c has
@@ -255,7 +255,7 @@ def _edge_wave(distance: Vector, poisson_ratio: float) -> Vector:
 
 
 def _angles(farthest: float) -> Vector:
-    """Ends of the panels over θ from 0 to π/2, for distances kd up to the farthest."""
+    """Ends of the intervals over θ from 0 to π/2, for distances kd up to the farthest."""
     ends = pi / 2.0 * (1.0 - np.append(2.0 ** -np.arange(HALVINGS + 1.0), 0.0))
     parts = [
         np.linspace(start, end, 1 + int(np.ceil((end - start) * 2.0 * farthest / PHASE)), endpoint=False)
@@ -265,7 +265,7 @@ def _angles(farthest: float) -> Vector:
 
 
 def _gauss(ends: Vector) -> tuple[Vector, Vector]:
-    """Gauss points and weights of the panels between these ends."""
+    """Gauss points and weights of the intervals between these ends."""
     place, weight = GAUSS
     half, middle = np.diff(ends)[:, None] / 2.0, (ends[1:] + ends[:-1])[:, None] / 2.0
     return (middle + half * place).ravel(), (half * weight).ravel()

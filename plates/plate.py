@@ -212,7 +212,7 @@ class Plate:
 
     @property
     def _cells(self) -> Cells:
-        """The cells that the element asks for; halves where nothing but the contacts differs between them."""
+        """The cells that the element requires; halves where only the contacts may differ between them."""
         left, right, bottom, top = (self._edges.get(name, "free") for name in SIDES)
         equal = not self.additions and mirrors_itself(self.section, 0.0)
         cells = self.element.cells(self.shortest_wavelength, self.additions)

@@ -7,7 +7,7 @@ from typing import Any
 from structures.checks import not_negative, one_of
 
 KINDS = ("clamped", "simple", "soft simple", "free", "symmetry")
-"""Ways to hold an edge, besides springs."""
+"""Ways to hold an edge other than springs."""
 
 SHOWN = 6
 """Edges that the text of a plate shows."""

@@ -1,8 +1,8 @@
-"""Curved edges that a mesh cuts short: how far the curve lies off the straight facets, and which way it runs there.
+"""Curved edges that a mesh approximates by straight facets: distance and direction of the curve at each facet.
 
-A polygon whose sides are held with w = 0 is no curved edge that is held so: however many sides it has, a thin plate's
-slope vanishes at its corners, as if the edge were clamped (Babuška's paradox). So sides that meet at a small angle are
-taken for chords of one curve through their ends, on which w = 0 in their stead.
+A polygon with w = 0 on its sides does not converge to a curved edge with w = 0. However many sides it has, a thin
+plate's slope vanishes at its corners, as if the edge were clamped (Babuška's paradox). Therefore sides that meet at a
+small angle are regarded as chords of one curve through their ends, and w = 0 holds on the curve.
 """
 
 from typing import Any, NamedTuple
@@ -14,10 +14,10 @@ from structures.mesh_source import Numbers
 from structures.structure import Vector
 
 SMOOTH = 30.0
-"""Degrees. Sides of an edge that meet at less than this are one curve."""
+"""Degrees. Sides of an edge that meet at a smaller angle form one curve: polygons of 12 sides and more do."""
 
 STRAIGHT = 1e-6
-"""Rad. Facets that meet at less than this are one side."""
+"""Rad. Facets that meet at a smaller angle form one side: rounding of coordinates."""
 
 
 class Curve(NamedTuple):
@@ -32,7 +32,7 @@ class Curve(NamedTuple):
 def curve(mesh: Any, facets: Numbers, parts: Vector) -> Curve:
     """The curve of one edge at parts (0 … 1) of the way from the first to the second vertex of its facets.
 
-    Between the ends of a side it is the cubic that has the mean direction of both sides at each of them.
+    Between the ends of a side the curve is a cubic. At each end its direction is the mean of those of the two sides.
     """
     ends = mesh.facets[:, facets]
     inside = mesh.p[:, mesh.t[:, mesh.f2t[0, facets]]].mean(axis=1).T - mesh.p[:, ends[0]].T
@@ -59,7 +59,7 @@ def _sides(
 ) -> tuple[Numbers, Vector, tuple[Vector, Vector]]:
     """For each facet its side, and how far from the side's start it begins; for each side the turns at its two ends.
 
-    Left turns are positive; at corners, and where the edge ends, there is none.
+    Left turns are positive. At corners, and where the edge ends, the turn is zero.
     """
     follows = {int(vertex): facet for facet, vertex in enumerate(start)}
     after = np.array([follows.get(int(vertex), -1) for vertex in end])

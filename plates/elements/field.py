@@ -1,7 +1,7 @@
 """Displacement and surface stress of plates from their degrees of freedom, at the points of quadratic cells.
 
-The struck face is on top: where the plate is pushed it sinks, so displacement along z is −w. Stress is that of bending
-at the struck face of a homogeneous wall, z = t/2 above its middle, 6 M/t²; the lower face bears the opposite.
+The struck face is on top. A pushed plate moves down, so the displacement along z is −w. The stress is that of bending
+at the struck face of a homogeneous wall, 6 M/t² at z = t/2; at the lower face it has the opposite sign.
 """
 
 from collections.abc import Sequence
@@ -31,10 +31,10 @@ FOUR_QUADS = np.array([
 """The reference square as four."""
 
 NINE = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0.5, 0], [1, 0.5], [0.5, 1], [0, 0.5], [0.5, 0.5]])
-"""Where a quadratic quadrilateral has its points, in VTK's order."""
+"""Places of the points of a quadratic quadrilateral, in VTK's order."""
 
 SAME = 1e-7
-"""Points nearer than this part of the plate's size are one."""
+"""Points nearer to each other than this part of the plate's size are merged."""
 
 
 class Sampled(Protocol):
@@ -75,7 +75,7 @@ class PlateSampler:
         return face
 
     def stiffness_parts(self) -> list[Matrix]:
-        """The stiffness of the wall, which is one part."""
+        """The stiffness of the wall: one part."""
         return [self.stiffness]
 
 
@@ -88,7 +88,7 @@ def mesh_sampler(mesh: Any, functions: Sampled, kept: Matrix, section: Section, 
     shares = np.stack([1.0 - x - y, x, y] if corners == 3 else [(1 - x) * (1 - y), x * (1 - y), x * y, (1 - x) * y])
     points = np.einsum("jic,iq->cqj", mesh.p[:, mesh.t], shares).reshape(-1, 2)
     scale = SAME * np.ptp(points, axis=0).max()
-    # Off the lattice of round numbers, on which many points lie.
+    # The offset keeps the lattice off round numbers, on which many points lie.
     _, first, number = np.unique(np.floor(points / scale + 0.12345), axis=0, return_index=True, return_inverse=True)
     number = number.ravel()
     cells = number.reshape(mesh.nelements, -1)[:, local.reshape(len(quads), 9)].reshape(-1, 9)

@@ -3,8 +3,8 @@
 With the beam matrices P_ij = ∫ v⁽ⁱ⁾ u⁽ʲ⁾ along x and along y, M = ρt P₀₀⊗P₀₀ and, for the bending stiffness D,
 K = D₁₁ P₂₂⊗P₀₀ + D₂₂ P₀₀⊗P₂₂ + D₁₂ (P₂₀⊗P₀₂ + P₀₂⊗P₂₀) + 4 D₆₆ P₁₁⊗P₁₁
   + 2 D₁₆ (P₂₁⊗P₀₁ + P₁₂⊗P₁₀) + 2 D₂₆ (P₀₁⊗P₂₁ + P₁₀⊗P₁₂).
-The contact vector is b_x⊗b_y. Stiffeners, point masses and weakened rectangles are tensor products too: on a line the
-beam matrix across it is that of a point, over a part the integrals run over that part only, wherever it ends.
+The contact vector is b_x⊗b_y. Stiffeners, point masses and weakened rectangles are tensor products too. Across a line
+the beam matrix is that of a point; over a rectangle the integrals extend over that part only, wherever it ends.
 """
 
 from collections.abc import Sequence
@@ -177,7 +177,7 @@ class Beam:
 
     @property
     def springs(self) -> Vector:
-        """What elastic ends add: translation · vu + rotation · v′u′, a beam matrix."""
+        """The beam matrix of elastic ends: translation · vu + rotation · v′u′."""
         total = np.zeros(self.row.size)
         for kind, position in ((self.start, self.nodes[0]), (self.end, self.nodes[-1])):
             if isinstance(kind, ElasticEdge):
@@ -222,7 +222,7 @@ def _sampler(x: Beam, y: Beam, section: Section, stiffness: sparse.csr_array) ->
 def plate_matrices(
     x: Beam, y: Beam, section: Section, additions: Sequence[Addition] = ()
 ) -> tuple[sparse.csr_array, sparse.csr_array]:
-    """M and K of the plate that two beams span, with what is added to it."""
+    """M and K of the plate that two beams span, additions included."""
     along, across = x.integrals(), y.integrals()
     inertia: list[Term] = [(section.mass, along[0, 0], across[0, 0])]
     elastic = _bending(section.bending, along, across)
@@ -271,7 +271,7 @@ def _bending(stiffness: Vector, x: Integrals, y: Integrals) -> list[Term]:
 
 
 def _stiffener(one: Stiffener, x: Beam, y: Beam) -> tuple[Term, list[Term]]:
-    """Inertia, and bending and twist, of a stiffener along x or along y: it bends with the plate and twists with it."""
+    """Inertia, and bending and twist, of a stiffener along x or along y: it bends and twists with the plate."""
     (x1, y1), (x2, y2) = one.start, one.end
     if one.along_x:
         line, value, slope = x.integrals(min(x1, x2), max(x1, x2)), y.point(y1), y.point(y1, 1)
@@ -285,9 +285,9 @@ def _stiffener(one: Stiffener, x: Beam, y: Beam) -> tuple[Term, list[Term]]:
 
 
 def _assembled(x: Beam, y: Beam, *sums: Sequence[Term]) -> list[sparse.csr_array]:
-    """Σ factor · x⊗y for each list of terms. All share one pattern, that of the cells' neighbourhood.
+    """Σ factor · x⊗y for each list of terms. All share one sparsity pattern.
 
-    Each sum is one dense product, entries of x by entries of y; only where they stand takes some thought.
+    Each sum is one dense product, entries of x by entries of y. The rest computes where the entries belong.
     """
     along, across = (np.bincount(beam.row, minlength=beam.size) for beam in (x, y))
     starts = np.concatenate([[0], np.cumsum(np.outer(along, across))])

@@ -1,13 +1,13 @@
-"""What Mindlin's plates make of a force on a small disc, and what is left to say of the plate in three dimensions.
+"""The contact force on a small disc of Mindlin's plate, and the indentation that plate and Hertz's law do not contain.
 
-Hertz's law holds the indentation of a half-space. A plate of three dimensions gives way to a pressure p cos kx on its
-face by p (1 − ν²)/Ek · B(kt) more than the half-space, with B = (ch + 1)/(sh − x) + (ch − 1)/(sh + x) − 2, x = kt
-(Timoshenko and Goodier, Theory of Elasticity, section 24): 1/Dk⁴ + t²/5Dk² + … in long waves, nothing in short ones.
-Mindlin's plate gives way by 1/Dk⁴ + 1/Sk², with D/S = t²/5(1 − ν): too much in the second term, and in short waves
-without end, which is its logarithm under a point force. Two things put that right, and make the radius a of the disc
-indifferent: the transverse stress under the force bends the plate by Poisson's effect, e p̂ with e = νt²/10(1 − ν)
-(Reissner, J. Appl. Mech. 12 (1945) 69), less a²/8 as the disc's mean does the same; and what then differs is constant,
-a flexibility.
+Hertz's law contains the indentation of a half-space. Under a pressure p cos kx on its face, a plate in three dimensions
+deflects by p (1 − ν²)/Ek · B(kt) more than the half-space, with B = (ch + 1)/(sh − x) + (ch − 1)/(sh + x) − 2, x = kt
+(Timoshenko and Goodier, Theory of Elasticity, section 24). This is 1/Dk⁴ + t²/5Dk² + … for long waves and zero for
+short ones. Mindlin's plate deflects by 1/Dk⁴ + 1/Sk² with D/S = t²/5(1 − ν). Its second term is too large, and for
+short waves it causes the logarithmic singularity under a point force. Two corrections make the result independent of
+the disc's radius a. First, the transverse stress under the force bends the plate by Poisson's effect, e p̂ with
+e = νt²/10(1 − ν) (Reissner, J. Appl. Mech. 12 (1945) 69); a²/8 is subtracted, because the mean over the disc has the
+same effect. Second, the difference that remains is a constant, which is given as a flexibility.
 """
 
 from math import log, pi
@@ -33,9 +33,10 @@ def bending_by_poisson(section: Section, radius: float) -> float:
 
 
 def remaining_flexibility(section: Section, radius: float) -> float:
-    """m/N: the layer of three dimensions, less the half-space, less Mindlin's plate under a disc of this radius, m.
+    """The compliance of the layer in three dimensions, less those of the half-space and of Mindlin's plate under a disc
+    of this radius, m; in m/N.
 
-    With 2J₁(ka)/ka for the disc's mean; the stiffness of anisotropic walls is the mean over all directions.
+    2J₁(ka)/ka is the disc's mean. The stiffness of anisotropic walls is averaged over all directions.
     """
     rigidity, shear = _rigidity(section), float(np.sqrt(np.linalg.det(section.shear)))
     bend, thickness = bending_by_poisson(section, radius), section.thickness
@@ -47,5 +48,5 @@ def remaining_flexibility(section: Section, radius: float) -> float:
 
 
 def _rigidity(section: Section) -> float:
-    """D, N m, by which the plate bends under a point force in the mean over all directions."""
+    """The harmonic mean of D over all directions, N m, which governs the deflection under a point force."""
     return float(1.0 / (1.0 / all_around(section)).mean())

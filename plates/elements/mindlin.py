@@ -2,8 +2,8 @@
 
 The deflection w and the slope s = (s_x, s_y) of the fibres across the wall, which is ∇w where there is no shear, are
 functions of one Space: energy ½ ∫ κᵀ B κ + (∇w − s)ᵀ S (∇w − s) with κ = (s_x,x, s_y,y, s_x,y + s_y,x), mass
-½ ∫ m ẇ² + J |ṡ|², all integrated in full (Mindlin, J. Appl. Mech. 18 (1951) 31). The order of the functions alone
-keeps thin plates from locking. Degree of freedom 3 i is w of function i, 3 i + 1 and 3 i + 2 are s_x and s_y.
+½ ∫ m ẇ² + J |ṡ|², all integrated in full (Mindlin, J. Appl. Mech. 18 (1951) 31). The high order of the functions
+prevents locking of thin plates. Degree of freedom 3 i is w of function i, 3 i + 1 and 3 i + 2 are s_x and s_y.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -29,8 +29,8 @@ from structures.mesh_source import Numbers, Tag
 from structures.structure import Vector
 
 TWO_WAYS = 1e-6
-"""Directions in which s is held are two where the smaller eigenvalue of the sum of d dᵀ exceeds this part of the other:
-they differ by a tenth of a degree."""
+"""s is held in two directions d where the smaller eigenvalue of the sum of d dᵀ exceeds this part of the larger one:
+the directions then differ by a tenth of a degree or more."""
 
 DEGREE = 4
 """Degree of the polynomials. Degree 4 does not lock in practice down to a thickness of 0.0025 of the side."""
@@ -54,7 +54,7 @@ Blocks: TypeAlias = dict[tuple[int, int], Vector]
 class Mindlin:
     """Mindlin's theory on triangles or quadrilaterals: an `Element`.
 
-    patch_radius: of the disc that bears the contact force, m. degree: of the polynomials.
+    patch_radius: of the disc on which the contact force acts, m. degree: of the polynomials.
     """
 
     patch_radius: float
@@ -164,7 +164,7 @@ class MindlinFunctions:
         return self._assembled(self.space.cell_dofs[mesh.f2t[0, facets]], blocks)
 
     def kept(self, edges: Mapping[Tag, Numbers], supports: Mapping[Tag, Support]) -> Matrix:
-        """size × n: the motions that the supports leave; at held edges s is turned into their axes.
+        """size × n: the motions that the supports leave; at held edges s has components along and across the edge.
 
         On simple edges that are polygons of curves, w vanishes on the curve: w = −(its distance) s·n on the facets.
         """
@@ -221,7 +221,7 @@ def _bending(bending: Vector, products: Mapping[str, Vector]) -> Blocks:
 
 
 def _remaining(still: NDArray[np.bool_], held: Vector, follows: Vector) -> Matrix:
-    """The motions that are left where w follows s, and s is held in directions d of which held is the sum of d dᵀ."""
+    """The motions that remain where w follows s. held: the sum of d dᵀ over the directions d in which s is held."""
     strength, axes = np.linalg.eigh(held)
     free = np.stack([strength[:, 0] <= TWO_WAYS * strength[:, 1], strength[:, 1] == 0.0], axis=1)
     axes[free.all(axis=1)] = np.eye(2)

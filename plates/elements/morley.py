@@ -1,12 +1,12 @@
 """Matrices of thin (Kirchhoff) plates on any flat mesh of triangles: Morley's elements, and how their edges are held.
 
-w is quadratic in each triangle, given by its values at the corners and its slopes across the sides at their middles;
-not continuous, but convergent, with order 2 of frequencies (Morley, Aero. Quart. 19 (1968) 149). scikit-fem's
-ElementTriMorley is the same; here the triangles have coordinates of their own, so that small ones in a large plate
-lose no digits. Degrees of freedom: w at the vertices, then the slopes across the facets.
+w is quadratic in each triangle. Its values at the corners and its slopes across the sides at their midpoints determine
+it. w is not continuous, but the element converges, with order 2 of frequencies (Morley, Aero. Quart. 19 (1968) 149).
+scikit-fem's ElementTriMorley is the same; here each triangle has its own coordinates, so that small triangles in a
+large plate lose no digits. Degrees of freedom: w at the vertices, then the slopes across the facets.
 
-Morley's plate is too soft: the curvature is constant in each triangle, and the energy of its variation is missing. This
-energy is added here, from the jumps of the curvature between neighbours; see `MorleyFunctions.matrices`.
+Morley's plate is too soft: the curvature is constant in each triangle, and the energy of its variation is missing. It
+is added here, computed from the jumps of the curvature between neighbours; see `MorleyFunctions.matrices`.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -30,8 +30,8 @@ from structures.structure import Vector
 Matrix: TypeAlias = sparse.csr_array
 
 JUMPS = 2.25
-"""Weight of the energy of the curvature's jumps. 1 is that of a curvature that varies linearly. The softness that
-Morley's triangles owe to the discontinuity of w needs more: the error of order 2 vanishes at 2.0, 2.3 and 2.6 on gmsh's
+"""Weight of the energy of the curvature's jumps. It is 1 for a curvature that varies linearly. The discontinuity of w
+makes the triangles softer still, which requires more: the error of order 2 vanishes at 2.0, 2.3 and 2.6 on gmsh's
 triangles (ν = 0, 0.3 and 0.45), and at 1.8 and 2.2 (ν = 0 and 0.3) for plane waves on equilateral ones."""
 
 FINEST, COARSEST = 24.0, 8.0
@@ -41,7 +41,7 @@ GROWTH = 0.15
 """Increase of the size of cells per distance from the contact."""
 
 SAME_STIFFNESS = 1e-6
-"""Neighbours whose bending stiffness differs by a greater part have different curvatures in any case."""
+"""Relative difference of bending stiffness above which neighbours are expected to have different curvatures."""
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,8 @@
-"""Scalar functions of high order on a flat mesh of triangles or quadrilaterals: what Mindlin's w and rotations are
-made of.
+"""Scalar functions of high order on a flat mesh of triangles or quadrilaterals, for Mindlin's w and rotations.
 
-Triangles bear Lagrange's polynomials (scikit-fem's ElementTriP3 and P4), quadrilaterals products of integrated Legendre
-polynomials (ElementQuadP), whose odd functions of a side change sign with its direction: here they take that of the
-side's corners, the lower number first, so that any mesh of quadrilaterals fits together.
+Triangles have Lagrange's polynomials (scikit-fem's ElementTriP3 and P4), quadrilaterals products of integrated Legendre
+polynomials (ElementQuadP). Odd functions of a side change sign with its direction. Here each side runs from its corner
+with the lower number to the other one, so that the functions of neighbours agree on any mesh of quadrilaterals.
 """
 
 from typing import Any, NamedTuple
@@ -76,7 +75,7 @@ class Space:
         return self._sampled(np.arange(count), np.repeat(places[:, None], count, axis=1), weights)
 
     def along(self, facets: Numbers) -> Samples:
-        """The cells beside the facets, at points of the facets."""
+        """The cells next to the facets, at points of the facets."""
         cells = self.mesh.f2t[0, facets]
         part, weights = np.polynomial.legendre.leggauss(self.degree + 1)
         part, weights = (part + 1.0) / 2.0, weights / 2.0
@@ -89,7 +88,7 @@ class Space:
     def on(self, facets: Numbers) -> tuple[Numbers, Curve]:
         """The functions that do not vanish on the facets, functions × facets, and the edge's curve there, … × facets.
 
-        On quadrilaterals those of a side belong to no point of it: they are given the side itself as the curve.
+        On quadrilaterals the functions of a side belong to no single point; for them the curve is the side itself.
         """
         dofs = np.concatenate([self.vertex_dofs[self.mesh.facets[:, facets]], self.facet_dofs[:, facets]])
         parts = np.append([0.0, 1.0], np.arange(1, self.degree) / self.degree)
@@ -138,7 +137,7 @@ class Space:
         return cells, places
 
     def _linear(self, places: Vector) -> tuple[Vector, Vector]:
-        """Values, corners × …, and slopes, 2 × corners × …, of what carries the reference cell into space."""
+        """Values, corners × …, and slopes, 2 × corners × …, of the map from the reference cell to the mesh."""
         pairs = [self.linear.lbasis(places, i) for i in range(self.corners.shape[1])]
         values = np.stack([np.broadcast_to(value, places.shape[1:]) for value, _ in pairs])
         return values, np.stack([np.broadcast_to(_column(slope, places), places.shape) for _, slope in pairs], axis=1)

@@ -25,14 +25,14 @@ from structures.mesh_source import (
 from structures.structure import Vector
 
 LONGEST_SIDE, THINNEST = 10.0, 2e-4
-"""A panel longer than the first, m, or whose thickness is below the second part of its length, is taken for one in
+"""A mesh longer than the first, m, or of a plate thinner than the second part of its length, is probably in
 millimetres."""
 
 OUT_OF_PLANE = 1e-6
 """Points may lie out of the plane by this part of the longest side."""
 
 FOLDED = 1e-9
-"""Cells whose angle at a corner is below this, rad, or above half a turn, are folded."""
+"""Cells with an angle at a corner below this, rad, or above half a turn, are flat or folded."""
 
 TOO_LONG = 1.5
 """Sides of a mesh from a file may be longer than the coarsest cell that the waves require by this factor."""
@@ -44,10 +44,10 @@ LINES = {"line": 2, "line3": 2}
 
 
 class FlatMesh:
-    """A flat mesh of triangles or quadrilaterals from a file or a meshio.Mesh, for a panel of a thickness in m.
+    """A flat mesh of triangles or quadrilaterals from a file or a meshio.Mesh, for a plate of a thickness in m.
 
-    scale: m per unit of the mesh; None is 1, for panels whose size can be one in m. Raises ValueError, or logs a
-    warning, where a mesh cannot be a panel.
+    scale: m per unit of the mesh; None is 1, for meshes whose size is plausible in m. Raises ValueError for a mesh that
+    cannot be a plate.
     """
 
     def __init__(self, source: Any, thickness: float, scale: float | None = None) -> None:
@@ -117,7 +117,7 @@ class FlatMesh:
         return self._mesh
 
     def described(self) -> dict[str, Any]:
-        """Where the mesh came from, as plain data."""
+        """The source of the mesh, as plain data."""
         return {"mesh": self.source, "scale": self.scale, "cells": self._mesh.mesh.nelements}
 
     def summary(self) -> str:
@@ -130,13 +130,13 @@ class FlatMesh:
 
 
 def _faces(source: Any) -> tuple[str, list[int]]:
-    """The type of the cells that fill the panel, and their blocks."""
+    """The type of the cells that fill the plate, and their blocks."""
     kinds = {block.type for block in source.cells if block.type not in ("vertex", *LINES) and len(block.data)}
     solid = sorted(kinds - set(CELLS))
     if solid:
         raise ValueError(f"mesh: has cells of type {names(solid)}; a panel's mesh is flat, see solid(...) for bodies")
     if not kinds:
-        raise ValueError("mesh: has no triangles nor quadrilaterals; mesh the surface, and save it")
+        raise ValueError("mesh: has neither triangles nor quadrilaterals; mesh the surface, and save it")
     if len(kinds) > 1:
         raise ValueError(f"mesh: mixes cells of type {names(sorted(kinds))}; must have one type")
     kind = kinds.pop()
@@ -173,7 +173,7 @@ def _upright(points: Vector, cells: Numbers) -> Numbers:
 
 
 def _check_sides(mesh: Any) -> None:
-    """A ValueError where more than two cells share a side, as where cells lie on each other."""
+    """A ValueError where more than two cells share a side, or overlap."""
     shared = np.bincount(mesh.t2f.ravel(), minlength=mesh.nfacets)
     if shared.max() > 2:
         place = near(mesh.p[:, mesh.facets[:, shared.argmax()]].T)

@@ -20,7 +20,7 @@ NAMED = 6
 """Names of edges that the text of an outline shows."""
 
 COINCIDE = 1e-9
-"""Corners nearer than this part of the outline's size are one."""
+"""Corners nearer to each other than this part of the outline's size coincide: rounding."""
 
 ROUND = 96
 """Corners of a circle by default: its frequencies are within 0.1 % of the circle's."""

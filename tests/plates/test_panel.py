@@ -418,7 +418,7 @@ def changed(**changes: Any) -> meshio.Mesh:
         (changed(point=(4, (0.5, 0.5, 0.1))), r"is not flat, its box is 1 × 1 × 0\.1 m"),
         (changed(point=(4, (np.nan, 0.5, 0.0))), "must be finite"),
         (changed(kind="tetra"), r"has cells of type 'tetra'; a panel's mesh is flat, see solid"),
-        (changed(lines=True), "has no triangles nor quadrilaterals"),
+        (changed(lines=True), "has neither triangles nor quadrilaterals"),
         (changed(mixed=True), "mixes cells of type 'quad', 'triangle'"),
         (changed(twice=True), "3 cells share a side"),
         ("no_such_file.msh", "there is no such file"),
