@@ -176,7 +176,7 @@ class CoSimulation:
         run = dataset(self.interface, frames, plan.interval, given, findings)
         if log.isEnabledFor(logging.INFO):
             log.info("%s", summary(run))
-        return run if clock is None else run.assign_attrs(trace=clock.told())
+        return run if clock is None else run.assign_attrs(trace=clock.report())
 
     def describe(self) -> dict[str, Any]:
         """The full input as plain data."""
@@ -199,7 +199,7 @@ class CoSimulation:
             ("contacts", self.interface.in_words()),
             ("scheme", repr(self.scheme)),
             ("window", f"{window:g} s" if isinstance(window, float) else str(window)),
-            ("step of the chain", f"{self.chain.dt:.4g} s"),
+            ("step of the chain", f"at most {self.chain.dt or self.chain.longest_step:.4g} s"),
             ("shortest contact", f"{1e6 * self.interface.contact_time:.4g} µs"),
             ("impact energy", f"{1e3 * self.interface.impact_energy:.4g} mJ"),
         ]

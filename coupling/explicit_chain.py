@@ -276,11 +276,11 @@ def _dataset(chain: Chain, frames: _Frames, given: dict[str, Any], mesh: dict[st
         "static_force": ("contact", np.zeros(bodies), {"units": "N", "long_name": "preload"}),
     }
     free = 2 * frames.bead.mass.size - int(frames.bead.held.sum())
-    told: dict[str, Any] = {
+    attributes: dict[str, Any] = {
         "degrees_of_freedom": bodies * free, "cells": bodies * frames.bead.cells, "step": frames.step, **mesh,
         "seconds": frames.seconds,
     }  # fmt: skip
     findings = _findings(chain.beads[0], saved.contact_force, given["rigid_wall"])
     findings += yields([MovingChain(chain, None)], [saved.contact_force.max(axis=0)])
     warn(findings)
-    return with_warnings(xr.Dataset(variables, coordinates, {**provenance(given), **told}), findings)
+    return with_warnings(xr.Dataset(variables, coordinates, {**provenance(given), **attributes}), findings)

@@ -15,7 +15,7 @@ from particles.deformable.chain import moving_chain
 from particles.moving import ChainState, MovingChain
 from structures.checks import instance, whole
 from structures.moving import MovingStructure
-from structures.structure import Structure, Vector, half_space
+from structures.structure import Structure, Vector, half_space, surfaces_of
 from structures.surface import Surface
 
 LAST, FIRST = 0, 1
@@ -78,8 +78,7 @@ class Contact(NamedTuple):
 
 def points(structure: Any) -> int:
     """The number of contact points of a Structure or a Participant."""
-    surface = structure.surface
-    return len(surface) if isinstance(surface, tuple) else 1
+    return len(surfaces_of(structure))
 
 
 class Interface:
@@ -110,7 +109,7 @@ class Interface:
                     place, point = self._seat(where, given, chains[number])
                     self.contacts.append(Contact(number, end, place, point))
         self.size = len(self.contacts)
-        self.single = self.size == 1 and points(self.structures[0]) == 1
+        self.single = self.size == 1 and len(self.structures[0].surfaces) == 1
         self.of_chain = [[k for k, c in enumerate(self.contacts) if c.chain == i] for i in range(len(chains))]
         self._touching = [
             [k for k, contact in enumerate(self.contacts) if contact.structure == place]
@@ -176,14 +175,11 @@ class Interface:
 
     def push(self, states: Sequence[Any], force: Vector, length: float) -> tuple[tuple[Any, ...], Vector]:
         """The structures' states and the contacts' displacements (m) after mean forces (N) over `length` s."""
-        if self.single:
-            state, place = self.structures[0].advance(states[0], float(force[0]), length)
-            return (state,), np.array([place])
         ends, surface = [], np.empty(self.size)
         for number, structure in enumerate(self.structures):
             seats = self.of_structure[number]
-            end, places = structure.advance(states[number], self.at(number, force), length)
-            surface[seats[seats >= 0]] = np.atleast_1d(places)[seats >= 0]
+            end, places = structure.move(states[number], self.at(number, force), length)
+            surface[seats[seats >= 0]] = places[seats >= 0]
             ends.append(end)
         return tuple(ends), surface
 
@@ -192,12 +188,9 @@ class Interface:
     ) -> tuple[tuple[ChainState, ...], Vector, Vector]:
         """The chains' states, mean forces (N) and works (J) after the surfaces moved on from the last node of `past`.
 
-        The works are those of the chains' own mean forces, above the static ones, on the surfaces as they see them.
+        The works are those of the chains' own mean forces, above the static ones, on the motion that they followed.
         """
         before = past[-1].surface if past else np.zeros(self.size)
-        if self.single and not self.quadratic:
-            only, mean = self.chains[0].advance(states[0], (float(before[0]), float(surface[0])), length)
-            return (only,), np.array([mean]), mean * (surface - before)
         corners = self._corners(past, before, surface, length)
         moved, force, work = list(states), np.zeros(self.size), np.zeros(self.size)
         piece = length / (len(corners) - 1)
@@ -229,8 +222,8 @@ class Interface:
     ) -> CoupledState:
         """The state after a substep of `length` s, with its ledger.
 
-        force: what the structures felt. answer: the chains' mean forces and works. residual: their difference from
-        `force` unless given, N.
+        force: the mean forces on the structures. answer: the chains' mean forces and works. residual: their difference
+        from `force` unless given, N.
         """
         ledger, way = state.ledger, surface - state.surface
         damped = ledger.damped
@@ -256,30 +249,29 @@ class Interface:
         """The displacements of the contacts in states of Structures, m."""
         surface = np.empty(self.size)
         for structure, state, seats in zip(self.structures, states, self.of_structure, strict=True):
-            surface[seats[seats >= 0]] = np.atleast_1d(structure.read(state))[seats >= 0]
+            surface[seats[seats >= 0]] = structure.read(state)[seats >= 0]
         return surface
 
     def pushed(self, free: Sequence[Any], force: Vector, length: float) -> tuple[Any, ...]:
-        """The states of Structures at a substep's end from those without force, and the mean forces."""
+        """The states of Structures at the end of a substep, from those without force and the mean forces."""
         return tuple(
             structure.pushed(state, self.at(number, force), length)
             for number, (structure, state) in enumerate(zip(self.structures, free, strict=True))
         )
 
     def compliance(self, length: float) -> Vector:
-        """What 1 N of mean force at each contact adds to the displacement of each at the end, m/N, K × K."""
+        """The displacement of each contact at the end for 1 N of mean force at each contact, m/N, K × K."""
         whole_matrix = np.zeros((self.size, self.size))
         for number, structure in enumerate(self.structures):
             seats = self.of_structure[number]
             used = seats >= 0
-            own = np.atleast_2d(structure.compliance(length))
-            whole_matrix[np.ix_(seats[used], seats[used])] = own[np.ix_(used, used)]
+            whole_matrix[np.ix_(seats[used], seats[used])] = structure.compliance(length)[np.ix_(used, used)]
         return whole_matrix
 
-    def at(self, structure: int, force: Vector) -> Any:
-        """The forces at a structure's points, zero where nothing touches; a float where there is one."""
+    def at(self, structure: int, force: Vector) -> Vector:
+        """The forces at all points of a structure, zero where nothing touches."""
         seats = self.of_structure[structure]
-        return float(force[seats[0]]) if seats.size == 1 else np.where(seats < 0, 0.0, force[seats])
+        return np.where(seats < 0, 0.0, force[seats])
 
     def _corners(self, past: Sequence[Node], before: Vector, surface: Vector, length: float) -> list[Vector]:
         """Displacements between which the surfaces move straight, at equal times."""
@@ -310,7 +302,9 @@ class Interface:
             self.structures.append(_moving_structure(whole_one))
             bodies = [one.structure for one in self.structures if isinstance(one, MovingStructure)]
             if len({id(body) for body in bodies}) < len(bodies):
-                raise ValueError(f"{where}: is in two MovingStructures, which would move apart; give one of them twice")
+                raise ValueError(
+                    f"{where}: is in two MovingStructures, which move independently; give one of them twice"
+                )
         if any(contact[2:] == (place, point or 0) for contact in self.contacts):
             raise ValueError(
                 f"{where}: another end of a chain faces that contact point; give it one for each, such as "
@@ -320,7 +314,7 @@ class Interface:
 
     def _at_points(self, place: int) -> Seats:
         """The contact at each point of a structure; −1 where nothing touches."""
-        seats = np.full(points(self.structures[place]), -1, dtype=np.intp)
+        seats = np.full(len(self.structures[place].surfaces), -1, dtype=np.intp)
         for k, contact in enumerate(self.contacts):
             if contact.structure == place:
                 seats[contact.point] = k
@@ -337,10 +331,9 @@ class Interface:
         """Surface and flexibility (m/N) of a contact's point."""
         contact = self.contacts[k]
         structure = self.structures[contact.structure]
-        surfaces = structure.surface if isinstance(structure.surface, tuple) else (structure.surface,)
-        surface = instance("structure.surface", surfaces[contact.point], Surface, "a Surface(material)")
+        surface = instance("structure.surface", structure.surfaces[contact.point], Surface, "a Surface(material)")
         known = isinstance(structure, MovingStructure)
-        return surface, float(np.atleast_1d(structure.structure.flexibility)[contact.point]) if known else 0.0
+        return surface, float(structure.structure.flexibilities[contact.point]) if known else 0.0
 
 
 def for_each(name: str, given: Any, count: int, several: bool) -> list[Any]:

@@ -129,9 +129,8 @@ def _check_repeats(interface: Interface, state: CoupledState, length: float) -> 
     """A ValueError for participants that cannot repeat under the load at which a scheme gave up, or twice that load."""
     for place, box in enumerate(interface.structures):
         if isinstance(box, BlackBox):
-            last = box.last_force
-            for force in (last, 2.0 * last):
-                box.check_repeats(state.structures[place], force, length)
+            for forces in (box.last_forces, 2.0 * box.last_forces):
+                box.check_repeats(state.structures[place], forces, length)
 
 
 def _check_rest(interface: Interface, first: CoupledState) -> None:
@@ -139,7 +138,7 @@ def _check_rest(interface: Interface, first: CoupledState) -> None:
     for place, box in enumerate(interface.structures):
         if isinstance(box, BlackBox):
             moved = first.surface[interface.touched_by(place)]
-            box.check_rest(moved if box.contacts > 1 else float(moved[0]), PROBE * interface.indentation_scale)
+            box.check_rest(moved, PROBE * interface.indentation_scale)
 
 
 def _check(interface: Interface, state: CoupledState) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 
 from coupling.state import NotConverged
 from structures.checks import short
-from structures.structure import Vector
+from structures.structure import Vector, surfaces_of
 from structures.surface import Surface
 
 ROUNDING = 1e-9
@@ -77,16 +77,15 @@ class BlackBox:
     """
 
     def __init__(self, participant: Participant) -> None:
-        self.participant, self.surface = participant, participant.surface
-        self.last_force: Any = None
+        self.participant, self.surfaces = participant, surfaces_of(participant)
         self.name = type(participant).__name__
-        surfaces = self.surface if isinstance(self.surface, tuple) else (self.surface,)
-        if not surfaces or not all(isinstance(one, Surface) for one in surfaces):
+        if not self.surfaces or not all(isinstance(one, Surface) for one in self.surfaces):
             raise ValueError(
-                f"{self.name}.surface = {short(self.surface)}: must be a Surface(material), or a tuple with one for "
-                "each contact point"
+                f"{self.name}.surface = {short(participant.surface)}: must be a Surface(material), or a tuple with "
+                "one for each contact point"
             )
-        self.contacts = len(surfaces)
+        self.contacts = len(self.surfaces)
+        self.last_forces = np.zeros(self.contacts)
         self.passive = getattr(participant, "passive", True)
         if not isinstance(self.passive, bool | np.bool_):
             raise ValueError(f"{self.name}.passive = {short(self.passive)}: must be True or False")
@@ -99,10 +98,9 @@ class BlackBox:
             error.add_note(f"raised by {self.name}.start()")
             raise
 
-    def advance(self, state: Any, force: Any, window: float) -> tuple[Any, Any]:
-        """The participant's own answer, checked."""
-        force = force if self.contacts == 1 else np.array(force)
-        self.last_force = force if self.contacts == 1 else force.copy()
+    def move(self, state: Any, forces: Vector, window: float) -> tuple[Any, Vector]:
+        """The participant's answer to the mean forces (N) of its K contacts, checked: its state and K displacements."""
+        self.last_forces, force = forces.copy(), self._as_given(forces.copy())
         try:
             returned = self.participant.advance(state, force, window)
         except Exception as error:
@@ -119,42 +117,43 @@ class BlackBox:
             place = np.array(surface)
         except (TypeError, ValueError) as error:
             raise self._wrong(returned) from error
-        if place.dtype.kind not in "iuf" or place.shape != self._pushes(0.0).shape:
+        if place.dtype.kind not in "iuf" or place.shape != np.shape(force):
             raise self._wrong(returned)
         if not (abs(place) <= LARGEST_DISPLACEMENT).all():
             raise FloatingPointError(
                 f"{self.name}.advance returned a displacement of {surface!r} m under force = {force!r}: must be at "
                 f"most {LARGEST_DISPLACEMENT:g} m"
             )
-        return state, float(place) if self.contacts == 1 else place.astype(float)
+        return state, place.reshape(self.contacts).astype(float)
 
     def check(self, force: float, window: float, negligible: float) -> None:
         """A ValueError where it is not at rest at the start, does not repeat a window, or moves against a force (N).
 
         negligible, m: a displacement that counts as none.
         """
-        self.check_rest(self._once(self.start(), self._pushes(0.0), window)[1], negligible)
-        self.check_repeats(self.start(), self._pushes(force), window)
+        self.check_rest(self.move(self.start(), np.zeros(self.contacts), window)[1], negligible)
+        self.check_repeats(self.start(), np.full(self.contacts, force), window)
         if self.passive:
             for number in range(self.contacts):
                 self._check_direction(number, force, window, ROUNDING * negligible)
 
-    def check_rest(self, place: Any, negligible: float) -> None:
+    def check_rest(self, places: Vector, negligible: float) -> None:
         """A ValueError where a first window without force did not end at rest, at displacements (m)."""
-        if np.any(np.abs(place) > negligible):
+        if np.any(np.abs(places) > negligible):
+            place = self._as_given(places)
             raise ValueError(
                 f"{self.name}.advance returned a displacement of {place!r} m from start() without force: must be 0, as "
                 "displacements are measured from static equilibrium"
             )
 
-    def check_repeats(self, state: Any, force: Any, window: float) -> None:
+    def check_repeats(self, state: Any, forces: Vector, window: float) -> None:
         """A ValueError where a window, or the next one, gives another result the second time."""
-        ends, places = zip(*(self._once(state, force, window) for _ in range(2)), strict=True)
+        ends, places = zip(*(self.move(state, forces, window) for _ in range(2)), strict=True)
         self._check_repeated(places, "from one state, force and window")
-        self._check_repeated([self._once(end, force, window)[1] for end in ends], "after a window and its repetition")
+        self._check_repeated([self.move(end, forces, window)[1] for end in ends], "after a window and its repetition")
 
     def _check_repeated(self, places: Sequence[Any], when: str) -> None:
-        first, second = places
+        first, second = map(self._as_given, places)
         if np.any(first != second):
             raise ValueError(
                 f"{self.name}.advance is not repeatable: {when} it returned {first!r} m and then {second!r} m. Keep "
@@ -164,9 +163,9 @@ class BlackBox:
 
     def _check_direction(self, number: int, force: float, window: float, rounding: float) -> None:
         """From rest, a point that is pushed alone cannot move towards the chain: the structure would create energy."""
-        pushes = np.zeros(self.contacts)
-        pushes[number] = force
-        place = float(np.ravel(self._once(self.start(), pushes.reshape(self._pushes(0.0).shape), window)[1])[number])
+        forces = np.zeros(self.contacts)
+        forces[number] = force
+        place = float(self.move(self.start(), forces, window)[1][number])
         if place < -rounding:
             point = f"contact point {number}" if self.contacts > 1 else "the contact point"
             raise ValueError(
@@ -175,13 +174,9 @@ class BlackBox:
                 "energy sets passive = False"
             )
 
-    def _once(self, state: Any, pushes: Vector, window: float) -> tuple[Any, Any]:
-        """One window under forces of any shape, a float where there is one."""
-        return self.advance(state, float(pushes) if self.contacts == 1 else pushes, window)
-
-    def _pushes(self, force: float) -> Vector:
-        """The same force on all contact points."""
-        return np.full(() if self.contacts == 1 else self.contacts, force)
+    def _as_given(self, numbers: Vector) -> Any:
+        """The form in which the participant takes and returns K numbers: a float if it has one contact."""
+        return float(numbers[0]) if self.contacts == 1 else numbers
 
     def _wrong(self, returned: Any) -> ValueError:
         many = f"{self.contacts} displacements" if self.contacts > 1 else "displacement"

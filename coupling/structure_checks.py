@@ -1,4 +1,4 @@
-"""What a run checks of the structures that it struck: whether theory, mesh and reduction suit what it did to them."""
+"""The checks of struck structures: whether theory, mesh and reduction suit the deflections and pushes of the run."""
 
 from collections.abc import Iterator
 from typing import Any, NamedTuple
@@ -26,7 +26,7 @@ EXCEEDED = 2.0
 
 
 class Doubt(NamedTuple):
-    """What is doubted, how much (to find the worst contact), and the words."""
+    """The kind of a doubt, its degree (to find the worst contact), and its words."""
 
     kind: str
     degree: float
@@ -72,7 +72,7 @@ def _of_deflection(origin: Any, moved: float) -> Iterator[Doubt]:
     if thickness and held and moved > LARGE_DEFLECTION * thickness:
         words = (
             f"the plate moves by {moved:.2g} m at the contact, more than half its thickness of {thickness:.2g} m; "
-            "linear theory leaves out the stretching that then stiffens it"
+            "linear theory neglects the stretching that then stiffens it"
         )
         yield Doubt("deflection", moved / thickness, words)
 

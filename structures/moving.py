@@ -19,6 +19,7 @@ from structures.stepping import (
     lumped,
 )
 from structures.structure import Structure, Vector
+from structures.surface import Surface
 
 LARGEST_DENSE_SIZE = 300
 """Number of degrees of freedom up to which a coupled, damped structure uses the compiled window loop. With more, the
@@ -88,8 +89,9 @@ class MovingStructure:
         if not callable(stepper):
             one_of("stepper", stepper, STEPPERS)
         self.structure = lumped(structure) if stepper == "central-difference" and structure.size else structure
-        self.stepper, self._contact, self._contacts = stepper, structure.contact, structure.contacts
+        self.stepper, self._vectors, self._contacts = stepper, structure.contact_vectors, structure.contacts
         self._steps: dict[float, Step] = {}
+        self._responses: dict[float, StructureState] = {}
 
     @property
     def surface(self) -> Any:
@@ -97,6 +99,11 @@ class MovingStructure:
         contacts.
         """
         return self.structure.surface
+
+    @property
+    def surfaces(self) -> tuple[Surface, ...]:
+        """Material and curvature at each of the K contacts."""
+        return self.structure.surfaces
 
     @property
     def conservative(self) -> bool:
@@ -122,7 +129,8 @@ class MovingStructure:
         turn.
         """
         step, structure, size = self.step(window), self.structure, self.structure.size
-        displacement, velocity, _ = step.response
+        displacement, velocity, _ = self.response(window)
+        displacement, velocity = displacement[:, 0], velocity[:, 0]
         if isinstance(step, Oscillators):
             spread = step.rows.reshape(2, 2, size).transpose(1, 0, 2).reshape(2, 2 * size)
             square, unit = structure.stiffness.diagonal()[None], np.ones((1, size))
@@ -138,6 +146,10 @@ class MovingStructure:
         response = np.append(displacement, velocity[moving])
         return Propagator(spread, response, structure.contact, stiffness, mass)
 
+    def __repr__(self) -> str:
+        stepper = self.stepper if isinstance(self.stepper, str) else getattr(self.stepper, "__name__", "own stepper")
+        return f"MovingStructure({self.structure!r}, stepper={stepper!r})"
+
     def describe(self) -> dict[str, Any]:
         """How the structure was made, and the stepper if it is not the midpoint, as plain data."""
         chosen = {} if self.stepper == "midpoint" else {"stepper": self.stepper}
@@ -148,22 +160,26 @@ class MovingStructure:
         return StructureState(np.zeros(self.structure.size), np.zeros(self.structure.size))
 
     def advance(self, state: StructureState, force: Any, window: float) -> tuple[StructureState, Any]:
-        """Advance by one window (s) under the mean force (N) relative to the static one, or the p forces of p
-        contacts.
+        """Advance by one window (s) under the mean force (N) relative to the static one.
+
+        Of one contact, force and displacement are floats; of several, arrays with one number for each.
         """
-        end = self.pushed(self.free(state, window), force, window)
+        if np.shape(force) != (() if self._contacts == 1 else (self._contacts,)):
+            many = "a number" if self._contacts == 1 else f"{self._contacts} numbers"
+            raise ValueError(f"force = {force!r}: must be {many} of N, one for each contact")
+        end, places = self.move(state, np.array(force, dtype=float, ndmin=1), window)
+        return end, float(places[0]) if self._contacts == 1 else places
+
+    def move(self, state: StructureState, forces: Vector, window: float) -> tuple[StructureState, Vector]:
+        """Advance by one window (s) under the mean forces (N) of the K contacts; their displacements, m."""
+        end = self.pushed(self.free(state, window), forces, window)
         return end, self.read(end)
 
-    def pushed(self, free: StructureState, force: Any, window: float) -> StructureState:
-        """The state at the end of the window from the state without force and the mean force or forces."""
+    def pushed(self, free: StructureState, forces: Vector, window: float) -> StructureState:
+        """The state at the end of the window from the state without force and the mean forces of the K contacts."""
         if not self.structure.size:
             return free
-        response = self.step(window).response
-        if self._contacts == 1:
-            return StructureState(*(end + force * unit for end, unit in zip(free, response, strict=True)))
-        if np.shape(force) != (self._contacts,):
-            raise ValueError(f"force = {force!r}: must be {self._contacts} numbers of N, one for each contact")
-        forces, pairs = np.asarray(force, dtype=float), zip(free, response, strict=True)
+        pairs = zip(free, self.response(window), strict=True)
         # A Step without memory may return a memory without columns.
         return StructureState(*(end + unit @ forces if unit.size else end for end, unit in pairs))
 
@@ -171,22 +187,29 @@ class MovingStructure:
         """The state at the end of the window if no force acts."""
         return self.step(window).free(state) if self.structure.size else state
 
-    def read(self, state: StructureState) -> Any:
-        """Displacement bᵀu of the contact point, m; an array of p for p contacts."""
-        if self._contacts == 1:
-            return float(self._contact @ state.displacement)
-        return self._contact.T @ state.displacement
+    def read(self, state: StructureState) -> Vector:
+        """Displacements bᵀu of the K contact points, m."""
+        places: Vector = self._vectors.T @ state.displacement
+        return places
 
-    def compliance(self, window: float) -> Any:
-        """Displacement of the contact at the end of the window for 1 N of mean force, m/N.
+    def compliance(self, window: float) -> Vector:
+        """Displacements of the contacts at the end of the window for 1 N of mean force, m/N, K × K.
 
-        For p contacts p × p, with entry (i, j) the displacement of i caused by a force on j. The matrix is symmetric to
-        rounding, because M, C and K are symmetric. Newmark's method with other constants is symmetric to second order
-        only if damping couples the modes.
+        Entry (i, j) is the displacement of i caused by a force on j. The matrix is symmetric to rounding, because M, C
+        and K are symmetric. Newmark's method with other constants is symmetric to second order only if damping couples
+        the modes.
         """
         if not self.structure.size:
-            return 0.0 if self._contacts == 1 else np.zeros((self._contacts,) * 2)
-        return self.read(self.step(window).response)
+            return np.zeros((self._contacts, self._contacts))
+        return self.read(self.response(window))
+
+    def response(self, window: float) -> StructureState:
+        """The states after 1 N from rest at each of the K contacts, a column for each; made once."""
+        if window not in self._responses:
+            parts = self.step(window).response
+            columns = (part.reshape(-1, self._contacts) if part.size else part for part in map(np.asarray, parts))
+            self._responses[window] = StructureState(*columns)
+        return self._responses[window]
 
     def energy(self, state: StructureState) -> float:
         """Kinetic plus elastic energy relative to static equilibrium, J."""
@@ -205,9 +228,7 @@ class MovingStructure:
         own = getattr(self.step(window), "energies", None)
         if own is None:
             return energies(self.structure, state)
-        spread = self.structure.contact
-        load = spread * force if spread.ndim == 1 else spread @ np.broadcast_to(force, spread.shape[1])
-        kept: tuple[float, float] = own(state, load)
+        kept: tuple[float, float] = own(state, self.structure.contact_vectors @ np.broadcast_to(force, self._contacts))
         return kept
 
     def dissipated(self, before: StructureState, after: StructureState, window: float) -> float:

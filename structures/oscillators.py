@@ -43,8 +43,8 @@ class Oscillators:
         kept = np.where(fast, left + 2.0 * drag * push, 1.0 - phase * lag)
         self.rows = np.array([kept, window * push, -window * square * push, left])
         self.window, self.square, self.rate, self.fast, self.push = window, square, rate, fast, window * push
-        lag, push = (x if structure.contacts == 1 else x[:, None] for x in (lag, push))
-        self.response = StructureState(window**2 * lag * structure.contact, window * push * structure.contact)
+        vectors = structure.contact_vectors
+        self.response = StructureState(window**2 * lag[:, None] * vectors, window * push[:, None] * vectors)
 
     def free(self, state: StructureState) -> StructureState:
         """The state at the end of the window if no force acts."""

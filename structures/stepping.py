@@ -68,7 +68,7 @@ class Step(Protocol):
     Attributes
     ----------
     response : StructureState
-        The state after 1 N from rest; for p contacts n × p, one column each.
+        The state after 1 N from rest at each of the K contacts, n × K; for one contact n numbers will do.
 
     Examples
     --------
@@ -121,7 +121,7 @@ class ImplicitMidpoint:
         if structure.damping is not None:
             matrix = matrix + window / 2.0 * structure.damping
         self.structure, self.window, self.solve = structure, window, factorise(matrix)
-        unit = _of_each(self.solve, structure.contact)
+        unit = _of_each(self.solve, structure.contact_vectors)
         self.response = StructureState(window**2 / 2.0 * unit, window * unit)
 
     def free(self, state: StructureState) -> StructureState:
@@ -189,7 +189,7 @@ class Newmark:
         if structure.damping is not None:
             damped = damped + self.gamma * window * structure.damping
         self.solve_mass, self.solve = factorise(structure.mass), factorise(damped)
-        self.response = _from_rest(self._end, structure.contact)
+        self.response = _from_rest(self._end, structure.contact_vectors)
 
     def free(self, state: StructureState) -> StructureState:
         """The state at the end of the window if no force acts."""
@@ -265,9 +265,8 @@ class GeneralisedAlpha:
         if structure.damping is not None:
             matrix = matrix + part * self.gamma * window * structure.damping
         self.solve = factorise(matrix)
-        unit = (1.5 - self.late) * _of_each(self.solve, structure.contact)
-        last = np.ones(1) if structure.contacts == 1 else np.eye(structure.contacts)
-        memory = np.concatenate([unit, last])
+        unit = (1.5 - self.late) * _of_each(self.solve, structure.contact_vectors)
+        memory = np.concatenate([unit, np.eye(structure.contacts)])
         self.response = StructureState(window**2 * self.beta * unit, window * self.gamma * unit, memory)
 
     def free(self, state: StructureState) -> StructureState:
@@ -279,9 +278,7 @@ class GeneralisedAlpha:
         ahead_u = u + self.window * v + self.window**2 * (0.5 - self.beta) * acceleration
         ahead_v = v + self.window * (1.0 - self.gamma) * acceleration
         middle = (1.0 - self.late) * ahead_u + self.late * u, (1.0 - self.late) * ahead_v + self.late * v
-        contact = self.structure.contact
-        spread = last_push * contact if count == 1 else contact @ last_push
-        push = spread - self.inertial * (self.structure.mass @ acceleration)
+        push = self.structure.contact_vectors @ last_push - self.inertial * (self.structure.mass @ acceleration)
         last = self.solve(push - _resistance(self.structure, *middle))
         ahead_u, ahead_v = ahead_u + self.window**2 * self.beta * last, ahead_v + self.window * self.gamma * last
         return StructureState(ahead_u, ahead_v, np.append(last, np.zeros(count)))
@@ -340,7 +337,7 @@ class CentralDifference:
         damping = self.structure.damping
         if damping is not None:
             self.solve = factorise(self.structure.mass + self.step / 2.0 * damping)
-        self.response = _from_rest(self._end, structure.contact)
+        self.response = _from_rest(self._end, structure.contact_vectors)
 
     def free(self, state: StructureState) -> StructureState:
         """The state at the end of the window if no force acts."""
@@ -401,17 +398,15 @@ def equal(first: sparse.sparray, second: sparse.sparray) -> bool:
     return bool(difference.nnz == 0 or difference.max() == 0.0)
 
 
-def _of_each(solve: Solve, contact: Vector) -> Vector:
-    """The solution for a unit force; for several contacts one column for each."""
-    return solve(contact) if contact.ndim == 1 else np.column_stack([solve(column) for column in contact.T])
+def _of_each(solve: Solve, vectors: Vector) -> Vector:
+    """The solutions for a unit force at each contact, one column for each."""
+    return np.column_stack([solve(column) for column in np.ascontiguousarray(vectors.T)])
 
 
-def _from_rest(end: Callable[[StructureState, Vector], StructureState], contact: Vector) -> StructureState:
-    """The state that a unit force causes from rest; for several contacts one column for each."""
-    rest = np.zeros(contact.shape[0])
-    if contact.ndim == 1:
-        return end(StructureState(rest, rest), contact)
-    each = [end(StructureState(rest, rest), column) for column in contact.T]
+def _from_rest(end: Callable[[StructureState, Vector], StructureState], vectors: Vector) -> StructureState:
+    """The states that a unit force at each contact causes from rest, one column for each."""
+    rest = np.zeros(vectors.shape[0])
+    each = [end(StructureState(rest, rest), column) for column in np.ascontiguousarray(vectors.T)]
     return StructureState(*(np.column_stack(parts) for parts in zip(*each, strict=True)))
 
 

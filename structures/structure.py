@@ -15,12 +15,13 @@ from structures.checks import each, finite, instance, listed
 from structures.factor import Matrices, numbers, symmetric
 from structures.field import Field
 from structures.material import Material
+from structures.reprs import html_table
 from structures.surface import Surface
 
 Vector = NDArray[np.float64]
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class Structure:
     """A linear elastic body M ü + C u̇ + K u = b F, loaded by a contact force F at one point or at several.
 
@@ -117,7 +118,42 @@ class Structure:
     @property
     def contacts(self) -> int:
         """The number of contact points."""
-        return 1 if self.contact.ndim == 1 else int(self.contact.shape[1])
+        return int(self.contact_vectors.shape[1])
+
+    @property
+    def contact_vectors(self) -> Vector:
+        """The contact vectors of all K contacts, n × K, also of a single one."""
+        return self.contact.reshape(self.size, self.contact.shape[1] if self.contact.ndim > 1 else 1)
+
+    @property
+    def flexibilities(self) -> Vector:
+        """The flexibilities of all K contacts, m/N."""
+        return np.ravel(np.asarray(self.flexibility, dtype=float))
+
+    @property
+    def surfaces(self) -> tuple[Surface, ...]:
+        """The surfaces of all K contacts."""
+        return surfaces_of(self)
+
+    def __repr__(self) -> str:
+        (_, kind), *others = _facts(self)
+        return f"Structure({', '.join([kind, *(f'{name}: {value}' for name, value in others)])})"
+
+    def _repr_html_(self) -> str:
+        return html_table("Structure", _facts(self))
+
+
+def _facts(structure: Structure) -> list[tuple[str, str]]:
+    """What a line or a short table shows of a structure."""
+    facts = [
+        ("kind", str(structure.origin.get("kind", "user's structure"))),
+        ("unknowns", f"{structure.size}"),
+        ("contacts", f"{structure.contacts}"),
+        ("damping", "none" if structure.damping is None else "viscous"),
+    ]
+    if structure.valid_until < inf:
+        facts.append(("reduced for", f"{structure.valid_until:.4g} s"))
+    return facts
 
 
 def known_field(structure: Structure) -> Field:
@@ -136,6 +172,12 @@ def _columns(contact: Vector) -> Vector:
     if contact.ndim > 2 or contact.shape[1:] == (0,):
         raise ValueError(f"contact has shape {contact.shape}: must be (n,), or (n, p) for p contacts")
     return contact if contact.shape[1:] > (1,) else contact.ravel()
+
+
+def surfaces_of(given: Any) -> tuple[Surface, ...]:
+    """The surfaces of all contacts of a structure or a participant, whose `surface` is one or a tuple of them."""
+    surface = given.surface
+    return surface if isinstance(surface, tuple) else (surface,)
 
 
 def _flexibilities(given: object, count: int) -> Vector:

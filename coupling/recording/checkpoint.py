@@ -24,16 +24,17 @@ from structures.moving import MovingStructure
 HEAD = b"hertzlink checkpoint 1\n"
 
 SUM = 65
-"""Bytes of the line with the sum."""
+"""Length of the line with the sum, bytes."""
 
 INTERVAL = 10.0
 """Seconds between checkpoints, or more, see PAUSE."""
 
 PAUSE = 10.0
-"""A run goes on at least so many times as long as its last checkpoint took to write; its saved times make that grow."""
+"""Between two checkpoints a run continues for at least so many times the duration of the last writing, which grows with
+the number of saved times."""
 
 PROBE = 0.01
-"""Part of the greatest force with which structures are pushed, to know them again by their answer."""
+"""Part of the greatest force with which structures are pushed: their response identifies them."""
 
 NOT_TO_PICKLE = pickle.PicklingError, AttributeError, TypeError
 
@@ -59,7 +60,7 @@ class Keeper:
         self.name = f"checkpoint = {str(path)!r}"
         if interface.boxes and not repeats:
             raise ValueError(
-                f"{self.name}: a participant that cannot repeat a window cannot go on from an old state either; "
+                f"{self.name}: a participant that cannot repeat a window cannot continue from an old state either; "
                 "leave it out, or give Explicit a tolerance where the participant can"
             )
         self.run = as_text({**given, "dt": interface.chains[0].dt, "versions": versions(), **_sums(interface, length)})
@@ -67,20 +68,20 @@ class Keeper:
         self.kept: dict[str, Any] | None = self._read()
 
     def begin(self, frames: Frames, progress: Any) -> Any:
-        """What the run goes on from: what the file holds, and the frames with it; else `progress`, written at once.
+        """The progress from which the run continues: that of the file, with its frames; else `progress`, then written.
 
-        So a state that no pickle can hold, and a file that cannot be written, are known before the run.
+        A state that cannot be pickled, or a file that cannot be written, is thus found before the run.
         """
         if self.kept is None:
             self._write(frames, 0, progress)
             return progress
         kept, self.kept = self.kept, None
         frames.restore(kept["frames"])
-        log.info("%s: goes on after saved time %d of %d", self.name, kept["row"], frames.rows - 1)
+        log.info("%s: continues after saved time %d of %d", self.name, kept["row"], frames.rows - 1)
         return kept["progress"]
 
     def keep(self, frames: Frames, row: int, progress: Any, end: bool) -> None:
-        """Where it is time, or at the run's end: write what is known up to a row, and what the run goes on from."""
+        """Write the frames up to a row and the progress, if it is time or the run ends."""
         if end or monotonic() - self.last >= self.pause:
             self._write(frames, row, progress)
 
@@ -96,10 +97,10 @@ class Keeper:
         self.pause = max(INTERVAL, PAUSE * (self.last - begin))
 
     def _replace(self, kept: dict[str, Any]) -> None:
-        """Write a file beside, under one name, so that what a killed run left of it goes; then rename it."""
-        beside = self.path.with_name(f".{self.path.name}.part")
+        """Write a second file of a fixed name, which replaces the remains of a killed run; then rename it."""
+        part = self.path.with_name(f".{self.path.name}.part")
         try:
-            with beside.open("w+b") as file:
+            with part.open("w+b") as file:
                 file.write(HEAD + bytes(SUM) + self.run.encode() + b"\n")
                 self._pickle(kept, file)
                 file.seek(len(HEAD) + SUM)
@@ -108,9 +109,9 @@ class Keeper:
                 file.write(found)
                 file.flush()
                 os.fsync(file.fileno())
-            os.replace(beside, self.path)
+            os.replace(part, self.path)
         finally:
-            beside.unlink(missing_ok=True)
+            part.unlink(missing_ok=True)
         _keep_name(self.path.parent)
 
     def _pickle(self, kept: dict[str, Any], file: BufferedIOBase) -> None:
@@ -142,12 +143,12 @@ class Keeper:
         if _sum_of_rest(file) != expected:
             raise ValueError(f"{self.name}: is damaged; remove it to begin anew")
         file.seek(len(HEAD) + SUM)
-        theirs = file.readline().decode().rstrip("\n")
-        if theirs != self.run:
-            other = list(differences(json.loads(theirs), json.loads(self.run)))
-            told = [text for text in other if not text.startswith("numbers")] or other
+        stored = file.readline().decode().rstrip("\n")
+        if stored != self.run:
+            other = list(differences(json.loads(stored), json.loads(self.run)))
+            named = ", ".join([text for text in other if not text.startswith("numbers")] or other)
             raise ValueError(
-                f"{self.name}: belongs to another run: {', '.join(told)}; name another file, or remove it to begin anew"
+                f"{self.name}: belongs to another run: {named}; name another file, or remove it to begin anew"
             )
         try:
             kept: dict[str, Any] = pickle.load(file)
@@ -164,7 +165,7 @@ def _sum_of_rest(file: BufferedIOBase) -> bytes:
 
 
 def _keep_name(folder: Path) -> None:
-    """Have the file's new name outlive a loss of power; where folders cannot be opened the system must see to it."""
+    """Make the new name of the file survive a loss of power, on systems that can open a folder."""
     if hasattr(os, "O_DIRECTORY"):
         handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
         try:
@@ -174,9 +175,9 @@ def _keep_name(folder: Path) -> None:
 
 
 def _sums(interface: Interface, length: float) -> dict[str, str]:
-    """Sums of the numbers that move both sides, which their descriptions need not show.
+    """Checksums of the numbers of both sides, which their descriptions need not contain.
 
-    Of a user's participant that is its answer to a first push over a substep.
+    For a user's participant it is the response to a first push over a substep.
     """
     chains = [(c.constants, c.rest, c.static_force, c.method, c.impact_energy or 0.0) for c in interface.chains]
     one_by_one = [s.structure for s in interface.structures if isinstance(s, MovingStructure)]

@@ -18,7 +18,7 @@ from structures.structure import Vector
 def dataset(
     interface: Interface, frames: Frames, interval: float, given: Mapping[str, Any], findings: Sequence[str] = ()
 ) -> xr.Dataset:
-    """The Dataset of one run. Chains shorter than the longest are filled up with NaN.
+    """The Dataset of one run. Shorter chains are padded with NaN, see `reading`.
 
     given: the run's input; findings: what to know of it, a line of the attribute `warnings` each.
     """
@@ -100,7 +100,7 @@ def _of_both_sides(interface: Interface, frames: Frames) -> dict[str, Vector]:
 
 
 def _filled(arrays: Sequence[Vector | None], bodies: int) -> list[Vector]:
-    """Arrays of one shape, with NaN for what a chain has not: bodies of a longer one, modes."""
+    """Arrays of one shape: NaN replaces the bodies and modes that a chain does not have."""
     shape = np.max([array.shape for array in arrays if array is not None], axis=0)
     if bodies:
         shape[1] = bodies
@@ -147,8 +147,8 @@ def _coordinates(interface: Interface, times: Any, bodies: int) -> dict[str, Any
     if interface.size > 1:
         coordinates["interface"] = ("interface", np.arange(interface.size))
     for name in () if interface.single else Contact._fields:
-        told = [getattr(contact, name) for contact in interface.contacts]
-        words = [END_NAMES[end] for end in told] if name == "end" else told
+        numbers = [getattr(contact, name) for contact in interface.contacts]
+        words = [END_NAMES[end] for end in numbers] if name == "end" else numbers
         coordinates[f"interface_{name}"] = ("interface", words) if interface.size > 1 else words[0]
     if len(interface.structures) > 1:
         coordinates["structure"] = ("structure", np.arange(len(interface.structures)))

@@ -103,7 +103,7 @@ class Frames:
         return [array[..., : row + 1] if wide else array[: row + 1] for array, wide in self._arrays()]
 
     def restore(self, kept: list[Vector]) -> None:
-        """Put back what `upto` gave."""
+        """Restore what `upto` returned."""
         for (array, wide), values in zip(self._arrays(), kept, strict=True):
             if wide:
                 array[..., : values.shape[-1]] = values

@@ -1,4 +1,4 @@
-"""Where the time of a run goes: seconds in each part, for those who ask."""
+"""The time that each part of a run takes, s."""
 
 import json
 from collections.abc import Callable
@@ -15,8 +15,8 @@ from structures.moving import MovingStructure
 
 PARTS: dict[type, tuple[str, tuple[str, ...]]] = {
     MovingChain: ("chains", ("advance", "advance_condensed")),
-    MovingStructure: ("structures", ("advance", "free", "pushed", "dissipated", "propagator")),
-    BlackBox: ("structures", ("advance",)),
+    MovingStructure: ("structures", ("move", "free", "pushed", "dissipated", "propagator")),
+    BlackBox: ("structures", ("move",)),
     Frames: ("saving", ("record",)),
     Keeper: ("checkpoint", ("begin", "keep")),
 }
@@ -24,7 +24,7 @@ PARTS: dict[type, tuple[str, tuple[str, ...]]] = {
 
 
 class Trace:
-    """A clock for each part of a run, none of which holds another; the rest of the total is mostly the scheme's."""
+    """A clock for each part of a run. No part contains another; the rest of the total belongs mostly to the scheme."""
 
     def __init__(self) -> None:
         self.seconds: dict[str, float] = {}
@@ -32,21 +32,21 @@ class Trace:
         self.begin = perf_counter()
 
     def watch_interface(self, interface: Interface) -> Interface:
-        """An interface that does the same, and tells this clock."""
+        """The same interface, timed by this clock."""
         watched = copy(interface)
         watched.chains = tuple(map(self.watch, interface.chains))
         watched.structures = [self.watch(one) for one in interface.structures]
         return watched
 
     def watch(self, one: Any) -> Any:
-        """An object that does the same, and tells this clock; None is none."""
+        """The same object, timed by this clock; None stays None."""
         if one is None:
             return None
         part, methods = next(PARTS[kind] for kind in type(one).__mro__ if kind in PARTS)
         return _Watched(one, {name: self.timed(part, getattr(one, name)) for name in methods})
 
     def timed(self, part: str, work: Callable[..., Any]) -> Callable[..., Any]:
-        """A function that does the same, and belongs to a part."""
+        """The same function, timed as a part of the run."""
         self.seconds.setdefault(part, 0.0)
         self.calls.setdefault(part, 0)
 
@@ -60,7 +60,7 @@ class Trace:
 
         return timed
 
-    def told(self) -> str:
+    def report(self) -> str:
         """Seconds and calls of each part, as JSON."""
         total = perf_counter() - self.begin
         rest = total - sum(self.seconds.values())

@@ -1,4 +1,4 @@
-"""Why a sensor shows no reflected wave: the record ends too early, or the sensor is too near to an end of the chain."""
+"""Why a sensor has no reflected wave: the record ends too early, or the sensor is too near to an end of the chain."""
 
 from math import ceil, floor, log10
 
@@ -36,7 +36,7 @@ def latest_return(time: Vector, force: Vector, smallest: float) -> float:
 
     force, contacts × time: dynamic, from a sensor's contacts to the structure's. The reflected wave leaves when the
     push on the structure ends, or after the record where it lasts to its end, and is slower than the incident one:
-    V goes with F^(1/6) (Nesterenko, as above). NaN where no incident wave is seen.
+    its speed is proportional to F^(1/6) (Nesterenko, as above). NaN without an incident wave.
     """
     top = float(force[0].max(initial=0.0))
     if top <= 0.0:

@@ -1,4 +1,4 @@
-"""What to know of a result: the attribute `warnings` of its Dataset, one finding a line.
+"""Findings on a result that may mislead: the attribute `warnings` of its Dataset, one finding a line.
 
 A finding begins with what it concerns and a colon, such as "energy: …": those with the same words there, numbers aside,
 are of one kind, and are reported together where there are many runs.

@@ -1,4 +1,4 @@
-"""Waves in forces: those of a run, whose two contacts tell a direction, and those of a measured signal with its noise.
+"""Waves in forces: those of a run, whose two contacts give a direction, and those of a measured signal with noise.
 
 Waves are given as (amplitude, arrival) in N and s, the incident one first, then those that came back.
 A wave that came back is followed from the sensor towards the structure, contact by contact: beads that rattle make
@@ -21,7 +21,7 @@ FIRST_WAVE = 0.05
 """The incident wave rises by at least this part of the greatest force: waves of a heavy striker pile up later."""
 
 TOGETHER = 0.2
-"""Contact peaks nearer than this part of their width do not tell a direction."""
+"""Contact peaks nearer than this part of their width give no direction."""
 
 ORDER = 4
 """The top of a pulse is fitted by a polynomial of this order."""
@@ -38,7 +38,7 @@ FEWEST_CONTACTS = 4
 """A wave passes at least so many contacts; fewer are beads that rattle."""
 
 NEAR_END = 3
-"""A wave that is first or last seen within so many contacts of an end begins or ends there."""
+"""A wave whose first or last peak is within so many contacts of an end begins or ends there."""
 
 EARLY, LATE, SLACK = 0.55, 1.8, 0.3
 """A wave's next peak comes after this part of the expected time, give or take SLACK of the chain's median one."""
@@ -92,10 +92,10 @@ def waves_of_run(time: Vector, force: Vector, velocity: Vector, smallest: float)
 
 
 def hops(time: Vector, force: Vector) -> Vector:
-    """What the incident wave takes from each contact to the next, s; force: contacts × time.
+    """The time of the incident wave from each contact to the next, s; force: contacts × time.
 
-    At the last contact a soft structure holds it up, and beads that move as one pass it on at once: neither is how long
-    another wave takes, so there the median limits it.
+    A soft structure delays it at the last contact, and beads that move as one pass it on at once. Neither is the time
+    of another wave; the median limits both.
     """
     arrivals = np.full(len(force), np.nan)
     for row, series in enumerate(force):
@@ -121,7 +121,7 @@ class _WayBack:
     def follow(self, passage: Passage, pace: float) -> tuple[int, str]:
         """The contacts that the wave of a passage came through, and where it begins.
 
-        pace: its time from contact to contact beside that of the incident wave.
+        pace: its time from contact to contact, in units of that of the incident wave.
         """
         last, left = len(self.force) - 1, self.time[passage.end]
         pace = float(np.clip((left - self.time[passage.start]) / self.hops[0], EARLY * pace, LATE * pace))
@@ -140,8 +140,8 @@ def traced(
 ) -> list[float]:
     """The peaks (s) that a wave left in the rows after `row`, the latest first, where it came that way.
 
-    peaks: of each row, s; now: that of `row`; left: when it left the row `first`; pace: its time from row to row beside
-    `hops`.
+    peaks: of each row, s; now: that of `row`; left: when it left the row `first`; pace: its time from row to row, in
+    units of `hops`.
     """
     path, slack = [], SLACK * float(np.median(hops))
     while row + 1 < len(peaks):
@@ -236,9 +236,9 @@ def _reach(width: float, noise: float) -> int:
 def _passages(above: Vector, below: Vector, velocity: Vector, least: float) -> list[Passage]:
     """Waves over a bead in order of time.
 
-    A wave is a peak in each contact force, each the other's nearest; the contact that it passes first tells where it
-    goes. Between beads that have drifted apart a weak wave is two collisions, and still one wave. Where a bead moves
-    as one with a neighbour, as in a dimer, both contacts peak together, and the bead's velocity tells the direction.
+    A wave is a peak in each contact force, each the other's nearest; the contact that it passes first gives its
+    direction. Between beads that have drifted apart a weak wave is two collisions, and still one wave. Where a bead
+    moves as one with a neighbour, as in a dimer, both contacts peak together; then its velocity gives the direction.
     """
     peaks = [find_peaks(force, height=least, prominence=least)[0] for force in (above, below)]
     if not (peaks[0].size and peaks[1].size):

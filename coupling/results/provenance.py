@@ -29,17 +29,17 @@ def as_text(given: Mapping[str, Any]) -> str:
     return json.dumps(json.loads(text, parse_constant=str), ensure_ascii=False, allow_nan=False)
 
 
-def differences(theirs: Any, mine: Any, name: str = "") -> Iterator[str]:
-    """In words, where two pieces of plain data differ."""
-    if isinstance(theirs, dict) and isinstance(mine, dict):
-        for key in dict.fromkeys([*theirs, *mine]):
-            yield from differences(theirs.get(key), mine.get(key), f"{name}.{key}" if name else key)
-    elif isinstance(theirs, list) and isinstance(mine, list) and len(theirs) == len(mine):
-        for number, pair in enumerate(zip(theirs, mine, strict=True)):
+def differences(first: Any, second: Any, name: str = "") -> Iterator[str]:
+    """The differences of two pieces of plain data, in words."""
+    if isinstance(first, dict) and isinstance(second, dict):
+        for key in dict.fromkeys([*first, *second]):
+            yield from differences(first.get(key), second.get(key), f"{name}.{key}" if name else key)
+    elif isinstance(first, list) and isinstance(second, list) and len(first) == len(second):
+        for number, pair in enumerate(zip(first, second, strict=True)):
             yield from differences(*pair, f"{name}[{number}]")
-    elif theirs != mine:
-        short = len(f"{theirs}{mine}") <= LONGEST_VALUE_TEXT
-        yield f"{name} = {theirs!r} there and {mine!r} here" if short else f"{name} differ"
+    elif first != second:
+        short = len(f"{first}{second}") <= LONGEST_VALUE_TEXT
+        yield f"{name} = {first!r} there and {second!r} here" if short else f"{name} differ"
 
 
 @cache

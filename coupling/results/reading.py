@@ -1,6 +1,6 @@
 """The reader of results: what a Dataset holds, by the schema, without the padding of shorter chains.
 
-All measures, checks and pictures read a Dataset through `Reading`. It knows no simulator.
+All measures, checks and pictures read a Dataset through `Reading`. It needs no simulator.
 """
 
 from collections.abc import Sequence
@@ -125,8 +125,8 @@ class Reading:
     def check_whole(self, *names: str) -> None:
         """A ValueError where some of several chains or structures were removed. names: "chain", "structure" or both."""
         for name in names or ("chain", "structure"):
-            told = f"interface_{name}"
-            count = 1 + int(self.data[told].max()) if told in self.data.coords else 1
+            column = f"interface_{name}"
+            count = 1 + int(self.data[column].max()) if column in self.data.coords else 1
             if name in self.data.coords and self.data[name].size < count:
                 raise ValueError(
                     f"run: holds {self.data[name].size} of its {count} {name}s; give the whole run, with all of them"

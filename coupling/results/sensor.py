@@ -165,9 +165,9 @@ def quiet_lead(name: str, values: Vector) -> int:
     return lead // 2
 
 
-def _sigma(noise: float, wanted: float, samples: int) -> float:
-    """Width of the Gaussian that brings white noise down to what is wanted, in samples."""
-    return 0.0 if noise <= wanted else min((noise / wanted) ** 2 / (2.0 * sqrt(pi)), samples / 100.0)
+def _sigma(noise: float, target: float, samples: int) -> float:
+    """Width of the Gaussian that reduces white noise to a target, in samples."""
+    return 0.0 if noise <= target else min((noise / target) ** 2 / (2.0 * sqrt(pi)), samples / 100.0)
 
 
 def _blurred(values: Vector, sigma: float) -> Vector:

@@ -71,16 +71,21 @@ class Condensed:
         chain, structure = interface.chains[0], interface.structures[0]
         tolerance = self.tolerance * chain.force_scale
         free = structure.free(state.structures[0], length)
-        memory, before, compliance = state.memory.copy(), float(state.surface[0]), structure.compliance(length)
+        memory, before, compliance = (
+            state.memory.copy(),
+            float(state.surface[0]),
+            float(structure.compliance(length)[0, 0]),
+        )
         moved, force, count, residual = chain.advance_condensed(
-            state.chains[0], (before, structure.read(free)), compliance, length, memory, tolerance
+            state.chains[0], (before, float(structure.read(free)[0])), compliance, length, memory, tolerance
         )
         if abs(residual) > tolerance:
             raise NotConverged(
                 f"residual {residual:.3g} N after {count} evaluations, tolerance {tolerance:.3g} N", evaluations=count
             )
-        end = structure.pushed(free, force, length)
-        surface, push = np.array([structure.read(end)]), np.array([force])
+        push = np.array([force])
+        end = structure.pushed(free, push, length)
+        surface = structure.read(end)
         # The chain saw the surface end where the force before its last answer would have brought it.
         work = push * (surface - compliance * residual - before)
         return interface.next(

@@ -82,13 +82,13 @@ class Windows:
         A window after one that came in pieces begins with pieces of twice their length.
         """
         ends: list[CoupledState] = []
-        piece, vain = min(substeps, 2 * state.piece) if state.piece else substeps, 0
+        piece, failed = min(substeps, 2 * state.piece) if state.piece else substeps, 0
         while len(ends) < substeps:
             many = min(piece, substeps - len(ends))
             try:
                 found = self.scheme.step(self.interface, state, length, many)
             except NotConverged as error:
-                vain += error.evaluations
+                failed += error.evaluations
                 if many > 1:
                     piece = many // 2
                     continue
@@ -96,29 +96,29 @@ class Windows:
                     raise NotConverged(f"t = {state.time:.6g} s, {length:.3g} s long: {error}") from error
                 middle = self._halved(state, length / 2.0, 1, left - 1)[-1]
                 found = [_together(middle, self._halved(middle, length / 2.0, 1, left - 1)[-1])]
-            if vain:
-                found[0] = _more(found[0], vain)
+            if failed:
+                found[0] = _more(found[0], failed)
             ends += found
-            state, vain = ends[-1], 0
+            state, failed = ends[-1], 0
         if piece < substeps:
             ends[-1] = state._replace(piece=piece)
         return ends
 
     def _adapted(self, state: CoupledState, length: float, tolerance: float) -> CoupledState:
-        finest, vain = self.interface.contact_time / FINEST, 0
+        finest, failed = self.interface.contact_time / FINEST, 0
         if length <= self._allowed(state, tolerance) * TAKEN_AS_ONE or length <= finest:
             try:
                 end = self.scheme.step(self.interface, state, length, 1)[-1]
             except NotConverged as error:
                 if length <= finest:
                     return self._halved(state, length, 1, MOST_HALVINGS)[-1]
-                vain = error.evaluations
+                failed = error.evaluations
             else:
                 if length <= finest or self.error(end) <= tolerance:
                     return end
-                vain = end.evaluations
+                failed = end.evaluations
         middle = self._adapted(state, length / 2.0, tolerance)
-        return _more(_together(middle, self._adapted(middle, length / 2.0, tolerance)), vain)
+        return _more(_together(middle, self._adapted(middle, length / 2.0, tolerance)), failed)
 
     def _allowed(self, state: CoupledState, tolerance: float) -> float:
         """The longest window worth trying, from the last one and its error."""
@@ -149,6 +149,6 @@ def _together(first: CoupledState, second: CoupledState) -> CoupledState:
     )
 
 
-def _more(state: CoupledState, vain: int) -> CoupledState:
+def _more(state: CoupledState, failed: int) -> CoupledState:
     """With the evaluations of attempts that failed."""
-    return state._replace(evaluations=state.evaluations + vain)
+    return state._replace(evaluations=state.evaluations + failed)

@@ -117,9 +117,9 @@ def _surface(structure: Structure | None) -> Any:
     if structure is None:
         return None
     instance("structure", structure, Structure, "None or half_space(material)")
-    if structure.size or structure.contacts > 1 or structure.flexibility != 0.0:
+    if structure.size or structure.contacts > 1 or structure.flexibilities.any():
         raise ValueError("structure: a batch faces nothing or a half-space; use sweep for a structure that moves")
-    return structure.surface
+    return structure.surfaces[0]
 
 
 def _kept(sensors: Iterable[int] | None, beads: int) -> Kept:

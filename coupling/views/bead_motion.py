@@ -240,8 +240,8 @@ def _surface(name: str, given: object) -> Surface | None:
     """The surface that an end of the chain faces."""
     what = "a Structure, a Surface or None"
     thing = instance(name, given, Structure | Surface | None, what)  # type: ignore[arg-type]
-    surface: Any = thing.surface if isinstance(thing, Structure) else thing
-    if isinstance(surface, tuple):
+    surface: Any = thing.surfaces[0] if isinstance(thing, Structure) else thing
+    if isinstance(thing, Structure) and thing.contacts > 1:
         raise ValueError(f"{name}: has several contact points; give the Surface of the one that this chain touches")
     return surface  # type: ignore[no-any-return]
 

@@ -154,8 +154,7 @@ def _moved(structure: Structure, force: Vector, interval: float, rows: NDArray[n
     state, contact = moving.start(), np.zeros((len(force) + 1, structure.contacts))
     states = [state.displacement] if 0 in wanted else []
     for row, mean in enumerate(np.nan_to_num(force), start=1):
-        push = float(mean[0]) if structure.contacts == 1 else mean
-        state, contact[row] = moving.advance(state, push, interval)
+        state, contact[row] = moving.move(state, mean, interval)
         if row in wanted:
             states.append(state.displacement)
     return states, contact

@@ -445,7 +445,7 @@ def test_going_on_is_logged(tmp_path: Path, caplog: pytest.LogCaptureFixture) ->
         small(tmp_path / "kept")
         assert "goes on" not in caplog.text
         small(tmp_path / "kept")
-    assert "kept': goes on after saved time 10 of 10" in caplog.text
+    assert "kept': continues after saved time 10 of 10" in caplog.text
 
 
 def test_input_is_strict_json() -> None:

@@ -168,28 +168,6 @@ def test_nothing_to_tell() -> None:
     assert hl.contact_events(bounced.isel(time=slice(-10, None))).sizes["event"] == 0
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (lambda run: 3, "run = 3: must be the Dataset of a run"),
-        (lambda run: run.drop_vars("contact_force"), "holds no contact_force; must be the Dataset of a run"),
-        (lambda run: run.drop_vars("gap"), "run: holds no gap; must be the Dataset of CoSimul"),
-        (lambda run: xr.concat([run, run], "speed"), r"has the axes speed; choose one run with run\.isel\(speed=0\)"),
-    ],
-)
-def test_bad_runs(change: Any, message: str) -> None:
-    run = hl.CoSimulation(SENT, wall()).run(2e-5)
-    with pytest.raises(ValueError, match=message):
-        hl.contact_events(change(run))
-
-
-@pytest.mark.parametrize("smallest", [0.0, -1.0, 1.0, float("nan"), "small"])
-def test_bad_levels(smallest: Any) -> None:
-    run = hl.CoSimulation(SENT, wall()).run(2e-5)
-    with pytest.raises(ValueError, match="smallest = "):
-        hl.contact_events(run, smallest)
-
-
 def test_the_root_is_that_of_the_gap() -> None:
     """Beside a root of the saved gap's own spline where the sampling is fine."""
     run = hl.CoSimulation(SENT, wall()).run(1.5 * hertz_time(), save_every=hertz_time() / 500.5)

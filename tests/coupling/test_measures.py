@@ -199,17 +199,6 @@ def test_contact_to_sensor_ratio_of_known_pulses() -> None:
         contact_to_sensor_ratio(as_signal(run.time, {1: hl.sensor_force(run, 1)}), 1)
 
 
-def test_wave_speed_needs_two_sensors() -> None:
-    with pytest.raises(ValueError, match="second = 1"):
-        hl.wave_speed(signal((50.0, 1e-4, 1.0)), 1, 1)
-
-
-@pytest.mark.parametrize("sensor", [0, -1, 3, 1.5, 21])
-def test_sensors_outside_the_chain(sensor: int) -> None:
-    with pytest.raises(ValueError, match=f"sensor = {sensor}"):
-        hl.reflections(signal((50.0, 1e-4, 1.0)), sensor)
-
-
 def test_measures_over_a_sweep() -> None:
     """Energy error and contact time of each point equal those of the single runs."""
 
@@ -223,18 +212,3 @@ def test_measures_over_a_sweep() -> None:
     assert isinstance(times, xr.DataArray)
     assert errors.sel(speed=0.1).item() == pytest.approx(hl.energy_error(single), rel=0.5)
     assert times.sel(speed=0.1).item() == pytest.approx(hl.contact_time(single), rel=1e-3)
-
-
-def test_measures_want_a_dataset() -> None:
-    for measure in (hl.energy_error, hl.contact_time):
-        with pytest.raises(ValueError, match="run = None: must be the Dataset"):
-            measure(None)
-    with pytest.raises(ValueError, match="run = 3: must be the Dataset"):
-        hl.reflections(3, 1)  # type: ignore[arg-type]
-    with pytest.raises(ValueError, match="smallest = -1"):
-        hl.reflections(signal((50.0, 1e-4, 1.0)), 1, smallest=-1.0)
-
-
-def test_unknown_wave() -> None:
-    with pytest.raises(ValueError, match="wave = 'tertiary'"):
-        hl.amplitude_ratio(signal((50.0, 1e-4, 1.0)), 1, wave="tertiary")

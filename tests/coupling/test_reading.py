@@ -1,8 +1,19 @@
 """Results are read without a simulator, by one schema and one reader."""
 
+import re
 import subprocess
 import sys
+from collections.abc import Callable
+from functools import cache
 from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import hertzlink as hl
+from coupling.results.reading import Reading, at_end, without_padding
+from coupling.results.schema import COORDINATES, LAST, VARIABLES, Contact, kind_of
 
 ROOT = Path(__file__).resolve().parents[2]
 RESULTS = sorted(path.stem for path in (ROOT / "coupling/results").glob("[!_]*.py"))
@@ -19,3 +30,111 @@ print([name for name in {SIMULATOR} if name in sys.modules])
 """
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+BEAD = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
+
+
+def run_of(*counts: int) -> xr.Dataset:
+    """Chains of so many beads, each on a half-space of its own."""
+    chains = [hl.Chain([BEAD] * count, BEAD, 0.44) for count in counts]
+    return hl.CoSimulation(chains, [hl.half_space(hl.PTFE) for _ in counts]).run(until=1e-4)
+
+
+def test_the_kind_of_a_dataset_is_known() -> None:
+    run = run_of(3)
+    kinds = {
+        "run": run,
+        "sweep": xr.concat([run, run], "speed"),
+        "batch": hl.batch([hl.Chain([BEAD] * 3, BEAD, 0.44)], until=1e-4),
+        "signal": hl.as_signal(run.time, {2: hl.sensor_force(run, 2)}),
+        "": run.drop_vars("contact_force"),
+    }
+    assert {name: kind_of(data) for name, data in kinds.items()} == {name: name for name in kinds}
+
+
+def test_padding_of_a_shorter_chain_is_removed() -> None:
+    run = run_of(3, 5)
+    reading = Reading(run)
+    assert reading.beads == [3, 5]
+    assert reading.kept == set(range(1, 7))
+    assert reading.contacts == [Contact(0, LAST, 0, 0), Contact(1, LAST, 1, 0)]
+    short = run.contact_force.isel(chain=0)
+    assert np.isnan(short.values[0]).sum() == 2
+    assert at_end(short).tolist() == short.sel(contact=4).values.tolist()
+    assert len(without_padding(short.transpose("contact", "time").values)) == 4
+
+
+def test_every_variable_of_a_run_is_in_the_schema() -> None:
+    run = run_of(3)
+    for name, values in run.data_vars.items():
+        assert values.attrs == {"units": VARIABLES[name].units, "long_name": VARIABLES[name].description}
+        assert values.dims == ("time", *VARIABLES[name].bodies)
+    assert set(run.coords) <= set(COORDINATES)
+    assert Reading(run).time_step == pytest.approx(float(run.time[1]))
+
+
+RUN = cache(lambda: run_of(3))
+
+
+def sweep() -> xr.Dataset:
+    return xr.concat([RUN(), RUN()], "speed")
+
+
+def signal() -> xr.Dataset:
+    return hl.as_signal(RUN().time, {2: hl.sensor_force(RUN(), 2)})
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: hl.energy_error(None), "run = None: must be the Dataset of a run, a sweep or a signal"),
+        (lambda: hl.energy_error(RUN().drop_vars("kinetic_energy")), "run: holds no energies"),
+        (lambda: hl.contact_time(None), "run = None: must be the Dataset of a run, a sweep or a signal"),
+        (lambda: hl.contact_time(RUN().drop_vars("contact_force")), "run: holds no contact forces"),
+        (lambda: hl.contact_time(signal()), "run: is a measured signal"),
+        (lambda: hl.contact_time(RUN(), threshold=1.0), "threshold = 1.0: must lie between 0 and 1"),
+        (lambda: hl.sensor_force(signal(), 3), "sensor = 3: must be one that was measured: 2"),
+        (lambda: hl.wave_speed(RUN(), 2, 2), "second = 2: must be another sensor than first"),
+        (lambda: hl.time_of_flight(RUN(), 2, wave="fourth"), "wave = 'fourth': must be one of 'primary'"),
+        (lambda: hl.reflections(3, 1), "run = 3: must be the Dataset of a run, a sweep or a signal"),
+        (lambda: hl.reflections(RUN(), 2, smallest=-1.0), r"smallest = -1\.0"),
+        (lambda: hl.reflections(sweep(), 2), "run: holds several over speed"),
+        *((lambda sensor=sensor: hl.reflections(RUN(), sensor), f"sensor = {sensor}") for sensor in (0, -1, 4, 1.5)),
+        (lambda: hl.results.follow_waves(3), "run = 3: must be the Dataset of one run"),
+        (lambda: hl.results.follow_waves(signal()), "run: holds no contact_force; must be the Dataset of one run"),
+        (lambda: hl.results.follow_waves(sweep()), r"the axes speed; choose one run with run\.isel\(speed=0\)"),
+        (lambda: hl.results.follow_waves(RUN().isel(time=slice(9))), "run: no wave runs from the struck end"),
+        (lambda: hl.results.follow_waves(RUN(), smallest=2.0), r"smallest = 2\.0: must be below 1"),
+        (lambda: hl.results.follow_waves(RUN(), smallest=-1.0), r"smallest = -1\.0"),
+        (lambda: hl.contact_events(3), "run = 3: must be the Dataset of a run"),
+        (lambda: hl.contact_events(RUN().drop_vars("contact_force")), "holds no contact_force; must be the Dataset of"),
+        (lambda: hl.contact_events(RUN().drop_vars("gap")), "run: holds no gap; must be the Dataset of CoSimulation"),
+        (lambda: hl.contact_events(sweep()), r"has the axes speed; choose one run with run\.isel\(speed=0\)"),
+        *(
+            (lambda level=level: hl.contact_events(RUN(), level), "smallest = ")
+            for level in (0.0, -1.0, 1.0, float("nan"), "small")
+        ),
+    ],
+)
+def test_what_cannot_be_read_is_named(call: Callable[[], object], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        call()
+
+
+def test_objects_show_themselves_in_a_line() -> None:
+    """None of them prints its numbers, matrices or beads."""
+    rod = hl.reduce(hl.rod([hl.Layer(hl.PTFE, 0.1, 9.525e-3)]), until=1e-3)
+    simulation = hl.CoSimulation(hl.Chain([BEAD] * 16, BEAD, 0.44), rod)
+    run = simulation.run(until=1e-3)
+    waves = hl.reflections(run, 8)
+    shown = {
+        r"Structure\(rod, unknowns: \d+, contacts: 1, damping: none, reduced for: 0.001 s\)": rod,
+        r"CoSimulation\(16 beads on rod; Condensed\(tolerance=1e-11\)\)": simulation,
+        r"ReflectedWave\([\d.]+ N at [\d.]+ µs, AR = 0\.\d{4}, TOF = .* µs, begins at the structure\)": waves.primary,
+        r"Track\(contacts 1 to 1\d, struck end to structure, .*\)": hl.results.follow_waves(run)[0],
+    }
+    for pattern, one in shown.items():
+        assert re.fullmatch(pattern, repr(one)), repr(one)
+    for one in (rod, simulation, waves, waves.incident):
+        assert re.fullmatch("<table>.*</table>", one._repr_html_())

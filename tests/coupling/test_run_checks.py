@@ -47,7 +47,7 @@ def test_energy_that_the_steps_make_or_lose() -> None:
     error = hl.energy_error(run)
     assert error > 1e-3
     (finding,) = found(run, "energy")
-    assert f"the run made or lost {100.0 * error:.2g} % of the impact energy" in finding
+    assert f"the run created or lost {100.0 * error:.2g} % of the impact energy" in finding
     assert finding.endswith("the chain's steps; take a shorter dt")
     assert finding in [str(one.message) for one in caught]
     assert {one.filename for one in caught} == {__file__}

@@ -449,5 +449,6 @@ def test_an_exchange_that_makes_energy_is_warned_of() -> None:
     case = CASES["chattering"]()
     run = hl.CoSimulation(case.chains[0], case.structures[0], hl.Explicit(0, parallel=True)).run(case.until)
     assert (
-        "energy: the run made or lost 1.5 % of the impact energy, most of it in the exchange" in run.attrs["warnings"]
+        "energy: the run created or lost 1.5 % of the impact energy, most of it in the exchange"
+        in run.attrs["warnings"]
     )

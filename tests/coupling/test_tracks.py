@@ -87,17 +87,3 @@ def test_tracks_and_reflections_find_the_same_wave(lower: float) -> None:
     assert secondary
     (track,) = [one for one in hl.results.follow_waves(run) if not one.goes_on and passes(one, 7, secondary.arrival)]
     assert track.begins == secondary.begins == "structure"
-
-
-def test_bad_input() -> None:
-    with pytest.raises(ValueError, match=r"smallest = 2\.0: must be below 1"):
-        hl.results.follow_waves(struck(None, 4e-4), smallest=2.0)
-    run = struck(hl.half_space(hl.PTFE), 3e-5)
-    with pytest.raises(ValueError, match="run: no wave runs from the struck end"):
-        hl.results.follow_waves(run)
-    with pytest.raises(ValueError, match="run = 3: must be the Dataset of one run"):
-        hl.results.follow_waves(3)  # type: ignore[arg-type]
-    with pytest.raises(ValueError, match="run: holds no contact_force; must be the Dataset of one run"):
-        hl.results.follow_waves(hl.as_signal(np.arange(40.0), {7: np.hanning(40)}))
-    with pytest.raises(ValueError, match=r"smallest = -1\.0"):
-        hl.results.follow_waves(struck(None, 4e-4), smallest=-1.0)
