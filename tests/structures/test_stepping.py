@@ -415,7 +415,7 @@ ARMS = standard_linear_solid(ROD, 0.5, 1e-5)
         (lambda: GeneralisedAlpha(ROD, 1e-6, 1.1), r"spectral_radius = 1\.1: must lie between 0 and 1"),
         (lambda: CentralDifference(ROD, 1e-6, steps=0), "steps = 0: must be a whole number"),
         (lambda: lumped(None), "structure = None: must be a Structure"),
-        (lambda: stable_step(ARMS), "structure: a lumped mass needs masses"),
+        (lambda: stable_step(ARMS), "structure: a lumped mass needs positive masses"),
     ],
 )
 def test_bad_steppers(make, message: str) -> None:  # type: ignore[no-untyped-def]
