@@ -1,9 +1,21 @@
-"""hertzlink: solitary waves in chains of beads, and what structures reflect.
+"""hertzlink simulates solitary waves in chains of beads, and their reflection from structures.
 
-The front door: it exports the public names. See the README for a first run.
+A striker taps one end of a chain of beads. The other end touches a structure: a half-space, a rod or a plate. The
+discrete-particle model of the chain and the finite-element model of the structure are coupled through the Hertzian
+contact at the last bead. The results are the amplitude ratio (AR) and the time of flight (TOF) of the reflected waves.
+
+This module exports the public names. A first run:
+
+>>> import hertzlink as hl
+>>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+>>> chain = hl.Chain([bead] * 20, striker=bead, impact_speed=hl.drop_speed(0.01))
+>>> rod = hl.rod([hl.Layer(hl.STEEL_440C, length=0.1, radius=9.525e-3)])
+>>> run = hl.CoSimulation(chain, rod).run(until=1e-3)
+>>> round(float(hl.time_of_flight(run, sensor=7)) * 1e6)
+461
 """
 
-from hertzlink import _rooms as _rooms  # first: it checks that the rooms below are those of this package
+from hertzlink import _rooms as _rooms  # first: it checks that the packages below are those of hertzlink
 
 # isort: split
 from coupling.cosimulation import CoSimulation
@@ -192,7 +204,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> object:
-    """An AttributeError that says where a name went that the previous version had here."""
+    """Raise an AttributeError, which gives the new place of a name that the previous version had here."""
     from hertzlink._moved import MOVED
 
     where = f"; it is now hertzlink.{MOVED[name]}" if name in MOVED else ""

@@ -1,4 +1,4 @@
-"""`python -m hertzlink` is the command `hertzlink`."""
+"""`python -m hertzlink` runs the command `hertzlink`."""
 
 from hertzlink.cli import main
 

@@ -1,4 +1,4 @@
-"""Public names that moved in this version, for a message that gives the new one."""
+"""New places of the public names that moved in this version; an error message reports them."""
 
 MOVED = {
     "MovingChain": "stepping.MovingChain",

@@ -1,4 +1,4 @@
-"""The rooms have common names: an import of hertzlink must find its own, not another project's package."""
+"""Checks that `import hertzlink` finds its own packages. Their names are common: another project may use them too."""
 
 from collections.abc import Iterable, Mapping
 from importlib.util import find_spec
@@ -7,12 +7,14 @@ from pathlib import Path
 from types import ModuleType
 
 ROOMS = ("structures", "particles", "plates", "coupling")
+"""The packages that hertzlink consists of, apart from its front door."""
 
 PACKAGE = "hertzlink"
+"""The front door, whose namespaces already carry its name."""
 
 
 def check() -> None:
-    """An ImportError where a room is missing, or where Python finds another package of its name first."""
+    """Raise an ImportError if a package is missing, or if Python finds another package of the same name first."""
     home = Path(__file__).resolve().parent.parent
     for room in ROOMS:
         spec = find_spec(room)
@@ -21,12 +23,12 @@ def check() -> None:
             found = "nothing" if spec is None else str(places[0] if places else spec.origin)
             raise ImportError(
                 f"hertzlink needs its own package {room!r} from {home}, but Python finds {found}; "
-                "rename that one, or take its folder off the path"
+                "rename that package, or remove its folder from sys.path"
             )
 
 
 def rename(front: Mapping[str, object], names: Iterable[str]) -> None:
-    """Let public classes and functions say that they belong to hertzlink: in pickles, tracebacks and help."""
+    """Set the module of public classes and functions to hertzlink, for pickles, tracebacks and help."""
     for name in names:
         value = front[name]
         if isinstance(value, ModuleType):

@@ -22,31 +22,36 @@ from hertzlink.studies.table import text
 from structures.caution import HertzlinkWarning, collected
 
 PLAIN_FORMAT = warnings.formatwarning
+"""The format of warnings of other packages, which stays as it is."""
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 WRONG_INPUT = 2
-TABLE = "table.txt"
-QUICK = "quick run (--quick), for a first look only"
-"""What every table, figure and Dataset of a run with --quick says."""
+"""Exit code for input that cannot be used, as in most command-line programs."""
 
-STRIP = 0.2
-"""Inches, below a figure, for these words."""
+TABLE = "table.txt"
+"""File name of the table of a study."""
+
+QUICK = "quick run (--quick), for a first look only"
+"""The remark on every table, figure and Dataset of a run with --quick."""
+
+REMARK_HEIGHT = 0.2
+"""Height, in inches, of the strip below a figure that holds this remark: one line of small text."""
 
 LISTING = "files.txt"
-"""The names of all files in a folder of results: only a folder with these and no others may be replaced."""
+"""The file that lists all files in a folder of results. Only a folder with exactly these files may be replaced."""
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line; bad input ends with one line on standard error and exit code 2.
+    """Run the command line. Bad input leads to one line on standard error and exit code 2.
 
-    arguments: those after the program's name; by default those of the process.
+    `arguments` are the words after the name of the program, by default those of the process.
     """
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     logging.basicConfig(format="hertzlink: %(message)s", level=logging.WARNING)
     warnings.formatwarning = _format_warning
-    # Behind the filters that the user gave.
+    # Appended, so that filters set by the user come first.
     warnings.simplefilter("once", HertzlinkWarning, append=True)
     try:
         code = cli.main(arguments, prog_name="hertzlink", standalone_mode=False)
@@ -67,7 +72,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 def _format_warning(
     message: Warning | str, category: type[Warning], filename: str, lineno: int, line: str | None = None
 ) -> str:
-    """Ours on one line, without the place in the code, which is not the user's here."""
+    """A HertzlinkWarning on one line, without the line of code, which the user of a command did not write."""
     if issubclass(category, HertzlinkWarning):
         return "hertzlink: warning: " + " ".join(str(message).split()) + "\n"
     return PLAIN_FORMAT(message, category, filename, lineno, line)
@@ -81,15 +86,15 @@ def _complain(message: str, code: int) -> int:
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(versions()["hertzlink"], prog_name="hertzlink")
 def cli() -> None:
-    """Chains of beads against structures: what the reflected waves tell."""
+    """Solitary waves in chains of beads that touch a structure, and their reflections."""
 
 
 @cli.command("study", help=f"Run a study of the thesis: netCDF, figures and a table. NAME: {', '.join(STUDIES)}.")
 @click.argument("name", metavar="NAME", type=click.Choice(list(STUDIES)))
-@click.option("--quick", is_flag=True, help="A coarse version, in seconds.")
+@click.option("--quick", is_flag=True, help="A coarse version that runs in seconds.")
 @click.option("--output", type=click.Path(path_type=Path), help="Folder for the results; by default named NAME.")
 @click.option("--force", is_flag=True, help="Replace the output folder if it holds an earlier study.")
-@click.option("--jobs", type=click.IntRange(min=1), help="Processes; by default as many as pay.")
+@click.option("--jobs", type=click.IntRange(min=1), help="Number of processes; by default a suitable number.")
 def run_study(name: str, quick: bool, output: Path | None, force: bool, jobs: int | None) -> None:
     """Run a study of the thesis: netCDF, figures and a table."""
     folder = output or Path(name)
@@ -120,10 +125,10 @@ def run_study(name: str, quick: bool, output: Path | None, force: bool, jobs: in
 
 
 def stamp(figure: "Figure", words: str) -> None:
-    """Write words into a strip of their own below a figure."""
+    """Write words into a separate strip below a figure."""
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-    strip, layout = STRIP / figure.get_figheight(), figure.get_layout_engine()
+    strip, layout = REMARK_HEIGHT / figure.get_figheight(), figure.get_layout_engine()
     if isinstance(layout, ConstrainedLayoutEngine):
         layout.set(rect=(0.0, strip, 1.0, 1.0 - strip))
     figure.text(0.99, 0.3 * strip, words, ha="right", va="bottom", color="firebrick", fontsize="small")
@@ -131,7 +136,7 @@ def stamp(figure: "Figure", words: str) -> None:
 
 @cli.command()
 def info() -> None:
-    """Versions, threads, and where things lie."""
+    """Report versions, threads and folders."""
     from numba import config, get_num_threads
 
     for package, version in versions().items():
@@ -139,27 +144,29 @@ def info() -> None:
     click.echo(f"{'processes':14s} {joblib.cpu_count()}")
     click.echo(f"{'threads':14s} {get_num_threads()} (numba)")
     click.echo(f"{'installed in':14s} {Path(__file__).resolve().parent.parent}")
-    click.echo(f"{'kernel cache':14s} {getattr(config, 'CACHE_DIR', '') or 'beside the kernels, in __pycache__'}")
+    click.echo(
+        f"{'kernel cache':14s} {getattr(config, 'CACHE_DIR', '') or '__pycache__, in the folders of the kernels'}"
+    )
 
 
 def check_output(folder: Path, force: bool) -> None:
-    """Raise ValueError where the folder cannot be written, before any work is done.
+    """Raise a ValueError if the folder cannot be written, before any computation.
 
-    With --force only a folder that holds the listed files of an earlier study, and nothing else, is replaced.
+    With --force only a folder that holds the listed files of an earlier study, and no other files, is replaced.
     """
     whole = folder.resolve()
     if whole.exists() and not whole.is_dir():
-        raise ValueError(f"--output {folder}: is a file; name a folder")
+        raise ValueError(f"--output {folder}: is a file; give a folder")
     if whole == Path.cwd() or whole in Path.cwd().parents:
-        raise ValueError(f"--output {folder}: holds the current folder; name another")
+        raise ValueError(f"--output {folder}: contains the current folder; give another one")
     if whole.exists() and not force:
-        raise ValueError(f"--output {folder}: exists already; name another folder, or --force to replace it")
+        raise ValueError(f"--output {folder}: exists already; give another folder, or use --force to replace it")
     if whole.exists():
         listed = (whole / LISTING).read_text(encoding="utf-8").split() if (whole / LISTING).is_file() else []
         foreign = sorted(path.name for path in whole.iterdir() if path.name not in listed)
         if foreign or not listed:
             raise ValueError(
-                f"--output {folder}: holds {', '.join(foreign[:1]) or 'nothing'}, so it is no earlier study"
+                f"--output {folder}: contains {', '.join(foreign[:1]) or 'nothing'}, so no earlier study made it"
             )
     if not whole.parent.is_dir():
         raise ValueError(f"--output {folder}: its parent folder does not exist")
@@ -168,18 +175,19 @@ def check_output(folder: Path, force: bool) -> None:
 
 
 def write_folder(folder: Path, write: Callable[[Path], None], force: bool) -> None:
-    """Write all files into a folder beside, then rename it: the folder is there whole, or not at all."""
+    """Write all files into a temporary folder, then rename it. The folder thus appears complete, or not at all."""
     check_output(folder, force)
     folder = folder.resolve()
-    beside = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
+    temporary = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
     try:
-        beside.chmod(0o755)
-        write(beside)
-        (beside / LISTING).write_text("\n".join([LISTING, *sorted(path.name for path in beside.iterdir())]) + "\n")
-        old = beside.with_name(beside.name + "-old")
+        temporary.chmod(0o755)
+        write(temporary)
+        names = [LISTING, *sorted(path.name for path in temporary.iterdir())]
+        (temporary / LISTING).write_text("\n".join(names) + "\n")
+        old = temporary.with_name(temporary.name + "-old")
         if folder.exists():
             folder.rename(old)
-        beside.rename(folder)
+        temporary.rename(folder)
         shutil.rmtree(old, ignore_errors=True)
     finally:
-        shutil.rmtree(beside, ignore_errors=True)
+        shutil.rmtree(temporary, ignore_errors=True)

@@ -1,4 +1,4 @@
-"""Damping of structures: Rayleigh, modal, viscoelastic."""
+"""Damping of structures: Rayleigh, modal and viscoelastic damping."""
 
 from structures.damping import loss_factor, loss_tangent, modal, rayleigh, standard_linear_solid, stiffness_parts
 from structures.rod import rod_parts

@@ -1,4 +1,4 @@
-"""Hertz's contact of two surfaces."""
+"""Hertz's contact between two surfaces: stiffness, peak pressure and pressure at first yield."""
 
 from structures.surface import hertz_pressure as pressure
 from structures.surface import hertz_stiffness as stiffness

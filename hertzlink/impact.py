@@ -1,4 +1,4 @@
-"""Impacts of chains on plates, in closed form (thesis, section 6.2)."""
+"""Closed forms for the impact of chains on plates (Khatri's thesis, section 6.2)."""
 
 from plates.theory.impact import (
     THESIS_IMPACT,

@@ -1,4 +1,4 @@
-"""Lamb and Rayleigh waves in plates."""
+"""Lamb waves in plates, and Rayleigh waves: frequencies and speeds."""
 
 from plates.theory.lamb import cutoff_frequency, frequency, group_speed, phase_speed, rayleigh_speed
 

@@ -1,4 +1,4 @@
-"""Walls of orthotropic plies, and sections of plates."""
+"""Laminates of orthotropic plies, and sections of plate walls."""
 
 from plates.laminate import Laminate, OrthotropicMaterial, Ply
 from plates.section import Section, homogeneous

@@ -1,4 +1,4 @@
-"""Contact laws that are computed, tabulated or fitted."""
+"""Contact laws F(δ) that are computed, tabulated or fitted."""
 
 from particles.laws.active_set import ActiveSetNotConverged
 from particles.laws.axisymmetric import contact_law_fem as axisymmetric

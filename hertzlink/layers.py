@@ -1,4 +1,4 @@
-"""Impacts of chains on half-spaces, rods and layered rods, in closed form (thesis, section 6.1)."""
+"""Closed forms for the impact of chains on half-spaces, rods and layered rods (Khatri's thesis, section 6.1)."""
 
 from structures.layers import (
     amplitude_ratio,

@@ -1,4 +1,4 @@
-"""The chain in other programs: FMI units and preCICE."""
+"""Coupling of the chain with other programs: FMI units (FMUs) and preCICE."""
 
 from coupling.ports.fmu import write_fmu
 from coupling.ports.precice import run_in_precice

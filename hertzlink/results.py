@@ -1,4 +1,4 @@
-"""What measures return, and how sensors are calibrated."""
+"""Classes of results, waves along the chain, and calibration of sensors."""
 
 from coupling.identification.fitting import Fit
 from coupling.results.critical_distance import CriticalDistance

@@ -1,4 +1,4 @@
-"""Solitary and linear waves in chains, in closed form (thesis, chapters 1 and 5)."""
+"""Closed forms for solitary and linear waves in chains (Khatri's thesis, chapters 1, 5 and 6)."""
 
 from particles.solitary import (
     angular_frequency,

@@ -1,4 +1,4 @@
-"""Both sides, advanced window by window, and time steppers of structures."""
+"""Chain and structure that are advanced window by window, and time steppers of structures."""
 
 from particles.moving import MovingChain
 from structures.moving import MovingStructure

@@ -1,4 +1,4 @@
-"""Pictures, animations and files of what happens inside bodies."""
+"""Pictures, animations and ParaView files of the motion inside bodies."""
 
 from coupling.views.bead_motion import bead_motion
 from coupling.views.motion import structure_motion

@@ -1,4 +1,4 @@
-"""Zener's impact of a sphere on a thin plate, in units of Hertz's collision."""
+"""Zener's impact of a sphere on an infinite thin plate, in units of Hertz's collision."""
 
 from plates.theory.zener import contact_time, restitution
 
