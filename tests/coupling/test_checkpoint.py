@@ -374,7 +374,7 @@ def test_a_state_whose_class_is_gone(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 
 def test_a_participant_that_cannot_go_back_is_told(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="participant that cannot repeat a window cannot go on from an old state"):
+    with pytest.raises(ValueError, match="participant that cannot repeat a window cannot continue from an old state"):
         small(tmp_path / "kept", structure=SpringMass(), scheme=hl.Explicit(tolerance=None))
     small(tmp_path / "kept", scheme=hl.Explicit(tolerance=None))
     assert os.listdir(tmp_path) == ["kept"]

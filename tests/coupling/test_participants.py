@@ -461,3 +461,18 @@ def test_errors_that_the_loop_knows_too_are_told_as_the_participants(kind: Any, 
         simulate(fails, SCHEMES.get(scheme, hl.Explicit(tolerance=None)))
     assert type(caught.value) is told
     assert fails.failures == 1
+
+
+@pytest.mark.parametrize(("kind", "form"), [(Sound, ()), (SoundPair, (2,))])
+def test_a_participant_takes_forces_in_its_own_form(kind: type[Sound], form: tuple[int, ...]) -> None:
+    """Inside there are K contacts; a participant with one gets a float, one with two an array of two."""
+    given: list[Any] = []
+
+    class Listens(kind):  # type: ignore[misc, valid-type]
+        def advance(self, state: Any, force: Any, window: float) -> Any:
+            given.append(force)
+            return super().advance(state, force, window)
+
+    simulate(Listens(), until=2e-6)
+    assert {np.shape(force) for force in given} == {form}
+    assert form or {type(force) for force in given} == {float}
