@@ -15,6 +15,7 @@ from skfem import Basis, ElementQuad2, ElementVector, FacetBasis, MeshQuad
 from structures.checks import instance, listed, one_of, positive, whole
 from structures.elastic_field import elastic_field
 from structures.elasticity import (
+    HIGHEST_FREQUENCY,
     Foundation,
     absorbing_faces,
     body_matrices,
@@ -32,9 +33,6 @@ from structures.surface import Surface
 
 Matrix: TypeAlias = sparse.csr_array
 Numbers: TypeAlias = NDArray[np.int64]
-
-HIGHEST_FREQUENCY = 40.0e3
-"""Hz. The contact of steel beads of 4 to 20 mm diameter lasts 25 to 110 µs and excites little above this frequency."""
 
 PATCH_DIVISOR = 8.0
 """The default radius of the patch is the shortest of radius, first layer and shear wavelength, divided by this number.

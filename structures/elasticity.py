@@ -21,6 +21,9 @@ from structures.structure import Vector
 
 Owner = NDArray[np.int64]
 
+HIGHEST_FREQUENCY = 40.0e3
+"""Hz. The contact of steel beads of 4 to 20 mm diameter lasts 25 to 110 µs and excites little above this frequency."""
+
 
 @dataclass(frozen=True)
 class Foundation:

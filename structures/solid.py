@@ -16,7 +16,7 @@ from skfem import Basis, ElementVector, FacetBasis, LinearForm
 from structures.caution import caution
 from structures.checks import finite, positive
 from structures.elastic_field import elastic_field
-from structures.elasticity import first_lame_parameter, shear_modulus, shear_speed
+from structures.elasticity import HIGHEST_FREQUENCY, first_lame_parameter, shear_modulus, shear_speed
 from structures.material import Material
 from structures.mesh_file import BodyMesh
 from structures.mesh_source import Numbers, Tag
@@ -26,9 +26,6 @@ from structures.surface import Surface
 log = logging.getLogger("hertzlink.solid")
 
 Point = tuple[float, float, float]
-
-HIGHEST_FREQUENCY = 40.0e3
-"""Hz. The contact of steel beads of 4 to 20 mm diameter lasts 25 to 110 µs and excites little above this frequency."""
 
 PATCH_DIVISOR = 12.0
 """The default radius of the patch is the shortest side of the bounding box divided by this number: a sixth of the

@@ -40,7 +40,7 @@ REDUCTION = 0.02
 RATIOS = tuple(np.geomspace(0.4, 10.0, 49))
 """D/t of the theory lines."""
 
-SPEEDS = (boundary.IMPACT_SPEED, PARTICLE_TO_STRIKER_SPEED * boundary.IMPACT_SPEED)
+PARAMETER_SPEEDS = (boundary.IMPACT_SPEED, PARTICLE_TO_STRIKER_SPEED * boundary.IMPACT_SPEED)
 """m/s; v_in of equation 6.37 as the speed of the striker, and as that of the beads in the wave, which the
 thesis names.
 """
@@ -55,16 +55,16 @@ PRINTED = {
 
 MISPRINT = "; 0.2 is a misprint of 0.29, as its contact time shows"
 
-SMALLEST_BEADS = 28.5
+SMALLEST_BEADS_TIME = 28.5
 """µs; the only contact time that section 6.2.1 prints for D = 4.76 mm, for all three plates."""
 
 SOFTEST_RESTITUTION = 0.00019
 """e at the largest D/t (section 6.2.3)."""
 
-THICKEST = 3.95
+LARGEST_BEAD_RATIO = 3.95
 """D/t of the largest bead on the thickest plate (section 6.2.1)."""
 
-THEIR_SIZE = {19.05e-3: 19.1e-3}
+THESIS_DIAMETERS = {19.05e-3: 19.1e-3}
 """m; section 6.2.1 uses 19.1 mm, section 6.2.2 also 19.05 mm."""
 
 
@@ -84,8 +84,8 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     )  # fmt: skip
     for name in ("thickness", "diameter"):
         data[name].attrs["units"] = "m"
-    lines = [[theory(ratio, speed) for speed in SPEEDS] for ratio in RATIOS]
-    data = data.assign_coords(ratio=("ratio", list(RATIOS)), speed=("speed", list(SPEEDS), {"units": "m/s"}))
+    lines = [[theory(ratio, speed) for speed in PARAMETER_SPEEDS] for ratio in RATIOS]
+    data = data.assign_coords(ratio=("ratio", list(RATIOS)), speed=("speed", list(PARAMETER_SPEEDS), {"units": "m/s"}))
     for i, (name, units) in enumerate((("theory_amplitude_ratio", "1"), ("theory_time_of_flight", "s/m"))):
         data[name] = (("ratio", "speed"), [[pair[i] for pair in row] for row in lines], {"units": units})
     return data
@@ -152,7 +152,7 @@ def _printed(data: xr.Dataset) -> list[Row]:
 
 def _theirs(diameter: float) -> Sphere:
     """The bead of this diameter with the data of section 6.2.1, 8000 kg/m³."""
-    return Sphere(THEIR_SIZE.get(diameter, diameter) / 2.0, THESIS_IMPACT.material)
+    return Sphere(THESIS_DIAMETERS.get(diameter, diameter) / 2.0, THESIS_IMPACT.material)
 
 
 def _thesis_parameter(diameter: float, thickness: float) -> float:
@@ -176,13 +176,13 @@ def _extremes() -> list[Row]:
     parameter = inelasticity_parameter(boundary.bead(large), boundary.plate(thin), boundary.IMPACT_SPEED)
     again = zener_restitution(_thesis_parameter(large, thin))
     return [
-        Row("contact time, D 4.76, all plates", SMALLEST_BEADS, f"{min(times):.1f} to {max(times):.1f}", "µs",
+        Row("contact time, D 4.76, all plates", SMALLEST_BEADS_TIME, f"{min(times):.1f} to {max(times):.1f}", "µs",
             "one approximate number for three plates; Zener's time decreases with the thickness; with the "
             "thesis's λ and "
             f"density {min(theirs):.1f} to {max(theirs):.1f}"),
         Row("e, D 19.05, t 2.29", SOFTEST_RESTITUTION, zener_restitution(parameter), "",
             f"Zener; with the thesis's λ {again:.2g}; at this λ, e decreases by 5 % if λ grows by 1 %"),
-        Row("D/t, largest bead, thickest plate", THICKEST, large / thick, "",
+        Row("D/t, largest bead, thickest plate", LARGEST_BEAD_RATIO, large / thick, "",
             "19.05 mm as in section 6.2.2; 19.1 mm gives 3.95"),
     ]  # fmt: skip
 
@@ -192,7 +192,7 @@ def _amplitudes(data: xr.Dataset) -> list[Row]:
     for diameter, thickness, ratio in _by_ratio(data):
         of = data.amplitude_ratio.sel(diameter=diameter, thickness=thickness)
         plate, infinite = (_shown(of.sel(body=body)) for body in BODIES[:2])
-        striker, wave = (theory(ratio, speed)[0] for speed in SPEEDS)
+        striker, wave = (theory(ratio, speed)[0] for speed in PARAMETER_SPEEDS)
         reason = f"{wave:.3g} with the wave's speed; a chain on the infinite plate {infinite}"
         if not rows:
             reason = (
@@ -212,7 +212,7 @@ def _flights(data: xr.Dataset) -> list[Row]:
     rows: list[Row] = []
     for diameter, thickness, ratio in _by_ratio(data):
         found = float(data.time_of_flight.sel(body="plate", diameter=diameter, thickness=thickness)) / diameter
-        striker, wave = (theory(ratio, speed)[1] * 1e3 for speed in SPEEDS)
+        striker, wave = (theory(ratio, speed)[1] * 1e3 for speed in PARAMETER_SPEEDS)
         reason = f"{wave:.1f} with the wave's speed"
         if not rows:
             reason = f"theory: equation 6.39, with e^(−1/5) and the striker's speed; {reason}"
@@ -268,7 +268,7 @@ def _points(axis: "Axes", data: xr.Dataset, values: xr.DataArray) -> None:
 
 
 def _lines(axis: "Axes", data: xr.Dataset, values: xr.DataArray) -> None:
-    for speed, style, name in zip(SPEEDS, ("-", "--"), ("striker's", "wave's"), strict=True):
+    for speed, style, name in zip(PARAMETER_SPEEDS, ("-", "--"), ("striker's", "wave's"), strict=True):
         axis.plot(data.ratio, values.sel(speed=speed), style, color="black", linewidth=1.0,
                   label=f"Zener, the {name} speed")  # fmt: skip
 

@@ -24,12 +24,12 @@ from structures.surface import relative_curvatures
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-DEEPEST = 25e-6
+LARGEST_APPROACH = 25e-6
 """Largest approach of the laws, m; under 100 N the thinnest shells approach by 23 µm."""
 
 APPROACHES = tuple(np.array([0.2, 0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0, 15.0, 20.0]) * 1e-6)
 
-COMPARED = 8
+FIRST_COMPARED = 8
 """Index of the first approach at which forces of meshes are compared, 5 µm: the coarsest mesh has no force below it."""
 
 CELLS = {
@@ -62,20 +62,22 @@ class Contact:
         """The law, with cells of CELLS times `coarser`."""
         cells = CELLS[self.method] / coarser
         if self.method == "cut half-space":
-            return cut_law(degrees(self.second.angle), DEEPEST, int(cells))
+            return cut_law(degrees(self.second.angle), LARGEST_APPROACH, int(cells))
         if self.method == "half-space":
             midplane = isinstance(self.first, Cylinder)
             options: dict[str, Any] = {"method": "half-spaces", "midplane": midplane, "cells": int(cells)}
         else:
             options = {"method": self.method, "spacing": self.widest / cells}
-        return computed_law(self.first, self.second, max_approach=DEEPEST, **options)
+        return computed_law(self.first, self.second, max_approach=LARGEST_APPROACH, **options)
 
     @property
     def widest(self) -> float:
-        """Theoretical radius, or half-width, of the contact at DEEPEST, m (Johnson's equations 4.22 and 4.43)."""
+        """Theoretical radius, or half-width, of the contact at LARGEST_APPROACH, m (Johnson's equations 4.22 and
+        4.43).
+        """
         sharp = relative_curvatures(self.first.surface, self.second.surface)[1]
         softness = 2.0 / self.first.material.contact_modulus
-        force = float(self.theory.force(np.array(DEEPEST)))
+        force = float(self.theory.force(np.array(LARGEST_APPROACH)))
         if self.method == "axisymmetric":
             return float((0.75 * force * softness / sharp) ** (1.0 / 3.0))
         return sqrt(4.0 * force * softness / (pi * cylinders.LENGTH * sharp))
@@ -88,7 +90,7 @@ SOLID = "parallel cylinders, three-dimensional"
 ANGLES = (1.0, 3.0, 5.0, 10.0, 30.0, 90.0)
 """Degrees between cylinders that cross."""
 
-SHORT = 30.0
+SHORT_CONTACT_ANGLE = 30.0
 """Degrees. From this angle on, contacts are short enough for the correction of the mid-planes; below it they extend to
 the ends of the cylinders.
 """
@@ -109,7 +111,7 @@ LABELS = ("approach (µm)", "contact force (N)")
 
 def half_space(angle: float) -> str:
     """The method for cylinders at an angle, degrees."""
-    return "half-space" if angle >= SHORT else "cut half-space"
+    return "half-space" if angle >= SHORT_CONTACT_ANGLE else "cut half-space"
 
 
 def contacts() -> dict[str, Contact]:
@@ -156,12 +158,12 @@ FITS = {
     "1 to 100 N, relative": Fitted(1.0, 100.0, "N", "relative"),
 }
 
-ENDING = (
-    "half-spaces that end where the cylinders do, not corrected for the mid-planes, as contacts are too long for it; "
+CUT_AT_ENDS = (
+    "half-spaces that end at the ends of the cylinders; contacts are too long for the correction of the mid-planes; "
     "the ends lower n"
 )
 
-REPEATED = 1e-3
+HERTZ_EXPONENT_DIFFERENCE = 1e-3
 """If an exponent differs from Hertz's by less than this, the ends do not influence the fitted range."""
 
 REFINED = (SPHERES, hollow(hollow_spheres.THIN), STRAIN)
@@ -215,7 +217,7 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 
 def refinement(contact: Contact, meshes: tuple[float, ...]) -> list[float]:
     """Mean relative change of the force from each mesh to the next."""
-    forces = [contact.law(coarser).force(np.array(APPROACHES[COMPARED:])) for coarser in meshes]
+    forces = [contact.law(coarser).force(np.array(APPROACHES[FIRST_COMPARED:])) for coarser in meshes]
     return [float(np.abs(one / other - 1.0).mean()) for one, other in pairwise(forces)]
 
 
@@ -303,17 +305,19 @@ def _crossed(data: xr.Dataset, angle: float) -> Row:
     name, fit = crossed(angle), "0.2 to 20 µm, absolute"
     exponents = _exponents(data, name, fit, LIKE_TABLE_5_1)
     shares = f"F over Hertz's: {_over_theory(data, name)}"
-    if angle >= SHORT:
+    if angle >= SHORT_CONTACT_ANGLE:
         reason = f"over {fit}; {_exponents(data, name, LIKE_TABLE_5_1)}; half-spaces, corrected for the mid-planes"
         return Row(f"exponent n, {name}", "close to 1.5", _exponent(data, name, fit), "", f"{reason}; {shares}", HERTZ)
     ends = approach_of_ends(angle)
     if ends > FITS[fit].highest:
         reason = (
-            f"half-spaces cannot answer: up to {1e6 * ends:.0f} µm the contact ends before the cylinders do, so their "
-            f"law is Hertz's, {exponents}; what the bodies of the cylinders change at this angle is not in it"
+            f"half-spaces give no answer: up to {1e6 * ends:.0f} µm the contact ends before the cylinders do, so their "
+            f"law is Hertz's, {exponents}; the effect of the finite bodies at this angle is not included"
         )
         return Row(f"exponent n, {name}", "below 1.5", "no answer", "", reason, HERTZ)
-    reason = f"over {fit}; {_exponents(data, name, LIKE_TABLE_5_1)}; {ENDING} from {1e6 * ends:.2g} µm on; {shares}"
+    reason = (
+        f"over {fit}; {_exponents(data, name, LIKE_TABLE_5_1)}; {CUT_AT_ENDS} from {1e6 * ends:.2g} µm on; {shares}"
+    )
     return Row(f"exponent n, {name}", "below 1.5", _exponent(data, name, fit), "", reason, HERTZ)
 
 
@@ -341,7 +345,7 @@ def _hollow_spheres(data: xr.Dataset) -> list[Row]:
                 "% over 1 to 20 µm; the mid-plane may slide sideways", float(law.force(np.array(5e-6)))),
             Row(f"exponent n, Ri/Ro {ratio:g}", law.exponent, _exponent(data, name), "",
                 f"over {LIKE_TABLE_5_1}; {_exponents(data, name, '1 to 10 N, relative', '10 to 100 N, relative')}"),
-            Row(f"k, Ri/Ro {ratio:g}", law.stiffness, k, "N/mⁿ", f"over {LIKE_TABLE_5_1}; means little without its n"),
+            Row(f"k, Ri/Ro {ratio:g}", law.stiffness, k, "N/mⁿ", f"over {LIKE_TABLE_5_1}; meaningless without its n"),
         ]  # fmt: skip
     return rows
 
@@ -432,7 +436,7 @@ def _figure_of_exponents(data: xr.Dataset) -> "Figure":
     angles = np.array([0.0, *ANGLES])
     for i, fit in enumerate(("1 to 100 N, relative", LIKE_TABLE_5_1, "0.2 to 20 µm, absolute")):
         found = data.exponent.sel(contact=names, fit=fit).values
-        repeated = (angles < SHORT) & (abs(found - HERTZ) < REPEATED)
+        repeated = (angles < SHORT_CONTACT_ANGLE) & (abs(found - HERTZ) < HERTZ_EXPONENT_DIFFERENCE)
         plots.points(axis, angles[~repeated], found[~repeated], i, fit)
         plots.points(axis, angles[repeated], found[repeated], i, "", hollow=True)
     axis.plot([], [], "o", color="grey", markerfacecolor="white", markersize=4.0, label="half-spaces, not cut")

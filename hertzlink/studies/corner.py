@@ -52,7 +52,7 @@ SCAN = (0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0, 2.5, 3.0, 4.0, 6.0)
 """First scan along the diagonal and from a single edge, in units of ℓ."""
 
 TOLERANCE = 0.02
-NEAREST = (1.0, 1.5)
+REPORTED_FROM = (1.0, 1.5)
 """ℓ; the error of superposition is reported from these distances on."""
 
 
@@ -154,12 +154,13 @@ def table(data: xr.Dataset) -> list[Row]:
         alone = data.corner_edge_critical_distance.sel(corner_edge=list(edges)) / length
         value = float(data.corner_critical_distance.sel(corner=corner)) / length
         half = 0.5 * float(data.corner_bracket.sel(corner=corner).diff("end").squeeze()) / length
-        errors = [worst(data, corner, nearest) for nearest in NEAREST]
+        errors = [worst(data, corner, nearest) for nearest in REPORTED_FROM]
         rows.append(
             Row(
                 f"critical distance over ℓ from both edges, corner {corner}", "", f"{value:.2f} ± {half:.2f}", "",
                 "theory: that of the edge alone, the greater of the two. Superposing both edges gives AR within "
-                f"{errors[0]:.3f} from {NEAREST[0]:g} ℓ on, and within {errors[1]:.3f} from {NEAREST[1]:g} ℓ on",
+                f"{errors[0]:.3f} from {REPORTED_FROM[0]:g} ℓ on, and within {errors[1]:.3f} from "
+                f"{REPORTED_FROM[1]:g} ℓ on",
                 float(alone.max()),
             )
         )  # fmt: skip

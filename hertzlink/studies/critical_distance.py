@@ -45,7 +45,7 @@ DISTANCES = (*(round(0.1 * i, 1) for i in range(1, 36)), *(0.5 * i for i in rang
 
 QUICK_PARAMETERS, QUICK_DISTANCES = (0.12, 0.34, 0.75), (0.2, 0.6, 1.0, 1.4, 1.8, 2.2, 2.6, 3.4)
 
-OTHERS = {
+OTHER_PAIRS = {
     "4.76 mm beads": Pair(Sphere(2.38e-3, STEEL_440C), ALUMINIUM_6061, 0.31),
     "1.2 m/s": Pair(Sphere(4.765e-3, STEEL_440C), ALUMINIUM_6061, 1.2),
     "steel 316 beads": Pair(Sphere(4.765e-3, STEEL_316), ALUMINIUM_6061, 0.31),
@@ -56,7 +56,7 @@ OTHERS = {
 }
 """Other beads, speeds and materials at the same λ and d/ℓ."""
 
-SAME = ("4.76 mm beads", "1.2 m/s")
+SAME_MATERIALS = ("4.76 mm beads", "1.2 m/s")
 """The pairs with the materials of MAIN."""
 
 OTHER_PARAMETERS, OTHER_DISTANCES = (0.12, 0.34, 0.75), (0.6, 1.0, 1.4, 1.8, 2.4)
@@ -81,7 +81,7 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     quick: fewer of each.
     """
     data = main_map(QUICK_PARAMETERS if quick else PARAMETERS, QUICK_DISTANCES if quick else DISTANCES, jobs)
-    data = data.merge(other_pairs(list(OTHERS)[::3] if quick else list(OTHERS), quick, jobs))
+    data = data.merge(other_pairs(list(OTHER_PAIRS)[::3] if quick else list(OTHER_PAIRS), quick, jobs))
     data = data.merge(law()).merge(thesis_plates(quick, jobs)).merge(edge_shear.run(quick, jobs))
     return data.merge(corner.run(quick, jobs))
 
@@ -134,16 +134,16 @@ def other_pairs(names: list[str], quick: bool, jobs: int | None) -> xr.Dataset:
     parameters = OTHER_PARAMETERS[1:2] if quick else OTHER_PARAMETERS
 
     def near(pair: str, edge: str, inelasticity: float, scaled_distance: float) -> CoSimulation:
-        one = OTHERS[pair]
+        one = OTHER_PAIRS[pair]
         return one.coupled(one.struck(edge, inelasticity, scaled_distance))
 
     distances = (*OTHER_DISTANCES, np.inf)
-    record = min(OTHERS[name].record for name in names)
+    record = min(OTHER_PAIRS[name].record for name in names)
     found = sweep(
         near, record, jobs, measure, pair=names, edge=EDGES, inelasticity=parameters, scaled_distance=distances
     ).amplitude_ratio
     difference = found.isel(scaled_distance=slice(None, -1)) - found.isel(scaled_distance=-1, drop=True)
-    ratio = xr.DataArray([OTHERS[name].stiffness_ratio for name in names], dims="pair", coords={"pair": names})
+    ratio = xr.DataArray([OTHER_PAIRS[name].stiffness_ratio for name in names], dims="pair", coords={"pair": names})
     data = xr.Dataset({
         "other_difference": difference,
         "stiffness_ratio": ratio,

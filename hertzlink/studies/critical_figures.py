@@ -6,20 +6,20 @@ import xarray as xr
 
 from coupling.views import plots
 from hertzlink.studies import edge_shear
-from hertzlink.studies.critical_distance import MAIN, SAME
+from hertzlink.studies.critical_distance import MAIN, SAME_MATERIALS
 from plates.critical_distance import edge_difference
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-WITHIN = 0.02
+FIGURE_TOLERANCE = 0.02
 """Tolerance of AR in the figures."""
 
-SHOWN = (0.06, 0.12, 0.24, 0.34, 0.48, 0.75, 1.2)
+SHOWN_PARAMETERS = (0.06, 0.12, 0.24, 0.34, 0.48, 0.75, 1.2)
 """λ in the figure of the collapse, if it was simulated."""
 
-JUMPING = (0.2, 0.25, 0.3, 0.4)
+JUMP_PARAMETERS = (0.2, 0.25, 0.3, 0.4)
 """λ around the value at which c of a simply supported edge jumps."""
 
 
@@ -39,8 +39,8 @@ def collapse(data: xr.Dataset) -> "Figure":
     from matplotlib import colormaps
 
     figure, axes = plots.panels(data.sizes["edge"], width=3.3, height=3.6)
-    parameters = [p for p in data.inelasticity.values if p in SHOWN] or list(data.inelasticity.values)
-    same = [name for name in data.pair.values if name in SAME]
+    parameters = [p for p in data.inelasticity.values if p in SHOWN_PARAMETERS] or list(data.inelasticity.values)
+    same = [name for name in data.pair.values if name in SAME_MATERIALS]
     for axis, edge in zip(axes, data.edge.values, strict=True):
         for i, parameter in enumerate(parameters):
             colour = colormaps["viridis"](0.95 * i / max(1, len(parameters) - 1))
@@ -66,15 +66,15 @@ def critical_distance(data: xr.Dataset) -> "Figure":
     """c against λ by the law, with its bounds, simulated values, and the thesis's two lines."""
     figure, axes = plots.panels(data.sizes["edge"], width=3.3, height=3.4)
     for axis, edge in zip(axes, data.edge.values, strict=True):
-        law = data.law.sel(edge=edge, within=WITHIN)
+        law = data.law.sel(edge=edge, within=FIGURE_TOLERANCE)
         axis.fill_between(
             data.law_inelasticity, law.sel(estimate="low"), law.sel(estimate="high"), color=plots.COLOURS[5],
             alpha=0.35, linewidth=0.0, label="bounds of the law",
         )  # fmt: skip
         axis.plot(data.law_inelasticity, law.sel(estimate="value"), color=plots.COLOURS[0], linewidth=1.2, label="law")
         axis.plot(
-            data.inelasticity, data.simulated.sel(edge=edge, within=WITHIN), "o", color="black", markersize=4.0,
-            markerfacecolor="none", linestyle="none", label="simulated",
+            data.inelasticity, data.simulated.sel(edge=edge, within=FIGURE_TOLERANCE), "o", color="black",
+            markersize=4.0, markerfacecolor="none", linestyle="none", label="simulated",
         )  # fmt: skip
         for line, style in zip(data.line.values, ("--", "-."), strict=True):
             axis.plot(
@@ -83,7 +83,7 @@ def critical_distance(data: xr.Dataset) -> "Figure":
             )  # fmt: skip
         axis.set(title=f"{edge} edge", xlabel="inelasticity parameter λ", xscale="log", ylim=(0.0, 6.0))
         _plain_ticks(axis)
-    axes[0].set_ylabel(f"critical distance c = $d_c$ / ℓ (AR ± {WITHIN})")
+    axes[0].set_ylabel(f"critical distance c = $d_c$ / ℓ (AR ± {FIGURE_TOLERANCE})")
     _legend(figure, axes[0], 5)
     return figure
 
@@ -93,13 +93,13 @@ def jumps(data: xr.Dataset) -> "Figure":
     there.
     """
     figure, (left, right) = plots.panels(2, width=3.6, height=3.2, sharey=False)
-    for i, parameter in enumerate(JUMPING):
+    for i, parameter in enumerate(JUMP_PARAMETERS):
         curve = edge_difference("simple", MAIN.stiffness_ratio, parameter)
         left.plot(*curve, color=plots.COLOURS[i], linewidth=1.2, label=f"λ = {parameter:g}")
     for sign in (-1.0, 1.0):
-        left.axhline(sign * WITHIN, color="black", linewidth=0.8, linestyle=":")
+        left.axhline(sign * FIGURE_TOLERANCE, color="black", linewidth=0.8, linestyle=":")
     left.set(xlim=(0.6, 2.6), ylim=(-0.04, 0.06))
-    left.set(xlabel="distance from a simple edge, d / ℓ", ylabel="AR less AR far away")
+    left.set(xlabel="distance from a simple edge, d / ℓ", ylabel="AR minus AR far away")
     left.legend(frameon=False, fontsize="small")
     for i, within in enumerate(data.within.values):
         law = data.law.sel(edge="simple", within=within)

@@ -11,19 +11,19 @@ from particles.laws.half_spaces import influence, unilateral_pressures
 from particles.laws.law import ContactLaw
 from structures.surface import relative_curvatures
 
-STEPS = 24
+APPROACH_STEPS = 24
 """Number of approaches at which the force is computed, in equal ratios."""
 
-SHALLOWEST = 0.2e-6
+SMALLEST_APPROACH = 0.2e-6
 """The first of them, m."""
 
 CELLS = 64
 """Number of cells along each side of the grid."""
 
-WITHIN = (2.0, 20.0)
+ANGLE_RANGE = (2.0, 20.0)
 """Degrees; between these angles the ends begin to matter at approaches of 2 to 100 µm."""
 
-NARROWER = 0.78
+GRID_HALF_WIDTH = 0.78
 """Half of the grid's side across the cylinders, over the half-width of the overlap of undeformed cylinders; for a
 circular contact the ratio is 0.71.
 """
@@ -37,11 +37,11 @@ def cut_law(angle: float, approach: float, cells: int) -> ComputedLaw:
     the approach of the mid-planes would be smaller. error: estimated with half as many cells along each side of the
     grid.
     """
-    steps = np.geomspace(SHALLOWEST, approach, STEPS)
+    steps = np.geomspace(SMALLEST_APPROACH, approach, APPROACH_STEPS)
     fine, coarse = (np.array([_force(angle, step, count) for step in steps]) for count in (cells, cells // 2))
     error = float(np.abs(coarse / fine - 1.0).max())
     points = continued_to_zero((steps, fine), _theory(angle))
-    return ComputedLaw(*points, "boundary elements, cut at the ends", "", approach, SHALLOWEST, error)  # type: ignore[arg-type]
+    return ComputedLaw(*points, "boundary elements, cut at the ends", "", approach, SMALLEST_APPROACH, error)  # type: ignore[arg-type]
 
 
 def loss_at_ends(angle: float, approach: float, cells: int = CELLS) -> float:
@@ -59,7 +59,7 @@ def approach_of_ends(angle: float, loss: float = 0.01) -> float:
 
 def angle_of_ends(approach: float, loss: float = 0.01) -> float:
     """Angle, degrees, above which cylinders lose less than this fraction of Hertz's force at an approach, m."""
-    return float(brentq(lambda angle: loss_at_ends(angle, approach) - loss, *WITHIN, xtol=1e-2))
+    return float(brentq(lambda angle: loss_at_ends(angle, approach) - loss, *ANGLE_RANGE, xtol=1e-2))
 
 
 def _theory(angle: float) -> ContactLaw:
@@ -73,7 +73,7 @@ def _force(angle: float, approach: float, cells: int) -> float:
     modulus, longest = 0.5 * cylinders.cylinder(0.0).material.contact_modulus, 0.5 * cylinders.LENGTH
     extent = longest if flat * longest**2 < 2.0 * approach else sqrt(2.0 * approach / flat)
     numbers = (2.0 * np.arange(cells) + 1.0) / cells - 1.0
-    along, across = extent * numbers, NARROWER * sqrt(2.0 * approach / sharp) * numbers
+    along, across = extent * numbers, GRID_HALF_WIDTH * sqrt(2.0 * approach / sharp) * numbers
     sides = along[1] - along[0], across[1] - across[0]
     gap = 0.5 * (flat * along[:, None] ** 2 + sharp * across**2)
     begin = np.full(gap.shape, 0.5 * modulus * sharp * across[-1])

@@ -36,7 +36,7 @@ IMPACT_SPEED = 0.5
 ANGLES = (0.0, 1.0, 3.0, 5.0, 10.0, 30.0, 45.0, 90.0)
 """Degrees between neighbours."""
 
-TRUSTED = 10.0
+HERTZ_ANGLE = 10.0
 """Degrees; contacts at smaller angles are too long for the half-space theory (`contact_law` warns there)."""
 
 SPEEDS = tuple(np.geomspace(0.1, 1.6, 9))
@@ -248,7 +248,7 @@ def figures(data: xr.Dataset) -> dict[str, "Figure"]:
     laws = [(_named(angle), data.force.sel(angle=angle).values) for angle in (0.0, 5.0, 10.0, 30.0, 90.0)]
     return {
         "speed_force": figure,
-        "angle": plots.against_angle(np.array(ANGLES), speeds, _by_angle(), TRUSTED, "wave speed over that at 90°"),
+        "angle": plots.against_angle(np.array(ANGLES), speeds, _by_angle(), HERTZ_ANGLE, "wave speed over that at 90°"),
         "laws": plots.contact_laws(data.approach.values, laws),
     }
 
@@ -256,10 +256,10 @@ def figures(data: xr.Dataset) -> dict[str, "Figure"]:
 def _by_angle() -> xr.DataArray:
     """Wave speed over that at 90° at the same force, by equation 5.11, from 1° to 90°."""
     angles = np.geomspace(1.0, 90.0, 91)
-    ratios = [(stiffness(angle) / stiffness(90.0)) ** (1.0 / 3.0) for angle in (*angles, TRUSTED)]
-    return xr.DataArray(ratios, {"angle": [*angles, TRUSTED]}, ("angle",)).sortby("angle")
+    ratios = [(stiffness(angle) / stiffness(90.0)) ** (1.0 / 3.0) for angle in (*angles, HERTZ_ANGLE)]
+    return xr.DataArray(ratios, {"angle": [*angles, HERTZ_ANGLE]}, ("angle",)).sortby("angle")
 
 
 def _named(angle: float) -> str:
-    beyond = ", beyond half-space theory" if 0.0 < angle < TRUSTED else ""
+    beyond = ", beyond half-space theory" if 0.0 < angle < HERTZ_ANGLE else ""
     return "0°, line contact" if angle == 0.0 else f"{angle:.0f}°{beyond}"

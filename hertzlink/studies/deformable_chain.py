@@ -54,18 +54,18 @@ UNTIL = 165e-6
 """s: the wave of 0.5 m/s has passed contact 16 and has not reached the wall."""
 
 WITH_ECHO = 300e-6
-SAVED = 660
+INTERVALS = 660
 """Number of saved intervals in UNTIL."""
 
-PASSING = (0.4, 0.8)
+PASSING_TIMES = (0.4, 0.8)
 """Fractions of UNTIL between which the whole wave is inside the chain."""
 
-TOP = 0.9
+FITTED_TOP = 0.9
 """The top of a pulse, which is fitted, begins at this fraction of its peak."""
 
 MODES, MODES_TRIED = 8, (1, 2, 3, 4, 6, 8, 12, 16)
 LAW_SPACINGS = (20e-6, 10e-6, 5e-6, 2.5e-6)
-LAW_REACH = 4e-6
+LAW_APPROACH = 4e-6
 """m; at 3.3 µm one contact stores the whole energy of a striker of 0.5 m/s."""
 
 SPACINGS = (80e-6, 40e-6, 20e-6, 10e-6)
@@ -94,7 +94,7 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     by_law = _together([by_modes(size) for size in LAW_SPACINGS[::every]], "law_spacing", LAW_SPACINGS[::every])
     finest = float(by_law.law_spacing[-1])
     tried = _together([by_modes(finest, modes) for modes in MODES_TRIED[::every]], "modes", MODES_TRIED[::every])
-    points = timed(lambda: CoSimulation(chain("point masses", MESH_SPEED), None).run(UNTIL, UNTIL / SAVED))
+    points = timed(lambda: CoSimulation(chain("point masses", MESH_SPEED), None).run(UNTIL, UNTIL / INTERVALS))
     outer = dict.fromkeys((explicit.sizes["spacing"] - 1, 0))
     named = {explicit_name(float(explicit.spacing[i])): explicit.isel(spacing=i, drop=True) for i in outer}
     ends = [points, by_law.isel(law_spacing=-1, drop=True), *named.values()]
@@ -134,15 +134,15 @@ def by_elements(spacing: float) -> xr.Dataset:
     """The explicit chain at 0.5 m/s, elements of this size, m."""
     # A first step compiles.
     explicit_chain(chain("point masses", MESH_SPEED), 1e-8, SPACINGS[0], 1e-8)
-    return timed(lambda: explicit_chain(chain("point masses", MESH_SPEED), UNTIL, spacing, UNTIL / SAVED))
+    return timed(lambda: explicit_chain(chain("point masses", MESH_SPEED), UNTIL, spacing, UNTIL / INTERVALS))
 
 
 def by_modes(law_spacing: float, modes: int = MODES) -> xr.Dataset:
     """The chain of a few modes at 0.5 m/s, with a contact law computed on a mesh of this spacing, m."""
 
     def one() -> xr.Dataset:
-        law = contact_law_fem(BEAD, max_approach=LAW_REACH, spacing=law_spacing)
-        return CoSimulation(chain("modes", MESH_SPEED, modes, law), None).run(UNTIL, UNTIL / SAVED)
+        law = contact_law_fem(BEAD, max_approach=LAW_APPROACH, spacing=law_spacing)
+        return CoSimulation(chain("modes", MESH_SPEED, modes, law), None).run(UNTIL, UNTIL / INTERVALS)
 
     return timed(one)
 
@@ -168,7 +168,11 @@ def timed(one: Callable[[], xr.Dataset]) -> xr.Dataset:
     mean = sensor_force(run, SENSORS[0])
     section = run.section_force.sel(bead=SENSORS[0]) if "section_force" in run else mean
     apart = float(abs(section - mean).max() / mean.max())
-    data["section_apart"] = ((), apart, {"units": "1", "long_name": "section's force off the contacts' mean, bead 10"})
+    data["section_apart"] = (
+        (),
+        apart,
+        {"units": "1", "long_name": "difference of the section's force from the contacts' mean, bead 10"},
+    )
     data["cells"] = ((), run.attrs.get("cells", 0), {"units": "1", "long_name": "explicit elements in all beads"})
     return data.drop_vars(["impact_energy", "static_force", "centre"], errors="ignore")
 
@@ -180,7 +184,7 @@ def inertia(run: xr.Dataset) -> float:
     """
     if "vibration_amplitude" not in run:
         return float("nan")
-    passing = run.sel(time=slice(*(part * UNTIL for part in PASSING)))
+    passing = run.sel(time=slice(*(part * UNTIL for part in PASSING_TIMES)))
     amplitude = passing.vibration_amplitude.transpose("time", "bead", ...).values
     elastic = 0.5 * ((vibration(BEAD, amplitude.shape[-1]).frequencies * amplitude) ** 2).sum(axis=(1, 2))
     kinetic = passing.vibration_energy.sum("bead").values - elastic
@@ -207,14 +211,14 @@ def measure(run: xr.Dataset) -> xr.Dataset:
 
 def top(time: Vector, force: Vector) -> float:
     """Maximum of a polynomial of fourth order through the samples near the largest force."""
-    near = force > TOP * force.max()
+    near = force > FITTED_TOP * force.max()
     fit = Polynomial.fit(time[near], force[near], 4)
     return float(fit(np.linspace(float(fit.domain[0]), float(fit.domain[1]), 1001)).max())
 
 
 def shape() -> xr.Dataset:
     """Section 3.3.2: forces at both sensors over `shape_time`, s, with the echo of the wall; measures."""
-    runs = [CoSimulation(chain(model, SHAPE_SPEED), WALL).run(WITH_ECHO, UNTIL / SAVED) for model in MODELS[:2]]
+    runs = [CoSimulation(chain(model, SHAPE_SPEED), WALL).run(WITH_ECHO, UNTIL / INTERVALS) for model in MODELS[:2]]
     measured = [measure(run.sel(time=slice(None, UNTIL))) for run in runs]
     data = _named(xr.concat(measured, "beads"), "shape")
     sensed = [xr.concat([sensor_force(run, sensor) for sensor in SENSORS], "sensor") for run in runs]
@@ -230,7 +234,7 @@ def over_speed(impact_speeds: Sequence[float]) -> xr.Dataset:
         # In a Hertzian chain times are proportional to the power −1/5 of the striker speed.
         lengths = [UNTIL * (MESH_SPEED / speed) ** 0.2 for speed in impact_speeds]
         runs = [
-            measure(CoSimulation(chain(model, speed), None).run(until, until / SAVED))
+            measure(CoSimulation(chain(model, speed), None).run(until, until / INTERVALS))
             for speed, until in zip(impact_speeds, lengths, strict=True)
         ]
         models.append(xr.concat(runs, "impact_speed").assign_coords(impact_speed=list(impact_speeds)))
@@ -359,7 +363,7 @@ def _inside(data: xr.Dataset) -> list[Row]:
     shaken = 100.0 * float(data.section_apart.sel(model=explicit_name(float(data.spacing[-1]))))
     apart = 100.0 * float(np.abs(section - mean).max() / mean.max())
     share = data.vibration_share.sum("bead")
-    passing = share.sel(time=slice(*(part * UNTIL for part in PASSING)))
+    passing = share.sel(time=slice(*(part * UNTIL for part in PASSING_TIMES)))
     behind = float(data.vibration_share.isel(time=-1).sel(bead=slice(1, 8)).sum())
     still = "of the thesis's loading of two hemispheres (section 3.3.1), so that it is static; here of the wave"
     return [

@@ -29,7 +29,7 @@ def section(curves: tuple[xr.DataArray, ...]) -> Figure:
     axes[0].plot(time, centre, ":", color="black", linewidth=1.0, label="equation 1.8, at the centre")
     axes[1].plot(time, section - mean, color=plots.COLOURS[1], linewidth=1.2)
     middle = float(time[int(mean.values.argmax())])
-    for axis, label in zip(axes, ("force at bead 10 (N)", "central section less mean (N)"), strict=True):
+    for axis, label in zip(axes, ("force at bead 10 (N)", "central section minus mean (N)"), strict=True):
         axis.set(xlabel="time (µs)", ylabel=label, xlim=(middle - 30.0, middle + 30.0))
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=2, frameon=False)
     return figure

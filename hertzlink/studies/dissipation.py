@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 BEADS, RADIUS = 70, 2.38e-3
 SENSORS = (9, 16, 24, 31, 40, 50, 56, 63)
 IMPACT_SPEED = 1.77
-SHOWN = (16, 56)
+SHOWN_SENSORS = (16, 56)
 """Sensors of figures 4.3b and c."""
 
 SHOWN_SPEEDS = (0.885, IMPACT_SPEED)
@@ -41,10 +41,10 @@ SHOWN_SPEEDS = (0.885, IMPACT_SPEED)
 IMPACT_SPEEDS = tuple(np.geomspace(0.3, 3.0, 8))
 """m/s, of figure 4.2b; the thesis does not print its own."""
 
-RAYLEIGH = 6900.0
+DRAG_RATE = 6900.0
 """α₁, 1/s (section 4.3, which prints N s/m)."""
 
-SLOWER = 1.4
+DELAY = 1.4
 """A damped wave is delayed by less than this factor; no law of this study delays it more."""
 
 ELLIPSOID = Ellipsoid(2.36e-3, 10.16e-3, STEEL_316)
@@ -52,6 +52,8 @@ ELLIPSOID_BEADS, ELLIPSOID_SENSORS, ELLIPSOID_SPEED = 50, (8, 16, 28, 41), 0.37
 ELLIPSOID_DASHPOTS = (0.0, 3.18, 11.67, 15.55)
 
 RIGID = Material(1e25, 0.3, 8000.0, "rigid")
+"""So much stiffer than the beads that a sphere against it is one half of two colliding spheres."""
+
 MEETINGS = ("at a contact", "at a bead")
 MEETING_BEADS, MEETING_SENSOR, MEETING_UNTIL = 70, 50, 9e-4
 
@@ -81,7 +83,7 @@ class Fit(NamedTuple):
         """Time, s, in which a wave from the slowest striker passes the whole chain, with any of the losses."""
         bead, moved = self.bead, PARTICLE_TO_STRIKER_SPEED * speed
         stiffness = hertz_stiffness(bead.surface, bead.surface)
-        return SLOWER * BEADS * bead.size / wave_speed_from_particle_speed(bead.size, bead.mass, stiffness, moved)
+        return DELAY * BEADS * bead.size / wave_speed_from_particle_speed(bead.size, bead.mass, stiffness, moved)
 
     def corner(self, exponent: int, coefficient: int) -> PowerDashpot:
         """The thesis's law with its two parameters changed by these numbers of standard deviations."""
@@ -96,7 +98,7 @@ class Fit(NamedTuple):
         if name == "undamped":
             return None
         if name == "drag":
-            return MassProportional(RAYLEIGH)
+            return MassProportional(DRAG_RATE)
         if name == "thesis, as an acceleration":
             return PowerDashpot(self.coefficient * self.bead.mass, self.exponent, "thesis")
         return PowerDashpot(self.coefficient, self.exponent, name)
@@ -228,8 +230,8 @@ def peaks(run: xr.Dataset) -> xr.Dataset:
 
 def with_history(run: xr.Dataset) -> xr.Dataset:
     """The peaks, those of contacts, and the force over time at the sensors of figures 4.3b and c."""
-    force = xr.concat([sensor_force(run, sensor) for sensor in SHOWN], "shown")
-    found = peaks(run).assign_coords(shown=list(SHOWN))
+    force = xr.concat([sensor_force(run, sensor) for sensor in SHOWN_SENSORS], "shown")
+    found = peaks(run).assign_coords(shown=list(SHOWN_SENSORS))
     found["force"] = force.assign_attrs(units="N", long_name="force at the sensor")
     attributes = {"units": "N", "long_name": "greatest force between bead n - 1 and bead n"}
     found["contact_peak"] = run.contact_force.max("time").reset_coords(drop=True).assign_attrs(attributes)
@@ -292,7 +294,7 @@ def _material_rows(data: xr.Dataset, name: str) -> Iterable[Row]:
     yield Row(f"mass, {name}", fit.mass, fit.bead.mass * 1e3, "g", "by geometry, with the density of Table 2.1")
     yield Row(
         f"α and γ, {name}", f"{fit.exponent}, −{fit.coefficient:g}", f"{fit.exponent}, {fit.coefficient:g}", "",
-        "taken over as |γ| in N (s/m)^α: no unit is stated, γ < 0 would feed energy, and no experiment to fit is given",
+        "used as |γ| in N (s/m)^α: no unit is stated, γ < 0 would feed energy, and no experiment to fit is given",
     )  # fmt: skip
     yield Row(
         f"F(56)/F(9), {name}, γ as a force", "", left("thesis"), "",
@@ -300,7 +302,7 @@ def _material_rows(data: xr.Dataset, name: str) -> Iterable[Row]:
     )  # fmt: skip
     yield Row(
         f"F(56)/F(9), {name}, γ as an acceleration", "",
-        left("thesis, as an acceleration"), "", "as equation 4.1 reads in SI units; damps next to nothing",
+        left("thesis, as an acceleration"), "", "as equation 4.1 reads in SI units; the damping is negligible",
     )  # fmt: skip
     yield Row(
         f"F(56)/F(9), {name}, pairwise form", "", left("pairwise"), "",
@@ -311,7 +313,7 @@ def _material_rows(data: xr.Dataset, name: str) -> Iterable[Row]:
 def _rayleigh_rows(data: xr.Dataset) -> Iterable[Row]:
     steel = data.peak.sel(material="steel 316", sensor=list(SENSORS))
     drag = [f"{value:.1f}" for value in steel.sel(law="drag").values]
-    yield Row("α₁, steel 316", RAYLEIGH, RAYLEIGH, "1/s", "taken over; the printed N s/m is no unit of α₁")
+    yield Row("α₁, steel 316", DRAG_RATE, DRAG_RATE, "1/s", "used as printed; N s/m is not a unit of α₁")
     yield Row(
         "F(9) and F(63) with α₁", "", f"{drag[0]} and {drag[-1]}", "N",
         f"figure 4.3a, without numbers; at all sensors {', '.join(drag)}; undamped "
@@ -400,7 +402,7 @@ def _speed_over_force(data: xr.Dataset) -> "Figure":
     return figure
 
 
-NAMED = {
+LAW_NAMES = {
     "undamped": "undamped",
     "thesis": "thesis's law, equation 4.1",
     "pairwise": "the same α and γ, pairwise",
@@ -414,18 +416,18 @@ def _laws(data: xr.Dataset) -> "Figure":
 
     figure, axes = plots.panels(3, width=3.0, sharey=False)
     steel = data.peak.sel(material="steel 316", sensor=list(SENSORS))
-    for i, (law, label) in enumerate(NAMED.items()):
+    for i, (law, label) in enumerate(LAW_NAMES.items()):
         colour = plots.COLOURS[i]
         axes[0].plot(
             SENSORS, steel.sel(law=law), plots.MARKERS[i], linestyle=STYLES[i], color=colour, markersize=4.0,
             linewidth=1.2, label=label,
         )  # fmt: skip
-        for axis, sensor in zip(axes[1:], SHOWN, strict=True):
+        for axis, sensor in zip(axes[1:], SHOWN_SENSORS, strict=True):
             axis.plot(data.time * 1e6, data.force.sel(law=law, shown=sensor), STYLES[i], color=colour, linewidth=1.2)
     axes[0].set(title="peaks at the sensors", xlabel="bead number n", ylabel="maximum force (N)")
     axes[0].set_ylim(bottom=0.0)
-    for axis, sensor in zip(axes[1:], SHOWN, strict=True):
-        _around(axis, data.force.sel(shown=sensor, law=list(NAMED)))
+    for axis, sensor in zip(axes[1:], SHOWN_SENSORS, strict=True):
+        _around(axis, data.force.sel(shown=sensor, law=list(LAW_NAMES)))
         axis.set(title=f"n = {sensor}", xlabel="time (µs)", ylabel="force (N)")
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=4, frameon=False)
     return figure

@@ -28,16 +28,16 @@ BEADS, SENSOR = 20, 7
 RECORD = 45.0
 """Length of the record in contact times of aluminium plates; the slowest reflected wave returns after 30."""
 
-ALUMINIUM = 0.743
+ALUMINIUM_STIFFNESS_RATIO = 0.743
 """Ratio of contact stiffnesses of steel beads on aluminium, for which RECORD was chosen."""
 
-STEPS = 450
+STEPS_PER_CONTACT = 450
 """Steps of the chain in a contact time. The default of 1800 changes AR by 1e-6."""
 
-HIGHEST = 3.3
+HIGHEST_PHASE = 3.3
 """Highest frequency of the half-plane times the contact time. Twice this value changes AR by 2e-5."""
 
-SMALLEST = 2e-3
+SMALLEST_WAVE = 2e-3
 """A wave below this fraction of the incident one counts as none, with AR = 0; the law's error is larger."""
 
 BEAD, SPEED = Sphere(5e-3, STEEL_440C), 0.3
@@ -90,17 +90,17 @@ class Pair:
             return infinite_plate(thickness, self.wall)
         if scaled_distance == 0.0 and edge != "free":
             return half_space(self.wall)
-        distance, highest = scaled_distance * self.length(inelasticity), HIGHEST / self.contact_time
+        distance, highest = scaled_distance * self.length(inelasticity), HIGHEST_PHASE / self.contact_time
         return half_plane(thickness, self.wall, edge, distance, until or self.record, highest)
 
     @property
     def record(self) -> float:
         """Length of the record, s. Stiff walls shorten T_c, but not the travel time of the wave in the chain."""
-        return float(RECORD * self.contact_time * max(1.0, (self.stiffness_ratio / ALUMINIUM) ** 0.4))
+        return float(RECORD * self.contact_time * max(1.0, (self.stiffness_ratio / ALUMINIUM_STIFFNESS_RATIO) ** 0.4))
 
     def coupled(self, structure: Structure) -> CoSimulation:
         """The chain against a structure."""
-        return CoSimulation(self.chain, structure, dt=self.contact_time / STEPS)
+        return CoSimulation(self.chain, structure, dt=self.contact_time / STEPS_PER_CONTACT)
 
     def _plate(self, thickness: float) -> Plate:
         return kirchhoff_plate(1.0, 1.0, thickness, self.wall, Supports())
@@ -115,7 +115,7 @@ def tabulated_pair(stiffness_ratio: float) -> Pair:
 
 def ratio(run: xr.Dataset) -> float:
     """AR of the primary wave; 0 if there is none."""
-    primary = reflections(run, SENSOR, SMALLEST).primary
+    primary = reflections(run, SENSOR, SMALLEST_WAVE).primary
     return primary.amplitude_ratio if primary else 0.0
 
 

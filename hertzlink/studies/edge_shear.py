@@ -37,7 +37,7 @@ RECORD, REDUCTION = 30.0, 0.05
 
 THEORIES = ("Kirchhoff", "Mindlin")
 
-LIMIT = 0.01
+REPORTED_DIFFERENCE = 0.01
 """A difference of AR of this size matters."""
 
 
@@ -84,9 +84,11 @@ def lowered(data: xr.Dataset) -> xr.DataArray:
 
 
 def limit(thickness: Vector, difference: Vector) -> float:
-    """t/ℓ at which the difference, assumed proportional to (t/ℓ)², reaches LIMIT; from the sample nearest to it."""
-    nearest = int(np.argmin(np.abs(np.log(np.maximum(difference, 1e-9) / LIMIT))))
-    return float(thickness[nearest] * (LIMIT / difference[nearest]) ** 0.5)
+    """t/ℓ at which the difference, assumed proportional to (t/ℓ)², is REPORTED_DIFFERENCE; from the sample
+    nearest to it.
+    """
+    nearest = int(np.argmin(np.abs(np.log(np.maximum(difference, 1e-9) / REPORTED_DIFFERENCE))))
+    return float(thickness[nearest] * (REPORTED_DIFFERENCE / difference[nearest]) ** 0.5)
 
 
 def table(data: xr.Dataset) -> list[Row]:
@@ -113,7 +115,7 @@ def figure(data: xr.Dataset) -> "Figure":
             data.relative_thickness, lowered(data).sel(place=place), plots.MARKERS[i], color=plots.COLOURS[i],
             linestyle="-", linewidth=1.0, markersize=4.0, label=label,
         )  # fmt: skip
-    axis.axhline(LIMIT, color="black", linewidth=0.8, linestyle=":")
+    axis.axhline(REPORTED_DIFFERENCE, color="black", linewidth=0.8, linestyle=":")
     axis.set(xlabel="thickness t / ℓ", ylabel="AR, Kirchhoff less Mindlin", xlim=(0.0, None), ylim=(0.0, None))
     axis.legend(frameon=False, fontsize="small")
     return drawn

@@ -178,7 +178,7 @@ def _relations(data: xr.Dataset) -> list[Row]:
         Row("wave speed along the minor axis", "slower", at[SHAPES[0]] / at[SHAPES[2]], "", relative),
         Row("wave speed along the major axis", "faster", at[SHAPES[1]] / at[SHAPES[2]], "", relative),
         Row("wave speed over equation 5.11", "very good agreement", ahead, "",
-            "5.11 takes the wave for long; it is five beads long"),
+            "5.11 is for long waves; this wave is five beads long"),
         Row("wave speed over size, exponent", "-1/3", power, "", "spheres of 440C at 20 N, figure 5.1"),
     ]  # fmt: skip
 

@@ -42,7 +42,7 @@ FORCES = tuple(np.geomspace(2.0, 40.0, 9))
 """N, approximate peak forces that the strikers of the curves produce; the thesis prints its own in figures only."""
 
 APPROACHES = tuple(np.geomspace(1e-6, 20e-6, 21))
-FITTED = (0.2e-6, 10e-6)
+FITTED_RANGE = (0.2e-6, 10e-6)
 """m: a least-squares fit over this range gives the thesis's pairs of k and n from finite elements (errata)."""
 
 UNTIL = 2.5e-3
@@ -115,8 +115,8 @@ def measure(run: xr.Dataset) -> xr.Dataset:
 
 
 def fit(law: ContactLaw) -> tuple[float, float]:
-    """k (N/mⁿ) and n of a law, by least squares over FITTED."""
-    nearest = fit_power_law(law, *FITTED, weighting="absolute")
+    """k (N/mⁿ) and n of a law, by least squares over FITTED_RANGE."""
+    nearest = fit_power_law(law, *FITTED_RANGE, weighting="absolute")
     return nearest.stiffness, nearest.exponent
 
 
@@ -138,7 +138,7 @@ def _laws(data: xr.Dataset) -> list[Row]:
     ]  # fmt: skip
     solid = contact_law(particle(0.0), particle(0.0))
     rows.append(Row("k, Ri/Ro 0", 3.759, solid.kernel[0] * 1e-9, "10⁹ N/mⁿ",
-                    "Hertz, n = 1.5; the thesis's pair is a fit, whose k means little without its n"))  # fmt: skip
+                    "Hertz, n = 1.5; the thesis's pair is a fit, whose k is not meaningful without its n"))  # fmt: skip
     for ratio, law in own_laws().items():
         printed = TABLE_5_1[ratio]
         share = data.force.sel(ratio=ratio) / data.table_force.sel(ratio=ratio) - 1.0

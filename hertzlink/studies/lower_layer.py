@@ -20,7 +20,7 @@ UPPER = 6.35e-3
 LOWERS = tuple(sorted([*np.geomspace(9.52e-3, 152.4e-3, 33), 25.4e-3, 50.8e-3]))
 SOLID_LOWERS = (9.52e-3, 12.7e-3, 19.05e-3, 25.4e-3, 50.8e-3, 76.2e-3, 101.6e-3, 152.4e-3)
 
-ECHOLESS = 25.4e-3
+ECHOLESS_LENGTH = 25.4e-3
 """m; for thicker layers the primary wave has left before the echo of the base returns."""
 
 
@@ -41,9 +41,9 @@ def table(data: xr.Dataset) -> list[Row]:
     middle = data.sel(dashpot=struck.DASHPOT)
     ratios = middle.amplitude_ratio.sel(wave="primary")
     flights = middle.time_of_flight.sel(wave="primary") * 1e6
-    thick = data.length >= ECHOLESS * (1.0 - 1e-9)
+    thick = data.length >= ECHOLESS_LENGTH * (1.0 - 1e-9)
     others = [struck.interval(data.amplitude_ratio.sel(wave="primary", dashpot=d)) for d in (4.0, 6.0)]
-    expected = float(theory(np.array([UPPER]), ECHOLESS).time_of_flight[0]) * 1e6
+    expected = float(theory(np.array([UPPER]), ECHOLESS_LENGTH).time_of_flight[0]) * 1e6
     return [
         Row("AR, primary", "0.40 to 0.46", struck.interval(ratios), "",
             f"γ is not given; {others[0]} and {others[1]} for γ = 4 and 6 N s/m. Below 20 mm the base answers while "
@@ -82,7 +82,8 @@ def _axisymmetric(data: xr.Dataset) -> list[Row]:
     first, apart = data.isel(solid_length=0), struck.beyond_rod(data, "amplitude_ratio").values
     return [
         Row("AR, primary, 9.52 mm, axisymmetric", "", struck.ratio(first.solid_amplitude_ratio), "",
-            f"{apart[0]:+z.3f} to the rod, {apart[-1]:+z.3f} at 152.4 mm: a disc of PTFE bonded to steel and base "
+            f"{apart[0]:+z.3f} compared with the rod, {apart[-1]:+z.3f} at 152.4 mm: a disc of PTFE bonded "
+            "to steel and base "
             "cannot widen; with ν = 0 for PTFE it is the rod's within 0.0005. The bending of the steel disc takes "
             "0.002 to 0.004"),
     ]  # fmt: skip

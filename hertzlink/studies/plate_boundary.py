@@ -67,7 +67,7 @@ TOLERANCE = 0.02
 TOLERANCES = (0.01, TOLERANCE, 0.05)
 """Allowed differences of AR from its far value beyond the critical distance; the dimension "within" of the results."""
 
-RELATIVE = 0.05
+RELATIVE_TOLERANCE = 0.05
 """The tolerance in units of the far value, for comparison."""
 
 HALF_ECHO = 0.4613
@@ -91,7 +91,7 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
         bracket=QUICK_BRACKET if quick else BRACKET, jobs=jobs, thickness=THICKNESSES, diameter=DIAMETERS,
     )  # fmt: skip
     first = find(tolerance=TOLERANCES)
-    relative = find(tolerance=RELATIVE, relative=True, known=first)
+    relative = find(tolerance=RELATIVE_TOLERANCE, relative=True, known=first)
     # The samples of both tolerances, and the crossings of each.
     own = ("critical_distance", "bracket", "lower_bound")
     data = relative.drop_vars([*own, "within"]).merge(first[[*own]])

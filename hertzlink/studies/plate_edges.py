@@ -36,7 +36,7 @@ DIAMETERS = (4.76e-3, 9.53e-3)
 DISTANCES = (0.01, 0.02, 0.03, 0.04, 0.06, 0.08, 0.1, 0.15, 0.2)
 THEORIES = ("Kirchhoff", "Mindlin")
 THICKNESSES = (2.29e-3, 4.83e-3)
-FEW = (0.02, 0.06)
+FEW_DISTANCES = (0.02, 0.06)
 
 UNTIL, REDUCTION, HIGHEST_FREQUENCY = 1.5e-3, 0.02, 30.0e3
 
@@ -44,7 +44,7 @@ UNTIL, REDUCTION, HIGHEST_FREQUENCY = 1.5e-3, 0.02, 30.0e3
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """AR over kind of edge, distance and bead; and over theory, thickness, distance and bead. quick: fewer of each."""
     distances, beads = ((0.02, 0.06, 0.2), DIAMETERS[1:]) if quick else (DISTANCES, DIAMETERS)
-    few, thick = (FEW[:1], THICKNESSES[:1]) if quick else (FEW, THICKNESSES)
+    few, thick = (FEW_DISTANCES[:1], THICKNESSES[:1]) if quick else (FEW_DISTANCES, THICKNESSES)
 
     def by_edge(edge: str, edge_distance: float, edge_bead: float) -> CoSimulation:
         return CoSimulation(chain(edge_bead), held(edge, edge_distance))
@@ -99,7 +99,7 @@ def table(data: xr.Dataset) -> list[Row]:
             of = data.theory_amplitude_ratio.sel(wall=thickness, small_bead=bead, near=float(data.near[-1]))
             thin, thick = (float(of.sel(theory=theory)) for theory in THEORIES)
             label = f"AR, Mindlin, {float(data.near[-1]) * 1e3:.0f} mm, D {bead * 1e3:.2f}, t {thickness * 1e3:.2f}"
-            reason = f"Kirchhoff {thin:.4f}: shear makes the plate {100.0 * (1.0 - thick / thin):.1f} % less of a wall"
+            reason = f"Kirchhoff {thin:.4f}: with shear the plate reflects {100.0 * (1.0 - thick / thin):.1f} % less"
             rows.append(Row(label, "", thick, "", reason))
     return rows
 

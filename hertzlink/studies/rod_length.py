@@ -20,7 +20,7 @@ RADIUS = 9.53e-3
 LENGTHS = tuple(np.geomspace(6.35e-3, 101.6e-3, 25)) + tuple(np.geomspace(101.6e-3, 609.6e-3, 17)[1:])
 SOLID_LENGTHS = (6.35e-3, 12.7e-3, 25.4e-3, 50.8e-3, 76.2e-3, 101.6e-3, 152.4e-3, 304.8e-3, 609.6e-3)
 
-LONG = 0.2
+ECHOLESS_LENGTH = 0.2
 """m; the echo of longer rods returns after the bead has left."""
 
 
@@ -90,7 +90,8 @@ def _axisymmetric(data: xr.Dataset) -> list[Row]:
             "the thesis takes an infinite radius, where the length has no effect; at 9.53 mm AR is the rod's within "
             f"{apart:.1g}"),
         Row("TOF, axisymmetric less 1-D", "", later[0], "µs",
-            "Hertz's half-space reaches beyond the cylinder's side, and a rod with Hertz's law counts that part twice; "
+            "Hertz's half-space reaches beyond the cylinder's side, and a rod with Hertz's law contains "
+            "that part twice; "
             "half as much at twice the radius, the same without lateral inertia (ν = 0)"),
     ]  # fmt: skip
 

@@ -247,10 +247,13 @@ def _solid(data: xr.Dataset) -> list[Row]:
         rod = of.sel(dashpot=DASHPOT)
         later = struck.flight(cylinder.solid_time_of_flight) - struck.flight(rod.material_time_of_flight)
         apart = struck.ratio(cylinder.solid_amplitude_ratio) - struck.ratio(rod.material_amplitude_ratio)
-        why = "Hertz's half-space reaches beyond the cylinder's side, which a rod counts twice; more, the softer"
+        why = (
+            "Hertz's half-space reaches beyond the cylinder's side, so a rod contains that part "
+            "twice; the effect is larger for soft materials"
+        )
         rows.append(
             Row(f"AR, {name}, axisymmetric", printed, struck.ratio(cylinder.solid_amplitude_ratio), "",
-                f"{apart:+z.4f} to the rod, TOF {later:+z.1f} µs" + (f": {why}" if name == "PTFE" else "")
+                f"{apart:+z.4f} compared with the rod, TOF {later:+z.1f} µs" + (f": {why}" if name == "PTFE" else "")
                 + f"; half-space {struck.ratio(space.solid_amplitude_ratio):.3f} and "
                 f"{struck.flight(space.solid_time_of_flight):.0f} µs")
         )  # fmt: skip

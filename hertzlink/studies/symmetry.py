@@ -17,6 +17,7 @@ import xarray as xr
 from coupling.cosimulation import CoSimulation
 from coupling.results.measures import energy_error
 from coupling.results.reflections import reflections, wave_speed
+from hertzlink.studies.deformable_chain import WALL
 from hertzlink.studies.table import Row
 from particles.bead import Bead, Sphere
 from particles.deformable.chain import DeformableChain
@@ -25,8 +26,7 @@ from particles.deformable.vibration import Vibration, vibration
 from particles.laws.axisymmetric import contact_law_fem
 from particles.laws.law import ContactLaw, TabulatedLaw
 from particles.laws.solid import contact_law_solid
-from structures.material import STEEL_316, Material
-from structures.structure import half_space
+from structures.material import STEEL_316
 from structures.surface import Surface
 
 if TYPE_CHECKING:
@@ -36,13 +36,10 @@ BEAD, BEADS, SENSORS = Sphere(2.38e-3, STEEL_316), 20, (7, 16)
 IMPACT_SPEED = 0.5
 """m/s, of section 3.4; section 3.5 does not print its own."""
 
-WALL = half_space(Material(1e20, 0.3, 8000.0, "rigid"))
-"""The thesis's perfectly rigid plate."""
-
 UNTIL, SAVED = 350e-6, 700
 """s, until the echo has passed bead 7; and intervals."""
 
-DEEPEST = 5e-6
+LARGEST_APPROACH = 5e-6
 """Largest approach of the laws, m: the wall presses half a contact by 2.3 µm."""
 
 APPROACHES = tuple(np.geomspace(0.5e-6, 5e-6, 11))
@@ -78,8 +75,8 @@ class Model:
 def models(quick: bool) -> dict[str, Model]:
     """Both models by name, and a third one that separates the effects of laws and modes."""
     solid: Any = partial(vibration_of_solid, spacing=COARSE) if quick else vibration_of_solid
-    law = contact_law_solid(BEAD, max_approach=DEEPEST, spacing=COARSE_AT_POLE if quick else None)
-    flat = contact_law_fem(BEAD, max_approach=DEEPEST)
+    law = contact_law_solid(BEAD, max_approach=LARGEST_APPROACH, spacing=COARSE_AT_POLE if quick else None)
+    flat = contact_law_fem(BEAD, max_approach=LARGEST_APPROACH)
     return {
         AXISYMMETRIC: Model(flat, vibration),
         SOLID: Model(law, solid),

@@ -9,7 +9,7 @@ from typing import NamedTuple
 WIDTH = 80
 """Columns of a table."""
 
-NUMBERS = 13
+NUMBER_WIDTH = 13
 """Largest width of a number in columns; longer text is wrapped."""
 
 GAP, INDENT = "  ", "    "
@@ -45,7 +45,7 @@ def text(rows: Sequence[Row]) -> str:
     if not any(line[2] for line in cells):
         for line in (head, *cells):
             del line[2]
-    widths = [min(NUMBERS, max(len(line[i]) for line in (head, *cells))) for i in range(1, len(head))]
+    widths = [min(NUMBER_WIDTH, max(len(line[i]) for line in (head, *cells))) for i in range(1, len(head))]
     widths = [WIDTH - sum(widths) - len(GAP) * len(widths), *widths]
     lines = [*_wrapped(head, widths), "-" * WIDTH]
     for row, line in zip(rows, cells, strict=True):

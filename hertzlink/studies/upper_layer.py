@@ -28,7 +28,7 @@ UPPERS = tuple(np.geomspace(6.35e-3, 101.6e-3, 33))
 
 SOLID_UPPERS = tuple(6.35e-3 * 2.0 ** (i / 2.0) for i in range(9))
 
-WEAK = 0.1
+WEAK_AMPLITUDE_RATIO = 0.1
 """Figure 6.11's limit of AR for a secondary wave."""
 
 SHARE, RELAXATION, VISCOUS_DASHPOT = 0.4, 30e-6, 4.0
@@ -131,7 +131,7 @@ def _amplitudes(data: xr.Dataset) -> list[Row]:
     ]  # fmt: skip
 
 
-def thinnest_without(data: xr.Dataset, weak: float = WEAK) -> float:
+def thinnest_without(data: xr.Dataset, weak: float = WEAK_AMPLITUDE_RATIO) -> float:
     """Thickness, m, beyond which no secondary wave exceeds this AR; interpolated."""
     curve = data.amplitude_ratio.sel(wave="secondary").fillna(0.0).values
     last = int(np.flatnonzero(curve > weak)[-1])
@@ -191,7 +191,8 @@ def _axisymmetric(data: xr.Dataset) -> list[Row]:
     apart = struck.beyond_rod(data, "amplitude_ratio").values
     return [
         Row("AR, primary, 6.35 mm, axisymmetric", 0.428, struck.ratio(first.solid_amplitude_ratio), "",
-            f"{apart[0]:+z.3f} to the rod ({apart[-1]:+z.4f} at 101.6 mm): PTFE bonded to steel and base cannot widen, "
+            f"{apart[0]:+z.3f} compared with the rod ({apart[-1]:+z.4f} at 101.6 mm): PTFE bonded to steel "
+            "and base cannot widen, "
             "so is stiffer than E; with ν = 0 for PTFE the rod's within 0.0005. The disc's own bending costs 0.002"),
         Row("TOF, secondary, 6.35 mm, axisymmetric", 619.0,
             struck.flight(first.solid_time_of_flight, "secondary"), "µs",

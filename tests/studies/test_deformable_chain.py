@@ -38,7 +38,7 @@ def test_both_methods_have_one_wave() -> None:
     """Explicit elements compared with modes in a shorter chain: no shared mesh, contact or time step. Forces to
     0.1 %, hops to 0.05 %, with cells of 14 µm; both from averages, because forces scatter as nodes close."""
     beads, until = [study.BEAD] * 6, 50e-6
-    law = hl.laws.axisymmetric(study.BEAD, max_approach=study.LAW_REACH, spacing=study.LAW_SPACINGS[-1])
+    law = hl.laws.axisymmetric(study.BEAD, max_approach=study.LAW_APPROACH, spacing=study.LAW_SPACINGS[-1])
     modes = hl.CoSimulation(hl.DeformableChain(beads, study.BEAD, 0.5, law=law), None).run(until, 0.25e-6)
     explicit = hl.explicit_chain(hl.Chain(beads, study.BEAD, 0.5), until, 14e-6, 0.25e-6)
     found = []
