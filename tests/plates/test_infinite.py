@@ -68,17 +68,3 @@ def test_reduction_leaves_it_as_it_is() -> None:
     assert hl.reduce(plate, 1e-3) is plate
     run = hl.CoSimulation(CHAIN, hl.damping.rayleigh(plate, mass_rate=10.0)).run(0.6e-3)
     assert hl.amplitude_ratio(run, 7) == hl.amplitude_ratio(hl.CoSimulation(CHAIN, plate).run(0.6e-3), 7)
-
-
-@pytest.mark.parametrize(
-    ("thickness", "material", "message"),
-    [
-        (0.0, hl.PTFE, r"thickness = 0\.0"),
-        (None, hl.PTFE, "thickness = None"),
-        (1e-3, "PTFE", "material = 'PTFE': must be a Material, a Laminate or"),
-        (1e-3, LAMINATE, r"thickness = 0\.001: must be None or the laminate's own, 0\.002 m"),
-    ],
-)
-def test_bad_input(thickness: float | None, material: object, message: str) -> None:
-    with pytest.raises(ValueError, match=message):
-        hl.infinite_plate(thickness, material)  # type: ignore[arg-type]

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import hertzlink as hl
-from plates.laminate import section_of
 from plates.section import homogeneous, stiffness_towards
 
 CARBON = hl.laminates.OrthotropicMaterial(140e9, 10e9, 0.3, 5e9, 5.2e9, 3.6e9, 1600.0, "carbon-epoxy")
@@ -116,48 +115,6 @@ def test_impedance_of_a_laminate_lies_between_those_along_and_across() -> None:
     assert hl.impact.point_impedance(one) == pytest.approx(hl.impact.point_impedance(other), rel=1e-12)
     towards = stiffness_towards(one.section, np.linspace(0.0, pi, 100))
     assert towards.min() < one.rigidity < towards.max()
-
-
-def carbon(**other: float) -> hl.laminates.OrthotropicMaterial:
-    given = {
-        "youngs_modulus_along": 140e9, "youngs_modulus_across": 10e9, "poisson_ratio": 0.3, "shear_modulus": 5e9,
-        "shear_modulus_along": 5e9, "shear_modulus_across": 3.5e9, "density": 1600.0, **other,
-    }  # fmt: skip
-    return hl.laminates.OrthotropicMaterial(**given)
-
-
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (lambda: carbon(youngs_modulus_across=0.0), r"youngs_modulus_across = 0\.0: must be a positive number of Pa"),
-        (lambda: carbon(shear_modulus=-1.0), r"shear_modulus = -1\.0: must be"),
-        (lambda: carbon(density=float("nan")), "density = nan"),
-        (lambda: carbon(poisson_ratio=3.8), r"poisson_ratio = 3\.8: must lie between ±√.* = ±3\.742"),
-        (lambda: hl.laminates.Ply(CARBON, 1e-3, 45.0), r"angle = 45\.0: must lie within one turn .*, in rad"),
-        (lambda: hl.laminates.Ply(CARBON, 0.0), r"thickness = 0\.0: must be a positive number of m"),
-        (lambda: hl.laminates.Ply("carbon", 1e-3), "material = 'carbon': must be a Material or an OrthotropicMaterial"),
-        (lambda: hl.laminates.Laminate([]), r"plies = \[\]: must be a list of one Ply or more"),
-        (lambda: hl.laminates.Laminate([CARBON]), "plies = .*must be a list of one Ply"),
-        (
-            lambda: hl.laminates.Laminate([hl.laminates.Ply(CARBON, 1e-3)], surface=CARBON),
-            "surface = .*must be the Material",
-        ),
-        (
-            lambda: hl.laminates.Laminate([hl.laminates.Ply(carbon(shear_modulus_across=2e9), 1e-3)]),
-            r"shear_modulus_across.*ν = 1\.5",
-        ),
-        (lambda: hl.laminates.Laminate([hl.laminates.Ply(CARBON, 1e-3)]).section(0.0), r"shear_correction = 0\.0"),
-        (
-            lambda: section_of(2e-3, hl.laminates.Laminate([hl.laminates.Ply(CARBON, 1e-3)])),
-            r"thickness = 0\.002: must be None or .* 0\.001",
-        ),
-        (lambda: section_of(None, STEEL), "thickness = None: must be a positive number of m; only a Laminate"),
-        (lambda: section_of(1e-3, CARBON), "material = .*must be a Material, a Laminate or"),
-    ],
-)
-def test_bad_input(make: object, message: str) -> None:
-    with pytest.raises(ValueError, match=message):
-        make()  # type: ignore[operator]
 
 
 OBLIQUE = [(0.0, 0.0), (0.3, 0.0), (0.3, 0.3 * tan(0.3) + 0.2), (0.0, 0.2)]

@@ -15,12 +15,12 @@ MATERIAL = hl.Material(1.0e9, 0.3, 1000.0)
 KINDS = {"C": "clamped", "S": "simple", "T": "soft simple", "F": "free"}
 
 
-def square(thickness: float, edges: str, cells: int) -> hl.Panel:
+def square(thickness: float, edges: str, cells: int) -> hl.Plate:
     supports = hl.Supports(*(KINDS[letter] for letter in edges))
     return hl.mindlin_plate(1.0, 1.0, thickness, MATERIAL, supports, cells=(cells, cells))
 
 
-def found(plate: hl.Panel, count: int) -> np.ndarray:
+def found(plate: hl.Plate, count: int) -> np.ndarray:
     unit = plate.section.bending[0, 0] / plate.section.mass
     return parameters(plate.at(0.45, 0.45), count, unit)
 
@@ -178,29 +178,6 @@ def test_uniform_mesh_serves_all_contacts() -> None:
 
 
 @pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"thickness": 0.0}, r"thickness = 0\.0: must be a positive number"),
-        ({"thickness": float("nan")}, "thickness = nan"),
-        ({"thickness": 0.5}, r"thickness = 0\.5: exceeds the plate's shorter side, 0\.2 m"),
-        ({"length": -1.0}, r"length = -1\.0"),
-        ({"material": "PTFE"}, "material = 'PTFE': must be a Material, a Laminate or"),
-        ({"supports": "free"}, "supports = 'free'"),
-        ({"shear_correction": 0.0}, r"shear_correction = 0\.0"),
-        ({"patch_radius": float("nan")}, "patch_radius = nan"),
-        ({"highest_frequency": 0.0}, "highest_frequency = 0"),
-        ({"cells": (1, 2, 3)}, "cells = "),
-        ({"cells": (0, 2)}, r"cells\[0\] = 0"),
-        ({"additions": ["rib"]}, r"additions\[0\] = 'rib': must be a PointMass, a Stiffener or a Weakened"),
-    ],
-)
-def test_bad_input(changes: dict[str, object], message: str) -> None:
-    given = {"length": 0.3, "width": 0.2, "thickness": 2e-3, "material": MATERIAL, "supports": hl.Supports("clamped")}
-    with pytest.raises(ValueError, match=message):
-        hl.mindlin_plate(**(given | changes))  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize(
     ("x", "y", "message"),
     [
         (0.4, 0.1, r"x = 0\.4: must lie on the plate, between 0 and 0\.3 m"),
@@ -220,12 +197,12 @@ def test_patch_radius_and_amplitude_ratio() -> None:
     """Halved and doubled, as the docstring of `mindlin_plate` says; and how far Kirchhoff's plate is off."""
     supports, bead = hl.Supports("clamped", "clamped", "free", "free"), hl.Sphere(2.38e-3, hl.STEEL_440C)
 
-    def ratio(plate: hl.Panel | hl.Plate) -> float:
+    def ratio(plate: hl.Plate) -> float:
         structure = hl.reduce(plate.at(0.25, 0.25), until=9e-4)
         run = hl.CoSimulation(hl.Chain([bead] * 20, bead, 0.31), structure).run(9e-4)
         return float(hl.amplitude_ratio(run, 7))
 
-    def mindlin(factor: float) -> hl.Panel:
+    def mindlin(factor: float) -> hl.Plate:
         return hl.mindlin_plate(0.5, 0.5, 4.83e-3, hl.ALUMINIUM_6061, supports, patch_radius=factor * 4.83e-3 / 2.0)
 
     default = ratio(mindlin(1.0))

@@ -88,38 +88,6 @@ def test_a_free_edge_may_be_struck() -> None:
     assert PLATE.at(0.4, 0.0).contact.any()
 
 
-@pytest.mark.parametrize("name", ["length", "width", "thickness"])
-@pytest.mark.parametrize("bad", [0.0, -0.1, float("nan"), float("inf")])
-def test_bad_sizes(name: str, bad: float) -> None:
-    sizes = {"length": 0.3, "width": 0.3, "thickness": 1e-3, name: bad}
-    with pytest.raises(ValueError, match=f"{name} = "):
-        hl.kirchhoff_plate(material=hl.PTFE, supports=CLAMPED, **sizes)
-
-
-def test_other_bad_input() -> None:
-    with pytest.raises(ValueError, match=r"left = 'clamp'.*did you mean 'clamped'"):
-        hl.Supports(left="clamp")
-    with pytest.raises(ValueError, match="supports = 'free'"):
-        hl.kirchhoff_plate(0.3, 0.3, 1e-3, hl.PTFE, "free")  # type: ignore[arg-type]
-    with pytest.raises(ValueError, match="material = 'PTFE'"):
-        hl.kirchhoff_plate(0.3, 0.3, 1e-3, "PTFE", CLAMPED)  # type: ignore[arg-type]
-    with pytest.raises(ValueError, match=r"cells\[1\] = 0"):
-        hl.kirchhoff_plate(0.3, 0.3, 1e-3, hl.PTFE, CLAMPED, cells=(4, 0))
-    for cells in (5, (1,), (1, 2, 3), "ab"):
-        with pytest.raises(ValueError, match="cells"):
-            hl.kirchhoff_plate(0.3, 0.3, 1e-3, hl.PTFE, CLAMPED, cells=cells)  # type: ignore[arg-type]
-    with pytest.raises(ValueError, match="the supports hold every degree of freedom"):
-        hl.kirchhoff_plate(0.3, 0.3, 1e-3, hl.PTFE, hl.Supports("clamped", "clamped"), cells=(1, 1)).at(0.1, 0.1)
-    with pytest.raises(ValueError, match="plate = None"):
-        hl.impact.point_impedance(None)  # type: ignore[arg-type]
-    with pytest.raises(ValueError, match="bead = None"):
-        hl.critical_distance_bounds(None, PLATE, 0.3)  # type: ignore[arg-type]
-    with pytest.raises(ValueError, match="highest_frequency = 0"):
-        hl.kirchhoff_plate(0.3, 0.3, 1e-3, hl.PTFE, CLAMPED, highest_frequency=0)
-    with pytest.raises(ValueError, match="impact_speed = 0"):
-        hl.critical_distance_bounds(hl.Sphere(1e-3, hl.PTFE), PLATE, impact_speed=0.0)
-
-
 def test_texts_are_short() -> None:
     """One line each, whatever they hold."""
     rim = hl.Outline(hl.circle(0.1), edges="rim")

@@ -1,0 +1,180 @@
+"""Bad input to plates: each error names the argument and its value, in one line."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hertzlink as hl
+from plates.laminate import section_of
+
+MATERIAL = hl.Material(1.0e9, 0.3, 1000.0)
+STEEL = hl.STEEL_316
+WALL = hl.laminates.homogeneous(2e-3, MATERIAL)
+CARBON = hl.laminates.OrthotropicMaterial(140e9, 10e9, 0.3, 5e9, 5.2e9, 3.6e9, 1600.0, "carbon-epoxy")
+LAMINATE = hl.laminates.Laminate([hl.laminates.Ply(CARBON, 1e-3, 0.3), hl.laminates.Ply(CARBON, 1e-3, 1.2)])
+MASS = hl.PointMass(0.1, 0.1, 1.0)
+WEAK = hl.Weakened((0.1, 0.2, 0.1, 0.2), 0.5)
+BEAD = hl.Sphere(1e-3, hl.PTFE)
+
+RECTANGLE = {
+    "length": 0.3, "width": 0.2, "thickness": 2e-3, "material": MATERIAL, "supports": hl.Supports("clamped"),
+}  # fmt: skip
+THIN = (hl.kirchhoff_plate, RECTANGLE)
+THICK = (hl.mindlin_plate, RECTANGLE)
+HALF_PLANE = (hl.half_plane, {"thickness": 2e-3, "material": MATERIAL, "edge": "clamped", "distance": 0.02})
+INFINITE = (hl.infinite_plate, {"thickness": 2e-3, "material": MATERIAL})
+PLATE = hl.kirchhoff_plate(**RECTANGLE)  # type: ignore[arg-type]
+
+
+def sheet(**changes: Any) -> hl.laminates.OrthotropicMaterial:
+    return replace(CARBON, **changes)
+
+
+def added(*additions: Any) -> hl.Plate:
+    return hl.kirchhoff_plate(1.0, 0.7, 0.01, MATERIAL, hl.Supports(), cells=(4, 4), additions=additions)
+
+
+BOTH = [
+    ({name: bad}, f"{name} = ") for name in ("length", "width", "thickness") for bad in (0.0, -0.1, np.nan, np.inf)
+] + [
+    ({"thickness": 0.5}, r"thickness = 0\.5: exceeds the plate's shorter side, 0\.2 m"),
+    ({"material": "PTFE"}, "material = 'PTFE': must be a Material, a Laminate or"),
+    ({"supports": "free"}, "supports = 'free'"),
+    ({"highest_frequency": 0.0}, "highest_frequency = 0"),
+    ({"cells": (1, 2, 3)}, "cells = "),
+    ({"cells": (0, 2)}, r"cells\[0\] = 0"),
+    ({"additions": ["rib"]}, r"additions\[0\] = 'rib': must be a PointMass, a Stiffener or a Weakened"),
+    ({"cells": 5}, "cells = "),
+    ({"cells": (1,)}, "cells = "),
+    ({"cells": "ab"}, "cells = "),
+]
+"""Changes of the arguments that both builders of rectangles refuse."""
+
+
+@pytest.mark.parametrize(
+    ("builder", "changes", "message"),
+    [
+        *[(builder, *row) for builder in (THIN, THICK) for row in BOTH],
+        (THICK, {"shear_correction": 0.0}, r"shear_correction = 0\.0"),
+        (THICK, {"patch_radius": float("nan")}, "patch_radius = nan"),
+        (HALF_PLANE, {"thickness": 0.0}, r"thickness = 0\.0: must be a positive number of m"),
+        (HALF_PLANE, {"thickness": None}, "thickness = None"),
+        (HALF_PLANE, {"material": "PTFE"}, "material = 'PTFE': must be a Material"),
+        (HALF_PLANE, {"edge": "clampd"}, r"edge = 'clampd'.*did you mean 'clamped'"),
+        (HALF_PLANE, {"edge": None}, "edge = None"),
+        (HALF_PLANE, {"distance": 0.0}, r"distance = 0\.0: must be a positive number of m"),
+        (HALF_PLANE, {"distance": -0.1, "edge": "free"}, r"distance = -0\.1: must be zero or a positive number of m"),
+        (HALF_PLANE, {"distance": float("nan")}, "distance = nan"),
+        (HALF_PLANE, {"until": 0.0}, r"until = 0\.0: must be a positive number of s"),
+        (HALF_PLANE, {"until": 100.0}, r"until = 100\.0: .*oscillators"),
+        (HALF_PLANE, {"highest_frequency": -1.0}, r"highest_frequency = -1\.0"),
+        (INFINITE, {"thickness": 0.0, "material": hl.PTFE}, r"thickness = 0\.0"),
+        (INFINITE, {"thickness": None, "material": hl.PTFE}, "thickness = None"),
+        (INFINITE, {"thickness": 1e-3, "material": "PTFE"}, "material = 'PTFE': must be a Material, a Laminate or"),
+        (
+            INFINITE,
+            {"thickness": 1e-3, "material": LAMINATE},
+            r"thickness = 0\.001: must be None or the laminate's own, 0\.002 m",
+        ),
+    ],
+)
+def test_bad_arguments(builder: tuple[Any, Mapping[str, Any]], changes: dict[str, Any], message: str) -> None:
+    make, given = builder
+    with pytest.raises(ValueError, match=message) as error:
+        make(**(given | changes))
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: hl.PointMass(0.1, 0.1, 0.0), r"mass = 0\.0: must be a positive number of kg"),
+        (lambda: hl.PointMass(float("inf"), 0.1, 1.0), "x = inf: must be a finite number of m"),
+        (lambda: hl.Stiffener((0.1, 0.1), (0.1, 0.1), 1.0), "end = .*must lie elsewhere than the start"),
+        (lambda: hl.Stiffener(0.1, (0.1, 0.1), 1.0), r"start = 0\.1: must be \(x, y\), in m"),
+        (lambda: hl.Stiffener((0.1, "a"), (0.1, 0.1), 1.0), r"start\[1\] = 'a'"),
+        (lambda: hl.Stiffener((0.1, 0.1), (0.2, 0.1), -1.0), r"bending_stiffness = -1\.0: must be zero or a positive"),
+        (lambda: hl.Stiffener((0.1, 0.1), (0.2, 0.1), 1.0, mass_per_length=-2.0), r"mass_per_length = -2\.0"),
+        (lambda: hl.Weakened((0.1, 0.2, 0.3), 0.5), r"region = .*must be \(left, right, bottom, top\)"),
+        (lambda: hl.Weakened((0.2, 0.1, 0.3, 0.4), 0.5), "region = .*ascending"),
+        (lambda: hl.Weakened((0.1, 0.2, 0.3, 0.4), 30.0), r"factor = 30\.0: must be at most 1"),
+        (lambda: hl.Weakened((0.1, 0.2, 0.3, 0.4), 0.0), r"factor = 0\.0: must be a positive number"),
+        (
+            lambda: added(hl.PointMass(1.1, 0.1, 1.0)),
+            r"additions\[0\] = .*must lie on the plate, between x = 0 and 1, y = 0 and 0\.7 m",
+        ),
+        (
+            lambda: added(MASS, hl.Stiffener((0.1, 0.1), (0.2, 0.3), 1.0)),
+            r"additions\[1\] = .*parallel .*panels",
+        ),
+        (
+            lambda: added(WEAK, hl.Weakened((0.15, 0.3, 0.0, 0.11), 0.5)),
+            r"additions\[1\] = .*overlaps an earlier",
+        ),
+        (lambda: added("mass"), r"additions\[0\] = 'mass': must be a PointMass, a Stiffener or a Weakened"),
+        (lambda: hl.kirchhoff_plate(1.0, 1.0, 0.01, MATERIAL, hl.Supports(), additions=MASS), "additions = PointMass"),
+        (lambda: sheet(youngs_modulus_across=0.0), r"youngs_modulus_across = 0\.0: must be a positive number of Pa"),
+        (lambda: sheet(shear_modulus=-1.0), r"shear_modulus = -1\.0: must be"),
+        (lambda: sheet(density=float("nan")), "density = nan"),
+        (lambda: sheet(poisson_ratio=3.8), r"poisson_ratio = 3\.8: must lie between ±√.* = ±3\.742"),
+        (lambda: hl.laminates.Ply(CARBON, 1e-3, 45.0), r"angle = 45\.0: must lie within one turn .*, in rad"),
+        (lambda: hl.laminates.Ply(CARBON, 0.0), r"thickness = 0\.0: must be a positive number of m"),
+        (lambda: hl.laminates.Ply("carbon", 1e-3), "material = 'carbon': must be a Material or an OrthotropicMaterial"),
+        (lambda: hl.laminates.Laminate([]), r"plies = \[\]: must be a list of one Ply or more"),
+        (lambda: hl.laminates.Laminate([CARBON]), "plies = .*must be a list of one Ply"),
+        (
+            lambda: hl.laminates.Laminate([hl.laminates.Ply(CARBON, 1e-3)], surface=CARBON),
+            "surface = .*must be the Material",
+        ),
+        (
+            lambda: hl.laminates.Laminate([hl.laminates.Ply(sheet(shear_modulus_across=2e9), 1e-3)]),
+            r"shear_modulus_across.*ν = 1\.5",
+        ),
+        (lambda: hl.laminates.Laminate([hl.laminates.Ply(CARBON, 1e-3)]).section(0.0), r"shear_correction = 0\.0"),
+        (
+            lambda: section_of(2e-3, hl.laminates.Laminate([hl.laminates.Ply(CARBON, 1e-3)])),
+            r"thickness = 0\.002: must be None or .* 0\.001",
+        ),
+        (lambda: section_of(None, STEEL), "thickness = None: must be a positive number of m; only a Laminate"),
+        (lambda: section_of(1e-3, CARBON), "material = .*must be a Material, a Laminate or"),
+        (lambda: hl.Supports(left="clamp"), r"left = 'clamp'.*did you mean 'clamped'"),
+        (
+            lambda: hl.kirchhoff_plate(0.3, 0.3, 1e-3, STEEL, hl.Supports("clamped", "clamped"), (1, 1)).at(0.1, 0.1),
+            "the supports hold every degree of freedom",
+        ),
+        (lambda: hl.impact.point_impedance(None), "plate = None"),  # type: ignore[arg-type]
+        (lambda: hl.critical_distance_bounds(None, PLATE, 0.3), "bead = None"),  # type: ignore[arg-type]
+        (lambda: hl.critical_distance_bounds(BEAD, PLATE, impact_speed=0.0), "impact_speed = 0"),
+        (lambda: hl.kirchhoff_plate(300.0, 200.0, 2e-3, MATERIAL, hl.Supports()).at(150.0, 100.0), "in millimetres"),
+        (lambda: hl.mindlin_plate(300.0, 200.0, 2e-3, MATERIAL, hl.Supports()).at(150.0, 100.0), "in millimetres"),
+        (
+            lambda: hl.mindlin_panel(hl.Outline([(0, 0), (300, 0), (0, 200)]), 2e-3, MATERIAL).at(50.0, 50.0),
+            "in millimetres",
+        ),
+        (lambda: hl.kirchhoff_plate(0.3, 0.2, 2.0, MATERIAL, hl.Supports()), r"thickness = 2\.0: exceeds"),
+        (
+            lambda: hl.mindlin_plate(0.3, 0.2, 5e-3, hl.laminates.homogeneous(3e-3, MATERIAL), hl.Supports()),
+            r"thickness = 0\.005: must be None or the section's own, 0\.003 m",
+        ),
+        (lambda: hl.laminates.homogeneous(0.0, MATERIAL), r"thickness = 0\.0"),
+        (lambda: hl.laminates.homogeneous(2e-3, MATERIAL, -1.0), r"shear_correction = -1\.0"),
+        (lambda: replace(WALL, mass=0.0), r"mass = 0\.0"),
+        (lambda: replace(WALL, bending=np.eye(2)), "bending = .*must be 3 × 3"),
+        (
+            lambda: replace(WALL, bending=-np.eye(3)),
+            "symmetric and positive definite",
+        ),
+        (
+            lambda: replace(WALL, bending=np.eye(3) + np.eye(3, k=1)),
+            "symmetric and positive",
+        ),
+        (lambda: replace(WALL, shear=np.full((2, 2), np.nan)), "shear = .*finite"),
+        (lambda: hl.lamb.phase_speed(MATERIAL, 1e-3, "1e4", "A0"), "frequency = '1e4'"),  # type: ignore[type-var]
+    ],
+)
+def test_bad_calls(call: Callable[[], object], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        call()
