@@ -81,7 +81,7 @@ class Constants(NamedTuple):
     """All that does not change during a run. Only the outermost loops take it: unpacking costs more than a contact."""
 
     inverse_mass: np.ndarray
-    """N + 1, 1/kg; zero for a body that moves as it is told."""
+    """N + 1, 1/kg; zero for a body with a prescribed motion."""
     stiffness: np.ndarray
     """N + 1, of the contacts."""
     table: np.ndarray
@@ -219,7 +219,7 @@ def _overlap_on_spring(stiffness, table, rows, approach, flexibility):
 def _hertz_on_spring(scale, approach):
     """The same for Hertz's law, δ = δ_h + scale δ_h^1.5: with g = √(δ_h/δ) and z = scale √δ, g² + z g³ = 1."""
     z = scale * sqrt(approach)
-    # Newton's first step from g = 1; its sequence ends in a few more where the spring is stiff beside the contact.
+    # Newton's first step from g = 1; its sequence ends in a few more for a spring stiffer than the contact.
     part = 1.0 - z / (2.0 + 3.0 * z)
     for _ in range(50):
         change = (part * part * (1.0 + z * part) - 1.0) / (part * (2.0 + 3.0 * z * part))
@@ -248,7 +248,7 @@ def _value(history, t):
 
 @njit(cache=True)
 def _outer_forces(numbers, history, place, t):
-    """What acts on body 0 and on bead 1 from outside, beside gravity, and the history's part of the latter. N."""
+    """Outer forces on body 0 and on bead 1, without gravity, and the history's part of the latter, N."""
     push = _value(history, t)[0] if numbers.drive == PUSHED else 0.0
     return numbers.spring * max(numbers.spring_end - place, 0.0), push + numbers.preload, push
 
@@ -312,7 +312,7 @@ def _driven_verlet(y, v, chain, t, wall, rate, dt, steps):
     """The same for contacts and drives of any kind. Returns the impulses on the structure and on body 0 where it is no
     striker, and the drive's work.
 
-    The drive works on body 0 where that moves as told, else on bead 1; a step's work is its force times half the way
+    The drive works on body 0 if that is moved, else on bead 1; a step's work is its force times half the way
     before and after it.
     """
     inverse_mass, stiffness, table, rows, _, history, _, numbers = chain
@@ -565,7 +565,7 @@ def _accelerate_vibrating(
 
 @njit(cache=True)
 def _lossy_verlet(y, v, chain, t, wall, rate, dt, steps):
-    """Velocity Verlet whose losses see the velocity foretold for the step's end: second order."""
+    """Velocity Verlet whose losses depend on the velocity predicted for the step's end: second order."""
     inverse_mass, stiffness, table, rows, damping, history, vibrations, numbers = chain
     a, half, forces = np.zeros_like(y), v.copy(), np.zeros_like(inverse_mass)
     driven = numbers.drive != FREE or numbers.spring > 0.0 or numbers.preload > 0.0
@@ -620,7 +620,7 @@ def _viscosity(loss, damping, slope):
 
 @njit(cache=True, fastmath={"contract"}, inline="always")
 def _viscous_kick_drift(y, v, half, lost, inverse_mass, stiffness, damping, loss, gravity, wall_force, dt, kick, drift):
-    """half += kick · a(y, v); y += drift · half; v foretold for a step's end, and the power of each contact's loss."""
+    """half += kick · a(y, v); y += drift · half; v predicted for a step's end, and the power of each contact's loss."""
     last = y.size - 1
     behind = 0.0
     for i in range(last):

@@ -1,7 +1,7 @@
 """Displacement and stress inside a bead that is pushed at its poles: a static field, and what its modes add to that.
 
 Mode acceleration (Williams, Aeronaut. Q. 1 (1949) 123): under the forces of the moment the whole bead, not its modes
-alone, gives way as if it were accelerated evenly, and the modes carry only what their amplitudes differ by from those
+alone, deforms as if it were accelerated evenly, and the modes carry only what their amplitudes differ by from those
 of that state. So the stress at the contacts does not depend on the number of modes.
 """
 
@@ -75,8 +75,11 @@ class BeadField:
         opposite, together = section.half(opposite=True), section.half(opposite=False)
         self.halves, self.solves = (opposite, together), (factorise(opposite.stiffness), _hung(together))
         symmetric = np.signbit(self.vibration.far)
-        alike, shift = int(np.count_nonzero(symmetric)), lowest_rate(body)
-        shapes = lowest_modes(opposite, alike, shift)[1], lowest_modes(together, modes - alike + 1, shift)[1][:, 1:]
+        count, shift = int(np.count_nonzero(symmetric)), lowest_rate(body)
+        shapes = (
+            lowest_modes(opposite, count, shift)[1],
+            lowest_modes(together, modes - count + 1, shift)[1][:, 1:],
+        )
         self.modes = ((symmetric, shapes[0]), (~symmetric, shapes[1]))
         self.sampler = ElasticSampler(
             mesh,
@@ -110,8 +113,8 @@ class BeadField:
 
     def at_rest(self, struck: Push, far: Push) -> Vector:
         """Amplitudes of the modes in a bead that these forces accelerate evenly, √kg·m."""
-        told = self.vibration
-        amplitude: Vector = (told.struck * struck.force - told.far * far.force) / told.frequencies**2
+        modes = self.vibration
+        amplitude: Vector = (modes.struck * struck.force - modes.far * far.force) / modes.frequencies**2
         return amplitude
 
     def _load(self, push: Push) -> Vector:

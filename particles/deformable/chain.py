@@ -139,17 +139,17 @@ class MovingDeformableChain(MovingChain):
 
     @cached_property
     def local_laws(self) -> tuple[ContactLaw | None, ...]:
-        """Force against the approach of poles less what the modes tell: the residual flexibility, and Hertz's."""
+        """Force against the approach of poles less what the modes hold: the residual flexibility, and Hertz's."""
         if self.chain.modes == 1:
             return self.laws
         known: dict[tuple[int, float], ContactLaw] = {}
         local: list[ContactLaw | None] = []
         softness = [0.0 if shape is None else shape.compression - shape.cross for shape in self.shapes]
-        for law, told in zip(self.laws, np.add(softness, [*softness[1:], 0.0]).tolist(), strict=True):
-            if law is not None and (id(law), told) not in known:
+        for law, in_modes in zip(self.laws, np.add(softness, [*softness[1:], 0.0]).tolist(), strict=True):
+            if law is not None and (id(law), in_modes) not in known:
                 given = law is self.chain.law or callable(self.chain.law)
-                known[id(law), told] = _without(law, told, self._deepest(law), self.chain.modes, given)
-            local.append(None if law is None else known[id(law), told])
+                known[id(law), in_modes] = _without(law, in_modes, self._deepest(law), self.chain.modes, given)
+            local.append(None if law is None else known[id(law), in_modes])
         return tuple(local)
 
     @cached_property
@@ -281,12 +281,12 @@ def _without(law: ContactLaw, flexibility: float, deepest: float, modes: int, gi
     if approaches[count - 1] < deepest and given:
         raise ValueError(
             f"law = {short(law)}: is too stiff for beads that vibrate so: beyond {approaches[count - 1]:.3g} m modes = "
-            f"{modes!r} leave hardly anything of its approach, which may be {deepest:.3g} m; give one that counts the "
+            f"{modes!r} leave almost nothing of its approach, which may be {deepest:.3g} m; give one that counts the "
             "approach of mid-planes, or take fewer modes"
         )
     if approaches[count - 1] < deepest:
         raise ValueError(
             f"modes = {modes!r}: too many for a contact that may be pressed by {deepest:.3g} m: beyond "
-            f"{approaches[count - 1]:.3g} m they leave hardly anything of its approach; take fewer"
+            f"{approaches[count - 1]:.3g} m they leave almost nothing of its approach; take fewer"
         )
     return TabulatedLaw(local[:count], forces[:count], law.name, law.caution)  # type: ignore[arg-type]

@@ -82,7 +82,7 @@ def explicit_bead(bead: Bead, reach: float, spacing: float) -> ExplicitBead:
     radius[right] = radius[left] = half.mesh.doflocs[0]
     near[left] = np.where(half.middle, 0.5, 1.0)
     held = radius == 0.0
-    # Nodes that lie together shall be together in memory.
+    # Nodes that lie together should be together in memory.
     nodes = sparse.csr_array(abs(stiffness[::2, ::2]) + abs(stiffness[1::2, 1::2]))
     place = np.asarray(reverse_cuthill_mckee(nodes, symmetric_mode=True))
     rank = np.argsort(place)

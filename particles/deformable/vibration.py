@@ -1,4 +1,4 @@
-"""Elastic vibrations of a free bead pushed at its two poles along its axis, and how the poles give way beyond them.
+"""Elastic vibrations of a free bead pushed at its two poles along its axis, and the poles' compliance beyond them.
 
 The bead is symmetric about its mid-plane, so that half of it does, twice: once with poles that move oppositely (the
 mid-plane slides sideways only), once with poles that move together (the mid-plane moves along the axis only, and with
@@ -42,7 +42,7 @@ FEWEST = 2
 
 @dataclass(frozen=True, eq=False)
 class Vibration:
-    """Elastic free vibrations of a bead about its axis, lowest first, and how its poles give way beyond them.
+    """Elastic free vibrations of a bead about its axis, lowest first, and the compliance of its poles beyond them.
 
     The amplitude q of a mode, in √kg·m, obeys q″ + ω² q = struck F + far F′ under forces F and F′ along the chain on
     the two poles. The poles move by the sums of struck q and far q, and by the rigid motion.

@@ -15,7 +15,7 @@ Nodes = NDArray[np.bool_]
 
 
 class ActiveSetNotConverged(RuntimeError):
-    """The nodes in contact could not be told. approach, m: where."""
+    """The nodes in contact were not found. approach, m: where."""
 
     def __init__(self, message: str, approach: float) -> None:
         super().__init__(message)

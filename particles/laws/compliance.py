@@ -1,4 +1,4 @@
-"""How far the surface of a body of revolution gives way under forces on it: finite elements, condensed to a matrix."""
+"""Compliance of the surface of a body of revolution to forces on it: finite elements, condensed to a matrix."""
 
 import numpy as np
 from scipy import sparse

@@ -163,7 +163,7 @@ def continued_to_zero(points: Points, theory: ContactLaw) -> Points:
 def check_range(
     max_force: float | None, max_approach: float | None, theory: ContactLaw, radius: float, least: float = LEAST_PART
 ) -> None:
-    """A ValueError where not just one of the two, N and m, says how far a law goes, or where that is out of reason.
+    """A ValueError unless exactly one of the two, N and m, gives the end of a law's range, and a reasonable one.
 
     Approaches are, from the part `least` of the bodies' smallest radius, m, to all of it; forces are, as theory's.
     """

@@ -173,7 +173,7 @@ class _Pair(ComputedContact):
         return self.made((approaches, forces), approach, error, nan, found)
 
     def up_to_force(self, force: float) -> ComputedLaw:
-        """The law up to a force, N, which may need a larger approach than theory says."""
+        """The law up to a force, N, which may need a larger approach than theory expects."""
         approach = float(self.theory.approach(np.array(force)))
         for _ in range(TRIES):
             approach *= STEP_OUT
