@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, fields, is_dataclass
 from math import pi, sqrt
+from numbers import Real
 from typing import Any, Protocol
 
 from structures.checks import instance, listed, one_of, positive, short, turn, within
@@ -322,7 +323,9 @@ def check_bead(name: str, body: Any, what: str = "a bead, such as a Sphere") -> 
     if isinstance(body, SHAPES):
         return body
     missing = [attribute for attribute in ATTRIBUTES if not hasattr(body, attribute)]
-    if missing == list(ATTRIBUTES) or isinstance(body, type):
+    # A Structure has these attributes too, but its mass is a matrix.
+    matrix = "mass" not in missing and not isinstance(body.mass, Real)
+    if missing == list(ATTRIBUTES) or isinstance(body, type) or matrix:
         raise ValueError(f"{name} = {short(body)}: must be {what}")
     if missing:
         raise ValueError(f"{name} = {short(body)}: has no {' and no '.join(missing)}; must be {what}")

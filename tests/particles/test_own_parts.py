@@ -87,6 +87,7 @@ def test_a_users_body_brings_the_compliance_of_its_wall() -> None:
         (SimpleNamespace(mass=1.0, size=0.0, surface=BALL.surface), r"beads\[1\]: size = 0\.0: must be a positive"),
         (SimpleNamespace(mass=1.0, size=1.0, surface=STEEL), r"beads\[1\]: surface = .*: must be a Surface"),
         (3.0, r"beads = .*: must be a list of one bead"),
+        (hl.half_space(STEEL), r"beads\[1\] = .*: must be a bead"),
     ],
 )
 def test_bodies_that_are_no_beads(body: object, message: str) -> None:
