@@ -73,7 +73,7 @@ from plates.builders import kirchhoff_panel, kirchhoff_plate, mindlin_panel, min
 from plates.critical_distance import critical_distance_law
 from plates.half_plane import half_plane
 from plates.infinite import infinite_plate
-from plates.plate import Panel, Plate
+from plates.plate import Plate
 from plates.shapes.outline import Outline, circle
 from plates.support import ElasticEdge, Supports
 from plates.theory.impact import critical_distance_bounds
@@ -96,6 +96,7 @@ from structures.material import (
 from structures.reduction import reduce
 from structures.rod import Layer, rod
 from structures.solid import solid
+from structures.stepping import Step
 from structures.structure import Structure, half_space
 from structures.surface import Surface
 
@@ -164,7 +165,6 @@ __all__ = [
     "NoWaveError",
     "NYLON",
     "Outline",
-    "Panel",
     "Participant",
     "Piston",
     "Plate",
@@ -189,6 +189,7 @@ __all__ = [
     "STEEL_316",
     "STEEL_440C",
     "stepping",
+    "Step",
     "Stiffener",
     "Structure",
     "Supports",

@@ -1,6 +1,7 @@
 """New places of the public names that moved in this version; an error message reports them."""
 
 MOVED = {
+    "Panel": "Plate",
     "MovingChain": "stepping.MovingChain",
     "MovingStructure": "stepping.MovingStructure",
     "ActiveSetNotConverged": "laws.ActiveSetNotConverged",
@@ -19,7 +20,6 @@ MOVED = {
     "ReflectedWave": "results.ReflectedWave",
     "Reflections": "results.Reflections",
     "Section": "laminates.Section",
-    "Step": "stepping.Step",
     "THESIS_IMPACT": "impact.THESIS_IMPACT",
     "TabulatedLaw": "laws.TabulatedLaw",
     "Track": "results.Track",

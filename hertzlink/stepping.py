@@ -2,7 +2,7 @@
 
 from particles.moving import MovingChain
 from structures.moving import MovingStructure
-from structures.stepping import CentralDifference, GeneralisedAlpha, Newmark, Step, StructureState
+from structures.stepping import CentralDifference, GeneralisedAlpha, Newmark, StructureState
 
 __all__ = [
     "CentralDifference",
@@ -10,6 +10,5 @@ __all__ = [
     "MovingChain",
     "MovingStructure",
     "Newmark",
-    "Step",
     "StructureState",
 ]

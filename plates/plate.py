@@ -297,5 +297,4 @@ def _has(mesh: PlateMesh, name: Tag) -> bool:
     return name in mesh.edges and mesh.edges[name].size > 0
 
 
-Panel = Plate
 """The former name of plates of any shape."""

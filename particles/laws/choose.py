@@ -23,8 +23,8 @@ METHODS: dict[str, Callable[..., ComputedLaw]] = {
 """A new method is one more line here."""
 
 SLENDER = 10.0
-"""Length over radius of parallel cylinders, from which plane strain replaces tetrahedra: their free ends, each about a
-radius long, then bear less than a fifth of the force."""
+"""Length over radius of parallel cylinders, from which plane strain replaces tetrahedra. An end changes the contact
+over about one radius, so here a fifth of the length lies near the two ends."""
 
 
 def computed_law(
