@@ -295,6 +295,3 @@ class Plate:
 
 def _has(mesh: PlateMesh, name: Tag) -> bool:
     return name in mesh.edges and mesh.edges[name].size > 0
-
-
-"""The former name of plates of any shape."""

@@ -21,6 +21,7 @@ def pytest_configure(config: pytest.Config) -> None:
     named = config.getoption("participant")
     if named:
         config.option.participant = (named, _named(named))
+        config.option.markexpr = ""
 
 
 @pytest.hookimpl(tryfirst=True)

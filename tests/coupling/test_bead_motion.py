@@ -67,6 +67,7 @@ def test_central_sections_bear_what_the_run_says(run: xr.Dataset, passage: xr.Da
         assert expected.max() > 10.0
 
 
+@pytest.mark.thorough
 def test_the_contact_stays_shut(run: xr.Dataset, passage: xr.Dataset) -> None:
     """Poles in contact move equally, although each belongs to a separate field; other poles separate."""
     force = run.contact_force.sel(contact=4, time=passage.time).values
@@ -77,6 +78,7 @@ def test_the_contact_stays_shut(run: xr.Dataset, passage: xr.Dataset) -> None:
     assert gap[touching] == pytest.approx(np.zeros(touching.sum()), abs=3e-3 * approach.max())
 
 
+@pytest.mark.thorough
 def test_poles_of_free_beads_are_those_of_the_participant(run: xr.Dataset) -> None:
     """Where nothing touches them: the modes alone, and the rigid motion."""
     time = float(run.time[-1])
@@ -114,6 +116,7 @@ def test_mixed_bodies_stay_shut_and_bear_the_force() -> None:
         assert gap[force > 0.5] == pytest.approx(np.zeros((force > 0.5).sum()), abs=1e-2 * approach)
 
 
+@pytest.mark.thorough
 def test_at_rest_under_a_preload() -> None:
     """No displacement yet, but Hertz's pressure at the poles: p₀ = (6 F E*²/π³R²)^(1/3) (Johnson, equation 4.24)."""
     chain = hl.DeformableChain([BEAD] * 3, None, gravity=9.81, preload=20.0, modes=4)
@@ -156,6 +159,7 @@ def test_ends_need_to_be_told() -> None:
         hl.views.bead_motion(run, chain, times, 2, structure=hl.Surface(STEEL, 0.0, 100.0))
 
 
+@pytest.mark.thorough
 def test_a_push_from_outside_acts_on_the_bead_as_a_whole() -> None:
     """It is reported as contact 1, but acts on no pole: the section carries half the force of the contact ahead."""
     moments = np.linspace(0.0, 2e-5, 41)
@@ -168,6 +172,7 @@ def test_a_push_from_outside_acts_on_the_bead_as_a_whole() -> None:
     assert through_section(motion, 1, chain.centres[1]) == pytest.approx(0.5 * ahead, rel=3e-3)
 
 
+@pytest.mark.thorough
 def test_the_dataset_tells_all_and_is_drawn_and_written(passage: xr.Dataset, run: xr.Dataset, tmp_path: Path) -> None:
     known_motion(passage)
     assert passage.stress.dims == ("time", "point", "stress_component")
@@ -331,6 +336,7 @@ def test_runs_of_another_kind(run: xr.Dataset) -> None:
         hl.views.bead_motion(xr.concat([run, run], dim="speed"), CHAIN, 1e-5)
 
 
+@pytest.mark.thorough
 def test_one_of_several_chains() -> None:
     short = hl.DeformableChain([BEAD] * 3, BEAD, 0.5, modes=3)
     long = hl.DeformableChain([BEAD] * 4, BEAD, 0.5, modes=5)

@@ -61,6 +61,7 @@ def check_same(one: xr.Dataset, other: xr.Dataset) -> None:
         assert variable.values.tobytes() == other[name].values.tobytes()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", CASES)
 def test_a_checkpoint_changes_no_number(name: str, tmp_path: Path) -> None:
     """And a run that is finished is there at once, its file as it was."""
@@ -241,6 +242,7 @@ def test_what_has_an_address_is_known_again(tmp_path: Path) -> None:
     check_same(small(tmp_path / "kept", chain=chain(), structure=hl.stepping.MovingStructure(ROD, stepper)), first)
 
 
+@pytest.mark.thorough
 def test_damage_anywhere_is_told(tmp_path: Path) -> None:
     """One byte another, anywhere: the file is refused and left as it is."""
     path = tmp_path / "kept"

@@ -63,6 +63,7 @@ def test_a_cluster_changes_nothing(client: Any, tmp_path: Path) -> None:
     assert len(list((tmp_path / "store").glob("*.nc"))) == 2
 
 
+@pytest.mark.thorough
 def test_errors_on_a_cluster(client: Any, tmp_path: Path) -> None:
     """Without a store the first ends the sweep, with one it is recorded."""
     axes = {"folder": [str(tmp_path)], "radius": [-1.0, 2e-3]}

@@ -242,6 +242,7 @@ def by_plate(distance: float, thickness: float, diameter: float) -> Known:
     return Known(falling(distance * thickness / diameter))
 
 
+@pytest.mark.thorough
 def test_axes_and_processes() -> None:
     """One curve for each plate and bead, by name, whatever the number of processes."""
     beads, plates = [1.0, 2.0], [1.0, 3.0]

@@ -68,6 +68,7 @@ def test_a_bead_between_two_walls() -> None:
         assert chosen.time.values == pytest.approx(hertz_time() * np.arange(first, 7, 2), rel=1e-5)
 
 
+@pytest.mark.thorough
 def test_six_gaps_of_the_chattering_case() -> None:
     """Each within 0.1 µs of the reference's, though saved every 4 µs only."""
     case = chattering()

@@ -72,6 +72,7 @@ def test_slow_collision_is_that_of_the_static_law(slow: xr.Dataset) -> None:
     assert float(slow.contact_force.max()) == pytest.approx(float(greatest), rel=5e-3)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("which", ["slow", "fast"])
 def test_balances(request: pytest.FixtureRequest, which: str) -> None:
     """Energy, with what closing nodes lose to rounding and without it to 1e-5; momentum; positions by the forces."""

@@ -83,6 +83,7 @@ def test_a_short_weak_chain_does_not_tell_coefficient_from_exponent() -> None:
     assert high - low > 0.5
 
 
+@pytest.mark.thorough
 def test_a_loss_of_another_kind_leaves_a_greater_difference() -> None:
     signals = noisy(run_of(hl.PowerDashpot(6.0, 1.8)), 1, 0.005)
     right, wrong = (hl.fit_dissipation(signals, CHAIN, law) for law in (hl.PowerDashpot, hl.MassProportional))

@@ -257,6 +257,7 @@ def test_a_parameter_that_cannot_be_is_told_and_refuses_all_steps(written: Path,
         assert unit.get("sensor_force[1]") > 0.0
 
 
+@pytest.mark.thorough
 def test_another_version_of_hertzlink_is_told(tmp_path: Path) -> None:
     """In a process of its own: nothing may follow a failed start."""
     script = (
@@ -350,6 +351,7 @@ def test_bad_input(changed: dict[str, Any], message: str, tmp_path: Path, monkey
     assert [one.name for one in tmp_path.iterdir()] == ["folder.fmu"]
 
 
+@pytest.mark.thorough
 def test_a_law_of_the_script_itself_is_refused(tmp_path: Path) -> None:
     """Another Python would not find it: there, __main__ is another script."""
     script = (

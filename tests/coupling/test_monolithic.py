@@ -32,6 +32,7 @@ def energy_error(run: xr.Dataset) -> float:
     return float(abs(run.total_energy - run.total_energy[0]).max() / run.impact_energy)
 
 
+@pytest.mark.thorough
 def test_two_spheres_exchange_their_speeds_in_hertzs_time() -> None:
     """2.9432 (m²/(k²v))^(1/5) with the reduced mass (Johnson, Contact Mechanics, equation 11.24)."""
     pair = hl.Chain([BEAD], striker=BEAD, impact_speed=0.31)
@@ -43,6 +44,7 @@ def test_two_spheres_exchange_their_speeds_in_hertzs_time() -> None:
     assert times[run.contact_force.values[:, 0] > 0.0][-1] == pytest.approx(duration, rel=1e-4)
 
 
+@pytest.mark.thorough
 def test_a_bead_that_is_a_structure_leaves_the_chain_as_it_was() -> None:
     """The eighth of fifteen beads as a mass with two contacts, the second that of the chain behind's first bead."""
     whole = hl.Chain([BEAD] * 15, striker=BEAD, impact_speed=0.31)
@@ -71,6 +73,7 @@ def test_the_reference_has_settled(name: str) -> None:
     assert energy_error(fine[0]) < 3e-9
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("longest_step", [1e-6, 0.97e-6, 0.94e-6, 0.91e-6])
 def test_the_reference_does_not_depend_on_where_its_steps_end(
     longest_step: float, monkeypatch: pytest.MonkeyPatch
@@ -82,6 +85,7 @@ def test_the_reference_does_not_depend_on_where_its_steps_end(
     assert energy_error(run) < 1e-10
 
 
+@pytest.mark.thorough
 def test_a_gap_opens_and_shuts_while_the_chattering_case_is_struck() -> None:
     force = solve(CASES["chattering"]())[0].contact_force.values[:, -1]
     shut = force > 1e-3 * force.max()

@@ -101,6 +101,7 @@ def test_a_second_surface_that_is_none() -> None:
         hl.CoSimulation([CHAIN, CHAIN], Odd(), hl.Aitken())
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_the_spring_and_mass_of_the_gallery(scheme: str) -> None:
     """It moves exactly under a constant force, as a structure of one oscillator does."""
@@ -216,6 +217,7 @@ class FeedsEnergy(Sound):
     damping = -400.0
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("scheme", [*SCHEMES, "Explicit, unvetted"])
 def test_a_source_of_energy_is_found_out_unless_it_says_so(scheme: str) -> None:
     chosen = SCHEMES.get(scheme, hl.Explicit(tolerance=None))

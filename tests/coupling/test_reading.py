@@ -20,6 +20,7 @@ RESULTS = sorted(path.stem for path in (ROOT / "coupling/results").glob("[!_]*.p
 SIMULATOR = ["numba", "skfem", "particles", "plates", "coupling.interface", "coupling.cosimulation"]
 
 
+@pytest.mark.thorough
 def test_reading_a_result_imports_no_simulator() -> None:
     code = f"""
 import sys

@@ -155,6 +155,7 @@ def test_a_plate_that_moves_by_more_than_half_its_thickness() -> None:
     assert not found(runs[1], "deflection")
 
 
+@pytest.mark.thorough
 def test_a_push_that_is_too_short_for_the_reduction() -> None:
     """Beads of 2 mm on a thin plate: made for 25 µs it loses the secondary wave, made for their push it does not."""
     bead = hl.Sphere(1e-3, HARD)

@@ -167,6 +167,7 @@ def lossy(gravity: float) -> hl.Chain:
     return hl.Chain([BEAD] * 14, BEAD, 0.31, gravity=gravity, dissipation=hl.LinearDashpot(5.0))
 
 
+@pytest.mark.thorough
 @each
 @pytest.mark.parametrize("losses", [False, True])
 def test_the_ledger_closes(name: str, losses: bool) -> None:
@@ -188,6 +189,7 @@ def test_the_ledger_closes(name: str, losses: bool) -> None:
         assert run.structure_dissipated_energy[-1] > 1e-4 * energy
 
 
+@pytest.mark.thorough
 @each
 def test_impulse_is_the_momentum_of_a_free_rod(name: str) -> None:
     simulation, everywhere = hl.CoSimulation(chain(), FREE_ROD, SCHEMES[name]), np.ones(FREE_ROD.size)
@@ -235,6 +237,7 @@ def test_condensed_takes_one_structural_solve_a_window() -> None:
     assert run.evaluations.sum() > 1.2 * two.solves
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", ["fixed point", "Aitken", "IQN-ILS", "explicit, serial, 1"])
 def test_evaluations_are_the_chain_windows_tried(name: str, chain_windows: list[int]) -> None:
     """Those of windows in vain too."""
@@ -278,6 +281,7 @@ class Hardening:
         return (x, v), x
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", [name for name in GOOD if name != "condensed"])
 def test_a_black_box_is_what_its_structure_is(name: str) -> None:
     known, boxed = (
@@ -303,6 +307,7 @@ def test_schemes_agree_on_a_black_box_that_is_not_linear() -> None:
     assert abs(found[0] - linear) > 0.01
 
 
+@pytest.mark.thorough
 @each
 def test_nothing_divides_by_a_residual_of_zero(name: str) -> None:
     """A chain whose wave has not come yet, and one that hangs off a gap that opens."""
@@ -330,6 +335,7 @@ FAILS = {
 }
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", FAILS)
 def test_no_agreement_names_window_time_and_residual(name: str) -> None:
     """The wave comes after 130 µs."""
@@ -342,6 +348,7 @@ def test_no_agreement_names_window_time_and_residual(name: str) -> None:
     assert float(time) > 1e-4
 
 
+@pytest.mark.thorough
 def test_condensed_reaches_rounding() -> None:
     """A thousandth of the usual tolerance can be had; less than rounding is refused."""
     with pytest.raises(ValueError, match=r"tolerance = 1e-30: must lie between 1e-14 and 1"):
@@ -355,6 +362,7 @@ def test_condensed_reaches_rounding() -> None:
         assert runs[0].residual.max() < 1e-12
 
 
+@pytest.mark.thorough
 def test_halving_rescues_a_repetition_that_diverges() -> None:
     """Added mass: at 8 µs the light body moves ten times as far as the contact's own approach."""
     case = light()
@@ -412,6 +420,7 @@ def test_the_filter_drops_what_newer_differences_hold_already() -> None:
     assert _independent([np.zeros(6), a], 1e-3)[0] == [1]
 
 
+@pytest.mark.thorough
 def test_differences_of_earlier_windows_save_repetitions() -> None:
     tried = [
         float(couple(light(), hl.IQN_ILS(reuse=reuse), window=4e-6, substeps=4).evaluations.sum()) for reuse in (0, 2)
@@ -445,6 +454,7 @@ def test_an_explicit_scheme_that_grows_unstable_stops() -> None:
         hl.CoSimulation(case.chains[0], case.structures[0], hl.Explicit(), window=1e-6, substeps=1).run(1e-3)
 
 
+@pytest.mark.thorough
 def test_an_exchange_that_makes_energy_is_warned_of() -> None:
     case = CASES["chattering"]()
     run = hl.CoSimulation(case.chains[0], case.structures[0], hl.Explicit(0, parallel=True)).run(case.until)

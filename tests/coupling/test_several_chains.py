@@ -159,6 +159,7 @@ def bodies(values: xr.DataArray, count: int) -> Any:
     return values.values[:, :count]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("scheme", SCHEMES)
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_all_schemes_agree_with_the_monolithic_reference(name: str, scheme: str) -> None:
@@ -218,6 +219,7 @@ def test_momentum_passes_through_a_free_rod() -> None:
     assert float(BEAD.mass * second[-1]) > 0.5 * struck
 
 
+@pytest.mark.thorough
 def test_a_rod_struck_from_either_end_is_two_halves_on_a_wall() -> None:
     """Its middle does not move."""
     whole = hl.rod([hl.Layer(hl.ACRYLIC, 0.04, 0.01)], base="contact", elements=8)
@@ -231,6 +233,7 @@ def test_a_rod_struck_from_either_end_is_two_halves_on_a_wall() -> None:
     assert ratios.values == pytest.approx(hl.amplitude_ratio(alone, SENSOR).item(), abs=1e-7)
 
 
+@pytest.mark.thorough
 def test_equal_chains_do_as_each_other_in_the_mirror() -> None:
     """On a plate symmetric about x = 0.03: both equal, and exchanged if they are struck differently."""
     body = WHOLE.at([0.02, 0.04], [0.03, 0.03])
@@ -271,6 +274,7 @@ def test_a_chain_that_nothing_strikes_hangs_still() -> None:
     assert float(abs(run.surface_displacement.isel(interface=1)).max()) < 1e-15
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("number", [0, 1])
 def test_measures_of_one_chain_are_those_of_a_run_of_its_own(number: int) -> None:
     """Of unlike length, each on a rod of its own: what fills up the shorter one changes nothing."""
@@ -337,6 +341,7 @@ def build(speed: float) -> hl.CoSimulation:
     return hl.CoSimulation([hl.Chain([BEAD] * 7, BEAD, speed), QUIET], [ACRYLIC_ROD, PTFE_ROD])
 
 
+@pytest.mark.thorough
 def test_a_sweep_over_runs_of_several_chains() -> None:
     runs = hl.sweep(build, UNTIL, jobs=1, speed=[0.2, 0.3])
     one = build(0.3).run(UNTIL)
@@ -426,6 +431,7 @@ def test_the_motion_of_a_plate_that_two_chains_strike() -> None:
         hl.views.structure_motion(run.isel(chain=0), body, [3e-4])
 
 
+@pytest.mark.thorough
 def test_the_motion_of_one_structure_of_several() -> None:
     """A plate between two chains, with the one on its back pushed backwards; the other structure is a rod."""
     body = hl.reduce(WHOLE.at([0.03, 0.03], [0.03, 0.03], face=["front", "back"]), until=UNTIL, keep_field=True)
@@ -441,6 +447,7 @@ def test_the_motion_of_one_structure_of_several() -> None:
     assert hl.views.structure_motion(alone, sparse, [3e-4]).attrs["contact_error"] < 1e-3
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_one_chain_on_one_of_two_points_is_as_on_a_structure_with_that_one(scheme: str) -> None:
     several, lone = WHOLE.at([0.03, 0.02], [0.03, 0.03]), WHOLE.at(0.02, 0.03)

@@ -225,6 +225,7 @@ def test_measures_of_runs_refuse_signals() -> None:
         hl.reflections(data, 8)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("radius", "wall"), [(2.38e-3, "steel"), (4.76e-3, "steel"), (4.76e-3, "soft"), (9.53e-3, "steel")]
 )
@@ -248,6 +249,7 @@ def test_the_first_wave_of_a_train_is_the_incident_one() -> None:
     assert found.primary.time_of_flight == pytest.approx(42.2e-6, abs=0.5e-6)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("radius", "wall"), [(2.38e-3, "steel"), (4.76e-3, "steel"), (4.76e-3, "soft")])
 def test_noise_moves_little(radius: float, wall: str) -> None:
     """White noise of 2 % of the incident peak, 200 draws at 10 MHz: AR within 0.01, TOF within 0.5 µs of the run's."""
@@ -260,6 +262,7 @@ def test_noise_moves_little(radius: float, wall: str) -> None:
     assert float(abs(flights - expected.primary.time_of_flight).max()) < 0.5e-6
 
 
+@pytest.mark.thorough
 def test_noise_makes_no_waves() -> None:
     """The incident wave of the steel run alone, then noise alone: nothing comes back that was not there."""
     data = run().sel(time=slice(None, 4e-4))

@@ -23,6 +23,7 @@ def on_half_space(radius: float) -> hl.CoSimulation:
     return hl.CoSimulation(hl.Chain([bead] * 5, bead, 0.3, gravity=9.81), hl.half_space(hl.PTFE))
 
 
+@pytest.mark.thorough
 def test_two_axes_equal_single_runs() -> None:
     axes = {"material": [hl.PTFE, hl.ACRYLIC], "length": [0.02, 0.05, 0.1]}
     runs = hl.sweep(on, until=4e-4, jobs=1, **axes)
@@ -80,6 +81,7 @@ def of_modes(modes: int) -> hl.CoSimulation:
     return hl.CoSimulation(hl.DeformableChain([BEAD] * 3, BEAD, 0.3, modes=modes), None)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("kept", [False, True])
 def test_modes_may_be_an_axis(kept: bool, tmp_path: Path) -> None:
     """Amplitudes of modes that a point has not are NaN; all that is there is the single run's."""

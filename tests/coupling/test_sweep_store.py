@@ -82,6 +82,7 @@ def contents(folder: Path) -> dict[Path, bytes]:
     return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("measure", [None, largest])
 def test_a_store_changes_no_bit(tmp_path: Path, measure: object) -> None:
     """Straight without a store, straight with it, and read back."""
@@ -96,6 +97,7 @@ def test_a_store_changes_no_bit(tmp_path: Path, measure: object) -> None:
     assert not list((tmp_path / "store").glob(".*"))
 
 
+@pytest.mark.thorough
 def test_longer_axes_run_the_new_points_alone(tmp_path: Path) -> None:
     swept(tmp_path, radius=RADII[1:], material=MATERIALS[:1])
     called.clear()
@@ -136,6 +138,7 @@ def test_failing_points_stand_apart(tmp_path: Path) -> None:
     assert called == [("PTFE", -1.0), ("acrylic", -1.0)]
 
 
+@pytest.mark.thorough
 def test_coordinates_of_failing_points_are_missing(tmp_path: Path) -> None:
     runs = swept(tmp_path, radius=[-1.0, *RADII])
     assert runs.static_force.sel(radius=-1.0).isnull().all()
@@ -152,6 +155,7 @@ def with_errors(material: hl.Material, radius: float) -> hl.CoSimulation:
     return build(material, radius)
 
 
+@pytest.mark.thorough
 def test_a_point_that_failed_may_run_later(tmp_path: Path) -> None:
     allowed[:] = RADII[:1]
     assert set(swept(tmp_path, build=with_errors).error.values.ravel()) == {"", "KeyError: 'not yet'"}
@@ -191,6 +195,7 @@ def own_error(material: hl.Material, radius: float) -> hl.CoSimulation:
     return build(material, radius)
 
 
+@pytest.mark.thorough
 def test_errors_of_any_kind_count(tmp_path: Path) -> None:
     runs = swept(tmp_path, build=own_error)
     assert (runs.error.sel(radius=3e-3) == "OwnError: three").all()
@@ -257,6 +262,7 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.thorough
 @settings(max_examples=60)
 @given(place=st.floats(0.0, 1.0, exclude_max=True), flip=st.integers(1, 255), cut=st.booleans())
 @pytest.mark.parametrize("suffix", ["point", "failure", "manifest"])
@@ -289,6 +295,7 @@ def same_json(whole: bytes, broken: bytes) -> bool:
         return False
 
 
+@pytest.mark.thorough
 def test_another_points_file_is_told(tmp_path: Path) -> None:
     swept(tmp_path, material=[hl.PTFE], radius=[2e-3, 3e-3])
     first, second = sorted(tmp_path.glob("*.nc"))
@@ -402,6 +409,7 @@ def test_bad_input_leaves_no_folder(tmp_path: Path, changes: dict[str, object], 
 numbers = st.one_of(st.booleans(), st.integers(), st.floats(allow_nan=False), st.text(max_size=3), st.none())
 
 
+@pytest.mark.thorough
 @given(numbers, numbers)
 def test_points_are_told_apart(one: object, two: object) -> None:
     same = type(one) is type(two) and repr(one) == repr(two)
@@ -447,6 +455,7 @@ def spoiling(material: hl.Material, radius: float) -> hl.CoSimulation:
     return build(material, radius)
 
 
+@pytest.mark.thorough
 def test_points_that_are_taken_away_are_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     with pytest.raises(RuntimeError, match=r"removed from .*store"):

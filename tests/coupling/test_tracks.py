@@ -45,6 +45,7 @@ def test_the_tail_of_a_wave_is_no_wave_of_the_structure() -> None:
     assert all(one.begins == "chain" for one in back if one.forces[0] < 5.0)
 
 
+@pytest.mark.thorough
 def test_third_waves_are_listed_and_lost_ones_end_in_the_chain() -> None:
     """A PTFE rod sends several; the last ones fade below 1 % before they reach the striker."""
     run = struck(hl.rod([hl.Layer(hl.PTFE, 76.2e-3, 19.1e-3)]), 1.5e-3)
@@ -79,6 +80,7 @@ def passes(track: hl.results.Track, sensor: int, time: float) -> bool:
     return len(around) == 2 and min(around) - 2e-6 < time < max(around) + 2e-6
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("lower", [76.2e-3, 90e-3, 99e-3, 101.6e-3, 120e-3, 152.4e-3])
 def test_tracks_and_reflections_find_the_same_wave(lower: float) -> None:
     """A small wave ahead of the secondary one must not take its beginning from it."""

@@ -74,6 +74,7 @@ def pixels(path: Path) -> np.ndarray:
     return np.asarray(Image.open(path).convert("RGB"), dtype=int)
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("screen")
 def test_pictures_differ_between_times_and_fields(motion: xr.Dataset, tmp_path: Path) -> None:
     moments = motion.time.values
@@ -277,6 +278,7 @@ def test_what_is_no_motion(motion: xr.Dataset, tmp_path: Path) -> None:
                 draw(wrong, tmp_path / name)  # type: ignore[arg-type]
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("screen")
 def test_the_force_beneath(run: xr.Dataset, motion: xr.Dataset, tmp_path: Path) -> None:
     """The picture grows by the history; what is no run of one structure is refused."""

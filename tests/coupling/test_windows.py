@@ -54,6 +54,7 @@ def test_parabolas_are_of_second_order_too(structure: str, scheme: Any) -> None:
     assert np.log2(np.divide(errors[:-1], errors[1:])) == pytest.approx(2.0, abs=0.2)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("structure", STRUCTURES)
 def test_parabolas_bring_amplitude_ratios_nearer_but_make_energy(structure: str) -> None:
     """At 1 µs; the mean force does another work along a parabola than along the straight line."""
@@ -81,6 +82,7 @@ def test_condensed_takes_substeps_as_windows() -> None:
     assert runs[0].velocity.values == pytest.approx(runs[1].velocity.values, abs=1e-13)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("scheme", [hl.FixedPoint(), hl.Aitken(), hl.IQN_ILS()])
 def test_a_waveform_is_what_its_substeps_are_one_by_one(scheme: Any) -> None:
     """All substeps of a window agree; only the way there differs."""
@@ -101,6 +103,7 @@ def test_windows_have_as_many_substeps_as_the_scheme_needs() -> None:
         assert 5e-5 / count <= contact / scheme.substeps_per_contact < 1e-4 / count
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("case", ["rod", "layered rod", "plate", "chattering", "light"])
 def test_amplitude_ratios_are_within_three_tolerances(case: str) -> None:
     """From 1e-3 to 1e-6, over three decades; then the chain's own steps decide, by 2e-6."""
@@ -157,6 +160,7 @@ def test_adaptive_windows_follow_saved_times() -> None:
     assert run.time.values == pytest.approx(1e-6 * np.arange(301))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("scheme", [hl.Condensed(), hl.Aitken(), hl.Explicit()])
 def test_adaptive_windows_keep_the_energy(scheme: Any) -> None:
     run = hl.CoSimulation(chain(), STRUCTURES["layered rod"], scheme, hl.Adaptive(1e-6)).run(UNTIL)

@@ -66,6 +66,7 @@ def test_stresses_below_the_contact_are_hertzs() -> None:
     assert depth[shear.argmax()] == pytest.approx(0.48, abs=0.07)
 
 
+@pytest.mark.thorough
 def test_finer_cells_settle(monkeypatch: pytest.MonkeyPatch) -> None:
     """The approach to 1e-4, and the pressure on the axis to p₀, which forces a little off near the pole would miss."""
     pressure, found = 1.5 * FORCE / (pi * pressed(SPHERE).radius ** 2), []
@@ -93,6 +94,7 @@ def test_the_free_surface_beside_the_contact() -> None:
     assert along == pytest.approx(np.zeros(expected.size), abs=0.02)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("bead", [SPHERE, SHELL, PROLATE])
 def test_mid_planes_approach_as_the_contact_law_says(bead: hl.Sphere) -> None:
     field, displacement, _ = squeezed(bead)
@@ -140,6 +142,7 @@ def test_the_other_pole_moves_by_the_whole_flexibility(bead: hl.Sphere) -> None:
     assert -displacement[poles(field)[1], 2] == pytest.approx(FORCE * vibration(bead, 0).cross, rel=2e-3)
 
 
+@pytest.mark.thorough
 def test_the_number_of_modes_does_not_change_what_is_static() -> None:
     fields = [squeezed(SPHERE, modes) for modes in (0, 3, 9)]
     for _, displacement, stress in fields[1:]:
@@ -147,6 +150,7 @@ def test_the_number_of_modes_does_not_change_what_is_static() -> None:
         assert stress == pytest.approx(fields[0][2], abs=1e-12 * abs(fields[0][2]).max())
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("bead", [SPHERE, SHELL])
 def test_each_mode_moves_the_poles_and_the_section_as_vibration_says(bead: hl.Sphere) -> None:
     """Poles by struck and far, inwards and on; the section bears −Σ section q″, q″ = −ω² q."""

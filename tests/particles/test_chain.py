@@ -98,6 +98,7 @@ beads = st.builds(
 )
 
 
+@pytest.mark.thorough
 @settings(max_examples=25)
 @given(st.lists(beads, min_size=1, max_size=6), beads, st.floats(0.05, 2.0), st.sampled_from(["verlet", "rk4"]))
 def test_any_free_chain_keeps_momentum_and_energy(

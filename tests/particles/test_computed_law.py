@@ -44,6 +44,7 @@ def test_the_law_is_that_of_the_method() -> None:
     assert stress == hl.laws.plane(LONG, None, "stress", max_approach=1e-6, spacing=2e-6)
 
 
+@pytest.mark.thorough
 def test_methods_agree_where_two_suit() -> None:
     """Spheres by elements and by half-spaces with the mid-planes' correction, to 0.3 %."""
     approach = np.array([2e-6, 5e-6])

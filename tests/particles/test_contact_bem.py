@@ -193,6 +193,7 @@ def test_complementarity(degrees: float) -> None:
     assert np.max(border) == 0.0
 
 
+@pytest.mark.thorough
 def test_observed_order() -> None:
     """The error of the force falls by the square of the cells' side, scattered by how the ellipse cuts cells."""
     pair = cylinder(), cylinder(90.0)
@@ -203,6 +204,7 @@ def test_observed_order() -> None:
     assert errors.max() < 0.5 / cells[0] ** 2
 
 
+@pytest.mark.thorough
 @settings(max_examples=10, deadline=None)
 @given(size=st.floats(1e-3, 1e3), modulus=st.floats(1e-4, 1e2), degrees=st.floats(10.0, 90.0))
 def test_laws_scale(size: float, modulus: float, degrees: float) -> None:
@@ -241,6 +243,7 @@ def test_correction_of_a_sphere_by_finite_elements() -> None:
     assert law.force(approaches) == pytest.approx(beads.force(approaches), rel=1.5e-3)
 
 
+@pytest.mark.thorough
 def test_mid_planes_of_spheres_by_finite_elements() -> None:
     """A steel sphere's own correction makes half-spaces, 0.4 to 2.3 % too soft, its axisymmetric finite elements."""
     approaches = np.geomspace(1e-6, 10e-6, 10)
@@ -250,6 +253,7 @@ def test_mid_planes_of_spheres_by_finite_elements() -> None:
     assert law.largest == 10e-6
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("first", "second"), [(BALL, hl.Surface(STEEL)), (BALL, BALL), (cylinder(), BALL), (cylinder(), cylinder(90.0))]
 )

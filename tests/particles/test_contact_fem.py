@@ -89,6 +89,7 @@ def test_observed_order() -> None:
     assert np.log2(errors[1] / errors[2]) == pytest.approx(2.0, abs=0.2)
 
 
+@pytest.mark.thorough
 def test_error_estimate_and_smoothness(laws: dict[float, ComputedLaw]) -> None:
     """The estimate holds the error beside a law of half the spacing, and its tangent does not tremble."""
     law = laws[0.908]
@@ -226,6 +227,7 @@ def test_gap_is_that_of_the_arc(fall: float, body: hl.HollowSphere | hl.Ellipsoi
     assert hollow == pytest.approx(-2e-3, rel=1e-12)
 
 
+@pytest.mark.thorough
 def test_order_of_bodies_does_not_matter() -> None:
     """F(a, b) = F(b, a); max_force ends where max_approach does."""
     ball = hl.Sphere(2.38e-3, STEEL)
@@ -236,6 +238,7 @@ def test_order_of_bodies_does_not_matter() -> None:
     assert law.force(approaches) == pytest.approx(swapped.force(approaches), rel=2e-3)
 
 
+@pytest.mark.thorough
 @settings(max_examples=5, deadline=None)
 @given(
     size=st.floats(1e-3, 1e3), modulus=st.floats(1e-4, 1e2), wall=st.floats(0.05, 0.9), poisson=st.floats(-0.3, 0.48)
@@ -322,6 +325,7 @@ def test_bad_input(first: object, second: object, asked: dict[str, object], word
         contact_law_fem(first, second, **asked)  # type: ignore[arg-type]
 
 
+@pytest.mark.thorough
 def test_a_thin_shell_has_a_law_without_a_spacing() -> None:
     """Pressed by twice its wall, it touches twenty times as far as Hertz's law tells; first it follows Reissner's."""
     shell, approaches = bead(0.999), np.array([1e-6, 1.5e-6, 3e-6])
@@ -330,6 +334,7 @@ def test_a_thin_shell_has_a_law_without_a_spacing() -> None:
     assert law.error < 0.005
 
 
+@pytest.mark.thorough
 def test_a_contact_in_a_hollow_is_wide_beside_the_bead() -> None:
     """A quarter of the bead's radius, though small beside the relative one; so the theory's law ends before."""
     bead, hollow = hl.Sphere(2.38e-3, STEEL), hl.Surface(STEEL, -400.0)

@@ -52,6 +52,7 @@ def test_exponent_of_the_thesis_cylinder(laws: dict[str, hl.laws.ComputedLaw], s
     assert float(law.force(np.array(law.largest))) == pytest.approx(100.0, rel=1e-9)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("first", "second", "state"),
     [
@@ -80,6 +81,7 @@ def test_bounds(laws: dict[str, hl.laws.ComputedLaw]) -> None:
     assert ratio == pytest.approx(1.0 / (1.0 - STEEL.poisson_ratio**2), rel=1e-3)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("ratio", [-0.9, 0.0, 0.49])
 def test_states_without_poissons_ratio(ratio: float) -> None:
     """At ν = 0 both states are one; the force in plane stress hardly depends on ν, down to auxetic materials."""
@@ -135,6 +137,7 @@ def test_pressure_is_half_an_ellipse() -> None:
     assert pressures == pytest.approx(expected, abs=0.005 * peak)
 
 
+@pytest.mark.thorough
 @settings(max_examples=5, deadline=None)
 @given(size=st.floats(1e-3, 1e3), modulus=st.floats(1e-4, 1e2), state=st.sampled_from(STATES))
 def test_laws_scale(size: float, modulus: float, state: str) -> None:

@@ -72,6 +72,7 @@ def test_parallel_cylinders(parallel: ComputedLaw) -> None:
     assert parallel.caution == ""
 
 
+@pytest.mark.thorough
 def test_long_cylinders() -> None:
     """Johnson's plane strain, but for ends that are free: the mean of σ_y = ν σ_z across the section, −2νF*/πR, is not
     there, which lets the mid-planes come closer by 4ν²F*/πE, 1.7 % of the approach. The rest is 0.6 %."""
@@ -108,17 +109,20 @@ def axisymmetric_correction(radius: float) -> float:
     return float((hl.contact_law(SPHERE, SPHERE).approach(force) - approach) / (2.0 * force))
 
 
+@pytest.mark.thorough
 def test_midplane_correction_of_a_sphere() -> None:
     """The axisymmetric law's at contacts of 0.03 radii, of another mesh and method, within 8 %."""
     assert midplane_correction(SPHERE) == pytest.approx(axisymmetric_correction(0.03 * RADIUS), rel=0.08)
 
 
+@pytest.mark.thorough
 def test_correction_grows_with_the_logarithm_of_the_contact() -> None:
     """From 0.002 to 0.02 radii by the axisymmetric law, where the arc is still a parabola."""
     gain = axisymmetric_correction(0.02 * RADIUS) - axisymmetric_correction(0.002 * RADIUS)
     assert gain == pytest.approx(_by_curvature(SPHERE) * np.log(10.0), rel=0.1)
 
 
+@pytest.mark.thorough
 def test_midplane_correction_of_cylinders() -> None:
     """By 1/ER; little by the length of long ones; somewhat more than the sphere's."""
     cylinder, sphere = midplane_correction(CYLINDER), midplane_correction(SPHERE)

@@ -35,6 +35,7 @@ STRUCTURES = {
 }
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("structure", STRUCTURES)
 @pytest.mark.parametrize("integrator", ["verlet", "rk4"])
 @pytest.mark.parametrize(
@@ -83,6 +84,7 @@ beads = st.one_of(
 )
 
 
+@pytest.mark.thorough
 @settings(max_examples=12)
 @given(st.lists(beads, min_size=2, max_size=4), st.sampled_from([1, 2, 5, 9]), st.floats(0.05, 1.0))
 def test_momentum_and_energy_stay(row: list[Any], modes: int, speed: float) -> None:
@@ -95,6 +97,7 @@ def test_momentum_and_energy_stay(row: list[Any], modes: int, speed: float) -> N
         assert float(abs(run.vibration_energy).max()) == 0.0
 
 
+@pytest.mark.thorough
 def test_energy_and_work_on_a_structure_balance() -> None:
     run = hl.CoSimulation(deformable(), hl.rod([hl.Layer(hl.PTFE, 20e-3, 5e-3)])).run(until=3e-4)
     assert hl.energy_error(run) < 1e-5
@@ -130,6 +133,7 @@ def test_both_integrators_agree() -> None:
     assert verlet == pytest.approx(rk4, abs=1e-6 * abs(rk4).max())
 
 
+@pytest.mark.thorough
 def test_static_equilibrium_stays(law: Any) -> None:
     chain = hl.DeformableChain([BEAD] * 4, None, gravity=9.81, preload=5.0, modes=6)
     run = hl.CoSimulation(chain, hl.half_space(STEEL)).run(until=1e-4)
@@ -139,6 +143,7 @@ def test_static_equilibrium_stays(law: Any) -> None:
     )
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("modes", [1, 2, 4, 9])
 def test_even_compression_is_that_of_the_law(law: Any, modes: int) -> None:
     """Whatever the modes tell, the mid-planes of beads pressed on both sides alike approach by the law of both."""
@@ -182,6 +187,7 @@ def test_more_modes_settle() -> None:
     assert found[4] == pytest.approx(found[14], rel=3e-3)
 
 
+@pytest.mark.thorough
 def test_the_central_section_carries_the_momentum_of_half_a_bead() -> None:
     """In slow motion its force is the mean of the contacts'; at any time its impulse is what half a bead gets."""
     run = hl.CoSimulation(deformable(8, 8), None).run(until=1e-4)
@@ -197,6 +203,7 @@ def test_the_central_section_carries_the_momentum_of_half_a_bead() -> None:
     )
 
 
+@pytest.mark.thorough
 def test_a_push_on_the_whole_of_a_bead_is_half_a_push_on_its_half() -> None:
     """Slowly pushed by a history, which acts on all of the bead, half of the force ahead goes through its middle."""
     push = hl.PushedBead([0.0, 2e-4, 4e-4], [0.0, 5.0, 0.0])
@@ -238,6 +245,7 @@ def test_chains_of_both_kinds_share_a_run() -> None:
     assert not np.isnan(run.section_force.isel(chain=1, bead=slice(0, 4))).any()
 
 
+@pytest.mark.thorough
 def test_two_ends_and_a_gap() -> None:
     """Struck from behind by a structure that is pushed, the chain passes the push on; its gap tells the poles'."""
     rod = hl.rod([hl.Layer(STEEL, 30e-3, 4e-3)])

@@ -39,6 +39,7 @@ laws = st.one_of(
 integrators = st.sampled_from(["verlet", "rk4"])
 
 
+@pytest.mark.thorough
 @settings(max_examples=60)
 @given(rows, beads, st.floats(0.05, 2.0), laws, st.sampled_from([0.0, 9.81]), integrators)
 def test_every_law_takes_energy_and_never_pulls(

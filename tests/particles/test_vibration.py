@@ -130,6 +130,7 @@ def test_published_frequencies() -> None:
     assert np.abs(found * slowness(0.25) - radial[0]).min() < 1e-4
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("inner", [0.1, 0.5, 0.75, 0.908, 0.97])
 def test_breathing_shells(inner: float) -> None:
     """A mode of the shell is the purely radial one; where it is thin, ω² = 2E/ρ(1 − ν)R², and all moves alike, but the
@@ -146,6 +147,7 @@ def test_breathing_shells(inner: float) -> None:
         assert found.section[mode] / sqrt(shell.mass) == pytest.approx(0.25, rel=0.003)
 
 
+@pytest.mark.thorough
 def test_observed_order() -> None:
     """Quadratic elements: frequencies by the fourth power of the spacing."""
     coarse, fine, finest = (vibration(SPHERE, 10, RADIUS / cells).frequencies for cells in (8, 16, 32))
@@ -182,6 +184,7 @@ def pole_to_pole(bead: hl.Sphere, slow: float) -> float:
     return float(sums[-1])
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("poisson_ratio", [0.0, 0.25, 0.45])
 @pytest.mark.parametrize(
     ("modes", "slow", "tolerance"), [(0, 0.05, 1e-4), (4, 0.1, 1e-4), (30, 0.3, 1e-4), (30, 1.0, 1e-3)]
@@ -204,6 +207,7 @@ def left_after(found: Vibration, fewest: int) -> Vector:
     return left[fewest : 2 * fewest] / found.compression
 
 
+@pytest.mark.thorough
 def test_more_modes_leave_less() -> None:
     """In a shell `cross` falls as the modes' number rises. In a solid bead it does not: waves along the surface meet
     again at the other pole, so each pair of modes adds as much as it takes, and only the mean over them tends to 0."""
@@ -215,6 +219,7 @@ def test_more_modes_leave_less() -> None:
     assert abs(left_after(sphere, 50).mean()) < 0.004
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("bead", [SPHERE, SHELL, OBLATE])
 def test_share_of_the_mass(bead: hl.Sphere | hl.HollowSphere | hl.Ellipsoid) -> None:
     """Seen as a sum of modes, halves that move oppositely need all symmetric ones: Σ section² → mass/4, from below."""
@@ -270,6 +275,7 @@ def test_halves_make_the_whole(bead: hl.Sphere) -> None:
     assert between_poles(found) == pytest.approx(expected.cross, rel=1e-6)
 
 
+@pytest.mark.thorough
 @settings(max_examples=6, deadline=None)
 @given(st.floats(0.01, 100.0), st.floats(0.01, 100.0), st.floats(0.01, 100.0))
 def test_scaling(size: float, modulus: float, density: float) -> None:

@@ -128,6 +128,7 @@ def test_regions_cross_cells_or_not() -> None:
     assert errors[1].max() < 5e-3
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("place", "changed"), [((0.12, 0.2), False), ((0.2, 0.2), True)], ids=["far", "under"])
 def test_only_a_defect_near_the_contact_changes_the_reflected_wave(place: tuple[float, float], changed: bool) -> None:
     """Waves to the far defect and back, 160 mm, take longer than the contact of a 4.76 mm bead lasts."""

@@ -27,6 +27,7 @@ def test_a_run_equals_that_on_a_large_plate() -> None:
     assert forces[0] == pytest.approx(forces[1], abs=1e-3 * forces[1].max())
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     "laminate", [LAMINATE, hl.laminates.Laminate([hl.laminates.Ply(CARBON, 2e-3, 0.7)])], ids=["two plies", "one ply"]
 )
@@ -47,6 +48,7 @@ def test_a_laminate_stays_where_an_impulse_left_it(laminate: hl.laminates.Lamina
     assert np.array(after) * impedance / pulse == pytest.approx(np.ones(len(after)), abs=5e-4)
 
 
+@pytest.mark.thorough
 def test_work_is_what_the_dashpot_takes() -> None:
     """Z Σ (Δw)²/H over all windows, by hand from the motion; compiled and window by window alike."""
     plate = hl.infinite_plate(3e-3, hl.ALUMINIUM_6061)

@@ -123,6 +123,7 @@ def test_patch_radius_does_not_matter() -> None:
     assert np.all(abs(np.diff(totals)) < 0.05 * abs(np.diff(own)))
 
 
+@pytest.mark.thorough
 def test_infinite_plate_stays_where_an_impulse_left_it() -> None:
     """A thin plate: I/(8 √(Dρt)) until the first echo, within 1 %, as in Kirchhoff's theory."""
     supports = hl.Supports("clamped", "clamped", "free", "free")

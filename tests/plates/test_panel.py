@@ -163,6 +163,7 @@ def test_amplitude_ratio_of_a_clamped_disc() -> None:
         assert other.time_of_flight == pytest.approx(reference.time_of_flight, rel=2e-3)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("poisson_ratio", [0.0, 0.3, 0.45])
 def test_most_of_the_error_of_order_2_is_taken_out(poisson_ratio: float) -> None:
     """The 16th mode of a simple square, on gmsh's triangles: Morley's alone are 0.6 to 1.3 % low."""
@@ -180,6 +181,7 @@ def l_shape(edges: Any = ()) -> hl.Outline:
     return hl.Outline([(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)], edges=edges)
 
 
+@pytest.mark.thorough
 def test_l_shape_in_both_theories() -> None:
     """Two sides clamped, thin: within 1 %."""
     pytest.importorskip("gmsh")
@@ -255,6 +257,7 @@ def test_quadrilaterals_in_any_order() -> None:
     assert found(panel, 5, (0.4, 0.4)) == pytest.approx(found(plate, 5, (0.4, 0.4)), rel=1e-9)
 
 
+@pytest.mark.thorough
 def test_order_of_morleys_triangles() -> None:
     """All sides simple, ω a² √(ρt/D) = 2π² exactly: order 2, with less than a tenth of Morley's error, 1.0 %."""
     held = dict.fromkeys(("left", "right", "bottom", "top"), "simple")

@@ -62,6 +62,7 @@ def test_a_plate_bends_like_a_cylinder_under_its_moment() -> None:
     assert abs(stress[:, 3]).max() < 1e-6 * stress.max()
 
 
+@pytest.mark.thorough
 def test_pictures_of_a_plate(tmp_path: Path) -> None:
     try:
         render.check_window()

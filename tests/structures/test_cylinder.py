@@ -202,6 +202,7 @@ def reduced(layer: hl.Layer, **keywords: object) -> hl.Structure:
     return hl.reduce(cylinder([layer], **keywords), until=1.5e-3)  # type: ignore[arg-type]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("layer", [STEEL, PTFE], ids=["steel", "PTFE"])
 def test_amplitude_ratio_does_not_know_patch_nor_mesh(layer: hl.Layer) -> None:
     """Patch and cells halved and doubled: within 0.1 % for the primary wave, 0.3 % for the secondary."""
@@ -231,6 +232,7 @@ def test_a_dashpot_at_the_contact_does_not_know_the_patch_either() -> None:
     assert 0.3 < ratio(cylinder(layers)) < 0.5
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("radius", [20e-3, 10e-3, 5e-3])
 def test_amplitude_ratio_of_a_slender_cylinder_is_that_of_a_rod(radius: float) -> None:
     """Within 0.2 %: the rod does not know that near its rim the indentation is not that of a half-space."""

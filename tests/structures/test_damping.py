@@ -229,6 +229,7 @@ def energies(structure: hl.Structure, window: float = 1e-6) -> NDArray[np.float6
     return np.array(found)
 
 
+@pytest.mark.thorough
 @settings(max_examples=40)
 @given(
     seed=st.integers(0, 10_000),

@@ -162,6 +162,7 @@ def test_curved_cells_fill_the_cylinder() -> None:
     assert sizes.sum() == pytest.approx(LAYER.area * LAYER.length, rel=1e-2)
 
 
+@pytest.mark.thorough
 def test_solid_has_the_fields_of_the_axisymmetric_cylinder() -> None:
     """Away from the patches, which differ: displacement to 1 % of the greatest there, stress to 6 %, mostly to 1 %."""
     bodies = hl.solid(MESH, hl.STEEL_440C, STRUCK, fixed="base"), hl.layered_cylinder([LAYER])

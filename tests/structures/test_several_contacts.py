@@ -201,6 +201,7 @@ def pulses(windows: int, window: float) -> Array:
 LONG = hl.rod([hl.Layer(hl.STEEL_440C, 0.3, 0.01), hl.Layer(hl.ACRYLIC, 0.2, 0.01)], base="contact")
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("damping", DAMPED)
 def test_reduced_answers_like_the_full_one_at_both_contacts(damping: str) -> None:
     full = DAMPED[damping](LONG)

@@ -113,6 +113,7 @@ def test_even_strain_is_exact(kind: str) -> None:
     assert abs(force[inside]).max() < 1e-10 * abs(force).max()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("kind", KINDS)
 def test_matrices_are_those_of_the_weak_form(kind: str) -> None:
     mesh = box(kind, bent=0.1)
@@ -132,6 +133,7 @@ def test_patch_of_a_half_space() -> None:
     assert patch_compliance(hl.STEEL_440C, 2e-3) == pytest.approx(exact, rel=1e-6)
 
 
+@pytest.mark.thorough
 def test_patch_compliance_of_a_cylinder() -> None:
     """Beside the axisymmetric one, without what the half-space has of it: within 1 % of the patch's own."""
     layer = hl.Layer(hl.STEEL_440C, **LAYER)
@@ -196,6 +198,7 @@ def test_pressure_on_a_side_bends_the_other_way() -> None:
     assert given.surface == hl.Surface(hl.NYLON, 5.0)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("suffix", [".vtu", ".inp", ".msh"])
 def test_formats_tell_the_same(suffix: str, tmp_path: Path) -> None:
     """gmsh's file, written again by meshio: with the names that the format keeps, else with the numbers."""

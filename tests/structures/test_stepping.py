@@ -362,6 +362,7 @@ CHAIN = hl.Chain([BEAD] * 20, striker=BEAD, impact_speed=0.31)
 LAYERED = hl.rod([hl.Layer(hl.STEEL_440C, 6.35e-3, 9.525e-3), hl.Layer(hl.PTFE, 25.4e-3, 9.525e-3)])
 
 
+@pytest.mark.thorough
 def test_a_run_takes_the_chosen_stepper() -> None:
     """AR to 1e-4 by every one; what each loses of the energy at the default window, in units of the impact's."""
     bounds = {"midpoint": 1e-6, "newmark": 1e-6, "generalised-alpha": 1e-5, "central-difference": 2e-6}
@@ -381,6 +382,7 @@ def test_a_moving_structure_is_the_structure() -> None:
         assert runs[0].identical(runs[1])
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", ["newmark", "generalised-alpha", "central-difference"])
 def test_modes_and_half_spaces_take_every_stepper(name: str) -> None:
     reduced = hl.reduce(LAYERED, until=6e-4)

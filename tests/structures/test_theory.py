@@ -342,6 +342,7 @@ def test_secondary_wave_of_a_half_space(modulus: float, ratio: float | None) -> 
         assert secondary.amplitude_ratio == pytest.approx(ratio, abs=1e-3)
 
 
+@pytest.mark.thorough
 def test_amplitude_ratio_over_the_length_of_a_rod() -> None:
     """Section 6.1.2, Figure 6.8: the drop lies about the characteristic length, but is no step there."""
     rods = [hl.rod([hl.Layer(STEEL, length, 9.53e-3)]) for length in (25e-3, 100e-3, 150e-3, 600e-3)]
@@ -349,6 +350,7 @@ def test_amplitude_ratio_over_the_length_of_a_rod() -> None:
     assert found == pytest.approx([0.979, 0.928, 0.925, 0.925], abs=1e-3)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("ratio", "theirs", "found"), [(4.0, 0.542, 0.417), (16.0, 0.861, 0.795), (64.0, 0.963, 0.929)]
 )
@@ -360,6 +362,7 @@ def test_amplitude_ratio_of_a_chain_on_a_free_mass(ratio: float, theirs: float, 
     assert hl.amplitude_ratio(against(free), 7) == pytest.approx(found, abs=1e-3)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("upper", "lower", "ratio", "short", "without"),
     [

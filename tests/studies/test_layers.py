@@ -73,6 +73,7 @@ def middle_and_peak(run: xr.Dataset) -> xr.Dataset:
     )
 
 
+@pytest.mark.thorough
 def test_a_wave_that_breaks_into_two_collisions_arrives_with_the_higher_hump() -> None:
     """Between 20 and 30 mm of steel the two humps of the force at bead 7 part. The middle between the collisions grows
     without a leap, and so does AR; TOF, peak to peak, leaps once, from the second hump to the first."""

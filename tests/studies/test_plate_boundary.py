@@ -23,6 +23,7 @@ def ratio(diameter: float, thickness: float, distance: float, **knobs: float) ->
     return hl.amplitude_ratio(simulation.run(1.5e-3), sensor=7).item()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("diameter", "thickness", "distance", "expected", "tolerance"),
     [

@@ -69,6 +69,7 @@ def test_axisymmetric_cylinders_lie_near_rods(quick: xr.Dataset) -> None:
     assert float(flight.max()) < 2.0
 
 
+@pytest.mark.thorough
 def test_reduced_rod_is_the_rod() -> None:
     layers = study.layers(hl.PTFE)
     runs = [hl.CoSimulation(struck.chain(), body).run(1.5e-3) for body in (hl.rod(layers), struck.slender(layers))]
