@@ -15,6 +15,8 @@ This module exports the public names. A first run:
 461
 """
 
+from typing import TYPE_CHECKING
+
 from hertzlink import _rooms as _rooms  # first: it checks that the packages below are those of hertzlink
 
 # isort: split
@@ -204,12 +206,14 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> object:
-    """Raise an AttributeError, which gives the new place of a name that the previous version had here."""
-    from hertzlink._moved import MOVED
+if not TYPE_CHECKING:  # Else a checker would accept any name.
 
-    where = f"; it is now hertzlink.{MOVED[name]}" if name in MOVED else ""
-    raise AttributeError(f"module 'hertzlink' has no attribute {name!r}{where}")
+    def __getattr__(name: str) -> object:
+        """Raise an AttributeError, which gives the new place of a name that the previous version had here."""
+        from hertzlink._moved import MOVED
+
+        where = f"; it is now hertzlink.{MOVED[name]}" if name in MOVED else ""
+        raise AttributeError(f"module 'hertzlink' has no attribute {name!r}{where}")
 
 
 def __dir__() -> list[str]:

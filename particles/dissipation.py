@@ -12,11 +12,20 @@ import numpy as np
 from scipy.optimize import brentq
 
 from particles import kernels
-from structures.checks import not_negative, one_of, within
+from structures.checks import not_negative, one_of, short, within
 from structures.plausible import likely
 from structures.structure import Vector
 
 FORMS = ("pairwise", "thesis")
+
+KINDS = {
+    "DASHPOT": kernels.DASHPOT,
+    "TANGENT": kernels.TANGENT,
+    "SECANT": kernels.SECANT,
+    "GLOBAL": kernels.GLOBAL,
+    "DRAG": kernels.DRAG,
+}
+"""The forms of a loss that the compiled loops know."""
 
 NEIGHBOURS = 4.0
 """Largest damping rate of equation 4.1 over that of one contact: a body has two, and each contact joins two bodies."""
@@ -78,8 +87,27 @@ class Dissipation(ABC):
             grown = np.sqrt(0.5 * (tangent + secant))
         else:
             grown = np.full_like(tangent, NEIGHBOURS if self.kind == kernels.GLOBAL else 1.0)
-        rates: Vector = self.coefficients(mass) * grown * speed ** (self.exponent - 1.0)
+        rates: Vector = coefficients_of(self, mass) * grown * speed ** (self.exponent - 1.0)
         return rates if self.kind == kernels.DRAG else rates / mass
+
+
+def coefficients_of(loss: Dissipation, mass: Vector) -> Vector:
+    """The coefficients of a loss at contacts of these reduced masses, kg; a ValueError where a user's are none."""
+    name, kind = type(loss).__name__, getattr(loss, "kind", None)
+    if not isinstance(kind, int) or kind not in KINDS.values():
+        raise ValueError(f"{name}.kind = {kind!r}: must be {', '.join(KINDS)} of particles.kernels")
+    found = np.asarray(loss.coefficients(mass))
+    if found.dtype.kind not in "fiu" or found.shape != mass.shape:
+        raise ValueError(
+            f"{name}.coefficients: must return {mass.size} numbers, one for each mass that it receives, "
+            f"not {short(found)}"
+        )
+    wrong = ~(np.isfinite(found) & (found >= 0.0))
+    if wrong.any():
+        raise ValueError(
+            f"{name}.coefficients: must be finite and not negative, or the loss adds energy, not {found[wrong][0]!r}"
+        )
+    return found.astype(float)
 
 
 @dataclass(frozen=True)

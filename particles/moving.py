@@ -12,6 +12,7 @@ from scipy.special import gamma
 from particles import contacts, kernels, statics
 from particles.bead import Bead
 from particles.chain import Chain
+from particles.dissipation import coefficients_of
 from particles.laws.formulas import contact_law
 from particles.laws.law import ContactLaw
 from structures.checks import finite, instance, positive, short
@@ -295,7 +296,7 @@ class MovingChain:
             float(self.rest[0] + drive.left) if drive.spring else 0.0,
             drive.kind,
         )
-        damping = loss.coefficients(self.reduced_mass) if loss else np.zeros_like(self.mass)
+        damping = coefficients_of(loss, self.reduced_mass) if loss else np.zeros_like(self.mass)
         rows = np.concatenate(tables) if tables else np.zeros((1, 6))
         return kernels.Constants(
             1.0 / self.mass,

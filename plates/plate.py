@@ -18,7 +18,7 @@ from plates.shapes.place import check_place, mirrors
 from plates.shapes.rectangle import SIDES
 from plates.support import ElasticEdge, Support, Supports, check_support, summary
 from structures.caution import caution
-from structures.checks import instance, positive
+from structures.checks import instance, positive, short
 from structures.factor import Matrices
 from structures.field import Field
 from structures.material import Material
@@ -28,6 +28,12 @@ from structures.structure import Structure
 from structures.surface import Surface
 
 log = logging.getLogger("hertzlink.plates")
+
+MEMBERS = (
+    "name", "thin", "patch_radius", "unknowns", "described", "wavelength", "cells", "objection", "assemble",
+    "flexibility",
+)  # fmt: skip
+"""What an element must have, see plates.elements.theory.Element."""
 
 HIGHEST_FREQUENCY = 40.0e3
 """Hz. The contact of steel beads of 4 to 20 mm lasts 25 to 110 µs and excites little above this."""
@@ -75,7 +81,7 @@ class Plate:
     >>> import hertzlink as hl
     >>> plate = hl.kirchhoff_plate(0.3, 0.2, 2.29e-3, hl.ALUMINIUM_6061, hl.Supports(left="clamped"))
     >>> plate
-    <Kirchhoff plate, 0.3 × 0.2 m, 2.29 mm of aluminium 6061; left clamped; about 1200 unknowns>
+    <Kirchhoff plate, 0.3 × 0.2 m, 2.29 mm of aluminium 6061; left clamped>
     >>> plate.at(0.1, 0.1).contacts
     1
     """
@@ -90,6 +96,13 @@ class Plate:
     _kept: dict[int, tuple[Assembled, Matrices]] = field(default_factory=dict, init=False)
 
     def __post_init__(self) -> None:
+        lacking = [name for name in MEMBERS if not hasattr(self.element, name)]
+        if lacking or isinstance(self.element, type):
+            what = f"lacks {', '.join(lacking)}" if lacking else "is a class; give an instance"
+            raise ValueError(
+                f"element = {short(self.element)}: must be an Element of plates.elements.theory; it {what}"
+            )
+        instance("section", self.section, Section, "a Section such as homogeneous(thickness, material)")
         box, section = self.shape.box, self.section
         object.__setattr__(self, "highest_frequency", positive("highest_frequency", self.highest_frequency, "Hz"))
         if not isinstance(self.supports, Supports):
@@ -279,14 +292,12 @@ class Plate:
         rows.append(("supports", summary(self._edges) or "all edges free"))
         if self.additions:
             rows.append(("additions", f"{len(self.additions)} addition{'s' * (len(self.additions) > 1)}"))
-        if not self.shape.fixed:
-            rows.append(("unknowns", f"about {float(f'{self._unknowns:.2g}'):.0f} unknowns"))
         return rows
 
     def __repr__(self) -> str:
         rows = dict(self._rows())
         texts = [f"{self.kind}, {rows['size']}, {rows['wall']}", rows["supports"]]
-        texts += [rows[name] for name in ("additions", "unknowns") if name in rows]
+        texts += [rows["additions"]] if "additions" in rows else []
         return f"<{'; '.join(texts)}>"
 
     def _repr_html_(self) -> str:

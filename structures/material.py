@@ -86,6 +86,9 @@ class MaterialTable(Mapping[str, Material]):
     def __init__(self, *materials: Material) -> None:
         self._by_key = {_key(material.name): material for material in materials}
 
+    def __repr__(self) -> str:
+        return f"<materials: {', '.join(self)}>"
+
     def __getitem__(self, name: str) -> Material:
         if _key(name) not in self._by_key:
             near = get_close_matches(_key(name), self._by_key, n=3, cutoff=0.5) or list(self._by_key)

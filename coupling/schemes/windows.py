@@ -7,7 +7,7 @@ import numpy as np
 from coupling.interface import Interface
 from coupling.schemes.scheme import Scheme
 from coupling.state import CoupledState, NotConverged
-from structures.checks import positive
+from structures.checks import positive, short
 
 MOST_HALVINGS = 12
 """Halvings of a substep that fails, before the run stops."""
@@ -76,6 +76,16 @@ class Windows:
             return [self._adapted(state, length, self.tolerance)]
         return self._halved(state, length, substeps, MOST_HALVINGS)
 
+    def _solved(self, state: CoupledState, length: float, many: int) -> list[CoupledState]:
+        """The scheme's own step; a ValueError where a user's scheme returns something else."""
+        found = self.scheme.step(self.interface, state, length, many)
+        name = f"{type(self.scheme).__name__}.step"
+        if not isinstance(found, list) or len(found) != many or not all(isinstance(i, CoupledState) for i in found):
+            raise ValueError(f"{name}: must return a list with the states after {many} substeps, not {short(found)}")
+        if not found[-1].time > state.time:
+            raise ValueError(f"{name}: must advance the state by {length:.3g} s; use interface.next")
+        return found
+
     def _halved(self, state: CoupledState, length: float, substeps: int, left: int) -> list[CoupledState]:
         """In pieces of so many substeps as converged last; a substep alone is cut in two at most `left` times.
 
@@ -86,7 +96,7 @@ class Windows:
         while len(ends) < substeps:
             many = min(piece, substeps - len(ends))
             try:
-                found = self.scheme.step(self.interface, state, length, many)
+                found = self._solved(state, length, many)
             except NotConverged as error:
                 failed += error.evaluations
                 if many > 1:
@@ -108,7 +118,7 @@ class Windows:
         finest, failed = self.interface.contact_time / FINEST, 0
         if length <= self._allowed(state, tolerance) * TAKEN_AS_ONE or length <= finest:
             try:
-                end = self.scheme.step(self.interface, state, length, 1)[-1]
+                end = self._solved(state, length, 1)[-1]
             except NotConverged as error:
                 if length <= finest:
                     return self._halved(state, length, 1, MOST_HALVINGS)[-1]

@@ -462,3 +462,28 @@ def test_an_exchange_that_makes_energy_is_warned_of() -> None:
         "energy: the run created or lost 1.5 % of the impact energy, most of it in the exchange"
         in run.attrs["warnings"]
     )
+
+
+@pytest.mark.parametrize(
+    ("answer", "message"),
+    [
+        (lambda state: None, r"Own\.step: must return a list with the states after 1 substeps, not None"),
+        (lambda state: [], r"Own\.step: must return a list .*not \[\]"),
+        (lambda state: state, r"Own\.step: must return a list"),
+        (lambda state: [state], r"Own\.step: must advance the state by .* s; use interface\.next"),
+    ],
+)
+def test_a_scheme_that_returns_no_states_is_named(answer: Any, message: str) -> None:
+    class Own:
+        substeps_per_contact, repeats, whole_window = 64, False, False
+
+        def start(self, interface: Any) -> None:
+            return None
+
+        def step(self, interface: Any, state: Any, length: float, substeps: int) -> Any:
+            return answer(state)
+
+    bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    rod = hl.rod([hl.Layer(hl.PTFE, 0.05, 0.01)], elements=8)
+    with pytest.raises(ValueError, match=message):
+        hl.CoSimulation(hl.Chain([bead] * 3, bead, 0.3), rod, scheme=Own()).run(5e-5)

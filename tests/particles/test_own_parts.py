@@ -3,6 +3,7 @@
 import json
 from dataclasses import dataclass
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -190,3 +191,28 @@ def test_parts_without_what_they_need_cannot_be_made() -> None:
     for kind in (hl.ContactLaw, hl.Dissipation, hl.Excitation):
         with pytest.raises(TypeError, match="abstract"):
             kind()  # type: ignore[abstract]
+
+
+@pytest.mark.parametrize(
+    ("kind", "coefficients", "message"),
+    [
+        (kernels.DASHPOT, lambda mass: mass * np.nan, r"Own\.coefficients: must be finite and not negative.*nan"),
+        (kernels.DASHPOT, lambda mass: -5.0 + 0.0 * mass, r"Own\.coefficients: .*not np.float64\(-5\.0\)|not -5\.0"),
+        (kernels.DASHPOT, lambda mass: 5.0, r"Own\.coefficients: must return \d+ numbers"),
+        (kernels.DASHPOT, lambda mass: None, r"Own\.coefficients: must return \d+ numbers"),
+        (kernels.DASHPOT, lambda mass: mass + 1j, r"Own\.coefficients: must return \d+ numbers"),
+        (kernels.DASHPOT, lambda mass: mass[:-1], r"Own\.coefficients: must return \d+ numbers"),
+        (99, lambda mass: mass, r"Own\.kind = 99: must be DASHPOT, TANGENT"),
+        ("dashpot", lambda mass: mass, r"Own\.kind = 'dashpot': must be DASHPOT"),
+        (None, lambda mass: mass, r"Own\.kind = None: must be DASHPOT"),
+    ],
+)
+def test_a_loss_that_is_none_is_named(kind: Any, coefficients: Any, message: str) -> None:
+    class Own(hl.Dissipation):
+        def coefficients(self, mass: Any) -> Any:
+            return coefficients(mass)
+
+    Own.kind = kind
+    bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    with pytest.raises(ValueError, match=message):
+        hl.CoSimulation(hl.Chain([bead] * 4, bead, 0.3, dissipation=Own()), None).run(1e-4)

@@ -173,3 +173,19 @@ def test_all_that_a_plate_does_comes_with_the_element() -> None:
     )
     with pytest.raises(ValueError, match=r"additions\[0\] = .*carries no stiffeners"):
         plate(additions=[hl.Stiffener((0.1, 0.1), (0.2, 0.1), 1.0)])
+
+
+@pytest.mark.parametrize(
+    ("element", "message"),
+    [
+        ("thin", r"element = 'thin': must be an Element of plates\.elements\.theory; it lacks name, thin, "),
+        (Adini, "element = .*Adini.*: must be .*; it is a class; give an instance"),
+        (None, "element = None: must be"),
+    ],
+)
+def test_an_element_that_is_none_is_named(element: Any, message: str) -> None:
+    wall = homogeneous(2e-3, MATERIAL)
+    with pytest.raises(ValueError, match=message):
+        Plate(Rectangle(0.1, 0.1), wall, {"left": "clamped"}, element)
+    with pytest.raises(ValueError, match=r"section = 0\.002: must be a Section"):
+        Plate(Rectangle(0.1, 0.1), 2e-3, {}, Adini())  # type: ignore[arg-type]

@@ -104,10 +104,8 @@ def test_texts_are_short() -> None:
         assert len(repr(one)) < 160
         assert "\n" not in repr(one)
     panel = hl.mindlin_panel(rim, 2e-3, hl.PTFE, {"rim": hl.ElasticEdge(1e5)}, additions=[mass])
-    assert repr(panel) == (
-        "<Mindlin panel, polygon of 96 corners, 0.2001 × 0.2001 m, 2 mm of PTFE; rim on springs; 1 addition; "
-        "about 9900 unknowns>"
-    )
+    described = "<Mindlin panel, polygon of 96 corners, 0.2001 × 0.2001 m, 2 mm of PTFE; rim on springs; 1 addition>"
+    assert repr(panel) == described
     html = panel._repr_html_()
     assert html.startswith("<table>")
     assert "rim on springs" in html
