@@ -176,5 +176,5 @@ def test_an_error_that_no_pickle_holds_is_told_by_type_and_text() -> None:
 
 @pytest.mark.thorough
 def test_a_process_that_dies_is_told() -> None:
-    with pytest.raises(RuntimeError, match=r"a process died at one of the sweep's points, .*radius.*give store="):
+    with pytest.raises(RuntimeError, match=r"a process died at one of the sweep's points, .*radius.*use store="):
         hl.sweep(failing_or_dying, until=1e-4, jobs=2, radius=[2e-3, 4e-3])
