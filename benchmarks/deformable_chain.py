@@ -22,8 +22,8 @@ import hertzlink as hl
 from coupling.results.peaks import interpolated
 from particles.laws.active_set import forces_of_steps
 from particles.laws.axisymmetric import ELEMENTS
+from particles.laws.axisymmetric_mesh import body_of, half_plane
 from particles.laws.compliance import surface_compliance
-from particles.laws.meshes import body_of, half_plane
 
 RADIUS, HOLLOW = 9.525e-3, (0.5, 0.75, 0.908)
 """Radius of the thesis's hollow spheres, m, and their ratios of inner to outer radius."""

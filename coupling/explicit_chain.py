@@ -17,9 +17,9 @@ from particles.chain import Chain
 from particles.deformable import explicit_kernels as kernels
 from particles.deformable.explicit_beads import ExplicitBead, explicit_bead
 from particles.excitation import Excitation
+from particles.laws.axisymmetric_mesh import body_of
 from particles.laws.formulas import SMALL_CONTACT, contact_law
 from particles.laws.law import PowerLaw
-from particles.laws.meshes import body_of
 from particles.moving import MovingChain
 from particles.yielding import yields
 from structures.caution import caution

@@ -7,9 +7,9 @@ import numpy as np
 
 from coupling.interface import Interface
 from coupling.recording.frames import ChainFrames, Frames
-from coupling.results.absence import end_of_push, short_record
+from coupling.results.ar_and_tof import SMALLEST_WAVE
 from coupling.results.findings import warn
-from coupling.results.reflections import SMALLEST_WAVE
+from coupling.results.missing_waves import end_of_push, short_record
 from coupling.structure_checks import check_structures
 from particles import kernels
 from particles.moving import MovingChain

@@ -7,7 +7,7 @@ import numpy as np
 
 from coupling.interface import Interface
 from coupling.recording.frames import Frames
-from coupling.results.absence import until_of
+from coupling.results.missing_waves import until_of
 from coupling.results.schema import LAST
 from structures.moving import MovingStructure
 from structures.reduction import error_for_pulse

@@ -25,10 +25,10 @@ from coupling.explicit_chain import explicit_chain
 from coupling.identification.fitting import fit_dissipation
 from coupling.interface import ContactPoint
 from coupling.participant import Participant
+from coupling.results.ar_and_tof import amplitude_ratio, reflections, time_of_flight, wave_speed
 from coupling.results.critical_distance import critical_distance
 from coupling.results.events import contact_events
 from coupling.results.measures import contact_time, energy_error, sensor_force
-from coupling.results.reflections import amplitude_ratio, reflections, time_of_flight, wave_speed
 from coupling.results.signals import as_signal, read_signal
 from coupling.results.waves import NoWaveError
 from coupling.schemes.condensed import Condensed

@@ -13,7 +13,7 @@ from plates.elements.morley import Morley
 from plates.laminate import Laminate, section_of
 from plates.plate import HIGHEST_FREQUENCY, Plate
 from plates.section import SHEAR_CORRECTION, Section
-from plates.shapes.flat_mesh import FlatMesh
+from plates.shapes.mesh_from_file import FlatMesh
 from plates.shapes.outline import Outline
 from plates.shapes.rectangle import Rectangle
 from plates.support import Support, Supports

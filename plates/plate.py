@@ -13,9 +13,9 @@ from plates.contacts import Contact, Places, common_copies, contacts_at, contact
 from plates.elements.theory import Assembled, Element, Touch
 from plates.laminate import Laminate, struck
 from plates.section import Section, all_around, mirrors_itself, point_rigidity
-from plates.shapes.mesh import MIRROR, Cells, PlateMesh, Shape
 from plates.shapes.place import check_place, mirrors
 from plates.shapes.rectangle import SIDES
+from plates.shapes.shape import MIRROR, Cells, PlateMesh, Shape
 from plates.support import ElasticEdge, Support, Supports, check_support, summary
 from structures.caution import caution
 from structures.checks import instance, positive, short
@@ -56,7 +56,7 @@ class Plate:
     Parameters
     ----------
     shape : Rectangle, Outline or FlatMesh
-        Anything that meets the protocol `plates.shapes.mesh.Shape`.
+        Anything that meets the protocol `plates.shapes.shape.Shape`.
     section : Section
         The wall.
     supports : Supports or Mapping

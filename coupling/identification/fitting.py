@@ -11,8 +11,8 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import least_squares
 from scipy.stats import t as student
 
+from coupling.results.ar_and_tof import reflections
 from coupling.results.measures import sensor_force
-from coupling.results.reflections import reflections
 from coupling.sweeps.batch import batch
 from particles.chain import Chain
 from particles.deformable.chain import DeformableChain

@@ -1,4 +1,4 @@
-"""Measures of a run, a sweep or a signal: forces, contact times and energies; AR and TOF are in `reflections`."""
+"""Measures of a run, a sweep or a signal: forces, contact times and energies. `ar_and_tof` measures AR and TOF."""
 
 import xarray as xr
 

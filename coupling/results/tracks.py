@@ -6,9 +6,9 @@ import numpy as np
 import xarray as xr
 from scipy.signal import find_peaks
 
+from coupling.results.ar_and_tof import SMALLEST_WAVE
 from coupling.results.peaks import FAINT, FEWEST_CONTACTS, NEAR_END, Peak, hops, interpolated, traced
 from coupling.results.reading import Reading, without_padding
-from coupling.results.reflections import SMALLEST_WAVE
 from structures.checks import positive
 from structures.structure import Vector
 

@@ -11,9 +11,9 @@ import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
+from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
 from coupling.results.critical_distance import FEWEST, LABEL
 from coupling.results.findings import findings_of, gathered, warn, with_warnings
-from coupling.results.reflections import amplitude_ratio, time_of_flight
 from coupling.results.schema import OF_RUNS
 from coupling.sweeps.processes import Batch, Work, in_processes
 from coupling.sweeps.progress import Progress

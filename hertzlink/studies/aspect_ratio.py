@@ -6,8 +6,8 @@ import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
+from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
 from coupling.results.measures import contact_time, sensor_force
-from coupling.results.reflections import amplitude_ratio, time_of_flight
 from coupling.sweeps.sweep import sweep
 from hertzlink.studies import plate_boundary as boundary
 from hertzlink.studies.table import Row

@@ -12,8 +12,8 @@ import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
+from coupling.results.ar_and_tof import reflections
 from coupling.results.measures import sensor_force
-from coupling.results.reflections import reflections
 from coupling.sweeps.sweep import sweep
 from hertzlink.studies.table import Row
 from particles.bead import Ellipsoid, Sphere

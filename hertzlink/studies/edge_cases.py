@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
-from coupling.results.reflections import reflections
+from coupling.results.ar_and_tof import reflections
 from particles.bead import Sphere
 from particles.chain import Chain
 from plates.builders import kirchhoff_plate

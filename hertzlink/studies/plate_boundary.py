@@ -7,8 +7,8 @@ import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
+from coupling.results.ar_and_tof import amplitude_ratio
 from coupling.results.measures import contact_time
-from coupling.results.reflections import amplitude_ratio
 from coupling.sweeps.critical_search import find_critical_distance
 from coupling.sweeps.sweep import sweep
 from hertzlink.studies import plate_edges, plate_waves

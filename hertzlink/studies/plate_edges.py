@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
-from coupling.results.reflections import amplitude_ratio
+from coupling.results.ar_and_tof import amplitude_ratio
 from coupling.sweeps.sweep import sweep
 from hertzlink.studies.table import Row
 from particles.bead import Sphere

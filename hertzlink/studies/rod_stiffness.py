@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
-from coupling.results.reflections import reflections
+from coupling.results.ar_and_tof import reflections
 from coupling.sweeps.sweep import sweep
 from hertzlink.studies import struck_cylinders as struck
 from hertzlink.studies import table_2_1

@@ -8,8 +8,8 @@ import xarray as xr
 from scipy.signal import bilinear, lfilter
 
 from coupling.cosimulation import CoSimulation
+from coupling.results.ar_and_tof import reflections
 from coupling.results.measures import contact_time, sensor_force
-from coupling.results.reflections import reflections
 from coupling.results.signals import as_signal
 from coupling.sweeps.sweep import sweep
 from particles.bead import STANDARD_GRAVITY, Sphere, drop_speed

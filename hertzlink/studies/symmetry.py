@@ -15,8 +15,8 @@ import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
+from coupling.results.ar_and_tof import reflections, wave_speed
 from coupling.results.measures import energy_error
-from coupling.results.reflections import reflections, wave_speed
 from hertzlink.studies.deformable_chain import WALL
 from hertzlink.studies.table import Row
 from particles.bead import Bead, Sphere

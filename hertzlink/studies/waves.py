@@ -3,8 +3,8 @@
 import numpy as np
 import xarray as xr
 
+from coupling.results.ar_and_tof import reflections, wave_speed
 from coupling.results.measures import sensor_force
-from coupling.results.reflections import reflections, wave_speed
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
 from structures.structure import Vector
 

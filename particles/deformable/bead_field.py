@@ -16,8 +16,8 @@ from skfem import ElementQuad2, MeshQuad, MeshQuad2
 from particles.bead import Bead
 from particles.deformable.vibration import Half, Section, lowest_modes, lowest_rate, mode_spacing, vibration
 from particles.laws.axisymmetric import WIDEST_CONTACT
+from particles.laws.axisymmetric_mesh import GROWTH, MOST_CELLS, Spheroid, body_of
 from particles.laws.compliance import INTEGRATION_ORDER
-from particles.laws.meshes import GROWTH, MOST_CELLS, Spheroid, body_of
 from structures.elastic_field import ElasticSampler
 from structures.factor import factorise
 from structures.field import Grid

@@ -18,9 +18,9 @@ from particles.bead import Bead
 from particles.chain import Chain
 from particles.deformable.vibration import Vibration, vibration
 from particles.laws.axisymmetric import contact_law_fem
+from particles.laws.axisymmetric_mesh import body_of
 from particles.laws.formulas import NARROWEST, SAMPLES, contact_law
 from particles.laws.law import ContactLaw, TabulatedLaw
-from particles.laws.meshes import body_of
 from particles.moving import MovingChain
 from structures.checks import short, whole
 from structures.structure import Vector

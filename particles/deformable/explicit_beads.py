@@ -18,7 +18,7 @@ from skfem import Basis, ElementQuad2, ElementVector, MeshQuad, MeshQuad2
 
 from particles.bead import Bead
 from particles.deformable.explicit_kernels import TOGETHER
-from particles.laws.meshes import GROWTH, MOST_CELLS, MOST_TOUCHING, Spheroid, Whole, body_of, half_plane
+from particles.laws.axisymmetric_mesh import GROWTH, MOST_CELLS, MOST_TOUCHING, Spheroid, Whole, body_of, half_plane
 from structures.checks import instance
 from structures.elasticity import part_stiffnesses
 from structures.material import Material

@@ -19,8 +19,8 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 from skfem import Basis, ElementQuad2, ElementVector, MeshQuad, MeshQuad2
 
 from particles.bead import Bead, check_bead
+from particles.laws.axisymmetric_mesh import MOST_CELLS, Spheroid, body_of
 from particles.laws.compliance import INTEGRATION_ORDER
-from particles.laws.meshes import MOST_CELLS, Spheroid, body_of
 from structures.checks import positive, whole
 from structures.elasticity import body_matrices, shear_speed
 from structures.factor import factorise

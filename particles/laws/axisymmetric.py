@@ -10,11 +10,11 @@ import numpy as np
 
 from particles.bead import Bead, HollowSphere, check_bead, check_body
 from particles.laws.active_set import edge_approach, forces_of_steps
+from particles.laws.axisymmetric_mesh import Spheroid, body_of, half_plane
 from particles.laws.compliance import MIDPLANES, surface_compliance
 from particles.laws.computed import ComputedContact, ComputedLaw, Points, error_and_order
 from particles.laws.formulas import SMALL_CONTACT, contact_law, sharpest_curvatures
 from particles.laws.law import PowerLaw, TabulatedLaw
-from particles.laws.meshes import Spheroid, body_of, half_plane
 from structures.checks import one_of, positive
 from structures.structure import Vector
 from structures.surface import Surface, hertz_stiffness, relative_curvatures

@@ -4,7 +4,7 @@ import numpy as np
 from scipy import sparse
 from skfem import Basis, ElementQuad2, ElementVector
 
-from particles.laws.meshes import Block, Body, HalfPlane, Whole
+from particles.laws.axisymmetric_mesh import Block, Body, HalfPlane, Whole
 from structures.elasticity import part_stiffnesses
 from structures.factor import factorise
 from structures.structure import Vector

@@ -16,9 +16,9 @@ from skfem.helpers import ddot, div, sym_grad
 
 from particles.bead import Cylinder
 from particles.laws.active_set import edge_approach, forces_of_steps
+from particles.laws.axisymmetric_mesh import HalfPlane, Spheroid, half_plane
 from particles.laws.computed import LEAST_ORDER, ComputedContact, ComputedLaw, Points, error_and_order
 from particles.laws.formulas import SMALL_CONTACT, contact_law
-from particles.laws.meshes import HalfPlane, Spheroid, half_plane
 from structures.checks import instance, one_of, positive
 from structures.elasticity import first_lame_parameter, shear_modulus
 from structures.factor import factorise

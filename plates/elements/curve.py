@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from plates.shapes.mesh import QUARTER_TURN, tangents
+from plates.shapes.mesh_geometry import QUARTER_TURN, tangents
 from structures.mesh_source import Numbers
 from structures.structure import Vector
 

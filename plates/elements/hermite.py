@@ -21,7 +21,7 @@ from plates.additions import Addition, PointMass, Stiffener, Weakened, extent
 from plates.elements.field import PlateSampler, product_sampler
 from plates.elements.theory import Assembled, Supported, Touch, check_free, thin_wavelength
 from plates.section import Section
-from plates.shapes.mesh import MIRROR, Cells, PlateMesh
+from plates.shapes.shape import MIRROR, Cells, PlateMesh
 from plates.support import ElasticEdge, Support
 from structures.mesh_source import Tag
 from structures.structure import Vector

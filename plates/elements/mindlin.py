@@ -21,8 +21,9 @@ from plates.elements.shape_functions import Space
 from plates.elements.stiffener import beam_on_space
 from plates.elements.theory import Assembled, Supported, Touch, on_mesh, thick_wavelength
 from plates.section import Section
-from plates.shapes.mesh import QUARTER_TURN, Cells, PlateMesh, tangents
+from plates.shapes.mesh_geometry import QUARTER_TURN, tangents
 from plates.shapes.place import cell_size, disc
+from plates.shapes.shape import Cells, PlateMesh
 from plates.support import ElasticEdge, Support
 from structures.caution import caution
 from structures.mesh_source import Numbers, Tag

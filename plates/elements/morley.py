@@ -22,7 +22,8 @@ from plates.additions import Addition, Stiffener
 from plates.elements.curve import curve
 from plates.elements.theory import Assembled, Supported, on_mesh, thick_wavelength
 from plates.section import Section
-from plates.shapes.mesh import QUARTER_TURN, Cells, PlateMesh, find_cells, tangents
+from plates.shapes.mesh_geometry import QUARTER_TURN, find_cells, tangents
+from plates.shapes.shape import Cells, PlateMesh
 from plates.support import ElasticEdge, Support
 from structures.mesh_source import Numbers, Tag
 from structures.structure import Vector

@@ -14,7 +14,7 @@ from skfem.assembly import Dofs
 from skfem.quadrature import get_quadrature
 
 from plates.elements.curve import Curve, curve
-from plates.shapes.mesh import QUARTER_TURN, find_cells, tangents
+from plates.shapes.mesh_geometry import QUARTER_TURN, find_cells, tangents
 from structures.mesh_source import Numbers
 from structures.structure import Vector
 

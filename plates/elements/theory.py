@@ -16,8 +16,9 @@ from scipy import sparse
 from plates.additions import Addition, PointMass, Stiffener, Weakened
 from plates.elements.field import mesh_sampler
 from plates.section import Section
-from plates.shapes.mesh import Cells, PlateMesh, check_straight
+from plates.shapes.mesh_geometry import check_straight
 from plates.shapes.place import Mirror
+from plates.shapes.shape import Cells, PlateMesh
 from plates.support import ElasticEdge, Support
 from structures.field import Sampler
 from structures.mesh_source import Numbers, Tag

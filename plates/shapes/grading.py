@@ -6,7 +6,7 @@ from math import ceil, log
 
 import numpy as np
 
-from plates.shapes.mesh import Cells
+from plates.shapes.shape import Cells
 from structures.structure import Vector
 
 SAME = 1e-2

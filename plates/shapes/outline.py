@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from plates.shapes.gmsh_triangles import Place, Ring, triangles
 from plates.shapes.grading import SAME
-from plates.shapes.mesh import Cells, PlateMesh, distances
-from plates.shapes.mesher import Place, Ring, triangles
+from plates.shapes.mesh_geometry import distances
+from plates.shapes.shape import Cells, PlateMesh
 from structures.checks import finite, instance, positive, whole
 from structures.mesh_source import Tag
 from structures.plausible import likely

@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from plates.shapes.mesh import QUARTER_TURN, PlateMesh, distances, find_cells, tangents
+from plates.shapes.mesh_geometry import QUARTER_TURN, distances, find_cells, tangents
+from plates.shapes.shape import PlateMesh
 from plates.support import ElasticEdge, Support
 from structures.mesh_source import Numbers, Tag
 from structures.structure import Vector

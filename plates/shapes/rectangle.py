@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from skfem import MeshQuad
 
 from plates.shapes.grading import graded
-from plates.shapes.mesh import MIRROR, Cells, PlateMesh
+from plates.shapes.shape import MIRROR, Cells, PlateMesh
 from structures.mesh_source import Tag
 from structures.structure import Vector
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import hertzlink as hl
-from plates.shapes.mesh import Cells
+from plates.shapes.shape import Cells
 
 SQUARE = [(0.0, 0.0), (0.3, 0.0), (0.3, 0.3), (0.0, 0.3)]
 HOLE = [(0.1, 0.1), (0.2, 0.1), (0.15, 0.2)]

@@ -14,8 +14,9 @@ import hertzlink as hl
 from plates.elements.theory import Assembled, on_mesh, thin_wavelength
 from plates.plate import Plate
 from plates.section import homogeneous
-from plates.shapes.mesh import Cells, find_cells
+from plates.shapes.mesh_geometry import find_cells
 from plates.shapes.rectangle import Rectangle
+from plates.shapes.shape import Cells
 from structures.factor import factorise
 
 MATERIAL = hl.Material(1.0e9, 0.3, 1000.0)

@@ -14,7 +14,7 @@ from scipy.integrate import quad
 import hertzlink as hl
 from plates.elements.hermite import GROWTH
 from plates.shapes.grading import graded
-from plates.shapes.mesh import Cells
+from plates.shapes.shape import Cells
 from structures.factor import shifted_solve
 
 Array = NDArray[np.float64]

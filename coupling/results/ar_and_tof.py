@@ -1,4 +1,4 @@
-"""The waves that pass a sensor: the incident one and those that come back, with amplitude ratio and time of flight."""
+"""AR and TOF at a sensor: the incident wave, the waves that come back, their amplitude ratio and time of flight."""
 
 from collections.abc import Sequence
 from itertools import count, takewhile
@@ -6,8 +6,8 @@ from itertools import count, takewhile
 import numpy as np
 import xarray as xr
 
-from coupling.results.absence import reason_for_none, short_record, warn_of_ends
 from coupling.results.measures import passing, sensor_force
+from coupling.results.missing_waves import reason_for_none, short_record, warn_of_ends
 from coupling.results.peaks import waves_of_run, waves_of_signal
 from coupling.results.reading import Reading, without_padding
 from coupling.results.waves import NoWave, ReflectedWave, Reflections, Wave

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from skfem import MeshQuad, MeshTri
 
-from plates.shapes.mesh import Cells, PlateMesh, tangents
+from plates.shapes.mesh_geometry import tangents
+from plates.shapes.shape import Cells, PlateMesh
 from structures.caution import caution
 from structures.checks import positive
 from structures.mesh_source import (

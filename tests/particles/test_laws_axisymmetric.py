@@ -13,9 +13,9 @@ from skfem import Basis, ElementQuad2
 import hertzlink as hl
 from particles.laws.active_set import ActiveSetNotConverged, contact_forces, edge_approach, forces_of_steps
 from particles.laws.axisymmetric import contact_law_fem
+from particles.laws.axisymmetric_mesh import Body, HalfPlane, body_of, half_plane
 from particles.laws.compliance import supported_stiffness, surface_compliance
 from particles.laws.computed import ComputedLaw
-from particles.laws.meshes import Body, HalfPlane, body_of, half_plane
 from particles.laws.power_fit import fit_power_law
 from structures.structure import Vector
 

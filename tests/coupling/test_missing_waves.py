@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 import hertzlink as hl
-from coupling.results.absence import until_of
+from coupling.results.missing_waves import until_of
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 CHAIN = hl.Chain([BEAD] * 20, BEAD, 0.4)

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 import hertzlink as hl
 from particles.laws.active_set import contact_forces, edge_approach, forces_of_steps
+from particles.laws.axisymmetric_mesh import Spheroid, half_plane
 from particles.laws.formulas import line_force
-from particles.laws.meshes import Spheroid, half_plane
 from particles.laws.plane import STATES, section_compliance
 from structures.structure import Vector
 

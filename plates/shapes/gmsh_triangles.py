@@ -8,7 +8,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from skfem import MeshTri
 
-from plates.shapes.mesh import Cells, PlateMesh
+from plates.shapes.shape import Cells, PlateMesh
 from structures.mesh_source import Numbers, Tag
 
 Place: TypeAlias = tuple[float, float]
