@@ -123,6 +123,7 @@ class CoSimulation:
         save_every: float | None = None,
         checkpoint: str | Path | None = None,
         trace: bool = False,
+        trust: bool = False,
     ) -> xr.Dataset:
         """Simulate up to a time and return what was saved.
 
@@ -135,11 +136,14 @@ class CoSimulation:
             power of two, with at least 64 saved times in the shortest contact.
         checkpoint : path, optional
             A file that keeps the complete state. It is written some seconds apart and at the end. If it exists, the run
-            continues from it and ends with the same bits as an uninterrupted run; a finished run is read. States of a
-            user's participant are pickled: they must hold all that changes. Only one run at a time may write a file.
-            Open only files of your own.
+            continues from it and ends with the same bits as an uninterrupted run; a finished run is read. The state of
+            a user's participant must hold all that changes, as numbers, text, arrays, and lists, tuples, dictionaries,
+            named tuples and dataclasses of these.
         trace : bool
             Whether to store the seconds that each part took in the attribute "trace".
+        trust : bool
+            Whether the checkpoint may hold any other state of a user's participant as a pickle. A pickle may run any
+            code when it is opened: continue only from a file of your own.
 
         Returns
         -------
@@ -150,7 +154,7 @@ class CoSimulation:
         Raises
         ------
         ValueError
-            For times that do not fit, and for a checkpoint of another run.
+            For times that do not fit, for a checkpoint of another run, and for a state that needs trust.
         NotConverged
             If both sides do not agree on the forces of a window.
         FloatingPointError
@@ -167,8 +171,10 @@ class CoSimulation:
         given = {**self.describe(), "until": until, **plan.describe(self.interface, self.window), **waveform}
         clock = Trace() if instance("trace", trace, bool, "True or False") else None
         keeper = None
+        if instance("trust", trust, bool, "True or False") and checkpoint is None:
+            raise ValueError("trust = True: needs a checkpoint, whose pickles it allows")
         if checkpoint is not None:
-            keeper = Keeper(checkpoint, given, self.interface, plan.length, self.scheme.repeats)
+            keeper = Keeper(checkpoint, given, self.interface, plan.length, self.scheme.repeats, trust)
         frames = Frames(self.interface, plan.rows)
         filled, kept = (frames, keeper) if clock is None else (clock.watch(frames), clock.watch(keeper))
         Work(self.interface, self.scheme, self.window, plan, filled, kept, clock).do()

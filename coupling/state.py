@@ -47,6 +47,17 @@ class Ledger(NamedTuple):
     damped: Vector
 
 
+class Differences(NamedTuple):
+    """A memory of IQN_ILS, of one window's repetitions.
+
+    The length of its substeps, s, and the changes of residuals and answers, newest first.
+    """
+
+    length: float
+    residuals: Vector
+    answers: Vector
+
+
 class CoupledState(NamedTuple):
     """Everything at a window's end. K contacts, in the order of `Interface.contacts`.
 

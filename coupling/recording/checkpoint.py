@@ -1,6 +1,6 @@
 """Checkpoints: the complete state of a run in one file, written whole or not at all.
 
-The file is a line that says what it is, the SHA-256 of all that follows, what run it belongs to (JSON), and a pickle.
+The file is a line that says what it is, the SHA-256 of all that follows, what run it belongs to (JSON), and plain data.
 """
 
 import hashlib
@@ -8,20 +8,29 @@ import json
 import logging
 import os
 import pickle
-from collections.abc import Iterable, Iterator, Mapping
-from io import BufferedIOBase
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from time import monotonic
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
+from coupling.files import plain
+from coupling.files.writing import remove_left, whole_file
 from coupling.interface import Interface
-from coupling.recording.frames import Frames
+from coupling.participant import BlackBox
+from coupling.recording.frames import Counts, Frames
 from coupling.results.provenance import as_text, differences, versions
+from coupling.state import CoupledState, Differences, Ledger, Node
+from particles import kernels
+from particles.moving import ChainState
 from structures.moving import MovingStructure
+from structures.stepping import StructureState
 
-HEAD = b"hertzlink checkpoint 1\n"
+HEAD = b"hertzlink checkpoint 2\n"
+
+PICKLED_HEAD = b"hertzlink checkpoint 1\n"
+"""Head of a checkpoint of an earlier version, which is a pickle behind the sum."""
 
 SUM = 65
 """Length of the line with the sum, bytes."""
@@ -36,9 +45,12 @@ the number of saved times."""
 PROBE = 0.01
 """Part of the greatest force with which structures are pushed: their response identifies them."""
 
-NOT_TO_PICKLE = pickle.PicklingError, AttributeError, TypeError
+OWN_TYPES = plain.own_types(CoupledState, ChainState, StructureState, Ledger, Node, Counts, Differences, kernels.Totals)
+"""Types that a checkpoint may hold besides those of the states of the run's own participants."""
 
-NOT_TO_UNPICKLE = pickle.UnpicklingError, AttributeError, EOFError, ImportError, IndexError, TypeError
+TRUST = "then open only files of your own"
+
+MISFIT = "does not fit this run; remove it to begin anew"
 
 log = logging.getLogger("hertzlink.checkpoint")
 
@@ -46,37 +58,56 @@ log = logging.getLogger("hertzlink.checkpoint")
 class Keeper:
     """Keeps the checkpoint of one run.
 
-    given: the run's input as plain data. length, s: of a substep. repeats: whether its scheme repeats windows.
-    Raises ValueError where the file is no checkpoint, is damaged, or belongs to another run; it is left as it is.
+    given: the run's input as plain data. length, s: of a substep. repeats: whether its scheme repeats windows. trust:
+    whether a participant's state may be a pickle. Raises ValueError where the file is no checkpoint, is damaged, or
+    belongs to another run; it is left as it is; and where a participant's state is no plain data without trust.
     """
 
     def __init__(
-        self, path: str | os.PathLike[str], given: Mapping[str, Any], interface: Interface, length: float, repeats: bool
+        self,
+        path: str | os.PathLike[str],
+        given: Mapping[str, Any],
+        interface: Interface,
+        length: float,
+        repeats: bool,
+        trust: bool = False,
     ) -> None:
         try:
             self.path = Path(os.path.realpath(path))
         except (TypeError, ValueError) as error:
             raise ValueError(f"checkpoint = {path!r}: must be the path of a file") from error
-        self.name = f"checkpoint = {str(path)!r}"
+        self.name, self.trust = f"checkpoint = {str(path)!r}", trust
         if interface.boxes and not repeats:
             raise ValueError(
                 f"{self.name}: a participant that cannot repeat a window cannot continue from an old state either; "
                 "leave it out, or give Explicit a tolerance where the participant can"
             )
-        self.run = as_text({**given, "dt": interface.chains[0].dt, "versions": versions(), **_sums(interface, length)})
+        starts = [structure.start() for structure in interface.structures]
+        push = np.full(interface.size, PROBE * interface.force_scale)
+        ends, answer = interface.push(starts, push, length)
+        self.types = {**plain.types_of(starts, list(ends)), **OWN_TYPES}
+        self._check_states(interface, [*zip(starts, ends, strict=True)])
+        sums = _sums(interface, answer)
+        self.run = as_text({**given, "dt": interface.chains[0].dt, "versions": versions(), **sums})
         self.last, self.pause = monotonic(), INTERVAL
         self.kept: dict[str, Any] | None = self._read()
 
     def begin(self, frames: Frames, progress: Any) -> Any:
         """The progress from which the run continues: that of the file, with its frames; else `progress`, then written.
 
-        A state that cannot be pickled, or a file that cannot be written, is thus found before the run.
+        A file that cannot be written is thus found before the run.
         """
         if self.kept is None:
+            remove_left(self.path)
             self._write(frames, 0, progress)
             return progress
         kept, self.kept = self.kept, None
-        frames.restore(kept["frames"])
+        try:
+            if not 0 <= kept["row"] < frames.rows or not fits(kept["progress"], progress):
+                raise ValueError
+            frames.restore(kept["row"], kept["frames"])
+        except (KeyError, TypeError, ValueError):
+            raise ValueError(f"{self.name}: {MISFIT}") from None
         log.info("%s: continues after saved time %d of %d", self.name, kept["row"], frames.rows - 1)
         return kept["progress"]
 
@@ -84,6 +115,27 @@ class Keeper:
         """Write the frames up to a row and the progress, if it is time or the run ends."""
         if end or monotonic() - self.last >= self.pause:
             self._write(frames, row, progress)
+
+    def _check_states(self, interface: Interface, states: Sequence[Any]) -> None:
+        for structure, two in zip(interface.structures, states, strict=True):
+            try:
+                plain.check(two, self.types)
+            except plain.NotPlain:
+                if self.trust:
+                    continue
+                self._refuse(structure, two)
+
+    def _refuse(self, structure: Any, states: Sequence[Any]) -> None:
+        """The ValueError of a state that is no plain data: of the participant's start, or of its next state."""
+        name = structure.name if isinstance(structure, BlackBox) else type(structure).__name__
+        for state in states:
+            try:
+                plain.check(state, self.types)
+            except plain.NotPlain as error:
+                raise ValueError(
+                    f"{self.name}: the state of {name} {error}; make it {plain.WHAT}, named tuples and dataclasses, or "
+                    f"say trust=True, and it is pickled: {TRUST}"
+                ) from None
 
     def _write(self, frames: Frames, row: int, progress: Any) -> None:
         begin = monotonic()
@@ -97,30 +149,17 @@ class Keeper:
         self.pause = max(INTERVAL, PAUSE * (self.last - begin))
 
     def _replace(self, kept: dict[str, Any]) -> None:
-        """Write a second file of a fixed name, which replaces the remains of a killed run; then rename it."""
-        part = self.path.with_name(f".{self.path.name}.part")
-        try:
-            with part.open("w+b") as file:
-                file.write(HEAD + bytes(SUM) + self.run.encode() + b"\n")
-                self._pickle(kept, file)
-                file.seek(len(HEAD) + SUM)
-                found = _sum_of_rest(file)
-                file.seek(len(HEAD))
-                file.write(found)
-                file.flush()
-                os.fsync(file.fileno())
-            os.replace(part, self.path)
-        finally:
-            part.unlink(missing_ok=True)
-        _keep_name(self.path.parent)
-
-    def _pickle(self, kept: dict[str, Any], file: BufferedIOBase) -> None:
-        try:
-            pickle.dump(kept, file, protocol=5)
-        except NOT_TO_PICKLE as error:
-            raise ValueError(
-                f"{self.name}: the state of a participant must be something that pickle can write ({error})"
-            ) from error
+        with whole_file(self.path) as file:
+            file.write(HEAD + bytes(SUM) + self.run.encode() + b"\n")
+            try:
+                plain.write(file, kept, self.types, self.trust)
+            except plain.NotPlain as error:
+                hint = "make it plain data" if self.trust else f"say trust=True, and it is pickled: {TRUST}"
+                raise ValueError(f"{self.name}: the state of this run {error}; {hint}") from error
+            file.seek(len(HEAD) + SUM)
+            found = _sum_of_rest(file)
+            file.seek(len(HEAD))
+            file.write(found)
 
     def _read(self) -> dict[str, Any] | None:
         """What the file holds, None where there is none."""
@@ -136,9 +175,15 @@ class Keeper:
         except OSError as error:
             raise ValueError(f"{self.name}: cannot be read ({error}); name another file") from error
 
-    def _read_from(self, file: BufferedIOBase) -> dict[str, Any]:
-        if file.read(len(HEAD)) != HEAD:
+    def _read_from(self, file: BinaryIO) -> dict[str, Any]:
+        head = file.read(len(HEAD))
+        if head not in (HEAD, PICKLED_HEAD):
             raise ValueError(f"{self.name}: is no checkpoint of this version of hertzlink; name another file")
+        if head == PICKLED_HEAD and not self.trust:
+            raise ValueError(
+                f"{self.name}: was written by an earlier version of hertzlink, as a pickle, which may run any code "
+                "when it is opened; remove it to begin anew, or, if you wrote it yourself, say trust=True"
+            )
         expected = file.read(SUM)
         if _sum_of_rest(file) != expected:
             raise ValueError(f"{self.name}: is damaged; remove it to begin anew")
@@ -150,41 +195,59 @@ class Keeper:
             raise ValueError(
                 f"{self.name}: belongs to another run: {named}; name another file, or remove it to begin anew"
             )
+        kept = self._state_in(file, head)
+        if not isinstance(kept, dict):
+            raise ValueError(f"{self.name}: {MISFIT}")
+        return kept
+
+    def _state_in(self, file: BinaryIO, head: bytes) -> Any:
+        size = os.fstat(file.fileno()).st_size - file.tell()
         try:
-            kept: dict[str, Any] = pickle.load(file)
-        except NOT_TO_UNPICKLE as error:
+            if head == PICKLED_HEAD:
+                return pickle.load(file)
+            return plain.read(file, size, self.types, self.trust)
+        except plain.Untrusted as error:
+            raise ValueError(f"{self.name}: {error}; if it is a file of your own, say trust=True") from None
+        except (plain.Unreadable, *plain.NOT_TO_UNPICKLE) as error:
             raise ValueError(
                 f"{self.name}: holds a participant's state that this program cannot read ({error}); run the program "
                 "that wrote it, or remove it to begin anew"
             ) from error
-        return kept
 
 
-def _sum_of_rest(file: BufferedIOBase) -> bytes:
+def fits(found: Any, like: Any) -> bool:
+    """Whether progress from a file can continue a run that starts from `like`: compiled loops check no bounds.
+
+    The states of participants and the memories of schemes, which no compiled loop takes, may have any form.
+    """
+    if isinstance(like, np.ndarray):
+        same = isinstance(found, np.ndarray) and (found.dtype, found.shape) == (like.dtype, like.shape)
+        return bool(same and found.flags.c_contiguous)
+    if isinstance(like, CoupledState):
+        return isinstance(found, CoupledState) and all(
+            fits(getattr(found, name), getattr(like, name)) for name in ("time", "chains", "surface", "force", "ledger")
+        )
+    if isinstance(like, tuple):
+        same = type(found) is type(like) and len(found) == len(like)
+        return same and all(fits(*pair) for pair in zip(found, like, strict=True))
+    if isinstance(like, int):
+        return isinstance(found, int | np.integer) and bool(found >= 0)
+    return isinstance(found, int | float | np.number)
+
+
+def _sum_of_rest(file: Any) -> bytes:
     return hashlib.file_digest(file, "sha256").hexdigest().encode() + b"\n"
 
 
-def _keep_name(folder: Path) -> None:
-    """Make the new name of the file survive a loss of power, on systems that can open a folder."""
-    if hasattr(os, "O_DIRECTORY"):
-        handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-        try:
-            os.fsync(handle)
-        finally:
-            os.close(handle)
-
-
-def _sums(interface: Interface, length: float) -> dict[str, str]:
+def _sums(interface: Interface, answer: Any) -> dict[str, str]:
     """Checksums of the numbers of both sides, which their descriptions need not contain.
 
-    For a user's participant it is the response to a first push over a substep.
+    answer: of the structures to a first push over a substep, which stands for a user's participant.
     """
     chains = [(c.constants, c.rest, c.static_force, c.method, c.impact_energy or 0.0) for c in interface.chains]
     one_by_one = [s.structure for s in interface.structures if isinstance(s, MovingStructure)]
     matrices = [m for s in one_by_one for m in (s.mass, s.stiffness, s.damping) if m is not None]
     arrays = [[m.data, m.indices, m.indptr] for m in matrices] + [[s.contact] for s in one_by_one]
-    push = np.full(interface.size, PROBE * interface.force_scale)
-    _, answer = interface.push([s.start() for s in interface.structures], push, length)
     sums = {"chains": _sum(chains), "structures": _sum(arrays), "the structures' first answer": _sum([answer])}
     return {f"numbers of {name}": value for name, value in sums.items()}
 

@@ -102,13 +102,12 @@ class Frames:
         """Everything up to a row, for a checkpoint: views, as copies of a long run may not fit in memory."""
         return [array[..., : row + 1] if wide else array[: row + 1] for array, wide in self._arrays()]
 
-    def restore(self, kept: list[Vector]) -> None:
-        """Restore what `upto` returned."""
-        for (array, wide), values in zip(self._arrays(), kept, strict=True):
-            if wide:
-                array[..., : values.shape[-1]] = values
-            else:
-                array[: values.shape[0]] = values
+    def restore(self, row: int, kept: list[Vector]) -> None:
+        """Restore what `upto` returned for a row; a ValueError where it does not fit."""
+        for place, values in zip(self.upto(row), kept, strict=True):
+            if not isinstance(values, np.ndarray) or values.shape != place.shape or values.dtype != place.dtype:
+                raise ValueError("frames: have another shape")
+            place[...] = values
 
     def _arrays(self) -> list[tuple[Vector, bool]]:
         """All arrays, and whether the saved times are their last axis."""

@@ -2,14 +2,14 @@
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from coupling.interface import Interface
 from coupling.schemes.condensed import TOLERANCES, trial_force
 from coupling.schemes.scheme import SUBSTEPS_PER_CONTACT
-from coupling.state import CoupledState, NotConverged
+from coupling.state import CoupledState, Differences, NotConverged
 from structures.checks import positive, whole, within
 from structures.structure import Vector
 
@@ -241,14 +241,6 @@ class IQN_ILS(Iteration):
     def search(self, memory: Any, length: float) -> Search:
         """Of one window."""
         return _LeastSquares(self, memory or (), length)
-
-
-class Differences(NamedTuple):
-    """Of one window's repetitions: the length of its substeps, and changes of residuals and answers, newest first."""
-
-    length: float
-    residuals: Vector
-    answers: Vector
 
 
 class _LeastSquares(Search):

@@ -1,0 +1,281 @@
+"""Plain data as bytes, and back: trees of numbers, text and arrays as a line of JSON and the arrays' raw numbers.
+
+Nothing in the bytes names code. Named tuples and dataclasses are rebuilt only if the reader gives their types, without
+a call of their constructors. A pickle is written and opened only if the caller says `trust`.
+"""
+
+import dataclasses
+import json
+import math
+import pickle
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from functools import cached_property
+from io import BytesIO
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from structures.checks import short
+
+Types = Mapping[str, type]
+
+DTYPE = re.compile(r"[<>|][biufcSU][1-9]\d{0,8}|[<>][mM]8(\[\w+\])?")
+"""Types of arrays: numbers, text, times; no objects, no records."""
+
+LARGEST_INTEGER = 2**63
+"""Integers from here on are written in hexadecimal: Python limits the digits of a decimal one."""
+
+BUILT_IN = (list, dict, set, frozenset, str, bytes, int, float, complex, np.ndarray)
+"""Types that hold something besides the fields of a dataclass."""
+
+WHAT = "numbers, text, arrays, and lists, tuples, sets and dictionaries of these"
+
+NOT_TO_PICKLE = pickle.PicklingError, AttributeError, TypeError, RecursionError
+
+NOT_TO_UNPICKLE = pickle.UnpicklingError, AttributeError, EOFError, ImportError, IndexError, TypeError, ValueError
+
+
+class NotPlain(ValueError):
+    """Something that is no plain data."""
+
+
+class Unreadable(ValueError):
+    """Bytes that are no plain data of the known types."""
+
+
+class Untrusted(Unreadable):
+    """Bytes that hold a pickle, although the caller did not say `trust`."""
+
+
+def write(file: BinaryIO, tree: Any, types: Types, trust: bool = False) -> None:
+    """Write a tree. Raises NotPlain for what is neither plain nor one of the types; trust: pickle it instead."""
+    writer = _Writer(types, trust)
+    try:
+        text = json.dumps({"tree": writer.node(tree, ""), "arrays": writer.headers}, allow_nan=False)
+    except RecursionError:
+        raise NotPlain("is nested too deeply, or contains itself") from None
+    file.write(text.encode("ascii") + b"\n")
+    for array in writer.arrays:
+        # One copy at a time: those of a long run would not fit into memory together.
+        straight = array.T if _by_columns(array) else array
+        file.write(np.ascontiguousarray(straight).reshape(-1).view(np.uint8).data)
+
+
+def read(file: BinaryIO, size: int, types: Types, trust: bool = False) -> Any:
+    """Read the tree in the next `size` bytes. Raises Unreadable, and Untrusted for a pickle without trust."""
+    line = file.readline(size)
+    try:
+        record = json.loads(line)
+        headers = [_header(one) for one in record["arrays"]]
+        expected = len(line) + sum(math.prod(shape) * dtype.itemsize for dtype, shape, _ in headers)
+        if expected != size:
+            raise Unreadable(f"holds {size} bytes instead of {expected}")
+        return _Reader(types, trust, [_array(file, *header) for header in headers]).value(record["tree"])
+    except Unreadable:
+        raise
+    except (ArithmeticError, AttributeError, LookupError, MemoryError, RecursionError, TypeError, ValueError) as error:
+        raise Unreadable(f"is no plain data ({type(error).__name__}: {error})") from None
+
+
+def to_bytes(tree: Any, types: Types, trust: bool = False) -> bytes:
+    """A tree as bytes; see `write`."""
+    file = BytesIO()
+    write(file, tree, types, trust)
+    return file.getvalue()
+
+
+def from_bytes(data: bytes, types: Types, trust: bool = False) -> Any:
+    """The tree in bytes; see `read`."""
+    return read(BytesIO(data), len(data), types, trust)
+
+
+def check(tree: Any, types: Types) -> None:
+    """Raises NotPlain as `write` does."""
+    try:
+        _Writer(types, False).node(tree, "")
+    except RecursionError:
+        raise NotPlain("is nested too deeply, or contains itself") from None
+
+
+def own_types(*types: type) -> dict[str, type]:
+    """Types of hertzlink under the names by which the bytes refer to them; these stay when modules move."""
+    return {one.__name__: one for one in types}
+
+
+def types_of(*trees: Any) -> dict[str, type]:
+    """The named tuples and dataclasses in trees that a program made itself, under names with a dot."""
+    return {f"{one.__module__}.{one.__qualname__}": one for tree in trees for one in _types_in(tree)}
+
+
+class _Writer:
+    def __init__(self, types: Types, trust: bool) -> None:
+        self.names, self.trust = {kind: name for name, kind in types.items()}, trust
+        self.arrays: list[NDArray[Any]] = []
+        self.headers: list[tuple[str, list[int], bool]] = []
+        self.places: dict[int, int] = {}
+
+    def node(self, value: Any, where: str) -> Any:
+        """The JSON of a value; `where` it stands in the tree, for messages."""
+        kind = type(value)
+        if value is None or kind is bool or kind is str:
+            return value
+        if kind is int:
+            return value if abs(value) < LARGEST_INTEGER else {"integer": hex(value)}
+        if kind is float:
+            return value if math.isfinite(value) else {"float": str(value)}
+        if kind is list:
+            return self._items(value, where)
+        if kind in (tuple, set, frozenset):
+            return {kind.__name__: self._items(value, where)}
+        if kind is dict:
+            pairs = [(self.node(k, where), self.node(v, f"{where}[{k!r}]")) for k, v in value.items()]
+            return {"dict": pairs}
+        return self._other(value, kind, where)
+
+    def _other(self, value: Any, kind: type, where: str) -> Any:
+        if kind is complex:
+            return {"complex": [self.node(value.real, where), self.node(value.imag, where)]}
+        if kind is bytes:
+            return {"bytes": self._array(np.frombuffer(value, np.uint8))}
+        if kind is np.ndarray and DTYPE.fullmatch(value.dtype.str):
+            return {"array": self._array(value)}
+        if isinstance(value, np.generic) and DTYPE.fullmatch(value.dtype.str):
+            return {"number": self._array(np.array(value))}
+        fields = _fields(kind)
+        if fields is not None and kind in self.names and _holds_only(value, fields):
+            parts = [self.node(getattr(value, name), f"{where}.{name}") for name in fields]
+            return {"type": self.names[kind], "fields": parts}
+        return self._pickled(value, where)
+
+    def _items(self, values: Iterable[Any], where: str) -> list[Any]:
+        return [self.node(one, f"{where}[{i}]") for i, one in enumerate(values)]
+
+    def _array(self, array: NDArray[Any]) -> int:
+        """The number of an array, which is written once even if the tree holds it several times."""
+        if id(array) not in self.places:
+            self.places[id(array)] = len(self.arrays)
+            self.arrays.append(array)
+            self.headers.append((array.dtype.str, list(array.shape), _by_columns(array)))
+        return self.places[id(array)]
+
+    def _pickled(self, value: Any, where: str) -> dict[str, int]:
+        if not self.trust:
+            there = f" at {where}" if where else ""
+            raise NotPlain(f"holds{there} {short(value)} ({type(value).__qualname__}), which is no plain data")
+        try:
+            data = pickle.dumps(value, protocol=5)
+        except NOT_TO_PICKLE as error:
+            raise NotPlain(f"cannot be pickled either ({error})") from error
+        return {"pickle": self._array(np.frombuffer(data, np.uint8))}
+
+
+class _Reader:
+    def __init__(self, types: Types, trust: bool, arrays: list[NDArray[Any]]) -> None:
+        self.types, self.trust, self.arrays = types, trust, arrays
+
+    def value(self, node: Any) -> Any:
+        if isinstance(node, list):
+            return [self.value(one) for one in node]
+        if not isinstance(node, dict):
+            return node
+        if "type" in node:
+            return _made(self.types[node["type"]], [self.value(one) for one in node["fields"]])
+        ((kind, inner),) = node.items()
+        if kind == "pickle":
+            return self._unpickled(self._numbered(inner).tobytes())
+        if kind == "dict":
+            return {self.value(key): self.value(item) for key, item in inner}
+        return _MAKERS[kind](self, inner)
+
+    def _numbered(self, number: Any) -> NDArray[Any]:
+        if type(number) is not int or number < 0:
+            raise Unreadable("refers to an array that is not there")
+        return self.arrays[number]
+
+    def _unpickled(self, data: bytes) -> Any:
+        if not self.trust:
+            raise Untrusted("holds a pickle, which may run any code when it is opened")
+        try:
+            return pickle.loads(data)
+        except NOT_TO_UNPICKLE as error:
+            raise Unreadable(f"holds a pickle that this program cannot read ({error})") from error
+
+
+_MAKERS: dict[str, Any] = {
+    "integer": lambda reader, inner: int(inner, 16),
+    "float": lambda reader, inner: float(inner),
+    "complex": lambda reader, inner: complex(*map(reader.value, inner)),
+    "tuple": lambda reader, inner: tuple(map(reader.value, inner)),
+    "set": lambda reader, inner: set(map(reader.value, inner)),
+    "frozenset": lambda reader, inner: frozenset(map(reader.value, inner)),
+    "bytes": lambda reader, inner: reader._numbered(inner).tobytes(),
+    "array": lambda reader, inner: reader._numbered(inner),
+    "number": lambda reader, inner: reader._numbered(inner)[()],
+}
+
+
+def _header(given: Any) -> tuple[np.dtype[Any], tuple[int, ...], bool]:
+    """Type, shape and order of an array."""
+    text, shape, columns = given
+    if not DTYPE.fullmatch(text) or any(type(size) is not int or size < 0 for size in shape):
+        raise Unreadable(f"holds an array of type {short(text)} and shape {short(shape)}")
+    return np.dtype(text), tuple(shape), bool(columns)
+
+
+def _array(file: BinaryIO, dtype: np.dtype[Any], shape: tuple[int, ...], columns: bool) -> NDArray[Any]:
+    data = np.empty(math.prod(shape) * dtype.itemsize, np.uint8)
+    left = data.data
+    while left:
+        count = file.readinto(left)  # type: ignore[attr-defined]
+        if not count:
+            raise Unreadable("is cut off")
+        left = left[count:]
+    flat: NDArray[Any] = data.view(dtype)
+    return flat.reshape(shape[::-1]).T if columns else flat.reshape(shape)
+
+
+def _by_columns(array: NDArray[Any]) -> bool:
+    return array.flags.f_contiguous and not array.flags.c_contiguous
+
+
+def _types_in(tree: Any) -> Iterator[type]:
+    if _fields(type(tree)) is not None:
+        yield type(tree)
+        parts: Iterable[Any] = (getattr(tree, name, None) for name in _fields(type(tree)) or ())
+    elif isinstance(tree, Mapping):
+        parts = tree.values()
+    else:
+        parts = tree if type(tree) in (list, tuple, set, frozenset) else ()
+    for part in parts:
+        yield from _types_in(part)
+
+
+def _fields(kind: type) -> tuple[str, ...] | None:
+    """The fields of a named tuple or of a dataclass that is derived from nothing else; None for other types."""
+    if issubclass(kind, tuple):
+        return getattr(kind, "_fields", None)
+    if not dataclasses.is_dataclass(kind) or issubclass(kind, BUILT_IN):
+        return None
+    return tuple(field.name for field in dataclasses.fields(kind))
+
+
+def _holds_only(value: Any, names: tuple[str, ...]) -> bool:
+    """Whether an object has all of its fields, and nothing else except what it computes from them."""
+    others = set(getattr(value, "__dict__", ())) - set(names)
+    computed = all(isinstance(getattr(type(value), name, None), cached_property) for name in others)
+    return computed and all(hasattr(value, name) for name in names)
+
+
+def _made(kind: type, values: list[Any]) -> Any:
+    """An object with these fields, without a call of its own code."""
+    names = _fields(kind) or ()
+    if len(names) != len(values):
+        raise Unreadable(f"holds a {kind.__qualname__} of {len(values)} fields instead of {len(names)}")
+    if issubclass(kind, tuple):
+        return tuple.__new__(kind, values)
+    made = object.__new__(kind)
+    for name, value in zip(names, values, strict=True):
+        object.__setattr__(made, name, value)
+    return made

@@ -1,0 +1,204 @@
+"""Files and folders that appear whole: written under an unpredictable name next to their place, synced, renamed."""
+
+import ctypes
+import errno
+import os
+import re
+import shutil
+import stat
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from hashlib import sha256
+from pathlib import Path
+from secrets import token_hex
+from typing import BinaryIO
+
+PART = ".part"
+"""Ending of what is not complete; its name begins with a dot."""
+
+LONGEST_NAME = 200
+"""Bytes of a name to which a random part can be added: file systems allow 255."""
+
+LEFT_OVER_AGE = 3600.0
+"""What is incomplete and older than this, s, belongs to a process that was killed."""
+
+NEW_FILE = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
+"""Flags of os.open: a file that did not exist, never one behind a link that lies there."""
+
+AT_FDCWD, RENAME_EXCHANGE = -100, 2
+"""Arguments of Linux's renameat2: paths from the current folder on; both names are exchanged."""
+
+
+@contextmanager
+def whole_file(target: Path) -> Iterator[BinaryIO]:
+    """A new file to write, which replaces the target at the end; after any error the target is as it was.
+
+    It keeps the rights of the file that it replaces. Raises OSError that names the target and the cause.
+    """
+    with _naming(target):
+        part = _part(target)
+        try:
+            with os.fdopen(os.open(part, NEW_FILE, 0o666), "w+b") as file:
+                _keep_rights(target, file.fileno())
+                yield file
+                file.flush()
+                os.fsync(file.fileno())
+            os.replace(part, target)
+        finally:
+            part.unlink(missing_ok=True)
+        sync_folder(target.parent)
+
+
+def write_whole(target: Path, content: bytes) -> None:
+    """Replace the target by a file with this content, or leave it as it was."""
+    with whole_file(target) as file:
+        file.write(content)
+
+
+@contextmanager
+def whole_file_by_name(target: Path) -> Iterator[Path]:
+    """A path for a library that writes by name; the file then replaces the target.
+
+    It lies in a folder that only this user can enter, so nobody can put a link in its place.
+    """
+    with _naming(target):
+        folder = Path(tempfile.mkdtemp(prefix=f".{_stem(target)}.", suffix=PART, dir=target.parent))
+        try:
+            path = folder / target.name
+            yield path
+            _sync(path)
+            os.replace(path, target)
+        finally:
+            shutil.rmtree(folder, ignore_errors=True)
+        sync_folder(target.parent)
+
+
+@contextmanager
+def whole_folder(target: Path, own: Callable[[Path], bool]) -> Iterator[Path]:
+    """A new folder to fill, which replaces the target at the end; after any error the target is as it was.
+
+    own: whether a path in the folder that is replaced may be deleted. If there is another one at the end, the new
+    folder is discarded. Raises OSError that names the target and the cause.
+    """
+    with _naming(target):
+        folder = Path(tempfile.mkdtemp(prefix=f".{_stem(target)}.", suffix=PART, dir=target.parent))
+        replaced = False
+        try:
+            folder.chmod(0o755)
+            yield folder
+            for path in folder.iterdir():
+                _sync(path)
+            sync_folder(folder)
+            if target.exists():
+                foreign = sorted(path.name for path in target.iterdir() if not own(path))
+                if foreign:
+                    raise FileExistsError(errno.EEXIST, f"holds {foreign[0]}, which would be deleted")
+                exchange(folder, target)
+                replaced = True
+            else:
+                os.rename(folder, target)
+        finally:
+            # What the folder holds now: what was replaced, or after an error what was written.
+            _remove(folder, own if replaced else lambda path: True)
+        sync_folder(target.parent)
+
+
+def remove_left(target: Path, age: float = LEFT_OVER_AGE) -> None:
+    """Delete what killed processes left of a target, if it is older than `age` s."""
+    pattern = re.compile(rf"\.{re.escape(_stem(target))}\.\w+{re.escape(PART)}")
+    with suppress(OSError):
+        for entry in os.scandir(target.parent):
+            if pattern.fullmatch(entry.name):
+                remove_if_old(Path(entry.path), age)
+
+
+def remove_if_old(path: Path, age: float = LEFT_OVER_AGE) -> None:
+    """Delete an incomplete file or folder that nobody has changed for `age` s."""
+    with suppress(OSError):
+        if time.time() - path.lstat().st_mtime < age:
+            return
+        if stat.S_ISDIR(path.lstat().st_mode):
+            shutil.rmtree(path, ignore_errors=True)
+        else:
+            path.unlink(missing_ok=True)
+
+
+def read_regular(path: Path) -> bytes:
+    """The content of a file that lies there itself: not behind a link, no device, no pipe. Raises OSError."""
+    handle = os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0))
+    with os.fdopen(handle, "rb") as file:
+        if not stat.S_ISREG(os.fstat(handle).st_mode):
+            raise OSError(errno.EINVAL, "is no file", str(path))
+        return file.read()
+
+
+def sync_folder(folder: Path) -> None:
+    """Make new names survive a loss of power, on systems that can open a folder."""
+    if hasattr(os, "O_DIRECTORY"):
+        handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)
+
+
+def exchange(one: Path, other: Path) -> None:
+    """Two folders change names: in one step on Linux. Elsewhere `other` has no name for a moment."""
+    try:
+        rename = ctypes.CDLL(None, use_errno=True).renameat2
+    except (AttributeError, OSError, TypeError):
+        rename = None
+    if rename is not None:
+        if rename(AT_FDCWD, os.fsencode(one), AT_FDCWD, os.fsencode(other), RENAME_EXCHANGE) == 0:
+            return
+        if ctypes.get_errno() not in (errno.ENOSYS, errno.EINVAL):
+            raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()), str(other))
+    aside = _part(other)
+    os.rename(other, aside)
+    os.rename(one, other)
+    os.rename(aside, one)
+
+
+def _stem(target: Path) -> str:
+    """What the temporary names of a target have in common."""
+    name = os.fsencode(target.name)
+    return target.name if len(name) <= LONGEST_NAME else sha256(name).hexdigest()[:32]
+
+
+def _part(target: Path) -> Path:
+    return target.with_name(f".{_stem(target)}.{token_hex(8)}{PART}")
+
+
+def _keep_rights(target: Path, handle: int) -> None:
+    """A file that replaces one that others cannot read must not become readable."""
+    with suppress(FileNotFoundError, NotADirectoryError):
+        if hasattr(os, "fchmod"):
+            os.fchmod(handle, stat.S_IMODE(target.stat().st_mode))
+
+
+def _sync(path: Path) -> None:
+    with path.open("rb+") as file:
+        os.fsync(file.fileno())
+
+
+def _remove(folder: Path, own: Callable[[Path], bool]) -> None:
+    """Delete files one by one; a folder that holds anything else stays."""
+    with suppress(OSError):
+        for path in folder.iterdir():
+            if own(path):
+                path.unlink(missing_ok=True)
+        folder.rmdir()
+
+
+@contextmanager
+def _naming(target: Path) -> Iterator[None]:
+    """An OSError on the way names the target, not the temporary file, and says that the target is unharmed."""
+    try:
+        yield
+    except OSError as error:
+        if error.errno is None:
+            raise
+        reason = error.strerror or os.strerror(error.errno)
+        raise OSError(error.errno, f"{reason}; nothing was changed", str(target)) from error

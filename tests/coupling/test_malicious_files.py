@@ -1,0 +1,160 @@
+"""Files that were made to do harm: each is refused by a message, nothing runs, and nothing is written elsewhere."""
+
+import hashlib
+import json
+import os
+import pickle
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hertzlink as hl
+from coupling.files import plain
+from coupling.recording import checkpoint
+
+BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
+CHAIN = hl.Chain([BEAD] * 3, BEAD, 0.31)
+ROD = hl.rod([hl.Layer(hl.ACRYLIC, 0.05, 0.01)], elements=4)
+REDUCED = hl.reduce(ROD, until=2e-5)
+
+
+class Evil:
+    """A pickle that makes a file when it is opened."""
+
+    def __init__(self, marker: Path) -> None:
+        self.marker = marker
+
+    def __reduce__(self) -> Any:
+        return os.mkdir, (str(self.marker),)
+
+
+@pytest.fixture
+def marker(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What exists once code from a file has run."""
+    return tmp_path_factory.mktemp("elsewhere") / "marker"
+
+
+def run(path: Path, structure: Any = ROD, **keywords: Any) -> Any:
+    return hl.CoSimulation(CHAIN, structure, window=2e-6).run(2e-5, 4e-6, checkpoint=path, **keywords)
+
+
+def with_sum(head: bytes, rest: bytes) -> bytes:
+    """A checkpoint whose sum is right, as anyone can compute it."""
+    return head + hashlib.sha256(rest).hexdigest().encode() + b"\n" + rest
+
+
+def crafted(path: Path, change: Callable[[dict[str, Any]], Any], structure: Any = ROD) -> None:
+    """A finished run's checkpoint with another tree, and the right sum."""
+    run(path, structure)
+    rest = path.read_bytes()[len(checkpoint.HEAD) + checkpoint.SUM :]
+    given, data = rest.split(b"\n", 1)
+    kept = plain.from_bytes(data, checkpoint.OWN_TYPES)
+    path.write_bytes(with_sum(checkpoint.HEAD, given + b"\n" + change(kept)))
+
+
+def test_a_checkpoint_of_the_version_before_is_not_opened_without_trust(tmp_path: Path, marker: Path) -> None:
+    """It is a pickle, and this one makes a folder. With trust it is opened: then the user has said so."""
+    path = tmp_path / "kept"
+    crafted(path, lambda kept: b"")
+    given = path.read_bytes()[len(checkpoint.HEAD) + checkpoint.SUM :].split(b"\n")[0]
+    path.write_bytes(with_sum(checkpoint.PICKLED_HEAD, given + b"\n" + pickle.dumps(Evil(marker))))
+    with pytest.raises(ValueError, match=r"kept': was written by an earlier version .* a pickle, .*say trust=True"):
+        run(path)
+    assert not marker.exists()
+    with pytest.raises(ValueError, match="does not fit this run"):
+        run(path, trust=True)
+    assert marker.exists()
+
+
+def test_a_checkpoint_of_the_version_before_is_read_with_trust(tmp_path: Path) -> None:
+    path, straight = tmp_path / "kept", run(tmp_path / "straight")
+    crafted(path, lambda kept: pickle.dumps(kept))
+    rest = path.read_bytes()[len(checkpoint.HEAD) + checkpoint.SUM :]
+    path.write_bytes(with_sum(checkpoint.PICKLED_HEAD, rest))
+    assert run(path, trust=True).identical(straight)
+
+
+def test_a_pickle_in_a_checkpoint_is_not_opened_without_trust(tmp_path: Path, marker: Path) -> None:
+    path = tmp_path / "kept"
+
+    def change(kept: dict[str, Any]) -> bytes:
+        return plain.to_bytes({**kept, "progress": Evil(marker)}, checkpoint.OWN_TYPES, trust=True)
+
+    crafted(path, change)
+    before = path.read_bytes()
+    with pytest.raises(ValueError, match=r"kept': holds a pickle, which may run any code .*say trust=True"):
+        run(path)
+    assert not marker.exists()
+    assert path.read_bytes() == before
+
+
+@pytest.mark.parametrize("name", ["os.mkdir", "subprocess.Popen", "builtins.eval", "pathlib.PosixPath"])
+def test_a_checkpoint_cannot_name_code(tmp_path: Path, marker: Path, name: str) -> None:
+    path = tmp_path / "kept"
+
+    def change(_: Any) -> bytes:
+        tree = {"dict": [["row", 0], ["progress", {"type": name, "fields": [str(marker)]}]]}
+        return json.dumps({"tree": tree, "arrays": []}).encode() + b"\n"
+
+    crafted(path, change)
+    with pytest.raises(ValueError, match=r"kept': holds a participant's state that this program cannot read"):
+        run(path)
+    assert not marker.exists()
+
+
+HEADERS = [
+    ["|O", [1], False],
+    ["<f8", [10**12], False],
+    ["<f8", [-1], False],
+    ["<f8,O", [1], False],
+    ["|V8", [1], False],
+]
+
+
+@pytest.mark.parametrize("header", HEADERS)
+def test_a_checkpoint_with_arrays_that_cannot_be(tmp_path: Path, header: Any) -> None:
+    """Of objects, of more numbers than the file has, of records: refused before memory is taken."""
+    path = tmp_path / "kept"
+    crafted(path, lambda _: json.dumps({"tree": {"array": 0}, "arrays": [header]}).encode() + b"\n" + bytes(8))
+    with pytest.raises(ValueError, match=r"kept': holds a participant's state that this program cannot read"):
+        run(path)
+
+
+def _shorter_chain(kept: dict[str, Any]) -> Any:
+    (y, *rest), row = kept["progress"]
+    return {**kept, "progress": ((y[:1], *rest), row)}
+
+
+def _row_before_the_first(kept: dict[str, Any]) -> Any:
+    return {**kept, "row": 0, "frames": [a[..., :1] for a in kept["frames"]], "progress": (kept["progress"][0], -9)}
+
+
+def _row_behind_the_last(kept: dict[str, Any]) -> Any:
+    return {**kept, "row": 10**9}
+
+
+def _other_frames(kept: dict[str, Any]) -> Any:
+    return {**kept, "frames": [np.zeros(1)] * len(kept["frames"])}
+
+
+@pytest.mark.parametrize("change", [_shorter_chain, _row_before_the_first, _row_behind_the_last, _other_frames])
+def test_a_checkpoint_that_would_lead_a_compiled_loop_beyond_its_arrays(tmp_path: Path, change: Any) -> None:
+    """Compiled loops check no bounds: what does not fit the run never reaches them."""
+    path = tmp_path / "kept"
+    crafted(path, lambda kept: plain.to_bytes(change(kept), checkpoint.OWN_TYPES), REDUCED)
+    with pytest.raises(ValueError, match=r"kept': does not fit this run; remove it to begin anew"):
+        run(path, REDUCED)
+
+
+def test_a_link_that_lies_where_a_file_is_made_is_not_followed(tmp_path: Path, monkeypatch: Any, marker: Path) -> None:
+    """The names of temporary files cannot be guessed; even where one is, the link stays and its target is not made."""
+    from coupling.files import writing
+
+    monkeypatch.setattr(writing, "token_hex", lambda _: "0" * 16)
+    (tmp_path / ".kept.0000000000000000.part").symlink_to(marker)
+    with pytest.raises(ValueError, match=r"kept': cannot be written .*exists"):
+        run(tmp_path / "kept")
+    assert not marker.exists()
