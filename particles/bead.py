@@ -1,9 +1,12 @@
 """The bodies of a chain: each has a mass, a size along the chain, and a surface where it touches its neighbours."""
 
 from dataclasses import dataclass, fields, is_dataclass
+from functools import cached_property
 from math import pi, sqrt
 from numbers import Real
 from typing import Any, Protocol
+
+import numpy as np
 
 from structures.checks import instance, listed, one_of, positive, short, turn, within
 from structures.material import Material
@@ -355,12 +358,30 @@ def check_body(name: str, body: Any) -> Bead | Surface:
 
 
 def described(thing: Any) -> Any:
-    """Plain data for the attributes of a result: fields of a dataclass, the attributes of another body, or `thing`."""
+    """Plain data for the attributes of a result.
+
+    Fields of a dataclass; of another body its attributes; of another object, as a user's law, its class and variables;
+    anything else unchanged.
+    """
+    if isinstance(thing, np.ndarray | np.generic):
+        return thing.tolist()
     if is_dataclass(thing) and not isinstance(thing, type):
         return {field.name: described(getattr(thing, field.name)) for field in fields(thing)}
     if all(hasattr(thing, attribute) for attribute in ATTRIBUTES):
         return {"class": type(thing).__qualname__} | {name: described(getattr(thing, name)) for name in ATTRIBUTES}
-    return thing
+    kind: Any = type(thing)
+    speaks = callable(thing) and kind.__repr__ is not object.__repr__  # as functions do
+    if speaks or not hasattr(thing, "__dict__"):
+        return thing
+    cached = {
+        name for kind in type(thing).__mro__ for name, one in vars(kind).items() if isinstance(one, cached_property)
+    }
+    own = {name: value for name, value in vars(thing).items() if name not in cached}
+    # The variables of a variable may lead back to the object.
+    return {"class": type(thing).__qualname__} | {
+        name: described(value) if isinstance(value, np.ndarray | np.generic) or is_dataclass(value) else value
+        for name, value in own.items()
+    }
 
 
 def drop_speed(height: float) -> float:

@@ -1,19 +1,19 @@
 """A chain of beads and what sets it in motion, as data; `MovingChain` moves it."""
 
-import inspect
 from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass, fields
 from functools import cached_property
 from math import pi, sin
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
 from particles.bead import Bead, check_bead, check_beads, described
 from particles.dissipation import Dissipation
-from particles.excitation import Excitation, FirstBeadMoves, FreeStriker
+from particles.excitation import Excitation, FirstBeadMoves, FreeStriker, check_excitation
 from particles.laws.law import ContactLaw, check_contact_law
-from structures.checks import not_negative, one_of, short, turn, within
+from structures.checks import not_negative, one_of, short, takes, turn, within
 from structures.plausible import likely
 from structures.reprs import html_table
 from structures.structure import Vector
@@ -101,6 +101,7 @@ class Chain:
             )
         self._check_law()
         one_of("integrator", self.integrator, INTEGRATORS)
+        check_excitation(self.excitation, self.beads[0], self.gravity_along)
         if not self.impact_energy > 0.0:
             raise ValueError(f"striker = {self.striker!r}: moves nothing")
 
@@ -154,6 +155,14 @@ class Chain:
         ends = np.cumsum(sizes)
         return np.concatenate([[-self.body.size / 2.0 if self.body else 0.0], ends - sizes / 2.0])
 
+    def with_law(self, law: ContactLaw) -> Self:
+        """The same chain with another law; itself if it has this one."""
+        if law is self.law:
+            return self
+        chain = copy(self)
+        object.__setattr__(chain, "law", law)
+        return chain
+
     def describe(self) -> dict[str, Any]:
         """The chain as plain data, for the attributes of a result."""
         # Chains repeat their beads; to describe each of them again takes as long as a short run.
@@ -203,20 +212,6 @@ class Chain:
             return
         what = "None, a law such as PowerLaw(k, n), or a function of two bodies"
         if callable(self.law) and not isinstance(self.law, ContactLaw | type):
-            _check_takes_two(self.law)
+            takes("law", self.law, 2, "a function of two bodies, law(body, next body or Surface)")
         else:
             check_contact_law("law", self.law, what)
-
-
-def _check_takes_two(law: LawOfPair) -> None:
-    """A ValueError for a function that does not take a body and the next."""
-    try:
-        signature = inspect.signature(law)
-    except (TypeError, ValueError):  # of some that are written in C
-        return
-    try:
-        signature.bind(None, None)
-    except TypeError as error:
-        raise ValueError(
-            f"law = {law!r}: must be a function of two bodies, law(body, next body or Surface) ({error})"
-        ) from None

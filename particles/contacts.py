@@ -7,7 +7,7 @@ import numpy as np
 
 from particles.bead import Bead
 from particles.chain import Chain
-from particles.laws.law import ContactLaw, PowerLaw, TabulatedLaw, check_contact_law
+from particles.laws.law import ContactLaw, PowerLaw, TabulatedLaw, check_contact_law, unchanging
 from structures.structure import Vector
 from structures.surface import Surface
 
@@ -38,6 +38,8 @@ def laws_of(
     given = chain.law
     # Chains repeat their beads, and a batch has thousands of chains.
     known: dict[tuple[int, int], ContactLaw] = {}
+    # Keeps what a function returned, or another object could get the same id.
+    copies: dict[int, tuple[ContactLaw, ContactLaw]] = {}
 
     def between(one: Bead, other: Bead | Surface) -> ContactLaw:
         if given is None or (isinstance(given, ContactLaw) and isinstance(other, Surface)):
@@ -48,7 +50,8 @@ def laws_of(
         if isinstance(given, ContactLaw):
             return given
         what = "a function that returns a contact law such as PowerLaw(k, n)"
-        return check_contact_law("law", given(one, other), what)
+        law = check_contact_law("law", given(one, other), what)
+        return copies.setdefault(id(law), (law, unchanging(law)))[1]
 
     return tuple(None if pair is None else between(*pair) for pair in pairs)
 

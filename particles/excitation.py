@@ -14,13 +14,16 @@ from scipy.interpolate import PchipInterpolator
 
 from particles import kernels
 from particles.bead import Bead, check_bead
-from structures.checks import finite, instance, positive
+from structures.checks import finite, instance, not_negative, positive, short
 from structures.plausible import likely
 from structures.structure import Vector
 from structures.surface import Surface
 
 STILL = 1e-2
 """m/s, the scale of speeds in a chain that is at rest."""
+
+KINDS = {"FREE": kernels.FREE, "PUSHED": kernels.PUSHED, "MOVED": kernels.MOVED, "STEADY": kernels.STEADY}
+"""What body 0 may be in the compiled loops."""
 
 
 class Drive(NamedTuple):
@@ -352,6 +355,42 @@ class Piston(Excitation):
     def faces(self, bead: Bead) -> Surface | None:
         """The piston's surface."""
         return self.surface or Surface(bead.surface.material)
+
+
+def check_excitation(own: Excitation, bead: Bead, gravity: float) -> None:
+    """A ValueError where a member of a user's excitation of a chain is not as `Excitation` describes it."""
+    if type(own) in (FreeStriker, FirstBeadMoves, SpringLoaded, PushedBead, Piston):
+        return
+    name = type(own).__name__
+    if own.body is not None:
+        check_bead(f"{name}.body", own.body, "a bead, or None")
+    for flag in ("bears_preload", "allows_structure_behind"):
+        instance(f"{name}.{flag}", getattr(own, flag), bool, "True or False")
+    not_negative(f"{name}.duration", own.duration, "s")
+    finite(f"{name}.speed(gravity)", own.speed(gravity), "m/s")
+    not_negative(f"{name}.energy(mass, gravity)", own.energy(bead.mass, gravity), "J")
+    faced = own.faces(bead)
+    instance(f"{name}.faces(bead)", faced, Surface | None, "a Surface, or None")  # type: ignore[arg-type]
+    drive = instance(f"{name}.drive", own.drive, Drive, "a Drive(kind, history)")
+    _check_drive(f"{name}.drive", drive)
+    if drive.kind == kernels.FREE and own.body is None:
+        raise ValueError(f"{name}.body = None: must be a bead if the kind of drive is FREE")
+    if drive.kind == kernels.MOVED and faced is None:
+        raise ValueError(f"{name}.faces(bead) = None: must be a Surface, which the first bead touches, for MOVED")
+
+
+def _check_drive(name: str, drive: Drive) -> None:
+    if isinstance(drive.kind, bool) or drive.kind not in KINDS.values():
+        raise ValueError(f"{name}.kind = {short(drive.kind)}: must be {', '.join(KINDS)} of particles.kernels")
+    history = np.asarray(drive.history)
+    if history.dtype.kind not in "iuf" or history.ndim != 2 or len(history) != 3 or not history.size:
+        raise ValueError(f"{name}.history = {short(drive.history)}: must be 3 × n numbers: times, values, rates")
+    if not np.isfinite(history).all():
+        raise ValueError(f"{name}.history = {short(drive.history)}: must hold finite numbers")
+    if history[0, 0] != 0.0 or (np.diff(history[0]) <= 0.0).any():
+        raise ValueError(f"{name}.history[0] = {short(history[0])}: must be times, s, that increase from 0")
+    not_negative(f"{name}.spring", drive.spring, "N/m")
+    not_negative(f"{name}.left", drive.left, "m")
 
 
 def _check_history(of: "PushedBead | Piston", name: str, unit: str) -> None:

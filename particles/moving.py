@@ -14,7 +14,7 @@ from particles.bead import Bead
 from particles.chain import Chain
 from particles.dissipation import coefficients_of
 from particles.laws.formulas import contact_law
-from particles.laws.law import ContactLaw
+from particles.laws.law import ContactLaw, unchanging
 from structures.checks import finite, instance, positive, short
 from structures.structure import Vector
 from structures.surface import Surface
@@ -103,6 +103,8 @@ class MovingChain:
     rest: Vector = field(init=False)
 
     def __post_init__(self) -> None:
+        if isinstance(self.chain.law, ContactLaw):
+            object.__setattr__(self, "chain", self.chain.with_law(unchanging(self.chain.law)))
         chain = self.chain
         finite("flexibility", self.flexibility, "m/N")
         self._check_behind()
@@ -282,7 +284,7 @@ class MovingChain:
         """What the kernels call `chain`."""
         chain, tables = self.chain, self.tables
         loss, drive = chain.dissipation, chain.excitation.drive
-        history = drive.history.copy()
+        history = np.array(drive.history, dtype=float)
         if drive.kind == kernels.MOVED:
             history[1] += self.rest[0]
         numbers = kernels.Numbers(

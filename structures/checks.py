@@ -1,5 +1,6 @@
 """Input checks shared by every room. Each message names the argument, its value and what would be right."""
 
+import inspect
 import math
 from collections.abc import Callable, Collection, Iterable
 from difflib import get_close_matches
@@ -63,6 +64,18 @@ def instance(name: str, value: object, kind: type[Kind], what: str) -> Kind:
     if not isinstance(value, kind):
         raise ValueError(f"{name} = {short(value)}: must be {what}")
     return value
+
+
+def takes(name: str, function: Callable[..., object], count: int, what: str) -> None:
+    """A ValueError for a function that does not take this number of arguments."""
+    try:
+        signature = inspect.signature(function)
+    except (TypeError, ValueError):  # of some functions that are written in C
+        return
+    try:
+        signature.bind(*[None] * count)
+    except TypeError as error:
+        raise ValueError(f"{name} = {short(function)}: must be {what} ({error})") from None
 
 
 def short(value: object) -> str:

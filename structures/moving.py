@@ -5,8 +5,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from structures.checks import instance, one_of, positive
+from structures.checks import instance, one_of, positive, takes
 from structures.oscillators import Oscillators, is_modal
+from structures.step_checks import check_step
 from structures.stepping import (
     CentralDifference,
     GeneralisedAlpha,
@@ -71,7 +72,7 @@ class MovingStructure:
     Raises
     ------
     ValueError
-        If the stepper is unknown.
+        If the stepper is unknown, or does not make a Step.
 
     Examples
     --------
@@ -86,7 +87,9 @@ class MovingStructure:
 
     def __init__(self, structure: Structure, stepper: str | Stepper = "midpoint") -> None:
         instance("structure", structure, Structure, "a Structure")
-        if not callable(stepper):
+        if callable(stepper):
+            takes("stepper", stepper, 2, "a function of a structure and a window (s) that makes a Step")
+        else:
             one_of("stepper", stepper, STEPPERS)
         self.structure = lumped(structure) if stepper == "central-difference" and structure.size else structure
         self.stepper, self._vectors, self._contacts = stepper, structure.contact_vectors, structure.contacts
@@ -254,7 +257,6 @@ class MovingStructure:
             self.structure.matrices.examine()
             make = self.stepper if callable(self.stepper) else STEPPERS[self.stepper]
             step = Oscillators(self.structure, window) if self.modal else make(self.structure, window)
-            if not hasattr(step, "free") or not hasattr(step, "response"):
-                raise ValueError(f"stepper = {self.stepper!r}: returned {step!r}, must return a Step")
-            self._steps[window] = step
+            own = type(step) not in (Oscillators, *STEPPERS.values())
+            self._steps[window] = check_step(step, self.structure, self.stepper) if own else step
         return self._steps[window]

@@ -5,7 +5,8 @@ Every law reaches the compiled loops as a stiffness times a shape: Hertz's δ√
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from copy import copy, deepcopy
+from dataclasses import dataclass, field, is_dataclass
 from functools import cached_property, lru_cache
 from math import inf, log
 from typing import Any
@@ -30,13 +31,27 @@ HALVINGS = 100
 UNDERFLOW = 1e-300
 """The smallest number that is divided by."""
 
+CACHED = ("_table", "table_error")
+"""What a law computes once; any change of an attribute removes it."""
+
+PROBES = {
+    "force": (1e-7, 1e-6, 1e-5),
+    "tangent": (1e-7, 1e-6, 1e-5),
+    "energy": (1e-7, 1e-6, 1e-5),
+    "approach": (1e-2, 1.0, 100.0),
+    "overlap": (1e-9, 1e-7, 1e-5),
+}
+"""The methods of a law, and three usual approaches (m), forces (N) or energies (J) that a check gives to each."""
+
 
 class ContactLaw(ABC):
     """The force between two bodies against their approach. Derive a class from it for a law of your own.
 
-    A subclass defines `force`; everything else follows from it. The compiled loops take any law as a table of cubics,
-    32 in each octave of the approach; a run warns where that table is more than 1e-4 off. The force must be finite and
-    increase for approaches up to 0.125 m; its derivative is at least that of a linear spring.
+    A subclass defines `force`, which takes an array of approaches and returns as many forces; everything else follows
+    from it. The compiled loops take any law as a table of cubics, 32 in each octave of the approach; a run warns where
+    that table is more than 1e-4 off. The force must be finite and increase for approaches up to 0.125 m; its derivative
+    is at least that of a linear spring. A simulation copies a law that is no frozen dataclass, so that a later change
+    of the law acts on later simulations only.
 
     Attributes
     ----------
@@ -116,8 +131,17 @@ class ContactLaw(ABC):
     def _table(self) -> Vector:
         return kernel_table(self)
 
+    def __setattr__(self, name: str, value: object) -> None:
+        for cached in CACHED:
+            vars(self).pop(cached, None)
+        super().__setattr__(name, value)
+
     def _repr_html_(self) -> str:
-        forces = [(f"F({1e6 * approach:g} µm)", f"{float(self.force(np.array(approach))):.4g} N") for approach in SHOWN]
+        check_contact_law("law", self)
+        forces = [
+            (f"F({1e6 * approach:g} µm)", f"{force:.4g} N")
+            for approach, force in zip(SHOWN, self.force(np.array(SHOWN)), strict=True)
+        ]
         largest = "any approach" if self.largest == inf else f"approaches up to {1e6 * self.largest:.4g} µm"
         caution = [("caution", self.caution)] if self.caution else []
         return html_table(f"{type(self).__name__}: {self.name}", [*forces, ("trusted for", largest), *caution])
@@ -128,12 +152,63 @@ SHOWN = (1e-6, 1e-5)
 
 
 def check_contact_law(name: str, law: Any, what: str = "a contact law such as PowerLaw(k, n)") -> ContactLaw:
-    """`law`, or a ValueError where it is none or where equal laws cannot be found."""
+    """`law`, or a ValueError where it is none, has no hash to find equal laws by, or gives wrong answers."""
     if not isinstance(law, ContactLaw):
         raise ValueError(f"{name} = {short(law)}: must be {what}")
-    if type(law).__hash__ is None:
-        raise ValueError(f"{name} = {short(law)}: must be hashable; make {type(law).__name__} a frozen dataclass")
+    try:
+        hash(law)
+    except TypeError:
+        raise ValueError(
+            f"{name} = {short(law)}: must be hashable; make {type(law).__name__} a frozen dataclass of numbers"
+        ) from None
+    if type(law) not in (PowerLaw, TabulatedLaw):
+        _check_members(name, law)
     return law
+
+
+def _check_members(name: str, law: ContactLaw) -> None:
+    """A ValueError where a method does not return an array like that it takes, or an attribute is of a wrong kind."""
+    own = f"{name}: {type(law).__name__}"
+    for attribute in ("name", "caution"):
+        if not isinstance(getattr(law, attribute), str):
+            raise ValueError(f"{own}.{attribute} = {short(getattr(law, attribute))}: must be text")
+    if law.largest != inf:
+        positive(f"{own}.largest", law.largest, "m")
+    for method, values in PROBES.items():
+        if method != "force" and getattr(type(law), method) is getattr(ContactLaw, method):
+            continue
+        _check_answer(f"{own}.{method}", getattr(law, method), np.array(values))
+
+
+def _check_answer(name: str, method: Callable[[Vector], Vector], values: Vector) -> None:
+    given = values.copy()
+    try:
+        answer = method(given)
+        found = np.asarray(answer)
+    except (TypeError, ValueError) as error:
+        raise ValueError(
+            f"{name} fails for an array: {error}; use np.where in place of if, np.sqrt in place of math.sqrt"
+        ) from error
+    except Exception as error:
+        error.add_note(f"raised by {name}({short(values)})")
+        raise
+    if found.dtype.kind not in "iuf" or found.shape != values.shape:
+        raise ValueError(f"{name} returned {short(answer)} for an array of {values.size}: must return as many numbers")
+    if not np.array_equal(given, values):
+        raise ValueError(f"{name} changes the array that it takes; must return a new one")
+
+
+def unchanging(law: ContactLaw) -> ContactLaw:
+    """A frozen dataclass itself; a copy of any other law, which a user may change later."""
+    if is_dataclass(law) and type(law).__dataclass_params__.frozen:  # type: ignore[attr-defined]
+        return law
+    try:
+        kept = deepcopy(law)
+    except TypeError:  # of attributes such as open files
+        kept = copy(law)
+    for cached in CACHED:
+        vars(kept).pop(cached, None)
+    return kept
 
 
 @dataclass(frozen=True)
@@ -301,7 +376,7 @@ def kernel_table(law: ContactLaw) -> Vector:
     zero.
     """
     edges = kernels.table_edges()
-    force, slope = law.force(edges), law.tangent(edges)
+    force, slope = (np.asarray(found, float) for found in (law.force(edges), law.tangent(edges)))
     step = np.diff(edges)
     rise = np.diff(force) / step
     if not isinstance(law, PowerLaw | TabulatedLaw):
@@ -329,7 +404,7 @@ def _check_curve(law: ContactLaw, force: Vector, slope: Vector, rise: Vector) ->
     for fault, found in faults.items():
         if found:
             low, *_, high = kernels.table_edges()
-            raise ValueError(f"law = {law.name}: its {fault} between {low:.1g} and {high:.3g} m")
+            raise ValueError(f"law: {type(law).__name__}.{fault} between {low:.1g} and {high:.3g} m")
 
 
 def _largest(value: float) -> float:

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import dataclass
+from math import sqrt
 from types import SimpleNamespace
 from typing import Any
 
@@ -142,15 +143,6 @@ def test_laws_that_chains_refuse() -> None:
         with pytest.raises(ValueError, match=message):
             hl.Chain([BALL], BALL, 0.3, law=law)  # type: ignore[arg-type]
 
-    class NoKey(hl.ContactLaw):
-        __hash__ = None  # type: ignore[assignment]
-
-        def force(self, approach: Vector) -> Vector:
-            return approach
-
-    with pytest.raises(ValueError, match="must be hashable; make NoKey a frozen dataclass"):
-        hl.Chain([BALL], BALL, 0.3, law=NoKey())
-
 
 @dataclass(frozen=True)
 class OwnDashpot(hl.Dissipation):
@@ -191,6 +183,149 @@ def test_parts_without_what_they_need_cannot_be_made() -> None:
     for kind in (hl.ContactLaw, hl.Dissipation, hl.Excitation):
         with pytest.raises(TypeError, match="abstract"):
             kind()  # type: ignore[abstract]
+
+
+def own_law(force: Any, **members: Any) -> hl.ContactLaw:
+    """A user's law with this force and other members."""
+    kind: Any = type("Own", (hl.ContactLaw,), {"force": lambda self, approach: force(approach), **members})
+    return kind()  # type: ignore[no-any-return]
+
+
+def hertz(approach: Any) -> Any:
+    return 1e10 * np.asarray(approach) ** 1.5
+
+
+@pytest.mark.parametrize(
+    ("law", "message"),
+    [
+        (own_law(lambda a: None), "law: Own.force returned None for an array of 3: must return as many numbers"),
+        (own_law(lambda a: 5.0), r"Own\.force returned 5\.0 for an array of 3"),
+        (own_law(lambda a: "x"), "Own.force returned 'x' for an array of 3"),
+        (own_law(lambda a: hertz(a)[1:]), "Own.force returned array.* for an array of 3"),
+        (own_law(lambda a: hertz(a) + 0j), "Own.force returned array.* for an array of 3"),
+        (own_law(lambda a: 1e10 * a**1.5 if a > 0 else 0.0), r"Own\.force fails for an array: .*use np\.where in"),
+        (own_law(lambda a: 1e10 * sqrt(a) ** 3), r"Own\.force fails for an array: .* np\.sqrt in place of math\.sqrt"),
+        (own_law(lambda a: np.multiply(a, 1e8, out=a)), "Own.force changes the array that it takes"),
+        (own_law(lambda a: np.nan * a), "law: Own.force is not finite between"),
+        (own_law(hertz, tangent=lambda self, a: None), "Own.tangent returned None for an array of 3"),
+        (own_law(hertz, energy=lambda self, a: 3.0), "Own.energy returned 3.0 for an array of 3"),
+        (own_law(hertz, approach=lambda self, f: None), "Own.approach returned None for an array of 3"),
+        (own_law(hertz, overlap=lambda self, e: "x"), "Own.overlap returned 'x' for an array of 3"),
+        (own_law(hertz, name=5), "Own.name = 5: must be text"),
+        (own_law(hertz, caution=None), "Own.caution = None: must be text"),
+        (own_law(hertz, largest="x"), "Own.largest = 'x': must be a finite number of m"),
+        (own_law(hertz, __hash__=None), "law = .*: must be hashable; make Own a frozen dataclass"),
+    ],
+)
+def test_a_law_that_answers_wrongly_is_named(law: hl.ContactLaw, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        hl.CoSimulation(hl.Chain([BALL] * 3, BALL, 0.3, law=law), None).run(1e-5)
+    with pytest.raises(ValueError, match=message):
+        hl.CoSimulation(hl.Chain([BALL] * 3, BALL, 0.3, law=lambda one, other: law), None).run(1e-5)
+
+
+def test_an_error_in_a_users_law_says_where() -> None:
+    with pytest.raises(ZeroDivisionError) as error:
+        hl.Chain([BALL] * 3, BALL, 0.3, law=own_law(lambda a: 1 / 0))
+    assert error.value.__notes__ == ["raised by law: Own.force(array([1.e-07, 1.e-06, 1.e-05]))"]
+
+
+class Changing(hl.ContactLaw):
+    """A user's law that is no dataclass, and changes."""
+
+    def __init__(self, *stiffness: float) -> None:
+        self.stiffness, self.also = stiffness[0], list(stiffness)
+
+    def force(self, approach: Vector) -> Vector:
+        return self.also[0] * np.asarray(approach) ** 1.5
+
+
+def test_a_law_that_changes_is_never_stale() -> None:
+    """Each simulation takes the law as it was when the simulation was made, and saves its parameters."""
+    law = Changing(1e10)
+    chain = hl.Chain([BALL] * 4, BALL, 0.4, law=law)
+
+    def peak(simulation: hl.CoSimulation) -> float:
+        return float(simulation.run(5e-5).contact_force[:, 1].max())
+
+    first = hl.CoSimulation(chain, None)
+    soft = peak(first)
+    law.also[0] = 2e10
+    assert peak(first) == soft
+    fresh = hl.CoSimulation(hl.Chain([BALL] * 4, BALL, 0.4, law=Changing(2e10)), None)
+    assert peak(hl.CoSimulation(chain, None)) == peak(fresh) > 1.1 * soft
+    assert law.energy(np.array(1e-5)) == pytest.approx(hl.laws.PowerLaw(2e10).energy(np.array(1e-5)), rel=1e-6)
+    law.stiffness, law.also = 1.0, [1e10]
+    assert law.energy(np.array(1e-5)) == pytest.approx(hl.laws.PowerLaw(1e10).energy(np.array(1e-5)), rel=1e-6)
+    laws = [json.loads(one.run(1e-5).attrs["input"])["chain"]["law"] for one in (first, fresh)]
+    assert laws == [{"class": "Changing", "stiffness": k, "also": [k]} for k in (1e10, 2e10)]
+
+
+def test_a_function_may_return_a_law_that_changes() -> None:
+    law = Changing(1e10)
+    simulation = hl.CoSimulation(hl.Chain([BALL] * 4, BALL, 0.4, law=lambda one, other: law), None)
+    law.also = [2e10]
+    usual = hl.CoSimulation(hl.Chain([BALL] * 4, BALL, 0.4, law=hl.laws.PowerLaw(1e10)), None)
+    forces = [one.run(5e-5).contact_force.values for one in (simulation, usual)]
+    assert forces[0] == pytest.approx(forces[1], abs=1e-6 * forces[1].max())
+    assert len(simulation.chain.tables) == 1
+
+
+def push(**members: Any) -> hl.Excitation:
+    """OwnPush with other members; those that a call gives are functions of self and more."""
+    kind: Any = type("Own", (OwnPush,), members)
+    return kind()  # type: ignore[no-any-return]
+
+
+def drive(*given: Any, **more: Any) -> hl.Excitation:
+    return push(drive=property(lambda self: Drive(*given, **more)))
+
+
+STEADY_PUSH = np.array([[0.0, 1e-3], [20.0, 20.0], [0.0, 0.0]])
+
+
+@pytest.mark.parametrize(
+    ("excitation", "message"),
+    [
+        (push(drive=property(lambda self: None)), r"Own\.drive = None: must be a Drive\(kind, history\)"),
+        (push(drive=property(lambda self: "push")), r"Own\.drive = 'push': must be a Drive"),
+        (drive("push"), r"Own\.drive\.kind = 'push': must be FREE, PUSHED, MOVED, STEADY of particles\.kernels"),
+        (drive(9), r"Own\.drive\.kind = 9"),
+        (drive(kernels.PUSHED, None), r"Own\.drive\.history = None: must be 3 × n numbers: times, values, rates"),
+        (drive(kernels.PUSHED, STEADY_PUSH[:2]), r"Own\.drive\.history = array.*: must be 3 × n numbers"),
+        (drive(kernels.PUSHED, "x"), r"Own\.drive\.history = 'x': must be 3 × n numbers"),
+        (drive(kernels.PUSHED, np.nan * STEADY_PUSH), r"Own\.drive\.history = .*: must hold finite numbers"),
+        (drive(kernels.PUSHED, 1.0 + STEADY_PUSH), r"Own\.drive\.history\[0\] = .*times, s, that increase from 0"),
+        (drive(kernels.PUSHED, STEADY_PUSH, spring=-1.0), r"Own\.drive\.spring = -1\.0: must be zero or a positive"),
+        (drive(kernels.PUSHED, STEADY_PUSH, left="x"), r"Own\.drive\.left = 'x': must be a finite number of m"),
+        (drive(kernels.FREE), r"Own\.body = None: must be a bead if the kind of drive is FREE"),
+        (
+            drive(kernels.MOVED, 0.0 * STEADY_PUSH + [[0.0, 1.0]]),
+            r"Own\.faces\(bead\) = None: must be a Surface, which the first bead touches",
+        ),
+        (push(energy=lambda self, *given: None), r"Own\.energy\(mass, gravity\) = None: must be a finite number of J"),
+        (push(energy=lambda self, *given: np.nan), r"Own\.energy\(mass, gravity\) = nan"),
+        (push(energy=lambda self, *given: -1.0), r"Own\.energy\(mass, gravity\) = -1\.0: must be zero or a positive"),
+        (push(energy=lambda self, *given: 0.0), r"striker = .*: moves nothing"),
+        (push(speed=lambda self, gravity: "x"), r"Own\.speed\(gravity\) = 'x': must be a finite number of m/s"),
+        (push(faces=lambda self, bead: "flat"), r"Own\.faces\(bead\) = 'flat': must be a Surface, or None"),
+        (push(duration=None), r"Own\.duration = None: must be a finite number of s"),
+        (push(body="ball"), r"Own\.body = 'ball': must be a bead, or None"),
+        (push(bears_preload="no"), r"Own\.bears_preload = 'no': must be True or False"),
+        (push(allows_structure_behind=1), r"Own\.allows_structure_behind = 1: must be True or False"),
+    ],
+)
+def test_an_excitation_that_is_none_is_named(excitation: hl.Excitation, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        hl.Chain([BALL] * 3, striker=excitation)
+
+
+def test_the_history_of_a_users_excitation_may_be_lists_of_whole_numbers() -> None:
+    forces = [
+        hl.CoSimulation(hl.Chain([BALL] * 3, drive(kernels.PUSHED, history)), None).run(1e-5).contact_force.values
+        for history in ([[0, 1], [20, 20], [0, 0]], np.array([[0.0, 1.0], [20.0, 20.0], [0.0, 0.0]]))
+    ]
+    np.testing.assert_array_equal(*forces)
 
 
 @pytest.mark.parametrize(

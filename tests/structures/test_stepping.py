@@ -427,9 +427,3 @@ def test_bad_steppers(make, message: str) -> None:  # type: ignore[no-untyped-de
 
 def test_the_midpoint_is_the_default() -> None:
     assert isinstance(hl.stepping.MovingStructure(ROD).step(1e-6), ImplicitMidpoint)
-
-
-def test_a_stepper_that_makes_no_step() -> None:
-    moving = hl.stepping.MovingStructure(hl.rod([hl.Layer(hl.PTFE, 0.05, 0.01)]), stepper=lambda *_: None)  # type: ignore[arg-type,return-value]
-    with pytest.raises(ValueError, match="returned None, must return a Step"):
-        moving.step(1e-6)
