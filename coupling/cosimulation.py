@@ -204,8 +204,8 @@ class CoSimulation:
         rows = [
             ("contacts", self.interface.in_words()),
             ("scheme", repr(self.scheme)),
-            ("window", f"{window:g} s" if isinstance(window, float) else str(window)),
-            ("step of the chain", f"at most {self.chain.dt or self.chain.longest_step:.4g} s"),
+            ("window", f"{1e6 * window:.4g} µs" if isinstance(window, float) else str(window)),
+            ("step of the chain", f"at most {1e6 * (self.chain.dt or self.chain.longest_step):.4g} µs"),
             ("shortest contact", f"{1e6 * self.interface.contact_time:.4g} µs"),
             ("impact energy", f"{1e3 * self.interface.impact_energy:.4g} mJ"),
         ]

@@ -146,12 +146,13 @@ class Interface:
     def in_words(self) -> str:
         """A line: how many beads and on what, or how many chains, structures and contacts."""
         if len(self.chains) > 1 or len(self.structures) > 1:
-            return f"{len(self.chains)} chains, {len(self.structures)} structures, {self.size} contacts"
+            counts = {"chain": len(self.chains), "structure": len(self.structures), "contact": self.size}
+            return ", ".join(f"{count} {name}{'s' * (count != 1)}" for name, count in counts.items())
         one, beads = self.structures[0], len(self.chains[0].chain.beads)
         if self.chains[0].surface is None:
-            return f"{beads} beads that face nothing"
+            return f"{beads} bead{'s' * (beads != 1)} that face{'s' * (beads == 1)} nothing"
         kind = one.structure.origin.get("kind", "structure") if isinstance(one, MovingStructure) else one.name
-        return f"{beads} beads on {kind}"
+        return f"{beads} bead{'s' * (beads != 1)} on {kind}"
 
     def touched_by(self, structure: int) -> list[int]:
         """The contacts of a structure, by its place."""

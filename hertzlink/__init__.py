@@ -55,6 +55,7 @@ from hertzlink import (
     views,
     zener,
 )
+from hertzlink._help import name_for_users
 from particles.bead import Bead, Cylinder, Ellipsoid, HollowSphere, Sphere, drop_speed
 from particles.chain import Chain
 from particles.deformable.chain import DeformableChain
@@ -220,4 +221,4 @@ def __dir__() -> list[str]:
     return sorted(__all__)
 
 
-_rooms.rename(globals(), __all__)
+name_for_users(globals(), __all__)

@@ -1,16 +1,10 @@
 """Checks that `import hertzlink` finds its own packages. Their names are common: another project may use them too."""
 
-from collections.abc import Iterable, Mapping
 from importlib.util import find_spec
-from inspect import isclass, isfunction
 from pathlib import Path
-from types import ModuleType
 
 ROOMS = ("structures", "particles", "plates", "coupling")
 """The packages that hertzlink consists of, apart from its front door."""
-
-PACKAGE = "hertzlink"
-"""The front door, whose namespaces already carry its name."""
 
 
 def check() -> None:
@@ -25,20 +19,6 @@ def check() -> None:
                 f"hertzlink needs its own package {room!r} from {home}, but Python finds {found}; "
                 "rename that package, or remove its folder from sys.path"
             )
-
-
-def rename(front: Mapping[str, object], names: Iterable[str]) -> None:
-    """Set the module of public classes and functions to hertzlink, for pickles, tracebacks and help."""
-    for name in names:
-        value = front[name]
-        if isinstance(value, ModuleType):
-            rename(vars(value), vars(value)["__all__"])
-        elif (
-            (isclass(value) or isfunction(value))
-            and value.__name__ == name
-            and not value.__module__.startswith(PACKAGE)
-        ):
-            value.__module__ = str(front["__name__"])
 
 
 check()

@@ -24,6 +24,9 @@ LawOfPair = Callable[[Bead, Bead | Surface], ContactLaw]
 
 INTEGRATORS = ("verlet", "rk4")
 
+UNITS = {"gravity": "m/s²", "preload": "N", "inclination": "rad"}
+"""Units of settings, for the table that a notebook shows."""
+
 SLOWEST_IMPACT, FASTEST_IMPACT = 1e-12, 1e5
 """m/s, limits of impact speeds: a chain that is slower does nothing, one that is faster is no chain of solids."""
 
@@ -106,13 +109,14 @@ class Chain:
             raise ValueError(f"striker = {self.striker!r}: moves nothing")
 
     def __repr__(self) -> str:
-        return f"{type(self).__name__}({', '.join([self._kinds, self._struck, *self._special])})"
+        settings = [f"{name}={value}" for name, value in self._special]
+        return f"{type(self).__name__}({', '.join([self._kinds, self._struck, *settings])})"
 
     def _repr_html_(self) -> str:
-        rows = [("beads", self._kinds), ("excitation", self._struck), ("energy", f"{self.impact_energy:.4g} J")]
-        settings = [tuple(one.split("=", 1)) for one in self._special]
-        length = float(sum(bead.size for bead in self.beads))
-        return html_table(type(self).__name__, [*rows, ("length", f"{length:.4g} m"), *settings])  # type: ignore[list-item]
+        energy, length = f"{1e3 * self.impact_energy:.4g} mJ", f"{float(sum(bead.size for bead in self.beads)):.4g} m"
+        rows = [("beads", self._kinds), ("excitation", self._struck), ("impact energy", energy), ("length", length)]
+        settings = [(name, f"{value} {UNITS[name]}" if name in UNITS else value) for name, value in self._special]
+        return html_table(type(self).__name__, [*rows, *settings])
 
     @cached_property
     def excitation(self) -> Excitation:
@@ -184,11 +188,11 @@ class Chain:
         return f"{who} at {self.impact_speed or 0.0:.4g} m/s".replace(" at 0 m/s", " at rest")
 
     @property
-    def _special(self) -> list[str]:
-        """Arguments that differ from their defaults, as name=value."""
+    def _special(self) -> list[tuple[str, str]]:
+        """Arguments that differ from their defaults: names and values."""
         rest = [field for field in fields(self) if field.name not in ("beads", "striker", "impact_speed")]
         changed = [field for field in rest if getattr(self, field.name) != field.default]
-        return [f"{field.name}={short(getattr(self, field.name))}" for field in changed]
+        return [(field.name, short(getattr(self, field.name))) for field in changed]
 
     def _check_striker(self) -> None:
         if isinstance(self.striker, Excitation):

@@ -17,7 +17,7 @@ from plates.shapes.mesh_from_file import FlatMesh
 from plates.shapes.outline import Outline
 from plates.shapes.rectangle import Rectangle
 from plates.support import Support, Supports
-from structures.checks import instance, positive, whole
+from structures.checks import instance, positive, short, whole
 from structures.material import Material
 from structures.mesh_source import Tag
 from structures.plausible import likely
@@ -329,6 +329,8 @@ def _patch(section: Section, given: float | None) -> float:
 
 
 def _shape(given: PanelShape, section: Section, scale: float | None) -> Outline | FlatMesh:
+    if isinstance(given, tuple | list):
+        raise ValueError(f"shape = {short(given)}: must be an Outline(corners), the path of a mesh, or a meshio.Mesh")
     if not isinstance(given, Outline):
         return FlatMesh(given, section.thickness, scale)
     if scale is not None:

@@ -2,6 +2,7 @@
 
 import doctest
 import inspect
+import re
 from types import ModuleType
 from typing import Any
 
@@ -20,7 +21,7 @@ def public() -> dict[str, Any]:
             found |= {f"{name}.{inner}": getattr(value, inner) for inner in value.__all__}
         else:
             found[name] = value
-    return {name: value for name, value in found.items() if inspect.isfunction(value) or inspect.isclass(value)}
+    return {name: value for name, value in found.items() if callable(value)}
 
 
 PUBLIC = public()
@@ -38,8 +39,32 @@ def test_every_parameter_is_described(name: str) -> None:
     expected = {one for one in inspect.signature(value).parameters if not one.startswith("_")}
     assert described == expected
     assert all(row.desc for row in text["Parameters"])
-    if inspect.isfunction(value):
+    if not inspect.isclass(value):
         assert text["Returns"] or text["Yields"], "what it returns is not described"
+
+
+@pytest.mark.parametrize("name", PUBLIC)
+def test_help_shows_the_name_and_a_signature_that_can_be_read(name: str) -> None:
+    value = PUBLIC[name]
+    assert f"{value.__module__}.{value.__qualname__}" == f"hertzlink.{name}"
+    try:
+        signature = str(inspect.signature(value))
+    except ValueError:  # of classes that take any arguments
+        return
+    assert max(map(len, signature.splitlines())) <= 100
+    assert not re.search(r"Union|typing|numpy|particles|coupling| at 0x", signature)
+
+
+def test_types_in_signatures_are_those_of_the_code() -> None:
+    """Short names are for printing; a program still gets the real types, and methods and subclasses keep theirs."""
+    assert inspect.signature(hl.drop_speed).parameters["height"].annotation is float
+    assert inspect.signature(hl.Chain).parameters["dissipation"].annotation == hl.Dissipation | None
+
+    class Own(hl.Chain):
+        def __init__(self, count: int) -> None:
+            raise NotImplementedError
+
+    assert str(inspect.signature(Own)) == "(count: int) -> None"
 
 
 @pytest.mark.parametrize("name", PUBLIC)

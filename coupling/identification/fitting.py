@@ -27,6 +27,7 @@ from particles.dissipation import (
 )
 from particles.moving import MovingChain
 from structures.checks import instance, listed, one_of, short, whole
+from structures.reprs import html_table
 from structures.structure import Structure, Vector
 
 STEPS_PER_CONTACT = 200
@@ -86,6 +87,8 @@ class Fit:
     --------
     >>> import hertzlink as hl
     >>> fit = hl.results.Fit(hl.LinearDashpot(5.0), {"coefficient": (4.8, 5.2)}, 0.002, {10: 0.01})
+    >>> fit
+    Fit(LinearDashpot(coefficient=5.0); coefficient (95 %): 4.8 to 5.2; amplitude difference: 0.002; ...)
     >>> fit.identifiable
     True
     """
@@ -97,6 +100,22 @@ class Fit:
     identifiable: bool = True
     correlation: float = 0.0
     note: str = ""
+
+    def __repr__(self) -> str:
+        return f"Fit({self.loss!r}; {'; '.join(f'{name}: {value}' for name, value in self._rows())})"
+
+    def _repr_html_(self) -> str:
+        return html_table("Fit", [("loss", repr(self.loss)), *self._rows()])
+
+    def _rows(self) -> list[tuple[str, str]]:
+        """What a line or a short table shows, apart from the loss."""
+        worst = max(self.waveform_difference.values(), default=0.0)
+        return [
+            *((f"{name} (95 %)", f"{low:.4g} to {high:.4g}") for name, (low, high) in self.intervals.items()),
+            ("amplitude difference", f"{self.amplitude_difference:.3g}"),
+            ("largest waveform difference", f"{worst:.3g}"),
+            *([] if self.identifiable else [("not identifiable", self.note or "see note")]),
+        ]
 
 
 class _Pulse(NamedTuple):

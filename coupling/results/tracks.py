@@ -10,6 +10,7 @@ from coupling.results.ar_and_tof import SMALLEST_WAVE
 from coupling.results.peaks import FAINT, FEWEST_CONTACTS, NEAR_END, Peak, hops, interpolated, traced
 from coupling.results.reading import Reading, without_padding
 from structures.checks import positive
+from structures.reprs import html_table
 from structures.structure import Vector
 
 Node = tuple[int, int]
@@ -54,11 +55,19 @@ class Track:
         return self.contacts[-1] > self.contacts[0]
 
     def __repr__(self) -> str:
-        start, end = 1e6 * self.times[0], 1e6 * self.times[-1]
-        return (
-            f"Track(contacts {self.contacts[0]} to {self.contacts[-1]}, {self.begins} to {self.ends}, "
-            f"{start:.1f} to {end:.1f} µs, at most {self.forces.max():.1f} N)"
-        )
+        (_, contacts), (_, ends), (_, times), (_, force) = self._rows()
+        return f"Track(contacts {contacts}, {ends}, {times}, at most {force})"
+
+    def _repr_html_(self) -> str:
+        return html_table("Track", self._rows())
+
+    def _rows(self) -> list[tuple[str, str]]:
+        return [
+            ("contacts", f"{self.contacts[0]} to {self.contacts[-1]}"),
+            ("from", f"{self.begins} to {self.ends}"),
+            ("time", f"{1e6 * self.times[0]:.1f} to {1e6 * self.times[-1]:.1f} µs"),
+            ("largest force", f"{self.forces.max():.1f} N"),
+        ]
 
     def arrival(self, sensor: int) -> float:
         """When the wave passes a bead, s: halfway between the peaks of its two contacts; NaN where it misses one.

@@ -39,7 +39,7 @@ class Wave:
 
     def rows(self) -> list[tuple[str, str]]:
         """The rows of a table."""
-        return [("amplitude", f"{self.amplitude:.4g} N"), ("arrival", f"{1e6 * self.arrival:.2f} µs")]
+        return [("amplitude", f"{self.amplitude:.2f} N"), ("arrival", f"{1e6 * self.arrival:.2f} µs")]
 
 
 @dataclass(frozen=True)
@@ -119,6 +119,9 @@ class NoWave:
         if name in OF_WAVES:
             raise NoWaveError(f"{name}: there is no {self.which} wave; {self.reason}")
         raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+
+    def _repr_html_(self) -> str:
+        return html_table("NoWave", [(self.which, f"none; {self.reason}")])
 
 
 OF_WAVES = {one.name for one in fields(ReflectedWave)}

@@ -28,6 +28,13 @@ STUDIES = {
 }
 
 
+__all__ = ["STUDIES", "Study", "study"]
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
+
+
 class Study(Protocol):
     """The functions of a study that the command line calls."""
 

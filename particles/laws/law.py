@@ -138,9 +138,10 @@ class ContactLaw(ABC):
 
     def _repr_html_(self) -> str:
         check_contact_law("law", self)
+        shown = [*(one for one in SHOWN if one < self.largest), *([self.largest] if self.largest < inf else [])]
         forces = [
-            (f"F({1e6 * approach:g} µm)", f"{force:.4g} N")
-            for approach, force in zip(SHOWN, self.force(np.array(SHOWN)), strict=True)
+            (f"F({1e6 * approach:.4g} µm)", f"{force:.4g} N")
+            for approach, force in zip(shown, self.force(np.array(shown)), strict=True)
         ]
         largest = "any approach" if self.largest == inf else f"approaches up to {1e6 * self.largest:.4g} µm"
         caution = [("caution", self.caution)] if self.caution else []

@@ -252,7 +252,7 @@ def midplane_correction(bead: Cylinder | Sphere) -> float:
     >>> import hertzlink as hl
     >>> ball = hl.Sphere(9.525e-3, hl.STEEL_316)
     >>> round(hl.laws.midplane_correction(ball) * 1e9, 2)  # nm/N
-    0.13
+    0.11
     """
     bead = solid_body("bead", bead)
     if isinstance(bead, Cylinder) and bead.length < bead.radius:

@@ -1,6 +1,5 @@
 """Results are read without a simulator, by one schema and one reader."""
 
-import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -121,21 +120,3 @@ def signal() -> xr.Dataset:
 def test_what_cannot_be_read_is_named(call: Callable[[], object], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         call()
-
-
-def test_objects_show_themselves_in_a_line() -> None:
-    """None of them prints its numbers, matrices or beads."""
-    rod = hl.reduce(hl.rod([hl.Layer(hl.PTFE, 0.1, 9.525e-3)]), until=1e-3)
-    simulation = hl.CoSimulation(hl.Chain([BEAD] * 16, BEAD, 0.44), rod)
-    run = simulation.run(until=1e-3)
-    waves = hl.reflections(run, 8)
-    shown = {
-        r"Structure\(rod, unknowns: \d+, contacts: 1, damping: none, reduced for: 0.001 s\)": rod,
-        r"CoSimulation\(16 beads on rod; Condensed\(tolerance=1e-11\)\)": simulation,
-        r"ReflectedWave\([\d.]+ N at [\d.]+ µs, AR = 0\.\d{4}, TOF = .* µs, begins at the structure\)": waves.primary,
-        r"Track\(contacts 1 to 1\d, struck end to structure, .*\)": hl.results.follow_waves(run)[0],
-    }
-    for pattern, one in shown.items():
-        assert re.fullmatch(pattern, repr(one)), repr(one)
-    for one in (rod, simulation, waves, waves.incident):
-        assert re.fullmatch("<table>.*</table>", one._repr_html_())

@@ -1,0 +1,91 @@
+"""What objects print in a terminal and in a notebook: a line and a short table, with the same numbers."""
+
+import html
+import re
+from functools import cache
+from typing import Any
+
+import pytest
+
+import hertzlink as hl
+
+BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
+CHAIN = hl.Chain([BEAD] * 16, BEAD, 0.44, gravity=9.81, preload=1.5)
+
+
+@cache
+def shown() -> dict[str, Any]:
+    """One object of each class, by the pattern of its line."""
+    rod = hl.reduce(hl.rod([hl.Layer(hl.PTFE, 0.1, 9.525e-3)]), until=1e-3)
+    simulation = hl.CoSimulation(hl.Chain([BEAD] * 16, BEAD, 0.44), rod)
+    run = simulation.run(until=1e-3)
+    waves = hl.reflections(run, 8)
+    plate = hl.kirchhoff_plate(0.2, 0.15, 3e-3, hl.ALUMINIUM_6061, hl.Supports(*4 * ["clamped"]))
+    struck = plate.at([0.05, 0.15], [0.07, 0.07])
+    two = hl.CoSimulation([CHAIN, CHAIN], [hl.ContactPoint(struck, 0), hl.ContactPoint(struck, 1)])
+    dashpot = hl.LinearDashpot(5.0)
+    return {
+        r"Chain\(16 Sphere, struck by Sphere at 0.44 m/s, gravity=9.81, preload=1.5\)": CHAIN,
+        r"Structure\(rod, unknowns: \d+, contacts: 1, damping: none, reduced for: 0.001 s\)": rod,
+        r"CoSimulation\(16 beads on rod; Condensed\(tolerance=1e-11\)\)": simulation,
+        r"CoSimulation\(2 chains, 1 structure, 2 contacts; Condensed\(tolerance=1e-11\)\)": two,
+        r"CoSimulation\(1 bead that faces nothing; .*\)": hl.CoSimulation(hl.Chain([BEAD], BEAD, 0.3), None),
+        r"<Kirchhoff plate, 0.2 × 0.15 m, 3 mm of aluminium 6061; .*>": plate,
+        r"Wave\([\d.]+ N at [\d.]+ µs\)": waves.incident,
+        r"ReflectedWave\([\d.]+ N at [\d.]+ µs, AR = 0\.\d{4}, TOF = .* µs, begins at the structure\)": waves.primary,
+        r"NoWave\(which='primary', reason='the record is short'\)": hl.results.NoWave("primary", "the record is short"),
+        r"Track\(contacts 1 to 1\d, struck end to structure, .*\)": hl.results.follow_waves(run)[0],
+        r"Fit\(LinearDashpot\(coefficient=5.0\); coefficient \(95 %\): 4.8 to 5.2; .*\)": hl.results.Fit(
+            dashpot, {"coefficient": (4.8, 5.2)}, 0.002, {10: 0.01}
+        ),
+        r"Fit\(.*; not identifiable: only their sum\)": hl.results.Fit(
+            dashpot, {}, 0.1, {}, False, 1.0, "only their sum"
+        ),
+    }
+
+
+def text_of(table: str) -> str:
+    assert re.fullmatch("<table>.*</table>", table)
+    return html.unescape(re.sub("<[^>]+>", " ", table))
+
+
+def test_a_line_without_matrices_or_beads() -> None:
+    for pattern, one in shown().items():
+        assert re.fullmatch(pattern, repr(one)), repr(one)
+        assert len(repr(one)) < 160
+
+
+def test_a_notebook_shows_the_same_numbers() -> None:
+    """In the same units: a table that shows J where the line shows mJ has other digits."""
+    for one in shown().values():
+        table = text_of(one._repr_html_())
+        for number in re.findall(r"(?<![\w.])\d+\.?\d*(?![\w.])", repr(one)):
+            assert number in table, (number, table)
+
+
+def test_units_of_a_chain_are_those_of_its_simulation() -> None:
+    energy = r"impact energy\s+([\d.]+ mJ)"
+    chain = re.search(energy, text_of(CHAIN._repr_html_()))
+    simulation = re.search(energy, text_of(hl.CoSimulation(CHAIN, hl.half_space(hl.PTFE))._repr_html_()))
+    assert chain
+    assert simulation
+    assert chain[1] == simulation[1]
+    assert re.search(r"gravity\s+9.81 m/s²", text_of(CHAIN._repr_html_()))
+
+
+def test_a_law_shows_forces_within_its_range_only() -> None:
+    table = text_of(hl.laws.TabulatedLaw([1e-6, 2e-6], [1.0, 3.0])._repr_html_())
+    assert re.findall(r"F\(([\d.]+) µm\)\s+([\d.]+) N", table) == [("1", "1"), ("2", "3")]
+    assert "10 µm" in text_of(hl.laws.PowerLaw(1e9)._repr_html_())
+
+
+def test_text_is_escaped() -> None:
+    table = hl.results.NoWave("primary", "a < b & c")._repr_html_()
+    assert "a &lt; b &amp; c" in table
+
+
+def test_corners_in_place_of_an_outline() -> None:
+    """The message stays short."""
+    with pytest.raises(ValueError, match=r"shape = \(\(0\.1.*… *: must be an Outline\(corners\)") as found:
+        hl.mindlin_panel(hl.circle(0.1), 2e-3, hl.ALUMINIUM_6061)  # type: ignore[arg-type]
+    assert len(str(found.value)) < 300
