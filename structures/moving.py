@@ -153,6 +153,10 @@ class MovingStructure:
         stepper = self.stepper if isinstance(self.stepper, str) else getattr(self.stepper, "__name__", "own stepper")
         return f"MovingStructure({self.structure!r}, stepper={stepper!r})"
 
+    def __getstate__(self) -> dict[str, Any]:
+        """For pickles and copies: without factorisations, which the next window makes anew, with the same bits."""
+        return {**vars(self), "_steps": {}, "_responses": {}}
+
     def describe(self) -> dict[str, Any]:
         """How the structure was made, and the stepper if it is not the midpoint, as plain data."""
         chosen = {} if self.stepper == "midpoint" else {"stepper": self.stepper}

@@ -1,5 +1,8 @@
 """The coupled run: energy, momentum, convergence, one answer by every path, bad input."""
 
+import copy
+import pickle
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -312,3 +315,13 @@ def test_relaxation_from_2_on(scheme: type) -> None:
         with pytest.raises(ValueError, match=f"relaxation = {value}: must lie between 0 and 2"):
             scheme(relaxation=value)
     assert scheme(relaxation=1.99).relaxation == 1.99
+
+
+@pytest.mark.parametrize("stepper", ["midpoint", "newmark", "generalised-alpha", "central-difference"])
+def test_a_simulation_can_be_pickled_after_a_run(stepper: str) -> None:
+    """It leaves its factorisations behind, and runs again with the same bits; so does a copy."""
+    moving = hl.stepping.MovingStructure(hl.rod(LAYERS, elements=4), stepper)
+    simulation = hl.CoSimulation(hl.Chain([BEAD] * 3, BEAD, 0.31), moving)
+    before = simulation.run(until=2e-5)
+    for same in (pickle.loads(pickle.dumps(simulation)), copy.deepcopy(simulation)):
+        xr.testing.assert_identical(same.run(until=2e-5), before)
