@@ -17,12 +17,12 @@ from coupling.recording.trace import Trace
 from coupling.results.findings import warn
 from coupling.run_checks import check_length, checked
 from coupling.schemes.condensed import Condensed
-from coupling.schemes.scheme import Scheme
+from coupling.schemes.scheme import Scheme, check_scheme
 from coupling.schemes.windows import Adaptive
 from coupling.state import CoupledState
 from particles.chain import Chain
 from particles.moving import MovingChain
-from structures.checks import instance, listed, one_of, positive, short, whole
+from structures.checks import instance, listed, one_of, positive, whole
 from structures.reprs import html_table
 
 WAVEFORMS = ("linear", "quadratic")
@@ -92,8 +92,7 @@ class CoSimulation:
         else:
             chains = [instance("chain", chain, Chain, "a Chain, or a list of them")]
         self.scheme: Scheme = Condensed() if scheme is None else scheme
-        if isinstance(self.scheme, type) or not isinstance(self.scheme, Scheme):
-            raise ValueError(f"scheme = {short(scheme)}: must be a scheme such as Condensed() or Aitken()")
+        check_scheme("scheme", self.scheme)
         one_of("waveform", waveform, WAVEFORMS)
         dt = None if dt is None else positive("dt", dt, "s")
         facing = for_each("structure", structure, len(chains), several)

@@ -13,7 +13,7 @@ from coupling.state import REMEMBERED, CoupledState, Ledger, Node
 from particles.chain import Chain
 from particles.deformable.chain import moving_chain
 from particles.moving import ChainState, MovingChain
-from structures.checks import instance, whole
+from structures.checks import has_members, instance, whole
 from structures.moving import MovingStructure
 from structures.structure import Structure, Vector, half_space, surfaces_of
 from structures.surface import Surface
@@ -361,8 +361,8 @@ def _takes_part(where: str, given: Any) -> None:
     """A ValueError for what is neither a structure nor a participant."""
     if isinstance(given, type):
         raise ValueError(f"{where} = the class {given.__name__}: must be an object of it, such as {given.__name__}(…)")
-    if not isinstance(given, Structure | Participant):
-        raise ValueError(f"{where} = {type(given).__name__}: must be {PARTICIPANTS}")
+    if not isinstance(given, Structure):
+        has_members(where, given, ("surface",), {"start": 0, "advance": 3}, PARTICIPANTS, type(given).__name__)
 
 
 def _moving_structure(given: Any) -> Any:

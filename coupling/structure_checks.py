@@ -1,6 +1,7 @@
 """The checks of struck structures: whether theory, mesh and reduction suit the deflections and pushes of the run."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from numbers import Real
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -67,8 +68,9 @@ def push_length(force: Vector, interval: float) -> float:
 
 def _of_deflection(origin: Any, moved: float) -> Iterator[Doubt]:
     """Of a plate that something holds; one that is free may fly off."""
-    thickness = origin.get("thickness") or origin.get("section", {}).get("thickness")
-    held = [one for one in origin.get("supports", {"": "held"}).values() if one not in ("free", "symmetry")]
+    thickness = _number(origin, "thickness") or _number(_part(origin, "section"), "thickness")
+    supports = _part(origin, "supports") or {"": "held"}
+    held = [one for one in supports.values() if one not in ("free", "symmetry")]
     if thickness and held and moved > LARGE_DEFLECTION * thickness:
         words = (
             f"the plate moves by {moved:.2g} m at the contact, more than half its thickness of {thickness:.2g} m; "
@@ -79,8 +81,8 @@ def _of_deflection(origin: Any, moved: float) -> Iterator[Doubt]:
 
 def _of_reduction(origin: Any, length: float) -> Iterator[Doubt]:
     """length, s: of the push."""
-    report = origin.get("reduction")
-    if not report:
+    report = _part(origin, "reduction")
+    if not {"pulse", "error_estimate", "tolerance"} <= set(report):
         return
     error, allowed = error_for_pulse(report, length), report["tolerance"]
     if error > EXCEEDED * allowed:
@@ -94,10 +96,22 @@ def _of_reduction(origin: Any, length: float) -> Iterator[Doubt]:
 
 def _of_mesh(origin: Any, length: float) -> Iterator[Doubt]:
     """length, s: of the push. A mesh of a given number of cells was not made for any frequency."""
-    frequency = None if origin.get("cells") else origin.get("highest_frequency")
+    frequency = None if origin.get("cells") else _number(origin, "highest_frequency")
     if frequency and length * frequency < FEWEST_CYCLES:
         words = (
             f"it resolves waves up to {1e-3 * frequency:.3g} kHz, and this run's push of {1e6 * length:.2g} µs excites "
             f"higher ones; late and secondary waves may be wrong; highest_frequency={until_of(1.0 / length)} suits it"
         )
         yield Doubt("mesh", 1.0 / (length * frequency), words)
+
+
+def _part(origin: Any, name: str) -> Mapping[str, Any]:
+    """A part of an origin; empty where a user's structure has something else of that name."""
+    part = origin.get(name)
+    return part if isinstance(part, Mapping) else {}
+
+
+def _number(origin: Any, name: str) -> float:
+    """A number of an origin; zero where a user's structure has something else of that name."""
+    number = origin.get(name)
+    return float(number) if isinstance(number, Real) else 0.0

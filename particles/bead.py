@@ -339,17 +339,25 @@ def check_bead(name: str, body: Any, what: str = "a bead, such as a Sphere") -> 
 
 
 def check_beads(name: str, bodies: Any) -> tuple[Bead, ...]:
-    """`bodies` as a tuple of one Bead or more, or a ValueError."""
-    what = "one bead, such as Sphere, or more"
-    beads = listed(name, bodies, object, what)
+    """`bodies` as a tuple of one Bead or more, or a ValueError that names the first which is none."""
+    what = "a bead, such as a Sphere"
+    beads = listed(name, bodies, object, "one bead, such as a Sphere, or more")
     # Chains repeat their beads, and a batch has thousands of chains: each is checked once.
-    for place, bead in {id(bead): (place, bead) for place, bead in enumerate(beads)}.values():
-        if isinstance(bead, SHAPES):
+    checked = set[int]()
+    for place, bead in enumerate(beads):
+        if isinstance(bead, SHAPES) or id(bead) in checked:
             continue
-        if not any(hasattr(bead, attribute) for attribute in ATTRIBUTES):
-            raise ValueError(f"{name} = {short(bodies)}: must be a list of {what}")
-        check_bead(f"{name}[{place}]", bead)
+        likely_bead(check_bead(f"{name}[{place}]", bead, what))
+        checked.add(id(bead))
     return tuple(beads)
+
+
+def likely_bead(bead: Bead) -> None:
+    """Warn of a user's body whose size or mass may be in another unit; those defined here warn when they are made."""
+    if isinstance(bead, SHAPES):
+        return
+    likely("bead size", type(bead).__name__, "size", bead.size)
+    likely("bulk", type(bead).__name__, "mass / size³", bead.mass / bead.size**3)
 
 
 def check_body(name: str, body: Any) -> Bead | Surface:

@@ -9,7 +9,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from particles.bead import Bead, check_bead, check_beads, described
+from particles.bead import Bead, check_bead, check_beads, described, likely_bead
 from particles.dissipation import Dissipation
 from particles.excitation import Excitation, FirstBeadMoves, FreeStriker, check_excitation
 from particles.laws.law import ContactLaw, check_contact_law
@@ -205,6 +205,8 @@ class Chain:
         if self.striker is not None:
             what = "a bead, such as Sphere, or SpringLoaded, PushedBead, Piston or None"
             check_bead("striker", self.striker, what)
+            if not any(self.striker is bead for bead in self.beads):
+                likely_bead(self.striker)
             if self.impact_speed is None:
                 raise ValueError("impact_speed = None: must be given, in m/s, for a striker that is a bead")
         if self.striker is not None or self.impact_speed:
@@ -216,6 +218,6 @@ class Chain:
             return
         what = "None, a law such as PowerLaw(k, n), or a function of two bodies"
         if callable(self.law) and not isinstance(self.law, ContactLaw | type):
-            takes("law", self.law, 2, "a function of two bodies, law(body, next body or Surface)")
+            takes(f"law = {short(self.law)}", self.law, 2, "a function of two bodies, law(body, next body or Surface)")
         else:
             check_contact_law("law", self.law, what)

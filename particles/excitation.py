@@ -13,7 +13,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from particles import kernels
-from particles.bead import Bead, check_bead
+from particles.bead import Bead, check_bead, likely_bead
 from structures.checks import finite, instance, not_negative, positive, short
 from structures.plausible import likely
 from structures.structure import Vector
@@ -186,7 +186,7 @@ class SpringLoaded(Excitation):
     travel: float | None = None
 
     def __post_init__(self) -> None:
-        check_bead("striker", self.striker)
+        likely_bead(check_bead("striker", self.striker))
         object.__setattr__(self, "stiffness", positive("stiffness", self.stiffness, "N/m"))
         object.__setattr__(self, "compression", positive("compression", self.compression, "m"))
         travel = self.compression if self.travel is None else self.travel

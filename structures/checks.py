@@ -2,7 +2,7 @@
 
 import inspect
 import math
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Mapping
 from difflib import get_close_matches
 from typing import Any, TypeVar
 
@@ -75,7 +75,24 @@ def takes(name: str, function: Callable[..., object], count: int, what: str) -> 
     try:
         signature.bind(*[None] * count)
     except TypeError as error:
-        raise ValueError(f"{name} = {short(function)}: must be {what} ({error})") from None
+        raise ValueError(f"{name}: must be {what} ({error})") from None
+
+
+def has_members(
+    name: str, value: object, attributes: Iterable[str], methods: Mapping[str, int], what: str, shown: str = ""
+) -> None:
+    """A ValueError that names the members which a user's object lacks, and methods of another number of arguments."""
+    shown, needed = shown or short(value), (*attributes, *methods)
+    lacking = [one for one in needed if not hasattr(value, one)]
+    if isinstance(value, type) or len(lacking) == len(needed):
+        raise ValueError(f"{name} = {shown}: must be {what}")
+    if lacking:
+        raise ValueError(f"{name} = {shown}: has no {' and no '.join(lacking)}; must be {what}")
+    for method, count in methods.items():
+        found, full = getattr(value, method), f"{type(value).__name__}.{method}"
+        if not callable(found):
+            raise ValueError(f"{full} = {short(found)}: must be a method")
+        takes(full, found, count, f"a method of {count} arguments besides self")
 
 
 def short(value: object) -> str:

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from structures.checks import instance, one_of, positive, takes
+from structures.checks import instance, one_of, positive, short, takes
 from structures.oscillators import Oscillators, is_modal
 from structures.step_checks import check_step
 from structures.stepping import (
@@ -88,7 +88,12 @@ class MovingStructure:
     def __init__(self, structure: Structure, stepper: str | Stepper = "midpoint") -> None:
         instance("structure", structure, Structure, "a Structure")
         if callable(stepper):
-            takes("stepper", stepper, 2, "a function of a structure and a window (s) that makes a Step")
+            takes(
+                f"stepper = {short(stepper)}",
+                stepper,
+                2,
+                "a function of a structure and a window (s) that makes a Step",
+            )
         else:
             one_of("stepper", stepper, STEPPERS)
         self.structure = lumped(structure) if stepper == "central-difference" and structure.size else structure

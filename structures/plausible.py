@@ -21,6 +21,10 @@ class Likely(NamedTuple):
 LIKELY = {
     # Balls of 400 mm diameter; chains in the literature have beads of 0.1 to 100 mm.
     "bead": Likely(0.0, 0.2, "m", "", "mm"),
+    # Twice the largest radius.
+    "bead size": Likely(0.0, 0.4, "m", "", "mm"),
+    # Mass over the cube of the size: 13 of a ball of the lightest foam, up to 4e5 of a flat disc of steel.
+    "bulk": Likely(5.0, 5e5, "kg/m³", "g/cm³", "g/m³"),
     # From plates, panels and rods of the laboratory up to the walls of ships.
     "side": Likely(0.0, 20.0, "m", "", "mm"),
     "thickness": Likely(0.0, 1.0, "m", "", "mm"),

@@ -103,6 +103,7 @@ class Structure:
         else:
             object.__setattr__(self, "flexibility", _flexibilities(self.flexibility, self.contacts))
             object.__setattr__(self, "surface", _surfaces(self.surface, self.contacts))
+        instance("origin", self.origin, Mapping, 'a mapping such as {"kind": "block"}')
         if not isinstance(self.valid_until, int | float) or not self.valid_until > 0.0:
             raise ValueError(f"valid_until = {self.valid_until!r}: must be a positive number of s")
         if self.field is not None:

@@ -4,6 +4,7 @@ from typing import Any, Protocol, runtime_checkable
 
 from coupling.interface import Interface
 from coupling.state import CoupledState
+from structures.checks import has_members, instance, whole
 
 SUBSTEPS_PER_CONTACT = 112
 """Substeps in the shortest contact's duration, where both sides agree on every one of them. With 64 the worst amplitude
@@ -74,3 +75,13 @@ class Scheme(Protocol):
     def step(self, interface: Interface, state: CoupledState, length: float, substeps: int) -> list[CoupledState]:
         """The states at the ends of the substeps, each of `length` s. Raises NotConverged; the window is then cut."""
         ...
+
+
+def check_scheme(name: str, scheme: Any) -> None:
+    """A ValueError for what is no Scheme; it names the members that are missing or wrong."""
+    attributes = ("substeps_per_contact", "repeats", "whole_window")
+    has_members(name, scheme, attributes, {"start": 1, "step": 4}, "a scheme such as Condensed() or Aitken()")
+    own = type(scheme).__name__
+    whole(f"{own}.substeps_per_contact", scheme.substeps_per_contact)
+    for flag in ("repeats", "whole_window"):
+        instance(f"{own}.{flag}", getattr(scheme, flag), bool, "True or False")

@@ -423,10 +423,26 @@ def test_what_is_no_participant() -> None:
     class NoSurface:
         start, advance = Sound.start, Sound.advance
 
+    class SurfaceOnly:
+        surface = Sound.surface
+
+    class TwoArguments(Sound):
+        def advance(self, state: Any, force: float) -> Any:  # type: ignore[override]
+            return None
+
+    class NoMethod(Sound):
+        start = 3  # type: ignore[assignment]
+
     for given, message in (
-        (NoSurface(), "structure = NoSurface: must be a Structure .* or an object with surface, start and advance"),
+        (
+            NoSurface(),
+            "structure = NoSurface: has no surface; must be a Structure .* or an object with surface, start and adv",
+        ),
         (Sound, r"structure = the class Sound: must be an object of it, such as Sound\(…\)"),
         (Sound().advance, "structure = method: must be a Structure"),
+        (SurfaceOnly(), "structure = SurfaceOnly: has no start and no advance; must be a Structure"),
+        (TwoArguments(), r"TwoArguments\.advance: must be a method of 3 arguments besides self"),
+        (NoMethod(), r"NoMethod\.start = 3: must be a method"),
     ):
         with pytest.raises(ValueError, match=message):
             hl.CoSimulation(CHAIN, given, hl.Aitken())

@@ -487,3 +487,53 @@ def test_a_scheme_that_returns_no_states_is_named(answer: Any, message: str) -> 
     rod = hl.rod([hl.Layer(hl.PTFE, 0.05, 0.01)], elements=8)
     with pytest.raises(ValueError, match=message):
         hl.CoSimulation(hl.Chain([bead] * 3, bead, 0.3), rod, scheme=Own()).run(5e-5)
+
+
+class Lagged:
+    """A user's scheme: the forces of the last substep push the structures in the next one."""
+
+    substeps_per_contact, repeats, whole_window = 512, False, False
+
+    def start(self, interface: Any) -> Any:
+        return None
+
+    def step(self, interface: Any, state: Any, length: float, substeps: int) -> Any:
+        force = state.past[-1].force if state.past else state.force
+        structures, surface = interface.push(state.structures, force, length)
+        chains, answer, work = interface.follow(state.chains, state.past, surface, length)
+        return [interface.next(state, length, chains, structures, surface, force, (answer, work), None, 1)]
+
+
+@pytest.mark.parametrize(
+    ("members", "message"),
+    [
+        *[
+            ({"substeps_per_contact": bad}, rf"Own\.substeps_per_contact = {bad!r}: must be a")
+            for bad in (None, "x", 0)
+        ],
+        *[
+            ({"substeps_per_contact": bad}, rf"Own\.substeps_per_contact = {bad!r}: must be a")
+            for bad in (-1, 2.5, True)
+        ],
+        ({"substeps_per_contact": np.nan}, r"Own\.substeps_per_contact = nan: must be a finite number"),
+        ({"repeats": None}, r"Own\.repeats = None: must be True or False"),
+        ({"whole_window": "no"}, r"Own\.whole_window = 'no': must be True or False"),
+        ({"start": None}, r"Own\.start = None: must be a method"),
+        ({"step": lambda self, interface: []}, r"Own\.step: must be a method of 4 arguments besides self"),
+        ({"step": lambda self, *given: None}, r"Own\.step: must return a list with the states after 1 substeps"),
+        ({"step": lambda self, *given: ["state"]}, r"Own\.step: must return a list with the states after 1 substeps"),
+    ],
+)
+def test_a_scheme_with_a_wrong_member_is_named(members: dict[str, Any], message: str) -> None:
+    own = type("Own", (Lagged,), members)()
+    with pytest.raises(ValueError, match=message):
+        hl.CoSimulation(hl.Chain([BEAD] * 3, BEAD, 0.3), FREE_ROD, own).run(1e-5)
+
+
+def test_the_members_that_a_scheme_lacks_are_named() -> None:
+    class Own:
+        start, step = Lagged.start, Lagged.step
+
+    message = "has no substeps_per_contact and no repeats and no whole_window; must be a scheme such as Condensed"
+    with pytest.raises(ValueError, match=rf"^scheme = .*Own object.*: {message}"):
+        hl.CoSimulation(hl.Chain([BEAD] * 3, BEAD, 0.3), FREE_ROD, Own())  # type: ignore[arg-type]

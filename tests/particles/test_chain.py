@@ -238,7 +238,7 @@ def test_advance_has_no_hidden_state() -> None:
         ({"beads": None}, "beads = None"),
         ({"beads": BEAD}, "beads = Sphere"),
         ({"impact_speed": 10**400}, "impact_speed = "),
-        ({"beads": ["steel"]}, "beads = "),
+        ({"beads": ["steel"]}, r"beads\[0\] = 'steel': must be a bead"),
         ({"striker": 3}, "striker = 3"),
         ({"dissipation": 4.0}, r"dissipation = 4\.0: must be None or a loss such as LinearDashpot"),
         ({"integrator": "rk45"}, r"integrator = 'rk45'.*did you mean 'rk4'"),

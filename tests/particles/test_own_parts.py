@@ -1,6 +1,7 @@
 """Bodies, laws, losses and excitations of a user's own: they run, are checked and described like those built in."""
 
 import json
+import re
 from dataclasses import dataclass
 from math import sqrt
 from types import SimpleNamespace
@@ -88,13 +89,42 @@ def test_a_users_body_brings_the_compliance_of_its_wall() -> None:
         (SimpleNamespace(mass=-1.0, size=1e-2, surface=BALL.surface), r"beads\[1\]: mass = -1\.0: must be a positive"),
         (SimpleNamespace(mass=1.0, size=0.0, surface=BALL.surface), r"beads\[1\]: size = 0\.0: must be a positive"),
         (SimpleNamespace(mass=1.0, size=1.0, surface=STEEL), r"beads\[1\]: surface = .*: must be a Surface"),
-        (3.0, r"beads = .*: must be a list of one bead"),
+        (3.0, r"beads\[1\] = 3\.0: must be a bead, such as a Sphere"),
         (hl.half_space(STEEL), r"beads\[1\] = .*: must be a bead"),
     ],
 )
 def test_bodies_that_are_no_beads(body: object, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         hl.Chain([BALL, body], BALL, 0.3)  # type: ignore[list-item]
+
+
+def test_the_first_bead_that_is_none_is_named() -> None:
+    bad = SimpleNamespace(mass=1.0, size=1e-2, surface=STEEL)
+    with pytest.raises(ValueError, match=r"beads\[0\]: surface = "):
+        hl.Chain([bad] * 6, BALL, 0.3)
+    with pytest.raises(ValueError, match=r"beads\[2\]: surface = "):
+        hl.Chain([BALL, BALL, bad, bad], BALL, 0.3)
+
+
+@pytest.mark.parametrize(
+    ("body", "message"),
+    [
+        (Plain(BALL.mass, 9.52, BALL.surface), r"Plain size = 9\.52: is read as 9\.52 m; is it in mm\?"),
+        (Plain(1e-3 * BALL.mass, BALL.size, BALL.surface), r"Plain mass / size³ = 4\.1.*kg/m³; is it in g/cm³\?"),
+        (Plain(1e3 * BALL.mass, BALL.size, BALL.surface), r"Plain mass / size³ = 4\.1.*kg/m³; is it in g/m³\?"),
+    ],
+)
+def test_a_users_body_in_other_units_is_doubted(body: hl.Bead, message: str) -> None:
+    """Once for each body, wherever it is."""
+    for make in (
+        lambda: hl.Chain([body] * 3, BALL, 0.3),
+        lambda: hl.Chain([body] * 3, body, 0.3),
+        lambda: hl.Chain([BALL], body, 0.3),
+        lambda: hl.SpringLoaded(body, 200.0, 2e-3),
+    ):
+        with pytest.warns(hl.HertzlinkWarning, match=message) as found:
+            make()
+        assert sum(bool(re.search(message, str(one.message))) for one in found) == 1
 
 
 @dataclass(frozen=True)
