@@ -63,8 +63,11 @@ def write(file: BinaryIO, tree: Any, types: Types, trust: bool = False) -> None:
         file.write(np.ascontiguousarray(straight).reshape(-1).view(np.uint8).data)
 
 
-def read(file: BinaryIO, size: int, types: Types, trust: bool = False) -> Any:
-    """Read the tree in the next `size` bytes. Raises Unreadable, and Untrusted for a pickle without trust."""
+def read(file: BinaryIO, size: int, types: Types, trust: bool = False, checked: bool = False) -> Any:
+    """Read the tree in the next `size` bytes. Raises Unreadable, and Untrusted for a pickle without trust.
+
+    checked: dataclasses are made by their constructors, which check their fields.
+    """
     line = file.readline(size)
     try:
         record = json.loads(line)
@@ -72,7 +75,7 @@ def read(file: BinaryIO, size: int, types: Types, trust: bool = False) -> Any:
         expected = len(line) + sum(math.prod(shape) * dtype.itemsize for dtype, shape, _ in headers)
         if expected != size:
             raise Unreadable(f"holds {size} bytes instead of {expected}")
-        return _Reader(types, trust, [_array(file, *header) for header in headers]).value(record["tree"])
+        return _Reader(types, trust, checked, [_array(file, *header) for header in headers]).value(record["tree"])
     except Unreadable:
         raise
     except (ArithmeticError, AttributeError, LookupError, MemoryError, RecursionError, TypeError, ValueError) as error:
@@ -86,9 +89,9 @@ def to_bytes(tree: Any, types: Types, trust: bool = False) -> bytes:
     return file.getvalue()
 
 
-def from_bytes(data: bytes, types: Types, trust: bool = False) -> Any:
+def from_bytes(data: bytes, types: Types, trust: bool = False, checked: bool = False) -> Any:
     """The tree in bytes; see `read`."""
-    return read(BytesIO(data), len(data), types, trust)
+    return read(BytesIO(data), len(data), types, trust, checked)
 
 
 def check(tree: Any, types: Types) -> None:
@@ -107,6 +110,19 @@ def own_types(*types: type) -> dict[str, type]:
 def types_of(*trees: Any) -> dict[str, type]:
     """The named tuples and dataclasses in trees that a program made itself, under names with a dot."""
     return {f"{one.__module__}.{one.__qualname__}": one for tree in trees for one in _types_in(tree)}
+
+
+def fits(found: Any, like: Any) -> bool:
+    """Whether numbers, arrays and tuples that were read have the form of others: compiled loops check no bounds."""
+    if isinstance(like, np.ndarray):
+        same = isinstance(found, np.ndarray) and (found.dtype, found.shape) == (like.dtype, like.shape)
+        return bool(same and found.flags.c_contiguous)
+    if isinstance(like, tuple):
+        same = type(found) is type(like) and len(found) == len(like)
+        return same and all(fits(*pair) for pair in zip(found, like, strict=True))
+    if isinstance(like, int):
+        return isinstance(found, int | np.integer) and bool(found >= 0)
+    return isinstance(found, int | float | np.number)
 
 
 class _Writer:
@@ -172,8 +188,8 @@ class _Writer:
 
 
 class _Reader:
-    def __init__(self, types: Types, trust: bool, arrays: list[NDArray[Any]]) -> None:
-        self.types, self.trust, self.arrays = types, trust, arrays
+    def __init__(self, types: Types, trust: bool, checked: bool, arrays: list[NDArray[Any]]) -> None:
+        self.types, self.trust, self.checked, self.arrays = types, trust, checked, arrays
 
     def value(self, node: Any) -> Any:
         if isinstance(node, list):
@@ -181,7 +197,7 @@ class _Reader:
         if not isinstance(node, dict):
             return node
         if "type" in node:
-            return _made(self.types[node["type"]], [self.value(one) for one in node["fields"]])
+            return _made(self.types[node["type"]], [self.value(one) for one in node["fields"]], self.checked)
         ((kind, inner),) = node.items()
         if kind == "pickle":
             return self._unpickled(self._numbered(inner).tobytes())
@@ -268,13 +284,15 @@ def _holds_only(value: Any, names: tuple[str, ...]) -> bool:
     return computed and all(hasattr(value, name) for name in names)
 
 
-def _made(kind: type, values: list[Any]) -> Any:
-    """An object with these fields, without a call of its own code."""
+def _made(kind: type, values: list[Any], checked: bool) -> Any:
+    """An object with these fields; unless checked, without a call of its own code."""
     names = _fields(kind) or ()
     if len(names) != len(values):
         raise Unreadable(f"holds a {kind.__qualname__} of {len(values)} fields instead of {len(names)}")
     if issubclass(kind, tuple):
         return tuple.__new__(kind, values)
+    if checked:
+        return kind(**dict(zip(names, values, strict=True)))
     made = object.__new__(kind)
     for name, value in zip(names, values, strict=True):
         object.__setattr__(made, name, value)

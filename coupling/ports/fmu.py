@@ -1,20 +1,19 @@
 """The chain as an FMU, for co-simulation programs that support FMI 2.0; optional: `pip install "hertzlink[fmu]"`."""
 
-import os
-import pickle
 import shutil
 import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from coupling.files.writing import whole_file_by_name
 from coupling.paths import path_of
+from coupling.ports.fmu_content import pack
 from coupling.ports.guest import guest_chain
 from particles.chain import Chain
-from structures.checks import short
+from structures.checks import instance, short
 from structures.surface import Surface
 
 UNIT_SCRIPT = Path(__file__).with_name("fmu_unit.py")
@@ -24,12 +23,20 @@ UNIT_MODULE = "hertzlink_chain"
 unique.
 """
 
-CONTENT_FILE = "chain.pickle"
-"""File with the chain and the surface that it faces, next to the unit."""
+CONTENT_FILE = "chain.data"
+"""File with the chain and the surface that it faces, next to the unit: plain data."""
+
+TRUSTED_FILE = "chain.trusted"
+"""The same, where classes of the user's own are in it as pickles."""
 
 
 def write_fmu(
-    chain: Chain, surface: Surface, path: str | Path, flexibility: float = 0.0, dt: float | None = None
+    chain: Chain,
+    surface: Surface,
+    path: str | Path,
+    flexibility: float = 0.0,
+    dt: float | None = None,
+    trust: bool = False,
 ) -> Path:
     """Write a chain, with its contact, as an FMI 2.0 co-simulation unit.
 
@@ -40,8 +47,8 @@ def write_fmu(
     refused (fmi2Discard) and changes nothing; its reason is written to the log, which the opening program must enable.
 
     The FMU runs in the Python of the opening program, where this version of hertzlink must be installed. It holds the
-    chain as a pickle: open only files that you trust. An existing file of that name is replaced, completely or not at
-    all.
+    chain as plain data and hertzlink's script: like any FMU it is a program, so open only files that you trust. An
+    existing file of that name is replaced, completely or not at all.
 
     Parameters
     ----------
@@ -55,6 +62,9 @@ def write_fmu(
         Compliance in series with the contact, m/N; `structure.flexibility` for a Structure.
     dt : float, optional
         Time step of the chain, s; see MovingChain.
+    trust : bool
+        Whether beads, losses, excitations and laws of classes of your own may be pickled. Their modules must be
+        installed where the FMU is opened.
 
     Returns
     -------
@@ -83,22 +93,19 @@ def write_fmu(
     builder = _builder()
     guest_chain(chain, surface, flexibility, dt)
     target = _target(path)
-    content = _pickled(
-        {"version": version("hertzlink"), "chain": chain, "surface": surface, "flexibility": flexibility, "dt": dt}
-    )
-    with _beside(path, target) as name:
-        folder = Path(name)
-        script = Path(shutil.copy(UNIT_SCRIPT, folder / f"{UNIT_MODULE}.py"))
-        (folder / CONTENT_FILE).write_bytes(content)
+    content = pack(chain, surface, flexibility, dt, instance("trust", trust, bool, "True or False"))
+    content_file = TRUSTED_FILE if trust else CONTENT_FILE
+    with whole_file_by_name(target) as part:
+        script = Path(shutil.copy(UNIT_SCRIPT, part.with_name(f"{UNIT_MODULE}.py")))
+        part.with_name(content_file).write_bytes(content)
         with _imports_restored():
-            whole = builder.build_FMU(
+            builder.build_FMU(
                 script,
-                dest=folder / target.name,
-                project_files=[folder / CONTENT_FILE],
+                dest=part,
+                project_files=[part.with_name(content_file)],
                 canGetAndSetFMUstate=True,
                 canSerializeFMUstate=True,
             )
-        os.replace(whole, target)
     return Path(path).expanduser()
 
 
@@ -121,30 +128,11 @@ def _target(path: str | Path) -> Path:
         raise ValueError(f"path = {str(path)!r}: is a folder; name a file")
     if not whole.parent.is_dir():
         raise ValueError(f"path = {str(path)!r}: its folder does not exist")
-    return whole
-
-
-def _beside(path: str | Path, target: Path) -> tempfile.TemporaryDirectory[str]:
-    """A hidden folder next to the target, to be filled; a ValueError if it cannot be created."""
     try:
-        return tempfile.TemporaryDirectory(prefix=f".{target.stem}-", dir=target.parent)
+        with tempfile.TemporaryFile(dir=whole.parent):
+            return whole
     except OSError as error:
         raise ValueError(f"path = {str(path)!r}: its folder cannot be written; {error.strerror}") from error
-
-
-def _pickled(content: dict[str, Any]) -> bytes:
-    """The content as bytes; a ValueError if another Python could not import a part of it."""
-    try:
-        data = pickle.dumps(content)
-    except (pickle.PicklingError, AttributeError, TypeError) as error:
-        raise ValueError(f"chain: does not fit into an FMU ({error}); define a law of your own in a module") from (
-            error
-        )
-    if b"__main__" in data:
-        raise ValueError(
-            "chain: a law of your own must be defined in a module that the FMU's Python can import, not here"
-        )
-    return data
 
 
 @contextmanager

@@ -5,9 +5,7 @@ reports a refused step as fmi2Discard. It reports an exception that leaves the u
 standard allows no further call; so the unit lets no foreseeable exception escape.
 """
 
-import pickle
 from dataclasses import replace
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element, SubElement
@@ -18,7 +16,9 @@ import hertzlink as hl  # the front door comes first: it names rooms that are no
 from pythonfmu import DefaultExperiment, Fmi2Causality, Fmi2Initial, Fmi2Slave, Fmi2Variability, Real
 from pythonfmu.enums import Fmi2Status
 
-from coupling.ports.fmu import CONTENT_FILE
+from coupling.files import plain
+from coupling.ports.fmu import CONTENT_FILE, TRUSTED_FILE
+from coupling.ports.fmu_content import state_bytes, state_from, unpack
 from coupling.ports.guest import GuestState, advance, guest_chain, start
 from coupling.schemes.scheme import SUBSTEPS_PER_CONTACT
 
@@ -34,13 +34,11 @@ class HertzlinkChain(Fmi2Slave):  # type: ignore[misc]
 
     def __init__(self, **given: Any) -> None:
         super().__init__(**given)
-        content = pickle.loads((Path(self.resources) / CONTENT_FILE).read_bytes())
-        if content["version"] != version("hertzlink"):
-            raise ValueError(
-                f"written by hertzlink {content['version']}, not {version('hertzlink')}: write the FMU again"
-            )
-        self.chain: hl.Chain = content["chain"]
-        self.facing = {name: content[name] for name in ("surface", "flexibility", "dt")}
+        folder = Path(self.resources)
+        trust = (folder / TRUSTED_FILE).is_file()
+        content = (folder / (TRUSTED_FILE if trust else CONTENT_FILE)).read_bytes()
+        self.chain: hl.Chain
+        self.chain, self.facing = unpack(content, trust)
         self.impact_speed, self.surface_displacement = self.chain.impact_speed, 0.0
         self.begin, self.fault = 0.0, ""
         self.units: dict[str, str] = {}
@@ -121,7 +119,9 @@ class HertzlinkChain(Fmi2Slave):  # type: ignore[misc]
         return self.state, self.surface_displacement
 
     def _set_fmu_state(self, state: tuple[GuestState, float]) -> None:
+        if not plain.fits(state[0], self.state):
+            raise ValueError("state: is none of this chain")
         self.state, self.surface_displacement = state
 
-    _fmu_state_to_bytes = staticmethod(pickle.dumps)
-    _fmu_state_from_bytes = staticmethod(pickle.loads)
+    _fmu_state_to_bytes = staticmethod(state_bytes)
+    _fmu_state_from_bytes = staticmethod(state_from)

@@ -103,10 +103,10 @@ class Keeper:
             return progress
         kept, self.kept = self.kept, None
         try:
-            if not 0 <= kept["row"] < frames.rows or not fits(kept["progress"], progress):
+            if not 0 <= kept["row"] < frames.rows or not _fits(kept["progress"], progress):
                 raise ValueError
             frames.restore(kept["row"], kept["frames"])
-        except (KeyError, TypeError, ValueError):
+        except (AttributeError, LookupError, TypeError, ValueError):
             raise ValueError(f"{self.name}: {MISFIT}") from None
         log.info("%s: continues after saved time %d of %d", self.name, kept["row"], frames.rows - 1)
         return kept["progress"]
@@ -215,24 +215,16 @@ class Keeper:
             ) from error
 
 
-def fits(found: Any, like: Any) -> bool:
+def _fits(found: Any, like: Any) -> bool:
     """Whether progress from a file can continue a run that starts from `like`: compiled loops check no bounds.
 
     The states of participants and the memories of schemes, which no compiled loop takes, may have any form.
     """
-    if isinstance(like, np.ndarray):
-        same = isinstance(found, np.ndarray) and (found.dtype, found.shape) == (like.dtype, like.shape)
-        return bool(same and found.flags.c_contiguous)
-    if isinstance(like, CoupledState):
-        return isinstance(found, CoupledState) and all(
-            fits(getattr(found, name), getattr(like, name)) for name in ("time", "chains", "surface", "force", "ledger")
-        )
-    if isinstance(like, tuple):
-        same = type(found) is type(like) and len(found) == len(like)
-        return same and all(fits(*pair) for pair in zip(found, like, strict=True))
-    if isinstance(like, int):
-        return isinstance(found, int | np.integer) and bool(found >= 0)
-    return isinstance(found, int | float | np.number)
+    if not isinstance(like[0], CoupledState):
+        return plain.fits(found, like)
+    states = found[0], like[0]
+    parts = [tuple(getattr(one, name) for name in ("time", "chains", "surface", "force", "ledger")) for one in states]
+    return isinstance(found[0], CoupledState) and plain.fits((*parts[0], *found[1:]), (*parts[1], *like[1:]))
 
 
 def _sum_of_rest(file: Any) -> bytes:

@@ -6,6 +6,7 @@ import sys
 import zipfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ import pytest
 import xarray as xr
 
 import hertzlink as hl
+from coupling.ports.fmu_content import pack, unpack
 
 fmpy = pytest.importorskip("fmpy")
 pytest.importorskip("pythonfmu")
@@ -324,7 +326,8 @@ def test_a_failure_leaves_the_older_file(tmp_path: Path, monkeypatch: pytest.Mon
     assert target.read_text() == "an older file"
 
 
-LOCAL = hl.Chain([BEAD] * 2, BEAD, 1.0, law=lambda one, other: hl.laws.PowerLaw(1e9, 1.5))
+class Local(hl.Sphere):
+    """A bead of a class of one's own."""
 
 
 @pytest.mark.parametrize(
@@ -340,7 +343,8 @@ LOCAL = hl.Chain([BEAD] * 2, BEAD, 1.0, law=lambda one, other: hl.laws.PowerLaw(
         ({"surface": ROD}, r"surface = Structure[\s\S]*: must be a Surface"),
         ({"dt": 1.0}, "dt = 1.0: too large for a stable step"),
         ({"flexibility": np.nan}, "flexibility = nan: must be a finite number"),
-        ({"chain": LOCAL}, "chain: does not fit into an FMU"),
+        ({"chain": hl.Chain([Local(4.76e-3, hl.PTFE)], BEAD, 1.0)}, "chain: does not fit into an FMU"),
+        ({"trust": 1}, "trust = 1: must be True or False"),
     ],
 )
 def test_bad_input(changed: dict[str, Any], message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -351,18 +355,57 @@ def test_bad_input(changed: dict[str, Any], message: str, tmp_path: Path, monkey
     assert [one.name for one in tmp_path.iterdir()] == ["folder.fmu"]
 
 
+@dataclass(frozen=True)
+class Heavier(hl.Sphere):
+    """A bead of a class of one's own."""
+
+
+OWN = replace(CHAIN, beads=[Heavier(4.76e-3, hl.STEEL_440C)] * 3)
+
+
+def test_classes_of_ones_own_need_trust(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=r"does not fit into an FMU: it holds at \['chain'\].*Heavier.*trust=True"):
+        hl.ports.write_fmu(OWN, SURFACE, tmp_path / "chain.fmu")
+    assert not list(tmp_path.iterdir())
+    path = hl.ports.write_fmu(OWN, SURFACE, tmp_path / "chain.fmu", trust=True)
+    moving = hl.stepping.MovingChain(OWN, SURFACE)
+    with opened(path, tmp_path / "unit") as unit:
+        assert unit.step(0.0, 1e-4, 1e-7) == moving.advance(moving.start(), (0.0, 1e-7), 1e-4)[1]
+
+
 @pytest.mark.thorough
-def test_a_law_of_the_script_itself_is_refused(tmp_path: Path) -> None:
-    """Another Python would not find it: there, __main__ is another script."""
+def test_a_class_of_the_script_itself_is_refused(tmp_path: Path) -> None:
+    """Another Python would not find it: there, __main__ is another script. A law is no problem: it is data."""
     script = (
         "import hertzlink as hl\n"
+        "class Own(hl.Sphere): pass\n"
         "def law(one, other): return hl.laws.PowerLaw(4e9, 1.5)\n"
         "bead = hl.Sphere(4.76e-3, hl.STEEL_440C)\n"
-        "hl.ports.write_fmu(hl.Chain([bead] * 2, bead, 1.0, law=law), hl.Surface(hl.PTFE), 'chain.fmu')\n"
+        "hl.ports.write_fmu(hl.Chain([bead] * 2, bead, 1.0, law=law), hl.Surface(hl.PTFE), 'law.fmu')\n"
+        "own = Own(4.76e-3, hl.STEEL_440C)\n"
+        "hl.ports.write_fmu(hl.Chain([own] * 2, own, 1.0), hl.Surface(hl.PTFE), 'chain.fmu', trust=True)\n"
     )
     done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True)
-    assert "ValueError: chain: a law of your own must be defined in a module" in done.stderr
-    assert not list(tmp_path.iterdir())
+    assert "ValueError: chain: a class of your own must be defined in a module" in done.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["law.fmu"]
+
+
+def test_every_kind_of_chain_is_data() -> None:
+    """Beads, losses, excitations and laws of all kinds are read back as they were."""
+    steel, table = hl.STEEL_440C, hl.laws.TabulatedLaw([1e-6, 1e-5, 2e-5], [10.0, 316.2, 894.0])
+    beads = [BEAD, hl.HollowSphere(4e-3, 3e-3, hl.BRASS_360), hl.Cylinder(5e-3, 9e-3, steel, angle=0.5)]
+    beads += [hl.Ellipsoid(4e-3, 5e-3, steel)]
+    losses = [hl.PowerDashpot(5.0, 1.5), hl.MassProportional(10.0), hl.KuwabaraKono(1e-6), hl.Tsuji(0.1)]
+    chains = [hl.Chain([BEAD] * 2, BEAD, 0.3, dissipation=loss) for loss in (*losses, hl.Restitution(0.9), None)]
+    chains += [hl.Chain(beads, BEAD, 0.3, 9.81, integrator="rk4", preload=1.0, inclination=0.1)]
+    chains += [hl.Chain(beads, hl.SpringLoaded(BEAD, 1e3, 1e-3)), hl.Chain(beads, hl.Piston((0.0, 1.0), (0.0, 1e-6)))]
+    chains += [hl.Chain([BEAD] * 2, BEAD, 0.3, law=law) for law in (table, hl.laws.PowerLaw(1e9, 1.6))]
+    chains += [hl.DeformableChain([BEAD] * 2, BEAD, 0.3, modes=3)]
+    for chain in chains:
+        read, facing = unpack(pack(chain, SURFACE, 1e-9, 1e-8, trust=False), trust=False)
+        assert read == chain
+        assert type(read) is type(chain)
+        assert facing == {"surface": SURFACE, "flexibility": 1e-9, "dt": 1e-8}
 
 
 def test_a_missing_pythonfmu_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

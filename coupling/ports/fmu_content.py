@@ -1,0 +1,108 @@
+"""What an FMU holds besides its script: a chain and the surface that it faces, as plain data; and its state."""
+
+import importlib.metadata
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+from coupling.files import plain
+from coupling.ports.guest import GuestState, guest_chain
+from particles.bead import Bead, Cylinder, Ellipsoid, HollowSphere, Sphere
+from particles.chain import Chain
+from particles.deformable.chain import DeformableChain
+from particles.deformable.vibration import vibration
+from particles.dissipation import KuwabaraKono, LinearDashpot, MassProportional, PowerDashpot, Restitution, Tsuji
+from particles.excitation import Piston, PushedBead, SpringLoaded
+from particles.laws.computed import ComputedLaw
+from particles.laws.law import ContactLaw, PowerLaw, TabulatedLaw
+from particles.moving import ChainState
+from structures.checks import short
+from structures.material import Material
+from structures.surface import Surface
+
+
+@dataclass(frozen=True)
+class KnownLaws:
+    """The laws that a user's function gave to the pairs of bodies of a chain, in its place."""
+
+    pairs: tuple[tuple[Bead, Bead | Surface, ContactLaw], ...]
+
+    def __call__(self, one: Bead, other: Bead | Surface) -> ContactLaw:
+        """The law of a pair. Raises ValueError for one that the chain does not have."""
+        for first, second, law in self.pairs:
+            if (first, second) == (one, other):
+                return law
+        raise ValueError(f"law: knows no contact of {one!r} with {other!r}")
+
+
+TYPES = plain.own_types(
+    Chain, DeformableChain, Sphere, HollowSphere, Ellipsoid, Cylinder, Material, Surface, SpringLoaded, PushedBead,
+    Piston, LinearDashpot, PowerDashpot, MassProportional, KuwabaraKono, Tsuji, Restitution, PowerLaw, TabulatedLaw,
+    ComputedLaw, KnownLaws,
+)  # fmt: skip
+"""Everything that a chain consists of, unless a user defines a class of his own."""
+
+STATE_TYPES = plain.own_types(GuestState, ChainState)
+
+
+def pack(chain: Chain, surface: Surface, flexibility: float, dt: float | None, trust: bool) -> bytes:
+    """The content as bytes. Raises ValueError where a part of it is no plain data, or another Python cannot find it."""
+    content = {
+        "kind": type(chain).__name__,
+        "chain": _fields_of(chain, surface, flexibility, dt),
+        "facing": {"surface": surface, "flexibility": flexibility, "dt": dt},
+    }
+    try:
+        data = plain.to_bytes(content, TYPES, trust)
+    except plain.NotPlain as error:
+        hint = "define it in a module" if trust else "with trust=True it is pickled, if it is defined in a module"
+        raise ValueError(f"chain: does not fit into an FMU: it {error}; {hint}") from error
+    if trust and b"__main__" in data:
+        raise ValueError(
+            "chain: a class of your own must be defined in a module that the FMU's Python can import, not here"
+        )
+    return importlib.metadata.version("hertzlink").encode() + b"\n" + data
+
+
+def unpack(data: bytes, trust: bool) -> tuple[Chain, dict[str, Any]]:
+    """The chain, checked as any input, and what it faces. Raises ValueError for anything else."""
+    written, _, rest = data.partition(b"\n")
+    here = importlib.metadata.version("hertzlink")
+    if written != here.encode():
+        raise ValueError(f"the FMU's chain was written by hertzlink {short(written)}, not {here}: write the FMU again")
+    try:
+        content = plain.from_bytes(rest, TYPES, trust, checked=True)
+        given, facing, kind = dict(content["chain"]), dict(content["facing"]), content["kind"]
+    except (plain.Unreadable, KeyError, TypeError) as error:
+        raise ValueError(f"the FMU's chain is no plain data of hertzlink ({error})") from error
+    return {"Chain": Chain, "DeformableChain": DeformableChain}[kind](**given), facing
+
+
+def state_bytes(state: tuple[GuestState, float]) -> bytes:
+    """The state of a unit as bytes."""
+    return plain.to_bytes(state, STATE_TYPES)
+
+
+def state_from(data: bytes) -> tuple[GuestState, float]:
+    """The state in bytes. Raises ValueError for anything else."""
+    state = plain.from_bytes(data, STATE_TYPES)
+    if not (isinstance(state, tuple) and len(state) == 2 and isinstance(state[0], GuestState)):
+        raise ValueError("state: is none of this unit")
+    return state
+
+
+def _fields_of(chain: Chain, surface: Surface, flexibility: float, dt: float | None) -> Mapping[str, Any]:
+    """What builds the chain, with a function as a law replaced by the laws that it gives."""
+    given = {field.name: getattr(chain, field.name) for field in fields(chain) if field.init}
+    if given.get("vibrations") is vibration:
+        del given["vibrations"]
+    law = chain.law
+    if law is not None and not isinstance(law, ContactLaw):
+        found: dict[tuple[Any, Any], ContactLaw] = {}
+
+        def noted(one: Bead, other: Bead | Surface) -> ContactLaw:
+            return found.setdefault((one, other), law(one, other))
+
+        guest_chain(replace(chain, law=noted), surface, flexibility, dt)
+        given["law"] = KnownLaws(tuple((*pair, one) for pair, one in found.items()))
+    return given
