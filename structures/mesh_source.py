@@ -1,5 +1,6 @@
 """Common parts of meshes from files: meshio reads them; points, cells and tags become checked arrays."""
 
+import re
 from collections.abc import Collection, Mapping
 from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
@@ -13,7 +14,20 @@ from scipy.sparse.csgraph import connected_components
 
 from structures.caution import caution
 from structures.checks import one_of
+from structures.hdf5 import check_hdf5
 from structures.structure import Vector
+
+HDF5 = b"\x89HDF\r\n\x1a\n"
+"""The first bytes of every HDF5 file."""
+
+DATA_ITEM = re.compile(r"""<DataItem(?=[^>]*Format\s*=\s*["'](?:HDF|Binary))[^>]*>([^<:]+)""")
+
+NAMES_A_FILE = {
+    ".inp": re.compile(r"^\*\s*INCLUDE\b.*=(.*)$", re.IGNORECASE | re.MULTILINE),
+    ".xdmf": DATA_ITEM,
+    ".xmf": DATA_ITEM,
+}
+"""How a mesh that is a text names other files."""
 
 Numbers: TypeAlias = NDArray[np.int64]
 Tag: TypeAlias = str | int
@@ -41,6 +55,7 @@ def read_mesh(source: Any) -> Any:
         raise ValueError(f"mesh = {source!r}: must be the path of a file, or a meshio.Mesh")
     if not Path(source).is_file():
         raise ValueError(f"mesh = {str(source)!r}: there is no such file")
+    _check_inside(Path(source), str(source), set())
     said, reason = StringIO(), ""
     try:
         with redirect_stdout(said), redirect_stderr(said):
@@ -49,12 +64,35 @@ def read_mesh(source: Any) -> Any:
         reason = said.getvalue() or str(error)
     except (ArithmeticError, AssertionError, AttributeError, EOFError, ImportError, LookupError, OSError) as error:
         reason = repr(error)
-    except (RuntimeError, SyntaxError, TypeError, ValueError) as error:
+    except (MemoryError, RuntimeError, SyntaxError, TypeError, ValueError) as error:
         reason = repr(error)
     raise ValueError(
         f"mesh = {str(source)!r}: meshio cannot read it ({' '.join(reason.split())}); "
         "gmsh's .msh, .vtu and Abaqus' .inp are known to work"
     )
+
+
+def _check_inside(path: Path, named: str, seen: set[Path]) -> None:
+    """A ValueError for a mesh that would read files outside its folder: by a link of HDF5, of XDMF or of Abaqus."""
+    if path.resolve() in seen:
+        return
+    seen.add(path.resolve())
+    with path.open("rb") as file:
+        start = file.read(len(HDF5))
+    if start == HDF5:
+        check_hdf5(path, f"mesh = {named!r}")
+        return
+    finder = NAMES_A_FILE.get(path.suffix.lower())
+    for found in finder.findall(path.read_text(encoding="utf-8", errors="replace")) if finder else ():
+        other, folder = Path(found.strip()), path.resolve().parent
+        # meshio takes some names from the current folder, if there is such a file.
+        places = [folder / other, *([other.resolve()] if other.exists() else [])]
+        if any(not place.resolve().is_relative_to(folder) for place in places):
+            raise ValueError(
+                f"mesh = {named!r}: names {found.strip()!r}, which lies outside its folder; it was not read"
+            )
+        if (folder / other).is_file():
+            _check_inside(folder / other, named, seen)
 
 
 def points_of(source: Any) -> Vector:

@@ -8,22 +8,21 @@ import json
 import os
 import re
 import reprlib
-import time
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Mapping
 from hashlib import sha256
 from io import BytesIO
 from pathlib import Path
 from typing import Any
-from uuid import uuid4
 
 import numpy as np
 import xarray as xr
 from h5netcdf import CompatibilityError
 
+from coupling.files.writing import PART, read_regular, remove_if_old, write_whole
 from coupling.paths import path_of
 from coupling.results.provenance import versions
 from structures.checks import short
+from structures.hdf5 import check_hdf5
 
 Point = Mapping[str, Any]
 
@@ -36,9 +35,6 @@ OWN_FILES = re.compile(r"[0-9a-f]{32}\.(nc|json)|sweep\.json|\..*")
 """Files of a store: a finished point, a failed point, the manifest; hidden files belong to the system or are
 incomplete.
 """
-
-LEFT_OVER_AGE = 3600.0
-"""An incomplete file older than this, s, belongs to a sweep that was killed."""
 
 DIGEST_LENGTH = 32
 """Number of bytes after the netCDF content of a point's file: its SHA-256. Programs that read netCDF ignore them."""
@@ -79,7 +75,9 @@ class Store:
         """The outcome of a point, None if it has not been run; raises ValueError for a damaged or foreign file."""
         path = self._path(point, ".nc")
         if path.exists():
-            run = _read_netcdf(_checked(path), path)
+            content = _checked(path)
+            check_hdf5(BytesIO(content), f"store: {path}")
+            run = _read_netcdf(content)
             if run.attrs.pop(POINT_ATTRIBUTE, None) != describe_point(point):
                 raise ValueError(
                     f"store: {path} holds a different point than its name says; delete it to run the point again"
@@ -105,12 +103,10 @@ class Store:
                 f"measure: must not return {ERROR_VARIABLE!r}, the variable in which a sweep reports failed points"
             )
         run = outcome.assign_attrs({POINT_ATTRIBUTE: describe_point(point)})
-        with _beside(self._path(point, ".nc")) as part:
-            content = _write_netcdf(run, part)
-            if not _read_netcdf(content, part).identical(run):
-                raise ValueError("measure: its result does not survive netCDF; return numbers and text only")
-            with part.open("ab") as file:
-                file.write(sha256(content).digest())
+        content = _as_netcdf(run)
+        if not _read_netcdf(content).identical(run):
+            raise ValueError("measure: its result does not survive netCDF; return numbers and text only")
+        write_whole(self._path(point, ".nc"), content + sha256(content).digest())
 
     def forget(self, point: Point) -> None:
         """Delete the record of a failed point."""
@@ -217,36 +213,20 @@ def _compare(path: Path, manifest: Mapping[str, Any]) -> None:
 
 def _sweep_up(folder: Path) -> None:
     """Delete incomplete files of a killed sweep; younger files may belong to another sweep that is running."""
-    for part in folder.glob(".*.part"):
-        with suppress(FileNotFoundError):
-            if time.time() - part.stat().st_mtime > LEFT_OVER_AGE:
-                part.unlink()
-
-
-@contextmanager
-def _beside(path: Path) -> Iterator[Path]:
-    """A temporary file that then replaces the path in one step."""
-    part = path.with_name(f".{uuid4().hex}.part")
-    try:
-        yield part
-        with part.open("rb+") as file:
-            os.fsync(file.fileno())
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
+    for part in folder.glob(f".*{PART}"):
+        remove_if_old(part)
 
 
 def _write_json(path: Path, record: Mapping[str, Any]) -> None:
-    with _beside(path) as part:
-        part.write_text(json.dumps(record, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    write_whole(path, (json.dumps(record, indent=1, ensure_ascii=False) + "\n").encode())
 
 
 def _read_json(path: Path) -> dict[str, Any]:
     try:
-        record = json.loads(path.read_text(encoding="utf-8"))
+        record = json.loads(read_regular(path).decode())
         if isinstance(record, dict):
             return record
-    except (OSError, ValueError):
+    except (OSError, RecursionError, ValueError):
         pass
     raise ValueError(f"store: {path} is not of a sweep, or damaged; take it away, or give another folder")
 
@@ -255,30 +235,29 @@ def _read_failure(path: Path, described: str) -> Failure:
     record = _read_json(path)
     if record.pop("sha256", None) != _digest(record) or record.get("point") != described:
         raise ValueError(f"store: {path} is not of a sweep, or damaged; take it away, and its point is run again")
-    return Failure(record["kind"], record["message"])
+    return Failure(str(record.get("kind")), str(record.get("message")))
 
 
 def _digest(record: Mapping[str, Any]) -> str:
     return sha256(json.dumps(record, sort_keys=True).encode()).hexdigest()
 
 
-def _write_netcdf(run: xr.Dataset, path: Path) -> bytes:
+def _as_netcdf(run: xr.Dataset) -> bytes:
     plain = {
         name: {"_FillValue": None} for name, variable in run.variables.items() if "_FillValue" not in variable.attrs
     }
     try:
-        run.to_netcdf(path, engine="h5netcdf", encoding=plain)
+        return bytes(run.to_netcdf(engine="h5netcdf", encoding=plain))
     except (AttributeError, TypeError, ValueError, CompatibilityError) as error:
         raise ValueError(
             f"measure: its result does not fit into netCDF ({error}); return numbers and text only"
         ) from error
-    return path.read_bytes()
 
 
 def _checked(path: Path) -> bytes:
     """The netCDF content of a point's file."""
     try:
-        data = path.read_bytes()
+        data = read_regular(path)
     except OSError as error:
         raise ValueError(f"store: {path} cannot be read; {error.strerror}") from error
     if sha256(data[:-DIGEST_LENGTH]).digest() != data[-DIGEST_LENGTH:]:
@@ -286,7 +265,7 @@ def _checked(path: Path) -> bytes:
     return data[:-DIGEST_LENGTH]
 
 
-def _read_netcdf(content: bytes, path: Path) -> xr.Dataset:
+def _read_netcdf(content: bytes) -> xr.Dataset:
     """Numbers exactly as stored: nothing is decoded into dates or masked."""
     with xr.open_dataset(BytesIO(content), engine="h5netcdf", decode_times=False, mask_and_scale=False) as file:
         return file.load().drop_encoding()

@@ -4,17 +4,22 @@ import hashlib
 import json
 import os
 import pickle
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import h5py  # type: ignore[import-untyped]
+import meshio
 import numpy as np
 import pytest
+import xarray as xr
 
 import hertzlink as hl
 from coupling.files import plain
 from coupling.ports import fmu_content
 from coupling.recording import checkpoint
+from structures.mesh_source import read_mesh
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 CHAIN = hl.Chain([BEAD] * 3, BEAD, 0.31)
@@ -175,7 +180,7 @@ def test_an_fmus_chain_is_data(marker: Path) -> None:
         good.replace(b'"Sphere"', b'"os.mkdir"'),
         impossible,
         b"",
-        good[:-1],
+        good[:-2],
     ):
         with pytest.raises(
             ValueError, match=r"the FMU's chain (is no plain|was written by)|impact_speed = -9000000000"
@@ -188,4 +193,153 @@ def test_an_fmus_state_is_data(marker: Path) -> None:
     for data in (pickle.dumps(Evil(marker)), plain.to_bytes(Evil(marker), {}, trust=True), b"", b"{}\n", b"[1, 2]\n"):
         with pytest.raises(ValueError, match=r"is no plain data|holds a pickle|holds .* bytes"):
             fmu_content.state_from(data)
+    assert not marker.exists()
+
+
+def build(radius: float) -> hl.CoSimulation:
+    bead = hl.Sphere(radius, hl.STEEL_440C)
+    return hl.CoSimulation(hl.Chain([bead] * 2, bead, 0.3), hl.half_space(hl.PTFE))
+
+
+def force(run: xr.Dataset) -> xr.Dataset:
+    return xr.Dataset({"force": float(run.contact_force.max())})
+
+
+def swept(store: Path) -> xr.Dataset:
+    return hl.sweep(build, 2e-5, jobs=1, measure=force, store=store, radius=[3e-3])
+
+
+SECRET = np.arange(4.0) + 1234.5
+
+
+def _external_link(file: Any, secret: Path) -> None:
+    file["stolen"] = h5py.ExternalLink(str(secret), "/secret")
+
+
+def _external_storage(file: Any, secret: Path) -> None:
+    file.create_dataset("stolen", (4,), "<f8", external=[(str(secret.with_suffix(".raw")), 0, 32)])
+
+
+def _virtual(file: Any, secret: Path) -> None:
+    layout = h5py.VirtualLayout((4,), "<f8")
+    layout[:] = h5py.VirtualSource(str(secret), "secret", (4,))
+    file.create_virtual_dataset("stolen", layout)
+
+
+def _plugin(file: Any, secret: Path) -> None:
+    plist = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+    plist.set_chunk((4,))
+    plist.set_filter(32987, h5py.h5z.FLAG_OPTIONAL, (1,))
+    space = h5py.h5s.create_simple((4,))
+    h5py.h5d.create(file.id, b"stolen", h5py.h5t.IEEE_F64LE, space, plist)
+
+
+def _bomb(file: Any, secret: Path) -> None:
+    file.create_dataset("stolen", (10**12,), "<f8", chunks=(10**6,), compression="gzip")
+
+
+LEADS_OUT = {
+    "links to another file": _external_link,
+    "keeps its numbers in another file": _external_storage,
+    "consists of parts of other files": _virtual,
+    "needs a plugin": _plugin,
+    "claims 8e+12 bytes": _bomb,
+}
+
+
+@pytest.fixture
+def secret(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A file elsewhere that must not be read."""
+    path = tmp_path_factory.mktemp("elsewhere") / "secret.h5"
+    with h5py.File(path, "w") as file:
+        file["secret"] = SECRET
+    path.with_suffix(".raw").write_bytes(SECRET.tobytes())
+    return path
+
+
+@pytest.mark.parametrize("message", LEADS_OUT)
+def test_a_stores_point_does_not_lead_out_of_its_file(tmp_path: Path, secret: Path, message: str) -> None:
+    """Its checksum is right, as anyone can compute it; the point is neither read nor run again."""
+    swept(tmp_path / "store")
+    (path,) = (tmp_path / "store").glob("*.nc")
+    path.write_bytes(path.read_bytes()[:-32])
+    with h5py.File(path, "r+") as file:
+        LEADS_OUT[message](file, secret)
+    content = path.read_bytes()
+    path.write_bytes(content + hashlib.sha256(content).digest())
+    before = {one: one.read_bytes() for one in (*secret.parent.iterdir(), path)}
+    with pytest.raises(ValueError, match=f"{path.name}: /stolen {re.escape(message)}.*it was not read"):
+        swept(tmp_path / "store")
+    assert {one: one.read_bytes() for one in before} == before
+
+
+@pytest.mark.parametrize("pattern", ["*.nc", "sweep.json"])
+def test_a_link_in_a_store_is_not_followed(tmp_path: Path, pattern: str) -> None:
+    """Neither to a file elsewhere, although it is a good one, nor to a pipe, which would hang."""
+    swept(tmp_path / "store")
+    (path,) = (tmp_path / "store").glob(pattern)
+    elsewhere = tmp_path / "elsewhere"
+    path.rename(elsewhere)
+    path.symlink_to(Path("..") / "elsewhere")
+    with pytest.raises(ValueError, match=path.name):
+        swept(tmp_path / "store")
+    path.unlink()
+    os.mkfifo(path)
+    with pytest.raises(ValueError, match=path.name):
+        swept(tmp_path / "store")
+
+
+TETRA = meshio.Mesh([[0.0, 0, 0], [0.1, 0, 0], [0, 0.1, 0], [0, 0, 0.1]], [("tetra", [[0, 1, 2, 3]])])
+
+
+def solid(path: Path) -> Any:
+    return hl.solid(path, hl.PTFE, (0.01, 0.01, 0.0))
+
+
+@pytest.mark.parametrize("message", LEADS_OUT)
+def test_a_mesh_does_not_lead_out_of_its_file(tmp_path: Path, secret: Path, message: str) -> None:
+    path = tmp_path / "mesh.med"
+    TETRA.write(path)
+    with h5py.File(path, "r+") as file:
+        LEADS_OUT[message](file, secret)
+    with pytest.raises(ValueError, match=f"mesh = .*mesh.med': /stolen {re.escape(message)}.*it was not read"):
+        solid(path)
+
+
+MESHES = {
+    "include.inp": "*NODE\n1, 0, 0, 0\n*INCLUDE, INPUT={}\n",
+    "twice.inp": "*Include,input = inner.inp\n",
+    "hdf.xdmf": '<Xdmf><DataItem Dimensions="4" Format="HDF">{}:/secret</DataItem></Xdmf>',
+    "binary.xmf": "<Xdmf><DataItem Format='Binary' Dimensions='4'>\n{}\n</DataItem></Xdmf>",
+}
+
+
+@pytest.mark.parametrize("name", MESHES)
+@pytest.mark.parametrize("absolute", [True, False])
+def test_a_mesh_names_no_file_outside_its_folder(tmp_path: Path, secret: Path, name: str, absolute: bool) -> None:
+    other = str(secret) if absolute else os.path.relpath(secret, tmp_path)
+    (tmp_path / name).write_text(MESHES[name].format(other))
+    (tmp_path / "inner.inp").write_text(MESHES["include.inp"].format(other))
+    with pytest.raises(ValueError, match=rf"mesh = .*{name}': names '.*secret\.h5', which lies outside its folder"):
+        solid(tmp_path / name)
+
+
+def test_a_mesh_of_several_files_in_its_folder_is_read(tmp_path: Path) -> None:
+    TETRA.write(tmp_path / "mesh.xdmf")
+    TETRA.write(tmp_path / "inner.inp")
+    (tmp_path / "outer.inp").write_text("*INCLUDE, INPUT=inner.inp\n")
+    for name in ("mesh.xdmf", "outer.inp"):
+        assert len(read_mesh(tmp_path / name).points) == 4
+
+
+def test_a_signal_is_text(tmp_path: Path, marker: Path) -> None:
+    """A pickle, an array of objects and code instead of numbers are no lines of numbers."""
+    path = tmp_path / "scope.csv"
+    np.save(tmp_path / "objects.npy", np.array([Evil(marker)], dtype=object), allow_pickle=True)
+    contents = [pickle.dumps(Evil(marker)), (tmp_path / "objects.npy").read_bytes()]
+    contents += [b"".join(b"%d, __import__('os').mkdir('x')\n" % i for i in range(100))]
+    for content in contents:
+        path.write_bytes(content)
+        with pytest.raises(ValueError, match=r"scope\.csv: no line holds numbers"):
+            hl.read_signal(path, sensors={7: 1}, calibration=1.0)
     assert not marker.exists()
