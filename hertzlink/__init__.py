@@ -210,11 +210,10 @@ __all__ = [
 if not TYPE_CHECKING:  # Else a checker would accept any name.
 
     def __getattr__(name: str) -> object:
-        """Raise an AttributeError, which gives the new place of a name that the previous version had here."""
-        from hertzlink._moved import MOVED
+        """Raise an AttributeError or ImportError, which gives the new place of a name, or the nearest name."""
+        from hertzlink._moved import missing
 
-        where = f"; it is now hertzlink.{MOVED[name]}" if name in MOVED else ""
-        raise AttributeError(f"module 'hertzlink' has no attribute {name!r}{where}")
+        raise missing(name, __all__)
 
 
 def __dir__() -> list[str]:

@@ -81,9 +81,36 @@ def test_a_name_that_moved_is_named_with_its_new_place(name: str) -> None:
     assert not isinstance(value, ModuleType)
 
 
-def test_a_name_that_never_was_is_refused() -> None:
-    with pytest.raises(AttributeError, match=r"module 'hertzlink' has no attribute 'Spear'$"):
-        hl.Spear  # type: ignore[attr-defined] # noqa: B018
+@pytest.mark.parametrize(
+    ("name", "hint"),
+    [
+        ("Spear", "; did you mean hertzlink.Sphere?"),
+        ("chain", "; did you mean hertzlink.Chain?"),
+        ("Cosimulation", "; did you mean hertzlink.CoSimulation?"),
+        ("axisymmetric", "; did you mean hertzlink.laws.axisymmetric?"),
+        ("powerlaw", "; did you mean hertzlink.laws.PowerLaw?"),
+        ("hertz_presure", "; did you mean hertzlink.hertz.pressure?"),
+        ("Zzyzx", ""),
+    ],
+)
+def test_a_name_that_never_was_gets_the_nearest_one(name: str, hint: str) -> None:
+    with pytest.raises(AttributeError, match=re.escape(f"module 'hertzlink' has no attribute {name!r}{hint}") + "$"):
+        getattr(hl, name)
+    assert not hasattr(hl, name)
+    with pytest.raises(ImportError, match=re.escape(f"cannot import name {name!r} from 'hertzlink'{hint}") + "$"):
+        exec(f"from hertzlink import {name}")
+
+
+@pytest.mark.parametrize("name", MOVED)
+def test_an_import_of_a_name_that_moved_is_named_with_its_new_place(name: str) -> None:
+    message = f"cannot import name '{name}' from 'hertzlink'; it is now hertzlink.{MOVED[name]}"
+    with pytest.raises(ImportError, match=re.escape(message) + "$"):
+        exec(f"from hertzlink import {name}")
+
+
+def test_modules_are_still_imported_by_name(tmp_path: Path) -> None:
+    done = python("from hertzlink import cli, studies, Sphere, laws; import hertzlink._moved", tmp_path)
+    assert done.returncode == 0, done.stderr
 
 
 def test_the_module_is_the_command(tmp_path: Path) -> None:
