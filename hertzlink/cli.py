@@ -1,7 +1,6 @@
 """The command line: `hertzlink study NAME` and `hertzlink info`."""
 
 import logging
-import os
 import shutil
 import signal
 import sys
@@ -154,7 +153,19 @@ def check_output(folder: Path, force: bool) -> None:
 
     With --force only a folder that holds the listed files of an earlier study, and no other files, is replaced.
     """
-    whole = folder.resolve()
+    try:
+        whole = folder.resolve()
+        _check_place(folder, whole, force)
+        # Only a trial shows whether the file system lets a folder be made there.
+        with tempfile.TemporaryDirectory(prefix=f".{whole.name}-", dir=whole.parent):
+            pass
+    except (OSError, RuntimeError) as error:  # RuntimeError: a link that leads to itself
+        reason = getattr(error, "strerror", None) or error
+        raise ValueError(f"--output {folder}: cannot be written ({reason}); give another folder") from error
+
+
+def _check_place(folder: Path, whole: Path, force: bool) -> None:
+    """Raise a ValueError if the folder holds something else, or if it has no parent folder. whole: its full path."""
     if whole.exists() and not whole.is_dir():
         raise ValueError(f"--output {folder}: is a file; give a folder")
     if whole == Path.cwd() or whole in Path.cwd().parents:
@@ -170,8 +181,6 @@ def check_output(folder: Path, force: bool) -> None:
             )
     if not whole.parent.is_dir():
         raise ValueError(f"--output {folder}: its parent folder does not exist")
-    if not os.access(whole.parent, os.W_OK):
-        raise ValueError(f"--output {folder}: its parent folder cannot be written")
 
 
 def write_folder(folder: Path, write: Callable[[Path], None], force: bool) -> None:

@@ -118,6 +118,36 @@ def test_bad_input_is_one_line_and_exit_code_2(
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
 
 
+@pytest.mark.parametrize(
+    ("output", "message"),
+    [
+        pytest.param(
+            "/proc/results",
+            "cannot be written",
+            marks=pytest.mark.skipif(not Path("/proc").is_dir(), reason="no /proc"),
+        ),
+        ("file/results", "its parent folder does not exist"),
+        ("loop", "cannot be written"),
+        ("loop/results", "cannot be written"),
+        ("long" * 100, "cannot be written"),
+    ],
+)
+def test_a_folder_that_cannot_be_written_is_refused_before_the_study(
+    tmp_path: Path, hertzlink: Command, monkeypatch: pytest.MonkeyPatch, output: str, message: str
+) -> None:
+    ran = []
+    monkeypatch.setattr("hertzlink.cli.study", ran.append)
+    (tmp_path / "file").write_text("mine")
+    (tmp_path / "loop").symlink_to(tmp_path / "loop")
+    done = hertzlink("study", "rod-stiffness", "--quick", "--output", output, cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr.startswith(f"hertzlink: --output {output}: ")
+    assert message in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert not ran
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "loop"]
+
+
 def test_info_and_help(tmp_path: Path, hertzlink: Command) -> None:
     info = hertzlink("info", cwd=tmp_path)
     assert info.returncode == 0
