@@ -53,8 +53,8 @@ class Chain:
     integrator : str
         "verlet" (velocity Verlet), or "rk4" as in the thesis.
     preload : float
-        Static force along the chain, N. A dead load on the first bead holds it constant; with a Piston or a structure
-        behind the chain, the place of that does.
+        Static force along the chain, N. A dead load on the first bead keeps it constant. With a Piston or a structure
+        behind the chain there is no dead load: the Piston or the structure holds that end of the chain in place.
     inclination : float
         Angle to the horizontal, rad, at which the axis falls from the striker to the structure; by default π/2, with
         the striker on top.
@@ -65,7 +65,7 @@ class Chain:
     Raises
     ------
     ValueError
-        For an argument that is no such thing; the message names it, its value and what would be right.
+        For an invalid argument; the message names it, its value and what would be right.
 
     References
     ----------

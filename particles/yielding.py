@@ -29,13 +29,14 @@ def yields(chains: Sequence[MovingChain], forces: Sequence[Vector]) -> list[str]
             if pressure / limit > worst[0]:
                 where = f"contact {i + 1}" + (f" of chain {number}" if len(chains) > 1 else "")
                 text = (
-                    f"{1e-9 * pressure:.2g} GPa at {where} is {pressure / limit:.3g} times what {_weaker(*pair)} bears"
+                    f"{1e-9 * pressure:.2g} GPa at {where} is {pressure / limit:.3g} times the pressure at which "
+                    f"{_weaker(*pair)} begins to yield"
                 )
                 worst = pressure / limit, text
     if not beyond:
         return []
     count = sum(pair is not None for chain in chains for pair in chain.pairs)
-    return [f"yield: {worst[1]} elastically; {beyond} of {count} contacts are beyond yield, where real ones dent"]
+    return [f"yield: {worst[1]}; {beyond} of {count} contacts are beyond yield, and real beads would be dented there"]
 
 
 def _pressure(first: Side, second: Side) -> tuple[float, float, float]:

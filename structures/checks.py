@@ -129,9 +129,7 @@ def turn(name: str, angle: float) -> float:
     """`angle` as a float; a ValueError if it exceeds one turn, because it is then probably in degrees."""
     number = finite(name, angle, "rad")
     if abs(number) > 2.0 * math.pi:
-        raise ValueError(
-            f"{name} = {angle!r}: must lie within one turn (angle % tau), in rad; math.radians(45) for 45°"
-        )
+        raise ValueError(f"{name} = {angle!r}: must lie between -2π and 2π, in rad; for 45° write math.radians(45)")
     return number
 
 

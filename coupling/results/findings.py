@@ -44,7 +44,7 @@ def gathered(findings: Mapping[str, Sequence[str]], count: int) -> list[str]:
         for line in lines:
             kinds.setdefault(kind(line), {}).setdefault(name, line)
     return [
-        f"{next(iter(runs.values()))}; so at {len(runs)} of {count} points, of which this is {next(iter(runs))}"
+        f"{next(iter(runs.values()))} (at {next(iter(runs))}; reported at {len(runs)} of {count} points)"
         for runs in kinds.values()
     ]
 

@@ -45,7 +45,7 @@ def contact_law(first: Bead, second: Bead | Surface, axis_ratio: str = "exact") 
     A cylinder on a flat surface touches it along its whole length, whatever the angles of its neighbours; the law is
     that of a line on a half-space, and carries a caution, because the structure is pushed at one point.
     Contacts more elongated than those of cylinders that cross at 10° get a caution: half-space theory ends there.
-    Cylinders then bear no more than side by side, over the shorter length.
+    The force of such cylinders never exceeds that of parallel ones over the shorter length.
 
     Parameters
     ----------

@@ -60,7 +60,7 @@ class ContactLaw(ABC):
     largest : float
         Approach, m, up to which the law is trusted; beyond it a run warns. By default infinite.
     caution : str
-        What a user of the law must know; a run repeats it as a warning. By default empty.
+        What a user of the law must know; the attribute `warnings` of each result lists it. By default empty.
 
     Examples
     --------
@@ -227,7 +227,7 @@ class PowerLaw(ContactLaw):
     name : str
         Name of the law in messages.
     caution : str
-        What a user of the law must know; a run repeats it as a warning.
+        What a user of the law must know; the attribute `warnings` of each result lists it.
 
     Raises
     ------
@@ -301,7 +301,7 @@ class TabulatedLaw(ContactLaw):
     name : str
         Name of the law in messages.
     caution : str
-        What a user of the law must know; a run repeats it as a warning.
+        What a user of the law must know; the attribute `warnings` of each result lists it.
     largest : float
         Approach, m, up to which the law is trusted; by default that of the last point.
 

@@ -40,8 +40,8 @@ def test_numbers_make_no_new_kind() -> None:
     assert kind("radius = 4.76: is it in mm?") == kind("radius = 1e-3: is it in mm?") != kind("length = 1e-3: long")
     found = {"x = 1": ["a: 1", "a: 2", "b: 1"], "x = 3": ["a: 3"]}
     assert gathered(found, 5) == [
-        "a: 1; so at 2 of 5 points, of which this is x = 1",
-        "b: 1; so at 1 of 5 points, of which this is x = 1",
+        "a: 1 (at x = 1; reported at 2 of 5 points)",
+        "b: 1 (at x = 1; reported at 1 of 5 points)",
     ]
     assert one_of_each(["a: 1", "a: 1", "b: 1", "a: 2", "a: 3"]) == ["a: 1 (and 2 more of this kind)", "b: 1"]
 
@@ -61,8 +61,8 @@ def test_a_sweep_reports_the_warnings_of_all_its_runs_once(how: str, tmp_path: P
     assert {one.filename for one in caught} == {__file__}
     assert [str(one.message) for one in caught] == findings_of(runs)
     (law,) = [line for line in findings_of(runs) if line.startswith("contact law: ")]
-    assert law.endswith("; so at 2 of 4 points, of which this is impact_speed = 0.3")
-    assert "measure: doubtful; so at 4 of 4 points, of which this is impact_speed = 0.001" in findings_of(runs)
+    assert law.endswith(" (at impact_speed = 0.3; reported at 2 of 4 points)")
+    assert "measure: doubtful (at impact_speed = 0.001; reported at 4 of 4 points)" in findings_of(runs)
 
 
 def test_an_error_in_a_sweep_brings_the_warnings_before_it() -> None:

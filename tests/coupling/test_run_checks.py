@@ -128,7 +128,7 @@ def test_contacts_beyond_yield() -> None:
     pressure = hl.hertz.pressure(BEAD.surface, hl.Surface(hl.ALUMINIUM_6061), float(run.contact_force[:, -1].max()))
     (finding,) = found(run, "yield")
     ratio = pressure / hl.hertz.yield_pressure(hl.ALUMINIUM_6061)
-    assert f"{1e-9 * pressure:.2g} GPa at contact 7 is {ratio:.3g} times what aluminium 6061 bears" in finding
+    assert f"{1e-9 * pressure:.2g} GPa at contact 7 is {ratio:.3g} times the pressure at which" in finding
     assert "1 of 7 contacts are beyond yield" in finding
     soft = hl.Chain([BEAD] * 6, BEAD, 1e-4)
     assert not found(hl.CoSimulation(soft, hl.half_space(hl.ALUMINIUM_6061)).run(2e-3), "yield")

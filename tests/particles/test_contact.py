@@ -379,7 +379,7 @@ def test_a_spring_behind_the_contact_is_no_part_of_its_law() -> None:
         (lambda: hl.HollowSphere(1e-3, 1e-3, STEEL), r"inner_radius = 0\.001: must be less than the radius"),
         (lambda: hl.HollowSphere(1e-3, -1e-4, STEEL), r"inner_radius = -0\.0001"),
         (lambda: hl.Cylinder(1e-3, 0.0, STEEL), r"length = 0\.0"),
-        (lambda: hl.Cylinder(1e-3, 1e-2, STEEL, 45.0), r"angle = 45\.0: must lie within one turn .*, in rad"),
+        (lambda: hl.Cylinder(1e-3, 1e-2, STEEL, 45.0), r"angle = 45\.0: must lie between -2π and 2π, in rad"),
         (lambda: hl.Ellipsoid(1e-3, 1e-2, STEEL, "up"), r"axis = 'up': must be one of 'across', 'along'"),
         (lambda: hl.Ellipsoid(0.0, 1e-2, STEEL), r"radius = 0\.0"),
         (lambda: hl.laws.PowerLaw(0.0), r"stiffness = 0\.0"),
