@@ -332,7 +332,7 @@ def test_odd_laws_of_ones_own(
     force: Callable[[Vector], Vector], tangent: Callable[[Vector], Vector], message: str
 ) -> None:
     bead = hl.Sphere(4e-3, STEEL)
-    with pytest.raises(ValueError, match=f"law = odd: its {message}"):
+    with pytest.raises(ValueError, match=f"law: Odd.{message}"):
         hl.CoSimulation(hl.Chain([bead], bead, 0.3, law=Odd(force, tangent)), None).run(1e-5)
 
 
