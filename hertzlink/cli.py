@@ -1,7 +1,8 @@
 """The command line: `hertzlink study NAME` and `hertzlink info`."""
 
+import hashlib
 import logging
-import shutil
+import re
 import signal
 import sys
 import tempfile
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING
 import click
 import joblib
 
+from coupling.files.writing import whole_folder
 from coupling.results.findings import one_of_each, warn, with_warnings
 from coupling.results.provenance import provenance, versions
 from coupling.state import NotConverged
@@ -39,7 +41,13 @@ REMARK_HEIGHT = 0.2
 """Height, in inches, of the strip below a figure that holds this remark: one line of small text."""
 
 LISTING = "files.txt"
-"""The file that lists all files in a folder of results. Only a folder with exactly these files may be replaced."""
+"""The file that lists all others in a folder of results with their SHA-256, as the program sha256sum does.
+
+Only a folder that holds nothing but these files, unchanged, may be replaced.
+"""
+
+LISTED = re.compile(r"([0-9a-f]{64})  (.+)")
+"""A line of the listing."""
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -111,7 +119,7 @@ def run_study(name: str, quick: bool, output: Path | None, force: bool, jobs: in
     data = with_warnings(data.assign_attrs(provenance(given)), findings)
 
     def write(into: Path) -> None:
-        data.to_netcdf(into / f"{name}.nc", engine="h5netcdf")
+        (into / f"{name}.nc").write_bytes(data.to_netcdf(engine="h5netcdf"))
         (into / TABLE).write_text(table + "\n", encoding="utf-8")
         for title, figure in figures.items():
             if quick:
@@ -151,7 +159,7 @@ def info() -> None:
 def check_output(folder: Path, force: bool) -> None:
     """Raise a ValueError if the folder cannot be written, before any computation.
 
-    With --force only a folder that holds the listed files of an earlier study, and no other files, is replaced.
+    With --force only a folder that holds the listed files of an earlier study, unchanged, and no others, is replaced.
     """
     try:
         whole = folder.resolve()
@@ -173,30 +181,44 @@ def _check_place(folder: Path, whole: Path, force: bool) -> None:
     if whole.exists() and not force:
         raise ValueError(f"--output {folder}: exists already; give another folder, or use --force to replace it")
     if whole.exists():
-        listed = (whole / LISTING).read_text(encoding="utf-8").split() if (whole / LISTING).is_file() else []
-        foreign = sorted(path.name for path in whole.iterdir() if path.name not in listed)
-        if foreign or not listed:
+        own = _own_files(whole)
+        foreign = sorted(path.name for path in whole.iterdir() if not own(path))
+        if foreign or not (whole / LISTING).is_file():
             raise ValueError(
-                f"--output {folder}: contains {', '.join(foreign[:1]) or 'nothing'}, so no earlier study made it"
+                f"--output {folder}: contains {', '.join(foreign[:1]) or 'nothing'}, which no earlier study wrote, or "
+                "which was changed since; move it away, or give another folder"
             )
     if not whole.parent.is_dir():
         raise ValueError(f"--output {folder}: its parent folder does not exist")
+
+
+def _own_files(folder: Path) -> Callable[[Path], bool]:
+    """Whether an earlier study wrote a file of the folder, and nobody changed it since."""
+    sums: dict[str, str] = {}
+    if (folder / LISTING).is_file() and not (folder / LISTING).is_symlink():
+        lines = (folder / LISTING).read_text(encoding="utf-8", errors="replace").splitlines()
+        found = [LISTED.fullmatch(line) for line in lines]
+        if lines and all(found):
+            sums = {one[2]: one[1] for one in found if one}
+
+    def own(path: Path) -> bool:
+        if path.is_symlink() or not path.is_file() or not sums:
+            return False
+        return path.name == LISTING or _sum_of(path) == sums.get(path.name)
+
+    return own
+
+
+def _sum_of(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def write_folder(folder: Path, write: Callable[[Path], None], force: bool) -> None:
     """Write all files into a temporary folder, then rename it. The folder thus appears complete, or not at all."""
     check_output(folder, force)
     folder = folder.resolve()
-    temporary = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
-    try:
-        temporary.chmod(0o755)
+    with whole_folder(folder, _own_files(folder)) as temporary:
         write(temporary)
-        names = [LISTING, *sorted(path.name for path in temporary.iterdir())]
-        (temporary / LISTING).write_text("\n".join(names) + "\n")
-        old = temporary.with_name(temporary.name + "-old")
-        if folder.exists():
-            folder.rename(old)
-        temporary.rename(folder)
-        shutil.rmtree(old, ignore_errors=True)
-    finally:
-        shutil.rmtree(temporary, ignore_errors=True)
+        lines = [f"{_sum_of(path)}  {path.name}\n" for path in sorted(temporary.iterdir())]
+        (temporary / LISTING).write_text("".join(lines), encoding="utf-8")

@@ -218,10 +218,13 @@ def test_a_stopped_study_leaves_nothing(tmp_path: Path, sent: signal.Signals) ->
     assert list(tmp_path.iterdir()) == []
 
 
+def old_table(into: Path) -> None:
+    (into / "table.txt").write_text("old")
+
+
 def test_a_failed_write_keeps_the_old_folder(tmp_path: Path) -> None:
     folder = tmp_path / "results"
-    folder.mkdir()
-    (folder / "files.txt").write_text("files.txt")
+    write_folder(folder, old_table, force=False)
 
     def fail(into: Path) -> None:
         (into / "half").write_text("half")
@@ -230,7 +233,57 @@ def test_a_failed_write_keeps_the_old_folder(tmp_path: Path) -> None:
     with pytest.raises(OSError, match="disk full"):
         write_folder(folder, fail, force=True)
     assert [path.name for path in tmp_path.iterdir()] == ["results"]
-    assert [path.name for path in folder.iterdir()] == ["files.txt"]
+    assert sorted(path.name for path in folder.iterdir()) == ["files.txt", "table.txt"]
+    assert (folder / "table.txt").read_text() == "old"
+
+
+def test_force_deletes_only_what_an_earlier_study_wrote(tmp_path: Path) -> None:
+    """Neither a file that was added or changed, nor a link, nor one that the listing names but no study wrote."""
+    folder = tmp_path / "results"
+
+    def write(into: Path) -> None:
+        (into / "table.txt").write_text("new")
+
+    def refused(named: str) -> None:
+        before = {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
+        with pytest.raises(ValueError, match=f"contains {named}, which no earlier study wrote, or which was changed"):
+            write_folder(folder, write, force=True)
+        assert {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()} == before
+
+    write_folder(folder, write, force=False)
+    (folder / "notes.txt").write_text("mine")
+    refused("notes.txt")
+    (folder / "notes.txt").unlink()
+    (folder / "table.txt").write_text("edited by hand")
+    refused("table.txt")
+    (folder / "table.txt").unlink()
+    (folder / "table.txt").symlink_to(tmp_path / "thesis.tex")
+    (tmp_path / "thesis.tex").write_text("new")
+    refused("table.txt")
+    (folder / "table.txt").unlink()
+    (folder / "table.txt").mkdir()
+    refused("table.txt")
+    (folder / "table.txt").rmdir()
+    (folder / "files.txt").write_text("files.txt\nmine.tex\n")
+    (folder / "mine.tex").write_text("as an earlier version listed its files")
+    refused("files.txt")
+    assert (tmp_path / "thesis.tex").read_text() == "new"
+    assert sorted(os.listdir(tmp_path)) == ["results", "thesis.tex"]
+
+
+def test_a_file_that_comes_while_a_study_writes_is_kept(tmp_path: Path) -> None:
+    folder = tmp_path / "results"
+    write_folder(folder, old_table, force=False)
+
+    def write(into: Path) -> None:
+        (into / "table.txt").write_text("new")
+        (folder / "notes.txt").write_text("mine")
+
+    with pytest.raises(OSError, match=r"holds notes\.txt, which would be deleted; nothing was changed"):
+        write_folder(folder, write, force=True)
+    assert (folder / "table.txt").read_text() == "old"
+    assert (folder / "notes.txt").read_text() == "mine"
+    assert os.listdir(tmp_path) == ["results"]
 
 
 @pytest.mark.parametrize("count", [1, 3])

@@ -63,6 +63,7 @@ def whole_file_by_name(target: Path) -> Iterator[Path]:
 
     It lies in a folder that only this user can enter, so nobody can put a link in its place.
     """
+    remove_left(target)
     with _naming(target):
         folder = Path(tempfile.mkdtemp(prefix=f".{_stem(target)}.", suffix=PART, dir=target.parent))
         try:
@@ -82,6 +83,7 @@ def whole_folder(target: Path, own: Callable[[Path], bool]) -> Iterator[Path]:
     own: whether a path in the folder that is replaced may be deleted. If there is another one at the end, the new
     folder is discarded. Raises OSError that names the target and the cause.
     """
+    remove_left(target)
     with _naming(target):
         folder = Path(tempfile.mkdtemp(prefix=f".{_stem(target)}.", suffix=PART, dir=target.parent))
         replaced = False

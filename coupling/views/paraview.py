@@ -1,13 +1,12 @@
 """A `structure_motion` or `bead_motion` as files for ParaView: a .vtu for each time, and a .pvd that lists them."""
 
 import re
-import shutil
-import tempfile
 from pathlib import Path
 from xml.etree import ElementTree
 
 import xarray as xr
 
+from coupling.files.writing import whole_folder
 from coupling.views.motion import known_motion
 
 LISTING = "motion.pvd"
@@ -53,9 +52,7 @@ def write_vtu(motion: xr.Dataset, folder: str | Path) -> Path:
 
     known_motion(motion)
     target = _folder(folder)
-    temporary = Path(tempfile.mkdtemp(prefix=f".{target.name}-", dir=target.parent))
-    try:
-        temporary.chmod(0o755)
+    with whole_folder(target, lambda path: bool(OWN_FILES.fullmatch(path.name))) as temporary:
         listing = ElementTree.Element("VTKFile", type="Collection", version="0.1")
         collection = ElementTree.SubElement(listing, "Collection")
         cells, parts = [(motion.attrs["cell_type"], motion.cells.values)], {"part": [motion.part.values]}
@@ -68,13 +65,6 @@ def write_vtu(motion: xr.Dataset, folder: str | Path) -> Path:
             ElementTree.SubElement(collection, "DataSet", timestep=repr(moment), part="0", file=name)
         ElementTree.indent(listing)
         ElementTree.ElementTree(listing).write(temporary / LISTING, encoding="utf-8", xml_declaration=True)
-        old = temporary.with_name(temporary.name + "-old")
-        if target.exists():
-            target.rename(old)
-        temporary.rename(target)
-        shutil.rmtree(old, ignore_errors=True)
-    finally:
-        shutil.rmtree(temporary, ignore_errors=True)
     return Path(folder) / LISTING
 
 

@@ -1,9 +1,6 @@
 """Pictures and animations of a `structure_motion` or a `bead_motion`, drawn off-screen."""
 
-import os
-import tempfile
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -12,6 +9,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from coupling.files.writing import whole_file_by_name
 from coupling.views.motion import known_motion
 from structures.checks import finite, positive
 
@@ -94,7 +92,7 @@ def picture(
 
     with (
         Drawing(motion.isel(time=[number]), show, factor, highest, PICTURE_DPI, run) as drawing,
-        _whole(target) as part,
+        whole_file_by_name(target.absolute()) as part,
     ):
         drawing.draw(0).savefig(part, dpi=PICTURE_DPI)
     return target
@@ -165,7 +163,10 @@ def animation(
         write = _write_mp4
     from coupling.views.drawing import Drawing
 
-    with Drawing(motion, show, factor, highest, ANIMATION_DPI, run) as drawing, _whole(target) as part:
+    with (
+        Drawing(motion, show, factor, highest, ANIMATION_DPI, run) as drawing,
+        whole_file_by_name(target.absolute()) as part,
+    ):
         write(part, (drawing.pixels(number) for number in range(motion.sizes["time"])), rate)
     return target
 
@@ -223,17 +224,3 @@ def _target(path: str | Path, suffixes: tuple[str, ...]) -> Path:
     if not target.parent.is_dir() or target.is_dir():
         raise ValueError(f"path = {str(path)!r}: must be a file in a folder that is there")
     return target
-
-
-@contextmanager
-def _whole(target: Path) -> Iterator[Path]:
-    """A temporary file next to the target, which replaces it at the end, and is deleted after an error."""
-    handle, name = tempfile.mkstemp(suffix=target.suffix, prefix=f".{target.stem}-", dir=target.parent)
-    os.close(handle)
-    part = Path(name)
-    try:
-        yield part
-        part.chmod(0o644)
-        part.replace(target)
-    finally:
-        part.unlink(missing_ok=True)
