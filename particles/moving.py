@@ -103,6 +103,9 @@ class MovingChain:
     rest: Vector = field(init=False)
 
     def __post_init__(self) -> None:
+        instance("chain", self.chain, Chain, "a Chain")
+        if self.surface is not None:
+            instance("surface", self.surface, Surface, "a Surface(material), or None")
         if isinstance(self.chain.law, ContactLaw):
             object.__setattr__(self, "chain", self.chain.with_law(unchanging(self.chain.law)))
         chain = self.chain

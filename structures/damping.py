@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from structures.checks import instance, not_negative, one_of, positive
+from structures.checks import each, finite, instance, not_negative, one_of, positive
 from structures.factor import symmetric
 from structures.oscillators import is_modal
 from structures.plausible import likely
@@ -325,7 +325,7 @@ def loss_tangent(share: float, time: float, frequency: ArrayLike) -> Any:
     0.0477
     """
     share, time = positive("share", share), positive("time", time, "s")
-    phase = 2.0 * np.pi * np.asarray(frequency, dtype=float) * time
+    phase = 2.0 * np.pi * each(finite, "frequency", frequency, "Hz") * time  # type: ignore[arg-type]
     return share * phase / (1.0 + (1.0 + share) * phase**2)
 
 

@@ -14,7 +14,7 @@ from scipy import sparse
 from scipy.linalg import eigh
 from scipy.sparse.linalg import LinearOperator, eigsh
 
-from structures.checks import finite, instance, whole
+from structures.checks import finite, instance, positive, whole
 from structures.factor import Solve, factorise
 from structures.structure import Structure, Vector
 
@@ -172,6 +172,7 @@ class Newmark:
     """
 
     def __init__(self, structure: Structure, window: float, beta: float = 0.25, gamma: float = 0.5) -> None:
+        _check_given(structure, window)
         self.structure, self.window = structure, window
         self.beta, self.gamma = finite("beta", beta), finite("gamma", gamma)
         if self.gamma < 0.5 or self.beta < 0.0:
@@ -256,6 +257,7 @@ class GeneralisedAlpha:
         radius = finite("spectral_radius", spectral_radius)
         if not 0.0 <= radius <= 1.0:
             raise ValueError(f"spectral_radius = {spectral_radius!r}: must lie between 0 and 1")
+        _check_given(structure, window)
         self.structure, self.window = structure, window
         self.inertial, self.late = (2.0 * radius - 1.0) / (radius + 1.0), radius / (radius + 1.0)
         self.gamma = 0.5 - self.inertial + self.late
@@ -320,6 +322,7 @@ class CentralDifference:
     """
 
     def __init__(self, structure: Structure, window: float, steps: int | None = None) -> None:
+        _check_given(structure, window)
         self.structure = lumped(structure)
         self.stable_step = 2.0 / max(_highest_frequency(self.structure), 1e-300)
         count = (
@@ -414,6 +417,11 @@ def _resistance(structure: Structure, u: Vector, v: Vector) -> Vector:
     """K u + C v."""
     force: Vector = structure.stiffness @ u
     return force if structure.damping is None else force + structure.damping @ v
+
+
+def _check_given(structure: Structure, window: float) -> None:
+    instance("structure", structure, Structure, "a Structure")
+    positive("window", window, "s")
 
 
 def _check_masses(structure: Structure, what: str) -> None:

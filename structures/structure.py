@@ -87,6 +87,8 @@ class Structure:
         n = self.size
         if n and not (contact.reshape(n, -1) != 0.0).any(axis=0).all():
             raise ValueError("contact: must not be zero, or the contact force moves nothing")
+        if self.matrices is not None:
+            instance("matrices", self.matrices, Matrices, "Matrices(mass, stiffness), or None")
         if self.matrices is None or not self.matrices.belong(self.mass, self.stiffness):
             object.__setattr__(self, "matrices", Matrices(self.mass, self.stiffness))
         object.__setattr__(self, "mass", self.matrices.mass)

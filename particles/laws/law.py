@@ -410,7 +410,7 @@ def _check_curve(law: ContactLaw, force: Vector, slope: Vector, rise: Vector) ->
 
 def _largest(value: float) -> float:
     """An approach, or infinity."""
-    return value if value == inf else positive("largest", value, "m")
+    return value if isinstance(value, float) and value == inf else positive("largest", value, "m")
 
 
 @lru_cache(maxsize=256)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from particles.laws.law import ContactLaw, PowerLaw
+from particles.laws.law import ContactLaw, PowerLaw, check_contact_law
 from structures.checks import one_of, positive
 
 WEIGHTINGS = ("relative", "absolute")
@@ -82,6 +82,7 @@ def fit_power_law(law: ContactLaw, lowest: float, highest: float, weighting: str
     >>> round(fit.exponent, 2)
     1.25
     """
+    check_contact_law("law", law)
     one_of("weighting", weighting, WEIGHTINGS)
     lowest, highest = positive("lowest", lowest, "m"), positive("highest", highest, "m")
     if lowest >= highest:

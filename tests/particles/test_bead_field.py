@@ -174,8 +174,3 @@ def test_the_force_is_whole_whatever_the_radius() -> None:
     field = BeadField(SPHERE, 0, 1e-4)
     for radius in (1e-4, 7e-5, 3e-6, 0.0):
         assert field._load(Push(FORCE, radius)).sum() == pytest.approx(FORCE, rel=1e-12)
-
-
-def test_contacts_too_wide_are_refused() -> None:
-    with pytest.raises(ValueError, match=r"widest = 0\.002: must be at most 0\.00119 m, half the bead's radius"):
-        BeadField(SPHERE, 3, 2e-3)

@@ -51,19 +51,3 @@ def test_methods_agree_where_two_suit() -> None:
     by_elements = hl.laws.computed_law(BALL, max_approach=5e-6)
     by_half_spaces = hl.laws.computed_law(BALL, max_approach=5e-6, method="half-spaces")
     assert by_half_spaces.force(approach) == pytest.approx(by_elements.force(approach), rel=3e-3)
-
-
-@pytest.mark.parametrize(
-    ("given", "message"),
-    [
-        ({"first": 3.0, "max_force": 1.0}, r"first = 3\.0: must be a body"),
-        ({"first": BALL, "second": "wall", "max_force": 1.0}, "second = 'wall': must be a body or a Surface"),
-        ({"first": BALL, "max_force": 1.0, "method": "axisymetric"}, "method = 'axisymetric': .*did you mean"),
-        ({"first": BALL}, "max_force = None, max_approach = None: one of the two"),
-        ({"first": BALL, "second": LYING, "max_force": 1.0, "method": "axisymmetric"}, "second = Cylinder.*revolution"),
-        ({"first": SHELL, "max_force": 1.0, "method": "half-spaces"}, "first = HollowSphere.*: must be a solid body"),
-    ],
-)
-def test_bad_input(given: dict[str, object], message: str) -> None:
-    with pytest.raises(ValueError, match=message):
-        hl.laws.computed_law(**given)  # type: ignore[arg-type]

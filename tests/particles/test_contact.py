@@ -371,34 +371,3 @@ def test_a_spring_behind_the_contact_is_no_part_of_its_law() -> None:
     run = hl.CoSimulation(hl.Chain([bead], bead, 0.3), soft).run(until=2e-3)
     assert float(run.displacement.sel(bead=1).max()) > 2.0 * hl.contact_law(bead, soft.surface).largest
     assert "contact law" not in run.attrs.get("warnings", "")
-
-
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (lambda: hl.HollowSphere(1e-3, 1e-3, STEEL), r"inner_radius = 0\.001: must be less than the radius"),
-        (lambda: hl.HollowSphere(1e-3, -1e-4, STEEL), r"inner_radius = -0\.0001"),
-        (lambda: hl.Cylinder(1e-3, 0.0, STEEL), r"length = 0\.0"),
-        (lambda: hl.Cylinder(1e-3, 1e-2, STEEL, 45.0), r"angle = 45\.0: must lie between -2π and 2π, in rad"),
-        (lambda: hl.Ellipsoid(1e-3, 1e-2, STEEL, "up"), r"axis = 'up': must be one of 'across', 'along'"),
-        (lambda: hl.Ellipsoid(0.0, 1e-2, STEEL), r"radius = 0\.0"),
-        (lambda: hl.laws.PowerLaw(0.0), r"stiffness = 0\.0"),
-        (lambda: hl.laws.PowerLaw(1e9, 0.0), r"exponent = 0\.0"),
-        (lambda: hl.laws.PowerLaw(1e9, largest=-1.0), r"largest = -1\.0"),
-        (lambda: hl.laws.PowerLaw(1e9, largest=float("nan")), "largest = nan"),
-        (lambda: hl.laws.TabulatedLaw([1e-6], [1.0]), "approaches: must hold two points or more"),
-        (lambda: hl.laws.TabulatedLaw([1e-6, 2e-6], [1.0]), "forces: 1 values for 2 approaches"),
-        (lambda: hl.laws.TabulatedLaw([1e-6, 2e-6, 3e-6], [1.0, 3.0, 2.0]), r"must .*; \(3e-06, 2\.0\) follows"),
-        (lambda: hl.laws.TabulatedLaw([2e-6, 1e-6], [1.0, 3.0]), "forces: must increase with the approaches"),
-        (lambda: hl.laws.TabulatedLaw([1e-6, float("nan")], [1.0, 3.0]), "approaches = nan"),
-        (lambda: hl.contact_law(3.0, cylinder()), r"first = 3\.0: must be a body"),  # type: ignore[arg-type]
-        (lambda: hl.contact_law(cylinder(), "steel"), "second = 'steel': must be a body or a Surface"),  # type: ignore[arg-type]
-        (lambda: hl.contact_law(cylinder(), cylinder(), "near"), "axis_ratio = 'near'"),
-        (lambda: hl.contact_law(cylinder(), cylinder(30.0), "near"), "axis_ratio = 'near'"),
-        (lambda: hl.contact_law(hl.Sphere(1e-2, STEEL), hl.Surface(STEEL, -200.0)), "curvature"),
-        (lambda: hl.Surface(STEEL, 1.0, float("inf")), "second_curvature = inf"),
-    ],
-)  # fmt: skip
-def test_bad_bodies_and_laws(make: object, message: str) -> None:
-    with pytest.raises(ValueError, match=message):
-        make()  # type: ignore[operator]

@@ -276,49 +276,7 @@ def test_stiff_foundation_is_a_base_that_slides() -> None:
     assert fixed < hard < 1.01 * fixed
 
 
-@pytest.mark.parametrize(
-    ("layers", "keywords", "message"),
-    [
-        ([], {}, "layers"),
-        (["steel"], {}, "layers"),
-        (STEEL, {}, "layers"),
-        ([STEEL, hl.Layer(hl.PTFE, 0.02, 0.01)], {}, r"layers: have radii \[0\.0191, 0\.01\] m.*rod\(\)"),
-        ([STEEL], {"base": "fix"}, r"base = 'fix'.*did you mean 'fixed'"),
-        ([STEEL], {"base": 1e9}, r"base = 1000000000\.0: must be .* or a Foundation"),
-        ([STEEL], {"side": "fixed"}, "side = 'fixed'"),
-        ([STEEL], {"side": "absorbin"}, r"side = 'absorbin'.*did you mean 'absorbing'"),
-        ([STEEL], {"patch_radius": 0.0}, r"patch_radius = 0\.0"),
-        ([STEEL], {"patch_radius": -1e-3}, r"patch_radius = -0\.001"),
-        ([STEEL], {"patch_radius": float("nan")}, "patch_radius = nan"),
-        ([STEEL], {"patch_radius": 0.02}, r"patch_radius = 0\.02: must not exceed the cylinder's radius, 0\.0191 m"),
-        ([STEEL], {"patch_radius": 1e-300}, "patch_radius"),
-        ([STEEL], {"highest_frequency": 0.0}, r"highest_frequency = 0\.0"),
-        ([STEEL], {"highest_frequency": 1e12}, "highest_frequency, cells: need"),
-        ([hl.Layer(hl.STEEL_440C, 5.0, 0.5)], {"highest_frequency": 1e6}, "highest_frequency, cells: need"),
-        ([STEEL], {"cells": 0}, "cells = 0"),
-        ([STEEL], {"cells": 2.5}, r"cells = 2\.5"),
-        ([STEEL], {"cells": 10**6}, "highest_frequency, cells: need"),
-    ],
-)
-def test_bad_cylinders(layers: list[hl.Layer], keywords: dict[str, object], message: str) -> None:
-    with pytest.raises(ValueError, match=message):
-        cylinder(layers, **keywords)  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize("bad", [0.0, -1.0, float("nan"), float("inf"), "soft"])
-def test_bad_foundations(bad: float) -> None:
-    with pytest.raises(ValueError, match=r"stiffness = .*N/m³"):
-        Foundation(bad)
-
-
 def test_patch_smaller_than_the_contact_is_refused() -> None:
     small = reduced(PTFE, patch_radius=2e-4)
     with pytest.raises(ValueError, match=r"give the structure a patch_radius at least \d\.\d+ times as large"):
         hl.CoSimulation(chain(), small)
-
-
-def test_patch_wider_than_the_coat_is_refused() -> None:
-    """On a thin coat a wide patch would feel what lies below, and take out what only a thick layer holds."""
-    coat = [hl.Layer(hl.STEEL_440C, 0.3e-3, 9.5e-3), hl.Layer(hl.PTFE, 25e-3, 9.5e-3)]
-    with pytest.raises(ValueError, match=r"patch_radius = 0\.002: must not exceed the first layer's length, 0\.0003 m"):
-        hl.layered_cylinder(coat, patch_radius=2e-3)

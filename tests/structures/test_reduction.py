@@ -99,13 +99,3 @@ def test_too_few_vectors_are_reported() -> None:
     with pytest.warns(hl.HertzlinkWarning, match="40 vectors leave an error"):
         reduced = hl.reduce(PLATE.at(0.1, 0.1), until=5e-4, tolerance=1e-6, largest=40)
     assert reduced.origin["reduction"]["error_estimate"] > 1e-6
-
-
-@pytest.mark.parametrize(("until", "tolerance"), [(0.0, 1e-3), (-1.0, 1e-3), (1e-3, 0.0), (1e-3, float("nan"))])
-def test_bad_arguments(until: float, tolerance: float) -> None:
-    with pytest.raises(ValueError, match=r"until = |tolerance = "):
-        hl.reduce(PLATE.at(0.1, 0.1), until=until, tolerance=tolerance)
-    with pytest.raises(ValueError, match="structure = None: must be a Structure"):
-        hl.reduce(None, until=1e-3)  # type: ignore[arg-type]
-    with pytest.raises(ValueError, match="largest = 0"):
-        hl.reduce(PLATE.at(0.1, 0.1), until=1e-3, largest=0)

@@ -333,33 +333,6 @@ def test_one_column_is_one_contact() -> None:
 SURFACE = hl.Surface(hl.PTFE)
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"contact": np.ones((3, 2))}, r"mass has shape .*: must be \(3, 3\), as contact has 3 entries"),
-        ({"contact": np.ones((ROD.size, 2, 2))}, r"contact has shape .*: must be \(n,\), or \(n, p\) for p contacts"),
-        ({"contact": np.ones((ROD.size, 0))}, r"contact has shape .*: must be \(n,\), or \(n, p\)"),
-        ({"contact": np.full((ROD.size, 2), np.nan)}, "contact: must hold finite numbers"),
-        ({"flexibility": [0.0, 1e-9, 0.0]}, r"flexibility = \[0\.0, 1e-09, 0\.0\]: must be one number of m/N, or 2"),
-        ({"flexibility": [0.0, np.inf]}, "flexibility = inf: must be a finite number of m/N"),
-        ({"flexibility": "soft"}, "flexibility = 'soft': must be a number or an array of numbers"),
-        ({"surface": None}, "surface = None: must be a list of Surfaces, or one"),
-        ({"surface": [SURFACE]}, "surface = .*: must be one Surface, or 2, as there are contacts"),
-        ({"surface": [SURFACE, "flat"]}, "surface = .*: must be a list of Surfaces"),
-    ],
-)
-def test_bad_structures(change: dict[str, object], message: str) -> None:
-    with pytest.raises(ValueError, match=message):
-        replace(ROD, **change)
-
-
-@pytest.mark.parametrize("force", [1.0, [1.0], [1.0, 2.0, 3.0], [[1.0, 2.0]], None, "ab"])
-def test_bad_forces(force: object) -> None:
-    moving = hl.stepping.MovingStructure(ROD)
-    with pytest.raises(ValueError, match="force = "):
-        moving.advance(moving.start(), force, 1e-6)
-
-
 def test_lumping_does_not_hang_on_the_contacts() -> None:
     """Nor where two of them, on the two faces of one place, cancel."""
     rod = hl.rod(LAYERS, elements=6)

@@ -150,18 +150,6 @@ def test_a_window_can_be_repeated(structure: hl.Structure) -> None:
     assert first[1] == second[1]
 
 
-def test_bad_structures() -> None:
-    one = sparse.csr_array(np.eye(1))
-    with pytest.raises(ValueError, match="stiffness has shape"):
-        hl.Structure(one, sparse.csr_array(np.eye(2)), None, np.ones(1), 0.0, hl.Surface(hl.PTFE))
-    with pytest.raises(ValueError, match="mass: must hold finite numbers"):
-        hl.Structure(sparse.csr_array([[np.inf]]), one, None, np.ones(1), 0.0, hl.Surface(hl.PTFE))
-    with pytest.raises(ValueError, match="contact"):
-        hl.Structure(one, one, None, np.array([np.nan]), 0.0, hl.Surface(hl.PTFE))
-    with pytest.raises(ValueError, match="window = -1"):
-        hl.stepping.MovingStructure(ROD).advance(hl.stepping.MovingStructure(ROD).start(), 0.0, -1.0)
-
-
 def test_an_oscillator_with_the_period_of_the_window_is_seen() -> None:
     """Under a constant force it swings about F/k; its exact motion, seen once a period, would rest at zero."""
     window = 1e-6
@@ -395,34 +383,6 @@ def test_modes_and_half_spaces_take_every_stepper(name: str) -> None:
 
 
 ARMS = standard_linear_solid(ROD, 0.5, 1e-5)
-
-
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (lambda: hl.stepping.MovingStructure(None), "structure = None: must be a Structure"),
-        (
-            lambda: hl.stepping.MovingStructure(ROD, "newmrk"),
-            r"stepper = 'newmrk': must be one of.*did you mean 'newmark'",
-        ),
-        (lambda: hl.stepping.MovingStructure(ROD, 3.0), r"stepper = 3\.0: must be one of"),
-        (
-            lambda: hl.stepping.MovingStructure(ARMS, "central-difference"),
-            "structure: a lumped mass needs positive masses",
-        ),
-        (lambda: Newmark(ARMS, 1e-6), "structure: newmark needs positive masses"),
-        (lambda: Newmark(ROD, 1e-6, gamma=0.4), r"beta, gamma = 0\.25, 0\.4"),
-        (lambda: Newmark(ROD, 1e-6, beta=-0.1), r"beta, gamma = -0\.1, 0\.5"),
-        (lambda: Newmark(ROD, 1e-4, beta=1.0 / 6.0), r"window = 0\.0001: must be at most .* s, or Newmark's method"),
-        (lambda: GeneralisedAlpha(ROD, 1e-6, 1.1), r"spectral_radius = 1\.1: must lie between 0 and 1"),
-        (lambda: CentralDifference(ROD, 1e-6, steps=0), "steps = 0: must be a whole number"),
-        (lambda: lumped(None), "structure = None: must be a Structure"),
-        (lambda: stable_step(ARMS), "structure: a lumped mass needs positive masses"),
-    ],
-)
-def test_bad_steppers(make, message: str) -> None:  # type: ignore[no-untyped-def]
-    with pytest.raises(ValueError, match=message):
-        make()
 
 
 def test_the_midpoint_is_the_default() -> None:

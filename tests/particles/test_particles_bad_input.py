@@ -1,0 +1,277 @@
+# mypy: disable-error-code="arg-type, misc"
+"""Bad input to chains, bodies, contact laws and losses: each error names the argument and its value, in one line.
+
+Parts of a user's own are in test_own_parts.
+"""
+
+import math
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from math import pi
+from typing import Any
+
+import pytest
+
+import hertzlink as hl
+from hertzlink.stepping import MovingChain
+from particles import solitary
+from particles.deformable.bead_field import BeadField
+from particles.deformable.vibration import vibration
+
+STEEL = hl.STEEL_316
+BALL, RADIUS = hl.Sphere(4.76e-3, hl.STEEL_440C), 2.38e-3
+BEAD = hl.Sphere(RADIUS, STEEL)
+SHELL = hl.HollowSphere(9.525e-3, 8.655e-3, STEEL)
+LYING = hl.Cylinder(RADIUS, 4.76e-3, STEEL)
+FLAT = hl.Surface(STEEL)
+D, M, K = 2.0 * RADIUS, BEAD.mass, hl.hertz.stiffness(BEAD.surface, BEAD.surface)
+
+LONG = hl.Chain([BALL] * 20, BALL, 0.31)
+STICKY = replace(LONG, dissipation=hl.LinearDashpot(2e4))
+HANGING = hl.Chain([BEAD] * 5, BEAD, 0.3, gravity=9.81, inclination=-pi / 2.0)
+WEAK = hl.SpringLoaded(BEAD, 1.0, 1e-4, travel=0.1)
+
+Made = tuple[Callable[..., object], Mapping[str, Any]]
+STRUCK = {"beads": [BALL] * 3, "striker": BALL, "impact_speed": 0.3}
+CHAIN: Made = (hl.Chain, STRUCK)
+DEFORMABLE: Made = (hl.DeformableChain, STRUCK)
+COMPUTED_LAW: Made = (hl.laws.computed_law, {})
+
+
+def crossing(degrees: float = 0.0) -> hl.Cylinder:
+    return hl.Cylinder(RADIUS, 4.76e-3, STEEL, math.radians(degrees))
+
+
+@pytest.mark.parametrize(
+    ("builder", "changes", "message"),
+    [
+        (CHAIN, {"impact_speed": 0.0}, "impact_speed = 0"),
+        (CHAIN, {"impact_speed": -0.3}, r"impact_speed = -0\.3: must be a positive number of m/s"),
+        (CHAIN, {"impact_speed": float("nan")}, "impact_speed = nan"),
+        (CHAIN, {"gravity": -9.81}, r"gravity = -9\.81"),
+        (CHAIN, {"beads": []}, "beads = "),
+        (CHAIN, {"beads": None}, "beads = None"),
+        (CHAIN, {"beads": BALL}, "beads = Sphere"),
+        (CHAIN, {"impact_speed": 10**400}, "impact_speed = "),
+        (CHAIN, {"beads": ["steel"]}, r"beads\[0\] = 'steel': must be a bead"),
+        (CHAIN, {"striker": 3}, "striker = 3"),
+        (CHAIN, {"dissipation": 4.0}, r"dissipation = 4\.0: must be None or a loss such as LinearDashpot"),
+        (CHAIN, {"integrator": "rk45"}, r"integrator = 'rk45'.*did you mean 'rk4'"),
+        (CHAIN, {"impact_speed": None}, "impact_speed = None: must be given"),
+        (CHAIN, {"striker": hl.Piston([0.0, 1.0], [0.0, 1e-3])}, r"impact_speed = 0\.3: must be left out for a Piston"),
+        (CHAIN, {"preload": -1.0}, r"preload = -1\.0"),
+        (CHAIN, {"inclination": 90.0}, r"inclination = 90\.0: must lie between -2π and 2π, in rad"),
+        (CHAIN, {"striker": hl.PushedBead([0.0, 1.0], [0.0, 0.0]), "impact_speed": None}, "moves nothing"),
+        (CHAIN, {"law": 3}, r"law = 3: must be None, a law such as PowerLaw"),
+        (DEFORMABLE, {"modes": 0}, re.escape("modes = 0: must be a whole number, 1 or more")),
+        (DEFORMABLE, {"modes": 2.5}, re.escape("modes = 2.5: must be a whole number")),
+        (DEFORMABLE, {"modes": 21}, re.escape("modes = 21: must be at most 20")),
+        (DEFORMABLE, {"beads": [hl.Cylinder(2e-3, 4e-3, STEEL)]}, re.escape("beads[0] = Cylinder")),
+        (DEFORMABLE, {"beads": [BALL, hl.Ellipsoid(2e-3, 6e-3, STEEL, "across")]}, re.escape("beads[1] = Ellipsoid")),
+        (DEFORMABLE, {"striker": hl.Cylinder(2e-3, 4e-3, STEEL)}, re.escape("striker = Cylinder")),
+        (DEFORMABLE, {"law": "fem"}, re.escape("law = 'fem'")),
+        (
+            DEFORMABLE,
+            {"law": lambda one: None},
+            re.escape("must be a function of two bodies, law(body, next body or Surface) (too many"),
+        ),
+        (COMPUTED_LAW, {"first": 3.0, "max_force": 1.0}, r"first = 3\.0: must be a body"),
+        (
+            COMPUTED_LAW,
+            {"first": BALL, "second": "wall", "max_force": 1.0},
+            "second = 'wall': must be a body or a Surface",
+        ),
+        (
+            COMPUTED_LAW,
+            {"first": BALL, "max_force": 1.0, "method": "axisymetric"},
+            "method = 'axisymetric': .*did you mean",
+        ),
+        (COMPUTED_LAW, {"first": BALL}, "max_force = None, max_approach = None: one of the two"),
+        (
+            COMPUTED_LAW,
+            {"first": BALL, "second": LYING, "max_force": 1.0, "method": "axisymmetric"},
+            "second = Cylinder.*revolution",
+        ),
+        (
+            COMPUTED_LAW,
+            {"first": SHELL, "max_force": 1.0, "method": "half-spaces"},
+            "first = HollowSphere.*: must be a solid body",
+        ),
+    ],
+)
+def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> None:
+    make, given = builder
+    with pytest.raises(ValueError, match=message) as error:
+        make(**{**given, **changes})
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        # Bodies and laws
+        (lambda: hl.HollowSphere(1e-3, 1e-3, STEEL), r"inner_radius = 0\.001: must be less than the radius"),
+        (lambda: hl.HollowSphere(1e-3, -1e-4, STEEL), r"inner_radius = -0\.0001"),
+        (lambda: hl.Cylinder(1e-3, 0.0, STEEL), r"length = 0\.0"),
+        (lambda: hl.Cylinder(1e-3, 1e-2, STEEL, 45.0), r"angle = 45\.0: must lie between -2π and 2π, in rad"),
+        (lambda: hl.Ellipsoid(1e-3, 1e-2, STEEL, "up"), r"axis = 'up': must be one of 'across', 'along'"),
+        (lambda: hl.Ellipsoid(0.0, 1e-2, STEEL), r"radius = 0\.0"),
+        (lambda: hl.laws.PowerLaw(0.0), r"stiffness = 0\.0"),
+        (lambda: hl.laws.PowerLaw(1e9, 0.0), r"exponent = 0\.0"),
+        (lambda: hl.laws.PowerLaw(1e9, largest=-1.0), r"largest = -1\.0"),
+        (lambda: hl.laws.PowerLaw(1e9, largest=float("nan")), "largest = nan"),
+        (lambda: hl.laws.TabulatedLaw([1e-6], [1.0]), "approaches: must hold two points or more"),
+        (lambda: hl.laws.TabulatedLaw([1e-6, 2e-6], [1.0]), "forces: 1 values for 2 approaches"),
+        (lambda: hl.laws.TabulatedLaw([1e-6, 2e-6, 3e-6], [1.0, 3.0, 2.0]), r"must .*; \(3e-06, 2\.0\) follows"),
+        (lambda: hl.laws.TabulatedLaw([2e-6, 1e-6], [1.0, 3.0]), "forces: must increase with the approaches"),
+        (lambda: hl.laws.TabulatedLaw([1e-6, float("nan")], [1.0, 3.0]), "approaches = nan"),
+        (lambda: hl.contact_law(3.0, crossing()), r"first = 3\.0: must be a body"),
+        (lambda: hl.contact_law(crossing(), "steel"), "second = 'steel': must be a body or a Surface"),
+        (lambda: hl.contact_law(crossing(), crossing(), "near"), "axis_ratio = 'near'"),
+        (lambda: hl.contact_law(crossing(), crossing(30.0), "near"), "axis_ratio = 'near'"),
+        (lambda: hl.contact_law(hl.Sphere(1e-2, STEEL), hl.Surface(STEEL, -200.0)), "curvature"),
+        (lambda: hl.Surface(STEEL, 1.0, float("inf")), "second_curvature = inf"),
+        *[(lambda bad=bad: hl.Sphere(bad, hl.PTFE), "radius = ") for bad in (0.0, -1e-3, math.inf, "wide", None)],
+        *[
+            (lambda bad=bad: hl.Sphere(bad, STEEL), rf"radius = {re.escape(str(bad))}: must lie between 1e-09 and 1e")
+            for bad in (1e300, 1e-200)
+        ],
+        (lambda: hl.Sphere(1e-3, "steel"), "material = 'steel': must be a Material"),
+        (lambda: hl.Ellipsoid(1e-3, math.nan, STEEL), "length = nan"),
+        (lambda: hl.Cylinder(1e-3, 1e-2, "steel"), "material = 'steel': must be a Material"),
+        (lambda: hl.HollowSphere(1e-3, 1e-4, None), "material = None: must be a Material"),
+        (lambda: hl.drop_speed(-1.0), r"height = -1\.0: must be a positive number of m"),
+        (lambda: BeadField(hl.Sphere(2.38e-3, STEEL), 3, 2e-3), r"widest = 0\.002: must be at most 0\.00119 m, half"),
+        (lambda: hl.laws.TabulatedLaw("ab", "cd"), "approaches = 'ab': must be a finite number"),
+        (lambda: hl.laws.fit_power_law("law", 1e-6, 1e-5), "law = 'law': must be"),
+        # Chains and their ends
+        (lambda: hl.Chain([BEAD], None, -0.3), r"impact_speed = -0\.3: must be a positive number"),
+        (lambda: hl.Chain([BEAD], None, "fast"), r"impact_speed = 'fast': must be a finite number"),
+        (lambda: hl.Chain([BEAD], "none"), r"striker = 'none': must be .* or None"),
+        (
+            lambda: MovingChain(hl.Chain([BEAD], BEAD, 0.3), FLAT, behind=FLAT),
+            r"striker = Sphere: must be None or a PushedBead for a chain with a structure behind it",
+        ),
+        (lambda: MovingChain(hl.Chain([BEAD], hl.Piston()), FLAT, behind=FLAT), "striker = Piston: must be None"),
+        (
+            lambda: MovingChain(hl.Chain([BEAD], hl.SpringLoaded(BEAD, 1e3, 1e-3)), FLAT, behind=FLAT),
+            "striker = SpringLoaded: must be None",
+        ),
+        (lambda: MovingChain(hl.Chain([BEAD], None), FLAT, behind=STEEL), r"behind = Material.*must be a Surface"),
+        (
+            lambda: MovingChain(hl.Chain([BEAD], None), FLAT, behind_flexibility=1e-9),
+            r"behind_flexibility = 1e-09: must be 0 where nothing is behind",
+        ),
+        (
+            lambda: MovingChain(hl.Chain([BEAD], None), FLAT, behind=FLAT, behind_flexibility=float("nan")),
+            r"behind_flexibility = nan: must be a finite number",
+        ),
+        (
+            lambda: MovingChain(hl.Chain([BEAD], None, 0.3), FLAT, behind=FLAT, behind_flexibility=-1e-6),
+            r"behind_flexibility = -1e-06: more negative than this contact can bear",
+        ),
+        (
+            lambda: MovingChain(hl.Chain([BEAD], None), FLAT, impact_energy=0.0),
+            r"impact_energy = 0\.0: must be a positive number of J",
+        ),
+        (
+            lambda: MovingChain(hl.Chain([BEAD] * 2, None, preload=1.0), None, behind=FLAT),
+            r"preload = 1\.0: must be 0 for a chain that nothing holds",
+        ),
+        (lambda: MovingChain(hl.Chain([BEAD], None), None), "beads: a single one that no striker meets"),
+        (
+            lambda: MovingChain(hl.Chain([BEAD], None, 0.3), FLAT, behind=FLAT, dt=1e-3),
+            r"dt = 0\.001: too large for a stable step",
+        ),
+        *[
+            (lambda bad=bad: hl.Chain([BALL], BALL, bad), rf"impact_speed = {re.escape(str(bad))}: must lie between")
+            for bad in (1e300, 1e-300)
+        ],
+        (lambda: MovingChain(LONG, FLAT, flexibility=-1e-3), r"flexibility = -0\.001: more negative than this contact"),
+        (lambda: MovingChain(LONG, FLAT, flexibility=math.nan), "flexibility = nan"),
+        (lambda: MovingChain(LONG, FLAT, dt=1e-4), r"dt = 0\.0001: too large for a stable step; must be below"),
+        (lambda: MovingChain(STICKY, FLAT, dt=2e-6), "dt = 2e-06: too large"),
+        (
+            lambda: hl.CoSimulation(replace(LONG, gravity=9.81), None),
+            r"gravity = 9\.81: must be 0 for a chain that nothin",
+        ),
+        (lambda: hl.CoSimulation(hl.Chain([BEAD] * 3, BEAD, 0.3, preload=5.0), None), r"preload = 5\.0: must be 0 for"),
+        (
+            lambda: hl.CoSimulation(HANGING, hl.half_space(STEEL)),
+            r"preload = 0\.0: must be at least 0\.02216 N to hold a chain that hangs",
+        ),
+        (
+            lambda: hl.CoSimulation(hl.Chain([BEAD], hl.PushedBead([0.0, 1e-5], [1.0, 2.0])), None),
+            "beads: a single one that no striker meets and that faces nothing",
+        ),
+        (
+            lambda: replace(HANGING, striker=WEAK, impact_speed=None, preload=1.0),
+            "too weak for the striker to reach the chain",
+        ),
+        (lambda: MovingChain("chain", FLAT), "chain = 'chain': must be a Chain"),
+        (lambda: MovingChain(LONG, "flat"), "surface = 'flat': must be a Surface"),
+        (lambda: hl.laws.PowerLaw(1e9, largest=[1.0, 2.0]), r"largest = \[1\.0, 2\.0\]: must be a finite number of m"),
+        # Excitations
+        (lambda: hl.SpringLoaded(BEAD, -1.0, 1e-3), r"stiffness = -1\.0"),
+        (lambda: hl.SpringLoaded(BEAD, 1e3, 0.0), r"compression = 0\.0"),
+        (lambda: hl.SpringLoaded(BEAD, 1e3, 1e-3, -1.0), r"travel = -1\.0"),
+        (lambda: hl.SpringLoaded(3.0, 1e3, 1e-3), r"striker = 3\.0"),
+        (lambda: hl.PushedBead([0.0, 1.0], [1.0]), "force: .*must be"),
+        (lambda: hl.PushedBead([0.0, 0.0], [1.0, 2.0]), "time: must increase from 0 s"),
+        (lambda: hl.PushedBead([1.0, 2.0], [1.0, 2.0]), "time: must increase from 0 s"),
+        (lambda: hl.PushedBead([0.0, float("nan")], [1.0, 2.0]), "time = nan"),
+        (lambda: hl.Piston([0.0, 1.0], [1e-6, 2e-6]), "displacement: must start from 0 m"),
+        (lambda: hl.Piston([0.0, 1.0], [0.0, 2e-6], surface="steel"), "surface = 'steel'"),
+        # Losses
+        (lambda: hl.LinearDashpot(-1.0), r"coefficient = -1\.0: must be zero or a positive number of N s/m"),
+        (lambda: hl.LinearDashpot(float("nan")), "coefficient = nan"),
+        (lambda: hl.PowerDashpot(-5.58, 1.81), r"coefficient = -5\.58: must be zero or a positive number of N \(s/m\)"),
+        (lambda: hl.PowerDashpot(5.58, 0.5), r"exponent = 0\.5: must lie between 1 and 5"),
+        (lambda: hl.PowerDashpot(5.58, float("nan")), "exponent = nan"),
+        (lambda: hl.PowerDashpot(5.58, 1.81, "pairwize"), r"form = 'pairwize'.*did you mean 'pairwise'"),
+        (lambda: hl.MassProportional(-6900.0), r"rate = -6900\.0: must be zero or a positive number of 1/s"),
+        (lambda: hl.MassProportional(float("inf")), "rate = inf"),
+        (lambda: hl.KuwabaraKono(-1e-6), "time = -1e-06: must be zero or a positive number of s"),
+        (lambda: hl.Tsuji(-0.1), r"coefficient = -0\.1"),
+        (lambda: hl.Tsuji("0,1"), "coefficient = '0,1': must be a finite number"),
+        (lambda: hl.Restitution(0.0), r"coefficient = 0\.0: must be a positive number"),
+        (lambda: hl.Restitution(1.2), r"coefficient = 1\.2: must lie between 0.01 and 1"),
+        (lambda: hl.PowerDashpot(-1.0), re.escape("N (s/m)^α")),
+        # Solitary waves
+        (lambda: solitary.wave_speed_from_force(0.0, M, K, 1.0), "^size = 0.0"),
+        (lambda: solitary.wave_speed_from_force(D, -1.0, K, 1.0), "^mass = -1.0"),
+        (lambda: solitary.wave_speed_from_force(D, M, 0.0, 1.0), "^stiffness = 0.0"),
+        (lambda: solitary.wave_speed_from_force(D, M, K, 1.0, -1.0), "^preload = -1.0"),
+        (lambda: solitary.wave_speed_from_force(D, M, K, 1.0, exponent=1.0), "^exponent = 1.0: must be greater than 1"),
+        (lambda: solitary.wave_speed_from_particle_speed(D, M, K, 0.0), "^particle_speed = 0.0"),
+        (lambda: solitary.wave_speed_from_particle_speed(D, M, K, 1.0, 0.9), "^exponent = 0.9"),
+        (lambda: solitary.peak_force_from_particle_speed(M, K, 1.0, float("nan")), "^exponent = nan"),
+        (lambda: solitary.width(D, 1.0), "^exponent = 1.0: must be greater than 1"),
+        (lambda: solitary.width(float("inf")), "^size = inf"),
+        (lambda: solitary.strain(0.0, float("nan"), 500.0, D, M, K), "^time = nan"),
+        (lambda: solitary.strain(0.0, 0.0, 0.0, D, M, K), "^speed = 0.0"),
+        (lambda: solitary.strain(0.0, 0.0, 500.0, D, M, K, 1.0), "^exponent = 1.0"),
+        (lambda: solitary.tangent_stiffness(K, 1.0, 0.99), "^exponent = 0.99: must be 1 or more"),
+        (lambda: solitary.cutoff_frequency(0.0, K, 1.0), "^mass = 0.0"),
+        (lambda: solitary.transit_time(0.0, 500.0), "^distance = 0.0"),
+        (lambda: solitary.transit_time(0.1, 500.0, 0.0), "^restitution = 0.0"),
+        (lambda: solitary.transit_time(0.1, 500.0, 1.01), "^restitution = 1.01: must be at most 1"),
+        (lambda: solitary.transit_time_from_striker(0, M, K, 0.3), "^beads = 0"),
+        # Vibrations
+        (lambda: vibration(BEAD, -1), "modes = -1"),
+        (lambda: vibration(BEAD, 2.5), "modes = 2.5"),
+        (lambda: vibration(BEAD, "many"), "modes = 'many'"),
+        (lambda: vibration(BEAD, 10, 0.0), "spacing = 0.0"),
+        (lambda: vibration(BEAD, 10, 1e-6), "spacing = 1e-06"),
+        (lambda: vibration(BEAD, 1000, RADIUS), "modes = 1000"),
+        (lambda: vibration(hl.Cylinder(RADIUS, RADIUS, STEEL), 3), "bead = Cylinder"),
+        (lambda: vibration(hl.Ellipsoid(RADIUS, RADIUS, STEEL), 3), "bead = Ellipsoid"),
+        (lambda: vibration(hl.half_space(STEEL), 3), "bead = "),
+        (lambda: vibration("ball", 3), "bead = 'ball'"),
+    ],
+)
+def test_bad_calls(call: Callable[[], object], message: str) -> None:
+    with pytest.raises(ValueError, match=message) as error:
+        call()
+    assert "\n" not in str(error.value)

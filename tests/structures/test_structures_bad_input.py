@@ -1,0 +1,331 @@
+# mypy: disable-error-code="arg-type, misc"
+"""Bad input to structures: each error names the argument and its value, in one line.
+
+Meshes that are no solids are in test_solid, users' steps in test_own_step.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import sparse
+
+import hertzlink as hl
+from hertzlink.stepping import CentralDifference, GeneralisedAlpha, Newmark
+from structures import layers as theory
+from structures.damping import loss_tangent, rayleigh, standard_linear_solid
+from structures.damping import modal as modal_damping
+from structures.rod import rod_parts
+from structures.stepping import lumped, stable_step
+
+FLAT = hl.Surface(hl.PTFE)
+BALL = hl.Sphere(4.76e-3, hl.STEEL_440C)
+LYING = hl.Cylinder(2e-3, 4e-3, hl.STEEL_316)
+M, K = BALL.mass, hl.hertz.stiffness(BALL.surface, BALL.surface)
+BAD_SIZES = (0.0, -1.0, math.nan)
+
+LAYERS = [hl.Layer(hl.STEEL_440C, 6.35e-3, 9.525e-3), hl.Layer(hl.PTFE, 25.4e-3, 9.525e-3)]
+COATED = [hl.Layer(hl.STEEL_440C, 0.3e-3, 9.5e-3), hl.Layer(hl.PTFE, 25e-3, 9.5e-3)]
+STEEL = hl.Layer(hl.STEEL_440C, length=76.2e-3, radius=19.1e-3)
+BAR = hl.rod([hl.Layer(hl.PTFE, 0.05, 0.01)], elements=1)
+STRUCK = hl.rod([hl.Layer(hl.ACRYLIC, 0.05, 0.01)], elements=6)
+ARMS = standard_linear_solid(STRUCK, 0.5, 1e-5)
+TWO = hl.rod(LAYERS, base="contact", elements=6)
+BLOCK = hl.Structure(np.eye(1), np.eye(1), None, np.ones(1), 0.0, FLAT)
+MOVING, TWO_MOVING = hl.stepping.MovingStructure(STRUCK), hl.stepping.MovingStructure(TWO)
+NEGATIVE = sparse.csr_array(-np.eye(BAR.size))
+
+SPRING = np.array([[2e7, -1e7], [-1e7, 1e7]])
+MASS = np.diag([0.01, 0.02])
+NO_NEGATIVE = "must have no negative eigenvalue"
+
+Made = tuple[Callable[..., object], Mapping[str, Any]]
+ROD: Made = (hl.rod, {})
+CYLINDER: Made = (hl.layered_cylinder, {})
+AT_TWO_POINTS: Made = (lambda **changes: replace(TWO, **changes), {})
+BODY: Made = (
+    hl.Structure,
+    {"mass": MASS, "stiffness": SPRING, "damping": None, "contact": (0.0, 1.0), "flexibility": 0.0, "surface": FLAT},
+)
+
+
+@pytest.mark.parametrize(
+    ("builder", "changes", "message"),
+    [
+        (ROD, {"layers": []}, "layers"),
+        (ROD, {"layers": ["steel"]}, "layers"),
+        (ROD, {"layers": [STEEL], "base": "fix"}, r"base = 'fix'.*did you mean 'fixed'"),
+        (ROD, {"layers": [STEEL], "elements": 0}, "elements = 0"),
+        (ROD, {"layers": [STEEL], "elements": 2.5}, r"elements = 2\.5"),
+        (CYLINDER, {"layers": []}, "layers"),
+        (CYLINDER, {"layers": ["steel"]}, "layers"),
+        (CYLINDER, {"layers": STEEL}, "layers"),
+        (
+            CYLINDER,
+            {"layers": [STEEL, hl.Layer(hl.PTFE, 0.02, 0.01)]},
+            r"layers: have radii \[0\.0191, 0\.01\] m.*rod\(\)",
+        ),
+        (CYLINDER, {"layers": [STEEL], "base": "fix"}, r"base = 'fix'.*did you mean 'fixed'"),
+        (CYLINDER, {"layers": [STEEL], "base": 1e9}, r"base = 1000000000\.0: must be .* or a Foundation"),
+        (CYLINDER, {"layers": [STEEL], "side": "fixed"}, "side = 'fixed'"),
+        (CYLINDER, {"layers": [STEEL], "side": "absorbin"}, r"side = 'absorbin'.*did you mean 'absorbing'"),
+        (CYLINDER, {"layers": [STEEL], "patch_radius": 0.0}, r"patch_radius = 0\.0"),
+        (CYLINDER, {"layers": [STEEL], "patch_radius": -1e-3}, r"patch_radius = -0\.001"),
+        (CYLINDER, {"layers": [STEEL], "patch_radius": float("nan")}, "patch_radius = nan"),
+        (
+            CYLINDER,
+            {"layers": [STEEL], "patch_radius": 0.02},
+            r"patch_radius = 0\.02: must not exceed the cylinder's radius, 0\.0191 m",
+        ),
+        (CYLINDER, {"layers": [STEEL], "patch_radius": 1e-300}, "patch_radius"),
+        (CYLINDER, {"layers": [STEEL], "highest_frequency": 0.0}, r"highest_frequency = 0\.0"),
+        (CYLINDER, {"layers": [STEEL], "highest_frequency": 1e12}, "highest_frequency, cells: need"),
+        (
+            CYLINDER,
+            {"layers": [hl.Layer(hl.STEEL_440C, 5.0, 0.5)], "highest_frequency": 1e6},
+            "highest_frequency, cells: need",
+        ),
+        (CYLINDER, {"layers": [STEEL], "cells": 0}, "cells = 0"),
+        (CYLINDER, {"layers": [STEEL], "cells": 2.5}, r"cells = 2\.5"),
+        (CYLINDER, {"layers": [STEEL], "cells": 10**6}, "highest_frequency, cells: need"),
+        (
+            CYLINDER,
+            {"layers": COATED, "patch_radius": 2e-3},
+            r"patch_radius = 0\.002: must not exceed the first layer's length, 0\.0003 m",
+        ),
+        (AT_TWO_POINTS, {"contact": np.ones((3, 2))}, r"mass has shape .*: must be \(3, 3\), as contact has 3 entries"),
+        (
+            AT_TWO_POINTS,
+            {"contact": np.ones((TWO.size, 2, 2))},
+            r"contact has shape .*: must be \(n,\), or \(n, p\) for p contacts",
+        ),
+        (AT_TWO_POINTS, {"contact": np.ones((TWO.size, 0))}, r"contact has shape .*: must be \(n,\), or \(n, p\)"),
+        (AT_TWO_POINTS, {"contact": np.full((TWO.size, 2), np.nan)}, "contact: must hold finite numbers"),
+        (
+            AT_TWO_POINTS,
+            {"flexibility": [0.0, 1e-9, 0.0]},
+            r"flexibility = \[0\.0, 1e-09, 0\.0\]: must be one number of m/N, or 2",
+        ),
+        (AT_TWO_POINTS, {"flexibility": [0.0, np.inf]}, "flexibility = inf: must be a finite number of m/N"),
+        (AT_TWO_POINTS, {"flexibility": "soft"}, "flexibility = 'soft': must be a number or an array of numbers"),
+        (AT_TWO_POINTS, {"surface": None}, "surface = None: must be a list of Surfaces, or one"),
+        (AT_TWO_POINTS, {"surface": [FLAT]}, "surface = .*: must be one Surface, or 2, as there are contacts"),
+        (AT_TWO_POINTS, {"surface": [FLAT, "flat"]}, "surface = .*: must be a list of Surfaces"),
+        (BODY, {"stiffness": -SPRING}, f"stiffness: {NO_NEGATIVE}, but its diagonal entry 0 is -2e\\+07 N/m"),
+        (
+            BODY,
+            {"stiffness": [[1e7, -2e7], [-2e7, 1e7]]},
+            f"stiffness: {NO_NEGATIVE}, but entry \\(0, 1\\) is -2e\\+07 N/m",
+        ),
+        (BODY, {"stiffness": [[0.0, 1e7], [1e7, 1e7]]}, f"stiffness: {NO_NEGATIVE}, but entry"),
+        (
+            BODY,
+            {"stiffness": [[2e7, -1e7], [0.0, 1e7]]},
+            r"stiffness: must be symmetric, but entry \(0, 1\) is -1e\+07 N/m",
+        ),
+        (BODY, {"mass": [[0.01, 0.0], [0.0, -0.01]]}, f"mass: {NO_NEGATIVE}, but its diagonal entry 1 is -0.01 kg"),
+        (BODY, {"mass": [[0.01, 0.01], [0.01, 0.01]]}, "mass: must be positive definite, but has one of about"),
+        (BODY, {"damping": [[5.0, 0.0], [0.0, -5.0]]}, f"damping: {NO_NEGATIVE}, but its diagonal entry 1 is -5 N s/m"),
+        (BODY, {"damping": [[0.0, 5.0], [-5.0, 0.0]]}, "damping: must be symmetric"),
+        (BODY, {"contact": [0.0, 0.0]}, "contact: must not be zero"),
+        (BODY, {"contact": [[0.0, 0.0], [1.0, 0.0]]}, "contact: must not be zero"),
+        (BODY, {"stiffness": [[np.nan, 0.0], [0.0, 1.0]]}, "stiffness: must hold finite numbers"),
+        (BODY, {"stiffness": np.ones((2, 3))}, r"stiffness has shape \(2, 3\): must be square"),
+        (BODY, {"contact": [1.0, 0.0, 0.0]}, r"mass has shape \(2, 2\): must be \(3, 3\)"),
+        *[
+            (BODY, {"origin": bad}, "origin = .*: must be a mapping such as")
+            for bad in ("x", 3, None, [("kind", "bar")])
+        ],
+        (BODY, {"stiffness": np.eye(3)}, r"stiffness has shape \(3, 3\): must be \(2, 2\)"),
+        (BODY, {"mass": [[np.inf, 0.0], [0.0, 1.0]]}, "mass: must hold finite numbers"),
+        (BODY, {"contact": [0.0, np.nan]}, "contact: must hold finite numbers"),
+        (BODY, {"flexibility": "soft"}, "flexibility = 'soft': must be a finite number of m/N"),
+        (BODY, {"surface": "flat"}, "surface = 'flat': must be a Surface"),
+        (BODY, {"valid_until": 0.0}, r"valid_until = 0\.0: must be a positive number of s"),
+    ],
+)
+def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> None:
+    make, given = builder
+    with pytest.raises(ValueError, match=message) as error:
+        make(**{**given, **changes})
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        # Anisotropy
+        (
+            lambda: hl.laminates.orthotropic_stiffness((1e9, 1e9), (0.3,) * 3, (4e8,) * 3),
+            r"moduli = .*must be three positive",
+        ),
+        (
+            lambda: hl.laminates.orthotropic_stiffness((1e9,) * 3, (0.3,) * 3, (4e8, 0.0, 4e8)),
+            r"shear_moduli = .*three positive",
+        ),
+        (
+            lambda: hl.laminates.orthotropic_stiffness((1e9,) * 3, (0.6,) * 3, (4e8,) * 3),
+            r"poisson_ratios = \(0\.6, .*too large",
+        ),
+        (lambda: hl.laminates.indentation_modulus(np.eye(3)), r"stiffness: has shape \(3, 3\), must be 6 × 6"),
+        (lambda: hl.laminates.indentation_modulus(np.eye(6) + np.eye(6, k=1)), "stiffness: must be symmetric"),
+        (lambda: hl.laminates.indentation_modulus(-np.eye(6)), "stiffness: must be positive definite"),
+        # Damping
+        (lambda: rayleigh(None), "structure = None: must be a Structure"),
+        (lambda: rayleigh(BAR, -1.0), r"mass_rate = -1\.0: must be zero or a positive number of 1/s"),
+        (lambda: rayleigh(BAR, 0.0, float("nan")), "stiffness_time = nan"),
+        (
+            lambda: rayleigh(standard_linear_solid(BAR, 1.0, 1.0), 0.0, 1.0),
+            "call rayleigh before standard_linear_solid",
+        ),
+        (lambda: modal_damping(BAR, 0.1), r"structure: its 2 degrees of freedom are not modes .*; reduce it first"),
+        (
+            lambda: modal_damping(hl.reduce(BAR, 1e-3), -0.1),
+            r"ratio = -0\.1: must be zero or positive, one number or 2",
+        ),
+        (lambda: modal_damping(hl.reduce(BAR, 1e-3), [0.1] * 3), r"ratio = .*one number or 2"),
+        (lambda: modal_damping(hl.reduce(BAR, 1e-3), "much"), "ratio = 'much'"),
+        (lambda: standard_linear_solid(BAR, 0.0, 1e-5), r"share = 0\.0"),
+        (lambda: standard_linear_solid(BAR, 1.0, -1e-5), "time = -1e-05: must be a positive number of s"),
+        (lambda: standard_linear_solid(BAR, 1.0, 1e-5, modulus="instantaneous"), r"share = 1\.0: must be below 1"),
+        (lambda: standard_linear_solid(BAR, 1.0, 1e-5, modulus="glassy"), "modulus = 'glassy': must be one of"),
+        (lambda: standard_linear_solid(BAR, 1.0, 1e-5, part=np.eye(3)), r"part has shape \(3, 3\): must be \(2, 2\)"),
+        (lambda: standard_linear_solid(BAR, 1.0, 1e-5, part=NEGATIVE), "part: must be positive semidefinite"),
+        (lambda: standard_linear_solid(BAR, 1.0, 1e-5, part=[[0.0, 1.0], [1.0, 0.0]]), "part: must be positive semi"),
+        (lambda: standard_linear_solid(BAR, 1.0, 1e-5, part=[[1.0, 2.0], [2.0, 1.0]]), "part: must be positive semi"),
+        (lambda: standard_linear_solid(BAR, 1.0, 1e-5, part=[[1.0, 1.0], [0.0, 1.0]]), "part: must be symmetric"),
+        (lambda: standard_linear_solid(BAR, 1.0, 1e-5, part="PTFE"), "part = 'PTFE': must be a matrix"),
+        (
+            lambda: standard_linear_solid(BAR, 0.5, 1e-5, 3.0 * BAR.stiffness, "instantaneous"),
+            r"part: 0\.5 of it is more than the structure's stiffness",
+        ),
+        (
+            lambda: standard_linear_solid(standard_linear_solid(BAR, 1.0, 1e-5), 1.0, 1e-5),
+            "part: the structure has Maxwell arms already",
+        ),
+        (lambda: loss_tangent(-1.0, 1.0, 1.0), r"share = -1\.0"),
+        (lambda: rod_parts([]), "layers"),
+        (lambda: rod_parts(LAYERS, base="fix"), r"base = 'fix'.*did you mean 'fixed'"),
+        (lambda: hl.damping.loss_factor(BLOCK, -0.1), r"factor = -0\.1"),
+        (lambda: hl.damping.loss_factor(BLOCK, 4.0), r"factor = 4\.0: must be at most 1"),
+        (lambda: hl.damping.loss_factor(BAR, 0.1), "are not modes"),
+        (lambda: loss_tangent(1.0, 1.0, "high"), "frequency = 'high': must be a number or an array of numbers, in Hz"),
+        (lambda: loss_tangent(1.0, 1.0, [1.0, math.nan]), "frequency = nan: must be a finite number of Hz"),
+        (lambda: replace(BLOCK, matrices="mass"), "matrices = 'mass': must be Matrices"),
+        # Steppers
+        (lambda: hl.stepping.MovingStructure(None), "structure = None: must be a Structure"),
+        (
+            lambda: hl.stepping.MovingStructure(STRUCK, "newmrk"),
+            r"stepper = 'newmrk': must be one of.*did you mean 'newmark'",
+        ),
+        (lambda: hl.stepping.MovingStructure(STRUCK, 3.0), r"stepper = 3\.0: must be one of"),
+        (
+            lambda: hl.stepping.MovingStructure(ARMS, "central-difference"),
+            "structure: a lumped mass needs positive masses",
+        ),
+        (lambda: Newmark(ARMS, 1e-6), "structure: newmark needs positive masses"),
+        (lambda: Newmark(STRUCK, 1e-6, gamma=0.4), r"beta, gamma = 0\.25, 0\.4"),
+        (lambda: Newmark(STRUCK, 1e-6, beta=-0.1), r"beta, gamma = -0\.1, 0\.5"),
+        (lambda: Newmark(STRUCK, 1e-4, beta=1.0 / 6.0), r"window = 0\.0001: must be at most .* s, or Newmark's method"),
+        (lambda: GeneralisedAlpha(STRUCK, 1e-6, 1.1), r"spectral_radius = 1\.1: must lie between 0 and 1"),
+        (lambda: CentralDifference(STRUCK, 1e-6, steps=0), "steps = 0: must be a whole number"),
+        (lambda: lumped(None), "structure = None: must be a Structure"),
+        (lambda: stable_step(ARMS), "structure: a lumped mass needs positive masses"),
+        (lambda: MOVING.advance(MOVING.start(), 0.0, -1.0), r"window = -1\.0: must be a positive number of s"),
+        *[
+            (
+                lambda force=force: TWO_MOVING.advance(TWO_MOVING.start(), force, 1e-6),
+                "force = .*: must be 2 numbers of N",
+            )
+            for force in (1.0, [1.0], [1.0, 2.0, 3.0], [[1.0, 2.0]], None, "ab")
+        ],
+        *[
+            (lambda make=make: make("rod", 1e-6), "structure = 'rod': must be a Structure")
+            for make in (Newmark, GeneralisedAlpha, CentralDifference)
+        ],
+        *[
+            (lambda make=make, bad=bad: make(STRUCK, bad), f"window = {bad!r}: must be a ")
+            for make in (Newmark, GeneralisedAlpha, CentralDifference)
+            for bad in (0.0, -1e-6, math.nan, None, "x")
+        ],
+        # Theory of layers
+        (lambda: theory.contact_time(0.0, K, 0.4), "^mass = 0.0"),
+        (lambda: theory.contact_time(M, K, 0.0), "^speed = 0.0: must be a positive number of m/s"),
+        (lambda: theory.time_of_flight(0, M, K, K, 0.4), "^beads = 0"),
+        (lambda: theory.time_of_flight(13, -1.0, K, K, 0.4), "^mass = -1.0"),
+        (lambda: theory.time_of_flight(13, M, 0.0, K, 0.4), "^chain_stiffness = 0.0"),
+        (lambda: theory.time_of_flight(13, M, K, K, float("nan")), "^striker_speed = nan"),
+        (lambda: theory.time_of_flight(13, M, K, K, 0.4, 0.0), "^restitution = 0.0"),
+        (lambda: theory.amplitude_ratio(1.01), "^restitution = 1.01: must be at most 1"),
+        (lambda: theory.critical_modulus("steel"), "^material = 'steel': must be a Material"),
+        (lambda: theory.critical_modulus(hl.STEEL_440C, 0.5), "^wall_poisson_ratio = 0.5: must lie between -1 and 0.5"),
+        (lambda: theory.critical_modulus(hl.STEEL_440C, float("nan")), "^wall_poisson_ratio = nan"),
+        (lambda: theory.restitution(M, M), "^upper_mass = .*: must be greater than mass = "),
+        (lambda: theory.restitution(1.0, np.array([3.0, 0.5])), r"^upper_mass = 0\.5: must be greater than mass"),
+        (lambda: theory.restitution(0.0, 1.0), "^mass = 0.0"),
+        (lambda: theory.upper_speed(M, 0.0, 1.0), "^upper_mass = 0.0"),
+        (lambda: theory.upper_speed(M, 1.0, -1.0), "^incident_speed = -1.0"),
+        (lambda: theory.axial_stiffness(0.0, 1.0, 1.0), "^youngs_modulus = 0.0"),
+        (lambda: theory.axial_stiffness(1e9, 0.0, 1.0), "^area = 0.0"),
+        (lambda: theory.secondary_delay(0.0, 0.0, 1.0), "^upper_mass = 0.0"),
+        (lambda: theory.secondary_delay(1.0, 0.0, 0.0), "^lower_stiffness = 0.0: must be a positive number of N/m"),
+        # Rods
+        (lambda: hl.Layer(hl.STEEL_440C, 25.4, 9.525), r"radius = 9\.525: must be at most 5 m; is it in millimetres"),
+        (lambda: hl.Layer(hl.STEEL_440C, "25.4e-3", 9.5e-3), r"length = '25\.4e-3': must be a finite number"),
+        (lambda: hl.Layer(hl.STEEL_440C, True, 9.5e-3), r"length = True: must be a finite number"),
+        (lambda: hl.rod([hl.Layer(hl.STEEL_440C, 0.1, 9.5e-3)], elements=10**9), "elements: 1000000000 are too many"),
+        (
+            lambda: hl.rod([hl.Layer(hl.STEEL_440C, 0.1, 9.5e-3)], base=hl.Foundation(1e9)),
+            r"base = Foundation.*must be one of 'fixed', 'free', 'absorbing', 'contact'; cylinder takes a Foundation",
+        ),
+        *[(lambda bad=bad: hl.Layer(hl.PTFE, bad, 0.01), f"length = {bad}: must be") for bad in BAD_SIZES],
+        *[(lambda bad=bad: hl.Layer(hl.PTFE, 0.01, bad), f"radius = {bad}: must be") for bad in BAD_SIZES],
+        (lambda: hl.Layer("PTFE", 0.01, 0.01), "material = 'PTFE': must be a Material"),
+        (lambda: hl.half_space("PTFE"), "material = 'PTFE': must be a Material"),
+        # Foundations
+        *[(lambda bad=bad: hl.Foundation(bad), "stiffness = .*N/m³") for bad in (*BAD_SIZES, math.inf, "soft")],
+        # Materials and surfaces
+        *[
+            (lambda bad=bad: hl.Material(bad, 0.3, 1e3), "youngs_modulus = ")
+            for bad in (*BAD_SIZES, math.inf, "soft", None)
+        ],
+        *[(lambda bad=bad: hl.Material(1e9, 0.3, bad), "density = ") for bad in (*BAD_SIZES, math.inf, "soft", None)],
+        *[
+            (lambda bad=bad: hl.Material(1e9, bad, 1e3), "poisson_ratio = .* between -1 and 0.5")
+            for bad in (0.5, -1.0, 0.7)
+        ],
+        *[
+            (lambda bad=bad: hl.Material(1e11, 0.3, 8e3, yield_strength=bad), "yield_strength = ")
+            for bad in (*BAD_SIZES, "hard")
+        ],
+        (lambda: hl.Surface("PTFE"), "material = 'PTFE': must be a Material"),
+        (lambda: hl.Surface(hl.PTFE, math.nan), "curvature = nan"),
+        (lambda: hl.hertz.stiffness(FLAT, FLAT), "curvature"),
+        (lambda: hl.hertz.stiffness(1, FLAT), "first = 1: must be a Surface"),
+        (lambda: hl.hertz.pressure(LYING.surface, FLAT, 1.0), "touch along a line"),
+        (lambda: hl.hertz.pressure(BALL.surface, FLAT, -1.0), r"force = -1\.0"),
+        # Reduction
+        (lambda: hl.reduce(BAR, until=0.0), r"until = 0\.0: must be a positive number of s"),
+        (lambda: hl.reduce(BAR, until=-1.0), r"until = -1\.0: must be a positive number of s"),
+        (lambda: hl.reduce(BAR, until=1e-3, tolerance=0.0), r"tolerance = 0\.0"),
+        (lambda: hl.reduce(BAR, until=1e-3, tolerance=math.nan), "tolerance = nan"),
+        (lambda: hl.reduce(None, until=1e-3), "structure = None: must be a Structure"),
+        (lambda: hl.reduce(BAR, until=1e-3, largest=0), "largest = 0"),
+    ],
+)
+def test_bad_calls(call: Callable[[], object], message: str) -> None:
+    with pytest.raises(ValueError, match=message) as error:
+        call()
+    assert "\n" not in str(error.value)
+
+
+def test_an_origin_of_a_users_own_is_never_taken_for_ours() -> None:
+    """Names that structures of hertzlink use in an origin may hold anything."""
+    names = ("thickness", "section", "supports", "reduction", "cells", "highest_frequency", "kind")
+    block = replace(BLOCK, origin=dict.fromkeys(names, "own"))
+    bead = hl.Sphere(4.76e-3, hl.STEEL_316)
+    run = hl.CoSimulation(hl.Chain([bead] * 3, bead, 0.1), block).run(5e-5)
+    assert '"thickness": "own"' in run.attrs["input"]
