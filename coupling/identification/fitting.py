@@ -6,10 +6,10 @@ from math import exp, log
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 import xarray as xr
 from scipy.interpolate import CubicSpline
 from scipy.optimize import least_squares
-from scipy.stats import t as student
 
 from coupling.results.ar_and_tof import reflections
 from coupling.results.measures import sensor_force
@@ -379,7 +379,7 @@ def _fit(model: _Model, p: Vector, jacobian: Vector, residual: Vector) -> Fit:
     # A tiny number keeps a matrix of insensitive parameters invertible; their intervals then become very wide.
     information = jacobian.T @ jacobian + 1e-30 * np.eye(p.size)
     covariance = np.linalg.inv(information) * float(residual @ residual) / (residual.size - p.size)
-    reach = float(student.ppf(0.975, residual.size - p.size))
+    reach = float(scipy.stats.t.ppf(0.975, residual.size - p.size))
     half = np.minimum(reach * np.sqrt(np.diag(covariance)), LARGEST_LOGARITHM)
     loss = model.loss(p)
     if not isinstance(loss, PowerDashpot):

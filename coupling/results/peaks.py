@@ -10,9 +10,9 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.polynomial import Polynomial
 from scipy.interpolate import CubicSpline
-from scipy.signal import find_peaks, peak_widths, savgol_filter
 
 from coupling.results.sensor import noise_level, resolution, smoothed
 from structures.structure import Vector
@@ -100,7 +100,7 @@ def hops(time: Vector, force: Vector) -> Vector:
     arrivals = np.full(len(force), np.nan)
     for row, series in enumerate(force):
         least = FIRST_WAVE * series.max(initial=0.0)
-        peaks = find_peaks(series, height=least, prominence=least)[0] if least > 0.0 else []
+        peaks = scipy.signal.find_peaks(series, height=least, prominence=least)[0] if least > 0.0 else []
         if len(peaks):
             arrivals[row] = time[peaks[0]]
     taken = np.diff(arrivals)
@@ -131,7 +131,9 @@ class _WayBack:
 
     def _peaks(self, row: int) -> Vector:
         if row not in self.peaks:
-            self.peaks[row] = self.time[find_peaks(self.force[row], height=self.least, prominence=self.least)[0]]
+            self.peaks[row] = self.time[
+                scipy.signal.find_peaks(self.force[row], height=self.least, prominence=self.least)[0]
+            ]
         return self.peaks[row]
 
 
@@ -176,11 +178,11 @@ def waves_of_signal(time: Vector, force: Vector, smallest: float) -> list[Peak]:
     smooth, noise, _ = smoothed(force)
     floor = CLEAR * noise + resolution(force)
     least = max(FIRST_WAVE * smooth.max(initial=0.0), floor)
-    first = find_peaks(smooth, height=least, prominence=least)[0]
+    first = scipy.signal.find_peaks(smooth, height=least, prominence=least)[0]
     if not (least > 0.0 and first.size):
         return []
     least = max(smallest * _fitted(time, force, smooth, *_valleys(smooth, first)[0])[0], floor)
-    later = find_peaks(smooth, height=least, prominence=least)[0]
+    later = scipy.signal.find_peaks(smooth, height=least, prominence=least)[0]
     peaks = np.append(first[0], later[later > first[0]])
     return [_fitted(time, force, smooth, *place) for place in _valleys(smooth, peaks)]
 
@@ -208,13 +210,13 @@ def _fitted(time: Vector, force: Vector, smooth: Vector, peak: int, between: tup
     reach first slide along the upper half of the pulse, between its two valleys; the one that is highest in its middle
     is taken.
     """
-    width, step = float(peak_widths(smooth, [peak], rel_height=0.5)[0][0]), time[1] - time[0]
+    width, step = float(scipy.signal.peak_widths(smooth, [peak], rel_height=0.5)[0][0]), time[1] - time[0]
     reach = _reach(width, noise_level(force) / smooth[peak])
     half = max(1, round(0.5 * width))
     first, last = max(between[0], peak - half), min(between[1], peak + half) + 1
     start, stop = max(0, first - reach), min(force.size, last + reach)
     if stop - start > 2 * reach:
-        moving = savgol_filter(force[start:stop], 2 * reach + 1, ORDER)
+        moving = scipy.signal.savgol_filter(force[start:stop], 2 * reach + 1, ORDER)
         peak = first + int(moving[first - start : last - start].argmax())
     near = slice(max(0, peak - reach), peak + reach + 1)
     fit = Polynomial.fit(time[near], force[near], min(ORDER, time[near].size - 1))
@@ -240,12 +242,12 @@ def _passages(above: Vector, below: Vector, velocity: Vector, least: float) -> l
     direction. Between beads that have drifted apart a weak wave is two collisions, and still one wave. Where a bead
     moves as one with a neighbour, as in a dimer, both contacts peak together; then its velocity gives the direction.
     """
-    peaks = [find_peaks(force, height=least, prominence=least)[0] for force in (above, below)]
+    peaks = [scipy.signal.find_peaks(force, height=least, prominence=least)[0] for force in (above, below)]
     if not (peaks[0].size and peaks[1].size):
         return []
     apart = np.abs(peaks[0][:, None] - peaks[1][None, :])
     nearest_below, nearest_above = apart.argmin(axis=1), apart.argmin(axis=0)
-    widths = peak_widths(above, peaks[0])[0]
+    widths = scipy.signal.peak_widths(above, peaks[0])[0]
     force, found = above + below, []
     for i, first in enumerate(peaks[0]):
         other = int(peaks[1][nearest_below[i]])

@@ -3,10 +3,9 @@
 from math import pi, sqrt
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.integrate import trapezoid
 from scipy.ndimage import gaussian_filter1d
-from scipy.signal import find_peaks, peak_widths
 
 from structures.checks import one_of, positive
 
@@ -102,7 +101,7 @@ def calibration_factor(
     start = int(below[-1]) if below.size else 0
     inside = t[start:] < end
     until = np.append(t[start:][inside], end)
-    return momentum / float(trapezoid(np.interp(until, t, v), until))
+    return momentum / float(scipy.integrate.trapezoid(np.interp(until, t, v), until))
 
 
 def trace(name: str, values: ArrayLike) -> Vector:
@@ -142,12 +141,12 @@ def smoothed(values: Vector) -> tuple[Vector, float, float]:
     """
     noise, span = noise_level(values), float(np.ptp(values))
     rough = _blurred(values, _sigma(noise, ROUGH_NOISE * span, values.size))
-    peaks, found = find_peaks(rough, prominence=0.0)
+    peaks, found = scipy.signal.find_peaks(rough, prominence=0.0)
     if not peaks.size:
         return values, noise, 0.0
     rises = found["prominences"]
     large = rises >= min(LARGE * span, rises.max())
-    width = float(peak_widths(rough, peaks[large], rel_height=0.5)[0].min())
+    width = float(scipy.signal.peak_widths(rough, peaks[large], rel_height=0.5)[0].min())
     left = noise / sqrt(1.0 + 2.0 * sqrt(pi) * SMOOTHING * width)
     return _blurred(values, SMOOTHING * width), left, width
 

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 import xarray as xr
-from scipy.signal import find_peaks
 
 from coupling.results.ar_and_tof import SMALLEST_WAVE
 from coupling.results.peaks import FAINT, FEWEST_CONTACTS, NEAR_END, Peak, hops, interpolated, traced
@@ -154,7 +154,7 @@ class _Web:
         level = FAINT * smallest * self.first
         self.peaks: list[list[Peak]] = []
         for series in force:
-            found = find_peaks(series, height=level, prominence=level)[0]
+            found = scipy.signal.find_peaks(series, height=level, prominence=level)[0]
             self.peaks.append([interpolated(time, series, int(i)) for i in found])
         if not self.peaks[middle] or not np.isfinite(self.hops).all():
             raise ValueError("run: no wave runs from the struck end; it is too short, or the chain is")

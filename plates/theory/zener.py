@@ -11,8 +11,8 @@ from math import pi
 from typing import TypeVar
 
 import numpy as np
+import scipy
 from numpy.polynomial import Chebyshev
-from scipy.integrate import solve_ivp
 from scipy.special import beta, betainc
 
 from structures.checks import each, not_negative
@@ -163,7 +163,7 @@ def _impact(inelasticity: Vector) -> Vector:
         changes: Vector = np.concatenate([-inelasticity * g * sine**2, 1.0 / g]) * np.tile(pace / advance, 2)
         return changes
 
-    path = solve_ivp(rates, (0.0, 1.0), np.zeros(2 * count), method="DOP853", rtol=1e-12, atol=1e-14)
+    path = scipy.integrate.solve_ivp(rates, (0.0, 1.0), np.zeros(2 * count), method="DOP853", rtol=1e-12, atol=1e-14)
     end: Vector = path.y[:, -1].reshape(2, count)
     return end
 
