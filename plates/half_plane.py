@@ -118,7 +118,7 @@ def half_plane(
     away = 0.0 if on_free_edge else within("distance", distance, *LENGTHS, "m")
     until = within("until", until, *TIMES, "s")
     highest = within("highest_frequency", highest_frequency, 1.0 / TIMES[1], 1.0 / TIMES[0], "Hz")
-    likely("side", "half_plane", "distance", away)
+    likely("distance", "half_plane", "distance", away)
     likely("frequency", "half_plane", "highest_frequency", highest)
     impedance = float(8.0 * (section.bending[0, 0] * section.mass) ** 0.5)
     diffusion = float((section.bending[0, 0] / section.mass) ** 0.5)

@@ -21,6 +21,7 @@ from structures.stepping import (
 )
 from structures.structure import Structure, Vector
 from structures.surface import Surface
+from structures.symmetric import SMALL_MATRIX, check_definite
 
 LARGEST_DENSE_SIZE = 300
 """Number of degrees of freedom up to which a coupled, damped structure uses the compiled window loop. With more, the
@@ -259,11 +260,19 @@ class MovingStructure:
         mean = 0.5 * (before.velocity + after.velocity)
         return window * float(mean @ (damping @ mean))
 
+    def _examine(self) -> None:
+        """Raise a ValueError if a large matrix has a negative eigenvalue; damping that `damping` made has none."""
+        structure = self.structure
+        structure.matrices.examine()
+        if structure.damping is not None and structure.size > SMALL_MATRIX and "damping" not in structure.origin:
+            check_definite("damping", structure.damping)
+
     def step(self, window: float) -> Step:
         """The Step for this window; made once."""
         if window not in self._steps:
             positive("window", window, "s")
-            self.structure.matrices.examine()
+            if not self._steps:
+                self._examine()
             make = self.stepper if callable(self.stepper) else STEPPERS[self.stepper]
             step = Oscillators(self.structure, window) if self.modal else make(self.structure, window)
             own = type(step) not in (Oscillators, *STEPPERS.values())

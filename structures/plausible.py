@@ -27,6 +27,8 @@ LIKELY = {
     "bulk": Likely(5.0, 5e5, "kg/m³", "g/cm³", "g/m³"),
     # From plates, panels and rods of the laboratory up to the walls of ships.
     "side": Likely(0.0, 20.0, "m", "", "mm"),
+    # An echo from farther away comes after any record of a few ms.
+    "distance": Likely(0.0, 5.0, "m", "", "mm"),
     "thickness": Likely(0.0, 1.0, "m", "", "mm"),
     "ply": Likely(0.0, 0.1, "m", "", "mm"),
     # Rubber has some 1 MPa, and the plane of a honeycomb core 10 kPa; a rigid body may have any modulus.

@@ -13,6 +13,7 @@ from structures.checks import instance, positive, whole, within
 from structures.damping import maxwell_arms, with_arms
 from structures.factor import Solve, shifted_solve
 from structures.field import Field
+from structures.plausible import likely
 from structures.structure import Structure, Vector, known_field
 
 DEFAULT_PULSE = 25.0e-6
@@ -128,6 +129,7 @@ def reduce(
     instance("structure", structure, Structure, "a Structure")
     until, tolerance = positive("until", until, "s"), positive("tolerance", tolerance)
     pulse = within("pulse", pulse, *PULSE_RANGE, "s")
+    likely("time", "reduce", "pulse", pulse)
     instance("keep_field", keep_field, bool, "True or False")
     largest, size = whole("largest", largest), structure.size
     if until > structure.valid_until:

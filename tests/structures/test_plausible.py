@@ -61,6 +61,8 @@ UNLIKELY: list[tuple[Callable[[], object], str]] = [
     ),
     (lambda: hl.Outline(((0, 0), (300, 0), (0, 300))), r"Outline size = .*: .* mm\?"),
     (lambda: hl.half_plane(2e-3, STEEL, "clamped", 20.5, until=1e-4), r"half_plane distance = 20\.5: .* mm\?"),
+    (lambda: hl.half_plane(2e-3, STEEL, "clamped", 20, until=1e-4), r"half_plane distance = 20: .* m; is it in mm\?"),
+    (lambda: hl.reduce(hl.half_space(STEEL), 1e-4, pulse=25), r"reduce pulse = 25: .* s; is it in µs or ms\?"),
     (lambda: hl.PointMass(0.1, 0.1, 250.0), r"PointMass mass = 250: is read as 250 kg; is it in g\?"),
     (lambda: hl.Stiffener((0, 0), (0, 1), 2e9), r"Stiffener bending_stiffness = 2e\+09: .* N mm²\?"),
     (lambda: hl.Stiffener((0, 0), (0, 1), 2.0, 0.0, 850.0), r"Stiffener mass_per_length = 850: .* g/m\?"),

@@ -65,6 +65,20 @@ def test_large_matrices_are_examined_when_they_are_used() -> None:
                     use(structure)
 
 
+def test_large_damping_is_examined_when_it_is_used() -> None:
+    """Entries obey |Cᵢⱼ| ≤ √(Cᵢᵢ Cⱼⱼ); a damping that dissipates, and one made by rayleigh, are taken."""
+    mass = sparse.csr_array(sparse.eye_array(600, format="csr") * 1e-3)
+    push = np.roll(np.eye(600)[0], 300)
+    fine = hl.Structure(mass, line(600, 0.0), line(600, 0.0) * 1e-6, push, 0.0, STEEL)
+    wrong = np.eye(3) + 0.9 * np.array([[0, 1, -1], [1, 0, 1], [-1, 1, 0]])
+    damping = sparse.block_diag([wrong] + [np.eye(1)] * 597, format="csr")
+    for one in (fine, hl.damping.rayleigh(fine, 1.0)):
+        hl.stepping.MovingStructure(one).step(1e-6)
+    bad = hl.Structure(mass, line(600, 0.0), damping, push, 0.0, STEEL)
+    with pytest.raises(ValueError, match=f"damping: {NO_NEGATIVE}, but has one of about -0.8 N s/m"):
+        hl.stepping.MovingStructure(bad).step(1e-6)
+
+
 def test_300_masses_on_one_stiffness_have_300_factors() -> None:
     """Each solve belongs to its own matrices, whatever was made and forgotten before."""
     stiffness = sparse.csr_array(SPRING)
