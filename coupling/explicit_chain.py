@@ -132,7 +132,7 @@ def explicit_chain(
     --------
     >>> import hertzlink as hl
     >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
-    >>> run = hl.explicit_chain(hl.Chain([bead], striker=bead, impact_speed=0.44), until=2e-6, save_every=1e-6)
+    >>> run = hl.explicit_chain(hl.Chain([bead], bead, impact_speed=0.44), 2e-6, spacing=150e-6, save_every=1e-6)
     >>> dict(run.section_force.sizes)
     {'time': 3, 'bead': 2}
     """

@@ -68,7 +68,7 @@ CASES: dict[str, tuple[Callable[[], hl.CoSimulation], dict[str, float]]] = {
         lambda: hl.CoSimulation(CHAIN, SpringMass(mass=1e-3), hl.IQN_ILS(largest_count=3), 4e-6, substeps=8),
         {"save_every": 3e-6},
     ),
-    "windows beside saved times": (
+    "windows between saved times": (
         lambda: hl.CoSimulation(CHAIN, SpringMass(), hl.IQN_ILS(), 2e-6, substeps=4),
         {"save_every": 3.5e-6},
     ),

@@ -8,7 +8,7 @@ all degrees of freedom, the approach of every contact is linear in them, δ = δ
 
 The force of a contact with a dashpot jumps where the contact shuts. A step across a jump leaves an error that depends
 on where in the step the jump lies, and so on the last bit of every number before. The integrator therefore stops at the
-time at which a contact opens or shuts, and every step sees a smooth force.
+time at which a contact opens or closes, and every step sees a smooth force.
 """
 
 from collections.abc import Sequence
@@ -32,7 +32,7 @@ LONGEST_STEP = 1e-6
 """s. Without it the integrator may step over a gap that opens and shuts."""
 
 HALVINGS = 40
-"""Of a step in which a contact opens or shuts, to find out when."""
+"""Of a step in which a contact opens or closes, to find out when."""
 
 NEWTON_STEPS = 60
 
@@ -56,7 +56,7 @@ def monolithic(
     """One Dataset for each chain, at the given times (s, from zero), as hertzlink's measures take them.
 
     chains: with a free striker or none. structures: M, K, C, contact (n,) or (n, p), flexibility and surface (one, or p
-    of them), as a Structure or alike. A contact point moves away from its chain, backwards from a first bead.
+    of them), as a Structure or similar. A contact point moves away from its chain, backwards from a first bead.
     total_energy, J: of the whole system, with what losses took.
     """
     system = System(chains, structures, contacts)
@@ -107,7 +107,7 @@ class System:
             self._place_chain(chain, first)
         for contact in contacts:
             self._place_contact(contact)
-        assert not ((self.spring != 0.0) & (self.viscosity != 0.0)).any(), "a dashpot beside a flexibility"
+        assert not ((self.spring != 0.0) & (self.viscosity != 0.0)).any(), "a dashpot at a flexibility"
         law = np.maximum(self.law, 1e-300)
         self.preload = (self.static_force / law) ** (2.0 / 3.0) * (self.law > 0.0) + self.spring * self.static_force
 
@@ -205,7 +205,7 @@ class System:
         return np.sign(approach) * self.law * overlap * np.sqrt(overlap), self.viscosity * (self.approach @ v)
 
     def switch_time(self, step: DenseOutput, shut: Numbers) -> float:
-        """When in a step the first contact opens or shuts; `shut` holds at the beginning, and not at the end."""
+        """When in a step the first contact opens or closes; `shut` holds at the beginning, and not at the end."""
         before, after = step.t_old, step.t
         for _ in range(HALVINGS):
             middle = (before + after) / 2.0

@@ -177,7 +177,7 @@ def test_force_never_deletes_what_it_did_not_write(tmp_path: Path, hertzlink: Co
     assert len(list((inner / "flat").iterdir())) == 3
 
 
-TELLING = """
+REPORTING = """
 import signal
 
 from coupling.cosimulation import CoSimulation
@@ -185,11 +185,11 @@ from hertzlink.cli import main
 
 run = CoSimulation.run
 
-def telling(*given, **named):
+def reporting(*given, **named):
     print("running", flush=True)
     return run(*given, **named)
 
-CoSimulation.run = telling
+CoSimulation.run = reporting
 # A process that a shell started in the background ignores SIGINT, and so do those that it starts.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 main()
@@ -201,7 +201,7 @@ main()
 @pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGKILL])
 def test_a_stopped_study_leaves_nothing(tmp_path: Path, sent: signal.Signals) -> None:
     """Stopped in the midst of its runs."""
-    command = [sys.executable, "-c", TELLING, "study", "plate-boundary", "--jobs", "1"]
+    command = [sys.executable, "-c", REPORTING, "study", "plate-boundary", "--jobs", "1"]
     pipe = subprocess.PIPE
     running = subprocess.Popen(command, cwd=tmp_path, stdout=pipe, stderr=pipe, start_new_session=True)
     assert running.stdout is not None

@@ -6,7 +6,7 @@ before it and compare them after it, on the same machine, with the same librarie
     python tests/unchanged.py record before.json
     python tests/unchanged.py compare before.json
 
-compare lists each case whose numbers differ by more than 1e-12 of their size, and then fails. The file beside this
+compare lists each case whose numbers differ by more than 1e-12 of their size, and then fails. The reference file
 one, reference/unchanged.json, was recorded on one machine before the code was laid out in folders; test_unchanged.py
 compares with it, with a tolerance that other processors and libraries meet.
 """

@@ -28,7 +28,7 @@ LARGEST_INTEGER = 2**63
 """Integers from here on are written in hexadecimal: Python limits the digits of a decimal one."""
 
 BUILT_IN = (list, dict, set, frozenset, str, bytes, int, float, complex, np.ndarray)
-"""Types that hold something besides the fields of a dataclass."""
+"""Types that hold something in addition to the fields of a dataclass."""
 
 WHAT = "numbers, text, arrays, and lists, tuples, sets and dictionaries of these"
 

@@ -121,7 +121,7 @@ def open_store(
 ) -> Store:
     """The store in a folder. The folder is created if necessary, in a parent folder that exists.
 
-    Its manifest holds what determines the numbers besides the point: the names of build and measure, until (s), and the
+    Its manifest holds what fixes the numbers, except the point: the names of build and measure, until (s), and the
     version of hertzlink. Raises ValueError if these differ, for a folder that holds anything else or cannot be written,
     and for functions without a name of their own.
     """

@@ -153,10 +153,10 @@ def half_bead(body: Spheroid, reach: float, spacing: float) -> HalfBead:
 def _rings_plane(deep: int, wide: int, rings: int) -> Any:
     """Cells in the plane that `_in_half_ball` maps: the unit square, and rings about it."""
     down, up, out = np.linspace(0.0, 1.0, deep + 1), np.linspace(0.0, 1.0, wide + 1), np.arange(1.0, rings + 2.0)
-    beside, above = MeshQuad.init_tensor(out, up), MeshQuad.init_tensor(down, out)
-    beside = MeshQuad(np.stack([beside.p[0], beside.p[0] * beside.p[1]]), beside.t)
+    outer, above = MeshQuad.init_tensor(out, up), MeshQuad.init_tensor(down, out)
+    outer = MeshQuad(np.stack([outer.p[0], outer.p[0] * outer.p[1]]), outer.t)
     above = MeshQuad(np.stack([above.p[0] * above.p[1], above.p[1]]), above.t)
-    flat = MeshQuad2.from_mesh(MeshQuad.init_tensor(down, up) + beside + above)
+    flat = MeshQuad2.from_mesh(MeshQuad.init_tensor(down, up) + outer + above)
     # scikit-fem rounds the corners of meshes that it joins.
     whole = np.round(flat.doflocs)
     return MeshQuad2(np.where(abs(flat.doflocs - whole) < JOINED, whole, flat.doflocs), flat.t)

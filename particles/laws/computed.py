@@ -23,7 +23,7 @@ PARTS_BELOW = np.geomspace(1e-9, 1.0, 72, endpoint=False)
 """Forces below the first computed one, over it."""
 
 LEAST_PART = 1e-12
-"""The least approach that is computed, over the radius: narrower contacts a mesh cannot tell from a point."""
+"""The least approach that is computed, over the radius: narrower contacts a mesh cannot distinguish from a point."""
 
 ROUNDING = 1e-9
 """Of a range's ends."""

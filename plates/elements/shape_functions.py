@@ -129,8 +129,8 @@ class Space:
         # Newton's method, as quadrilaterals are bilinear; triangles take one step.
         for _ in range(20):
             shapes, slopes = self._linear(places)
-            beside = points.T - np.einsum("jip,ip->jp", corners, shapes)
-            step = np.linalg.solve(np.einsum("jip,kip->pjk", corners, slopes), beside.T[:, :, None])[:, :, 0].T
+            difference = points.T - np.einsum("jip,ip->jp", corners, shapes)
+            step = np.linalg.solve(np.einsum("jip,kip->pjk", corners, slopes), difference.T[:, :, None])[:, :, 0].T
             places = places + step
             if np.abs(step).max() < 1e-12:
                 break

@@ -183,7 +183,7 @@ def _check_sides(mesh: Any) -> None:
     start, end = mesh.p[:, mesh.facets[:, inside]].transpose(1, 0, 2)
     middles = mesh.p[:, mesh.t].mean(axis=1)[:, mesh.f2t[:, inside]]
     (along, up), away = end - start, middles - start[:, None]
-    beside = along * away[1] - up * away[0]
-    if (beside[0] * beside[1] >= 0.0).any():
-        place = near(mesh.p[:, mesh.facets[:, inside[(beside[0] * beside[1]).argmax()]]].T)
+    offset = along * away[1] - up * away[0]
+    if (offset[0] * offset[1] >= 0.0).any():
+        place = near(mesh.p[:, mesh.facets[:, inside[(offset[0] * offset[1]).argmax()]]].T)
         raise ValueError(f"mesh: both cells of a side lie on the same side of it near {place}; it is folded there")

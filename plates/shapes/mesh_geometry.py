@@ -44,9 +44,9 @@ def tangents(mesh: Any, facets: Numbers) -> Vector:
 
 def distances(starts: Vector, ends: Vector, point: Vector) -> Vector:
     """From a point to straight sides, whose ends are sides × 2, m."""
-    step, beside = ends - starts, point - starts
-    part = np.clip((beside * step).sum(axis=1) / (step**2).sum(axis=1), 0.0, 1.0)
-    return np.asarray(np.linalg.norm(beside - part[:, None] * step, axis=1))
+    step, offset = ends - starts, point - starts
+    part = np.clip((offset * step).sum(axis=1) / (step**2).sum(axis=1), 0.0, 1.0)
+    return np.asarray(np.linalg.norm(offset - part[:, None] * step, axis=1))
 
 
 def find_cells(mesh: Any, points: Vector) -> Numbers:

@@ -63,7 +63,7 @@ def spring_mass() -> Any:
     return runpy.run_path(str(SPRING_MASS))["SpringMass"](mass=0.0141, stiffness=1.7e7)
 
 
-OURS = {
+PARTICIPANTS = {
     **{name: partial(hl.stepping.MovingStructure, structure) for name, structure in STRUCTURES.items()},
     **{f"rod, {stepper}": partial(hl.stepping.MovingStructure, ROD, stepper) for stepper in STEPPERS},
     "spring and mass": spring_mass,

@@ -175,7 +175,7 @@ def asked_for(name: str, folder: Path) -> Any:
 
 @pytest.mark.thorough
 @pytest.mark.parametrize(
-    ("name", "told"),
+    ("name", "message"),
     [
         ("plant", "must be module:function"),
         ("plant:nosuch", "plant has no function nosuch"),
@@ -183,11 +183,11 @@ def asked_for(name: str, folder: Path) -> Any:
         ("nosuch:make", "cannot import nosuch from this folder: No module named 'nosuch'"),
     ],
 )
-def test_what_the_option_does_not_find_is_told_in_a_line(name: str, told: str, tmp_path: Path) -> None:
+def test_what_the_option_does_not_find_is_reported_in_a_line(name: str, message: str, tmp_path: Path) -> None:
     (tmp_path / "plant.py").write_text("number = 3\n")
     done = asked_for(name, tmp_path)
     assert done.returncode == pytest.ExitCode.USAGE_ERROR
-    assert done.stderr.strip() == f"ERROR: --participant {name}: {told}"
+    assert done.stderr.strip() == f"ERROR: --participant {name}: {message}"
 
 
 @pytest.mark.parametrize("returned", [None, (0.0, 0.0, 0.0)])

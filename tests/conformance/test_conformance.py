@@ -8,15 +8,15 @@ from typing import Any
 
 import participant_checks as checks
 import pytest
-from our_participants import CHAINS, OURS
+from our_participants import CHAINS, PARTICIPANTS
 
-ALIKE = [checks.check_repeatable, checks.check_independent, checks.check_pickles, checks.check_finite]
+COMMON = [checks.check_repeatable, checks.check_independent, checks.check_pickles, checks.check_finite]
 OF_STRUCTURES = [checks.check_splits, checks.check_passive, checks.check_starts_at_rest]
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     named = metafunc.config.getoption("participant", None)
-    structures, chains = ({named[0]: named[1]}, {}) if named else (OURS, CHAINS)
+    structures, chains = ({named[0]: named[1]}, {}) if named else (PARTICIPANTS, CHAINS)
     if "make" in metafunc.fixturenames:
         found = {**structures, **(chains if "chains" in metafunc.function.__name__ else {})}
         metafunc.parametrize("make", list(found.values()), ids=list(found))
@@ -24,7 +24,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
         metafunc.parametrize("chain", list(chains.values()), ids=list(chains))
 
 
-@pytest.mark.parametrize("check", ALIKE, ids=lambda check: check.__name__)
+@pytest.mark.parametrize("check", COMMON, ids=lambda check: check.__name__)
 def test_structures_and_chains(make: Callable[[], Any], check: Callable[[Any], None]) -> None:
     check(make())
 

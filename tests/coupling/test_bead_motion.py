@@ -245,7 +245,7 @@ def test_cells_are_not_inside_out(passage: xr.Dataset) -> None:
 
 
 @pytest.mark.parametrize(
-    ("given", "told"),
+    ("given", "message"),
     [
         ({"times": [7e-5]}, "times = [7e-05]: must lie in the run, between 0 and 6e-05 s"),
         ({"times": [2e-5, 1e-5]}, "must increase by the"),
@@ -276,8 +276,8 @@ def test_cells_are_not_inside_out(passage: xr.Dataset) -> None:
         ({"run": {"time": 0}}, "must be the Dataset of a run of a DeformableChain"),
     ],
 )
-def test_bad_input_is_named(run: xr.Dataset, given: dict[str, Any], told: str) -> None:
-    with pytest.raises(ValueError, match=re.escape(told)):
+def test_bad_input_is_named(run: xr.Dataset, given: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=re.escape(message)):
         hl.views.bead_motion(**{"run": run, "chain": CHAIN, "times": [2e-5], **given})
 
 
@@ -287,8 +287,10 @@ def test_another_structure_is_told() -> None:
     chain, rest = hl.DeformableChain([BEAD] * 2, None, 0.3, modes=3), hl.half_space(STEEL)
     run = hl.CoSimulation(chain, ROD).run(until=2e-6)
     short = hl.rod([hl.Layer(STEEL, 20e-3, 5e-3)])
-    told = "structure: is not that of the run: layers[0].length = 0.03 there and 0.02 here; give the one that was run"
-    with pytest.raises(ValueError, match=re.escape(told)):
+    message = (
+        "structure: is not that of the run: layers[0].length = 0.03 there and 0.02 here; give the one that was run"
+    )
+    with pytest.raises(ValueError, match=re.escape(message)):
         hl.views.bead_motion(run, chain, 1e-6, 1, structure=short)
     with pytest.raises(ValueError, match=r"behind = .*: must be None, as nothing was there"):
         hl.views.bead_motion(run, chain, 1e-6, 1, structure=ROD, behind=rest)

@@ -184,7 +184,7 @@ STEEL, SOFTER = (replace(CHAIN, law=lambda *_, k=k: hl.laws.PowerLaw(k, 1.5)) fo
 
 
 @pytest.mark.parametrize(
-    ("first", "second", "told"),
+    ("first", "second", "message"),
     [
         ({}, {"until": 4e-5}, "until = 2e-05 there and 4e-05 here; name another file"),
         ({}, {"save_every": 4e-6}, "save_every = 2e-06 there and 4e-06 here; name another file"),
@@ -208,11 +208,13 @@ STEEL, SOFTER = (replace(CHAIN, law=lambda *_, k=k: hl.laws.PowerLaw(k, 1.5)) fo
         ({}, BOX, "structure"),
     ],
 )
-def test_a_checkpoint_of_another_run(first: dict[str, Any], second: dict[str, Any], told: str, tmp_path: Path) -> None:
+def test_a_checkpoint_of_another_run(
+    first: dict[str, Any], second: dict[str, Any], message: str, tmp_path: Path
+) -> None:
     path = tmp_path / "kept"
     small(path, **first)
     before = path.read_bytes()
-    with pytest.raises(ValueError, match=rf"checkpoint = '.*kept': belongs to .*{told}"):
+    with pytest.raises(ValueError, match=rf"checkpoint = '.*kept': belongs to .*{message}"):
         small(path, **second)
     assert path.read_bytes() == before
     assert os.listdir(tmp_path) == ["kept"]
@@ -282,7 +284,7 @@ def test_foreign_files_are_left_alone(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("path", "told"),
+    ("path", "message"),
     [
         (3, "checkpoint = 3: must be the path of a file"),
         (True, "checkpoint = True: must be the path"),
@@ -294,9 +296,9 @@ def test_foreign_files_are_left_alone(tmp_path: Path) -> None:
         ("k" * 256, r"cannot be (read|written) \(.*too long"),
     ],
 )
-def test_bad_paths(path: Any, told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_bad_paths(path: Any, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(ValueError, match=told):
+    with pytest.raises(ValueError, match=message):
         small(path)
     assert os.listdir(tmp_path) == []
 
@@ -458,8 +460,8 @@ def test_a_full_disk_leaves_the_checkpoint_before(tmp_path: Path) -> None:
         if count > 50:
             raise OSError(28, "No space left on device")
 
-    told = pytest.raises(ValueError, match=r"cannot be written \(\[Errno 28\] No space left")
-    with often(), patch("os.fsync", full), told:
+    message = pytest.raises(ValueError, match=r"cannot be written \(\[Errno 28\] No space left")
+    with often(), patch("os.fsync", full), message:
         CASES["full order"][0]().run(UNTIL, checkpoint=tmp_path / "kept")
     assert os.listdir(tmp_path) == ["kept"]
     check_same(run("full order", tmp_path / "kept"), run("full order"))

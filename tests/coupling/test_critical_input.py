@@ -25,7 +25,7 @@ def near(distance: float) -> hl.CoSimulation:
 
 
 @pytest.mark.parametrize(
-    ("call", "told"),
+    ("call", "message"),
     [
         (lambda: hl.critical_distance(curve([np.nan, 0.02, 0.03, 0.1])), "distance = "),
         (lambda: hl.critical_distance(curve([-1.0, 0.02, 0.03, 0.1])), "none of them negative"),
@@ -59,17 +59,17 @@ def near(distance: float) -> hl.CoSimulation:
         ),
     ],
 )
-def test_it_is_named(call: Callable[[], object], told: str) -> None:
-    with pytest.raises(ValueError, match=re.escape(told)) as caught:
+def test_it_is_named(call: Callable[[], object], message: str) -> None:
+    with pytest.raises(ValueError, match=re.escape(message)) as caught:
         call()
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize(("changed", "told"), [({"sensor": 2}, "sensor = 1"), ({"until": 0.9e-4}, "until = 0.0001")])
+@pytest.mark.parametrize(("changed", "message"), [({"sensor": 2}, "sensor = 1"), ({"until": 0.9e-4}, "until = 0.0001")])
 @pytest.mark.filterwarnings("ignore::hertzlink.HertzlinkWarning")
-def test_samples_of_another_sensor_or_record_are_not_taken_over(changed: dict[str, Any], told: str) -> None:
+def test_samples_of_another_sensor_or_record_are_not_taken_over(changed: dict[str, Any], message: str) -> None:
     given: dict[str, Any] = {"until": 1e-4, "sensor": 1, "distances": [0.01, 0.02, 0.05], "jobs": 1}
     known = hl.find_critical_distance(near, **given)
     hl.find_critical_distance(near, **given, known=known)
-    with pytest.raises(ValueError, match=f"known: was found with {told}"):
+    with pytest.raises(ValueError, match=f"known: was found with {message}"):
         hl.find_critical_distance(near, **{**given, **changed}, known=known)

@@ -170,7 +170,7 @@ def test_nothing_to_tell() -> None:
 
 
 def test_the_root_is_that_of_the_gap() -> None:
-    """Beside a root of the saved gap's own spline where the sampling is fine."""
+    """Compared with a root of the saved gap's own spline where the sampling is fine."""
     run = hl.CoSimulation(SENT, wall()).run(1.5 * hertz_time(), save_every=hertz_time() / 500.5)
     at = float(times(hl.contact_events(run), "opens")[0])
     assert at == pytest.approx(brentq(lambda t: float(run.gap.interp(time=t)), 0.9 * at, 1.1 * at), rel=1e-6)

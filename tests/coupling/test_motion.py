@@ -109,10 +109,10 @@ def test_times_that_cannot_be_told(run: xr.Dataset, times: Any, message: str) ->
 
 def test_runs_of_another_kind(run: xr.Dataset) -> None:
     signal = hl.as_signal(np.arange(2000) * 1e-7, {3: np.exp(-(((np.arange(2000) - 900) / 90.0) ** 2))})
-    beside = xr.concat([run, run], dim="speed")
+    two_runs = xr.concat([run, run], dim="speed")
     for wrong, message in (
         (signal, "holds no contact_force and surface_displacement"),
-        (beside, r"has the axes speed; choose one run with run\.isel\(speed=0\)"),
+        (two_runs, r"has the axes speed; choose one run with run\.isel\(speed=0\)"),
         (run.isel(time=slice(10, None)), "from its start on, with every saved time"),
         (run.isel(time=[0, 1, 3]), "with every saved time"),
         (run.isel(time=[0]), "holds one time only"),

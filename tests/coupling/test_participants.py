@@ -462,8 +462,12 @@ def test_the_one_of_several_that_fails_is_named() -> None:
 
 
 @pytest.mark.parametrize("scheme", [*SCHEMES, "Explicit, unvetted"])
-@pytest.mark.parametrize(("kind", "told"), [(FloatingPointError, FloatingPointError), (hl.NotConverged, RuntimeError)])
-def test_errors_that_the_loop_knows_too_are_told_as_the_participants(kind: Any, told: type, scheme: str) -> None:
+@pytest.mark.parametrize(
+    ("kind", "error_type"), [(FloatingPointError, FloatingPointError), (hl.NotConverged, RuntimeError)]
+)
+def test_errors_that_the_loop_knows_too_are_reported_as_the_participants(
+    kind: Any, error_type: type, scheme: str
+) -> None:
     class Fails(Sound):
         failures = 0
 
@@ -475,9 +479,9 @@ def test_errors_that_the_loop_knows_too_are_told_as_the_participants(kind: Any, 
 
     fails = Fails()
     message = r"the solver ended, raised by Fails\.advance\(state, force = .*, window = .*\)"
-    with pytest.raises(told, match=message) as caught:
+    with pytest.raises(error_type, match=message) as caught:
         simulate(fails, SCHEMES.get(scheme, hl.Explicit(tolerance=None)))
-    assert type(caught.value) is told
+    assert type(caught.value) is error_type
     assert fails.failures == 1
 
 

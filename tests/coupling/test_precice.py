@@ -204,12 +204,12 @@ def test_implicit_coupling_gives_what_cosimulation_gives(
     assert run.time.values == pytest.approx(cosimulation.time.values, rel=1e-12, abs=1e-15)
     check_same(run, cosimulation, 1e-9)
     for sensor in (7, 12):
-        ours, theirs = (hl.reflections(one, sensor) for one in (run, cosimulation))
-        assert ours.primary
+        coupled, theirs = (hl.reflections(one, sensor) for one in (run, cosimulation))
+        assert coupled.primary
         assert theirs.primary
-        assert ours.primary.amplitude_ratio == pytest.approx(theirs.primary.amplitude_ratio, rel=1e-9)
-        assert ours.primary.arrival == pytest.approx(theirs.primary.arrival, rel=1e-9)
-        assert ours.primary.begins == theirs.primary.begins == "structure"
+        assert coupled.primary.amplitude_ratio == pytest.approx(theirs.primary.amplitude_ratio, rel=1e-9)
+        assert coupled.primary.arrival == pytest.approx(theirs.primary.arrival, rel=1e-9)
+        assert coupled.primary.begins == theirs.primary.begins == "structure"
     assert double.latest.calls.count("advance") > 1.5 * double.latest.windows
 
 

@@ -238,13 +238,13 @@ def test_equal_chains_do_as_each_other_in_the_mirror() -> None:
     """On a plate symmetric about x = 0.03: both equal, and exchanged if they are struck differently."""
     body = WHOLE.at([0.02, 0.04], [0.03, 0.03])
     slow = hl.Chain([BEAD] * 10, BEAD, 0.2)
-    alike, pair, swapped = (
+    in_phase, pair, swapped = (
         hl.CoSimulation(chains, body).run(UNTIL, save_every=1e-6).contact_force
         for chains in ([CHAIN, CHAIN], [CHAIN, slow], [slow, CHAIN])
     )
-    assert alike.isel(chain=0).values == pytest.approx(alike.isel(chain=1).values, abs=1e-6)
+    assert in_phase.isel(chain=0).values == pytest.approx(in_phase.isel(chain=1).values, abs=1e-6)
     assert pair.values == pytest.approx(swapped.isel(chain=[1, 0]).values, abs=1e-6)
-    assert float(abs(pair - alike).isel(chain=0).max()) > 0.1, "they feel each other"
+    assert float(abs(pair - in_phase).isel(chain=0).max()) > 0.1, "they feel each other"
 
 
 def test_chains_far_apart_are_alone_until_the_waves_meet() -> None:

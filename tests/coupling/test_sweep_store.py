@@ -48,7 +48,7 @@ def largest(run: xr.Dataset) -> xr.Dataset:
             "single": ((), np.float32(force)),
             "frames": ((), run.sizes["time"]),
             "large": ((), force > 10.0),
-            "told": ((), f"{force:.0f} N"),
+            "label": ((), f"{force:.0f} N"),
             "missing": ("contact", np.where(run.contact > 2, np.nan, 1.0)),
         },
         {"contact": run.contact, "where": ("contact", ["first", "", "third", "wänd"])},
@@ -130,7 +130,7 @@ def test_failing_points_stand_apart(tmp_path: Path) -> None:
         assert np.array_equal(found[name].values, good[name].values, equal_nan=name == "missing")
     for name in ("force", "frames", "single", "missing"):
         assert runs[name].sel(radius=-1.0).isnull().all()
-    assert (runs.told.sel(radius=-1.0) == "").all()
+    assert (runs.label.sel(radius=-1.0) == "").all()
     called.clear()
     assert swept(tmp_path, measure=largest, radius=radii).identical(runs)
     assert called == []
@@ -569,9 +569,9 @@ def test_a_failure_of_the_environment_is_not_kept(tmp_path: Path, kind: str, err
     store, axes = tmp_path / "store", {"folder": [str(tmp_path)], "kind": [kind], "radius": RADII}
     with pytest.raises(error) as caught:
         hl.sweep(lacking, UNTIL, jobs=jobs, store=store, **axes)  # type: ignore[arg-type]
-    told = " ".join(caught.value.__notes__)
-    assert "0.003" in told
-    assert "not recorded as failed" in told
+    label = " ".join(caught.value.__notes__)
+    assert "0.003" in label
+    assert "not recorded as failed" in label
     assert [path.name for path in store.glob("*.json")] == ["sweep.json"]
     (tmp_path / "mended").touch()
     runs = hl.sweep(lacking, UNTIL, jobs=jobs, store=store, **axes)  # type: ignore[arg-type]

@@ -29,8 +29,8 @@ RUNS: dict[str, tuple[Callable[[], hl.CoSimulation], set[str]]] = {
 
 def traced(name: str, **keywords: Path) -> tuple[xr.Dataset, dict[str, float], dict[str, int]]:
     run = RUNS[name][0]().run(UNTIL, trace=True, **keywords)  # type: ignore[arg-type]
-    told = json.loads(run.attrs.pop("trace"))
-    return run, told["seconds"], told["calls"]
+    report = json.loads(run.attrs.pop("trace"))
+    return run, report["seconds"], report["calls"]
 
 
 @pytest.mark.parametrize("kept", [False, True], ids=["", "with a checkpoint"])
@@ -85,11 +85,11 @@ def test_no_trace_unless_asked() -> None:
 def test_the_summary_is_that_of_the_run(name: str, caplog: pytest.LogCaptureFixture) -> None:
     with caplog.at_level(logging.INFO, "hertzlink"):
         run = RUNS[name][0]().run(UNTIL)
-    (told,) = [record.getMessage() for record in caplog.records if record.levelno == logging.INFO]
+    (report,) = [record.getMessage() for record in caplog.records if record.levelno == logging.INFO]
     substeps, energy = int(run.substeps.sum()), float(run.impact_energy)
-    assert told.startswith(
+    assert report.startswith(
         f"0.00016 s in {substeps} substeps, {float(run.evaluations.sum()) / substeps:.3g} chain windows"
     )
     into, lost = (float(run[what][-1].sum()) / energy for what in ("interface_work", "dissipated_energy"))
-    assert told.endswith(f"into structures {into:.3g}, lost in chains {lost:.3g}")
-    assert f"residual {np.max(run.residual.values):.2g} N at most" in told
+    assert report.endswith(f"into structures {into:.3g}, lost in chains {lost:.3g}")
+    assert f"residual {np.max(run.residual.values):.2g} N at most" in report

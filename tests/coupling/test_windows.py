@@ -119,7 +119,7 @@ def test_amplitude_ratios_are_within_three_tolerances(case: str) -> None:
 @pytest.mark.thorough
 @pytest.mark.parametrize("case", ["layered rod", "full plate"])
 def test_adaptive_windows_take_fewer_solves_for_the_same_error(case: str) -> None:
-    """Beside as many windows of one length; errors of these fall with the square of it."""
+    """Compared with as many windows of one length; errors of these fall with the square of it."""
     body = FULL_PLATE if case == "full plate" else STRUCTURES[case]
     given = {"until": UNTIL, "save_every": 1e-6}
     exact = ratio(hl.CoSimulation(chain(), body, window=6.25e-8, substeps=1).run(**given))

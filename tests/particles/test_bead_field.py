@@ -86,9 +86,9 @@ def test_the_free_surface_beside_the_contact() -> None:
     radius = pressed(SPHERE).radius
     pressure = 1.5 * FORCE / (pi * radius**2)
     r, _, z = field.grid.points.T
-    beside = (z > 0.0) & (abs(np.hypot(r, z) - SPHERE.radius) < 1e-9) & (r > 1.5 * radius) & (r < 4.0 * radius)
-    expected = (1.0 - 2.0 * STEEL.poisson_ratio) / 3.0 * (radius / r[beside]) ** 2
-    across, hoop, along = stress[beside, :3].T / pressure
+    on_rim = (z > 0.0) & (abs(np.hypot(r, z) - SPHERE.radius) < 1e-9) & (r > 1.5 * radius) & (r < 4.0 * radius)
+    expected = (1.0 - 2.0 * STEEL.poisson_ratio) / 3.0 * (radius / r[on_rim]) ** 2
+    across, hoop, along = stress[on_rim, :3].T / pressure
     assert across == pytest.approx(expected, abs=0.02)
     assert hoop == pytest.approx(-expected, abs=0.02)
     assert along == pytest.approx(np.zeros(expected.size), abs=0.02)
@@ -155,17 +155,17 @@ def test_the_number_of_modes_does_not_change_what_is_static() -> None:
 def test_each_mode_moves_the_poles_and_the_section_as_vibration_says(bead: hl.Sphere) -> None:
     """Poles by struck and far, inwards and on; the section bears −Σ section q″, q″ = −ω² q."""
     modes = 7
-    field, told = BeadField(bead, modes, 0.0), vibration(bead, modes)
+    field, modes_at_poles = BeadField(bead, modes, 0.0), vibration(bead, modes)
     for number in range(modes):
         amplitude = np.zeros(modes)
         amplitude[number] = 1e-9
         displacement, stress = field.at(NONE, NONE, amplitude)
         struck, far = -displacement[list(poles(field)), 2] / 1e-9
-        scale = abs(told.struck).max()
-        assert struck == pytest.approx(told.struck[number], abs=2e-3 * scale)
-        assert far == pytest.approx(told.far[number], abs=2e-3 * scale)
-        force = 1e-9 * told.section[number] * told.frequencies[number] ** 2
-        highest = 1e-9 * (abs(told.section) * told.frequencies**2).max()
+        scale = abs(modes_at_poles.struck).max()
+        assert struck == pytest.approx(modes_at_poles.struck[number], abs=2e-3 * scale)
+        assert far == pytest.approx(modes_at_poles.far[number], abs=2e-3 * scale)
+        force = 1e-9 * modes_at_poles.section[number] * modes_at_poles.frequencies[number] ** 2
+        highest = 1e-9 * (abs(modes_at_poles.section) * modes_at_poles.frequencies**2).max()
         assert through_section(field, stress) == pytest.approx(force, abs=1e-2 * highest)
 
 

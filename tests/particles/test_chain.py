@@ -22,7 +22,7 @@ def uniform(**keywords: object) -> hl.Chain:
 
 
 def test_steel_half_space_matches_lammps() -> None:
-    """LAMMPS gives bead 7 of this chain 49.9881 N at 128.525 µs and 48.9536 N at 587.462 µs (eight digits alike)."""
+    """LAMMPS gives bead 7 of this chain 49.9881 N at 128.525 µs and 48.9536 N at 587.462 µs (eight equal digits)."""
     run = hl.CoSimulation(uniform(), hl.half_space(hl.STEEL_440C)).run(until=1e-3)
     waves = hl.reflections(run, sensor=7)
     assert waves.incident
@@ -167,7 +167,7 @@ def test_flexibility_is_a_spring_in_series() -> None:
 def test_a_loss_sees_the_contacts_own_part_of_the_approach(flexibility: float) -> None:
     """A bead on Hertz's contact with a dashpot, and a massless spring behind both: δ = δ_h + f F, integrated exactly.
 
-    F = k δ_h^1.5 + γ dδ_h/dt and F = (δ − δ_h)/f give dδ_h/dt, a third equation beside the bead's two.
+    F = k δ_h^1.5 + γ dδ_h/dt and F = (δ − δ_h)/f give dδ_h/dt, a third equation in addition to the bead's two.
     """
     dashpot, speed = 5.0, 0.3
     chain = hl.Chain([BEAD], BEAD, speed, dissipation=hl.LinearDashpot(dashpot))

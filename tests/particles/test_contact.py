@@ -178,8 +178,8 @@ def test_crossed_cylinders_on_a_plate_are_warned_of_their_line() -> None:
 
 
 @pytest.mark.parametrize("ratio", TABLE_5_1)
-def test_hollow_spheres_beside_table_5_1(ratio: float) -> None:
-    """Hertz and Reissner's shell in series beside the thesis's finite elements, 1 to 20 µm; its table fits to 4 %."""
+def test_hollow_spheres_against_table_5_1(ratio: float) -> None:
+    """Hertz and Reissner's shell in series against the thesis's finite elements, 1 to 20 µm; its table fits to 4 %."""
     k, n = TABLE_5_1[ratio]
     body = hl.HollowSphere(9.525e-3, max(ratio, 1e-6) * 9.525e-3, hl.ALUMINIUM_6061)
     approach = np.array([1.0, 2.0, 5.0, 10.0, 20.0]) * 1e-6

@@ -145,7 +145,7 @@ def test_static_equilibrium_stays(law: Any) -> None:
 @pytest.mark.thorough
 @pytest.mark.parametrize("modes", [1, 2, 4, 9])
 def test_even_compression_is_that_of_the_law(law: Any, modes: int) -> None:
-    """Whatever the modes tell, the mid-planes of beads pressed on both sides alike approach by the law of both."""
+    """Whatever the modes are, the mid-planes of beads pressed equally on both sides approach by the law of both."""
     chain = hl.DeformableChain([BEAD] * 4, None, preload=5.0, modes=modes, law=law)
     moving = moving_chain(chain, SURFACE)
     assert -np.diff(moving.rest[2:5]) == pytest.approx(np.full(2, law.approach(5.0)), rel=1e-9)
@@ -246,7 +246,7 @@ def test_chains_of_both_kinds_share_a_run() -> None:
 
 @pytest.mark.thorough
 def test_two_ends_and_a_gap() -> None:
-    """Struck from behind by a structure that is pushed, the chain passes the push on; its gap tells the poles'."""
+    """Struck from behind by a structure that is pushed, the chain passes the push on; its gap gives the poles'."""
     rod = hl.rod([hl.Layer(STEEL, 30e-3, 4e-3)])
     chain = hl.DeformableChain([BEAD] * 3, None, 0.3, modes=5)
     run = hl.CoSimulation(chain, hl.half_space(STEEL), behind=rod).run(until=8e-5)

@@ -15,7 +15,7 @@ BEAD, SPEED, UNTIL = hl.Sphere(2.38e-3, hl.STEEL_316), 0.5, 32e-6
 
 @pytest.fixture(scope="module")
 def explicit() -> xr.Dataset:
-    """Forces on the mean of each saved interval, so that nodes that close one by one tell less."""
+    """Forces on the mean of each saved interval, so that nodes that close one by one matter less."""
     chain = hl.Chain([BEAD] * 3, BEAD, SPEED)
     return hl.explicit_chain(chain, UNTIL, spacing=12e-6, save_every=0.1e-6)
 
@@ -43,10 +43,10 @@ def test_two_beads_collide_alike() -> None:
     """Impulse, time and peak of the contact, by cells of 10 µm, within 0.1 %."""
     theirs = hl.explicit_chain(hl.Chain([BEAD], BEAD, SPEED), 20e-6, spacing=10e-6, save_every=0.1e-6)
     chain = hl.DeformableChain([BEAD], BEAD, SPEED, modes=8)
-    ours = hl.CoSimulation(chain, None).run(until=20e-6, save_every=0.1e-6)
-    for found, expected in zip(passages(ours, 1), passages(theirs, 1), strict=True):
+    modal = hl.CoSimulation(chain, None).run(until=20e-6, save_every=0.1e-6)
+    for found, expected in zip(passages(modal, 1), passages(theirs, 1), strict=True):
         assert found == pytest.approx(expected, rel=1e-3)
-    assert ours.velocity[-1].values == pytest.approx(theirs.velocity[-1].values, abs=1e-5 * SPEED)
+    assert modal.velocity[-1].values == pytest.approx(theirs.velocity[-1].values, abs=1e-5 * SPEED)
 
 
 @pytest.mark.thorough

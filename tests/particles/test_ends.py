@@ -151,14 +151,14 @@ def test_a_surface_behind_that_moves_as_told_is_a_piston(integrator: str, loss: 
     window = 1e-6
     assert moving.steps(window) == piston.steps(window)
     states, forces = run(moving, lambda time: np.array([0.0, -5e-2 * time]), window, 120)
-    told = piston.start()
+    repeated = piston.start()
     for state, force in zip(states[1:], forces, strict=True):
-        told, told_force = piston.advance(told, (0.0, 0.0), window)
-        assert state.position == pytest.approx(told.position, abs=1e-17)
-        assert force[0] == pytest.approx(told_force, abs=1e-10)
-    assert states[-1].lost == pytest.approx(told.lost, rel=1e-9, abs=1e-20)
+        repeated, repeated_force = piston.advance(repeated, (0.0, 0.0), window)
+        assert state.position == pytest.approx(repeated.position, abs=1e-17)
+        assert force[0] == pytest.approx(repeated_force, abs=1e-10)
+    assert states[-1].lost == pytest.approx(repeated.lost, rel=1e-9, abs=1e-20)
     work = 5e-2 * window * (forces[:, 1] + 3.0).sum()
-    assert work == pytest.approx(told.driven, rel=1e-9)
+    assert work == pytest.approx(repeated.driven, rel=1e-9)
     assert work > 0.1 * piston.energy
 
 
@@ -263,7 +263,7 @@ def test_a_held_chain_rests(integrator: str, loss: Dissipation | None) -> None:
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("loss", LOSSES)
 def test_a_pushed_bead_with_a_structure_behind(integrator: str, loss: Dissipation | None) -> None:
-    """The force pulls the first bead against the surface behind; its work and that of the surface are told apart."""
+    """The force pulls the first bead against the surface behind; its work and that of the surface are kept apart."""
     push = hl.PushedBead((0.0, 2e-5, 4e-5), (0.0, -20.0, 0.0))
     moving = moving_chain(hl.Chain([BEAD] * 3, push, dissipation=loss, integrator=integrator, preload=1.0), 5e-9)
     window = 1e-6
@@ -303,17 +303,17 @@ def test_windows_repeat_and_leave_their_state() -> None:
 
 
 def test_a_surface_behind_that_rests_while_the_one_ahead_gives_way() -> None:
-    """The condensed window ends at the force and the place that a window with both ends told then confirms."""
+    """The condensed window ends at the force and the place that a window with both ends given then confirms."""
     moving = moving_chain(hl.Chain([BEAD] * 2, None, 0.3, preload=2.0))
     (*_, state), _ = run(moving, still, 1e-6, 10)
     window, compliance = 1e-6, 1e-8
     guess = np.array([0.0, -1.0, 0.0, 0.0])
     solved, force, _, _ = moving.advance_condensed(state, (0.0, 1e-8), compliance, window, guess, 1e-9)
     end = np.array([1e-8 + compliance * force, 0.0])
-    told, forces = moving.advance(state, (still(0.0), end), window)
+    repeated, forces = moving.advance(state, (still(0.0), end), window)
     assert abs(force) > 0.1
     assert forces[0] == pytest.approx(force, abs=1e-9)
-    assert solved.position == pytest.approx(told.position, abs=1e-17)
+    assert solved.position == pytest.approx(repeated.position, abs=1e-17)
 
 
 def test_scales() -> None:

@@ -29,7 +29,7 @@ def test_a_pushed_chain_takes_the_impulse_and_the_work(integrator: str, loss: hl
     assert float(momentum.sel(time=1e-4, method="nearest")) == pytest.approx(30.0 * 2.5e-5, rel=1e-6)
     assert run.contact_force.sel(contact=1).values == pytest.approx(
         np.interp(run.time, TIME, FORCE), abs=0.01
-    )  # The cubic through the points, beside lines.
+    )  # The cubic through the points, compared with lines.
     assert hl.energy_error(run) < 1e-6
     assert abs(run.velocity.sel(bead=0)).max() == 0.0
 
@@ -121,7 +121,7 @@ def test_speed_of_waves_in_a_preloaded_chain(preload: float, speed: float) -> No
 
 @pytest.mark.parametrize("frequency", [8e3, 30e3])
 def test_linear_waves_obey_the_dispersion_relation(frequency: float) -> None:
-    """Equation 1.4: a piston trembles by 1 nm; the phase from bead to bead gives the wave number."""
+    """Equation 1.4: a piston oscillates by 1 nm; the phase from bead to bead gives the wave number."""
     time = np.linspace(0.0, 1.3e-3, int(1.3e-3 * frequency * 60) + 1)
     motion = 1e-9 * np.minimum(time / 4e-4, 1.0) * np.sin(2.0 * pi * frequency * time)
     chain = hl.Chain([BEAD] * 150, hl.Piston(time, motion), preload=20.0)  # type: ignore[arg-type]
@@ -159,7 +159,7 @@ def test_gravity_acts_by_its_part_along_the_chain(degrees: float) -> None:
 def test_a_hundred_spheres_against_an_independent_code() -> None:
     """R = 6 mm, ρ 7800, E 200 GPa, ν 0.28, first sphere at 0.099188 m/s: rebound velocities over v, and the last's.
 
-    The other code's first number is −0.07109; ours is −0.0710849 (Verlet) and −0.0710850 (RK4), half a digit off.
+    The other code's first number is −0.07109; here it is −0.0710849 (Verlet) and −0.0710850 (RK4), half a digit off.
     """
     sphere = hl.Sphere(6e-3, hl.Material(200e9, 0.28, 7800.0))
     run = hl.CoSimulation(hl.Chain([sphere] * 99, sphere, 0.099188), None).run(until=4e-3, save_every=5e-6)

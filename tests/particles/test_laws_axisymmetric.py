@@ -66,7 +66,7 @@ def test_solid_spheres(laws: dict[float, ComputedLaw]) -> None:
 
 
 def edge_law(body: Body, reach: float, cells: int, growth: float) -> hl.laws.TabulatedLaw:
-    """The law of a body and its mirror image: cells up to the reach; growth beside that of contact_law_fem."""
+    """The law of a body and its mirror image: cells up to the reach; growth compared with that of contact_law_fem."""
     plane = half_plane(body, reach, reach / cells / growth, growth)
     compliance = 2.0 * surface_compliance(body, plane, "roller")
     gap = 2.0 * body.drop(plane.along[plane.surface])
@@ -76,7 +76,7 @@ def edge_law(body: Body, reach: float, cells: int, growth: float) -> hl.laws.Tab
 
 @pytest.mark.thorough
 def test_observed_order() -> None:
-    """A contact small beside its bead is Hertz's; the error of the force falls by the square of the cells' size."""
+    """A contact much smaller than its bead is Hertz's; the error of the force falls by the square of the cells."""
     body, top = body_of(SPHERE, 1.0, "first"), 1e-12
     approaches = np.linspace(0.3, 1.0, 20) * top
     reach = 1.2 * np.sqrt(0.5 * top * RADIUS)
@@ -91,7 +91,7 @@ def test_observed_order() -> None:
 
 @pytest.mark.thorough
 def test_error_estimate_and_smoothness(laws: dict[float, ComputedLaw]) -> None:
-    """The estimate holds the error beside a law of half the spacing, and its tangent does not tremble."""
+    """The estimate exceeds the difference from a law of half the spacing, and its tangent does not scatter."""
     law = laws[0.908]
     finer = contact_law_fem(bead(0.908), max_approach=20e-6, spacing=3e-6)
     approaches = np.geomspace(law.smallest, law.largest, 200)
@@ -135,7 +135,7 @@ def test_thin_shell() -> None:
 
 
 def test_thinnest_shells() -> None:
-    """Where the wall gives way by far the most, the cells are as small as the contact, and the law is a spring."""
+    """Where the wall is by far the most compliant part, cells are as small as the contact; the law is a spring."""
     shell = hl.HollowSphere(RADIUS, 0.997 * RADIUS, ALUMINIUM)
     law = contact_law_fem(shell, max_approach=1e-6)
     assert law.error < 0.005
@@ -191,7 +191,7 @@ def test_same_force_on_the_whole_mesh(approach: float) -> None:
 
 
 def test_many_load_steps_follow_the_law(laws: dict[float, ComputedLaw]) -> None:
-    """The force at 120 approaches anywhere, each active set from the last, is the law's within its trembling."""
+    """The force at 120 approaches anywhere, each active set from the last, is the law's within its scatter."""
     body, reach = body_of(bead(0.908), 1.0, "first"), 0.36e-3
     plane = half_plane(body, reach, 10e-6)
     compliance = 2.0 * surface_compliance(body, plane, "roller")
@@ -327,7 +327,7 @@ def test_bad_input(first: object, second: object, asked: dict[str, object], word
 
 @pytest.mark.thorough
 def test_a_thin_shell_has_a_law_without_a_spacing() -> None:
-    """Pressed by twice its wall, it touches twenty times as far as Hertz's law tells; first it follows Reissner's."""
+    """Pressed by twice its wall, it touches twenty times as far as by Hertz's law; first it follows Reissner's."""
     shell, approaches = bead(0.999), np.array([1e-6, 1.5e-6, 3e-6])
     law = contact_law_fem(shell, max_approach=20e-6)
     assert law.force(approaches) == pytest.approx(hl.contact_law(shell, shell).force(approaches), rel=0.005)
@@ -336,7 +336,7 @@ def test_a_thin_shell_has_a_law_without_a_spacing() -> None:
 
 @pytest.mark.thorough
 def test_a_contact_in_a_hollow_is_wide_beside_the_bead() -> None:
-    """A quarter of the bead's radius, though small beside the relative one; so the theory's law ends before."""
+    """A quarter of the bead's radius, though small compared with the relative one; so the theory's law ends before."""
     bead, hollow = hl.Sphere(2.38e-3, STEEL), hl.Surface(STEEL, -400.0)
     law = contact_law_fem(bead, hollow, max_force=500.0, spacing=50e-6)
     assert "too wide for small strains" in law.caution

@@ -342,7 +342,7 @@ def test_cautions(degrees: float, asked: dict[str, float], words: str) -> None:
 
 
 def test_pressures_that_do_not_converge_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Three iterations are too few; the error tells the approach of the first load step."""
+    """Three iterations are too few; the error reports the approach of the first load step."""
     monkeypatch.setattr("particles.laws.half_spaces.MOST_ITERATIONS", 3)
     with pytest.raises(hl.laws.PressuresNotConverged, match="pressures still changed after 3 iterations") as caught:
         hl.laws.half_spaces(cylinder(), cylinder(30.0), max_approach=1e-6)

@@ -63,7 +63,7 @@ def test_exponent_of_the_thesis_cylinder(laws: dict[str, hl.laws.ComputedLaw], s
     ],
 )
 def test_johnsons_line_contact(first: hl.Cylinder, second: hl.Cylinder, state: str) -> None:
-    """Within the error that the law tells, and its continuation to zero: unlike cylinders too, in either order."""
+    """Within the error that the law reports, and its continuation to zero: unlike cylinders too, in either order."""
     law = hl.laws.plane(first, second, state, max_force=100.0)
     approaches = np.geomspace(law.smallest, law.largest, 20)
     assert law.error < 1e-3
@@ -109,7 +109,7 @@ def pressed_nodes(reach: float, spacing: float, coarser: float = 1.0) -> tuple[V
 
 @pytest.mark.thorough
 def test_observed_order() -> None:
-    """The error of the force, beside Johnson's at contacts of 1e-3 of the radius, falls by the square of the cells."""
+    """The error of the force against Johnson's, at contacts of 1e-3 of the radius, falls by the square of the cells."""
     errors = []
     for cells in (16, 32):
         _, compliance, gap = pressed_nodes(2e-6, 0.2e-6, 10.0 / cells)
@@ -178,7 +178,7 @@ def test_bad_input(first: object, second: object, asked: dict[str, object], word
 
 
 def test_coarse_meshes(laws: dict[str, hl.laws.ComputedLaw]) -> None:
-    """A law of nine cells over the half-width begins at larger contacts; its error is about what it tells."""
+    """A law of nine cells over the half-width begins at larger contacts; its error is about what it reports."""
     law = hl.laws.plane(CYLINDER, max_force=100.0, spacing=1.9e-6)
     approaches = np.geomspace(law.smallest, law.largest, 20)
     off = np.abs(law.force(approaches) / johnson(approaches, "strain", CYLINDER, CYLINDER) - 1.0).max()

@@ -94,7 +94,7 @@ def test_finer_cells_say_the_same(parallel: ComputedLaw) -> None:
 
 @pytest.mark.thorough
 def test_sphere_is_that_of_the_axisymmetric_law() -> None:
-    """The same physics on another mesh and by other elements: within 1 %, the trembling included."""
+    """The same physics on another mesh and by other elements: within 1 %, the scatter included."""
     law = contact_law_solid(SPHERE, max_approach=10e-6, spacing=20e-6)
     approaches = np.geomspace(4e-6, 10e-6, 20)
     assert law.force(approaches) == pytest.approx(

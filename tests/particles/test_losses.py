@@ -1,4 +1,4 @@
-"""The loss laws beside collision theory: energy, momentum, restitution and powers of the speed, orders, bad input."""
+"""Loss laws against collision theory: energy, momentum, restitution and powers of the speed, orders, bad input."""
 
 import numpy as np
 import pytest

@@ -42,7 +42,7 @@ def test_calibration_by_a_known_impulse() -> None:
 
 
 def test_calibration_against_a_free_equal_bead_has_half_the_impulse() -> None:
-    """Both simulated: the factor comes out alike, and twice as large where the wrong backing is assumed."""
+    """Both simulated: both factors are equal, and twice as large where the wrong backing is assumed."""
     time, force = impact("free")
     free = calibration_factor(time, force / KAPPA, BEAD.mass, 0.44, backing="free")
     assert free == pytest.approx(KAPPA, rel=3e-3)

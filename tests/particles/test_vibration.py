@@ -132,8 +132,8 @@ def test_published_frequencies() -> None:
 @pytest.mark.thorough
 @pytest.mark.parametrize("inner", [0.1, 0.5, 0.75, 0.908, 0.97])
 def test_breathing_shells(inner: float) -> None:
-    """A mode of the shell is the purely radial one; where it is thin, ω² = 2E/ρ(1 − ν)R², and all moves alike, but the
-    outer surface less, by the wall's own strain, −2ν/(1 − ν) of that along it."""
+    """One mode of the shell is purely radial; where it is thin, ω² = 2E/ρ(1 − ν)R², and all points move equally, but
+    the outer surface less, by the wall's own strain, −2ν/(1 − ν) of that along it."""
     shell = hl.HollowSphere(RADIUS, inner * RADIUS, STEEL)
     found = vibration(shell, 16)
     off = np.abs(found.frequencies / breathing(shell) - 1.0)
@@ -156,7 +156,7 @@ def test_observed_order() -> None:
 @pytest.mark.thorough
 @pytest.mark.parametrize(("bead", "finer"), list(zip(BEADS, [0.03, 0.01, 0.03, 0.05, 0.02], strict=True)))
 def test_default_spacing(bead: hl.Sphere | hl.HollowSphere | hl.Ellipsoid, finer: float) -> None:
-    """Beside a much finer mesh, ten frequencies are within 1e-4."""
+    """Compared with a much finer mesh, ten frequencies are within 1e-4."""
     found, exact = vibration(bead, 10), vibration(bead, 10, finer * bead.radius)
     assert found.frequencies == pytest.approx(exact.frequencies, rel=1e-4)
     assert found.compression == pytest.approx(exact.compression, rel=3e-4)

@@ -61,7 +61,7 @@ def _shapes(side: float, start: str, end: str, terms: int) -> list[Numbers]:
 
 
 def levy(ratio: float, edge: str, half_waves: int, highest: float, poisson_ratio: float = 0.3) -> list[float]:
-    """ω a² √(ρt/D) below `highest` of the modes sin(mπx/a) Y(y): x = 0, a simple, the edges y = ±a/(2 ratio) alike.
+    """ω a² √(ρt/D) below `highest` of the modes sin(mπx/a) Y(y): x = 0, a simple, the edges y = ±a/(2 ratio) equal.
 
     Y = A cosh αy + B cos βy or A sinh αy + B sin βy, α² = Ω + k², β² = Ω − k² (Leissa, J. Sound Vib. 31 (1973) 257).
     """

@@ -50,7 +50,7 @@ def test_a_laminate_stays_where_an_impulse_left_it(laminate: hl.laminates.Lamina
 
 @pytest.mark.thorough
 def test_work_is_what_the_dashpot_takes() -> None:
-    """Z Σ (Δw)²/H over all windows, by hand from the motion; compiled and window by window alike."""
+    """Z Σ (Δw)²/H over all windows, by hand from the motion; compiled and window by window."""
     plate = hl.infinite_plate(3e-3, hl.ALUMINIUM_6061)
     compiled = hl.CoSimulation(CHAIN, plate).run(0.6e-3)
     impedance = plate.damping[0, 0]

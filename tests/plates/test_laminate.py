@@ -1,4 +1,4 @@
-"""Laminates: against the homogeneous plate, a bimetal, closed forms, what the contact sees; bad input."""
+"""Laminates: against the homogeneous plate, a bimetal, closed forms, what the contact is made of; bad input."""
 
 from math import pi, tan
 from typing import Any
@@ -106,7 +106,7 @@ def test_the_surface_may_be_given() -> None:
 
 
 def test_impedance_of_a_laminate_lies_between_those_along_and_across() -> None:
-    """And does not know where x points; a cross-ply and its turned self are alike."""
+    """And does not know where x points; a cross-ply and its turned self are equal."""
     turned = [
         hl.laminates.Laminate([hl.laminates.Ply(CARBON, 1e-3, angle), hl.laminates.Ply(CARBON, 2e-3, angle + 1.0)])
         for angle in (0.0, 0.9)

@@ -42,7 +42,7 @@ def test_simple_supports() -> None:
 
 @pytest.mark.parametrize("edges", ["CCCC", "FFFF", "SSCC", "SSFF", "CCFF", "TTTT", "TTCF"])
 def test_edges(edges: str) -> None:
-    """t/a = 0.1 beside Ritz' method with polynomials of degree 11, in the test: to 1e-4."""
+    """t/a = 0.1 compared with Ritz' method with polynomials of degree 11, in the test: to 1e-4."""
     expected = ritz(tuple(KINDS[letter] for letter in edges), 0.1, 0.3, 6)
     assert found(square(0.1, edges, 6), 6) == pytest.approx(expected, rel=1e-4, abs=1e-4)
 
@@ -83,7 +83,7 @@ def test_patch_on_simple_supports() -> None:
 
 
 @pytest.mark.parametrize(("shortest", "tolerance"), [(0.1, 2e-3), (0.3, 1e-2), (0.6, 4e-2)])
-def test_contact_gives_way_as_in_three_dimensions(shortest: float, tolerance: float) -> None:
+def test_compliance_of_the_contact_is_that_of_three_dimensions(shortest: float, tolerance: float) -> None:
     """Waves with kt above `shortest`: Mindlin's plate under the default patch, with its flexibility, and the exact
     layer less all of Hertz's half-space; in units of 1/Et. They differ by terms of the order (kt)² that are left out.
 
@@ -106,9 +106,9 @@ def test_contact_gives_way_as_in_three_dimensions(shortest: float, tolerance: fl
 
     hertz_too_long = 2.0 * (1.0 - nu**2) / (2.0 * np.pi) * shortest
     exact = quad(layer, shortest, 40.0, limit=300)[0] - hertz_too_long
-    ours = quad(mindlin, shortest, 400.0, limit=4000)[0]
+    computed = quad(mindlin, shortest, 400.0, limit=4000)[0]
     flexibility = plate.at(15.0, 15.0).flexibility * MATERIAL.youngs_modulus
-    assert ours + flexibility == pytest.approx(exact, abs=tolerance)
+    assert computed + flexibility == pytest.approx(exact, abs=tolerance)
     assert abs(flexibility) > 5.0 * tolerance
 
 
@@ -147,7 +147,7 @@ def after_a_pulse(structure: hl.Structure) -> np.ndarray:
 
 
 def test_symmetry_is_used_and_changes_nothing() -> None:
-    """A quarter, by the middle lines or by edges of symmetry, and the whole plate answer alike."""
+    """A quarter, by the middle lines or by edges of symmetry, and the whole plate respond equally."""
     supports = hl.Supports("clamped", "clamped", "simple", "simple")
     plate = hl.mindlin_plate(0.2, 0.2, 4e-3, MATERIAL, supports)
     quarter, whole = plate.at(0.1, 0.1), plate.at(0.1 + 2e-7, 0.1 + 2e-7)

@@ -27,7 +27,7 @@ def test_rigid_motions_cost_nothing() -> None:
 
 
 def test_symmetry_is_used_and_changes_nothing() -> None:
-    """On the centre line half the plate is kept; a hair beside it the whole: the same answer to a force."""
+    """On the centre line half the plate is kept; slightly off it the whole: the same answer to a force."""
     half, whole = PLATE.at(0.1, 0.457), PLATE.at(0.1, 0.457 + 1e-7)
     assert half.size < 0.6 * whole.size
     s = 2.0 * np.pi * 5e3

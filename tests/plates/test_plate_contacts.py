@@ -165,7 +165,7 @@ def test_a_reduced_plate_tells_its_field_of_both_contacts() -> None:
 
 @pytest.mark.parametrize("name", ["kirchhoff_plate", "mindlin_plate"])
 def test_symmetry_is_used_where_all_contacts_lie_on_its_line(name: str) -> None:
-    """On the centre line, on either face, half the plate is kept; a hair beside it the whole, with the same answer."""
+    """On the centre line, on either face, half the plate is kept; slightly off it the whole, with the same answer."""
     plate = PLATES[name]()
     faces = ["front", "back"]
     half, whole = (plate.at([0.1, 0.28], [y, y], faces) for y in (0.15, 0.15 + 1e-7))
@@ -205,9 +205,9 @@ def test_lines_are_fine_at_every_position(positions: list[float], finest: float,
     for position in positions:
         near = abs(nodes - position)
         assert near.min() <= 2e-2 * finest
-        beside = sizes[max(near.argmin() - 1, 0) : near.argmin() + 1]
+        neighbours = sizes[max(near.argmin() - 1, 0) : near.argmin() + 1]
         # Where cells may grow by less than 1.3, the first one already reaches into the coarse ones: 1.037 at most.
-        assert beside.max() <= 1.04 * finest
+        assert neighbours.max() <= 1.04 * finest
         away = np.maximum(abs(nodes[1:] - position), abs(nodes[:-1] - position))
         assert np.all(sizes <= 1.02 * finest + GROWTH * away)
 

@@ -20,7 +20,7 @@ def moved(structure: hl.Structure) -> tuple[object, object]:
 
 
 def test_symmetric_halves_show_the_whole_plate() -> None:
-    """Struck at the centre a quarter is kept, a hair beside it the whole: the same deflection everywhere."""
+    """Struck at the centre a quarter is kept, slightly off it the whole: the same deflection everywhere."""
     quarter = hl.reduce(PLATE.at(SIDE / 2.0, SIDE / 2.0), UNTIL, keep_field=True)
     whole = hl.reduce(PLATE.at(SIDE / 2.0 + 1e-6, SIDE / 2.0 + 1e-6), UNTIL, keep_field=True)
     (_, one), (_, other) = moved(quarter), moved(whole)

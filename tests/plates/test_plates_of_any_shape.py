@@ -38,7 +38,7 @@ def circle_roots(edge: str, order: int, guess: float) -> float:
         rows = []
         for shape, sign in ((jv, -1.0), (ive, 1.0)):
             value = shape(order, k)
-            # I scaled by e^-k: its derivatives are those of I, scaled alike.
+            # I scaled by e^-k: its derivatives are those of I, scaled equally.
             before = shape(order - 1, k) if order else sign * shape(1, k)
             slope = before - order / k * value if order else before
             curvature = sign * value - slope / k + order**2 / k**2 * value

@@ -74,8 +74,8 @@ def test_small_losses() -> None:
 def test_large_losses() -> None:
     """e λ⁵ is constant but for exp(−4.5 λ^{5/3}), and τ_c/λ = 5 ln λ + const + 3 λ^{−5/3} + …
 
-    λ⁴σ, λ⁵q and τ/λ obey equations without λ, so only the start, λ⁵q = λ⁵, tells one impact from another. The 3: the
-    slow motion σ^{3/2} = q + (2/3) q^{2/3} gives 2, the start off it 1.
+    λ⁴σ, λ⁵q and τ/λ obey equations without λ, so impacts differ by the start, λ⁵q = λ⁵, only. The 3:
+    the slow motion σ^{3/2} = q + (2/3) q^{2/3} gives 2, the start off it 1.
     """
     number = np.array([4.5, 10.0, 50.0, 1e3, 1e6])
     constant = integrated(8.0)[0] * 8.0**5
@@ -215,10 +215,10 @@ def test_equation_6_39(part: float, factor: float) -> None:
 
 def test_normalised_time_of_flight_depends_on_the_aspect_ratio_only() -> None:
     large = hl.Sphere(3.0 * BEAD.radius, BEAD.material), plate_of(3.0 * PLATE.thickness)
-    once, thrice = (
+    once, scaled = (
         hl.impact.normalised_time_of_flight(13, bead, plate, 0.31) for bead, plate in ((BEAD, PLATE), large)
     )
-    assert thrice == pytest.approx(once, rel=1e-12)
+    assert scaled == pytest.approx(once, rel=1e-12)
     slow = hl.impact.normalised_time_of_flight(13, BEAD, PLATE, np.array([0.31, 0.1]))
     assert slow[0] == pytest.approx(once)
     assert slow[1] > slow[0]

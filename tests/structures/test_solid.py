@@ -135,7 +135,7 @@ def test_patch_of_a_half_space() -> None:
 
 @pytest.mark.thorough
 def test_patch_compliance_of_a_cylinder() -> None:
-    """Beside the axisymmetric one, without what the half-space has of it: within 1 % of the patch's own."""
+    """Compared with the axisymmetric one, without what the half-space has of it: within 1 % of the patch's own."""
     layer = hl.Layer(hl.STEEL_440C, **LAYER)
     body, reference = solid(CYLINDER, hl.STEEL_440C, STRUCK, fixed="base"), cylinder([layer])
     own = patch_compliance(hl.STEEL_440C, body.origin["patch_radius"])
