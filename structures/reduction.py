@@ -230,7 +230,7 @@ class _Body:
         units = np.column_stack([(scale * (self.mass @ probe)).ravel(), (scale * self.elastic(probe)).ravel()])
         found = (scale * apply(probe)).ravel()
         sizes = np.maximum(np.linalg.norm(units, axis=0), np.finfo(float).tiny)
-        rates = np.linalg.lstsq(units / sizes, found)[0] / sizes
+        rates = np.linalg.lstsq(units / sizes, found, rcond=None)[0] / sizes
         proportional = np.linalg.norm(units @ rates - found) <= PROPORTIONAL_DIFFERENCE * np.linalg.norm(found)
         return _Part(apply, (float(rates[0]), float(rates[1])) if proportional else None)
 

@@ -77,12 +77,13 @@ def test_hard_cases_at_default_settings(name: str, case: str) -> None:
     assert ratios(couple(CASES[case](), GOOD[name], until)) == pytest.approx(REFERENCE[case], abs=1e-4)
 
 
-# Repetition alone takes its time on light bodies.
+# Repeated windows on light bodies take long: one such case each.
+LIGHT = {"Aitken": "two chains", "IQN-ILS": "lighter"}
 LONG_WINDOWS = [
-    pytest.param(name, case, marks=() if name in ("condensed", "Aitken") and case in ORDINARY else pytest.mark.thorough)
+    (name, case)
     for name in STRONG
     for case in CASES
-    if name != "fixed point" or case in ORDINARY
+    if name == "condensed" or case in ORDINARY or case == LIGHT.get(name)
 ]
 
 
