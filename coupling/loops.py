@@ -153,8 +153,7 @@ def _check(interface: Interface, state: CoupledState) -> None:
             if work < -LARGEST_GAIN * interface.impact_energy:
                 raise ValueError(
                     f"{box.name}.advance gives back more energy than it received, {-work:.3g} J up to t = "
-                    f"{state.time:.6g} s; check the displacement's sign (positive away from the chain) and "
-                    "its unit (m), or set passive = False"
+                    f"{state.time:.6g} s; check the displacement's sign and unit, or set passive = False"
                 )
 
 

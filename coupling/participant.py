@@ -142,8 +142,7 @@ class BlackBox:
         if np.any(np.abs(places) > negligible):
             place = self._as_given(places)
             raise ValueError(
-                f"{self.name}.advance returned a displacement of {place!r} m from start() without force: must be 0, as "
-                "displacements are measured from static equilibrium"
+                f"{self.name}.advance returned a displacement of {place!r} m from start() without force: must be 0"
             )
 
     def check_repeats(self, state: Any, forces: Vector, window: float) -> None:
@@ -156,9 +155,8 @@ class BlackBox:
         first, second = map(self._as_given, places)
         if np.any(first != second):
             raise ValueError(
-                f"{self.name}.advance is not repeatable: {when} it returned {first!r} m and then {second!r} m. Keep "
-                "all that changes in the state, and return a new one instead of changing the old; a solver that cannot "
-                "repeat a window needs the scheme Explicit(tolerance=None)"
+                f"{self.name}.advance is not repeatable: {when} it returned {first!r} m and then {second!r} m; "
+                "return a new state that holds all that changes, or use the scheme Explicit(tolerance=None)"
             )
 
     def _check_direction(self, number: int, force: float, window: float, rounding: float) -> None:
@@ -169,9 +167,8 @@ class BlackBox:
         if place < -rounding:
             point = f"contact point {number}" if self.contacts > 1 else "the contact point"
             raise ValueError(
-                f"{self.name}.advance moved {point} by {place:.3g} m, towards the chain, under {force:.3g} N from rest "
-                f"for {window:.3g} s; displacements are positive away from the chain. A structure that creates "
-                "energy sets passive = False"
+                f"{self.name}.advance moved {point} by {place:.3g} m, towards the chain, under {force:.3g} N from rest"
+                "; away from it is positive; a structure that creates energy sets passive = False"
             )
 
     def _as_given(self, numbers: Vector) -> Any:

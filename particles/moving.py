@@ -417,8 +417,8 @@ class MovingChain:
             excess = -flexibility * float(stiffness)
             if excess >= 1.0:
                 raise ValueError(
-                    f"{name} = {flexibility!r}: more negative than this contact can bear, which is wider than "
-                    f"the structure's patch; give the structure a patch_radius at least {excess:.3g} times as large"
+                    f"{name} = {flexibility!r}: more negative than this contact can bear, which is wider than the "
+                    f"patch; give the structure a patch_radius at least {excess:.3g} times as large"
                 )
 
     def _check_step(self) -> None:

@@ -209,7 +209,7 @@ class _Patch:
         if abs(total - 1.0) > LARGEST_MISSING_PRESSURE:
             raise ValueError(
                 f"patch_radius = {radius!r}: the face around the contact carries {100.0 * total:.0f} % of the patch, "
-                "as an edge of the body is near; use a smaller patch, with a mesh as fine, or another contact"
+                "as an edge of the body is near; take a smaller patch or another contact"
             )
         x, y, z = self.normal
         return np.asarray(_push.assemble(faces, pressure=pressure / total, normal_x=x, normal_y=y, normal_z=z))
@@ -262,9 +262,8 @@ def _check_fine(corners: Vector, radius: float) -> None:
         longest /= sqrt(2.0)
     if longest > radius / PATCH_RADIUS_PER_EDGE:
         raise ValueError(
-            f"mesh: edges of {longest:.3g} m at the contact are too long for patch_radius = {radius:.3g} m; "
-            f"refine them to {radius / PATCH_RADIUS_PER_EDGE:.3g} m, or use a patch of "
-            f"{PATCH_RADIUS_PER_EDGE * longest:.3g} m or more"
+            f"mesh: edges of {longest:.3g} m at the contact are too long for patch_radius = {radius:.3g} m; refine "
+            f"them to {radius / PATCH_RADIUS_PER_EDGE:.3g} m, or use at least {PATCH_RADIUS_PER_EDGE * longest:.3g} m"
         )
 
 

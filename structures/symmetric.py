@@ -59,7 +59,7 @@ def check_symmetric(name: str, matrix: sparse.csr_array) -> None:
         row, column = int(entries.row[worst]), int(entries.col[worst])
         raise ValueError(
             f"{name}: must have no negative eigenvalue, but entry ({row}, {column}) is {entries.data[worst]:.3g} "
-            f"{unit}, and the diagonal entries of its row and column are {diagonal[row]:.3g} and {diagonal[column]:.3g}"
+            f"{unit} between diagonal entries of {diagonal[row]:.3g} and {diagonal[column]:.3g}"
         )
     if diagonal.size <= SMALL_MATRIX:
         check_definite(name, matrix)

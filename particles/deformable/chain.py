@@ -280,13 +280,12 @@ def _without(law: ContactLaw, flexibility: float, deepest: float, modes: int, gi
     count = approaches.size if enough.all() else int(enough.argmin())
     if approaches[count - 1] < deepest and given:
         raise ValueError(
-            f"law = {short(law)}: is too stiff for beads that vibrate so: beyond {approaches[count - 1]:.3g} m modes = "
-            f"{modes!r} leave almost nothing of its approach, which may be {deepest:.3g} m; give one that counts the "
-            "approach of mid-planes, or take fewer modes"
+            f"law = {short(law)}: is too stiff for beads that vibrate so, with modes = {modes!r}, beyond "
+            f"{approaches[count - 1]:.3g} m; give one for the approach of mid-planes, or take fewer modes"
         )
     if approaches[count - 1] < deepest:
         raise ValueError(
-            f"modes = {modes!r}: too many for a contact that may be pressed by {deepest:.3g} m: beyond "
-            f"{approaches[count - 1]:.3g} m they leave almost nothing of its approach; take fewer"
+            f"modes = {modes!r}: too many for a contact pressed by {deepest:.3g} m; they suit up to "
+            f"{approaches[count - 1]:.3g} m; take fewer"
         )
     return TabulatedLaw(local[:count], forces[:count], law.name, law.caution)  # type: ignore[arg-type]

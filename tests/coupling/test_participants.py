@@ -201,7 +201,7 @@ def test_displacements_that_count_from_elsewhere(scheme: str, kind: type) -> Non
 def test_a_displacement_of_the_wrong_sign_is_found_before_the_run(kind: type, scheme: str) -> None:
     liar = answering(lambda state, place: (state, -place), kind)
     point = "the contact point" if kind is Sound else "contact point 0"
-    message = rf"Liar\.advance moved {point} by -.* m, towards the chain, under .* N from rest .* passive = False"
+    message = rf"Liar\.advance moved {point} by -.* m, towards the chain, under .* N from rest; .* passive = False"
     with pytest.raises(ValueError, match=message):
         simulate(liar, SCHEMES[scheme])
 
