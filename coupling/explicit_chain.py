@@ -37,6 +37,7 @@ MARGIN = 1.2
 """How far the mesh lets bodies touch, over that radius; it widens where they touch beyond."""
 
 WIDENING, TRIES = 1.4, 6
+"""Factor on the reach where bodies touch beyond it, and how many times the chain is then computed again."""
 
 WIDEST = 0.4
 """Part of a bead's radius beyond which a contact is no longer small."""

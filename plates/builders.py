@@ -11,13 +11,14 @@ from plates.elements.hermite import Hermite
 from plates.elements.mindlin import Mindlin
 from plates.elements.morley import Morley
 from plates.laminate import Laminate, section_of
-from plates.plate import HIGHEST_FREQUENCY, Plate
+from plates.plate import Plate
 from plates.section import SHEAR_CORRECTION, Section
 from plates.shapes.mesh_from_file import FlatMesh
 from plates.shapes.outline import Outline
 from plates.shapes.rectangle import Rectangle
 from plates.support import Support, Supports
 from structures.checks import instance, positive, short, whole
+from structures.elasticity import HIGHEST_FREQUENCY
 from structures.material import Material
 from structures.mesh_source import Tag
 from structures.plausible import likely

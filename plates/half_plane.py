@@ -32,6 +32,7 @@ QUASI_STATIC = 5.0
 """Oscillators extend to this multiple of the highest frequency; the upper ones follow the force without delay."""
 
 GAUSS = np.polynomial.legendre.leggauss(16)
+"""Points and weights on (−1, 1), for intervals of at most PHASE."""
 
 PHASE = 24.0
 """Radians of the fastest oscillation of an integrand in an interval of 16 Gauss points, which integrate it to 1e-9."""

@@ -19,6 +19,7 @@ from plates.shapes.shape import MIRROR, Cells, PlateMesh, Shape
 from plates.support import ElasticEdge, Support, Supports, check_support, summary
 from structures.caution import caution
 from structures.checks import instance, positive, short
+from structures.elasticity import HIGHEST_FREQUENCY
 from structures.factor import Matrices
 from structures.field import Field
 from structures.material import Material
@@ -34,9 +35,6 @@ MEMBERS = (
     "flexibility",
 )  # fmt: skip
 """What an element must have, see plates.elements.theory.Element."""
-
-HIGHEST_FREQUENCY = 40.0e3
-"""Hz. The contact of steel beads of 4 to 20 mm lasts 25 to 110 µs and excites little above this."""
 
 MOST = 2_000_000
 """Degrees of freedom that may be assembled: they fill some 10 GB."""

@@ -21,6 +21,7 @@ ELEMENT_TRAVEL_TIME = 1.0e-6
 """
 
 FEWEST_ELEMENTS = 8
+"""In each layer, so that short layers still deform."""
 
 LARGEST_RADIUS = 5.0
 """m. The sides of a larger body do not influence beads, and a radius given in millimetres is mostly above this value.

@@ -12,6 +12,7 @@ from structures.checks import one_of, positive
 Vector = NDArray[np.float64]
 
 FEWEST_SAMPLES = 16
+"""A trace with fewer samples holds no pulse that could be measured."""
 
 SHARE_OF_MOMENTUM = {"immobile": 1.0, "free": 0.5}
 """The impulse up to the greatest force, in units of the striker's momentum."""

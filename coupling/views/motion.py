@@ -18,6 +18,7 @@ LARGEST_CONTACT_ERROR = 0.05
 """Largest difference between the recomputed contact displacement and that of the run, as a fraction of its maximum."""
 
 TIME_ROUNDING = 1e-9
+"""Relative. Times that differ by less are equal."""
 
 
 def structure_motion(run: xr.Dataset, structure: Structure, times: ArrayLike) -> xr.Dataset:

@@ -15,6 +15,7 @@ from coupling.views.scene import Scene, Shape
 from structures.structure import Vector
 
 FEATURE_ANGLE = 30.0
+"""Degrees between two faces, from which their common edge is drawn."""
 
 LINE_OFFSET = 1e-3
 """Lines lie in front of the body, and those of the body at rest behind it, by this fraction of the picture."""

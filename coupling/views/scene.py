@@ -41,6 +41,7 @@ DRAWN_DISPLACEMENT = 0.1
 """The largest drawn displacement, as a fraction of the shortest side of the body."""
 
 MARGIN = 0.03
+"""Around the body, as a fraction of its longest side."""
 
 VIEW_DIRECTION = (-0.45, 0.75, -0.48)
 """Viewing direction on 3-D bodies, in a frame whose third axis points up."""

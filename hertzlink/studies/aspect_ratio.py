@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 BODIES = ("plate", "infinite plate", "half-space")
 CENTRE = boundary.SIDE / 2.0
 REDUCTION = 0.02
+"""Tolerance of the reduction, tighter than that of the boundary study."""
 RATIOS = tuple(np.geomspace(0.4, 10.0, 49))
 """D/t of the theory lines."""
 

@@ -33,6 +33,7 @@ SIDE = 0.24
 """m, side of the square plate: the echoes of its other edges return after the end of the record."""
 
 REDUCTION, HIGHEST_FREQUENCY = 0.02, 40.0e3
+"""Tolerance of the reduction, and the frequency that the mesh resolves, Hz."""
 
 CORNERS = {
     "clamped-clamped": ("clamped", "clamped"),
@@ -52,6 +53,8 @@ SCAN = (0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0, 2.5, 3.0, 4.0, 6.0)
 """First scan along the diagonal and from a single edge, in units of ℓ."""
 
 TOLERANCE = 0.02
+"""Difference of AR from its far value, as in the boundary study."""
+
 REPORTED_FROM = (1.0, 1.5)
 """ℓ; the error of superposition is reported from these distances on."""
 

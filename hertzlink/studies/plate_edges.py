@@ -39,6 +39,7 @@ THICKNESSES = (2.29e-3, 4.83e-3)
 FEW_DISTANCES = (0.02, 0.06)
 
 UNTIL, REDUCTION, HIGHEST_FREQUENCY = 1.5e-3, 0.02, 30.0e3
+"""Length of the record (s), tolerance of the reduction, and the frequency that the mesh resolves (Hz)."""
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:

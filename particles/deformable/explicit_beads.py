@@ -19,12 +19,11 @@ from skfem import Basis, ElementQuad2, ElementVector, MeshQuad, MeshQuad2
 from particles.bead import Bead
 from particles.deformable.explicit_kernels import TOGETHER
 from particles.laws.axisymmetric_mesh import GROWTH, MOST_CELLS, MOST_TOUCHING, Spheroid, Whole, body_of, half_plane
+from particles.laws.compliance import INTEGRATION_ORDER
 from structures.checks import instance
 from structures.elasticity import part_stiffnesses
 from structures.material import Material
 from structures.structure import Vector
-
-INTEGRATION_ORDER = 5
 
 EIGENVALUE = 1e-6
 """Relative accuracy of the largest eigenvalue."""

@@ -35,6 +35,7 @@ BENDING_CELLS = 11
 """Over √(radius × wall), the reach of a thin wall's bending."""
 
 TYPICAL = 10
+"""Modes, up to which CELLS suffice; meshes for more are finer in proportion."""
 
 FEWEST = 2
 """Cells through a wall."""

@@ -41,6 +41,7 @@ MARGIN = 1.15
 """How far the mesh lets bodies touch, over the contact's radius that is expected; it widens where they touch beyond."""
 
 WIDENING = 1.4
+"""Factor on the reach where bodies touch beyond it; the law is then computed again."""
 
 ROUGH, TRIES = 2.0, 12
 """A factor on the elements' size, and trials, of the rough law that shows the approach at a force."""

@@ -10,6 +10,7 @@ from structures.factor import factorise
 from structures.structure import Vector
 
 INTEGRATION_ORDER = 5
+"""Exact for the mass matrix of rectangular quadratic elements with the weight r."""
 
 MIDPLANES = ("roller", "clamped")
 

@@ -32,6 +32,7 @@ MARGIN = 1.1
 """Half the grid's side over the semi-axis of the contact that Hertz expects."""
 
 LOAD_STEPS = 20
+"""From the first to the largest approach, in a geometric series; the law's table interpolates between them."""
 
 LEAST_PART = 1e-3
 """The first load step's approach over the last one's."""
@@ -43,6 +44,7 @@ TOLERANCE = 1e-9
 """Of overlaps, over the approach."""
 
 MOST_ITERATIONS = 2000
+"""Of the conjugate gradients at one load step; beyond them the pressures are reported as not settled."""
 
 SOFTEST = 0.5
 """The share of the half-spaces' tangent compliance that a correction may take off."""

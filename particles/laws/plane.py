@@ -44,6 +44,7 @@ MARGIN = 1.15
 """How far the mesh lets cylinders touch, over the half-width that is expected."""
 
 INTEGRATION_ORDER = 5
+"""Exact for products of two quadratic shape functions on rectangles."""
 
 
 def contact_law_plane(

@@ -21,6 +21,7 @@ from structures.structure import Vector
 Whole = NDArray[np.int64]
 
 INTEGRATION_ORDER = 5
+"""Exact for products of two quadratic shape functions on straight tetrahedra."""
 """The lowest beyond two whose weights are all positive."""
 
 GROWTH_INSIDE, GROWTH_OUTSIDE = 0.2, 0.7
