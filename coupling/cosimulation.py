@@ -2,6 +2,7 @@
 
 import logging
 from collections.abc import Iterable, Sequence
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ import xarray as xr
 from coupling.interface import Facing, Interface, for_each
 from coupling.loops import Work
 from coupling.plan import plan_run, warn_if_coarse
-from coupling.recording.checkpoint import Keeper
+from coupling.recording.checkpoint import Keeper, locked
 from coupling.recording.dataset import dataset, summary
 from coupling.recording.frames import Frames
 from coupling.recording.trace import Trace
@@ -137,7 +138,7 @@ class CoSimulation:
             A file that keeps the complete state. It is written some seconds apart and at the end. If it exists, the run
             continues from it and ends with the same bits as an uninterrupted run; a finished run is read. The state of
             a user's participant must hold all that changes, as numbers, text, arrays, and lists, tuples, dictionaries,
-            named tuples and dataclasses of these.
+            named tuples and dataclasses of these. A second run that names the file of a running one is refused.
         trace : bool
             Whether to store the seconds that each part took in the attribute "trace".
         trust : bool
@@ -169,14 +170,15 @@ class CoSimulation:
         waveform = {"waveform": WAVEFORMS[self.interface.quadratic]}
         given = {**self.describe(), "until": until, **plan.describe(self.interface, self.window), **waveform}
         clock = Trace() if instance("trace", trace, bool, "True or False") else None
-        keeper = None
         if instance("trust", trust, bool, "True or False") and checkpoint is None:
             raise ValueError("trust = True: needs a checkpoint, whose pickles it allows")
-        if checkpoint is not None:
-            keeper = Keeper(checkpoint, given, self.interface, plan.length, self.scheme.repeats, trust)
-        frames = Frames(self.interface, plan.rows)
-        filled, kept = (frames, keeper) if clock is None else (clock.watch(frames), clock.watch(keeper))
-        Work(self.interface, self.scheme, self.window, plan, filled, kept, clock).do()
+        with nullcontext() if checkpoint is None else locked(checkpoint):
+            keeper = None
+            if checkpoint is not None:
+                keeper = Keeper(checkpoint, given, self.interface, plan.length, self.scheme.repeats, trust)
+            frames = Frames(self.interface, plan.rows)
+            filled, kept = (frames, keeper) if clock is None else (clock.watch(frames), clock.watch(keeper))
+            Work(self.interface, self.scheme, self.window, plan, filled, kept, clock).do()
         findings += checked(self.interface, frames, plan.interval)
         run = dataset(self.interface, frames, plan.interval, given, findings)
         if log.isEnabledFor(logging.INFO):

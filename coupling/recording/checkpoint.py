@@ -9,6 +9,7 @@ import logging
 import os
 import pickle
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from time import monotonic
 from typing import Any, BinaryIO
@@ -16,7 +17,8 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from coupling.files import plain
-from coupling.files.writing import remove_left, whole_file
+from coupling.files.locks import Lock
+from coupling.files.writing import companion, remove_left, whole_file
 from coupling.interface import Interface
 from coupling.participant import BlackBox
 from coupling.recording.frames import Counts, Frames
@@ -50,6 +52,8 @@ OWN_TYPES = plain.own_types(CoupledState, ChainState, StructureState, Ledger, No
 
 TRUST = "then open only files of your own"
 
+UNWRITABLE = "cannot be written ({}); name a file in a folder that you may write to, with room"
+
 MISFIT = "does not fit this run; remove it to begin anew"
 
 log = logging.getLogger("hertzlink.checkpoint")
@@ -72,11 +76,7 @@ class Keeper:
         repeats: bool,
         trust: bool = False,
     ) -> None:
-        try:
-            self.path = Path(os.path.realpath(path))
-        except (TypeError, ValueError) as error:
-            raise ValueError(f"checkpoint = {path!r}: must be the path of a file") from error
-        self.name, self.trust = f"checkpoint = {str(path)!r}", trust
+        self.path, self.name, self.trust = _whole_path(path), f"checkpoint = {str(path)!r}", trust
         if interface.boxes and not repeats:
             raise ValueError(
                 f"{self.name}: a participant that cannot repeat a window cannot continue from an old state either; "
@@ -98,7 +98,8 @@ class Keeper:
         A file that cannot be written is thus found before the run.
         """
         if self.kept is None:
-            remove_left(self.path)
+            # The lock is held: what another run left is of one that was killed.
+            remove_left(self.path, age=0.0)
             self._write(frames, 0, progress)
             return progress
         kept, self.kept = self.kept, None
@@ -142,9 +143,7 @@ class Keeper:
         try:
             self._replace({"row": row, "frames": frames.upto(row), "progress": progress})
         except OSError as error:
-            raise ValueError(
-                f"{self.name}: cannot be written ({error}); name a file in a folder that you may write to, with room"
-            ) from error
+            raise ValueError(f"{self.name}: {UNWRITABLE.format(error)}") from error
         self.last = monotonic()
         self.pause = max(INTERVAL, PAUSE * (self.last - begin))
 
@@ -213,6 +212,38 @@ class Keeper:
                 f"{self.name}: holds a participant's state that this program cannot read ({error}); run the program "
                 "that wrote it, or remove it to begin anew"
             ) from error
+
+
+@contextmanager
+def locked(path: str | os.PathLike[str]) -> Iterator[None]:
+    """While it lasts, no other run uses this checkpoint. Raises ValueError that names the process that does."""
+    file = _whole_path(path)
+    if not file.parent.is_dir() or (os.path.lexists(file) and not file.is_file()):
+        yield  # no file can be there: reading it reports what is wrong
+        return
+    lock = Lock(companion(file, ".lock"))
+    try:
+        free = lock.take()
+    except OSError as error:
+        if not os.path.lexists(file):
+            raise ValueError(f"checkpoint = {str(path)!r}: {UNWRITABLE.format(error)}") from error
+        yield  # in a folder that cannot be written a finished run can be read
+        return
+    if not free:
+        raise ValueError(
+            f"checkpoint = {str(path)!r}: is in use by {lock.owner()}; wait for its end, or name another file"
+        )
+    try:
+        yield
+    finally:
+        lock.release()
+
+
+def _whole_path(path: str | os.PathLike[str]) -> Path:
+    try:
+        return Path(os.path.realpath(path))
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"checkpoint = {path!r}: must be the path of a file") from error
 
 
 def _fits(found: Any, like: Any) -> bool:

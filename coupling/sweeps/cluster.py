@@ -15,8 +15,9 @@ from typing import Any
 
 import xarray as xr
 
-from coupling.sweeps.processes import Batch, Outcome, Work, shown
-from coupling.sweeps.store import Failure, Point
+from coupling.files.locks import Lock
+from coupling.sweeps.processes import BUSY, Batch, Outcome, Work, shown
+from coupling.sweeps.store import Failure, Point, Store
 from structures.checks import short
 
 QUERY_INTERVAL = 5.0
@@ -24,6 +25,9 @@ QUERY_INTERVAL = 5.0
 
 LONGEST_WITHOUT_WORKERS = 60.0
 """A cluster without workers for this time, s, ends the sweep."""
+
+STORED = "stored"
+"""In place of an outcome: another sweep has run the point meanwhile."""
 
 LOST = "cluster: the scheduler was lost, or took the sweep's points away"
 
@@ -42,9 +46,14 @@ def on_cluster(work: Work, batches: list[Batch], cluster: Any) -> Iterator[tuple
     distributed = import_distributed()
     killed: dict[int, Point] = {}
     task = _packed((replace(work, store=None), work.store is not None))
+    busy: dict[int, Point] = {}
     with _connected(distributed, cluster) as client:
-        for i, point, outcome in _spread(distributed, client, task, batches):
-            if outcome is not None:
+        for i, point, outcome in _spread(distributed, client, task, batches, work.store):
+            if outcome == BUSY:
+                busy[i] = point
+            elif isinstance(outcome, str):
+                yield i, work.store.failure(point) if work.store else None
+            elif outcome is not None:
                 yield i, work.keep(point, outcome)
             elif work.store is None:
                 said = f"the workers that ran the sweep's point {shown(point)} died; perhaps memory ran out"
@@ -52,8 +61,13 @@ def on_cluster(work: Work, batches: list[Batch], cluster: Any) -> Iterator[tuple
             else:
                 log.warning("the workers that ran the sweep's point %s died; it is tried again, alone", shown(point))
                 killed[i] = point
-        for one in killed.items():
-            for i, point, outcome in _spread(distributed, client, task, [dict([one])]):
+        if busy:
+            log.info("%d points are being run by other sweeps of this store; waiting for them", len(busy))
+        for one in (*killed.items(), *busy.items()):
+            for i, point, outcome in _spread(distributed, client, task, [dict([one])], work.store, wait=True):
+                if isinstance(outcome, str):
+                    yield i, work.store.failure(point) if work.store else None
+                    continue
                 said = "the workers that ran it died, alone too; perhaps it wants more memory than they have"
                 yield i, work.keep(point, Failure("KilledWorker", said) if outcome is None else outcome)
 
@@ -99,33 +113,63 @@ def _connected(distributed: ModuleType, cluster: Any) -> Iterator[Any]:
 
 
 def _spread(
-    distributed: ModuleType, client: Any, task: bytes, batches: Iterable[Batch]
-) -> Iterator[tuple[int, Point, xr.Dataset | Failure | None]]:
-    """Run as many batches at once as the workers have threads, one point of each at a time; None if workers died."""
+    distributed: ModuleType,
+    client: Any,
+    task: bytes,
+    batches: Iterable[Batch],
+    store: Store | None,
+    wait: bool = False,
+) -> Iterator[tuple[int, Point, xr.Dataset | Failure | str | None]]:
+    """Run as many batches at once as the workers have threads, one point of each at a time; None if workers died.
+
+    With a store, this process holds the claim of a point until its outcome has been taken. A point that another sweep
+    is running is BUSY, or with `wait` it is awaited; one that another has run meanwhile is STORED.
+    """
     waiting = deque(deque(batch.items()) for batch in batches)
     running: dict[Any, tuple[int, Point, deque[tuple[int, Point]]]] = {}
+    settled: list[tuple[int, Point, str]] = []
+    claims: dict[int, Lock] = {}
 
     def begin(batch: deque[tuple[int, Point]]) -> None:
-        i, point = batch.popleft()
-        # A preferred worker, even an optional one, would block the point forever if all workers are replaced.
-        running[client.submit(_run, task, _packed(point), pure=False)] = i, point, batch
+        while batch:
+            i, point = batch.popleft()
+            if store is not None:
+                claim = store.claim(point, wait)
+                if claim is None:
+                    settled.append((i, point, BUSY))
+                    continue
+                claims[i] = claim
+                if store.holds(point):
+                    claims.pop(i).release()
+                    settled.append((i, point, STORED))
+                    continue
+            # A preferred worker, even an optional one, would block the point forever if all workers are replaced.
+            running[client.submit(_run, task, _packed(point), pure=False)] = i, point, batch
+            return
 
     absence = _Absence()
     try:
-        while waiting or running:
+        while waiting or running or settled:
             threads = sum(client.nthreads().values())
             absence.report(threads)
             while waiting and len(running) < max(1, threads):
                 begin(waiting.popleft())
             # All finished outcomes are fetched before a new point starts, because that point might end their worker.
-            done = _finished(distributed, client, running)
+            done = _finished(distributed, client, running) if running else []
             finished = [(*running.pop(future), _fetched(distributed, future)) for future in done]
             for _, _, batch, _ in finished:
                 if batch:
                     begin(batch)
-            yield from ((i, point, outcome) for i, point, _, outcome in finished)
+            for i, point, _, outcome in finished:
+                yield i, point, outcome
+                if i in claims:
+                    claims.pop(i).release()
+            while settled:
+                yield settled.pop()
     finally:
         client.cancel(list(running))
+        for claim in claims.values():
+            claim.release()
 
 
 class _Absence:

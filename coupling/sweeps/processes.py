@@ -3,6 +3,8 @@
 import logging
 import os
 import pickle
+import threading
+import time
 import traceback
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -20,7 +22,10 @@ from structures.caution import collected
 from structures.checks import instance, short
 
 IDLE_TIME = 30
-"""A process without work ends after this time, s; this also ends the processes of a sweep that was killed."""
+"""A process without work ends after this time, s."""
+
+WATCH_INTERVAL = 0.5
+"""Seconds between two looks of a process whether the one that started it still lives."""
 
 ENVIRONMENT_ERRORS = (ImportError, MemoryError, OSError)
 """Errors that the point did not cause: a package is missing, memory or disk is full, a file or a connection is lost.
@@ -29,8 +34,11 @@ Later, or on another machine, the same point may well run.
 
 NOT_RECORDED = "this is a failure of the environment, so the point is not recorded as failed; run the sweep again"
 
-Outcome = xr.Dataset | Failure | None
-"""A run, or why there is none; None for a run that its process has already written to the store."""
+BUSY = "busy"
+"""In place of an outcome: another sweep is running the point."""
+
+Outcome = xr.Dataset | Failure | str | None
+"""A run, or why there is none; None for a run that its process has already written to the store; BUSY."""
 
 Batch = Mapping[int, Point]
 """Points, by their place in the sweep, that one process runs one after the other."""
@@ -100,15 +108,24 @@ class Work:
             return Failure(type(error).__name__, str(error))
         raise portable
 
-    def finish(self, point: Point, elsewhere: bool) -> Outcome:
-        """Without a store `run`; with one, a new outcome is stored as soon as it is known, and failures are
-        returned.
+    def finish(self, point: Point, elsewhere: bool, wait: bool = False) -> Outcome:
+        """Without a store `run`; with one, a new outcome is stored as soon as it is known, and failures are returned.
+
+        A point that another sweep is running is BUSY, or with `wait` it is awaited.
         """
         if self.store is None:
             return self.run_elsewhere(point) if elsewhere else self.run(point)
         if self.store.holds(point):
             return self.store.failure(point)
-        return self.keep(point, self.attempt(point, elsewhere))
+        claim = self.store.claim(point, wait)
+        if claim is None:
+            return BUSY
+        try:
+            if self.store.holds(point):
+                return self.store.failure(point)
+            return self.keep(point, self.attempt(point, elsewhere))
+        finally:
+            claim.release()
 
     def keep(self, point: Point, outcome: xr.Dataset | Failure) -> Outcome:
         """Put an outcome into the store, if there is one; a run that the store cannot hold is a failure."""
@@ -127,15 +144,25 @@ def in_processes(work: Work, batches: list[Batch], jobs: int) -> Iterator[tuple[
 
     If a process is killed, a sweep without a store ends with a RuntimeError. With a store, the points that were running
     are tried again, each alone in a process. A point that kills this process as well has failed, and the others
-    continue.
+    continue. Points that another sweep is running are awaited at the end; where that one dies, they are run.
     """
-    while batches:
+    busy: dict[int, Point] = {}
+    waiting = False
+    while batches or busy:
+        if not batches:
+            log.info("%d points are being run by other sweeps of this store; waiting for them", len(busy))
+            batches, busy, waiting = [{i: point} for i, point in busy.items()], {}, True
         finished: set[int] = set()
         try:
-            for outcomes in _parallel(work, batches, jobs):
+            for batch, outcomes in zip(batches, _parallel(work, batches, jobs, waiting), strict=False):
                 finished.update(outcomes)
-                yield from outcomes.items()
-            return
+                for i, outcome in outcomes.items():
+                    if isinstance(outcome, str):
+                        busy[i] = batch[i]
+                    else:
+                        yield i, outcome
+            batches = []
+            continue
         except TerminatedWorkerError as error:
             if work.store is None:
                 first = next(point for batch in batches for i, point in batch.items() if i not in finished)
@@ -151,36 +178,55 @@ def in_processes(work: Work, batches: list[Batch], jobs: int) -> Iterator[tuple[
             _run_alone(work, work.store, point)
 
 
-def _parallel(work: Work, batches: list[Batch], jobs: int) -> Iterator[dict[int, Outcome]]:
+def _parallel(work: Work, batches: list[Batch], jobs: int, wait: bool = False) -> Iterator[dict[int, Outcome]]:
     # In a process of its own, even one batch cannot end the sweep.
     fewest = 1 if work.store is None else 2
     here: dict[str, Any] = {} if work.store is None else {"backend": "loky"}
+    owner = os.getpid()
     parallel = joblib.Parallel(
         min(jobs, max(fewest, len(batches))),
         return_as="generator",
         batch_size=1,
         idle_worker_timeout=IDLE_TIME,
+        initializer=end_with,
+        initargs=(owner,),
         **here,
     )
-    owner = os.getpid()
-    outcomes: Iterator[dict[int, Outcome]] = parallel(joblib.delayed(_run_batch)(work, one, owner) for one in batches)
+    tasks = (joblib.delayed(_run_batch)(work, one, owner, wait) for one in batches)
+    outcomes: Iterator[dict[int, Outcome]] = parallel(tasks)
     return outcomes
 
 
-def _run_batch(work: Work, batch: Batch, owner: int) -> dict[int, Outcome]:
+def end_with(owner: int) -> None:
+    """End this process soon after the one that started it has ended, also if that one was killed.
+
+    It would run on in vain, and hold the claims of its points. Where a process does not know its parent's end, as on
+    Windows, an idle one ends after IDLE_TIME.
+    """
+
+    def watch() -> None:
+        while os.getppid() == owner:
+            time.sleep(WATCH_INTERVAL)
+        os._exit(1)
+
+    if os.getpid() != owner and os.getppid() == owner:
+        threading.Thread(target=watch, name="hertzlink-end-with-parent", daemon=True).start()
+
+
+def _run_batch(work: Work, batch: Batch, owner: int, wait: bool) -> dict[int, Outcome]:
     outcomes = {}
     for i, point in batch.items():
         # If the sweep was killed, and perhaps resumed, this process must not run the remaining points.
         if work.store is not None and owner not in (os.getpid(), os.getppid()):
             break
-        outcomes[i] = work.finish(point, elsewhere=owner != os.getpid())
+        outcomes[i] = work.finish(point, owner != os.getpid(), wait)
     return outcomes
 
 
 def _run_alone(work: Work, store: Store, point: Point) -> None:
     """Run one point, and nothing else at the same time, in a process; a point that kills the process has failed."""
     try:
-        list(_parallel(work, [{0: point}], jobs=2))
+        list(_parallel(work, [{0: point}], jobs=2, wait=True))
     except TerminatedWorkerError as error:
         if not store.holds(point):
             said = "the process that ran it was killed or ended, alone too; perhaps it wants more memory than there is"

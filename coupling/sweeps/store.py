@@ -18,6 +18,7 @@ import numpy as np
 import xarray as xr
 from h5netcdf import CompatibilityError
 
+from coupling.files.locks import Lock
 from coupling.files.writing import PART, read_regular, remove_if_old, write_whole
 from coupling.paths import path_of
 from coupling.results.provenance import versions
@@ -61,8 +62,7 @@ class Failure:
 class Store:
     """Finished points, found by their own description: if axes grow, earlier points are still found.
 
-    Several sweeps may share a store, also at the same time: a file appears in one step, and two files of the same point
-    are equal.
+    Several sweeps may share a store, also at the same time: a file appears in one step, and who runs a point claims it.
     """
 
     folder: Path
@@ -70,6 +70,14 @@ class Store:
     def holds(self, point: Point) -> bool:
         """Whether the point has been run, or failed."""
         return self._path(point, ".nc").exists() or self._path(point, ".json").exists()
+
+    def claim(self, point: Point, wait: bool = False) -> Lock | None:
+        """The right to run a point, to be released; None if another process has it. wait: until it is free.
+
+        A claim ends with its process. After it was taken, the point may have been run: `holds` says so.
+        """
+        lock = Lock(self._path(point, ".lock", hidden=True))
+        return lock if lock.take(wait) else None
 
     def load(self, point: Point) -> xr.Dataset | Failure | None:
         """The outcome of a point, None if it has not been run; raises ValueError for a damaged or foreign file."""
@@ -112,8 +120,8 @@ class Store:
         """Delete the record of a failed point."""
         self._path(point, ".json").unlink(missing_ok=True)
 
-    def _path(self, point: Point, suffix: str) -> Path:
-        return self.folder / (sha256(describe_point(point).encode()).hexdigest()[:32] + suffix)
+    def _path(self, point: Point, suffix: str, hidden: bool = False) -> Path:
+        return self.folder / ("." * hidden + sha256(describe_point(point).encode()).hexdigest()[:32] + suffix)
 
 
 def open_store(

@@ -1,0 +1,208 @@
+"""Two at once: sweeps share the points of a store, a second run on a checkpoint is refused, no process is left."""
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+import hertzlink as hl
+from coupling.files.locks import Lock
+
+SCRIPT = """
+import os, sys, time
+from pathlib import Path
+import hertzlink as hl
+
+CHAIN = hl.Chain([hl.Sphere(4.76e-3, hl.STEEL_440C)] * 3, hl.Sphere(4.76e-3, hl.STEEL_440C), 0.3)
+
+def held():
+    while Path("hold").exists():
+        time.sleep(0.01)
+
+def build(radius):
+    with open("runs", "a") as file:
+        file.write(f"{radius} {os.getpid()}\\n")
+    held()
+    time.sleep(0.02)
+    bead = hl.Sphere(radius, hl.STEEL_440C)
+    return hl.CoSimulation(hl.Chain([bead] * 2, bead, 0.3), hl.half_space(hl.PTFE))
+
+def sweep(jobs, count=12):
+    radii = [1e-3 * (1 + i) for i in range(count)]
+    return hl.sweep(build, 2e-5, jobs=jobs, store="store", radius=radii)
+
+class Mass:
+    surface = hl.Surface(hl.PTFE)
+    calls = 0
+    def start(self):
+        return 0.0, 0.0
+    def advance(self, state, force, window):
+        Mass.calls += 1
+        if Mass.calls == 20:
+            Path("running").touch()
+            held()
+        x, v = state
+        end = x + window * v + window**2 * force / 0.04, v + window * force / 0.02
+        return end, end[0]
+
+def run():
+    return hl.CoSimulation(CHAIN, Mass(), hl.Aitken(), 1e-6).run(2e-5, checkpoint="kept")
+"""
+
+Start = Callable[[str], "subprocess.Popen[str]"]
+
+
+@pytest.fixture
+def start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Start]:
+    """Starts a process with a line of Python; all are ended after the test."""
+    (tmp_path / "two_script.py").write_text(SCRIPT)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    sys.modules.pop("two_script", None)
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])}
+    begun = []
+
+    def begin(line: str) -> "subprocess.Popen[str]":
+        command = [sys.executable, "-c", f"from two_script import *; {line}"]
+        begun.append(subprocess.Popen(command, env=environment, text=True, stderr=subprocess.PIPE))
+        return begun[-1]
+
+    yield begin
+    for process in begun:
+        process.kill()
+        process.communicate()
+
+
+def until(condition: Callable[[], bool], seconds: float = 60.0) -> bool:
+    """Whether a condition became true in time."""
+    end = time.monotonic() + seconds
+    while not condition():
+        if time.monotonic() > end:
+            return False
+        time.sleep(0.02)
+    return True
+
+
+def runs() -> Counter[str]:
+    return (
+        Counter(line.split()[0] for line in Path("runs").read_text().splitlines())
+        if Path("runs").exists()
+        else Counter()
+    )
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_two_sweeps_share_the_points_of_a_store(start: Start, jobs: int) -> None:
+    """Each point is run once, by one of them, and both return all."""
+    line = f"import time; runs = sweep({jobs}); assert runs.sizes['radius'] == 12 and 'error' not in runs"
+    first, second = start(line), start(line)
+    for process in (first, second):
+        _, said = process.communicate(timeout=120)
+        assert process.returncode == 0, said
+    assert set(runs().values()) == {1}
+    assert len(runs()) == 12
+    assert len(list(Path("store").glob("*.nc"))) == 12
+    assert not list(Path("store").glob(".*"))
+
+
+@pytest.mark.thorough
+def test_a_point_of_a_killed_sweep_is_run_by_the_one_that_waits(start: Start) -> None:
+    Path("hold").touch()
+    first = start("sweep(1, 1)")
+    assert until(lambda: sum(runs().values()) == 1)
+    second = start("import logging; logging.basicConfig(level=20); sweep(1, 1)")
+    assert second.stderr is not None
+    assert any("being run by other sweeps of this store; waiting" in line for line in iter(second.stderr.readline, ""))
+    assert sum(runs().values()) == 1
+    first.send_signal(signal.SIGKILL)
+    assert until(lambda: sum(runs().values()) == 2)
+    Path("hold").unlink()
+    assert second.wait(60) == 0
+    assert len(list(Path("store").glob("*.nc"))) == 1
+
+
+@pytest.mark.thorough
+def test_a_second_run_on_a_checkpoint_is_refused(start: Start) -> None:
+    """With the process and host of the first; after that was killed, the next run continues."""
+    import two_script  # type: ignore[import-not-found]
+
+    Path("hold").touch()
+    first = start("run()")
+    assert until(Path("running").exists)
+    named = rf"checkpoint = 'kept': is in use by process {first.pid} on {socket.gethostname()}; wait for its end"
+    with pytest.raises(ValueError, match=named):
+        two_script.run()
+    first.send_signal(signal.SIGKILL)
+    first.wait(60)
+    Path("hold").unlink()
+    assert Path(".kept.lock").exists()
+    straight = hl.CoSimulation(two_script.CHAIN, two_script.Mass(), hl.Aitken(), 1e-6).run(2e-5)
+    assert two_script.run().identical(straight)
+    assert not Path(".kept.lock").exists()
+
+
+def test_a_lock_of_a_run_that_ends_or_fails_is_released(tmp_path: Path) -> None:
+    bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    simulation = hl.CoSimulation(hl.Chain([bead] * 2, bead, 0.3), hl.half_space(hl.PTFE))
+    for _ in range(2):
+        simulation.run(2e-5, checkpoint=tmp_path / "kept")
+        with pytest.raises(ValueError, match="belongs to another run"):
+            simulation.run(3e-5, checkpoint=tmp_path / "kept")
+        assert os.listdir(tmp_path) == ["kept"]
+    lock = Lock(tmp_path / ".kept.lock")
+    assert lock.take()
+    with pytest.raises(ValueError, match=rf"is in use by process {os.getpid()} on "):
+        simulation.run(2e-5, checkpoint=tmp_path / "kept")
+    lock.release()
+    simulation.run(2e-5, checkpoint=tmp_path / "kept")
+
+
+def test_a_lock_excludes_and_is_passed_on(tmp_path: Path) -> None:
+    one, other = (Lock(tmp_path / ".lock") for _ in range(2))
+    assert one.take()
+    assert not other.take()
+    assert other.owner() == f"process {os.getpid()} on {socket.gethostname()}"
+    one.release()
+    assert not (tmp_path / ".lock").exists()
+    assert other.take(wait=True)
+    assert not one.take()
+    other.release()
+    (tmp_path / ".lock").symlink_to(tmp_path / "victim")
+    with pytest.raises(OSError):
+        one.take()
+    assert not (tmp_path / "victim").exists()
+
+
+def gone(process: int) -> bool:
+    """Whether a process has ended; one that nobody waits for stays as a zombie in some containers."""
+    try:
+        return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
+    except (FileNotFoundError, ProcessLookupError):
+        return True
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="reads Linux's list of processes")
+@pytest.mark.thorough
+@pytest.mark.parametrize("idle", [True, False])
+def test_processes_of_a_killed_sweep_end_with_it(start: Start, idle: bool) -> None:
+    """After kill -9, also those that never got a point, long before their time without work is over."""
+    parent = start("from coupling.sweeps import processes; processes.IDLE_TIME = 600; sweep(4, 2); time.sleep(600)")
+    if not idle:
+        Path("hold").touch()
+    assert until(lambda: sum(runs().values()) == 2)
+    assert not idle or until(lambda: len(list(Path("store").glob("*.nc"))) == 2)
+    children = Path(f"/proc/{parent.pid}/task/{parent.pid}/children")
+    workers = set(map(int, children.read_text().split()))
+    workers |= {int(line.split()[1]) for line in Path("runs").read_text().splitlines()}
+    assert len(workers) >= 2
+    parent.send_signal(signal.SIGKILL)
+    parent.wait(60)
+    assert until(lambda: all(map(gone, workers)), 15.0)
