@@ -49,7 +49,7 @@ def on_cluster(work: Work, batches: list[Batch], cluster: Any) -> Iterator[tuple
     busy: dict[int, Point] = {}
     with _connected(distributed, cluster) as client:
         for i, point, outcome in _spread(distributed, client, task, batches, work.store):
-            if outcome == BUSY:
+            if isinstance(outcome, str) and outcome == BUSY:
                 busy[i] = point
             elif isinstance(outcome, str):
                 yield i, work.store.failure(point) if work.store else None

@@ -17,6 +17,7 @@ import pytest
 
 import hertzlink as hl
 from coupling.sweeps import cluster
+from coupling.sweeps.store import Store
 
 distributed = pytest.importorskip("distributed")
 
@@ -105,6 +106,35 @@ def test_a_worker_that_is_killed_loses_nothing(client: Any, tmp_path: Path) -> N
     # One was running; one more may have been run, and not yet fetched.
     assert sum(counts.values()) <= 24 + 2
     assert runs.identical(hl.sweep(build, UNTIL, jobs=1, **axes))
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("ends", ["finished", "killed"])
+def test_a_point_that_another_sweep_runs_is_awaited(client: Any, tmp_path: Path, ends: str) -> None:
+    """The others are run first; where the other sweep was killed, the point is run here."""
+    axes = {"folder": [str(tmp_path)], "radius": [2e-3, 3e-3, 4e-3]}
+    straight = hl.sweep(build, UNTIL, jobs=1, store=tmp_path / "other", **axes)
+    hl.sweep(build, UNTIL, jobs=1, store=tmp_path / "store", folder=axes["folder"], radius=[1e-3])
+    store, point = Store(tmp_path / "store"), {"folder": str(tmp_path), "radius": 3e-3}
+    claim = store.claim(point)
+    assert claim is not None
+
+    def end() -> None:
+        while len(list(store.folder.glob("*.nc"))) < 3:
+            time.sleep(0.01)
+        if ends == "finished":
+            store.keep(point, Store(tmp_path / "other").load(point))  # type: ignore[arg-type]
+        claim.release()
+
+    (tmp_path / "runs").unlink()
+    (other := threading.Thread(target=end)).start()
+    runs = hl.sweep(build, UNTIL, cluster=client, store=store.folder, **axes)
+    other.join()
+    assert runs.identical(straight)
+    expected = ["PTFE 0.002", "PTFE 0.004"] + ["PTFE 0.003"] * (ends == "killed")
+    assert sorted((tmp_path / "runs").read_text().splitlines()[:2]) + ["PTFE 0.003"] * (ends == "killed") == expected
+    assert len((tmp_path / "runs").read_text().splitlines()) == len(expected)
+    assert not list(store.folder.glob(".*"))
 
 
 @pytest.mark.thorough
