@@ -10,6 +10,9 @@ from filelock import FileLock, Timeout
 INTERVAL = 0.1
 """Seconds between two looks at a lock that another process holds."""
 
+FOREVER = 1e9
+"""Seconds that are waited for a lock."""
+
 LONGEST_OWNER = 300
 """Bytes of a lock file that are read: the process and its host."""
 
@@ -26,8 +29,10 @@ class Lock:
 
     def take(self, wait: bool = False) -> bool:
         """Take the lock, or report that another process has it. Raises OSError where no file can be made."""
+        # filelock takes a folder that cannot be written for a lock that another process holds.
+        os.close(os.open(self.path, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o666))
         try:
-            self._lock.acquire(timeout=-1 if wait else 0)
+            self._lock.acquire(timeout=FOREVER if wait else 0.0)
         except Timeout:
             return False
         with suppress(OSError):

@@ -16,7 +16,7 @@ import pytest
 import xarray as xr
 
 import hertzlink as hl
-from coupling.files import plain
+from coupling.files import plain, writing
 from coupling.ports import fmu_content
 from coupling.recording import checkpoint
 from structures.mesh_source import read_mesh
@@ -156,12 +156,14 @@ def test_a_checkpoint_that_would_lead_a_compiled_loop_beyond_its_arrays(tmp_path
 
 
 def test_a_link_that_lies_where_a_file_is_made_is_not_followed(tmp_path: Path, monkeypatch: Any, marker: Path) -> None:
-    """The names of temporary files cannot be guessed; even where one is, the link stays and its target is not made."""
-    from coupling.files import writing
-
+    """The names of temporary files cannot be guessed; even where one is, what the link names is not made."""
     monkeypatch.setattr(writing, "token_hex", lambda _: "0" * 16)
+    monkeypatch.setattr(checkpoint, "remove_left", lambda *_, **__: None)
     (tmp_path / ".kept.0000000000000000.part").symlink_to(marker)
     with pytest.raises(ValueError, match=r"kept': cannot be written .*exists"):
+        run(tmp_path / "kept")
+    (tmp_path / ".kept.lock").symlink_to(marker)
+    with pytest.raises(ValueError, match=r"kept': cannot be written .*symbolic link"):
         run(tmp_path / "kept")
     assert not marker.exists()
 
