@@ -27,7 +27,7 @@ from structures.structure import Vector
 from structures.surface import Surface
 
 MOST_MODES = 20
-"""More take time and change little: eight and sixteen modes give the same wave to 0.03 % (docs/deformable.md)."""
+"""More take time and change little: eight and sixteen modes give the same wave to 0.01 % (docs/deformable.md)."""
 
 STEPS_PER_VIBRATION = 30
 """Steps in the shortest period of a bead's modes."""

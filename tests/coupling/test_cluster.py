@@ -20,6 +20,7 @@ from coupling.sweeps import cluster
 from coupling.sweeps.store import Store
 
 distributed = pytest.importorskip("distributed")
+psutil = pytest.importorskip("psutil")
 
 UNTIL = 1e-4
 
@@ -43,7 +44,7 @@ def client() -> Iterator[Any]:
 
     with (
         dask.config.set({"distributed.scheduler.allowed-failures": 1}),
-        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster,
+        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address="127.0.0.1:0") as cluster,
         distributed.Client(cluster, set_as_default=False) as client,
     ):
         yield client
@@ -62,6 +63,15 @@ def test_a_cluster_changes_nothing(client: Any, tmp_path: Path) -> None:
     address = client.scheduler.address
     assert hl.sweep(build, UNTIL, cluster=address, store=tmp_path / "store", **axes).identical(plain)
     assert len(list((tmp_path / "store").glob("*.nc"))) == 2
+
+
+@pytest.mark.thorough
+def test_a_cluster_of_this_machine_listens_to_this_machine_alone(client: Any) -> None:
+    """As the docs start one: with its dashboard's address."""
+    processes = [psutil.Process(), *psutil.Process().children(recursive=True)]
+    found = [one.laddr.ip for process in processes for one in process.net_connections() if one.status == "LISTEN"]
+    assert len(found) >= 3
+    assert set(found) <= {"127.0.0.1", "::1"}
 
 
 @pytest.mark.thorough
@@ -175,7 +185,7 @@ def test_a_cluster_without_workers_is_told(monkeypatch: pytest.MonkeyPatch, capl
     monkeypatch.setattr("coupling.sweeps.cluster.QUERY_INTERVAL", 0.1)
     monkeypatch.setattr("coupling.sweeps.cluster.LONGEST_WITHOUT_WORKERS", 0.5)
     with (
-        distributed.LocalCluster(n_workers=0, dashboard_address=":0") as cluster,
+        distributed.LocalCluster(n_workers=0, dashboard_address="127.0.0.1:0") as cluster,
         distributed.Client(cluster, set_as_default=False) as empty,
         caplog.at_level(logging.WARNING, "hertzlink.sweep"),
         pytest.raises(ConnectionError, match="cluster: has had no workers"),
@@ -205,7 +215,7 @@ def test_a_scheduler_that_goes_is_told(tmp_path: Path) -> None:
     """What was finished is kept. More points than any machine runs while a scheduler closes."""
     store = tmp_path / "store"
     axes = {"folder": [str(tmp_path)], "radius": [i * 1e-4 for i in range(10, 1000)]}
-    cluster = distributed.LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=":0")
+    cluster = distributed.LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address="127.0.0.1:0")
 
     def close() -> None:
         while len(list(store.glob("*.nc"))) < 3:
