@@ -29,6 +29,7 @@ from coupling.results.ar_and_tof import amplitude_ratio, reflections, time_of_fl
 from coupling.results.critical_distance import critical_distance
 from coupling.results.events import contact_events
 from coupling.results.measures import contact_time, energy_error, sensor_force
+from coupling.results.provenance import version_of
 from coupling.results.signals import as_signal, read_signal
 from coupling.results.waves import NoWaveError
 from coupling.schemes.condensed import Condensed
@@ -206,6 +207,8 @@ __all__ = [
     "zener",
 ]
 
+
+__version__ = version_of("hertzlink")
 
 if not TYPE_CHECKING:  # Else a checker would accept any name.
 

@@ -4,6 +4,7 @@ import pickle
 import re
 import subprocess
 import sys
+from importlib.metadata import version
 from pathlib import Path
 from types import ModuleType
 
@@ -55,6 +56,7 @@ def test_a_folder_without_code_is_an_impostor_only_where_python_finds_it_first(t
 
 def test_only_public_names_are_listed() -> None:
     assert dir(hl) == sorted(hl.__all__)
+    assert hl.__version__ == version("hertzlink")
     assert len(hl.__all__) <= 100
 
 
