@@ -46,6 +46,11 @@ def test_masses_of_the_thesis() -> None:
     assert (ellipsoid("across").size, ellipsoid("along").size) == pytest.approx((4.72e-3, 10.16e-3))
 
 
+def test_extent_along_the_chain_is_the_diameter_of_round_bodies() -> None:
+    for body in (hl.Sphere(3e-3, STEEL), hl.HollowSphere(3e-3, 2e-3, STEEL), hl.Cylinder(3e-3, 20e-3, STEEL)):
+        assert body.size == pytest.approx(6e-3)
+
+
 def test_ellipsoids_of_the_thesis() -> None:
     """Section 5.3.1: 3.31e9 pole to pole; equator to equator 7.473e9 exactly, 7.480e9 with the thesis's b/a."""
     pole, equator = ellipsoid("along"), ellipsoid("across")
