@@ -30,6 +30,9 @@ WAVEFORMS = ("linear", "quadratic")
 
 log = logging.getLogger("hertzlink.cosimulation")
 
+MOST_STEPS = 1e8
+"""Steps of a chain in one call of `step`, which nothing interrupts: some seconds."""
+
 
 class CoSimulation:
     """Chains that face structures through the Hertzian contacts at their ends.
@@ -195,6 +198,10 @@ class CoSimulation:
 
     def step(self, state: CoupledState, window: float) -> CoupledState:
         """The state one window (s) later, by the scheme, in one substep. Raises NotConverged."""
+        window = positive("window", window, "s")
+        for chain in self.interface.chains:
+            if (steps := chain.steps(window)) > MOST_STEPS:
+                raise ValueError(f"window = {window!r}: takes {steps:.3g} steps of a chain, at most {MOST_STEPS:.0e}")
         return self.scheme.step(self.interface, state, window, 1)[-1]
 
     def __repr__(self) -> str:

@@ -7,6 +7,7 @@ from coupling.interface import Interface
 from coupling.results.findings import warn
 from coupling.schemes.scheme import Scheme
 from coupling.schemes.windows import Adaptive
+from structures.caution import caution
 from structures.checks import positive
 from structures.moving import MovingStructure
 
@@ -22,6 +23,12 @@ ADAPTIVE_PER_CONTACT = 16
 
 MOST_SAVED = 2e8
 """Saved times × bodies: 1.6 GB in each of the three large arrays."""
+
+LARGE_ARRAYS = 3
+"""Arrays of saved times × bodies: displacements, velocities, and forces."""
+
+LARGE_SIZE = 1e9
+"""B in these arrays from which the user is warned; results made of them may take as much again."""
 
 SAME_TIME = 1e-9
 """Times that differ by this part are equal."""
@@ -114,6 +121,10 @@ def _saved_times(interface: Interface, intervals: float, save_every: float | Non
         name, advice = ("until", "give save_every") if save_every is None else ("save_every", "take a longer one")
         given = "" if save_every is None else f" = {save_every!r}"
         raise ValueError(f"{name}{given}: {intervals:.3g} saved times of {bodies} bodies are too many; {advice}")
+    size = intervals * bodies * LARGE_ARRAYS * 8.0
+    if size > LARGE_SIZE:
+        name = "until" if save_every is None else "save_every"
+        caution(f"{name}: {intervals:.3g} saved times of {bodies} bodies take {1e-9 * size:.1f} GB of memory")
     return int(intervals * (1.0 + SAME_TIME)) + 1
 
 

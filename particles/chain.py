@@ -165,6 +165,7 @@ class Chain:
             return self
         chain = copy(self)
         object.__setattr__(chain, "law", law)
+        chain._check_law()
         return chain
 
     def describe(self) -> dict[str, Any]:

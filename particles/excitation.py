@@ -397,7 +397,7 @@ def _check_history(of: "PushedBead | Piston", name: str, unit: str) -> None:
     columns = {}
     for column, its_unit in (("time", "s"), (name, unit)):
         values = getattr(of, column)
-        if not isinstance(values, Sequence | np.ndarray) or len(values) < 2:
+        if not isinstance(values, Sequence | np.ndarray) or getattr(values, "ndim", 1) != 1 or len(values) < 2:
             raise ValueError(f"{column}: must be a list of two numbers or more")
         columns[column] = tuple(finite(column, value, its_unit) for value in values)
         object.__setattr__(of, column, columns[column])

@@ -330,7 +330,7 @@ class MovingChain:
     def steps(self, window: float) -> int:
         """Steps in a window."""
         step = self.longest_step if self.dt is None else self.dt
-        count = window / step * (1.0 - 1e-9)
+        count = window / step * (1.0 - 1e-9) if step > 0.0 else inf
         if count * self.mass.size > MOST_STEPS:
             raise ValueError(
                 f"dt = {step:.3g}: takes {count:.3g} steps in {window:.3g} s; give a longer dt, or a weaker dissipation"

@@ -35,6 +35,9 @@ PanelShape: TypeAlias = "Outline | str | Path | meshio.Mesh"
 PATCH = 0.5
 """The default patch's radius over the thickness."""
 
+MOST_CELLS = 200_000
+"""Cells of a uniform mesh: some 5 GB in Mindlin's theory."""
+
 WIDEST = 2.0
 """The largest radius of a patch, in thicknesses. There the amplitude ratio is some 0.5 % off, at three 3 %."""
 
@@ -314,9 +317,12 @@ def _check_sides(builder: str, length: float, width: float, highest_frequency: f
 def _cells(given: tuple[int, int] | None) -> tuple[int, int] | None:
     if given is None:
         return None
-    if np.shape(given) != (2,):
-        raise ValueError(f"cells = {given!r}: must be two whole numbers, along x and along y")
-    return whole("cells[0]", given[0]), whole("cells[1]", given[1])
+    if not isinstance(given, Sequence | np.ndarray) or isinstance(given, str) or len(given) != 2:
+        raise ValueError(f"cells = {short(given)}: must be two whole numbers, along x and along y")
+    along, across = whole("cells[0]", given[0]), whole("cells[1]", given[1])
+    if along * across > MOST_CELLS:
+        raise ValueError(f"cells = {given!r}: must be at most {MOST_CELLS} in all")
+    return along, across
 
 
 def _patch(section: Section, given: float | None) -> float:

@@ -4,6 +4,7 @@ import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
+from math import ceil
 from typing import Any
 
 import numpy as np
@@ -40,7 +41,10 @@ MOST = 2_000_000
 """Degrees of freedom that may be assembled: they fill some 10 GB."""
 
 MANY = 200_000
-"""Degrees of freedom beyond which a log message announces minutes; 100 000 reduce in some 15 s."""
+"""Degrees of freedom beyond which a warning announces minutes and gigabytes; 100 000 reduce in some 15 s."""
+
+BYTES_PER_UNKNOWN = 5000.0
+"""Memory of a degree of freedom with its part of the factorised matrices."""
 
 THICK = 0.1
 """Thickness, in units of the shorter side, above which shear matters in the lowest modes already."""
@@ -99,6 +103,12 @@ class Plate:
             what = f"lacks {', '.join(lacking)}" if lacking else "is a class; give an instance"
             raise ValueError(
                 f"element = {short(self.element)}: must be an Element of plates.elements.theory; it {what}"
+            )
+        lacking = [name for name in ("box", "names", "area", "mesh") if not hasattr(self.shape, name)]
+        if lacking or isinstance(self.shape, type):
+            raise ValueError(
+                f"shape = {short(self.shape)}: must be an Outline or another Shape of plates.shapes.shape; "
+                f"kirchhoff_plate and mindlin_plate make rectangles"
             )
         instance("section", self.section, Section, "a Section such as homogeneous(thickness, material)")
         box, section = self.shape.box, self.section
@@ -236,11 +246,17 @@ class Plate:
 
     def _check_size(self) -> None:
         """A ValueError before a mesh is made that would not fit in memory."""
-        if not self.shape.fixed and (count := self._unknowns) > MOST:
+        if self.shape.fixed or (count := self._unknowns) <= MANY:
+            return
+        if count > MOST:
             raise ValueError(
                 f"highest_frequency = {self.highest_frequency!r}: requires about {count:.2g} degrees of freedom on "
                 f"{self.shape.area:.3g} m² of plate, more than {MOST:.0e}; is the plate in millimetres?"
             )
+        caution(
+            f"highest_frequency = {self.highest_frequency!r}: requires about {count:.2g} degrees of freedom, which "
+            f"take minutes and some {ceil(1e-9 * BYTES_PER_UNKNOWN * count)} GB"
+        )
 
     def _touch(self, mesh: PlateMesh, held: Mapping[Tag, Support], contact: Contact) -> Touch:
         """The contact on the mesh; a ValueError where the plate cannot be struck."""

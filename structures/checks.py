@@ -3,6 +3,7 @@
 import inspect
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping
+from decimal import Decimal
 from difflib import get_close_matches
 from typing import Any, TypeVar
 
@@ -14,15 +15,18 @@ Kind = TypeVar("Kind")
 LONGEST_VALUE_TEXT = 100
 """Number of characters of a value that a message shows: one line of a terminal, without the name."""
 
+NO_NUMBERS = (str, bytes, bool, Decimal, np.bool_, np.complexfloating, np.datetime64, np.timedelta64)
+"""Types that float() accepts, but that are no numbers, lose a part, or cannot be multiplied with a float."""
+
 
 def finite(name: str, value: float, unit: str = "") -> float:
-    """`value` as a float; a ValueError if it is not a finite number. Text, True and False are not numbers."""
+    """`value` as a float; a ValueError if it is not a finite number. See NO_NUMBERS; nor are arrays numbers."""
     try:
-        number = math.nan if isinstance(value, str | bytes | bool) else float(value)
+        number = math.nan if isinstance(value, NO_NUMBERS) or getattr(value, "ndim", 0) != 0 else float(value)
     except (TypeError, ValueError, OverflowError):
         number = math.nan
     if not math.isfinite(number):
-        raise ValueError(f"{name} = {value!r}: must be a finite number{_of(unit)}")
+        raise ValueError(f"{name} = {short(value)}: must be a finite number{_of(unit)}")
     return number
 
 
@@ -138,12 +142,13 @@ def each(
 ) -> NDArray[np.float64]:
     """`value` as an array; a ValueError if one of its numbers fails the check."""
     try:
-        if value is None or isinstance(value, str | bytes | bool):
+        given = np.asarray(value)
+        if value is None or given.dtype.kind not in "iufO" or isinstance(value, Decimal):
             raise TypeError
-        numbers = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
+        numbers = given.astype(float)
+    except (TypeError, ValueError, OverflowError):
         in_unit = f", in {unit}" if unit else ""
-        raise ValueError(f"{name} = {value!r}: must be a number or an array of numbers{in_unit}") from None
+        raise ValueError(f"{name} = {short(value)}: must be a number or an array of numbers{in_unit}") from None
     # Minimum and maximum propagate NaN, so checking these two checks all numbers.
     for extreme in (numbers.min(), numbers.max()) if numbers.size else ():
         check(name, float(extreme), unit)

@@ -81,7 +81,8 @@ def symmetric(name: str, given: Any) -> sparse.csr_array:
     """The matrix as a csr_array; a ValueError if it is not square, finite, symmetric and positive semidefinite."""
     matrix = given
     if not isinstance(matrix, sparse.csr_array):
-        matrix = sparse.csr_array(matrix if sparse.issparse(matrix) else np.atleast_2d(numbers(name, matrix)))
+        matrix = matrix if sparse.issparse(matrix) else np.atleast_2d(numbers(name, matrix))
+        matrix = sparse.csr_array(matrix) if matrix.ndim == 2 else matrix
     if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1]:
         raise ValueError(f"{name} has shape {matrix.shape}: must be square")
     if not np.isfinite(matrix.data).all():

@@ -5,10 +5,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from structures.checks import instance, one_of, positive, short, takes
+from structures.checks import instance, one_of, short, takes, within
 from structures.oscillators import Oscillators, is_modal
 from structures.step_checks import check_step
 from structures.stepping import (
+    LONGEST_WINDOW,
+    SHORTEST_WINDOW,
     CentralDifference,
     GeneralisedAlpha,
     ImplicitMidpoint,
@@ -269,8 +271,9 @@ class MovingStructure:
 
     def step(self, window: float) -> Step:
         """The Step for this window; made once."""
+        if not isinstance(window, float) or window not in self._steps:
+            window = within("window", window, SHORTEST_WINDOW, LONGEST_WINDOW, "s")
         if window not in self._steps:
-            positive("window", window, "s")
             if not self._steps:
                 self._examine()
             make = self.stepper if callable(self.stepper) else STEPPERS[self.stepper]

@@ -14,11 +14,17 @@ from scipy import sparse
 from scipy.linalg import eigh
 from scipy.sparse.linalg import LinearOperator, eigsh
 
-from structures.checks import finite, instance, positive, whole
+from structures.checks import finite, instance, whole, within
 from structures.factor import Solve, factorise
 from structures.structure import Structure, Vector
 
 NO_MEMORY = np.zeros(0)
+
+SHORTEST_WINDOW, LONGEST_WINDOW = 1e-18, 1e6
+"""s. Squares of windows beyond these, times a stiffness, leave the range of floating point."""
+
+MOST_STEPS = 1_000_000
+"""Explicit steps in one window: half a minute. Windows in use have one or two."""
 
 DEFAULT_STABLE_FRACTION = 0.9
 """The fraction of the longest stable step that central differences take by default."""
@@ -172,7 +178,7 @@ class Newmark:
     """
 
     def __init__(self, structure: Structure, window: float, beta: float = 0.25, gamma: float = 0.5) -> None:
-        _check_given(structure, window)
+        window = _check_given(structure, window)
         self.structure, self.window = structure, window
         self.beta, self.gamma = finite("beta", beta), finite("gamma", gamma)
         if self.gamma < 0.5 or self.beta < 0.0:
@@ -257,7 +263,7 @@ class GeneralisedAlpha:
         radius = finite("spectral_radius", spectral_radius)
         if not 0.0 <= radius <= 1.0:
             raise ValueError(f"spectral_radius = {spectral_radius!r}: must lie between 0 and 1")
-        _check_given(structure, window)
+        window = _check_given(structure, window)
         self.structure, self.window = structure, window
         self.inertial, self.late = (2.0 * radius - 1.0) / (radius + 1.0), radius / (radius + 1.0)
         self.gamma = 0.5 - self.inertial + self.late
@@ -322,14 +328,13 @@ class CentralDifference:
     """
 
     def __init__(self, structure: Structure, window: float, steps: int | None = None) -> None:
-        _check_given(structure, window)
+        window = _check_given(structure, window)
         self.structure = lumped(structure)
         self.stable_step = 2.0 / max(_highest_frequency(self.structure), 1e-300)
-        count = (
-            max(1, ceil(window / (DEFAULT_STABLE_FRACTION * self.stable_step)))
-            if steps is None
-            else whole("steps", steps)
-        )
+        needed = max(1.0, window / (DEFAULT_STABLE_FRACTION * self.stable_step))
+        count = ceil(needed) if steps is None else whole("steps", steps)
+        if count > MOST_STEPS:
+            raise ValueError(f"window = {window!r}: takes {count:.3g} steps, must take at most {MOST_STEPS:.0e}")
         self.steps, self.step = count, window / count
         if self.step > self.stable_step:
             raise ValueError(
@@ -419,9 +424,10 @@ def _resistance(structure: Structure, u: Vector, v: Vector) -> Vector:
     return force if structure.damping is None else force + structure.damping @ v
 
 
-def _check_given(structure: Structure, window: float) -> None:
+def _check_given(structure: Structure, window: float) -> float:
+    """The window as a float."""
     instance("structure", structure, Structure, "a Structure")
-    positive("window", window, "s")
+    return within("window", window, SHORTEST_WINDOW, LONGEST_WINDOW, "s")
 
 
 def _check_masses(structure: Structure, what: str) -> None:

@@ -169,7 +169,6 @@ def hertz_pressure(first: Surface, second: Surface, force: float) -> float:
     return float(1.5 * force / (pi * cube ** (2.0 / 3.0))) if force > 0.0 else 0.0
 
 
-@lru_cache(maxsize=256)
 def yield_pressure(material: Material) -> float:
     """Peak pressure of a round contact at which a material starts to yield below the surface (von Mises).
 
@@ -194,7 +193,13 @@ def yield_pressure(material: Material) -> float:
     >>> round(hl.hertz.yield_pressure(hl.STEEL_316) * 1e-6)
     331
     """
-    if instance("material", material, Material, "a Material").yield_strength is None:
+    return _yield_pressure(instance("material", material, Material, "a Material"))
+
+
+@lru_cache(maxsize=256)
+def _yield_pressure(material: Material) -> float:
+    """The chain's warning asks for each contact of a run."""
+    if material.yield_strength is None:
         return inf
     depth = np.linspace(0.01, 2.0, 400)
     inside = 1.0 / (1.0 + depth**2)

@@ -186,9 +186,11 @@ def fit_dissipation(
     """
     if isinstance(instance("chain", chain, Chain, "a Chain"), DeformableChain):
         raise ValueError(f"chain = {short(chain)}: must be a Chain of point masses, not of deformable beads")
-    if law is not PowerDashpot and law not in ONE_PARAMETER:
+    if not any(law is one for one in (PowerDashpot, *ONE_PARAMETER)):
         names = ", ".join(one.__name__ for one in ONE_PARAMETER)
-        raise ValueError(f"law = {law!r}: must be one of PowerDashpot, {names}")
+        raise ValueError(f"law = {short(law)}: must be one of PowerDashpot, {names}")
+    if structure is not None:
+        instance("structure", structure, Structure, "a Structure or None")
     one_of("form", form, FORMS)
     one_of("compare", compare, COMPARE)
     numbers = _sensors(signals, sensors)

@@ -26,6 +26,8 @@ class Reading:
     def __init__(self, given: object, what: str = WHAT) -> None:
         self.data: xr.Dataset = instance("run", given, xr.Dataset, what)
         self.kind = kind_of(self.data)
+        if not self.data.sizes.get("time", 0):
+            raise ValueError("run: holds no saved times")
 
     @property
     def is_signal(self) -> bool:

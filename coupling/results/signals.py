@@ -138,7 +138,7 @@ def read_signal(
     instance("sensors", sensors, Mapping, "a mapping from sensor number to column, such as {7: 1}")
     if not sensors:
         raise ValueError("sensors = {}: must name at least one sensor, such as {7: 1}")
-    column_of = {whole("sensor", sensor): whole("column", column, 0) for sensor, column in sensors.items()}
+    column_of = {whole("sensor", sensor): whole(f"sensors[{sensor}]", column, 0) for sensor, column in sensors.items()}
     time_column = whole("time_column", time_column, 0)
     if time_column in column_of.values():
         raise ValueError(f"sensors = {dict(sensors)!r}: column {time_column} is the time column")

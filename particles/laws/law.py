@@ -15,7 +15,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from particles import kernels
-from structures.checks import finite, positive, short, within
+from structures.checks import finite, instance, positive, short, within
 from structures.reprs import html_table
 from structures.structure import Vector
 
@@ -256,6 +256,7 @@ class PowerLaw(ContactLaw):
         object.__setattr__(self, "stiffness", positive("stiffness", self.stiffness, "N/m^n"))
         object.__setattr__(self, "exponent", within("exponent", self.exponent, 1.0, 10.0))
         object.__setattr__(self, "largest", _largest(self.largest))
+        _check_texts(self)
 
     def force(self, approach: Vector) -> Vector:
         """F(δ), N."""
@@ -324,6 +325,7 @@ class TabulatedLaw(ContactLaw):
     largest: float = field(default=inf)
 
     def __post_init__(self) -> None:
+        _check_texts(self)
         rows = [(finite("approaches", d, "m"), finite("forces", f, "N")) for d, f in _pairs(self)]
         if rows and rows[0] == (0.0, 0.0):
             rows = rows[1:]
@@ -427,6 +429,11 @@ def _inverse(increasing: Callable[[Vector], Vector], wanted: Vector) -> Vector:
         low, high = np.where(below, middle, low), np.where(below, high, middle)
     # What is not a number stays so.
     return np.where(wanted > 0.0, np.exp(0.5 * (low + high)), np.maximum(wanted, 0.0))
+
+
+def _check_texts(law: PowerLaw | TabulatedLaw) -> None:
+    for name in ("name", "caution"):
+        instance(name, getattr(law, name), str, "a text")
 
 
 def _pairs(law: TabulatedLaw) -> list[tuple[float, float]]:

@@ -123,7 +123,7 @@ def contact_law_solid(
     1.0
     """
     bead = solid_body("first", first)
-    if second is not None and second != first:
+    if second is not None and solid_body("second", second) != first:
         raise ValueError(f"second = {short(second)}: must be equal to the first, and lie side by side with it")
     size = None if spacing is None else positive("spacing", spacing, "m")
     return _Pair(bead, size).law(max_force, max_approach)

@@ -12,7 +12,7 @@ from plates.shapes.gmsh_triangles import Place, Ring, triangles
 from plates.shapes.grading import SAME
 from plates.shapes.mesh_geometry import distances
 from plates.shapes.shape import Cells, PlateMesh
-from structures.checks import finite, instance, positive, whole
+from structures.checks import finite, instance, positive, short, whole
 from structures.mesh_source import Tag
 from structures.plausible import likely
 from structures.structure import Vector
@@ -22,6 +22,9 @@ NAMED = 6
 
 COINCIDE = 1e-9
 """Corners nearer to each other than this part of the outline's size coincide: rounding."""
+
+MOST_CORNERS = 2000
+"""Corners of an outline and its holes: each pair of sides is compared, which takes a few seconds and 1 GB."""
 
 ROUND = 96
 """Corners of a circle by default: its frequencies are within 0.1 % of the circle's."""
@@ -65,6 +68,8 @@ class Outline:
         object.__setattr__(self, "corners", _corners("corners", self.corners))
         holes = self.holes if isinstance(self.holes, Iterable) and not isinstance(self.holes, str) else (self.holes,)
         object.__setattr__(self, "holes", tuple(_corners(f"holes[{i}]", hole) for i, hole in enumerate(holes)))
+        if (total := sum(map(len, (self.corners, *self.holes)))) > MOST_CORNERS:
+            raise ValueError(f"corners, holes: have {total} corners in all, must have at most {MOST_CORNERS}")
         object.__setattr__(self, "edges", _names(self.edges, len(self.corners)))
         self._check_corners()
         self._check_crossings()
@@ -227,21 +232,31 @@ def circle(radius: float, centre: Place = (0.0, 0.0), corners: int = ROUND) -> t
     0.12566 m²
     """
     radius, count = positive("radius", radius, "m"), whole("corners", corners, 3)
-    x, y = (finite(f"centre[{i}]", value, "m") for i, value in enumerate(centre))
+    if count > MOST_CORNERS:
+        raise ValueError(f"corners = {corners!r}: must be at most {MOST_CORNERS}")
+    x, y = _place("centre", centre)
     angle = 2.0 * pi / count
     reach = radius * sqrt(angle / sin(angle))
     return tuple((x + reach * cos(i * angle), y + reach * sin(i * angle)) for i in range(count))
 
 
 def _corners(name: str, given: Any) -> tuple[Place, ...]:
-    if not isinstance(given, Sequence | np.ndarray) or isinstance(given, str) or len(given) < 3:
-        raise ValueError(f"{name} = {given!r}: must be three corners (x, y) in m, or more")
-    corners = []
-    for i, corner in enumerate(given):
-        if not isinstance(corner, Sequence | np.ndarray) or isinstance(corner, str) or len(corner) != 2:
-            raise ValueError(f"{name}[{i}] = {corner!r}: must be (x, y) in m")
-        corners.append((finite(f"{name}[{i}][0]", corner[0], "m"), finite(f"{name}[{i}][1]", corner[1], "m")))
-    return tuple(corners)
+    if not _listed(given) or len(given) < 3:
+        raise ValueError(f"{name} = {short(given)}: must be three corners (x, y) in m, or more")
+    if len(given) > MOST_CORNERS:
+        raise ValueError(f"{name}: {len(given)} corners, must be at most {MOST_CORNERS}")
+    return tuple(_place(f"{name}[{i}]", corner) for i, corner in enumerate(given))
+
+
+def _place(name: str, given: Any) -> Place:
+    if not _listed(given) or len(given) != 2:
+        raise ValueError(f"{name} = {short(given)}: must be (x, y) in m")
+    return finite(f"{name}[0]", given[0], "m"), finite(f"{name}[1]", given[1], "m")
+
+
+def _listed(given: Any) -> bool:
+    """Whether it is a sequence or an array, but no text and no array without dimensions."""
+    return isinstance(given, Sequence | np.ndarray) and not isinstance(given, str) and getattr(given, "ndim", 1) > 0
 
 
 def _names(given: Any, count: int) -> tuple[str, ...]:

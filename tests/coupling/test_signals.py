@@ -171,7 +171,7 @@ def test_a_whole_file_without_a_last_line_end(tmp_path: Path) -> None:
         ({"sensors": {}}, "sensors = {}"),
         ({"sensors": [7]}, r"sensors = \[7\]: must be a mapping"),
         ({"sensors": {0: 1}}, "sensor = 0"),
-        ({"sensors": {7: -1}}, "column = -1"),
+        ({"sensors": {7: -1}}, r"sensors\[7\] = -1"),
         ({"sensors": {7: 0}}, "column 0 is the time column"),
         ({"sensors": {7: 9}}, "no line holds numbers"),
         ({"time_unit": "min"}, "time_unit = 'min': must be one of"),

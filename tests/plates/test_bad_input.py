@@ -161,6 +161,22 @@ def test_bad_arguments(builder: tuple[Any, Mapping[str, Any]], changes: dict[str
         ),
         (lambda: hl.laminates.homogeneous(0.0, MATERIAL), r"thickness = 0\.0"),
         (lambda: hl.laminates.homogeneous(2e-3, MATERIAL, -1.0), r"shear_correction = -1\.0"),
+        (lambda: replace(PLATE, shape="x"), "shape = 'x': must be an Outline or another Shape"),
+        (
+            lambda: hl.kirchhoff_plate(0.1, 0.1, 1e-3, MATERIAL, hl.Supports(), cells=(10**6, 10**6)),
+            "cells = .*at most",
+        ),
+        (
+            lambda: hl.kirchhoff_plate(0.1, 0.1, 1e-3, MATERIAL, hl.Supports(), cells=[[1.0], 2]),
+            r"cells\[0\] = \[1.0\]",
+        ),
+        (lambda: hl.circle(0.1, corners=10**9), "corners = 1000000000: must be at most 2000"),
+        (lambda: hl.circle(0.1, centre=np.array([0.3])), r"centre = array.*: must be \(x, y\)"),
+        (lambda: hl.Outline([(0.0, 0.0)] * 10**6), "corners: 1000000 corners, must be at most 2000"),
+        (lambda: hl.Outline(np.array(np.nan)), r"corners = array\(nan\): must be three corners"),
+        (lambda: hl.Outline(hl.circle(1.0, corners=1500), [hl.circle(0.5, corners=1500)]), "3000 corners in all"),
+        (lambda: hl.critical_distance_bounds(BEAD, PLATE, 0.3, (500.0, [])), r"wave_speeds = \[\]"),
+        (lambda: hl.impact.contact_time(BEAD, PLATE, 0.3, [0.1, -1.0]), "inelasticity = -1.0"),
         (lambda: replace(WALL, mass=0.0), r"mass = 0\.0"),
         (lambda: replace(WALL, bending=np.eye(2)), "bending = .*must be 3 × 3"),
         (

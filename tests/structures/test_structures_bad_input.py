@@ -7,6 +7,7 @@ Meshes that are no solids are in test_solid, users' steps in test_own_step.
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from decimal import Decimal
 from typing import Any
 
 import numpy as np
@@ -114,6 +115,7 @@ BODY: Made = (
         (AT_TWO_POINTS, {"surface": None}, "surface = None: must be a list of Surfaces, or one"),
         (AT_TWO_POINTS, {"surface": [FLAT]}, "surface = .*: must be one Surface, or 2, as there are contacts"),
         (AT_TWO_POINTS, {"surface": [FLAT, "flat"]}, "surface = .*: must be a list of Surfaces"),
+        (BODY, {"mass": MASS[..., None]}, r"mass has shape \(2, 2, 1\): must be square"),
         (BODY, {"stiffness": -SPRING}, f"stiffness: {NO_NEGATIVE}, but its diagonal entry 0 is -2e\\+07 N/m"),
         (
             BODY,
@@ -307,6 +309,16 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
         (lambda: hl.hertz.stiffness(1, FLAT), "first = 1: must be a Surface"),
         (lambda: hl.hertz.pressure(LYING.surface, FLAT, 1.0), "touch along a line"),
         (lambda: hl.hertz.pressure(BALL.surface, FLAT, -1.0), r"force = -1\.0"),
+        (lambda: hl.hertz.pressure(BALL.surface, FLAT, Decimal("0.1")), r"force = Decimal.*: must be a finite number"),
+        (lambda: hl.hertz.yield_pressure({}), "material = {}: must be a Material"),
+        (lambda: hl.layers.amplitude_ratio(10**400), "restitution = 1000.*: must be a number or an array"),
+        (lambda: hl.layers.amplitude_ratio(["0.5"]), r"restitution = \['0.5'\]: must be a number or an array"),
+        (lambda: hl.layers.amplitude_ratio(0.5 + 0j), "restitution = .*: must be a number or an array"),
+        # Steps
+        (lambda: Newmark(STRUCK, 1e300), r"window = 1e\+300: must lie between 1e-18 and 1e\+06 s"),
+        (lambda: MOVING.step(1e300), r"window = 1e\+300: must lie between"),
+        (lambda: MOVING.step([None]), r"window = \[None\]: must be a finite number"),
+        (lambda: CentralDifference(STRUCK, 1.0, 10**9), r"window = 1.0: takes 1e\+09 steps, must take at most 1e\+06"),
         # Reduction
         (lambda: hl.reduce(BAR, until=0.0), r"until = 0\.0: must be a positive number of s"),
         (lambda: hl.reduce(BAR, until=-1.0), r"until = -1\.0: must be a positive number of s"),

@@ -1,0 +1,741 @@
+"""Good calls of the whole public API, as cheap as they come: tests/fuzz.py spoils their arguments."""
+
+from collections.abc import Callable, Mapping
+from functools import cache, partial
+from pathlib import Path
+from tempfile import mkdtemp
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from fuzz import Target
+
+import hertzlink as hl
+from hertzlink import damping, hertz, impact, lamb, laminates, laws, layers, ports, results, solitary, stepping, views
+from hertzlink import zener as zener_model
+
+STEEL, BRASS = hl.STEEL_440C, hl.BRASS_360
+BEAD = hl.Sphere(4.76e-3, STEEL)
+LYING = hl.Cylinder(2.38e-3, 4.76e-3, hl.STEEL_316)
+SHELL = hl.HollowSphere(9.525e-3, 8.655e-3, STEEL)
+FLAT = hl.Surface(hl.PTFE)
+CHAIN = hl.Chain([BEAD] * 3, BEAD, 0.3)
+DEFORMABLE = hl.DeformableChain([BEAD] * 2, BEAD, 0.3, modes=2)
+LAYERS = [hl.Layer(STEEL, 6e-3, 9.5e-3), hl.Layer(hl.PTFE, 25e-3, 9.5e-3)]
+ROD = hl.rod(LAYERS, elements=6)
+WALL = hl.half_space(STEEL)
+CLAMPED = hl.Supports(left="clamped")
+PLATE = hl.kirchhoff_plate(0.1, 0.1, 2e-3, hl.ALUMINIUM_6061, CLAMPED, cells=(4, 4))
+THICK = hl.mindlin_plate(0.1, 0.1, 4e-3, hl.ALUMINIUM_6061, CLAMPED, cells=(4, 4))
+TRIANGLE = hl.Outline([(0, 0), (0.1, 0), (0, 0.08)], edges=["base", "slope", "wall"])
+STIFFNESS = hertz.stiffness(BEAD.surface, BEAD.surface)
+UNTIL = 2e-5  # s
+HUGE = (10**6, 10**9)
+LONG = {"until": (1e-3, 1e12)}  # a warning says how often a wave could run through the chain
+TIMES = np.linspace(0.0, 4e-4, 801)
+
+
+def pulse(peak: float, at: float) -> np.ndarray:
+    return peak * np.exp(-(((TIMES - at) / 1e-5) ** 2))
+
+
+@cache
+def folder() -> Path:
+    made = Path(mkdtemp(prefix="fuzz"))
+    np.savetxt(made / "scope.csv", np.column_stack([TIMES, pulse(0.5, 1e-4) + pulse(0.3, 3e-4)]), delimiter=",")
+    return made
+
+
+@cache
+def record() -> xr.Dataset:
+    """A run long enough for a reflected wave at bead 3."""
+    return hl.CoSimulation(hl.Chain([BEAD] * 8, BEAD, 0.3), WALL).run(until=2.5e-4)
+
+
+def simulation(**given: Any) -> hl.CoSimulation:
+    return hl.CoSimulation(**{"chain": CHAIN, "structure": ROD, **given})
+
+
+def run(chain: Any) -> xr.Dataset:
+    return hl.CoSimulation(chain, WALL).run(until=UNTIL)
+
+
+def onto(structure: Any) -> Any:
+    """The structure in a run, and its numbers."""
+    return [structure.mass, structure.stiffness, stepping.MovingStructure(structure).advance_once()]
+
+
+def push(structure: hl.Structure) -> Any:
+    moving = stepping.MovingStructure(structure)
+    force = 1.0 if np.ndim(moving.structure.flexibility) == 0 else np.ones(structure.contacts)
+    state, where = moving.advance(moving.start(), force, 1e-7)
+    return [state.displacement, where]
+
+
+def strike(structure: Any) -> xr.Dataset:
+    return hl.CoSimulation(CHAIN, structure).run(until=UNTIL)
+
+
+def with_loss(loss: Any) -> xr.Dataset:
+    return run(hl.Chain([BEAD] * 3, BEAD, 0.3, dissipation=loss))
+
+
+def of_law(law: Any) -> Any:
+    x = np.array([0.0, 1e-7, 1e-6])
+    return [law.force(x), law.energy(x), law.tangent(x), run(hl.Chain([BEAD] * 2, BEAD, 0.01, law=law))]
+
+
+def between(law: Any) -> Any:
+    return [law.force(np.array([0.0, 1e-7])), law.energy(np.array([0.0, 1e-7]))]
+
+
+def with_scheme(scheme: Any) -> xr.Dataset:
+    return hl.CoSimulation(CHAIN, ROD, scheme=scheme).run(until=UNTIL)
+
+
+def at_middle(plate: Any) -> Any:
+    return push(plate.at(0.05, 0.02))
+
+
+def against(speed: Any = 0.3) -> hl.CoSimulation:
+    return hl.CoSimulation(hl.Chain([BEAD] * 3, BEAD, speed), WALL)
+
+
+@cache
+def moving_body() -> tuple[xr.Dataset, hl.Structure, xr.Dataset]:
+    steel = [hl.Layer(STEEL, 20e-3, 9.5e-3)]
+    body = hl.reduce(hl.layered_cylinder(steel, patch_radius=3e-3, cells=1), until=5e-5, keep_field=True)
+    run = hl.CoSimulation(CHAIN, body).run(until=5e-5)
+    return run, body, views.structure_motion(run, body, times=[2e-5, 4e-5])
+
+
+def mesh() -> Any:
+    import skfem.io.meshio
+
+    line = np.linspace(0.0, 20e-3, 4)
+    return skfem.io.meshio.to_meshio(skfem.MeshHex.init_tensor(line, line, line))
+
+
+@cache
+def things() -> list[Any]:
+    """Objects of hertzlink, for places where they do not belong."""
+    return [
+        *(STEEL, BEAD, LYING, SHELL, FLAT, CHAIN, DEFORMABLE, LAYERS[0], LAYERS, ROD, WALL, CLAMPED, PLATE, TRIANGLE),
+        *(record(), hl.LinearDashpot(5.0), laws.PowerLaw(1e10), hl.Aitken(), hl.Sphere, hl.Chain, hl, [BEAD], [CHAIN]),
+        *(hl.Piston(), hl.ElasticEdge(1e6), laminates.homogeneous(2e-3, STEEL), simulation, simulation()),
+        *(hl.Ellipsoid(2e-3, 6e-3, STEEL, "across"), hl.Sphere(1e-6, STEEL), hl.Sphere(100.0, hl.PTFE)),
+        hl.Material(1e-3, 0.3, 1e4),
+    ]
+
+
+@cache
+def targets() -> dict[str, Target]:
+    return {**_bodies(), **_chains(), **_structures(), **_plates(), **_runs(), **_measures(), **_formulas(), **_laws()}
+
+
+def _bodies() -> dict[str, Target]:
+    round_ = {"radius": 4.76e-3, "material": STEEL}
+    moduli = {"youngs_modulus": 70e9, "poisson_ratio": 0.22, "density": 2500.0}
+
+    def facts(bead: Any) -> Any:
+        return [bead.mass, bead.size, hl.contact_law(bead, bead).force(1e-6)]
+
+    return {
+        "Sphere": Target(hl.Sphere, round_, facts),
+        "HollowSphere": Target(hl.HollowSphere, {**round_, "inner_radius": 3e-3}, facts),
+        "Cylinder": Target(hl.Cylinder, {**round_, "length": 5e-3, "angle": 0.1}, facts),
+        "Ellipsoid": Target(hl.Ellipsoid, {**round_, "length": 5e-3, "axis": "along", "angle": 0.0}, facts),
+        "Material": Target(
+            hl.Material,
+            {**moduli, "name": "glass", "yield_strength": 1e9},
+            lambda one: facts(hl.Sphere(4.76e-3, one)),
+        ),
+        "MATERIALS": Target(lambda material: hl.MATERIALS[material], {"material": "PTFE"}),
+        "Surface": Target(
+            hl.Surface,
+            {"material": STEEL, "curvature": 10.0, "second_curvature": 5.0, "direction": 0.1},
+            lambda one: hertz.stiffness(one, FLAT),
+        ),
+        "drop_speed": Target(hl.drop_speed, {"height": 0.01}),
+        "Layer": Target(hl.Layer, {"material": STEEL, "length": 1e-2, "radius": 1e-2}, lambda one: hl.rod([one]).mass),
+        "Foundation": Target(hl.Foundation, {"stiffness": 1e12}),
+        "ElasticEdge": Target(hl.ElasticEdge, {"translation": 1e7, "rotation": 1e3}),
+        "Supports": Target(
+            hl.Supports, {"left": "free", "right": "clamped", "bottom": hl.ElasticEdge(), "top": "free"}
+        ),
+        "PointMass": Target(hl.PointMass, {"x": 0.05, "y": 0.05, "mass": 1e-3}, lambda one: with_addition(one)),
+        "Stiffener": Target(
+            hl.Stiffener,
+            {
+                "start": (0.0, 0.05),
+                "end": (0.1, 0.05),
+                "bending_stiffness": 100.0,
+                "torsion_stiffness": 1.0,
+                "mass_per_length": 0.1,
+            },
+            lambda one: with_addition(one),
+        ),
+        "Weakened": Target(
+            hl.Weakened, {"region": (0.02, 0.05, 0.02, 0.05), "factor": 0.25}, lambda one: with_addition(one)
+        ),
+        "circle": Target(
+            hl.circle, {"radius": 0.1, "centre": (0.0, 0.0), "corners": 12}, more={"corners": (10**6, 10**9, 2, 3)}
+        ),
+        "Outline": Target(
+            hl.Outline,
+            {
+                "corners": ((0, 0), (0.1, 0), (0.0, 0.08)),
+                "holes": (((0.02, 0.02), (0.03, 0.02), (0.02, 0.03)),),
+                "edges": ("base", "slope", "wall"),
+            },
+            lambda one: [one.area, one.contains(0.01, 0.01), one.distance(0.01, 0.01)],
+        ),
+    }
+
+
+def with_addition(one: Any) -> Any:
+    plate = hl.kirchhoff_plate(0.1, 0.1, 2e-3, hl.ALUMINIUM_6061, CLAMPED, cells=(4, 4), additions=[one])
+    return at_middle(plate)
+
+
+def _chains() -> dict[str, Target]:
+    chain = {"beads": [BEAD] * 3, "striker": BEAD, "impact_speed": 0.3, "gravity": 9.81, "dissipation": None}
+    chain |= {"integrator": "verlet", "preload": 1.0, "inclination": 0.3, "law": None}
+    bad_beads = ([BEAD] * 10**7, iter([BEAD] * 3), [BEAD, hl.Sphere(1e-6, STEEL)], [BEAD, hl.Sphere(50.0, STEEL)])
+    speeds = (5e3, 1e-9, 1e5)
+    return {
+        "Chain": Target(hl.Chain, chain, run, {"beads": bad_beads, "impact_speed": speeds}),
+        "DeformableChain": Target(
+            hl.DeformableChain,
+            {**chain, "modes": 2, "vibrations": hl.DeformableChain.vibrations},
+            run,
+            {"modes": HUGE, "impact_speed": speeds, "vibrations": (lambda bead, modes: None, lambda bead: None)},
+        ),
+        "with_law": Target(CHAIN.with_law, {"law": laws.PowerLaw(1e10)}, run),
+        "Piston": Target(
+            hl.Piston,
+            {"time": [0.0, 1e-5], "displacement": [0.0, 1e-6], "surface": FLAT},
+            lambda one: run(hl.Chain([BEAD] * 3, one)),
+        ),
+        "PushedBead": Target(
+            hl.PushedBead, {"time": [0.0, 1e-5], "force": [0.0, 10.0]}, lambda one: run(hl.Chain([BEAD] * 3, one))
+        ),
+        "SpringLoaded": Target(
+            hl.SpringLoaded,
+            {"striker": BEAD, "stiffness": 200.0, "compression": 2e-3, "travel": 1e-3},
+            lambda one: run(hl.Chain([BEAD] * 3, one)),
+        ),
+        "LinearDashpot": Target(hl.LinearDashpot, {"coefficient": 5.0}, with_loss),
+        "PowerDashpot": Target(hl.PowerDashpot, {"coefficient": 5.0, "exponent": 1.5, "form": "pairwise"}, with_loss),
+        "MassProportional": Target(hl.MassProportional, {"rate": 6900.0}, with_loss),
+        "KuwabaraKono": Target(hl.KuwabaraKono, {"time": 1e-6}, with_loss),
+        "Tsuji": Target(hl.Tsuji, {"coefficient": 0.07}, with_loss),
+        "Restitution": Target(hl.Restitution, {"coefficient": 0.9}, with_loss),
+        "contact_law": Target(hl.contact_law, {"first": BEAD, "second": FLAT, "axis_ratio": "exact"}, between),
+    }
+
+
+def _structures() -> dict[str, Target]:
+    cylinder = {"layers": [hl.Layer(STEEL, 20e-3, 9.5e-3)], "base": "fixed", "side": "free", "patch_radius": 3e-3}
+    full = hl.layered_cylinder(**cylinder, cells=1)
+    matrices = {"mass": np.diag([0.01, 0.02]), "stiffness": np.array([[2e7, -1e7], [-1e7, 1e7]])}
+    damping_matrix = {"damping": None, "contact": np.array([0.0, 1.0])}
+    long = {"length": (1e-9, 1e3, 1e6), "elements": HUGE, "window": (1e-15, 1.0)}
+    return {
+        "rod": Target(
+            hl.rod,
+            {"layers": LAYERS, "base": "fixed", "elements": 6},
+            push,
+            {**long, "layers": ([hl.Layer(STEEL, 1e6, 1e-3)], [hl.Layer(STEEL, 1e-8, 1.0)], [LAYERS[0]] * 10**5)},
+        ),
+        "rod, elements left out": Target(
+            hl.rod,
+            {"layers": LAYERS},
+            push,
+            {
+                "layers": (
+                    [hl.Layer(STEEL, 1e6, 1e-3)],
+                    [hl.Layer(STEEL, 1e-8, 1.0), LAYERS[0]],
+                    [hl.Layer(hl.Material(1e-3, 0.3, 1e4), 1.0, 1e-2)],
+                )
+            },
+        ),
+        "layered_cylinder": Target(
+            hl.layered_cylinder, {**cylinder, "highest_frequency": 4e4, "cells": 1}, push, {"cells": HUGE}
+        ),
+        "half_space": Target(hl.half_space, {"material": STEEL}),
+        "solid": Target(
+            hl.solid,
+            {
+                "mesh": mesh(),
+                "material": STEEL,
+                "contact": (10e-3, 10e-3, 20e-3),
+                "normal": (0.0, 0.0, 1.0),
+                "patch_radius": 8e-3,
+                "scale": 1.0,
+                "curvature": 0.0,
+            },
+            push,
+        ),
+        "Structure": Target(
+            hl.Structure,
+            {**matrices, **damping_matrix, "flexibility": 1e-9, "surface": FLAT, "valid_until": 1e-3},
+            push,
+        ),
+        "reduce": Target(
+            hl.reduce,
+            {"structure": ROD, "until": 1e-4, "tolerance": 0.01, "largest": 600, "keep_field": False, "pulse": 2.5e-5},
+            push,
+        ),
+        "reduce a cylinder": Target(
+            hl.reduce, {"structure": full, "until": 3e-5, "tolerance": 0.05, "largest": 50, "keep_field": True}, push
+        ),
+        "ContactPoint": Target(hl.ContactPoint, {"structure": PLATE.at([0.05, 0.07], [0.02, 0.03]), "number": 1}),
+        "damping.loss_factor": Target(damping.loss_factor, {"structure": ROD, "factor": 0.04}, push),
+        "damping.modal": Target(damping.modal, {"structure": ROD, "ratio": 0.02}, push),
+        "damping.rayleigh": Target(
+            damping.rayleigh, {"structure": ROD, "mass_rate": 10.0, "stiffness_time": 1e-7}, push
+        ),
+        "damping.rod_parts": Target(
+            damping.rod_parts, {"layers": LAYERS, "base": "fixed", "elements": 6}, more={"elements": HUGE}
+        ),
+        "damping.standard_linear_solid": Target(
+            damping.standard_linear_solid,
+            {
+                "structure": ROD,
+                "share": 0.1,
+                "time": 5e-6,
+                "part": damping.rod_parts(LAYERS, elements=6)[1],
+                "modulus": "relaxed",
+            },
+            push,
+        ),
+        "damping.stiffness_parts": Target(damping.stiffness_parts, {"structure": full}),
+        "damping.loss_tangent": Target(damping.loss_tangent, {"share": 0.1, "time": 5e-6, "frequency": 3e4}),
+        "stepping.CentralDifference": Target(
+            stepping.CentralDifference, {"structure": ROD, "window": 1e-6, "steps": 20}, _free, {"steps": HUGE, **long}
+        ),
+        "stepping.GeneralisedAlpha": Target(
+            stepping.GeneralisedAlpha, {"structure": ROD, "window": 1e-6, "spectral_radius": 0.8}, _free, long
+        ),
+        "stepping.Newmark": Target(
+            stepping.Newmark, {"structure": ROD, "window": 1e-6, "beta": 0.25, "gamma": 0.5}, _free, long
+        ),
+        "stepping.MovingStructure": Target(
+            stepping.MovingStructure,
+            {"structure": ROD, "stepper": "midpoint"},
+            lambda moving: moving.advance(moving.start(), 10.0, 1e-6),
+            {"stepper": (stepping.Newmark, stepping.CentralDifference, lambda structure, window: None)},
+        ),
+        "stepping.MovingChain": Target(
+            stepping.MovingChain,
+            {"chain": CHAIN, "surface": FLAT, "flexibility": 1e-9, "dt": 1e-7, "behind": None, "impact_energy": 1e-3},
+            lambda side: side.advance(side.start(), (0.0, 0.0), 1e-6),
+            {"dt": (1e-15, 1e-300)},
+        ),
+    }
+
+
+def _free(step: Any) -> Any:
+    zero = np.ones(step.structure.size)
+    return tuple(step.free(stepping.StructureState(zero, zero)))
+
+
+def _plates() -> dict[str, Target]:
+    size = {"length": 0.1, "width": 0.1, "thickness": 4e-3, "material": hl.ALUMINIUM_6061, "supports": CLAMPED}
+    frequency = {"highest_frequency": 2e4}
+    cells = {"cells": ((10**6, 10**6), (10**4, 10**4), (0, 1), (1, 1), (2, 3, 4), (2.5, 2))}
+    sizes = {"thickness": (1e-6, 1e-9, 1.0), "length": (1e-3, 10.0, 1e3), "highest_frequency": (1e7, 1e9, 1.0)}
+    shape = {"shape": TRIANGLE, "thickness": 4e-3, "material": hl.ALUMINIUM_6061, "supports": {"base": "clamped"}}
+    section = laminates.homogeneous(2e-3, STEEL)
+    ply = laminates.Ply(STEEL, 1e-3)
+    carbon = {"youngs_modulus_along": 135e9, "youngs_modulus_across": 9e9, "poisson_ratio": 0.3}
+    carbon |= {"shear_modulus": 5e9, "shear_modulus_along": 5e9, "shear_modulus_across": 3.2e9, "density": 1560.0}
+    struck = {"bead": BEAD, "plate": PLATE, "impact_speed": 0.3}
+    return {
+        "kirchhoff_plate": Target(hl.kirchhoff_plate, {**size, "cells": (4, 4)}, at_middle, {**cells, **sizes}),
+        "kirchhoff_plate by frequency": Target(hl.kirchhoff_plate, {**size, **frequency}, at_middle, sizes),
+        "mindlin_plate": Target(
+            hl.mindlin_plate,
+            {**size, "cells": (4, 4), "shear_correction": 0.8, "patch_radius": 5e-3, "additions": ()},
+            at_middle,
+            {**cells, **sizes, "patch_radius": (1e-9, 1.0)},
+        ),
+        "mindlin_plate by frequency": Target(hl.mindlin_plate, {**size, **frequency}, at_middle, sizes),
+        "kirchhoff_panel": Target(hl.kirchhoff_panel, {**shape, **frequency, "scale": None}, _on_panel, sizes),
+        "mindlin_panel": Target(
+            hl.mindlin_panel,
+            {**shape, **frequency, "shear_correction": 0.8, "patch_radius": 5e-3, "scale": None},
+            _on_panel,
+            sizes,
+        ),
+        "Plate": Target(
+            hl.Plate,
+            {
+                **{name: getattr(PLATE, name) for name in ("shape", "section", "supports", "element")},
+                **{"highest_frequency": 4e4, "additions": (), "material": hl.ALUMINIUM_6061},
+            },
+            at_middle,
+        ),
+        "Plate.at": Target(PLATE.at, {"x": 0.05, "y": 0.02, "face": "front"}, push),
+        "Plate.at, two": Target(PLATE.at, {"x": [0.05, 0.07], "y": [0.02, 0.05], "face": ["front", "back"]}, push),
+        "half_plane": Target(
+            hl.half_plane,
+            {
+                **{"thickness": 2.29e-3, "material": hl.ALUMINIUM_6061, "edge": "clamped", "distance": 0.02},
+                **{"until": 5e-5, "highest_frequency": 2e4},
+            },
+            push,
+            {"until": (1.0, 1e3), "distance": (1e-9, 10.0), **sizes},
+        ),
+        "infinite_plate": Target(hl.infinite_plate, {"thickness": 2e-3, "material": hl.ALUMINIUM_6061}, strike),
+        "laminates.homogeneous": Target(
+            laminates.homogeneous, {"thickness": 2e-3, "material": STEEL, "shear_correction": 0.8}, _numbers_of_section
+        ),
+        "laminates.indentation_modulus": Target(
+            laminates.indentation_modulus,
+            {"stiffness": laminates.orthotropic_stiffness((138e9, 9e9, 9e9), (0.4, 0.3, 0.3), (3.2e9, 6.9e9, 6.9e9))},
+        ),
+        "laminates.Laminate": Target(
+            laminates.Laminate,
+            {"plies": [ply, ply], "surface": STEEL},
+            lambda one: strike(hl.infinite_plate(None, one)),
+        ),
+        "laminates.Ply": Target(
+            laminates.Ply,
+            {"material": STEEL, "thickness": 1e-3, "angle": 0.1},
+            lambda one: strike(hl.infinite_plate(None, laminates.Laminate([one, ply]))),
+        ),
+        "laminates.OrthotropicMaterial": Target(
+            laminates.OrthotropicMaterial,
+            carbon,
+            lambda one: strike(hl.infinite_plate(None, laminates.Laminate([laminates.Ply(one, 1e-3)], STEEL))),
+        ),
+        "laminates.orthotropic_stiffness": Target(
+            laminates.orthotropic_stiffness,
+            {
+                "moduli": (138e9, 9e9, 9e9),
+                "poisson_ratios": (0.4, 0.3, 0.3),
+                "shear_moduli": (3.2e9, 6.9e9, 6.9e9),
+            },
+        ),
+        "laminates.Section": Target(
+            laminates.Section,
+            {
+                name: getattr(section, name)
+                for name in ("bending", "shear", "mass", "rotary_inertia", "thickness", "struck")
+            },
+        ),
+        "critical_distance_bounds": Target(hl.critical_distance_bounds, {**struck, "wave_speeds": (500.0, 1000.0)}),
+        "critical_distance_law": Target(hl.critical_distance_law, {**struck, "edge": "clamped", "tolerance": 0.02}),
+        "impact.contact_time": Target(impact.contact_time, {**struck, "inelasticity": 1.28}),
+        "impact.inelasticity_parameter": Target(impact.inelasticity_parameter, struck),
+        "impact.normalised_time_of_flight": Target(
+            impact.normalised_time_of_flight,
+            {"beads": 13, "bead": BEAD, "plate": PLATE, "striker_speed": 0.44, "impact_speed": 0.3},
+        ),
+        "impact.point_impedance": Target(impact.point_impedance, {"plate": PLATE}),
+        "impact.amplitude_ratio": Target(impact.amplitude_ratio, {"inelasticity": 0.32}),
+    }
+
+
+def _numbers_of_section(section: Any) -> Any:
+    return [section.bending, section.shear, section.mass]
+
+
+def _on_panel(panel: Any) -> Any:
+    return push(panel.at(0.03, 0.02))
+
+
+def _runs() -> dict[str, Target]:
+    schemes = (hl.Condensed(), hl.Aitken(), hl.Explicit(), hl.IQN_ILS(), hl.FixedPoint())
+    iterated = {"tolerance": 1e-9, "relaxation": 0.5, "largest_count": 50}
+    found = {"build": _at_distance, "until": 3e-4, "sensor": 3, "distances": [0.01, 0.03], "tolerance": 0.02}
+    return {
+        "CoSimulation": Target(
+            hl.CoSimulation,
+            {
+                **{"chain": CHAIN, "structure": ROD, "scheme": None, "window": 1e-6, "dt": None, "substeps": None},
+                **{"waveform": "linear", "behind": None},
+            },
+            lambda one: one.run(until=UNTIL),
+            {"scheme": schemes, "window": (hl.Adaptive(), 1e-12, 1e-300, 1.0), "substeps": HUGE, "dt": (1e-7, 1e-15)},
+        ),
+        "CoSimulation.run": Target(
+            simulation().run,
+            {"until": UNTIL, "save_every": 1e-6, "checkpoint": None, "trace": False, "trust": False},
+            None,
+            {"save_every": (1e-18, 1e-12, 1.0)},
+            LONG,
+        ),
+        "CoSimulation.run of a chain alone": Target(
+            hl.CoSimulation(CHAIN, WALL).run, {"until": UNTIL, "save_every": 1e-6}, None, None, LONG
+        ),
+        "CoSimulation.step": Target(partial(simulation().step, simulation().start()), {"window": 1e-6}),
+        "several chains": Target(
+            hl.CoSimulation,
+            {
+                "chain": [CHAIN, CHAIN],
+                "structure": [hl.ContactPoint(PLATE.at([0.05, 0.07], [0.02, 0.03]), k) for k in (0, 1)],
+            },
+            lambda one: one.run(until=UNTIL),
+        ),
+        "Adaptive": Target(
+            hl.Adaptive,
+            {"tolerance": 1e-4},
+            lambda one: hl.CoSimulation(CHAIN, ROD, window=one).run(until=UNTIL),
+        ),
+        "Aitken": Target(hl.Aitken, iterated, with_scheme),
+        "FixedPoint": Target(hl.FixedPoint, iterated, with_scheme),
+        "IQN_ILS": Target(hl.IQN_ILS, {**iterated, "reuse": 2, "filtering": 1e-3}, with_scheme),
+        "Condensed": Target(hl.Condensed, {"tolerance": 1e-11}, with_scheme),
+        "Explicit": Target(hl.Explicit, {"predictor": 1, "parallel": False, "tolerance": 0.5}, with_scheme),
+        "explicit_chain": Target(
+            hl.explicit_chain,
+            {
+                "chain": hl.Chain([BEAD], BEAD, impact_speed=0.44),
+                **{"until": 5e-7, "spacing": 300e-6, "save_every": 1e-7, "rigid_wall": False},
+            },
+            None,
+            {"until": (1.0, 1e6), "spacing": (1e-9, 1e-6, 1.0), "save_every": (1e-18, 1.0)},
+        ),
+        "batch": Target(
+            hl.batch,
+            {
+                **{"chains": [CHAIN, CHAIN], "until": UNTIL, "structure": WALL, "save_every": 1e-6, "sensors": [1, 2]},
+                **{"dt": None, "threads": 1},
+            },
+            None,
+            {"save_every": (1e-18, 1e-12), "dt": (1e-7, 1e-15), "threads": HUGE},
+            LONG,
+        ),
+        "sweep": Target(
+            hl.sweep,
+            {"build": against, "until": UNTIL, "jobs": 1, "measure": None, "store": None, "speed": [0.2, 0.3]},
+            None,
+            {"speed": ([0.3, -1.0], [0.3, 0.3], "ab", [object()]), "jobs": (0, -5, 2.5, "x")},
+            LONG,
+        ),
+        "find_critical_distance": Target(
+            hl.find_critical_distance,
+            {**found, "bracket": 2e-3, "relative": False, "jobs": 1, "known": None, "far": None},
+            None,
+            {"bracket": (1e-15,)},
+            LONG,
+            infinite=True,
+        ),
+        "ports.write_fmu": Target(
+            ports.write_fmu,
+            {"chain": CHAIN, "surface": FLAT, "path": "x.fmu", "flexibility": 1e-9, "dt": None, "trust": False},
+        ),
+        "ports.run_in_precice": Target(
+            ports.run_in_precice,
+            {
+                **{"chain": CHAIN, "surface": FLAT, "configuration": "none.xml", "names": {}, "direction": (1.0, 0.0)},
+                **{"position": (0.0, 0.0), "window": 1e-6, "flexibility": 0.0, "dt": None},
+            },
+        ),
+    }
+
+
+def _at_distance(distance: Any) -> hl.CoSimulation:
+    """A stand-in for a plate of that distance to its edge: cheap, and with a ratio that varies."""
+    material = hl.Material(STEEL.youngs_modulus * min(1.0, 20.0 * float(distance)), 0.3, STEEL.density)
+    return hl.CoSimulation(hl.Chain([BEAD] * 8, BEAD, 0.3), hl.half_space(material))
+
+
+def _measures() -> dict[str, Target]:
+    run, at = record(), {"run": record(), "sensor": 3}
+    signal = {"time": TIMES, "forces": {7: pulse(50.0, 1e-4) + pulse(30.0, 3e-4)}, "positions": {7: 0.05}}
+    ratio = xr.DataArray([0.9, 0.6, 0.5, 0.5], dims="distance", coords={"distance": [0.01, 0.02, 0.03, 0.1]})
+    ratios = (ratio * np.nan, ratio.rename(distance="x"), ratio[:1], ratio[::-1], ratio.drop_vars("distance"))
+    moved, body, motion = moving_body()
+    shaken = hl.CoSimulation(DEFORMABLE, None).run(until=1e-5)
+    datasets = (
+        *(run.isel(time=slice(0, 1)), run.isel(time=slice(0, 0)), run.isel(time=slice(None, None, -1)), run * np.nan),
+        *(run.drop_vars("contact_force"), run.drop_vars("time"), run.isel(contact=[0]), run * 0.0, run * 1e300, shaken),
+        *(run.assign_attrs(x=1).drop_attrs(), run.contact_force, run.astype(complex), run.expand_dims(case=[0, 1])),
+    )
+    of_run = {"run": datasets, "sensor": (0, 1, 8, 9, 99, -1, 3.5), "signals": datasets}
+    return {
+        "amplitude_ratio": Target(hl.amplitude_ratio, {**at, "wave": "primary"}, None, of_run, infinite=True),
+        "time_of_flight": Target(hl.time_of_flight, {**at, "wave": "primary"}, None, of_run, infinite=True),
+        "reflections": Target(hl.reflections, {**at, "smallest": 0.01}, None, of_run),
+        "wave_speed": Target(hl.wave_speed, {"run": run, "first": 2, "second": 5}, None, of_run, infinite=True),
+        "contact_events": Target(hl.contact_events, {"run": run, "smallest": 1e-3}, None, of_run, infinite=True),
+        "contact_time": Target(hl.contact_time, {"run": run, "threshold": 0.01}, None, of_run, infinite=True),
+        "energy_error": Target(hl.energy_error, {"run": run}, None, of_run, infinite=True),
+        "sensor_force": Target(hl.sensor_force, at, None, of_run, infinite=True),
+        "results.contact_to_sensor_ratio": Target(results.contact_to_sensor_ratio, at, None, of_run, infinite=True),
+        "results.follow_waves": Target(results.follow_waves, {"run": run, "smallest": 0.01}, None, of_run),
+        "as_signal": Target(
+            hl.as_signal,
+            {**signal, "baseline": 0.0},
+            lambda one: hl.reflections(one, sensor=7),
+            {"forces": ({7: TIMES[:3]}, {7: pulse(1e300, 1e-4)}, {"7": TIMES}, {7.5: TIMES}, TIMES)},
+        ),
+        "read_signal": Target(
+            hl.read_signal,
+            {
+                **{"path": folder() / "scope.csv", "sensors": {7: 1}, "time_column": 0, "time_unit": "s", "unit": "V"},
+                **{"calibration": 100.0, "baseline": "lead", "positions": {7: 0.05}},
+            },
+        ),
+        "results.calibration_factor": Target(
+            results.calibration_factor,
+            {"time": TIMES, "voltage": pulse(0.5, 1e-4), "mass": 3.5e-3, "impact_speed": 0.44, "backing": "immobile"},
+        ),
+        "critical_distance": Target(
+            hl.critical_distance,
+            {"ratio": ratio, "tolerance": 0.05, "relative": False, "bracket": True, "far": 0.5},
+            None,
+            {"ratio": ratios},
+            infinite=True,
+        ),
+        "fit_dissipation": Target(
+            hl.fit_dissipation,
+            {
+                **{"signals": run, "chain": hl.Chain([BEAD] * 8, BEAD, 0.3), "law": hl.LinearDashpot},
+                **{"form": "pairwise", "sensors": [2, 4], "structure": WALL, "compare": "peaks"},
+            },
+            None,
+            {**of_run, "law": (hl.Tsuji, hl.KuwabaraKono, hl.Dissipation), "sensors": ([1], [99], [4, 4], [0])},
+            infinite=True,
+        ),
+        "views.structure_motion": Target(
+            views.structure_motion, {"run": moved, "structure": body, "times": [2e-5]}, None, of_run
+        ),
+        "views.bead_motion": Target(
+            views.bead_motion,
+            {"run": shaken, "chain": DEFORMABLE, "times": [5e-6], "beads": [1], "structure": None, "behind": None},
+            None,
+            {**of_run, "beads": ([0], [99], [1, 1], HUGE[0])},
+            infinite=True,
+        ),
+        "views.write_vtu": Target(views.write_vtu, {"motion": motion, "folder": "vtu"}),
+        "views.picture": Target(
+            views.picture,
+            {
+                **{"motion": motion, "path": "body.png", "time": 2e-5, "show": "von_mises", "factor": 10.0},
+                **{"highest": 1e6, "run": moved},
+            },
+        ),
+    }
+
+
+def _formulas() -> dict[str, Target]:
+    d, m, k = {"size": BEAD.size}, {"mass": BEAD.mass}, {"stiffness": STIFFNESS}
+    powers, load = {"exponent": 1.5}, {"preload": 10.0}
+    mode, plate = {"mode": "A0"}, {"material": hl.ALUMINIUM_6061, "thickness": 2e-3}
+    surfaces = {"first": BEAD.surface, "second": FLAT}
+    table: dict[str, tuple[Callable[..., Any], Mapping[str, Any]]] = {
+        "solitary.angular_frequency": (
+            solitary.angular_frequency,
+            {"wave_number": 100.0, **d, **m, **k, **load, **powers},
+        ),
+        "solitary.cutoff_frequency": (solitary.cutoff_frequency, {**m, **k, **load, **powers}),
+        "solitary.peak_force_from_particle_speed": (
+            solitary.peak_force_from_particle_speed,
+            {**m, **k, "particle_speed": 0.3, **powers},
+        ),
+        "solitary.sound_speed": (solitary.sound_speed, {**d, **m, **k, **load, **powers}),
+        "solitary.strain": (
+            solitary.strain,
+            {"position": 0.0, "time": 0.0, "speed": 500.0, **d, **m, **k, **powers},
+        ),
+        "solitary.tangent_stiffness": (solitary.tangent_stiffness, {**k, **load, **powers}),
+        "solitary.transit_time": (solitary.transit_time, {"distance": 0.1, "speed": 500.0, "restitution": 0.9}),
+        "solitary.transit_time_from_striker": (
+            solitary.transit_time_from_striker,
+            {"beads": 13, **m, **k, "striker_speed": 0.44, "restitution": 0.9},
+        ),
+        "solitary.wave_speed_from_force": (
+            solitary.wave_speed_from_force,
+            {**d, **m, **k, "force": 20.0, "preload": 1.0, **powers},
+        ),
+        "solitary.wave_speed_from_particle_speed": (
+            solitary.wave_speed_from_particle_speed,
+            {**d, **m, **k, "particle_speed": 0.3, **powers},
+        ),
+        "solitary.width": (solitary.width, {**d, **powers}),
+        "lamb.cutoff_frequency": (lamb.cutoff_frequency, {**plate, "mode": "A1"}),
+        "lamb.frequency": (lamb.frequency, {**plate, "wave_number": 500.0, **mode}),
+        "lamb.group_speed": (lamb.group_speed, {**plate, "frequency": 3e4, **mode}),
+        "lamb.phase_speed": (lamb.phase_speed, {**plate, "frequency": 3e4, **mode}),
+        "lamb.rayleigh_speed": (lamb.rayleigh_speed, {"material": STEEL}),
+        "zener.contact_time": (zener_model.contact_time, {"inelasticity": 1.28}),
+        "zener.restitution": (zener_model.restitution, {"inelasticity": 1.28}),
+        "hertz.pressure": (hertz.pressure, {**surfaces, "force": 50.0}),
+        "hertz.stiffness": (hertz.stiffness, {**surfaces, "axis_ratio": "exact"}),
+        "hertz.yield_pressure": (hertz.yield_pressure, {"material": hl.STEEL_316}),
+        "layers.amplitude_ratio": (layers.amplitude_ratio, {"restitution": 0.6}),
+        "layers.axial_stiffness": (layers.axial_stiffness, {"youngs_modulus": 1.5e9, "area": 285e-6, "length": 0.025}),
+        "layers.characteristic_length": (layers.characteristic_length, {"bar_speed": 5e3, "contact_time": 1e-5}),
+        "layers.contact_time": (layers.contact_time, {**m, **k, "speed": 0.4}),
+        "layers.critical_modulus": (layers.critical_modulus, {"material": STEEL, "wall_poisson_ratio": 0.3}),
+        "layers.restitution": (layers.restitution, {"mass": 0.01, "upper_mass": 0.04}),
+        "layers.secondary_delay": (
+            layers.secondary_delay,
+            {"upper_mass": 14e-3, "lower_mass": 16e-3, "lower_stiffness": 17e6},
+        ),
+        "layers.time_of_flight": (
+            layers.time_of_flight,
+            {
+                **{"beads": 13, **m, "chain_stiffness": STIFFNESS, "wall_stiffness": STIFFNESS},
+                **{"striker_speed": 0.44, "restitution": 0.9},
+            },
+        ),
+        "layers.upper_speed": (layers.upper_speed, {"mass": 0.01, "upper_mass": 0.04, "incident_speed": 0.3}),
+    }
+    return {name: Target(call, good) for name, (call, good) in table.items()}
+
+
+def _laws() -> dict[str, Target]:
+    points = {"approaches": [1e-6, 1e-5, 2e-5], "forces": [10.0, 316.2, 894.0], "name": "measured", "caution": ""}
+    force = {"first": BEAD, "second": BEAD, "max_force": 50.0, "max_approach": None}
+    spacings = {"spacing": (1e-12, 1e-9, 1.0, 1e-3), "max_force": (1e6, 1e-9), "cells": HUGE}
+    other = {"first": (LYING, SHELL), "second": (LYING, SHELL, FLAT)}
+    computed = {**points, "largest": 3e-5, "smallest": 0.0, "error": 0.01, "order": 2.0}
+    crossed = hl.Cylinder(2.38e-3, 4.76e-3, hl.STEEL_316, angle=1.5)
+    return {
+        "laws.PowerLaw": Target(
+            laws.PowerLaw, {"stiffness": 1e10, "exponent": 1.5, "largest": 1.0, "name": "x", "caution": ""}, of_law
+        ),
+        "laws.TabulatedLaw": Target(laws.TabulatedLaw, {**points, "largest": 3e-5}, of_law),
+        "laws.ComputedLaw": Target(laws.ComputedLaw, computed, of_law),
+        "laws.fit_power_law": Target(
+            laws.fit_power_law,
+            {"law": laws.PowerLaw(1e10), "lowest": 1e-6, "highest": 1e-5, "weighting": "relative"},
+        ),
+        "laws.midplane_correction": Target(laws.midplane_correction, {"bead": BEAD}),
+        "laws.axisymmetric": Target(
+            laws.axisymmetric,
+            {**force, "midplane": "roller", "spacing": 100e-6},
+            between,
+            {**spacings, **other},
+        ),
+        "laws.half_spaces": Target(
+            laws.half_spaces,
+            {**force, "second": crossed, "correction": None, "midplane": False, "cells": 8},
+            between,
+            {**spacings, **other},
+        ),
+        "laws.plane": Target(
+            laws.plane,
+            {"first": LYING, "second": LYING, "state": "strain", "max_approach": 2e-6, "spacing": 20e-6},
+            between,
+            {**spacings, **other, "max_approach": (1e-3, 1e-12, 1.0)},
+        ),
+        "laws.solid": Target(
+            laws.solid,
+            {"first": BEAD, "second": None, "max_approach": 20e-6, "spacing": 1e-3},
+            between,
+            {**spacings, **other, "max_approach": (1e-3, 1e-12, 1.0)},
+        ),
+        "laws.computed_law": Target(
+            laws.computed_law, {**force, "method": "axisymmetric", "spacing": 100e-6}, between, {**spacings, **other}
+        ),
+    }
+
+
+__all__ = ["Target", "partial", "targets", "things"]
