@@ -8,6 +8,7 @@ import sys
 import tempfile
 import warnings
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -162,14 +163,17 @@ def check_output(folder: Path, force: bool) -> None:
     With --force only a folder that holds the listed files of an earlier study, unchanged, and no others, is replaced.
     """
     try:
+        with suppress(FileNotFoundError, NotADirectoryError):
+            folder.stat()  # fails on a link that leads to itself, which newer Pythons resolve without an error
         whole = folder.resolve()
         _check_place(folder, whole, force)
         # Only a trial shows whether the file system lets a folder be made there.
         with tempfile.TemporaryDirectory(prefix=f".{whole.name}-", dir=whole.parent):
             pass
-    except (OSError, RuntimeError) as error:  # RuntimeError: a link that leads to itself
-        reason = getattr(error, "strerror", None) or error
-        raise ValueError(f"--output {folder}: cannot be written ({reason}); give another folder") from error
+    except OSError as error:
+        raise ValueError(
+            f"--output {folder}: cannot be written ({error.strerror or error}); give another folder"
+        ) from error
 
 
 def _check_place(folder: Path, whole: Path, force: bool) -> None:
