@@ -77,7 +77,10 @@ def start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Start]:
     yield begin
     for process in begun:
         process.kill()
-        process.communicate()
+        process.wait()
+        # Not read to its end: a process that outlives the killed one would hold it open.
+        if process.stderr is not None:
+            process.stderr.close()
 
 
 def until(condition: Callable[[], bool], seconds: float = 60.0) -> bool:
@@ -205,4 +208,8 @@ def test_processes_of_a_killed_sweep_end_with_it(start: Start, idle: bool) -> No
     assert len(workers) >= 2
     parent.send_signal(signal.SIGKILL)
     parent.wait(60)
-    assert until(lambda: all(map(gone, workers)), 15.0)
+    ended = until(lambda: all(map(gone, workers)), 15.0)
+    for worker in workers:
+        if not gone(worker):
+            os.kill(worker, signal.SIGKILL)
+    assert ended
