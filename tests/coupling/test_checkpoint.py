@@ -86,7 +86,7 @@ def test_killed_at_random_moments_and_resumed(name: str, tmp_path: Path, nursery
         killed.start()
         killed.join()
         codes.append(killed.exitcode)
-        assert all(file.name == "kept" or file.name.endswith(".part") for file in tmp_path.iterdir())
+        assert all(file.name == "kept" or file.suffix in (".part", ".lock") for file in tmp_path.iterdir())
     assert codes[0] == -signal.SIGKILL
     check_same(run(name, path), straight)
 

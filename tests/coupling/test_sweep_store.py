@@ -555,6 +555,31 @@ def test_a_process_that_dies_ends_its_own_point_alone(tmp_path: Path) -> None:
     assert sum(counts.values()) <= len(radii) + 2, "what was finished must not be run again"
 
 
+@pytest.mark.thorough
+def test_a_full_disk_ends_a_sweep_and_loses_no_point(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The message names the file; what was finished stays, and the next sweep runs the others alone."""
+    store, count, real = tmp_path / "store", 0, os.fsync
+
+    def full(handle: int) -> None:
+        nonlocal count
+        count += 1
+        # Each file is synced, and then its folder; the first file is the manifest.
+        if count == 5:
+            raise OSError(28, "No space left on device")
+        real(handle)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(os, "fsync", full)
+        with pytest.raises(OSError, match=r"No space left on device; nothing was changed: '.*\.nc'"):
+            swept(store, measure=largest, material=[hl.PTFE])
+    kept = contents(store)
+    assert sorted(path.suffix for path in kept) == [".json", ".nc"]
+    called.clear()
+    swept(store, measure=largest, material=[hl.PTFE])
+    assert called == [("PTFE", radius) for radius in RADII[1:]]
+    assert {path: content for path, content in contents(store).items() if path in kept} == kept
+
+
 def lacking(folder: str, kind: str, radius: float) -> hl.CoSimulation:
     """3 mm need what this machine lacks, until it is there."""
     if radius == 3e-3 and not (Path(folder) / "mended").exists():
