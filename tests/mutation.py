@@ -69,6 +69,9 @@ LIBRARIES = (
 )  # fmt: skip
 """Imported once, before the processes of the mutants are forked: opening them takes longer than most tests."""
 
+LONGEST = 120
+"""Seconds of the processor after which the tests hang: kernels are compiled in 60 s, no quick test takes 10 s."""
+
 MEMORY = 12 * 2**30
 """The most address space (bytes) that a mutant may take: a changed size must not bring the machine down."""
 
@@ -277,6 +280,7 @@ class Watch:
 def _child(tree: Path, chosen: list[str], cache: Path, quickly: bool, most: float, sender: Any) -> None:
     os.setsid()
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+    resource.setrlimit(resource.RLIMIT_CPU, (LONGEST, LONGEST))
     os.chdir(tree)
     sys.path.insert(0, str(tree))
     os.environ |= {"PYTHONPATH": str(tree), "NUMBA_CACHE_DIR": str(cache), "MPLBACKEND": "Agg"}
