@@ -48,6 +48,7 @@ def test_the_command_names_an_impostor_too(tmp_path: Path) -> None:
     assert str(tmp_path / "structures.py") in done.stderr
 
 
+@pytest.mark.thorough
 def test_a_folder_without_code_is_an_impostor_only_where_python_finds_it_first(tmp_path: Path) -> None:
     (tmp_path / "plates").mkdir()
     done = python("import hertzlink; print('fine')", tmp_path)
@@ -110,6 +111,7 @@ def test_an_import_of_a_name_that_moved_is_named_with_its_new_place(name: str) -
         exec(f"from hertzlink import {name}")
 
 
+@pytest.mark.thorough
 def test_modules_are_still_imported_by_name(tmp_path: Path) -> None:
     done = python("from hertzlink import cli, studies, Sphere, laws; import hertzlink._moved", tmp_path)
     assert done.returncode == 0, done.stderr

@@ -29,6 +29,7 @@ def noisy(run: xr.Dataset, seed: int, noise: float = 0.02, sensors: list[int] = 
     return hl.as_signal(run.time.values, {n: f + spread * random.standard_normal(f.size) for n, f in forces.items()})
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("loss", "form"),
     [

@@ -62,9 +62,8 @@ def test_a_bead_that_is_a_structure_leaves_the_chain_as_it_was() -> None:
     assert hl.reflections(far, 3).incident
 
 
-@pytest.mark.parametrize("name", ["light", "soft", "chattering", pytest.param("two chains", marks=pytest.mark.thorough),
-                                  pytest.param("lighter", marks=pytest.mark.thorough),
-                                  pytest.param("stiff", marks=pytest.mark.thorough)])  # fmt: skip
+@pytest.mark.thorough
+@pytest.mark.parametrize("name", CASES)
 def test_the_reference_has_settled(name: str) -> None:
     """Two tolerances agree, energy is kept, and a twice finer sampling shows the same ratios."""
     fine, coarse = solve(CASES[name]()), solve(CASES[name](), 1e-11)

@@ -183,7 +183,12 @@ def test_all_schemes_agree_with_the_monolithic_reference(name: str, scheme: str)
         )
 
 
-@pytest.mark.parametrize("name", SYSTEMS)
+QUICK_SYSTEMS = ("losses, gravity, preload", "chain between rods", "two chains on a plate")
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=() if name in QUICK_SYSTEMS else pytest.mark.thorough) for name in SYSTEMS]
+)
 def test_nothing_is_lost_at_the_interfaces(name: str) -> None:
     """Energy of all bodies, work from either side, and the impulse of what is nowhere fixed."""
     run = condensed(name)
@@ -457,6 +462,7 @@ def test_one_chain_on_one_of_two_points_is_as_on_a_structure_with_that_one(schem
     assert int(run.interface_point) == 1
 
 
+@pytest.mark.thorough
 def test_a_dashpot_that_closes_on_a_light_tip_does_not_stop_an_explicit_run() -> None:
     """The force jumps there, however short the substep."""
     chain, tip = hl.Chain([BEAD] * 10, BEAD, 0.31, dissipation=LOSS), oscillator(0.7, 5e6)

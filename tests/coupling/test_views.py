@@ -113,6 +113,7 @@ def test_a_section_is_mirrored_and_stands_in_its_place(motion: xr.Dataset) -> No
     assert top - height * (rows[-1] + 1) == pytest.approx(-STEEL - BELOW, abs=2.0 * height)
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("screen")
 def test_solids_are_drawn(solid_motion: xr.Dataset, tmp_path: Path) -> None:
     assert Scene(solid_motion, None).lying

@@ -59,6 +59,7 @@ def test_even_pull_is_even() -> None:
     assert float(motion @ felt) == pytest.approx(STEEL.youngs_modulus * volume / 8.0, rel=2e-3)
 
 
+@pytest.mark.thorough
 def test_parallel_cylinders(parallel: ComputedLaw) -> None:
     """Errata: exponent 1.07 to 1.08 over 1 to 100 N. Ends that are free make them softer than in plane strain, and the
     middle stiffer than in plane stress, by no more than 1 − ν²."""
