@@ -40,10 +40,10 @@ MEMBERS = (
 MOST = 2_000_000
 """Degrees of freedom that may be assembled: they fill some 10 GB."""
 
-MANY = 200_000
+MANY = 100_000
 """Degrees of freedom beyond which a warning announces minutes and gigabytes; 100 000 reduce in some 15 s."""
 
-BYTES_PER_UNKNOWN = 5000.0
+BYTES_PER_UNKNOWN = 1e4
 """Memory of a degree of freedom with its part of the factorised matrices."""
 
 THICK = 0.1

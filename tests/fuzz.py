@@ -195,8 +195,12 @@ def is_finite(value: Any, depth: int = 0) -> bool:
     return True
 
 
-MAY_BE_NAN = ("amplitude_ratio", "time_of_flight", "critical_distance", "bracket")
-"""Measures of a wave that is not there: their docstrings say NaN."""
+MAY_BE_NAN = (
+    *("amplitude_ratio", "time_of_flight", "critical_distance", "bracket"),
+    *("structure_kinetic_energy", "structure_elastic_energy", "structure_energy", "structure_dissipated_energy"),
+    "structure_numerical_loss",
+)
+"""Measures of a wave that is not there, energies that a structure does not know: their docstrings say NaN."""
 
 
 def _said(error: Exception, names: Iterable[str]) -> Fault | None:

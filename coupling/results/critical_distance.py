@@ -161,8 +161,10 @@ def _increasing(distances: Vector) -> Vector:
 
 def _known(far: Number) -> xr.DataArray:
     """A far value that is given, or a ValueError."""
-    each(finite, "far", far.values if isinstance(far, xr.DataArray) else far)
-    return xr.DataArray(far)
+    if not isinstance(far, xr.DataArray):
+        return xr.DataArray(finite("far", far))
+    each(finite, "far", far.values)
+    return far
 
 
 def last_crossing(

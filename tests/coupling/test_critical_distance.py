@@ -107,6 +107,7 @@ def test_critical_distance_over_other_dimensions() -> None:
         ({"relative": 1}, "relative = 1: must be True or False"),
         ({"bracket": 0.1}, "bracket = 0.1: must be True or False"),
         ({"far": NAN}, "far = nan"),
+        ({"far": (1, 2, 3)}, r"far = \(1, 2, 3\): must be a finite number"),
         ({"far": "0"}, "far = '0'"),
     ],
 )
