@@ -7,11 +7,11 @@ A seeded draw chooses the places, as many in each of five rooms: the compiled ke
 comparison, a constant, or a pair of indices. Left out are types, messages, texts and decorators, which no result
 depends on.
 
-Everything happens in a copy of the checkout. First each quick test of tests/ROOM is run there once, to record which
-functions it calls; `--map FOLDER` keeps these records for the next time. Each mutant then meets the tests that call the
-changed function, its own room's first and the quickest first, then the others of their files, until one fails: it is
-caught. A run that takes longer than `--limit` seconds counts as caught too. A mutant that no test catches within tests
-of `--most` seconds in all has survived.
+Everything happens in a copy of the checkout, a temporary one or that of `--copy`, whose compiled kernels serve the next
+time. Each mutant meets the quick tests nearest to it (nearest_tests.py), in three parts: those of one file, of three
+more, and of eleven more. A part ends after `--most` seconds of the processor. The first test that fails catches the
+mutant; so does a process that dies, or runs longer than LONGEST or `--limit` seconds. A mutant that passes all three
+has survived. Lastly the tests that caught one must pass in the unbroken copy, or else their catches do not count.
 
 The results file gets a line for each mutant, and a later run with the same arguments continues it. `--only ROOM`
 restricts the draw to one room; `--again PLACE` (as reports print it) tests that place once more, say after a new test.
