@@ -15,13 +15,16 @@ from typing import TypeVar
 import numpy as np
 from scipy.special import betainc
 
-from structures.checks import each, finite, not_negative, positive, restitution_coefficient
+from structures.checks import each, finite, not_negative, positive, restitution_coefficient, within
 from structures.structure import Vector
 
 Number = TypeVar("Number", float, Vector)
 
 HERTZ = 1.5
 """Exponent of Hertz's law F = k δ^1.5."""
+
+SMALLEST_SIZE, LARGEST_SIZE, LARGEST_EXPONENT = 1e-12, 1e12, 10.0
+"""Powers of sizes (m, or of any unit) beyond these leave the range of floating point."""
 
 PARTICLE_TO_STRIKER_SPEED = 0.682
 """Ratio of the greatest speed of a particle to the speed of a striker that equals the particles.
@@ -437,7 +440,7 @@ def width(size: float, exponent: float = HERTZ) -> float:
     4.967
     """
     n = _steeper_than_linear(exponent)
-    return pi * positive("size", size, "m") / (n - 1.0) * sqrt(n * (n + 1.0) / 6.0)
+    return pi * _length(size) / (n - 1.0) * sqrt(n * (n + 1.0) / 6.0)
 
 
 def strain(
@@ -607,21 +610,33 @@ def transit_time_from_striker(
 
 
 def _particle(size: float, mass: float, stiffness: float) -> tuple[float, float, float]:
-    return positive("size", size, "m"), positive("mass", mass, "kg"), positive("stiffness", stiffness, "N/m^n")
+    return _length(size), positive("mass", mass, "kg"), positive("stiffness", stiffness, "N/m^n")
+
+
+def _length(size: float) -> float:
+    return within("size", size, SMALLEST_SIZE, LARGEST_SIZE, "m")
 
 
 def _at_least_linear(exponent: float) -> float:
     if finite("exponent", exponent) < 1.0:
         raise ValueError(f"exponent = {exponent!r}: must be 1 or more")
-    return float(exponent)
+    return _exponent(exponent)
 
 
 def _steeper_than_linear(exponent: float) -> float:
     # Ji and Hong (1999): solitary waves exist for n > 1 only.
     if finite("exponent", exponent) <= 1.0:
         raise ValueError(f"exponent = {exponent!r}: must be greater than 1; softer contacts carry no solitary wave")
+    return _exponent(exponent)
+
+
+def _exponent(exponent: float) -> float:
+    if exponent > LARGEST_EXPONENT:
+        raise ValueError(f"exponent = {exponent!r}: must be at most {LARGEST_EXPONENT:g}")
     return float(exponent)
 
 
 def _like(value: Number, result: Vector) -> Number:
+    if not np.isfinite(result).all():
+        raise ValueError("size, mass, stiffness, speed, force, exponent: give a result beyond the range of numbers")
     return float(result) if np.ndim(value) == 0 else result  # type: ignore[return-value]

@@ -6,7 +6,7 @@ from math import hypot
 
 import numpy as np
 
-from structures.checks import finite, not_negative, positive
+from structures.checks import finite, not_negative, positive, short
 from structures.plausible import likely
 
 Place = tuple[float, float]
@@ -216,6 +216,10 @@ def extent(one: Addition) -> tuple[tuple[float, ...], tuple[float, ...]]:
 
 def _numbers(name: str, values: object, names: Sequence[str]) -> tuple[float, ...]:
     """The values as a tuple of floats in m, as many as the names, or a ValueError."""
-    if not isinstance(values, Sequence | np.ndarray) or isinstance(values, str) or len(values) != len(names):
-        raise ValueError(f"{name} = {values!r}: must be ({', '.join(names)}), in m")
-    return tuple(finite(f"{name}[{i}]", value, "m") for i, value in enumerate(values))
+    columns = (
+        isinstance(values, Sequence | np.ndarray) and not isinstance(values, str) and getattr(values, "ndim", 1) != 0
+    )
+    items = list(values) if columns else []  # type: ignore[call-overload]
+    if len(items) != len(names):
+        raise ValueError(f"{name} = {short(values)}: must be ({', '.join(names)}), in m")
+    return tuple(finite(f"{name}[{i}]", value, "m") for i, value in enumerate(items))

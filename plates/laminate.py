@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from plates.section import SHEAR_CORRECTION, Section, homogeneous
+from plates.section import SHEAR_CORRECTION, THICKEST, THINNEST, Section, homogeneous
 from structures.anisotropy import indentation_modulus, orthotropic_stiffness
-from structures.checks import finite, instance, listed, positive, turn
+from structures.checks import finite, instance, listed, positive, turn, within
 from structures.elasticity import shear_modulus
 from structures.material import Material
 from structures.plausible import likely
@@ -112,7 +112,7 @@ class Ply:
     def __post_init__(self) -> None:
         if not isinstance(self.material, Material | OrthotropicMaterial):
             raise ValueError(f"material = {self.material!r}: must be a Material or an OrthotropicMaterial")
-        object.__setattr__(self, "thickness", positive("thickness", self.thickness, "m"))
+        object.__setattr__(self, "thickness", within("thickness", self.thickness, THINNEST, THICKEST, "m"))
         likely("ply", "Ply", "thickness", self.thickness)
         object.__setattr__(self, "angle", turn("angle", self.angle))
 
@@ -244,7 +244,7 @@ def section_of(
         )
     if thickness is None:
         raise ValueError("thickness = None: must be a positive number of m; only a Laminate or a Section has its own")
-    return homogeneous(positive("thickness", thickness, "m"), material, shear_correction)
+    return homogeneous(within("thickness", thickness, THINNEST, THICKEST, "m"), material, shear_correction)
 
 
 def struck(section: Section, material: object, face: str) -> Material:

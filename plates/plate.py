@@ -229,7 +229,9 @@ class Plate:
         """How edges are held, the free ones left out."""
         given = self.supports
         pairs = {name: getattr(given, name) for name in SIDES} if isinstance(given, Supports) else given
-        return {name: support for name, support in pairs.items() if support != "free"}
+        return {
+            name: support for name, support in pairs.items() if not (isinstance(support, str) and support == "free")
+        }
 
     @property
     def _cells(self) -> Cells:

@@ -4,11 +4,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from structures.checks import instance, not_negative, positive
+from structures.checks import instance, not_negative, positive, within
 from structures.elasticity import shear_modulus
 from structures.material import Material
 from structures.plausible import likely
 from structures.structure import Vector
+
+THINNEST, THICKEST = 1e-12, 1e4
+"""m. Cubes of thicknesses beyond these, times a modulus, leave the range of floating point."""
 
 SHEAR_CORRECTION = 5.0 / 6.0
 """Reissner's factor of the transverse shear stiffness of a homogeneous plate."""
@@ -118,7 +121,8 @@ def homogeneous(thickness: float, material: Material, shear_correction: float = 
     >>> print(f"{wall.bending[0, 0]:.2f} N m, {wall.mass:.2f} kg/m²")
     77.38 N m, 6.17 kg/m²
     """
-    thickness, shear_correction = positive("thickness", thickness, "m"), positive("shear_correction", shear_correction)
+    thickness = within("thickness", thickness, THINNEST, THICKEST, "m")
+    shear_correction = positive("shear_correction", shear_correction)
     instance("material", material, Material, "a Material; MATERIALS[name] gives one by name")
     nu, rigidity = material.poisson_ratio, material.contact_modulus * thickness**3 / 12.0
     bending = rigidity * np.array([[1.0, nu, 0.0], [nu, 1.0, 0.0], [0.0, 0.0, (1.0 - nu) / 2.0]])

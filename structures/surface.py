@@ -77,7 +77,7 @@ def relative_curvatures(first: Surface, second: Surface) -> tuple[float, float]:
     difference = 0.5 * sqrt(max(square, 0.0))
     if total + difference <= 0.0 or total - difference < -1e-9 * total:
         pairs = [(surface.curvature, surface.second_curvature) for surface in (first, second)]
-        raise ValueError(f"curvature = {pairs[0]} and {pairs[1]}: their sum must be positive, in 1/m")
+        raise ValueError(f"first, second: curvature = {pairs[0]} and {pairs[1]}: their sum must be positive, in 1/m")
     return max(total - difference, 0.0), total + difference
 
 

@@ -157,7 +157,7 @@ def attempt(target: Target, changes: Mapping[str, Any], names: Iterable[str]) ->
             return None
         return Fault("memory", f"more than 2 GB: {error} {_place(error)}")
     except Exception as error:  # noqa: BLE001 (whatever a call raises is examined)
-        if type(error).__name__ in DOCUMENTED:
+        if type(error).__name__ in DOCUMENTED or isinstance(error, OSError):
             return None
         return Fault(type(error).__name__, f"{error} {_place(error)}")
     if len(shown) > LONGEST_REPR and not isinstance(result, np.ndarray | xr.Dataset | xr.DataArray | list | tuple):
@@ -169,10 +169,10 @@ def attempt(target: Target, changes: Mapping[str, Any], names: Iterable[str]) ->
 
 DOCUMENTED = (
     *("NoWaveError", "NotConverged", "ActiveSetNotConverged", "PressuresNotConverged", "FloatingPointError"),
-    *("FileNotFoundError", "ImportError"),
+    "ImportError",
 )
-"""Exceptions that a docstring names, and an optional package that is missing. A missing file is the
-operating system's own message."""
+"""Exceptions that a docstring names, and an optional package that is missing. An OSError names
+the file."""
 
 
 def is_finite(value: Any, depth: int = 0) -> bool:

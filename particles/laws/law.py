@@ -439,7 +439,10 @@ def _check_texts(law: PowerLaw | TabulatedLaw) -> None:
 def _pairs(law: TabulatedLaw) -> list[tuple[float, float]]:
     columns = []
     for name in ("approaches", "forces"):
-        values = np.atleast_1d(np.asarray(getattr(law, name), dtype=object))
+        given = getattr(law, name)
+        if not isinstance(given, Sequence | np.ndarray):
+            raise ValueError(f"{name} = {short(given)}: must be a list of numbers")
+        values = np.atleast_1d(np.asarray(given, dtype=object))
         if values.ndim != 1:
             raise ValueError(f"{name}: must be a list of numbers")
         columns.append(list(values))

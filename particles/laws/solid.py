@@ -218,7 +218,6 @@ def _condensed(bead: Cylinder | Sphere, reach: float, size: float, coarser: floa
     return compliance + compliance.T, 2.0 * part.drop(nodes)
 
 
-@lru_cache(maxsize=256)
 def midplane_correction(bead: Cylinder | Sphere) -> float:
     """Difference of the compliances of a half-space and of a bead between its pole and its mid-plane.
 
@@ -254,7 +253,12 @@ def midplane_correction(bead: Cylinder | Sphere) -> float:
     >>> round(hl.laws.midplane_correction(ball) * 1e9, 2)  # nm/N
     0.11
     """
-    bead = solid_body("bead", bead)
+    return _midplane_correction(solid_body("bead", bead))
+
+
+@lru_cache(maxsize=256)
+def _midplane_correction(bead: Any) -> float:
+    """Of a solid body, which has a hash."""
     if isinstance(bead, Cylinder) and bead.length < bead.radius:
         raise ValueError(f"length = {bead.length!r}: must be at least the radius, {bead.radius!r} m")
     wide = PATCH * bead.radius

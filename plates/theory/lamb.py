@@ -30,6 +30,9 @@ from structures.structure import Vector
 
 Number = TypeVar("Number", float, Vector)
 
+LARGEST_PULSE = 1e8
+"""Ω = π f t / c_T beyond which the search for a wave leaves the range of floating point."""
+
 TRIAL_WAVE_NUMBERS = 257
 """Number of wave numbers that are tried at each frequency before a mode counts as not propagating. They are denser for
 longer waves.
@@ -318,10 +321,16 @@ class _Curve(NamedTuple):
         return (not self.symmetric) & (np.maximum(np.abs(x), np.abs(y)) < LONG_BENDING)
 
 
+def _highest(material: Material, thickness: float) -> float:
+    return LARGEST_PULSE * shear_speed(material) / (pi * thickness)
+
+
 def _forward(material: Material, thickness: float, frequency: Number, mode: str) -> tuple[Vector, Vector]:
     """κ of the forward wave, which is the largest κ of the mode, and Ω, in one row each."""
     frequencies, curve = each(positive, "frequency", frequency, "Hz").ravel(), _curve(material, mode)
     pulse = pi * frequencies * positive("thickness", thickness, "m") / shear_speed(material)
+    if (pulse > LARGEST_PULSE).any():
+        raise ValueError(f"frequency = {frequencies.max():g}: must be at most {_highest(material, thickness):.3g} Hz")
     top = pulse
     while (short := curve.below(top, pulse) > curve.number).any():
         top = np.where(short, 2.0 * top, top)

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import hertzlink as hl
 from hertzlink.stepping import MovingChain
@@ -108,6 +109,7 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
     assert "\n" not in str(error.value)
 
 
+@pytest.mark.filterwarnings("ignore:overflow:RuntimeWarning")
 @pytest.mark.parametrize(
     ("call", "message"),
     [
@@ -257,6 +259,12 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
         (lambda: solitary.peak_force_from_particle_speed(M, K, 1.0, float("nan")), "^exponent = nan"),
         (lambda: solitary.width(D, 1.0), "^exponent = 1.0: must be greater than 1"),
         (lambda: solitary.width(float("inf")), "^size = inf"),
+        (lambda: solitary.width(1e300), r"^size = 1e\+300: must lie between"),
+        (lambda: solitary.width(D, 1e300), r"^exponent = 1e\+300: must be at most 10"),
+        (lambda: solitary.strain(0.0, 0.0, 500.0, 1e-300, M, K), "^size = 1e-300: must lie between"),
+        (lambda: solitary.peak_force_from_particle_speed(M, K, 1e300), "speed, .* beyond the range of numbers"),
+        (lambda: hl.laws.midplane_correction([None]), r"bead = \[None\]: must be a"),
+        (lambda: hl.laws.TabulatedLaw([1e-6, 2e-6], xr.Dataset()), "forces = .*: must be a list of numbers"),
         (lambda: solitary.strain(0.0, float("nan"), 500.0, D, M, K), "^time = nan"),
         (lambda: solitary.strain(0.0, 0.0, 0.0, D, M, K), "^speed = 0.0"),
         (lambda: solitary.strain(0.0, 0.0, 500.0, D, M, K, 1.0), "^exponent = 1.0"),

@@ -177,6 +177,10 @@ def test_bad_arguments(builder: tuple[Any, Mapping[str, Any]], changes: dict[str
         (lambda: hl.Outline(hl.circle(1.0, corners=1500), [hl.circle(0.5, corners=1500)]), "3000 corners in all"),
         (lambda: hl.critical_distance_bounds(BEAD, PLATE, 0.3, (500.0, [])), r"wave_speeds = \[\]"),
         (lambda: hl.impact.contact_time(BEAD, PLATE, 0.3, [0.1, -1.0]), "inelasticity = -1.0"),
+        (lambda: hl.Stiffener(np.array(np.nan), (0.1, 0.0), 1.0), r"start = array\(nan\): must be"),
+        (lambda: hl.lamb.group_speed(MATERIAL, 1e-3, 1e300, "A0"), r"frequency = 1e\+300: must be at most"),
+        (lambda: replace(PLATE, supports={"left": np.ones(2)}), r"left.* = array.*"),
+        (lambda: hl.laminates.Ply(STEEL, 1e300), r"thickness = 1e\+300: must lie between"),
         (lambda: replace(WALL, mass=0.0), r"mass = 0\.0"),
         (lambda: replace(WALL, bending=np.eye(2)), "bending = .*must be 3 × 3"),
         (
