@@ -89,8 +89,8 @@ def sweep(
     With a store, the same sweep can be repeated after it was killed, or with longer axes: it runs only the missing
     points, and returns what one uninterrupted sweep would return. Axis values must then be numbers, text, or
     dataclasses of these, such as materials. The store identifies build and measure by their names only: use another
-    folder if their code changed, or the data that they use from outside. Sweeps may share a store, also at the
-    same time and on several machines with a common folder: each point is run by one of them.
+    folder if their code changed, or the data that they use from outside. Sweeps may share a store at the same
+    time: each point is run by one of them.
 
     With a store a failed point is recorded, and the others continue. A point fails if build, the run or measure raises
     an Exception, or if it kills its process, also when it runs alone. Failures of the environment end the sweep
