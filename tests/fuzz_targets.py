@@ -687,7 +687,8 @@ def _formulas() -> dict[str, Target]:
         ),
         "layers.upper_speed": (layers.upper_speed, {"mass": 0.01, "upper_mass": 0.04, "incident_speed": 0.3}),
     }
-    return {name: Target(call, good) for name, (call, good) in table.items()}
+    unbounded = "hertz.yield_pressure"  # infinite without a yield strength
+    return {name: Target(call, good, infinite=name == unbounded) for name, (call, good) in table.items()}
 
 
 def _laws() -> dict[str, Target]:

@@ -14,7 +14,7 @@ from hypothesis import HealthCheck, given, note, settings
 from hypothesis import strategies as st
 from test_docstrings import PUBLIC
 
-QUICK, MANY = 200, 10_000
+QUICK, MANY = 200, 1_500
 """Calls of the quick and of the thorough test."""
 
 CHEAP = (
@@ -98,13 +98,17 @@ def test_good_calls(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.thorough
 def test_bad_calls(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of closed forms; `python tests/fuzz.py` searches runs, structures, plates and pictures, some calls of which last
+    seconds."""
     inside = tmp_path / "inside"
     inside.mkdir()
     monkeypatch.chdir(inside)  # some targets write files
+    rooms = ("solitary.", "lamb.", "zener.", "hertz.", "layers.", "impact.", "Sphere", "HollowSphere", "Cylinder")
+    closed_forms = [name for name in targets() if name.startswith(rooms)]
 
     @given(st.data())
     @settings(max_examples=MANY, suppress_health_check=list(HealthCheck))
     def search(data: Any) -> None:
-        bad_call(data, [*targets()])
+        bad_call(data, closed_forms)
 
     search()
