@@ -4,6 +4,7 @@
 """
 
 import warnings
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -36,6 +37,7 @@ ELSEWHERE = {
 }
 
 
+@cache
 def parameters() -> set[str]:
     """The names of all arguments of the API."""
     return {name for one in targets().values() for name in fuzz.argument_names(one)}
