@@ -72,6 +72,9 @@ LIBRARIES = (
 LONGEST = 120
 """Seconds of the processor after which the tests hang: kernels are compiled in 60 s, no quick test takes 10 s."""
 
+COMPILING = 6
+"""The tests of a kernel take so many times as long, most of it to compile."""
+
 MEMORY = 12 * 2**30
 """The most address space (bytes) that a mutant may take: a changed size must not bring the machine down."""
 
@@ -202,7 +205,11 @@ class Copy:
         path.write_bytes(source[: place.start] + place.new.encode() + source[place.end :])
         status, by, count = 0, "", 0
         try:
-            for chosen in self.nearest.to(place.file, place.function):
+            parts = self.nearest.to(place.file, place.function)
+            if place.room == "kernels":
+                # Each part would compile anew, and the same loop runs in most tests: some of each file, in turn.
+                parts, most = [_in_turn([name for part in parts for name in part])], COMPILING * most
+            for chosen in parts:
                 if chosen and status == 0:
                     status, ran, by = self._pytest(chosen, cache, limit, most)
                     count += ran
@@ -296,6 +303,15 @@ def _child(tree: Path, chosen: list[str], cache: Path, quickly: bool, most: floa
     if status in (0, 1, 2, 5):
         status = 1 if watch.failed else 0
     sender.send((status, watch.passed, watch.failed))
+
+
+def _in_turn(tests: list[str]) -> list[str]:
+    """Four tests of each file, then the next four."""
+    files: dict[str, list[str]] = {}
+    for name in tests:
+        files.setdefault(name.partition("::")[0], []).append(name)
+    rounds = range(0, max(map(len, files.values()), default=0), 4)
+    return [name for start in rounds for own in files.values() for name in own[start : start + 4]]
 
 
 def report(results: list[dict[str, Any]]) -> None:

@@ -122,10 +122,11 @@ def test_contact_in_a_hole_or_outside(place: tuple[float, float]) -> None:
 
 @pytest.mark.parametrize("size", [1e-3, 0.3])
 def test_a_corner_touches_a_side_by_its_distance_from_it(size: float) -> None:
-    """A corner comes close to the side opposite: touching means nearer than 1e-9 of the panel's size."""
+    """A corner comes close to the side opposite, which is oblique: touching means nearer than 1e-9 of the size."""
+    turned = np.array([(0.8, 0.6), (-0.6, 0.8)])
 
     def panel(gap: float) -> hl.Outline:
-        return hl.Outline(size * np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.5, gap), (0.0, 1.0)]))
+        return hl.Outline(size * np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.5, gap), (0.0, 1.0)]) @ turned)
 
     assert panel(1e-8).area == pytest.approx(0.5 * size**2, rel=1e-6)
     with pytest.raises(ValueError, match=r"cross|touch"):
