@@ -95,8 +95,11 @@ def coefficients_of(loss: Dissipation, mass: Vector) -> Vector:
     """The coefficients of a loss at contacts of these reduced masses, kg; a ValueError where a user's are none."""
     name, kind = type(loss).__name__, getattr(loss, "kind", None)
     if not isinstance(kind, int) or kind not in KINDS.values():
-        raise ValueError(f"{name}.kind = {kind!r}: must be {', '.join(KINDS)} of particles.kernels")
-    found = np.asarray(loss.coefficients(mass))
+        raise ValueError(f"{name}.kind = {kind!r}: must be one of {', '.join(KINDS)} of particles.kernels")
+    given = mass.copy()
+    found = np.asarray(loss.coefficients(given))
+    if not np.array_equal(given, mass):
+        raise ValueError(f"{name}.coefficients: must return new numbers, not change the masses that it receives")
     if found.dtype.kind not in "fiu" or found.shape != mass.shape:
         raise ValueError(
             f"{name}.coefficients: must return {mass.size} numbers, one for each mass that it receives, "

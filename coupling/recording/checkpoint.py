@@ -174,6 +174,16 @@ class Keeper:
         except OSError as error:
             raise ValueError(f"{self.name}: cannot be read ({error}); name another file") from error
 
+    def _input_in(self, stored: str) -> dict[str, Any]:
+        """The run's input as the file holds it; a ValueError where it holds something else."""
+        try:
+            found = json.loads(stored)
+        except (ValueError, RecursionError):
+            found = None
+        if not isinstance(found, dict) or not found:
+            raise ValueError(f"{self.name}: is damaged; remove it to begin anew")
+        return found
+
     def _read_from(self, file: BinaryIO) -> dict[str, Any]:
         head = file.read(len(HEAD))
         if head not in (HEAD, PICKLED_HEAD):
@@ -187,9 +197,9 @@ class Keeper:
         if _sum_of_rest(file) != expected:
             raise ValueError(f"{self.name}: is damaged; remove it to begin anew")
         file.seek(len(HEAD) + SUM)
-        stored = file.readline().decode().rstrip("\n")
+        stored = file.readline().decode(errors="replace").rstrip("\n")
         if stored != self.run:
-            other = list(differences(json.loads(stored), json.loads(self.run)))
+            other = list(differences(self._input_in(stored), json.loads(self.run)))
             named = ", ".join([text for text in other if not text.startswith("numbers")] or other)
             raise ValueError(
                 f"{self.name}: belongs to another run: {named}; name another file, or remove it to begin anew"

@@ -22,6 +22,9 @@ UNTOUCHED = 0.1
 """Weight of the error where nothing touches. No chain follows that surface, but its curvature measures the error of the
 structure's own stepping, which is smaller by about the ratio of the window to the time scale of the motion."""
 
+TIME_ROUNDING = 1e-6
+"""Of the time that a scheme has to advance: far above rounding, far below a wrong window."""
+
 TAKEN_AS_ONE = 1.0 + 1e-9
 """Windows whose ratio is below this number are equal."""
 
@@ -82,8 +85,9 @@ class Windows:
         name = f"{type(self.scheme).__name__}.step"
         if not isinstance(found, list) or len(found) != many or not all(isinstance(i, CoupledState) for i in found):
             raise ValueError(f"{name}: must return a list with the states after {many} substeps, not {short(found)}")
-        if not found[-1].time > state.time:
-            raise ValueError(f"{name}: must advance the state by {length:.3g} s; use interface.next")
+        asked, passed = many * length, found[-1].time - state.time
+        if not abs(passed - asked) <= TIME_ROUNDING * asked:
+            raise ValueError(f"{name}: must advance the state by {asked:.3g} s, not {passed:.3g} s; use interface.next")
         return found
 
     def _halved(self, state: CoupledState, length: float, substeps: int, left: int) -> list[CoupledState]:

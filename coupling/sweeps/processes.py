@@ -67,10 +67,10 @@ class Work:
         with collected() as messages:
             try:
                 simulation = self.build(**point)
-                instance("build", simulation, CoSimulation, "a function that returns a CoSimulation")
+                instance("build(...)", simulation, CoSimulation, "a CoSimulation")
                 run = kept = simulation.run(self.until)
                 if self.measure is not None:
-                    kept = instance("measure", self.measure(run), xr.Dataset, "a function that returns a Dataset")
+                    kept = instance("measure(run)", self.measure(run), xr.Dataset, "a Dataset")
             except Exception as error:
                 error.add_note(f"in the sweep's point {shown(point)}")
                 for message in dict.fromkeys(messages):

@@ -317,7 +317,7 @@ def test_samples_lie_within_the_bracket() -> None:
     [
         ({"build": 3}, "build = 3"),
         ({"build": lambda place: None}, "build = .*takes place, but the axes are distance"),
-        ({"build": lambda distance: None}, "build = None: must be a function that returns a CoSimulation"),
+        ({"build": lambda distance: None}, "build\\(\\.\\.\\.\\) = None: must be a CoSimulation"),
         ({"until": 0.0}, "until = 0"),
         ({"sensor": 1.5}, r"sensor = 1\.5"),
         ({"sensor": 8}, "sensor = 8: must be one that was measured"),

@@ -345,3 +345,12 @@ def test_a_signal_is_text(tmp_path: Path, marker: Path) -> None:
         with pytest.raises(ValueError, match=r"scope\.csv: no line holds numbers"):
             hl.read_signal(path, sensors={7: 1}, calibration=1.0)
     assert not marker.exists()
+
+
+@pytest.mark.parametrize("rest", [b"", b"[" * 200_000, b"1" * 20_000, b"\xff\xfe", b"[]\n[]\n", b"{}\n", b"null\n"])
+def test_a_checkpoint_with_another_head_is_damaged(tmp_path: Path, rest: bytes) -> None:
+    """Its sum is right, but it does not say to which run it belongs."""
+    path = tmp_path / "kept"
+    path.write_bytes(with_sum(checkpoint.HEAD, rest))
+    with pytest.raises(ValueError, match=r"kept': is damaged; remove it to begin anew"):
+        run(path)

@@ -471,7 +471,11 @@ def test_an_exchange_that_makes_energy_is_warned_of() -> None:
         (lambda state: None, r"Own\.step: must return a list with the states after 1 substeps, not None"),
         (lambda state: [], r"Own\.step: must return a list .*not \[\]"),
         (lambda state: state, r"Own\.step: must return a list"),
-        (lambda state: [state], r"Own\.step: must advance the state by .* s; use interface\.next"),
+        (lambda state: [state], r"Own\.step: must advance the state by .* s, not 0 s; use interface\.next"),
+        (
+            lambda state: [state._replace(time=state.time + 1e-8)],
+            r"Own\.step: must advance the state by 3\.91e-07 s, not 1e-08 s; use interface\.next",
+        ),
     ],
 )
 def test_a_scheme_that_returns_no_states_is_named(answer: Any, message: str) -> None:

@@ -381,3 +381,19 @@ def test_a_loss_that_is_none_is_named(kind: Any, coefficients: Any, message: str
     bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
     with pytest.raises(ValueError, match=message):
         hl.CoSimulation(hl.Chain([bead] * 4, bead, 0.3, dissipation=Own()), None).run(1e-4)
+
+
+def test_a_loss_that_changes_its_masses_is_refused() -> None:
+    """The chain has the same array: it would run with other masses."""
+
+    class Heavier(hl.Dissipation):
+        kind = kernels.DASHPOT
+
+        def coefficients(self, mass: Vector) -> Vector:
+            mass *= 2.0
+            return mass
+
+    bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    chain = hl.Chain([bead] * 3, bead, 0.1, dissipation=Heavier())
+    with pytest.raises(ValueError, match=r"Heavier\.coefficients: must return new numbers"):
+        hl.CoSimulation(chain, None).run(1e-6)
