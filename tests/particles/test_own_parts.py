@@ -367,9 +367,9 @@ def test_the_history_of_a_users_excitation_may_be_lists_of_whole_numbers() -> No
         (kernels.DASHPOT, lambda mass: None, r"Own\.coefficients: must return \d+ numbers"),
         (kernels.DASHPOT, lambda mass: mass + 1j, r"Own\.coefficients: must return \d+ numbers"),
         (kernels.DASHPOT, lambda mass: mass[:-1], r"Own\.coefficients: must return \d+ numbers"),
-        (99, lambda mass: mass, r"Own\.kind = 99: must be DASHPOT, TANGENT"),
-        ("dashpot", lambda mass: mass, r"Own\.kind = 'dashpot': must be DASHPOT"),
-        (None, lambda mass: mass, r"Own\.kind = None: must be DASHPOT"),
+        (99, lambda mass: mass, r"Own\.kind = 99: must be one of DASHPOT, TANGENT"),
+        ("dashpot", lambda mass: mass, r"Own\.kind = 'dashpot': must be one of DASHPOT"),
+        (None, lambda mass: mass, r"Own\.kind = None: must be one of DASHPOT"),
     ],
 )
 def test_a_loss_that_is_none_is_named(kind: Any, coefficients: Any, message: str) -> None:
