@@ -24,7 +24,7 @@ from coupling.state import CoupledState
 from particles.chain import Chain
 from particles.moving import MovingChain
 from structures.checks import instance, listed, one_of, positive, whole
-from structures.reprs import html_table
+from structures.html_table import html_table
 
 WAVEFORMS = ("linear", "quadratic")
 

@@ -14,8 +14,8 @@ from particles.dissipation import Dissipation
 from particles.excitation import Excitation, FirstBeadMoves, FreeStriker, check_excitation
 from particles.laws.law import ContactLaw, check_contact_law
 from structures.checks import not_negative, one_of, short, takes, turn, within
+from structures.html_table import html_table
 from structures.plausible import likely
-from structures.reprs import html_table
 from structures.structure import Vector
 from structures.surface import Surface
 

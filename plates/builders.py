@@ -20,7 +20,7 @@ from plates.support import Support, Supports
 from structures.checks import instance, positive, short, whole
 from structures.elasticity import HIGHEST_FREQUENCY
 from structures.material import Material
-from structures.mesh_source import Tag
+from structures.mesh_reading import Tag
 from structures.plausible import likely
 
 if TYPE_CHECKING:

@@ -23,9 +23,9 @@ from structures.checks import instance, positive, short
 from structures.elasticity import HIGHEST_FREQUENCY
 from structures.factor import Matrices
 from structures.field import Field
+from structures.html_table import html_table
 from structures.material import Material
-from structures.mesh_source import Tag, known
-from structures.reprs import html_table
+from structures.mesh_reading import Tag, known
 from structures.structure import Structure
 from structures.surface import Surface
 

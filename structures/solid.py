@@ -13,13 +13,13 @@ import numpy as np
 from scipy import sparse
 from skfem import Basis, ElementVector, FacetBasis, LinearForm
 
+from structures.body_mesh import BodyMesh
 from structures.caution import caution
 from structures.checks import finite, positive
 from structures.elastic_field import elastic_field
 from structures.elasticity import HIGHEST_FREQUENCY, first_lame_parameter, shear_modulus, shear_speed
 from structures.material import Material
-from structures.mesh_file import BodyMesh
-from structures.mesh_source import Numbers, Tag
+from structures.mesh_reading import Numbers, Tag
 from structures.structure import Structure, Vector
 from structures.surface import Surface
 

@@ -14,8 +14,8 @@ from scipy import sparse
 from structures.checks import each, finite, instance, listed
 from structures.factor import Matrices, numbers, symmetric
 from structures.field import Field
+from structures.html_table import html_table
 from structures.material import Material
-from structures.reprs import html_table
 from structures.surface import Surface
 
 Vector = NDArray[np.float64]

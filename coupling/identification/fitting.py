@@ -27,7 +27,7 @@ from particles.dissipation import (
 )
 from particles.moving import MovingChain
 from structures.checks import instance, listed, one_of, short, whole
-from structures.reprs import html_table
+from structures.html_table import html_table
 from structures.structure import Structure, Vector
 
 STEPS_PER_CONTACT = 200

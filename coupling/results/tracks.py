@@ -10,7 +10,7 @@ from coupling.results.ar_and_tof import SMALLEST_WAVE
 from coupling.results.peaks import FAINT, FEWEST_CONTACTS, NEAR_END, Peak, hops, interpolated, traced
 from coupling.results.reading import Reading, without_padding
 from structures.checks import positive
-from structures.reprs import html_table
+from structures.html_table import html_table
 from structures.structure import Vector
 
 Node = tuple[int, int]

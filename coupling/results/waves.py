@@ -3,7 +3,7 @@
 from dataclasses import dataclass, fields
 from typing import NamedTuple, NoReturn
 
-from structures.reprs import html_table
+from structures.html_table import html_table
 
 
 @dataclass(frozen=True)

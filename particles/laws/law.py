@@ -16,7 +16,7 @@ from scipy.interpolate import PchipInterpolator
 
 from particles import kernels
 from structures.checks import finite, instance, positive, short, within
-from structures.reprs import html_table
+from structures.html_table import html_table
 from structures.structure import Vector
 
 DIFFERENCE = 1e-5

@@ -25,7 +25,7 @@ from plates.section import Section
 from plates.shapes.mesh_geometry import QUARTER_TURN, find_cells, tangents
 from plates.shapes.shape import Cells, PlateMesh
 from plates.support import ElasticEdge, Support
-from structures.mesh_source import Numbers, Tag
+from structures.mesh_reading import Numbers, Tag
 from structures.structure import Vector
 
 Matrix: TypeAlias = sparse.csr_array

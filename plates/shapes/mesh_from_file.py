@@ -11,7 +11,7 @@ from plates.shapes.mesh_geometry import tangents
 from plates.shapes.shape import Cells, PlateMesh
 from structures.caution import caution
 from structures.checks import positive
-from structures.mesh_source import (
+from structures.mesh_reading import (
     Numbers,
     Tag,
     check_whole,

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple, Protocol
 
 from numpy.typing import ArrayLike
 
-from structures.mesh_source import Groups, Tag
+from structures.mesh_reading import Groups, Tag
 from structures.structure import Vector
 
 MIRROR = "middle"

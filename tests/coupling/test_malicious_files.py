@@ -19,7 +19,7 @@ import hertzlink as hl
 from coupling.files import plain, writing
 from coupling.ports import fmu_content
 from coupling.recording import checkpoint
-from structures.mesh_source import read_mesh
+from structures.mesh_reading import read_mesh
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 CHAIN = hl.Chain([BEAD] * 3, BEAD, 0.31)

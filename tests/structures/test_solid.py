@@ -13,10 +13,10 @@ from scipy.special import jv
 from skfem import Basis, ElementVector
 
 import hertzlink as hl
+from structures.body_mesh import BodyMesh
 from structures.cylinder import layered_cylinder as cylinder
 from structures.elasticity import body_matrices, first_lame_parameter, shear_modulus
 from structures.factor import factorise
-from structures.mesh_file import BodyMesh
 from structures.solid import patch_compliance, solid
 
 CYLINDER = Path(__file__).parent / "data" / "cylinder.msh"

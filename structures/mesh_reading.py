@@ -1,4 +1,4 @@
-"""Common parts of meshes from files: meshio reads them; points, cells and tags become checked arrays."""
+"""Reading mesh files by meshio: points, cells and tags become checked arrays, for solid bodies and for plates."""
 
 import re
 from collections.abc import Collection, Mapping

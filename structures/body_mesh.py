@@ -1,6 +1,4 @@
-"""Meshes of solid bodies from files: meshio reads them; they are checked and converted to scikit-fem, with their
-tags.
-"""
+"""The mesh of a solid body: its cells and facets are checked and become a scikit-fem mesh with tags."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -11,7 +9,7 @@ from skfem import ElementHex2, ElementTetP2, MeshHex1, MeshHex2, MeshTet1, MeshT
 from structures.caution import caution
 from structures.checks import instance, positive
 from structures.material import Material
-from structures.mesh_source import (
+from structures.mesh_reading import (
     Numbers,
     Tag,
     check_whole,
