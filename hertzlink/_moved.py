@@ -108,7 +108,8 @@ def missing(name: str, public: Sequence[str]) -> Exception:
     importing = sys._getframe(2).f_globals.get("__name__") == IMPORTER
     if importing and not name.startswith("__") and find_spec(f"hertzlink.{name}") is None:
         return ImportError(f"cannot import name {name!r} from 'hertzlink'{hint}", name="hertzlink")
-    return AttributeError(f"module 'hertzlink' has no attribute {name!r}{hint}")
+    # Without `obj` Python would add a suggestion of its own, which may be another name.
+    return AttributeError(f"module 'hertzlink' has no attribute {name!r}{hint}", name=name, obj=None)
 
 
 def _hint(name: str, public: Sequence[str]) -> str:

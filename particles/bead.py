@@ -3,14 +3,14 @@
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cached_property
 from math import pi, sqrt
-from numbers import Real
 from typing import Any, Protocol
 
 import numpy as np
 
-from structures.checks import instance, listed, one_of, positive, short, turn, within
+from structures.checks import instance, listed, not_negative, one_of, positive, short, turn, within
 from structures.material import Material
 from structures.plausible import likely
+from structures.structure import Structure
 from structures.surface import Surface
 
 STANDARD_GRAVITY = 9.81
@@ -327,14 +327,15 @@ def check_bead(name: str, body: Any, what: str = "a bead, such as a Sphere") -> 
         return body
     missing = [attribute for attribute in ATTRIBUTES if not hasattr(body, attribute)]
     # A Structure has these attributes too, but its mass is a matrix.
-    matrix = "mass" not in missing and not isinstance(body.mass, Real)
-    if missing == list(ATTRIBUTES) or isinstance(body, type) or matrix:
+    if missing == list(ATTRIBUTES) or isinstance(body, type | Structure):
         raise ValueError(f"{name} = {short(body)}: must be {what}")
     if missing:
         raise ValueError(f"{name} = {short(body)}: has no {' and no '.join(missing)}; must be {what}")
     positive(f"{name}: mass", body.mass, "kg")
     positive(f"{name}: size", body.size, "m")
     instance(f"{name}: surface", body.surface, Surface, "a Surface(material, curvature)")
+    if hasattr(body, "shell_flexibility"):
+        not_negative(f"{name}: shell_flexibility", body.shell_flexibility, "m/N")
     return body  # type: ignore[no-any-return]
 
 

@@ -23,7 +23,7 @@ HDF5 = b"\x89HDF\r\n\x1a\n"
 DATA_ITEM = re.compile(r"""<DataItem(?=[^>]*Format\s*=\s*["'](?:HDF|Binary))[^>]*>([^<:]+)""")
 
 NAMES_A_FILE = {
-    ".inp": re.compile(r"^\*\s*INCLUDE\b.*=(.*)$", re.IGNORECASE | re.MULTILINE),
+    ".inp": re.compile(r"^[ \t]*\*(?=[ \t]*INCLUDE\b|[^*\n]*\bINPUT[ \t]*=).*=(.*)$", re.IGNORECASE | re.MULTILINE),
     ".xdmf": DATA_ITEM,
     ".xmf": DATA_ITEM,
 }

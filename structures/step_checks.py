@@ -17,6 +17,9 @@ def check_step(step: Any, structure: Structure, made_by: Any) -> Step:
         raise ValueError(f"stepper = {short(made_by)}: returned {short(step)}{lacks}; must return a Step")
     name = type(step).__name__
     pushed = _pushed(f"{name}.response", step.response, structure)
+    moved = float(structure.contact_vectors[:, 0] @ pushed.displacement)
+    if moved < 0.0:
+        raise ValueError(f"{name}.response.displacement: 1 N moves its contact by {moved:.3g} m; must be 0 or more")
     given = StructureState(*(part.copy() for part in pushed))
     end = _answer(f"{name}.free(state)", step.free, given)
     if not isinstance(end, StructureState):

@@ -104,6 +104,12 @@ def test_a_name_that_never_was_gets_the_nearest_one(name: str, hint: str) -> Non
         exec(f"from hertzlink import {name}")
 
 
+def test_python_adds_no_other_name(tmp_path: Path) -> None:
+    """Python suggests a name of the module itself, as `plates` for `Plates`, beside ours."""
+    done = python("import hertzlink as hl; hl.Plates", tmp_path)
+    assert done.stderr.count("id you mean") == 1, done.stderr
+
+
 @pytest.mark.parametrize("name", MOVED)
 def test_an_import_of_a_name_that_moved_is_named_with_its_new_place(name: str) -> None:
     message = f"cannot import name '{name}' from 'hertzlink'; it is now hertzlink.{MOVED[name]}"

@@ -168,7 +168,7 @@ class Keeper:
             if not os.path.lexists(self.path):
                 return None
             if not self.path.is_file():
-                raise ValueError(f"{self.name}: is no file; name another")
+                raise ValueError(f"{self.name}: is no regular file; name another")
             with self.path.open("rb") as file:
                 return self._read_from(file)
         except OSError as error:

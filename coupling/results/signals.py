@@ -120,8 +120,8 @@ def read_signal(
     OSError
         If the file cannot be read.
     ValueError
-        With the line, if the file is truncated or garbled, has gaps, numbers that are not finite, times that do not
-        increase, or a constant column.
+        If there is no such file; with the line, if it is truncated or garbled, has gaps, numbers that are not finite,
+        times that do not increase, or a constant column.
 
     Examples
     --------
@@ -146,6 +146,8 @@ def read_signal(
         raise ValueError(f"sensors = {dict(sensors)!r}: two of them read the same column")
     second = SECONDS[one_of("time_unit", time_unit, SECONDS)]
     newton = _newtons(unit, calibration, list(column_of))
+    if not Path(path).is_file():
+        raise ValueError(f"path = {str(path)!r}: must be the name of a file that exists")
     lines, table = _read(Path(path), [time_column, *column_of.values()])
     _check_order(f"{path}, ", table, lines, time_column, list(column_of.values()))
     rows = {sensor: newton[sensor] * table[:, k] for k, sensor in enumerate(column_of, start=1)}
@@ -194,7 +196,7 @@ def _read(path: Path, columns: list[int]) -> tuple[list[int], Vector]:
             raise ValueError(f"{path}, line {i}: {line[:80]!r} must hold finite numbers")
         rows.append(numbers)
     if len(rows) < FEWEST_SAMPLES:
-        raise ValueError(f"{path}, line {len(lines)}: holds {len(rows)} samples, must be at least {FEWEST_SAMPLES}")
+        raise ValueError(f"{path}, line {len(lines)}: samples = {len(rows)}, must be at least {FEWEST_SAMPLES}")
     if not text.endswith("\n") and len(lines[-1]) < min(map(len, lines[first:-1])):
         raise ValueError(
             f"{path}, line {len(lines)}: {lines[-1]!r} looks cut off: shorter than all others, no line end"

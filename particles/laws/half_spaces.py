@@ -182,7 +182,7 @@ class _Pair(ComputedContact):
         self.flat, self.sharp = relative_curvatures(one, other)
         if self.flat <= 1e-12 * self.sharp:
             raise ValueError(
-                f"second = {second!r}: touches the first along a line; parallel cylinders: see contact_law_plane"
+                f"second = {second!r}: touches the first along a line; for parallel cylinders use laws.plane"
             )
         self.theory = self.below = PowerLaw(hertz_stiffness(one, other))
         self.sharpest = sharpest_curvatures(one, other)

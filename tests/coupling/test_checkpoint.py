@@ -290,7 +290,7 @@ def test_foreign_files_are_left_alone(tmp_path: Path) -> None:
         (True, "checkpoint = True: must be the path"),
         (b"kept", "checkpoint = b'kept': must be the path"),
         ("a\0b", "must be the path of a file"),
-        ("", "checkpoint = '': is no file"),
+        ("", "checkpoint = '': is no regular file"),
         ("nowhere/kept", "checkpoint = 'nowhere/kept': its folder does not exist"),
         ("/proc/kept", r"checkpoint = '/proc/kept': cannot be written \(.*\); name a file in a folder"),
         ("k" * 256, r"cannot be (read|written) \(.*too long"),

@@ -310,6 +310,8 @@ def test_a_mesh_does_not_lead_out_of_its_file(tmp_path: Path, secret: Path, mess
 
 MESHES = {
     "include.inp": "*NODE\n1, 0, 0, 0\n*INCLUDE, INPUT={}\n",
+    "blanks.inp": "*NODE\n1, 0, 0, 0\n * include , input = {}\n",
+    "node_input.inp": "*NODE, NSET=all, INPUT={}\n",
     "twice.inp": "*Include,input = inner.inp\n",
     "hdf.xdmf": '<Xdmf><DataItem Dimensions="4" Format="HDF">{}:/secret</DataItem></Xdmf>',
     "binary.xmf": "<Xdmf><DataItem Format='Binary' Dimensions='4'>\n{}\n</DataItem></Xdmf>",

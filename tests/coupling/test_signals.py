@@ -1,5 +1,6 @@
 """Signals: what is read from scope files, what is refused, and what noise does to the measures."""
 
+import os
 from functools import cache
 from pathlib import Path
 
@@ -138,7 +139,7 @@ FIELDS = rows()[102 - 6].split(",")
         (garbled({102: rows()[101 - 6]}), "line 102: time .* must increase"),
         (garbled({102: rows()[0]}), "line 102: time .* must increase"),
         (garbled({102: None}), "line 102: .* a gap; the usual step is 1e-06 s"),
-        (garbled({}, last=12), "line 12: holds 7 samples, must be at least 16"),
+        (garbled({}, last=12), "line 12: samples = 7, must be at least 16"),
         (HEADER, "no line holds numbers"),
         (["0,001;0,5"] * 50, "no line holds numbers in columns"),
         ([f"{k}e-6,1.0,2.0" for k in range(50)], "sensor 7: the signal is constant, 20 N"),
@@ -151,6 +152,14 @@ def test_garbled_files_are_refused_with_their_line(tmp_path: Path, lines: list[s
     with pytest.raises(ValueError, match=message) as caught:
         read_signal(path, {7: 1}, calibration=20.0)
     assert str(path) in str(caught.value)
+
+
+def test_a_signal_that_is_no_file(tmp_path: Path) -> None:
+    """Missing, a folder, a pipe that nobody writes to, an address."""
+    os.mkfifo(tmp_path / "pipe")
+    for path in (tmp_path / "none.csv", tmp_path, tmp_path / "pipe", "https://example.com/scope.csv"):
+        with pytest.raises(ValueError, match=f"path = '{path}': must be the name of a file that exists"):
+            read_signal(path, {7: 1}, calibration=20.0)
 
 
 @pytest.mark.parametrize("last", ["0.000899,", "0.000899,3.1e-", "0.000899,3.1,", "0.00089", "0.000899,1,2"])
@@ -191,11 +200,6 @@ def test_bad_arguments(tmp_path: Path, change: dict, message: str) -> None:
     path = write(tmp_path / "scope.csv", [*HEADER, *rows()])
     with pytest.raises(ValueError, match=message):
         read_signal(path, **({"sensors": {7: 1}, "calibration": 20.0} | change))
-
-
-def test_a_missing_file(tmp_path: Path) -> None:
-    with pytest.raises(OSError, match=r"none\.csv"):
-        read_signal(tmp_path / "none.csv", {7: 1}, calibration=20.0)
 
 
 def test_bad_arrays() -> None:

@@ -9,6 +9,7 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from math import pi
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -41,6 +42,11 @@ DEFORMABLE: Made = (hl.DeformableChain, STRUCK)
 COMPUTED_LAW: Made = (hl.laws.computed_law, {})
 
 
+def body(**attributes: Any) -> SimpleNamespace:
+    """A body of one's own with some attributes changed."""
+    return SimpleNamespace(**({"mass": BALL.mass, "size": BALL.size, "surface": BALL.surface} | attributes))
+
+
 def crossing(degrees: float = 0.0) -> hl.Cylinder:
     return hl.Cylinder(RADIUS, 4.76e-3, STEEL, math.radians(degrees))
 
@@ -57,6 +63,12 @@ def crossing(degrees: float = 0.0) -> hl.Cylinder:
         (CHAIN, {"beads": BALL}, "beads = Sphere"),
         (CHAIN, {"impact_speed": 10**400}, "impact_speed = "),
         (CHAIN, {"beads": ["steel"]}, r"beads\[0\] = 'steel': must be a bead"),
+        (CHAIN, {"beads": [body(mass=None)]}, r"beads\[0\]: mass = None: must be a finite number of kg"),
+        (CHAIN, {"beads": [body(mass="3 g")]}, r"beads\[0\]: mass = '3 g': must be a finite number of kg"),
+        (CHAIN, {"beads": [body(size=lambda: 1e-2)]}, r"beads\[0\]: size = <function"),
+        (CHAIN, {"beads": [body(surface=None)]}, r"beads\[0\]: surface = None: must be a Surface"),
+        (CHAIN, {"beads": [body(shell_flexibility=-1e-9)]}, r"beads\[0\]: shell_flexibility = -1e-09: must be"),
+        (CHAIN, {"beads": [body(shell_flexibility=None)]}, r"beads\[0\]: shell_flexibility = None: must be"),
         (CHAIN, {"striker": 3}, "striker = 3"),
         (CHAIN, {"dissipation": 4.0}, r"dissipation = 4\.0: must be None or a loss such as LinearDashpot"),
         (CHAIN, {"integrator": "rk45"}, r"integrator = 'rk45'.*did you mean 'rk4'"),

@@ -64,6 +64,10 @@ WRONG: list[tuple[Callable[[Any], Any], str]] = [
         (lambda structure, window: "x", "stepper = <function.*: returned 'x'; must return a Step"),
         (lambda structure: None, "stepper = <function.*: must be a function of a structure and a window"),
         *[(own(response=wrong), rf"Own\.response{words}") for wrong, words in WRONG],
+        (
+            own(response=lambda right: State(-right[0], right[1])),
+            r"Own\.response\.displacement: 1 N moves its contact by -",
+        ),
         *[(own(free=wrong), rf"Own\.free\(state\){words}") for wrong, words in WRONG],
         (own(methods={"free": None}), r"Own\.free = None: must be a method, Own\.free\(state\)"),
         (own(methods={"free": lambda self: None}), r"Own\.free: must be a method, Own\.free\(state\)"),
