@@ -16,7 +16,7 @@ from coupling.recording.dataset import dataset, summary
 from coupling.recording.frames import Frames
 from coupling.recording.trace import Trace
 from coupling.results.findings import warn
-from coupling.run_checks import check_length, checked
+from coupling.run_checks import check_before, checked
 from coupling.schemes.condensed import Condensed
 from coupling.schemes.scheme import Scheme, check_scheme
 from coupling.schemes.windows import Adaptive
@@ -164,7 +164,7 @@ class CoSimulation:
             If the state of a body is no longer finite.
         """
         until = positive("until", until, "s")
-        findings = check_length(self.interface.chains, until)
+        findings = check_before(self.interface.chains, until)
         warn(findings)
         plan = plan_run(self.interface, self.scheme, self.window, self.substeps, until, save_every)
         findings += warn_if_coarse(plan, self.interface, isinstance(self.window, Adaptive))

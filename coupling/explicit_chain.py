@@ -11,7 +11,7 @@ import xarray as xr
 from coupling.results.findings import warn, with_warnings
 from coupling.results.provenance import provenance
 from coupling.results.schema import VARIABLES, variable
-from coupling.run_checks import check_length
+from coupling.run_checks import check_before
 from particles.bead import Bead
 from particles.chain import Chain
 from particles.deformable import explicit_kernels as kernels
@@ -138,7 +138,7 @@ def explicit_chain(
     {'time': 3, 'bead': 2}
     """
     chain, until = _checked(chain), positive("until", until, "s")
-    warn(check_length([MovingChain(chain, None)], until))
+    warn(check_before([MovingChain(chain, None)], until))
     bead: Any = chain.beads[0]
     instance("rigid_wall", rigid_wall, bool, "True or False")
     radius = _widest_contact(bead, chain.impact_energy, rigid_wall)

@@ -25,6 +25,10 @@ PROBE = 0.01
 CHUNK = 4096
 """Windows after which the compiled loop looks whether a checkpoint is due; at least one saved interval."""
 
+UNBROKEN = 3e7
+"""Steps of beads after which the compiled loop returns, so that Ctrl-C ends a run: about a second, as each window is
+tried a few times."""
+
 
 class Work(NamedTuple):
     """A run to do: its two sides and scheme, the plan, what records it, and the clock of a trace."""
@@ -104,11 +108,14 @@ def run_compiled(work: Work) -> None:
     frames.record(interface, 0, start, Counts(), plan.length)
     if keeper is not None:
         moved, row = keeper.begin(frames, (moved, row))
+    steps = chain.steps(length)
+    windows = min(UNBROKEN / (steps * start.chains[0].position.size), plan.total if keeper is None else CHUNK)
+    rows = max(1, int(windows) // plan.stride)
     while row < plan.rows - 1:
         y, v, body, guess, totals = moved
-        last = plan.rows - 1 if keeper is None else min(row + max(1, CHUNK // plan.stride), plan.rows - 1)
+        last = min(row + rows, plan.rows - 1)
         problem, done, detail, totals = loop(
-            y, v, chain.constants, chain.method, chain.steps(length), length, static, tolerance, plan.stride,
+            y, v, chain.constants, chain.method, steps, length, static, tolerance, plan.stride,
             linear, body, guess, totals, (row, last), frames.compiled(),
         )  # fmt: skip
         moved = y, v, body, guess, totals

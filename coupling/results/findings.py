@@ -15,16 +15,16 @@ NUMBER = re.compile(r"[-+]?\d[\d.]*(e[-+]?\d+)?")
 
 
 def with_warnings(data: xr.Dataset, findings: Sequence[str]) -> xr.Dataset:
-    """The Dataset with the attribute `warnings`, each finding once; without it where there are none."""
+    """The Dataset with the attribute `warnings`, each finding once."""
     data = data.copy(deep=False)
     data.attrs = {name: value for name, value in data.attrs.items() if name != "warnings"} | as_attribute(findings)
     return data
 
 
 def as_attribute(findings: Sequence[str]) -> dict[str, str]:
-    """The attribute `warnings`; nothing where there are no findings."""
+    """The attribute `warnings`, empty where there are no findings."""
     lines = [" ".join(finding.split()) for finding in findings]
-    return {"warnings": "\n".join(dict.fromkeys(lines))} if lines else {}
+    return {"warnings": "\n".join(dict.fromkeys(lines))}
 
 
 def findings_of(data: xr.Dataset) -> list[str]:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from coupling.results.findings import warn
 from coupling.results.provenance import provenance
 from coupling.results.schema import variable
-from coupling.run_checks import check_length
+from coupling.run_checks import check_before
 from particles import kernels
 from particles.chain import Chain
 from particles.deformable.chain import DeformableChain
@@ -87,7 +87,7 @@ def batch(
         raise ValueError("chains: of deformable beads must be run by CoSimulation or sweep")
     until = positive("until", until, "s")
     moving = [MovingChain(chain, _surface(structure), dt=dt) for chain in chains]
-    warn(check_length(moving, until))
+    warn(check_before(moving, until))
     lengths = {one.mass.size for one in moving}
     if len(lengths) > 1:
         raise ValueError(f"chains: hold {sorted(n - 1 for n in lengths)} beads; must have equally many")

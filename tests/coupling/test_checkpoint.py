@@ -277,7 +277,7 @@ def test_foreign_files_are_left_alone(tmp_path: Path) -> None:
     names[4].symlink_to("notes.txt")
     contents = [names[number].read_bytes() for number in (0, 1)]
     for path in (*names, str(names[0]), "/dev/null"):
-        with pytest.raises(ValueError, match=r"checkpoint = '.*': is no (file|checkpoint of this version)"):
+        with pytest.raises(ValueError, match=r"checkpoint = '.*': is no (regular file|checkpoint of this version)"):
             small(path)
     assert [names[number].read_bytes() for number in (0, 1)] == contents
     assert sorted(os.listdir(tmp_path)) == sorted(path.name for path in names)

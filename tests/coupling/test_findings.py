@@ -32,7 +32,7 @@ def test_findings_are_lines_of_an_attribute() -> None:
     )
     assert data.attrs == {"input": "{}", "warnings": "energy: so much\nb: c"}
     assert findings_of(data) == ["energy: so much", "b: c"]
-    assert with_warnings(data, []).attrs == {"input": "{}"}
+    assert with_warnings(data, []).attrs == {"input": "{}", "warnings": ""}
     assert findings_of(xr.Dataset()) == []
 
 

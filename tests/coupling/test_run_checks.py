@@ -10,8 +10,10 @@ import xarray as xr
 
 import hertzlink as hl
 from coupling.results.findings import findings_of
-from coupling.run_checks import BLOCK, _greatest, check_length
+from coupling.run_checks import BLOCK, _greatest, check_before
 from coupling.structure_checks import push_length
+from particles import kernels
+from particles.moving import MovingChain
 
 HARD = hl.Material(200e9, 0.28, 7800.0)
 """Without a yield strength."""
@@ -38,7 +40,7 @@ def good() -> xr.Dataset:
 
 
 def test_a_run_without_findings_warns_of_nothing(good: xr.Dataset) -> None:
-    assert "warnings" not in good.attrs
+    assert good.attrs["warnings"] == ""
 
 
 def test_energy_that_the_steps_make_or_lose() -> None:
@@ -51,6 +53,20 @@ def test_energy_that_the_steps_make_or_lose() -> None:
     assert finding.endswith("the chain's steps; take a shorter dt")
     assert finding in [str(one.message) for one in caught]
     assert {one.filename for one in caught} == {__file__}
+
+
+@pytest.mark.parametrize(("coefficient", "ratio"), [(5e3, 98), (1e5, 1958)])
+def test_a_loss_in_another_unit(coefficient: float, ratio: int) -> None:
+    """5 N s/m is 5000 g/s: the rate of the loss is the coefficient over the reduced mass of two beads, m/2."""
+    chain = hl.Chain([BEAD] * 20, BEAD, 0.44, dissipation=hl.LinearDashpot(coefficient))
+    moving = MovingChain(chain, None)
+    (finding,) = check_before([moving], 1e-4)
+    assert finding.startswith(
+        f"dissipation = LinearDashpot(coefficient={coefficient}): would stop a contact in 1/{ratio} "
+    )
+    assert moving.contact_time * coefficient / (BEAD.mass / 2.0) == pytest.approx(ratio, rel=0.01)
+    usual = hl.Chain([BEAD] * 20, BEAD, 0.44, dissipation=hl.Restitution(0.05))
+    assert check_before([MovingChain(usual, None)], 1e-4) == []
 
 
 def test_energy_that_the_stepper_loses() -> None:
@@ -95,7 +111,7 @@ def test_a_long_record_is_no_mistake() -> None:
         one = hl.Chain([BEAD], BEAD, 0.4)
         hl.CoSimulation(one, None).run(3e-3)
     piston = hl.Chain([BEAD] * 2, hl.Piston([0.0, 0.5], [0.0, 1e-6]))
-    assert check_length(hl.CoSimulation(piston, WALL).interface.chains, 1.5) == []
+    assert check_before(hl.CoSimulation(piston, WALL).interface.chains, 1.5) == []
 
 
 @pytest.mark.parametrize("until", [1e-4, 3e-4, 4.5e-4])
@@ -198,3 +214,13 @@ def test_the_length_of_a_push() -> None:
 def test_greatest_values_in_blocks(rows: int) -> None:
     values = np.random.default_rng(rows).normal(size=(rows, 5))
     assert np.array_equal(_greatest(values), values.max(axis=0))
+
+
+def test_a_compiled_run_in_many_calls_has_the_same_bits(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Between the calls Ctrl-C ends a run."""
+    whole = hl.CoSimulation(CHAIN, WALL).run(2e-4)
+    calls, loop = [], kernels.run_condensed
+    monkeypatch.setattr("coupling.loops.UNBROKEN", 1e4)
+    monkeypatch.setattr(kernels, "run_condensed", lambda *given: calls.append(given) or loop(*given))
+    assert hl.CoSimulation(CHAIN, WALL).run(2e-4).identical(whole)
+    assert len(calls) > 5
