@@ -1,9 +1,10 @@
-"""The loop over the windows of a run: in Python for any scheme, compiled for one linear structure at one contact."""
+"""The loop over the windows of a run: in Python for any scheme, compiled for Condensed on linear structures."""
 
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from coupling.flat import flat_chains, flat_seats, flat_structures
 from coupling.interface import Interface
 from coupling.participant import BlackBox
 from coupling.plan import Plan
@@ -12,9 +13,10 @@ from coupling.recording.frames import Counts, Frames
 from coupling.recording.trace import Trace
 from coupling.schemes.condensed import Condensed
 from coupling.schemes.scheme import Scheme
-from coupling.schemes.windows import Adaptive, Windows
+from coupling.schemes.windows import MOST_HALVINGS, Adaptive, Windows
 from coupling.state import CoupledState, NotConverged
 from particles import kernels
+from structures.structure import Vector
 
 LARGEST_GAIN = 0.01
 """Part of the impact energy that a passive participant may have given back beyond what it received."""
@@ -44,8 +46,9 @@ class Work(NamedTuple):
     @property
     def compiled(self) -> bool:
         """Whether the compiled loop can do it."""
-        one = self.interface.single and not self.interface.quadratic and not isinstance(self.window, Adaptive)
-        return one and isinstance(self.scheme, Condensed) and bool(self.interface.structures[0].compact)
+        if self.interface.boxes or not isinstance(self.scheme, Condensed) or isinstance(self.window, Adaptive):
+            return False
+        return all(structure.compact for structure in self.interface.structures)
 
     def do(self) -> None:
         """Fill the frames. Raises NotConverged, FloatingPointError and ValueError."""
@@ -92,44 +95,93 @@ def _advanced(work: Work, windows: Windows, state: CoupledState, done: int, many
 
 
 def run_compiled(work: Work) -> None:
-    """All windows in compiled code; for one chain and one linear structure with the scheme Condensed."""
+    """All windows in compiled code, for linear structures with the scheme Condensed."""
     interface, scheme, _, plan, frames, keeper, clock = work
-    loop: Any = kernels.run_condensed
-    chain, structure = interface.chains[0], interface.structures[0]
-    if clock is not None:
-        loop, structure = clock.timed("compiled loop", loop), clock.watch(structure)
-    length, linear = plan.length, structure.propagator(plan.length)
-    static = float(chain.static_force[-1])
-    tolerance = scheme.tolerance * chain.force_scale  # type: ignore[attr-defined]
-    start = interface.start(scheme.start(interface))
-    y, v = start.chains[0][:2]
-    moved = y, v, np.zeros(linear.response.size), start.memory, kernels.Totals()
-    row = 0
-    frames.record(interface, 0, start, Counts(), plan.length)
+    loop = Loop(interface, scheme.tolerance, plan, frames, clock)  # type: ignore[attr-defined]
+    frames.record(interface, 0, interface.start(scheme.start(interface)), Counts(), plan.length)
+    run, row = loop.start(), 0
     if keeper is not None:
-        moved, row = keeper.begin(frames, (moved, row))
-    steps = chain.steps(length)
-    windows = min(UNBROKEN / (steps * start.chains[0].position.size), plan.total if keeper is None else CHUNK)
+        run, row = keeper.begin(frames, (run, row))
+    effort = sum(chain.steps(plan.length) * chain.rest.size for chain in interface.chains)
+    windows = min(UNBROKEN / effort, plan.total if keeper is None else CHUNK)
     rows = max(1, int(windows) // plan.stride)
     while row < plan.rows - 1:
-        y, v, body, guess, totals = moved
         last = min(row + rows, plan.rows - 1)
-        problem, done, detail, totals = loop(
-            y, v, chain.constants, chain.method, steps, length, static, tolerance, plan.stride,
-            linear, body, guess, totals, (row, last), frames.compiled(),
-        )  # fmt: skip
-        moved = y, v, body, guess, totals
-        if problem == kernels.NON_FINITE:
-            raise non_finite(interface, int(detail), done * plan.length)
-        if problem == kernels.NOT_CONVERGED:
-            raise NotConverged(f"window {done}, t = {done * plan.length:.4g} s: residual {detail:.3g} N")
+        loop.advance(run, row * plan.stride, last * plan.stride)
         row = last
         if keeper is not None:
-            keeper.keep(frames, row, (moved, row), row == plan.rows - 1)
-    frames.substeps[1:] = plan.stride
-    if not interface.structures[0].conservative:
+            keeper.keep(frames, row, (run, row), row == plan.rows - 1)
+    for place in interface.damped:
         # The identity of the midpoint rule: damping took the part of the work that is not in the energy.
-        frames.damped[:] = frames.work - frames.kinetic - frames.elastic
+        work_done = frames.saved.work[interface.touched_by(place)].sum(axis=0)
+        taken = work_done - frames.saved.structure_kinetic[place] - frames.saved.structure_elastic[place]
+        frames.damped[place] = taken
+
+
+class Loop:
+    """The compiled window loop of one run."""
+
+    def __init__(self, interface: Interface, tolerance: float, plan: Plan, frames: Frames, clock: Trace | None) -> None:
+        self.interface, self.plan, self.frames = interface, plan, frames
+        self.tolerance = tolerance * interface.force_scale
+        self.chains, self.seats = flat_chains(interface), flat_seats(interface)
+        self.structures = interface.structures if clock is None else [clock.watch(one) for one in interface.structures]
+        self.kernel: Any = kernels.run_condensed
+        if clock is not None:
+            self.kernel = clock.timed("compiled loop", self.kernel)
+        self._lengths: dict[float, tuple[kernels.Structures, Vector]] = {}
+
+    def start(self) -> kernels.Run:
+        """The run at time zero, in static equilibrium."""
+        starts = [chain.start() for chain in self.interface.chains]
+        contacts, chains = self.interface.size, len(starts)
+        states, _ = self._of_length(self.plan.length)
+        return kernels.Run(
+            np.concatenate([state.position for state in starts]),
+            np.concatenate([state.velocity for state in starts]),
+            np.zeros(int(states.layout[-1, 0])),
+            np.zeros(contacts),
+            np.array([0.0, -1.0, 0.0, 0.0]),
+            np.zeros(contacts),
+            *(np.zeros(3), np.zeros(3), np.zeros((3, contacts)), np.zeros((3, contacts))),
+            *(np.zeros(chains), np.zeros(chains)),
+            *(np.zeros(contacts), np.zeros(contacts), np.zeros(contacts)),
+            np.zeros(3, dtype=np.int64),
+            np.zeros(1),
+        )
+
+    def advance(self, run: kernels.Run, first: int, last: int, halvings: int = 0) -> None:
+        """Move the run on from the end of one window to that of another, in place.
+
+        halvings: of the windows. They have been halved because a whole one failed, and save nothing.
+        """
+        length = self.plan.length / 2**halvings
+        structures, steps = self._of_length(length)
+        stride = 0 if halvings else self.plan.stride
+        while first < last:
+            problem, done, detail, place = self.kernel(
+                run, self.chains, structures, self.seats, steps, length, self.interface.quadratic, self.tolerance,
+                kernels.STILL * self.interface.indentation_scale, (first + 1, last), stride, self.frames.saved,
+            )  # fmt: skip
+            if problem == kernels.OK:
+                return
+            if problem == kernels.NON_FINITE:
+                raise non_finite(self.interface, place, done * length, int(detail))
+            if halvings == MOST_HALVINGS:
+                raise NotConverged(f"t = {(done - 1) * length:.6g} s, {length:.3g} s long: residual {detail:.3g} N")
+            self.advance(run, 2 * (done - 1), 2 * done, halvings + 1)
+            if stride and done % stride == 0:
+                now, row = done * length, done // stride
+                kernels.save(run, self.chains, structures, self.seats, now, row, self.frames.saved)
+            first = done
+
+    def _of_length(self, length: float) -> tuple[kernels.Structures, Vector]:
+        """The structures over a window of a length, s, and each chain's steps in it and in a piece of it."""
+        if length not in self._lengths:
+            parts = length, length / kernels.PIECES
+            steps = np.array([[chain.steps(part) for part in parts] for chain in self.interface.chains])
+            self._lengths[length] = flat_structures([one.propagator(length) for one in self.structures]), steps
+        return self._lengths[length]
 
 
 def _check_repeats(interface: Interface, state: CoupledState, length: float) -> None:

@@ -96,7 +96,7 @@ def _deepest(interface: Interface, frames: Frames, number: int) -> Vector:
     chain, own, seat = interface.chains[number], frames.chains[number], interface.of_chain[number][0]
     place = own.position[:, : chain.mass.size]
     # The last one's without the spring behind it.
-    last = (place[:, -1] - frames.surface[seat]).max() - chain.flexibility * own.contact_force[:, -1].max()
+    last = (place[:, -1] - frames.saved.surface[seat]).max() - chain.flexibility * own.contact_force[:, -1].max()
     return np.append(_greatest(place[:, :-1] - place[:, 1:]), last)
 
 
@@ -111,17 +111,17 @@ def _greatest(values: Vector) -> Vector:
 
 def _of_energy(interface: Interface, frames: Frames) -> list[str]:
     """A finding if the run created or lost energy, as in `energy_error`, with the part of the run that did."""
-    known = frames.kinetic + frames.elastic
-    work = np.stack([frames.work[interface.touched_by(place)].sum(axis=0) for place in range(len(known))])
+    known = frames.saved.structure_kinetic + frames.saved.structure_elastic
+    work = np.stack([frames.saved.work[interface.touched_by(place)].sum(axis=0) for place in range(len(known))])
     kept = np.where(np.isnan(known), work, known + frames.damped).sum(axis=0)
     for number, own in enumerate(frames.chains):
         kept = kept + own.kinetic + own.potential + own.lost - own.driven
         for k in interface.of_chain[number]:
-            kept = kept + interface.static[k] * frames.surface[k]
+            kept = kept + interface.static[k] * frames.saved.surface[k]
     total = _worst(kept - kept[0], interface)
     if not total > LARGE:
         return []
-    exchange, stepper = frames.given - frames.work, work - known - frames.damped
+    exchange, stepper = frames.saved.given - frames.saved.work, work - known - frames.damped
     parts = {
         "the exchange, see interface_mismatch; take shorter windows, or a scheme that iterates": exchange,
         "the structure's stepper, see structure_numerical_loss; take shorter windows, or the midpoint": stepper,

@@ -37,10 +37,19 @@ MANTISSA_BITS, EXPONENT_BIAS = 52, 1023
 
 OK, NON_FINITE, NOT_CONVERGED = 0, 1, 2
 
+STILL = 1e-14
+"""Of the greatest approach, a way of a surface that gives no slope."""
+
 SETTLED = 1e-13
 """Of the greatest contact force, how far forces that beads pass on to each other may still change."""
 
 MOST_SWEEPS = 200
+
+PIECES = 4
+"""Straight pieces that replace a parabola of the surface over a window."""
+
+MOST_TRIALS = 40
+"""Evaluations of Newton's method before a window is halved; it takes three or four."""
 
 
 class Numbers(NamedTuple):
@@ -96,51 +105,128 @@ class Constants(NamedTuple):
     numbers: Numbers
 
 
+class Chains(NamedTuple):
+    """The Constants of C chains, of each field one array after the other, flattened."""
+
+    inverse_mass: np.ndarray
+    stiffness: np.ndarray
+    table: np.ndarray
+    rows: np.ndarray
+    """The tables of all chains; `table` counts from the first row."""
+    damping: np.ndarray
+    history: np.ndarray
+    squares: np.ndarray
+    """The fields of Vibrations; so are the next three."""
+    struck: np.ndarray
+    far: np.ndarray
+    cross: np.ndarray
+    numbers: np.ndarray
+    """C × the fields of Numbers."""
+    layout: np.ndarray
+    """C + 1 rows: where the coordinates, the bodies, the numbers of the history and those of the modes of each chain
+    begin."""
+    method: np.ndarray
+    rest: np.ndarray
+    """m, where body 0 of each chain is at rest."""
+
+
+class Structures(NamedTuple):
+    """The structures.moving.Propagators of S structures, flattened in the same way."""
+
+    spread: np.ndarray
+    response: np.ndarray
+    contact: np.ndarray
+    stiffness: np.ndarray
+    mass: np.ndarray
+    layout: np.ndarray
+    """S + 1 rows: where the state of each begins, and its numbers in `contact`, `stiffness`, `mass`, `spread` and
+    `response`; then the number of rows of its `spread`, and of its displacements."""
+
+
+class Seats(NamedTuple):
+    """The K contacts, ordered by chain."""
+
+    chain: np.ndarray
+    behind: np.ndarray
+    """Whether it is that of the first bead."""
+    structure: np.ndarray
+    point: np.ndarray
+    """Its number among the contact points of its structure."""
+    static: np.ndarray
+    """Static force, N."""
+    own: np.ndarray
+    """C: the first contact of each chain."""
+
+
+class Run(NamedTuple):
+    """What a run is at the end of a window, all of it arrays; see coupling.state.CoupledState."""
+
+    y: np.ndarray
+    """Of all chains, one after the other; so is v."""
+    v: np.ndarray
+    body: np.ndarray
+    """The states of all structures."""
+    surface: np.ndarray
+    """K, m."""
+    guess: np.ndarray
+    """See advance_condensed, for one contact."""
+    slope: np.ndarray
+    """K, N/m: the secants of Newton's method, for several."""
+    node_time: np.ndarray
+    """The last three substeps, newest first: end (s), length (s), surfaces (m) and mean forces (N), K each."""
+    node_length: np.ndarray
+    node_surface: np.ndarray
+    node_force: np.ndarray
+    lost: np.ndarray
+    """C, J; so is the next one."""
+    driven: np.ndarray
+    work: np.ndarray
+    """K, J; so is the next one; and N s."""
+    given: np.ndarray
+    impulse: np.ndarray
+    counts: np.ndarray
+    """Nodes so far, at most three; and since the last saved time windows of chains, and substeps."""
+    residual: np.ndarray
+    """One number, N: the greatest since then."""
+
+
 class Saved(NamedTuple):
-    """Arrays of a run of one chain and one contact, a row or a number for each saved time."""
+    """Arrays of a run: a row for each saved time, or a column where they begin with chains, contacts or structures."""
 
     position: np.ndarray
+    """Of all chains, one after the other; so are the next two."""
     velocity: np.ndarray
     contact_force: np.ndarray
     kinetic: np.ndarray
-    """Energies of the chain, J; so are the next three."""
+    """C × saved times, energies of the chains, J; so are the next three."""
     potential: np.ndarray
     lost: np.ndarray
     driven: np.ndarray
     surface: np.ndarray
-    """Displacement of the structure's surface, m."""
+    """K × saved times, displacement of the surfaces, m."""
     work: np.ndarray
-    """Work on the structure, J."""
+    """Work on the structures, J."""
     given: np.ndarray
-    """Work of the chain, J."""
+    """Work of the chains, J."""
     impulse: np.ndarray
     structure_kinetic: np.ndarray
-    """Energies of the structure, J; so is the next one."""
+    """S × saved times, energies of the structures, J; so is the next one."""
     structure_elastic: np.ndarray
     evaluations: np.ndarray
-    """Windows of the chain that were tried since the last saved time."""
+    """Windows of the chains that were tried since the last saved time."""
+    substeps: np.ndarray
     residual: np.ndarray
     """Greatest residual since then, N."""
 
 
-class Totals(NamedTuple):
-    """Running sums of a run: where the surface is, m, energies and works as in Saved, J, and the impulse, N s."""
-
-    surface: float = 0.0
-    lost: float = 0.0
-    driven: float = 0.0
-    work: float = 0.0
-    given: float = 0.0
-    impulse: float = 0.0
-
-
 class Outcome(NamedTuple):
-    """How the window loop ended: OK, or what went wrong, in which window, and the bead or the residual."""
+    """How the window loop ended: OK, or what went wrong, in which window, and the chain and body, or the residual and
+    contact."""
 
     problem: int
     window: int
     detail: float
-    totals: Totals
+    place: int
 
 
 def table_edges() -> np.ndarray:
@@ -912,57 +998,319 @@ def _square(matrix, x):
 
 
 @njit(cache=True)
-def run_condensed(
-    y, v, chain, method, steps, window, static, tolerance, stride, linear, state, guess, totals, rows, saved
-):
-    """The window loop of a chain on a linear structure over a range of saved times, `stride` windows each.
+def _constants(chains, c):
+    """The Constants of one chain."""
+    _, first, times, modes = chains.layout[c]
+    _, last, last_time, last_mode = chains.layout[c + 1]
+    bodies, given = last - first, chains.numbers[c]
+    shape = (bodies, (last_mode - modes) // bodies)
+    vibrations = Vibrations(
+        chains.squares[modes:last_mode].reshape(shape), chains.struck[modes:last_mode].reshape(shape),
+        chains.far[modes:last_mode].reshape(shape), chains.cross[first:last],
+    )  # fmt: skip
+    numbers = Numbers(
+        int(given[0]), given[1], given[2], given[3], given[4], given[5], given[6], given[7], int(given[8])
+    )
+    history = chains.history[times:last_time]
+    return Constants(
+        chains.inverse_mass[first:last], chains.stiffness[first:last], chains.table[first:last], chains.rows,
+        chains.damping[first:last], history.reshape((3, history.size // 3)), vibrations, numbers,
+    )  # fmt: skip
 
-    linear: a structures.moving.Propagator; totals: Totals; saved: Saved; rows = (last one done, last one to do).
-    Updated in place: y, v; the structure's state; guess, see advance_condensed; saved. Returns an Outcome.
+
+@njit(cache=True)
+def _let_go(structures, body, free):
+    """The states of all structures at a window's end where no force acts."""
+    for s in range(structures.layout.shape[0] - 1):
+        now, then = structures.layout[s], structures.layout[s + 1]
+        state, parts = body[now[0] : then[0]], now[6]
+        _propagate(structures.spread[now[4] : then[4]].reshape((parts, state.size)), state, free[now[0] : then[0]])
+
+
+@njit(cache=True)
+def _read(structures, seats, states, out):
+    """The displacements of the contacts in states of the structures."""
+    for k in range(out.size):
+        now = structures.layout[seats.structure[k]]
+        size = now[7]
+        first = now[1] + seats.point[k] * size
+        out[k] = _dot(structures.contact[first : first + size], states[now[0] : now[0] + size])
+
+
+@njit(cache=True)
+def _push(structures, seats, force, body):
+    """Add what mean forces on the contacts add to the states of the structures in a window."""
+    for k in range(force.size):
+        s = seats.structure[k]
+        now, size = structures.layout[s], structures.layout[s + 1, 0] - structures.layout[s, 0]
+        first = now[5] + seats.point[k] * size
+        for i in range(size):
+            body[now[0] + i] += force[k] * structures.response[first + i]
+
+
+@njit(cache=True)
+def _compliance(structures, seats):
+    """The displacement of each contact for 1 N of mean force on each, K × K, m/N."""
+    count = seats.structure.size
+    found, column = np.zeros((count, count)), np.empty(count)
+    for k in range(count):
+        body, force = np.zeros(structures.layout[-1, 0]), np.zeros(count)
+        force[k] = 1.0
+        _push(structures, seats, force, body)
+        _read(structures, seats, body, column)
+        found[:, k] = column
+    return found
+
+
+@njit(cache=True)
+def _predict(run, at, out):
+    """The parabola through the last three mean forces, or what fewer give, at another time."""
+    count = min(max(run.counts[0], 0), 3)
+    out[:] = 0.0
+    for i in range(count):
+        weight, place = 1.0, run.node_time[i] - run.node_length[i] / 2.0
+        for j in range(count):
+            if j != i:
+                other = run.node_time[j] - run.node_length[j] / 2.0
+                weight *= (at - other) / (place - other)
+        out += weight * run.node_force[i]
+
+
+@njit(cache=True)
+def _corners(run, quadratic, surface, window):
+    """Displacements of the surfaces between which they move straight, at equal times of a window.
+
+    A parabola through the node before is replaced by PIECES straight pieces.
     """
-    spread, response, contact = linear.spread, linear.response, linear.contact
-    stiffness, mass = linear.stiffness, linear.mass
-    free, size = np.zeros(response.size), contact.size
-    compliance = _dot(contact, response)
-    wall, lost, driven, work, given, impulse = totals
-    evaluations, largest = 0, 0.0
-    for done in range(rows[0] * stride + 1, rows[1] * stride + 1):
-        _propagate(spread, state, free)
-        t, before, wall_free = (done - 1) * window, wall, _dot(contact, free)
-        force, loss, drive, count, residual = advance_condensed(
-            y, v, chain, method, steps, t, window, before, wall_free, compliance, static, guess, tolerance
+    if not quadratic or run.counts[0] == 0:
+        found = np.empty((2, surface.size))
+        found[0], found[1] = run.surface, surface
+        return found
+    found, last = np.empty((PIECES + 1, surface.size)), run.node_length[0]
+    for k in range(surface.size):
+        before, end = run.surface[k], surface[k]
+        earlier = run.node_surface[1, k] if run.counts[0] > 1 else 0.0
+        bend = 2.0 * ((end - before) / window - (before - earlier) / last) / (window + last)
+        for i in range(PIECES + 1):
+            part = i / PIECES
+            found[i, k] = before + part * (end - before) + 0.5 * bend * window**2 * part * (part - 1.0)
+    return found
+
+
+@njit(cache=True)
+def _follow(y, v, chain, method, steps, rest, t, window, corners, behind, static, force, work):
+    """One chain against surfaces that move from corner to corner; one or two contacts. y, v in place.
+
+    steps: in a window, and in a piece of it. Adds the mean forces above the static ones and their works. Returns the
+    energy lost and the drive's work.
+    """
+    pieces = corners.shape[0] - 1
+    part, lost, driven = window / pieces, 0.0, 0.0
+    count = steps[0] if pieces == 1 else steps[1]
+    for p in range(pieces):
+        ahead, back = 0, -1
+        for k in range(force.size):
+            if behind[k]:
+                back = k
+            else:
+                ahead = k
+        if back >= 0:
+            y[0] = rest - corners[p, back]
+            v[0] = (corners[p, back] - corners[p + 1, back]) / part
+        front, rear, loss, drive = advance(
+            y, v, chain, method, count, t + p * part, part, corners[p, ahead], corners[p + 1, ahead]
         )
-        push = force - static
-        wall = wall_free + compliance * push
-        for i in range(state.size):
-            end = free[i] + push * response[i]
-            # The rest of an old motion that damping leaves would end in slow subnormal numbers too.
-            state[i] = 0.0 if abs(end) < NEGLIGIBLE**3 else end
-        bad = first_bad(y, v, wall)
-        if bad >= 0:
-            return Outcome(NON_FINITE, done, float(bad), Totals(before, lost, driven, work, given, impulse))
-        if abs(residual) > tolerance:
-            return Outcome(NOT_CONVERGED, done, residual, Totals(before, lost, driven, work, given, impulse))
+        if back >= 0:
+            y[0] = rest - corners[p + 1, back]
         lost += loss
         driven += drive
-        work += push * (wall - before)
-        # The chain moved against the surface where the force before its last answer would have brought it.
-        given += push * (wall - compliance * residual - before)
-        impulse += push * window
-        evaluations += count
-        largest = max(largest, abs(residual))
-        if done % stride == 0:
-            row = done // stride
-            saved.position[row], saved.velocity[row] = y, v
-            contact_forces(y, v, chain, done * window, wall, (wall - before) / window, saved.contact_force[row])
-            saved.kinetic[row], saved.potential[row] = energies(y, v, chain, wall)
-            saved.structure_elastic[row] = _square(stiffness, state[:size])
-            saved.structure_kinetic[row] = _square(mass, state[size:])
-            saved.surface[row], saved.lost[row], saved.driven[row] = wall, lost, driven
-            saved.work[row], saved.given[row], saved.impulse[row] = work, given, impulse
-            saved.evaluations[row], saved.residual[row] = evaluations, largest
-            evaluations, largest = 0, 0.0
-    return Outcome(OK, 0, 0.0, Totals(wall, lost, driven, work, given, impulse))
+        for k in range(force.size):
+            push = (rear if behind[k] else front) - static[k]
+            force[k] += push / pieces
+            work[k] += push * (corners[p + 1, k] - corners[p, k])
+    return lost, driven
+
+
+@njit(cache=True)
+def _solve(matrix, right):
+    """The solution of a few linear equations, in place, by Gauss's elimination with pivots."""
+    size = right.size
+    for i in range(size):
+        pivot = i
+        for j in range(i + 1, size):
+            if abs(matrix[j, i]) > abs(matrix[pivot, i]):
+                pivot = j
+        if pivot != i:
+            for j in range(size):
+                matrix[i, j], matrix[pivot, j] = matrix[pivot, j], matrix[i, j]
+            right[i], right[pivot] = right[pivot], right[i]
+        for j in range(i + 1, size):
+            factor = matrix[j, i] / matrix[i, i]
+            for k in range(i, size):
+                matrix[j, k] -= factor * matrix[i, k]
+            right[j] -= factor * right[i]
+    for i in range(size - 1, -1, -1):
+        for j in range(i + 1, size):
+            right[i] -= matrix[i, j] * right[j]
+        right[i] /= matrix[i, i]
+
+
+@njit(cache=True)
+def _agree(run, y, v, chains, seats, steps, t, window, at_rest, compliance, quadratic, tolerance, smallest, found):
+    """Newton's method on r(F) = G(w_free + C F) − F, where G are the chains' mean forces, with secants for its slopes.
+
+    Fills y, v (at the window's end), and found: rows of mean forces, of the chains' answers, of their works, of
+    surfaces, and of the chains' losses and their drives' works. Returns the evaluations and the greatest residual.
+    """
+    force, answer, work, surface = found[0], found[1], found[2], found[3]
+    count, slope, residual = force.size, run.slope.copy(), np.inf
+    _predict(run, t + window / 2.0, force)
+    for k in range(count):
+        force[k] = max(force[k], -seats.static[k])
+    last_surface, last_answer = at_rest.copy(), force.copy()
+    for tried in range(1, MOST_TRIALS + 1):
+        for k in range(count):
+            surface[k] = at_rest[k]
+            for j in range(count):
+                surface[k] += compliance[k, j] * force[j]
+        corners = _corners(run, quadratic, surface, window)
+        y[:], v[:], answer[:], work[:] = run.y, run.v, 0.0, 0.0
+        for c in range(chains.method.size):
+            first, last = chains.layout[c, 0], chains.layout[c + 1, 0]
+            own, end = seats.own[c], seats.own[c + 1]
+            found[4, c], found[5, c] = _follow(
+                y[first:last], v[first:last], _constants(chains, c), chains.method[c], steps[c], chains.rest[c], t,
+                window, corners[:, own:end], seats.behind[own:end], seats.static[own:end], answer[own:end],
+                work[own:end],
+            )  # fmt: skip
+        residual = 0.0
+        for k in range(count):
+            residual = max(residual, abs(answer[k] - force[k]))
+        if not residual > tolerance:
+            run.slope[:] = slope
+            break
+        matrix, change = np.eye(count), answer - force
+        for k in range(count):
+            way = surface[k] - last_surface[k]
+            if tried > 1 and abs(way) > smallest:
+                slope[k] = min((answer[k] - last_answer[k]) / way, 0.0)
+            for j in range(count):
+                matrix[k, j] -= slope[k] * compliance[k, j]
+        last_surface[:], last_answer[:] = surface, answer
+        _solve(matrix, change)
+        force += change
+    return tried, residual
+
+
+@njit(cache=True)
+def save(run, chains, structures, seats, t, row, saved):
+    """Put the end of a window into a row."""
+    for c in range(chains.method.size):
+        first, last = chains.layout[c, 0], chains.layout[c + 1, 0]
+        body, last_body = chains.layout[c, 1], chains.layout[c + 1, 1]
+        chain, y, v, k = _constants(chains, c), run.y[first:last], run.v[first:last], seats.own[c]
+        rate = (run.surface[k] - run.node_surface[1, k]) / run.node_length[0]
+        contact_forces(y, v, chain, t, run.surface[k], rate, saved.contact_force[row, body:last_body])
+        saved.kinetic[c, row], saved.potential[c, row] = energies(y, v, chain, run.surface[k])
+        saved.lost[c, row], saved.driven[c, row] = run.lost[c], run.driven[c]
+    saved.position[row], saved.velocity[row] = run.y, run.v
+    for s in range(structures.layout.shape[0] - 1):
+        now, then = structures.layout[s], structures.layout[s + 1]
+        size, state = now[7], run.body[now[0] : then[0]]
+        stiffness, mass = structures.stiffness[now[2] : then[2]], structures.mass[now[3] : then[3]]
+        if size > 0:
+            saved.structure_elastic[s, row] = _square(stiffness.reshape((stiffness.size // size, size)), state[:size])
+            moving = state.size - size
+            saved.structure_kinetic[s, row] = _square(mass.reshape((mass.size // moving, moving)), state[size:])
+    saved.surface[:, row], saved.work[:, row], saved.given[:, row] = run.surface, run.work, run.given
+    saved.impulse[:, row] = run.impulse
+    saved.evaluations[row], saved.substeps[row], saved.residual[row] = run.counts[1], run.counts[2], run.residual[0]
+    run.counts[1:], run.residual[0] = 0, 0.0
+
+
+@njit(cache=True)
+def run_condensed(
+    run, chains, structures, seats, steps, window, quadratic, tolerance, smallest, windows, stride, saved
+):
+    """The window loop of chains on linear structures, over the windows (first one, last one) from 1 on.
+
+    run: a Run, in place. steps: C rows, of each chain in a window, and in a piece of it. tolerance, N: of the
+    mean forces. smallest, m: a way of a surface that gives a slope. stride: windows of a saved time; 0 saves nothing.
+    A window that fails leaves the run as it began. Returns an Outcome.
+    """
+    count, bodies = seats.static.size, run.body.size
+    free, at_rest, push = np.zeros(bodies), np.empty(count), np.zeros(count)
+    found = np.zeros((6, count))
+    y, v = run.y.copy(), run.v.copy()
+    compliance = _compliance(structures, seats)
+    single, chain = count == 1 and not quadratic, _constants(chains, 0)
+    for done in range(windows[0], windows[1] + 1):
+        t = (done - 1) * window
+        _let_go(structures, run.body, free)
+        _read(structures, seats, free, at_rest)
+        if single:
+            y[:], v[:] = run.y, run.v
+            guess, static, before, softness = run.guess.copy(), seats.static[0], run.surface[0], compliance[0, 0]
+            force, lost, driven, tried, residual = advance_condensed(
+                y,
+                v,
+                chain,
+                chains.method[0],
+                steps[0, 0],
+                t,
+                window,
+                before,
+                at_rest[0],
+                softness,
+                static,
+                guess,
+                tolerance,
+            )
+            push[0] = force - static
+            found[1, 0], found[4, 0], found[5, 0] = push[0], lost, driven
+            found[3, 0] = at_rest[0] + softness * push[0]
+            # The chain moved against the surface where the force before its last answer would have brought it.
+            found[2, 0] = push[0] * (found[3, 0] - softness * residual - before)
+            if not abs(residual) > tolerance:
+                run.guess[:] = guess
+        else:
+            tried, residual = _agree(
+                run, y, v, chains, seats, steps, t, window, at_rest, compliance, quadratic, tolerance, smallest, found
+            )
+            push[:] = found[0]
+        run.counts[1] += tried
+        for c in range(chains.method.size):
+            first, last = chains.layout[c, 0], chains.layout[c + 1, 0]
+            bad = first_bad(y[first:last], v[first:last], found[3, seats.own[c]])
+            if bad >= 0:
+                return Outcome(NON_FINITE, done, float(c), bad)
+        if abs(residual) > tolerance:
+            return Outcome(NOT_CONVERGED, done, residual, 0)
+        run.y[:], run.v[:], run.body[:] = y, v, free
+        _push(structures, seats, push, run.body)
+        for i in range(bodies):
+            # The rest of an old motion that damping leaves would end in slow subnormal numbers too.
+            if abs(run.body[i]) < NEGLIGIBLE**3:
+                run.body[i] = 0.0
+        for c in range(chains.method.size):
+            run.lost[c] += found[4, c]
+            run.driven[c] += found[5, c]
+        for i in range(2, 0, -1):
+            run.node_time[i], run.node_length[i] = run.node_time[i - 1], run.node_length[i - 1]
+            run.node_surface[i], run.node_force[i] = run.node_surface[i - 1], run.node_force[i - 1]
+        run.node_time[0], run.node_length[0] = done * window, window
+        for k in range(count):
+            run.work[k] += push[k] * (found[3, k] - run.surface[k])
+            run.given[k] += found[2, k]
+            run.impulse[k] += push[k] * window
+            run.surface[k] = found[3, k]
+            run.node_surface[0, k], run.node_force[0, k] = found[3, k], found[1, k]
+        run.counts[0] = min(run.counts[0] + 1, 3)
+        run.counts[2] += 1
+        run.residual[0] = max(run.residual[0], abs(residual))
+        if stride > 0 and done % stride == 0:
+            save(run, chains, structures, seats, done * window, done // stride, saved)
+    return Outcome(OK, 0, 0.0, 0)
 
 
 @njit(cache=True, parallel=True)

@@ -257,31 +257,6 @@ class MovingChain:
         y[0] = self.rest[0] - end_behind
         return moved, np.array([force, force_behind]) - self.static_force[[-1, 0]]
 
-    def advance_condensed(
-        self,
-        state: ChainState,
-        surface: tuple[float, float],
-        compliance: float,
-        window: float,
-        guess: Vector,
-        tolerance: float,
-    ) -> tuple[ChainState, float, int, float]:
-        """Move on by one window against a linear structure.
-
-        surface: its displacement at the window's start, and at its end where no force above the static one acts;
-        compliance, m/N: what the mean force adds to that. guess: mean force, slope of the secant and the two
-        mean forces before, updated. A surface behind moves on at the state's speed, from start() on not at all.
-        Returns the state, the mean force above the static one, the chain windows tried and the residual (N).
-        """
-        y, v = state.position.copy(), state.velocity.copy()
-        static = float(self.static_force[-1])
-        force, lost, driven, count, residual = kernels.advance_condensed(
-            y, v, self.constants, self.method, self.steps(window), state.time, window, *surface, compliance, static,
-            guess, tolerance,
-        )  # fmt: skip
-        moved = ChainState(y, v, state.lost + lost, state.time + window, state.driven + driven)
-        return moved, force - static, count, residual
-
     @cached_property
     def constants(self) -> kernels.Constants:
         """What the kernels call `chain`."""

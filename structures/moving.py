@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from structures.checks import instance, one_of, short, takes, within
+from structures.modes import modes_of
 from structures.oscillators import Oscillators, is_modal
 from structures.step_checks import check_step
 from structures.stepping import (
@@ -44,9 +45,9 @@ class Propagator(NamedTuple):
 
     The state is s·B numbers, component i of block k at i·B + k. It holds displacement and velocity of each of B
     oscillators, or, if all degrees of freedom are coupled, one block with all displacements first. spread: s × s·B, the
-    effect of component j on component i of its own block, at (j, i·B + k). response: the state after 1 N from rest.
-    contact: b, for the first entries. stiffness, mass: of the displacements and of the velocities after them; one row
-    if they are diagonal.
+    effect of component j on component i of its own block, at (j, i·B + k). response: K rows, the states after 1 N from
+    rest at each contact. contact: K rows, b of the first entries. stiffness, mass: of the displacements and of the
+    velocities after them; one row if they are diagonal.
     """
 
     spread: Vector
@@ -128,24 +129,27 @@ class MovingStructure:
 
     @property
     def compact(self) -> bool:
-        """Whether a window is a small Propagator: oscillators, or a few degrees of freedom that damping couples.
+        """Whether a window is a small Propagator: oscillators, or a few degrees of freedom that damping couples."""
+        if self.stepper != "midpoint":
+            return False
+        return self.modal or self._modes is not None or 0 < self.structure.size <= LARGEST_DENSE_SIZE
 
-        Only with one contact.
-        """
-        few = self.structure.size <= LARGEST_DENSE_SIZE and not self.conservative
-        return self._contacts == 1 and (self.modal or (self.stepper == "midpoint" and few))
+    @cached_property
+    def _modes(self) -> Structure | None:
+        """The structure in its modes, where it is small enough and damping does not couple them."""
+        self._examine()
+        return modes_of(self.structure)
 
     def propagator(self, window: float) -> Propagator:
         """A window as arrays; for a coupled structure, the effect of the step on each displacement and velocity in
         turn.
         """
         step, structure, size = self.step(window), self.structure, self.structure.size
-        displacement, velocity, _ = self.response(window)
-        displacement, velocity = displacement[:, 0], velocity[:, 0]
         if isinstance(step, Oscillators):
-            spread = step.rows.reshape(2, 2, size).transpose(1, 0, 2).reshape(2, 2 * size)
-            square, unit = structure.stiffness.diagonal()[None], np.ones((1, size))
-            return Propagator(spread, np.append(displacement, velocity), structure.contact, square, unit)
+            return _of_oscillators(step, structure)
+        if self._modes is not None:
+            return _of_oscillators(Oscillators(self._modes, window, exact=False), self._modes)
+        displacement, velocity, _ = self.response(window)
         # Nothing depends on the velocity of a massless degree of freedom, such as a Maxwell arm.
         moving = np.flatnonzero(abs(structure.mass).sum(axis=0))
         at_rest, straight = np.zeros(size), np.eye(size)
@@ -154,8 +158,8 @@ class MovingStructure:
         # One by one: solving for all at once may take much longer, because the solver's threads block each other.
         spread = np.array([np.append(u, v[moving]) for u, v, _ in map(step.free, starts)])
         stiffness, mass = structure.stiffness.toarray(), structure.mass.toarray()[np.ix_(moving, moving)]
-        response = np.append(displacement, velocity[moving])
-        return Propagator(spread, response, structure.contact, stiffness, mass)
+        response = np.concatenate([displacement, velocity[moving]]).T
+        return Propagator(spread, response, structure.contact_vectors.T, stiffness, mass)
 
     def __repr__(self) -> str:
         stepper = self.stepper if isinstance(self.stepper, str) else getattr(self.stepper, "__name__", "own stepper")
@@ -281,3 +285,10 @@ class MovingStructure:
             own = type(step) not in (Oscillators, *STEPPERS.values())
             self._steps[window] = check_step(step, self.structure, self.stepper) if own else step
         return self._steps[window]
+
+
+def _of_oscillators(step: Oscillators, modes: Structure) -> Propagator:
+    size = modes.size
+    spread = step.rows.reshape(2, 2, size).transpose(1, 0, 2).reshape(2, 2 * size)
+    square, unit = modes.stiffness.diagonal()[None], np.ones((1, size))
+    return Propagator(spread, np.concatenate(step.response[:2]).T, modes.contact_vectors.T, square, unit)

@@ -25,16 +25,17 @@ class Oscillators:
     """A structure with M = I and diagonal K and C, one oscillator for each degree of freedom.
 
     Slow oscillators, ω H ≤ 1, move exactly. Fast ones use the implicit midpoint: sampled once a window, their exact
-    motion would appear as a slow one (aliasing), and a motion with the period H would not appear at all. Both conserve
-    energy: the work F̄ (w₁ − w₀) equals the energy that the structure gains plus the energy that C dissipates. rows: 4
-    × n, the 2 × 2 propagator of each oscillator: u₁ = r₀ u + r₁ v, v₁ = r₂ u + r₃ v. The window has no upper limit.
+    motion would appear as a slow one (aliasing), and a motion with the period H would not appear at all. All use it
+    unless `exact`. Both conserve energy: the work F̄ (w₁ − w₀) equals the energy that the structure gains plus the
+    energy that C dissipates. rows: 4 × n, the 2 × 2 propagator of each oscillator: u₁ = r₀ u + r₁ v, v₁ = r₂ u + r₃ v.
+    The window has no upper limit.
     """
 
-    def __init__(self, structure: Structure, window: float) -> None:
+    def __init__(self, structure: Structure, window: float, exact: bool = True) -> None:
         square = structure.stiffness.diagonal()
         rate = np.zeros_like(square) if structure.damping is None else structure.damping.diagonal()
         phase, drag = window**2 * square, window / 2.0 * rate
-        fast = phase > 1.0
+        fast = phase > (1.0 if exact else -1.0)
         lag, push, left = np.empty_like(phase), np.empty_like(phase), np.empty_like(phase)
         lag[~fast], push[~fast], left[~fast] = _exact(phase[~fast], drag[~fast])
         push[fast] = 1.0 / (1.0 + drag[fast] + phase[fast] / 4.0)

@@ -47,7 +47,7 @@ the number of saved times."""
 PROBE = 0.01
 """Part of the greatest force with which structures are pushed: their response identifies them."""
 
-OWN_TYPES = plain.own_types(CoupledState, ChainState, StructureState, Ledger, Node, Counts, Differences, kernels.Totals)
+OWN_TYPES = plain.own_types(CoupledState, ChainState, StructureState, Ledger, Node, Counts, Differences, kernels.Run)
 """Types that a checkpoint may hold besides those of the states of the run's own participants."""
 
 TRUST = "then open only files of your own"

@@ -47,7 +47,7 @@ def _of_chain(interface: Interface, frames: Frames, number: int) -> dict[str, Ve
     bodies = chain.mass.size
     potential = own.potential.copy()
     for k in interface.of_chain[number]:
-        potential += interface.static[k] * frames.surface[k]
+        potential += interface.static[k] * frames.saved.surface[k]
     deformed = {}
     if isinstance(chain, MovingDeformableChain):
         deformed = {
@@ -74,28 +74,30 @@ def _gap(interface: Interface, frames: Frames, k: int) -> Vector:
     struck, far = chain.poles(frames.chains[contact.chain].position)
     if contact.end != LAST:
         return np.asarray(struck[:, 1] - far[:, 0])
-    return np.asarray(frames.surface[k] - far[:, -1]) if chain.surface is not None else np.full(frames.rows, np.nan)
+    return (
+        np.asarray(frames.saved.surface[k] - far[:, -1]) if chain.surface is not None else np.full(frames.rows, np.nan)
+    )
 
 
 def _of_both_sides(interface: Interface, frames: Frames) -> dict[str, Vector]:
     """What belongs to contacts, structures and the run: contacts or structures × saved times."""
-    energy = frames.kinetic + frames.elastic
-    work = np.stack([frames.work[interface.touched_by(place)].sum(axis=0) for place in range(len(energy))])
+    energy = frames.saved.structure_kinetic + frames.saved.structure_elastic
+    work = np.stack([frames.saved.work[interface.touched_by(place)].sum(axis=0) for place in range(len(energy))])
     return {
-        "surface_displacement": frames.surface,
-        "interface_work": frames.work,
-        "interface_work_of_chain": frames.given,
-        "interface_mismatch": frames.given - frames.work,
-        "interface_impulse": frames.impulse,
+        "surface_displacement": frames.saved.surface,
+        "interface_work": frames.saved.work,
+        "interface_work_of_chain": frames.saved.given,
+        "interface_mismatch": frames.saved.given - frames.saved.work,
+        "interface_impulse": frames.saved.impulse,
         "structure_work": work,
-        "structure_kinetic_energy": frames.kinetic,
-        "structure_elastic_energy": frames.elastic,
+        "structure_kinetic_energy": frames.saved.structure_kinetic,
+        "structure_elastic_energy": frames.saved.structure_elastic,
         "structure_energy": energy,
         "structure_dissipated_energy": frames.damped,
         "structure_numerical_loss": work - energy - frames.damped,
-        "evaluations": frames.evaluations,
-        "substeps": frames.substeps,
-        "residual": frames.residual,
+        "evaluations": frames.saved.evaluations,
+        "substeps": frames.saved.substeps,
+        "residual": frames.saved.residual,
     }
 
 

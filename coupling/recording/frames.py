@@ -1,5 +1,6 @@
 """The arrays that a run fills, one column for each saved time."""
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -27,31 +28,48 @@ class Counts(NamedTuple):
         )
 
 
-class ChainFrames:
+class ChainFrames(NamedTuple):
     """Of one chain: position (m) and velocity (m/s), saved times × coordinates, first those of the bodies;
     contact_force (N), saved times × bodies; and, for each saved time, kinetic and potential energy, the energy lost,
     and the excitation's work (J)."""
 
-    def __init__(self, rows: int, bodies: int, coordinates: int) -> None:
-        self.position, self.velocity = (np.zeros((rows, coordinates)) for _ in range(2))
-        self.contact_force = np.zeros((rows, bodies))
-        self.kinetic, self.potential, self.lost, self.driven = (np.zeros(rows) for _ in range(4))
+    position: Vector
+    velocity: Vector
+    contact_force: Vector
+    kinetic: Vector
+    potential: Vector
+    lost: Vector
+    driven: Vector
 
 
 class Frames:
     """Saved times from row 0, the start, on.
 
-    Contacts × saved times: surface (m), work and given (J), impulse (N s), see Ledger. Structures × saved times:
-    kinetic, elastic and damped (J), NaN where not known. For each saved time: evaluations, substeps and residual, see
-    Counts.
+    saved: all arrays, as the compiled window loop fills them; energies of structures are NaN where not known. damped:
+    structures × saved times, what their damping took, J, NaN where not known. chains: the parts of each chain.
     """
 
     def __init__(self, interface: Interface, rows: int) -> None:
         self.rows = rows
-        self.chains = [ChainFrames(rows, chain.mass.size, chain.rest.size) for chain in interface.chains]
-        self.surface, self.work, self.given, self.impulse = (np.zeros((interface.size, rows)) for _ in range(4))
-        self.kinetic, self.elastic, self.damped = (np.zeros((len(interface.structures), rows)) for _ in range(3))
-        self.evaluations, self.substeps, self.residual = (np.zeros(rows) for _ in range(3))
+        ends = np.cumsum([(0, 0)] + [(chain.rest.size, chain.mass.size) for chain in interface.chains], axis=0)
+        coordinates, bodies = ends[-1]
+        of_chains, of_contacts, of_structures = (
+            (number, rows) for number in (len(interface.chains), interface.size, len(interface.structures))
+        )
+        self.saved = kernels.Saved(
+            *(np.zeros((rows, wide)) for wide in (coordinates, coordinates, bodies)),
+            *(np.zeros(shape) for shape in [of_chains] * 4 + [of_contacts] * 4 + [of_structures] * 2 + [(rows,)] * 3),
+        )
+        self.damped = np.zeros(of_structures)
+        self.chains = [
+            ChainFrames(
+                self.saved.position[:, place:end],
+                self.saved.velocity[:, place:end],
+                self.saved.contact_force[:, body:last],
+                *(one[number] for one in self.saved[3:7]),
+            )
+            for number, ((place, body), (end, last)) in enumerate(pairwise(ends))
+        ]
 
     def record(self, interface: Interface, row: int, state: CoupledState, counts: Counts, length: float) -> None:
         """Put a state into a row. length, s: of a substep."""
@@ -67,36 +85,16 @@ class Frames:
             )
             into.position[row], into.velocity[row] = y, v
             into.lost[row], into.driven[row] = lost, driven
+        saved = self.saved
         for number, structure in enumerate(interface.structures):
             known = isinstance(structure, MovingStructure)
             force = interface.at(number, state.force)
             energies = structure.energies(state.structures[number], length, force) if known else (np.nan, np.nan)
-            self.kinetic[number, row], self.elastic[number, row] = energies
+            saved.structure_kinetic[number, row], saved.structure_elastic[number, row] = energies
             self.damped[number, row] = state.ledger.damped[number] if known else np.nan
-        self.surface[:, row] = state.surface
-        self.work[:, row], self.given[:, row], self.impulse[:, row] = state.ledger[:3]
-        self.evaluations[row], self.substeps[row], self.residual[row] = counts
-
-    def compiled(self) -> kernels.Saved:
-        """Of one chain and one contact, as the compiled window loop fills them."""
-        chain = self.chains[0]
-        return kernels.Saved(
-            position=chain.position,
-            velocity=chain.velocity,
-            contact_force=chain.contact_force,
-            kinetic=chain.kinetic,
-            potential=chain.potential,
-            lost=chain.lost,
-            driven=chain.driven,
-            surface=self.surface[0],
-            work=self.work[0],
-            given=self.given[0],
-            impulse=self.impulse[0],
-            structure_kinetic=self.kinetic[0],
-            structure_elastic=self.elastic[0],
-            evaluations=self.evaluations,
-            residual=self.residual,
-        )
+        saved.surface[:, row] = state.surface
+        saved.work[:, row], saved.given[:, row], saved.impulse[:, row] = state.ledger[:3]
+        saved.evaluations[row], saved.substeps[row], saved.residual[row] = counts
 
     def upto(self, row: int) -> list[Vector]:
         """Everything up to a row, for a checkpoint: views, as copies of a long run may not fit in memory."""
@@ -111,8 +109,5 @@ class Frames:
 
     def _arrays(self) -> list[tuple[Vector, bool]]:
         """All arrays, and whether the saved times are their last axis."""
-        found: list[tuple[Vector, bool]] = []
-        for chain in self.chains:
-            found += [(array, False) for array in vars(chain).values()]
-        found += [(array, True) for name, array in vars(self).items() if isinstance(array, np.ndarray)]
-        return found
+        tall = self.saved[:3]
+        return [(one, False) for one in tall] + [(one, True) for one in (*self.saved[3:], self.damped)]

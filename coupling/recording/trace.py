@@ -14,7 +14,7 @@ from particles.moving import MovingChain
 from structures.moving import MovingStructure
 
 PARTS: dict[type, tuple[str, tuple[str, ...]]] = {
-    MovingChain: ("chains", ("advance", "advance_condensed")),
+    MovingChain: ("chains", ("advance",)),
     MovingStructure: ("structures", ("move", "free", "pushed", "dissipated", "propagator")),
     BlackBox: ("structures", ("move",)),
     Frames: ("saving", ("record",)),

@@ -28,10 +28,10 @@ class Condensed:
 
     Notes
     -----
-    At the end of a window the surfaces are at w_free + C F̄, where the compliance C is known beforehand. A scalar secant
-    method finds F̄ of one contact from repeated chain windows, which are cheap; Newton's method with C and a secant
-    slope for each contact finds those of several. The interface creates no energy: the surface moves linearly, and the
-    mean force of the chain's own steps drives the structure.
+    At the end of a window the surfaces are at w_free + C F̄, where the compliance C is known beforehand. Newton's method
+    with C and a secant slope for each contact finds F̄ from repeated chain windows, which are cheap. In the compiled
+    loop a bracketed secant method finds the force of a single contact. The interface creates no energy: the surface
+    moves linearly, and the mean force of the chain's own steps drives the structure.
 
     Examples
     --------
@@ -53,46 +53,17 @@ class Condensed:
         object.__setattr__(self, "tolerance", within("tolerance", self.tolerance, *TOLERANCES))
 
     def start(self, interface: Interface) -> Vector:
-        """The guess of `MovingChain.advance_condensed` for one contact, the secant slopes for several."""
+        """The secant slope of each contact."""
         if interface.boxes:
             name = interface.boxes[0].name
             raise ValueError(f"scheme = {self!r}: needs a Structure; use Aitken() for a solver of your own ({name})")
-        return np.array([0.0, -1.0, 0.0, 0.0]) if self._scalar(interface) else np.zeros(interface.size)
+        return np.zeros(interface.size)
 
     def step(self, interface: Interface, state: CoupledState, length: float, substeps: int) -> list[CoupledState]:
         """From one window's end to the next. Raises NotConverged."""
-        solve = self._scalar_step if self._scalar(interface) else self._dense_step
-        return [solve(interface, state, length)]
+        return [self._solved(interface, state, length)]
 
-    def _scalar(self, interface: Interface) -> bool:
-        return interface.single and not interface.quadratic
-
-    def _scalar_step(self, interface: Interface, state: CoupledState, length: float) -> CoupledState:
-        chain, structure = interface.chains[0], interface.structures[0]
-        tolerance = self.tolerance * chain.force_scale
-        free = structure.free(state.structures[0], length)
-        memory, before, compliance = (
-            state.memory.copy(),
-            float(state.surface[0]),
-            float(structure.compliance(length)[0, 0]),
-        )
-        moved, force, count, residual = chain.advance_condensed(
-            state.chains[0], (before, float(structure.read(free)[0])), compliance, length, memory, tolerance
-        )
-        if abs(residual) > tolerance:
-            raise NotConverged(
-                f"residual {residual:.3g} N after {count} evaluations, tolerance {tolerance:.3g} N", evaluations=count
-            )
-        push = np.array([force])
-        end = structure.pushed(free, push, length)
-        surface = structure.read(end)
-        # The chain saw the surface end where the force before its last answer would have brought it.
-        work = push * (surface - compliance * residual - before)
-        return interface.next(
-            state, length, (moved,), (end,), surface, push, (push, work), memory, count, abs(residual)
-        )
-
-    def _dense_step(self, interface: Interface, state: CoupledState, length: float) -> CoupledState:
+    def _solved(self, interface: Interface, state: CoupledState, length: float) -> CoupledState:
         """Newton's method on r(F) = G(w_free + C F) − F with G the chains' mean forces, its slopes by secants."""
         tolerance = self.tolerance * interface.force_scale
         free = [s.free(one, length) for s, one in zip(interface.structures, state.structures, strict=True)]

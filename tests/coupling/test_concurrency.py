@@ -17,7 +17,8 @@ def simulation(reduced: bool, scheme: object) -> hl.CoSimulation:
     """A short chain on a rod, which a wave reaches and leaves."""
     rod = hl.rod([hl.Layer(hl.PTFE, 0.05, 9.525e-3)], base="fixed", elements=8)
     chain = hl.Chain([BEAD] * 4, striker=BEAD, impact_speed=0.31, dissipation=hl.LinearDashpot(5.0))
-    return hl.CoSimulation(chain, hl.reduce(rod, until=UNTIL) if reduced else rod, scheme)
+    body = hl.reduce(rod, until=UNTIL) if reduced else hl.stepping.MovingStructure(rod, "newmark")
+    return hl.CoSimulation(chain, body, scheme)
 
 
 def forces(shared: hl.CoSimulation, save_every: float = 1e-6) -> np.ndarray:

@@ -302,20 +302,6 @@ def test_windows_repeat_and_leave_their_state() -> None:
     assert one[0].velocity[0] == pytest.approx(-0.2)
 
 
-def test_a_surface_behind_that_rests_while_the_one_ahead_gives_way() -> None:
-    """The condensed window ends at the force and the place that a window with both ends given then confirms."""
-    moving = moving_chain(hl.Chain([BEAD] * 2, None, 0.3, preload=2.0))
-    (*_, state), _ = run(moving, still, 1e-6, 10)
-    window, compliance = 1e-6, 1e-8
-    guess = np.array([0.0, -1.0, 0.0, 0.0])
-    solved, force, _, _ = moving.advance_condensed(state, (0.0, 1e-8), compliance, window, guess, 1e-9)
-    end = np.array([1e-8 + compliance * force, 0.0])
-    repeated, forces = moving.advance(state, (still(0.0), end), window)
-    assert abs(force) > 0.1
-    assert forces[0] == pytest.approx(force, abs=1e-9)
-    assert solved.position == pytest.approx(repeated.position, abs=1e-17)
-
-
 def test_scales() -> None:
     """½mv² = ⅖kδ^2.5 and F = kδ^1.5 at the last contact, for the chain's own energy or a given one."""
     chain = hl.Chain([BEAD, LARGE], None, 0.3)

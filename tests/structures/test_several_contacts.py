@@ -265,7 +265,6 @@ def test_oscillators_with_damping_take_both_forces() -> None:
     for damped in (modal_damping(modes, 0.1), loss_factor(modes, 0.2)):
         moving = hl.stepping.MovingStructure(damped)
         assert moving.modal
-        assert not moving.compact
         square = modes.stiffness.diagonal()
         rate = np.sqrt(square * (1.0 - 0.01))
         time, force = 2e-8, np.array([2.0, 3.0])
