@@ -1220,7 +1220,8 @@ def save(run, chains, structures, seats, t, row, saved):
         stiffness, mass = structures.stiffness[now[2] : then[2]], structures.mass[now[3] : then[3]]
         if size > 0:
             saved.structure_elastic[s, row] = _square(stiffness.reshape((stiffness.size // size, size)), state[:size])
-            moving = state.size - size
+        moving = state.size - size  # displacements without mass have no velocity
+        if moving > 0:
             saved.structure_kinetic[s, row] = _square(mass.reshape((mass.size // moving, moving)), state[size:])
     saved.surface[:, row], saved.work[:, row], saved.given[:, row] = run.surface, run.work, run.given
     saved.impulse[:, row] = run.impulse
