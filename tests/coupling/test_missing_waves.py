@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 import hertzlink as hl
-from coupling.results.missing_waves import until_of
+from coupling.results.missing_waves import end_of_push, until_of
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 CHAIN = hl.Chain([BEAD] * 20, BEAD, 0.4)
@@ -76,6 +76,14 @@ def test_a_wave_that_was_taken_is_no_short_record(damped: xr.Dataset) -> None:
         waves = hl.reflections(damped, 7, smallest=0.2)
     with pytest.raises(ValueError, match=r"none above 20 % of the incident one \(smallest = 0.2\) is back"):
         _ = waves.primary.amplitude_ratio
+
+
+def test_the_end_of_a_push_does_not_depend_on_its_size() -> None:
+    time = np.linspace(0.0, 1e-4, 101)
+    push = np.sin(np.pi * np.minimum(time / 5e-5, 1.0))
+    for force in (1e3, 1.0, 1e-3):
+        assert end_of_push(time, force * push, 0.1 * force, 1.0) == pytest.approx(5e-5, abs=1e-6)
+        assert end_of_push(time, force * push, 2.0 * force, 1.0) == 1.0
 
 
 def test_a_wave_before_the_record_is_long_enough(run: xr.Dataset) -> None:

@@ -446,6 +446,12 @@ def test_bad_meshes(mesh: Any, message: str) -> None:
         hl.mindlin_panel(mesh, 0.02, MATERIAL)
 
 
+def test_a_plate_thinner_than_a_5000th_of_its_side_may_be_in_millimetres() -> None:
+    hl.mindlin_panel(grid(2), 2.2e-4, MATERIAL)
+    with pytest.raises(ValueError, match=r"in millimetres\? Give scale=1e-3"):
+        hl.mindlin_panel(grid(2), 1.8e-4, MATERIAL)
+
+
 def test_unused_points_are_dropped() -> None:
     mesh = grid(2)
     mesh.points = np.vstack([mesh.points, [[5.0, 5.0, 0.0]]])
