@@ -1,6 +1,5 @@
 """Plates: a Plate holds shape, wall, supports and element; `plate.at(x, y)` is the structure struck there."""
 
-import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
@@ -28,8 +27,6 @@ from structures.material import Material
 from structures.mesh_reading import Tag, known
 from structures.structure import Structure
 from structures.surface import Surface
-
-log = logging.getLogger("hertzlink.plates")
 
 MEMBERS = (
     "name", "thin", "patch_radius", "unknowns", "described", "wavelength", "cells", "objection", "assemble",
@@ -215,8 +212,8 @@ class Plate:
         assembled, matrices = self._assembled(mesh, held, copies)
         columns = [one.sign * assembled.contact(touch) for one, touch in zip(contacts, touches, strict=True)]
         contact = np.column_stack(columns)
-        if len(contact) > MANY:
-            log.warning("%d degrees of freedom take minutes and gigabytes to reduce", len(contact))
+        if self.shape.fixed and len(contact) > MANY:
+            caution(f"mesh: its {len(contact)} degrees of freedom take minutes and gigabytes to reduce")
         flexibility = one_or_all([self.element.flexibility(touch.wall) for touch in touches])
         surface = one_or_all([Surface(touch.wall.struck) for touch in touches])
         mass, stiffness = matrices.mass, matrices.stiffness

@@ -6,7 +6,7 @@ from itertools import count, takewhile
 import numpy as np
 import xarray as xr
 
-from coupling.results.measures import passing, sensor_force
+from coupling.results.measures import sensor_force
 from coupling.results.missing_waves import reason_for_none, short_record, warn_of_ends
 from coupling.results.peaks import waves_of_run, waves_of_signal
 from coupling.results.reading import Reading, without_padding
@@ -269,8 +269,9 @@ def _series(reading: Reading, sensor: int) -> tuple[tuple[xr.DataArray, ...], li
     """
     if reading.is_signal:
         return (sensor_force(reading.data, sensor),), [["time"]]
-    *_, velocity = passing(reading, sensor)
-    beyond = list(takewhile(reading.kept.__contains__, count(int(sensor))))
+    number = reading.checked_sensor(sensor)
+    velocity = reading.data.velocity.sel(bead=number).reset_coords(drop=True)
+    beyond = list(takewhile(reading.kept.__contains__, count(number)))
     force = reading.dynamic_force().sel(contact=beyond)
     return (force.reset_coords(drop=True), velocity), [["contact", "time"], ["time"]]
 

@@ -62,6 +62,11 @@ BOTH = [
         (THICK, {"patch_radius": float("nan")}, "patch_radius = nan"),
         (HALF_PLANE, {"thickness": 0.0}, r"thickness = 0\.0: must be a positive number of m"),
         (HALF_PLANE, {"thickness": None}, "thickness = None"),
+        (
+            HALF_PLANE,
+            {"highest_frequency": 1e-4},
+            r"highest_frequency = 0\.0001: must lie between 0\.001 and 1e\+12",
+        ),
         (HALF_PLANE, {"material": "PTFE"}, "material = 'PTFE': must be a Material"),
         (HALF_PLANE, {"edge": "clampd"}, r"edge = 'clampd'.*did you mean 'clamped'"),
         (HALF_PLANE, {"edge": None}, "edge = None"),

@@ -171,3 +171,8 @@ def test_it_can_be_reduced_and_says_how_it_was_made() -> None:
     assert ratio(SMALL, reduced, 0.8e-3) == pytest.approx(ratio(SMALL, plate, 0.8e-3), abs=1e-6)
     with pytest.raises(ValueError, match=r"until = 0\.002"):
         ratio(SMALL, plate, 2e-3)
+
+
+def test_the_default_record_holds_the_waves_of_19_mm_beads() -> None:
+    """Which take 3.5 ms."""
+    assert hl.half_plane(2e-3, ALUMINIUM, "free", 0.05).valid_until == 4e-3

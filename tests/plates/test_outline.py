@@ -96,6 +96,7 @@ def test_without_gmsh(monkeypatch: pytest.MonkeyPatch) -> None:
         ({"holes": [[(0.2, 0.1), (0.4, 0.1), (0.2, 0.2)]]}, "meets that from holes"),
         ({"holes": [[(0.5, 0.1), (0.6, 0.1), (0.5, 0.2)]]}, r"holes\[0\]: lies outside"),
         ({"holes": [HOLE, [(0.14, 0.12), (0.16, 0.12), (0.15, 0.14)]]}, r"holes\[1\]: lies in holes\[0\]"),
+        ({"holes": np.array(0.1)}, r"holes\[0\] = array\(0\.1\): must be three corners"),
         ({"holes": HOLE}, r"holes\[0\] = \(0\.1, 0\.1\): must be three corners"),
         ({"edges": ["a", "b"]}, "must be one name, or 4"),
         ({"edges": ["a", "b", "c", 4]}, r"edges\[3\] = 4"),

@@ -322,3 +322,10 @@ def test_contacts_that_cannot_be_struck_are_named() -> None:
         PLATES["mindlin_plate"]().at([0.1, 0.5], [0.1, 0.2])
     with pytest.raises(ValueError, match=r"x, y = 0\.5, 0\.2: lies outside"):
         PLATES["mindlin_panel"]().at([0.1, 0.5], [0.1, 0.2])
+
+
+@pytest.mark.parametrize("geometric", [False, True])
+@pytest.mark.parametrize("size", [0.1, 0.025])
+def test_cells_of_one_size_fill_a_side_evenly(geometric: bool, size: float) -> None:
+    cells = Cells(finest=size, growth=0.5, coarsest=size, geometric=geometric)
+    assert graded(1.0, [0.0], cells) == pytest.approx(np.linspace(0.0, 1.0, round(1.0 / size) + 1))

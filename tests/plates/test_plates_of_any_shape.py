@@ -1,5 +1,6 @@
 """Panels of any shape against Bessel's circles, one theory against the other, outlines against files; bad input."""
 
+import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -450,6 +451,15 @@ def test_a_plate_thinner_than_a_5000th_of_its_side_may_be_in_millimetres() -> No
     hl.mindlin_panel(grid(2), 2.2e-4, MATERIAL)
     with pytest.raises(ValueError, match=r"in millimetres\? Give scale=1e-3"):
         hl.mindlin_panel(grid(2), 1.8e-4, MATERIAL)
+
+
+def test_a_large_mesh_from_a_file_is_warned_of(monkeypatch: pytest.MonkeyPatch) -> None:
+    with warnings.catch_warnings():
+        warnings.filterwarnings("error", "mesh: its")
+        hl.mindlin_panel(grid(2), 0.02, MATERIAL).at(0.5, 0.5)
+    monkeypatch.setattr("plates.plate.MANY", 20)
+    with pytest.warns(hl.HertzlinkWarning, match=r"mesh: its \d+ degrees of freedom take minutes and gigabytes"):
+        hl.mindlin_panel(grid(2), 0.02, MATERIAL).at(0.5, 0.5)
 
 
 def test_unused_points_are_dropped() -> None:
