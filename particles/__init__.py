@@ -3,3 +3,4 @@
 from particles import kernel_cache
 
 kernel_cache.provide()
+kernel_cache.announce()

@@ -1,11 +1,16 @@
-"""A folder for compiled kernels where Numba finds none: a read-only installation, and a user without a home folder."""
+"""The cache of compiled kernels: a folder where Numba finds none, and a line that says when kernels are compiled.
+
+Numba finds no folder in a read-only installation of a user without a home folder.
+"""
 
 import atexit
 import logging
 import shutil
 from tempfile import mkdtemp
+from typing import Any
 
 import numba
+from numba.core import event
 from numba.core.caching import FunctionCache
 
 log = logging.getLogger("hertzlink.kernels")
@@ -28,3 +33,30 @@ def provide() -> None:
             "No folder for compiled kernels can be written, so each process compiles them anew (about half a minute); "
             "set NUMBA_CACHE_DIR to a folder of your own"
         )
+
+
+class Announcement(event.Listener):  # type: ignore[misc]
+    """Says once that kernels are compiled, which takes long. A kernel from the cache is not compiled."""
+
+    def on_start(self, event: Any) -> None:
+        """Numba begins to compile."""
+        kernel = event.data["dispatcher"].py_func
+        if kernel.__module__.partition(".")[0] in ("particles", "structures", "coupling", "plates"):
+            stop()
+            log.warning("compiling kernels for this machine: once, up to a minute")
+
+    def on_end(self, event: Any) -> None:
+        """Numba has compiled."""
+
+
+_announcement = Announcement()
+
+
+def announce() -> None:
+    """Say when the first kernel of this process is compiled."""
+    event.register("numba:compile", _announcement)
+
+
+def stop() -> None:
+    """Say no more."""
+    event.unregister("numba:compile", _announcement)  # type: ignore[no-untyped-call]

@@ -66,7 +66,8 @@ class Outline:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "corners", _corners("corners", self.corners))
-        many = isinstance(self.holes, Iterable) and not isinstance(self.holes, str) and getattr(self.holes, "ndim", 1)
+        single = isinstance(self.holes, str) or getattr(self.holes, "ndim", None) == 0
+        many = isinstance(self.holes, Iterable) and not single
         holes = self.holes if many else (self.holes,)
         object.__setattr__(self, "holes", tuple(_corners(f"holes[{i}]", hole) for i, hole in enumerate(holes)))
         if (total := sum(map(len, (self.corners, *self.holes)))) > MOST_CORNERS:

@@ -1,7 +1,10 @@
 """Compiled kernels need a folder of their own where the user has none."""
 
 import atexit
+import os
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -33,3 +36,25 @@ def test_a_folder_that_works_stays(monkeypatch: pytest.MonkeyPatch, tmp_path: Pa
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
     kernel_cache.provide()
     assert str(tmp_path) == numba.config.CACHE_DIR
+
+
+COMPILES = """
+import hertzlink as hl
+bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+simulation = hl.CoSimulation(hl.Chain([bead] * 2, bead, 0.3), None)
+for _ in range(2):
+    simulation.run(2e-5, save_every=1e-6)
+"""
+
+
+@pytest.mark.thorough
+def test_the_first_run_says_that_it_compiles(tmp_path: Path) -> None:
+    """One line, however many kernels; a second process finds them and says nothing."""
+    said = []
+    for _ in range(2):
+        done = subprocess.run(
+            [sys.executable, "-W", "ignore", "-c", COMPILES], env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},
+            capture_output=True, text=True, check=True,
+        )  # fmt: skip
+        said.append(done.stderr)
+    assert said == ["compiling kernels for this machine: once, up to a minute\n", ""]
