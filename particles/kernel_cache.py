@@ -54,7 +54,7 @@ _announcement = Announcement()
 
 def announce() -> None:
     """Say when the first kernel of this process is compiled."""
-    event.register("numba:compile", _announcement)
+    event.register("numba:compile", _announcement)  # type: ignore[no-untyped-call]
 
 
 def stop() -> None:
