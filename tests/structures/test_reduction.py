@@ -99,3 +99,11 @@ def test_too_few_vectors_are_reported() -> None:
     with pytest.warns(hl.HertzlinkWarning, match="40 vectors leave an error"):
         reduced = hl.reduce(PLATE.at(0.1, 0.1), until=5e-4, tolerance=1e-6, largest=40)
     assert reduced.origin["reduction"]["error_estimate"] > 1e-6
+
+
+def test_the_error_is_known_for_half_a_quarter_and_an_eighth_of_the_pulse() -> None:
+    """Shorter pulses excite more of what was left out."""
+    report = hl.reduce(PLATE.at(0.1, 0.1), until=5e-4, tolerance=1e-3, pulse=4e-5).origin["reduction"]
+    pulses, errors = zip(*report["shorter_pulses"], strict=True)
+    assert pulses == pytest.approx((2e-5, 1e-5, 5e-6))
+    assert report["error_estimate"] < errors[0] < errors[1] < errors[2]
