@@ -250,6 +250,8 @@ def main(tries: int, seed: int) -> int:
     only = sys.argv[3:]
     chosen = [name for name in table if not only or any(one in name for one in only)]
     os.chdir(tempfile.mkdtemp(prefix="fuzz"))
+    faulthandler.enable()
+    print(f"the call that runs is in {os.getcwd()}/call, should the process end", flush=True)
     for done in range(tries):
         if done % 1000 == 0:
             print(f"{done} calls", flush=True)
@@ -259,6 +261,7 @@ def main(tries: int, seed: int) -> int:
             continue
         arguments = drawn.sample(list(target.good), min(len(target.good), drawn.choice((1, 1, 1, 2))))
         changes = {one: drawn.choice(target.values(one, others)) for one in arguments}
+        Path("call").write_text(f"{name}({changes!r})")
         began = time.process_time()
         fault = attempt(target, changes, names)
         taken = time.process_time() - began
