@@ -219,16 +219,6 @@ class Saved(NamedTuple):
     """Greatest residual since then, N."""
 
 
-class Outcome(NamedTuple):
-    """How the window loop ended: OK, or what went wrong, in which window, and the chain and body, or the residual and
-    contact."""
-
-    problem: int
-    window: int
-    detail: float
-    place: int
-
-
 def table_edges() -> np.ndarray:
     """Where the cubics of a table begin and end, m."""
     i = np.arange(BUCKETS * OCTAVES + 1)
@@ -1237,7 +1227,10 @@ def run_condensed(
 
     run: a Run, in place. steps: C rows, of each chain in a window, and in a piece of it. tolerance, N: of the
     mean forces. smallest, m: a way of a surface that gives a slope. stride: windows of a saved time; 0 saves nothing.
-    A window that fails leaves the run as it began. Returns an Outcome.
+    A window that fails leaves the run as it began. Returns how it ended, OK or what went wrong;
+    the window; the chain, or the residual; and the body that is no longer finite.
+
+    A tuple without names: Numba makes a named one in Python, where a signal that came meanwhile ends the process.
     """
     count, bodies = seats.static.size, run.body.size
     free, at_rest, push = np.zeros(bodies), np.empty(count), np.zeros(count)
@@ -1284,9 +1277,9 @@ def run_condensed(
             first, last = chains.layout[c, 0], chains.layout[c + 1, 0]
             bad = first_bad(y[first:last], v[first:last], found[3, seats.own[c]])
             if bad >= 0:
-                return Outcome(NON_FINITE, done, float(c), bad)
+                return NON_FINITE, done, float(c), bad
         if abs(residual) > tolerance:
-            return Outcome(NOT_CONVERGED, done, residual, 0)
+            return NOT_CONVERGED, done, residual, 0
         run.y[:], run.v[:], run.body[:] = y, v, free
         _push(structures, seats, push, run.body)
         for i in range(bodies):
@@ -1311,7 +1304,7 @@ def run_condensed(
         run.residual[0] = max(run.residual[0], abs(residual))
         if stride > 0 and done % stride == 0:
             save(run, chains, structures, seats, done * window, done // stride, saved)
-    return Outcome(OK, 0, 0.0, 0)
+    return OK, 0, 0.0, 0
 
 
 @njit(cache=True, parallel=True)
