@@ -211,3 +211,26 @@ def test_a_window_comes_in_pieces_that_converge() -> None:
     assert sum(end.evaluations for end in ends) == 8 + 2
     assert ends[-1].piece == 2
     assert sum(end.evaluations for end in windows.advance(ends[-1], 1e-6, 8)) == 8 + 1
+
+
+class Never:
+    """A scheme that never converges."""
+
+    substeps_per_contact, repeats, whole_window = 112, True, False
+
+    def __init__(self) -> None:
+        self.tried: list[float] = []
+
+    def start(self, interface: Any) -> None:
+        return None
+
+    def step(self, interface: Any, state: Any, length: float, substeps: int) -> Any:
+        self.tried.append(length)
+        raise hl.NotConverged("residual 1 N", evaluations=1)
+
+
+def test_a_window_is_halved_twelve_times() -> None:
+    scheme = Never()
+    with pytest.raises(hl.NotConverged, match=r"window 1, t = 0 s, .* s long: residual 1 N"):
+        hl.CoSimulation(chain(), None, scheme).run(2e-5)
+    assert scheme.tried == pytest.approx([scheme.tried[0] / 2.0**i for i in range(13)])
