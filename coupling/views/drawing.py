@@ -159,7 +159,8 @@ class Drawing:
         )
         scale, unit = _suitable(self.high, self.kind[1])
         above, below_it = self.values.max() > self.high * (1.0 + 1e-9), self.values.min() < self.low * (1.0 + 1e-9)
-        extend = {(True, True): "both", (True, False): "max", (False, True): "min"}.get((above, below_it), "neither")
+        ends = {(True, True): "both", (True, False): "max", (False, True): "min"}
+        extend = ends.get((bool(above), bool(below_it)), "neither")
         colours = ScalarMappable(Normalize(self.low / scale, self.high / scale), self.kind[2])
         way = "horizontal" if wide else "vertical"
         shown = figure.colorbar(colours, cax=bar, extend=extend, extendfrac=0.04, orientation=way)
