@@ -497,3 +497,8 @@ def test_a_sensor_beyond_the_shorter_of_two_chains() -> None:
         warnings.simplefilter("error")
         hl.sensor_force(run, 4)
         hl.sensor_force(run.isel(chain=1), 5)
+
+
+def test_a_chain_of_one_bead_faces_nothing() -> None:
+    run = hl.CoSimulation(hl.Chain([BEAD], BEAD, 0.3), None).run(5e-5)
+    assert run.velocity.values[-1] == pytest.approx([0.0, 0.3], abs=1e-5)
