@@ -39,17 +39,16 @@ SILENT = 0.01
 
 def check_before(chains: Sequence[MovingChain], until: float) -> list[str]:
     """The findings before a run: a record that is too long, a loss that is too strong."""
-    return [*_of_length(chains, until), *_of_losses(chains)]
+    return [*_of_length(chains, until), *_of_losses(chains, until)]
 
 
-def _of_losses(chains: Sequence[MovingChain]) -> list[str]:
+def _of_losses(chains: Sequence[MovingChain], until: float) -> list[str]:
     """A finding for each loss so strong that its coefficient may be in another unit."""
-    ratios = {short(one.chain.dissipation): one.contact_time / one.damping_time for one in chains}
+    strong = {short(one.chain.dissipation): one for one in chains if one.contact_time > SUDDEN * one.damping_time}
     return [
-        f"dissipation = {loss}: would stop a contact in 1/{ratio:.0f} of the contact's time, so no wave passes; "
-        "check its unit"
-        for loss, ratio in ratios.items()
-        if ratio > SUDDEN
+        f"dissipation = {loss}: would stop a contact in 1/{one.contact_time / one.damping_time:.0f} of the contact's "
+        f"time, so no wave passes and the run takes {until / one.longest_step:.2g} steps; check its unit"
+        for loss, one in strong.items()
     ]
 
 

@@ -108,6 +108,8 @@ class Plate:
                 f"kirchhoff_plate and mindlin_plate make rectangles"
             )
         instance("section", self.section, Section, "a Section such as homogeneous(thickness, material)")
+        if not isinstance(self.material, Material | Laminate | None):
+            raise ValueError(f"material = {short(self.material)}: must be a Material, a Laminate or None")
         box, section = self.shape.box, self.section
         object.__setattr__(self, "highest_frequency", positive("highest_frequency", self.highest_frequency, "Hz"))
         if not isinstance(self.supports, Supports):

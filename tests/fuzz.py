@@ -221,7 +221,9 @@ def _said(error: Exception, names: Iterable[str]) -> Fault | None:
 
 def _announced(warned: Iterable[warnings.WarningMessage]) -> bool:
     """Whether a warning said that the call takes long or much memory."""
-    return any(re.search(r"take[s]? .* GB|times the .* s that a wave takes", str(one.message)) for one in warned)
+    return any(
+        re.search(r"take[s]? .* (GB|steps)|times the .* s that a wave takes", str(one.message)) for one in warned
+    )
 
 
 def _place(error: BaseException) -> str:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -61,6 +62,7 @@ BOTH = [
         (THICK, {"shear_correction": 0.0}, r"shear_correction = 0\.0"),
         (THICK, {"patch_radius": float("nan")}, "patch_radius = nan"),
         (HALF_PLANE, {"thickness": 0.0}, r"thickness = 0\.0: must be a positive number of m"),
+        ((partial(replace, PLATE), {}), {"material": {}}, r"material = \{\}: must be a Material, a Laminate or None"),
         (HALF_PLANE, {"thickness": None}, "thickness = None"),
         (
             HALF_PLANE,
