@@ -94,7 +94,9 @@ class Reading:
         self._check_forces()
         number = whole("sensor", sensor)
         if not {number, number + 1} <= self.kept:
-            beads = max(self.kept) - 1
+            beads = max(self.kept, default=0) - 1
+            if beads < 1 or len(self.kept) < 2:
+                raise ValueError("run: must hold the forces of both contacts of a sensor's bead")
             raise ValueError(f"sensor = {sensor!r}: must be a bead from 1 to {beads}, counted from the struck end")
         self._warn_of_shorter_chains(number)
         return number

@@ -120,3 +120,11 @@ def signal() -> xr.Dataset:
 def test_what_cannot_be_read_is_named(call: Callable[[], object], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         call()
+
+
+def test_a_run_of_one_contact_has_no_sensor() -> None:
+    bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    run = hl.CoSimulation(hl.Chain([bead] * 4, bead, 0.3), None).run(1e-4)
+    for some in (run.isel(contact=[0]), run.isel(contact=[3])):
+        with pytest.raises(ValueError, match="run: must hold the forces of both contacts"):
+            hl.sensor_force(some, sensor=2)
