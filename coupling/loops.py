@@ -13,8 +13,8 @@ from coupling.recording.frames import Counts, Frames
 from coupling.recording.trace import Trace
 from coupling.schemes.condensed import Condensed
 from coupling.schemes.scheme import Scheme
-from coupling.schemes.windows import MOST_HALVINGS, Adaptive, Windows
-from coupling.state import CoupledState, NotConverged
+from coupling.schemes.windows import FINEST, MOST_HALVINGS, TAKEN_AS_ONE, Adaptive, Windows, allowed, error
+from coupling.state import CoupledState, Node, NotConverged
 from particles import kernels
 from structures.structure import Vector
 
@@ -46,7 +46,7 @@ class Work(NamedTuple):
     @property
     def compiled(self) -> bool:
         """Whether the compiled loop can do it."""
-        if self.interface.boxes or not isinstance(self.scheme, Condensed) or isinstance(self.window, Adaptive):
+        if self.interface.boxes or not isinstance(self.scheme, Condensed):
             return False
         return all(structure.compact for structure in self.interface.structures)
 
@@ -96,8 +96,10 @@ def _advanced(work: Work, windows: Windows, state: CoupledState, done: int, many
 
 def run_compiled(work: Work) -> None:
     """All windows in compiled code, for linear structures with the scheme Condensed."""
-    interface, scheme, _, plan, frames, keeper, clock = work
+    interface, scheme, window, plan, frames, keeper, clock = work
     loop = Loop(interface, scheme.tolerance, plan, frames, clock)  # type: ignore[attr-defined]
+    if isinstance(window, Adaptive):
+        loop.adaptive = window.tolerance
     frames.record(interface, 0, interface.start(scheme.start(interface)), Counts(), plan.length)
     run, row = loop.start(), 0
     if keeper is not None:
@@ -107,7 +109,8 @@ def run_compiled(work: Work) -> None:
     rows = max(1, int(windows) // plan.stride)
     while row < plan.rows - 1:
         last = min(row + rows, plan.rows - 1)
-        loop.advance(run, row * plan.stride, last * plan.stride)
+        move = loop.advance if loop.adaptive is None else loop.adapt
+        move(run, row * plan.stride, last * plan.stride)
         row = last
         if keeper is not None:
             keeper.keep(frames, row, (run, row), row == plan.rows - 1)
@@ -126,6 +129,9 @@ class Loop:
         self.tolerance = tolerance * interface.force_scale
         self.chains, self.seats = flat_chains(interface), flat_seats(interface)
         self.structures = interface.structures if clock is None else [clock.watch(one) for one in interface.structures]
+        self.adaptive: float | None = None
+        """The tolerance of adaptive windows."""
+        self.finest = interface.contact_time / FINEST
         self.kernel: Any = kernels.run_condensed
         if clock is not None:
             self.kernel = clock.timed("compiled loop", self.kernel)
@@ -155,25 +161,64 @@ class Loop:
 
         halvings: of the windows. They have been halved because a whole one failed, and save nothing.
         """
-        length = self.plan.length / 2**halvings
-        structures, steps = self._of_length(length)
         stride = 0 if halvings else self.plan.stride
         while first < last:
-            problem, done, detail, place = self.kernel(
-                run, self.chains, structures, self.seats, steps, length, self.interface.quadratic, self.tolerance,
-                kernels.STILL * self.interface.indentation_scale, (first + 1, last), stride, self.frames.saved,
-            )  # fmt: skip
-            if problem == kernels.OK:
+            failed = self._try(run, first, last, halvings, stride)
+            if failed is None:
                 return
-            if problem == kernels.NON_FINITE:
-                raise non_finite(self.interface, place, done * length, int(detail))
+            done, residual = failed
             if halvings == MOST_HALVINGS:
-                raise NotConverged(f"t = {(done - 1) * length:.6g} s, {length:.3g} s long: residual {detail:.3g} N")
+                length = self.plan.length / 2**halvings
+                raise NotConverged(f"t = {(done - 1) * length:.6g} s, {length:.3g} s long: residual {residual:.3g} N")
             self.advance(run, 2 * (done - 1), 2 * done, halvings + 1)
             if stride and done % stride == 0:
-                now, row = done * length, done // stride
-                kernels.save(run, self.chains, structures, self.seats, now, row, self.frames.saved)
+                self._save(run, done)
             first = done
+
+    def adapt(self, run: kernels.Run, first: int, last: int) -> None:
+        """The same by windows whose error is within the tolerance; every whole window is saved."""
+        for done in range(first + 1, last + 1):
+            self._adapted(run, done, 0)
+            if done % self.plan.stride == 0:
+                self._save(run, done)
+
+    def _adapted(self, run: kernels.Run, done: int, halvings: int) -> None:
+        """One window, or its halves, in place."""
+        assert self.adaptive is not None
+        length = self.plan.length / 2**halvings
+        finest = length <= self.finest
+        if finest or length <= allowed(self.interface, past(run), self.adaptive) * TAKEN_AS_ONE:
+            before = [part.copy() for part in run]
+            failed = self._try(run, done - 1, done, halvings, 0)
+            if failed is None and (finest or error(self.interface, past(run)) <= self.adaptive):
+                return
+            if finest:
+                self.advance(run, 2 * (done - 1), 2 * done, halvings + 1)
+                return
+            tried = run.counts[1]
+            for part, old in zip(run, before, strict=True):
+                part[...] = old
+            run.counts[1] = tried
+        self._adapted(run, 2 * done - 1, halvings + 1)
+        self._adapted(run, 2 * done, halvings + 1)
+
+    def _try(self, run: kernels.Run, first: int, last: int, halvings: int, stride: int) -> tuple[int, float] | None:
+        """Move the run on as far as it goes; the window that failed, and its residual (N)."""
+        length = self.plan.length / 2**halvings
+        structures, steps = self._of_length(length)
+        problem, done, detail, place = self.kernel(
+            run, self.chains, structures, self.seats, steps, length, self.interface.quadratic, self.tolerance,
+            kernels.STILL * self.interface.indentation_scale, (first + 1, last), stride, self.frames.saved,
+        )  # fmt: skip
+        if problem == kernels.NON_FINITE:
+            raise non_finite(self.interface, place, done * length, int(detail))
+        return None if problem == kernels.OK else (done, detail)
+
+    def _save(self, run: kernels.Run, done: int) -> None:
+        """Save a whole window's end."""
+        structures, _ = self._of_length(self.plan.length)
+        now, row = done * self.plan.length, done // self.plan.stride
+        kernels.save(run, self.chains, structures, self.seats, now, row, self.frames.saved)
 
     def _of_length(self, length: float) -> tuple[kernels.Structures, Vector]:
         """The structures over a window of a length, s, and each chain's steps in it and in a piece of it."""
@@ -182,6 +227,12 @@ class Loop:
             steps = np.array([[chain.steps(part) for part in parts] for chain in self.interface.chains])
             self._lengths[length] = flat_structures([one.propagator(length) for one in self.structures]), steps
         return self._lengths[length]
+
+
+def past(run: kernels.Run) -> list[Node]:
+    """The last nodes, newest last."""
+    columns = run.node_time, run.node_length, run.node_surface, run.node_force
+    return [Node(*(column[i] for column in columns)) for i in reversed(range(int(run.counts[0])))]
 
 
 def _check_repeats(interface: Interface, state: CoupledState, length: float) -> None:

@@ -95,17 +95,19 @@ IN_MODES: dict[str, tuple[Any, ...]] = {
 }
 
 
-@pytest.mark.parametrize("waveform", ["linear", "quadratic"])
+@pytest.mark.parametrize(
+    "how", [{}, {"waveform": "quadratic"}, {"window": hl.Adaptive(1e-4)}], ids=["", "quadratic", "adaptive"]
+)
 @pytest.mark.parametrize("name", IN_MODES)
 def test_any_number_of_chains_goes_through_the_compiled_loop(
-    name: str, waveform: str, monkeypatch: pytest.MonkeyPatch
+    name: str, how: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Structures move by their modes, chains by Newton's method in compiled code; window by window nothing differs.
 
     The sums of both loops round differently, which a chain magnifies; nothing differs by more than 1e-8.
     """
     chain, structure, *behind = IN_MODES[name]
-    simulation = hl.CoSimulation(chain, structure, behind=behind[0] if behind else None, waveform=waveform)
+    simulation = hl.CoSimulation(chain, structure, behind=behind[0] if behind else None, **how)
     compiled = simulation.run(until=2e-4)
     monkeypatch.setattr(Work, "compiled", False)
     monkeypatch.setattr(kernels, "run_condensed", None)

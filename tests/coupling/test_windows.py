@@ -143,7 +143,7 @@ def test_adaptive_windows_are_parts_of_the_saved_interval(monkeypatch: pytest.Mo
         return ends
 
     monkeypatch.setattr(Windows, "advance", watched)
-    simulation = hl.CoSimulation(chain(), STRUCTURES["layered rod"], window=hl.Adaptive(1e-5))
+    simulation = hl.CoSimulation(chain(), Counted(STRUCTURES["layered rod"]), window=hl.Adaptive(1e-5))
     run = simulation.run(UNTIL)
     interval = float(run.time[1])
     parts = np.log2(interval / np.array([length for _, length in lengths]))
