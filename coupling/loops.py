@@ -3,6 +3,7 @@
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from coupling.flat import flat_chains, flat_seats, flat_structures
 from coupling.interface import Interface
@@ -16,7 +17,6 @@ from coupling.schemes.scheme import Scheme
 from coupling.schemes.windows import FINEST, MOST_HALVINGS, TAKEN_AS_ONE, Adaptive, Windows, allowed, error
 from coupling.state import CoupledState, Node, NotConverged
 from particles import kernels
-from structures.structure import Vector
 
 LARGEST_GAIN = 0.01
 """Part of the impact energy that a passive participant may have given back beyond what it received."""
@@ -46,13 +46,18 @@ class Work(NamedTuple):
     @property
     def compiled(self) -> bool:
         """Whether the compiled loop can do it."""
-        if self.interface.boxes or not isinstance(self.scheme, Condensed):
-            return False
-        return all(structure.compact for structure in self.interface.structures)
+        return is_compiled(self.interface, self.scheme)
 
     def do(self) -> None:
         """Fill the frames. Raises NotConverged, FloatingPointError and ValueError."""
         (run_compiled if self.compiled else run_windows)(self)
+
+
+def is_compiled(interface: Interface, scheme: Scheme) -> bool:
+    """Whether the compiled loop can run them."""
+    if interface.boxes or not isinstance(scheme, Condensed):
+        return False
+    return all(structure.compact for structure in interface.structures)
 
 
 def run_windows(work: Work) -> None:
@@ -96,12 +101,10 @@ def _advanced(work: Work, windows: Windows, state: CoupledState, done: int, many
 
 def run_compiled(work: Work) -> None:
     """All windows in compiled code, for linear structures with the scheme Condensed."""
-    interface, scheme, window, plan, frames, keeper, clock = work
-    loop = Loop(interface, scheme.tolerance, plan, frames, clock)  # type: ignore[attr-defined]
-    if isinstance(window, Adaptive):
-        loop.adaptive = window.tolerance
-    frames.record(interface, 0, interface.start(scheme.start(interface)), Counts(), plan.length)
+    interface, _, window, plan, frames, keeper, _ = work
+    loop = Loop(work)
     run, row = loop.start(), 0
+    loop.save(run, 0)
     if keeper is not None:
         run, row = keeper.begin(frames, (run, row))
     effort = sum(chain.steps(plan.length) * chain.rest.size for chain in interface.chains)
@@ -109,39 +112,61 @@ def run_compiled(work: Work) -> None:
     rows = max(1, int(windows) // plan.stride)
     while row < plan.rows - 1:
         last = min(row + rows, plan.rows - 1)
-        move = loop.advance if loop.adaptive is None else loop.adapt
-        move(run, row * plan.stride, last * plan.stride)
+        move = loop.adapt if isinstance(window, Adaptive) else loop.advance
+        move(run, row * loop.stride, last * loop.stride)
         row = last
         if keeper is not None:
             keeper.keep(frames, row, (run, row), row == plan.rows - 1)
-    for place in interface.damped:
-        # The identity of the midpoint rule: damping took the part of the work that is not in the energy.
-        work_done = frames.saved.work[interface.touched_by(place)].sum(axis=0)
-        taken = work_done - frames.saved.structure_kinetic[place] - frames.saved.structure_elastic[place]
-        frames.damped[place] = taken
+    frames.count_damping(interface)
+
+
+def run_thin(work: Work) -> Frames:
+    """The same for thin frames, at once; returns all of the first and the last saved time."""
+    ends, loop = Frames(work.interface, 2), Loop(work)
+    run = loop.start()
+    loop.save(run, 0)
+    loop.save(run, 0, ends, 0)
+    (loop.advance if loop.adaptive is None else loop.adapt)(run, 0, (work.plan.rows - 1) * loop.stride)
+    loop.save(run, work.plan.rows - 1, ends, 1)
+    ends.count_damping(work.interface)
+    return ends
 
 
 class Loop:
-    """The compiled window loop of one run."""
+    """The compiled window loop of one run.
 
-    def __init__(self, interface: Interface, tolerance: float, plan: Plan, frames: Frames, clock: Trace | None) -> None:
+    A structure without degrees of freedom never moves. Windows against such structures may have any length: they are
+    as long as a saved interval, and take the steps of the windows that it would hold.
+    """
+
+    def __init__(self, work: Work) -> None:
+        interface, scheme, window, plan, frames, _, clock = work
         self.interface, self.plan, self.frames = interface, plan, frames
-        self.tolerance = tolerance * interface.force_scale
+        self.tolerance = scheme.tolerance * interface.force_scale  # type: ignore[attr-defined]
+        self.adaptive = window.tolerance if isinstance(window, Adaptive) else None
+        """The tolerance of adaptive windows."""
+        rigid = self.adaptive is None and not any(one.structure.size for one in interface.structures)
+        self.joined = plan.stride if rigid else 1
+        """Windows of the plan that are one."""
+        self.length, self.stride = plan.length * self.joined, plan.stride // self.joined
+        self.quadratic = interface.quadratic and not rigid
         self.chains, self.seats = flat_chains(interface), flat_seats(interface)
         self.structures = interface.structures if clock is None else [clock.watch(one) for one in interface.structures]
-        self.adaptive: float | None = None
-        """The tolerance of adaptive windows."""
         self.finest = interface.contact_time / FINEST
         self.kernel: Any = kernels.run_condensed
+        self.save_kernel: Any = kernels.save
         if clock is not None:
-            self.kernel = clock.timed("compiled loop", self.kernel)
-        self._lengths: dict[float, tuple[kernels.Structures, Vector]] = {}
+            self.kernel, self.save_kernel = (
+                clock.timed("compiled loop", self.kernel),
+                clock.timed("saving", kernels.save),
+            )
+        self._lengths: dict[float, tuple[kernels.Structures, NDArray[np.int64]]] = {}
 
     def start(self) -> kernels.Run:
         """The run at time zero, in static equilibrium."""
         starts = [chain.start() for chain in self.interface.chains]
         contacts, chains = self.interface.size, len(starts)
-        states, _ = self._of_length(self.plan.length)
+        states, _ = self._of_length(self.length)
         return kernels.Run(
             np.concatenate([state.position for state in starts]),
             np.concatenate([state.velocity for state in starts]),
@@ -161,31 +186,31 @@ class Loop:
 
         halvings: of the windows. They have been halved because a whole one failed, and save nothing.
         """
-        stride = 0 if halvings else self.plan.stride
+        stride = 0 if halvings else self.stride
         while first < last:
             failed = self._try(run, first, last, halvings, stride)
             if failed is None:
                 return
             done, residual = failed
             if halvings == MOST_HALVINGS:
-                length = self.plan.length / 2**halvings
+                length = self.length / 2**halvings
                 raise NotConverged(f"t = {(done - 1) * length:.6g} s, {length:.3g} s long: residual {residual:.3g} N")
             self.advance(run, 2 * (done - 1), 2 * done, halvings + 1)
             if stride and done % stride == 0:
-                self._save(run, done)
+                self.save(run, done)
             first = done
 
     def adapt(self, run: kernels.Run, first: int, last: int) -> None:
         """The same by windows whose error is within the tolerance; every whole window is saved."""
         for done in range(first + 1, last + 1):
             self._adapted(run, done, 0)
-            if done % self.plan.stride == 0:
-                self._save(run, done)
+            if done % self.stride == 0:
+                self.save(run, done)
 
     def _adapted(self, run: kernels.Run, done: int, halvings: int) -> None:
         """One window, or its halves, in place."""
         assert self.adaptive is not None
-        length = self.plan.length / 2**halvings
+        length = self.length / 2**halvings
         finest = length <= self.finest
         if finest or length <= allowed(self.interface, past(run), self.adaptive) * TAKEN_AS_ONE:
             before = [part.copy() for part in run]
@@ -204,27 +229,31 @@ class Loop:
 
     def _try(self, run: kernels.Run, first: int, last: int, halvings: int, stride: int) -> tuple[int, float] | None:
         """Move the run on as far as it goes; the window that failed, and its residual (N)."""
-        length = self.plan.length / 2**halvings
+        length = self.length / 2**halvings
         structures, steps = self._of_length(length)
         problem, done, detail, place = self.kernel(
-            run, self.chains, structures, self.seats, steps, length, self.interface.quadratic, self.tolerance,
+            run, self.chains, structures, self.seats, steps, length, self.quadratic, self.tolerance,
             kernels.STILL * self.interface.indentation_scale, (first + 1, last), stride, self.frames.saved,
         )  # fmt: skip
         if problem == kernels.NON_FINITE:
             raise non_finite(self.interface, place, done * length, int(detail))
         return None if problem == kernels.OK else (done, detail)
 
-    def _save(self, run: kernels.Run, done: int) -> None:
-        """Save a whole window's end."""
-        structures, _ = self._of_length(self.plan.length)
-        now, row = done * self.plan.length, done // self.plan.stride
-        kernels.save(run, self.chains, structures, self.seats, now, row, self.frames.saved)
+    def save(self, run: kernels.Run, done: int, frames: Frames | None = None, row: int | None = None) -> None:
+        """Save the end of a whole window, in its own row of the frames or in another."""
+        structures, _ = self._of_length(self.length)
+        self.save_kernel(
+            run, self.chains, structures, self.seats, done * self.length, done // self.stride if row is None else row,
+            (frames or self.frames).saved,
+        )  # fmt: skip
 
-    def _of_length(self, length: float) -> tuple[kernels.Structures, Vector]:
+    def _of_length(self, length: float) -> tuple[kernels.Structures, NDArray[np.int64]]:
         """The structures over a window of a length, s, and each chain's steps in it and in a piece of it."""
         if length not in self._lengths:
             parts = length, length / kernels.PIECES
-            steps = np.array([[chain.steps(part) for part in parts] for chain in self.interface.chains])
+            steps = np.array(
+                [[chain.steps(part / self.joined) * self.joined for part in parts] for chain in self.interface.chains]
+            )
             self._lengths[length] = flat_structures([one.propagator(length) for one in self.structures]), steps
         return self._lengths[length]
 

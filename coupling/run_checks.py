@@ -66,17 +66,18 @@ def _of_length(chains: Sequence[MovingChain], until: float) -> list[str]:
     ]
 
 
-def checked(interface: Interface, frames: Frames, interval: float) -> list[str]:
+def checked(interface: Interface, frames: Frames, interval: float, ledger: Frames | None = None) -> list[str]:
     """The findings of all checks after a run saved every `interval` s; the user is warned of each.
 
-    A contact law warned of its own limits when it was made; here they are findings only.
+    A contact law warned of its own limits when it was made; here they are findings only. ledger: the frames that hold
+    the energies, if `frames` are thin.
     """
     laws, findings = list[str](), list[str]()
     for number, chain in enumerate(interface.chains):
         known, deep = chain.cautions(_deepest(interface, frames, number))
         laws += known
         findings += deep
-    findings += _of_energy(interface, frames)
+    findings += _of_energy(interface, ledger or frames)
     times = interval * np.arange(frames.rows)
     for number in range(len(interface.chains)):
         findings += _of_record(interface, frames.chains[number], number, times)
@@ -93,6 +94,8 @@ def _is_driven(chain: MovingChain) -> bool:
 def _deepest(interface: Interface, frames: Frames, number: int) -> Vector:
     """The greatest approach of each contact of a chain, m."""
     chain, own, seat = interface.chains[number], frames.chains[number], interface.of_chain[number][0]
+    if frames.thin:
+        return chain.approach(_greatest(own.contact_force))
     place = own.position[:, : chain.mass.size]
     # The last one's without the spring behind it.
     last = (place[:, -1] - frames.saved.surface[seat]).max() - chain.flexibility * own.contact_force[:, -1].max()

@@ -13,7 +13,7 @@ from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 VERLET, DRIVEN_VERLET, VISCOUS_VERLET, LOSSY_VERLET, RK4 = 0, 1, 2, 3, 4
 """How a window is advanced. VERLET: Hertz's contacts, free striker; DRIVEN_VERLET: all but losses; VISCOUS_VERLET: as
@@ -832,23 +832,21 @@ def advance(y, v, chain, method, steps, t, window, wall_start, wall_end):
 
 @njit(cache=True)
 def advance_condensed(
-    y, v, chain, method, steps, t, window, wall_start, wall_free, compliance, static, guess, tolerance
+    start_y, start_v, y, v, chain, method, steps, t, window, wall_start, wall_free, compliance, static, guess, tolerance
 ):
     """One window against a linear structure whose surface ends at w = wall_free + compliance · (F̄ − static).
 
     The secant method on F̄ from the parabola through those of the last three windows; guess = (F̄ − static, slope, the
     two before), which is updated. The residual falls at least as fast as F̄ rises, so its slope is −1 or steeper and
     nothing is divided by zero, an open gap included. Where a loss makes the force jump as the contact opens there may
-    be no root: the interval that holds the jump is halved. y, v in place.
+    be no root: the interval that holds the jump is halved. y, v: the end, from start_y, start_v.
     Returns the mean force, the energy lost, the drive's work, the evaluations and the residual.
     """
-    start_y, start_v = y.copy(), v.copy()
     tried, slope = max(3.0 * (guess[0] - guess[2]) + guess[3] + static, 0.0), guess[1]
     last_tried, last_residual, residual = 0.0, 0.0, np.inf
     low, high, halved = -np.inf, np.inf, False
     for count in range(1, 61):
-        if count > 1:
-            y[:], v[:] = start_y, start_v
+        y[:], v[:] = start_y, start_v
         wall_end = wall_free + compliance * (tried - static)
         force, _, lost, driven = advance(y, v, chain, method, steps, t, window, wall_start, wall_end)
         residual = force - tried
@@ -1153,7 +1151,7 @@ def _agree(run, y, v, chains, seats, steps, t, window, at_rest, compliance, quad
     surfaces, and of the chains' losses and their drives' works. Returns the evaluations and the greatest residual.
     """
     force, answer, work, surface = found[0], found[1], found[2], found[3]
-    count, slope, residual = force.size, run.slope.copy(), np.inf
+    count, slope, residual, rigid = force.size, run.slope.copy(), np.inf, not compliance.any()
     _predict(run, t + window / 2.0, force)
     for k in range(count):
         force[k] = max(force[k], -seats.static[k])
@@ -1175,6 +1173,8 @@ def _agree(run, y, v, chains, seats, steps, t, window, at_rest, compliance, quad
             )  # fmt: skip
         residual = 0.0
         for k in range(count):
+            if rigid:
+                force[k] = answer[k]
             residual = max(residual, abs(answer[k] - force[k]))
         if not residual > tolerance:
             run.slope[:] = slope
@@ -1192,18 +1192,28 @@ def _agree(run, y, v, chains, seats, steps, t, window, at_rest, compliance, quad
     return tried, residual
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def save(run, chains, structures, seats, t, row, saved):
-    """Put the end of a window into a row."""
+    """Put the end of a window into a row; what lies in arrays without rows is left out."""
+    whole = saved.kinetic.shape[1] > 0
     for c in range(chains.method.size):
         first, last = chains.layout[c, 0], chains.layout[c + 1, 0]
         body, last_body = chains.layout[c, 1], chains.layout[c + 1, 1]
         chain, y, v, k = _constants(chains, c), run.y[first:last], run.v[first:last], seats.own[c]
-        rate = (run.surface[k] - run.node_surface[1, k]) / run.node_length[0]
+        rate = (run.surface[k] - run.node_surface[1, k]) / run.node_length[0] if run.counts[0] > 0 else 0.0
         contact_forces(y, v, chain, t, run.surface[k], rate, saved.contact_force[row, body:last_body])
-        saved.kinetic[c, row], saved.potential[c, row] = energies(y, v, chain, run.surface[k])
-        saved.lost[c, row], saved.driven[c, row] = run.lost[c], run.driven[c]
-    saved.position[row], saved.velocity[row] = run.y, run.v
+        if whole:
+            saved.kinetic[c, row], saved.potential[c, row] = energies(y, v, chain, run.surface[k])
+            saved.lost[c, row], saved.driven[c, row] = run.lost[c], run.driven[c]
+    saved.velocity[row], saved.surface[:, row] = run.v, run.surface
+    if whole:
+        _save_ledger(run, structures, row, saved)
+
+
+@njit(cache=True)
+def _save_ledger(run, structures, row, saved):
+    """Positions, energies of the structures, works and impulses of the contacts, and the counts."""
+    saved.position[row] = run.y
     for s in range(structures.layout.shape[0] - 1):
         now, then = structures.layout[s], structures.layout[s + 1]
         size, state = now[7], run.body[now[0] : then[0]]
@@ -1213,13 +1223,12 @@ def save(run, chains, structures, seats, t, row, saved):
         moving = state.size - size  # displacements without mass have no velocity
         if moving > 0:
             saved.structure_kinetic[s, row] = _square(mass.reshape((mass.size // moving, moving)), state[size:])
-    saved.surface[:, row], saved.work[:, row], saved.given[:, row] = run.surface, run.work, run.given
-    saved.impulse[:, row] = run.impulse
+    saved.work[:, row], saved.given[:, row], saved.impulse[:, row] = run.work, run.given, run.impulse
     saved.evaluations[row], saved.substeps[row], saved.residual[row] = run.counts[1], run.counts[2], run.residual[0]
     run.counts[1:], run.residual[0] = 0, 0.0
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def run_condensed(
     run, chains, structures, seats, steps, window, quadratic, tolerance, smallest, windows, stride, saved
 ):
@@ -1235,7 +1244,7 @@ def run_condensed(
     count, bodies = seats.static.size, run.body.size
     free, at_rest, push = np.zeros(bodies), np.empty(count), np.zeros(count)
     found = np.zeros((6, count))
-    y, v = run.y.copy(), run.v.copy()
+    y, v, guess = run.y.copy(), run.v.copy(), run.guess.copy()
     compliance = _compliance(structures, seats)
     single, chain = count == 1 and not quadratic, _constants(chains, 0)
     for done in range(windows[0], windows[1] + 1):
@@ -1243,23 +1252,12 @@ def run_condensed(
         _let_go(structures, run.body, free)
         _read(structures, seats, free, at_rest)
         if single:
-            y[:], v[:] = run.y, run.v
-            guess, static, before, softness = run.guess.copy(), seats.static[0], run.surface[0], compliance[0, 0]
+            guess[:] = run.guess
+            static, before, softness = seats.static[0], run.surface[0], compliance[0, 0]
             force, lost, driven, tried, residual = advance_condensed(
-                y,
-                v,
-                chain,
-                chains.method[0],
-                steps[0, 0],
-                t,
-                window,
-                before,
-                at_rest[0],
-                softness,
-                static,
-                guess,
-                tolerance,
-            )
+                run.y, run.v, y, v, chain, chains.method[0], steps[0, 0], t, window, before, at_rest[0], softness,
+                static, guess, tolerance,
+            )  # fmt: skip
             push[0] = force - static
             found[1, 0], found[4, 0], found[5, 0] = push[0], lost, driven
             found[3, 0] = at_rest[0] + softness * push[0]
@@ -1305,37 +1303,3 @@ def run_condensed(
         if stride > 0 and done % stride == 0:
             save(run, chains, structures, seats, done * window, done // stride, saved)
     return OK, 0, 0.0, 0
-
-
-@njit(cache=True, parallel=True)
-def run_batch(
-    y, v, inverse_mass, stiffness, table, rows, damping, kinds, scalars, steps, interval, kept, out_force, out_velocity
-):
-    """Many chains of N beads on their own, or on an immovable surface, spread over all threads.
-
-    The arrays from y to stiffness, table and damping have a row for each chain; kinds = (method, loss), scalars =
-    (exponent, gravity, preload, spring, spring end), steps in an interval: one row or number for each chain.
-    kept = (contacts, bodies), whose forces and velocities go to chains × saved times × contacts or bodies, the start
-    first. Returns for each chain the first body that is not finite at the end, or −1.
-    """
-    contacts, bodies = kept
-    bad = np.empty(y.shape[0], np.int64)
-    for c in prange(y.shape[0]):
-        exponent, gravity, preload, spring, spring_end = scalars[c]
-        numbers = Numbers(kinds[c, 1], exponent, gravity, 0.0, 0.0, preload, spring, spring_end, FREE)
-        # Copies, because threads that count references to one array wait for each other.
-        place, speed, forces = y[c].copy(), v[c].copy(), np.empty(y.shape[1])
-        chain = Constants(
-            inverse_mass[c].copy(), stiffness[c].copy(), table[c].copy(), rows, damping[c].copy(), np.zeros((3, 1)),
-            Vibrations(np.zeros((1, 0)), np.zeros((1, 0)), np.zeros((1, 0)), np.zeros(1)), numbers,
-        )  # fmt: skip
-        for row in range(out_force.shape[1]):
-            if row > 0:
-                advance(place, speed, chain, kinds[c, 0], steps[c], 0.0, interval, 0.0, 0.0)
-            contact_forces(place, speed, chain, 0.0, 0.0, 0.0, forces)
-            for i in range(contacts.size):
-                out_force[c, row, i] = forces[contacts[i]]
-            for i in range(bodies.size):
-                out_velocity[c, row, i] = speed[bodies[i]]
-        bad[c] = first_bad(place, speed, 0.0)
-    return bad

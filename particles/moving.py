@@ -323,6 +323,10 @@ class MovingChain:
         """The laws' own cautions, and those of approaches (m, of each contact) beyond what a law is good for."""
         return contacts.cautions(self._groups, deepest)
 
+    def approach(self, force: Vector) -> Vector:
+        """The approach of each contact, m, at a force on each, N, without losses."""
+        return self._over_contacts(lambda law, i: law.approach(np.maximum(force[i], 0.0)))
+
     @cached_property
     def pairs(self) -> tuple[contacts.Pair | None, ...]:
         """The bodies that touch at each contact; None where a force replaces it, or nothing is there."""

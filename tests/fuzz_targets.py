@@ -502,7 +502,7 @@ def _runs() -> dict[str, Target]:
         "batch": Target(
             hl.batch,
             {
-                **{"chains": [CHAIN, CHAIN], "until": UNTIL, "structure": WALL, "save_every": 1e-6, "sensors": [1, 2]},
+                **{"runs": [CHAIN, CHAIN], "until": UNTIL, "structure": WALL, "save_every": 1e-6, "sensors": [1, 2]},
                 **{"dt": None, "threads": 1},
             },
             None,

@@ -45,21 +45,22 @@ class ChainFrames(NamedTuple):
 class Frames:
     """Saved times from row 0, the start, on.
 
-    saved: all arrays, as the compiled window loop fills them; energies of structures are NaN where not known. damped:
-    structures × saved times, what their damping took, J, NaN where not known. chains: the parts of each chain.
+    saved: all arrays, as the compiled window loop fills them; energies of structures are NaN where not known. thin:
+    with rows for velocities, contact forces and surfaces only. damped: structures × saved times, what their damping
+    took, J, NaN where not known. chains: the parts of each chain.
     """
 
-    def __init__(self, interface: Interface, rows: int) -> None:
-        self.rows = rows
+    def __init__(self, interface: Interface, rows: int, thin: bool = False) -> None:
+        self.rows, self.thin = rows, thin
         ends = np.cumsum([(0, 0)] + [(chain.rest.size, chain.mass.size) for chain in interface.chains], axis=0)
         coordinates, bodies = ends[-1]
+        other = 0 if thin else rows
         of_chains, of_contacts, of_structures = (
-            (number, rows) for number in (len(interface.chains), interface.size, len(interface.structures))
+            (number, other) for number in (len(interface.chains), interface.size, len(interface.structures))
         )
-        self.saved = kernels.Saved(
-            *(np.zeros((rows, wide)) for wide in (coordinates, coordinates, bodies)),
-            *(np.zeros(shape) for shape in [of_chains] * 4 + [of_contacts] * 4 + [of_structures] * 2 + [(rows,)] * 3),
-        )
+        tall = [np.zeros((other, coordinates)), np.zeros((rows, coordinates)), np.zeros((rows, bodies))]
+        shapes = [of_chains] * 4 + [(interface.size, rows)] + [of_contacts] * 3 + [of_structures] * 2 + [(other,)] * 3
+        self.saved = kernels.Saved(*tall, *(np.zeros(shape) for shape in shapes))
         self.damped = np.zeros(of_structures)
         self.chains = [
             ChainFrames(
@@ -95,6 +96,15 @@ class Frames:
         saved.surface[:, row] = state.surface
         saved.work[:, row], saved.given[:, row], saved.impulse[:, row] = state.ledger[:3]
         saved.evaluations[row], saved.substeps[row], saved.residual[row] = counts
+
+    def count_damping(self, interface: Interface) -> None:
+        """What the damping of linear structures took: the part of the work that is not in their energy.
+
+        The midpoint rule keeps that identity.
+        """
+        for place in interface.damped:
+            work = self.saved.work[interface.touched_by(place)].sum(axis=0)
+            self.damped[place] = work - self.saved.structure_kinetic[place] - self.saved.structure_elastic[place]
 
     def upto(self, row: int) -> list[Vector]:
         """Everything up to a row, for a checkpoint: views, as copies of a long run may not fit in memory."""

@@ -1,213 +1,397 @@
-"""Thousands of chains in one compiled call: for parameter sweeps and fits that need no structure."""
+"""Thousands of runs in this process, on all cores: of chains, or of chains on linear structures."""
 
-from collections.abc import Iterable, Sequence
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, NamedTuple, TypeAlias
 
 import joblib
-import numba
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from coupling.results.findings import warn
+from coupling.cosimulation import CoSimulation
+from coupling.loops import Work, is_compiled, run_thin
+from coupling.plan import Plan, plan_run, warn_if_coarse
+from coupling.recording.frames import Frames
+from coupling.results.findings import gathered, warn, with_warnings
 from coupling.results.provenance import provenance
-from coupling.results.schema import variable
-from coupling.run_checks import check_before
-from particles import kernels
+from coupling.results.schema import OF_RUNS, variable
+from coupling.run_checks import check_before, checked
+from coupling.schemes.windows import Adaptive
+from coupling.sweeps.processes import ENVIRONMENT_ERRORS
+from coupling.sweeps.store import ERROR_VARIABLE, Failure
+from coupling.sweeps.sweep import axis_labels, check_build
 from particles.chain import Chain
-from particles.deformable.chain import DeformableChain
-from particles.moving import MovingChain
-from structures.checks import instance, listed, positive, whole
+from structures.caution import collected
+from structures.checks import instance, listed, positive, short, takes, whole
 from structures.structure import Structure, Vector
 
-Kept = tuple[NDArray[np.int64], NDArray[np.int64]]
-"""Contacts and bodies whose forces and velocities are kept, counted from zero."""
+Runs: TypeAlias = Sequence[Chain | CoSimulation] | Callable[..., Chain | CoSimulation]
 
 FRAMES_PER_CONTACT = 32
 """Saved times in the shortest contact: half an interval off its peak, a half-sine is lower by 0.1 %."""
 
 MOST_SAVED = 2e8
-"""Upper limit for chains × saved times × contacts and beads: 1.6 GB."""
+"""Upper limit for runs × saved times × contacts and beads: 1.6 GB."""
+
+MEASURED_AT_ONCE = 2e7
+"""The same for the runs that are measured together: 160 MB."""
+
+NUMBERS = "biuf"
+"""Kinds of arrays that must be finite; materials and the like come as objects."""
 
 
 def batch(
-    chains: Sequence[Chain],
+    runs: Runs,
     until: float,
     structure: Structure | None = None,
     save_every: float | None = None,
     sensors: Iterable[int] | None = None,
     dt: float | None = None,
     threads: int | None = None,
+    measure: Callable[[xr.Dataset], xr.Dataset] | None = None,
+    **parameters: Any,
 ) -> xr.Dataset:
-    """Run many chains with equal numbers of beads in parallel, without structures.
+    """Run many chains of equally many beads in threads, and keep the forces at the sensors, or measures of them.
 
-    The result of a chain does not depend on the other chains.
+    The result of a run does not depend on the other runs, nor on the number of threads.
 
     Parameters
     ----------
-    chains : sequence of Chain
-        The chains. All have the same number of beads.
+    runs : sequence of Chain or CoSimulation, or callable
+        What to run. A function returns it from the parameters; then it is called for each run when its turn comes, in
+        any thread.
     until : float
-        Length of the record, s.
+        Length of each record, s.
     structure : Structure, optional
-        None, or a half-space that all chains face. For other structures use `sweep`.
+        What the chains of a sequence of chains face; by default nothing.
     save_every : float, optional
-        Time between saved samples, s; by default 1/32 of the shortest contact of all chains.
+        Time between saved samples, s. By default 1/32 of the shortest contact of all runs, for a function of the first
+        run.
     sensors : sequence of int, optional
-        Numbers of the beads to keep, each with its two contacts; by default all.
+        Numbers of the beads to keep, each with its two contacts; by default all. The last bead's second contact is that
+        on the structure.
     dt : float, optional
-        Time step, s; by default each chain has its own.
+        Time step of chains, s; by default each chain has its own. A CoSimulation has its own.
     threads : int, optional
         Number of threads; by default one for each core.
+    measure : callable, optional
+        Takes the Dataset of some hundred runs and returns the Dataset to keep, with the dimension "run", such as
+        ``lambda runs: hl.reflections(runs, sensor=7)``. Then only so many runs are in memory at a time.
+    **parameters : array_like
+        The arguments of the function, each one value for all runs or an array with a value for each run.
 
     Returns
     -------
     xarray.Dataset
-        Contact forces (N) and velocities (m/s) as in the Dataset of a run, with a first dimension "chain". Measures
-        that need only these, such as `amplitude_ratio`, work on it.
+        Contact forces (N) and velocities (m/s) as in the Dataset of a run, with a first dimension "run" that has the
+        parameters as coordinates; or what `measure` keeps. Measures that need only these, such as `amplitude_ratio`,
+        work on it. A run that fails is NaN, and the variable `error` holds the reason; it is empty for the others. The
+        attribute `warnings` holds the first finding of each kind.
 
     Raises
     ------
     ValueError
-        If the chains differ in length, are driven by a history or have deformable beads, or the result is too large.
-    FloatingPointError
-        If the state of a body is no longer finite.
+        If the runs differ in length, a run has several chains or a structure that is not linear, the shapes of the
+        parameters do not fit together, or the result is too large.
+    RuntimeError
+        If all runs fail.
+
+    Notes
+    -----
+    Every run has the windows and steps of its own contacts. Give the CoSimulation of a family a `window`, `dt` and
+    `substeps`, and their results change smoothly with the parameters.
 
     Examples
     --------
     >>> import hertzlink as hl
     >>> bead = hl.Sphere(2.38e-3, hl.STEEL_440C)
-    >>> chains = [hl.Chain([bead] * 8, bead, impact_speed=speed) for speed in (0.1, 0.2, 0.4)]
-    >>> runs = hl.batch(chains, until=150e-6, sensors=[5])
-    >>> dict(runs.contact_force.sizes)["chain"]
+    >>> rod = hl.reduce(hl.rod([hl.Layer(hl.PTFE, 0.05, 9.525e-3)]), until=2e-4)
+    >>> def tap(speed):
+    ...     return hl.CoSimulation(hl.Chain([bead] * 8, bead, impact_speed=speed), rod)
+    >>> taps = hl.batch(tap, until=2e-4, sensors=[5], speed=[0.1, 0.2, 0.4])
+    >>> dict(taps.contact_force.sizes)["run"]
     3
+    >>> [round(force) for force in taps.contact_force.sel(contact=5).max("time").values.tolist()]
+    [3, 7, 16]
     """
-    chains = listed("chains", chains, Chain, "one Chain or more")
-    if any(isinstance(chain, DeformableChain) for chain in chains):
-        raise ValueError("chains: of deformable beads must be run by CoSimulation or sweep")
     until = positive("until", until, "s")
-    moving = [MovingChain(chain, _surface(structure), dt=dt) for chain in chains]
-    warn(check_before(moving, until))
-    lengths = {one.mass.size for one in moving}
-    if len(lengths) > 1:
-        raise ValueError(f"chains: hold {sorted(n - 1 for n in lengths)} beads; must have equally many")
-    if any(one.constants.numbers.drive != kernels.FREE for one in moving):
-        raise ValueError("chains: with a PushedBead, a Piston or no striker must be run by CoSimulation or sweep")
-    beads = lengths.pop() - 1
-    kept = _kept(sensors, beads)
+    if measure is not None:
+        takes(f"measure = {short(measure)}", measure, 1, "a function of a Dataset of runs")
+    family = _family(runs, structure, dt, parameters)
+    kept = _kept(sensors, family.beads)
     if save_every is None:
-        save_every = min(one.contact_time for one in moving) / FRAMES_PER_CONTACT
+        save_every = family.contact_time / FRAMES_PER_CONTACT
     interval = positive("save_every", save_every, "s")
     if interval > until:
         raise ValueError(f"save_every = {save_every!r}: must not be longer than the run, until = {until!r} s")
-    for one in moving:
-        one.steps(until)
-    frames = int(until / interval * (1.0 + 1e-9)) + 1
-    size = len(chains) * frames * float(kept[0].size + kept[1].size)
-    if size > MOST_SAVED:
-        raise ValueError(f"until: {size:.3g} numbers are too many to keep; give sensors, or a longer save_every")
-    force = np.empty((len(chains), frames, kept[0].size))
-    velocity = np.empty((len(chains), frames, kept[1].size))
-    _run(moving, interval, kept, force, velocity, threads)
-    given = {"chains": [chain.describe() for chain in chains[:1]], "count": len(chains), "until": until, "dt": dt}
-    return _dataset(moving, kept, interval, force, velocity).assign_attrs(provenance({"batch": given}), beads=beads)
+    rows = int(until / interval * (1.0 + 1e-9)) + 1
+    size = rows * float(kept.contacts.size + kept.bodies.size)
+    if size * (family.number if measure is None else 1) > MOST_SAVED:
+        raise ValueError(
+            f"until: {size * family.number:.3g} numbers are too many to keep; give sensors, measure, or a longer "
+            "save_every"
+        )
+    for one in family.known or [family.first]:
+        _plan(one, until, interval)
+    before = family.check_before(until)
+    warn(before)
+    cores = joblib.cpu_count()
+    many = family.number if measure is None else max(1, int(MEASURED_AT_ONCE / size))
+    parts, done = list[xr.Dataset](), list[_Done]()
+    with ThreadPoolExecutor(cores if threads is None else min(whole("threads", threads), cores)) as pool:
+        for begin in range(0, family.number, many):
+            places = range(begin, min(begin + many, family.number))
+            part = _Part(family, places, until, interval, rows, kept, before)
+            try:
+                done += pool.map(part.do, places)
+            except BaseException:
+                pool.shutdown(cancel_futures=True)
+                raise
+            data = part.dataset(done[begin:])
+            parts.append(data if measure is None else _measured(measure, data))
+    return _together(family, parts, done, until, before)
 
 
-def _surface(structure: Structure | None) -> Any:
-    if structure is None:
-        return None
-    instance("structure", structure, Structure, "None or half_space(material)")
-    if structure.size or structure.contacts > 1 or structure.flexibilities.any():
-        raise ValueError("structure: a batch faces nothing or a half-space; use sweep for a structure that moves")
-    return structure.surfaces[0]
+class _Kept(NamedTuple):
+    """Contacts and bodies to keep, counted from zero."""
+
+    contacts: NDArray[np.int64]
+    bodies: NDArray[np.int64]
 
 
-def _kept(sensors: Iterable[int] | None, beads: int) -> Kept:
+class _Done(NamedTuple):
+    """Of one run: why it failed, None where it did not, and its findings."""
+
+    failure: Failure | None
+    findings: list[str]
+
+
+class _Family(NamedTuple):
+    """All runs: those that exist already, or the function that makes them; and the parameters by name."""
+
+    number: int
+    known: list[CoSimulation]
+    build: Callable[..., Chain | CoSimulation] | None
+    parameters: dict[str, list[Any]]
+    first: CoSimulation
+
+    @property
+    def beads(self) -> int:
+        """In each chain."""
+        return len(self.first.interface.chains[0].chain.beads)
+
+    @property
+    def contact_time(self) -> float:
+        """The shortest of the runs that exist, s."""
+        return min(one.interface.contact_time for one in self.known or [self.first])
+
+    def check_before(self, until: float) -> list[str]:
+        """The findings before the runs that exist."""
+        return check_before([one.interface.chains[0] for one in self.known or [self.first]], until)
+
+    def make(self, i: int) -> CoSimulation:
+        """A run, or a ValueError for one that a batch does not do."""
+        if self.known:
+            return self.known[i]
+        assert self.build is not None
+        made = self.build(**{name: values[i] for name, values in self.parameters.items()})
+        found = _simulation("runs(...)", made, None, None)
+        if len(found.interface.chains[0].chain.beads) != self.beads:
+            raise ValueError(f"runs(...): has another number of beads than the {self.beads} of the first run")
+        return found
+
+
+def _family(runs: Runs, structure: Structure | None, dt: float | None, parameters: Mapping[str, Any]) -> _Family:
+    if not callable(runs):
+        if parameters:
+            raise ValueError(f"{', '.join(parameters)}: parameters need a function in the place of runs")
+        given = listed("runs", runs, object, "one Chain or CoSimulation or more")
+        made = [_simulation("runs", one, structure, dt) for one in given]
+        lengths = {len(one.interface.chains[0].chain.beads) for one in made}
+        if len(lengths) > 1:
+            raise ValueError(f"runs: hold {sorted(lengths)} beads; must have equally many")
+        return _Family(len(made), made, None, {}, made[0])
+    for name, value in (("structure", structure), ("dt", dt)):
+        if value is not None:
+            raise ValueError(f"{name} = {short(value)}: belongs into the function that makes the runs")
+    values = _columns(parameters)
+    check_build(runs, values, "runs", "parameters")
+    count = len(next(iter(values.values())))
+    first = _simulation("runs(...)", runs(**{name: column[0] for name, column in values.items()}), None, None)
+    return _Family(count, [], runs, values, first)
+
+
+def _columns(parameters: Mapping[str, Any]) -> dict[str, list[Any]]:
+    """A value of each parameter for each run, or a ValueError that names the parameter."""
+    if not parameters:
+        raise ValueError("parameters: name at least one argument of the function, such as impact_speed=[0.1, 0.2]")
+    if used := sorted(set(parameters) & (OF_RUNS | {"run", ERROR_VARIABLE})):
+        raise ValueError(f"{used[0]}: is a name that every run uses; rename the function's argument")
+    found = {}
+    for name, given in parameters.items():
+        column = _column(given)
+        if column.ndim > 1:
+            raise ValueError(
+                f"{name}: has the shape {column.shape}; must be one value, or a list with one for each run"
+            )
+        if column.dtype.kind in NUMBERS and not np.isfinite(column).all():
+            place = int(np.flatnonzero(~np.isfinite(np.atleast_1d(column)))[0])
+            raise ValueError(f"{name}: is {np.atleast_1d(column)[place]} for run {place}; must be finite")
+        found[name] = column
+    lengths = {name: column.size for name, column in found.items() if column.ndim}
+    if len(set(lengths.values())) > 1 or 0 in lengths.values():
+        shown = ", ".join(f"{name} {length}" for name, length in lengths.items())
+        raise ValueError(f"parameters: have different numbers of values ({shown}); must have one for each run")
+    count = next(iter(lengths.values()), 1)
+    return {name: np.broadcast_to(column, count).tolist() for name, column in found.items()}
+
+
+def _column(given: Any) -> Vector:
+    """Numbers and text as they are; anything else, such as materials, as objects."""
+    if isinstance(given, Iterable) and not isinstance(given, str | np.ndarray):
+        given = list(given)
+        if any(not isinstance(one, int | float | str | np.number | Sequence) for one in given):
+            objects = np.empty(len(given), dtype=object)
+            objects[:] = given
+            return objects
+    try:
+        column = np.asarray(given)
+    except ValueError:  # of lists of different lengths
+        column = np.empty((1, 1), dtype=object)
+    return column
+
+
+def _simulation(name: str, given: Any, structure: Structure | None, dt: float | None) -> CoSimulation:
+    """A run of one chain on linear structures, or a ValueError."""
+    if isinstance(given, Chain):
+        given = CoSimulation(given, structure, dt=dt)
+    elif structure is not None or dt is not None:
+        which = "structure" if structure is not None else "dt"
+        raise ValueError(f"{which}: a CoSimulation has its own; must be None")
+    found = instance(name, given, CoSimulation, "a Chain or a CoSimulation")
+    if len(found.interface.chains) > 1:
+        raise ValueError(f"{name}: holds a CoSimulation of several chains; use sweep")
+    if not is_compiled(found.interface, found.scheme):
+        raise ValueError(
+            f"{name}: holds {found!r}, which the compiled loop cannot run; a batch needs the scheme Condensed() and "
+            "reduced linear structures; use reduce, or sweep"
+        )
+    return found
+
+
+def _plan(simulation: CoSimulation, until: float, interval: float) -> Plan:
+    """With all checks of its times."""
+    plan = plan_run(simulation.interface, simulation.scheme, simulation.window, simulation.substeps, until, interval)
+    for chain in simulation.interface.chains:
+        chain.steps(until)
+    return plan
+
+
+class _Part:
+    """Some runs, which are in memory together."""
+
+    def __init__(
+        self,
+        family: _Family,
+        places: range,
+        until: float,
+        interval: float,
+        rows: int,
+        kept: _Kept,
+        known: Sequence[str],
+    ) -> None:
+        self.family, self.places, self.until, self.interval, self.kept = family, places, until, interval, kept
+        self.known = known
+        count, contacts, bodies = len(places), kept.contacts.size, kept.bodies.size
+        self.force = np.full((count, rows, contacts), np.nan)
+        self.velocity = np.full((count, rows, bodies), np.nan)
+        self.static, self.centre = np.full((count, contacts), np.nan), np.full((count, bodies), np.nan)
+        self.energy = np.full(count, np.nan)
+
+    def do(self, i: int) -> _Done:
+        """One run; its errors are returned, those of the environment are raised."""
+        with collected() as messages:
+            try:
+                return _Done(None, [*self._run(i), *messages])
+            except ENVIRONMENT_ERRORS:
+                raise
+            # The function is the user's own code, which may raise any error; no run may lose the others.
+            except Exception as error:  # noqa: BLE001 - see above
+                return _Done(Failure(type(error).__name__, str(error)), messages)
+
+    def _run(self, i: int) -> list[str]:
+        """Fill the row of a run; its findings."""
+        simulation, row = self.family.make(i), i - self.places.start
+        interface = simulation.interface
+        chain = interface.chains[0]
+        plan = _plan(simulation, self.until, self.interval)
+        findings = [] if self.family.known else check_before(interface.chains, self.until)
+        findings += warn_if_coarse(plan, interface, isinstance(simulation.window, Adaptive))
+        frames = Frames(interface, plan.rows, thin=True)
+        ends = run_thin(Work(interface, simulation.scheme, simulation.window, plan, frames, None, None))
+        findings += checked(interface, frames, plan.interval, ends)
+        np.take(frames.saved.contact_force, self.kept.contacts, 1, self.force[row])
+        np.take(frames.saved.velocity, self.kept.bodies, 1, self.velocity[row])
+        self.static[row], self.centre[row] = (
+            chain.static_force[self.kept.contacts],
+            chain.chain.centres[self.kept.bodies],
+        )
+        self.energy[row] = chain.chain.impact_energy
+        return [finding for finding in findings if finding not in self.known]
+
+    def dataset(self, done: Sequence[_Done]) -> xr.Dataset:
+        """The runs."""
+        contacts, bodies = self.kept
+        times = self.interval * np.arange(self.force.shape[1])
+        coordinates: dict[str, Any] = {
+            "time": ("time", times, {"units": "s"}),
+            "bead": ("bead", bodies),
+            "contact": ("contact", contacts + 1),
+            "centre": (("run", "bead"), self.centre, {"units": "m"}),
+            "static_force": (("run", "contact"), self.static, {"units": "N"}),
+            "impact_energy": ("run", self.energy, {"units": "J"}),
+        }
+        for name, values in self.family.parameters.items():
+            coordinates[name] = ("run", axis_labels(values[self.places.start : self.places.stop]))
+        data = {
+            "contact_force": variable("contact_force", self.force.swapaxes(0, 1), "run"),
+            "velocity": variable("velocity", self.velocity.swapaxes(0, 1), "run"),
+        }
+        found = xr.Dataset(data, coordinates).transpose("run", "time", ...)
+        return found.assign_attrs(beads=self.family.beads)
+
+
+def _measured(measure: Callable[[xr.Dataset], xr.Dataset], data: xr.Dataset) -> xr.Dataset:
+    found = instance("measure(runs)", measure(data), xr.Dataset, "a Dataset")
+    if found.sizes.get("run") != data.sizes["run"]:
+        raise ValueError(f"measure(runs): has the dimensions {dict(found.sizes)}; must keep run: {data.sizes['run']}")
+    return found
+
+
+def _together(
+    family: _Family, parts: list[xr.Dataset], done: list[_Done], until: float, before: list[str]
+) -> xr.Dataset:
+    failures = [one.failure for one in done if one.failure is not None]
+    if len(failures) == len(done):
+        raise RuntimeError(f"all {len(done)} runs failed; the first with {failures[0]}")
+    data = parts[0] if len(parts) == 1 else xr.concat(parts, "run", data_vars="minimal", coords="minimal")
+    given = {"first": family.first.describe(), "count": family.number, "until": until}
+    data = data.assign_attrs(provenance({"batch": given}))
+    findings = gathered({f"run {i}": one.findings for i, one in enumerate(done) if one.findings}, len(done))
+    if failures:
+        data[ERROR_VARIABLE] = "run", [str(one.failure or "") for one in done], {"long_name": "why the run failed"}
+        findings.append(f"batch: {len(failures)} of {len(done)} runs failed, see the variable error")
+    warn(findings)
+    return with_warnings(data, [*before, *findings])
+
+
+def _kept(sensors: Iterable[int] | None, beads: int) -> _Kept:
     """Contacts and bodies to keep, counted from zero."""
     if sensors is None:
-        return np.arange(beads + 1), np.arange(beads + 1)
+        return _Kept(np.arange(beads + 1), np.arange(beads + 1))
     numbers = sorted({whole("sensors", n) for n in listed("sensors", sensors, object, "one bead number or more")})
     if numbers[-1] > beads:
         raise ValueError(f"sensors = {numbers!r}: must be beads from 1 to {beads}, counted from the struck end")
     contacts = sorted({n - 1 for n in numbers} | set(numbers))
-    return np.array(contacts, dtype=np.int64), np.array(numbers, dtype=np.int64)
-
-
-def _run(
-    moving: list[MovingChain],
-    interval: float,
-    kept: Kept,
-    force: Vector,
-    velocity: Vector,
-    threads: int | None,
-) -> None:
-    """Fill force and velocity."""
-    constants = [one.constants for one in moving]
-    tables, rows = _tables(moving, constants)
-    scalars = [
-        (c.numbers.exponent, c.numbers.gravity, c.numbers.preload, c.numbers.spring, c.numbers.spring_end)
-        for c in constants
-    ]
-    starts = [one.start() for one in moving]
-    before = numba.get_num_threads()
-    numba.set_num_threads(before if threads is None else min(whole("threads", threads), joblib.cpu_count()))
-    try:
-        bad = kernels.run_batch(
-            np.array([start.position for start in starts]),
-            np.array([start.velocity for start in starts]),
-            np.array([c.inverse_mass for c in constants]),
-            np.array([c.stiffness for c in constants]),
-            tables,
-            rows,
-            np.array([c.damping for c in constants]),
-            np.array([(one.method, c.numbers.loss) for one, c in zip(moving, constants, strict=True)]),
-            np.array(scalars),
-            np.array([one.steps(interval) for one in moving]),
-            interval,
-            kept,
-            force,
-            velocity,
-        )
-    finally:
-        numba.set_num_threads(before)
-    lost = np.flatnonzero(bad >= 0)
-    if lost.size:
-        raise FloatingPointError(f"chain {lost[0]}: body {bad[lost[0]]} is no longer finite at the end; check dt")
-
-
-def _tables(moving: list[MovingChain], constants: list[kernels.Constants]) -> tuple[Vector, Vector]:
-    """The first rows of each chain in the tables of all chains; chains with the same laws share theirs."""
-    starts: dict[tuple[int, ...], int] = {}
-    rows: list[Vector] = [np.zeros((1, 6))]
-    first = []
-    for one, numbers in zip(moving, constants, strict=True):
-        key = tuple(map(id, one.tables))
-        if key and key not in starts:
-            starts[key] = sum(map(len, rows))
-            rows.append(numbers.rows)
-        first.append(np.where(numbers.table >= 0, numbers.table + starts.get(key, 0), -1))
-    return np.array(first), np.concatenate(rows)
-
-
-def _dataset(moving: list[MovingChain], kept: Kept, interval: float, force: Vector, velocity: Vector) -> xr.Dataset:
-    contacts, bodies = kept
-    coordinates = {
-        "time": ("time", interval * np.arange(force.shape[1]), {"units": "s"}),
-        "bead": ("bead", bodies),
-        "contact": ("contact", contacts + 1),
-        "centre": (("chain", "bead"), np.array([one.chain.centres[bodies] for one in moving]), {"units": "m"}),
-        "static_force": (
-            ("chain", "contact"),
-            np.array([one.static_force[contacts] for one in moving]),
-            {"units": "N"},
-        ),
-        "impact_energy": ("chain", np.array([one.chain.impact_energy for one in moving]), {"units": "J"}),
-    }
-    data = xr.Dataset(
-        {
-            "contact_force": variable("contact_force", force.swapaxes(0, 1), "chain"),
-            "velocity": variable("velocity", velocity.swapaxes(0, 1), "chain"),
-        },
-        coordinates,
-    )
-    return data.transpose("chain", "time", ...)
+    return _Kept(np.array(contacts, dtype=np.int64), np.array(numbers, dtype=np.int64))

@@ -156,10 +156,10 @@ def axis_values(axes: dict[str, Iterable[Any]], taken: Set[str]) -> dict[str, li
     return values
 
 
-def check_build(build: Callable[..., CoSimulation], values: Mapping[str, Any]) -> None:
+def check_build(build: Callable[..., Any], values: Mapping[str, Any], name: str = "build", given: str = "axes") -> None:
     """Raises ValueError if build is not a function, or does not accept exactly the axes."""
     if not callable(build):
-        raise ValueError(f"build = {short(build)}: must be a function that returns a CoSimulation")
+        raise ValueError(f"{name} = {short(build)}: must be a function that returns a CoSimulation")
     try:
         signature = inspect.signature(build)
     except (TypeError, ValueError):  # of some that are written in C
@@ -168,7 +168,7 @@ def check_build(build: Callable[..., CoSimulation], values: Mapping[str, Any]) -
         signature.bind(**values)
     except TypeError as error:
         raise ValueError(
-            f"build = {short(build)}: takes {', '.join(signature.parameters) or 'nothing'}, but the axes are "
+            f"{name} = {short(build)}: takes {', '.join(signature.parameters) or 'nothing'}, but the {given} are "
             f"{', '.join(values)} ({error})"
         ) from None
 

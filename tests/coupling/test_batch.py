@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import hertzlink as hl
 from particles.dissipation import Dissipation
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
-WALL = hl.half_space(hl.STEEL_440C)
+WALL, STONE = hl.half_space(hl.STEEL_440C), hl.half_space(hl.STEEL_440C)
 
 
 def chain(speed: float = 0.44, loss: Dissipation | None = None, **keywords: object) -> hl.Chain:
@@ -29,7 +30,7 @@ def test_a_batch_of_all_sorts_is_its_runs() -> None:
     """Against CoSimulation with the same steps: the same numbers, to rounding."""
     runs = hl.batch(MIXED, until=2e-4, structure=WALL, save_every=2e-6, dt=2e-8)
     for i, one in enumerate(MIXED):
-        alone = hl.CoSimulation(one, WALL, window=2e-6, dt=2e-8, substeps=1).run(until=2e-4)
+        alone = hl.CoSimulation(one, WALL, dt=2e-8).run(until=2e-4, save_every=2e-6)
         scale = float(alone.contact_force.max())
         assert runs.contact_force[i].values == pytest.approx(alone.contact_force.values, abs=1e-9 * scale)
         assert runs.velocity[i].values == pytest.approx(alone.velocity.values, abs=1e-9)
@@ -44,10 +45,78 @@ def test_threads_and_neighbours_change_no_bit() -> None:
     assert np.array_equal(alone.contact_force[0].values, one.contact_force[3].values)
 
 
+SMALL = hl.reduce(hl.rod([hl.Layer(hl.PTFE, 0.05, 9.525e-3)]), until=4e-4)
+
+
+def tap(speed: float, loss: float = 0.0) -> hl.CoSimulation:
+    return hl.CoSimulation(chain(speed, hl.LinearDashpot(loss) if loss else None), SMALL)
+
+
+def test_a_batch_on_a_structure_is_its_runs() -> None:
+    """The same bits, for parameters of all sorts, and with the sampling of the first run."""
+    speeds, losses = [0.3, 0.44], [0.0, 5.0]
+    runs = hl.batch(tap, until=4e-4, save_every=1e-6, speed=speeds, loss=losses)
+    for i, (speed, loss) in enumerate(zip(speeds, losses, strict=True)):
+        alone = tap(speed, loss).run(until=4e-4, save_every=1e-6)
+        for name in ("contact_force", "velocity"):
+            assert np.array_equal(runs[name][i].values, alone[name].values)
+    assert runs.speed.values.tolist() == speeds
+    assert runs.speed.dims == ("run",)
+    everywhere = hl.batch(tap, until=4e-4, save_every=1e-6, speed=speeds, loss=5.0)
+    assert np.array_equal(everywhere.contact_force[1].values, runs.contact_force[1].values)
+
+
+def test_a_failing_run_does_not_lose_the_others() -> None:
+    with pytest.warns(hl.HertzlinkWarning, match="batch: 1 of 3 runs failed"):
+        runs = hl.batch(tap, until=2e-4, sensors=[7], save_every=1e-6, speed=[0.3, -1.0, 0.44])
+    assert "impact_speed = -1.0" in runs.error.values[1]
+    assert runs.error.values[[0, 2]].tolist() == ["", ""]
+    assert np.isnan(runs.contact_force[1]).all()
+    assert np.isfinite(runs.contact_force[[0, 2]]).all()
+    assert "batch: 1 of 3 runs failed" in runs.attrs["warnings"]
+    with pytest.raises(RuntimeError, match="all 1 runs failed; the first with ValueError"):
+        hl.batch(failing, 1e-4, save_every=1e-6, n=[0])
+
+
+def failing(n: int) -> hl.CoSimulation:
+    """Fails at the second call, which is the first of the runs."""
+    CALLS.append(n)
+    if len(CALLS) > 1:
+        raise ValueError("no")
+    return tap(0.3)
+
+
+CALLS: list[int] = []
+
+
+def test_a_measure_is_all_that_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Measured two at a time, as all at once."""
+    speeds = [0.3, 0.33, 0.36, 0.4, 0.44]
+    whole = hl.batch(tap, until=4e-4, save_every=1e-6, sensors=[7], speed=speeds)
+    monkeypatch.setattr("coupling.sweeps.batch.MEASURED_AT_ONCE", 401 * 3 * 2.5)
+    sizes = []
+
+    def peak(runs: xr.Dataset) -> xr.Dataset:
+        sizes.append(runs.sizes["run"])
+        return runs.contact_force.max("time").to_dataset()
+
+    kept = hl.batch(tap, until=4e-4, save_every=1e-6, sensors=[7], measure=peak, speed=speeds)
+    assert sizes == [2, 2, 1]
+    assert np.array_equal(kept.contact_force.values, whole.contact_force.max("time").values)
+    assert kept.speed.values.tolist() == speeds
+
+
+def test_materials_are_parameters() -> None:
+    runs = hl.batch(
+        lambda material: hl.CoSimulation(chain(), hl.half_space(material)), until=1e-4, material=[hl.PTFE, hl.NYLON]
+    )
+    assert runs.material.values.tolist() == ["PTFE", "nylon"]
+
+
 def test_measures_work_on_a_batch() -> None:
     """AR and TOF of the LAMMPS chain, from a batch that keeps one sensor."""
     runs = hl.batch([chain(hl.drop_speed(0.01)), chain(0.2)], until=1e-3, structure=WALL, sensors=[7])
-    assert dict(runs.sizes) == {"chain": 2, "time": runs.sizes["time"], "contact": 2, "bead": 1}
+    assert dict(runs.sizes) == {"run": 2, "time": runs.sizes["time"], "contact": 2, "bead": 1}
     assert float(hl.amplitude_ratio(runs, 7)[0]) == pytest.approx(48.9536 / 49.9881, rel=1e-4)
     assert float(hl.time_of_flight(runs, 7)[0]) == pytest.approx(458.937e-6, rel=1e-4)
     assert runs.contact_force.attrs["units"] == "N"
@@ -68,15 +137,34 @@ def test_what_a_batch_did_not_keep_is_not_measured() -> None:
 @pytest.mark.parametrize(
     ("keywords", "message"),
     [
-        ({"chains": []}, "chains = "),
-        ({"chains": [BEAD]}, "chains = "),
-        ({"chains": [chain(), hl.Chain([BEAD], BEAD, 0.3)]}, r"chains: hold \[1, 20\] beads; must have equally many"),
-        ({"chains": [hl.Chain([BEAD], hl.Piston([0.0, 1e-5], [0.0, 1e-6]))]}, "chains: with a PushedBead"),
+        ({"runs": []}, "runs = "),
+        ({"runs": [BEAD]}, "runs = "),
+        ({"runs": [chain(), hl.Chain([BEAD], BEAD, 0.3)]}, r"runs: hold \[1, 20\] beads; must have equally many"),
         ({"until": -1.0}, r"until = -1\.0"),
         ({"sensors": [21]}, r"sensors = \[21\]: must be beads from 1 to 20"),
         ({"sensors": []}, r"sensors = \[\]"),
-        ({"structure": hl.rod([hl.Layer(hl.PTFE, 0.05, 0.01)])}, "structure: a batch faces nothing or a half-space"),
-        ({"structure": "steel"}, "structure = 'steel'"),
+        ({"structure": "steel"}, "structure = str: must be a Structure"),
+        ({"runs": lambda speed: chain(speed)}, "parameters: name at least one argument of the function"),
+        ({"speed": [0.1]}, "speed: parameters need a function in the place of runs"),
+        (
+            {"runs": lambda speed: chain(speed), "speeds": [0.1]},
+            "runs = .*: takes speed, but the parameters are speeds",
+        ),
+        ({"runs": lambda speed: chain(speed), "speed": [0.1, np.nan]}, "speed: is nan for run 1; must be finite"),
+        ({"runs": lambda speed: chain(speed), "speed": [[0.1], [0.2]]}, r"speed: has the shape \(2, 1\)"),
+        ({"runs": lambda speed: chain(speed), "speed": []}, "parameters: have different numbers of values"),
+        ({"runs": lambda a, b: chain(a + b), "a": [0.1, 0.2], "b": [0.1] * 3}, r"values \(a 2, b 3\)"),
+        ({"runs": lambda time: chain(time), "time": [0.1]}, "time: is a name that every run uses"),
+        ({"runs": lambda speed: chain(speed), "speed": [0.1], "dt": 1e-8}, "dt = 1e-08: belongs into the function"),
+        ({"runs": lambda speed: BEAD, "speed": [0.1]}, r"runs\(...\) = "),
+        ({"measure": lambda: None}, "measure = .*: must be a function of a Dataset of runs"),
+        ({"measure": lambda runs: runs.isel(run=[])}, "measure.runs.: has the dimensions"),
+        ({"runs": [hl.CoSimulation(chain(), WALL)], "structure": WALL}, "structure: a CoSimulation has its own"),
+        ({"runs": [hl.CoSimulation(chain(), WALL, hl.Aitken())]}, "runs: holds .* a batch needs the scheme"),
+        (
+            {"runs": [hl.CoSimulation([chain(), chain()], [WALL, hl.half_space(hl.PTFE)])]},
+            "runs: holds a CoSimulation of several",
+        ),
         ({"threads": 0}, "threads = 0"),
         ({"sensors": 3}, "sensors = 3: must be a list of one bead number or more"),
         ({"save_every": 1.0}, r"save_every = 1\.0: must not be longer than the run"),
@@ -88,4 +176,4 @@ def test_what_a_batch_did_not_keep_is_not_measured() -> None:
 )
 def test_bad_input(keywords: dict[str, object], message: str) -> None:
     with pytest.raises(ValueError, match=message):
-        hl.batch(**{"chains": [chain()], "until": 1e-4, **keywords})  # type: ignore[arg-type]
+        hl.batch(**{"runs": [chain()], "until": 1e-4, **keywords})  # type: ignore[arg-type]
