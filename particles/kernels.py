@@ -872,6 +872,18 @@ def advance_condensed(
     return force, lost, driven, count, 0.0 if compliance == 0.0 else residual
 
 
+@njit(cache=True, fastmath={"contract"})
+def _hertz_forces(y, stiffness, flexibility, wall, out):
+    """Instantaneous forces of Hertz's contacts without losses."""
+    last = y.size - 1
+    overlap = y[last] - wall
+    if flexibility != 0.0:
+        overlap = _overlap_on_spring(stiffness[last], -1, np.empty((0, 6)), overlap, flexibility)
+    for i in range(last):
+        out[i] = _hertz(stiffness[i], y[i] - y[i + 1])
+    out[last] = _hertz(stiffness[last], overlap)
+
+
 @njit(cache=True)
 def contact_forces(y, v, chain, t, wall, rate, out):
     """Instantaneous forces of all contacts into out; a force history stands for contact 1 where there is none."""
@@ -1196,16 +1208,17 @@ def _agree(run, y, v, chains, seats, steps, t, window, at_rest, compliance, quad
 def save(run, chains, structures, seats, t, row, saved):
     """Put the end of a window into a row; what lies in arrays without rows is left out."""
     whole = saved.kinetic.shape[1] > 0
+    saved.velocity[row], saved.surface[:, row] = run.v, run.surface
     for c in range(chains.method.size):
         first, last = chains.layout[c, 0], chains.layout[c + 1, 0]
         body, last_body = chains.layout[c, 1], chains.layout[c + 1, 1]
-        chain, y, v, k = _constants(chains, c), run.y[first:last], run.v[first:last], seats.own[c]
+        y, v, k = run.y[first:last], run.v[first:last], seats.own[c]
+        forces, chain = saved.contact_force[row, body:last_body], _constants(chains, c)
         rate = (run.surface[k] - run.node_surface[1, k]) / run.node_length[0] if run.counts[0] > 0 else 0.0
-        contact_forces(y, v, chain, t, run.surface[k], rate, saved.contact_force[row, body:last_body])
+        contact_forces(y, v, chain, t, run.surface[k], rate, forces)
         if whole:
             saved.kinetic[c, row], saved.potential[c, row] = energies(y, v, chain, run.surface[k])
             saved.lost[c, row], saved.driven[c, row] = run.lost[c], run.driven[c]
-    saved.velocity[row], saved.surface[:, row] = run.v, run.surface
     if whole:
         _save_ledger(run, structures, row, saved)
 
@@ -1247,6 +1260,9 @@ def run_condensed(
     y, v, guess = run.y.copy(), run.v.copy(), run.guess.copy()
     compliance = _compliance(structures, seats)
     single, chain = count == 1 and not quadratic, _constants(chains, 0)
+    # Most runs of a batch: to pass all groups of arrays to `save` would take longer than a window.
+    plain = chains.method.size == count == 1 and chains.method[0] == VERLET and saved.kinetic.shape[1] == 0
+    run_y, run_v, velocities, surfaces, forces = run.y, run.v, saved.velocity, saved.surface, saved.contact_force
     for done in range(windows[0], windows[1] + 1):
         t = (done - 1) * window
         _let_go(structures, run.body, free)
@@ -1300,6 +1316,14 @@ def run_condensed(
         run.counts[0] = min(run.counts[0] + 1, 3)
         run.counts[2] += 1
         run.residual[0] = max(run.residual[0], abs(residual))
-        if stride > 0 and done % stride == 0:
+        if stride == 0 or done % stride != 0:
+            continue
+        if plain:
+            row = done // stride
+            for i in range(run_y.size):
+                velocities[row, i] = run_v[i]
+            surfaces[0, row] = run.surface[0]
+            _hertz_forces(run_y, chain.stiffness, chain.numbers.flexibility, run.surface[0], forces[row])
+        else:
             save(run, chains, structures, seats, done * window, done // stride, saved)
     return OK, 0, 0.0, 0
