@@ -2,38 +2,22 @@
 
 import inspect
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator
 from functools import cache
-from types import ModuleType
 from typing import Any
 
-from numpy.typing import ArrayLike
-
-from coupling.interface import Facing
 from hertzlink._rooms import ROOMS
-from particles.chain import LawOfPair
-from structures.structure import Vector
-
-PACKAGE = "hertzlink"
-"""The package of all public names, whichever room defines them."""
 
 LINE = 80
 """Columns; a longer signature is written with one parameter a line."""
 
-ALIASES = {"ArrayLike": ArrayLike, "Facing": Facing, "LawOfPair": LawOfPair, "ndarray": Vector}
-"""Names for types that Python writes out in full, up to 200 columns each."""
 
-
-def name_for_users(front: Mapping[str, object], names: Iterable[str]) -> None:
-    """Give public functions and classes the module and name that a user types, and readable signatures."""
-    for name in names:
-        value: Any = front[name]
-        if isinstance(value, ModuleType):
-            name_for_users(vars(value), vars(value)["__all__"])
-        elif callable(value) and value.__module__.partition(".")[0] in ROOMS:
-            value.__module__, value.__name__, value.__qualname__ = str(front["__name__"]), name, name
-            for function in _functions(value):
-                function.__signature__ = ShortSignature.of(function)
+def name_for_users(value: Any, package: str, name: str) -> None:
+    """Give a public function or class the module and name that a user types, and a readable signature."""
+    if callable(value) and value.__module__.partition(".")[0] in ROOMS:
+        value.__module__, value.__name__, value.__qualname__ = package, name, name
+        for function in _functions(value):
+            function.__signature__ = ShortSignature.of(function)
 
 
 def _functions(value: Any) -> Iterator[Any]:
@@ -90,13 +74,20 @@ class ShortSignature(inspect.Signature):
 
 @cache
 def _expanded() -> dict[str, str]:
-    """How Python writes the types of ALIASES, without modules; inside other unions too."""
-    texts = {name: _without_modules(inspect.formatannotation(one)) for name, one in ALIASES.items()}
+    """Short names of types that Python writes out in full, up to 200 columns each, without modules."""
+    from numpy.typing import ArrayLike
+
+    from coupling.interface import Facing
+    from particles.chain import LawOfPair
+    from structures.structure import Vector
+
+    types = {"ArrayLike": ArrayLike, "Facing": Facing, "LawOfPair": LawOfPair, "ndarray": Vector}
+    texts = {name: _without_modules(inspect.formatannotation(one)) for name, one in types.items()}
     return {re.sub(r"^Union\[(.*)\]$", r"\1", text): name for name, text in texts.items()}
 
 
 def short_type(annotation: Any) -> str:
-    """A type in a signature, without modules and with the names of ALIASES."""
+    """A type in a signature, without modules and with short names."""
     text = _without_modules(annotation if isinstance(annotation, str) else inspect.formatannotation(annotation))
     for expanded, name in _expanded().items():
         text = text.replace(f"Union[{expanded}]", name).replace(expanded, name)

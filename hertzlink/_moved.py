@@ -1,10 +1,10 @@
 """New places of the public names that moved in this version, and the nearest name to a misspelt one, for messages."""
 
 import sys
-from collections.abc import Sequence
 from difflib import get_close_matches
-from importlib import import_module
 from importlib.util import find_spec
+
+from hertzlink._names import PUBLIC, namespaces
 
 IMPORTER = "importlib._bootstrap"
 """The module whose frame asks for an attribute in `from hertzlink import name`."""
@@ -98,13 +98,13 @@ MOVED = {
 }
 
 
-def missing(name: str, public: Sequence[str]) -> Exception:
+def missing(name: str) -> Exception:
     """The error for a name that hertzlink does not have.
 
     `from hertzlink import name` replaces an AttributeError by an ImportError without its message, so it gets an
     ImportError; unless a module of this name can still be imported.
     """
-    hint = _hint(name, public)
+    hint = _hint(name)
     importing = sys._getframe(2).f_globals.get("__name__") == IMPORTER
     if importing and not name.startswith("__") and find_spec(f"hertzlink.{name}") is None:
         return ImportError(f"cannot import name {name!r} from 'hertzlink'{hint}", name="hertzlink")
@@ -112,17 +112,15 @@ def missing(name: str, public: Sequence[str]) -> Exception:
     return AttributeError(f"module 'hertzlink' has no attribute {name!r}{hint}", name=name, obj=None)
 
 
-def _hint(name: str, public: Sequence[str]) -> str:
+def _hint(name: str) -> str:
     """Where the name is now, or the nearest one; upper and lower case count the same."""
     if name in MOVED:
         return f"; it is now hertzlink.{MOVED[name]}"
     if name.startswith("_"):
         return ""
     places = {old.lower(): place for old, place in MOVED.items()}
-    front = import_module("hertzlink")
-    for one in public:
-        inner = getattr(getattr(front, one), "__all__", ())
-        places |= {known.lower(): f"{one}.{known}" for known in inner}
-    places |= {one.lower(): one for one in public}
+    for space, inner in namespaces().items():
+        places |= {known.lower(): f"{space}.{known}" for known in inner}
+    places |= {one.lower(): one for one in PUBLIC}
     near = get_close_matches(name.lower(), places, n=1)
     return f"; did you mean hertzlink.{places[near[0]]}?" if near else ""

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from math import cos, cosh
 
 import numpy as np
-from scipy.optimize import brentq
 
 from particles import kernels
 from structures.checks import not_negative, one_of, short, within
@@ -361,6 +360,8 @@ class Restitution(Dissipation):
     @property
     def damping_ratio(self) -> float:
         """Damping ratio ζ of the oscillator."""
+        from scipy.optimize import brentq
+
         wanted = -np.log(self.coefficient) / 2.0
         if wanted == 0.0:
             return 0.0

@@ -10,7 +10,6 @@ from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from particles import kernels
 from particles.bead import Bead, check_bead, likely_bead
@@ -411,5 +410,7 @@ def _check_history(of: "PushedBead | Piston", name: str, unit: str) -> None:
 
 
 def _history(time: Sequence[float], values: Sequence[float]) -> tuple[Vector, Vector, Vector]:
+    from scipy.interpolate import PchipInterpolator
+
     curve = PchipInterpolator(time, values)
     return np.asarray(time, float), np.asarray(values, float), curve(time, 1)

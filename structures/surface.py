@@ -5,7 +5,6 @@ from functools import lru_cache
 from math import cos, exp, inf, log, pi, sqrt
 
 import numpy as np
-from scipy.optimize import brentq
 from scipy.special import ellipe, ellipkm1
 
 from structures.checks import finite, instance, not_negative, one_of
@@ -231,5 +230,7 @@ def _axis_square(curvature_ratio: float, axis_ratio: str) -> float:
 
     square = curvature_ratio ** (-4.0 / 3.0)
     if axis_ratio == "exact":
+        from scipy.optimize import brentq
+
         square = exp(brentq(excess, log(square) - 20.0, -1e-9, xtol=1e-15, rtol=1e-14))
     return float(square)

@@ -1,5 +1,6 @@
 """The front door: light to import, complete, and never fooled by a package of the same name."""
 
+import ast
 import pickle
 import re
 import subprocess
@@ -18,12 +19,62 @@ def python(code: str, cwd: Path, *options: str) -> "subprocess.CompletedProcess[
     return subprocess.run([sys.executable, *options, "-c", code], cwd=cwd, capture_output=True, text=True)
 
 
-def test_heavy_imports_are_lazy(tmp_path: Path) -> None:
-    done = python("import hertzlink", tmp_path, "-X", "importtime")
+HEAVY = [
+    "distributed", "h5py", "joblib", "matplotlib", "meshio", "pyvista", "scipy.integrate", "scipy.interpolate",
+    "scipy.optimize", "scipy.signal", "scipy.spatial", "scipy.stats", "tqdm",
+]  # fmt: skip
+"""What takes long to import and serves only some users; pandas is missing because xarray imports it."""
+
+
+def loaded_by(code: str, names: list[str], cwd: Path) -> list[str]:
+    """Those of the modules that a new process has imported once the code has run."""
+    done = python(f"import sys\n{code}\nprint([name for name in {names} if name in sys.modules])", cwd, "-W", "ignore")
     assert done.returncode == 0, done.stderr
-    assert "numba" in done.stderr
-    assert "pyvista" not in done.stderr
-    assert "matplotlib" not in done.stderr
+    return list(ast.literal_eval(done.stdout.splitlines()[-1]))
+
+
+def test_the_import_alone_loads_nothing_heavy(tmp_path: Path) -> None:
+    heavy = [
+        *HEAVY,
+        "numpy",
+        "skfem",
+        "scipy",
+        "numba",
+        "xarray",
+        "pandas",
+        "coupling.cosimulation",
+        "particles.kernels",
+    ]
+    assert loaded_by("import hertzlink; dir(hertzlink)", heavy, tmp_path) == []
+
+
+def test_a_run_on_a_half_space_loads_only_what_it_uses(tmp_path: Path) -> None:
+    code = """
+import hertzlink as hl
+bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+chain = hl.Chain([bead] * 3, striker=bead, impact_speed=0.1)
+run = hl.CoSimulation(chain, hl.half_space(hl.STEEL_440C)).run(until=1e-4)
+"""
+    assert loaded_by(code, HEAVY, tmp_path) == []
+
+
+def test_what_is_loaded_has_the_name_that_users_type(tmp_path: Path) -> None:
+    """Also what they have not named yet: a rod is a hertzlink.Structure, and a power law is in hertzlink.laws."""
+    code = """
+import hertzlink as hl
+print(type(hl.rod([hl.Layer(hl.PTFE, length=0.05, radius=0.01)])), hl.contact_law.__module__)
+from particles.laws.law import PowerLaw
+print(PowerLaw)
+"""
+    done = python(code, tmp_path)
+    expected = ["<class 'hertzlink.Structure'> hertzlink", "<class 'hertzlink.laws.PowerLaw'>"]
+    assert done.stdout.splitlines() == expected, done.stderr
+
+
+def test_a_star_brings_all_public_names() -> None:
+    names: dict[str, object] = {}
+    exec("from hertzlink import *", names)
+    assert set(hl.__all__) == set(names) - {"__builtins__"}
 
 
 def test_everything_public_is_there_and_documented() -> None:

@@ -5,7 +5,6 @@ from typing import TypeAlias
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from coupling.results.contact_forces import contact_forces
 from coupling.results.reading import Reading
@@ -100,6 +99,8 @@ def _crossings(time: Vector, gap: Vector, level: float) -> list[tuple[float, str
 
 def _zero(time: Vector, gap: Vector, row: int) -> float:
     """The zero after a row, of a cubic through it and its neighbours."""
+    from scipy.interpolate import CubicSpline
+
     near = slice(max(0, row - 1), row + 3)
     inside = CubicSpline(time[near], gap[near]).solve(0.0, extrapolate=False)
     inside = inside[(inside >= time[row]) & (inside <= time[row + 1])]

@@ -12,7 +12,6 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 from numpy.polynomial import Polynomial
-from scipy.interpolate import CubicSpline
 
 from coupling.results.sensor import noise_level, resolution, smoothed
 from structures.structure import Vector
@@ -196,6 +195,8 @@ def _valleys(force: Vector, peaks: Vector) -> list[tuple[int, tuple[int, int]]]:
 
 def interpolated(time: Vector, force: Vector, peak: int) -> Peak:
     """Amplitude and time of the peak of a cubic spline through the samples around a sampled peak."""
+    from scipy.interpolate import CubicSpline
+
     near = slice(max(0, peak - 4), peak + 5)
     spline = CubicSpline(time[near], force[near])
     inside = [t for t in spline.derivative().roots(extrapolate=False) if abs(t - time[peak]) <= time[1] - time[0]]

@@ -5,7 +5,6 @@ from math import pi, sqrt
 import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.ndimage import gaussian_filter1d
 
 from structures.checks import one_of, positive
 
@@ -171,6 +170,8 @@ def _sigma(noise: float, target: float, samples: int) -> float:
 
 
 def _blurred(values: Vector, sigma: float) -> Vector:
+    from scipy.ndimage import gaussian_filter1d
+
     return np.asarray(gaussian_filter1d(values, sigma)) if sigma > 0.25 else values
 
 

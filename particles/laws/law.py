@@ -9,15 +9,17 @@ from copy import copy, deepcopy
 from dataclasses import dataclass, field, is_dataclass
 from functools import cached_property, lru_cache
 from math import inf, log
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from particles import kernels
 from structures.checks import finite, instance, positive, short, within
 from structures.html_table import html_table
 from structures.structure import Vector
+
+if TYPE_CHECKING:
+    from scipy.interpolate import PchipInterpolator
 
 DIFFERENCE = 1e-5
 """Relative step of a central difference: its error and that of rounding are both some 1e-10."""
@@ -361,8 +363,10 @@ class TabulatedLaw(ContactLaw):
         return np.where(np.asarray(approach) <= 0.0, 0.0, force), slope
 
     @cached_property
-    def _curve(self) -> tuple[PchipInterpolator, tuple[float, float], tuple[float, float]]:
+    def _curve(self) -> "tuple[PchipInterpolator, tuple[float, float], tuple[float, float]]":
         """ln F over ln δ, its ends, and its slopes beyond them."""
+        from scipy.interpolate import PchipInterpolator
+
         x, y = np.log(self.approaches), np.log(self.forces)
         curve = PchipInterpolator(x, y)
         beyond = (

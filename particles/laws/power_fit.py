@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from particles.laws.law import ContactLaw, PowerLaw, check_contact_law
 from structures.checks import one_of, positive
@@ -96,6 +95,7 @@ def fit_power_law(law: ContactLaw, lowest: float, highest: float, weighting: str
         exponent, logarithm = np.polyfit(logarithms, np.log(forces), 1)
         factor = np.exp(logarithm)
     else:
+        from scipy.optimize import minimize_scalar
 
         def factor_of(exponent: float) -> float:
             shape = parts**exponent

@@ -1,0 +1,68 @@
+"""The public names: where they are defined, by the imports in `__init__.pyi` and in the namespaces.
+
+What is public gets the module and name that a user types as soon as its module is loaded: in signatures, messages and
+pickles.
+"""
+
+import ast
+import sys
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from typing import NamedTuple
+
+PACKAGE = "hertzlink"
+"""The package of all public names, whichever room defines them."""
+
+HOME = Path(__file__).parent
+
+
+class Place(NamedTuple):
+    """Where a public name is defined, and what it is called there."""
+
+    module: str
+    name: str
+
+
+def imported_by(file: Path) -> dict[str, Place]:
+    """The names that a file imports, and from where."""
+    lines = [line for line in ast.parse(file.read_text("utf-8")).body if isinstance(line, ast.ImportFrom)]
+    return {one.asname or one.name: Place(str(line.module), one.name) for line in lines for one in line.names}
+
+
+PUBLIC = imported_by(HOME / "__init__.pyi")
+
+
+@cache
+def namespaces() -> dict[str, dict[str, Place]]:
+    """The public names of each namespace, as hertzlink.laws."""
+    return {name: imported_by(HOME / f"{name}.py") for name, place in PUBLIC.items() if place.module == PACKAGE}
+
+
+@cache
+def _unnamed() -> dict[tuple[str, str], Place]:
+    """What still has the name of the place where it is defined, by the package and the name that users type."""
+    inner = {(f"{PACKAGE}.{space}", name): place for space, own in namespaces().items() for name, place in own.items()}
+    return inner | {(PACKAGE, name): place for name, place in PUBLIC.items() if place.module != PACKAGE}
+
+
+def load(name: str) -> object:
+    """What a public name means, and names for users for all that was loaded with it."""
+    place = PUBLIC[name]
+    if place.module == PACKAGE:
+        value: object = import_module(f"{PACKAGE}.{place.name}")
+    else:
+        value = getattr(import_module(place.module), place.name)
+    name_loaded()
+    return value
+
+
+def name_loaded() -> None:
+    """Give what is public, and loaded, the module and name that a user types, and a readable signature."""
+    from hertzlink._help import name_for_users
+
+    for public, place in list(_unnamed().items()):
+        loaded = vars(sys.modules[place.module]) if place.module in sys.modules else {}
+        if place.name in loaded:
+            name_for_users(loaded[place.name], *public)
+            _unnamed().pop(public, None)
