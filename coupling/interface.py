@@ -97,6 +97,7 @@ class Interface:
         behind: Sequence[Any],
         quadratic: bool = False,
         dt: float | None = None,
+        fineness: float = 1.0,
     ) -> None:
         self.quadratic = quadratic
         self.structures: list[Any] = []
@@ -118,7 +119,10 @@ class Interface:
         self.of_structure = [self._at_points(place) for place in range(len(self.structures))]
         energy = max(chain.impact_energy for chain in chains) if len(chains) > 1 else None
         self.chains = tuple(
-            self._moving(chain, number, facing[number] is None, energy, dt) for number, chain in enumerate(chains)
+            self._moving(
+                chain, number, facing[number] is None, {"impact_energy": energy, "dt": dt, "fineness": fineness}
+            )
+            for number, chain in enumerate(chains)
         )
         self.static = np.array([float(self.chains[c.chain].static_force[c.end - 1]) for c in self.contacts])
         self.force_scale = max(chain.force_scale for chain in self.chains)
@@ -321,12 +325,13 @@ class Interface:
                 seats[contact.point] = k
         return seats
 
-    def _moving(self, chain: Chain, number: int, alone: bool, energy: float | None, dt: float | None) -> MovingChain:
+    def _moving(self, chain: Chain, number: int, alone: bool, given: dict[str, float | None]) -> MovingChain:
         facts = [self._facts(k) for k in self.of_chain[number]]
         surface, flexibility = (None, 0.0) if alone else facts[0]
         if len(facts) == 1:
-            return moving_chain(chain, surface, flexibility, dt, impact_energy=energy)
-        return moving_chain(chain, surface, flexibility, dt, *facts[1], impact_energy=energy)
+            return moving_chain(chain, surface, flexibility, **given)
+        behind, spring = facts[1]
+        return moving_chain(chain, surface, flexibility, behind=behind, behind_flexibility=spring, **given)
 
     def _facts(self, k: int) -> tuple[Surface, float]:
         """Surface and flexibility (m/N) of a contact's point."""

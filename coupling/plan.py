@@ -67,11 +67,15 @@ def plan_run(
     substeps: int | None,
     until: float,
     save_every: float | None,
+    fineness: float = 1.0,
 ) -> Plan:
-    """The plan of a run up to `until` s, or a ValueError for times that do not fit; see CoSimulation."""
+    """The plan of a run up to `until` s, or a ValueError for times that do not fit; see CoSimulation.
+
+    fineness: factor of the substeps in a contact that the scheme needs.
+    """
     _check_validity(interface, until)
     adaptive = isinstance(window, Adaptive)
-    per_contact = ADAPTIVE_PER_CONTACT if adaptive else scheme.substeps_per_contact
+    per_contact = ADAPTIVE_PER_CONTACT if adaptive else fineness * scheme.substeps_per_contact
     longest, parts = interface.contact_time / per_contact, 1
     if isinstance(window, float):
         if window > until:

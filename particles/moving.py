@@ -72,6 +72,8 @@ class MovingChain:
         Massless spring behind that contact, m/N.
     impact_energy : float, optional
         Scale of steps and tolerances, J; by default the chain's own.
+    fineness : float
+        Factor of the number of steps, where no dt is given.
 
     Raises
     ------
@@ -96,6 +98,7 @@ class MovingChain:
     behind: Surface | None = None
     behind_flexibility: float = 0.0
     impact_energy: float | None = None
+    fineness: float = 1.0
     laws: tuple[ContactLaw | None, ...] = field(init=False)
     mass: Vector = field(init=False)
     static_force: Vector = field(init=False)
@@ -113,6 +116,7 @@ class MovingChain:
         self._check_behind()
         if self.impact_energy is not None:
             positive("impact_energy", self.impact_energy, "J")
+        positive("fineness", self.fineness)
         static = statics.static_forces(chain, self.behind is not None)
         statics.check_support(chain, self.surface, static)
         mass = np.array([chain.body.mass if chain.body else inf, *(bead.mass for bead in chain.beads)])
@@ -227,8 +231,11 @@ class MovingChain:
 
     @cached_property
     def longest_step(self) -> float:
-        """The step by default, s."""
-        return min(self.contact_time / STEPS_PER_CONTACT, self.damping_time / STEPS_PER_DAMPING)
+        """The step by default, s; strong losses and vibrations need theirs in coarse runs too."""
+        finer = max(self.fineness, 1.0)
+        return min(
+            self.contact_time / (STEPS_PER_CONTACT * self.fineness), self.damping_time / (STEPS_PER_DAMPING * finer)
+        )
 
     def start(self) -> ChainState:
         """Static equilibrium, the striker touching the first bead at the impact speed; without one that bead has it."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from coupling.cosimulation import CoSimulation
 from coupling.loops import Work, is_compiled, run_thin
-from coupling.plan import Plan, plan_run, warn_if_coarse
+from coupling.plan import Plan, warn_if_coarse
 from coupling.recording.frames import Frames
 from coupling.results.findings import gathered, warn, with_warnings
 from coupling.results.provenance import provenance
@@ -282,7 +282,7 @@ def _simulation(name: str, given: Any, structure: Structure | None, dt: float | 
 
 def _plan(simulation: CoSimulation, until: float, interval: float) -> Plan:
     """With all checks of its times."""
-    plan = plan_run(simulation.interface, simulation.scheme, simulation.window, simulation.substeps, until, interval)
+    plan = simulation.plan(until, interval)
     for chain in simulation.interface.chains:
         chain.steps(until)
     return plan

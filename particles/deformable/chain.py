@@ -170,7 +170,7 @@ class MovingDeformableChain(MovingChain):
     @cached_property
     def longest_step(self) -> float:
         """The step by default, s."""
-        return min(super().longest_step, self._shortest_period / STEPS_PER_VIBRATION)
+        return min(super().longest_step, self._shortest_period / (STEPS_PER_VIBRATION * max(self.fineness, 1.0)))
 
     @property
     def _shortest_period(self) -> float:
