@@ -872,16 +872,15 @@ def advance_condensed(
     return force, lost, driven, count, 0.0 if compliance == 0.0 else residual
 
 
-@njit(cache=True, fastmath={"contract"})
+@njit(cache=True)
 def _hertz_forces(y, stiffness, flexibility, wall, out):
-    """Instantaneous forces of Hertz's contacts without losses."""
+    """Instantaneous forces of Hertz's contacts without losses, with the bits of `_accelerate`."""
     last = y.size - 1
-    overlap = y[last] - wall
-    if flexibility != 0.0:
-        overlap = _overlap_on_spring(stiffness[last], -1, np.empty((0, 6)), overlap, flexibility)
-    for i in range(last):
-        out[i] = _hertz(stiffness[i], y[i] - y[i + 1])
-    out[last] = _hertz(stiffness[last], overlap)
+    for i in range(last + 1):
+        overlap = y[i] - (y[i + 1] if i < last else wall)
+        if i == last and flexibility != 0.0:
+            overlap = _overlap_on_spring(stiffness[last], -1, np.empty((0, 6)), overlap, flexibility)
+        out[i] = stiffness[i] * sqrt(overlap) * overlap if overlap > NEGLIGIBLE else 0.0
 
 
 @njit(cache=True)
