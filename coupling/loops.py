@@ -1,4 +1,4 @@
-"""The loop over the windows of a run: in Python for any scheme, compiled for Condensed on linear structures."""
+"""The loop over the windows of a run: in Python for any scheme, compiled for our strong ones on linear structures."""
 
 from typing import Any, NamedTuple
 
@@ -12,11 +12,15 @@ from coupling.plan import Plan
 from coupling.recording.checkpoint import Keeper
 from coupling.recording.frames import Counts, Frames
 from coupling.recording.trace import Trace
-from coupling.schemes.condensed import Condensed
+from coupling.schemes.condensed import MOST_TRIALS, Condensed
+from coupling.schemes.iterated import IQN_ILS, Aitken, FixedPoint
 from coupling.schemes.scheme import Scheme
 from coupling.schemes.windows import FINEST, MOST_HALVINGS, TAKEN_AS_ONE, Adaptive, Windows, allowed, error
 from coupling.state import CoupledState, Node, NotConverged
 from particles import kernels
+
+ITERATED = {FixedPoint: kernels.FIXED_POINT, Aitken: kernels.AITKEN, IQN_ILS: kernels.LEAST_SQUARES}
+"""The schemes by which the compiled loop iterates."""
 
 LARGEST_GAIN = 0.01
 """Part of the impact energy that a passive participant may have given back beyond what it received."""
@@ -46,18 +50,18 @@ class Work(NamedTuple):
     @property
     def compiled(self) -> bool:
         """Whether the compiled loop can do it."""
-        return is_compiled(self.interface, self.scheme)
+        return is_compiled(self.interface, self.scheme, self.plan)
 
     def do(self) -> None:
         """Fill the frames. Raises NotConverged, FloatingPointError and ValueError."""
         (run_compiled if self.compiled else run_windows)(self)
 
 
-def is_compiled(interface: Interface, scheme: Scheme) -> bool:
-    """Whether the compiled loop can run them."""
-    if interface.boxes or not isinstance(scheme, Condensed):
+def is_compiled(interface: Interface, scheme: Scheme, plan: Plan) -> bool:
+    """Whether the compiled loop can run them: schemes of `ITERATED` in windows of one substep."""
+    if interface.boxes or type(scheme) not in (Condensed, *ITERATED):
         return False
-    return all(structure.compact for structure in interface.structures)
+    return (plan.substeps == 1 or not scheme.whole_window) and all(one.compact for one in interface.structures)
 
 
 def run_windows(work: Work) -> None:
@@ -100,7 +104,7 @@ def _advanced(work: Work, windows: Windows, state: CoupledState, done: int, many
 
 
 def run_compiled(work: Work) -> None:
-    """All windows in compiled code, for linear structures with the scheme Condensed."""
+    """All windows in compiled code, for linear structures with a scheme that iterates or condenses."""
     interface, _, window, plan, frames, keeper, _ = work
     loop = Loop(work)
     run, row = loop.start(), 0
@@ -142,7 +146,8 @@ class Loop:
     def __init__(self, work: Work) -> None:
         interface, scheme, window, plan, frames, _, clock = work
         self.interface, self.plan, self.frames = interface, plan, frames
-        self.tolerance = scheme.tolerance * interface.force_scale  # type: ignore[attr-defined]
+        self.search = _search(scheme, interface)
+        self.memory = (getattr(scheme, "reuse", 0), 2, self.search.most, interface.size)
         self.adaptive = window.tolerance if isinstance(window, Adaptive) else None
         """The tolerance of adaptive windows."""
         rigid = self.adaptive is None and not any(one.structure.size for one in interface.structures)
@@ -153,7 +158,7 @@ class Loop:
         self.chains, self.seats = flat_chains(interface), flat_seats(interface)
         self.structures = interface.structures if clock is None else [clock.watch(one) for one in interface.structures]
         self.finest = interface.contact_time / FINEST
-        self.kernel: Any = kernels.run_condensed
+        self.kernel: Any = kernels.run_coupled
         self.save_kernel: Any = kernels.save
         if clock is not None:
             self.kernel, self.save_kernel = (
@@ -179,6 +184,8 @@ class Loop:
             *(np.zeros(contacts), np.zeros(contacts), np.zeros(contacts)),
             np.zeros(3, dtype=np.int64),
             np.zeros(1),
+            np.zeros(self.memory),
+            np.zeros((self.memory[0], 2)),
         )
 
     def advance(self, run: kernels.Run, first: int, last: int, halvings: int = 0) -> None:
@@ -194,7 +201,11 @@ class Loop:
             done, residual = failed
             if halvings == MOST_HALVINGS:
                 length = self.length / 2**halvings
-                raise NotConverged(f"t = {(done - 1) * length:.6g} s, {length:.3g} s long: residual {residual:.3g} N")
+                what = f"residual {residual:.3g} N" if residual < np.inf else "surfaces that still move"
+                raise NotConverged(
+                    f"window {(done - 1) // 2**halvings + 1}, t = {(done - 1) * length:.6g} s, {length:.3g} s long: "
+                    f"{what} after {self.search.most} iterations, tolerance {self.search.tolerance:.3g} N"
+                )
             self.advance(run, 2 * (done - 1), 2 * done, halvings + 1)
             if stride and done % stride == 0:
                 self.save(run, done)
@@ -232,8 +243,8 @@ class Loop:
         length = self.length / 2**halvings
         structures, steps = self._of_length(length)
         problem, done, detail, place = self.kernel(
-            run, self.chains, structures, self.seats, steps, length, self.quadratic, self.tolerance,
-            kernels.STILL * self.interface.indentation_scale, (first + 1, last), stride, self.frames.saved,
+            run, self.chains, structures, self.seats, steps, length, self.quadratic, self.search, (first + 1, last),
+            stride, self.frames.saved,
         )  # fmt: skip
         if problem == kernels.NON_FINITE:
             raise non_finite(self.interface, place, done * length, int(detail))
@@ -256,6 +267,18 @@ class Loop:
             )
             self._lengths[length] = flat_structures([one.propagator(length) for one in self.structures]), steps
         return self._lengths[length]
+
+
+def _search(scheme: Any, interface: Interface) -> kernels.Search:
+    """What the compiled loop takes of a scheme."""
+    tolerance = scheme.tolerance * interface.force_scale
+    if isinstance(scheme, Condensed):
+        still = kernels.STILL * interface.indentation_scale
+        return kernels.Search(kernels.NEWTON, tolerance, still, MOST_TRIALS, 0.0, 0.0)
+    still, filtering = scheme.tolerance * interface.indentation_scale, getattr(scheme, "filtering", 0.0)
+    return kernels.Search(
+        ITERATED[type(scheme)], tolerance, still, scheme.largest_count, scheme.relaxation, float(filtering)
+    )
 
 
 def past(run: kernels.Run) -> list[Node]:

@@ -48,8 +48,8 @@ MOST_SWEEPS = 200
 PIECES = 4
 """Straight pieces that replace a parabola of the surface over a window."""
 
-MOST_TRIALS = 40
-"""Evaluations of Newton's method before a window is halved; it takes three or four."""
+NEWTON, FIXED_POINT, AITKEN, LEAST_SQUARES = range(4)
+"""How a scheme chooses the next forces."""
 
 
 class Numbers(NamedTuple):
@@ -188,6 +188,26 @@ class Run(NamedTuple):
     """Nodes so far, at most three; and since the last saved time windows of chains, and substeps."""
     residual: np.ndarray
     """One number, N: the greatest since then."""
+    memory: np.ndarray
+    """Of least squares: differences of residuals and of answers, N, as rows for each window, newest first."""
+    remembered: np.ndarray
+    """For each of these windows how many rows it has, and its length, s."""
+
+
+class Search(NamedTuple):
+    """How the forces of a window are found; see coupling.schemes."""
+
+    kind: int
+    """NEWTON, or one of the iterated schemes."""
+    tolerance: float
+    """N."""
+    still: float
+    """m: a way of a surface that gives no slope; for iterated schemes, one that is no motion."""
+    most: int
+    """Trials, after which a window is halved."""
+    relaxation: float
+    filtering: float
+    """Of least squares: a difference that adds less than this part is dropped."""
 
 
 class Saved(NamedTuple):
@@ -1155,19 +1175,21 @@ def _solve(matrix, right):
 
 
 @njit(cache=True)
-def _agree(run, y, v, chains, seats, steps, t, window, at_rest, compliance, quadratic, tolerance, smallest, found):
-    """Newton's method on r(F) = G(w_free + C F) − F, where G are the chains' mean forces, with secants for its slopes.
+def _agree(run, y, v, chains, seats, steps, t, window, at_rest, compliance, quadratic, search, found, own):
+    """Repeat a window until r(F) = G(w_free + C F) − F vanishes, where G are the chains' mean forces.
 
     Fills y, v (at the window's end), and found: rows of mean forces, of the chains' answers, of their works, of
-    surfaces, and of the chains' losses and their drives' works. Returns the evaluations and the greatest residual.
+    surfaces, and of the chains' losses and their drives' works. own: 2 × trials × K, for the differences of least
+    squares. Returns the evaluations and the greatest residual, which is infinite where surfaces still move.
     """
     force, answer, work, surface = found[0], found[1], found[2], found[3]
     count, slope, residual, rigid = force.size, run.slope.copy(), np.inf, not compliance.any()
     _predict(run, t + window / 2.0, force)
     for k in range(count):
         force[k] = max(force[k], -seats.static[k])
-    last_surface, last_answer = at_rest.copy(), force.copy()
-    for tried in range(1, MOST_TRIALS + 1):
+    last_surface, last_answer, last_gap = at_rest.copy(), force.copy(), np.zeros(count)
+    factor, rows = search.relaxation, 0
+    for tried in range(1, search.most + 1):
         for k in range(count):
             surface[k] = at_rest[k]
             for j in range(count):
@@ -1176,31 +1198,110 @@ def _agree(run, y, v, chains, seats, steps, t, window, at_rest, compliance, quad
         y[:], v[:], answer[:], work[:] = run.y, run.v, 0.0, 0.0
         for c in range(chains.method.size):
             first, last = chains.layout[c, 0], chains.layout[c + 1, 0]
-            own, end = seats.own[c], seats.own[c + 1]
+            begin, end = seats.own[c], seats.own[c + 1]
             found[4, c], found[5, c] = _follow(
                 y[first:last], v[first:last], _constants(chains, c), chains.method[c], steps[c], chains.rest[c], t,
-                window, corners[:, own:end], seats.behind[own:end], seats.static[own:end], answer[own:end],
-                work[own:end],
+                window, corners[:, begin:end], seats.behind[begin:end], seats.static[begin:end], answer[begin:end],
+                work[begin:end],
             )  # fmt: skip
-        residual = 0.0
+        residual, moved = 0.0, 0.0
         for k in range(count):
             if rigid:
                 force[k] = answer[k]
             residual = max(residual, abs(answer[k] - force[k]))
-        if not residual > tolerance:
-            run.slope[:] = slope
-            break
-        matrix, change = np.eye(count), answer - force
-        for k in range(count):
-            way = surface[k] - last_surface[k]
-            if tried > 1 and abs(way) > smallest:
-                slope[k] = min((answer[k] - last_answer[k]) / way, 0.0)
-            for j in range(count):
-                matrix[k, j] -= slope[k] * compliance[k, j]
-        last_surface[:], last_answer[:] = surface, answer
-        _solve(matrix, change)
+            moved = max(moved, abs(surface[k] - last_surface[k]))
+        if not residual > search.tolerance:
+            if search.kind == NEWTON or tried == 1 or not moved > search.still:
+                run.slope[:] = slope
+                _remember(run, own, rows, window)
+                break
+            residual = np.inf
+        gap = answer - force
+        if search.kind == NEWTON:
+            matrix, change = np.eye(count), gap
+            for k in range(count):
+                way = surface[k] - last_surface[k]
+                if tried > 1 and abs(way) > search.still:
+                    slope[k] = min((answer[k] - last_answer[k]) / way, 0.0)
+                for j in range(count):
+                    matrix[k, j] -= slope[k] * compliance[k, j]
+            _solve(matrix, change)
+        elif search.kind == LEAST_SQUARES:
+            if tried > 1:
+                own[0, rows], own[1, rows] = gap - last_gap, answer - last_answer
+                rows += 1
+            change = _quasi_newton(run, own, rows, gap, window, search)
+        else:
+            if search.kind == AITKEN and tried > 1:
+                along, square = 0.0, 0.0
+                for k in range(count):
+                    along += last_gap[k] * (gap[k] - last_gap[k])
+                    square += (gap[k] - last_gap[k]) ** 2
+                if square > 0.0:
+                    factor *= -along / square
+            change = factor * gap
+        last_surface[:], last_answer[:], last_gap[:] = surface, answer, gap
         force += change
     return tried, residual
+
+
+@njit(cache=True)
+def _quasi_newton(run, own, rows, gap, window, search):
+    """The change of forces that cancels the residual, as far as differences of this window and of others allow.
+
+    They are taken newest first; one that adds too little to those before it is dropped.
+    """
+    size, kept = gap.size, 0
+    directions, changes, upper = np.zeros((size, size)), np.zeros((size, size)), np.zeros((size, size))
+    for place in range(-1, run.remembered.shape[0]):
+        many = rows if place < 0 else int(run.remembered[place, 0])
+        if place >= 0 and run.remembered[place, 1] != window:
+            continue
+        for row in range(many - 1, -1, -1):
+            if kept == size:
+                break
+            column = own[0, row] if place < 0 else run.memory[place, 0, row]
+            rest, whole = column.copy(), sqrt(_dot(column, column))
+            for i in range(kept):
+                upper[i, kept] = 0.0
+            for _ in range(2):
+                for i in range(kept):
+                    part = _dot(directions[i], rest)
+                    upper[i, kept] += part
+                    rest -= part * directions[i]
+            length = sqrt(_dot(rest, rest))
+            if length > search.filtering * whole:
+                directions[kept], upper[kept, kept] = rest / length, length
+                changes[kept] = own[1, row] if place < 0 else run.memory[place, 1, row]
+                kept += 1
+    if kept == 0:
+        return search.relaxation * gap
+    change, factors = gap.copy(), np.zeros(kept)
+    for i in range(kept - 1, -1, -1):
+        right = -_dot(directions[i], gap)
+        for j in range(i + 1, kept):
+            right -= upper[i, j] * factors[j]
+        factors[i] = right / upper[i, i]
+        change += factors[i] * changes[i]
+    return change
+
+
+@njit(cache=True)
+def _remember(run, own, rows, window):
+    """Put the differences of a window before those of others, of which only those of the same length stay."""
+    most, left = run.remembered.shape[0], 0
+    if most == 0:
+        return
+    for place in range(most):
+        if run.remembered[place, 0] > 0 and run.remembered[place, 1] == window:
+            run.memory[left], run.remembered[left] = run.memory[place], run.remembered[place]
+            left += 1
+    run.remembered[left:] = 0.0
+    if rows == 0:
+        return
+    for place in range(min(left, most - 1), 0, -1):
+        run.memory[place], run.remembered[place] = run.memory[place - 1], run.remembered[place - 1]
+    run.memory[0, :, :rows], run.remembered[0, 0], run.remembered[0, 1] = own[:, :rows], rows, window
 
 
 @njit(cache=True, nogil=True)
@@ -1241,13 +1342,11 @@ def _save_ledger(run, structures, row, saved):
 
 
 @njit(cache=True, nogil=True)
-def run_condensed(
-    run, chains, structures, seats, steps, window, quadratic, tolerance, smallest, windows, stride, saved
-):
+def run_coupled(run, chains, structures, seats, steps, window, quadratic, search, windows, stride, saved):
     """The window loop of chains on linear structures, over the windows (first one, last one) from 1 on.
 
-    run: a Run, in place. steps: C rows, of each chain in a window, and in a piece of it. tolerance, N: of the
-    mean forces. smallest, m: a way of a surface that gives a slope. stride: windows of a saved time; 0 saves nothing.
+    run: a Run, in place. steps: C rows, of each chain in a window, and in a piece of it. stride: windows of a saved
+    time; 0 saves nothing.
     A window that fails leaves the run as it began. Returns how it ended, OK or what went wrong;
     the window; the chain, or the residual; and the body that is no longer finite.
 
@@ -1255,10 +1354,10 @@ def run_condensed(
     """
     count, bodies = seats.static.size, run.body.size
     free, at_rest, push = np.zeros(bodies), np.empty(count), np.zeros(count)
-    found = np.zeros((6, count))
+    found, own = np.zeros((6, count)), np.empty((2, search.most, count))
     y, v, guess = run.y.copy(), run.v.copy(), run.guess.copy()
     compliance = _compliance(structures, seats)
-    single, chain = count == 1 and not quadratic, _constants(chains, 0)
+    single, chain = count == 1 and not quadratic and search.kind == NEWTON, _constants(chains, 0)
     # Most runs of a batch: to pass all groups of arrays to `save` would take longer than a window.
     plain = chains.method.size == count == 1 and chains.method[0] == VERLET and saved.kinetic.shape[1] == 0
     run_y, run_v, velocities, surfaces, forces = run.y, run.v, saved.velocity, saved.surface, saved.contact_force
@@ -1271,18 +1370,18 @@ def run_condensed(
             static, before, softness = seats.static[0], run.surface[0], compliance[0, 0]
             force, lost, driven, tried, residual = advance_condensed(
                 run.y, run.v, y, v, chain, chains.method[0], steps[0, 0], t, window, before, at_rest[0], softness,
-                static, guess, tolerance,
+                static, guess, search.tolerance,
             )  # fmt: skip
             push[0] = force - static
             found[1, 0], found[4, 0], found[5, 0] = push[0], lost, driven
             found[3, 0] = at_rest[0] + softness * push[0]
             # The chain moved against the surface where the force before its last answer would have brought it.
             found[2, 0] = push[0] * (found[3, 0] - softness * residual - before)
-            if not abs(residual) > tolerance:
+            if not abs(residual) > search.tolerance:
                 run.guess[:] = guess
         else:
             tried, residual = _agree(
-                run, y, v, chains, seats, steps, t, window, at_rest, compliance, quadratic, tolerance, smallest, found
+                run, y, v, chains, seats, steps, t, window, at_rest, compliance, quadratic, search, found, own
             )
             push[:] = found[0]
         run.counts[1] += tried
@@ -1291,7 +1390,7 @@ def run_condensed(
             bad = first_bad(y[first:last], v[first:last], found[3, seats.own[c]])
             if bad >= 0:
                 return NON_FINITE, done, float(c), bad
-        if abs(residual) > tolerance:
+        if abs(residual) > search.tolerance:
             return NOT_CONVERGED, done, residual, 0
         run.y[:], run.v[:], run.body[:] = y, v, free
         _push(structures, seats, push, run.body)

@@ -272,17 +272,17 @@ def _simulation(name: str, given: Any, structure: Structure | None, dt: float | 
     found = instance(name, given, CoSimulation, "a Chain or a CoSimulation")
     if len(found.interface.chains) > 1:
         raise ValueError(f"{name}: holds a CoSimulation of several chains; use sweep")
-    if not is_compiled(found.interface, found.scheme):
-        raise ValueError(
-            f"{name}: holds {found!r}, which the compiled loop cannot run; a batch needs the scheme Condensed() and "
-            "reduced linear structures; use reduce, or sweep"
-        )
     return found
 
 
 def _plan(simulation: CoSimulation, until: float, interval: float) -> Plan:
     """With all checks of its times."""
     plan = simulation.plan(until, interval)
+    if not is_compiled(simulation.interface, simulation.scheme, plan):
+        raise ValueError(
+            f"runs: holds {simulation!r}, which the compiled loop cannot run; a batch needs a scheme that repeats, in "
+            "windows of one substep, and linear structures that are small; use reduce, or sweep"
+        )
     for chain in simulation.interface.chains:
         chain.steps(until)
     return plan

@@ -110,7 +110,7 @@ def test_any_number_of_chains_goes_through_the_compiled_loop(
     simulation = hl.CoSimulation(chain, structure, behind=behind[0] if behind else None, **how)
     compiled = simulation.run(until=2e-4)
     monkeypatch.setattr(Work, "compiled", False)
-    monkeypatch.setattr(kernels, "run_condensed", None)
+    monkeypatch.setattr(kernels, "run_coupled", None)
     other = simulation.run(until=2e-4)
     assert set(compiled.data_vars) == set(other.data_vars)
     scale = float(compiled.impact_energy.max())
@@ -136,16 +136,16 @@ def test_a_window_that_fails_in_the_compiled_loop_is_halved(
             real(*before, (first, 99), stride, saved)
         return kernels.NOT_CONVERGED, 100, 1.0, 0
 
-    real = kernels.run_condensed
+    real = kernels.run_coupled
     simulation = hl.CoSimulation(SHORT, [LAYERED, WALL])
     whole = simulation.run(2e-4, save_every)
-    monkeypatch.setattr(kernels, "run_condensed", failing)
+    monkeypatch.setattr(kernels, "run_coupled", failing)
     halved = simulation.run(2e-4, save_every)
     assert (halved.substeps - whole.substeps).values.nonzero()[0].tolist() == [100 // int(whole.substeps[1])]
     assert halved.substeps.sum() == whole.substeps.sum() + 1
     check_same(whole, halved, 1e-5)
     assert hl.energy_error(halved) == pytest.approx(hl.energy_error(whole), rel=0.1)
-    monkeypatch.setattr(kernels, "run_condensed", lambda *given: (kernels.NOT_CONVERGED, given[-3][0], 1.0, 0))
+    monkeypatch.setattr(kernels, "run_coupled", lambda *given: (kernels.NOT_CONVERGED, given[-3][0], 1.0, 0))
     with pytest.raises(hl.NotConverged, match=r"t = 0 s, .* s long: residual 1 N"):
         simulation.run(2e-4, save_every)
 

@@ -83,7 +83,7 @@ def test_energy_that_the_stepper_loses() -> None:
 def test_a_run_that_is_far_too_long_is_warned_of_before_it_begins(
     until: float, meant: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("particles.kernels.run_condensed", None)
+    monkeypatch.setattr("particles.kernels.run_coupled", None)
     with pytest.warns(hl.HertzlinkWarning) as caught, pytest.raises((TypeError, ValueError)):
         hl.CoSimulation(CHAIN, WALL).run(until)
     message, *_ = [str(one.message) for one in caught]  # a second one names the memory
@@ -219,8 +219,8 @@ def test_greatest_values_in_blocks(rows: int) -> None:
 def test_a_compiled_run_in_many_calls_has_the_same_bits(monkeypatch: pytest.MonkeyPatch) -> None:
     """Between the calls Ctrl-C ends a run."""
     whole = hl.CoSimulation(CHAIN, WALL).run(2e-4)
-    calls, loop = [], kernels.run_condensed
+    calls, loop = [], kernels.run_coupled
     monkeypatch.setattr("coupling.loops.UNBROKEN", 1e4)
-    monkeypatch.setattr(kernels, "run_condensed", lambda *given: calls.append(given) or loop(*given))
+    monkeypatch.setattr(kernels, "run_coupled", lambda *given: calls.append(given) or loop(*given))
     assert hl.CoSimulation(CHAIN, WALL).run(2e-4).identical(whole)
     assert len(calls) > 5

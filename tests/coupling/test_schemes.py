@@ -240,10 +240,40 @@ def test_condensed_takes_one_structural_solve_a_window(monkeypatch: pytest.Monke
     assert run.evaluations.sum() > 1.2 * two.solves
 
 
+LOOPS = {
+    "rod": lambda: (chain(), STRUCTURES["rod"]),
+    "damped": lambda: (chain(), DAMPED_ROD),
+    "light": lambda: (light().chains[0], light().structures[0]),
+    "two chains": lambda: ([chain(0.31), chain(0.2)], CASES["two chains"]().structures[0]),
+}
+
+
+@pytest.mark.parametrize("case", LOOPS)
+@pytest.mark.parametrize("name", STRONG)
+def test_the_compiled_loop_does_what_the_scheme_does(name: str, case: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same windows, as often tried, and the same motion; with the same halvings on a light body."""
+    chains, structure = LOOPS[case]()
+    window = {"window": 8e-6, "substeps": 1} if case == "light" else {}
+    runs = []
+    for compiled in (True, False):
+        if not compiled:
+            monkeypatch.setattr(Work, "compiled", False)
+        runs.append(hl.CoSimulation(chains, structure, STRONG[name], **window).run(3e-4))
+    one, other = runs
+    assert float(one.evaluations.sum()) == pytest.approx(float(other.evaluations.sum()), rel=0.01)
+    assert np.array_equal(one.substeps.values, other.substeps.values)
+    for quantity in ("contact_force", "velocity", "surface_displacement", "interface_work"):
+        scale = float(abs(other[quantity]).max())
+        assert one[quantity].values == pytest.approx(other[quantity].values, abs=1e-8 * scale)
+
+
 @pytest.mark.thorough
 @pytest.mark.parametrize("name", ["fixed point", "Aitken", "IQN-ILS", "explicit, serial, 1"])
-def test_evaluations_are_the_chain_windows_tried(name: str, chain_windows: list[int]) -> None:
+def test_evaluations_are_the_chain_windows_tried(
+    name: str, chain_windows: list[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Those of windows in vain too."""
+    monkeypatch.setattr(Work, "compiled", False)
     one = Counted(STRUCTURES["rod"])
     run = hl.CoSimulation(chain(), one, SCHEMES[name], window=2e-5).run(4e-4)
     assert run.evaluations.sum() == chain_windows[0] == one.solves
