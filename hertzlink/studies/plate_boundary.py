@@ -24,6 +24,7 @@ from plates.reduced import ReducedPlate
 from plates.section import point_rigidity
 from plates.support import Supports
 from plates.theory.impact import critical_distance_bounds
+from structures.checks import whole
 from structures.layers import HERTZ_COLLISION
 from structures.layers import contact_time as contact_time_half_space
 from structures.material import ALUMINIUM_6061, STEEL_440C, Material
@@ -90,7 +91,7 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     eight of the 27 distances of the first scan, and brackets of 5 mm.
     """
 
-    count = joblib.cpu_count() if jobs is None else jobs
+    count = joblib.cpu_count() if jobs is None else whole("jobs", jobs)
     plates = joblib.Parallel(min(count, len(THICKNESSES)))(joblib.delayed(near_edge)(one) for one in THICKNESSES)
     reduced = dict(zip(THICKNESSES, plates, strict=True))
 
