@@ -640,7 +640,7 @@ def _accelerate_vibrating(
     return power
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def _accelerate(
     y, v, wall, rate, on_striker, on_bead, inverse_mass, stiffness, table, rows, damping, vibrations, numbers, a, forces
 ):
