@@ -36,6 +36,9 @@ ROUNDS = 11
 SHORT = 40
 """Windows of the shortened full-order run."""
 
+RANGE, OTHER_PLACE, MOST_SECONDS = (0.08, 0.115), 0.0937, 0.02
+"""m: positions that share a basis, and one of them; s: target for its oscillators."""
+
 LEAST_SPEEDUP = 500.0
 LARGEST_DIFFERENCE = 1e-3
 
@@ -122,6 +125,19 @@ def report(
         print(f"The amplitude ratios differ by {difference:.4%} (≤ {LARGEST_DIFFERENCE:.1%}, {met}).")
 
 
+def report_position() -> None:
+    """Print what a new contact position costs: a mesh and a reduction, or its oscillators from a shared basis."""
+    anew = timed(lambda: hl.reduce(PLATE.at(OTHER_PLACE, PLACE[1]), UNTIL))[0]
+    once, basis = timed(hl.ReducedPlate, PLATE, UNTIL, RANGE, PLACE[1])
+    each = median(timed(basis.at, OTHER_PLACE, PLACE[1])[0] for _ in range(ROUNDS))
+    reach = 1e3 * (RANGE[1] - RANGE[0])
+    print(
+        f"A new position takes {anew:.3f} s anew. One basis for {reach:.0f} mm takes {once:.1f} s, and a position from"
+    )
+    print(f"it {each:.4f} s (≤ {MOST_SECONDS} s, {verdict(each <= MOST_SECONDS)}): it pays from")
+    print(f"{once / (anew - each):.0f} positions on.")
+
+
 def verdict(met: bool) -> str:
     """The text for a target that is met or missed."""
     return "met" if met else "MISSED"
@@ -146,6 +162,7 @@ def main() -> None:
     other = full_order_run(CHAIN, full, window, windows, SENSOR, SHORT if quick else None)
     spent += reduced_runs(simulation)
     report((full, reduced), reduction, spent, float(hl.amplitude_ratio(simulation.run(UNTIL), SENSOR)), other)
+    report_position()
 
 
 if __name__ == "__main__":

@@ -3,8 +3,9 @@
     python benchmarks/plate_study.py [--quick] [--jobs 2]
 
 The study runs as users run it, in processes. A sample of its points then runs in this process, part by part, and is
-extrapolated: every plate point is assembled and reduced once, for all bead diameters. The sample's distances are
-distributed evenly but exclude the centre, 1 of 33, where the symmetric quarter of the plate costs less.
+extrapolated: every plate point is reduced once, for all bead diameters. Near the edge one basis for each thickness
+serves all points. The sample's other distances are distributed evenly but exclude the centre, where the symmetric
+quarter of the plate costs less.
 """
 
 import argparse
@@ -15,6 +16,7 @@ from itertools import product
 from resource import RUSAGE_CHILDREN, RUSAGE_SELF, getrusage, struct_rusage
 from time import perf_counter
 
+import xarray as xr
 from coupled_plate import full_order_run, one_thread, timed, verdict, warm_up
 from joblib.externals.loky import get_reusable_executor
 
@@ -24,14 +26,21 @@ from hertzlink.studies import plate_boundary as study
 SHORT = 20
 """Windows of a shortened full-order run."""
 
-CORES, LONGEST = 2, 60.0
+NEAR_PLACES = (0.0123, 0.0234, 0.0345)
+"""m, near the edge."""
+
+CORES, LONGEST = 2, 30.0
 """Target: the whole study in two processes, s."""
 
 ASSEMBLY, REDUCTION = "assembly", "reduction (factorisation, Krylov vectors)"
+BASIS, POSITION = "one basis for all points near the edge", "oscillators of a point from that basis"
 COUPLED_RUN, MEASURES, FULL_ORDER = "coupled run", "measures", "full-order run"
 
-PARTS = {ASSEMBLY: "plate", REDUCTION: "plate", COUPLED_RUN: "run", MEASURES: "run"}
-"""The parts of a point, and whether each is needed once for a plate point or once for a run."""
+PARTS = {
+    BASIS: "thickness", POSITION: "near", ASSEMBLY: "far", REDUCTION: "far", COUPLED_RUN: "run", MEASURES: "run",
+}  # fmt: skip
+"""The parts, and whether each is needed once for a thickness, for a plate point near the edge or farther away, or for a
+run."""
 
 
 @dataclass
@@ -52,7 +61,8 @@ class Whole:
     """The study as a whole: seconds on the clock and of all processors, MiB of this process and the largest other."""
 
     runs: int
-    plates: int
+    near: int
+    far: int
     clock: float
     processor: float
     memory: float
@@ -78,13 +88,18 @@ def whole_study(quick: bool, jobs: int) -> Whole:
     clock = perf_counter() - begin
     after = [getrusage(who) for who in (RUSAGE_SELF, RUSAGE_CHILDREN)]
     processor = sum(map(processor_seconds, after)) - sum(map(processor_seconds, before))
-    runs = data.amplitude_ratio.size
-    return Whole(runs, runs // data.sizes["diameter"], clock, processor, *map(mebibytes, after))
+    sampled = data.sampled.any("diameter")
+    near = int(sampled.sel(distance=slice(None, study.NEAR)).sum())
+    return Whole(int(data.sampled.sum()), near, int(sampled.sum()) - near, clock, processor, *map(mebibytes, after))
 
 
 def take_sample(distances: Sequence[float], tolerance: float) -> Sample:
     """The parts at some points of each thickness, with all diameters, each compared with its full-order run."""
     sample = Sample()
+    for thickness in study.THICKNESSES:
+        seconds, basis = timed(study.near_edge, thickness)
+        sample.seconds[BASIS].append(seconds)
+        sample.seconds[POSITION] += [timed(basis.at, place, study.SIDE / 2.0)[0] for place in NEAR_PLACES]
     for thickness, distance in product(study.THICKNESSES, distances):
         assembly, full = timed(study.plate(thickness).at, distance, study.SIDE / 2.0)
         reduction, reduced = timed(hl.reduce, full, study.UNTIL, tolerance)
@@ -101,17 +116,22 @@ def take_run(sample: Sample, chain: hl.Chain, full: hl.Structure, reduced: hl.St
     """One bead diameter at a plate point."""
     seconds, run = timed(lambda: hl.CoSimulation(chain, reduced).run(study.UNTIL))
     sample.seconds[COUPLED_RUN].append(seconds)
-    sample.seconds[MEASURES].append(timed(study.measure, run)[0])
+    sample.seconds[MEASURES].append(timed(measured, run)[0])
     windows = run.sizes["time"] - 1
     other = full_order_run(chain, full, study.UNTIL / windows, windows, study.SENSOR, SHORT)
     sample.seconds[FULL_ORDER].append(other.seconds)
+
+
+def measured(run: xr.Dataset) -> tuple[float, float]:
+    """What the study keeps of a run."""
+    return float(hl.amplitude_ratio(run, study.SENSOR)), float(hl.time_of_flight(run, study.SENSOR))
 
 
 def report_whole(whole: Whole, jobs: int, quick: bool) -> None:
     """Print times and memory."""
     kind = "quick study" if quick else "whole study"
     target = "" if quick or jobs != CORES else f" (≤ {LONGEST:.0f} s, {verdict(whole.clock <= LONGEST)})"
-    print(f"{kind}: {whole.runs} runs at {whole.plates} plate points, processes: {jobs}")
+    print(f"{kind}: {whole.runs} runs at {whole.near + whole.far} plate points, processes: {jobs}")
     print(f"  clock            {whole.clock:8.1f} s{target}")
     print(f"  processor time   {whole.processor:8.1f} s, all processes, their start included")
     print(f"  a process busy   {whole.processor / jobs / whole.clock:8.1%}   of the clock, on average")
@@ -121,7 +141,7 @@ def report_whole(whole: Whole, jobs: int, quick: bool) -> None:
 
 def report_sample(whole: Whole, sample: Sample, jobs: int) -> None:
     """Print the distribution of the time, compared with the full order."""
-    counts = {"plate": whole.plates, "run": whole.runs}
+    counts = {"thickness": len(study.THICKNESSES), "near": whole.near, "far": whole.far, "run": whole.runs}
     totals = {part: sample.mean(part) * counts[kind] for part, kind in PARTS.items()}
     known = sum(totals.values())
     dofs = f"{min(sample.full)} to {max(sample.full)} reduced to {min(sample.reduced)} to {max(sample.reduced)}"
@@ -130,7 +150,7 @@ def report_sample(whole: Whole, sample: Sample, jobs: int) -> None:
     for part, total in totals.items():
         print(f"  {part:42}{sample.mean(part) * 1e3:10.2f}{counts[PARTS[part]]:8d}{total:9.1f}{total / known:8.1%}")
     print(f"  {'sum, extrapolated':42}{'':18}{known:9.1f}{1.0:8.1%}")
-    rest = "start of processes, cache and memory that they share, sampling"
+    rest = "other edges and Mindlin's theory, start of processes, shared cache"
     print(f"  {'measured, the whole':42}{'':18}{whole.processor:9.1f}{whole.processor / known:8.1%}  {rest}\n")
     assembly, runs = totals[ASSEMBLY], sample.mean(FULL_ORDER) * whole.runs
     print(f"on full-order plates, extrapolated from {SHORT} windows a run; processor time")

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from coupling.interface import FIRST, Interface
 from particles import kernels
+from particles.moving import MovingChain
 from structures.moving import Propagator
 from structures.structure import Vector
 
@@ -15,16 +16,20 @@ def flat_chains(interface: Interface) -> kernels.Chains:
     """All that does not change of the chains."""
     moving = interface.chains
     constants = [chain.constants for chain in moving]
-    vibrations = [one.vibrations for one in constants]
+    vibrations = [chain.vibrations or _rigid(chain) for chain in moving]
     rows, tables, begin = [], [], 0
     for one in constants:
         tables.append(np.where(one.table < 0, one.table, one.table + begin))
         rows.append(one.rows)
         begin += len(one.rows)
     layout = [
-        (chain.rest.size, one.inverse_mass.size, one.history.size, one.vibrations.struck.size)
-        for chain, one in zip(moving, constants, strict=True)
+        (chain.rest.size, one.inverse_mass.size, one.history.size, vibration.struck.size)
+        for chain, one, vibration in zip(moving, constants, vibrations, strict=True)
     ]
+    shapes: list[Vector | None] = [None] * 4
+    if any(vibration.struck.size for vibration in vibrations):
+        shapes = [_joined(field) for field in zip(*vibrations, strict=True)]
+    methods = np.array([chain.method for chain in moving], dtype=np.int64)
     return kernels.Chains(
         inverse_mass=_joined(one.inverse_mass for one in constants),
         stiffness=_joined(one.stiffness for one in constants),
@@ -32,15 +37,21 @@ def flat_chains(interface: Interface) -> kernels.Chains:
         rows=np.concatenate(rows),
         damping=_joined(one.damping for one in constants),
         history=_joined(one.history for one in constants),
-        squares=_joined(one.stiffness for one in vibrations),
-        struck=_joined(one.struck for one in vibrations),
-        far=_joined(one.far for one in vibrations),
-        cross=_joined(one.cross for one in vibrations),
+        squares=shapes[0],
+        struck=shapes[1],
+        far=shapes[2],
+        cross=shapes[3],
         numbers=np.array([tuple(one.numbers) for one in constants], dtype=float),
         layout=_layout(layout),
-        method=np.array([chain.method for chain in moving], dtype=np.int64),
+        method=methods if np.any(methods != kernels.VERLET) else None,
         rest=np.array([chain.rest[0] for chain in moving]),
     )
+
+
+def _rigid(chain: MovingChain) -> kernels.Vibrations:
+    """No modes."""
+    none = np.zeros((chain.mass.size, 0))
+    return kernels.Vibrations(none, none, none, np.zeros(chain.mass.size))
 
 
 def flat_structures(propagators: Sequence[Propagator]) -> kernels.Structures:

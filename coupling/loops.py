@@ -154,7 +154,8 @@ class Loop:
         self.joined = plan.stride if rigid else 1
         """Windows of the plan that are one."""
         self.length, self.stride = plan.length * self.joined, plan.stride // self.joined
-        self.quadratic = interface.quadratic and not rigid
+        bends, condensed = interface.quadratic and not rigid, isinstance(scheme, Condensed)
+        self.quadratic = None if interface.size == 1 and condensed and not bends else bends
         self.chains, self.seats = flat_chains(interface), flat_seats(interface)
         self.structures = interface.structures if clock is None else [clock.watch(one) for one in interface.structures]
         self.finest = interface.contact_time / FINEST

@@ -73,6 +73,8 @@ from plates.critical_distance import critical_distance_law as critical_distance_
 from plates.half_plane import half_plane as half_plane
 from plates.infinite import infinite_plate as infinite_plate
 from plates.plate import Plate as Plate
+from plates.reduced import ReducedPlate as ReducedPlate
+from plates.scaling import scaled as scaled
 from plates.shapes.outline import Outline as Outline
 from plates.shapes.outline import circle as circle
 from plates.support import ElasticEdge as ElasticEdge

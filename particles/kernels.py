@@ -73,8 +73,7 @@ class Numbers(NamedTuple):
 
 
 class Vibrations(NamedTuple):
-    """Of the bodies, see particles.deformable.vibration: N + 1 rows, a column for each of the m modes; m = 0 for
-    rigid bodies."""
+    """Of the bodies, see particles.deformable.vibration: N + 1 rows, a column for each of the m modes."""
 
     stiffness: np.ndarray
     """Squares of the angular frequencies, 1/s²."""
@@ -101,7 +100,8 @@ class Constants(NamedTuple):
     """N + 1, the coefficient of each contact's (GLOBAL, DRAG: each body's) loss."""
     history: np.ndarray
     """3 × ·, of the drive: times (s), values (N or m) and rates. Cubic between times, constant outside."""
-    vibrations: Vibrations
+    vibrations: Vibrations | None
+    """None for rigid bodies: then nothing is compiled for vibrations."""
     numbers: Numbers
 
 
@@ -115,17 +115,18 @@ class Chains(NamedTuple):
     """The tables of all chains; `table` counts from the first row."""
     damping: np.ndarray
     history: np.ndarray
-    squares: np.ndarray
-    """The fields of Vibrations; so are the next three."""
-    struck: np.ndarray
-    far: np.ndarray
-    cross: np.ndarray
+    squares: np.ndarray | None
+    """The fields of Vibrations, None where all bodies are rigid; so are the next three."""
+    struck: np.ndarray | None
+    far: np.ndarray | None
+    cross: np.ndarray | None
     numbers: np.ndarray
     """C × the fields of Numbers."""
     layout: np.ndarray
     """C + 1 rows: where the coordinates, the bodies, the numbers of the history and those of the modes of each chain
     begin."""
-    method: np.ndarray
+    method: np.ndarray | None
+    """None where it is VERLET for all chains: then nothing else is compiled."""
     rest: np.ndarray
     """m, where body 0 of each chain is at rest."""
 
@@ -243,6 +244,13 @@ def table_edges() -> np.ndarray:
     """Where the cubics of a table begin and end, m."""
     i = np.arange(BUCKETS * OCTAVES + 1)
     return 2.0 ** (LOWEST + i // BUCKETS) * (1.0 + (i % BUCKETS) / BUCKETS)
+
+
+@njit(cache=True)
+def _copy(source, target):
+    """What `target[:] = source` does: that compiles the text of an error for arrays of unequal shapes, for seconds."""
+    for i in range(target.size):
+        target[i] = source[i]
 
 
 @njit(cache=True, inline="always")
@@ -389,14 +397,13 @@ def _mean_rate(history, t, step):
 def _verlet(y, v, inverse_mass, stiffness, gravity, flexibility, wall, rate, dt, steps):
     """Velocity Verlet over one window for Hertz's contacts alone, its inner half-kicks joined. Returns the impulse."""
     last = y.size - 1
-    no_rows = np.empty((0, 6))
     impulse = 0.0
     for step in range(steps + 1):
         kick = dt if 0 < step < steps else 0.5 * dt
         # Before the pass: after it, the scalar load would wait for the pass's vector stores.
         overlap = y[last] - (wall + step * dt * rate)
-        if flexibility != 0.0:
-            overlap = _overlap_on_spring(stiffness[last], -1, no_rows, overlap, flexibility)
+        if flexibility != 0.0 and overlap > NEGLIGIBLE:
+            overlap = _hertz_on_spring(stiffness[last] * flexibility, overlap)
         wall_force = _hertz(stiffness[last], overlap)
         impulse += kick * wall_force
         _kick_drift(y, v, inverse_mass, stiffness, gravity, wall_force, kick, dt if step < steps else 0.0)
@@ -515,13 +522,10 @@ def _lose_on_bodies(y, v, wall, rate, inverse_mass, stiffness, damping, numbers,
 
 
 @njit(cache=True, inline="always")
-def _accelerate(
+def _accelerate_rigid(
     y, v, wall, rate, on_striker, on_bead, inverse_mass, stiffness, table, rows, damping, numbers, a, forces
 ):
-    """Accelerations and contact forces into a, forces, with what acts on body 0 and bead 1 from outside.
-
-    Returns the power that is lost.
-    """
+    """`_accelerate` for rigid bodies."""
     last = y.size - 1
     first_overlap, wall_overlap = y[0] - y[1], y[last] - wall
     if numbers.flexibility_behind != 0.0:
@@ -613,10 +617,7 @@ def _settle(approach, cross, stiffness, table, rows, numbers, forces, overlap):
 def _accelerate_vibrating(
     y, v, wall, rate, on_striker, on_bead, inverse_mass, stiffness, table, rows, damping, vibrations, numbers, a, forces
 ):
-    """`_accelerate` for bodies that vibrate. forces: from where to begin with settling them.
-
-    Losses in a contact see the rate at which the poles approach.
-    """
+    """`_accelerate` for bodies that vibrate. Losses in a contact see the rate at which the poles approach."""
     square, struck, far, cross = vibrations
     bodies, modes = struck.shape
     last = bodies - 1
@@ -659,6 +660,24 @@ def _accelerate_vibrating(
     return power
 
 
+@njit(cache=True, forceinline=True)
+def _accelerate(
+    y, v, wall, rate, on_striker, on_bead, inverse_mass, stiffness, table, rows, damping, vibrations, numbers, a, forces
+):
+    """Accelerations and contact forces into a, forces, with what acts on body 0 and bead 1 from outside.
+
+    forces: from where to begin with settling those of vibrating bodies. Returns the power that is lost.
+    """
+    if vibrations is not None and y.size > inverse_mass.size:
+        return _accelerate_vibrating(
+            y, v, wall, rate, on_striker, on_bead, inverse_mass, stiffness, table, rows, damping, vibrations, numbers,
+            a, forces,
+        )  # fmt: skip
+    return _accelerate_rigid(
+        y, v, wall, rate, on_striker, on_bead, inverse_mass, stiffness, table, rows, damping, numbers, a, forces
+    )
+
+
 @njit(cache=True)
 def _lossy_verlet(y, v, chain, t, wall, rate, dt, steps):
     """Velocity Verlet whose losses depend on the velocity predicted for the step's end: second order."""
@@ -680,16 +699,10 @@ def _lossy_verlet(y, v, chain, t, wall, rate, dt, steps):
                 half[0] = v[0]
             on_striker, on_bead, push = _outer_forces(numbers, history, y[0], t + step * dt)
         place_of_wall = wall + step * dt * rate
-        if y.size == inverse_mass.size:
-            power = _accelerate(
-                y, v, place_of_wall, rate, on_striker, on_bead, inverse_mass, stiffness, table, rows, damping,
-                numbers, a, forces,
-            )  # fmt: skip
-        else:
-            power = _accelerate_vibrating(
-                y, v, place_of_wall, rate, on_striker, on_bead, inverse_mass, stiffness, table, rows, damping,
-                vibrations, numbers, a, forces,
-            )  # fmt: skip
+        power = _accelerate(
+            y, v, place_of_wall, rate, on_striker, on_bead, inverse_mass, stiffness, table, rows, damping, vibrations,
+            numbers, a, forces,
+        )  # fmt: skip
         if step > 0:
             for i in range(y.size):
                 v[i] = half[i] + 0.5 * dt * a[i]
@@ -747,14 +760,13 @@ def _viscous_verlet(y, v, inverse_mass, stiffness, damping, loss, gravity, flexi
     """
     last = y.size - 1
     half, lost = v.copy(), np.zeros_like(y)
-    no_rows = np.empty((0, 6))
     impulse = 0.0
     for step in range(steps + 1):
         kick, drift = dt if 0 < step < steps else 0.5 * dt, dt if step < steps else 0.0
         approach, approach_rate = y[last] - (wall + step * dt * rate), v[last] - rate
         overlap = approach
-        if flexibility != 0.0:
-            overlap = _overlap_on_spring(stiffness[last], -1, no_rows, approach, flexibility)
+        if flexibility != 0.0 and approach > NEGLIGIBLE:
+            overlap = _hertz_on_spring(stiffness[last] * flexibility, approach)
         wall_force = elastic = _hertz(stiffness[last], overlap)
         if approach >= 0.0 and stiffness[last] > 0.0:
             slope = 1.5 * stiffness[last] * sqrt(overlap if overlap > NEGLIGIBLE else 0.0)
@@ -764,7 +776,7 @@ def _viscous_verlet(y, v, inverse_mass, stiffness, damping, loss, gravity, flexi
         _viscous_kick_drift(
             y, v, half, lost, inverse_mass, stiffness, damping, loss, gravity, wall_force, dt, kick, drift
         )
-    v[:] = half
+    _copy(half, v)
     return impulse, lost.sum()
 
 
@@ -778,7 +790,8 @@ def _rk4(y, v, chain, t, wall, rate, dt, steps):
     on_striker, on_bead, push = 0.0, 0.0, 0.0
     impulse, impulse_behind, lost, work = 0.0, 0.0, 0.0, 0.0
     for step in range(steps):
-        stage_y[:], stage_v[:] = y, v
+        _copy(y, stage_y)
+        _copy(v, stage_v)
         sum_a[:], sum_v[:] = 0.0, 0.0
         place, impulse_before = y[0], impulse_behind
         for stage in range(4):
@@ -793,16 +806,10 @@ def _rk4(y, v, chain, t, wall, rate, dt, steps):
                 stage_y[0], stage_v[0] = _value(history, t + passed)
             if driven:
                 on_striker, on_bead, push = _outer_forces(numbers, history, stage_y[0], t + passed)
-            if y.size == inverse_mass.size:
-                power = _accelerate(
-                    stage_y, stage_v, wall + passed * rate, rate, on_striker, on_bead, inverse_mass, stiffness, table,
-                    rows, damping, numbers, a, forces,
-                )  # fmt: skip
-            else:
-                power = _accelerate_vibrating(
-                    stage_y, stage_v, wall + passed * rate, rate, on_striker, on_bead, inverse_mass, stiffness, table,
-                    rows, damping, vibrations, numbers, a, forces,
-                )  # fmt: skip
+            power = _accelerate(
+                stage_y, stage_v, wall + passed * rate, rate, on_striker, on_bead, inverse_mass, stiffness, table, rows,
+                damping, vibrations, numbers, a, forces,
+            )  # fmt: skip
             impulse += weight * forces[-1]
             lost += weight * power
             work += weight * push * stage_v[1]
@@ -820,20 +827,10 @@ def _rk4(y, v, chain, t, wall, rate, dt, steps):
 
 
 @njit(cache=True)
-def advance(y, v, chain, method, steps, t, window, wall_start, wall_end):
-    """Moves y, v on by one window from time t in place.
-
-    Returns the mean forces on the structure and on body 0 where it is no striker (else zero), the energy lost and the
-    drive's work.
-    """
-    dt, rate = window / steps, (wall_end - wall_start) / window
+def _advance_any(y, v, chain, method, t, wall_start, rate, dt, steps):
+    """A window by any other method. Returns impulses, the energy lost and the drive's work."""
     impulse_behind, lost, work = 0.0, 0.0, 0.0
-    if method == VERLET:
-        numbers = chain.numbers
-        impulse = _verlet(
-            y, v, chain.inverse_mass, chain.stiffness, numbers.gravity, numbers.flexibility, wall_start, rate, dt, steps
-        )
-    elif method == DRIVEN_VERLET:
+    if method == DRIVEN_VERLET:
         impulse, impulse_behind, work = _driven_verlet(y, v, chain, t, wall_start, rate, dt, steps)
     elif method == VISCOUS_VERLET:
         numbers = chain.numbers
@@ -847,7 +844,25 @@ def advance(y, v, chain, method, steps, t, window, wall_start, wall_end):
         impulse, impulse_behind, lost, work = _rk4(y, v, chain, t, wall_start, rate, dt, steps)
     if chain.numbers.drive == FREE:
         impulse_behind = 0.0
-    return impulse / window, impulse_behind / window, lost, work
+    return impulse, impulse_behind, lost, work
+
+
+@njit(cache=True)
+def advance(y, v, chain, method, steps, t, window, wall_start, wall_end):
+    """Moves y, v on by one window from time t in place. method: None is VERLET, and compiles nothing else.
+
+    Returns the mean forces on the structure and on body 0 where it is no striker (else zero), the energy lost and the
+    drive's work.
+    """
+    dt, rate = window / steps, (wall_end - wall_start) / window
+    if method is not None and method != VERLET:
+        impulse, impulse_behind, lost, work = _advance_any(y, v, chain, method, t, wall_start, rate, dt, steps)
+        return impulse / window, impulse_behind / window, lost, work
+    numbers = chain.numbers
+    impulse = _verlet(
+        y, v, chain.inverse_mass, chain.stiffness, numbers.gravity, numbers.flexibility, wall_start, rate, dt, steps
+    )
+    return impulse / window, 0.0, 0.0, 0.0
 
 
 @njit(cache=True)
@@ -866,7 +881,8 @@ def advance_condensed(
     last_tried, last_residual, residual = 0.0, 0.0, np.inf
     low, high, halved = -np.inf, np.inf, False
     for count in range(1, 61):
-        y[:], v[:] = start_y, start_v
+        _copy(start_y, y)
+        _copy(start_v, v)
         wall_end = wall_free + compliance * (tried - static)
         force, _, lost, driven = advance(y, v, chain, method, steps, t, window, wall_start, wall_end)
         residual = force - tried
@@ -896,11 +912,13 @@ def advance_condensed(
 def _hertz_forces(y, stiffness, flexibility, wall, out):
     """Instantaneous forces of Hertz's contacts without losses, with the bits of `_accelerate`."""
     last = y.size - 1
+    overlap = y[last] - wall
+    if flexibility != 0.0 and overlap > NEGLIGIBLE:
+        overlap = _hertz_on_spring(stiffness[last] * flexibility, overlap)
     for i in range(last + 1):
-        overlap = y[i] - (y[i + 1] if i < last else wall)
-        if i == last and flexibility != 0.0:
-            overlap = _overlap_on_spring(stiffness[last], -1, np.empty((0, 6)), overlap, flexibility)
-        out[i] = stiffness[i] * sqrt(overlap) * overlap if overlap > NEGLIGIBLE else 0.0
+        approach = overlap if i == last else y[i] - y[i + 1]
+        # Multiplied in the order of `_accelerate_rigid`: the same bits.
+        out[i] = stiffness[i] * sqrt(approach) * approach if approach > NEGLIGIBLE else 0.0
 
 
 @njit(cache=True)
@@ -908,15 +926,27 @@ def contact_forces(y, v, chain, t, wall, rate, out):
     """Instantaneous forces of all contacts into out; a force history stands for contact 1 where there is none."""
     inverse_mass, stiffness, table, rows, damping, history, vibrations, numbers = chain
     a = np.empty_like(y)
-    if y.size == inverse_mass.size:
-        _accelerate(y, v, wall, rate, 0.0, 0.0, inverse_mass, stiffness, table, rows, damping, numbers, a, out)
-    else:
-        out[:] = 0.0
-        _accelerate_vibrating(
-            y, v, wall, rate, 0.0, 0.0, inverse_mass, stiffness, table, rows, damping, vibrations, numbers, a, out
-        )
+    out[:] = 0.0
+    _accelerate(y, v, wall, rate, 0.0, 0.0, inverse_mass, stiffness, table, rows, damping, vibrations, numbers, a, out)
     if numbers.drive == PUSHED and stiffness[0] == 0.0:
         out[0] = _value(history, t)[0]
+
+
+@njit(cache=True)
+def _vibration_energies(y, v, stiffness, table, rows, vibrations, numbers, wall, potential, overlaps, forces):
+    """Kinetic energy of vibrations, and a potential energy with theirs; the contacts' overlaps and forces in place."""
+    if vibrations is None:
+        return 0.0, potential
+    last, kinetic = stiffness.size - 1, 0.0
+    _poles(y, vibrations, wall, overlaps)
+    _settle(overlaps.copy(), vibrations.cross, stiffness, table, rows, numbers, forces, overlaps)
+    for place in range(last + 1, y.size):
+        rate_square = vibrations.stiffness.ravel()[place - last - 1]
+        kinetic += 0.5 * v[place] * v[place]
+        potential += 0.5 * rate_square * y[place] * y[place]
+    for i in range(1, last + 1):
+        potential -= vibrations.cross[i] * forces[i - 1] * forces[i]
+    return kinetic, potential
 
 
 @njit(cache=True)
@@ -929,14 +959,9 @@ def energies(y, v, chain, wall):
     potential = 0.5 * numbers.spring * max(numbers.spring_end - y[0], 0.0) ** 2 - numbers.preload * y[1]
     vibrating = y.size > last + 1
     if vibrating:
-        _poles(y, vibrations, wall, overlaps)
-        _settle(overlaps.copy(), vibrations.cross, stiffness, table, rows, numbers, forces, overlaps)
-        for place in range(last + 1, y.size):
-            rate_square = vibrations.stiffness.ravel()[place - last - 1]
-            kinetic += 0.5 * v[place] * v[place]
-            potential += 0.5 * rate_square * y[place] * y[place]
-        for i in range(1, last + 1):
-            potential -= vibrations.cross[i] * forces[i - 1] * forces[i]
+        kinetic, potential = _vibration_energies(
+            y, v, stiffness, table, rows, vibrations, numbers, wall, potential, overlaps, forces
+        )
     for i in range(last + 1):
         if inverse_mass[i] > 0.0:
             kinetic += 0.5 * v[i] * v[i] / inverse_mass[i]
@@ -1017,16 +1042,30 @@ def _square(matrix, x):
 
 
 @njit(cache=True)
+def _vibrations(squares, struck, far, cross, first, last, modes, last_mode):
+    """The Vibrations of the bodies of one chain."""
+    if squares is None:
+        return None
+    shape = (last - first, (last_mode - modes) // (last - first))
+    return Vibrations(
+        squares[modes:last_mode].reshape(shape), struck[modes:last_mode].reshape(shape),
+        far[modes:last_mode].reshape(shape), cross[first:last],
+    )  # fmt: skip
+
+
+@njit(cache=True)
+def _method(methods, c):
+    """How one chain is advanced."""
+    return None if methods is None else methods[c]
+
+
+@njit(cache=True)
 def _constants(chains, c):
     """The Constants of one chain."""
     _, first, times, modes = chains.layout[c]
     _, last, last_time, last_mode = chains.layout[c + 1]
-    bodies, given = last - first, chains.numbers[c]
-    shape = (bodies, (last_mode - modes) // bodies)
-    vibrations = Vibrations(
-        chains.squares[modes:last_mode].reshape(shape), chains.struck[modes:last_mode].reshape(shape),
-        chains.far[modes:last_mode].reshape(shape), chains.cross[first:last],
-    )  # fmt: skip
+    given = chains.numbers[c]
+    vibrations = _vibrations(chains.squares, chains.struck, chains.far, chains.cross, first, last, modes, last_mode)
     numbers = Numbers(
         int(given[0]), given[1], given[2], given[3], given[4], given[5], given[6], given[7], int(given[8])
     )
@@ -1077,7 +1116,7 @@ def _compliance(structures, seats):
         force[k] = 1.0
         _push(structures, seats, force, body)
         _read(structures, seats, body, column)
-        found[:, k] = column
+        _copy(column, found[:, k])
     return found
 
 
@@ -1092,7 +1131,8 @@ def _predict(run, at, out):
             if j != i:
                 other = run.node_time[j] - run.node_length[j] / 2.0
                 weight *= (at - other) / (place - other)
-        out += weight * run.node_force[i]
+        for k in range(out.size):
+            out[k] += weight * run.node_force[i, k]
 
 
 @njit(cache=True)
@@ -1103,7 +1143,8 @@ def _corners(run, quadratic, surface, window):
     """
     if not quadratic or run.counts[0] == 0:
         found = np.empty((2, surface.size))
-        found[0], found[1] = run.surface, surface
+        _copy(run.surface, found[0])
+        _copy(surface, found[1])
         return found
     found, last = np.empty((PIECES + 1, surface.size)), run.node_length[0]
     for k in range(surface.size):
@@ -1188,6 +1229,7 @@ def _agree(run, y, v, chains, seats, steps, t, window, at_rest, compliance, quad
     for k in range(count):
         force[k] = max(force[k], -seats.static[k])
     last_surface, last_answer, last_gap = at_rest.copy(), force.copy(), np.zeros(count)
+    matrix, change, gap = np.empty((count, count)), np.empty(count), np.empty(count)
     factor, rows = search.relaxation, 0
     for tried in range(1, search.most + 1):
         for k in range(count):
@@ -1195,14 +1237,16 @@ def _agree(run, y, v, chains, seats, steps, t, window, at_rest, compliance, quad
             for j in range(count):
                 surface[k] += compliance[k, j] * force[j]
         corners = _corners(run, quadratic, surface, window)
-        y[:], v[:], answer[:], work[:] = run.y, run.v, 0.0, 0.0
-        for c in range(chains.method.size):
+        _copy(run.y, y)
+        _copy(run.v, v)
+        answer[:], work[:] = 0.0, 0.0
+        for c in range(chains.rest.size):
             first, last = chains.layout[c, 0], chains.layout[c + 1, 0]
             begin, end = seats.own[c], seats.own[c + 1]
             found[4, c], found[5, c] = _follow(
-                y[first:last], v[first:last], _constants(chains, c), chains.method[c], steps[c], chains.rest[c], t,
-                window, corners[:, begin:end], seats.behind[begin:end], seats.static[begin:end], answer[begin:end],
-                work[begin:end],
+                y[first:last], v[first:last], _constants(chains, c), _method(chains.method, c), steps[c],
+                chains.rest[c], t, window, corners[:, begin:end], seats.behind[begin:end], seats.static[begin:end],
+                answer[begin:end], work[begin:end],
             )  # fmt: skip
         residual, moved = 0.0, 0.0
         for k in range(count):
@@ -1210,27 +1254,28 @@ def _agree(run, y, v, chains, seats, steps, t, window, at_rest, compliance, quad
                 force[k] = answer[k]
             residual = max(residual, abs(answer[k] - force[k]))
             moved = max(moved, abs(surface[k] - last_surface[k]))
+            gap[k] = answer[k] - force[k]
         if not residual > search.tolerance:
             if search.kind == NEWTON or tried == 1 or not moved > search.still:
-                run.slope[:] = slope
+                _copy(slope, run.slope)
                 _remember(run, own, rows, window)
                 break
             residual = np.inf
-        gap = answer - force
         if search.kind == NEWTON:
-            matrix, change = np.eye(count), gap
             for k in range(count):
+                change[k] = gap[k]
                 way = surface[k] - last_surface[k]
                 if tried > 1 and abs(way) > search.still:
                     slope[k] = min((answer[k] - last_answer[k]) / way, 0.0)
                 for j in range(count):
-                    matrix[k, j] -= slope[k] * compliance[k, j]
+                    matrix[k, j] = (1.0 if j == k else 0.0) - slope[k] * compliance[k, j]
             _solve(matrix, change)
         elif search.kind == LEAST_SQUARES:
             if tried > 1:
-                own[0, rows], own[1, rows] = gap - last_gap, answer - last_answer
+                for k in range(count):
+                    own[0, rows, k], own[1, rows, k] = gap[k] - last_gap[k], answer[k] - last_answer[k]
                 rows += 1
-            change = _quasi_newton(run, own, rows, gap, window, search)
+            _quasi_newton(run, own, rows, gap, window, search, change)
         else:
             if search.kind == AITKEN and tried > 1:
                 along, square = 0.0, 0.0
@@ -1239,51 +1284,58 @@ def _agree(run, y, v, chains, seats, steps, t, window, at_rest, compliance, quad
                     square += (gap[k] - last_gap[k]) ** 2
                 if square > 0.0:
                     factor *= -along / square
-            change = factor * gap
-        last_surface[:], last_answer[:], last_gap[:] = surface, answer, gap
-        force += change
+            for k in range(count):
+                change[k] = factor * gap[k]
+        _copy(surface, last_surface)
+        _copy(answer, last_answer)
+        _copy(gap, last_gap)
+        for k in range(count):
+            force[k] += change[k]
     return tried, residual
 
 
 @njit(cache=True)
-def _quasi_newton(run, own, rows, gap, window, search):
+def _quasi_newton(run, own, rows, gap, window, search, change):
     """The change of forces that cancels the residual, as far as differences of this window and of others allow.
 
     They are taken newest first; one that adds too little to those before it is dropped.
     """
     size, kept = gap.size, 0
-    directions, changes, upper = np.zeros((size, size)), np.zeros((size, size)), np.zeros((size, size))
+    directions, changes, upper = np.empty((size, size)), np.empty((size, size)), np.empty((size, size))
+    rest, factors = np.empty(size), np.empty(size)
     for place in range(-1, run.remembered.shape[0]):
-        many = rows if place < 0 else int(run.remembered[place, 0])
         if place >= 0 and run.remembered[place, 1] != window:
             continue
+        many = rows if place < 0 else int(run.remembered[place, 0])
         for row in range(many - 1, -1, -1):
             if kept == size:
                 break
-            column = own[0, row] if place < 0 else run.memory[place, 0, row]
-            rest, whole = column.copy(), sqrt(_dot(column, column))
+            _copy(own[0, row] if place < 0 else run.memory[place, 0, row], rest)
+            whole = sqrt(_dot(rest, rest))
             for i in range(kept):
                 upper[i, kept] = 0.0
             for _ in range(2):
                 for i in range(kept):
                     part = _dot(directions[i], rest)
                     upper[i, kept] += part
-                    rest -= part * directions[i]
+                    for k in range(size):
+                        rest[k] -= part * directions[i, k]
             length = sqrt(_dot(rest, rest))
             if length > search.filtering * whole:
-                directions[kept], upper[kept, kept] = rest / length, length
-                changes[kept] = own[1, row] if place < 0 else run.memory[place, 1, row]
+                for k in range(size):
+                    directions[kept, k] = rest[k] / length
+                upper[kept, kept] = length
+                _copy(own[1, row] if place < 0 else run.memory[place, 1, row], changes[kept])
                 kept += 1
-    if kept == 0:
-        return search.relaxation * gap
-    change, factors = gap.copy(), np.zeros(kept)
+    for k in range(size):
+        change[k] = gap[k] if kept > 0 else search.relaxation * gap[k]
     for i in range(kept - 1, -1, -1):
         right = -_dot(directions[i], gap)
         for j in range(i + 1, kept):
             right -= upper[i, j] * factors[j]
         factors[i] = right / upper[i, i]
-        change += factors[i] * changes[i]
-    return change
+        for k in range(size):
+            change[k] += factors[i] * changes[i, k]
 
 
 @njit(cache=True)
@@ -1308,8 +1360,9 @@ def _remember(run, own, rows, window):
 def save(run, chains, structures, seats, t, row, saved):
     """Put the end of a window into a row; what lies in arrays without rows is left out."""
     whole = saved.kinetic.shape[1] > 0
-    saved.velocity[row], saved.surface[:, row] = run.v, run.surface
-    for c in range(chains.method.size):
+    _copy(run.v, saved.velocity[row])
+    _copy(run.surface, saved.surface[:, row])
+    for c in range(chains.rest.size):
         first, last = chains.layout[c, 0], chains.layout[c + 1, 0]
         body, last_body = chains.layout[c, 1], chains.layout[c + 1, 1]
         y, v, k = run.y[first:last], run.v[first:last], seats.own[c]
@@ -1326,7 +1379,7 @@ def save(run, chains, structures, seats, t, row, saved):
 @njit(cache=True)
 def _save_ledger(run, structures, row, saved):
     """Positions, energies of the structures, works and impulses of the contacts, and the counts."""
-    saved.position[row] = run.y
+    _copy(run.y, saved.position[row])
     for s in range(structures.layout.shape[0] - 1):
         now, then = structures.layout[s], structures.layout[s + 1]
         size, state = now[7], run.body[now[0] : then[0]]
@@ -1336,7 +1389,8 @@ def _save_ledger(run, structures, row, saved):
         moving = state.size - size  # displacements without mass have no velocity
         if moving > 0:
             saved.structure_kinetic[s, row] = _square(mass.reshape((mass.size // moving, moving)), state[size:])
-    saved.work[:, row], saved.given[:, row], saved.impulse[:, row] = run.work, run.given, run.impulse
+    for k in range(run.work.size):
+        saved.work[k, row], saved.given[k, row], saved.impulse[k, row] = run.work[k], run.given[k], run.impulse[k]
     saved.evaluations[row], saved.substeps[row], saved.residual[row] = run.counts[1], run.counts[2], run.residual[0]
     run.counts[1:], run.residual[0] = 0, 0.0
 
@@ -1346,7 +1400,8 @@ def run_coupled(run, chains, structures, seats, steps, window, quadratic, search
     """The window loop of chains on linear structures, over the windows (first one, last one) from 1 on.
 
     run: a Run, in place. steps: C rows, of each chain in a window, and in a piece of it. stride: windows of a saved
-    time; 0 saves nothing.
+    time; 0 saves nothing. quadratic: None for one contact whose surface moves linearly and whose force Newton's method
+    finds; then what others need is not compiled.
     A window that fails leaves the run as it began. Returns how it ended, OK or what went wrong;
     the window; the chain, or the residual; and the body that is no longer finite.
 
@@ -1356,54 +1411,54 @@ def run_coupled(run, chains, structures, seats, steps, window, quadratic, search
     free, at_rest, push = np.zeros(bodies), np.empty(count), np.zeros(count)
     found, own = np.zeros((6, count)), np.empty((2, search.most, count))
     y, v, guess = run.y.copy(), run.v.copy(), run.guess.copy()
-    compliance = _compliance(structures, seats)
-    single, chain = count == 1 and not quadratic and search.kind == NEWTON, _constants(chains, 0)
+    compliance, chain = _compliance(structures, seats), _constants(chains, 0)
     # Most runs of a batch: to pass all groups of arrays to `save` would take longer than a window.
-    plain = chains.method.size == count == 1 and chains.method[0] == VERLET and saved.kinetic.shape[1] == 0
+    plain = chains.method is None and chains.rest.size == count == 1 and saved.kinetic.shape[1] == 0
     run_y, run_v, velocities, surfaces, forces = run.y, run.v, saved.velocity, saved.surface, saved.contact_force
     for done in range(windows[0], windows[1] + 1):
         t = (done - 1) * window
         _let_go(structures, run.body, free)
         _read(structures, seats, free, at_rest)
-        if single:
-            guess[:] = run.guess
+        if quadratic is None:
+            _copy(run.guess, guess)
             static, before, softness = seats.static[0], run.surface[0], compliance[0, 0]
             force, lost, driven, tried, residual = advance_condensed(
-                run.y, run.v, y, v, chain, chains.method[0], steps[0, 0], t, window, before, at_rest[0], softness,
-                static, guess, search.tolerance,
+                run.y, run.v, y, v, chain, _method(chains.method, 0), steps[0, 0], t, window, before, at_rest[0],
+                softness, static, guess, search.tolerance,
             )  # fmt: skip
             push[0] = force - static
             found[1, 0], found[4, 0], found[5, 0] = push[0], lost, driven
             found[3, 0] = at_rest[0] + softness * push[0]
             # The chain moved against the surface where the force before its last answer would have brought it.
             found[2, 0] = push[0] * (found[3, 0] - softness * residual - before)
-            if not abs(residual) > search.tolerance:
-                run.guess[:] = guess
         else:
             tried, residual = _agree(
                 run, y, v, chains, seats, steps, t, window, at_rest, compliance, quadratic, search, found, own
             )
-            push[:] = found[0]
+            _copy(found[0], push)
         run.counts[1] += tried
-        for c in range(chains.method.size):
+        for c in range(chains.rest.size):
             first, last = chains.layout[c, 0], chains.layout[c + 1, 0]
             bad = first_bad(y[first:last], v[first:last], found[3, seats.own[c]])
             if bad >= 0:
                 return NON_FINITE, done, float(c), bad
         if abs(residual) > search.tolerance:
             return NOT_CONVERGED, done, residual, 0
-        run.y[:], run.v[:], run.body[:] = y, v, free
+        _copy(y, run.y)
+        _copy(v, run.v)
+        _copy(free, run.body)
         _push(structures, seats, push, run.body)
         for i in range(bodies):
             # The rest of an old motion that damping leaves would end in slow subnormal numbers too.
             if abs(run.body[i]) < NEGLIGIBLE**3:
                 run.body[i] = 0.0
-        for c in range(chains.method.size):
+        for c in range(chains.rest.size):
             run.lost[c] += found[4, c]
             run.driven[c] += found[5, c]
         for i in range(2, 0, -1):
             run.node_time[i], run.node_length[i] = run.node_time[i - 1], run.node_length[i - 1]
-            run.node_surface[i], run.node_force[i] = run.node_surface[i - 1], run.node_force[i - 1]
+            _copy(run.node_surface[i - 1], run.node_surface[i])
+            _copy(run.node_force[i - 1], run.node_force[i])
         run.node_time[0], run.node_length[0] = done * window, window
         for k in range(count):
             run.work[k] += push[k] * (found[3, k] - run.surface[k])

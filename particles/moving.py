@@ -220,10 +220,9 @@ class MovingChain:
         return self.laws
 
     @property
-    def vibrations(self) -> kernels.Vibrations:
+    def vibrations(self) -> kernels.Vibrations | None:
         """What the kernels know of the bodies' vibrations: here they are rigid."""
-        none = np.zeros((self.mass.size, 0))
-        return kernels.Vibrations(none, none, none, np.zeros(self.mass.size))
+        return None
 
     def poles(self, position: Vector) -> tuple[Vector, Vector]:
         """Where the bodies' poles are, of the struck side and the other, saved times × bodies, m; see `ChainState`."""
@@ -256,7 +255,7 @@ class MovingChain:
             (start, start_behind), (end, end_behind) = motion
             y[0], v[0] = self.rest[0] - start_behind, (start_behind - end_behind) / window
         force, force_behind, lost, driven = kernels.advance(
-            y, v, self.constants, self.method, self.steps(window), state.time, window, start, end
+            y, v, self.constants, self.method or None, self.steps(window), state.time, window, start, end
         )
         moved = ChainState(y, v, state.lost + lost, state.time + window, state.driven + driven)
         if self.behind is None:

@@ -12,7 +12,7 @@ from plates.additions import Addition, check_additions, weakest
 from plates.contacts import Contact, Places, common_copies, contacts_at, contacts_data, one_or_all
 from plates.elements.theory import Assembled, Element, Touch
 from plates.laminate import Laminate, struck
-from plates.section import Section, all_around, mirrors_itself, point_rigidity
+from plates.section import Section, all_around, mirrors_itself, point_rigidity, section_data
 from plates.shapes.place import check_place, mirrors
 from plates.shapes.rectangle import SIDES
 from plates.shapes.shape import MIRROR, Cells, PlateMesh, Shape
@@ -206,12 +206,7 @@ class Plate:
             coincide; where some contacts lie on a "symmetry" edge and others inside.
         """
         contacts = contacts_at(x, y, face)
-        self._check_size()
-        mesh = self.shape.mesh([one.x for one in contacts], [one.y for one in contacts], self._cells)
-        held = {name: one for name, one in {MIRROR: "symmetry", **self._edges}.items() if _has(mesh, name)}
-        touches = [self._touch(mesh, held, one) for one in contacts]
-        copies = common_copies(contacts, [2 ** len(one.mirrors) for one in touches])
-        assembled, matrices = self._assembled(mesh, held, copies)
+        _, assembled, matrices, touches = self.meshed(contacts)
         columns = [one.sign * assembled.contact(touch) for one, touch in zip(contacts, touches, strict=True)]
         contact = np.column_stack(columns)
         if self.shape.fixed and len(contact) > MANY:
@@ -220,8 +215,17 @@ class Plate:
         surface = one_or_all([Surface(touch.wall.struck) for touch in touches])
         mass, stiffness = matrices.mass, matrices.stiffness
         fields = Field(partial(assembled.sampler, stiffness), len(contact))
-        origin = self._origin(contacts)
+        origin = self.data(contacts)
         return Structure(mass, stiffness, None, contact, flexibility, surface, origin, field=fields, matrices=matrices)
+
+    def meshed(self, contacts: Sequence[Contact]) -> tuple[PlateMesh, Assembled, Matrices, list[Touch]]:
+        """The mesh for these contacts, the plate on it, its matrices, and the contacts on the mesh."""
+        self._check_size()
+        mesh = self.shape.mesh([one.x for one in contacts], [one.y for one in contacts], self._cells)
+        held = {name: one for name, one in {MIRROR: "symmetry", **self._edges}.items() if _has(mesh, name)}
+        touches = [self._touch(mesh, held, one) for one in contacts]
+        copies = common_copies(contacts, [2 ** len(one.mirrors) for one in touches])
+        return mesh, *self._assembled(mesh, held, copies), touches
 
     @property
     def _edges(self) -> dict[Tag, Support]:
@@ -231,6 +235,11 @@ class Plate:
         return {
             name: support for name, support in pairs.items() if not (isinstance(support, str) and support == "free")
         }
+
+    @property
+    def finest_cell(self) -> float:
+        """Size of the cells at a contact, m."""
+        return self._cells.finest
 
     @property
     def _cells(self) -> Cells:
@@ -263,8 +272,11 @@ class Plate:
         """The contact on the mesh; a ValueError where the plate cannot be struck."""
         place = np.array([contact.x, contact.y])
         check_place(mesh, held, place, self.element.patch_radius)
-        wall = replace(self.section, struck=struck(self.section, self.material, contact.face))
-        return Touch(place, mirrors(mesh, held, place), wall)
+        return Touch(place, mirrors(mesh, held, place), self.wall(contact.face))
+
+    def wall(self, face: str) -> Section:
+        """The wall with the material that is struck on a face."""
+        return replace(self.section, struck=struck(self.section, self.material, face))
 
     def _assembled(self, mesh: PlateMesh, held: Mapping[Tag, Support], copies: int) -> tuple[Assembled, Matrices]:
         """The plate on a mesh, and its matrices as often as it continues beyond its edges; kept where one mesh serves
@@ -280,9 +292,8 @@ class Plate:
             self._kept[copies] = found
         return found
 
-    def _origin(self, contacts: Sequence[Contact]) -> dict[str, Any]:
-        section = asdict(self.section)
-        section |= {name: section[name].tolist() for name in ("bending", "shear")}
+    def data(self, contacts: Sequence[Contact]) -> dict[str, Any]:
+        """How the plate was made and where it is struck, as plain data."""
         edges = asdict(self.supports) if isinstance(self.supports, Supports) else {
             name: asdict(one) if isinstance(one, ElasticEdge) else one for name, one in self._edges.items()
         }  # fmt: skip
@@ -291,7 +302,7 @@ class Plate:
             **self.shape.described(),
             "thickness": self.thickness,
             "material": None if self.material is None else asdict(self.material),
-            "section": section,
+            "section": section_data(self.section),
             "supports": edges,
             "patch_radius": self.element.patch_radius or None,
             **self.element.described(),

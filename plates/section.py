@@ -1,6 +1,7 @@
 """The wall of a plate as its theory uses it: bending and shear stiffness, mass; of one material or of layers."""
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 
@@ -168,3 +169,9 @@ def point_rigidity(section: Section) -> float:
     iω/4π² ∫∫ k dk dφ / (D(φ) k⁴ − ρtω²) = 1/(16π √(ρt)) ∫ D(φ)^(−½) dφ, so D is that of the mean of 1/√D(φ).
     """
     return float(np.mean(all_around(section) ** -0.5) ** -2)
+
+
+def section_data(section: Section) -> dict[str, Any]:
+    """The section as plain data, for results."""
+    data = asdict(section)
+    return data | {name: data[name].tolist() for name in ("bending", "shear")}

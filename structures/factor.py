@@ -18,7 +18,7 @@ Solve: TypeAlias = Callable[[Vector], Vector]
 
 
 def factorise(matrix: sparse.sparray) -> Solve:
-    """A function that solves matrix · x = y for a symmetric positive definite matrix.
+    """A function that solves matrix · x = y for a symmetric positive definite matrix; y: n numbers, or n × q.
 
     Rows and columns are first scaled by 1/√diagonal, because Hermite degrees of freedom have different units.
     """
@@ -27,7 +27,8 @@ def factorise(matrix: sparse.sparray) -> Solve:
     factor = splu(scaled, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
 
     def solve(right: Vector) -> Vector:
-        solution: Vector = scale * factor.solve(scale * right)
+        units = scale if right.ndim == 1 else scale[:, None]
+        solution: Vector = units * factor.solve(units * right)
         return solution
 
     return solve

@@ -156,7 +156,7 @@ def reduce(
     return _made_of(modes, structure, report, until, kept)
 
 
-class _Modes(NamedTuple):
+class Modes(NamedTuple):
     """Oscillators: ω², b (n × p), their damping (None, a vector if it is diagonal, or a matrix), (τ, the stiffness of
     the arms in the same form) for each relaxation time, and their vectors in the basis.
     """
@@ -168,7 +168,7 @@ class _Modes(NamedTuple):
     vectors: Vector
 
 
-def _made_of(modes: _Modes, full: Structure, report: dict[str, Any], until: float, field: Field | None) -> Structure:
+def _made_of(modes: Modes, full: Structure, report: dict[str, Any], until: float, field: Field | None) -> Structure:
     """The reduced structure: oscillators, followed by their Maxwell arms."""
     roots = [_root(stretch) for _, stretch in modes.arms]
     size = modes.square.size + sum(root.shape[0] for root in roots)
@@ -306,7 +306,7 @@ class _Krylov:
             self.pending.append(self.body.damping.apply(self.basis[k]))
         self.postponed += [arm.apply(self.basis[k]) for _, arm in self.body.arms if arm.rates is None]
 
-    def oscillators(self) -> _Modes:
+    def oscillators(self) -> Modes:
         """ω², b, C and the arms in the eigenvectors of K within the basis."""
         basis = self.basis[: self.size]
         square, vectors = eigh(self.stiffness[: self.size, : self.size])
@@ -324,9 +324,9 @@ class _Krylov:
             return np.asarray(vectors.T @ (basis @ part.apply(basis.T)) @ vectors)
 
         damping = None if self.body.damping is None else projected(self.body.damping)
-        return _Modes(square, contact, damping, [(time, projected(arm)) for time, arm in self.body.arms], vectors)
+        return Modes(square, contact, damping, [(time, projected(arm)) for time, arm in self.body.arms], vectors)
 
-    def shapes(self, modes: _Modes) -> Vector:
+    def shapes(self, modes: Modes) -> Vector:
         """The motion of the body in each oscillator, degrees of freedom × oscillators."""
         return np.asarray(self.basis[: self.size].T @ modes.vectors)
 
@@ -342,7 +342,7 @@ def _root(stretch: Vector) -> sparse.csr_array:
     return sparse.csr_array(np.sqrt(values[kept])[:, None] * vectors[:, kept].T)
 
 
-def _change(previous: Vector, answer: Vector) -> float:
+def change(previous: Vector, answer: Vector) -> float:
     """The largest change of the responses, p × p × frequencies, each in units of the direct responses of its two
     contacts.
     """
@@ -364,12 +364,12 @@ def error_for_pulse(report: Mapping[str, Any], length: float) -> float:
     return float(np.exp(np.interp(np.log(length), lengths, errors)))
 
 
-def _estimate(before: _Modes, modes: _Modes, until: float, length: float) -> float:
+def _estimate(before: Modes, modes: Modes, until: float, length: float) -> float:
     """The change of the displacement after a pulse of a length, s, from a smaller to a larger number of vectors."""
-    return _change(*(_pulse_answer(one, until, length) for one in (before, modes)))
+    return change(*(pulse_answer(one, until, length) for one in (before, modes)))
 
 
-def _pulse_answer(modes: _Modes, until: float, length: float) -> Vector:
+def pulse_answer(modes: Modes, until: float, length: float) -> Vector:
     """Laplace transform, at σ + iω, of the displacements of the contacts after a raised-cosine pulse of a length, s, on
     each.
 
@@ -382,7 +382,7 @@ def _pulse_answer(modes: _Modes, until: float, length: float) -> Vector:
     return answer
 
 
-def _receptance(modes: _Modes, s: Any) -> Any:
+def _receptance(modes: Modes, s: Any) -> Any:
     """Displacement of each contact for a unit force on each, p × p × the complex frequencies s, m/N."""
     terms = [] if modes.damping is None else [(s, modes.damping)]
     terms += [(s * time / (1.0 + s * time), stretch) for time, stretch in modes.arms]

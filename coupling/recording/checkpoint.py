@@ -296,5 +296,5 @@ def _flat(numbers: Iterable[Any]) -> Iterator[Any]:
     for one in numbers:
         if isinstance(one, tuple | list):
             yield from _flat(one)
-        else:
+        elif one is not None:
             yield one

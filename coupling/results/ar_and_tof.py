@@ -1,16 +1,16 @@
 """AR and TOF at a sensor: the incident wave, the waves that come back, their amplitude ratio and time of flight."""
 
-from collections.abc import Sequence
-from itertools import count, takewhile
+from collections.abc import Iterable, Sequence
+from itertools import repeat
 
 import numpy as np
 import xarray as xr
 
-from coupling.results.measures import sensor_force
-from coupling.results.missing_waves import reason_for_none, short_record, warn_of_ends
-from coupling.results.peaks import waves_of_run, waves_of_signal
-from coupling.results.reading import Reading, without_padding
+from coupling.results.missing_waves import short_record, warn_of_ends
+from coupling.results.peaks import Peak, waves_of_signal
+from coupling.results.reading import Reading
 from coupling.results.waves import NoWave, ReflectedWave, Reflections, Wave
+from coupling.results.waves_of_runs import BEGINS, Series, WavesOfRuns, find_waves, measured, series_of, why_none
 from structures.caution import caution
 from structures.checks import one_of, positive, whole
 from structures.structure import Vector
@@ -96,18 +96,27 @@ def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE) -
     AR = 0.99, begins at the structure
     """
     smallest, reading = positive("smallest", smallest), Reading(run)
-    values, time = _one_run(reading, sensor), reading.time
-    incident, back = _waves(time, *values, smallest=smallest)
+    if reading.is_signal:
+        incident, back = _of_signal(reading.time, _one(measured(reading, sensor)), smallest)
+    else:
+        series = series_of(reading, sensor)
+        if series.axes:
+            raise ValueError(_several(series.axes[0]))
+        incident, back = _objects(find_waves(reading.time, series, smallest, len(Reflections._fields)), 0)
     _warn_of_ends(reading, sensor)
     if incident is None:
-        where = "stands out of the signal's noise" if len(values) == 1 else f"runs over bead {sensor} to the structure"
-        none = f"none {where} within the record, {time[-1]:.4g} s"
+        where = "stands out of the signal's noise" if reading.is_signal else f"runs over bead {sensor} to the structure"
+        none = f"none {where} within the record, {reading.time[-1]:.4g} s"
         return Reflections(NoWave("incident", none), NoWave("primary", none), NoWave("secondary", none))
     if len(back) > 1:
         return Reflections(incident, back[0], back[1])
-    reason, needed = _why_none(reading, sensor, values, smallest, bool(back))
-    if needed > time[-1]:
-        caution(f"record: {reason.removeprefix('the record ')}")
+    if back or reading.is_signal:
+        second = "second " if back else ""
+        reason = f"no {second}one above {100.0 * smallest:.3g} % of the incident one is in the record"
+    else:
+        reason, needed = why_none(reading.time, series, 0, smallest, sensor, reading.beads)
+        if needed > reading.time[-1]:
+            caution(f"record: {reason.removeprefix('the record ')}")
     return Reflections(incident, back[0] if back else NoWave("primary", reason), NoWave("secondary", reason))
 
 
@@ -221,89 +230,89 @@ def wave_speed(run: xr.Dataset, first: int, second: int) -> float:
     if first == second:
         raise ValueError(f"second = {second!r}: must be another sensor than first")
     reading = Reading(run)
-    waves = [_waves(reading.time, *_one_run(reading, one), smallest=SMALLEST_WAVE)[0] for one in (first, second)]
-    if waves[0] is None or waves[1] is None:
+    arrivals = [_first_arrival(reading, one) for one in (first, second)]
+    if np.isnan(arrivals).any():
         return float("nan")
-    distance = reading.position(second) - reading.position(first)
-    return distance / (waves[1].arrival - waves[0].arrival)
+    return (reading.position(second) - reading.position(first)) / (arrivals[1] - arrivals[0])
 
 
 def _over_axes(run: xr.Dataset, sensor: int, wave: str, what: str, units: str, label: str) -> xr.DataArray:
     one_of("wave", wave, WAVES)
-    reading, place, needed = Reading(run), WAVES.index(wave), list[float]()
-    time = reading.time
-    series, dimensions = _series(reading, sensor)
-    _warn_of_ends(reading, sensor)
-
-    def one(*series: Vector) -> float:
-        incident, back = _waves(time, *series, smallest=SMALLEST_WAVE)
-        if incident and not back:
-            needed.append(_why_none(reading, sensor, series, SMALLEST_WAVE, False)[1])
-        return float(getattr(back[place], what)) if len(back) > place else float("nan")
-
-    result: xr.DataArray = xr.apply_ufunc(one, *series, input_core_dims=dimensions, vectorize=True)
-    if late := [until for until in needed if until > time[-1]]:
-        several = f", in {len(late)} of {result.size} runs" if result.size > 1 else ""
-        reason = short_record(float(time[-1]), max(late), f"bead {sensor}")
-        caution(f"record: {reason.removeprefix('the record ')}{several}")
-    result.attrs = {"units": units, "long_name": f"{label}, bead {sensor}"}
-    return result.rename(what)
-
-
-def _one_run(reading: Reading, sensor: int) -> list[Vector]:
-    """The series that show the waves over a bead, see `_series`, or a ValueError for a sweep."""
-    series, dimensions = _series(reading, sensor)
-    if series[0].ndim != len(dimensions[0]):
-        axis = next(axis for axis in series[0].dims if axis not in dimensions[0])
-        raise ValueError(
-            f"run: holds several over {axis}; use amplitude_ratio and time_of_flight, or choose one with "
-            f"run.isel({axis}=0)"
-        )
-    return [one.transpose(*order).values for one, order in zip(series, dimensions, strict=True)]
-
-
-def _series(reading: Reading, sensor: int) -> tuple[tuple[xr.DataArray, ...], list[list[str]]]:
-    """The series that show the waves over a bead, and the dimensions of each for one run.
-
-    For a signal the force; for a run the dynamic forces of the bead's contacts and those beyond, and its velocity.
-    """
+    reading, place = Reading(run), WAVES.index(wave)
     if reading.is_signal:
-        return (sensor_force(reading.data, sensor),), [["time"]]
-    number = reading.checked_sensor(sensor)
-    velocity = reading.data.velocity.sel(bead=number).reset_coords(drop=True)
-    beyond = list(takewhile(reading.kept.__contains__, count(number)))
-    force = reading.dynamic_force().sel(contact=beyond)
-    return (force.reset_coords(drop=True), velocity), [["contact", "time"], ["time"]]
 
+        def one(force: Vector) -> float:
+            back = _of_signal(reading.time, force, SMALLEST_WAVE)[1]
+            return float(getattr(back[place], what)) if len(back) > place else float("nan")
 
-def _waves(time: Vector, *series: Vector, smallest: float) -> tuple[Wave | None, list[ReflectedWave]]:
-    """The incident wave and those that came back, from the series of a run or a signal; see `_series`."""
-    if len(series) == 1:
-        found = waves_of_signal(time, series[0], smallest)
-        origins = ["unknown"] * (len(found) - 1)
+        found = xr.apply_ufunc(one, measured(reading, sensor), input_core_dims=[["time"]], vectorize=True)
     else:
-        force, velocity = without_padding(series[0]), series[1]
-        if len(force) < 2:
-            return None, []
-        found, origins = waves_of_run(time, force, velocity, smallest)
-    if not found:
+        series = series_of(reading, sensor)
+        many = find_waves(reading.time, series, SMALLEST_WAVE, 2 + place)
+        values = many.amplitude_ratio if what == "amplitude_ratio" else many.time_of_flight
+        found = series.over_axes(values[:, place])
+        _warn_of_ends(reading, sensor)
+        _warn_of_short_record(reading, sensor, series, many)
+    found.attrs = {"units": units, "long_name": f"{label}, bead {sensor}"}
+    result: xr.DataArray = found.rename(what)
+    return result
+
+
+def _first_arrival(reading: Reading, sensor: int) -> float:
+    """When the incident wave of one run or signal is at a sensor, s; NaN if it did not pass."""
+    if reading.is_signal:
+        incident = _of_signal(reading.time, _one(measured(reading, sensor)), SMALLEST_WAVE)[0]
+        return float("nan") if incident is None else incident.arrival
+    series = series_of(reading, sensor)
+    if series.axes:
+        raise ValueError(_several(series.axes[0]))
+    return float(find_waves(reading.time, series, SMALLEST_WAVE, 1).arrival[0, 0])
+
+
+def _one(force: xr.DataArray) -> Vector:
+    """The samples of one signal, or a ValueError for several."""
+    if axes := [axis for axis in force.dims if axis != "time"]:
+        raise ValueError(_several(str(axes[0])))
+    return np.asarray(force.values)
+
+
+def _several(axis: str) -> str:
+    """The error for a sweep."""
+    return (
+        f"run: holds several over {axis}; use amplitude_ratio and time_of_flight, or choose one with run.isel({axis}=0)"
+    )
+
+
+def _of_signal(time: Vector, force: Vector, smallest: float) -> tuple[Wave | None, list[ReflectedWave]]:
+    """The incident wave of a signal, and all later ones."""
+    return _as_waves(waves_of_signal(time, force, smallest), repeat("unknown"))
+
+
+def _objects(found: WavesOfRuns, run: int) -> tuple[Wave | None, list[ReflectedWave]]:
+    """The incident wave of one of several runs, and those that came back."""
+    many = found.found[run]
+    peaks = zip(found.amplitude[run, :many].tolist(), found.arrival[run, :many].tolist(), strict=True)
+    return _as_waves(list(peaks), [BEGINS[one] for one in found.begins[run, 1:many]])
+
+
+def _as_waves(peaks: Sequence[Peak], begins: Iterable[str]) -> tuple[Wave | None, list[ReflectedWave]]:
+    if not peaks:
         return None, []
-    incident = Wave(*found[0])
+    incident = Wave(*peaks[0])
     return incident, [
-        ReflectedWave(amplitude, arrival, amplitude / incident.amplitude, arrival - incident.arrival, begins)
-        for (amplitude, arrival), begins in zip(found[1:], origins, strict=True)
+        ReflectedWave(amplitude, arrival, amplitude / incident.amplitude, arrival - incident.arrival, origin)
+        for (amplitude, arrival), origin in zip(peaks[1:], begins, strict=False)
     ]
 
 
-def _why_none(
-    reading: Reading, sensor: int, values: Sequence[Vector], smallest: float, returned: bool
-) -> tuple[str, float]:
-    """Why no wave came back, or no second one, and the `until` (s) that would hold it; NaN where time is not short."""
-    if returned or len(values) == 1:
-        second = "second " if returned else ""
-        return f"no {second}one above {100.0 * smallest:.3g} % of the incident one is in the record", np.nan
-    force = without_padding(values[0])
-    return reason_for_none(reading.time, force, smallest, sensor, len(force) - 2 + sensor in reading.beads)
+def _warn_of_short_record(reading: Reading, sensor: int, series: Series, many: WavesOfRuns) -> None:
+    """One warning for all runs whose record ends before a reflected wave can be back."""
+    silent = np.flatnonzero(many.found == 1).tolist()
+    needed = [why_none(reading.time, series, run, SMALLEST_WAVE, sensor, reading.beads)[1] for run in silent]
+    if late := [until for until in needed if until > reading.time[-1]]:
+        several = f", in {len(late)} of {many.found.size} runs" if many.found.size > 1 else ""
+        reason = short_record(float(reading.time[-1]), max(late), f"bead {sensor}")
+        caution(f"record: {reason.removeprefix('the record ')}{several}")
 
 
 def _warn_of_ends(reading: Reading, sensor: int) -> None:

@@ -4,7 +4,8 @@ from math import ceil, floor, log10
 
 import numpy as np
 
-from coupling.results.peaks import FIRST_WAVE, hops
+from coupling.results.peaks import hops
+from coupling.results.wave_kernels import FIRST_WAVE
 from structures.caution import caution
 from structures.structure import Vector
 

@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from coupling.results.schema import BATCH, END_NAMES, LAST, SIGNAL, Contact, axes_of, kind_of
 from structures.caution import caution
@@ -37,7 +38,7 @@ class Reading:
     @property
     def time(self) -> Vector:
         """The saved times, s."""
-        return np.asarray(self.data.time.values)
+        return np.asarray(self.data.variables["time"].values)
 
     @property
     def time_step(self) -> float:
@@ -49,14 +50,12 @@ class Reading:
         """The number of beads of each chain."""
         if self.kind == BATCH:
             return [int(self.data.attrs["beads"])]
-        return [int(count) - 1 for count in np.ravel(self._contacts_of_each_chain().sum("contact").values)]
+        return [int(count) - 1 for count in self._there.sum(axis=1)]
 
     @cached_property
     def kept(self) -> set[int]:
         """The numbers of the contacts that it holds, of the longest chain if there are several."""
-        there = self._contacts_of_each_chain()
-        there = there.any([axis for axis in there.dims if axis != "contact"])
-        return set(self.data.contact.values[there.values].tolist())
+        return set(self.data.variables["contact"].values[self._there.any(axis=0)].tolist())
 
     @cached_property
     def contacts(self) -> list[Contact]:
@@ -149,15 +148,19 @@ class Reading:
             what = "is a measured signal" if self.is_signal else "holds no contact forces"
             raise ValueError(f"run: {what}, must be the Dataset of a run or a sweep")
 
-    def _contacts_of_each_chain(self) -> xr.DataArray:
-        """Whether a chain has a contact: contact, and chain where there are several."""
-        there: xr.DataArray = self.data.static_force.notnull()
-        return there.any([axis for axis in there.dims if axis not in ("chain", "contact")])
+    @cached_property
+    def _there(self) -> NDArray[np.bool_]:
+        """Whether a chain has a contact, chains × contacts; one row where there is one chain."""
+        static = self.data.variables["static_force"]
+        own = [axis for axis in ("chain", "contact") if axis in static.dims]
+        values = static.transpose(..., *own).values
+        there: NDArray[np.bool_] = np.atleast_2d(~np.isnan(values).all(axis=tuple(range(values.ndim - len(own)))))
+        return there
 
     def _warn_of_shorter_chains(self, sensor: int) -> None:
-        there = self._contacts_of_each_chain().sel(contact=sensor + 1)
-        if "chain" in there.dims and not there.all():
-            shorter = ", ".join(map(str, there.chain.values[~there.values]))
+        there = self._there[:, self.data.variables["contact"].values == sensor + 1].any(axis=1)
+        if not there.all():
+            shorter = ", ".join(map(str, np.atleast_1d(self.data.chain.values)[~there]))
             caution(
                 f"sensor = {sensor}: lies beyond the end of chain {shorter} of the run, for which the measure is NaN"
             )

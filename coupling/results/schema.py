@@ -92,18 +92,19 @@ RUN, SIGNAL, BATCH, SWEEP, MOTION = "run", "signal", "batch", "sweep", "motion"
 
 def kind_of(data: xr.Dataset) -> str:
     """RUN, SIGNAL, BATCH, SWEEP or MOTION; "" for a Dataset that is none of them."""
-    if "sensor_force" in data.data_vars:
+    names = data.data_vars
+    if "sensor_force" in names:
         return SIGNAL
-    if "von_mises" in data.data_vars:
+    if "von_mises" in names:
         return MOTION
-    if "contact_force" not in data.data_vars:
+    if "contact_force" not in names:
         return ""
     if "beads" in data.attrs:
         return BATCH
-    return SWEEP if axes_of(data.contact_force) else RUN
+    return SWEEP if axes_of(data.variables["contact_force"]) else RUN
 
 
-def axes_of(values: xr.DataArray) -> list[str]:
+def axes_of(values: xr.DataArray | xr.Variable) -> list[str]:
     """The dimensions that a variable of one run does not have: the axes of a sweep."""
     return [str(axis) for axis in values.dims if axis not in COORDINATES]
 

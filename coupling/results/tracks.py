@@ -7,8 +7,9 @@ import scipy
 import xarray as xr
 
 from coupling.results.ar_and_tof import SMALLEST_WAVE
-from coupling.results.peaks import FAINT, FEWEST_CONTACTS, NEAR_END, Peak, hops, interpolated, traced
+from coupling.results.peaks import Peak, hops, interpolated, traced
 from coupling.results.reading import Reading, without_padding
+from coupling.results.wave_kernels import FAINT, FEWEST_CONTACTS, NEAR_END
 from structures.checks import positive
 from structures.html_table import html_table
 from structures.structure import Vector

@@ -16,7 +16,7 @@ import hertzlink as hl
 from structures.damping import loss_factor, rayleigh, standard_linear_solid
 from structures.damping import modal as modal_damping
 from structures.factor import factorise
-from structures.reduction import _Modes, _receptance
+from structures.reduction import Modes, _receptance
 from structures.stepping import CentralDifference, GeneralisedAlpha, Newmark, Stepper, StructureState
 
 Array = NDArray[np.float64]
@@ -237,7 +237,7 @@ def test_the_estimate_is_made_of_all_receptances(damping: str) -> None:
     loss = {"none": None, "diagonal": rng.uniform(0.1, 0.5, 6), "full": root @ root.T}[damping]
     stretch = rng.uniform(0.5, 1.0, 6)
     s = np.array([0.3 + 1.0j, 0.3 + 2.5j])
-    found = _receptance(_Modes(square, contact, loss, [(0.7, stretch)], np.eye(6)), s)
+    found = _receptance(Modes(square, contact, loss, [(0.7, stretch)], np.eye(6)), s)
     assert found.shape == (3, 3, 2)
     for k, one in enumerate(s):
         matrix = np.diag(square + one**2 + 0.7 * one / (1.0 + 0.7 * one) * stretch)

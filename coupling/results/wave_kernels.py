@@ -1,0 +1,352 @@
+"""Compiled loops that find the waves over a bead in the forces of its contacts: plain arrays in SI units, no Dataset.
+
+Peaks are those of `scipy.signal.find_peaks(force, height=least, prominence=least)`, and splines those of
+`scipy.interpolate.CubicSpline`, to the last digits. `peaks` says what the results mean.
+"""
+
+from math import sqrt
+
+import numpy as np
+from numba import njit
+
+import particles  # noqa: F401 - it provides a folder for compiled kernels
+
+FIRST_WAVE = 0.05
+"""The incident wave rises by at least this part of the greatest force: waves of a heavy striker pile up later."""
+
+TOGETHER = 0.2
+"""Contact peaks nearer than this part of their width give no direction."""
+
+FEWEST_CONTACTS = 4
+"""A wave passes at least so many contacts; fewer are beads that rattle."""
+
+NEAR_END = 3
+"""A wave whose first or last peak is within so many contacts of an end begins or ends there."""
+
+EARLY, LATE, SLACK = 0.55, 1.8, 0.3
+"""A wave's next peak comes after this part of the expected time, give or take SLACK of the chain's median one."""
+
+STRONG = 0.05
+"""A wave above this part of the incident one is no rattle, however near to the sensor it left another."""
+
+FAINT = 0.5
+"""On its way a wave may be lower than the smallest one that is reported by this factor."""
+
+NEAR = 4
+"""Samples on either side of a peak through which a cubic spline places it."""
+
+NOWHERE, STRUCTURE, CHAIN = 0, 1, 2
+"""Where a reflected wave begins; NOWHERE for the incident wave, and where there is no wave."""
+
+
+@njit(cache=True, error_model="numpy")
+def _rises(force, peak, step, least):
+    """Whether a peak rises by `least` above the lowest force on one side, before a higher one."""
+    i, top = peak, force[peak]
+    while 0 <= i < force.size and force[i] <= top:
+        if top - force[i] >= least:
+            return True
+        i += step
+    return False
+
+
+@njit(cache=True, error_model="numpy")
+def _next_peak(force, start, least):
+    """The first peak from a sample on, −1 where there is none, and the sample to go on from."""
+    last, i = force.size - 1, max(start, 1)
+    while i < last:
+        if force[i] >= least and force[i - 1] < force[i]:
+            ahead = i + 1
+            while ahead < last and force[ahead] == force[i]:
+                ahead += 1
+            if force[ahead] < force[i]:
+                peak = (i + ahead - 1) // 2
+                if _rises(force, peak, -1, least) and _rises(force, peak, 1, least):
+                    return peak, ahead + 1
+                i = ahead
+        i += 1
+    return -1, last
+
+
+@njit(cache=True, error_model="numpy")
+def peaks_of(force, least, out):
+    """Put the samples of all peaks into `out`; how many they are."""
+    count = 0
+    peak, goes_on = _next_peak(force, 0, least)
+    while peak >= 0:
+        out[count] = peak
+        count += 1
+        peak, goes_on = _next_peak(force, goes_on, least)
+    return count
+
+
+@njit(cache=True, error_model="numpy")
+def _valley(force, peak, step):
+    """The lowest force on one side of a peak, before a higher one, and its sample."""
+    i, low, base = peak, force[peak], peak
+    while 0 <= i < force.size and force[i] <= force[peak]:
+        if force[i] < low:
+            low, base = force[i], i
+        i += step
+    return low, base
+
+
+@njit(cache=True, error_model="numpy")
+def _half_width(force, peak, base, level, step):
+    """Samples from a peak to where the force falls to a level on one side, interpolated."""
+    i = peak
+    while i != base and level < force[i]:
+        i += step
+    part = (level - force[i]) / (force[i - step] - force[i]) if force[i] < level else 0.0
+    return abs(i - peak) - part
+
+
+@njit(cache=True, error_model="numpy")
+def _width(force, peak):
+    """The width of a peak at half its prominence, in samples."""
+    low, base = _valley(force, peak, -1)
+    other, end = _valley(force, peak, 1)
+    level = force[peak] - 0.5 * (force[peak] - max(low, other))
+    return _half_width(force, peak, base, level, -1) + _half_width(force, peak, end, level, 1)
+
+
+@njit(cache=True, error_model="numpy")
+def _nearest(places, count, to):
+    """Which of the places is nearest to another one."""
+    best = 0
+    for i in range(1, count):
+        if abs(places[i] - to) < abs(places[best] - to):
+            best = i
+    return best
+
+
+@njit(cache=True, error_model="numpy")
+def _median(values):
+    """The median of the finite values, NaN if there are none."""
+    ordered, count = np.empty(values.size), 0
+    for value in values:
+        if value - value == 0.0:
+            i = count
+            while i > 0 and ordered[i - 1] > value:
+                ordered[i] = ordered[i - 1]
+                i -= 1
+            ordered[i] = value
+            count += 1
+    return 0.5 * (ordered[(count - 1) // 2] + ordered[count // 2]) if count else np.nan
+
+
+@njit(cache=True, error_model="numpy")
+def passages(above, below, velocity, least, found):
+    """Put the passages of waves over a bead (start, end, peak, goes_on) into `found`; how many they are."""
+    first = np.empty(above.size // 2 + 1, np.int64)
+    second = np.empty(above.size // 2 + 1, np.int64)
+    firsts, seconds, count = peaks_of(above, least, first), peaks_of(below, least, second), 0
+    if firsts == 0 or seconds == 0:
+        return 0
+    for i in range(firsts):
+        j = _nearest(second, seconds, first[i])
+        if _nearest(first, firsts, second[j]) != i:
+            continue
+        start, end = min(first[i], second[j]), max(first[i], second[j])
+        peak = max(0, start - 3)
+        for k in range(peak, min(end + 4, above.size)):
+            if above[k] + below[k] > above[peak] + below[peak]:
+                peak = k
+        if 0.5 * (above[peak] + below[peak]) >= least:
+            together = end - start < TOGETHER * _width(above, first[i])
+            goes_on = velocity[peak] > 0.0 if together else first[i] < second[j]
+            found[count, 0], found[count, 1], found[count, 2], found[count, 3] = start, end, peak, goes_on
+            count += 1
+    return count
+
+
+@njit(cache=True, error_model="numpy")
+def _slopes(dx, chord):
+    """The slopes of a spline at its knots, from intervals and chords; through three knots a parabola.
+
+    As CubicSpline: bc_type "not-a-knot", tridiagonal elimination without pivots.
+    """
+    n = dx.size + 1
+    if n == 3:
+        bend, slopes = (chord[1] - chord[0]) / (dx[0] + dx[1]), np.empty(n)
+        slopes[0], slopes[1] = chord[0] - bend * dx[0], chord[0] + bend * dx[0]
+        slopes[2] = chord[1] + bend * dx[1]
+        return slopes
+    lower, diagonal, upper, right = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
+    ends = dx[0] + dx[1], dx[n - 2] + dx[n - 3]
+    diagonal[0], upper[0] = dx[1], ends[0]
+    right[0] = ((dx[0] + 2.0 * ends[0]) * dx[1] * chord[0] + dx[0] ** 2 * chord[1]) / ends[0]
+    for i in range(1, n - 1):
+        lower[i], diagonal[i], upper[i] = dx[i], 2.0 * (dx[i - 1] + dx[i]), dx[i - 1]
+        right[i] = 3.0 * (dx[i] * chord[i - 1] + dx[i - 1] * chord[i])
+    lower[n - 1], diagonal[n - 1] = ends[1], dx[n - 3]
+    right[n - 1] = dx[n - 2] ** 2 * chord[n - 3] + (2.0 * ends[1] + dx[n - 2]) * dx[n - 3] * chord[n - 2]
+    right[n - 1] /= ends[1]
+    for i in range(1, n):
+        factor = lower[i] / diagonal[i - 1]
+        diagonal[i] -= factor * upper[i - 1]
+        right[i] -= factor * right[i - 1]
+    right[n - 1] /= diagonal[n - 1]
+    for i in range(n - 2, -1, -1):
+        right[i] = (right[i] - upper[i] * right[i + 1]) / diagonal[i]
+    return right
+
+
+@njit(cache=True, error_model="numpy")
+def spline_peak(time, force, at, step):
+    """The greatest value of a spline through a few samples, and its time, within a step of the sample `at`."""
+    n = time.size
+    dx, chord = np.empty(n - 1), np.empty(n - 1)
+    for i in range(n - 1):
+        dx[i] = time[i + 1] - time[i]
+        chord[i] = (force[i + 1] - force[i]) / dx[i]
+    slope = _slopes(dx, chord)
+    best, where, known = force[at], time[at], False
+    for i in range(n - 1):
+        t = (slope[i] + slope[i + 1] - 2.0 * chord[i]) / dx[i]
+        c, b = t / dx[i], (chord[i] - slope[i]) / dx[i] - t
+        squared = 4.0 * b * b - 12.0 * c * slope[i]
+        if squared < 0.0:
+            continue
+        # Of the two roots the one that does not cancel is found first.
+        q = -b - 0.5 * sqrt(squared) if b >= 0.0 else -b + 0.5 * sqrt(squared)
+        for which in range(2):
+            root = slope[i] / q if which else q / (3.0 * c)
+            x = time[i] + root
+            if root >= 0.0 and x <= time[i + 1] and abs(x - time[at]) <= step:
+                s = x - time[i]
+                value = force[i] + slope[i] * s + b * (s * s) + c * (s * s * s)
+                if not known or value > best:
+                    best, where, known = value, x, True
+    return best, where
+
+
+@njit(cache=True, error_model="numpy")
+def _arrival(time, force, peak):
+    """Amplitude and time of the peak of the force at a bead's centre, the mean of its two contacts' (rows 0 and 1)."""
+    begin, end = max(0, peak - NEAR), min(time.size, peak + NEAR + 1)
+    mean = np.empty(end - begin)
+    for i in range(begin, end):
+        mean[i - begin] = 0.5 * (force[0, i] + force[1, i])
+    return spline_peak(time[begin:end], mean, peak - begin, time[1] - time[0])
+
+
+@njit(cache=True, error_model="numpy")
+def hops(time, force):
+    """The time of the incident wave from each contact to the next, s; see `peaks.hops`."""
+    before, taken = np.nan, np.empty(len(force) - 1)
+    for row in range(len(force)):
+        top, arrival = 0.0, np.nan
+        for value in force[row]:
+            if value > top:
+                top = value
+        if top > 0.0:
+            peak, _ = _next_peak(force[row], 0, FIRST_WAVE * top)
+            if peak >= 0:
+                arrival = time[peak]
+        if row > 0:
+            taken[row - 1] = arrival - before
+        before = arrival
+    usual = _median(taken)
+    for i in range(taken.size):
+        one = taken[i]
+        if one - one != 0.0 or (i == taken.size - 1 and usual < one):
+            one = usual
+        taken[i] = SLACK * usual if one < SLACK * usual else one
+    return taken
+
+
+@njit(cache=True, error_model="numpy")
+def trace_back(times, begins, taken, row, now, left, pace, first, path):
+    """Put the peaks (s) that a wave left in the rows after `row` into `path`; how many. See `peaks.traced`.
+
+    times: the peaks of all rows; those of row i are times[begins[i]:begins[i + 1]].
+    """
+    count, slack = 0, SLACK * _median(taken)
+    while row + 2 < begins.size:
+        wait, best, before = pace * taken[row], np.inf, np.nan
+        for i in range(begins[row + 1], begins[row + 2]):
+            early = now - times[i]
+            if EARLY * wait - slack < early < LATE * wait + slack and abs(early - wait) < best:
+                best, before = abs(early - wait), times[i]
+        if best == np.inf:
+            break
+        path[count] = before
+        count, now, row = count + 1, before, row + 1
+        way = 0.0
+        for i in range(first, row):
+            way += taken[i]
+        pace = max((left - now) / way, EARLY * pace)
+    return count
+
+
+@njit(cache=True, error_model="numpy")
+def peak_times(time, force, least):
+    """The peaks of each row, s, one row after the other, and where each row begins."""
+    found = np.empty(time.size // 2 + 1, np.int64)
+    begins, times = np.zeros(len(force) + 1, np.int64), np.empty(len(force) * found.size)
+    for row in range(len(force)):
+        count, begin = peaks_of(force[row], least, found), begins[row]
+        begins[row + 1] = begin + count
+        for i in range(count):
+            times[begin + i] = time[found[i]]
+    return times, begins
+
+
+@njit(cache=True, error_model="numpy")
+def waves(time, force, velocity, smallest, out):
+    """Put the incident wave and those that come back into `out` (amplitude, N; arrival, s; where it begins); how many.
+
+    force: contacts × time. It ends where `out` is full.
+    """
+    found, top, passage = np.empty((time.size // 2 + 1, 4), np.int64), 0.0, -1
+    for i in range(time.size):
+        top = max(top, 0.5 * (force[0, i] + force[1, i]))
+    if top <= 0.0:
+        return 0
+    for i in range(passages(force[0], force[1], velocity, FIRST_WAVE * top, found)):
+        if found[i, 3]:
+            passage = i
+            break
+    if passage < 0:
+        return 0
+    end = found[passage, 1]
+    incident, arrival = _arrival(time, force, found[passage, 2])
+    out[0, 0], out[0, 1], out[0, 2] = incident, arrival, NOWHERE
+    many, count, last = passages(force[0], force[1], velocity, smallest * incident, found), 1, len(force) - 1
+    taken = np.empty(0)
+    for i in range(many):
+        if found[i, 0] <= end or found[i, 3] or count == len(out):
+            continue
+        if not taken.size:
+            taken, path = hops(time, force), np.empty(len(force))
+            times, begins = peak_times(time, force, FAINT * smallest * incident)
+        amplitude, arrival = _arrival(time, force, found[i, 2])
+        pace, left = (incident / amplitude) ** (1.0 / 6.0), time[found[i, 1]]
+        now = time[found[i, 0]]
+        pace = min(max((left - now) / taken[0], EARLY * pace), LATE * pace)
+        reached = 1 + trace_back(times, begins, taken, 1, now, left, pace, 0, path)
+        from_structure = reached > last - NEAR_END
+        if from_structure or reached + 1 >= FEWEST_CONTACTS or amplitude >= STRONG * incident:
+            out[count, 0], out[count, 1] = amplitude, arrival
+            out[count, 2] = STRUCTURE if from_structure else CHAIN
+            count += 1
+    return count
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def waves_of_many(time, force, static, velocity, smallest, out, counts):
+    """`waves` of many runs; force: runs × time × contacts, static: runs × contacts, velocity: runs × time.
+
+    Contacts that hold only NaN are left out; they pad a shorter chain, or a run that failed. out: runs × waves × 3.
+    """
+    dynamic = np.empty((force.shape[2], time.size))
+    for run in range(len(force)):
+        rows = 0
+        for contact in range(force.shape[2]):
+            there = False
+            for i in range(time.size):
+                dynamic[rows, i] = force[run, i, contact] - static[run, contact]
+                there = there or dynamic[rows, i] == dynamic[rows, i]
+            rows += there
+        counts[run] = waves(time, dynamic[:rows], velocity[run], smallest, out[run]) if rows > 1 else 0

@@ -1,0 +1,132 @@
+"""The waves at a sensor of one run or of thousands, from plain arrays: forces, preloads and velocities."""
+
+from collections.abc import Sequence
+from itertools import count, takewhile
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from coupling.results import wave_kernels
+from coupling.results.missing_waves import reason_for_none
+from coupling.results.reading import Reading, without_padding
+from structures.structure import Vector
+
+BEGINS = ("unknown", "structure", "chain")
+"""Where a wave begins, by the numbers of `wave_kernels`."""
+
+
+class Series(NamedTuple):
+    """The forces and velocities that show the waves over a bead, of one run or of many.
+
+    force: runs × times × contacts, N, with the preload: the bead's two contacts, then those beyond it as far as they
+    are known, the structure's last. static: the preload, runs × contacts, N. velocity: of the bead, runs × times, m/s.
+    Contacts that hold only NaN are left out. axes: of the sweep whose points the runs are; like: values over them.
+    """
+
+    force: Vector
+    static: Vector
+    velocity: Vector
+    axes: tuple[str, ...] = ()
+    like: xr.DataArray | None = None
+
+    def dynamic(self, run: int) -> Vector:
+        """The forces of a run above the preload, contacts × times, N."""
+        return without_padding(np.ascontiguousarray((self.force[run] - self.static[run]).T))
+
+    def over_axes(self, values: Vector) -> xr.DataArray:
+        """One value of each run over the axes of the sweep; without dimension for one run."""
+        if self.like is None:
+            return xr.DataArray(values.reshape(()))
+        return self.like.copy(data=values.reshape(self.like.shape))
+
+
+class WavesOfRuns(NamedTuple):
+    """The waves of each run, the incident one first: amplitude (N), arrival (s) and `begins`, a number for BEGINS, runs
+    × waves, NaN and 0 where there is none; found: how many each run has."""
+
+    amplitude: Vector
+    arrival: Vector
+    begins: NDArray[np.int64]
+    found: NDArray[np.int64]
+
+    @property
+    def amplitude_ratio(self) -> Vector:
+        """AR of the reflected waves, runs × waves."""
+        ratio: Vector = self.amplitude[:, 1:] / self.amplitude[:, :1]
+        return ratio
+
+    @property
+    def time_of_flight(self) -> Vector:
+        """TOF of the reflected waves, s, runs × waves."""
+        flight: Vector = self.arrival[:, 1:] - self.arrival[:, :1]
+        return flight
+
+
+def find_waves(time: Vector, series: Series, smallest: float, most: int) -> WavesOfRuns:
+    """The waves of all runs, at most so many of each, in one compiled loop. `reflections` says what a wave is.
+
+    time: the same for all runs, s. smallest: in units of the incident amplitude.
+    """
+    runs = len(series.force)
+    waves, found = np.full((runs, most, 3), np.nan), np.zeros(runs, dtype=np.int64)
+    times, force, static, velocity = (np.ascontiguousarray(one, dtype=float) for one in (time, *series[:3]))
+    wave_kernels.waves_of_many(times, force, static, velocity, smallest, waves, found)
+    return WavesOfRuns(waves[..., 0], waves[..., 1], np.nan_to_num(waves[..., 2]).astype(np.int64), found)
+
+
+def why_none(
+    time: Vector, series: Series, run: int, smallest: float, sensor: int, beads: Sequence[int]
+) -> tuple[str, float]:
+    """Why no wave came back in a run, and the `until` (s) that would hold it; NaN where time is not short.
+
+    beads: the number of beads of each chain.
+    """
+    force = series.dynamic(run)
+    return reason_for_none(time, force, smallest, sensor, len(force) - 2 + sensor in beads)
+
+
+def series_of(reading: Reading, sensor: int) -> Series:
+    """What shows the waves over a bead of a run, a sweep or a batch, in plain arrays."""
+    number = reading.checked_sensor(sensor)
+    variables = reading.data.variables
+    contacts, beads = (variables[name].values.tolist() for name in ("contact", "bead"))
+    if number not in beads:
+        raise ValueError(f"sensor = {sensor!r}: must be a bead that was kept: {', '.join(map(str, beads))}")
+    rows = [contacts.index(one) for one in takewhile(reading.kept.__contains__, count(number))]
+    axes = [str(axis) for axis in variables["contact_force"].dims if axis not in ("time", "contact")]
+    series = (
+        _plain(variables["contact_force"], axes, {"time": slice(None), "contact": _places(rows)}),
+        _plain(variables["static_force"], axes, {"contact": _places(rows)}),
+        _plain(variables["velocity"], axes, {"time": slice(None), "bead": _places([beads.index(number)])})[..., 0],
+    )
+    runs = len(series[0])
+    # One preload for all runs of a sweep is repeated.
+    force, static, velocity = (one if len(one) == runs else np.repeat(one, runs, axis=0) for one in series)
+    like = reading.data.contact_force.isel(time=0, contact=0).reset_coords(drop=True) if axes else None
+    return Series(force, static, velocity, tuple(axes), like)
+
+
+def _places(rows: list[int]) -> Any:
+    """Places along an axis: as a slice where they follow each other, which copies nothing."""
+    return slice(rows[0], rows[-1] + 1) if rows == list(range(rows[0], rows[-1] + 1)) else rows
+
+
+def _plain(values: xr.Variable, axes: list[str], own: dict[str, Any]) -> Vector:
+    """A variable as an array, runs × its own dimensions; one run where it has none of the axes.
+
+    own: its own dimensions, and which places along each to take.
+    """
+    dims = list(map(str, values.dims))
+    order = [dims.index(axis) for axis in (*axes, *own) if axis in dims]
+    array = values.values.transpose(order)[(..., *own.values())]
+    if len(order) not in (len(own), len(axes) + len(own)):
+        raise ValueError(f"run: has a variable over {', '.join(dims)}, must have all of {', '.join(axes)} or none")
+    return np.asarray(array.reshape(-1, *array.shape[array.ndim - len(own) :]))
+
+
+def measured(reading: Reading, sensor: int) -> xr.DataArray:
+    """The force at a sensor of a signal, N."""
+    force: xr.DataArray = reading.data.sensor_force.sel(sensor=reading.measured_sensor(sensor)).reset_coords(drop=True)
+    return force

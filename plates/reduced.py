@@ -1,0 +1,267 @@
+"""A reduced plate: one basis for all contact positions in a range, and from it the oscillators of each position."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from itertools import product
+from math import ceil
+from typing import Any
+
+import numpy as np
+from scipy import sparse
+
+from plates.contacts import Contact, Places, contacts_at, one_or_all
+from plates.elements.self_displacement import SelfDisplacement, patch, self_displacement
+from plates.elements.theory import Touch
+from plates.plate import Plate
+from plates.scaling import scaled
+from structures.caution import caution
+from structures.checks import finite, instance, positive, short, whole, within
+from structures.material import Material
+from structures.plausible import likely
+from structures.reduction import DEFAULT_PULSE, PULSE_HALVINGS, PULSE_RANGE
+from structures.shared_basis import SharedBasis, compressed, needed_size, shared_basis
+from structures.structure import Structure, Vector
+from structures.surface import Surface
+
+MOST_VECTORS = 1500
+"""Default limit of the basis: of some 10 000 degrees of freedom it fills 250 MB while it is made."""
+
+MOST_PLACES = 1000
+"""Positions from which the basis starts; more are refused."""
+
+CHECKS = 3
+"""Positions along a range at which the error is estimated, between those from which the basis starts."""
+
+PER_STEP = 4
+"""Loads from which the basis starts, for each step of the grid of two cells."""
+
+INSIDE = 1e-9
+"""Part of the plate's size by which a position may exceed the range: rounding."""
+
+Range = float | tuple[float, float]
+"""One coordinate, or the least and the greatest, m."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ReducedPlate:
+    """A rectangular Kirchhoff plate reduced once, for contacts anywhere in a range of positions.
+
+    `plate.at(x, y)` makes a mesh for its position, and `reduce` computes a basis for that mesh, in some 0.3 to 0.5 s.
+    Here mesh and basis serve all positions in the range: `ReducedPlate.at(x, y)` returns the oscillators of a position
+    in about 20 ms. The mesh is fine in all of the range. As mesh, basis and number of oscillators are the same for all
+    positions, results are smooth functions of the position, and by `scaled` of thickness, E and density.
+
+    The basis is a block Krylov basis that starts from the nodes and the middles of the cells in the range. Directions
+    in which these positions hardly differ are dropped. The oscillators of a position come from a second Krylov
+    reduction, within the basis. What the mesh lacks of a force's own displacement between its nodes, compared with that
+    at a node, is added to `flexibility`.
+
+    Parameters
+    ----------
+    plate : Plate
+        What `kirchhoff_plate` returns.
+    until : float
+        Length of the longest run, s.
+    x, y : float or (float, float)
+        The coordinate of all contacts, or its least and its greatest value, m.
+    tolerance : float
+        Relative error of a contact's displacement after a force pulse, as in `reduce`; the basis is estimated at
+        positions between its starting points. The oscillators of one position may add as much again.
+    pulse : float
+        Length of the pulse, s: a contact time, as in `reduce`.
+    largest : int
+        Largest number of vectors in the basis. A warning is issued if they do not reach the tolerance.
+
+    Raises
+    ------
+    ValueError
+        If an argument is out of its range, the range is too large, or the plate is not a rectangle of Kirchhoff's
+        theory.
+
+    References
+    ----------
+    Golub, Underwood, The block Lanczos method for computing eigenvalues, in: Mathematical Software III (1977) 361.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> plate = hl.kirchhoff_plate(0.2, 0.2, 4e-3, hl.ALUMINIUM_6061, hl.Supports("clamped", "clamped"))
+    >>> reduced = hl.ReducedPlate(plate, until=0.5e-3, x=(0.02, 0.04), y=0.1, tolerance=0.05)
+    >>> near = reduced.at(0.0234, 0.1)
+    >>> near.contacts, near.size < 100, near.valid_until
+    (1, True, 0.0005)
+    >>> thicker = reduced.at(0.0234, 0.1, thickness=5e-3)
+    """
+
+    plate: Plate
+    until: float
+    x: Range
+    y: Range
+    tolerance: float = 1e-2
+    pulse: float = DEFAULT_PULSE
+    largest: int = MOST_VECTORS
+    basis: SharedBasis = field(init=False)
+    size: int = field(init=False)
+    _read: Callable[[Touch], Vector] = field(init=False)
+    _own: SelfDisplacement = field(init=False)
+
+    def __post_init__(self) -> None:
+        plate = instance("plate", self.plate, Plate, "a Plate, such as kirchhoff_plate returns")
+        if plate.kind != "Kirchhoff plate":
+            raise ValueError(f"plate: is a {plate.kind}; must be a rectangle in Kirchhoff's theory, a kirchhoff_plate")
+        for name, value in (
+            ("until", positive("until", self.until, "s")),
+            ("tolerance", positive("tolerance", self.tolerance)),
+            ("pulse", within("pulse", self.pulse, *PULSE_RANGE, "s")),
+            ("largest", whole("largest", self.largest)),
+        ):
+            object.__setattr__(self, name, value)
+        likely("time", "ReducedPlate", "pulse", self.pulse)
+        ranges = [_range(name, getattr(self, name)) for name in ("x", "y")]
+        for name, (low, high) in zip("xy", ranges, strict=True):
+            object.__setattr__(self, name, low if low == high else (low, high))
+        grid = [np.linspace(low, high, self._count(low, high)) for low, high in ranges]
+        counts = [_in_cells(one).size for one in grid]
+        if counts[0] * counts[1] > MOST_PLACES:
+            raise ValueError(
+                f"x, y: the basis would start from {counts[0]} × {counts[1]} positions, at most {MOST_PLACES} fit; "
+                "take a smaller range, or a line"
+            )
+        object.__setattr__(self, "basis", self._basis(*grid))
+        between = self._vectors(*(_between(one, CHECKS) for one in grid))
+        checks = self.basis.contact(between)
+        size, basis = needed_size(self.basis, checks, self.until, self.tolerance)
+        object.__setattr__(self, "size", size)
+        object.__setattr__(self, "basis", basis)
+
+    def _count(self, low: float, high: float) -> int:
+        """How many positions lie two cells, or a little less, apart."""
+        return 1 if low == high else ceil((high - low) / (2.0 * self.plate.finest_cell)) + 1
+
+    def _basis(self, xs: Vector, ys: Vector) -> SharedBasis:
+        """The basis that starts from a grid of positions; a caution if it does not reach the tolerance."""
+        contacts = [Contact(float(x), float(y), "front") for x, y in product(xs, ys)]
+        mesh, assembled, matrices, _ = self.plate.meshed(contacts)
+        object.__setattr__(self, "_read", assembled.contact)
+        nodes = (patch(np.unique(mesh.mesh.p[i]), one[0], one[-1]) for i, one in enumerate((xs, ys)))
+        object.__setattr__(self, "_own", self_displacement(self.plate.section, *nodes))
+        loads = self._vectors(*map(_in_cells, (xs, ys)))
+        rows = np.flatnonzero((loads != 0.0).any(axis=1))
+        checks = self._vectors(*(_between(one, CHECKS) for one in (xs, ys)))
+        pulses = [self.pulse / 2.0**i for i in range(PULSE_HALVINGS + 1)]
+        found = shared_basis(matrices, loads, checks, rows, self.until, self.tolerance, pulses, self.largest)
+        if found.errors[0][1] > self.tolerance:
+            caution(
+                f"reduction: {found.square.size} vectors leave an error of {found.errors[0][1]:.1e}; raise largest or "
+                "tolerance, or take a smaller range"
+            )
+        return found
+
+    def _vectors(self, xs: Vector, ys: Vector) -> Vector:
+        """Contact vectors of a grid of positions, n × positions."""
+        return np.column_stack([self._vector(float(x), float(y)) for x, y in product(xs, ys)])
+
+    def _vector(self, x: float, y: float) -> Vector:
+        """The contact vector of a position."""
+        vector: Vector = self._read(Touch(np.array([x, y]), [], self.plate.section))
+        return vector
+
+    def at(
+        self,
+        x: float | Places,
+        y: float | Places,
+        face: str | Sequence[str] = "front",
+        thickness: float | None = None,
+        material: Material | None = None,
+    ) -> Structure:
+        """The oscillators of the plate struck at (x, y), or at several points, as `reduce(plate.at(x, y))` returns.
+
+        Parameters
+        ----------
+        x, y : float or sequence of float
+            Coordinates, m, within the range.
+        face : str or sequence of str
+            "front" or "back", one for all contacts or one for each.
+        thickness : float, optional
+            Another thickness, m, as in `scaled`.
+        material : Material, optional
+            Another material of the same ν, as in `scaled`.
+
+        Returns
+        -------
+        Structure
+            M = I, K diagonal; as many oscillators for each contact at all positions.
+
+        Raises
+        ------
+        ValueError
+            For positions outside the range; for another thickness or material where the plate does not scale.
+        """
+        contacts = contacts_at(x, y, face)
+        for one in contacts:
+            for name, value in (("x", one.x), ("y", one.y)):
+                self._check_inside(name + one.number, value, getattr(self, name))
+        loads = self.basis.contact(np.column_stack([one.sign * self._vector(one.x, one.y) for one in contacts]))
+        modes = compressed(self.basis.square, loads, self.size * len(contacts))
+        report: dict[str, Any] = {"size": modes.square.size, "tolerance": self.tolerance}
+        (pulse, error), *shorter = self.basis.errors
+        report |= {"pulse": pulse, "error_estimate": error, "shorter_pulses": shorter, "shared": self._shared}
+        structure = Structure(
+            sparse.csr_array(sparse.eye_array(modes.square.size)),
+            sparse.csr_array(sparse.diags_array(modes.square)),
+            None,
+            modes.contact,
+            one_or_all([self._own.missing(one.x, one.y) for one in contacts]),
+            one_or_all([Surface(self.plate.wall(one.face).struck) for one in contacts]),
+            {**self.plate.data(contacts), "reduction": report},
+            self.until,
+        )
+        return structure if thickness is None and material is None else scaled(structure, thickness, material)
+
+    @property
+    def _shared(self) -> dict[str, Any]:
+        return {"x": self.x, "y": self.y, "vectors": int(self.basis.square.size)}
+
+    def _check_inside(self, name: str, value: float, allowed: Range) -> None:
+        low, high = allowed if isinstance(allowed, tuple) else (allowed, allowed)
+        rounding = INSIDE * max(self.plate.length, self.plate.width)
+        if not low - rounding <= value <= high + rounding:
+            where = f"{low:g} m" if low == high else f"between {low:g} and {high:g} m"
+            raise ValueError(f"{name} = {value!r}: the plate was reduced for contacts at {where}; must lie there")
+
+    def __repr__(self) -> str:
+        x, y = (f"{one:g}" if isinstance(one, float) else f"{one[0]:g} to {one[1]:g}" for one in (self.x, self.y))
+        return (
+            f"<ReducedPlate for x = {x} m, y = {y} m and {self.until:g} s: {self.size} oscillators for a contact, of "
+            f"{self.basis.square.size}; {self.plate!r}>"
+        )
+
+
+def _range(name: str, given: Any) -> tuple[float, float]:
+    """Least and greatest coordinate, or a ValueError."""
+    ends = tuple(given) if isinstance(given, Sequence | np.ndarray) and not isinstance(given, str) else (given, given)
+    if len(ends) != 2:
+        raise ValueError(f"{name} = {short(given)}: must be one coordinate, or the least and the greatest, m")
+    low, high = (finite(name, one, "m") for one in ends)
+    if low > high:
+        raise ValueError(f"{name} = {short(given)}: the least coordinate comes first")
+    return low, high
+
+
+def _in_cells(grid: Vector) -> Vector:
+    """The nodes and the middles of the cells, two between neighbours of a grid: positions in between hardly add to the
+    static responses of these.
+    """
+    if grid.size == 1:
+        return grid
+    return np.linspace(grid[0], grid[-1], PER_STEP * (grid.size - 1) + 1)
+
+
+def _between(grid: Vector, count: int) -> Vector:
+    """About `count` positions between those of a grid: 1/4 or 3/4 of the way from one to the next."""
+    if grid.size == 1:
+        return grid
+    step = grid[1] - grid[0]
+    first = np.unique(np.linspace(0, grid.size - 2, count).round().astype(int))
+    quarter = np.where(np.arange(first.size) % 2 == 0, 0.25, 0.75)
+    return np.asarray(grid[first] + quarter * step)
