@@ -58,3 +58,19 @@ def test_the_first_run_says_that_it_compiles(tmp_path: Path) -> None:
         )  # fmt: skip
         said.append(done.stderr)
     assert said == ["compiling kernels for this machine: once, up to a minute\n", ""]
+
+
+@pytest.mark.thorough
+def test_a_plain_run_compiles_no_other_integrator(tmp_path: Path) -> None:
+    """Nor anything for beads that vibrate, or for several contacts."""
+    code = """
+import hertzlink as hl
+from particles import kernels
+bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+hl.CoSimulation(hl.Chain([bead] * 2, bead, 0.3), hl.half_space(hl.STEEL_440C)).run(until=1e-5)
+names = "_verlet _driven_verlet _viscous_verlet _lossy_verlet _rk4 _accelerate_vibrating _agree".split()
+print([name for name in names if getattr(kernels, name).signatures])
+"""
+    settings = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    done = subprocess.run([sys.executable, "-c", code], env=settings, capture_output=True, text=True)
+    assert done.stdout.splitlines() == ["['_verlet']"], done.stderr
