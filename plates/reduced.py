@@ -118,7 +118,11 @@ class ReducedPlate:
             object.__setattr__(self, name, value)
         likely("time", "ReducedPlate", "pulse", self.pulse)
         ranges = [_range(name, getattr(self, name)) for name in ("x", "y")]
-        for name, (low, high) in zip("xy", ranges, strict=True):
+        for name, (low, high), size in zip("xy", ranges, (plate.length, plate.width), strict=True):
+            if not 0.0 <= low <= high <= size:
+                raise ValueError(
+                    f"{name} = {short(getattr(self, name))}: must lie on the plate, between 0 and {size:g} m"
+                )
             object.__setattr__(self, name, low if low == high else (low, high))
         grid = [np.linspace(low, high, self._count(low, high)) for low, high in ranges]
         counts = [_in_cells(one).size for one in grid]

@@ -183,6 +183,8 @@ def is_finite(value: Any, depth: int = 0) -> bool:
     if depth > LARGEST_DEPTH:
         return True
     if isinstance(value, xr.Dataset):
+        if "error" in value and "run" in value.dims:  # where a run of several failed
+            value = value.isel(run=value.error.values == "")
         return all(is_finite(one.values) for name, one in value.data_vars.items() if name not in MAY_BE_NAN)
     if isinstance(value, xr.DataArray):
         return is_finite(value.values)

@@ -467,7 +467,7 @@ def _runs() -> dict[str, Target]:
             hl.CoSimulation,
             {
                 **{"chain": CHAIN, "structure": ROD, "scheme": None, "window": 1e-6, "dt": None, "substeps": None},
-                **{"waveform": "linear", "behind": None},
+                **{"waveform": "linear", "behind": None, "accuracy": "default"},
             },
             lambda one: one.run(until=UNTIL),
             {"scheme": schemes, "window": (hl.Adaptive(), 1e-12, 1e-300, 1.0), "substeps": HUGE, "dt": (1e-7, 1e-15)},
@@ -518,6 +518,16 @@ def _runs() -> dict[str, Target]:
             },
             None,
             {"save_every": (1e-18, 1e-12), "dt": (1e-7, 1e-15), "threads": HUGE},
+            LONG,
+        ),
+        "batch of a function": Target(
+            hl.batch,
+            {
+                **{"runs": against, "until": UNTIL, "save_every": 1e-6, "sensors": [1], "measure": None},
+                **{"threads": 1, "speed": [0.2, 0.3]},
+            },
+            lambda one: one,  # an error may name an argument of what the function calls
+            {"save_every": (1e-18, 1e-12), "threads": HUGE},
             LONG,
         ),
         "sweep": Target(

@@ -117,6 +117,8 @@ def batch(
     """
     until = positive("until", until, "s")
     if measure is not None:
+        if not callable(measure):
+            raise ValueError(f"measure = {short(measure)}: must be a function of a Dataset of runs")
         takes(f"measure = {short(measure)}", measure, 1, "a function of a Dataset of runs")
     family = _family(runs, structure, dt, parameters)
     kept = _kept(sensors, family.beads)

@@ -157,6 +157,7 @@ def test_what_a_batch_did_not_keep_is_not_measured() -> None:
         ({"runs": lambda time: chain(time), "time": [0.1]}, "time: is a name that every run uses"),
         ({"runs": lambda speed: chain(speed), "speed": [0.1], "dt": 1e-8}, "dt = 1e-08: belongs into the function"),
         ({"runs": lambda speed: BEAD, "speed": [0.1]}, r"runs\(...\) = "),
+        ({"measure": [1]}, r"measure = \[1\]: must be a function of a Dataset of runs"),
         ({"measure": lambda: None}, "measure = .*: must be a function of a Dataset of runs"),
         ({"measure": lambda runs: runs.isel(run=[])}, "measure.runs.: has the dimensions"),
         ({"runs": [hl.CoSimulation(chain(), WALL)], "structure": WALL}, "structure: a CoSimulation has its own"),

@@ -154,6 +154,7 @@ def test_too_few_vectors_warn():
         ({"x": (0.01, 0.02, 0.03)}, "x = "),
         ({"x": "left"}, "x = "),
         ({"x": (0.1, 0.2)}, "must lie on the plate"),
+        ({"x": (0.01, 1e9)}, "must lie on the plate"),
         ({"x": (0.0, 0.02)}, "clamped edge"),
         ({"x": (0.01, 0.14), "y": (0.01, 0.19)}, "smaller range"),
     ],
