@@ -102,7 +102,8 @@ class CoSimulation:
         else:
             chains = [instance("chain", chain, Chain, "a Chain, or a list of them")]
         self.scheme: Scheme = Condensed() if scheme is None else scheme
-        check_scheme("scheme", self.scheme)
+        if scheme is not None:
+            check_scheme("scheme", scheme)
         one_of("waveform", waveform, WAVEFORMS)
         dt = None if dt is None else positive("dt", dt, "s")
         facing = for_each("structure", structure, len(chains), several)

@@ -171,7 +171,7 @@ class Chain:
     def describe(self) -> dict[str, Any]:
         """The chain as plain data, for the attributes of a result."""
         # Chains repeat their beads; to describe each of them again takes as long as a short run.
-        known = {id(bead): described(bead) for bead in self.beads}
+        known = {number: described(bead) for number, bead in {id(bead): bead for bead in self.beads}.items()}
         plain = {field.name: described(getattr(self, field.name)) for field in fields(self) if field.name != "beads"}
         return {"beads": [known[id(bead)] for bead in self.beads], **plain}
 

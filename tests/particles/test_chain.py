@@ -232,3 +232,13 @@ def test_runs_that_would_not_end_are_refused() -> None:
     for loss in (hl.LinearDashpot(1e30), hl.MassProportional(1e15)):
         with pytest.raises(ValueError, match="a weaker dissipation"):
             hl.CoSimulation(uniform(dissipation=loss), hl.half_space(hl.STEEL_440C)).run(until=1e-4)
+
+
+def test_a_bead_that_repeats_is_described_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """To describe each of a thousand equal beads took three times as long as their run."""
+    seen = []
+    monkeypatch.setattr("particles.chain.described", lambda thing: seen.append(thing) or thing)
+    bead, other = hl.Sphere(4.76e-3, hl.STEEL_440C), hl.Sphere(4.76e-3, hl.PTFE)
+    beads = hl.Chain([bead] * 30 + [other] * 30, None, 0.4).describe()["beads"]
+    assert [thing for thing in seen if isinstance(thing, hl.Sphere)] == [bead, other]
+    assert beads == [bead] * 30 + [other] * 30
