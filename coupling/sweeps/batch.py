@@ -220,8 +220,22 @@ def _family(runs: Runs, structure: Structure | None, dt: float | None, parameter
     values = _columns(parameters)
     check_build(runs, values, "runs", "parameters")
     count = len(next(iter(values.values())))
-    first = _simulation("runs(...)", runs(**{name: column[0] for name, column in values.items()}), None, None)
+    first = _first(runs, values, count)
     return _Family(count, [], runs, values, first)
+
+
+def _first(build: Callable[..., Any], values: Mapping[str, list[Any]], count: int) -> CoSimulation:
+    """The first run that can be built; if none can, the error of the very first."""
+    reason: Exception | None = None
+    for i in range(count):
+        try:
+            return _simulation("runs(...)", build(**{name: column[i] for name, column in values.items()}), None, None)
+        except ENVIRONMENT_ERRORS:
+            raise
+        except Exception as error:  # noqa: BLE001 - the user's own code, as in `_Part.do`
+            reason = reason or error
+    assert reason is not None
+    raise reason
 
 
 def _columns(parameters: Mapping[str, Any]) -> dict[str, list[Any]]:

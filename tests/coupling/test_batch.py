@@ -74,6 +74,10 @@ def test_a_failing_run_does_not_lose_the_others() -> None:
     assert np.isnan(runs.contact_force[1]).all()
     assert np.isfinite(runs.contact_force[[0, 2]]).all()
     assert "batch: 1 of 3 runs failed" in runs.attrs["warnings"]
+    with pytest.warns(hl.HertzlinkWarning, match="batch: 1 of 2 runs failed"):
+        late = hl.batch(tap, until=1e-4, save_every=1e-6, speed=[-1.0, 0.3])
+    assert np.isnan(late.contact_force[0]).all()
+    assert np.isfinite(late.contact_force[1]).all()
     with pytest.raises(RuntimeError, match="all 1 runs failed; the first with ValueError"):
         hl.batch(failing, 1e-4, save_every=1e-6, n=[0])
 
