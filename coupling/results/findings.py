@@ -37,14 +37,14 @@ def kind(finding: str) -> str:
     return NUMBER.sub("#", finding.split(": ")[0])
 
 
-def gathered(findings: Mapping[str, Sequence[str]], count: int) -> list[str]:
+def gathered(findings: Mapping[str, Sequence[str]], count: int, what: str = "points") -> list[str]:
     """Of `count` runs the first finding of each kind, and how many runs have one; findings: by the run's name."""
     kinds: dict[str, dict[str, str]] = {}
     for name, lines in findings.items():
         for line in lines:
             kinds.setdefault(kind(line), {}).setdefault(name, line)
     return [
-        f"{next(iter(runs.values()))} (at {next(iter(runs))}; reported at {len(runs)} of {count} points)"
+        f"{next(iter(runs.values()))} (at {next(iter(runs))}; reported at {len(runs)} of {count} {what})"
         for runs in kinds.values()
     ]
 

@@ -39,7 +39,7 @@ def differences(first: Any, second: Any, name: str = "") -> Iterator[str]:
             yield from differences(*pair, f"{name}[{number}]")
     elif first != second:
         short = len(f"{first}{second}") <= LONGEST_VALUE_TEXT
-        yield f"{name} = {first!r} there and {second!r} here" if short else f"{name} differ"
+        yield f"{name} = {first!r} there and {second!r} here" if short else f"{name} not the same"
 
 
 @cache

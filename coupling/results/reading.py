@@ -96,6 +96,11 @@ class Reading:
             beads = max(self.kept, default=0) - 1
             if beads < 1 or len(self.kept) < 2:
                 raise ValueError("run: must hold the forces of both contacts of a sensor's bead")
+            whole_beads = [n for n in sorted(self.kept) if n > 0 and n + 1 in self.kept]
+            if len(whole_beads) < beads:
+                raise ValueError(
+                    f"sensor = {sensor!r}: was not kept; must be one of {', '.join(map(str, whole_beads))}"
+                )
             raise ValueError(f"sensor = {sensor!r}: must be a bead from 1 to {beads}, counted from the struck end")
         self._warn_of_shorter_chains(number)
         return number

@@ -1,6 +1,6 @@
 """Thousands of runs in this process, on all cores: of chains, or of chains on linear structures."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple, TypeAlias
 
@@ -24,9 +24,11 @@ from coupling.sweeps.sweep import axis_labels, check_build
 from particles.chain import Chain
 from structures.caution import collected
 from structures.checks import instance, listed, positive, short, takes, whole
-from structures.structure import Structure, Vector
+from structures.structure import Structure
 
 Runs: TypeAlias = Sequence[Chain | CoSimulation] | Callable[..., Chain | CoSimulation]
+
+Measure: TypeAlias = Callable[[xr.Dataset], xr.Dataset | xr.DataArray]
 
 FRAMES_PER_CONTACT = 32
 """Saved times in the shortest contact: half an interval off its peak, a half-sine is lower by 0.1 %."""
@@ -37,9 +39,6 @@ MOST_SAVED = 2e8
 MEASURED_AT_ONCE = 2e7
 """The same for the runs that are measured together: 160 MB."""
 
-NUMBERS = "biuf"
-"""Kinds of arrays that must be finite; materials and the like come as objects."""
-
 
 def batch(
     runs: Runs,
@@ -49,7 +48,7 @@ def batch(
     sensors: Iterable[int] | None = None,
     dt: float | None = None,
     threads: int | None = None,
-    measure: Callable[[xr.Dataset], xr.Dataset] | None = None,
+    measure: Measure | None = None,
     **parameters: Any,
 ) -> xr.Dataset:
     """Run many chains of equally many beads in threads, and keep the forces at the sensors, or measures of them.
@@ -76,10 +75,10 @@ def batch(
     threads : int, optional
         Number of threads; by default one for each core.
     measure : callable, optional
-        Takes the Dataset of some hundred runs and returns the Dataset to keep, with the dimension "run", such as
-        ``lambda runs: hl.reflections(runs, sensor=7)``. Then only so many runs are in memory at a time.
+        Takes the Dataset of some hundred runs and returns the Dataset or DataArray to keep, with the dimension "run",
+        such as ``lambda runs: hl.amplitude_ratio(runs, sensor=7)``. Then only so many runs are in memory at a time.
     **parameters : array_like
-        The arguments of the function, each one value for all runs or an array with a value for each run.
+        The arguments of the function, each one value for all runs or a list or array with a value for each run.
 
     Returns
     -------
@@ -131,8 +130,8 @@ def batch(
     size = rows * float(kept.contacts.size + kept.bodies.size)
     if size * (family.number if measure is None else 1) > MOST_SAVED:
         raise ValueError(
-            f"until: {size * family.number:.3g} numbers are too many to keep; give sensors, measure, or a longer "
-            "save_every"
+            f"until = {until!r}, save_every = {interval!r}: {size * family.number:.3g} numbers are too many to keep; "
+            "give sensors, measure, or a longer save_every"
         )
     for one in family.known or [family.first]:
         _plan(one, until, interval)
@@ -217,8 +216,7 @@ def _family(runs: Runs, structure: Structure | None, dt: float | None, parameter
     for name, value in (("structure", structure), ("dt", dt)):
         if value is not None:
             raise ValueError(f"{name} = {short(value)}: belongs into the function that makes the runs")
-    values = _columns(parameters)
-    check_build(runs, values, "runs", "parameters")
+    values = _columns(runs, parameters)
     count = len(next(iter(values.values())))
     first = _first(runs, values, count)
     return _Family(count, [], runs, values, first)
@@ -238,44 +236,41 @@ def _first(build: Callable[..., Any], values: Mapping[str, list[Any]], count: in
     raise reason
 
 
-def _columns(parameters: Mapping[str, Any]) -> dict[str, list[Any]]:
+def _columns(build: Callable[..., Any], parameters: Mapping[str, Any]) -> dict[str, list[Any]]:
     """A value of each parameter for each run, or a ValueError that names the parameter."""
     if not parameters:
         raise ValueError("parameters: name at least one argument of the function, such as impact_speed=[0.1, 0.2]")
+    check_build(build, parameters, "runs", "parameters")
     if used := sorted(set(parameters) & (OF_RUNS | {"run", ERROR_VARIABLE})):
         raise ValueError(f"{used[0]}: is a name that every run uses; rename the function's argument")
-    found = {}
-    for name, given in parameters.items():
-        column = _column(given)
-        if column.ndim > 1:
-            raise ValueError(
-                f"{name}: has the shape {column.shape}; must be one value, or a list with one for each run"
-            )
-        if column.dtype.kind in NUMBERS and not np.isfinite(column).all():
-            place = int(np.flatnonzero(~np.isfinite(np.atleast_1d(column)))[0])
-            raise ValueError(f"{name}: is {np.atleast_1d(column)[place]} for run {place}; must be finite")
-        found[name] = column
-    lengths = {name: column.size for name, column in found.items() if column.ndim}
-    if len(set(lengths.values())) > 1 or 0 in lengths.values():
+    columns = {name: _column(name, given) for name, given in parameters.items()}
+    lengths = {name: len(column) for name, column in columns.items() if column is not None}
+    if len(set(lengths.values())) > 1:
         shown = ", ".join(f"{name} {length}" for name, length in lengths.items())
         raise ValueError(f"parameters: have different numbers of values ({shown}); must have one for each run")
     count = next(iter(lengths.values()), 1)
-    return {name: np.broadcast_to(column, count).tolist() for name, column in found.items()}
+    return {name: [parameters[name]] * count if column is None else column for name, column in columns.items()}
 
 
-def _column(given: Any) -> Vector:
-    """Numbers and text as they are; anything else, such as materials, as objects."""
-    if isinstance(given, Iterable) and not isinstance(given, str | np.ndarray):
-        given = list(given)
-        if any(not isinstance(one, int | float | str | np.number | Sequence) for one in given):
-            objects = np.empty(len(given), dtype=object)
-            objects[:] = given
-            return objects
-    try:
-        column = np.asarray(given)
-    except ValueError:  # of lists of different lengths
-        column = np.empty((1, 1), dtype=object)
-    return column
+def _column(name: str, given: Any) -> list[Any] | None:
+    """The values of a parameter as they are, None for one value; a ValueError for what is neither."""
+    if isinstance(given, Mapping | Set):
+        raise ValueError(f"{name} = {short(given)}: has no order; must be one value, or a list with one for each run")
+    single = isinstance(given, str) or not isinstance(given, Iterable)
+    if isinstance(given, np.ndarray | xr.DataArray):
+        if given.ndim > 1:
+            raise ValueError(f"{name}: has the shape {given.shape}; must be one value, or a list with one for each run")
+        values, single = np.ravel(given).tolist(), given.ndim == 0
+    else:
+        values = [given] if single else list(given)
+    if not values:
+        raise ValueError(f"{name}: is empty; must be one value, or a list with one for each run")
+    for place, value in enumerate(values):
+        if isinstance(value, list):
+            raise ValueError(f"{name}[{place}] = {short(value)}: must be one value of a run; a tuple is one")
+        if isinstance(value, float | np.floating) and not np.isfinite(value):
+            raise ValueError(f"{name}: is {value} for run {place}; must be finite")
+    return None if single else values
 
 
 def _simulation(name: str, given: Any, structure: Structure | None, dt: float | None) -> CoSimulation:
@@ -378,8 +373,11 @@ class _Part:
         return found.assign_attrs(beads=self.family.beads)
 
 
-def _measured(measure: Callable[[xr.Dataset], xr.Dataset], data: xr.Dataset) -> xr.Dataset:
-    found = instance("measure(runs)", measure(data), xr.Dataset, "a Dataset")
+def _measured(measure: Measure, data: xr.Dataset) -> xr.Dataset:
+    kept = measure(data)
+    if isinstance(kept, xr.DataArray):
+        kept = kept.to_dataset(name=kept.name or "measure")
+    found = instance("measure(runs)", kept, xr.Dataset, "a Dataset or a DataArray")
     if found.sizes.get("run") != data.sizes["run"]:
         raise ValueError(f"measure(runs): has the dimensions {dict(found.sizes)}; must keep run: {data.sizes['run']}")
     return found
@@ -394,9 +392,10 @@ def _together(
     data = parts[0] if len(parts) == 1 else xr.concat(parts, "run", data_vars="minimal", coords="minimal")
     given = {"first": family.first.describe(), "count": family.number, "until": until}
     data = data.assign_attrs(provenance({"batch": given}))
-    findings = gathered({f"run {i}": one.findings for i, one in enumerate(done) if one.findings}, len(done))
+    findings = gathered({f"run {i}": one.findings for i, one in enumerate(done) if one.findings}, len(done), "runs")
+    reasons = {"long_name": "why the run failed, empty where it did not"}
+    data[ERROR_VARIABLE] = "run", [str(one.failure or "") for one in done], reasons
     if failures:
-        data[ERROR_VARIABLE] = "run", [str(one.failure or "") for one in done], {"long_name": "why the run failed"}
         findings.append(f"batch: {len(failures)} of {len(done)} runs failed, see the variable error")
     warn(findings)
     return with_warnings(data, [*before, *findings])

@@ -110,6 +110,27 @@ def test_a_measure_is_all_that_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     assert kept.speed.values.tolist() == speeds
 
 
+def test_a_measure_may_be_an_array_and_values_stay_what_they_are() -> None:
+    """AR as it is returned; tuples, text and numbers reach the function as they were given."""
+    given = []
+
+    def run(what: object) -> hl.CoSimulation:
+        given.append(what)
+        return tap(0.3)
+
+    kept = hl.batch(run, 4e-4, save_every=1e-6, threads=1, measure=lambda runs: runs.velocity.max("time"),
+                    what=[(0.1, 1), "0.2", True, 3])  # fmt: skip
+    assert kept.velocity.sizes["run"] == 4
+    assert given[1:] == [(0.1, 1), "0.2", True, 3]
+    assert kept.error.values.tolist() == [""] * 4
+
+
+def test_what_was_not_kept_is_named() -> None:
+    runs = hl.batch([chain()], until=2e-4, structure=WALL, sensors=[6, 7], save_every=1e-6)
+    with pytest.raises(ValueError, match="sensor = 4: was not kept; must be one of 6, 7"):
+        hl.amplitude_ratio(runs, 4)
+
+
 def test_materials_are_parameters() -> None:
     runs = hl.batch(
         lambda material: hl.CoSimulation(chain(), hl.half_space(material)), until=1e-4, material=[hl.PTFE, hl.NYLON]
@@ -155,8 +176,11 @@ def test_what_a_batch_did_not_keep_is_not_measured() -> None:
             "runs = .*: takes speed, but the parameters are speeds",
         ),
         ({"runs": lambda speed: chain(speed), "speed": [0.1, np.nan]}, "speed: is nan for run 1; must be finite"),
-        ({"runs": lambda speed: chain(speed), "speed": [[0.1], [0.2]]}, r"speed: has the shape \(2, 1\)"),
-        ({"runs": lambda speed: chain(speed), "speed": []}, "parameters: have different numbers of values"),
+        ({"runs": lambda speed: chain(speed), "speed": [[0.1], [0.2]]}, r"speed\[0\] = \[0.1\]: must be one value"),
+        ({"runs": lambda speed: chain(speed), "speed": []}, "speed: is empty"),
+        ({"runs": lambda speed: chain(speed), "speed": {0.1: 1}}, "speed = .*: has no order"),
+        ({"runs": lambda speed: chain(speed), "speed": np.ones((2, 1))}, r"speed: has the shape \(2, 1\)"),
+        ({"runs": lambda speed: chain(speed), "velocity": [0.1]}, "takes speed, but the parameters are velocity"),
         ({"runs": lambda a, b: chain(a + b), "a": [0.1, 0.2], "b": [0.1] * 3}, r"values \(a 2, b 3\)"),
         ({"runs": lambda time: chain(time), "time": [0.1]}, "time: is a name that every run uses"),
         ({"runs": lambda speed: chain(speed), "speed": [0.1], "dt": 1e-8}, "dt = 1e-08: belongs into the function"),
@@ -175,7 +199,7 @@ def test_what_a_batch_did_not_keep_is_not_measured() -> None:
         ({"save_every": 1.0}, r"save_every = 1\.0: must not be longer than the run"),
         ({"dt": 1e-20}, r"dt = 1e-20: takes .* steps in .* s; give a longer dt"),
         ({"save_every": 0.0}, r"save_every = 0\.0"),
-        ({"until": 1e3}, "until: .* numbers are too many to keep"),
+        ({"until": 1e3}, "until = 1000.0, save_every = .*: .* numbers are too many to keep"),
         ({"dt": 1e-4}, r"dt = 0\.0001: too large for a stable step"),
     ],
 )

@@ -16,7 +16,8 @@ from coupling.results.schema import COORDINATES, LAST, VARIABLES, Contact, kind_
 
 ROOT = Path(__file__).resolve().parents[2]
 RESULTS = sorted(path.stem for path in (ROOT / "coupling/results").glob("[!_]*.py"))
-SIMULATOR = ["numba", "skfem", "particles", "plates", "coupling.interface", "coupling.cosimulation"]
+SIMULATOR = ["skfem", "particles.chain", "particles.kernels", "plates", "coupling.interface", "coupling.cosimulation"]
+"""Waves are found by compiled loops of their own: numba, and the folder for compiled code that `particles` provides."""
 
 
 @pytest.mark.thorough
