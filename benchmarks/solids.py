@@ -119,7 +119,7 @@ def studies(quick: bool) -> None:
     spent = []
     with TemporaryDirectory() as folder:
         for name in STUDIES:
-            command = [sys.executable, "-c", "import hertzlink; hertzlink.main()", "study", name]
+            command = [sys.executable, "-m", "hertzlink", "study", name]
             command += ["--output", f"{folder}/{name}", *["--quick"] * quick]
             begin = perf_counter()
             subprocess.run(command, env=environment, check=True, capture_output=True)

@@ -9,9 +9,9 @@ from typing import Any
 import xarray as xr
 
 from coupling.accuracy import accuracy_of
-from coupling.interface import Facing, Interface, for_each
+from coupling.interface import ContactPoint, Facing, Interface, for_each
 from coupling.loops import Work
-from coupling.plan import Plan, plan_run, warn_if_coarse
+from coupling.plan import Plan, longest_substep, plan_run, warn_if_coarse
 from coupling.recording.checkpoint import Keeper, locked
 from coupling.recording.dataset import dataset, summary
 from coupling.recording.frames import Frames
@@ -26,6 +26,9 @@ from particles.chain import Chain
 from particles.moving import MovingChain
 from structures.checks import instance, listed, one_of, positive, whole
 from structures.html_table import html_table
+from structures.moving import MovingStructure
+from structures.reduction import reduce
+from structures.structure import Structure
 
 WAVEFORMS = ("linear", "quadratic")
 
@@ -117,6 +120,11 @@ class CoSimulation:
             raise ValueError(f"substeps = {substeps!r}: divide a window; give window, in s, as well")
         if dt is not None and isinstance(self.window, float) and dt > self.window:
             raise ValueError(f"dt = {dt!r}: must not be longer than the window, {window} s")
+        self._given: dict[str, Any] = {
+            "chain": chains if several else chains[0], "structure": facing if several else facing[0], "scheme": scheme,
+            "window": window, "dt": dt, "substeps": substeps, "waveform": waveform,
+            "behind": back if several else back[0], "accuracy": accuracy,
+        }  # fmt: skip
 
     @property
     def chain(self) -> MovingChain:
@@ -201,6 +209,71 @@ class CoSimulation:
         given = self.window, self.substeps, until, save_every, self.accuracy.windows
         return plan_run(self.interface, self.scheme, *given)
 
+    @property
+    def longest_window(self) -> float:
+        """The longest window that the scheme, or `window`, allows, s; with several substeps, the longest of these."""
+        return longest_substep(self.interface, self.scheme, self.window, self.substeps, self.accuracy.windows)[0]
+
+    def replace(self, **changes: Any) -> "CoSimulation":
+        """The same co-simulation but for these arguments.
+
+        Parameters
+        ----------
+        **changes
+            Arguments of CoSimulation.
+
+        Returns
+        -------
+        CoSimulation
+            A new one; this one does not change.
+
+        Raises
+        ------
+        ValueError
+            For a name that is no argument, and for what CoSimulation itself refuses.
+
+        Examples
+        --------
+        >>> import hertzlink as hl
+        >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+        >>> run = hl.CoSimulation(hl.Chain([bead] * 12, bead, 0.3), hl.half_space(hl.PTFE))
+        >>> run.replace(accuracy="screening").longest_window > 2.0 * run.longest_window
+        True
+        """
+        if unknown := sorted(set(changes) - set(self._given)):
+            raise ValueError(f"{unknown[0]}: is no argument of CoSimulation; must be one of {', '.join(self._given)}")
+        return CoSimulation(**{**self._given, **changes})
+
+    def reduced(self, until: float, **changes: Any) -> "CoSimulation":
+        """The same co-simulation with each linear structure that is large replaced by its reduction.
+
+        Parameters
+        ----------
+        until : float
+            Length of the longest run, s.
+        **changes
+            Other arguments, as in `replace`.
+
+        Returns
+        -------
+        CoSimulation
+            With structures of `reduce(structure, until)`. Small structures, and a user's participants, stay.
+
+        Examples
+        --------
+        >>> import hertzlink as hl
+        >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+        >>> plate = hl.kirchhoff_plate(0.2, 0.2, 2.29e-3, hl.ALUMINIUM_6061, hl.Supports(left="clamped"))
+        >>> run = hl.CoSimulation(hl.Chain([bead] * 12, bead, 0.3), plate.at(0.1, 0.1))
+        >>> run.structure.structure.size > 1000, run.reduced(until=1e-3).structure.structure.size < 100
+        (True, True)
+        """
+        until = positive("until", until, "s")
+        # Those that are small have been examined, and keep their modes.
+        known = {id(one.structure): one for one in self.interface.structures if isinstance(one, MovingStructure)}
+        ends = {name: _with_reduced(self._given[name], until, known) for name in ("structure", "behind")}
+        return self.replace(**ends, **changes)
+
     def describe(self) -> dict[str, Any]:
         """The full input as plain data."""
         return {**self.interface.describe(), "scheme": repr(self.scheme)}
@@ -232,3 +305,17 @@ class CoSimulation:
             ("impact energy", f"{1e3 * self.interface.impact_energy:.4g} mJ"),
         ]
         return html_table("CoSimulation", rows)
+
+
+def _with_reduced(facing: Any, until: float, known: dict[int, MovingStructure]) -> Any:
+    """What chains face, with large structures reduced, each of them once. known: by the structure's identity."""
+    if isinstance(facing, list):
+        return [_with_reduced(one, until, known) for one in facing]
+    if isinstance(facing, ContactPoint):
+        return ContactPoint(_with_reduced(facing.structure, until, known), facing.number)
+    if not isinstance(facing, Structure):
+        return facing
+    moving = known[id(facing)]
+    if facing.size and not moving.compact:
+        moving = known[id(facing)] = MovingStructure(reduce(facing, until))
+    return moving

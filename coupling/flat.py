@@ -1,6 +1,7 @@
 """Chains, structures and contacts as the compiled window loop takes them: arrays, one after the other."""
 
 from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,9 @@ from particles import kernels
 from particles.moving import MovingChain
 from structures.moving import Propagator
 from structures.structure import Vector
+
+MOST_WINDOWS = 64
+"""Windows that are kept at a time."""
 
 
 def flat_chains(interface: Interface) -> kernels.Chains:
@@ -72,6 +76,24 @@ def flat_structures(propagators: Sequence[Propagator]) -> kernels.Structures:
     return kernels.Structures(**joined, layout=begins)
 
 
+class FlatWindows:
+    """Windows of structures that were asked for last: thousands of runs meet the same structure in equal windows."""
+
+    def __init__(self) -> None:
+        self._known: dict[Any, tuple[Sequence[Any], kernels.Structures]] = {}
+
+    def of(self, structures: Sequence[Any], length: float) -> kernels.Structures:
+        """A window of these MovingStructures, `length` s long."""
+        key = (*((id(one.structure), one.stepper) for one in structures), length)
+        if key not in self._known:
+            made = flat_structures([one.propagator(length) for one in structures])
+            for old in list(self._known)[: -MOST_WINDOWS or None]:
+                self._known.pop(old, None)
+            # With the structures: another object could get the number of one that is gone.
+            self._known[key] = [one.structure for one in structures], made
+        return self._known[key][1]
+
+
 def flat_seats(interface: Interface) -> kernels.Seats:
     """The contacts."""
     contacts = interface.contacts
@@ -86,9 +108,12 @@ def flat_seats(interface: Interface) -> kernels.Seats:
 
 
 def _joined(arrays: Iterable[Vector]) -> Vector:
-    return np.concatenate([np.ravel(array) for array in arrays])
+    flat = [array.ravel() for array in arrays]
+    return flat[0] if len(flat) == 1 else np.concatenate(flat)
 
 
 def _layout(sizes: Sequence[Sequence[int]]) -> NDArray[np.int64]:
     """Where each one's numbers begin, and in the last row the end."""
-    return np.concatenate([np.zeros((1, len(sizes[0])), dtype=np.int64), np.cumsum(sizes, axis=0, dtype=np.int64)])
+    ends = np.zeros((len(sizes) + 1, len(sizes[0])), dtype=np.int64)
+    ends[1:] = sizes
+    return ends if len(sizes) == 1 else ends.cumsum(axis=0)

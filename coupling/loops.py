@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from coupling.flat import flat_chains, flat_seats, flat_structures
+from coupling.flat import FlatWindows, flat_chains, flat_seats
 from coupling.interface import Interface
 from coupling.participant import BlackBox
 from coupling.plan import Plan
@@ -37,7 +37,7 @@ tried a few times."""
 
 
 class Work(NamedTuple):
-    """A run to do: its two sides and scheme, the plan, what records it, and the clock of a trace."""
+    """A run to do: its two sides, scheme and plan, what records it, the clock of a trace, and windows known already."""
 
     interface: Interface
     scheme: Scheme
@@ -46,6 +46,7 @@ class Work(NamedTuple):
     frames: Frames
     keeper: Keeper | None
     clock: Trace | None
+    known: FlatWindows | None = None
 
     @property
     def compiled(self) -> bool:
@@ -66,7 +67,7 @@ def is_compiled(interface: Interface, scheme: Scheme, plan: Plan) -> bool:
 
 def run_windows(work: Work) -> None:
     """Window by window, by the scheme."""
-    _, scheme, window, plan, frames, keeper, clock = work
+    _, scheme, window, plan, frames, keeper, clock, _ = work
     interface = work.interface if clock is None else clock.watch_interface(work.interface)
     windows = Windows(interface, scheme, window.tolerance if isinstance(window, Adaptive) else None)
     state, done, counts = work.interface.start(scheme.start(work.interface)), 0, Counts()
@@ -105,7 +106,7 @@ def _advanced(work: Work, windows: Windows, state: CoupledState, done: int, many
 
 def run_compiled(work: Work) -> None:
     """All windows in compiled code, for linear structures with a scheme that iterates or condenses."""
-    interface, _, window, plan, frames, keeper, _ = work
+    interface, _, window, plan, frames, keeper, *_ = work
     loop = Loop(work)
     run, row = loop.start(), 0
     loop.save(run, 0)
@@ -144,7 +145,7 @@ class Loop:
     """
 
     def __init__(self, work: Work) -> None:
-        interface, scheme, window, plan, frames, _, clock = work
+        interface, scheme, window, plan, frames, _, clock, known = work
         self.interface, self.plan, self.frames = interface, plan, frames
         self.search = _search(scheme, interface)
         self.memory = (getattr(scheme, "reuse", 0), 2, self.search.most, interface.size)
@@ -166,6 +167,7 @@ class Loop:
                 clock.timed("compiled loop", self.kernel),
                 clock.timed("saving", kernels.save),
             )
+        self.windows = known or FlatWindows()
         self._lengths: dict[float, tuple[kernels.Structures, NDArray[np.int64]]] = {}
 
     def start(self) -> kernels.Run:
@@ -266,7 +268,7 @@ class Loop:
             steps = np.array(
                 [[chain.steps(part / self.joined) * self.joined for part in parts] for chain in self.interface.chains]
             )
-            self._lengths[length] = flat_structures([one.propagator(length) for one in self.structures]), steps
+            self._lengths[length] = self.windows.of(self.structures, length), steps
         return self._lengths[length]
 
 

@@ -75,17 +75,13 @@ def plan_run(
     """
     _check_validity(interface, until)
     adaptive = isinstance(window, Adaptive)
-    per_contact = ADAPTIVE_PER_CONTACT if adaptive else fineness * scheme.substeps_per_contact
-    longest, parts = interface.contact_time / per_contact, 1
-    if isinstance(window, float):
-        if window > until:
-            raise ValueError(f"window = {window!r}: must not be longer than the run, until = {until!r} s")
-        parts = substeps or _power_of_two(window / longest)
-        longest = window / parts
+    if isinstance(window, float) and window > until:
+        raise ValueError(f"window = {window!r}: must not be longer than the run, until = {until!r} s")
+    longest, parts = longest_substep(interface, scheme, window, substeps, fineness)
     if save_every is None:
         if isinstance(window, float):
             return Plan(longest, parts, 1, _saved_times(interface, until / longest))
-        count = _power_of_two(until * min(SAVED_PER_CONTACT, per_contact) / interface.contact_time)
+        count = _power_of_two(until / max(interface.contact_time / SAVED_PER_CONTACT, longest))
         stride = _power_of_two(until / count / longest)
         return Plan(until / count / stride, 1, stride, _saved_times(interface, count))
     save_every = positive("save_every", save_every, "s")
@@ -97,6 +93,18 @@ def plan_run(
         )
     stride = 1 if adaptive else ceil(save_every / longest * (1.0 - SAME_TIME))
     return Plan(save_every / stride, parts, stride, _saved_times(interface, until / save_every, save_every))
+
+
+def longest_substep(
+    interface: Interface, scheme: Scheme, window: float | Adaptive | None, substeps: int | None, fineness: float
+) -> tuple[float, int]:
+    """The longest substep that the scheme, or the window, allows (s), and the number of them in a window."""
+    per_contact = ADAPTIVE_PER_CONTACT if isinstance(window, Adaptive) else fineness * scheme.substeps_per_contact
+    longest = interface.contact_time / per_contact
+    if not isinstance(window, float):
+        return longest, 1
+    parts = substeps or _power_of_two(window / longest)
+    return window / parts, parts
 
 
 def warn_if_coarse(plan: Plan, interface: Interface, adaptive: bool) -> list[str]:

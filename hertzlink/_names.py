@@ -8,6 +8,7 @@ import ast
 import sys
 from functools import cache
 from importlib import import_module
+from importlib.util import LazyLoader, find_spec, module_from_spec
 from pathlib import Path
 from typing import NamedTuple
 
@@ -66,3 +67,16 @@ def name_loaded() -> None:
         if place.name in loaded:
             name_for_users(loaded[place.name], *public)
             _unnamed().pop(public, None)
+            _stand_in(public[0])
+
+
+def _stand_in(module: str) -> None:
+    """A module that is loaded when one of its names is used: pickles look up what is named after it there."""
+    if module in sys.modules:
+        return
+    spec = find_spec(module)
+    assert spec is not None
+    assert spec.loader is not None
+    spec.loader = LazyLoader(spec.loader)
+    sys.modules[module] = module_from_spec(spec)
+    spec.loader.exec_module(sys.modules[module])

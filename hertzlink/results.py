@@ -1,6 +1,8 @@
 """Classes of results, waves along the chain, and calibration of sensors."""
 
 from coupling.identification.fitting import Fit
+from coupling.identification.found import Identification, Unknown
+from coupling.identification.information import Information
 from coupling.results.critical_distance import CriticalDistance
 from coupling.results.measures import contact_to_sensor_ratio
 from coupling.results.sensor import calibration_factor
@@ -12,10 +14,13 @@ __all__ = [
     "contact_to_sensor_ratio",
     "CriticalDistance",
     "Fit",
+    "Identification",
+    "Information",
     "follow_waves",
     "NoWave",
     "ReflectedWave",
     "Reflections",
     "Track",
+    "Unknown",
     "Wave",
 ]

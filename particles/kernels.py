@@ -1012,6 +1012,13 @@ def _propagate(spread, state, out):
     """The state at a window's end where no force acts, see structures.moving.Propagator."""
     parts = spread.shape[0]
     count = spread.shape[1] // parts
+    if parts == 2 and count > 1:
+        # Modes, displacement and velocity: one pass that the compiler turns into vector instructions.
+        for k in range(count):
+            u, v = state[k], state[count + k]
+            out[k] = spread[0, k] * u + spread[1, k] * v
+            out[count + k] = spread[0, count + k] * u + spread[1, count + k] * v
+        return
     out[:] = 0.0
     for j in range(parts):
         if count == 1:
@@ -1104,6 +1111,24 @@ def _push(structures, seats, force, body):
         first = now[5] + seats.point[k] * size
         for i in range(size):
             body[now[0] + i] += force[k] * structures.response[first + i]
+
+
+@njit(cache=True)
+def _end(structures, seats, force, free, body):
+    """The states of the structures at a window's end, from those where no force acts and the mean forces."""
+    _copy(free, body)
+    _push(structures, seats, force, body)
+    for i in range(body.size):
+        body[i] = body[i] if abs(body[i]) >= NEGLIGIBLE**3 else 0.0
+
+
+@njit(cache=True)
+def _add(force, response, free, body):
+    """The same for one contact."""
+    nothing = 0.0
+    for i in range(body.size):
+        value = free[i] + force * response[i]
+        body[i] = value if abs(value) >= NEGLIGIBLE**3 else nothing
 
 
 @njit(cache=True)
@@ -1415,10 +1440,20 @@ def run_coupled(run, chains, structures, seats, steps, window, quadratic, search
     # Most runs of a batch: to pass all groups of arrays to `save` would take longer than a window.
     plain = chains.method is None and chains.rest.size == count == 1 and saved.kinetic.shape[1] == 0
     run_y, run_v, velocities, surfaces, forces = run.y, run.v, saved.velocity, saved.surface, saved.contact_force
+    # Views of the only structure and its only contact: to make them in each window would take longer than its motion.
+    only = structures.layout.shape[0] == 2 and count == 1
+    parts, points = structures.layout[0, 6] if only else 1, structures.layout[0, 7] if only else 0
+    spread = structures.spread[: parts * bodies if only else 0].reshape((parts, -1))
+    contact = structures.contact[seats.point[0] * points :][:points]
+    response = structures.response[seats.point[0] * bodies :][:bodies]
     for done in range(windows[0], windows[1] + 1):
         t = (done - 1) * window
-        _let_go(structures, run.body, free)
-        _read(structures, seats, free, at_rest)
+        if only:
+            _propagate(spread, run.body, free)
+            at_rest[0] = _dot(contact, free)
+        else:
+            _let_go(structures, run.body, free)
+            _read(structures, seats, free, at_rest)
         if quadratic is None:
             _copy(run.guess, guess)
             static, before, softness = seats.static[0], run.surface[0], compliance[0, 0]
@@ -1446,12 +1481,11 @@ def run_coupled(run, chains, structures, seats, steps, window, quadratic, search
             return NOT_CONVERGED, done, residual, 0
         _copy(y, run.y)
         _copy(v, run.v)
-        _copy(free, run.body)
-        _push(structures, seats, push, run.body)
-        for i in range(bodies):
-            # The rest of an old motion that damping leaves would end in slow subnormal numbers too.
-            if abs(run.body[i]) < NEGLIGIBLE**3:
-                run.body[i] = 0.0
+        # The rest of an old motion that damping leaves would end in subnormal numbers, which are slow: it becomes zero.
+        if only:
+            _add(push[0], response, free, run.body)
+        else:
+            _end(structures, seats, push, free, run.body)
         for c in range(chains.rest.size):
             run.lost[c] += found[4, c]
             run.driven[c] += found[5, c]

@@ -186,7 +186,7 @@ class MovingChain:
         loss = self.chain.dissipation
         if loss is None:
             return inf
-        deepest = self._overlap(self.energy) + self.preload
+        deepest = self._deepest_alone + self.preload
         tangent = self._over_contacts(lambda law, i: law.tangent(deepest[i]))
         secant = self._over_contacts(lambda law, i: law.force(deepest[i]) / np.maximum(deepest[i], UNDERFLOW))
         fastest = float(loss.rates(self.reduced_mass, tangent, secant, self.speed).max())
@@ -203,8 +203,13 @@ class MovingChain:
         return self._scales[1]
 
     @cached_property
+    def _deepest_alone(self) -> Vector:
+        """How deep each contact would be, m, if it held the scale of energies alone."""
+        return self._over_contacts(lambda law, i: law.overlap(np.full(i.size, self.energy)))
+
+    @cached_property
     def _scales(self) -> tuple[float, float]:
-        deepest = self._overlap(self.energy)
+        deepest = self._deepest_alone
         force = self._over_contacts(lambda law, i: law.force(deepest[i]))
         contact = -1 if self.laws[-1] else int(force.argmax())
         return float(force[contact]), float(deepest[contact])
@@ -371,10 +376,6 @@ class MovingChain:
     def _table_of(self) -> dict[ContactLaw, Vector]:
         return contacts.tables_of(self.local_laws)
 
-    def _overlap(self, energy: float) -> Vector:
-        """How deep each contact would be, m, if it held this energy (J) alone."""
-        return self._over_contacts(lambda law, i: law.overlap(np.full(i.size, energy)))
-
     def _check_behind(self) -> None:
         """A surface behind the chain has the place of a striker."""
         finite("behind_flexibility", self.behind_flexibility, "m/N")
@@ -393,7 +394,9 @@ class MovingChain:
 
     def _check_flexibility(self) -> None:
         """A spring so negative that the contact would snap shut: its patch is smaller than the contact."""
-        deepest = self._overlap(self.energy)
+        if self.flexibility >= 0.0 and self.behind_flexibility >= 0.0:
+            return
+        deepest = self._deepest_alone
         tangent = self._over_contacts(lambda law, i: law.tangent(deepest[i]))
         for name, flexibility, stiffness in (
             ("flexibility", self.flexibility, tangent[-1]),
@@ -411,7 +414,7 @@ class MovingChain:
         if self.dt is None:
             return
         object.__setattr__(self, "dt", positive("dt", self.dt, "s"))
-        deepest = self._overlap(self.energy) + self.preload
+        deepest = self._deepest_alone + self.preload
         tangent = self._over_contacts(lambda law, i: law.tangent(deepest[i]))
         fastest = np.sqrt(2.0 * tangent / self.reduced_mass).max()
         largest = min(2.0 / float(fastest), 2.0 * self.damping_time)

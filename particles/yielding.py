@@ -1,6 +1,7 @@
 """Contact pressures beyond yield: where beads would dent, which elastic contact laws leave out."""
 
 from collections.abc import Sequence
+from functools import lru_cache
 from math import inf, pi, sqrt
 
 from particles.bead import Bead, Cylinder
@@ -42,6 +43,13 @@ def yields(chains: Sequence[MovingChain], forces: Sequence[Vector]) -> list[str]
 def _pressure(first: Side, second: Side) -> tuple[float, float, float]:
     """p₀ = unit · F^power, Pa, of two bodies; and that from which the weaker one yields, infinite where not known."""
     one, other = (side if isinstance(side, Surface) else side.surface for side in (first, second))
+    length = min((side.length for side in (first, second) if isinstance(side, Cylinder)), default=inf)
+    return _pressure_of_surfaces(one, other, length)
+
+
+@lru_cache(maxsize=256)
+def _pressure_of_surfaces(one: Surface, other: Surface, length: float) -> tuple[float, float, float]:
+    """The same; length, m, of a line contact. Kept, as thousands of runs have the same beads."""
     limit = min(yield_pressure(one.material), yield_pressure(other.material))
     if limit == inf:
         return 0.0, 1.0, inf
@@ -52,7 +60,6 @@ def _pressure(first: Side, second: Side) -> tuple[float, float, float]:
         return 0.0, 1.0, inf
     if flat > 1e-12 * sharp:
         return hertz_pressure(one, other, 1.0), 1.0 / 3.0, limit
-    length = min((side.length for side in (first, second) if isinstance(side, Cylinder)), default=inf)
     modulus = 1.0 / (1.0 / one.material.contact_modulus + 1.0 / other.material.contact_modulus)
     return sqrt(modulus * sharp / (pi * length)), 0.5, limit
 

@@ -12,7 +12,6 @@ from scipy.sparse.linalg import splu
 
 from structures.checks import each, finite, instance, not_negative, one_of, positive
 from structures.factor import symmetric
-from structures.oscillators import is_modal
 from structures.plausible import likely
 from structures.structure import Structure, Vector, known_field
 from structures.symmetric import check_definite
@@ -107,7 +106,7 @@ def modal(structure: Structure, ratio: ArrayLike) -> Structure:
     0.02
     """
     instance("structure", structure, Structure, "a Structure")
-    if not is_modal(structure):
+    if not structure.is_modal:
         raise ValueError(
             f"structure: its {structure.size} degrees of freedom are not modes (M = I; K, C diagonal); reduce it first"
         )

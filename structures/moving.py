@@ -7,7 +7,7 @@ import numpy as np
 
 from structures.checks import instance, one_of, short, takes, within
 from structures.modes import modes_of
-from structures.oscillators import Oscillators, is_modal
+from structures.oscillators import Oscillators
 from structures.step_checks import check_step
 from structures.stepping import (
     LONGEST_WINDOW,
@@ -125,7 +125,7 @@ class MovingStructure:
     @cached_property
     def modal(self) -> bool:
         """Whether it moves as Oscillators do."""
-        return self.stepper == "midpoint" and is_modal(self.structure)
+        return self.stepper == "midpoint" and self.structure.is_modal
 
     @property
     def compact(self) -> bool:

@@ -3,7 +3,6 @@ form.
 """
 
 import numpy as np
-from scipy import sparse
 
 from structures.stepping import StructureState
 from structures.structure import Structure, Vector
@@ -12,18 +11,6 @@ SERIES_RATE_LIMIT, SERIES_TERMS = 0.5, 24
 """An overdamped oscillator whose two rates, times the window, differ by more than 2 SERIES_RATE_LIMIT is a sum of
 two exponentials. For all others SERIES_TERMS terms of a series are exact to rounding.
 """
-
-
-def is_modal(structure: Structure) -> bool:
-    """Whether the degrees of freedom are modes: M = I, K and C diagonal."""
-    matrices = [structure.mass, structure.stiffness] + ([] if structure.damping is None else [structure.damping])
-    return all(map(_is_diagonal, matrices)) and bool((structure.mass.diagonal() == 1.0).all())
-
-
-def _is_diagonal(matrix: sparse.csr_array) -> bool:
-    """Without sums of sparse matrices, which take longer than a short run."""
-    rows = np.repeat(np.arange(matrix.shape[0]), np.diff(matrix.indptr))
-    return bool(((matrix.indices == rows) | (matrix.data == 0.0)).all())
 
 
 class Oscillators:

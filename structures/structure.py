@@ -4,6 +4,7 @@ structures.
 
 import dataclasses
 from collections.abc import Mapping
+from functools import cached_property
 from math import inf
 from typing import Any
 
@@ -113,6 +114,12 @@ class Structure:
             if self.field.size > n:
                 raise ValueError(f"field: takes {self.field.size} degrees of freedom, but contact has {n} entries")
 
+    @cached_property
+    def is_modal(self) -> bool:
+        """Whether the degrees of freedom are modes: M = I, K and C diagonal."""
+        matrices = [self.mass, self.stiffness] + ([] if self.damping is None else [self.damping])
+        return all(map(_is_diagonal, matrices)) and bool((self.mass.diagonal() == 1.0).all())
+
     @property
     def size(self) -> int:
         """The number of degrees of freedom."""
@@ -144,6 +151,12 @@ class Structure:
 
     def _repr_html_(self) -> str:
         return html_table("Structure", _facts(self))
+
+
+def _is_diagonal(matrix: sparse.csr_array) -> bool:
+    """Without sums of sparse matrices, which take longer than a short run."""
+    rows = np.repeat(np.arange(matrix.shape[0]), np.diff(matrix.indptr))
+    return bool(((matrix.indices == rows) | (matrix.data == 0.0)).all())
 
 
 def _facts(structure: Structure) -> list[tuple[str, str]]:

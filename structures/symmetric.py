@@ -44,6 +44,8 @@ def check_symmetric(name: str, matrix: sparse.csr_array) -> None:
         raise ValueError(
             f"{name}: must have no negative eigenvalue, but its diagonal entry {row} is {diagonal[row]:.3g} {unit}"
         )
+    if np.count_nonzero(diagonal) == matrix.count_nonzero():
+        return  # Diagonal, and its entries are positive.
     size = np.sqrt(diagonal + PROJECTION_ROUNDING * diagonal.max(initial=0.0))
     entries, skewed = matrix.tocoo(), (matrix - matrix.T).tocoo()
     if (abs(skewed.data) > LARGEST_ASYMMETRY * size[skewed.row] * size[skewed.col]).any():

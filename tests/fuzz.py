@@ -15,6 +15,7 @@ import math
 import os
 import random
 import re
+import reprlib
 import resource
 import signal
 import sys
@@ -54,6 +55,9 @@ WRONG: tuple[Any, ...] = (
     *(xr.Dataset(), xr.DataArray([1.0]), Path("nowhere"), range(3), [[1.0, 2.0], [3.0]], np.datetime64("2020"), 0, -1),
     *(math.nan, math.inf, 1e300, 10**9, object(), np.ma.masked, [math.nan], [1e300, 1e300], (1, 2, 3), {1: 2}),
 )
+SHORT = reprlib.Repr()
+"""Prints lists of a million elements by their first ones."""
+SHORT.maxstring = SHORT.maxother = 400
 FACTORS = (1e-9, 1e-6, 1e-3, 0.1, 0.5, 2.0, 10.0, 1e3, 1e6, 1e9, -1.0)
 """Multiples of a good number: a length in millimetres or micrometres, a time in milliseconds, a wrong sign."""
 
@@ -265,19 +269,19 @@ def main(tries: int, seed: int) -> int:
             continue
         arguments = drawn.sample(list(target.good), min(len(target.good), drawn.choice((1, 1, 1, 2))))
         changes = {one: drawn.choice(target.values(one, others)) for one in arguments}
-        Path("call").write_text(f"{name}({changes!r})")
+        Path("call").write_text(f"{name}({SHORT.repr(changes)})")
         began = time.process_time()
         fault = attempt(target, changes, names)
         taken = time.process_time() - began
         if taken > 3.0:
-            print(f"slow: {taken:.1f} s {name}({str(changes)[:160]})", flush=True)
-            slow.append((taken, name, str(changes)[:200]))
+            print(f"slow: {taken:.1f} s {name}({SHORT.repr(changes)[:160]})", flush=True)
+            slow.append((taken, name, SHORT.repr(changes)[:200]))
         if fault:
             place = re.search(r"\[.*?\]$", fault.text)
             key = (name, fault.kind, place.group() if place else tuple(arguments))
             if key not in found:
                 found[key] = fault
-                print(f"{name}({str(changes)[:160]})\n    {fault.kind}: {fault.text}", flush=True)
+                print(f"{name}({SHORT.repr(changes)[:160]})\n    {fault.kind}: {fault.text}", flush=True)
     print(f"{tries} calls, {len(found)} kinds of fault")
     for row in sorted(slow, reverse=True)[:20]:
         print("slow: {:.1f} s {} {}".format(*row))

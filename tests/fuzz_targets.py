@@ -109,6 +109,17 @@ def moving_body() -> tuple[xr.Dataset, hl.Structure, xr.Dataset]:
     return run, body, views.structure_motion(run, body, times=[2e-5, 4e-5])
 
 
+@cache
+def tapped() -> xr.Dataset:
+    """A signal of three beads."""
+    return hl.as_signal(*_tapped())
+
+
+def _tapped() -> tuple[Any, dict[int, Any]]:
+    run = against(0.3).run(until=1e-4, save_every=1e-6)
+    return run.time, {2: hl.sensor_force(run, 2)}
+
+
 def mesh() -> Any:
     import skfem.io.meshio
 
@@ -602,6 +613,15 @@ def _measures() -> dict[str, Target]:
                 **{"calibration": 100.0, "baseline": "lead", "positions": {7: 0.05}},
             },
         ),
+        "condition": Target(hl.condition, {"signal": hl.as_signal(**signal), "mains": 50.0}, None, None, infinite=True),
+        "average_taps": Target(
+            hl.average_taps,
+            {"signals": [hl.as_signal(**signal), hl.as_signal(**signal)], "length": None, "sensor": 7},
+        ),
+        "SensorModel": Target(
+            hl.SensorModel,
+            {"time_constant": 1e-3, "bandwidth": 1e5, "stiffness": 1e8, "mass": 1e-3, "damping": 0.02},
+        ),
         "results.calibration_factor": Target(
             results.calibration_factor,
             {"time": TIMES, "voltage": pulse(0.5, 1e-4), "mass": 3.5e-3, "impact_speed": 0.44, "backing": "immobile"},
@@ -611,6 +631,44 @@ def _measures() -> dict[str, Target]:
             {"ratio": ratio, "tolerance": 0.05, "relative": False, "bracket": True, "far": 0.5},
             None,
             {"ratio": ratios},
+            infinite=True,
+        ),
+        "identify": Target(
+            hl.identify,
+            {
+                **{"signal": tapped(), "build": against, "nuisances": ["gain"], "sensors": [2], "until": 1e-4},
+                **{"noise": 1.0, "starts": 1, "scan": 2, "seed": 0, "guess": {"speed": 0.3}, "discrepancy": 0.0},
+                "speed": (0.2, 0.5),
+            },
+            lambda one: one,  # an error may name an argument of what `build` calls
+            {
+                **{"signal": datasets, "speed": (0.3, (0.3, 0.3), (0.5, 0.2), (-1.0, 1.0), (0.2, np.inf), "ab")},
+                **{"guess": ({"speed": 9.0}, {"x": 0.3}, 0.3), "sensors": ([1], [99], [4, 4], [0]), "starts": (0, 2.5)},
+                **{"scan": (0, -1, 2.5), "until": (1e-12, 1.0)},
+            },
+            LONG,
+            infinite=True,
+        ),
+        "information": Target(
+            hl.information,
+            {
+                **{"build": against, "noise": 0.01, "sensors": [2], "until": 1e-4, "nuisances": ["gain"]},
+                **{"sample_every": 1e-6, "compare": "waveform", "speed": 0.3},
+            },
+            lambda one: one,
+            {"speed": (0.0, -0.3, np.nan, "x"), "sensors": ([1], [99], [0]), "sample_every": (1e-15, 1.0)},
+            LONG,
+            infinite=True,
+        ),
+        "best_sensors": Target(
+            hl.best_sensors,
+            {
+                **{"build": against, "unknown": "speed", "count": 1, "noise": 0.01, "candidates": [1, 2]},
+                **{"until": 1e-4, "nuisances": ["gain"], "sample_every": 1e-6, "choices": None, "speed": 0.3},
+            },
+            lambda one: one,
+            {"speed": (0.0, -0.3, np.nan, "x"), "candidates": ([1], [99], [0]), "sample_every": (1e-15, 1.0)},
+            LONG,
             infinite=True,
         ),
         "fit_dissipation": Target(

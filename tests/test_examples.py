@@ -29,6 +29,7 @@ NUMBERS = {
     "body_from_mesh.py": ([0.9445, 0.379, 0.9445], 5e-3),
     "deformable_beads.py": ([0.9754, 450.4, 0.9754, 448.3, 0.869, 607.2, 0.873, 604.6, 0.534, 490.2, 0.536], 2e-3),
     "signal_from_file.py": ([45.4, 0.753, 460.6], 5e-3),
+    "edge_from_a_tap.py": ([60.0, 4.83], 1e-2),
 }
 """The first numbers that each prints. Those of wall.py are LAMMPS's, the layered rod's are an independent prototype's,
 the signal's come from the run behind it, the others are regressions."""

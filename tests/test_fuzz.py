@@ -30,6 +30,7 @@ ELSEWHERE = {
     *("Bead", "ContactLaw", "Dissipation", "Excitation", "Participant", "Scheme", "Step"),
     # Exceptions, and records that only results hold.
     *("HertzlinkWarning", "NotConverged", "NoWaveError", "laws.ActiveSetNotConverged", "laws.PressuresNotConverged"),
+    *("results.Identification", "results.Information", "results.Unknown"),
     *("results.CriticalDistance", "results.Fit", "results.NoWave", "results.ReflectedWave", "results.Reflections"),
     *("results.Track", "results.Wave", "stepping.StructureState"),
     # Takes what views.picture takes, and draws many pictures.

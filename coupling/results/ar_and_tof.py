@@ -5,10 +5,12 @@ from itertools import repeat
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from coupling.results.missing_waves import short_record, warn_of_ends
 from coupling.results.peaks import Peak, waves_of_signal
 from coupling.results.reading import Reading
+from coupling.results.sensor import bridged
 from coupling.results.waves import NoWave, ReflectedWave, Reflections, Wave
 from coupling.results.waves_of_runs import BEGINS, Series, WavesOfRuns, find_waves, measured, series_of, why_none
 from structures.caution import caution
@@ -97,7 +99,7 @@ def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE) -
     """
     smallest, reading = positive("smallest", smallest), Reading(run)
     if reading.is_signal:
-        incident, back = _of_signal(reading.time, _one(measured(reading, sensor)), smallest)
+        incident, back = _of_signal(reading.time, _one(measured(reading, sensor)), smallest, (0, 1, 2), sensor)
     else:
         series = series_of(reading, sensor)
         if series.axes:
@@ -242,7 +244,7 @@ def _over_axes(run: xr.Dataset, sensor: int, wave: str, what: str, units: str, l
     if reading.is_signal:
 
         def one(force: Vector) -> float:
-            back = _of_signal(reading.time, force, SMALLEST_WAVE)[1]
+            back = _of_signal(reading.time, force, SMALLEST_WAVE, (0, 1 + place), sensor)[1]
             return float(getattr(back[place], what)) if len(back) > place else float("nan")
 
         found = xr.apply_ufunc(one, measured(reading, sensor), input_core_dims=[["time"]], vectorize=True)
@@ -261,7 +263,7 @@ def _over_axes(run: xr.Dataset, sensor: int, wave: str, what: str, units: str, l
 def _first_arrival(reading: Reading, sensor: int) -> float:
     """When the incident wave of one run or signal is at a sensor, s; NaN if it did not pass."""
     if reading.is_signal:
-        incident = _of_signal(reading.time, _one(measured(reading, sensor)), SMALLEST_WAVE)[0]
+        incident = _of_signal(reading.time, _one(measured(reading, sensor)), SMALLEST_WAVE, (0,), sensor)[0]
         return float("nan") if incident is None else incident.arrival
     series = series_of(reading, sensor)
     if series.axes:
@@ -283,9 +285,34 @@ def _several(axis: str) -> str:
     )
 
 
-def _of_signal(time: Vector, force: Vector, smallest: float) -> tuple[Wave | None, list[ReflectedWave]]:
-    """The incident wave of a signal, and all later ones."""
-    return _as_waves(waves_of_signal(time, force, smallest), repeat("unknown"))
+def _of_signal(
+    time: Vector, force: Vector, smallest: float, needed: Sequence[int], sensor: int
+) -> tuple[Wave | None, list[ReflectedWave]]:
+    """The incident wave of a signal, and all later ones; a ValueError where a needed one is clipped."""
+    unknown = ~np.isfinite(force)
+    if unknown.all():
+        return None, []
+    known = bridged(force)
+    peaks = waves_of_signal(time, known, smallest)
+    if unknown.any():
+        for place in needed:
+            if place < len(peaks):
+                _check_peak(time, known, unknown, peaks[place], sensor)
+    return _as_waves(peaks, repeat("unknown"))
+
+
+def _check_peak(time: Vector, known: Vector, unknown: NDArray[np.bool_], peak: Peak, sensor: int) -> None:
+    """A ValueError where samples of the upper half of a peak were clipped."""
+    amplitude, arrival = peak
+    at = int(np.clip(np.searchsorted(time, arrival), 0, time.size - 1))
+    low = np.flatnonzero(known < 0.5 * amplitude)
+    before, after = low[low < at], low[low > at]
+    upper = slice(int(before[-1]) if before.size else 0, int(after[0]) if after.size else time.size)
+    if count := int(unknown[upper].sum()):
+        raise ValueError(
+            f"run: sensor {sensor}: {count} samples of the peak at {1e6 * arrival:.4g} µs are clipped (NaN), so its "
+            "height is unknown; record it with a wider range"
+        )
 
 
 def _objects(found: WavesOfRuns, run: int) -> tuple[Wave | None, list[ReflectedWave]]:

@@ -118,6 +118,15 @@ def trace(name: str, values: ArrayLike) -> Vector:
     return array
 
 
+def bridged(values: Vector) -> Vector:
+    """A trace with straight lines across samples that are NaN, because they were clipped; never all of them."""
+    known = np.isfinite(values)
+    if known.all():
+        return values
+    places = np.arange(values.size)
+    return np.asarray(np.interp(places, places[known], values[known]))
+
+
 def noise_level(values: Vector) -> float:
     """Standard deviation of the white noise on a trace, at least that of the digitiser's rounding.
 

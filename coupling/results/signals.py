@@ -11,15 +11,15 @@ from numpy.typing import ArrayLike
 
 from coupling.results.provenance import provenance
 from coupling.results.schema import variable
-from coupling.results.sensor import FEWEST_SAMPLES, quiet_lead, trace
+from coupling.results.scope_file import read_table
+from coupling.results.sensor import FEWEST_SAMPLES, bridged, quiet_lead, trace
+from structures.caution import caution
 from structures.checks import finite, instance, not_negative, one_of, whole
 from structures.structure import Vector
 
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 
 VOLTS = {"V": 1.0, "mV": 1e-3}
-
-DELIMITERS = (";", "\t", ",", None)
 
 Where = Callable[[int], str]
 
@@ -80,8 +80,8 @@ def read_signal(
     path: str | Path,
     sensors: Mapping[int, int],
     time_column: int = 0,
-    time_unit: str = "s",
-    unit: str = "V",
+    time_unit: str | None = None,
+    unit: str | None = None,
     calibration: float | Mapping[int, float] | None = None,
     baseline: float | str = "lead",
     positions: Mapping[int, float] | None = None,
@@ -92,15 +92,16 @@ def read_signal(
     ----------
     path : path
         The file: lines of any kind, then one line for each sample. Commas, semicolons, tabs or blanks separate the
-        columns; numbers have decimal points. Trigger times below zero are allowed.
+        columns; numbers have decimal points, or decimal commas unless commas separate unquoted columns. Trigger
+        times below zero are allowed. Samples beyond the scope's range (inf, -∞, OVER) become NaN, with a warning.
     sensors : mapping
         Sensor number → column, counted from 0.
     time_column : int
         The column of the time, counted from 0.
-    time_unit : {"s", "ms", "us", "ns"}
-        The unit of the time.
-    unit : {"V", "mV", "N"}
-        The unit of the columns.
+    time_unit : {"s", "ms", "us", "ns"}, optional
+        The unit of the time; by default what the header names, such as "(ms)", else "s".
+    unit : {"V", "mV", "N"}, optional
+        The unit of the columns; by default what the header names, such as "(mV)", else "V".
     calibration : float or mapping, optional
         κ, N/V, for voltages: one for all sensors, or sensor number → κ; negative for a sensor that is wired the other
         way round. `calibration_factor` measures it.
@@ -121,7 +122,12 @@ def read_signal(
         If the file cannot be read.
     ValueError
         If there is no such file; with the line, if it is truncated or garbled, has gaps, numbers that are not finite,
-        times that do not increase, or a constant column.
+        times that do not increase, or a constant column; if a unit differs from the one that the header names.
+
+    Warns
+    -----
+    HertzlinkWarning
+        If samples are beyond the scope's range.
 
     Examples
     --------
@@ -144,20 +150,50 @@ def read_signal(
         raise ValueError(f"sensors = {dict(sensors)!r}: column {time_column} is the time column")
     if len(set(column_of.values())) < len(column_of):
         raise ValueError(f"sensors = {dict(sensors)!r}: two of them read the same column")
-    second = SECONDS[one_of("time_unit", time_unit, SECONDS)]
-    newton = _newtons(unit, calibration, list(column_of))
+    for name, given_unit, known in (("time_unit", time_unit, SECONDS), ("unit", unit, (*VOLTS, "N"))):
+        if given_unit is not None:
+            one_of(name, given_unit, known)
+    if unit is not None:
+        _newtons(unit, calibration, list(column_of))
     if not Path(path).is_file():
         raise ValueError(f"path = {str(path)!r}: must be the name of a file that exists")
-    lines, table = _read(Path(path), [time_column, *column_of.values()])
+    table, lines, named = read_table(Path(path), [time_column, *column_of.values()])
     _check_order(f"{path}, ", table, lines, time_column, list(column_of.values()))
-    rows = {sensor: newton[sensor] * table[:, k] for k, sensor in enumerate(column_of, start=1)}
+    second = SECONDS[_agreed(str(path), "time_unit", time_unit, named[0], time_column) or "s"]
+    rows = {}
+    for k, (sensor, column) in enumerate(column_of.items(), start=1):
+        its = _agreed(str(path), "unit", unit, named[k], column) or "V"
+        rows[sensor] = _without_saturated(
+            _newtons(its, calibration, [sensor])[sensor] * table[:, k], f"{path}: sensor {sensor}"
+        )
     given = {
         "signal": str(path), "sensors": column_of, "time_column": time_column, "time_unit": time_unit, "unit": unit,
-        "calibration": calibration, "baseline": baseline,
+        "calibration": calibration, "baseline": baseline, "units_of_header": named,
     }  # fmt: skip
     return _dataset(
         second * table[:, 0], rows, positions, baseline, given, lambda i: f"{path}, line {lines[i]}", f"{path}: "
     )
+
+
+def _agreed(path: str, name: str, given: str | None, named: str | None, column: int) -> str | None:
+    """The unit that was given or that the header names, or a ValueError where they differ."""
+    if given is not None and named is not None and given != named:
+        raise ValueError(
+            f"{path}: {name} = {given!r}, but the header gives {named!r} for column {column}; leave {name} out to use "
+            "that, or correct the header"
+        )
+    return given or named
+
+
+def _without_saturated(force: Vector, where: str) -> Vector:
+    """The force with NaN for samples that the scope printed as beyond its range, and a warning."""
+    beyond = np.isinf(force)
+    count = int(beyond.sum())
+    if force.size - count < FEWEST_SAMPLES:
+        raise ValueError(f"{where}: only {force.size - count} of {force.size} samples are within the scope's range")
+    if count:
+        caution(f"{where}: {count} samples are beyond the scope's range, and are NaN; choose a wider range")
+    return np.where(beyond, np.nan, force)
 
 
 def _newtons(unit: str, calibration: float | Mapping[int, float] | None, sensors: list[int]) -> dict[int, float]:
@@ -175,41 +211,6 @@ def _newtons(unit: str, calibration: float | Mapping[int, float] | None, sensors
             )
         factors[sensor] = VOLTS[unit] * float(factor)
     return factors
-
-
-def _read(path: Path, columns: list[int]) -> tuple[list[int], Vector]:
-    """The numbers of each sample, a column each, and the line that each sample stands on."""
-    text = path.read_text(encoding="utf-8-sig", errors="replace")
-    lines = text.split("\n")
-    while lines and not lines[-1].strip():
-        lines.pop()
-    starts = ((i, d) for i, line in enumerate(lines) for d in DELIMITERS if _numbers(line, d, columns) is not None)
-    first, delimiter = next(starts, (len(lines), None))
-    if first == len(lines):
-        raise ValueError(f"{path}: no line holds numbers in columns {columns}, with decimal points, not commas")
-    rows, cells = [], len(lines[first].split(delimiter))
-    for i, line in enumerate(lines[first:], start=first + 1):
-        numbers = _numbers(line, delimiter, columns)
-        if numbers is None or len(line.split(delimiter)) < cells:
-            raise ValueError(f"{path}, line {i}: {line[:80]!r} must hold {cells} columns, with numbers in {columns}")
-        if not np.isfinite(numbers).all():
-            raise ValueError(f"{path}, line {i}: {line[:80]!r} must hold finite numbers")
-        rows.append(numbers)
-    if len(rows) < FEWEST_SAMPLES:
-        raise ValueError(f"{path}, line {len(lines)}: samples = {len(rows)}, must be at least {FEWEST_SAMPLES}")
-    if not text.endswith("\n") and len(lines[-1]) < min(map(len, lines[first:-1])):
-        raise ValueError(
-            f"{path}, line {len(lines)}: {lines[-1]!r} looks cut off: shorter than all others, no line end"
-        )
-    return list(range(first + 1, len(lines) + 1)), np.array(rows)
-
-
-def _numbers(line: str, delimiter: str | None, columns: list[int]) -> list[float] | None:
-    cells = line.split(delimiter)
-    try:
-        return [float(cells[column]) for column in columns]
-    except (ValueError, IndexError):
-        return None
 
 
 def _check_order(where: str, table: Vector, lines: list[int], time_column: int, columns: list[int]) -> None:
@@ -238,9 +239,10 @@ def _dataset(
     even = _even(time, where)
     columns = []
     for sensor, force in forces.items():
-        if np.ptp(force) == 0.0:
-            raise ValueError(f"{name}sensor {sensor}: the signal is constant, {force[0]:g} N: must hold a wave")
-        columns.append(force - _baseline(even, force, baseline, f"{name}sensor {sensor}"))
+        known = bridged(force)
+        if np.ptp(known) == 0.0:
+            raise ValueError(f"{name}sensor {sensor}: the signal is constant, {known[0]:g} N: must hold a wave")
+        columns.append(force - _baseline(even, known, baseline, f"{name}sensor {sensor}"))
     data = xr.Dataset(
         {"sensor_force": variable("sensor_force", np.stack(columns, axis=1))},
         coords={"time": ("time", even, {"units": "s"}), "sensor": ("sensor", list(forces))},

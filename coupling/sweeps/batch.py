@@ -1,15 +1,19 @@
-"""Thousands of runs in this process, on all cores: of chains, or of chains on linear structures."""
+"""Thousands of runs in memory, on all cores: of chains, or of chains on linear structures."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence, Set
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
 from concurrent.futures import ThreadPoolExecutor
+from math import ceil
 from typing import Any, NamedTuple, TypeAlias
 
 import joblib
 import numpy as np
 import xarray as xr
+from joblib.externals.loky.process_executor import TerminatedWorkerError
 from numpy.typing import NDArray
 
 from coupling.cosimulation import CoSimulation
+from coupling.flat import FlatWindows
 from coupling.loops import Work, is_compiled, run_thin
 from coupling.plan import Plan, warn_if_coarse
 from coupling.recording.frames import Frames
@@ -18,7 +22,7 @@ from coupling.results.provenance import provenance
 from coupling.results.schema import OF_RUNS, variable
 from coupling.run_checks import check_before, checked
 from coupling.schemes.windows import Adaptive
-from coupling.sweeps.processes import ENVIRONMENT_ERRORS
+from coupling.sweeps.processes import ENVIRONMENT_ERRORS, IDLE_TIME, end_with
 from coupling.sweeps.store import ERROR_VARIABLE, Failure
 from coupling.sweeps.sweep import axis_labels, check_build
 from particles.chain import Chain
@@ -31,10 +35,17 @@ Runs: TypeAlias = Sequence[Chain | CoSimulation] | Callable[..., Chain | CoSimul
 Measure: TypeAlias = Callable[[xr.Dataset], xr.Dataset | xr.DataArray]
 
 FRAMES_PER_CONTACT = 32
-"""Saved times in the shortest contact: half an interval off its peak, a half-sine is lower by 0.1 %."""
+"""Saved times in the shortest contact, or more: half an interval off its peak, a half-sine is lower by 0.1 %."""
+
+SPREAD = 1.2
+"""The contacts of runs that a function makes may be shorter than those of its first run by this factor before their
+windows are halved, because a saved interval holds whole windows."""
 
 MOST_SAVED = 2e8
 """Upper limit for runs × saved times × contacts and beads: 1.6 GB."""
+
+PARTS_OF_PROCESS = 4
+"""Parts of the runs for each process: the first that ends takes the next."""
 
 MEASURED_AT_ONCE = 2e7
 """The same for the runs that are measured together: 160 MB."""
@@ -49,11 +60,12 @@ def batch(
     dt: float | None = None,
     threads: int | None = None,
     measure: Measure | None = None,
+    jobs: int = 1,
     **parameters: Any,
 ) -> xr.Dataset:
     """Run many chains of equally many beads in threads, and keep the forces at the sensors, or measures of them.
 
-    The result of a run does not depend on the other runs, nor on the number of threads.
+    The result of a run does not depend on the other runs, nor on the numbers of threads and processes.
 
     Parameters
     ----------
@@ -65,18 +77,22 @@ def batch(
     structure : Structure, optional
         What the chains of a sequence of chains face; by default nothing.
     save_every : float, optional
-        Time between saved samples, s. By default 1/32 of the shortest contact of all runs, for a function of the first
-        run.
+        Time between saved samples, s. By default at most 1/32 of the shortest contact, in whole windows: of all runs,
+        or of the first run of a function, less a sixth.
     sensors : sequence of int, optional
         Numbers of the beads to keep, each with its two contacts; by default all. The last bead's second contact is that
         on the structure.
     dt : float, optional
         Time step of chains, s; by default each chain has its own. A CoSimulation has its own.
     threads : int, optional
-        Number of threads; by default one for each core.
+        Number of threads of a process; by default one for each core, with several processes one.
     measure : callable, optional
         Takes the Dataset of some hundred runs and returns the Dataset or DataArray to keep, with the dimension "run",
         such as ``lambda runs: hl.amplitude_ratio(runs, sensor=7)``. Then only so many runs are in memory at a time.
+    jobs : int
+        Number of processes. The threads of one process wait for each other where Python builds and checks a run;
+        processes do not, but each needs some seconds to begin, so they pay from thousands of runs. Within
+        ``joblib.parallel_config("dask")`` they are the workers of a cluster.
     **parameters : array_like
         The arguments of the function, each one value for all runs or a list or array with a value for each run.
 
@@ -122,7 +138,7 @@ def batch(
     family = _family(runs, structure, dt, parameters)
     kept = _kept(sensors, family.beads)
     if save_every is None:
-        save_every = family.contact_time / FRAMES_PER_CONTACT
+        save_every = min(family.save_every, until)
     interval = positive("save_every", save_every, "s")
     if interval > until:
         raise ValueError(f"save_every = {save_every!r}: must not be longer than the run, until = {until!r} s")
@@ -137,21 +153,33 @@ def batch(
         _plan(one, until, interval)
     before = family.check_before(until)
     warn(before)
-    cores = joblib.cpu_count()
+    cores, jobs = joblib.cpu_count(), whole("jobs", jobs)
     many = family.number if measure is None else max(1, int(MEASURED_AT_ONCE / size))
-    parts, done = list[xr.Dataset](), list[_Done]()
-    with ThreadPoolExecutor(cores if threads is None else min(whole("threads", threads), cores)) as pool:
-        for begin in range(0, family.number, many):
-            places = range(begin, min(begin + many, family.number))
-            part = _Part(family, places, until, interval, rows, kept, before)
-            try:
-                done += pool.map(part.do, places)
-            except BaseException:
-                pool.shutdown(cancel_futures=True)
-                raise
-            data = part.dataset(done[begin:])
-            parts.append(data if measure is None else _measured(measure, data))
-    return _together(family, parts, done, until, before)
+    if jobs > 1:
+        many = min(many, ceil(family.number / (PARTS_OF_PROCESS * jobs)))
+    at_once = min(cores if jobs == 1 else 1, cores) if threads is None else min(whole("threads", threads), cores)
+    begins = range(0, family.number, many)
+    parts = (_Part(family.cut(begin, begin + many), until, interval, rows, kept, before) for begin in begins)
+    found = list(_in_processes(parts, at_once, measure, min(jobs, len(begins))))
+    done = [one for _, ends in found for one in ends]
+    return _together(family, [data for data, _ in found], done, until, before)
+
+
+def _in_processes(
+    parts: "Iterator[_Part]", threads: int, measure: Measure | None, jobs: int
+) -> Iterator[tuple[xr.Dataset, "list[_Done]"]]:
+    """The runs of each part, in this process or in others."""
+    if jobs == 1:
+        yield from (part.run(threads, measure) for part in parts)
+        return
+    parallel = joblib.Parallel(
+        jobs, return_as="generator", batch_size=1, idle_worker_timeout=IDLE_TIME, initializer=end_with,
+        initargs=(os.getpid(),),
+    )  # fmt: skip
+    try:
+        yield from parallel(joblib.delayed(part.run)(threads, measure) for part in parts)
+    except TerminatedWorkerError as error:
+        raise RuntimeError("a process of the batch died; perhaps memory ran out; take fewer jobs") from error
 
 
 class _Kept(NamedTuple):
@@ -176,6 +204,8 @@ class _Family(NamedTuple):
     build: Callable[..., Chain | CoSimulation] | None
     parameters: dict[str, list[Any]]
     first: CoSimulation
+    built: int = -1
+    """The place of the first run that could be built, which is not built again."""
 
     @property
     def beads(self) -> int:
@@ -183,18 +213,28 @@ class _Family(NamedTuple):
         return len(self.first.interface.chains[0].chain.beads)
 
     @property
-    def contact_time(self) -> float:
-        """The shortest of the runs that exist, s."""
-        return min(one.interface.contact_time for one in self.known or [self.first])
+    def save_every(self) -> float:
+        """The time between saved samples, s: whole windows of the run with the shortest contact."""
+        shortest = min(self.known or [self.first], key=lambda one: one.interface.contact_time)
+        wanted, window = shortest.interface.contact_time / FRAMES_PER_CONTACT, shortest.longest_window
+        return min(wanted, max(1, int(wanted / window)) * window / (1.0 if self.known else SPREAD))
 
     def check_before(self, until: float) -> list[str]:
         """The findings before the runs that exist."""
         return check_before([one.interface.chains[0] for one in self.known or [self.first]], until)
 
+    def cut(self, begin: int, end: int) -> "_Family":
+        """Some of the runs, one after the other."""
+        values = {name: column[begin:end] for name, column in self.parameters.items()}
+        number = min(end, self.number) - begin
+        return self._replace(number=number, known=self.known[begin:end], parameters=values, built=self.built - begin)
+
     def make(self, i: int) -> CoSimulation:
         """A run, or a ValueError for one that a batch does not do."""
         if self.known:
             return self.known[i]
+        if i == self.built:
+            return self.first
         assert self.build is not None
         made = self.build(**{name: values[i] for name, values in self.parameters.items()})
         found = _simulation("runs(...)", made, None, None)
@@ -218,16 +258,17 @@ def _family(runs: Runs, structure: Structure | None, dt: float | None, parameter
             raise ValueError(f"{name} = {short(value)}: belongs into the function that makes the runs")
     values = _columns(runs, parameters)
     count = len(next(iter(values.values())))
-    first = _first(runs, values, count)
-    return _Family(count, [], runs, values, first)
+    built, first = _first(runs, values, count)
+    return _Family(count, [], runs, values, first, built)
 
 
-def _first(build: Callable[..., Any], values: Mapping[str, list[Any]], count: int) -> CoSimulation:
-    """The first run that can be built; if none can, the error of the very first."""
+def _first(build: Callable[..., Any], values: Mapping[str, list[Any]], count: int) -> tuple[int, CoSimulation]:
+    """The first run that can be built, and its place; if none can, the error of the very first."""
     reason: Exception | None = None
     for i in range(count):
         try:
-            return _simulation("runs(...)", build(**{name: column[i] for name, column in values.items()}), None, None)
+            made = build(**{name: column[i] for name, column in values.items()})
+            return i, _simulation("runs(...)", made, None, None)
         except ENVIRONMENT_ERRORS:
             raise
         except Exception as error:  # noqa: BLE001 - the user's own code, as in `_Part.do`
@@ -299,24 +340,37 @@ def _plan(simulation: CoSimulation, until: float, interval: float) -> Plan:
     return plan
 
 
-class _Part:
+class _Part(NamedTuple):
     """Some runs, which are in memory together."""
 
-    def __init__(
-        self,
-        family: _Family,
-        places: range,
-        until: float,
-        interval: float,
-        rows: int,
-        kept: _Kept,
-        known: Sequence[str],
-    ) -> None:
-        self.family, self.places, self.until, self.interval, self.kept = family, places, until, interval, kept
-        self.known = known
-        count, contacts, bodies = len(places), kept.contacts.size, kept.bodies.size
-        self.force = np.full((count, rows, contacts), np.nan)
-        self.velocity = np.full((count, rows, bodies), np.nan)
+    family: _Family
+    until: float
+    interval: float
+    rows: int
+    kept: _Kept
+    known: Sequence[str]
+
+    def run(self, threads: int, measure: Measure | None) -> tuple[xr.Dataset, list[_Done]]:
+        """What is kept of the runs, and how each ended."""
+        rows = _Rows(self)
+        with ThreadPoolExecutor(threads) as pool:
+            try:
+                done = list(pool.map(rows.do, range(self.family.number)))
+            except BaseException:
+                pool.shutdown(cancel_futures=True)
+                raise
+        data = rows.dataset()
+        return data if measure is None else _measured(measure, data), done
+
+
+class _Rows:
+    """What is kept of the runs of a part."""
+
+    def __init__(self, part: _Part) -> None:
+        self.part, self.windows = part, FlatWindows()
+        count, contacts, bodies = part.family.number, part.kept.contacts.size, part.kept.bodies.size
+        self.force = np.full((count, part.rows, contacts), np.nan)
+        self.velocity = np.full((count, part.rows, bodies), np.nan)
         self.static, self.centre = np.full((count, contacts), np.nan), np.full((count, bodies), np.nan)
         self.energy = np.full(count, np.nan)
 
@@ -333,28 +387,26 @@ class _Part:
 
     def _run(self, i: int) -> list[str]:
         """Fill the row of a run; its findings."""
-        simulation, row = self.family.make(i), i - self.places.start
+        family, until, interval, _, kept, known = self.part
+        simulation = family.make(i)
         interface = simulation.interface
         chain = interface.chains[0]
-        plan = _plan(simulation, self.until, self.interval)
-        findings = [] if self.family.known else check_before(interface.chains, self.until)
+        plan = _plan(simulation, until, interval)
+        findings = [] if family.known else check_before(interface.chains, until)
         findings += warn_if_coarse(plan, interface, isinstance(simulation.window, Adaptive))
         frames = Frames(interface, plan.rows, thin=True)
-        ends = run_thin(Work(interface, simulation.scheme, simulation.window, plan, frames, None, None))
+        ends = run_thin(Work(interface, simulation.scheme, simulation.window, plan, frames, None, None, self.windows))
         findings += checked(interface, frames, plan.interval, ends)
-        np.take(frames.saved.contact_force, self.kept.contacts, 1, self.force[row])
-        np.take(frames.saved.velocity, self.kept.bodies, 1, self.velocity[row])
-        self.static[row], self.centre[row] = (
-            chain.static_force[self.kept.contacts],
-            chain.chain.centres[self.kept.bodies],
-        )
-        self.energy[row] = chain.chain.impact_energy
-        return [finding for finding in findings if finding not in self.known]
+        np.take(frames.saved.contact_force, kept.contacts, 1, self.force[i])
+        np.take(frames.saved.velocity, kept.bodies, 1, self.velocity[i])
+        self.static[i], self.centre[i] = chain.static_force[kept.contacts], chain.chain.centres[kept.bodies]
+        self.energy[i] = chain.chain.impact_energy
+        return [finding for finding in findings if finding not in known]
 
-    def dataset(self, done: Sequence[_Done]) -> xr.Dataset:
+    def dataset(self) -> xr.Dataset:
         """The runs."""
-        contacts, bodies = self.kept
-        times = self.interval * np.arange(self.force.shape[1])
+        contacts, bodies = self.part.kept
+        times = self.part.interval * np.arange(self.force.shape[1])
         coordinates: dict[str, Any] = {
             "time": ("time", times, {"units": "s"}),
             "bead": ("bead", bodies),
@@ -363,14 +415,14 @@ class _Part:
             "static_force": (("run", "contact"), self.static, {"units": "N"}),
             "impact_energy": ("run", self.energy, {"units": "J"}),
         }
-        for name, values in self.family.parameters.items():
-            coordinates[name] = ("run", axis_labels(values[self.places.start : self.places.stop]))
+        for name, values in self.part.family.parameters.items():
+            coordinates[name] = ("run", axis_labels(values))
         data = {
             "contact_force": variable("contact_force", self.force.swapaxes(0, 1), "run"),
             "velocity": variable("velocity", self.velocity.swapaxes(0, 1), "run"),
         }
         found = xr.Dataset(data, coordinates).transpose("run", "time", ...)
-        return found.assign_attrs(beads=self.family.beads)
+        return found.assign_attrs(beads=self.part.family.beads)
 
 
 def _measured(measure: Measure, data: xr.Dataset) -> xr.Dataset:

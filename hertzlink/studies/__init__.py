@@ -1,4 +1,4 @@
-"""The thesis's studies, one module each: run(quick, jobs) → Dataset, table(data), figures(data)."""
+"""Studies of the thesis and beyond it, one module each: run(quick, jobs) → Dataset, table(data), figures(data)."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Protocol
@@ -25,6 +25,7 @@ STUDIES = {
     "deformable-chain": "deformable_chain",
     "contact-law": "contact_law",
     "symmetry": "symmetry",
+    "identifiability": "identifiability",
 }
 
 

@@ -1,5 +1,9 @@
 """Batches: each chain as if it ran alone, whatever its neighbours and the number of threads."""
 
+import functools
+import os
+
+import joblib
 import numpy as np
 import pytest
 import xarray as xr
@@ -78,19 +82,50 @@ def test_a_failing_run_does_not_lose_the_others() -> None:
         late = hl.batch(tap, until=1e-4, save_every=1e-6, speed=[-1.0, 0.3])
     assert np.isnan(late.contact_force[0]).all()
     assert np.isfinite(late.contact_force[1]).all()
-    with pytest.raises(RuntimeError, match="all 1 runs failed; the first with ValueError"):
-        hl.batch(failing, 1e-4, save_every=1e-6, n=[0])
 
 
-def failing(n: int) -> hl.CoSimulation:
-    """Fails at the second call, which is the first of the runs."""
-    CALLS.append(n)
-    if len(CALLS) > 1:
-        raise ValueError("no")
-    return tap(0.3)
+def test_a_batch_of_which_every_run_fails_raises(monkeypatch: pytest.MonkeyPatch) -> None:
+    def failing(work: object) -> None:
+        raise FloatingPointError("no")
+
+    monkeypatch.setattr("coupling.sweeps.batch.run_thin", failing)
+    with pytest.raises(RuntimeError, match="all 2 runs failed; the first with FloatingPointError: no"):
+        hl.batch(tap, 1e-4, save_every=1e-6, speed=[0.3, 0.4])
 
 
-CALLS: list[int] = []
+def test_processes_change_no_bit() -> None:
+    """Of a function and of a list; each process does several parts."""
+    speeds = np.linspace(0.2, 0.4, 11)
+    one = hl.batch(tap, 2e-4, sensors=[7], speed=speeds)
+    two = hl.batch(tap, 2e-4, sensors=[7], speed=speeds, jobs=2)
+    xr.testing.assert_identical(one.drop_attrs(), two.drop_attrs())
+    assert two.attrs["warnings"] == one.attrs["warnings"]
+    listed = [tap(speed) for speed in (0.2, 0.3)]
+    measure = functools.partial(hl.sensor_force, sensor=7)
+    kept = [hl.batch(listed, 4e-4, sensors=[7], measure=measure, jobs=jobs) for jobs in (1, 2)]
+    xr.testing.assert_identical(*(one.drop_attrs() for one in kept))
+
+
+@pytest.mark.thorough
+def test_workers_of_a_cluster_change_no_bit() -> None:
+    distributed = pytest.importorskip("distributed")
+    one = hl.batch(tap, 2e-4, sensors=[7], speed=[0.2, 0.3, 0.4])
+    local = {"n_workers": 2, "threads_per_worker": 1, "processes": True, "host": "127.0.0.1", "dashboard_address": None}
+    with distributed.LocalCluster(**local) as cluster, distributed.Client(cluster), joblib.parallel_config("dask"):
+        two = hl.batch(tap, 2e-4, sensors=[7], speed=[0.2, 0.3, 0.4], jobs=2)
+    xr.testing.assert_identical(one.drop_attrs(), two.drop_attrs())
+
+
+def dying(owner: int, speed: float) -> hl.CoSimulation:
+    """Ends its process, if that is not the one that asked."""
+    if os.getpid() != owner:
+        os._exit(3)
+    return tap(speed)
+
+
+def test_a_process_that_dies_ends_the_batch() -> None:
+    with pytest.raises(RuntimeError, match="a process of the batch died; perhaps memory ran out"):
+        hl.batch(functools.partial(dying, os.getpid()), 1e-4, save_every=1e-6, speed=[0.3, 0.4, 0.5], jobs=2)
 
 
 def test_a_measure_is_all_that_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -121,7 +156,7 @@ def test_a_measure_may_be_an_array_and_values_stay_what_they_are() -> None:
     kept = hl.batch(run, 4e-4, save_every=1e-6, threads=1, measure=lambda runs: runs.velocity.max("time"),
                     what=[(0.1, 1), "0.2", True, 3])  # fmt: skip
     assert kept.velocity.sizes["run"] == 4
-    assert given[1:] == [(0.1, 1), "0.2", True, 3]
+    assert given == [(0.1, 1), "0.2", True, 3]
     assert kept.error.values.tolist() == [""] * 4
 
 
@@ -195,6 +230,7 @@ def test_what_a_batch_did_not_keep_is_not_measured() -> None:
             "runs: holds a CoSimulation of several",
         ),
         ({"threads": 0}, "threads = 0"),
+        ({"jobs": 0}, "jobs = 0"),
         ({"sensors": 3}, "sensors = 3: must be a list of one bead number or more"),
         ({"save_every": 1.0}, r"save_every = 1\.0: must not be longer than the run"),
         ({"dt": 1e-20}, r"dt = 1e-20: takes .* steps in .* s; give a longer dt"),

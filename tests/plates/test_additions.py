@@ -4,7 +4,7 @@ from math import pi
 
 import numpy as np
 import pytest
-from independent import frequencies
+from independent.plates import frequencies
 from numpy.polynomial.legendre import leggauss
 from scipy.optimize import brentq
 

@@ -6,7 +6,7 @@ from math import pi
 
 import numpy as np
 import pytest
-from independent import Numbers, frequencies, levy, ritz
+from independent.plates import Numbers, frequencies, levy, ritz
 from scipy.optimize import brentq
 
 import hertzlink as hl

@@ -4,7 +4,7 @@ from math import pi, sqrt
 
 import numpy as np
 import pytest
-from independent import reflected_response, reflected_transform
+from independent.plates import reflected_response, reflected_transform
 from scipy.special import sici
 
 import hertzlink as hl

@@ -15,7 +15,6 @@ from scipy.linalg import eigh, expm
 import hertzlink as hl
 from structures.damping import loss_tangent, maxwell_arms, rayleigh, standard_linear_solid
 from structures.damping import modal as modal_damping
-from structures.oscillators import is_modal
 from structures.rod import rod_parts
 from structures.stepping import GeneralisedAlpha
 
@@ -69,7 +68,7 @@ def test_modal_ratios_are_those_of_the_decay() -> None:
     """Slow oscillators move exactly: u = e^(−ζωt) cos(ω_d t − φ)/cos φ; a rigid motion is left free."""
     modes = hl.reduce(hl.rod(LAYERS, base="free"), until=1e-3)
     damped = modal_damping(modes, 0.05)
-    assert is_modal(damped)
+    assert damped.is_modal
     assert damped.damping is not None
     omega = np.sqrt(modes.stiffness.diagonal())
     assert damped.damping.diagonal() == pytest.approx(0.1 * omega)
@@ -259,7 +258,7 @@ def test_rayleigh_stays_diagonal_in_a_reduction(damp: Callable[[hl.Structure], h
     """So a reduced structure stays one of oscillators, whose rates are α + β ω² exactly."""
     note = damp(ROD).origin["damping"][0]
     reduced = hl.reduce(damp(hl.rod(LAYERS, base=base)), until=1e-3)
-    assert is_modal(reduced)
+    assert reduced.is_modal
     assert reduced.damping is not None
     expected = note["mass_rate"] + note["stiffness_time"] * reduced.stiffness.diagonal()
     assert reduced.damping.diagonal() == pytest.approx(expected, rel=1e-9)
@@ -267,7 +266,7 @@ def test_rayleigh_stays_diagonal_in_a_reduction(damp: Callable[[hl.Structure], h
 
 def test_other_damping_becomes_small_and_dense() -> None:
     reduced = hl.reduce(rayleigh(hl.rod(LAYERS, base="absorbing"), 100.0, 1e-8), until=1e-3)
-    assert not is_modal(reduced)
+    assert not reduced.is_modal
     assert reduced.damping is not None
     assert reduced.damping.nnz > reduced.size
     assert np.linalg.eigvalsh(reduced.damping.toarray()).min() > 0.0

@@ -10,7 +10,7 @@ from scipy.linalg import eigh, expm
 
 import hertzlink as hl
 from structures.damping import rayleigh, standard_linear_solid
-from structures.oscillators import Oscillators, is_modal
+from structures.oscillators import Oscillators
 from structures.stepping import (
     CentralDifference,
     GeneralisedAlpha,
@@ -61,7 +61,7 @@ def test_implicit_midpoint_has_order_two() -> None:
 def test_slow_oscillators_move_exactly(damping: float) -> None:
     """One large window equals many small ones, damped or not, to rounding."""
     moving = hl.stepping.MovingStructure(oscillator(1000.0, damping))
-    assert is_modal(moving.structure)
+    assert moving.structure.is_modal
     large, _ = moving.advance(moving.start(), 1.0, 9e-4)
     small = moving.start()
     for _ in range(300):

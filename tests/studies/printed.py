@@ -84,6 +84,7 @@ PRINTED: dict[str, dict[str, set[float | str]]] = {
         "table 5.1": {3.759e9, 3.193e9, 1.174e9, 4.671e7, 1.504, 1.493, 1.423, 1.222},
     },
     "symmetry": {"3.5": {"a good comparison"}},
+    "identifiability": {},
 }  # fmt: skip
 
 FULL_ONLY: dict[str, set[float | str]] = {"deformable-chain": {"431 195"}}

@@ -1,0 +1,182 @@
+"""Whether the intervals of `identify` keep what they promise: noisy draws of signals whose truth is known.
+
+For each case: the bias, the spread of the values over the Cramér–Rao bound, and the part of the 95 % intervals that
+contain the truth. In the last two cases the signal comes from another theory than the model of the fit.
+
+    python benchmarks/identification.py [draws] [case ...]
+"""
+
+import platform
+import sys
+import warnings
+from collections.abc import Callable
+from time import process_time
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+import hertzlink as hl
+
+BEAD = hl.Sphere(radius=4.765e-3, material=hl.STEEL_440C)
+UNTIL, LEAD, STEP, NOISE, GAIN, SPEED = 1.2e-3, 1.5e-4, 1e-6, 0.01, 1.3, 0.31
+RADIUS = 9.525e-3
+SIDE, MIDDLE = 0.914, 0.457
+EDGES = hl.Supports(left="clamped", right="clamped")
+
+
+class Case(NamedTuple):
+    """name: of the unknown; build: of the model; truth: its value; sensors; signal: the run that is measured, by
+    default of the model itself.
+    """
+
+    name: str
+    build: Callable[..., hl.CoSimulation]
+    truth: float
+    sensors: tuple[int, ...] = (7,)
+    signal: Callable[[], hl.CoSimulation] | None = None
+    discrepancy: float = 0.0
+
+
+def on(structure: Any, impact_speed: float, loss: Any = None) -> hl.CoSimulation:
+    """A chain on a structure."""
+    return hl.CoSimulation(hl.Chain([BEAD] * 20, BEAD, impact_speed, dissipation=loss), structure)
+
+
+def rod_modulus(modulus: float, impact_speed: float) -> hl.CoSimulation:
+    """One layer; the mesh stays the same."""
+    return on(hl.rod([hl.Layer(hl.Material(modulus, 0.3, 2200.0), 0.1, RADIUS)], elements=40), impact_speed)
+
+
+def upper_modulus(modulus: float, impact_speed: float) -> hl.CoSimulation:
+    """10 mm of a polymer on steel."""
+    layers = [hl.Layer(hl.Material(modulus, 0.46, 2200.0), 0.01, RADIUS), hl.Layer(hl.STEEL_440C, 0.1, RADIUS)]
+    return on(hl.rod(layers, elements=20), impact_speed)
+
+
+def plate_thickness(thickness: float, impact_speed: float) -> hl.CoSimulation:
+    """Without edges."""
+    return on(hl.infinite_plate(thickness, hl.ALUMINIUM_6061), impact_speed)
+
+
+def edge(distance: float, impact_speed: float) -> hl.CoSimulation:
+    """A clamped edge."""
+    plate = hl.half_plane(4.83e-3, hl.ALUMINIUM_6061, "clamped", distance, until=UNTIL, highest_frequency=60e3)
+    return on(plate, impact_speed)
+
+
+def bond(modulus: float, impact_speed: float) -> hl.CoSimulation:
+    """0.3 mm of soft glue under 10 mm of steel, on steel."""
+    glue = hl.Layer(hl.Material(modulus, 0.35, 1200.0), 0.3e-3, RADIUS)
+    layers = [hl.Layer(hl.STEEL_440C, 0.01, RADIUS), glue, hl.Layer(hl.STEEL_440C, 0.1, RADIUS)]
+    return on(hl.rod(layers, elements=12), impact_speed)
+
+
+def loss(coefficient: float, impact_speed: float) -> hl.CoSimulation:
+    """A dashpot at each contact."""
+    return on(hl.half_space(hl.STEEL_440C), impact_speed, hl.LinearDashpot(coefficient))
+
+
+class Plates(NamedTuple):
+    """Kirchhoff plates reduced once, of the frozen mesh."""
+
+    reduced: hl.ReducedPlate
+
+    def __call__(self, distance: float, impact_speed: float) -> hl.CoSimulation:
+        """At a distance from the left edge."""
+        return on(self.reduced.at(distance, MIDDLE), impact_speed)
+
+
+def mindlin() -> hl.CoSimulation:
+    """The signal of the edge in another theory."""
+    plate = hl.mindlin_plate(SIDE, SIDE, 4.83e-3, hl.ALUMINIUM_6061, EDGES)
+    return on(hl.reduce(plate.at(0.06, MIDDLE), until=UNTIL), SPEED)
+
+
+def cylinder() -> hl.CoSimulation:
+    """The signal of the rod in three dimensions."""
+    layers = [hl.Layer(hl.Material(3.0e9, 0.3, 2200.0), 0.1, RADIUS)]
+    return on(hl.reduce(hl.layered_cylinder(layers), until=UNTIL), SPEED)
+
+
+def cases(chosen: list[str]) -> dict[str, Case]:
+    """All, or those chosen."""
+    found = {
+        "rod modulus": Case("modulus", rod_modulus, 3.0e9),
+        "layered rod": Case("modulus", upper_modulus, 1.46e9),
+        "plate thickness": Case("thickness", plate_thickness, 3.0e-3),
+        "edge distance": Case("distance", edge, 0.06),
+        "bond": Case("modulus", bond, 0.3e9),
+        "dissipation": Case("coefficient", loss, 6.0, (7, 16)),
+        "cylinder, by rod": Case("modulus", rod_modulus, 3.0e9, signal=cylinder, discrepancy=0.01),
+        "Mindlin, by Kirchhoff": Case("distance", edge, 0.06, signal=mindlin, discrepancy=0.01),
+    }
+    found = {name: case for name, case in found.items() if not chosen or any(part in name for part in chosen)}
+    if "Mindlin, by Kirchhoff" in found:
+        plate = hl.kirchhoff_plate(SIDE, SIDE, 4.83e-3, hl.ALUMINIUM_6061, EDGES)
+        plates = hl.ReducedPlate(plate, until=UNTIL, x=(0.05, 0.07), y=MIDDLE)
+        found["Mindlin, by Kirchhoff"] = found["Mindlin, by Kirchhoff"]._replace(build=Plates(plates))
+    return found
+
+
+def clean(case: Case) -> tuple[np.ndarray, dict[int, np.ndarray]]:
+    """Times, and the forces without noise: with a gain, and later than they are."""
+    made = case.build(case.truth, SPEED) if case.signal is None else case.signal()
+    run = made.reduced(UNTIL).run(UNTIL, save_every=2.5e-7)
+    time = np.arange(0.0, LEAD + UNTIL, STEP)
+    forces = {}
+    for sensor in case.sensors:
+        curve = CubicSpline(run.time.values, hl.sensor_force(run, sensor).values)
+        moments = time - LEAD
+        forces[sensor] = GAIN * np.where(moments >= 0.0, curve(np.clip(moments, 0.0, run.time.values[-1])), 0.0)
+    return time, forces
+
+
+def judged(case: Case, draws: int) -> dict[str, float]:
+    """Bias, spread and coverage."""
+    time, forces = clean(case)
+    width = (case.truth * 0.6, case.truth * 1.5)
+    ranges = {case.name: width, "impact_speed": (0.25, 0.38)}
+    guess = {case.name: case.truth * 1.005, "impact_speed": SPEED * 1.005}
+    known = hl.information(
+        case.build, NOISE, case.sensors, UNTIL, sample_every=STEP, **{case.name: case.truth, "impact_speed": SPEED}
+    )
+    values, inside, explained, spent = [], 0, 0, process_time()
+    for draw in range(draws):
+        random = np.random.default_rng(draw)
+        noisy = {n: force + random.normal(0.0, NOISE * force.max(), force.size) for n, force in forces.items()}
+        found = hl.identify(
+            hl.as_signal(time, noisy), case.build, until=UNTIL, guess=guess, discrepancy=case.discrepancy, **ranges
+        )
+        low, high = found[case.name].interval
+        values.append(found[case.name].value)
+        inside += low <= case.truth <= high
+        explained += found.explained
+    bound = known.bounds[case.name]
+    return {
+        "bias": (float(np.mean(values)) - case.truth) / case.truth,
+        "bound": bound / case.truth,
+        "spread": float(np.std(values, ddof=1)) / bound,
+        "coverage": inside / draws,
+        "explained": explained / draws,
+        "seconds": (process_time() - spent) / draws,
+    }
+
+
+def main() -> None:
+    """One row for each case."""
+    warnings.simplefilter("ignore", hl.HertzlinkWarning)
+    draws = int(sys.argv[1]) if len(sys.argv) > 1 else 100
+    print(f"Python {platform.python_version()}, numpy {np.__version__}; {draws} draws with {100 * NOISE:g} % noise")
+    print("case                        bias    bound  spread/bound  inside  explained  s each")
+    for name, case in cases(sys.argv[2:]).items():
+        row = judged(case, draws)
+        print(
+            f"{name:22s} {100 * row['bias']:+7.3f} % {100 * row['bound']:6.3f} % {row['spread']:13.2f} "
+            f"{100 * row['coverage']:5.0f} % {100 * row['explained']:8.0f} % {row['seconds']:7.1f}",
+            flush=True,
+        )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,216 @@
+"""What identification returns: values with intervals and verdicts, and how well the model explains the signal."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from textwrap import fill
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from coupling.results.provenance import provenance
+from structures.checks import short
+from structures.html_table import html_table
+
+IDENTIFIED, BLIND, AT_END = "identified", "blind", "at the end of its range"
+
+HALF = 0.5
+"""An unknown is blind if half of its 95 % interval exceeds this part of its value, or it this part of its range."""
+
+LINE = 80
+"""Characters of a line."""
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """One unknown after an identification.
+
+    Parameters
+    ----------
+    name : str
+        The argument of the builder, or the nuisance.
+    value : float
+        The best value, in the unit of the argument.
+    interval : tuple of float
+        95 % interval.
+    verdict : str
+        "identified"; "blind": the interval is wider than ± half of the value, or than half of the range, so that the
+        value means little and the interval is what is known; "at the end of its range": the range may be too narrow.
+    range : tuple of float, optional
+        The range that was searched.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> edge = hl.results.Unknown("distance", 0.06, (0.0595, 0.0605), "identified", (0.01, 0.3))
+    >>> edge.identifiable, round(edge.error, 4)
+    (True, 0.0005)
+    """
+
+    name: str
+    value: float
+    interval: tuple[float, float]
+    verdict: str
+    range: tuple[float, float] | None = None
+
+    @property
+    def identifiable(self) -> bool:
+        """Whether the signal determines it."""
+        return self.verdict != BLIND
+
+    @property
+    def error(self) -> float:
+        """Half of the interval."""
+        return 0.5 * (self.interval[1] - self.interval[0])
+
+    def row(self) -> tuple[str, str, str, str]:
+        """Name, value, interval and verdict as text."""
+        low, high = self.interval
+        if not self.identifiable:
+            return self.name, "-", f"{low:.4g} to {high:.4g}", f"blind; best fit {self.value:.3g}"
+        part = f" (± {100.0 * self.error / abs(self.value):.2g} %)" if self.value else ""
+        digits = _digits(self.error)
+        return (
+            self.name,
+            _rounded(self.value, digits),
+            " to ".join(_rounded(x, digits) for x in (low, high)),
+            (self.verdict + part),
+        )
+
+
+@dataclass(frozen=True)
+class Identification:
+    """What `identify` found; print it for a table.
+
+    Parameters
+    ----------
+    unknowns : dict
+        Name → Unknown, the builder's unknowns first, then the nuisances of the sensors.
+    correlation : DataArray
+        Correlations of the unknowns at the best fit.
+    data : Dataset
+        Over time (s) and sensor: `measured`, `fitted` and `residual`, N, NaN where samples do not count; `noise`, N,
+        over sensor.
+    misfit : float
+        Residual over noise, root mean square: 1 if the model explains the signal.
+    explained : bool
+        Whether the residual is noise. If not, the intervals allow for a residual that is correlated in time, and the
+        model should be mended first.
+    modes : list of dict
+        Values of the unknowns at all fits that the noise does not exclude, the best first.
+    converged : bool
+        Whether least squares ended at a minimum, not at their limit of runs.
+    runs : int
+        The number of runs.
+    warnings : list of str
+        What the user must know.
+    input : dict
+        What was asked for.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    >>> def build(modulus):
+    ...     wall = hl.half_space(hl.Material(modulus, 0.3, 2000.0))
+    ...     return hl.CoSimulation(hl.Chain([bead] * 10, bead, 0.3), wall)
+    >>> found = hl.identify(build(3e9).run(5e-4), build, sensors=[5], nuisances=[], modulus=(1e9, 10e9))
+    >>> found["modulus"].verdict, f"{found['modulus'].value:.3g}"
+    ('identified', '3e+09')
+    """
+
+    unknowns: dict[str, Unknown]
+    correlation: xr.DataArray
+    data: xr.Dataset
+    misfit: float
+    explained: bool
+    modes: list[dict[str, float]]
+    converged: bool
+    runs: int
+    warnings: list[str] = field(default_factory=list)
+    input: dict[str, Any] = field(default_factory=dict)
+
+    def __getitem__(self, name: str) -> Unknown:
+        if name not in self.unknowns:
+            raise KeyError(f"{short(name)}: must be one of {', '.join(self.unknowns)}")
+        return self.unknowns[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.unknowns)
+
+    def __str__(self) -> str:
+        head = ("unknown", "value", "95 % interval", "verdict")
+        rows = [head, *(one.row() for one in self.unknowns.values())]
+        widths = [max(len(row[k]) for row in rows) for k in range(3)]
+        lines = [
+            "  ".join([*(cell.ljust(width) for cell, width in zip(row, widths, strict=False)), row[3]]) for row in rows
+        ]
+        said = "the model explains the signal" if self.explained else "the model does NOT explain the signal"
+        lines.append(f"{said}: its residual is {self.misfit:.3g} times the noise; {self.runs} runs")
+        for other in self.modes[1:]:
+            lines.append("fits as well: " + ", ".join(f"{name} = {value:.4g}" for name, value in other.items()))
+        lines += [fill(f"note: {warning}", LINE, subsequent_indent="  ") for warning in self.warnings]
+        return "\n".join(line.rstrip() for line in lines)
+
+    def __repr__(self) -> str:
+        texts = [f"{one.name} = {row[1]} ({row[3]})" for one in self.unknowns.values() if (row := one.row())]
+        return f"Identification({'; '.join(texts)})"
+
+    def _repr_html_(self) -> str:
+        rows = [(name, f"{row[1]}; {row[2]}; {row[3]}") for name, one in self.unknowns.items() if (row := one.row())]
+        return html_table("Identification", [*rows, ("residual over noise", f"{self.misfit:.3g}")])
+
+    def to_dataset(self) -> xr.Dataset:
+        """Everything as a Dataset: values, intervals, correlation, traces and residual.
+
+        Returns
+        -------
+        Dataset
+            The data, and over the dimension `unknown`: value, low, high, verdict.
+        """
+        names = list(self.unknowns)
+        found = self.data.assign_coords(unknown=names)
+        found["value"] = "unknown", [one.value for one in self.unknowns.values()]
+        found["low"] = "unknown", [one.interval[0] for one in self.unknowns.values()]
+        found["high"] = "unknown", [one.interval[1] for one in self.unknowns.values()]
+        found["verdict"] = "unknown", [one.verdict for one in self.unknowns.values()]
+        found["correlation"] = self.correlation
+        return found.assign_attrs(
+            misfit=self.misfit, explained=int(self.explained), runs=self.runs, warnings=list(self.warnings),
+            **provenance({"identify": self.input}),
+        )  # fmt: skip
+
+    def save(self, path: str | Path) -> None:
+        """Write the Dataset of `to_dataset` to a netCDF file.
+
+        Parameters
+        ----------
+        path : path
+            The file; one that exists is replaced.
+        """
+        self.to_dataset().to_netcdf(path, engine="h5netcdf")
+
+
+def verdict_of(value: float, interval: tuple[float, float], ends: tuple[float, float] | None) -> str:
+    """Blind by half of the interval; at the end if the value is there."""
+    half = 0.5 * (interval[1] - interval[0])
+    width = np.inf if ends is None else ends[1] - ends[0]
+    if half > HALF * abs(value) or 2.0 * half > HALF * width:
+        return BLIND
+    if ends is not None and min(value - ends[0], ends[1] - value) < 1e-6 * width:
+        return AT_END
+    return IDENTIFIED
+
+
+def _digits(error: float) -> float:
+    """The place of the second digit of an error."""
+    return 10.0 ** (np.floor(np.log10(error)) - 1.0) if error > 0.0 and np.isfinite(error) else 0.0
+
+
+def _rounded(value: float, digit: float) -> str:
+    """A value with as many digits as its error allows."""
+    if digit == 0.0 or value == 0.0:
+        return f"{value:.4g}"
+    count = int(min(max(np.floor(np.log10(abs(value))) - np.log10(digit) + 1.0, 2.0), 8.0))
+    return f"{value:.{count}g}"

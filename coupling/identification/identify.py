@@ -1,0 +1,204 @@
+"""Unknowns of a structure from measured signals: a global search, least squares, intervals and verdicts."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from coupling.cosimulation import CoSimulation
+from coupling.identification.found import Identification
+from coupling.identification.intervals import Judgement
+from coupling.identification.measured import measured_signal
+from coupling.identification.misfit import GAIN, OF_SENSORS, TIME_ZERO, Misfit
+from coupling.identification.prediction import Prediction, Range, range_of
+from coupling.identification.search import ON_LINE, Search
+from structures.caution import caution
+from structures.checks import finite, not_negative, positive, short, whole
+from structures.structure import Vector
+
+FROM_IMPACT = 4.0
+"""Length of the prediction by default, in times that a wave takes through the chain: later ones depend on chance."""
+
+SCANNED = {1: 32, 2: 64}
+"""Points of the scan over all ranges by the number of unknowns; MOST_SCANNED for more."""
+
+MOST_SCANNED = 128
+
+RUNS_OF_START, LONG_TIME = 60, 300.0
+"""Runs of a start of least squares for each unknown, roughly, and the time (s) of which the user is warned."""
+
+
+def identify(
+    signal: xr.Dataset,
+    build: Callable[..., CoSimulation],
+    nuisances: Iterable[str] = (GAIN, TIME_ZERO),
+    sensors: Iterable[int] | None = None,
+    until: float | None = None,
+    noise: float | Mapping[int, float] | None = None,
+    starts: int = 3,
+    scan: int | None = None,
+    seed: int = 0,
+    guess: Mapping[str, float] | None = None,
+    discrepancy: float = 0.0,
+    **ranges: Any,
+) -> Identification:
+    """Find unknowns of a structure, or of the chain, from a measured or simulated signal, with 95 % intervals.
+
+    Parameters
+    ----------
+    signal : Dataset
+        A signal of `read_signal` or `as_signal`, or a run.
+    build : callable
+        Takes the unknowns by name and returns the CoSimulation of one chain. Large structures are reduced; a builder
+        that uses `ReducedPlate` or `scaled` is faster.
+    nuisances : sequence of str
+        What is not known either, but of no interest. Of the sensors: "gain" (of each), "time_zero" (the impact is at
+        this time of the signal), "offset" (of each, N), "time_constant" (of the sensors' high-pass, s). A name of
+        `ranges` may stand here, too, such as "impact_speed"; it is treated as any unknown.
+    sensors : sequence of int, optional
+        Beads whose traces are compared; by default all of a signal. A run needs them.
+    until : float, optional
+        The record counts up to this time after the impact, s; by default four times what a wave takes through the
+        chain. Later records depend on beads that rattle.
+    noise : float or mapping, optional
+        Standard deviation of a sample, N, of all sensors or sensor → value. By default the variable `noise` of the
+        signal, else it is estimated from the quiet lead, or from differences of neighbouring samples.
+    starts : int
+        Number of searches by least squares from the best points of the scan.
+    scan : int, optional
+        Number of points of the scan over all ranges; by default 32, 64 and 128 for one, two and more unknowns. Scans of
+        64 points along each range that is no nuisance follow it.
+    seed : int
+        Of the scan's points.
+    guess : mapping, optional
+        A value of each unknown near the truth. Least squares start there and nothing is scanned, so that other minima
+        stay unknown.
+    discrepancy : float
+        Standard deviation of what the model lacks, as a part of the greatest force at each sensor, such as 0.005 for a
+        thin plate in place of a thick one. It is correlated over a part of a contact time, so it does not average out
+        over the samples as noise does; intervals become wider by it. 0: the model is exact.
+    **ranges : tuple of float
+        Each unknown that `build` takes, as (lowest, highest) value. A range over more than a factor of ten is searched
+        by its logarithm.
+
+    Returns
+    -------
+    results.Identification
+        Values, intervals, verdicts, correlation, residuals; ``print`` shows a table.
+
+    Raises
+    ------
+    ValueError
+        For signals without samples that count, sensors that are not in the chain, ranges without width, unknowns that
+        the builder does not take, and records that are too short or too coarse.
+
+    Warns
+    -----
+    HertzlinkWarning
+        If the model does not explain the signal, an unknown is at the end of its range, or several fits are as good.
+
+    Notes
+    -----
+    The misfit is the sum of squares of (measured − gain · predicted − offset)/noise. Intervals come from its curvature;
+    where they are wide, or unknowns are correlated, from its profile: the other unknowns are fitted anew at each value.
+    Noise that was estimated is estimated again from the residual, if that is white. If it is correlated, the model does
+    not explain the signal, and the covariance is a sandwich estimate with Bartlett's weights, which is never smaller.
+
+    References
+    ----------
+    Golub and Pereyra, Inverse Problems 19 (2003) R1, on gains and offsets that are projected out. Newey and West,
+    Econometrica 55 (1987) 703, on correlated residuals.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    >>> def build(modulus, impact_speed):
+    ...     wall = hl.half_space(hl.Material(modulus, 0.3, 2000.0))
+    ...     return hl.CoSimulation(hl.Chain([bead] * 10, bead, impact_speed), wall)
+    >>> run = build(3e9, 0.31).run(5e-4)
+    >>> found = hl.identify(run, build, sensors=[5], modulus=(1e9, 10e9), impact_speed=(0.2, 0.5))
+    >>> round(found["modulus"].value / 1e9, 2), found["modulus"].identifiable
+    (3.0, True)
+    """
+    names = nuisances_of(nuisances, ranges)
+    wanted = [range_of(name, given) for name, given in ranges.items()]
+    if not wanted:
+        raise ValueError("ranges: name at least one unknown of the builder, such as thickness=(1e-3, 6e-3)")
+    measured = measured_signal(signal, sensors, noise)
+    record = float(measured.time[-1] - measured.time[0])
+    length = positive("until", until, "s") if until is not None else None
+    prediction = Prediction(build, wanted, measured.sensors, _length(length, record, build, wanted))
+    _check_record(prediction, measured.step, record)
+    misfit = Misfit(prediction, measured, names, prediction.until)
+    count = whole("scan", scan) if scan is not None else SCANNED.get(len(wanted), MOST_SCANNED)
+    lines = [k for k, one in enumerate(wanted) if one.name not in names] or list(range(len(wanted)))
+    start = _guess(guess, wanted)
+    search = Search(misfit, whole("starts", starts), count, whole("seed", seed, 0), start, lines)
+    judgement = Judgement(search, not_negative("discrepancy", discrepancy))
+    if start is None:
+        _warn_of_time(prediction, count + 2 * ON_LINE * len(lines) + starts * RUNS_OF_START * len(wanted))
+    return judgement.result({"unknowns": dict(ranges), "nuisances": names, "until": prediction.until, "seed": seed})
+
+
+def nuisances_of(given: Iterable[str], ranges: Mapping[str, Any]) -> list[str]:
+    """The names of nuisances, or a ValueError."""
+    if not isinstance(given, str | list | tuple | set | frozenset | dict):
+        raise ValueError(f"nuisances = {short(given)}: must be a list of names, such as ['gain', 'time_zero']")
+    names = [given] if isinstance(given, str) else list(given)
+    known = (*OF_SENSORS, *ranges)
+    for name in names:
+        if not isinstance(name, str) or name not in known:
+            raise ValueError(
+                f"nuisances: {short(name)} is none; must be {', '.join(OF_SENSORS)}, or an unknown that has a range"
+            )
+    return names
+
+
+def _warn_of_time(prediction: Prediction, runs: int) -> None:
+    """Warn of builders so slow that the user would wonder."""
+    begin = perf_counter()
+    prediction.traces([np.full(len(prediction.ranges), 0.5)])
+    spent = perf_counter() - begin
+    if spent * runs > LONG_TIME:
+        caution(
+            f"identify: building and running take {spent:.2g} s; about {runs} runs will take {spent * runs / 60.0:.0f} "
+            "minutes. A builder with half_plane, ReducedPlate or scaled is faster; guess= needs few runs"
+        )
+
+
+def _guess(guess: Any, ranges: Sequence[Range]) -> Vector | None:
+    if guess is None:
+        return None
+    names = [one.name for one in ranges]
+    if not isinstance(guess, Mapping) or sorted(guess) != sorted(names):
+        raise ValueError(f"guess = {short(guess)}: must give a value for each of {', '.join(names)}")
+    for one in ranges:
+        if not one.low <= finite(f"guess[{one.name!r}]", guess[one.name]) <= one.high:
+            raise ValueError(f"guess[{one.name!r}] = {guess[one.name]!r}: must be from {one.low:g} to {one.high:g}")
+    return np.array([one.place(guess[one.name]) for one in ranges])
+
+
+def _length(until: float | None, record: float, build: Callable[..., Any], ranges: Sequence[Range]) -> float:
+    """Of the prediction, s."""
+    if until is not None:
+        return until
+    first = Prediction(build, ranges, [], record).first
+    return min(record, FROM_IMPACT * first.chain.transit_time)
+
+
+def _check_record(prediction: Prediction, step: float, record: float) -> None:
+    contact, wave = prediction.contact_time, prediction.first.chain.transit_time
+    if step > contact / 4.0:
+        raise ValueError(
+            f"signal: has a sample every {1e6 * step:.3g} µs, too coarse for contacts of {1e6 * contact:.3g} µs; "
+            f"sample at {4e-6 / contact:.2g} MHz or more"
+        )
+    longest = min(record, prediction.until)
+    if longest < 0.5 * wave:
+        raise ValueError(
+            f"signal: {1e6 * longest:.3g} µs are compared, but the wave needs about {1e6 * wave:.3g} µs through the "
+            "chain; record longer, or give a longer until"
+        )

@@ -1,0 +1,257 @@
+"""Intervals and verdicts at the best fit, and whether the model explains the signal."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from scipy.signal import fftconvolve
+from scipy.stats import t
+
+from coupling.identification.found import BLIND, Identification, Unknown, verdict_of
+from coupling.identification.misfit import GAIN, TIME_CONSTANT, TIME_ZERO, Point
+from coupling.identification.search import Search, Solution, inverse
+from structures.caution import caution
+from structures.structure import Vector
+
+SAME = 1e-2
+"""Solutions that differ by less than this part of each range, or by three standard deviations, are one."""
+
+WITHIN = 6.0
+"""Another minimum is a mode of its own if χ² there is within this number of the least: a likelihood of 5 %."""
+
+REACH = 3.841458820694124
+"""χ² of one unknown with probability 95 %."""
+
+DOUBTFUL = 0.1
+"""Intervals wider than this part of a range come from the profile of the likelihood, not from its curvature."""
+
+CORRELATED = 0.25
+"""Standard deviation of the Gaussian by which a discrepancy is correlated in time, in contact times."""
+
+SHORT, LONG = 1e-3, 0.1
+"""Shortest and longest first step of a profile, in parts of the range."""
+
+LARGEST_CORRELATION = 0.98
+"""So do those of unknowns that are more correlated than this."""
+
+
+class Judgement:
+    """What follows from the minima that a search found. discrepancy: of the model, as a part of each peak."""
+
+    def __init__(self, search: Search, discrepancy: float) -> None:
+        self.search, self.discrepancy = search, discrepancy
+        self.misfit, self.ranges = search.misfit, search.ranges
+
+    def result(self, given: dict[str, Any]) -> Identification:
+        """Scan, solve, and judge."""
+        solutions = self.search.solutions()
+        best, point = self.search.refined(solutions[0])
+        covariance, misfit, explained, reach = self._covariance(point)
+        scale = misfit**2 if explained and not self.misfit.measured.given else max(misfit**2, 1.0)
+        modes = self._modes(best, solutions, covariance, scale)
+        unknowns = self._unknowns(best, point, covariance, reach, scale, modes)
+        notes = [*self.misfit.prediction.warnings]
+        if not explained:
+            notes.append(
+                f"the residual is {misfit:.3g} times the noise: the model lacks something, and values may be biased by "
+                "more than their intervals"
+            )
+        notes += [
+            f"{one.name}: {one.verdict}; widen it" for one in unknowns.values() if one.verdict.startswith("at the")
+        ]
+        if len(modes) > 1:
+            notes.append(f"{len(modes)} different fits are as good; the intervals contain all of them")
+        if failed := self.misfit.prediction.failed:
+            notes.append(f"{failed} of {self.misfit.prediction.runs} runs failed, and were left out")
+        for note in notes[len(self.misfit.prediction.warnings) :]:
+            caution(f"identify: {note}")
+        return Identification(
+            unknowns, self._correlation(covariance), self._data(point), misfit, explained,
+            [self.misfit.prediction.values(mode) for mode in modes], best.converged, self.misfit.prediction.runs, notes,
+            given,
+        )  # fmt: skip
+
+    def _covariance(self, point: Point) -> tuple[Vector, float, bool, float]:
+        """Of all parameters; residual over noise; whether it is noise; and standard deviations of a 95 % interval."""
+        white, degrees = inverse(point.columns), point.residual.size - point.columns.shape[1]
+        ratio = point.misfit / degrees
+        lacking = white @ self._lacking(point) @ white
+        level = 1.0 if self.misfit.measured.given else ratio
+        if self._is_white(point) and ratio < (1.0 + 4.0 * np.sqrt(2.0 / degrees)) * level:
+            return level * white + lacking, float(np.sqrt(ratio)), True, 1.959964
+        spread, independent = np.zeros_like(white), 0.0
+        begin = 0
+        for used in self.misfit.used:
+            rows = slice(begin, begin + int(used.sum()))
+            begin = rows.stop
+            part, share = _correlated(point.columns[rows], point.residual[rows])
+            spread += part
+            independent += share
+        sandwich = white @ spread @ white
+        left = max(independent - point.columns.shape[1], 3.0)
+        sandwich *= independent / left if independent > left else 1.0
+        larger = np.maximum(np.diag(sandwich), ratio * np.diag(white)) + np.diag(lacking)
+        scale = np.sqrt(larger / np.diag(white))
+        return scale[:, None] * white * scale, float(np.sqrt(ratio)), False, float(t.ppf(0.975, left))
+
+    def _is_white(self, point: Point) -> bool:
+        """Whether the residual is not correlated over a contact time: Ljung and Box's sum, four standard deviations."""
+        begin, total, count = 0, 0.0, 0.0
+        lags = max(2, int(self.misfit.unit / self.misfit.measured.step))
+        for used in self.misfit.used:
+            residual = point.residual[begin : begin + int(used.sum())]
+            begin += residual.size
+            along = np.array([residual[lag:] @ residual[:-lag] for lag in range(1, lags + 1)]) / (residual @ residual)
+            total += residual.size * float((along**2).sum())
+            count += lags
+        return bool(total < count + 4.0 * np.sqrt(2.0 * count))
+
+    def _lacking(self, point: Point) -> Vector:
+        """Covariance of columnsᵀ · residual by what the model lacks, of unit noise."""
+        found = np.zeros((point.columns.shape[1],) * 2)
+        if self.discrepancy == 0.0:
+            return found
+        measured, begin = self.misfit.measured, 0
+        width = CORRELATED * self.misfit.unit / measured.step
+        lags = np.arange(-int(4.0 * width), int(4.0 * width) + 1)
+        kernel = np.exp(-0.5 * (lags / width) ** 2)[:, None]
+        for used, fitted, noise in zip(self.misfit.used, point.fitted, measured.noise, strict=True):
+            columns = point.columns[begin : begin + int(used.sum())]
+            begin += len(columns)
+            size = self.discrepancy * float(abs(fitted).max()) / noise
+            found += size**2 * columns.T @ fftconvolve(columns, kernel, mode="same", axes=0)
+        return found
+
+    def _unknowns(
+        self, best: Solution, point: Point, covariance: Vector, reach: float, scale: float, modes: list[Vector]
+    ) -> dict[str, Unknown]:
+        errors = reach * np.sqrt(np.diag(covariance))
+        correlated = abs(covariance / np.sqrt(np.outer(np.diag(covariance), np.diag(covariance))) - np.eye(len(errors)))
+        found = {}
+        for k, one in enumerate(self.ranges):
+            value, half = one.value(best.p[k]), errors[k]
+            ends = best.p[k] - half, best.p[k] + half
+            inflation = max(scale, float(covariance[k, k] / max(inverse(point.columns)[k, k], 1e-300)))
+            doubtful = half > DOUBTFUL or ends[0] < 0.0 or ends[1] > 1.0
+            doubtful = doubtful or correlated[k, : len(self.ranges)].max() > LARGEST_CORRELATION
+            if doubtful or not self._is_parabola(best, point, k, covariance, reach, inflation):
+                ends = self._profile(best, k, half, inflation * (reach / 1.959964) ** 2)
+            # Fits that are as good lie within the interval, wherever they are.
+            ends = min(ends[0], *(mode[k] for mode in modes)), max(ends[1], *(mode[k] for mode in modes))
+            low, high = (one.value(end) for end in ends)
+            bounds = one.low, one.high
+            verdict = verdict_of(value, (low, high), bounds)
+            found[one.name] = Unknown(one.name, value, (low, high), verdict, bounds)
+        return found | self._of_sensors(best, point, errors)
+
+    def _is_parabola(
+        self, best: Solution, point: Point, k: int, covariance: Vector, reach: float, inflation: float
+    ) -> bool:
+        """Whether χ² rises at both ends of an interval as its curvature predicts, within a factor of two."""
+        # The others move along, as the correlations say.
+        way = reach * covariance[: best.p.size, k] / np.sqrt(covariance[k, k])
+        low, high = self.misfit.bounds()
+        for side in (-1.0, 1.0):
+            residual = self.misfit.residual(np.clip(best.p + side * way, low, high))
+            rise = (float(residual @ residual) - point.misfit) / (inflation * reach**2)
+            if not 0.5 < rise < 2.0:
+                return False
+        return True
+
+    def _of_sensors(self, best: Solution, point: Point, errors: Vector) -> dict[str, Unknown]:
+        """The nuisances of the sensors."""
+        names, values = self.misfit.names[len(self.ranges) :], list[float]()
+        for name in names:
+            kind, _, sensor = name.partition(" ")
+            row = self.misfit.measured.sensors.index(int(sensor)) if sensor else 0
+            if kind == TIME_ZERO:
+                values.append(self.misfit.time_zero(best.p))
+            elif kind == TIME_CONSTANT:
+                values.append(float(self.misfit.time_constant(best.p) or np.nan))
+            else:
+                values.append(float((point.gains if kind == GAIN else point.offsets)[row]))
+        found = {}
+        for name, value, error in zip(names, values, errors[len(self.ranges) :], strict=True):
+            half = error * self.misfit.unit if name == TIME_ZERO else float(error)
+            ends = (value - half, value + half)
+            if name == TIME_CONSTANT:
+                ends = value * np.exp(-min(half, 50.0)), value * np.exp(min(half, 50.0))
+            blind = name == TIME_CONSTANT and half > 1.0
+            found[name] = Unknown(name, value, ends, BLIND if blind else "nuisance")
+        return found
+
+    def _profile(self, best: Solution, k: int, half: float, inflation: float) -> tuple[float, float]:
+        """Where χ², with all others fitted anew, has risen by that of 95 %; the ends of the range where it has not."""
+        return self._risen(best, k, half, inflation, 0.0), self._risen(best, k, half, inflation, 1.0)
+
+    def _risen(self, best: Solution, k: int, half: float, inflation: float, limit: float) -> float:
+        """The place between the best one and a limit."""
+        inner, rise, p, side = float(best.p[k]), 0.0, best.p, 1.0 if limit > best.p[k] else -1.0
+        step, outer, wanted = min(max(0.5 * half, SHORT), LONG), limit, np.sqrt(REACH)
+        while abs(outer - inner) > SHORT / 2.0:
+            trial = inner + side * min(step, abs(outer - inner))
+            start = p.copy()
+            start[k] = trial
+            found = self.search.solved(start, fixed=k, tries=8)
+            new = float(np.sqrt(max(found.misfit - best.misfit, 0.0) / inflation))
+            if wanted <= new < 2.0 * wanted:
+                # Its root is nearly straight.
+                return float(inner + (wanted - rise) / (new - rise) * (trial - inner))
+            if new < wanted:
+                inner, rise, p = trial, new, found.p
+                step *= 1.6
+            else:
+                outer, step = trial, 0.5 * abs(trial - inner)
+        return outer if outer == limit else 0.5 * (inner + outer)
+
+    def _modes(self, best: Solution, solutions: Sequence[Solution], covariance: Vector, scale: float) -> list[Vector]:
+        """Places of the solutions that the noise does not exclude, the best first."""
+        count = len(self.ranges)
+        kept = [best.p[:count]]
+        near = np.maximum(3.0 * np.sqrt(np.diag(covariance))[:count], SAME)
+        for one in solutions:
+            fits = one.misfit - best.misfit < WITHIN * scale
+            if fits and all((abs(one.p[:count] - other) > near).any() for other in kept):
+                kept.append(one.p[:count])
+        return kept
+
+    def _correlation(self, covariance: Vector) -> xr.DataArray:
+        root = np.sqrt(np.diag(covariance))
+        names = self.misfit.names
+        return xr.DataArray(
+            covariance / np.outer(root, root), dims=("unknown", "other"), coords={"unknown": names, "other": names}
+        )
+
+    def _data(self, point: Point) -> xr.Dataset:
+        measured = self.misfit.measured
+        fitted = np.full(measured.force.shape, np.nan)
+        for row, (used, values) in enumerate(zip(self.misfit.used, point.fitted, strict=True)):
+            fitted[row, used] = values
+        newton = {"units": "N"}
+        return xr.Dataset(
+            {
+                "measured": (("sensor", "time"), measured.force, newton),
+                "fitted": (("sensor", "time"), fitted, newton),
+                "residual": (("sensor", "time"), measured.force - fitted, newton),
+                "noise": ("sensor", measured.noise, newton),
+            },
+            {"time": ("time", measured.time, {"units": "s"}), "sensor": measured.sensors},
+        )
+
+
+def _correlated(columns: Vector, residual: Vector) -> tuple[Vector, float]:
+    """Covariance of columnsᵀ · residual for residuals correlated in time, and the number of independent samples."""
+    count, square = residual.size, float(residual @ residual)
+    lags = min(count - 1, 4096)
+    spectrum = np.fft.rfft(residual, 2 * count)
+    along = np.fft.irfft(abs(spectrum) ** 2)[: lags + 1] / max(square, 1e-300)
+    below = np.flatnonzero(along < 0.1)
+    width = 2 * int(below[0]) if below.size else lags
+    scores = columns * residual[:, None]
+    found = scores.T @ scores
+    for lag in range(1, width + 1):
+        part = scores[lag:].T @ scores[:-lag]
+        found += (1.0 - lag / (width + 1.0)) * (part + part.T)
+    independent = count / max(1.0 + 2.0 * float(along[1 : width + 1].clip(0.0).sum()), 1.0)
+    return found, independent

@@ -1,0 +1,98 @@
+"""A signal as identification takes it: samples of the sensors that are compared, and their noise."""
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+import xarray as xr
+
+from coupling.identification.misfit import Measured
+from coupling.identification.prediction import NUMERICAL
+from coupling.results.measures import sensor_force
+from coupling.results.schema import kind_of
+from coupling.results.sensor import FEWEST_SAMPLES
+from structures.checks import instance, listed, positive, whole
+from structures.structure import Vector
+
+LEAD = 0.05
+"""The quiet lead ends where the force first exceeds this part of its peak, less a margin."""
+
+FEWEST_OF_LEAD = 50
+"""Samples of a lead that its standard deviation is taken of: 10 % exact."""
+
+CLIPPED, OF_CLIPPED = 3.0, 0.9733369
+"""Values beyond so many standard deviations are left out, and the variance of the others, of a Gaussian."""
+
+COLOURED = 3.0
+"""Noise is not white if the lead's exceeds that of differences by this many of its standard errors, 1/√n."""
+
+
+def measured_signal(
+    signal: xr.Dataset, sensors: Iterable[int] | None, noise: float | Mapping[int, float] | None
+) -> Measured:
+    """The signal, or a ValueError that says what is wrong with it."""
+    data = instance("signal", signal, xr.Dataset, "a signal of read_signal or as_signal, or a run")
+    kind = kind_of(data)
+    if kind not in ("signal", "run"):
+        raise ValueError(f"signal: is a {kind or 'Dataset of another kind'}; must be one signal, or one run")
+    if sensors is None:
+        if kind == "run":
+            raise ValueError("sensors = None: must name the beads of a run that are compared, such as [7, 13]")
+        sensors = data.sensor.values.tolist()
+    numbers = sorted({whole("sensors", n) for n in listed("sensors", sensors, object, "one bead number or more")})
+    time = np.asarray(data.time.values, dtype=float)
+    force = np.stack([np.asarray(sensor_force(data, n).values, dtype=float) for n in numbers])
+    for number, row in zip(numbers, force, strict=True):
+        known = row[np.isfinite(row)]
+        if known.size < FEWEST_SAMPLES:
+            raise ValueError(
+                f"signal: sensor {number} has {known.size} samples that are numbers; needs {FEWEST_SAMPLES}"
+            )
+        if np.ptp(known) == 0.0:
+            raise ValueError(f"signal: sensor {number} is constant, {known[0]:g} N; must hold a wave")
+    given = noise is not None or "noise" in data
+    return Measured(time, force, numbers, _noises(data, numbers, force, noise), given)
+
+
+def _noises(data: xr.Dataset, sensors: list[int], force: Vector, given: float | Mapping[int, float] | None) -> Vector:
+    """Of each sensor, N, and never below what runs are exact to."""
+    noises = []
+    for number, row in zip(sensors, force, strict=True):
+        peak = float(np.nanmax(abs(row)))
+        if isinstance(given, Mapping):
+            if number not in given:
+                raise ValueError(f"noise = {dict(given)!r}: must hold sensor {number}, a number of N")
+            found = positive(f"noise[{number}]", given[number], "N")
+        elif given is not None:
+            found = positive("noise", given, "N")
+        elif "noise" in data and "sensor" in data.noise.dims:
+            found = float(data.noise.sel(sensor=number))
+        else:
+            found = estimated(row)
+        noises.append(float(np.hypot(found, NUMERICAL * peak)))
+    return np.array(noises)
+
+
+def estimated(force: Vector) -> float:
+    """The standard deviation of a sample, N: from third differences, or of the quiet lead where that is larger.
+
+    Differences leave white noise and remove what is smooth; the median of their sizes leaves out the waves. Noise of
+    low frequency shows in the lead alone.
+    """
+    known = force[np.isfinite(force)]
+    peak = float(abs(known).max())
+    first = int(np.argmax(abs(known - np.median(known[:FEWEST_OF_LEAD])) > LEAD * peak + 5.0 * _rough(known)))
+    white = _rough(known)
+    if first >= 2 * FEWEST_OF_LEAD:
+        lead = known[: first - FEWEST_OF_LEAD // 2]
+        slow = float(lead.std(ddof=1))
+        if slow > white * (1.0 + COLOURED / np.sqrt(lead.size)):
+            return slow
+    return white
+
+
+def _rough(known: Vector) -> float:
+    """From third differences, whose variance is 20 times that of the noise; waves are the few large ones."""
+    rough = np.diff(known, 3) / np.sqrt(20.0)
+    size = float(np.median(abs(rough))) / 0.6744898
+    usual = rough[abs(rough) <= CLIPPED * size]
+    return float(np.sqrt((usual**2).mean() / OF_CLIPPED)) if size > 0.0 else 0.0

@@ -1,0 +1,248 @@
+"""How far predicted traces are from measured ones, for any gain, offset, time zero and time constant of the sensors.
+
+Gains and offsets enter linearly, so the best ones follow from the others, and are projected out of the residual
+(variable projection, in Kaufman's approximation of the derivative).
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.signal import correlate
+
+from coupling.identification.prediction import Curves, Prediction, high_passed
+from structures.structure import Vector
+
+GAIN, OFFSET, TIME_ZERO, TIME_CONSTANT = "gain", "offset", "time_zero", "time_constant"
+
+OF_SENSORS = (GAIN, OFFSET, TIME_ZERO, TIME_CONSTANT)
+"""Nuisances that belong to the sensors, not to the builder."""
+
+LONGEST_TIME_CONSTANT, SHORTEST_TIME_CONSTANT, USUAL_TIME_CONSTANT = 10.0, 1e-5, 1e-2
+"""s; that of a search's start is the last one."""
+
+FAILED = 1e6
+"""The residual of a run that failed, so that a search turns back."""
+
+
+class Measured(NamedTuple):
+    """A signal: times (s), forces (sensors × times, N; NaN where left out), sensors, the noise of each (N),
+    and whether the noise was given, not estimated.
+    """
+
+    time: Vector
+    force: Vector
+    sensors: list[int]
+    noise: Vector
+    given: bool = False
+
+    @property
+    def step(self) -> float:
+        """Between samples, s."""
+        return float(self.time[-1] - self.time[0]) / (self.time.size - 1)
+
+
+class Point(NamedTuple):
+    """The misfit at one point of a search.
+
+    p: places of the unknowns, time zero in contact times, logarithm of the time constant, as far as they are free.
+    residual: (measured − predicted)/noise, sensor by sensor; projected: derivatives of it, with gains and offsets
+    projected out; columns: all derivatives of what is predicted, over noise; sizes: samples of each sensor.
+    """
+
+    p: Vector
+    residual: Vector
+    projected: Vector
+    columns: Vector
+    gains: Vector
+    offsets: Vector
+    fitted: list[Vector]
+
+    @property
+    def misfit(self) -> float:
+        """χ²: the sum of squares."""
+        return float(self.residual @ self.residual)
+
+
+class Misfit:
+    """Compares predictions with a measured signal, up to `until` s after the impact."""
+
+    def __init__(self, prediction: Prediction, measured: Measured, nuisances: Sequence[str], until: float) -> None:
+        self.prediction, self.measured, self.until = prediction, measured, until
+        self.free = [name for name in OF_SENSORS if name in nuisances]
+        self.size = len(prediction.ranges)
+        self.unit = prediction.contact_time
+        self.used = [np.isfinite(force) for force in measured.force]
+        """The samples of each sensor that count; `keep_window` leaves out those before and after the prediction."""
+        self._last: tuple[Vector, Vector] | None = None
+
+    @property
+    def names(self) -> list[str]:
+        """Of the parameters in the order of `Point.columns`."""
+        shared = [name for name in (TIME_ZERO, TIME_CONSTANT) if name in self.free]
+        own = [f"{name} {n}" for n in self.measured.sensors for name in (GAIN, OFFSET) if name in self.free]
+        return [*(one.name for one in self.prediction.ranges), *shared, *own]
+
+    @property
+    def samples(self) -> int:
+        """The number of them that count."""
+        return int(sum(used.sum() for used in self.used))
+
+    def bounds(self) -> tuple[Vector, Vector]:
+        """Lower and upper bounds of p."""
+        low, high = [0.0] * self.size, [1.0] * self.size
+        if TIME_ZERO in self.free:
+            low.append((self.measured.time[0] - self.until) / self.unit)
+            high.append(float(self.measured.time[-1]) / self.unit)
+        if TIME_CONSTANT in self.free:
+            low.append(np.log(SHORTEST_TIME_CONSTANT))
+            high.append(np.log(LONGEST_TIME_CONSTANT))
+        return np.array(low), np.array(high)
+
+    def keep_window(self, time_zero: float) -> None:
+        """Only samples up to `until` after the impact count; those before it show nothing but the offset."""
+        moments = self.measured.time - time_zero
+        inside = (moments <= self.until) & (moments >= -self.unit)
+        self.used = [np.isfinite(force) & inside for force in self.measured.force]
+
+    def start(self, places: Vector, traces: Vector) -> tuple[Vector, float]:
+        """p with the time zero that suits these traces best, and its misfit."""
+        p = list(places)
+        if TIME_CONSTANT in self.free:
+            traces = high_passed(traces, self.prediction.interval, USUAL_TIME_CONSTANT)
+        curves = Curves(traces, self.prediction.interval)
+        if TIME_ZERO in self.free:
+            p.append(self._time_zero(curves) / self.unit)
+        if TIME_CONSTANT in self.free:
+            p.append(np.log(USUAL_TIME_CONSTANT))
+        residual = np.concatenate(self._compared(np.array(p), curves))
+        return np.array(p), float(residual @ residual)
+
+    def start_at(self, places: Vector) -> Vector:
+        """p for a signal whose time zero is the impact."""
+        others = {TIME_ZERO: 0.0, TIME_CONSTANT: float(np.log(USUAL_TIME_CONSTANT))}
+        return np.array([*places, *(others[name] for name in others if name in self.free)])
+
+    def _time_zero(self, curves: Curves) -> float:
+        """By cross-correlation, to a sample, then to a part of it by a parabola."""
+        step, total = self.measured.step, np.zeros(1)
+        grid = np.arange(0.0, self.until, step)
+        for force, noise, shape in zip(self.measured.force, self.measured.noise, curves.at(grid), strict=True):
+            known = np.where(np.isfinite(force), force, 0.0)
+            along, square = correlate(known, shape, method="fft"), float(shape @ shape)
+            if square > 0.0:
+                gained = np.maximum(along, 0.0) ** 2 / square if GAIN in self.free else 2.0 * along - square
+                total = total + gained / noise**2
+        best = int(np.argmax(total))
+        shift = 0.0
+        if 0 < best < total.size - 1:
+            left, here, right = total[best - 1 : best + 2]
+            bend = left - 2.0 * here + right
+            shift = 0.5 * (left - right) / bend if bend < 0.0 else 0.0
+        return float(self.measured.time[0] + step * (best - (grid.size - 1) + shift))
+
+    def _compared(self, p: Vector, curves: Curves) -> list[Vector]:
+        """Residuals of each sensor at p. curves: behind the high-pass."""
+        shapes = curves.at(self.measured.time - self.time_zero(p))
+        residuals = []
+        for row, shape in enumerate(shapes):
+            _, force, noise = self._sensor(row)
+            residuals.append(self._fitted(force, shape[self.used[row]], noise)[0])
+        return residuals
+
+    def _sensor(self, row: int) -> tuple[Vector, Vector, float]:
+        used = self.used[row]
+        return self.measured.time[used], self.measured.force[row][used], float(self.measured.noise[row])
+
+    def _fitted(self, force: Vector, shape: Vector, noise: float) -> tuple[Vector, float, float, Vector]:
+        """Residual over noise, gain, offset, and an orthonormal basis of what they can change."""
+        columns = []
+        if GAIN in self.free:
+            columns.append(shape)
+        if OFFSET in self.free:
+            columns.append(np.ones_like(shape))
+        rest = force if GAIN in self.free else force - shape
+        if not columns or not shape.any():
+            return (force - shape) / noise, 1.0, 0.0, np.zeros((shape.size, 0))
+        basis, corner = np.linalg.qr(np.stack(columns, axis=1))
+        parts = np.linalg.lstsq(corner, basis.T @ rest, rcond=None)[0]
+        gain = float(parts[0]) if GAIN in self.free else 1.0
+        offset = float(parts[-1]) if OFFSET in self.free else 0.0
+        return (force - gain * shape - offset) / noise, gain, offset, basis
+
+    def time_zero(self, p: Vector) -> float:
+        """s, in the signal's own time."""
+        return float(p[self.size]) * self.unit if TIME_ZERO in self.free else 0.0
+
+    def time_constant(self, p: Vector) -> float | None:
+        """s."""
+        return float(np.exp(p[-1])) if TIME_CONSTANT in self.free else None
+
+    def _passed(self, traces: Vector, p: Vector, factor: float = 1.0) -> Vector:
+        constant = self.time_constant(p)
+        return traces if constant is None else high_passed(traces, self.prediction.interval, factor * constant)
+
+    def _traces(self, p: Vector) -> Vector:
+        """Of the last p that was asked for, from one run."""
+        places = p[: self.size]
+        if self._last is None or not np.array_equal(self._last[0], places):
+            self._last = places.copy(), self.prediction.traces([places])[0]
+        return self._last[1]
+
+    def of_traces(self, p: Vector, traces: Vector) -> float:
+        """χ² of traces at p; infinite for a run that failed."""
+        if not np.isfinite(traces).all():
+            return np.inf
+        residual = np.concatenate(self._compared(p, Curves(self._passed(traces, p), self.prediction.interval)))
+        return float(residual @ residual)
+
+    def residual(self, p: Vector) -> Vector:
+        """At p: one run."""
+        traces = self._traces(p)
+        if not np.isfinite(traces).all():
+            return np.full(self.samples, FAILED)
+        return np.concatenate(self._compared(p, Curves(self._passed(traces, p), self.prediction.interval)))
+
+    def at(self, p: Vector, steps: Vector) -> Point:
+        """All of the misfit at p; steps: of the places, for the derivatives."""
+        traces = self._traces(p)
+        slopes = self.prediction.slopes(p[: self.size], traces, steps)
+        if not (np.isfinite(traces).all() and np.isfinite(slopes).all()):
+            raise FloatingPointError("a run beside the solution failed")
+        return self.point(p, traces, slopes)
+
+    def point(self, p: Vector, traces: Vector, slopes: Vector) -> Point:
+        """All of it from runs that are known. slopes: of the traces with the places."""
+        interval, sensors = self.prediction.interval, len(self.measured.sensors)
+        residuals, projected, full, gains, offsets, fitted = [], [], [], [], [], []
+        moments = self.measured.time - self.time_zero(p)
+        curves = Curves(self._passed(traces, p), interval)
+        shapes, rates = curves.at(moments), curves.rates(moments)
+        changes = [Curves(self._passed(slopes, p), interval).at(moments)] if self.size else []
+        if TIME_ZERO in self.free:
+            changes.append(-self.unit * rates[None])
+        if TIME_CONSTANT in self.free:
+            later, earlier = (self._passed(traces, p, factor) for factor in (1.001, 0.999))
+            changes.append(Curves((later - earlier)[None] / 2e-3, interval).at(moments))
+        bent = np.concatenate(changes)
+        own = sum(name in self.free for name in (GAIN, OFFSET))
+        for row, used in enumerate(self.used):
+            _, force, noise = self._sensor(row)
+            shape = shapes[row][used]
+            residual, gain, offset, basis = self._fitted(force, shape, noise)
+            nonlinear = gain * bent[:, row, used].T / noise
+            linear = np.zeros((shape.size, own * sensors))
+            if GAIN in self.free:
+                linear[:, own * row] = shape / noise
+            if OFFSET in self.free:
+                linear[:, own * row + own - 1] = 1.0 / noise
+            residuals.append(residual)
+            projected.append(-(nonlinear - basis @ (basis.T @ nonlinear)))
+            full.append(np.hstack([nonlinear, linear]))
+            gains.append(gain)
+            offsets.append(offset)
+            fitted.append(gain * shape + offset)
+        return Point(
+            p, np.concatenate(residuals), np.concatenate(projected), np.concatenate(full), np.array(gains),
+            np.array(offsets), fitted,
+        )  # fmt: skip

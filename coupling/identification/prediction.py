@@ -1,0 +1,207 @@
+"""What a builder of co-simulations predicts for the sensors of a measured signal, at many values of the unknowns."""
+
+from collections.abc import Callable, Sequence
+from math import log
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.signal import lfilter
+
+from coupling.cosimulation import CoSimulation
+from coupling.results.ar_and_tof import reflections
+from coupling.results.findings import kind
+from coupling.results.signals import as_signal
+from coupling.sweeps.batch import batch
+from coupling.sweeps.sweep import check_build
+from structures.caution import collected
+from structures.checks import finite, instance, short
+from structures.structure import Vector
+
+SAVED_PER_CONTACT = 48.0
+"""Saved times in the shortest contact: cubic splines between them are exact to 1e-5 of a pulse."""
+
+WIDE = 10.0
+"""A range whose ends differ by more than this factor is searched by its logarithm."""
+
+ACCURACY = "screening"
+"""Of the runs: traces differ by 1e-4 of their peak from runs with the default accuracy."""
+
+MOST_SAMPLES = 1e6
+"""Of the trace of a sensor: a record of a second."""
+
+NUMERICAL = 1e-4
+"""That difference; noise below it is not believed."""
+
+
+class Range(NamedTuple):
+    """An unknown between two values; `place` is 0 at the low one and 1 at the high one."""
+
+    name: str
+    low: float
+    high: float
+
+    @property
+    def logarithmic(self) -> bool:
+        """Whether equal places are equal factors."""
+        return self.low > 0.0 and self.high > WIDE * self.low
+
+    def value(self, place: float) -> float:
+        """The value at a place."""
+        part = min(max(float(place), 0.0), 1.0)
+        if self.logarithmic:
+            return float(self.low * (self.high / self.low) ** part)
+        return self.low + (self.high - self.low) * part
+
+    def place(self, value: float) -> float:
+        """The place of a value."""
+        if self.logarithmic:
+            return log(value / self.low) / log(self.high / self.low)
+        return (value - self.low) / (self.high - self.low)
+
+    def slope(self, place: float) -> float:
+        """Change of the value with the place."""
+        return self.value(place) * log(self.high / self.low) if self.logarithmic else self.high - self.low
+
+
+def range_of(name: str, given: Any) -> Range:
+    """A Range from (low, high), or a ValueError."""
+    what = "must be the lowest and the highest value, such as (1e-3, 6e-3)"
+    if not isinstance(given, tuple | list) or len(given) != 2:
+        raise ValueError(f"{name} = {short(given)}: {what}")
+    low, high = (finite(name, end) for end in given)
+    if not low < high:
+        raise ValueError(f"{name} = {short(given)}: has no width; {what}")
+    return Range(name, low, high)
+
+
+def check_samples(name: str, value: float, samples: float) -> None:
+    """Refuse records that no memory holds, and that no one compares."""
+    if samples > MOST_SAMPLES:
+        raise ValueError(
+            f"{name} = {value!r} s: traces would have {samples:.2g} samples; at most {MOST_SAMPLES:.0e} are compared"
+        )
+
+
+class Prediction:
+    """Runs of a builder, as traces at sensors: runs × sensors × times, N, from the impact on.
+
+    build: makes a CoSimulation of one chain from the unknowns. until: length of the traces, s. It counts the runs, and
+    collects the warnings that they gave.
+    """
+
+    def __init__(
+        self, build: Callable[..., CoSimulation], ranges: Sequence[Range], sensors: Sequence[int], until: float
+    ) -> None:
+        check_build(build, {one.name: None for one in ranges}, "build", "unknowns")
+        self.build, self.ranges, self.sensors, self.until = build, list(ranges), list(sensors), until
+        self.runs, self.failed, self._said = 0, 0, dict[str, str]()
+        self._quick = False
+        self.first = self._made(**self.values(np.full(len(self.ranges), 0.5)))
+        # A builder that chooses its windows, or a coarser accuracy, keeps them.
+        quick = self.first.replace(accuracy=ACCURACY)
+        self._quick = self.first.longest_window < 0.999 * quick.longest_window
+        beads = len(self.first.chain.chain.beads)
+        if wrong := [n for n in self.sensors if not 1 <= n <= beads]:
+            raise ValueError(f"sensors = {self.sensors!r}: bead {wrong[0]} is not in the chain, which has {beads}")
+        self.contact_time = self.first.interface.contact_time
+        self.interval = self.contact_time / SAVED_PER_CONTACT
+        check_samples("until", until, until / self.interval)
+        self.time = self.interval * np.arange(int(until / self.interval * (1.0 + 1e-9)) + 1)
+
+    @property
+    def warnings(self) -> list[str]:
+        """The first warning of each kind that runs gave."""
+        return list(self._said.values())
+
+    def values(self, places: Vector) -> dict[str, float]:
+        """The unknowns at places from 0 to 1."""
+        return {one.name: one.value(place) for one, place in zip(self.ranges, places, strict=True)}
+
+    def _made(self, **values: Any) -> CoSimulation:
+        made = instance("build(...)", self.build(**values), CoSimulation, "a CoSimulation")
+        if len(made.interface.chains) > 1:
+            raise ValueError("build(...): has several chains; must have one")
+        return made.reduced(self.until, **({"accuracy": ACCURACY} if self._quick else {}))
+
+    def traces(self, places: Sequence[Vector]) -> Vector:
+        """The forces at the sensors, N; NaN for a run that fails."""
+        rows = [self.values(place) for place in places]
+        self.runs += len(rows)
+        with collected() as messages:
+            # A function without unknowns is of no use, so there is at least one.
+            columns: dict[str, Any] = {one.name: [row[one.name] for row in rows] for one in self.ranges}
+            runs = batch(self._made, self.until, save_every=self.interval, sensors=self.sensors, threads=1, **columns)
+        self.failed += int((runs.error != "").sum())
+        for message in messages:
+            if not message.startswith("batch: "):
+                self._said.setdefault(kind(message), message.split(" (at run ")[0])
+        dynamic = (runs.contact_force - runs.static_force).transpose("run", "contact", "time")
+        forces = [0.5 * (dynamic.sel(contact=n) + dynamic.sel(contact=n + 1)).values for n in self.sensors]
+        return np.stack(forces, axis=1)
+
+    def slopes(self, places: Vector, here: Vector, steps: Vector) -> Vector:
+        """Changes of the traces with the place of each unknown: unknowns × sensors × times. here: the traces.
+
+        By central differences over ± steps, all in one batch; at the end of a range by one-sided ones of second order.
+        """
+        size, points = places.size, list[Vector]()
+        nodes: list[tuple[int, tuple[float, ...], tuple[float, ...]]] = []
+        offsets: tuple[float, ...]
+        weights: tuple[float, ...]
+        for k in range(size):
+            step = steps[k]
+            if places[k] - step < 0.0:
+                offsets, weights = (0.0, step, 2.0 * step), (-1.5, 2.0, -0.5)
+            elif places[k] + step > 1.0:
+                offsets, weights = (0.0, -step, -2.0 * step), (1.5, -2.0, 0.5)
+            else:
+                offsets, weights = (-step, step), (-0.5, 0.5)
+            nodes.append((len(points), offsets, weights))
+            for offset in offsets:
+                if offset != 0.0:
+                    points.append(places + offset * np.eye(size)[k])
+        traces = self.traces(points)
+        slopes = np.zeros((size, *here.shape))
+        for k, (first, offsets, weights) in enumerate(nodes):
+            place = first
+            for offset, weight in zip(offsets, weights, strict=True):
+                slopes[k] += weight / steps[k] * (here if offset == 0.0 else traces[place])
+                place += offset != 0.0
+        return slopes
+
+
+def high_passed(trace: Vector, interval: float, time_constant: float) -> Vector:
+    """A trace behind an RC high-pass of a time constant, s; exact for a force that is straight between samples."""
+    kept = np.exp(-interval / time_constant)
+    gain = (1.0 - kept) * time_constant / interval
+    passed: Vector = lfilter([gain, -gain], [1.0, -kept], trace, axis=-1)
+    return passed
+
+
+class Curves:
+    """Traces between their samples, over the last axis; zero before the impact, and constant after their end."""
+
+    def __init__(self, traces: Vector, interval: float) -> None:
+        self._end = interval * (traces.shape[-1] - 1)
+        self._spline = CubicSpline(interval * np.arange(traces.shape[-1]), traces, axis=-1)
+
+    def at(self, moments: Vector) -> Vector:
+        """Values at moments after the impact, s."""
+        values: Vector = self._spline(np.clip(moments, 0.0, self._end)) * (moments >= 0.0)
+        return values
+
+    def rates(self, moments: Vector) -> Vector:
+        """Changes with time there."""
+        inside = (moments >= 0.0) & (moments <= self._end)
+        rates: Vector = self._spline(np.clip(moments, 0.0, self._end), 1) * inside
+        return rates
+
+
+def features_of(time: Vector, forces: Vector, sensors: Sequence[int]) -> Vector:
+    """AR and TOF at each sensor, one after the other; NaN where a wave is missing."""
+    with collected():
+        signal = as_signal(time, dict(zip(sensors, forces, strict=True)))
+        waves = [reflections(signal, n).primary for n in sensors]
+    pairs = [(one.amplitude_ratio, one.time_of_flight) if one else (np.nan, np.nan) for one in waves]
+    return np.array(pairs).ravel()

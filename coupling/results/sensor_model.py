@@ -1,0 +1,187 @@
+"""What a sensor bead makes of a force: loss of charge, limited bandwidth, and the gauge's resonance."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+import scipy
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from coupling.results.conditioning import checked_signal
+from coupling.results.measures import sensor_force
+from coupling.results.reading import Reading
+from coupling.results.schema import RUN, SIGNAL, kind_of
+from coupling.results.sensor import trace
+from coupling.results.signals import as_signal
+from structures.checks import instance, listed, positive, whole
+from structures.structure import Vector
+
+Change = Callable[[ArrayLike, ArrayLike], Vector]
+
+
+@dataclass(frozen=True)
+class SensorModel:
+    """A sensor bead: the gauge's resonance, the bandwidth of the electronics, and the loss of charge of a piezo gauge.
+
+    Parameters
+    ----------
+    time_constant : float, optional
+        RC of gauge and amplifier, s: a high-pass. None: no charge is lost.
+    bandwidth : float, optional
+        Of the electronics, Hz, where a first-order low-pass passes 1/√2 (−3 dB). None: unlimited.
+    stiffness : float, optional
+        Of the gauge, N/m; with `mass` it makes a resonance at √(k/m)/2π. None: the gauge is rigid.
+    mass : float, optional
+        That rests on the gauge, kg.
+    damping : float
+        Of the resonance, as a part of the critical damping.
+
+    Raises
+    ------
+    ValueError
+        For a number that is not positive, a stiffness without a mass, and a model that does nothing.
+
+    Notes
+    -----
+    The three act in series: resonance ω²/(s² + 2ζωs + ω²), low-pass 1/(1 + s/2πf), high-pass τs/(1 + τs). The result
+    is exact for forces that are linear between samples, and starts at rest. Its error falls with the square of the
+    sampling interval.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> import numpy as np
+    >>> time = np.linspace(0.0, 1e-3, 1001)
+    >>> seen = hl.SensorModel(time_constant=1e-3).response(time, np.full(1001, 10.0))
+    >>> print(f"{seen[0]:.2f} N, {seen[-1]:.2f} N")
+    10.00 N, 3.68 N
+    """
+
+    time_constant: float | None = None
+    bandwidth: float | None = None
+    stiffness: float | None = None
+    mass: float | None = None
+    damping: float = 0.02
+
+    def __post_init__(self) -> None:
+        units = {"time_constant": "s", "bandwidth": "Hz", "stiffness": "N/m", "mass": "kg"}
+        for name, unit in units.items():
+            if getattr(self, name) is not None:
+                positive(name, getattr(self, name), unit)
+        positive("damping", self.damping)
+        if (self.stiffness is None) != (self.mass is None):
+            lacking = "mass" if self.mass is None else "stiffness"
+            raise ValueError(f"{lacking} = None: must be given, because a resonance needs stiffness and mass")
+        if all(getattr(self, name) is None for name in units):
+            raise ValueError("time_constant = None: give it, or a bandwidth, or stiffness and mass")
+
+    @property
+    def resonance(self) -> float | None:
+        """Frequency of the undamped resonance, Hz."""
+        if self.stiffness is None or self.mass is None:
+            return None
+        return float(np.sqrt(self.stiffness / self.mass)) / (2.0 * pi)
+
+    def response(self, time: ArrayLike, force: ArrayLike) -> Vector:
+        """The force that the sensor reports, N, for a force at equal time steps (s, N)."""
+        moments, given = _pair(time, force)
+        self._check_sampling(float(moments[1] - moments[0]))
+        # The sensor is at rest under no force before the first sample; a first force is a step.
+        a, b, c, d = self._state_space()
+        _, seen, _ = scipy.signal.lsim((a, b, c, d), given, moments - moments[0], interp=True)
+        return np.asarray(seen)
+
+    def corrected(self, time: ArrayLike, force: ArrayLike) -> Vector:
+        """The force without the loss of charge, N: the inverse of the high-pass alone (s, N)."""
+        moments, seen = _pair(time, force)
+        if self.time_constant is None:
+            raise ValueError("time_constant = None: must be given, because `correct` restores the charge lost with it")
+        first, second = _gains((moments[1] - moments[0]) / self.time_constant)
+        lost = np.zeros(seen.size)
+        # v[k] = z[k] − w[k], w[k+1] = a w[k] + first z[k] + second z[k+1], and a + first + second = 1.
+        lost[1:] = np.cumsum(first * seen[:-1] + second * seen[1:]) / (1.0 - second)
+        return seen + lost
+
+    def apply(self, signal: xr.Dataset, sensors: Iterable[int] | None = None) -> xr.Dataset:
+        """What sensors like this one report, as a measured signal; `sensors` are all of a signal by default."""
+        instance("signal", signal, xr.Dataset, "a run, or a signal of read_signal or as_signal")
+        if kind_of(signal) not in (RUN, SIGNAL):
+            raise ValueError("signal: must be one run, or one measured signal")
+        if sensors is None and kind_of(signal) == RUN:
+            raise ValueError("sensors = None: must name the beads of a run that are sensors, such as [7, 13]")
+        return self._each(signal, sensors, self.response)
+
+    def correct(self, signal: xr.Dataset) -> xr.Dataset:
+        """A measured signal without the loss of charge; remove its offset before, which would grow with time."""
+        return self._each(checked_signal("signal", signal), None, self.corrected)
+
+    def _each(self, signal: xr.Dataset, sensors: Iterable[int] | None, change: Change) -> xr.Dataset:
+        reading = Reading(signal)
+        if sensors is None:
+            sensors = signal.sensor.values.tolist()
+        numbers = [whole("sensors", n) for n in listed("sensors", sensors, object, "one bead number or more")]
+        forces = {}
+        for number in numbers:
+            force = sensor_force(signal, number)
+            if force.dims != ("time",):
+                raise ValueError("signal: holds several chains; choose one with signal.isel(chain=0)")
+            gone = int((~np.isfinite(force.values)).sum())
+            if gone:
+                raise ValueError(f"signal: sensor {number} has {gone} clipped samples (NaN); must have none")
+            forces[number] = change(signal.time.values, force.values)
+        places = {n: reading.position(n) for n in numbers} if "centre" in signal.coords else None
+        how = "Seen by" if change == self.response else "Loss of charge restored for"
+        found = as_signal(signal.time.values, forces, places)
+        found.attrs["conditioning"] = "\n".join(
+            [*str(signal.attrs.get("conditioning", "")).splitlines(), f"{how} {self!r}."]
+        )
+        return found
+
+    def _check_sampling(self, step: float) -> None:
+        """A ValueError for frequencies that the sampling cannot show."""
+        for name, frequency in (("bandwidth", self.bandwidth), ("resonance of stiffness and mass", self.resonance)):
+            if frequency is not None and frequency > 0.5 / step:
+                raise ValueError(
+                    f"{name} = {frequency:.4g} Hz: must be at most half the sampling rate, {0.5 / step:.4g} Hz; "
+                    "leave it out, or sample more finely"
+                )
+
+    def _state_space(self) -> tuple[Vector, Vector, Vector, Vector]:
+        """Matrices of the stages in series, each with states of the size of the force."""
+        a, b = np.zeros((0, 0)), np.zeros(0)
+        c, d = np.zeros(0), 1.0
+        stages: list[tuple[Vector, Vector, Vector, float]] = []
+        if self.resonance is not None:
+            w = 2.0 * pi * self.resonance
+            oscillator = np.array([[0.0, w], [-w, -2.0 * self.damping * w]])
+            stages.append((oscillator, np.array([0.0, w]), np.array([1.0, 0.0]), 0.0))
+        if self.bandwidth is not None:
+            w = 2.0 * pi * self.bandwidth
+            stages.append((np.array([[-w]]), np.array([w]), np.array([1.0]), 0.0))
+        if self.time_constant is not None:
+            w = 1.0 / self.time_constant
+            stages.append((np.array([[-w]]), np.array([w]), np.array([-1.0]), 1.0))
+        for own_a, own_b, own_c, own_d in stages:
+            a = np.block([[a, np.zeros((len(a), len(own_a)))], [np.outer(own_b, c), own_a]])
+            b = np.concatenate([b, own_b * d])
+            c, d = np.concatenate([own_d * c, own_c]), own_d * d
+        return a, b[:, None], c[None, :], np.array([[d]])
+
+
+def _gains(ratio: float) -> tuple[float, float]:
+    """What a linear input adds to a first-order state over a step of this many time constants: by its two ends."""
+    mean = -np.expm1(-ratio) / ratio
+    return float(mean - np.exp(-ratio)), float(1.0 - mean)
+
+
+def _pair(time: ArrayLike, force: ArrayLike) -> tuple[Vector, Vector]:
+    """Equal time steps and a force of as many numbers, or a ValueError."""
+    moments, given = trace("time", time), trace("force", force)
+    if moments.size != given.size:
+        raise ValueError(f"force: holds {given.size} numbers, must be as many as time, {moments.size}")
+    steps = np.diff(moments)
+    if not (steps > 0.0).all() or np.ptp(steps) > 1e-3 * steps.mean():
+        raise ValueError("time: must have equal steps; resample the force first, for instance with numpy.interp")
+    return moments, given

@@ -1,0 +1,199 @@
+"""The cases of the study of identifiability: chains against plates near an edge, and against rods with a bond."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from math import ceil, pi
+
+import numpy as np
+import xarray as xr
+
+from coupling.cosimulation import CoSimulation
+from coupling.identification.changes import STEP, Changes
+from coupling.identification.information import REACH, Design
+from coupling.identification.misfit import GAIN, TIME_ZERO
+from coupling.identification.search import inverse
+from particles.bead import Sphere
+from particles.chain import Chain
+from particles.solitary import PARTICLE_TO_STRIKER_SPEED
+from plates.half_plane import half_plane
+from structures.caution import collected
+from structures.material import ALUMINIUM_6061, PTFE, STEEL_440C, Material
+from structures.rod import Layer, rod
+from structures.structure import Vector
+from structures.surface import Surface, hertz_stiffness
+
+BEADS, IMPACT_SPEED = 20, 0.31
+
+NOISE, SAMPLE_EVERY = 0.01, 1e-6
+"""White, a part of the greatest force at each sensor; s."""
+
+RECORDS = (1.4e-3, 2.8e-3)
+"""s after the impact."""
+
+HIGHEST_FREQUENCY = 60e3
+"""Hz, resolved by the oscillators of plates; 60 to 200 kHz change AR by 1e-5."""
+
+FEATURES = "AR and TOF, bead 7"
+
+MEASURED: dict[str, tuple[int, ...]] = {
+    FEATURES: (7,), "bead 7": (7,), "bead 13": (13,), "bead 16": (16,), "beads 7 and 13": (7, 13),
+}  # fmt: skip
+"""What is measured: the whole trace, but for the first."""
+
+DRAWS = 16
+"""Noisy traces from which the errors of AR and TOF are taken: exact to 18 %."""
+
+EDGE_UNKNOWNS = ("distance", "thickness", "impact_speed")
+
+EDGE_FREE: dict[str, tuple[str, ...]] = {
+    "all": EDGE_UNKNOWNS, "distance and thickness": EDGE_UNKNOWNS[:2], "distance": EDGE_UNKNOWNS[:1],
+}  # fmt: skip
+"""What is not known: the others are known exactly."""
+
+STEPS = (STEP, 0.5 * STEP, 4.0 * STEP)
+"""Half the distances of runs for derivatives, as parts of values: half of the first shows the error of its derivatives,
+four times how linear the signal is."""
+
+MATERIAL_UNKNOWNS = ("distance", "thickness", "youngs_modulus")
+
+KNOWN, OF_PLATE = "known", "of the plate"
+"""The contact's stiffness: known, or from the modulus of the plate, as a half-space's."""
+
+BOND_UNKNOWNS = ("bond_stiffness", "thickness", "impact_speed")
+BOND_FREE: dict[str, tuple[str, ...]] = {"all": BOND_UNKNOWNS, "bond_stiffness": BOND_UNKNOWNS[:1]}
+BOND_MEASURED = {"bead 7": (7,), "beads 7 and 13": (7, 13)}
+BOND_RECORD = RECORDS[0]
+
+ROD_RADIUS, LOWER, ROD_BEAD = 9.525e-3, 50.8e-3, Sphere(4.765e-3, STEEL_440C)
+"""m: the layers' radius and the length of the lower one, of steel on a fixed base."""
+
+GLUE, GLUE_DENSITY, GLUE_POISSON = 0.1e-3, 1200.0, 0.35
+"""Thickness of the bond, m, and epoxy's density and Poisson's ratio, which do not matter."""
+
+UPPERS = {"steel": STEEL_440C, "PTFE": PTFE}
+
+CROSSING = 1e-6
+"""s in which a wave crosses an element of the upper layer, at most; and the fewest elements."""
+
+FEWEST = 12
+
+
+def edge_case(
+    diameter: float,
+    distance: float,
+    thickness: float,
+    impact_speed: float,
+    youngs_modulus: float = ALUMINIUM_6061.youngs_modulus,
+    contact: str = KNOWN,
+) -> CoSimulation:
+    """A chain of steel beads against an aluminium plate, at a distance from its clamped edge."""
+    bead, alloy = Sphere(0.5 * diameter, STEEL_440C), replace(ALUMINIUM_6061, youngs_modulus=youngs_modulus)
+    plate = half_plane(thickness, alloy, "clamped", distance, max(RECORDS), HIGHEST_FREQUENCY)
+    if contact == KNOWN:
+        plate = replace(plate, surface=Surface(ALUMINIUM_6061))
+    return CoSimulation(Chain([bead] * BEADS, bead, impact_speed), plate)
+
+
+def edge_design(
+    diameter: float, values: Mapping[str, float], noise: float = NOISE, sample_every: float = SAMPLE_EVERY,
+    contact: str = KNOWN,
+) -> Design:  # fmt: skip
+    """Of one plate, for all sensors and the longest record. contact: where the modulus is not known."""
+
+    def build(**unknowns: float) -> CoSimulation:
+        return edge_case(diameter, **unknowns, contact=contact)
+
+    sensors = {n for group in MEASURED.values() for n in group}
+    with collected():  # Points of the contact may yield: a model of elastic contacts is what is studied.
+        return Design(build, values, sensors, max(RECORDS), (GAIN, TIME_ZERO), noise, sample_every)
+
+
+def edge_errors(diameter: float, distance: float, thickness: float, steps: Sequence[float] = STEPS[:1]) -> Vector:
+    """95 % half-widths as parts of the values: steps × records × measured × free × unknowns; NaN for what is known."""
+    design = edge_design(diameter, dict(zip(EDGE_UNKNOWNS, (distance, thickness, IMPACT_SPEED), strict=True)))
+    found = np.full((len(STEPS), len(RECORDS), len(MEASURED), len(EDGE_FREE), len(EDGE_UNKNOWNS)), np.nan)
+    for i, step in enumerate(steps):
+        changes = Changes(design, step)
+        for k, (what, sensors) in enumerate(MEASURED.items()):
+            if what == FEATURES:
+                if i > 0:
+                    continue
+                features = changes.features(sensors, RECORDS[0], DRAWS)
+            for j, record in enumerate(RECORDS):
+                for m, free in enumerate(EDGE_FREE.values()):
+                    bounds = features(free) if what == FEATURES else changes.waveform(sensors, record, free)
+                    found[i, j, k, m, : len(free)] = [REACH * bounds[name] for name in free]
+    return found
+
+
+def combinations_near_edge(
+    diameter: float, distance: float, thickness: float, contact: str
+) -> tuple[Vector, Vector, Vector]:
+    """Of relative changes of distance, thickness and modulus, by the trace of bead 7 in the shorter record: the 95 %
+    half-widths of the eigenvectors of the information, best first, these in rows, and the correlations.
+
+    The impact speed, the gain and time zero are not known either.
+    """
+    values = (distance, thickness, ALUMINIUM_6061.youngs_modulus, IMPACT_SPEED)
+    names = (*MATERIAL_UNKNOWNS, "impact_speed")
+    changes = Changes(edge_design(diameter, dict(zip(names, values, strict=True)), contact=contact))
+    covariance = inverse(changes.part((7,), RECORDS[0]))[:3, :3]
+    size, vectors = np.linalg.eigh(covariance)
+    signs = np.sign(vectors[0])
+    root = np.sqrt(np.diag(covariance))
+    return REACH * np.sqrt(size), (vectors * signs).T, covariance / np.outer(root, root)
+
+
+def bond_errors(upper: str, thickness: float, bond_stiffness: float) -> Vector:
+    """95 % half-widths as parts of the values: measured × free × unknowns; NaN for what is known.
+
+    The mesh is the same for all runs, so that derivatives are those of the rod alone. bond_stiffness: N/m³.
+    """
+    top = UPPERS[upper]
+    elements = max(FEWEST, ceil(thickness / top.bar_speed / CROSSING))
+
+    def build(bond_stiffness: float, thickness: float, impact_speed: float) -> CoSimulation:
+        glue = Material(bond_stiffness * GLUE, GLUE_POISSON, GLUE_DENSITY, "glue")
+        layers = [
+            Layer(top, thickness, ROD_RADIUS),
+            Layer(glue, GLUE, ROD_RADIUS),
+            Layer(STEEL_440C, LOWER, ROD_RADIUS),
+        ]
+        return CoSimulation(Chain([ROD_BEAD] * BEADS, ROD_BEAD, impact_speed), rod(layers, "fixed", elements))
+
+    values = dict(zip(BOND_UNKNOWNS, (bond_stiffness, thickness, IMPACT_SPEED), strict=True))
+    with collected():
+        design = Design(build, values, (7, 13), BOND_RECORD, (GAIN, TIME_ZERO), NOISE, SAMPLE_EVERY)
+        changes = Changes(design)
+    found = np.full((len(BOND_MEASURED), len(BOND_FREE), len(BOND_UNKNOWNS)), np.nan)
+    for k, sensors in enumerate(BOND_MEASURED.values()):
+        for m, free in enumerate(BOND_FREE.values()):
+            bounds = changes.waveform(sensors, BOND_RECORD, free)
+            found[k, m, : len(free)] = [REACH * bounds[name] for name in free]
+    return found
+
+
+def contact_stiffness(upper: str) -> float:
+    """Tangent stiffness of the contact over the area of the rod, N/m³, at the peak of Hertz's collision of one bead
+    with the speed of the wave's particles.
+    """
+    stiffness = hertz_stiffness(ROD_BEAD.surface, Surface(UPPERS[upper]))
+    speed = PARTICLE_TO_STRIKER_SPEED * IMPACT_SPEED
+    approach = (1.25 * ROD_BEAD.mass * speed**2 / stiffness) ** 0.4
+    return float(1.5 * stiffness * approach**0.5 / (pi * ROD_RADIUS**2))
+
+
+def coordinates(**values: Iterable[float | str]) -> dict[str, tuple[str, list[float | str], dict[str, str]]]:
+    """Coordinates with their units."""
+    units = {
+        "distance": "m", "near": "m", "thickness": "m", "diameter": "m", "record": "s", "step": "1",
+        "upper_thickness": "m", "bond_stiffness": "N/m3",
+    }  # fmt: skip
+    return {
+        name: (name, list(given), {"units": units[name]} if name in units else {}) for name, given in values.items()
+    }
+
+
+def relative(dims: Sequence[str], values: Vector, long_name: str) -> xr.DataArray:
+    """A variable of parts of values."""
+    return xr.DataArray(values, dims=dims, attrs={"units": "1", "long_name": long_name})

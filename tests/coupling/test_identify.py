@@ -1,0 +1,364 @@
+"""Unknowns from signals: truths found within their intervals, blind ones named, and bad input refused."""
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.interpolate import CubicSpline
+from scipy.optimize import curve_fit
+
+import hertzlink as hl
+from coupling.identification.measured import estimated
+from coupling.identification.misfit import Measured, Misfit
+from coupling.identification.prediction import Curves, Prediction, Range, high_passed, range_of
+
+BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
+UNTIL, LEAD, STEP = 5e-4, 8e-5, 1e-6
+
+
+def wall(modulus: float, impact_speed: float = 0.31) -> hl.CoSimulation:
+    """Ten beads on a half-space."""
+    facing = hl.half_space(hl.Material(modulus, 0.3, 2000.0))
+    return hl.CoSimulation(hl.Chain([BEAD] * 10, BEAD, impact_speed), facing)
+
+
+def tap(
+    simulation: hl.CoSimulation,
+    sensors: tuple[int, ...] = (5,),
+    noise: float = 0.01,
+    gain: float = 1.0,
+    lead: float = LEAD,
+    seed: int = 0,
+    until: float = UNTIL,
+) -> xr.Dataset:
+    """A signal of a run with the default accuracy, noisy, scaled and late."""
+    run = simulation.run(until, save_every=2.5e-7)
+    time, random = np.arange(0.0, lead + until, STEP), np.random.default_rng(seed)
+    forces = {}
+    for n in sensors:
+        curve = CubicSpline(run.time.values, hl.sensor_force(run, n).values)
+        clean = gain * np.where(time >= lead, curve(np.clip(time - lead, 0.0, until)), 0.0)
+        forces[n] = clean + random.normal(0.0, noise * clean.max(), time.size)
+    return hl.as_signal(time, forces)
+
+
+def test_truth_is_within_the_intervals_whatever_gain_and_time_zero_are() -> None:
+    signal = tap(wall(3e9, 0.29), (3, 7), gain=1.7)
+    nuisances = ["gain", "time_zero", "offset", "impact_speed"]
+    ranges = {"modulus": (1e9, 20e9), "impact_speed": (0.2, 0.5)}
+    found = hl.identify(signal, wall, nuisances, until=UNTIL, scan=32, starts=2, **ranges)
+    truth = {"modulus": 3e9, "impact_speed": 0.29, "time_zero": LEAD, "gain 3": 1.7, "gain 7": 1.7, "offset 3": 0.0}
+    for name, value in truth.items():
+        low, high = found[name].interval
+        # Three half-widths: a 95 % interval misses one truth of twenty.
+        assert abs(value - 0.5 * (low + high)) < 1.5 * (high - low), name
+    assert found["modulus"].identifiable
+    assert 0.9 < found.misfit < 1.1
+    assert found.explained
+
+
+def test_without_noise_the_truth_is_found_to_what_runs_are_exact_to() -> None:
+    found = hl.identify(tap(wall(3e9), noise=0.0), wall, until=UNTIL, scan=16, starts=1, modulus=(1e9, 20e9))
+    assert found["modulus"].value == pytest.approx(3e9, rel=2e-3)
+
+
+def test_the_same_input_gives_the_same_bits() -> None:
+    signal = tap(wall(3e9))
+    one, two = (hl.identify(signal, wall, until=UNTIL, scan=8, starts=1, modulus=(1e9, 20e9)) for _ in range(2))
+    assert one.unknowns == two.unknowns
+
+
+def layered(glue: float, impact_speed: float = 0.31) -> hl.CoSimulation:
+    """Glue below a long layer of PTFE, from where no wave is back within the record."""
+    layers = [hl.Layer(hl.PTFE, 0.5, 9.5e-3), hl.Layer(hl.Material(glue, 0.35, 1200.0), 1e-3, 9.5e-3)]
+    return hl.CoSimulation(hl.Chain([BEAD] * 10, BEAD, impact_speed), hl.rod(layers, elements=10))
+
+
+def test_what_the_record_does_not_show_is_blind_over_its_whole_range() -> None:
+    """The wave needs 2 · 0.5 m/√(E/ρ) = 1.2 ms there and back; the record ends after 0.5 ms."""
+    rate = np.sqrt(hl.PTFE.youngs_modulus / hl.PTFE.density)
+    assert 2.0 * 0.5 / rate > 2.0 * UNTIL
+    found = hl.identify(tap(layered(1e9)), layered, until=UNTIL, scan=8, starts=1, glue=(5e8, 4e9))
+    assert found["glue"].verdict == "blind"
+    assert not found["glue"].identifiable
+    assert found["glue"].interval == pytest.approx((5e8, 4e9))
+    assert "blind" in str(found)
+    design = hl.information(layered, sensors=[5], until=UNTIL, glue=1e9)
+    assert design.verdict("glue") == "blind"
+
+
+def test_bounds_are_those_of_a_fit_by_another_program() -> None:
+    """scipy's curve_fit of the same model, with its own derivatives of gain, time zero and modulus together."""
+    signal = tap(wall(3e9), lead=LEAD)
+    time, force = signal.time.values, signal.sensor_force.sel(sensor=5).values
+    noise = 0.01 * force.max()
+
+    def model(moments: np.ndarray, modulus: float, late: float, gain: float) -> np.ndarray:
+        run = wall(modulus * 1e9).replace(accuracy="screening").run(UNTIL, save_every=5e-7)
+        curve = CubicSpline(run.time.values, hl.sensor_force(run, 5).values)
+        after = moments - late * 1e-6
+        return gain * np.where(after >= 0.0, curve(np.clip(after, 0.0, UNTIL)), 0.0)
+
+    values, covariance = curve_fit(model, time, force, [3.1, 80.2, 1.0], sigma=np.full(time.size, noise),
+                                   absolute_sigma=True, epsfcn=1e-6)  # fmt: skip
+    found = hl.identify(signal, wall, until=UNTIL, noise=noise, guess={"modulus": 3.1e9}, modulus=(2e9, 4.5e9))
+    assert found["modulus"].value == pytest.approx(values[0] * 1e9, rel=1e-3)
+    assert found["modulus"].error / 1.96 == pytest.approx(np.sqrt(covariance[0, 0]) * 1e9, rel=0.05)
+    assert found["time_zero"].error / 1.96 == pytest.approx(np.sqrt(covariance[1, 1]) * 1e-6, rel=0.05)
+    design = hl.information(wall, 0.01, [5], UNTIL, modulus=3e9)
+    assert design.bounds["modulus"] == pytest.approx(found["modulus"].error / 1.96, rel=0.1)
+
+
+def test_bounds_fall_with_noise_and_samples() -> None:
+    """In proportion to the noise, and to the square root of the time between samples."""
+    one, half, often = (
+        hl.information(wall, noise, [5], UNTIL, sample_every=step, modulus=3e9).bounds["modulus"]
+        for noise, step in ((0.01, 1e-6), (0.005, 1e-6), (0.01, 2.5e-7))
+    )
+    assert half == pytest.approx(0.5 * one, rel=1e-3)
+    assert often == pytest.approx(0.5 * one, rel=0.03)
+
+
+def test_two_sensors_are_better_than_one_and_the_ranking_says_so() -> None:
+    ranking = hl.best_sensors(wall, "modulus", count=2, candidates=[3, 5, 7], until=UNTIL, modulus=3e9)
+    single = hl.best_sensors(wall, "modulus", candidates=[3, 5, 7], until=UNTIL, modulus=3e9)
+    assert (np.diff(ranking.bound) >= 0.0).all()
+    assert ranking.bound.values[0] < single.bound.values[0]
+    one = hl.information(wall, sensors=[3, 7], until=UNTIL, modulus=3e9).bounds["modulus"]
+    assert float(ranking.bound[ranking.sensors.values.tolist().index("3, 7")]) == pytest.approx(one, rel=1e-3)
+
+
+def test_choices_of_the_experimenter_are_ranked() -> None:
+    def build(modulus: float, radius: float) -> hl.CoSimulation:
+        bead = hl.Sphere(radius, hl.STEEL_440C)
+        return hl.CoSimulation(hl.Chain([bead] * 8, bead, 0.3), hl.half_space(hl.Material(modulus, 0.3, 2000.0)))
+
+    found = hl.best_sensors(build, "modulus", candidates=[5], until=4e-4, choices={"radius": [2e-3, 4e-3]}, modulus=3e9)
+    assert sorted(found.radius.values.tolist()) == [2e-3, 4e-3]
+    assert found.sizes["rank"] == 2
+
+
+def test_a_wrong_model_is_noticed() -> None:
+    """No polymer reflects as steel does."""
+    signal = tap(wall(200e9), (5, 8))
+    with pytest.warns(hl.HertzlinkWarning, match="the residual is .* times the noise: the model lacks something"):
+        found = hl.identify(signal, wall, until=UNTIL, scan=16, starts=1, modulus=(1e9, 3e9))
+    assert not found.explained
+    assert "does NOT explain" in str(found)
+
+
+def test_a_discrepancy_widens_the_interval_of_white_noise() -> None:
+    """By √(1 + s²) and more: what is correlated over n samples does not average out over them."""
+    signal = tap(wall(3e9))
+    given: dict[str, Any] = {"until": UNTIL, "guess": {"modulus": 3.02e9}, "modulus": (2e9, 4.5e9)}
+    exact, wide = (hl.identify(signal, wall, discrepancy=d, **given)["modulus"].error for d in (0.0, 0.01))
+    assert wide > 2.0 * exact
+
+
+def test_two_different_fits_are_both_reported() -> None:
+    """The sign of an unknown that enters by its square cannot be known."""
+
+    def build(root: float) -> hl.CoSimulation:
+        return wall(3e9 * (0.1 + 0.9 * root**2))
+
+    with pytest.warns(hl.HertzlinkWarning, match="2 different fits are as good"):
+        found = hl.identify(tap(wall(3e9)), build, until=UNTIL, scan=16, starts=1, root=(-1.6, 1.5))
+    assert sorted(round(mode["root"], 1) for mode in found.modes) == [-1.0, 1.0]
+    assert found["root"].verdict == "blind"
+    assert found["root"].interval[0] < -0.99
+    assert found["root"].interval[1] > 0.99
+
+
+def test_an_unknown_at_the_end_of_its_range_is_said_to_be_there() -> None:
+    with pytest.warns(hl.HertzlinkWarning, match="at the end of its range; widen it"):
+        found = hl.identify(tap(wall(3e9)), wall, until=UNTIL, scan=8, starts=1, modulus=(4e9, 20e9))
+    assert found["modulus"].verdict == "at the end of its range"
+
+
+def test_runs_that_fail_are_left_out() -> None:
+    def build(modulus: float) -> hl.CoSimulation:
+        if modulus > 5e9:
+            raise ValueError("too stiff for this test")
+        return wall(modulus)
+
+    with pytest.warns(hl.HertzlinkWarning, match="runs failed, and were left out"):
+        found = hl.identify(tap(wall(3e9)), build, until=UNTIL, scan=16, starts=1, modulus=(1e9, 8e9))
+    assert found["modulus"].value == pytest.approx(3e9, rel=0.05)
+
+
+def test_the_time_constant_of_a_sensor_is_found() -> None:
+    signal = tap(wall(3e9), noise=0.003)
+    force = signal.sensor_force.values[:, 0]
+    signal = hl.as_signal(signal.time, {5: high_passed(force, STEP, 3e-4)})
+    found = hl.identify(signal, wall, ["gain", "time_zero", "time_constant"], until=UNTIL, scan=8, starts=1,
+                        modulus=(1e9, 20e9))  # fmt: skip
+    low, high = found["time_constant"].interval
+    assert low < 3e-4 * 1.05
+    assert high > 3e-4 * 0.95
+    assert found["modulus"].value == pytest.approx(3e9, rel=0.05)
+
+
+def test_what_was_found_is_saved_and_read_back(tmp_path: Any) -> None:
+    found = hl.identify(tap(wall(3e9)), wall, until=UNTIL, scan=8, starts=1, modulus=(1e9, 20e9))
+    found.save(tmp_path / "found.nc")
+    with xr.open_dataset(tmp_path / "found.nc", engine="h5netcdf") as read:
+        assert read.unknown.values.tolist() == list(found)
+        assert float(read.value[0]) == found["modulus"].value
+        assert (float(read.low[0]), float(read.high[0])) == found["modulus"].interval
+        np.testing.assert_allclose(read.residual, read.measured - read.fitted, atol=1e-12)
+        assert "identify" in read.attrs["input"]
+    assert all(len(line) <= 80 for line in str(found).splitlines())
+    assert "modulus" in repr(found)
+    assert "<table>" in found._repr_html_()
+
+
+def test_noise_is_estimated_to_some_per_cent() -> None:
+    random = np.random.default_rng(3)
+    time = np.arange(1000.0)
+    pulse = 40.0 * np.exp(-(((time - 500.0) / 20.0) ** 2))
+    assert estimated(pulse + random.normal(0.0, 0.5, 1000)) == pytest.approx(0.5, rel=0.1)
+    # Noise of low frequency, such as hum, shows in the lead alone.
+    hum = 0.5 * np.sqrt(2.0) * np.sin(2.0 * np.pi * time / 97.0)
+    assert estimated(pulse + hum + random.normal(0.0, 0.05, 1000)) == pytest.approx(0.5, rel=0.15)
+
+
+def test_a_high_pass_loses_charge_as_its_time_constant_says() -> None:
+    """A step decays as e^(−t/τ)."""
+    time = 1e-6 * np.arange(1000)
+    step = high_passed(np.concatenate([[0.0], np.ones(999)]), 1e-6, 2e-4)
+    np.testing.assert_allclose(step[1:], step[1] * np.exp(-(time[1:] - time[1]) / 2e-4), rtol=1e-9)
+
+
+def test_derivatives_are_of_second_order_inside_a_range_and_at_its_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a closed form in the place of runs: half the step, a quarter of the error."""
+    prediction = Prediction(wall, [Range("modulus", 1e9, 5e9)], [5], UNTIL)
+    time = np.linspace(0.0, 1.0, 50)
+
+    def traces(places: list[np.ndarray]) -> np.ndarray:
+        return np.array([[np.sin(3.0 * time + 2.0 * place[0])] for place in places])
+
+    monkeypatch.setattr(prediction, "traces", traces)
+    for place in (0.0, 0.5, 1.0):
+        here, exact = traces([np.array([place])])[0], 2.0 * np.cos(3.0 * time + 2.0 * place)
+        one, two = (
+            abs(prediction.slopes(np.array([place]), here, np.array([step])) - exact).max() for step in (0.01, 0.02)
+        )
+        assert np.log2(two / one) == pytest.approx(2.0, abs=0.2), place
+
+
+def test_projected_derivatives_are_those_of_the_residual_where_it_vanishes() -> None:
+    """Kaufman's approximation is exact for a residual of zero."""
+    prediction = Prediction(wall, [Range("modulus", 2e9, 4e9), Range("impact_speed", 0.2, 0.4)], [5], UNTIL)
+    places = np.array([0.5, 0.55])
+    trace = prediction.traces([places])[0]
+    time = np.arange(0.0, 5e-4, 1e-6)
+    force = 1.4 * Curves(trace, prediction.interval).at(time - 2e-5) + 0.3
+    misfit = Misfit(prediction, Measured(time, force, [5], np.ones(1)), ["gain", "offset", "time_zero"], UNTIL)
+    p = np.array([*places, 2e-5 / misfit.unit])
+    point = misfit.at(p, np.full(2, 1e-3))
+    assert abs(point.residual).max() < 1e-9
+    assert (point.gains[0], point.offsets[0]) == (pytest.approx(1.4), pytest.approx(0.3))
+    for k in range(3):
+        shift = 1e-3 * np.eye(3)[k]
+        change = (misfit.residual(p + shift) - misfit.residual(p - shift)) / 2e-3
+        np.testing.assert_allclose(point.projected[:, k], change, atol=2e-3 * abs(change).max())
+
+
+SIGNAL = hl.as_signal(np.arange(0.0, 6e-4, 1e-6), {5: 40.0 * np.exp(-(((np.arange(600) - 300) / 20.0) ** 2))})
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"signal": SIGNAL * np.nan}, "signal: sensor 5 has 0 samples that are numbers; needs 16"),
+        ({"signal": SIGNAL * 0.0}, "signal: sensor 5 is constant, 0 N; must hold a wave"),
+        ({"signal": 3}, "signal = 3: must be a signal of read_signal or as_signal, or a run"),
+        ({"signal": SIGNAL.isel(time=slice(0, 40))}, r"signal: 39 µs are compared, but the wave needs about .* µs"),
+        ({"signal": SIGNAL.isel(time=slice(0, None, 25))}, "signal: has a sample every 25 µs, too coarse for contacts"),
+        ({"until": 5e-5}, "signal: 50 µs are compared, but the wave needs"),
+        ({"until": -1.0}, "until = -1.0: must be a positive number of s"),
+        ({"sensors": [99]}, r"sensor = 99|sensor 99"),
+        ({"modulus": (3e9, 3e9)}, "has no width; must be the lowest and the highest value"),
+        ({"modulus": 3e9}, "modulus = 3000000000.0: must be the lowest and the highest value"),
+        ({"modulus": (1e9, np.inf)}, "modulus = inf: must be a finite number"),
+        ({"thickness": (1.0, 2.0)}, "takes modulus, impact_speed, but the unknowns are modulus, thickness"),
+        ({"nuisances": ["gains"]}, "nuisances: 'gains' is none; must be gain, offset, time_zero, time_constant"),
+        ({"noise": 0.0}, "noise = 0.0: must be a positive number of N"),
+        ({"noise": {7: 1.0}}, "noise = {7: 1.0}: must hold sensor 5"),
+        ({"starts": 0}, "starts = 0"),
+        ({"guess": {"speed": 1.0}}, "guess = {'speed': 1.0}: must give a value for each of modulus"),
+        ({"guess": {"modulus": 1.0}}, r"guess\['modulus'\] = 1.0: must be from 1e\+09 to 2e\+10"),
+        ({"discrepancy": -0.1}, "discrepancy = -0.1"),
+        ({"build": 3}, "build = 3: must be a function"),
+        ({"build": lambda modulus: 3}, r"build\(...\) = 3: must be a CoSimulation"),
+    ],
+)
+def test_bad_input_is_refused_in_a_line(change: Mapping[str, Any], message: str) -> None:
+    given: dict[str, Any] = {"signal": SIGNAL, "build": wall, "modulus": (1e9, 20e9), **change}
+    with pytest.raises(ValueError, match=message) as caught:
+        hl.identify(given.pop("signal"), given.pop("build"), **given)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_sensor_beyond_the_chain_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"sensors = \[12\]: bead 12 is not in the chain, which has 10"):
+        hl.identify(hl.as_signal(SIGNAL.time, {12: SIGNAL.sensor_force.values[:, 0]}), wall, modulus=(1e9, 20e9))
+
+
+def test_a_run_needs_its_sensors_named_and_unknowns_are_needed() -> None:
+    run = wall(3e9).run(UNTIL)
+    with pytest.raises(ValueError, match="must name the beads of a run that are compared"):
+        hl.identify(run, wall, modulus=(1e9, 20e9))
+    with pytest.raises(ValueError, match="name at least one unknown of the builder"):
+        hl.identify(SIGNAL, wall)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"modulus": 0.0}, "modulus = 0: bounds are relative to the value, which must not be zero"),
+        ({"noise": -1.0}, "noise = -1.0: must be a positive number"),
+        ({"sensors": []}, "sensors = []"),
+        ({"sensors": [40]}, "bead 40 is not in the chain, which has 10"),
+        ({"compare": "all"}, "compare = 'all'"),
+        ({"sample_every": 0.0}, "sample_every = 0.0"),
+        ({"nuisances": ["drift"]}, "nuisances: 'drift' is none"),
+    ],
+)
+def test_bad_designs_are_refused(change: Mapping[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=re.escape(message)):
+        hl.information(wall, **{"until": UNTIL, "sensors": [5], "modulus": 3e9, **change})
+
+
+def test_a_ranking_needs_an_unknown_with_a_value_and_enough_beads() -> None:
+    with pytest.raises(ValueError, match="unknown = 'density': has no value; must be one of modulus"):
+        hl.best_sensors(wall, "density", modulus=3e9)
+    with pytest.raises(ValueError, match="count = 3: is more than the 2 candidates"):
+        hl.best_sensors(wall, "modulus", count=3, candidates=[4, 5], until=UNTIL, modulus=3e9)
+
+
+def test_places_and_values_of_ranges_belong_together() -> None:
+    for one in (range_of("a", (1e-3, 6e-3)), range_of("b", (1e8, 1e11)), range_of("c", [-2.0, 1.0])):
+        for place in (0.0, 0.3, 1.0):
+            assert one.place(one.value(place)) == pytest.approx(place, abs=1e-12)
+            slope = (one.value(min(place + 1e-6, 1.0)) - one.value(max(place - 1e-6, 0.0))) / (
+                min(place + 1e-6, 1.0) - max(place - 1e-6, 0.0)
+            )
+            assert one.slope(place) == pytest.approx(slope, rel=1e-4)
+
+
+@pytest.mark.thorough
+def test_a_large_structure_is_reduced_for_the_fit() -> None:
+    """A plate as it is written, of 5 000 unknowns, is fitted as oscillators."""
+
+    def build(impact_speed: float) -> hl.CoSimulation:
+        plate = hl.kirchhoff_plate(0.2, 0.2, 4e-3, hl.ALUMINIUM_6061, hl.Supports("clamped", "clamped"))
+        return hl.CoSimulation(hl.Chain([BEAD] * 10, BEAD, impact_speed), plate.at(0.05, 0.1))
+
+    signal = tap(build(0.31).reduced(UNTIL))
+    given: dict[str, Any] = {"noise": 1.0, "guess": {"impact_speed": 0.31}, "impact_speed": (0.2, 0.5)}
+    found = hl.identify(signal, build, [], until=UNTIL, **given)
+    assert found["impact_speed"].identifiable

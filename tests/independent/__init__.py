@@ -1,0 +1,1 @@
+"""Independent solutions that the tests compare results with; `walls` and `traces` import nothing of hertzlink."""
