@@ -8,7 +8,7 @@ from independent.plates import reflected_response, reflected_transform
 from scipy.special import sici
 
 import hertzlink as hl
-from plates.half_plane import EDGES, conductance
+from plates.half_plane import EDGES, conductance, exact_conductance
 
 ALUMINIUM = hl.ALUMINIUM_6061
 SMALL, LARGE = (hl.Sphere(diameter / 2.0, hl.STEEL_440C) for diameter in (4.76e-3, 9.53e-3))
@@ -143,6 +143,15 @@ def test_on_a_free_edge_the_plate_is_a_dashpot() -> None:
     for nu in (0.1, 0.3, 0.45):
         transform = 1.0 + 1e-8 * reflected_transform("free", nu, 1e-8).real
         assert conductance(at_edge, "free", nu) == pytest.approx(transform, rel=1e-3)
+
+
+@pytest.mark.parametrize("edge", ["clamped", "free"])
+@pytest.mark.parametrize("poisson_ratio", [0.0, 0.33, 0.49])
+def test_the_series_that_plates_share_are_the_quadrature(edge: str, poisson_ratio: float) -> None:
+    near_and_far = np.append(np.geomspace(1e-3, 500.0, 300), [0.0, 0.5, 8.0, 16.0, 1e4])
+    expected = exact_conductance(near_and_far, edge, poisson_ratio)
+    assert conductance(near_and_far[:-1], edge, poisson_ratio) == pytest.approx(expected[:-1], rel=1e-11, abs=1e-15)
+    assert conductance(near_and_far, edge, poisson_ratio) == pytest.approx(expected, rel=1e-11, abs=1e-15)
 
 
 def test_conductance_is_positive_and_settles() -> None:
