@@ -240,7 +240,8 @@ def _series(edge: str, poisson_ratio: float, panel: int) -> Vector:
     def at(place: Vector) -> Vector:
         return exact_conductance(PANEL * (panel + 0.5 * (1.0 + place)), edge, poisson_ratio)
 
-    return np.asarray(chebyshev.chebinterpolate(at, TERMS - 1))
+    series: Vector = chebyshev.chebinterpolate(at, TERMS - 1)  # type: ignore[type-var, arg-type]
+    return series
 
 
 def exact_conductance(distance: Vector, edge: str, poisson_ratio: float) -> Vector:

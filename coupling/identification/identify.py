@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
+from coupling.identification.features import Features
 from coupling.identification.found import Identification
 from coupling.identification.intervals import Judgement
 from coupling.identification.measured import measured_signal
@@ -15,7 +16,7 @@ from coupling.identification.misfit import GAIN, OF_SENSORS, TIME_ZERO, Misfit
 from coupling.identification.prediction import Prediction, Range, range_of
 from coupling.identification.search import ON_LINE, Search
 from structures.caution import caution
-from structures.checks import finite, not_negative, positive, short, whole
+from structures.checks import finite, not_negative, one_of, positive, short, whole
 from structures.structure import Vector
 
 FROM_IMPACT = 4.0
@@ -25,6 +26,9 @@ SCANNED = {1: 32, 2: 64}
 """Points of the scan over all ranges by the number of unknowns; MOST_SCANNED for more."""
 
 MOST_SCANNED = 128
+
+COMPARE = ("waveform", "features")
+"""What of a signal can be compared."""
 
 RUNS_OF_START, LONG_TIME = 60, 300.0
 """Runs of a start of least squares for each unknown, roughly, and the time (s) of which the user is warned."""
@@ -42,6 +46,7 @@ def identify(
     seed: int = 0,
     guess: Mapping[str, float] | None = None,
     discrepancy: float = 0.0,
+    compare: str = "waveform",
     **ranges: Any,
 ) -> Identification:
     """Find unknowns of a structure, or of the chain, from a measured or simulated signal, with 95 % intervals.
@@ -78,7 +83,11 @@ def identify(
     discrepancy : float
         Standard deviation of what the model lacks, as a part of the greatest force at each sensor, such as 0.005 for a
         thin plate in place of a thick one. It is correlated over a part of a contact time, so it does not average out
-        over the samples as noise does; intervals become wider by it. 0: the model is exact.
+        over the samples as noise does; intervals become wider by it. 0: the model is exact. Of features: a part of
+        each AR and TOF.
+    compare : {"waveform", "features"}
+        Whether all samples are compared, or only AR and TOF of the primary and secondary wave at each sensor. These do
+        not depend on gain and time zero.
     **ranges : tuple of float
         Each unknown that `build` takes, as (lowest, highest) value. A range over more than a factor of ten is searched
         by its logarithm.
@@ -132,7 +141,10 @@ def identify(
     length = positive("until", until, "s") if until is not None else None
     prediction = Prediction(build, wanted, measured.sensors, _length(length, record, build, wanted))
     _check_record(prediction, measured.step, record)
-    misfit = Misfit(prediction, measured, names, prediction.until)
+    if one_of("compare", compare, COMPARE) == "features":
+        misfit: Misfit = Features(prediction, measured, prediction.until)
+    else:
+        misfit = Misfit(prediction, measured, names, prediction.until)
     count = whole("scan", scan) if scan is not None else SCANNED.get(len(wanted), MOST_SCANNED)
     lines = [k for k, one in enumerate(wanted) if one.name not in names] or list(range(len(wanted)))
     start = _guess(guess, wanted)
@@ -140,7 +152,9 @@ def identify(
     judgement = Judgement(search, not_negative("discrepancy", discrepancy))
     if start is None:
         _warn_of_time(prediction, count + 2 * ON_LINE * len(lines) + starts * RUNS_OF_START * len(wanted))
-    return judgement.result({"unknowns": dict(ranges), "nuisances": names, "until": prediction.until, "seed": seed})
+    return judgement.result(
+        {"unknowns": dict(ranges), "nuisances": names, "until": prediction.until, "seed": seed, "compare": compare}
+    )
 
 
 def nuisances_of(given: Iterable[str], ranges: Mapping[str, Any]) -> list[str]:

@@ -12,7 +12,7 @@ import xarray as xr
 from coupling.cosimulation import CoSimulation
 from coupling.identification.changes import DRAWS, SEED, STEP, Changes
 from coupling.identification.found import BLIND, HALF, IDENTIFIED, LINE
-from coupling.identification.identify import FROM_IMPACT, nuisances_of
+from coupling.identification.identify import COMPARE, FROM_IMPACT, nuisances_of
 from coupling.identification.misfit import GAIN, TIME_ZERO, Measured, Misfit
 from coupling.identification.prediction import Prediction, Range, check_samples, features_of
 from coupling.identification.search import inverse
@@ -25,8 +25,6 @@ REACH = 1.959964
 
 SURE = 0.1
 """The user is warned where half the distance changes a bound by more than this part."""
-
-COMPARE = ("waveform", "features")
 
 
 @dataclass(frozen=True)

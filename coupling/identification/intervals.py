@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from scipy.signal import fftconvolve
-from scipy.stats import t
+from scipy.stats import chi2, t
 
+from coupling.identification.features import Features
 from coupling.identification.found import BLIND, Identification, Unknown, verdict_of
 from coupling.identification.misfit import GAIN, TIME_CONSTANT, TIME_ZERO, Point
 from coupling.identification.search import Search, Solution, inverse
@@ -31,6 +32,9 @@ CORRELATED = 0.25
 
 SHORT, LONG = 1e-3, 0.1
 """Shortest and longest first step of a profile, in parts of the range."""
+
+EXPLAINED = 0.9999
+"""Probability of a χ² of features beyond which the model does not explain them."""
 
 LARGEST_CORRELATION = 0.98
 """So do those of unknowns that are more correlated than this."""
@@ -67,7 +71,7 @@ class Judgement:
         for note in notes[len(self.misfit.prediction.warnings) :]:
             caution(f"identify: {note}")
         return Identification(
-            unknowns, self._correlation(covariance), self._data(point), misfit, explained,
+            unknowns, self._correlation(covariance), self.misfit.data(point), misfit, explained,
             [self.misfit.prediction.values(mode) for mode in modes], best.converged, self.misfit.prediction.runs, notes,
             given,
         )  # fmt: skip
@@ -75,6 +79,8 @@ class Judgement:
     def _covariance(self, point: Point) -> tuple[Vector, float, bool, float]:
         """Of all parameters; residual over noise; whether it is noise; and standard deviations of a 95 % interval."""
         white, degrees = inverse(point.columns), point.residual.size - point.columns.shape[1]
+        if isinstance(self.misfit, Features):
+            return self._of_features(self.misfit, white, point, degrees)
         ratio = point.misfit / degrees
         lacking = white @ self._lacking(point) @ white
         level = 1.0 if self.misfit.measured.given else ratio
@@ -94,6 +100,16 @@ class Judgement:
         larger = np.maximum(np.diag(sandwich), ratio * np.diag(white)) + np.diag(lacking)
         scale = np.sqrt(larger / np.diag(white))
         return scale[:, None] * white * scale, float(np.sqrt(ratio)), False, float(t.ppf(0.975, left))
+
+    def _of_features(
+        self, misfit: Features, white: Vector, point: Point, degrees: int
+    ) -> tuple[Vector, float, bool, float]:
+        """The same for AR and TOF, whose scatter is known. As many values as unknowns can always be explained."""
+        ratio = point.misfit / degrees if degrees else 1.0
+        explained = bool(point.misfit < chi2.ppf(EXPLAINED, degrees)) if degrees else True
+        size = (self.discrepancy * point.fitted[0] / misfit.spread)[:, None]
+        lacking = white @ ((size * point.columns).T @ (size * point.columns)) @ white
+        return (1.0 if explained else ratio) * white + lacking, float(np.sqrt(ratio)), explained, 1.959964
 
     def _is_white(self, point: Point) -> bool:
         """Whether the residual is not correlated over a contact time: Ljung and Box's sum, four standard deviations."""
@@ -221,22 +237,6 @@ class Judgement:
         names = self.misfit.names
         return xr.DataArray(
             covariance / np.outer(root, root), dims=("unknown", "other"), coords={"unknown": names, "other": names}
-        )
-
-    def _data(self, point: Point) -> xr.Dataset:
-        measured = self.misfit.measured
-        fitted = np.full(measured.force.shape, np.nan)
-        for row, (used, values) in enumerate(zip(self.misfit.used, point.fitted, strict=True)):
-            fitted[row, used] = values
-        newton = {"units": "N"}
-        return xr.Dataset(
-            {
-                "measured": (("sensor", "time"), measured.force, newton),
-                "fitted": (("sensor", "time"), fitted, newton),
-                "residual": (("sensor", "time"), measured.force - fitted, newton),
-                "noise": ("sensor", measured.noise, newton),
-            },
-            {"time": ("time", measured.time, {"units": "s"}), "sensor": measured.sensors},
         )
 
 

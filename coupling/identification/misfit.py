@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+import xarray as xr
 from scipy.signal import correlate
 
 from coupling.identification.prediction import Curves, Prediction, high_passed
@@ -104,6 +105,11 @@ class Misfit:
         moments = self.measured.time - time_zero
         inside = (moments <= self.until) & (moments >= -self.unit)
         self.used = [np.isfinite(force) & inside for force in self.measured.force]
+        if self.samples <= self.size + len(self.names):
+            raise ValueError("signal: no samples after the impact; check the times, or name time_zero as a nuisance")
+
+    def refresh(self, p: Vector) -> None:
+        """Adapt to noise near p; noise does not bias a waveform."""
 
     def start(self, places: Vector, traces: Vector) -> tuple[Vector, float]:
         """p with the time zero that suits these traces best, and its misfit."""
@@ -246,3 +252,20 @@ class Misfit:
             p, np.concatenate(residuals), np.concatenate(projected), np.concatenate(full), np.array(gains),
             np.array(offsets), fitted,
         )  # fmt: skip
+
+    def data(self, point: Point) -> xr.Dataset:
+        """What was measured and what is fitted, over sensor and time."""
+        measured = self.measured
+        fitted = np.full(measured.force.shape, np.nan)
+        for row, (used, values) in enumerate(zip(self.used, point.fitted, strict=True)):
+            fitted[row, used] = values
+        newton = {"units": "N"}
+        return xr.Dataset(
+            {
+                "measured": (("sensor", "time"), measured.force, newton),
+                "fitted": (("sensor", "time"), fitted, newton),
+                "residual": (("sensor", "time"), measured.force - fitted, newton),
+                "noise": ("sensor", measured.noise, newton),
+            },
+            {"time": ("time", measured.time, {"units": "s"}), "sensor": measured.sensors},
+        )

@@ -68,8 +68,7 @@ class Search:
             raise ValueError("build: all runs of the scan fail; try a point of the ranges by itself")
         found.sort(key=lambda one: one[1])
         self.misfit.keep_window(self.misfit.time_zero(found[0][0]))
-        if self.misfit.samples <= found[0][0].size + len(self.misfit.names):
-            raise ValueError("signal: no samples after the impact; check the times, or name time_zero as a nuisance")
+        self.misfit.refresh(found[0][0])
         chosen: list[Vector] = []
         for p, _, place in found:
             if all(abs(place - other[: place.size]).max() > APART for other in chosen):
@@ -133,7 +132,9 @@ class Search:
 
     def refined(self, solution: Solution) -> tuple[Solution, Point]:
         """Least squares again, with derivatives over steps that suit the errors."""
+        self.misfit.refresh(solution.p)
         point = self.misfit.at(solution.p, self.steps)
+        solution = solution._replace(misfit=point.misfit)
         errors = np.sqrt(np.diag(inverse(point.columns)))[: len(self.ranges)]
         self.steps = np.clip(STEP_OF_ERROR * errors, SHORTEST_STEP, FIRST_STEP)
         again = self.solved(solution.p, tries=10)

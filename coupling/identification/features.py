@@ -1,0 +1,162 @@
+"""The misfit of AR and TOF alone: as in tests that read two numbers of each sensor against a curve."""
+
+import numpy as np
+import xarray as xr
+
+from coupling.identification.misfit import Measured, Misfit, Point
+from coupling.identification.prediction import Curves, Prediction
+from coupling.results.ar_and_tof import reflections
+from coupling.results.signals import as_signal
+from coupling.results.waves import NoWave, ReflectedWave
+from structures.caution import collected
+from structures.structure import Vector
+
+DRAWS, SEED = 100, 20
+"""Draws of noise, from which the scatter and the bias of AR and TOF follow: the scatter is known to 7 %."""
+
+USUAL = 0.9
+"""A wave is compared if it is found in this part of the draws."""
+
+MISSING = 1e3
+"""The residual of a wave that a run lacks, in standard deviations, so that a search turns back."""
+
+KINDS = ("primary", "secondary")
+
+NUMERICAL = 1e-4
+"""Part of AR and TOF to which runs are exact; a scatter below it is not believed."""
+
+
+class Features(Misfit):
+    """Compares AR and TOF of the primary and of the secondary wave, where the signal has them.
+
+    AR and TOF depend neither on gains nor on time zero, so these are no parameters.
+    """
+
+    def __init__(self, prediction: Prediction, measured: Measured, until: float) -> None:
+        super().__init__(prediction, measured, [], until)
+        sensors = measured.sensors
+        self._noise = measured.noise / np.nanmax(abs(measured.force), axis=-1)
+        here = waves_of(measured.time, measured.force, sensors)
+        scattered = self._scattered(measured.time, measured.force)
+        usual = np.isfinite(here) & (np.isfinite(scattered).mean(axis=0) > USUAL)
+        # Waves that return after the end of the prediction are not compared.
+        usual[1::2] &= here[1::2] < until - prediction.first.chain.transit_time
+        usual[0::2] &= usual[1::2]
+        self.usable = usual
+        names = [f"{kind} {what} at bead {n}" for n in sensors for kind in KINDS for what in ("AR", "TOF")]
+        self.features = [name for name, use in zip(names, usual, strict=True) if use]
+        if not self.features:
+            raise ValueError(
+                f"signal: no reflected wave at the sensors {sensors!r}; record longer, or compare the waveform"
+            )
+        if len(self.features) < self.size:
+            raise ValueError(
+                f"compare = 'features': {len(self.features)} values ({', '.join(self.features)}) cannot determine "
+                f"{self.size} unknowns; name fewer, add a sensor, or compare the waveform"
+            )
+        self.known, self.bias = here[usual], np.zeros(int(usual.sum()))
+        self.spread = self._spread(scattered)
+
+    def _scattered(self, time: Vector, forces: Vector) -> Vector:
+        """Waves of traces with noise in parts of their peaks: draws × values."""
+        random = np.random.default_rng(SEED)
+        size = (self._noise * np.nanmax(abs(forces), axis=-1))[:, None]
+        draws = [forces + size * random.normal(size=forces.shape) for _ in range(DRAWS)]
+        return np.array([waves_of(time, draw, self.measured.sensors) for draw in draws])
+
+    def _spread(self, scattered: Vector) -> Vector:
+        found: Vector = np.hypot(np.nanstd(scattered[:, self.usable], axis=0), NUMERICAL * abs(self.known))
+        return found
+
+    def refresh(self, p: Vector) -> None:
+        """Noise makes peaks too high on average, and the reader smooths what is noisy: by how much, near p."""
+        traces = self._traces(p)
+        clean = self._clean(traces) if np.isfinite(traces).all() else np.array([np.nan])
+        if not np.isfinite(clean).all():
+            return
+        scattered = self._scattered(*self._sampled(traces))
+        if np.isfinite(scattered[:, self.usable]).mean(axis=0).min() > USUAL:
+            self.bias = np.nanmean(scattered[:, self.usable], axis=0) - clean
+            self.spread = self._spread(scattered)
+
+    @property
+    def samples(self) -> int:
+        """The number of values that are compared."""
+        return len(self.features)
+
+    def keep_window(self, time_zero: float) -> None:
+        """All of the signal counts."""
+
+    def start(self, places: Vector, traces: Vector) -> tuple[Vector, float]:
+        """The places, and their misfit."""
+        return np.array(places), self.of_traces(places, traces)
+
+    def _sampled(self, traces: Vector) -> tuple[Vector, Vector]:
+        """A prediction at the sampling of the signal, so that peaks between samples are read in the same way."""
+        moments = np.arange(0.0, self.prediction.time[-1], self.measured.step)
+        return moments, Curves(traces, self.prediction.interval).at(moments)
+
+    def _clean(self, traces: Vector) -> Vector:
+        found: Vector = waves_of(*self._sampled(traces), self.measured.sensors)[self.usable]
+        return found
+
+    def _waves(self, traces: Vector) -> Vector:
+        """Of a prediction, as noise would bias them."""
+        return self._clean(traces) + self.bias
+
+    def _residual(self, traces: Vector) -> Vector:
+        found = self._waves(traces)
+        return np.where(np.isfinite(found), (self.known - found) / self.spread, MISSING)
+
+    def of_traces(self, p: Vector, traces: Vector) -> float:
+        """χ² of traces at p; infinite for a run that failed."""
+        if not np.isfinite(traces).all():
+            return np.inf
+        residual = self._residual(traces)
+        return float(residual @ residual)
+
+    def residual(self, p: Vector) -> Vector:
+        """At p: one run."""
+        traces = self._traces(p)
+        return self._residual(traces) if np.isfinite(traces).all() else np.full(self.samples, MISSING)
+
+    def at(self, p: Vector, steps: Vector) -> Point:
+        """All of the misfit at p; features are not linear in the traces, so they are differenced themselves."""
+        places = p[: self.size]
+        below = np.clip(places - steps, 0.0, 1.0)
+        above = np.clip(places + steps, 0.0, 1.0)
+        ends = [np.where(np.eye(self.size)[k] > 0.0, end, places) for k in range(self.size) for end in (below, above)]
+        traces = self.prediction.traces(ends)
+        if not np.isfinite(traces).all():
+            raise FloatingPointError("a run beside the solution failed")
+        residuals = [self._residual(trace) for trace in traces]
+        slopes = [(residuals[2 * k + 1] - residuals[2 * k]) / (above[k] - below[k]) for k in range(self.size)]
+        projected = np.stack(slopes, axis=1)
+        found = self._waves(self._traces(p))
+        none = np.zeros(0)
+        return Point(p, self.residual(p), projected, -projected, none, none, [found])
+
+    def data(self, point: Point) -> xr.Dataset:
+        """What was measured and what is fitted, over the features."""
+        found = point.fitted[0]
+        return xr.Dataset(
+            {
+                "measured": ("feature", self.known),
+                "fitted": ("feature", found),
+                "residual": ("feature", self.known - found),
+                "noise": ("feature", self.spread),
+            },
+            {"feature": self.features},
+        )
+
+
+def waves_of(time: Vector, forces: Vector, sensors: list[int]) -> Vector:
+    """AR and TOF (s) of the primary, then of the secondary wave, sensor by sensor; NaN where a wave is missing."""
+
+    def pair(wave: ReflectedWave | NoWave) -> tuple[float, float]:
+        return (wave.amplitude_ratio, wave.time_of_flight) if wave else (np.nan, np.nan)
+
+    with collected():
+        signal = as_signal(time, dict(zip(sensors, forces, strict=True)))
+        found = [reflections(signal, n) for n in sensors]
+    return np.array([pair(wave) for one in found for wave in (one.primary, one.secondary)]).ravel()
