@@ -40,7 +40,9 @@ class Features(Misfit):
         scattered = self._scattered(measured.time, measured.force)
         usual = np.isfinite(here) & (np.isfinite(scattered).mean(axis=0) > USUAL)
         # Waves that return after the end of the prediction are not compared.
-        usual[1::2] &= here[1::2] < until - prediction.first.chain.transit_time
+        moving = prediction.first.chain
+        arrivals = moving.transit_time / len(moving.chain.beads) * np.repeat(sensors, len(KINDS))
+        usual[1::2] &= arrivals + here[1::2] < until - self.unit
         usual[0::2] &= usual[1::2]
         self.usable = usual
         names = [f"{kind} {what} at bead {n}" for n in sensors for kind in KINDS for what in ("AR", "TOF")]

@@ -1,6 +1,6 @@
 """What identification returns: values with intervals and verdicts, and how well the model explains the signal."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from textwrap import fill
@@ -130,6 +130,47 @@ class Identification:
     runs: int
     warnings: list[str] = field(default_factory=list)
     input: dict[str, Any] = field(default_factory=dict)
+    _draws: Callable[[int, int], xr.Dataset] | None = field(default=None, repr=False, compare=False)
+
+    def posterior(self, runs: int = 20_000, seed: int = 0) -> xr.Dataset:
+        """Draws of the unknowns from their posterior distribution, by an ensemble of walkers (emcee).
+
+        It shows what an interval does not: skewed, curved and separate regions. Every value within a range counts the
+        same before the measurement, or every factor for a range that is searched by its logarithm. Gains and offsets
+        have their best values at each draw. Where the model does not explain the signal, or with a discrepancy, the
+        likelihood is flattened as the intervals are widened. Requires ``pip install "hertzlink[posterior]"``.
+
+        Parameters
+        ----------
+        runs : int
+            The number of runs, of all walkers together.
+        seed : int
+            Of the walkers.
+
+        Returns
+        -------
+        Dataset
+            Over `draw`: each unknown of the builder, time zero and time constant. Attributes: `acceptance`,
+            `autocorrelation_time` in steps, `warnings`.
+
+        Raises
+        ------
+        ValueError
+            For so few runs that no walker moves, and after a file was read, which holds no builder.
+
+        Warns
+        -----
+        HertzlinkWarning
+            If the chain is shorter than 50 autocorrelation times.
+
+        References
+        ----------
+        Foreman-Mackey et al., Publ. Astron. Soc. Pac. 125 (2013) 306. Goodman and Weare, Comm. App. Math. Comp. Sci. 5
+        (2010) 65.
+        """
+        if self._draws is None:
+            raise ValueError("posterior: needs the builder; call it on what identify returned")
+        return self._draws(runs, seed)
 
     def __getitem__(self, name: str) -> Unknown:
         if name not in self.unknowns:

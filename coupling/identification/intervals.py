@@ -1,6 +1,7 @@
 """Intervals and verdicts at the best fit, and whether the model explains the signal."""
 
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from scipy.stats import chi2, t
 from coupling.identification.features import Features
 from coupling.identification.found import BLIND, Identification, Unknown, verdict_of
 from coupling.identification.misfit import GAIN, TIME_CONSTANT, TIME_ZERO, Point
+from coupling.identification.posterior import sampled
 from coupling.identification.search import Search, Solution, inverse
 from structures.caution import caution
 from structures.structure import Vector
@@ -73,8 +75,12 @@ class Judgement:
         return Identification(
             unknowns, self._correlation(covariance), self.misfit.data(point), misfit, explained,
             [self.misfit.prediction.values(mode) for mode in modes], best.converged, self.misfit.prediction.runs, notes,
-            given,
+            given, partial(sampled, self.search, best.p, self._flatness(point, covariance)),
         )  # fmt: skip
+
+    def _flatness(self, point: Point, covariance: Vector) -> float:
+        """By how much variances exceed those of white noise of the size that is known."""
+        return float((np.diag(covariance) / np.diag(inverse(point.columns)))[: len(self.ranges)].max())
 
     def _covariance(self, point: Point) -> tuple[Vector, float, bool, float]:
         """Of all parameters; residual over noise; whether it is noise; and standard deviations of a 95 % interval."""

@@ -362,3 +362,53 @@ def test_a_large_structure_is_reduced_for_the_fit() -> None:
     given: dict[str, Any] = {"noise": 1.0, "guess": {"impact_speed": 0.31}, "impact_speed": (0.2, 0.5)}
     found = hl.identify(signal, build, [], until=UNTIL, **given)
     assert found["impact_speed"].identifiable
+
+
+def test_amplitude_ratio_and_time_of_flight_alone_contain_the_truth() -> None:
+    """Of ten intervals of 95 % three or more miss the truth once in a hundred times."""
+    values, inside = list[float](), 0
+    for seed in range(10):
+        signal = tap(wall(3e9), (3, 7), gain=1.7, seed=seed)
+        found = hl.identify(
+            signal, wall, until=UNTIL, guess={"modulus": 3.1e9}, compare="features", modulus=(1e9, 2e10)
+        )
+        values.append(found["modulus"].value)
+        low, high = found["modulus"].interval
+        inside += low <= 3e9 <= high
+    assert inside >= 8
+    assert np.mean(values) == pytest.approx(3e9, abs=0.6 * (high - low))
+    assert [str(name) for name in found.data.feature.values][:2] == ["primary AR at bead 3", "primary TOF at bead 3"]
+    known = hl.information(wall, sensors=[3, 7], until=UNTIL, compare="features", modulus=3e9)
+    assert 0.5 < found["modulus"].error / 1.96 / known.bounds["modulus"] < 2.0
+
+
+def test_features_of_a_signal_that_the_model_lacks_are_not_explained() -> None:
+    signal = tap(wall(3e9, 0.1), (3, 7))
+    with pytest.warns(hl.HertzlinkWarning, match="the model lacks something"):
+        found = hl.identify(signal, wall, until=UNTIL, compare="features", scan=8, starts=1, modulus=(1e9, 2e10))
+    assert not found.explained
+
+
+def test_features_that_are_fewer_than_the_unknowns_are_refused() -> None:
+    def build(modulus: float, density: float, poisson_ratio: float) -> hl.CoSimulation:
+        facing = hl.half_space(hl.Material(modulus, poisson_ratio, density))
+        return hl.CoSimulation(hl.Chain([BEAD] * 10, BEAD, 0.31), facing)
+
+    with pytest.raises(ValueError, match=r"2 values .* cannot determine 3 unknowns"):
+        hl.identify(
+            tap(wall(3e9)), build, until=UNTIL, compare="features", modulus=(1e9, 2e10), density=(1e3, 3e3),
+            poisson_ratio=(0.2, 0.4),
+        )  # fmt: skip
+
+
+def test_the_posterior_of_a_sharp_minimum_is_the_interval() -> None:
+    signal = tap(wall(3e9))
+    found = hl.identify(signal, wall, until=UNTIL, guess={"modulus": 3.1e9}, modulus=(2e9, 4.5e9))
+    draws = found.posterior(2400, seed=1)
+    assert draws.modulus.mean() == pytest.approx(found["modulus"].value, abs=0.5 * found["modulus"].error)
+    # 2 400 runs are some 100 independent draws, whose standard deviation scatters by 7 %.
+    assert 1.96 * draws.modulus.std() == pytest.approx(found["modulus"].error, rel=0.4)
+    again = found.posterior(2400, seed=1)
+    assert np.array_equal(draws.modulus, again.modulus)
+    with pytest.raises(ValueError, match="runs = 20: must be at least"):
+        found.posterior(20)
