@@ -11,8 +11,9 @@ from coupling.results.waves import NoWave, ReflectedWave
 from structures.caution import collected
 from structures.structure import Vector
 
-DRAWS, SEED = 100, 20
-"""Draws of noise, from which the scatter and the bias of AR and TOF follow: the scatter is known to 7 %."""
+FEW_DRAWS, DRAWS, SEED = 20, 100, 20
+"""Draws of noise, from which the scatter and the bias of AR and TOF follow: few before the search, more at its result,
+where 100 give the scatter to 7 %."""
 
 USUAL = 0.9
 """A wave is compared if it is found in this part of the draws."""
@@ -37,7 +38,7 @@ class Features(Misfit):
         sensors = measured.sensors
         self._noise = measured.noise / np.nanmax(abs(measured.force), axis=-1)
         here = waves_of(measured.time, measured.force, sensors)
-        scattered = self._scattered(measured.time, measured.force)
+        scattered = self._scattered(measured.time, measured.force, FEW_DRAWS)
         usual = np.isfinite(here) & (np.isfinite(scattered).mean(axis=0) > USUAL)
         # Waves that return after the end of the prediction are not compared.
         moving = prediction.first.chain
@@ -59,24 +60,24 @@ class Features(Misfit):
         self.known, self.bias = here[usual], np.zeros(int(usual.sum()))
         self.spread = self._spread(scattered)
 
-    def _scattered(self, time: Vector, forces: Vector) -> Vector:
+    def _scattered(self, time: Vector, forces: Vector, number: int) -> Vector:
         """Waves of traces with noise in parts of their peaks: draws × values."""
         random = np.random.default_rng(SEED)
         size = (self._noise * np.nanmax(abs(forces), axis=-1))[:, None]
-        draws = [forces + size * random.normal(size=forces.shape) for _ in range(DRAWS)]
+        draws = [forces + size * random.normal(size=forces.shape) for _ in range(number)]
         return np.array([waves_of(time, draw, self.measured.sensors) for draw in draws])
 
     def _spread(self, scattered: Vector) -> Vector:
         found: Vector = np.hypot(np.nanstd(scattered[:, self.usable], axis=0), NUMERICAL * abs(self.known))
         return found
 
-    def refresh(self, p: Vector) -> None:
+    def refresh(self, p: Vector, final: bool = True) -> None:
         """Noise makes peaks too high on average, and the reader smooths what is noisy: by how much, near p."""
         traces = self._traces(p)
         clean = self._clean(traces) if np.isfinite(traces).all() else np.array([np.nan])
         if not np.isfinite(clean).all():
             return
-        scattered = self._scattered(*self._sampled(traces))
+        scattered = self._scattered(*self._sampled(traces), DRAWS if final else FEW_DRAWS)
         if np.isfinite(scattered[:, self.usable]).mean(axis=0).min() > USUAL:
             self.bias = np.nanmean(scattered[:, self.usable], axis=0) - clean
             self.spread = self._spread(scattered)

@@ -108,7 +108,7 @@ class Misfit:
         if self.samples <= self.size + len(self.names):
             raise ValueError("signal: no samples after the impact; check the times, or name time_zero as a nuisance")
 
-    def refresh(self, p: Vector) -> None:
+    def refresh(self, p: Vector, final: bool = True) -> None:
         """Adapt to noise near p; noise does not bias a waveform."""
 
     def start(self, places: Vector, traces: Vector) -> tuple[Vector, float]:

@@ -68,7 +68,7 @@ class Search:
             raise ValueError("build: all runs of the scan fail; try a point of the ranges by itself")
         found.sort(key=lambda one: one[1])
         self.misfit.keep_window(self.misfit.time_zero(found[0][0]))
-        self.misfit.refresh(found[0][0])
+        self.misfit.refresh(found[0][0], final=False)
         chosen: list[Vector] = []
         for p, _, place in found:
             if all(abs(place - other[: place.size]).max() > APART for other in chosen):
