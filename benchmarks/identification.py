@@ -65,6 +65,14 @@ def edge(distance: float, impact_speed: float) -> hl.CoSimulation:
     return on(plate, impact_speed)
 
 
+def delamination(position: float, impact_speed: float) -> hl.CoSimulation:
+    """A square of 20 mm with a quarter of the bending stiffness; the chain is 30 mm from it."""
+    weak = hl.Weakened((position, position + 0.02, 0.09, 0.11), factor=0.25)
+    supports = hl.Supports(left="clamped", right="clamped")
+    plate = hl.kirchhoff_plate(0.2, 0.2, 2.29e-3, hl.ALUMINIUM_6061, supports, additions=[weak])
+    return on(hl.reduce(plate.at(0.1, 0.1), until=UNTIL), impact_speed)
+
+
 def bond(modulus: float, impact_speed: float) -> hl.CoSimulation:
     """0.3 mm of soft glue under 10 mm of steel, on steel."""
     glue = hl.Layer(hl.Material(modulus, 0.35, 1200.0), 0.3e-3, RADIUS)
@@ -106,6 +114,7 @@ def cases(chosen: list[str]) -> dict[str, Case]:
         "layered rod": Case("modulus", upper_modulus, 1.46e9),
         "plate thickness": Case("thickness", plate_thickness, 3.0e-3),
         "edge distance": Case("distance", edge, 0.06),
+        "delamination": Case("position", delamination, 0.13),
         "bond": Case("modulus", bond, 0.3e9),
         "dissipation": Case("coefficient", loss, 6.0, (7, 16)),
         "cylinder, by rod": Case("modulus", rod_modulus, 3.0e9, signal=cylinder, discrepancy=0.01),
@@ -135,7 +144,8 @@ def clean(case: Case) -> tuple[np.ndarray, dict[int, np.ndarray]]:
 def judged(case: Case, draws: int) -> dict[str, float]:
     """Bias, spread and coverage."""
     time, forces = clean(case)
-    width = (case.truth * 0.6, case.truth * 1.5)
+    # A region must stay on the plate, and clear of the chain.
+    width = (0.115, 0.16) if case.name == "position" else (case.truth * 0.6, case.truth * 1.5)
     ranges = {case.name: width, "impact_speed": (0.25, 0.38)}
     guess = {case.name: case.truth * 1.005, "impact_speed": SPEED * 1.005}
     known = hl.information(

@@ -123,7 +123,7 @@ class Features(Misfit):
         traces = self._traces(p)
         return self._residual(traces) if np.isfinite(traces).all() else np.full(self.samples, MISSING)
 
-    def at(self, p: Vector, steps: Vector) -> Point:
+    def at(self, p: Vector, steps: Vector, rough: bool = False) -> Point:
         """All of the misfit at p; features are not linear in the traces, so they are differenced themselves."""
         places = p[: self.size]
         below = np.clip(places - steps, 0.0, 1.0)

@@ -89,6 +89,11 @@ class Misfit:
         """The number of them that count."""
         return int(sum(used.sum() for used in self.used))
 
+    def explains(self, misfit: float) -> bool:
+        """Whether χ² is that of noise, so that a search may end."""
+        degrees = self.samples - self.size - len(self.names)
+        return degrees < 1 or misfit < degrees + 4.0 * np.sqrt(2.0 * degrees)
+
     def bounds(self) -> tuple[Vector, Vector]:
         """Lower and upper bounds of p."""
         low, high = [0.0] * self.size, [1.0] * self.size
@@ -209,10 +214,10 @@ class Misfit:
             return np.full(self.samples, FAILED)
         return np.concatenate(self._compared(p, Curves(self._passed(traces, p), self.prediction.interval)))
 
-    def at(self, p: Vector, steps: Vector) -> Point:
-        """All of the misfit at p; steps: of the places, for the derivatives."""
+    def at(self, p: Vector, steps: Vector, rough: bool = False) -> Point:
+        """All of the misfit at p; steps: of the places, for the derivatives; rough: these to first order."""
         traces = self._traces(p)
-        slopes = self.prediction.slopes(p[: self.size], traces, steps)
+        slopes = self.prediction.slopes(p[: self.size], traces, steps, rough)
         if not (np.isfinite(traces).all() and np.isfinite(slopes).all()):
             raise FloatingPointError("a run beside the solution failed")
         return self.point(p, traces, slopes)

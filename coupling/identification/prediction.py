@@ -140,10 +140,11 @@ class Prediction:
         forces = [0.5 * (dynamic.sel(contact=n) + dynamic.sel(contact=n + 1)).values for n in self.sensors]
         return np.stack(forces, axis=1)
 
-    def slopes(self, places: Vector, here: Vector, steps: Vector) -> Vector:
+    def slopes(self, places: Vector, here: Vector, steps: Vector, rough: bool = False) -> Vector:
         """Changes of the traces with the place of each unknown: unknowns × sensors × times. here: the traces.
 
         By central differences over ± steps, all in one batch; at the end of a range by one-sided ones of second order.
+        rough: by one-sided ones of first order, for half the runs.
         """
         size, points = places.size, list[Vector]()
         nodes: list[tuple[int, tuple[float, ...], tuple[float, ...]]] = []
@@ -151,7 +152,10 @@ class Prediction:
         weights: tuple[float, ...]
         for k in range(size):
             step = steps[k]
-            if places[k] - step < 0.0:
+            if rough:
+                way = step if places[k] + step <= 1.0 else -step
+                offsets, weights = (0.0, way), (-step / way, step / way)
+            elif places[k] - step < 0.0:
                 offsets, weights = (0.0, step, 2.0 * step), (-1.5, 2.0, -0.5)
             elif places[k] + step > 1.0:
                 offsets, weights = (0.0, -step, -2.0 * step), (1.5, -2.0, 0.5)

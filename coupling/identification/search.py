@@ -23,11 +23,22 @@ of the factor 60, which a scan of all unknowns at once would miss."""
 FROM_LINES, MOST_ROUNDS = 3, 4
 """Starts of least squares from the scans along all ranges, which are repeated while they find a better fit."""
 
+FLAT, FEWEST_FLAT, FINER = 40.0, 4, 5
+"""Where χ² of so many points of a line is within FLAT of the least, a faint echo may hide between them, and the line
+is so many times finer there."""
+
 APART = 0.05
 """Starts of least squares differ at least by this part of a range in some unknown."""
 
 PRECISION = 1e-5
 """Least squares end where χ², or every unknown, changes by less than this part: for 1 000 samples by 0.01."""
+
+
+ROUGH, ROUGH_TRIES, WORSE = 1e-2, 10, 1.5
+"""The same of rough searches, the points at which they try, and how much worse than the best one may be to go on."""
+
+MORE_STARTS = 3
+"""While no fit explains the signal, the scan doubles, and so many times the starts follow."""
 
 
 class Solution(NamedTuple):
@@ -54,35 +65,53 @@ class Search:
 
     def solutions(self) -> list[Solution]:
         """The local minima from the best points of the scan, the least first; with a guess only the nearest."""
-        if self.guess is None:
-            places = qmc.Sobol(len(self.ranges), seed=self.seed).random_base2(int(np.ceil(np.log2(self.count))))
-        else:
-            places = self.guess[None]
-        traces = self.misfit.prediction.traces(list(places))
-        found = [
-            (*self.misfit.start(place, trace), place)
-            for place, trace in zip(places, traces, strict=True)
-            if np.isfinite(trace).all()
-        ]
-        if not found:
-            raise ValueError("build: all runs of the scan fail; try a point of the ranges by itself")
-        found.sort(key=lambda one: one[1])
-        self.misfit.keep_window(self.misfit.time_zero(found[0][0]))
-        self.misfit.refresh(found[0][0], final=False)
-        chosen: list[Vector] = []
-        for p, _, place in found:
-            if all(abs(place - other[: place.size]).max() > APART for other in chosen):
-                chosen.append(p)
-            if len(chosen) == self.starts:
-                break
-        solutions = sorted((self.solved(p) for p in chosen), key=lambda one: one.misfit)
-        for _ in range(MOST_ROUNDS if self.guess is None else 0):
+        if self.guess is not None:
+            found = self._scanned(self.guess[None])
+            self._prepare(found)
+            return [self.solved(found[0][1])]
+        sobol, number = qmc.Sobol(len(self.ranges), seed=self.seed), int(np.ceil(np.log2(self.count)))
+        found = self._scanned(sobol.random_base2(number))
+        self._prepare(found)
+        solutions = self._solved_from(self._apart(found, [], self.starts))
+        for _ in range(MOST_ROUNDS):
             least = solutions[0].misfit
-            solutions += [self.solved(p) for p in self._along_lines(solutions)]
-            solutions.sort(key=lambda one: one.misfit)
-            if solutions[0].misfit > least - 1.0:
+            starts = self._along_lines(solutions)
+            if not (explained := self.misfit.explains(least)):
+                found = sorted([*found, *self._scanned(sobol.random(len(found)))], key=lambda one: one[0])
+                starts += self._apart(found, [*(one.p for one in solutions), *starts], MORE_STARTS * self.starts)
+            solutions = sorted([*solutions, *self._solved_from(starts)], key=lambda one: one.misfit)
+            if explained and solutions[0].misfit > least - 1.0:
                 break
         return solutions
+
+    def _scanned(self, places: Vector) -> list[tuple[float, Vector]]:
+        """χ² and p at places that can be run, the best first."""
+        traces = self.misfit.prediction.traces(list(places))
+        pairs = zip(places, traces, strict=True)
+        found = [self.misfit.start(place, trace)[::-1] for place, trace in pairs if np.isfinite(trace).all()]
+        return sorted(found, key=lambda one: one[0])
+
+    def _prepare(self, found: list[tuple[float, Vector]]) -> None:
+        """Choose the samples that count from the best point of the scan."""
+        if not found:
+            raise ValueError("build: all runs of the scan fail; try a point of the ranges by itself")
+        self.misfit.keep_window(self.misfit.time_zero(found[0][1]))
+        self.misfit.refresh(found[0][1], final=False)
+
+    def _apart(self, found: Sequence[tuple[float, Vector]], known: Sequence[Vector], count: int) -> list[Vector]:
+        """The best points that are apart from each other and from those known."""
+        size, near, chosen = len(self.ranges), list(known), list[Vector]()
+        for _, p in found:
+            if len(chosen) < count and all(abs(p[:size] - other[:size]).max() > APART for other in near):
+                near.append(p)
+                chosen.append(p)
+        return chosen
+
+    def _solved_from(self, starts: Sequence[Vector]) -> list[Solution]:
+        """Least squares: rough ones from each start, full ones from the best of their results."""
+        roughs = sorted((self.solved(p, tries=ROUGH_TRIES, rough=True) for p in starts), key=lambda one: one.misfit)
+        better = [one for one in roughs[: self.starts] if one.misfit < WORSE * roughs[0].misfit]
+        return sorted([*(self.solved(one.p) for one in better), *roughs[len(better) :]], key=lambda one: one.misfit)
 
     def _along_lines(self, solutions: Sequence[Solution]) -> list[Vector]:
         """The best minima on the lines along each range through the best solution, away from the solutions known."""
@@ -90,13 +119,20 @@ class Search:
         size = len(self.ranges)
         grid = (np.arange(ON_LINE) + 0.5) / ON_LINE
         for k in self.lines:
-            line = np.tile(best, (ON_LINE, 1))
-            line[:, k] = grid
-            traces = self.misfit.prediction.traces(list(line[:, :size]))
-            values = [self.misfit.of_traces(p, trace) for p, trace in zip(line, traces, strict=True)]
+            places, values = grid, self._on_line(best, k, grid)
+            flat = np.flatnonzero(values < solutions[0].misfit + FLAT)
+            if flat.size >= FEWEST_FLAT:
+                between = (flat[:, None] + (np.arange(1, FINER) / FINER - 0.5)).ravel() + 0.5
+                finer = np.unique(np.clip(between / ON_LINE, 0.0, 1.0))
+                places, values = np.append(grid, finer), np.append(values, self._on_line(best, k, finer))
+                order = np.argsort(places)
+                places, values = places[order], values[order]
             padded = np.concatenate([[np.inf], values, [np.inf]])
             minima = np.flatnonzero((padded[1:-1] <= padded[:-2]) & (padded[1:-1] <= padded[2:]))
-            found += [(float(values[i]), line[i]) for i in minima if np.isfinite(values[i])]
+            for i in minima[np.isfinite(values[minima])]:
+                p = best.copy()
+                p[k] = places[i]
+                found.append((float(values[i]), p))
         found.sort(key=lambda one: one[0])
         known, chosen = [one.p for one in solutions], list[Vector]()
         for _, p in found:
@@ -105,8 +141,15 @@ class Search:
                 chosen.append(p)
         return chosen[:FROM_LINES]
 
-    def solved(self, start: Vector, fixed: int | None = None, tries: int = 30) -> Solution:
-        """Least squares from a start; fixed: the number of an unknown that keeps its place."""
+    def _on_line(self, best: Vector, k: int, places: Vector) -> Vector:
+        """χ² where one unknown has these places, and the others are the best ones."""
+        line = np.tile(best, (places.size, 1))
+        line[:, k] = places
+        traces = self.misfit.prediction.traces(list(line[:, : len(self.ranges)]))
+        return np.array([self.misfit.of_traces(p, trace) for p, trace in zip(line, traces, strict=True)])
+
+    def solved(self, start: Vector, fixed: int | None = None, tries: int = 30, rough: bool = False) -> Solution:
+        """Least squares from a start; fixed: the number of an unknown that keeps its place; rough: derivatives."""
         low, high = self.misfit.bounds()
         free = np.array([k for k in range(start.size) if k != fixed])
         p = np.clip(start, low, high)
@@ -117,16 +160,17 @@ class Search:
             return whole
 
         def slope(x: Vector) -> Vector:
-            jacobian: Vector = self.misfit.at(full(x), self.steps).projected[:, free]
+            jacobian: Vector = self.misfit.at(full(x), self.steps, rough).projected[:, free]
             return jacobian
 
         if not free.size:
             residual = self.misfit.residual(p)
             return Solution(p, float(residual @ residual), True)
+        precision = ROUGH if rough else PRECISION
         inner = np.clip(p[free], low[free] + 1e-9, high[free] - 1e-9)
         done = least_squares(
             lambda x: self.misfit.residual(full(x)), inner, slope, bounds=(low[free], high[free]), x_scale="jac",
-            xtol=PRECISION, ftol=PRECISION, gtol=1e-12, max_nfev=tries,
+            xtol=precision, ftol=precision, gtol=1e-12, max_nfev=tries,
         )  # fmt: skip
         return Solution(full(done.x), 2.0 * float(done.cost), bool(done.status > 0))
 
