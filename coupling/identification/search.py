@@ -23,8 +23,8 @@ of the factor 60, which a scan of all unknowns at once would miss."""
 FROM_LINES, MOST_ROUNDS = 3, 4
 """Starts of least squares from the scans along all ranges, which are repeated while they find a better fit."""
 
-FLAT, FEWEST_FLAT, FINER = 40.0, 4, 5
-"""Where χ² of so many points of a line is within FLAT of the least, a faint echo may hide between them, and the line
+FLAT, FEWEST_FLAT, FINER = 0.1, 4, 5
+"""Where χ² of so many points of a line exceeds the least by this part, a faint echo may hide between them, and the line
 is so many times finer there."""
 
 APART = 0.05
@@ -120,7 +120,7 @@ class Search:
         grid = (np.arange(ON_LINE) + 0.5) / ON_LINE
         for k in self.lines:
             places, values = grid, self._on_line(best, k, grid)
-            flat = np.flatnonzero(values < solutions[0].misfit + FLAT)
+            flat = np.flatnonzero(values < (1.0 + FLAT) * solutions[0].misfit)
             if flat.size >= FEWEST_FLAT:
                 between = (flat[:, None] + (np.arange(1, FINER) / FINER - 0.5)).ravel() + 0.5
                 finer = np.unique(np.clip(between / ON_LINE, 0.0, 1.0))
@@ -134,10 +134,11 @@ class Search:
                 p[k] = places[i]
                 found.append((float(values[i]), p))
         found.sort(key=lambda one: one[0])
-        known, chosen = [one.p for one in solutions], list[Vector]()
-        for _, p in found:
-            if all(abs(p[:size] - other[:size]).max() > 1.0 / ON_LINE for other in known):
-                known.append(p)
+        known, chosen = [(one.misfit, one.p) for one in solutions], list[Vector]()
+        for value, p in found:
+            # A point that fits better than a solution nearby is not in its valley.
+            if all(abs(p[:size] - other[:size]).max() > 1.0 / ON_LINE or value < fit for fit, other in known):
+                known.append((value, p))
                 chosen.append(p)
         return chosen[:FROM_LINES]
 
