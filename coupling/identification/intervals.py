@@ -158,7 +158,8 @@ class Judgement:
             doubtful = half > DOUBTFUL or ends[0] < 0.0 or ends[1] > 1.0
             doubtful = doubtful or correlated[k, : len(self.ranges)].max() > LARGEST_CORRELATION
             if doubtful or not self._is_parabola(best, point, k, covariance, reach, inflation):
-                ends = self._profile(best, k, half, inflation * (reach / 1.959964) ** 2)
+                ridge = covariance[: best.p.size, k] / covariance[k, k]
+                ends = self._profile(best, k, half, inflation * (reach / 1.959964) ** 2, ridge)
             # Fits that are as good lie within the interval, wherever they are.
             ends = min(ends[0], *(mode[k] for mode in modes)), max(ends[1], *(mode[k] for mode in modes))
             low, high = (one.value(end) for end in ends)
@@ -203,17 +204,23 @@ class Judgement:
             found[name] = Unknown(name, value, ends, BLIND if blind else "nuisance")
         return found
 
-    def _profile(self, best: Solution, k: int, half: float, inflation: float) -> tuple[float, float]:
-        """Where χ², with all others fitted anew, has risen by that of 95 %; the ends of the range where it has not."""
-        return self._risen(best, k, half, inflation, 0.0), self._risen(best, k, half, inflation, 1.0)
+    def _profile(self, best: Solution, k: int, half: float, inflation: float, ridge: Vector) -> tuple[float, float]:
+        """Where χ², with all others fitted anew, has risen by that of 95 %; the ends of the range where it has not.
 
-    def _risen(self, best: Solution, k: int, half: float, inflation: float, limit: float) -> float:
+        ridge: by how much the others change with this unknown, at the best fit.
+        """
+        low, high = (self._risen(best, k, half, inflation, limit, ridge) for limit in (0.0, 1.0))
+        return low, high
+
+    def _risen(self, best: Solution, k: int, half: float, inflation: float, limit: float, ridge: Vector) -> float:
         """The place between the best one and a limit."""
+        bounds = self.misfit.bounds()
         inner, rise, p, side = float(best.p[k]), 0.0, best.p, 1.0 if limit > best.p[k] else -1.0
         step, outer, wanted = min(max(0.5 * half, SHORT), LONG), limit, np.sqrt(REACH)
         while abs(outer - inner) > SHORT / 2.0:
             trial = inner + side * min(step, abs(outer - inner))
-            start = p.copy()
+            # The others move on along the ridge, else few tries would not bring them there.
+            start = np.clip(p + (trial - p[k]) * ridge, *bounds)
             start[k] = trial
             found = self.search.solved(start, fixed=k, tries=8)
             new = float(np.sqrt(max(found.misfit - best.misfit, 0.0) / inflation))
@@ -221,6 +228,7 @@ class Judgement:
                 # Its root is nearly straight.
                 return float(inner + (wanted - rise) / (new - rise) * (trial - inner))
             if new < wanted:
+                ridge = (found.p - p) / (trial - p[k])
                 inner, rise, p = trial, new, found.p
                 step *= 1.6
             else:

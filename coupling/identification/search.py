@@ -13,14 +13,15 @@ from structures.structure import Vector
 FIRST_STEP = 1e-3
 """Half the distance of runs for a derivative, as a part of the range, before the error of the unknown is known."""
 
-STEP_OF_ERROR, SHORTEST_STEP = 0.3, 1e-5
-"""Then it is this part of its standard deviation, within these limits."""
+STEP_OF_ERROR, SHORTEST_STEP, LONGEST_STEP = 0.3, 1e-5, 2e-2
+"""Then it is this part of its standard deviation, within these limits. Much shorter steps would show how traces scatter
+where a mesh changes with an unknown: that looks like information, and made intervals too short."""
 
 ON_LINE = 64
 """Points of a scan along one range, the other unknowns at their best: echoes make minima as narrow as 1/40 of a range
 of the factor 60, which a scan of all unknowns at once would miss."""
 
-FROM_LINES, MOST_ROUNDS = 3, 4
+FROM_LINES, MOST_ROUNDS = 8, 4
 """Starts of least squares from the scans along all ranges, which are repeated while they find a better fit."""
 
 FLAT, FEWEST_FLAT, FINER = 0.1, 4, 5
@@ -37,8 +38,8 @@ PRECISION = 1e-5
 ROUGH, ROUGH_TRIES, WORSE = 1e-2, 10, 1.5
 """The same of rough searches, the points at which they try, and how much worse than the best one may be to go on."""
 
-MORE_STARTS = 3
-"""While no fit explains the signal, the scan doubles, and so many times the starts follow."""
+ROUGH_STARTS, MORE_STARTS = 3, 3
+"""Rough searches for each full one; and those that follow while no fit explains the signal, as the scan doubles."""
 
 
 class Solution(NamedTuple):
@@ -72,7 +73,7 @@ class Search:
         sobol, number = qmc.Sobol(len(self.ranges), seed=self.seed), int(np.ceil(np.log2(self.count)))
         found = self._scanned(sobol.random_base2(number))
         self._prepare(found)
-        solutions = self._solved_from(self._apart(found, [], self.starts))
+        solutions = self._solved_from(self._apart(found, [], ROUGH_STARTS * self.starts))
         for _ in range(MOST_ROUNDS):
             least = solutions[0].misfit
             starts = self._along_lines(solutions)
@@ -137,7 +138,7 @@ class Search:
         known, chosen = [(one.misfit, one.p) for one in solutions], list[Vector]()
         for value, p in found:
             # A point that fits better than a solution nearby is not in its valley.
-            if all(abs(p[:size] - other[:size]).max() > 1.0 / ON_LINE or value < fit for fit, other in known):
+            if all(abs(p[:size] - other[:size]).max() > APART or value < fit for fit, other in known):
                 known.append((value, p))
                 chosen.append(p)
         return chosen[:FROM_LINES]
@@ -181,7 +182,7 @@ class Search:
         point = self.misfit.at(solution.p, self.steps)
         solution = solution._replace(misfit=point.misfit)
         errors = np.sqrt(np.diag(inverse(point.columns)))[: len(self.ranges)]
-        self.steps = np.clip(STEP_OF_ERROR * errors, SHORTEST_STEP, FIRST_STEP)
+        self.steps = np.clip(STEP_OF_ERROR * errors, SHORTEST_STEP, LONGEST_STEP)
         again = self.solved(solution.p, tries=10)
         best = again if again.misfit <= solution.misfit else solution
         return best, self.misfit.at(best.p, self.steps)
