@@ -47,6 +47,7 @@ from hertzlink import solitary as solitary
 from hertzlink import stepping as stepping
 from hertzlink import views as views
 from hertzlink import zener as zener
+from hertzlink.cases.inputs import from_input as from_input
 from particles.bead import Bead as Bead
 from particles.bead import Cylinder as Cylinder
 from particles.bead import Ellipsoid as Ellipsoid

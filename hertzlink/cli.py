@@ -1,4 +1,4 @@
-"""The command line: `hertzlink study NAME` and `hertzlink info`."""
+"""The command line: studies, cases and `hertzlink info`."""
 
 import hashlib
 import logging
@@ -19,6 +19,7 @@ from coupling.files.writing import whole_folder
 from coupling.results.findings import one_of_each, warn, with_warnings
 from coupling.results.provenance import provenance, versions
 from coupling.state import NotConverged
+from hertzlink.commands.case_commands import COMMANDS
 from hertzlink.studies import STUDIES, study
 from hertzlink.studies.table import text
 from structures.caution import HertzlinkWarning, collected
@@ -69,7 +70,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except click.ClickException as error:
         code = _complain(error.format_message(), WRONG_INPUT)
     except (ValueError, OSError) as error:
-        code = _complain(str(error), WRONG_INPUT)
+        code = _complain(str(error), WRONG_INPUT, "" if _has_place(error) else "hertzlink: ")
     except (FloatingPointError, NotConverged) as error:
         code = _complain(str(error), 1)
     except (click.Abort, KeyboardInterrupt):
@@ -86,8 +87,14 @@ def _format_warning(
     return PLAIN_FORMAT(message, category, filename, lineno, line)
 
 
-def _complain(message: str, code: int) -> int:
-    click.echo("hertzlink: " + " ".join(message.split()), err=True)
+def _has_place(error: Exception) -> bool:
+    """Whether a message begins with the line of a case file, where editors and terminals look for it."""
+    faults = sys.modules.get("hertzlink.cases.faults")
+    return faults is not None and isinstance(error, faults.CaseError)
+
+
+def _complain(message: str, code: int, prefix: str = "hertzlink: ") -> int:
+    click.echo(prefix + " ".join(message.split()), err=True)
     return code
 
 
@@ -95,6 +102,10 @@ def _complain(message: str, code: int) -> int:
 @click.version_option(versions()["hertzlink"], prog_name="hertzlink")
 def cli() -> None:
     """Solitary waves in chains of beads that touch a structure, and their reflections."""
+
+
+for _command in COMMANDS:
+    cli.add_command(_command)
 
 
 @cli.command("study", help=f"Run a study of the thesis: netCDF, figures and a table. NAME: {', '.join(STUDIES)}.")
