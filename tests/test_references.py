@@ -1,6 +1,7 @@
 """hl.testing: what differs is found and reported, what does not is not; and the pytest plugin that goes with it."""
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -255,6 +256,16 @@ def test_the_plugin_imports_nothing_heavy(tmp_path: Path) -> None:
     )
     done = pytest_in(tmp_path)
     assert done.returncode == 0, done.stdout
+
+
+def test_the_lines_of_the_page_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    page = (Path(__file__).parent.parent / "docs" / "regression_tests.md").read_text(encoding="utf-8")
+    direct, by_fixture = re.findall(r"^```python\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
+    monkeypatch.chdir(tmp_path)
+    exec(direct, {})
+    (tmp_path / "test_wall.py").write_text(by_fixture)
+    assert pytest_in(tmp_path, "--update-references").returncode == 0
+    assert (tmp_path / "references" / "test_wall" / "test_wall.nc").is_file()
 
 
 def test_the_plugin_reads_the_variable_that_the_package_reads() -> None:
