@@ -41,6 +41,7 @@ from hertzlink import lamb as lamb
 from hertzlink import laminates as laminates
 from hertzlink import laws as laws
 from hertzlink import layers as layers
+from hertzlink import plots as plots
 from hertzlink import ports as ports
 from hertzlink import results as results
 from hertzlink import solitary as solitary

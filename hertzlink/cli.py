@@ -19,7 +19,8 @@ from coupling.files.writing import whole_folder
 from coupling.results.findings import one_of_each, warn, with_warnings
 from coupling.results.provenance import provenance, versions
 from coupling.state import NotConverged
-from hertzlink.studies import STUDIES, study
+from coupling.sweeps.progress import one_bar
+from hertzlink.studies import RUNS, STUDIES, study
 from hertzlink.studies.table import text
 from structures.caution import HertzlinkWarning, collected
 
@@ -58,6 +59,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     logging.basicConfig(format="hertzlink: %(message)s", level=logging.WARNING)
+    # Where no bar is drawn, as output is redirected.
+    logging.getLogger("hertzlink.sweep").setLevel(logging.INFO)
     warnings.formatwarning = _format_warning
     # Appended, so that filters set by the user come first.
     warnings.simplefilter("once", HertzlinkWarning, append=True)
@@ -72,8 +75,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         code = _complain(str(error), WRONG_INPUT)
     except (FloatingPointError, NotConverged) as error:
         code = _complain(str(error), 1)
-    except (click.Abort, KeyboardInterrupt):
-        code = _complain("stopped; nothing was written", 130)
+    except (click.Abort, KeyboardInterrupt) as error:
+        code = _complain(str(error) or "stopped; nothing was written", 130)
     sys.exit(code)
 
 
@@ -110,7 +113,7 @@ def run_study(name: str, quick: bool, output: Path | None, force: bool, jobs: in
     chosen = study(name)
     findings: list[str] = []
     try:
-        with collected() as findings:
+        with collected() as findings, one_bar(name, RUNS[name][0 if quick else 1]):
             data = chosen.run(quick, jobs).assign_attrs(quick=int(quick), **({"comment": QUICK} if quick else {}))
             table = (f"{QUICK}\n\n" if quick else "") + text(chosen.table(data))
             figures = chosen.figures(data)

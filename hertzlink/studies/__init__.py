@@ -28,8 +28,10 @@ STUDIES = {
     "identifiability": "identifiability",
 }
 
+RUNS = dict.fromkeys(STUDIES, (0, 0))
+"""About how many runs a quick study and a whole one take, so that the remaining time can be estimated."""
 
-__all__ = ["STUDIES", "Study", "study"]
+__all__ = ["RUNS", "STUDIES", "Study", "study"]
 
 
 def __dir__() -> list[str]:
