@@ -46,6 +46,7 @@ from hertzlink import ports as ports
 from hertzlink import results as results
 from hertzlink import solitary as solitary
 from hertzlink import stepping as stepping
+from hertzlink import testing as testing
 from hertzlink import views as views
 from hertzlink import zener as zener
 from particles.bead import Bead as Bead

@@ -1,7 +1,7 @@
 """Good calls of the whole public API, as cheap as they come: tests/fuzz.py spoils their arguments."""
 
 from collections.abc import Callable, Mapping
-from functools import cache, partial
+from functools import cache, partial, wraps
 from pathlib import Path
 from tempfile import mkdtemp
 from typing import Any
@@ -590,6 +590,22 @@ def _at_distance(distance: Any) -> hl.CoSimulation:
     return hl.CoSimulation(hl.Chain([BEAD] * 8, BEAD, 0.3), hl.half_space(material))
 
 
+@wraps(hl.testing.assert_same_waves)
+def _same_waves(*given: Any, **named: Any) -> str:
+    """What differs is no fault."""
+    try:
+        hl.testing.assert_same_waves(*given, **named)
+    except AssertionError as difference:
+        return str(difference)
+    return ""
+
+
+def _reference() -> str:
+    path = str(folder() / "reference.nc")
+    hl.testing.assert_same_waves(record(), path, sensors=[3], update=True)
+    return path
+
+
 def _measures() -> dict[str, Target]:
     run, at = record(), {"run": record(), "sensor": 3}
     signal = {"time": TIMES, "forces": {7: pulse(50.0, 1e-4) + pulse(30.0, 3e-4)}, "positions": {7: 0.05}}
@@ -613,6 +629,19 @@ def _measures() -> dict[str, Target]:
         "energy_error": Target(hl.energy_error, {"run": run}, None, of_run, infinite=True),
         "sensor_force": Target(hl.sensor_force, at, None, of_run, infinite=True),
         "results.contact_to_sensor_ratio": Target(results.contact_to_sensor_ratio, at, None, of_run, infinite=True),
+        "testing.assert_same_waves": Target(
+            _same_waves,
+            {
+                "run": run,
+                "reference": _reference(),
+                "rtol": 1e-5,
+                "atol": {"force": 1e-9},
+                "sensors": [3],
+                "update": False,
+            },
+            None,
+            of_run,
+        ),
         "results.follow_waves": Target(results.follow_waves, {"run": run, "smallest": 0.01}, None, of_run),
         "as_signal": Target(
             hl.as_signal,
