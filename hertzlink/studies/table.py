@@ -40,11 +40,7 @@ def text(rows: Sequence[Row]) -> str:
     The column of theory exists only if a row has one. The difference is relative to the thesis's number, or to that of
     theory if the thesis prints none; the latter differences carry a mark.
     """
-    head = ["quantity", "thesis", "theory", "hertzlink", "difference"]
-    cells = [[_with_unit(r), _printed(r.thesis), _number(r.theory), _number(r.computed), _difference(r)] for r in rows]
-    if not any(line[2] for line in cells):
-        for line in (head, *cells):
-            del line[2]
+    head, cells = head_and_cells(rows)
     widths = [min(NUMBER_WIDTH, max(len(line[i]) for line in (head, *cells))) for i in range(1, len(head))]
     widths = [WIDTH - sum(widths) - len(GAP) * len(widths), *widths]
     lines = [*_wrapped(head, widths), "-" * WIDTH]
@@ -54,6 +50,16 @@ def text(rows: Sequence[Row]) -> str:
     if any(line[-1].endswith(MARK) for line in cells):
         lines += ["", FOOTNOTE]
     return "\n".join(line.rstrip() for line in lines)
+
+
+def head_and_cells(rows: Sequence[Row]) -> tuple[list[str], list[list[str]]]:
+    """The names of the columns, and the text of each cell of each row, without reasons."""
+    head = ["quantity", "thesis", "theory", "hertzlink", "difference"]
+    cells = [[_with_unit(r), _printed(r.thesis), _number(r.theory), _number(r.computed), _difference(r)] for r in rows]
+    if not any(line[2] for line in cells):
+        for line in (head, *cells):
+            del line[2]
+    return head, cells
 
 
 def _wrapped(cells: Sequence[str], widths: Sequence[int]) -> list[str]:
