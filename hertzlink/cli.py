@@ -7,10 +7,11 @@ import signal
 import sys
 import tempfile
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+from textwrap import wrap
+from typing import TYPE_CHECKING, Any
 
 import click
 import joblib
@@ -20,8 +21,10 @@ from coupling.results.findings import one_of_each, warn, with_warnings
 from coupling.results.provenance import provenance, versions
 from coupling.state import NotConverged
 from coupling.sweeps.progress import one_bar
-from hertzlink.studies import RUNS, STUDIES, study
-from hertzlink.studies.table import text
+from hertzlink.studies import RUNS, study
+from hertzlink.studies.conditions import DIFFERS
+from hertzlink.studies.table import WIDTH, text
+from hertzlink.study_options import Studies
 from structures.caution import HertzlinkWarning, collected
 
 PLAIN_FORMAT = warnings.formatwarning
@@ -40,7 +43,10 @@ QUICK = "quick run (--quick), for a first look only"
 """The remark on every table, figure and Dataset of a run with --quick."""
 
 REMARK_HEIGHT = 0.2
-"""Height, in inches, of the strip below a figure that holds this remark: one line of small text."""
+"""Height, in inches, of each line of small text in the strip below a figure that holds remarks."""
+
+LETTERS_PER_INCH = 14
+"""About as many of such text fit."""
 
 LISTING = "files.txt"
 """The file that lists all others in a folder of results with their SHA-256, as the program sha256sum does.
@@ -100,49 +106,59 @@ def cli() -> None:
     """Solitary waves in chains of beads that touch a structure, and their reflections."""
 
 
-@cli.command("study", help=f"Run a study of the thesis: netCDF, figures and a table. NAME: {', '.join(STUDIES)}.")
-@click.argument("name", metavar="NAME", type=click.Choice(list(STUDIES)))
-@click.option("--quick", is_flag=True, help="A coarse version that runs in seconds.")
-@click.option("--output", type=click.Path(path_type=Path), help="Folder for the results; by default named NAME.")
-@click.option("--force", is_flag=True, help="Replace the output folder if it holds an earlier study.")
-@click.option("--jobs", type=click.IntRange(min=1), help="Number of processes; by default a suitable number.")
-def run_study(name: str, quick: bool, output: Path | None, force: bool, jobs: int | None) -> None:
-    """Run a study of the thesis: netCDF, figures and a table."""
+def run_study(
+    name: str, quick: bool, output: Path | None, force: bool, jobs: int | None, own: Mapping[str, Any]
+) -> None:
+    """Run a study of the thesis: netCDF, figures and a table. own: the parameters that the user gave."""
     folder = output or Path(name)
     check_output(folder, force)
     chosen = study(name)
     findings: list[str] = []
     try:
-        with collected() as findings, one_bar(name, RUNS[name][0 if quick else 1]):
-            data = chosen.run(quick, jobs).assign_attrs(quick=int(quick), **({"comment": QUICK} if quick else {}))
-            table = (f"{QUICK}\n\n" if quick else "") + text(chosen.table(data))
+        with collected() as findings, one_bar(name, 0 if own else RUNS[name][0 if quick else 1]):
+            data = chosen.run(quick, jobs, **own)
+            differs = data.attrs.get(DIFFERS, "")
+            remark = "\n".join(part for part in (QUICK if quick else "", differs) if part)
+            data = data.assign_attrs(quick=int(quick), **({"comment": remark} if remark else {}))
+            table = (f"{fill(remark)}\n\n" if remark else "") + text(chosen.table(data), thesis=not differs)
             figures = chosen.figures(data)
     finally:
         warn(one_of_each(findings))
     given = {"study": name, "quick": quick, "first_run": data.attrs.get("input", "")}
-    data = with_warnings(data.assign_attrs(provenance(given)), findings)
+    data = with_warnings(data.assign_attrs(provenance(given | ({"own": dict(own)} if own else {}))), findings)
 
     def write(into: Path) -> None:
         (into / f"{name}.nc").write_bytes(data.to_netcdf(engine="h5netcdf"))
         (into / TABLE).write_text(table + "\n", encoding="utf-8")
         for title, figure in figures.items():
-            if quick:
-                stamp(figure, QUICK)
-            figure.savefig(into / f"{title}.png", metadata={"Comment": QUICK} if quick else None)
+            if remark:
+                stamp(figure, remark)
+            figure.savefig(into / f"{title}.png", metadata={"Comment": remark} if remark else None)
 
     write_folder(folder, write, force)
     click.echo(table)
     click.echo(f"\nwritten to {folder.resolve()}: " + ", ".join(sorted(path.name for path in folder.iterdir())))
 
 
+cli.add_command(Studies("study", run_study))
+
+
 def stamp(figure: "Figure", words: str) -> None:
     """Write words into a separate strip below a figure."""
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-    strip, layout = REMARK_HEIGHT / figure.get_figheight(), figure.get_layout_engine()
+    lines = fill(words, int(LETTERS_PER_INCH * figure.get_figwidth()))
+    strip = (1 + lines.count("\n")) * REMARK_HEIGHT / figure.get_figheight()
+    layout = figure.get_layout_engine()
     if isinstance(layout, ConstrainedLayoutEngine):
         layout.set(rect=(0.0, strip, 1.0, 1.0 - strip))
-    figure.text(0.99, 0.3 * strip, words, ha="right", va="bottom", color="firebrick", fontsize="small")
+    below = 0.06 / figure.get_figheight()
+    figure.text(0.99, below, lines, ha="right", va="bottom", color="firebrick", fontsize="small")
+
+
+def fill(words: str, width: int = WIDTH) -> str:
+    """The lines of words, none longer than a number of letters."""
+    return "\n".join(part for line in words.splitlines() for part in wrap(line, width))
 
 
 @cli.command()
