@@ -122,7 +122,9 @@ def _typed(name: str) -> str:
 
 
 def _given(value: object) -> str:
-    return value if isinstance(value, str) else f"{value:g}" if isinstance(value, float) else str(value)
+    if isinstance(value, tuple | list):
+        return ",".join(map(_given, value))
+    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def _metavar(option: Option) -> str:

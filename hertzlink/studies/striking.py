@@ -43,9 +43,9 @@ class Striking(Conditions):
 
     bead: float = number(9.52e-3, "m", "Diameter of the beads and the striker", low=1e-4, high=0.5)
     bead_material: Material = substance(STEEL_440C, "Material of the beads and the striker")
-    drop_height: float = number(DROP_HEIGHT, "m", "Height from which the striker falls", low=1e-6, high=1e3)
+    drop_height: float = number(DROP_HEIGHT, "m", "Height from which the striker falls", low=1e-6, high=20.0)
     impact_speed: float | None = number(
-        None, "m/s", "Speed of the striker, in place of the drop height", low=1e-3, high=1e3
+        None, "m/s", "Speed of the striker, in place of the drop height", low=1e-3, high=20.0
     )
     dashpot: tuple[float, ...] = number(
         DASHPOTS,
