@@ -1,4 +1,4 @@
-"""The command line: `hertzlink study NAME` and `hertzlink info`."""
+"""The command line: `hertzlink study NAME`, `hertzlink draw FILE` and `hertzlink info`."""
 
 import hashlib
 import logging
@@ -7,10 +7,11 @@ import signal
 import sys
 import tempfile
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from time import perf_counter
+from typing import Any
 
 import click
 import joblib
@@ -20,8 +21,10 @@ from coupling.results.findings import one_of_each, warn, with_warnings
 from coupling.results.provenance import provenance, versions
 from coupling.state import NotConverged
 from coupling.sweeps.progress import one_bar
-from hertzlink.studies import RUNS, STUDIES, study
+from hertzlink.studies import RUNS, study
+from hertzlink.studies.conditions import DIFFERS
 from hertzlink.studies.writing import FORMATS, QUICK, Written, read_study
+from hertzlink.study_options import Studies
 from structures.caution import HertzlinkWarning, collected
 
 PLAIN_FORMAT = warnings.formatwarning
@@ -88,49 +91,41 @@ def cli() -> None:
     """Solitary waves in chains of beads that touch a structure, and their reflections."""
 
 
-def _figures(command: Callable[..., None]) -> Callable[..., None]:
-    return click.option(
-        "--figures",
-        "form",
-        type=click.Choice(list(FORMATS)),
-        default="png",
-        help="Format of the figures; by default png.",
-    )(command)
+def run_study(
+    name: str, quick: bool, output: Path | None, force: bool, jobs: int | None, form: str, own: Mapping[str, Any]
+) -> None:
+    """Run a study of the thesis: netCDF, figures, a table and a report.
 
-
-@cli.command("study", help=f"Run a study of the thesis: netCDF, figures, table, report. NAME: {', '.join(STUDIES)}.")
-@click.argument("name", metavar="NAME", type=click.Choice(list(STUDIES)))
-@click.option("--quick", is_flag=True, help="A coarse version that runs in seconds.")
-@click.option("--output", type=click.Path(path_type=Path), help="Folder for the results; by default named NAME.")
-@click.option("--force", is_flag=True, help="Replace the output folder if it holds an earlier study.")
-@click.option("--jobs", type=click.IntRange(min=1), help="Number of processes; by default a suitable number.")
-@_figures
-def run_study(name: str, quick: bool, output: Path | None, force: bool, jobs: int | None, form: str) -> None:
-    """Run a study of the thesis: netCDF, figures, a table and a report."""
+    form: of the figures; own: the parameters that the user gave.
+    """
     folder = output or Path(name)
     check_output(folder, force)
     chosen = study(name)
     findings: list[str] = []
     try:
-        with collected() as findings, one_bar(name, RUNS[name][0 if quick else 1]):
+        with collected() as findings, one_bar(name, 0 if own else RUNS[name][0 if quick else 1]):
             begin = perf_counter()
-            data = chosen.run(quick, jobs)
+            data = chosen.run(quick, jobs, **own)
+            remark = "\n".join(part for part in (QUICK if quick else "", data.attrs.get(DIFFERS, "")) if part)
             data = data.assign_attrs(quick=int(quick), time_taken=perf_counter() - begin)
-            data = data.assign_attrs({"comment": QUICK} if quick else {})
-            found = Written(name, chosen, data, form)
+            found = Written(name, chosen, data.assign_attrs({"comment": remark} if remark else {}), form)
     finally:
         warn(one_of_each(findings))
     given = {"study": name, "quick": quick, "first_run": data.attrs.get("input", "")}
-    data = with_warnings(data.assign_attrs(provenance(given)), findings)
+    whole = provenance(given | ({"own": dict(own)} if own else {}))
+    data = with_warnings(found.data.assign_attrs(whole), findings)
     write_folder(folder, lambda into: found.write(into, data), force)
     _told(found.table, folder)
+
+
+cli.add_command(Studies("study", run_study))
 
 
 @cli.command("draw")
 @click.argument("store", metavar="FILE", type=click.Path(path_type=Path))
 @click.option("--output", type=click.Path(path_type=Path), help="Folder for the results; by default NAME-drawn.")
 @click.option("--force", is_flag=True, help="Replace the output folder if it holds an earlier study.")
-@_figures
+@click.option("--figures", "form", type=click.Choice(list(FORMATS)), default="png", help="Their format, else png.")
 def draw_study(store: Path, output: Path | None, force: bool, form: str) -> None:
     """Draw a study again from the netCDF FILE that it wrote: figures, table and report, without a run."""
     name, data = read_study(store)

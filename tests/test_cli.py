@@ -98,7 +98,7 @@ def test_an_earlier_study_is_replaced_only_by_force(
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["study", "rod-stifness"], "'rod-stifness' is not one of"),
+        (["study", "rod-stifness"], "'rod-stifness' is not one of the studies; did you mean rod-stiffness"),
         (["study"], "Missing argument 'NAME'"),
         (["study", "plate-boundary", "--jobs", "0"], "--jobs"),
         (["study", "plate-boundary", "--output", "no/such/place"], "parent folder does not exist"),

@@ -10,6 +10,7 @@ from coupling.results.findings import findings_of, one_of_each
 from hertzlink.reports.of_results import of_input, of_setup
 from hertzlink.reports.page import Line, Page, Section, Table, html, usual_facts
 from hertzlink.reports.svg import picture
+from hertzlink.studies import ABOUT
 from hertzlink.studies.captions import CAPTIONS
 from hertzlink.studies.table import FOOTNOTE, MARK, Row, head_and_cells
 
@@ -18,22 +19,23 @@ if TYPE_CHECKING:
 
 
 def study_report(
-    name: str, about: str, data: xr.Dataset, rows: Sequence[Row], figures: Mapping[str, "Figure"], remark: str = ""
-) -> str:
-    """The report of a study as HTML. about: what it studies; remark: what stands in a box at the top.
+    name: str, data: xr.Dataset, rows: Sequence[Row], figures: Mapping[str, "Figure"], remark: str = "",
+    thesis: bool = True,
+) -> str:  # fmt: skip
+    """The report of a study as HTML. remark: what stands in a box at the top; thesis: whether the table has its column.
 
     The time that it took, s, is the attribute `time_taken` of the data.
     """
-    head, cells = head_and_cells(rows)
+    head, cells = head_and_cells(rows, thesis)
     lines = [Line(tuple(line), row.reason) for line, row in zip(cells, rows, strict=True)]
     marked = any(line[-1].endswith(MARK) for line in cells)
-    comparison = Table("Numbers of the thesis, of theory and of hertzlink", tuple(head), lines)
+    comparison = Table(f"Numbers of {'the thesis, of ' if thesis else ''}theory and of hertzlink", tuple(head), lines)
     known = json.loads(data.attrs.get("versions", "{}"))
     took = data.attrs.get("time_taken")
     return html(
         Page(
             f"Study {name}",
-            [about],
+            [ABOUT[name]],
             [
                 Section("Warnings", warnings=one_of_each(findings_of(data))),
                 Section("Figures", pictures=[picture(one, key, caption(name, key)) for key, one in figures.items()]),

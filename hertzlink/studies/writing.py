@@ -2,12 +2,14 @@
 
 import json
 from pathlib import Path
+from textwrap import wrap
 from typing import TYPE_CHECKING
 
 import xarray as xr
 
 from hertzlink.studies import STUDIES, Study
-from hertzlink.studies.table import text
+from hertzlink.studies.conditions import DIFFERS
+from hertzlink.studies.table import WIDTH, text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -19,7 +21,10 @@ QUICK = "quick run (--quick), for a first look only"
 """The remark on every table, figure, report and Dataset of a run with --quick."""
 
 REMARK_HEIGHT = 0.2
-"""Height, in inches, of the strip below a figure that holds this remark: one line of small text."""
+"""Height, in inches, of each line of small text in the strip below a figure that holds remarks."""
+
+LETTERS_PER_INCH = 14
+"""About as many of such text fit."""
 
 FORMATS = {"png": "Comment", "svg": "Description", "pdf": "Subject"}
 """Formats of figures, and the name under which their files hold a remark."""
@@ -30,10 +35,10 @@ class Written:
 
     def __init__(self, name: str, study: Study, data: xr.Dataset, form: str = "png") -> None:
         self.name, self.data, self.form = name, data, form
-        self.remark = QUICK if data.attrs.get("quick") else ""
-        self._about = (study.__doc__ or "").strip().split("\n")[0]
+        self.remark = str(data.attrs.get("comment", ""))
+        self._thesis = not data.attrs.get(DIFFERS)
         self._rows, self._figures = study.table(data), study.figures(data)
-        self.table = (f"{self.remark}\n\n" if self.remark else "") + text(self._rows)
+        self.table = (f"{fill(self.remark)}\n\n" if self.remark else "") + text(self._rows, self._thesis)
 
     def write(self, into: Path, data: xr.Dataset) -> None:
         """All files but the list of them. data: the Dataset with its provenance and warnings."""
@@ -54,7 +59,7 @@ class Written:
         # Here: other commands need no report.
         from hertzlink.reports.of_studies import study_report
 
-        page = study_report(self.name, self._about, data, self._rows, self._figures, self.remark)
+        page = study_report(self.name, data, self._rows, self._figures, self.remark, self._thesis)
         (into / REPORT).write_text(page, encoding="utf-8")
 
 
@@ -62,10 +67,18 @@ def stamp(figure: "Figure", words: str) -> None:
     """Write words into a separate strip below a figure."""
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-    strip, layout = REMARK_HEIGHT / figure.get_figheight(), figure.get_layout_engine()
+    lines = fill(words, int(LETTERS_PER_INCH * figure.get_figwidth()))
+    strip = (1 + lines.count("\n")) * REMARK_HEIGHT / figure.get_figheight()
+    layout = figure.get_layout_engine()
     if isinstance(layout, ConstrainedLayoutEngine):
         layout.set(rect=(0.0, strip, 1.0, 1.0 - strip))
-    figure.text(0.99, 0.3 * strip, words, ha="right", va="bottom", color="firebrick", fontsize="small")
+    below = 0.06 / figure.get_figheight()
+    figure.text(0.99, below, lines, ha="right", va="bottom", color="firebrick", fontsize="small")
+
+
+def fill(words: str, width: int = WIDTH) -> str:
+    """The lines of words, none longer than a number of letters."""
+    return "\n".join(part for line in words.splitlines() for part in wrap(line, width))
 
 
 def read_study(file: Path) -> tuple[str, xr.Dataset]:

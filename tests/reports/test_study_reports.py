@@ -18,7 +18,7 @@ import hertzlink as hl
 from coupling.views import plots
 from hertzlink.cli import main
 from hertzlink.reports.of_studies import caption
-from hertzlink.studies import STUDIES
+from hertzlink.studies import ABOUT, STUDIES
 from hertzlink.studies.captions import CAPTIONS
 from hertzlink.studies.table import FOOTNOTE, Row
 from hertzlink.studies.writing import QUICK
@@ -31,7 +31,7 @@ Command = Callable[..., tuple[int, str]]
 class Small:
     """A study whose first run takes a moment. Of <b>nothing</b>."""
 
-    __doc__ = "A study of <b>nothing</b>.\n\nMore words."
+    """A study that takes a moment."""
 
     def run(self, quick: bool = False, jobs: int | None = None) -> xr.Dataset:
         first = hl.CoSimulation(hl.Chain([BEAD] * 3, BEAD, 0.3), hl.half_space(hl.PTFE)).run(until=2e-5)
@@ -72,7 +72,7 @@ def test_a_study_writes_a_report(command: Command) -> None:
     assert command("study", "rod-stiffness", "--quick") == (0, "")
     page = check_page(Path("rod-stiffness/report.html").read_text("utf-8"))
     assert page.text["h1"] == ["Study rod-stiffness"]
-    assert "A study of <b>nothing</b>." in page.text["p"]
+    assert ABOUT["rod-stiffness"] in page.text["p"]
     assert QUICK in page.text["p"]
     assert FOOTNOTE in page.text["p"]
     assert "a <reason>" in page.text["td"]
