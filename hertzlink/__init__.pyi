@@ -41,10 +41,12 @@ from hertzlink import lamb as lamb
 from hertzlink import laminates as laminates
 from hertzlink import laws as laws
 from hertzlink import layers as layers
+from hertzlink import plots as plots
 from hertzlink import ports as ports
 from hertzlink import results as results
 from hertzlink import solitary as solitary
 from hertzlink import stepping as stepping
+from hertzlink import testing as testing
 from hertzlink import views as views
 from hertzlink import zener as zener
 from hertzlink.cases.inputs import from_input as from_input

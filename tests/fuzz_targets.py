@@ -1,7 +1,7 @@
 """Good calls of the whole public API, as cheap as they come: tests/fuzz.py spoils their arguments."""
 
 from collections.abc import Callable, Mapping
-from functools import cache, partial
+from functools import cache, partial, wraps
 from pathlib import Path
 from tempfile import mkdtemp
 from typing import Any
@@ -11,7 +11,21 @@ import xarray as xr
 from fuzz import Target
 
 import hertzlink as hl
-from hertzlink import damping, hertz, impact, lamb, laminates, laws, layers, ports, results, solitary, stepping, views
+from hertzlink import (
+    damping,
+    hertz,
+    impact,
+    lamb,
+    laminates,
+    laws,
+    layers,
+    plots,
+    ports,
+    results,
+    solitary,
+    stepping,
+    views,
+)
 from hertzlink import zener as zener_model
 
 STEEL, BRASS = hl.STEEL_440C, hl.BRASS_360
@@ -576,6 +590,22 @@ def _at_distance(distance: Any) -> hl.CoSimulation:
     return hl.CoSimulation(hl.Chain([BEAD] * 8, BEAD, 0.3), hl.half_space(material))
 
 
+@wraps(hl.testing.assert_same_waves)
+def _same_waves(*given: Any, **named: Any) -> str:
+    """What differs is no fault."""
+    try:
+        hl.testing.assert_same_waves(*given, **named)
+    except AssertionError as difference:
+        return str(difference)
+    return ""
+
+
+def _reference() -> str:
+    path = str(folder() / "reference.nc")
+    hl.testing.assert_same_waves(record(), path, sensors=[3], update=True)
+    return path
+
+
 def _measures() -> dict[str, Target]:
     run, at = record(), {"run": record(), "sensor": 3}
     signal = {"time": TIMES, "forces": {7: pulse(50.0, 1e-4) + pulse(30.0, 3e-4)}, "positions": {7: 0.05}}
@@ -599,6 +629,19 @@ def _measures() -> dict[str, Target]:
         "energy_error": Target(hl.energy_error, {"run": run}, None, of_run, infinite=True),
         "sensor_force": Target(hl.sensor_force, at, None, of_run, infinite=True),
         "results.contact_to_sensor_ratio": Target(results.contact_to_sensor_ratio, at, None, of_run, infinite=True),
+        "testing.assert_same_waves": Target(
+            _same_waves,
+            {
+                "run": run,
+                "reference": _reference(),
+                "rtol": 1e-5,
+                "atol": {"force": 1e-9},
+                "sensors": [3],
+                "update": False,
+            },
+            None,
+            of_run,
+        ),
         "results.follow_waves": Target(results.follow_waves, {"run": run, "smallest": 0.01}, None, of_run),
         "as_signal": Target(
             hl.as_signal,
@@ -691,6 +734,7 @@ def _measures() -> dict[str, Target]:
             {**of_run, "beads": ([0], [99], [1, 1], HUGE[0])},
             infinite=True,
         ),
+        **_plots(),
         "views.write_vtu": Target(views.write_vtu, {"motion": motion, "folder": "vtu"}),
         "views.picture": Target(
             views.picture,
@@ -700,6 +744,51 @@ def _measures() -> dict[str, Target]:
             },
         ),
     }
+
+
+@cache
+def identified() -> hl.results.Identification:
+    guess = {"speed": 0.3}
+    return hl.identify(against(0.3).run(2e-4), against, sensors=[2], nuisances=[], guess=guess, speed=(0.2, 0.5))
+
+
+def _plots() -> dict[str, Target]:
+    run, found = record(), identified()
+    of_run: dict[str, Any] = {"run": (run.drop_vars("velocity"), run.isel(time=[0, 1]), tapped(), xr.Dataset())}
+    swept = xr.Dataset({"amplitude_ratio": ("length", [0.5, np.nan])}, {"length": [0.1, 0.2]})
+    return {
+        "plots.traces": Target(plots.traces, {"run": run, "sensors": [3], "ax": None}, closed, of_run),
+        "plots.contact_map": Target(plots.contact_map, {"run": run, "ax": None}, closed, of_run),
+        "plots.spectrum": Target(plots.spectrum, {"run": run, "sensor": 3, "ax": None}, closed, of_run),
+        "plots.energy": Target(plots.energy, {"run": run, "ax": None}, closed, of_run),
+        "plots.setup": Target(plots.setup, {"run": run, "ax": None}, closed, of_run),
+        "plots.swept": Target(
+            plots.swept,
+            {
+                **{"runs": swept, "sensor": 3, "measure": "amplitude_ratio", "over": "length", "wave": "primary"},
+                "ax": None,
+            },
+            closed,
+            {"runs": of_run["run"]},
+        ),
+        "plots.fit": Target(plots.fit, {"found": found, "sensor": 2, "ax": None}, closed),
+        "plots.residual": Target(plots.residual, {"found": found, "sensor": 2, "ax": None}, closed),
+        "plots.intervals": Target(plots.intervals, {"found": found, "ax": None}, closed),
+        "plots.report": Target(
+            plots.report,
+            {"result": tapped(), "path": "tap.html", "title": "tap", "sensors": [2], "setup": against(), "took": 1.0},
+            None,
+            {"result": (*of_run["run"], found)},
+        ),
+        "plots.correlation": Target(plots.correlation, {"found": found, "ax": None}, closed),
+    }
+
+
+def closed(ax: Any) -> None:
+    """The figure of a plot is not kept."""
+    from matplotlib import pyplot
+
+    pyplot.close("all")
 
 
 def _formulas() -> dict[str, Target]:

@@ -26,7 +26,7 @@ CHEAP = (
 """Targets of the quick test, of which a call takes about a millisecond."""
 
 ELSEWHERE = {
-    # Protocols and bases of a user's own parts: test_own_parts, test_own_step, tests/conformance.
+    # Protocols and bases of a user's own parts: test_own_parts, test_own_step, hertzlink.conformance.
     *("Bead", "ContactLaw", "Dissipation", "Excitation", "Participant", "Scheme", "Step"),
     # Exceptions, and records that only results hold.
     *("HertzlinkWarning", "NotConverged", "NoWaveError", "laws.ActiveSetNotConverged", "laws.PressuresNotConverged"),

@@ -219,7 +219,7 @@ class _Search:
         batches: list[Batch] = [
             {place: self._point(curve, distance) for place, (curve, distance) in group} for _, group in groups
         ]
-        with Progress(len(ordered)) as progress:
+        with Progress(len(ordered), label="critical distance") as progress:
             for place, run in in_processes(self.work, batches, self.jobs):
                 curve, distance = ordered[place]
                 assert isinstance(run, xr.Dataset)  # errors are raised, as there is no store

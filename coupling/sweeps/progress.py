@@ -1,31 +1,60 @@
-"""Progress of a sweep with an estimate of the remaining time: a bar on a terminal, otherwise occasional lines in the
-log.
+"""Progress of sweeps with an estimate of the remaining time: a bar on a terminal and in a notebook, otherwise a line
+in the log now and then.
 """
 
+import importlib.util
 import logging
+import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator, Sized
+from contextlib import contextmanager
 from types import TracebackType
+from typing import Any, TypeVar
 
 from tqdm import tqdm
 
 LOG_INTERVAL = 10.0
 """Shortest time between two lines of the log, s."""
 
+Item = TypeVar("Item")
+
 log = logging.getLogger("hertzlink.sweep")
+
+_shared: list["Progress"] = []
+"""The progress that all others join, while `one_bar` lasts."""
+
+
+class Stopped(KeyboardInterrupt, SystemExit):
+    """Ctrl-C in a sweep that keeps its points. A script that does not catch it ends with its message, on one line."""
+
+    def __init__(self, message: str) -> None:
+        super().__init__(message)
+        self.code = message
 
 
 class Progress:
     """Counts the points of a sweep. Points from earlier runs (`done`) count, but do not enter the estimate of the
-    speed.
+    speed. Within `one_bar` they count there.
 
     clock: returns the time, s.
     """
 
-    def __init__(self, total: int, done: int = 0, failed: int = 0, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self,
+        total: int,
+        done: int = 0,
+        failed: int = 0,
+        clock: Callable[[], float] = time.monotonic,
+        label: str = "sweep",
+    ) -> None:
         self.total, self.done, self.failed, self._before, self._clock = total, done, failed, done, clock
         self._begin = self._told = clock()
-        self._bar = tqdm(total=total, initial=done, unit="run", disable=None, leave=False)
+        self._whole = _shared[-1] if _shared else None
+        self._label = label
+        if self._whole:
+            self._whole._joined(total, done)
+        else:
+            self._bar = _bar(label, total, done)
 
     def __enter__(self) -> "Progress":
         return self
@@ -33,19 +62,73 @@ class Progress:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._bar.close()
+        if not self._whole:
+            self._bar.close()
 
     def advance(self, failed: bool = False) -> None:
         """Count one more point."""
         self.done += 1
         self.failed += failed
+        if self._whole:
+            self._whole.advance(failed)
+            return
+        if self.done > self.total:
+            self.total = self._bar.total = self.done
         self._bar.update()
         if self._bar.disable and self._clock() - self._told >= LOG_INTERVAL:
             self._told = self._clock()
             left = tqdm.format_interval(self.left())
-            log.info("%d of %d points, %d failed, about %s left", self.done, self.total, self.failed, left)
+            log.info(
+                "%s: %d of %d points, %d failed, about %s left", self._label, self.done, self.total, self.failed, left
+            )
 
     def left(self) -> float:
         """Estimate of the remaining time, s; NaN before the first point."""
         run = self.done - self._before
         return (self._clock() - self._begin) * (self.total - self.done) / run if run else float("nan")
+
+    def _joined(self, total: int, done: int) -> None:
+        """Another sweep counts here: more points than were expected make the total larger."""
+        if self.done + total > self.total:
+            self.total = self._bar.total = self.done + total
+        self.done += done
+        self._before += done
+        self._bar.update(done)
+
+
+@contextmanager
+def one_bar(label: str, expected: int) -> Iterator[None]:
+    """All sweeps within count on one labelled bar of about so many points."""
+    with Progress(expected, label=label) as progress:
+        _shared.append(progress)
+        try:
+            yield
+        finally:
+            _shared.remove(progress)
+
+
+def watched(items: Iterable[Item], total: int | None = None) -> Iterator[Item]:
+    """The items, each of which counts once the next one is asked for. total: their number, where they have no len."""
+    with Progress(len(items) if isinstance(items, Sized) else total or 0) as progress:
+        for item in items:
+            yield item
+            progress.advance()
+
+
+def _bar(label: str, total: int, done: int) -> Any:
+    """Of tqdm; in a notebook its widget where there are widgets, otherwise text."""
+    given: dict[str, Any] = {"total": total, "initial": done, "unit": "run", "leave": False, "desc": label}
+    if not _in_notebook():
+        return tqdm(disable=None, **given)
+    if importlib.util.find_spec("ipywidgets") is None:
+        return tqdm(disable=False, file=sys.stdout, ascii=False, **given)
+    from tqdm.notebook import tqdm as widget
+
+    return widget(disable=False, **given)
+
+
+def _in_notebook() -> bool:
+    """Whether this process is the kernel of a notebook."""
+    shell = sys.modules.get("IPython")
+    running = shell.get_ipython() if shell is not None else None
+    return running is not None and "IPKernelApp" in running.config

@@ -17,7 +17,7 @@ from coupling.results.findings import findings_of, gathered, warn, with_warnings
 from coupling.results.schema import OF_RUNS
 from coupling.sweeps.cluster import check_cluster, on_cluster
 from coupling.sweeps.processes import Batch, Outcome, Work, in_processes
-from coupling.sweeps.progress import Progress
+from coupling.sweeps.progress import Progress, Stopped
 from coupling.sweeps.store import ERROR_VARIABLE, Failure, Point, Store, describe_point, open_store
 from structures.caution import caution
 from structures.checks import instance, listed, positive, short, whole
@@ -133,7 +133,13 @@ def sweep(
         return in_processes(work, batches, most) if cluster is None else on_cluster(work, batches, cluster)
 
     found = {} if work.store is None else _found(work.store, points, retry)
-    outcomes = _finished(found, points, texts, together, run)
+    try:
+        outcomes = _finished(found, points, texts, together, run)
+    except KeyboardInterrupt:
+        if work.store is None:
+            raise
+        kept = sum(work.store.holds(point) for point in points)
+        raise Stopped(f"{kept} of {len(points)} points kept in {work.store.folder}; run again to continue") from None
     if work.store is not None:
         outcomes.update((i, work.store.load(point)) for i, point in enumerate(points) if outcomes.get(i) is None)
         _report_failures(work.store, outcomes)

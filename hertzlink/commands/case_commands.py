@@ -69,7 +69,7 @@ def _written(
 ) -> None:
     """Do the work, write its Dataset, its CSV files and its table into a new folder, and print the table."""
     from coupling.results.findings import one_of_each, warn, with_warnings
-    from hertzlink.cli import TABLE, check_output, write_folder
+    from hertzlink.cli import check_output, write_folder
     from structures.caution import collected
 
     folder = output or Path(Path(name).stem)
@@ -84,7 +84,7 @@ def _written(
 
     def write(into: Path) -> None:
         (into / "results.nc").write_bytes(data.to_netcdf(engine="h5netcdf"))
-        (into / TABLE).write_text(text + "\n", encoding="utf-8")
+        (into / "table.txt").write_text(text + "\n", encoding="utf-8")
         (into / "case.toml").write_text(case.to_toml(), encoding="utf-8")
         for file, content in files.items():
             (into / file).write_text(content, encoding="utf-8")

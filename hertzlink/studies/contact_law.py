@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
+from coupling.sweeps.progress import watched
 from hertzlink.studies import cylinders, ellipsoids, hollow_spheres
 from hertzlink.studies.cut_cylinders import angle_of_ends, approach_of_ends, cut_law
 from hertzlink.studies.table import Row
@@ -177,10 +178,10 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     quick: cells twice as large. jobs: always one process, because each law takes a second.
     """
     chosen, approach = contacts(), np.array(APPROACHES)
-    laws = {name: contact.law(2.0 if quick else 1.0) for name, contact in chosen.items()}
+    laws = {name: contact.law(2.0 if quick else 1.0) for name, contact in watched(chosen.items())}
     fits = [[fitted.of(law) for fitted in FITS.values()] for law in laws.values()]
     meshes = MESHES[:-1] if quick else MESHES
-    changes = [refinement(chosen[name], meshes) for name in REFINED]
+    changes = [refinement(chosen[name], meshes) for name in watched(REFINED)]
     printed = [law.force(approach) for law in hollow_spheres.TABLE_5_1.values()]
     theory = [contact.theory.force(approach) for contact in chosen.values()]
     over = ("contact", "approach")

@@ -16,6 +16,7 @@ from numpy.polynomial import Polynomial
 from coupling.cosimulation import CoSimulation
 from coupling.explicit_chain import explicit_chain
 from coupling.results.measures import energy_error, sensor_force
+from coupling.sweeps.progress import watched
 from hertzlink.studies.table import Row
 from particles.bead import Sphere
 from particles.chain import Chain
@@ -91,9 +92,13 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     # Compile here, so that no time below includes it.
     CoSimulation(DeformableChain([BEAD], BEAD, 1.0, law=contact_law, modes=2), None).run(1e-5)
     explicit = _explicit(SPACINGS[::every], jobs)
-    by_law = _together([by_modes(size) for size in LAW_SPACINGS[::every]], "law_spacing", LAW_SPACINGS[::every])
+    by_law = _together(
+        [by_modes(size) for size in watched(LAW_SPACINGS[::every])], "law_spacing", LAW_SPACINGS[::every]
+    )
     finest = float(by_law.law_spacing[-1])
-    tried = _together([by_modes(finest, modes) for modes in MODES_TRIED[::every]], "modes", MODES_TRIED[::every])
+    tried = _together(
+        [by_modes(finest, modes) for modes in watched(MODES_TRIED[::every])], "modes", MODES_TRIED[::every]
+    )
     points = timed(lambda: CoSimulation(chain("point masses", MESH_SPEED), None).run(UNTIL, UNTIL / INTERVALS))
     outer = dict.fromkeys((explicit.sizes["spacing"] - 1, 0))
     named = {explicit_name(float(explicit.spacing[i])): explicit.isel(spacing=i, drop=True) for i in outer}
@@ -111,7 +116,9 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 
 def _explicit(spacings: Sequence[float], jobs: int | None) -> xr.Dataset:
     """The explicit chain at 0.5 m/s over the size, m, of its elements; the longest run starts first."""
-    runs = joblib.Parallel(jobs or -1)(joblib.delayed(by_elements)(spacing) for spacing in reversed(spacings))
+    parallel = joblib.Parallel(jobs or -1, return_as="generator")
+    made = parallel(joblib.delayed(by_elements)(spacing) for spacing in reversed(spacings))
+    runs = list(watched(made, len(spacings)))
     return _together(runs[::-1], "spacing", spacings)
 
 

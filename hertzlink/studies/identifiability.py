@@ -12,6 +12,7 @@ import joblib
 import numpy as np
 import xarray as xr
 
+from coupling.sweeps.progress import watched
 from hertzlink.studies import identifiable_cases as cases
 from hertzlink.studies.table import Row
 from structures.checks import whole
@@ -65,7 +66,7 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     distances, thicknesses = (QUICK_DISTANCES, QUICK_THICKNESSES) if quick else (DISTANCES, THICKNESSES)
     near, bonds = (QUICK_NEAR, (QUICK_UPPERS, QUICK_BONDS)) if quick else (NEAR, (UPPER_THICKNESSES, BOND_STIFFNESSES))
     count = joblib.cpu_count() if jobs is None else whole("jobs", jobs)
-    parallel = joblib.Parallel(1 if quick and jobs is None else count)
+    parallel = joblib.Parallel(1 if quick and jobs is None else count, return_as="generator")
     data = edges(parallel, distances, thicknesses)
     return data.merge(near_edge(parallel, near)).merge(bonded(parallel, *bonds))
 
@@ -77,9 +78,10 @@ def edges(
     """Half-widths over the distance, the thickness, the beads and what is measured."""
     tested = {*distances[::TESTED_EVERY], *CHECKED}
     grid = list(product(diameters, distances, thicknesses))
-    found = parallel(
+    runs = parallel(
         joblib.delayed(cases.edge_errors)(*one, cases.STEPS if one[1] in tested else cases.STEPS[:1]) for one in grid
     )
+    found = list(watched(runs, len(grid)))
     values = np.array(found).reshape(len(diameters), len(distances), len(thicknesses), *found[0].shape)
     dims = ("diameter", "distance", "thickness", "step", "record", "measured", "free", "unknown")
     errors = cases.relative(dims, values, "half of the 95 % interval")
@@ -96,10 +98,11 @@ def near_edge(parallel: joblib.Parallel, distances: Sequence[float]) -> xr.Datas
     """Combinations of distance, thickness and modulus, the best one first, where the contact is known or is not."""
     contacts = (cases.KNOWN, cases.OF_PLATE)
     grid = list(product(contacts, distances))
-    found = parallel(
+    runs = parallel(
         joblib.delayed(cases.combinations_near_edge)(MAIN_DIAMETER, one, MAIN_THICKNESS, contact)
         for contact, one in grid
     )
+    found = list(watched(runs, len(grid)))
     shape = (len(contacts), len(distances))
     errors, vectors, matrices = (np.array(part).reshape(*shape, *part[0].shape) for part in zip(*found, strict=True))
     over = ("contact", "near")
@@ -119,7 +122,7 @@ def near_edge(parallel: joblib.Parallel, distances: Sequence[float]) -> xr.Datas
 def bonded(parallel: joblib.Parallel, uppers: Sequence[float], stiffnesses: Sequence[float]) -> xr.Dataset:
     """Half-widths of the bond and the upper layer."""
     grid = list(product(cases.UPPERS, uppers, stiffnesses))
-    found = parallel(joblib.delayed(cases.bond_errors)(*one) for one in grid)
+    found = list(watched(parallel(joblib.delayed(cases.bond_errors)(*one) for one in grid), len(grid)))
     values = np.array(found).reshape(len(cases.UPPERS), len(uppers), len(stiffnesses), *found[0].shape)
     dims = ("upper", "upper_thickness", "bond_stiffness", "bond_measured", "bond_free", "bond_unknown")
     data = xr.Dataset({"bond_error": cases.relative(dims, values, "half of the 95 % interval")})

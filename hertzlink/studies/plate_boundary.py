@@ -11,6 +11,7 @@ from coupling.cosimulation import CoSimulation
 from coupling.results.ar_and_tof import amplitude_ratio
 from coupling.results.measures import contact_time
 from coupling.sweeps.critical_search import find_critical_distance
+from coupling.sweeps.progress import watched
 from coupling.sweeps.sweep import sweep
 from hertzlink.studies import plate_edges, plate_waves
 from hertzlink.studies.table import Row
@@ -92,7 +93,8 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """
 
     count = joblib.cpu_count() if jobs is None else whole("jobs", jobs)
-    plates = joblib.Parallel(min(count, len(THICKNESSES)))(joblib.delayed(near_edge)(one) for one in THICKNESSES)
+    parallel = joblib.Parallel(min(count, len(THICKNESSES)), return_as="generator")
+    plates = watched(parallel(joblib.delayed(near_edge)(one) for one in THICKNESSES), len(THICKNESSES))
     reduced = dict(zip(THICKNESSES, plates, strict=True))
 
     def build(thickness: float, distance: float, diameter: float) -> CoSimulation:

@@ -17,6 +17,7 @@ import xarray as xr
 from coupling.cosimulation import CoSimulation
 from coupling.results.ar_and_tof import reflections, wave_speed
 from coupling.results.measures import energy_error
+from coupling.sweeps.progress import watched
 from hertzlink.studies.deformable_chain import WALL
 from hertzlink.studies.table import Row
 from particles.bead import Bead, Sphere
@@ -90,7 +91,9 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     quick: larger cells in three dimensions. jobs: always one process, because there are only three runs.
     """
     chosen = models(quick)
-    data = xr.concat([measure(model.run()) for model in chosen.values()], "model").assign_coords(model=list(chosen))
+    data = xr.concat([measure(model.run()) for model in watched(chosen.values())], "model").assign_coords(
+        model=list(chosen)
+    )
     laws = [model.law.force(np.array(APPROACHES)) for model in chosen.values()]
     found = [model.vibrations(BEAD, MODES - 1).frequencies / (2.0 * np.pi) for model in chosen.values()]
     data["law"] = (("model", "approach"), laws, {"units": "N", "long_name": "contact law"})

@@ -1,5 +1,6 @@
 """Each broken participant is caught by the check that is meant for its fault, and by no other."""
 
+import runpy
 import subprocess
 import sys
 from collections.abc import Callable
@@ -8,11 +9,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import participant_checks as checks
 import pytest
-from our_participants import FLAT
 
 import hertzlink as hl
+from hertzlink.conformance import checks
+from hertzlink.conformance.built_in import FLAT
 
 
 class Sound:
@@ -129,9 +130,14 @@ class TwoPoints(Sound):
         return np.zeros((2, 2))
 
 
-def test_what_is_sound_passes() -> None:
-    for make in (Sound, TwoPoints):
-        checks.check_structure(make)
+def of_the_gallery() -> Any:
+    script = Path(__file__).parents[2] / "examples" / "own_structure.py"
+    return runpy.run_path(str(script))["SpringMass"](mass=0.0141, stiffness=1.7e7)
+
+
+@pytest.mark.parametrize("make", [Sound, TwoPoints, of_the_gallery])
+def test_what_is_sound_passes(make: Callable[[], Any]) -> None:
+    checks.check_structure(make)
 
 
 CHECKS: dict[str, Callable[[Callable[[], Any]], None]] = {
@@ -169,8 +175,9 @@ def test_a_fault_is_caught_by_its_own_check_alone(broken: type, name: str) -> No
 
 def asked_for(name: str, folder: Path) -> Any:
     """The suite by its option, from a folder."""
-    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(Path(__file__).parent)]
-    return subprocess.run([*command, "--participant", name], cwd=folder, capture_output=True, text=True)
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "hertzlink_pytest"]
+    suite = ["--pyargs", "hertzlink.conformance", "--participant", name]
+    return subprocess.run([*command, *suite], cwd=folder, capture_output=True, text=True)
 
 
 @pytest.mark.thorough

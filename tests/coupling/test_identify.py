@@ -387,6 +387,7 @@ def test_amplitude_ratio_and_time_of_flight_alone_contain_the_truth(draws: int) 
     assert 0.5 < found["modulus"].error / 1.96 / known.bounds["modulus"] < 2.0
 
 
+@pytest.mark.thorough
 def test_features_of_a_signal_that_the_model_lacks_are_not_explained() -> None:
     signal = tap(wall(3e9, 0.1), (3, 7), until=LONGER)
     with pytest.warns(hl.HertzlinkWarning, match="the model lacks something"):

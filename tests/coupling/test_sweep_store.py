@@ -19,7 +19,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import hertzlink as hl
-from coupling.sweeps.progress import Progress
+from coupling.sweeps.progress import Progress, Stopped, one_bar, watched
 from coupling.sweeps.store import describe_point
 
 UNTIL = 1e-4
@@ -441,11 +441,59 @@ def test_progress_estimates_the_time_left(caplog: pytest.LogCaptureFixture) -> N
             now[0] += 3.0
             progress.advance(failed=number == 2)
         assert progress.left() == pytest.approx(48.0)
-        assert [record.getMessage() for record in caplog.records] == ["14 of 30 points, 2 failed, about 00:48 left"]
+        assert [record.getMessage() for record in caplog.records] == [
+            "sweep: 14 of 30 points, 2 failed, about 00:48 left"
+        ]
         for _ in range(9):
             now[0] += 1.0
             progress.advance()
     assert len(caplog.records) == 1
+
+
+def test_sweeps_of_one_task_share_its_bar(capsys: pytest.CaptureFixture[str]) -> None:
+    """Three points more than were expected make the total larger; those that an earlier sweep left count as done."""
+    with one_bar("plates", 6):
+        with Progress(4, done=1) as first:
+            for _ in range(3):
+                first.advance()
+            whole = first._whole
+        assert whole is not None
+        assert (whole.done, whole.total) == (4, 6)
+        assert list(watched("abcde")) == list("abcde")
+        assert (whole.done, whole.total) == (9, 9)
+        assert list(watched(iter("ab"), 2)) == ["a", "b"]
+    with Progress(1) as other:
+        assert other._whole is None
+
+
+def test_a_task_that_is_redirected_reports_in_lines(caplog: pytest.LogCaptureFixture) -> None:
+    now = [0.0]
+    with (
+        caplog.at_level(logging.INFO, "hertzlink.sweep"),
+        Progress(4, label="plates", clock=lambda: now[0]) as progress,
+    ):
+        now[0] = 20.0
+        progress.advance()
+    assert [record.getMessage() for record in caplog.records] == ["plates: 1 of 4 points, 0 failed, about 01:00 left"]
+
+
+def stopping_late(material: hl.Material, radius: float) -> hl.CoSimulation:
+    """Ctrl-C once a point is finished."""
+    if list(Path("store").glob("*.nc")):
+        raise KeyboardInterrupt
+    return build(material, radius)
+
+
+def test_a_stopped_script_ends_with_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is an interrupt to those who catch one, and an exit with a message to the interpreter."""
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(Stopped) as caught:
+        swept(Path("store"), build=stopping_late)
+    assert isinstance(caught.value, KeyboardInterrupt)
+    assert isinstance(caught.value, SystemExit)
+    assert caught.value.code == str(caught.value)
+    assert str(caught.value).startswith("1 of ")
+    assert str(caught.value).endswith(f"points kept in {tmp_path / 'store'}; run again to continue")
 
 
 def spoiling(material: hl.Material, radius: float) -> hl.CoSimulation:

@@ -1,4 +1,4 @@
-"""What every participant owes to a co-simulation, as plain functions that fail with an AssertionError.
+"""What every participant owes to a co-simulation, as plain functions that raise an AssertionError.
 
 A participant is a structure (start, advance(state, mean force, window) → (state, displacement)) or a MovingChain
 (advance(state, surface at start and end, window) → (state, mean force)). With several contact points, `surface` is a
@@ -42,9 +42,9 @@ def check_repeatable(participant: Any, window: float = WINDOW, size: float | Non
     for drive in _drives(participant, 1, size):
         first, answer = _advance(participant, state, drive, window)
         second, again = _advance(participant, state, drive, window)
-        assert _same(answer, again), f"advance gave {answer!r}, and from the same state {again!r}"
+        _require(_same(answer, again), f"advance gave {answer!r}, and from the same state {again!r}")
         ahead = [_one(participant, end, drive, window) for end in (first, second)]
-        assert _same(*ahead), f"after a repeated window advance gave {ahead[1]!r} instead of {ahead[0]!r}"
+        _require(_same(*ahead), f"after a repeated window advance gave {ahead[1]!r} instead of {ahead[0]!r}")
         state = first
 
 
@@ -52,19 +52,20 @@ def check_independent(participant: Any, window: float = WINDOW, size: float | No
     """Two histories through one instance, window by window in turn, are what each is alone."""
     histories = [_drives(participant, seed, size) for seed in (2, 3)]
     alone = [_run(participant, history, window) for history in histories]
-    states, turns = [participant.start(), participant.start()], ([], [])
+    states: list[Any] = [participant.start(), participant.start()]
+    turns: tuple[list[Answers], list[Answers]] = ([], [])
     for drives in zip(*histories, strict=True):
         for n, drive in enumerate(drives):
             states[n], answer = _advance(participant, deepcopy(states[n]), drive, window)
             turns[n].append(np.atleast_1d(answer))
     for one, other in zip(alone, turns, strict=True):
-        assert _same(one, other), "a history changes where another is advanced in between: advance keeps a state"
+        _require(_same(one, other), "a history changes where another is advanced in between: advance keeps a state")
 
 
 def check_deterministic(make: Callable[[], Any], window: float = WINDOW, size: float | None = None) -> None:
     """A new instance gives the same bits. make: what makes one."""
     one, other = (_run(make(), _drives(make(), 4, size), window) for _ in range(2))
-    assert _same(one, other), "two instances give different answers to the same forces"
+    _require(_same(one, other), "two instances give different answers to the same forces")
 
 
 def check_pickles(participant: Any, window: float = WINDOW, size: float | None = None) -> None:
@@ -73,9 +74,8 @@ def check_pickles(participant: Any, window: float = WINDOW, size: float | None =
     for drive in _drives(participant, 5, size)[:8]:
         written = pickle.dumps(state)
         state, answer = _advance(participant, deepcopy(state), drive, window)
-        assert _same(answer, _one(participant, pickle.loads(written), drive, window)), (
-            "a pickled state goes on otherwise"
-        )
+        again = _one(participant, pickle.loads(written), drive, window)
+        _require(_same(answer, again), "a pickled state goes on otherwise")
 
 
 def check_splits(
@@ -90,24 +90,25 @@ def check_splits(
     drives = _pulse(participant, size)
     whole, halves, quarters = (_split(participant, drives, window, parts) for parts in (1, 2, 4))
     coarse, fine, least = (_mean_square(x) for x in (whole - halves, halves - quarters, rounding * quarters))
-    assert not (fine > least and fine > coarse / 2.0 ** (0.75 * order)), (
-        f"halves differ from windows by {coarse:.3g}, quarters from halves by {fine:.3g}: not of order {order:g}"
+    _require(
+        not (fine > least and fine > coarse / 2.0 ** (0.75 * order)),
+        f"halves differ from windows by {coarse:.3g}, quarters from halves by {fine:.3g}: not of order {order:g}",
     )
 
 
 def check_finite(participant: Any, window: float = WINDOW, size: float | None = None) -> None:
     """Every answer is a finite number, one for each contact point."""
     answers = _run(participant, _drives(participant, 7, size), window)
-    assert answers.shape == (WINDOWS, _points(participant)), (
-        f"{answers.shape[1:]} answers, {_points(participant)} asked"
-    )
-    assert np.isfinite(answers).all(), f"not finite in window {int(np.argmin(np.isfinite(answers).all(axis=1)))}"
+    points = _points(participant)
+    _require(answers.shape == (WINDOWS, points), f"{answers.shape[1:]} answers, {points} asked")
+    finite = np.isfinite(answers).all(axis=1)
+    _require(bool(finite.all()), f"not finite in window {int(np.argmin(finite))}")
 
 
 def check_starts_at_rest(participant: Any, window: float = WINDOW, rounding: float = 1e-12) -> None:
     """Without force the contact points of a structure stay where they are, in m."""
     answers = _run(participant, [_shaped(participant, np.zeros(_points(participant)))] * WINDOWS, window)
-    assert not (abs(answers) > rounding).any(), f"moves to {abs(answers).max():.3g} m without a force"
+    _require(not (abs(answers) > rounding).any(), f"moves to {abs(answers).max():.3g} m without a force")
 
 
 def check_passive(participant: Any, window: float = WINDOW, size: float | None = None, tolerance: float = 1e-9) -> None:
@@ -127,8 +128,9 @@ def check_passive(participant: Any, window: float = WINDOW, size: float | None =
         moves.append(np.atleast_1d(end) - np.atleast_1d(place))
         place = end
     work = np.cumsum(np.sum(np.array(forces) * moves, axis=1))
-    assert not work.min() < -tolerance * abs(work).max(), (
-        f"gives back more than it was given: {work.min():.3g} J, of {abs(work).max():.3g} J at most"
+    _require(
+        not work.min() < -tolerance * abs(work).max(),
+        f"gives back more than it was given: {work.min():.3g} J, of {abs(work).max():.3g} J at most",
     )
 
 
@@ -139,6 +141,12 @@ def check_structure(make: Callable[[], Any], window: float = WINDOW, size: float
     check_deterministic(make, window, size)
     check_starts_at_rest(make(), window)
     check_splits(make(), min(window, SHORT), size)
+
+
+def _require(held: bool, otherwise: str) -> None:
+    """Raise what an assert would, which `python -O` leaves out."""
+    if not held:
+        raise AssertionError(otherwise)
 
 
 def _drives(participant: Any, seed: int, size: float | None) -> list[Any]:
@@ -200,7 +208,7 @@ def _advance(participant: Any, state: Any, drive: Any, window: float) -> Any:
     returned = participant.advance(state, drive, window)
     what = "mean force in N" if isinstance(participant, hl.stepping.MovingChain) else "displacement in m"
     pair = isinstance(returned, tuple | list) and len(returned) == 2
-    assert pair, f"{type(participant).__name__}.advance returned {short(returned)}: must be (state, {what})"
+    _require(pair, f"{type(participant).__name__}.advance returned {short(returned)}: must be (state, {what})")
     return returned
 
 

@@ -1,8 +1,7 @@
 """hertzlink's own participants, by name: what makes each."""
 
-import runpy
+from collections.abc import Callable
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -31,8 +30,6 @@ STRUCTURES = {
 
 STEPPERS = ("newmark", "generalised-alpha", "central-difference")
 
-SPRING_MASS = Path(__file__).parents[2] / "examples" / "own_structure.py"
-
 
 class Duffing:
     """m ẍ + k x + k₃ x³ = F, a black box that is not linear, by twenty steps of Runge and Kutta's method a window."""
@@ -58,19 +55,13 @@ class Duffing:
         return np.array([v, (force - self.stiffness * x - self.cubic * x**3) / self.mass])
 
 
-def spring_mass() -> Any:
-    """That of the gallery."""
-    return runpy.run_path(str(SPRING_MASS))["SpringMass"](mass=0.0141, stiffness=1.7e7)
-
-
-PARTICIPANTS = {
+PARTICIPANTS: dict[str, Callable[[], Any]] = {
     **{name: partial(hl.stepping.MovingStructure, structure) for name, structure in STRUCTURES.items()},
     **{f"rod, {stepper}": partial(hl.stepping.MovingStructure, ROD, stepper) for stepper in STEPPERS},
-    "spring and mass": spring_mass,
     "Duffing": Duffing,
 }
 
-CHAINS = {
+CHAINS: dict[str, Callable[[], Any]] = {
     "chain": partial(hl.stepping.MovingChain, CHAIN, FLAT),
     "chain on a spring": partial(hl.stepping.MovingChain, CHAIN, FLAT, 1e-9),
     "chain with dashpots under gravity": partial(

@@ -1,0 +1,124 @@
+"""What all plots of results share: axes to draw on, colours, legends below, and units in which numbers are handy."""
+
+from collections.abc import Iterable
+from textwrap import fill
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from structures.checks import instance
+from structures.structure import Vector
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+"""The colours of Okabe and Ito, which colour-blind readers can distinguish."""
+
+INK, PALE = "#222222", "#8a8a8a"
+
+WIDTH, HEIGHT = 6.4, 4.0
+"""Size of a figure, inches."""
+
+SMALL = 8.5
+"""Size of letters of legends and notes, points."""
+
+LETTERS_PER_INCH = 12.2
+"""Letters of a legend in an inch."""
+
+ROW = 0.175
+"""Height of a line of a legend, inches."""
+
+UNDER = 0.48
+"""Height of the numbers and the label below axes, inches."""
+
+OWN = "hertzlink"
+"""The name of figures that the plots made, and may resize."""
+
+PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
+
+SMALLEST_NUMBER = 0.1
+"""The greatest value that is shown is this number or more, in its unit."""
+
+
+def axes_for(ax: Any, width: float = WIDTH, height: float = HEIGHT) -> "Axes":
+    """The axes that were given, or those of a new figure of a size, inches. A ValueError for anything else."""
+    from matplotlib.axes import Axes
+
+    if ax is not None:
+        return instance("ax", ax, Axes, "Axes of matplotlib, or None for a new figure")
+    from matplotlib import pyplot
+
+    figure = pyplot.figure(figsize=(width, height), layout="constrained")
+    figure.set_gid(OWN)
+    axes: Axes = figure.add_subplot()
+    return axes
+
+
+def own_axes(width: float = WIDTH, height: float = HEIGHT) -> "Axes":
+    """The axes of a new figure that only the caller knows, for a file."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), layout="constrained")
+    figure.set_gid(OWN)
+    axes: Axes = figure.add_subplot()
+    return axes
+
+
+def resized(ax: "Axes", height: float) -> bool:
+    """Whether the figure is one of ours, which then gets this height, inches; a user's keeps its own."""
+    figure: Any = ax.get_figure(root=True)
+    if figure is None or figure.get_gid() != OWN:
+        return False
+    figure.set_figheight(height)
+    return True
+
+
+def width_of(ax: "Axes") -> float:
+    """The width of the figure, inches."""
+    figure: Any = ax.get_figure(root=True)
+    return float(figure.get_figwidth())
+
+
+def styled(ax: "Axes", xlabel: str, ylabel: str) -> None:
+    """Labels and a pale grid."""
+    ax.set(xlabel=xlabel, ylabel=ylabel)
+    ax.grid(alpha=0.25, linewidth=0.5)
+    ax.set_axisbelow(True)
+
+
+def legend_below(ax: "Axes", title: str = "") -> None:
+    """The legend below the axes and their label, where it covers nothing; long entries are wrapped.
+
+    A figure of ours grows by the legend, so that the axes keep their height, inches.
+    """
+    from matplotlib.transforms import ScaledTranslation
+
+    figure: Any = ax.get_figure(root=True)
+    below = ax.transAxes + ScaledTranslation(0.0, -UNDER, figure.dpi_scale_trans)
+    handles, labels = ax.get_legend_handles_labels()
+    texts = [fill(plain(label), max(20, int(LETTERS_PER_INCH * width_of(ax)))) for label in labels]
+    rows = sum(text.count("\n") + 1 for text in texts) + bool(title)
+    resized(ax, HEIGHT / WIDTH * width_of(ax) + ROW * max(0, rows - 2))
+    ax.legend(
+        handles, texts, title=title or None, title_fontsize=SMALL, alignment="left", loc="upper left",
+        bbox_to_anchor=(0.0, 0.0), bbox_transform=below, frameon=False, fontsize=SMALL, borderaxespad=0.0,
+    )  # fmt: skip
+
+
+def plain(text: str) -> str:
+    """Text of a user that matplotlib must not read as a formula."""
+    return text.replace("$", r"\$")
+
+
+def handy(values: Iterable[float] | Vector, unit: str) -> tuple[float, str]:
+    """The factor and the unit with a prefix in which the greatest of the values is a handy number."""
+    known = np.abs(np.asarray(values, dtype=float))
+    known = known[np.isfinite(known)]
+    top = float(known.max(initial=0.0))
+    if unit in ("", "1", "rad") or top == 0.0:
+        return 1.0, "" if unit == "1" else unit
+    size, letter = next((one for one in PREFIXES if top >= SMALLEST_NUMBER * one[0]), PREFIXES[-1])
+    if "/" in unit or " " in unit or "²" in unit:  # m/s, kg/m³: no prefix
+        return 1.0, unit
+    return 1.0 / size, f"{letter}{unit}"

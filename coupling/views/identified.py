@@ -1,0 +1,237 @@
+"""Plots of an identification: the fit over the data, its residual, intervals and correlations."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+
+from coupling.views.canvas import COLOURS, INK, PALE, SMALL, axes_for, legend_below, plain, styled
+from structures.checks import short, whole
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+NEEDED = ("measured", "fitted", "residual", "noise", "value", "low", "high", "verdict", "correlation")
+
+VERDICTS = {"identified": COLOURS[2], "blind": COLOURS[1], "at the end of its range": COLOURS[4]}
+"""The colour of each verdict."""
+
+BLIND_PERCENT = 50.0
+"""An interval of more than ± this part of the value is blind, %."""
+
+NARROWEST = 1e-4
+"""%; narrower intervals are drawn so wide, to be seen on a logarithmic axis."""
+
+
+def fit(found: object, sensor: int | None = None, ax: "Axes | None" = None) -> "Axes":
+    """Draw the fitted force over the measured one.
+
+    Parameters
+    ----------
+    found : Identification or Dataset
+        What `identify` returned, or the Dataset that it saved.
+    sensor : int, optional
+        One of its sensors; by default the first.
+    ax : Axes, optional
+        Where to draw; by default on a new figure.
+
+    Returns
+    -------
+    Axes
+        Time in µs, force in N; samples as points, the fit as a line.
+
+    Raises
+    ------
+    ValueError
+        For anything else, and a sensor that was not compared.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    >>> def build(modulus):
+    ...     wall = hl.half_space(hl.Material(modulus, 0.3, 2000.0))
+    ...     return hl.CoSimulation(hl.Chain([bead] * 10, bead, 0.3), wall)
+    >>> found = hl.identify(build(3e9).run(5e-4), build, sensors=[5], nuisances=[], modulus=(1e9, 10e9))
+    >>> [line.get_label() for line in hl.plots.fit(found).lines]
+    ['measured at bead 5', 'fitted']
+    """
+    data, number = _one(found, sensor)
+    ax, time = axes_for(ax), 1e6 * data.time.values
+    ax.plot(time, data.measured, ".", color=PALE, markersize=2.5, label=f"measured at bead {number}")
+    ax.plot(time, data.fitted, color=COLOURS[1], linewidth=1.1, label="fitted")
+    ax.margins(x=0.0)
+    styled(ax, "time (µs)", "force (N)")
+    ax.legend(frameon=False, markerscale=3.0)
+    return ax
+
+
+def residual(found: object, sensor: int | None = None, ax: "Axes | None" = None) -> "Axes":
+    """Draw what the fit leaves, in units of the noise.
+
+    Parameters
+    ----------
+    found : Identification or Dataset
+        What `identify` returned, or the Dataset that it saved.
+    sensor : int, optional
+        One of its sensors; by default the first.
+    ax : Axes, optional
+        Where to draw; by default on a new figure.
+
+    Returns
+    -------
+    Axes
+        Time in µs, residual over noise; a band holds 95 % of white noise of that size.
+
+    Raises
+    ------
+    ValueError
+        For anything else, and a sensor that was not compared.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    >>> def build(modulus):
+    ...     wall = hl.half_space(hl.Material(modulus, 0.3, 2000.0))
+    ...     return hl.CoSimulation(hl.Chain([bead] * 10, bead, 0.3), wall)
+    >>> found = hl.identify(build(3e9).run(5e-4), build, sensors=[5], nuisances=[], modulus=(1e9, 10e9))
+    >>> hl.plots.residual(found).get_ylabel()
+    'residual / noise'
+    """
+    data, number = _one(found, sensor)
+    left = (data.residual / data.noise).values
+    ax, time = axes_for(ax), 1e6 * data.time.values
+    ax.axhspan(-1.96, 1.96, color=COLOURS[0], alpha=0.12, linewidth=0.0, label="95 % of white noise")
+    size = float(np.sqrt(np.nanmean(left**2)))
+    label = f"residual at bead {number}, {size:.3g} times the noise (root mean square)"
+    ax.plot(time, left, ".", color=INK, markersize=2.5, label=label)
+    ax.margins(x=0.0)
+    styled(ax, "time (µs)", "residual / noise")
+    legend_below(ax)
+    return ax
+
+
+def intervals(found: object, ax: "Axes | None" = None) -> "Axes":
+    """Draw how well each unknown is known: half of its 95 % interval in percent of its value.
+
+    Parameters
+    ----------
+    found : Identification or Dataset
+        What `identify` returned, or the Dataset that it saved.
+    ax : Axes, optional
+        Where to draw; by default on a new figure.
+
+    Returns
+    -------
+    Axes
+        One bar for each unknown, with its value and its verdict, on a logarithmic axis. Unknowns of value 0 have no
+        bar.
+
+    Raises
+    ------
+    ValueError
+        For anything else.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    >>> def build(modulus):
+    ...     wall = hl.half_space(hl.Material(modulus, 0.3, 2000.0))
+    ...     return hl.CoSimulation(hl.Chain([bead] * 10, bead, 0.3), wall)
+    >>> found = hl.identify(build(3e9).run(5e-4), build, sensors=[5], nuisances=[], modulus=(1e9, 10e9))
+    >>> hl.plots.intervals(found).get_xlabel()
+    'half of the 95 % interval, % of the value'
+    """
+    data = dataset_of(found)
+    value, low, high = (data[name].values.astype(float) for name in ("value", "low", "high"))
+    half, verdicts = 0.5 * (high - low), [str(one) for one in data.verdict.values]
+    names = [plain(str(one)) for one in data.unknown.values]
+    part = np.full(half.shape, np.nan)
+    np.divide(100.0 * half, abs(value), out=part, where=value != 0.0)
+    wide = np.maximum(part, NARROWEST)
+    ax = axes_for(ax, height=1.4 + 0.45 * len(names))
+    # The bars of a logarithmic axis begin left of all their ends.
+    start = 10.0 ** (np.floor(np.log10(np.nanmin(wide, initial=1.0))) - 1.0)
+    words = []
+    for row, verdict in enumerate(verdicts):
+        shown = np.isfinite(wide[row])
+        length = wide[row] - start if shown else 0.0
+        ax.barh(row, length, left=start, height=0.5, color=VERDICTS.get(verdict, PALE))
+        words.append(f"{names[row]}\n{value[row]:.4g} ± {half[row]:.2g}, {verdict}")
+    ax.axvline(BLIND_PERCENT, color=INK, linestyle=":", linewidth=0.9, label="wider than this: blind")
+    ax.set_xscale("log")
+    ax.set_xlim(start, 3.0 * max(BLIND_PERCENT, float(np.nanmax(wide, initial=1.0))))
+    ax.xaxis.set_major_formatter("{x:g}")
+    ax.set_yticks(range(len(names)), words, fontsize=SMALL)
+    ax.set_ylim(len(names) - 0.4, -0.6)
+    styled(ax, "half of the 95 % interval, % of the value", "")
+    ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), frameon=False, fontsize=SMALL)
+    return ax
+
+
+def correlation(found: object, ax: "Axes | None" = None) -> "Axes":
+    """Draw the correlations of the unknowns at the best fit as a matrix.
+
+    Parameters
+    ----------
+    found : Identification or Dataset
+        What `identify` returned, or the Dataset that it saved.
+    ax : Axes, optional
+        Where to draw; by default on a new figure.
+
+    Returns
+    -------
+    Axes
+        A matrix of colours from -1 to 1 with its numbers. Unknowns near ±1 cannot be told apart.
+
+    Raises
+    ------
+    ValueError
+        For anything else.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    >>> def build(modulus, speed):
+    ...     wall = hl.half_space(hl.Material(modulus, 0.3, 2000.0))
+    ...     return hl.CoSimulation(hl.Chain([bead] * 10, bead, speed), wall)
+    >>> tap, ranges = build(3e9, 0.3).run(5e-4), {"modulus": (1e9, 10e9), "speed": (0.2, 0.4)}
+    >>> found = hl.identify(tap, build, sensors=[5], nuisances=[], guess={"modulus": 3e9, "speed": 0.3}, **ranges)
+    >>> [label.get_text() for label in hl.plots.correlation(found).get_xticklabels()]
+    ['modulus', 'speed']
+    """
+    matrix = dataset_of(found).correlation
+    names = [plain(str(one)) for one in matrix[matrix.dims[0]].values]
+    side = 2.4 + 0.5 * len(names)
+    ax = axes_for(ax, side + 1.0, side)
+    image = ax.imshow(matrix.values, cmap="RdBu_r", vmin=-1.0, vmax=1.0)
+    for (row, column), value in np.ndenumerate(matrix.values):
+        ink = "white" if abs(value) > 0.7 else INK
+        ax.text(column, row, f"{value:.2f}", ha="center", va="center", color=ink, fontsize="small")
+    ax.set_xticks(range(len(names)), names, rotation=40, ha="right", rotation_mode="anchor")
+    ax.set_yticks(range(len(names)), names)
+    ax.get_figure().colorbar(image, ax=ax, label="correlation", shrink=0.8)  # type: ignore[union-attr]
+    return ax
+
+
+def dataset_of(found: Any) -> xr.Dataset:
+    """An identification as a Dataset; a ValueError for anything else."""
+    data = found if isinstance(found, xr.Dataset | type) else None
+    if data is None and callable(getattr(found, "to_dataset", None)) and hasattr(found, "unknowns"):
+        data = found.to_dataset()
+    if not isinstance(data, xr.Dataset) or any(name not in data for name in NEEDED):
+        raise ValueError(f"found = {short(found)}: must be what identify returned, or the Dataset that it saved")
+    return data
+
+
+def _one(found: object, sensor: int | None) -> tuple[xr.Dataset, int]:
+    """The data of one sensor, and its number."""
+    data = dataset_of(found)
+    known = [int(one) for one in np.atleast_1d(data.sensor.values)]
+    number = known[0] if sensor is None else whole("sensor", sensor)
+    if number not in known:
+        raise ValueError(f"sensor = {sensor!r}: must be one that was compared: {', '.join(map(str, known))}")
+    return (data.sel(sensor=number) if "sensor" in data.dims else data), number

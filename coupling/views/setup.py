@@ -1,0 +1,252 @@
+"""A sketch of a set-up to scale: chain, contact and structure from the side, and a plate seen along the chain."""
+
+import json
+from collections.abc import Mapping
+from math import cos
+from typing import TYPE_CHECKING, Any
+
+import xarray as xr
+
+from coupling.views.canvas import INK, ROW, SMALL, axes_for, plain, resized, width_of
+from coupling.views.setup_structures import Drawn, front_view, side_view
+from structures.checks import short
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+MOST_BEADS, FIRST_BEADS, LAST_BEADS = 30, 6, 12
+"""A chain of more beads is drawn without its middle."""
+
+BEAD_COLOURS = ("#c9d6e2", "#e8dcc5", "#d5e3d0", "#e5d0dc")
+"""The colours of different beads."""
+
+SKETCH_WIDTH, EDGE = 7.2, 0.12
+"""Usual width of a sketch, and that of its margin, inches."""
+
+LAST, FIRST = "last bead", "first bead"
+
+
+def setup(run: Any, ax: "Axes | None" = None) -> "Axes":
+    """Draw the set-up of a run to scale: striker, beads, structure with its layers or its outline, and supports.
+
+    Parameters
+    ----------
+    run : CoSimulation or Dataset
+        Before or after it has run. Of a sweep, its first run is drawn.
+    ax : Axes, optional
+        Where to draw; by default on a new figure.
+
+    Returns
+    -------
+    Axes
+        Lengths in mm. Chains of more than 30 beads are drawn without their middle. A plate is drawn from its side, and
+        as seen along the chain, with its edges, additions and the points that chains touch.
+
+    Raises
+    ------
+    ValueError
+        For a Dataset that does not hold the input of a run, such as a measured signal.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
+    >>> chain = hl.Chain([bead] * 16, striker=bead, impact_speed=0.44)
+    >>> rod = hl.rod([hl.Layer(hl.STEEL_440C, 6.35e-3, 9.525e-3), hl.Layer(hl.PTFE, 25.4e-3, 9.525e-3)])
+    >>> axes = hl.plots.setup(hl.CoSimulation(chain, rod))
+    >>> print(axes.get_legend().get_texts()[-2].get_text())
+    PTFE, 25.4 mm long, radius 9.525 mm
+    """
+    rows = _rows(described_input(run))
+    ax = axes_for(ax, SKETCH_WIDTH)
+    drawn = Drawn(ax)
+    bottom = 0.0
+    for row in rows:
+        bottom = _draw_row(drawn, row, bottom) - 6.0
+    _scale_bar(drawn, bottom)
+    ax.set_aspect("equal")
+    ax.set_axis_off()
+    _laid_out(drawn)
+    return ax
+
+
+def _laid_out(drawn: Drawn) -> None:
+    """The legend below; a figure of ours becomes as high as sketch and legend."""
+    ax, (handles, labels) = drawn.ax, drawn.legend()
+    ax.relim(visible_only=True)
+    ax.autoscale_view()
+    (left, right), (low, top) = ax.get_xlim(), ax.get_ylim()
+    width = width_of(ax)
+    sketch = (width - 2.0 * EDGE) * (top - low) / (right - left)
+    under = ROW * len(labels) + EDGE
+    total = sketch + under + 3.0 * EDGE
+    if resized(ax, total):
+        ax.get_figure().set_layout_engine("none")  # type: ignore[union-attr]
+        ax.set_position((EDGE / width, (under + EDGE) / total, 1.0 - 2.0 * EDGE / width, sketch / total))
+    ax.legend(
+        handles, [plain(label) for label in labels],
+        loc="upper left", bbox_to_anchor=(0.0, -EDGE / sketch), frameon=False, fontsize=SMALL,
+        borderaxespad=0.0,
+    )  # fmt: skip
+
+
+def described_input(run: Any) -> dict[str, Any]:
+    """The input of a run as plain data: chains, structures and contacts; a ValueError where it is not known."""
+    if not isinstance(run, xr.Dataset | type) and callable(getattr(run, "describe", None)) and hasattr(run, "scheme"):
+        # By JSON, so that what is drawn is the same before and after a run.
+        return dict(json.loads(json.dumps(run.describe(), default=repr)))
+    given = run.attrs.get("input", "") if isinstance(run, xr.Dataset) else None
+    if given is None:
+        raise ValueError(f"run = {short(run)}: must be a CoSimulation, or the Dataset of its run")
+    known = _parsed(given)
+    known = known if _has_chain(known) else _parsed(known.get("first_run", ""))
+    if not _has_chain(known):
+        raise ValueError("run: does not hold the input of a run; must be a CoSimulation, or the Dataset of its run")
+    return known
+
+
+def _parsed(text: Any) -> dict[str, Any]:
+    if isinstance(text, Mapping):
+        return dict(text)
+    try:
+        found = json.loads(text)
+    except (TypeError, ValueError):
+        return {}
+    return found if isinstance(found, dict) else {}
+
+
+def _has_chain(known: Mapping[str, Any]) -> bool:
+    chains = known.get("chains", [known.get("chain")])
+    return bool(chains) and all(isinstance(one, Mapping) and one.get("beads") for one in chains)
+
+
+def _rows(known: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """For each chain what it faces: the chain, and the structure and its contact point at either end."""
+    if "chain" in known:
+        return [{"chain": known["chain"], LAST: (known.get("structure"), 0)}]
+    rows: list[dict[str, Any]] = [{"chain": chain, "name": f"chain {i}"} for i, chain in enumerate(known["chains"])]
+    for chain, end, structure, point in known.get("contacts", []):
+        row = rows[int(chain)]
+        row[LAST if end in (0, LAST) else FIRST] = (known["structures"][int(structure)], int(point))
+        row["name"] += f", contact {point} of structure {structure}"
+    return rows
+
+
+def _draw_row(drawn: Drawn, row: Mapping[str, Any], top: float) -> float:
+    """One chain and what it faces, below `top`; returns the lowest y, mm."""
+    chain = row["chain"]
+    high = 0.5 * max(_size(bead)[1] for bead in chain["beads"])
+    last, first = (row.get(end, (None, 0)) for end in (LAST, FIRST))
+    high = max([high, *(side_view(None, one) for one, _ in (last, first) if one is not None)])
+    y = top - high
+    if row.get("name"):
+        y -= 5.0
+        drawn.text(0.0, top - 1.0, str(row["name"]), ha="right", va="top")
+    x = _draw_beads(drawn, chain["beads"], y)
+    if first[0] is None:
+        _draw_striker(drawn, chain, x, y)
+    else:
+        side_view(drawn, first[0], x, y, mirrored=True)
+    if last[0] is None:
+        drawn.note("the last bead faces nothing")
+        return y - high
+    right = side_view(drawn, last[0], 0.0, y)
+    return min(y - high, front_view(drawn, last[0], last[1], right, y))
+
+
+def _draw_beads(drawn: Drawn, beads: list[Any], y: float) -> float:
+    """The beads, whose last one ends at x = 0; returns the x of the struck end, mm."""
+    from matplotlib.patches import Circle, Ellipse, Rectangle
+
+    kinds: dict[str, int] = {}
+    for bead in beads:
+        kinds[_words(bead)] = kinds.get(_words(bead), 0) + 1
+    left_out = len(beads) - FIRST_BEADS - LAST_BEADS if len(beads) > MOST_BEADS else 0
+    shown = beads if not left_out else beads[:FIRST_BEADS] + beads[-LAST_BEADS:]
+    for words, count in kinds.items():
+        drawn.named(f"{count} × {words}")
+    x = 0.0
+    for place, bead in enumerate(reversed(shown)):
+        if left_out and place == LAST_BEADS:
+            gap = 2.0 * _size(bead)[0]
+            dots = [x - share * gap for share in (0.25, 0.5, 0.75)]
+            mark: dict[str, Any] = {"color": INK, "marker": ".", "markersize": 3.0, "linestyle": "none"}
+            drawn.line(dots, [y] * 3, f"{left_out} beads that are not drawn", **mark)
+            x -= gap
+        width, tall = _size(bead)
+        middle = (x - 0.5 * width, y)
+        words = _words(bead)
+        colour = BEAD_COLOURS[list(kinds).index(words) % len(BEAD_COLOURS)]
+        look: dict[str, Any] = {"facecolor": colour, "edgecolor": INK, "linewidth": 0.6}
+        if _lies(bead):
+            shape: Any = Rectangle((x - width, y - 0.5 * tall), width, tall, **look)
+        else:
+            shape = Ellipse(middle, width, tall, **look)
+        drawn.add(shape, f"{kinds[words]} × {words}")
+        if bead.get("inner_radius"):
+            drawn.add(Circle(middle, 1e3 * bead["inner_radius"], facecolor="white", edgecolor=INK, linewidth=0.4))
+        x -= width
+    return x
+
+
+def _draw_striker(drawn: Drawn, chain: Mapping[str, Any], x: float, y: float) -> None:
+    """What strikes the first bead, left of it, with an arrow."""
+    from matplotlib.patches import Ellipse
+
+    striker, speed = chain.get("striker"), chain.get("impact_speed")
+    moves = "" if not speed else f", {float(speed):.3g} m/s"
+    gap = 0.6 * _size(chain["beads"][0])[0]
+    body = striker.get("striker", striker) if isinstance(striker, Mapping) else None
+    width = tall = 0.0
+    if isinstance(body, Mapping) and ("radius" in body or "size" in body):
+        width, tall = _size(body)
+        middle = (x - gap - 0.5 * width, y)
+        shape = Ellipse(middle, width, tall, facecolor="#f2b38a", edgecolor=INK, linewidth=0.6)
+        drawn.add(shape, f"striker: {_words(body)}{moves}")
+    elif striker is not None:
+        drawn.arrow((x - 2.0 * gap, y), (x, y), "pushed: a force or a place over time")
+        return
+    if striker is None:
+        drawn.arrow((x - 2.0 * gap, y), (x, y), f"first bead starts{moves}")
+    else:
+        above = y + 0.5 * tall + 2.0
+        drawn.arrow((x - gap - width, above), (x, above))
+
+
+def _size(bead: Mapping[str, Any]) -> tuple[float, float]:
+    """Width along the chain and height across it, mm."""
+    wide = 2e3 * float(bead.get("radius") or 0.5 * float(bead.get("size") or 0.01))
+    length = bead.get("length")
+    if length is None:
+        return wide, wide
+    if bead.get("axis") == "along":
+        return 1e3 * float(length), wide
+    return wide, max(wide, 1e3 * float(length) * abs(cos(float(bead.get("angle") or 0.0))))
+
+
+def _lies(bead: Mapping[str, Any]) -> bool:
+    """Whether it is a cylinder whose side is seen, not its end."""
+    return bool(bead.get("length") is not None and "axis" not in bead and abs(cos(bead.get("angle") or 0.0)) > 0.5)
+
+
+def _words(bead: Mapping[str, Any]) -> str:
+    """A bead in words: kind, size and material."""
+    material = bead.get("material")
+    of = material.get("name") if isinstance(material, Mapping) else None
+    wide = f"{2e3 * float(bead['radius']):.4g} mm" if "radius" in bead else ""
+    if "inner_radius" in bead:
+        kind = f"hollow sphere, {wide}, wall {1e3 * (bead['radius'] - bead['inner_radius']):.3g} mm"
+    elif bead.get("length") is None:
+        kind = f"sphere, {wide}" if wide else str(bead.get("class", "bead"))
+    else:
+        kind = f"{'ellipsoid' if 'axis' in bead else 'cylinder'}, {wide} × {1e3 * bead['length']:.4g} mm"
+    return f"{kind}, {of}" if of else kind
+
+
+def _scale_bar(drawn: Drawn, y: float) -> None:
+    """A bar of a round length below the sketch, left."""
+    drawn.ax.autoscale_view()
+    left, right = drawn.ax.get_xlim()
+    length = next((one for one in (500.0, 200.0, 100.0, 50.0, 20.0, 10.0, 5.0) if one < 0.25 * (right - left)), 1.0)
+    drawn.ax.plot([left, left + length], [y, y], color=INK, linewidth=2.0, solid_capstyle="butt")
+    drawn.text(left + length, y, f" {length:g} mm", ha="left", va="center")

@@ -1,0 +1,296 @@
+"""Plots of one run or signal: forces with their waves, the chain over time, the spectrum and the energies."""
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+
+from coupling.results.ar_and_tof import reflections
+from coupling.results.measures import energy_error, sensor_force
+from coupling.results.reading import Reading
+from coupling.results.waves import NoWave, ReflectedWave, Reflections
+from coupling.views.canvas import COLOURS, INK, axes_for, handy, legend_below, styled
+from structures.checks import whole
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+WAVE_MARKERS = {"incident": "v", "primary": "o", "secondary": "s"}
+
+MAP_COLUMNS = 1200
+"""A map of forces has at most this number of columns; each shows the greatest force in its time."""
+
+SPECTRUM_ENDS = 1e-3
+"""A spectrum is shown up to the highest frequency at which it exceeds this part of its peak."""
+
+FINER = 8
+"""A spectrum is computed at so many more frequencies than there are samples, which shows it as a smooth curve."""
+
+ENERGIES = {
+    "kinetic_energy": "motion of striker and beads",
+    "contact_energy": "contacts, gravity and preload of the chain",
+    "dissipated_energy": "lost in the chain",
+    "structure_energy": "in the structure",
+    "structure_dissipated_energy": "lost in the structure's damping",
+}
+"""The energies of a run, in words."""
+
+
+def traces(run: xr.Dataset, sensors: int | Iterable[int] | None = None, ax: "Axes | None" = None) -> "Axes":
+    """Draw the force at sensors over time, with its waves marked, and AR and TOF in words.
+
+    Parameters
+    ----------
+    run : Dataset
+        One run, or a measured signal.
+    sensors : int or sequence of int, optional
+        Beads, 1 to N from the struck end; by default the middle bead of a run, all of a signal.
+    ax : Axes, optional
+        Where to draw; by default on a new figure.
+
+    Returns
+    -------
+    Axes
+        Time in µs, force above the preload in N. A missing wave is named in the legend, with the reason.
+
+    Raises
+    ------
+    ValueError
+        For a sweep, and a sensor that the Dataset does not hold.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
+    >>> chain = hl.Chain([bead] * 16, striker=bead, impact_speed=0.44)
+    >>> run = hl.CoSimulation(chain, hl.half_space(hl.PTFE)).run(until=8e-4)
+    >>> axes = hl.plots.traces(run, sensors=8)
+    >>> print(axes.get_xlabel(), axes.get_ylabel(), sep="; ")
+    time (µs); force above the preload (N)
+    """
+    reading = Reading(run)
+    numbers = sensors_of(reading, sensors)
+    forces = [sensor_force(run, number) for number in numbers]
+    for force in forces:
+        if force.dims != ("time",):
+            raise ValueError(f"run: has the axes {', '.join(map(str, force.dims))}; choose one run with run.isel")
+    ax = axes_for(ax)
+    for place, (number, force) in enumerate(zip(numbers, forces, strict=True)):
+        colour = COLOURS[place % len(COLOURS)]
+        ax.plot(1e6 * force.time.values, force.values, color=colour, linewidth=1.1, label=f"force at bead {number}")
+        _mark_waves(ax, run, number, colour, f"bead {number}, " if len(numbers) > 1 else "")
+    ax.axhline(0.0, color=INK, linewidth=0.4)
+    ax.margins(x=0.0)
+    styled(ax, "time (µs)", "force above the preload (N)")
+    legend_below(ax)
+    return ax
+
+
+def contact_map(run: xr.Dataset, ax: "Axes | None" = None) -> "Axes":
+    """Draw the forces of all contacts of a chain over time: each wave is an oblique line.
+
+    Parameters
+    ----------
+    run : Dataset
+        One run of one chain.
+    ax : Axes, optional
+        Where to draw; by default on a new figure.
+
+    Returns
+    -------
+    Axes
+        Time in µs, contacts from the struck end at the top to the structure at the bottom; a colour bar, N.
+
+    Raises
+    ------
+    ValueError
+        For a sweep, a signal and a run of several chains.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
+    >>> chain = hl.Chain([bead] * 16, striker=bead, impact_speed=0.44)
+    >>> run = hl.CoSimulation(chain, hl.half_space(hl.PTFE)).run(until=8e-4)
+    >>> hl.plots.contact_map(run).get_ylabel()
+    'contact, 1 at the struck end'
+    """
+    reading = Reading(run)
+    reading.dynamic_force()
+    reading.check_one_chain("contact_force")
+    force = run.contact_force.transpose("contact", "time")
+    values, time = force.values, reading.time
+    every = max(1, -(-time.size // MAP_COLUMNS))
+    starts = np.arange(0, time.size, every)
+    from matplotlib.ticker import MaxNLocator
+
+    ax = axes_for(ax)
+    mesh = ax.pcolormesh(
+        1e6 * time[starts], force.contact.values, np.maximum.reduceat(values, starts, axis=1), cmap="magma_r",
+        shading="nearest", rasterized=True,
+    )  # fmt: skip
+    ax.invert_yaxis()
+    ax.yaxis.set_major_locator(MaxNLocator(integer=True))
+    styled(ax, "time (µs)", "contact, 1 at the struck end")
+    ax.grid(visible=False)
+    bar = ax.get_figure().colorbar(mesh, ax=ax, label="contact force (N)")  # type: ignore[union-attr]
+    bar.outline.set_linewidth(0.4)  # type: ignore[operator]
+    return ax
+
+
+def spectrum(run: xr.Dataset, sensor: int | None = None, ax: "Axes | None" = None) -> "Axes":
+    """Draw the amplitude spectrum of the force at a sensor.
+
+    Parameters
+    ----------
+    run : Dataset
+        One run, or a measured signal.
+    sensor : int, optional
+        A bead, 1 to N from the struck end; by default the middle bead of a run, the first of a signal.
+    ax : Axes, optional
+        Where to draw; by default on a new figure.
+
+    Returns
+    -------
+    Axes
+        Frequency in kHz, and ``|∫ F exp(-2πi f t) dt|`` in N/kHz, without a window. It ends where it has fallen to a
+        thousandth of its peak.
+
+    Raises
+    ------
+    ValueError
+        For a sweep, a sensor that the Dataset does not hold, unequal steps of time, and clipped samples (NaN).
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
+    >>> chain = hl.Chain([bead] * 16, striker=bead, impact_speed=0.44)
+    >>> run = hl.CoSimulation(chain, hl.half_space(hl.PTFE)).run(until=8e-4)
+    >>> hl.plots.spectrum(run, sensor=8).get_xlabel()
+    'frequency (kHz)'
+    """
+    number = sensors_of(Reading(run), sensor)[0]
+    force = sensor_force(run, number)
+    if force.dims != ("time",):
+        raise ValueError(f"run: has the axes {', '.join(map(str, force.dims))}; choose one run with run.isel")
+    time, values = force.time.values, force.values
+    if time.size < 4 or not np.allclose(np.diff(time), (time[-1] - time[0]) / (time.size - 1), rtol=1e-3):
+        raise ValueError("run: needs four times or more at equal steps for a spectrum")
+    if not np.isfinite(values).all():
+        raise ValueError(f"run: sensor {number} has clipped samples (NaN); a spectrum needs all of them")
+    step = float(time[-1] - time[0]) / (time.size - 1)
+    count = FINER * time.size
+    amplitude, frequency = step * np.abs(np.fft.rfft(values, count)), np.fft.rfftfreq(count, step)
+    ax = axes_for(ax)
+    ax.plot(1e-3 * frequency, 1e3 * amplitude, color=COLOURS[0], linewidth=1.1, label=f"force at bead {number}")
+    loud = np.flatnonzero(amplitude > SPECTRUM_ENDS * amplitude.max(initial=0.0))
+    ax.set_xlim(0.0, 1e-3 * frequency[loud[-1] if loud.size and loud[-1] else -1])
+    ax.set_ylim(bottom=0.0)
+    styled(ax, "frequency (kHz)", "amplitude of the force (N/kHz)")
+    ax.legend(frameon=False)
+    return ax
+
+
+def energy(run: xr.Dataset, ax: "Axes | None" = None) -> "Axes":
+    """Draw where the energy of a run is over time, and its sum.
+
+    Parameters
+    ----------
+    run : Dataset
+        One run with all its chains and structures, which are summed up.
+    ax : Axes, optional
+        Where to draw; by default on a new figure.
+
+    Returns
+    -------
+    Axes
+        Time in µs, energies in mJ or another handy unit. The legend states by how much the sum changes. Work of a
+        piston or a force history is part of the sum. If the energy of a structure is unknown, the work done on it
+        replaces its energy.
+
+    Raises
+    ------
+    ValueError
+        For a sweep, and a Dataset without energies.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
+    >>> chain = hl.Chain([bead] * 16, striker=bead, impact_speed=0.44)
+    >>> run = hl.CoSimulation(chain, hl.half_space(hl.PTFE)).run(until=8e-4)
+    >>> print(hl.plots.energy(run).get_ylabel())
+    energy (mJ)
+    """
+    reading = Reading(run)
+    change = energy_error(run)
+    reading.check_one_run("contact_force")
+    known = run.structure_energy.notnull().all()
+    parts = {name: _summed(run[name]) for name in ENERGIES}
+    if not known:
+        unknown = (run.structure_energy + run.structure_dissipated_energy).fillna(run.structure_work)
+        parts["structure_energy"] = _summed(unknown)
+        parts["structure_dissipated_energy"] *= 0.0
+    total = sum(parts.values()) - _summed(run.excitation_work)
+    factor, unit = handy(np.concatenate([one.values for one in (*parts.values(), total)]), "J")
+    ax = axes_for(ax)
+    for place, (name, values) in enumerate(parts.items()):
+        if bool(abs(values).max() > 0.0):
+            words = ENERGIES[name] if known or name != "structure_energy" else "work done on the structure"
+            ax.plot(1e6 * reading.time, factor * values, color=COLOURS[place], linewidth=1.1, label=words)
+    label = f"sum, which changes by {float(change):.1g} of the impact energy"
+    ax.plot(1e6 * reading.time, factor * total, "--", color=INK, linewidth=1.0, label=label)
+    ax.margins(x=0.0)
+    styled(ax, "time (µs)", f"energy ({unit})")
+    legend_below(ax)
+    return ax
+
+
+def waves_in_words(waves: Reflections) -> dict[str, str]:
+    """Each wave at a sensor in words: amplitude and arrival, AR and TOF, or why it is missing."""
+    words = {}
+    for name, wave in zip(waves._fields, waves, strict=True):
+        if isinstance(wave, ReflectedWave):
+            words[name] = f"AR {wave.amplitude_ratio:.3f}, TOF {1e6 * wave.time_of_flight:.1f} µs"
+        elif isinstance(wave, NoWave):
+            words[name] = f"none; {wave.reason}"
+        else:
+            words[name] = f"{wave.amplitude:.1f} N at {1e6 * wave.arrival:.1f} µs"
+    return words
+
+
+def _mark_waves(ax: "Axes", run: xr.Dataset, sensor: int, colour: str, who: str) -> None:
+    """A marker above each peak, with its words in the legend; a clipped peak has none."""
+    try:
+        waves = reflections(run, sensor)
+    except ValueError as error:
+        ax.plot([], [], linestyle="none", label=f"{who}no AR and TOF: {error}")
+        return
+    for (name, words), wave in zip(waves_in_words(waves).items(), waves, strict=True):
+        place = ([1e6 * wave.arrival], [wave.amplitude]) if wave else ([], [])
+        ax.plot(
+            *place, WAVE_MARKERS[name], color=colour, markersize=6.0, markerfacecolor="white", markeredgewidth=1.2,
+            label=f"{who}{name} wave: {words}",
+        )  # fmt: skip
+
+
+def sensors_of(reading: Reading, given: Any) -> list[int]:
+    """The numbers of sensors, those given or the usual ones."""
+    if given is None:
+        if reading.is_signal:
+            return [int(one) for one in reading.data.sensor.values]
+        reading.dynamic_force()
+        return [max(1, min(reading.beads) // 2)]
+    if isinstance(given, Iterable) and not isinstance(given, str | bytes) and getattr(given, "ndim", 1) != 0:
+        numbers = [whole("sensors", one) for one in given]
+        if not numbers:
+            raise ValueError("sensors = []: must name at least one bead")
+        return numbers
+    return [whole("sensors", given)]
+
+
+def _summed(values: xr.DataArray) -> xr.DataArray:
+    """The sum over chains or structures, where a run has several."""
+    return values.sum([axis for axis in values.dims if axis != "time"])

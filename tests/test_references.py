@@ -1,0 +1,275 @@
+"""hl.testing: what differs is found and reported, what does not is not; and the pytest plugin that goes with it."""
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import hertzlink as hl
+from hertzlink.testing import assert_same_waves
+
+BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
+
+
+def tap(speed: float = 0.3, count: int = 12, **given: Any) -> xr.Dataset:
+    chain = hl.Chain([BEAD] * count, BEAD, impact_speed=speed)
+    return hl.CoSimulation(chain, hl.half_space(hl.STEEL_440C), **given).run(until=4e-4)
+
+
+@pytest.fixture(scope="module")
+def run() -> xr.Dataset:
+    return tap()
+
+
+@pytest.fixture
+def reference(run: xr.Dataset, tmp_path: Path) -> Path:
+    path = tmp_path / "wall.nc"
+    assert_same_waves(run, path, sensors=[6, 7], update=True)
+    return path
+
+
+def complaint(run: xr.Dataset, reference: Path, **given: Any) -> str:
+    with pytest.raises(AssertionError) as caught:
+        assert_same_waves(run, reference, **given)
+    return str(caught.value)
+
+
+def test_the_same_run_agrees_to_the_bit(run: xr.Dataset, reference: Path) -> None:
+    assert_same_waves(run, reference, rtol=0.0)
+    assert_same_waves(tap(), reference, rtol=0.0)
+
+
+def test_another_speed_is_found_with_its_numbers_and_its_input(run: xr.Dataset, reference: Path) -> None:
+    """Contact forces of a chain without preload scale with the speed to the power of 6/5, and the time with −1/5."""
+    factor = 1.01
+    faster = tap(0.3 * factor)
+    said = complaint(faster, reference)
+    assert "chain.impact_speed = 0.3 there and 0.303 here" in said
+    assert "versions: the same" in said
+    lines = {line.split("  ")[0]: line for line in map(str.strip, said.splitlines())}
+    flight = lines["TOF at bead 6, primary wave"].split()
+    there, here = float(flight[6]), float(flight[8])
+    assert there == pytest.approx(1e6 * float(hl.time_of_flight(run, 6)), rel=1e-6)
+    assert here / there == pytest.approx(factor**-0.2, abs=2e-5)
+    force = lines["force at bead 6"].split()
+    assert float(force[4]) == pytest.approx(np.sqrt(np.mean(hl.sensor_force(run, 6).values ** 2)), rel=1e-6)
+    assert "quantities agree" in said  # AR hardly depends on the speed
+    assert_same_waves(faster, reference, rtol=0.3)
+
+
+def test_tolerances_by_kind_and_absolute(reference: Path) -> None:
+    faster = tap(0.303)
+    loose = {"amplitude_ratio": 0.1, "force": 0.5}
+    said = complaint(faster, reference, rtol=loose)
+    assert "TOF at bead 7" in said
+    assert "AR at" not in said
+    assert "force at" not in said
+    assert_same_waves(faster, reference, rtol=loose, atol={"time_of_flight": 1e-6})
+
+
+def test_a_trace_of_the_same_norm_is_not_the_same(run: xr.Dataset, reference: Path) -> None:
+    turned = run.assign(contact_force=run.contact_force.isel(time=slice(None, None, -1)).assign_coords(time=run.time))
+    said = complaint(turned, reference, rtol={"amplitude_ratio": 1e9, "time_of_flight": 1e9})
+    assert "force at the last contact" in said
+
+
+def test_a_wave_that_is_missing_is_a_difference(run: xr.Dataset, tmp_path: Path) -> None:
+    """A cut record has no reflected wave; the length of the record is named as well."""
+    assert_same_waves(run, tmp_path / "whole.nc", sensors=[6], update=True)
+    with pytest.warns(hl.HertzlinkWarning):
+        said = complaint(run.isel(time=slice(0, run.time.size // 2)), tmp_path / "whole.nc")
+    assert "no wave" in said
+    assert "the record ends at 400 µs there and 199" in said
+
+
+def test_other_saved_times_are_interpolated(run: xr.Dataset, reference: Path) -> None:
+    """A cubic spline through every second sample differs by less than 1e-4 of the trace; the message says so."""
+    sparse = run.isel(time=slice(0, None, 2))
+    assert_same_waves(sparse, reference, rtol=1e-3)
+    assert "forces interpolated" in complaint(sparse, reference, rtol=1e-12)
+
+
+def test_a_sweep_reports_its_worst_run(tmp_path: Path) -> None:
+    chain = hl.Chain([BEAD] * 12, BEAD, impact_speed=0.3)
+
+    def build(modulus: float) -> hl.CoSimulation:
+        return hl.CoSimulation(chain, hl.half_space(hl.Material(modulus, 0.3, 7800.0)))
+
+    first = hl.sweep(build, until=4e-4, jobs=1, modulus=[2e11, 1e11])
+    path = tmp_path / "sweep.nc"
+    assert_same_waves(first, path, sensors=[6], update=True)
+    assert_same_waves(first, path, rtol=0.0)
+    second = first.copy(deep=True)
+    second.contact_force[{"modulus": 1}] *= 1.1
+    assert "force at bead 6 at modulus = 100000000000.0" in complaint(second, path)
+    said = complaint(first.isel(modulus=[0]), path)
+    assert "modulus = [200000000000.0, 100000000000.0] there and [200000000000.0] here" in said
+
+
+@pytest.mark.thorough
+def test_two_chains_of_different_length(tmp_path: Path) -> None:
+    chains = [hl.Chain([BEAD] * count, BEAD, impact_speed=0.3) for count in (12, 11)]
+    two = hl.CoSimulation(chains, [hl.half_space(hl.STEEL_440C) for _ in chains]).run(until=4e-4)
+    assert_same_waves(two, tmp_path / "two.nc", sensors=[6], update=True)
+    assert_same_waves(two, tmp_path / "two.nc", rtol=0.0)
+    other = two.copy(deep=True)
+    other.contact_force[{"chain": 1}] *= 1.1
+    assert "force at the last contact at chain = 1" in complaint(other, tmp_path / "two.nc")
+
+
+def test_a_signal_and_its_sensors(tmp_path: Path) -> None:
+    time = np.linspace(0.0, 4e-4, 801)
+    force = np.exp(-(((time - 1e-4) / 1e-5) ** 2)) + 0.5 * np.exp(-(((time - 3e-4) / 1e-5) ** 2))
+    signal = hl.as_signal(time, {3: force, 5: 2.0 * force})
+    assert_same_waves(signal, tmp_path / "signal.nc", update=True)
+    assert_same_waves(signal, tmp_path / "signal.nc", rtol=0.0)
+    weaker = hl.as_signal(time, {3: force, 5: 2.1 * force})
+    said = complaint(weaker, tmp_path / "signal.nc")
+    assert "force at bead 5" in said
+    assert "force at bead 3" not in said
+    assert "9 of 10 quantities agree" in said
+
+
+def test_the_message_names_another_version(run: xr.Dataset, reference: Path) -> None:
+    with xr.open_dataset(reference, engine="h5netcdf") as file:
+        old = file.load()
+    there = json.loads(old.attrs["versions"]) | {"hertzlink": "0.0.7", "numpy": "1.0"}
+    old.attrs |= {"hertzlink": "0.0.7", "versions": json.dumps(there)}
+    old.to_netcdf(reference, engine="h5netcdf")
+    assert_same_waves(run, reference)
+    said = complaint(tap(0.31), reference)
+    assert f"hertzlink 0.0.7 wrote the reference; this is {hl.__version__}" in said
+    assert f"numpy = '1.0' there and '{np.__version__}' here" in said
+
+
+def test_references_of_the_same_run_are_the_same_bytes(run: xr.Dataset, reference: Path) -> None:
+    before = reference.read_bytes()
+    assert_same_waves(run, reference, sensors=[6, 7], update=True)
+    assert reference.read_bytes() == before
+    assert [path.name for path in reference.parent.iterdir()] == [reference.name]
+
+
+def test_a_write_that_fails_leaves_the_reference(
+    run: xr.Dataset, reference: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: Any) -> None:
+        raise OSError(28, "No space left on device")
+
+    before = reference.read_bytes()
+    monkeypatch.setattr("os.fsync", full)
+    with pytest.raises(OSError, match=r"nothing was changed.*wall\.nc"):
+        assert_same_waves(run, reference, update=True)
+    assert reference.read_bytes() == before
+    assert [path.name for path in reference.parent.iterdir()] == [reference.name]
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"rtol": -1.0}, "rtol = -1.0: must be zero or a positive number"),
+        ({"atol": {"speed": 1.0}}, "atol = 'speed': must be one of"),
+        ({"sensors": 7}, "sensors = 7: must be a list"),
+        ({"sensors": [99]}, "sensor = 99: must be a bead from 1 to 12"),
+        ({"update": "yes"}, "update = 'yes': must be True, False or None"),
+        ({"reference": "nowhere.nc"}, r"nowhere\.nc does not exist; write it with update=True"),
+        ({"run": 3}, "run = 3: must be the Dataset"),
+    ],
+)
+def test_wrong_arguments_are_named(run: xr.Dataset, reference: Path, given: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        assert_same_waves(**({"run": run, "reference": reference} | given))
+
+
+def test_what_is_no_reference_is_refused(run: xr.Dataset, tmp_path: Path) -> None:
+    (tmp_path / "text.nc").write_text("no netCDF")
+    with pytest.raises(ValueError, match="is no HDF5 file"):
+        assert_same_waves(run, tmp_path / "text.nc")
+    run.to_netcdf(tmp_path / "run.nc", engine="h5netcdf")
+    with pytest.raises(ValueError, match="was not written by assert_same_waves"):
+        assert_same_waves(run, tmp_path / "run.nc")
+
+
+def test_other_sensors_than_those_of_the_reference(run: xr.Dataset, reference: Path) -> None:
+    assert "force at bead 8" in complaint(run, reference, sensors=[6, 7, 8])
+
+
+PROJECT = """
+import pytest
+import hertzlink as hl
+
+SPEED = {speed}
+
+
+@pytest.mark.parametrize("drop", [1, 2])
+def test_wall(same_waves, drop):
+    bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    chain = hl.Chain([bead] * 12, bead, impact_speed=SPEED * drop)
+    run = hl.CoSimulation(chain, hl.half_space(hl.STEEL_440C)).run(until=4e-4)
+    same_waves(run)
+    same_waves(run, "loose", rtol=0.5)
+    if drop == 2:
+        with pytest.raises(ValueError, match="has used it already"):
+            same_waves(run)
+    hl.testing.assert_same_waves(run, f"direct{{drop}}.nc", rtol=0.5)
+"""
+
+
+def pytest_in(folder: Path, *options: str) -> "subprocess.CompletedProcess[str]":
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "hertzlink_pytest"]
+    return subprocess.run([*command, *options], cwd=folder, capture_output=True, text=True)
+
+
+@pytest.mark.thorough
+def test_the_fixture_writes_and_compares(tmp_path: Path) -> None:
+    """Without a reference a test fails; with the option all are written, and then compared."""
+    test = tmp_path / "test_own.py"
+    test.write_text(PROJECT.format(speed=0.2))
+    missing = pytest_in(tmp_path)
+    assert missing.returncode == 1
+    assert "does not exist; write it with update=True, or with pytest --update-references" in missing.stdout
+    written = pytest_in(tmp_path, "--update-references")
+    assert written.returncode == 0, written.stdout
+    assert "references were written, and nothing was compared" in written.stdout
+    names = {path.name for path in (tmp_path / "references" / "test_own").iterdir()}
+    stems = ("test_wall-1", "test_wall-2", "test_wall-1-loose", "test_wall-2-loose")
+    assert names == {f"{stem}.nc" for stem in stems}
+    assert pytest_in(tmp_path).returncode == 0
+    test.write_text(PROJECT.format(speed=0.21))
+    changed = pytest_in(tmp_path)
+    assert changed.returncode == 1
+    assert "chain.impact_speed = 0.2 there and 0.21 here" in changed.stdout
+    assert "-loose.nc" not in changed.stdout.split("short test summary")[0].replace('"loose"', "")
+
+
+def test_the_plugin_imports_nothing_heavy(tmp_path: Path) -> None:
+    heavy = ["hertzlink", "numpy", "numba", "xarray", "scipy", "coupling"]
+    (tmp_path / "test_light.py").write_text(
+        "import sys\n\n\ndef test_light(request):\n"
+        "    assert request.config.pluginmanager.hasplugin('hertzlink_pytest')\n"
+        f"    assert [name for name in {heavy} if name in sys.modules] == []\n"
+    )
+    done = pytest_in(tmp_path)
+    assert done.returncode == 0, done.stdout
+
+
+def test_the_lines_of_the_page_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    page = (Path(__file__).parent.parent / "docs" / "regression_tests.md").read_text(encoding="utf-8")
+    direct, by_fixture = re.findall(r"^```python\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
+    monkeypatch.chdir(tmp_path)
+    exec(direct, {})
+    (tmp_path / "test_wall.py").write_text(by_fixture)
+    assert pytest_in(tmp_path, "--update-references").returncode == 0
+    assert (tmp_path / "references" / "test_wall" / "test_wall.nc").is_file()
+
+
+def test_the_plugin_reads_the_variable_that_the_package_reads() -> None:
+    import hertzlink_pytest
+    from coupling import references
+
+    assert hertzlink_pytest.UPDATE == references.UPDATE
