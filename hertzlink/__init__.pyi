@@ -107,7 +107,6 @@ from structures.reduction import reduce as reduce
 from structures.rod import Layer as Layer
 from structures.rod import rod as rod
 from structures.solid import solid as solid
-from structures.stepping import Step as Step
 from structures.structure import Structure as Structure
 from structures.structure import half_space as half_space
 from structures.surface import Surface as Surface

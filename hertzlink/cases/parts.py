@@ -95,10 +95,10 @@ class OwnMaterial(Part):
 def hint_of(model: type[BaseModel], name: str) -> str:
     """What to write for an entry, from its annotation."""
     one = model.model_fields[name]
+    if one.description:
+        return f"give {one.description}"
     units = [note for note in notes_of(one) if isinstance(note, Unit)]
-    if units:
-        return units[0].hint
-    return f"give {one.description}" if one.description else "give it"
+    return units[0].hint if units else "give it"
 
 
 def notes_of(one: Any) -> list[Any]:

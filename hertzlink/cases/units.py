@@ -20,6 +20,9 @@ NUMBER = re.compile(r"\s*([-+]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*
 UNIT_TEXT = re.compile(r"[A-Za-zµμΩ°][\w µμΩ°·*/^²³⁴⁻¹-]{0,40}")
 """Units are letters with powers, products and quotients; nothing else is given to the parser."""
 
+DEGREES = ("deg", "degree", "degrees", "°")
+"""Converted as Python's math.radians does, to the last bit."""
+
 LARGEST_POWER = re.compile(r"(\*\*|\^)\s*-?\d{2,}|\d{3,}")
 """Powers of two digits: no unit has them."""
 
@@ -82,14 +85,15 @@ class Unit:
         if not isinstance(given, str):
             raise fault(f"{shown(given)} {self._words}")
         found = NUMBER.fullmatch(given)
-        if found is None:
+        if found is None or found[2].startswith(","):
             comma = "; write a decimal point" if re.search(r"\d,\d", given) else ""
             raise fault(f'"{given}" {self._words}{comma}')
         number, unit = Decimal(found[1].replace("_", "")), found[2]
         if not unit:
             raise fault(f'"{given}" has no unit; {self._words}') if self.unit else fault(f'"{given}" {self._words}')
         try:
-            value = float(number * factor(unit, self.unit))
+            degrees = self.unit == "rad" and unit in DEGREES
+            value = math.radians(float(number)) if degrees else float(number * factor(unit, self.unit))
         except ValueError as error:
             raise fault(f'"{given}": {error}; {self._words}') from None
         if not math.isfinite(value):
