@@ -14,7 +14,7 @@ LINE = 80
 
 def name_for_users(value: Any, package: str, name: str) -> None:
     """Give a public function or class the module and name that a user types, and a readable signature."""
-    if callable(value) and value.__module__.partition(".")[0] in ROOMS:
+    if callable(value) and value.__module__.partition(".")[0] in (*ROOMS, "hertzlink"):
         value.__module__, value.__name__, value.__qualname__ = package, name, name
         for function in _functions(value):
             function.__signature__ = ShortSignature.of(function)

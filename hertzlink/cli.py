@@ -1,4 +1,4 @@
-"""The command line: `hertzlink study NAME` and `hertzlink info`."""
+"""The command line: `hertzlink study NAME`, `hertzlink draw FILE` and `hertzlink info`."""
 
 import hashlib
 import logging
@@ -7,10 +7,11 @@ import signal
 import sys
 import tempfile
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+from time import perf_counter
+from typing import Any
 
 import click
 import joblib
@@ -20,27 +21,17 @@ from coupling.results.findings import one_of_each, warn, with_warnings
 from coupling.results.provenance import provenance, versions
 from coupling.state import NotConverged
 from coupling.sweeps.progress import one_bar
-from hertzlink.studies import RUNS, STUDIES, study
-from hertzlink.studies.table import text
+from hertzlink.studies import RUNS, study
+from hertzlink.studies.conditions import DIFFERS
+from hertzlink.studies.writing import FORMATS, QUICK, Written, read_study
+from hertzlink.study_options import Studies
 from structures.caution import HertzlinkWarning, collected
 
 PLAIN_FORMAT = warnings.formatwarning
 """The format of warnings of other packages, which stays as it is."""
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 WRONG_INPUT = 2
 """Exit code for input that cannot be used, as in most command-line programs."""
-
-TABLE = "table.txt"
-"""File name of the table of a study."""
-
-QUICK = "quick run (--quick), for a first look only"
-"""The remark on every table, figure and Dataset of a run with --quick."""
-
-REMARK_HEIGHT = 0.2
-"""Height, in inches, of the strip below a figure that holds this remark: one line of small text."""
 
 LISTING = "files.txt"
 """The file that lists all others in a folder of results with their SHA-256, as the program sha256sum does.
@@ -100,49 +91,55 @@ def cli() -> None:
     """Solitary waves in chains of beads that touch a structure, and their reflections."""
 
 
-@cli.command("study", help=f"Run a study of the thesis: netCDF, figures and a table. NAME: {', '.join(STUDIES)}.")
-@click.argument("name", metavar="NAME", type=click.Choice(list(STUDIES)))
-@click.option("--quick", is_flag=True, help="A coarse version that runs in seconds.")
-@click.option("--output", type=click.Path(path_type=Path), help="Folder for the results; by default named NAME.")
-@click.option("--force", is_flag=True, help="Replace the output folder if it holds an earlier study.")
-@click.option("--jobs", type=click.IntRange(min=1), help="Number of processes; by default a suitable number.")
-def run_study(name: str, quick: bool, output: Path | None, force: bool, jobs: int | None) -> None:
-    """Run a study of the thesis: netCDF, figures and a table."""
+def run_study(
+    name: str, quick: bool, output: Path | None, force: bool, jobs: int | None, form: str, own: Mapping[str, Any]
+) -> None:
+    """Run a study of the thesis: netCDF, figures, a table and a report.
+
+    form: of the figures; own: the parameters that the user gave.
+    """
     folder = output or Path(name)
     check_output(folder, force)
     chosen = study(name)
     findings: list[str] = []
     try:
-        with collected() as findings, one_bar(name, RUNS[name][0 if quick else 1]):
-            data = chosen.run(quick, jobs).assign_attrs(quick=int(quick), **({"comment": QUICK} if quick else {}))
-            table = (f"{QUICK}\n\n" if quick else "") + text(chosen.table(data))
-            figures = chosen.figures(data)
+        with collected() as findings, one_bar(name, 0 if own else RUNS[name][0 if quick else 1]):
+            begin = perf_counter()
+            data = chosen.run(quick, jobs, **own)
+            remark = "\n".join(part for part in (QUICK if quick else "", data.attrs.get(DIFFERS, "")) if part)
+            data = data.assign_attrs(quick=int(quick), time_taken=perf_counter() - begin)
+            found = Written(name, chosen, data.assign_attrs({"comment": remark} if remark else {}), form)
     finally:
         warn(one_of_each(findings))
     given = {"study": name, "quick": quick, "first_run": data.attrs.get("input", "")}
-    data = with_warnings(data.assign_attrs(provenance(given)), findings)
+    whole = provenance(given | ({"own": dict(own)} if own else {}))
+    data = with_warnings(found.data.assign_attrs(whole), findings)
+    write_folder(folder, lambda into: found.write(into, data), force)
+    _told(found.table, folder)
 
-    def write(into: Path) -> None:
-        (into / f"{name}.nc").write_bytes(data.to_netcdf(engine="h5netcdf"))
-        (into / TABLE).write_text(table + "\n", encoding="utf-8")
-        for title, figure in figures.items():
-            if quick:
-                stamp(figure, QUICK)
-            figure.savefig(into / f"{title}.png", metadata={"Comment": QUICK} if quick else None)
 
-    write_folder(folder, write, force)
+cli.add_command(Studies("study", run_study))
+
+
+@cli.command("draw")
+@click.argument("store", metavar="FILE", type=click.Path(path_type=Path))
+@click.option("--output", type=click.Path(path_type=Path), help="Folder for the results; by default NAME-drawn.")
+@click.option("--force", is_flag=True, help="Replace the output folder if it holds an earlier study.")
+@click.option("--figures", "form", type=click.Choice(list(FORMATS)), default="png", help="Their format, else png.")
+def draw_study(store: Path, output: Path | None, force: bool, form: str) -> None:
+    """Draw a study again from the netCDF FILE that it wrote: figures, table and report, without a run."""
+    name, data = read_study(store)
+    folder = output or Path(f"{name}-drawn")
+    check_output(folder, force)
+    found = Written(name, study(name), data, form)
+    write_folder(folder, found.write_again, force)
+    _told(found.table, folder)
+
+
+def _told(table: str, folder: Path) -> None:
+    """What a study prints."""
     click.echo(table)
     click.echo(f"\nwritten to {folder.resolve()}: " + ", ".join(sorted(path.name for path in folder.iterdir())))
-
-
-def stamp(figure: "Figure", words: str) -> None:
-    """Write words into a separate strip below a figure."""
-    from matplotlib.layout_engine import ConstrainedLayoutEngine
-
-    strip, layout = REMARK_HEIGHT / figure.get_figheight(), figure.get_layout_engine()
-    if isinstance(layout, ConstrainedLayoutEngine):
-        layout.set(rect=(0.0, strip, 1.0, 1.0 - strip))
-    figure.text(0.99, 0.3 * strip, words, ha="right", va="bottom", color="firebrick", fontsize="small")
 
 
 @cli.command()

@@ -774,6 +774,12 @@ def _plots() -> dict[str, Target]:
         "plots.fit": Target(plots.fit, {"found": found, "sensor": 2, "ax": None}, closed),
         "plots.residual": Target(plots.residual, {"found": found, "sensor": 2, "ax": None}, closed),
         "plots.intervals": Target(plots.intervals, {"found": found, "ax": None}, closed),
+        "plots.report": Target(
+            plots.report,
+            {"result": tapped(), "path": "tap.html", "title": "tap", "sensors": [2], "setup": against(), "took": 1.0},
+            None,
+            {"result": (*of_run["run"], found)},
+        ),
         "plots.correlation": Target(plots.correlation, {"found": found, "ax": None}, closed),
     }
 

@@ -23,11 +23,14 @@ WIDTH, HEIGHT = 6.4, 4.0
 SMALL = 8.5
 """Size of letters of legends and notes, points."""
 
-LINE = 78
-"""Characters of a line of a legend."""
+LETTERS_PER_INCH = 12.2
+"""Letters of a legend in an inch."""
 
 ROW = 0.175
 """Height of a line of a legend, inches."""
+
+UNDER = 0.48
+"""Height of the numbers and the label below axes, inches."""
 
 OWN = "hertzlink"
 """The name of figures that the plots made, and may resize."""
@@ -62,13 +65,19 @@ def own_axes(width: float = WIDTH, height: float = HEIGHT) -> "Axes":
     return axes
 
 
-def resized(ax: "Axes", width: float, height: float) -> bool:
-    """Whether the figure is one of ours, which then gets this size, inches; a user's keeps its own."""
-    figure = ax.get_figure()
+def resized(ax: "Axes", height: float) -> bool:
+    """Whether the figure is one of ours, which then gets this height, inches; a user's keeps its own."""
+    figure: Any = ax.get_figure(root=True)
     if figure is None or figure.get_gid() != OWN:
         return False
-    figure.set_size_inches(width, height)  # type: ignore[union-attr]
+    figure.set_figheight(height)
     return True
+
+
+def width_of(ax: "Axes") -> float:
+    """The width of the figure, inches."""
+    figure: Any = ax.get_figure(root=True)
+    return float(figure.get_figwidth())
 
 
 def styled(ax: "Axes", xlabel: str, ylabel: str) -> None:
@@ -78,19 +87,28 @@ def styled(ax: "Axes", xlabel: str, ylabel: str) -> None:
     ax.set_axisbelow(True)
 
 
-def legend_below(ax: "Axes", title: str = "", height: float = HEIGHT) -> None:
+def legend_below(ax: "Axes", title: str = "") -> None:
     """The legend below the axes and their label, where it covers nothing; long entries are wrapped.
 
     A figure of ours grows by the legend, so that the axes keep their height, inches.
     """
+    from matplotlib.transforms import ScaledTranslation
+
+    figure: Any = ax.get_figure(root=True)
+    below = ax.transAxes + ScaledTranslation(0.0, -UNDER, figure.dpi_scale_trans)
     handles, labels = ax.get_legend_handles_labels()
-    texts = [fill(label, LINE) for label in labels]
+    texts = [fill(plain(label), max(20, int(LETTERS_PER_INCH * width_of(ax)))) for label in labels]
     rows = sum(text.count("\n") + 1 for text in texts) + bool(title)
-    resized(ax, WIDTH, height + ROW * max(0, rows - 2))
+    resized(ax, HEIGHT / WIDTH * width_of(ax) + ROW * max(0, rows - 2))
     ax.legend(
         handles, texts, title=title or None, title_fontsize=SMALL, alignment="left", loc="upper left",
-        bbox_to_anchor=(0.0, -0.16), frameon=False, fontsize=SMALL, borderaxespad=0.0,
+        bbox_to_anchor=(0.0, 0.0), bbox_transform=below, frameon=False, fontsize=SMALL, borderaxespad=0.0,
     )  # fmt: skip
+
+
+def plain(text: str) -> str:
+    """Text of a user that matplotlib must not read as a formula."""
+    return text.replace("$", r"\$")
 
 
 def handy(values: Iterable[float] | Vector, unit: str) -> tuple[float, str]:

@@ -1,12 +1,11 @@
 """Plots of an identification: the fit over the data, its residual, intervals and correlations."""
 
-import json
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 
-from coupling.views.canvas import COLOURS, INK, PALE, SMALL, axes_for, legend_below, styled
+from coupling.views.canvas import COLOURS, INK, PALE, SMALL, axes_for, legend_below, plain, styled
 from structures.checks import short, whole
 
 if TYPE_CHECKING:
@@ -148,7 +147,7 @@ def intervals(found: object, ax: "Axes | None" = None) -> "Axes":
     data = dataset_of(found)
     value, low, high = (data[name].values.astype(float) for name in ("value", "low", "high"))
     half, verdicts = 0.5 * (high - low), [str(one) for one in data.verdict.values]
-    names = [str(one) for one in data.unknown.values]
+    names = [plain(str(one)) for one in data.unknown.values]
     part = np.full(half.shape, np.nan)
     np.divide(100.0 * half, abs(value), out=part, where=value != 0.0)
     wide = np.maximum(part, NARROWEST)
@@ -205,7 +204,7 @@ def correlation(found: object, ax: "Axes | None" = None) -> "Axes":
     ['modulus', 'speed']
     """
     matrix = dataset_of(found).correlation
-    names = [str(one) for one in matrix[matrix.dims[0]].values]
+    names = [plain(str(one)) for one in matrix[matrix.dims[0]].values]
     side = 2.4 + 0.5 * len(names)
     ax = axes_for(ax, side + 1.0, side)
     image = ax.imshow(matrix.values, cmap="RdBu_r", vmin=-1.0, vmax=1.0)
@@ -226,12 +225,6 @@ def dataset_of(found: Any) -> xr.Dataset:
     if not isinstance(data, xr.Dataset) or any(name not in data for name in NEEDED):
         raise ValueError(f"found = {short(found)}: must be what identify returned, or the Dataset that it saved")
     return data
-
-
-def ranges_of(data: xr.Dataset) -> dict[str, tuple[float, float]]:
-    """The ranges that were searched, by the name of the unknown."""
-    given = json.loads(data.attrs.get("input", "{}")).get("identify", {}).get("unknowns", {})
-    return {str(name): (float(low), float(high)) for name, (low, high) in given.items()}
 
 
 def _one(found: object, sensor: int | None) -> tuple[xr.Dataset, int]:

@@ -9,6 +9,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+FEW = 6
+"""Curves of fewer points have markers."""
+
 MARKERS = ("o", "s", "^", "D", "v", "P")
 
 
@@ -268,7 +271,10 @@ def banded(axis: Axes, x: np.ndarray, values: xr.DataArray, middle: float, label
         linewidth=0.0,
         label=f"γ = {low:g} to {high:g} N s/m",
     )
-    axis.plot(x, values.sel(dashpot=middle), color=COLOURS[0], linewidth=1.2, label=label)
+    marker = MARKERS[0] if len(x) < FEW else None
+    axis.plot(
+        x, values.sel(dashpot=middle), color=COLOURS[0], linewidth=1.2, marker=marker, markersize=4.0, label=label
+    )
 
 
 def theory_line(axis: Axes, x: np.ndarray, y: np.ndarray, label: str, style: str = "-") -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
-from coupling.views.canvas import INK, ROW, SMALL, axes_for, resized
+from coupling.views.canvas import INK, ROW, SMALL, axes_for, plain, resized, width_of
 from coupling.views.setup_structures import Drawn, front_view, side_view
 from structures.checks import short
 
@@ -21,7 +21,7 @@ BEAD_COLOURS = ("#c9d6e2", "#e8dcc5", "#d5e3d0", "#e5d0dc")
 """The colours of different beads."""
 
 SKETCH_WIDTH, EDGE = 7.2, 0.12
-"""Width of a sketch and of its margin, inches."""
+"""Usual width of a sketch, and that of its margin, inches."""
 
 LAST, FIRST = "last bead", "first bead"
 
@@ -76,14 +76,16 @@ def _laid_out(drawn: Drawn) -> None:
     ax.relim(visible_only=True)
     ax.autoscale_view()
     (left, right), (low, top) = ax.get_xlim(), ax.get_ylim()
-    sketch = (SKETCH_WIDTH - 2.0 * EDGE) * (top - low) / (right - left)
+    width = width_of(ax)
+    sketch = (width - 2.0 * EDGE) * (top - low) / (right - left)
     under = ROW * len(labels) + EDGE
     total = sketch + under + 3.0 * EDGE
-    if resized(ax, SKETCH_WIDTH, total):
+    if resized(ax, total):
         ax.get_figure().set_layout_engine("none")  # type: ignore[union-attr]
-        ax.set_position((EDGE / SKETCH_WIDTH, (under + EDGE) / total, 1.0 - 2.0 * EDGE / SKETCH_WIDTH, sketch / total))
+        ax.set_position((EDGE / width, (under + EDGE) / total, 1.0 - 2.0 * EDGE / width, sketch / total))
     ax.legend(
-        handles, labels, loc="upper left", bbox_to_anchor=(0.0, -EDGE / sketch), frameon=False, fontsize=SMALL,
+        handles, [plain(label) for label in labels],
+        loc="upper left", bbox_to_anchor=(0.0, -EDGE / sketch), frameon=False, fontsize=SMALL,
         borderaxespad=0.0,
     )  # fmt: skip
 

@@ -6,7 +6,7 @@ All lengths are mm. What is drawn comes from the description of a structure in t
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from coupling.views.canvas import COLOURS, INK, PALE, SMALL
+from coupling.views.canvas import COLOURS, INK, PALE, SMALL, plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -53,7 +53,7 @@ class Drawn:
 
     def text(self, x: float, y: float, words: str, **place: Any) -> None:
         """Small letters."""
-        self.ax.text(x, y, words, fontsize=SMALL, color=INK, **place)
+        self.ax.text(x, y, plain(words), fontsize=SMALL, color=INK, **place)
 
     def arrow(self, start: tuple[float, float], end: tuple[float, float], words: str = "") -> None:
         """An arrow, which shows where something moves."""

@@ -11,7 +11,7 @@ from coupling.results.findings import NUMBER
 from coupling.results.reading import Reading
 from coupling.results.schema import axes_of, kind_of
 from coupling.results.waves import NoWave
-from coupling.views.canvas import COLOURS, axes_for, handy, legend_below, styled
+from coupling.views.canvas import COLOURS, axes_for, handy, legend_below, plain, styled
 from structures.checks import instance, one_of
 
 if TYPE_CHECKING:
@@ -116,7 +116,7 @@ def swept(
                 label=_counted(gaps, missing, wave),
             )  # fmt: skip
     if values[along].dtype.kind not in "iuf":
-        ax.set_xticks(x, [str(one) for one in values[along].values])
+        ax.set_xticks(x, [plain(str(one)) for one in values[along].values])
     elif len(x) > 2 and np.all(x > 0.0) and x.max() > 20.0 * x.min():
         ax.set_xscale("log")
         ax.xaxis.set_major_formatter("{x:g}")
@@ -139,7 +139,7 @@ def parameter(values: xr.DataArray) -> tuple[float, str]:
 
 def _places(values: xr.DataArray) -> tuple[np.ndarray, str]:
     """Where points lie on the horizontal axis, and its label; names lie at 0, 1, 2."""
-    words = str(values.attrs.get("long_name", values.name)).replace("_", " ")
+    words = plain(str(values.attrs.get("long_name", values.name)).replace("_", " "))
     if values.dtype.kind not in "iuf":
         return np.arange(values.size, dtype=float), words
     factor, unit = parameter(values)

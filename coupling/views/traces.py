@@ -70,7 +70,7 @@ def traces(run: xr.Dataset, sensors: int | Iterable[int] | None = None, ax: "Axe
     time (µs); force above the preload (N)
     """
     reading = Reading(run)
-    numbers = _sensors(reading, sensors)
+    numbers = sensors_of(reading, sensors)
     forces = [sensor_force(run, number) for number in numbers]
     for force in forces:
         if force.dims != ("time",):
@@ -171,7 +171,7 @@ def spectrum(run: xr.Dataset, sensor: int | None = None, ax: "Axes | None" = Non
     >>> hl.plots.spectrum(run, sensor=8).get_xlabel()
     'frequency (kHz)'
     """
-    number = _sensors(Reading(run), sensor)[0]
+    number = sensors_of(Reading(run), sensor)[0]
     force = sensor_force(run, number)
     if force.dims != ("time",):
         raise ValueError(f"run: has the axes {', '.join(map(str, force.dims))}; choose one run with run.isel")
@@ -276,7 +276,7 @@ def _mark_waves(ax: "Axes", run: xr.Dataset, sensor: int, colour: str, who: str)
         )  # fmt: skip
 
 
-def _sensors(reading: Reading, given: Any) -> list[int]:
+def sensors_of(reading: Reading, given: Any) -> list[int]:
     """The numbers of sensors, those given or the usual ones."""
     if given is None:
         if reading.is_signal:

@@ -1,10 +1,11 @@
-"""Studies of the thesis and beyond it, one module each: run(quick, jobs) → Dataset, table(data), figures(data)."""
+"""Studies of the thesis and beyond it, one module each: run(quick, jobs, **own), table(data), figures(data)."""
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import xarray as xr
 
+from hertzlink.studies.conditions import Conditions
 from hertzlink.studies.table import Row
 
 if TYPE_CHECKING:
@@ -28,10 +29,47 @@ STUDIES = {
     "identifiability": "identifiability",
 }
 
-RUNS = dict.fromkeys(STUDIES, (0, 0))
-"""About how many runs a quick study and a whole one take, so that the remaining time can be estimated."""
+ABOUT = {
+    "aspect-ratio": "What plates send back to a chain at their centre, over bead diameter / thickness (6.2.1).",
+    "plate-boundary": "From which distance on a plate's edge no longer changes what it sends back (6.2.2).",
+    "critical-distance": "The law for this distance: how far it holds, for other beads, plates and corners.",
+    "rod-stiffness": "What a rod sends back, over its Young's modulus and for given materials (6.1.1).",
+    "rod-length": "What a rod sends back, over its length (6.1.2).",
+    "upper-layer": "A stiff layer on a soft one: the waves over the upper layer's thickness (6.1.3).",
+    "lower-layer": "A stiff layer on a soft one: the waves over the lower layer's thickness (6.1.4).",
+    "ellipsoids": "Waves in chains of ellipsoids, lying and standing, and of spheres (5.3.1).",
+    "cylinders": "Waves in chains of crossed cylinders, over their angle (5.3.2).",
+    "hollow-spheres": "Waves in chains of hollow spheres, over the thickness of their walls (5.3.3).",
+    "dissipation": "How a wave decays along a chain with losses (chapter 4).",
+    "deformable-chain": "Beads that deform and vibrate, compared with point masses (3.3, 3.4).",
+    "contact-law": "Contact laws by finite and boundary elements, compared with formulas (3.3.1, 5.3).",
+    "symmetry": "Whether a quarter of a plate or chain gives what the whole one does (3.5).",
+    "identifiability": "What a trace determines of a plate's edge or a rod's bond, and what it is blind to.",
+}
+"""What each study shows, in a line; numbers are sections of the thesis."""
 
-__all__ = ["RUNS", "STUDIES", "Study", "study"]
+RUNS = {
+    "aspect-ratio": (27, 27),
+    "plate-boundary": (124, 444),
+    "critical-distance": (263, 2443),
+    "rod-stiffness": (23, 108),
+    "rod-length": (36, 132),
+    "upper-layer": (33, 111),
+    "lower-layer": (27, 113),
+    "ellipsoids": (26, 68),
+    "cylinders": (28, 76),
+    "hollow-spheres": (16, 40),
+    "dissipation": (35, 45),
+    "deformable-chain": (4, 16),
+    "contact-law": (20, 20),
+    "symmetry": (3, 3),
+    "identifiability": (24, 182),
+}
+"""About how many runs a quick study and a whole one take, so that the remaining time can be estimated; not for a
+user's own parameters.
+"""
+
+__all__ = ["ABOUT", "RUNS", "STUDIES", "Study", "study"]
 
 
 def __dir__() -> list[str]:
@@ -39,10 +77,15 @@ def __dir__() -> list[str]:
 
 
 class Study(Protocol):
-    """The functions of a study that the command line calls."""
+    """What the command line uses of a study."""
 
-    def run(self, quick: bool = False, jobs: int | None = None) -> xr.Dataset:
-        """Simulate; `quick` runs a coarse version in seconds."""
+    Conditions: type[Conditions]
+    """The parameters that can be changed."""
+
+    def run(self, quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
+        """Simulate; `quick` runs a coarse version in seconds. own: values of the Conditions, the others are the
+        thesis's.
+        """
         ...
 
     def table(self, data: xr.Dataset) -> list[Row]:

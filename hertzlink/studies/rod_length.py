@@ -1,16 +1,19 @@
 """Thesis section 6.1.2: clamped steel cylinders of 6 to 610 mm return the same wave, except for a few percent."""
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 
+from hertzlink.studies import striking
 from hertzlink.studies import struck_cylinders as struck
+from hertzlink.studies.conditions import substance
+from hertzlink.studies.striking import Striking
 from hertzlink.studies.table import Row
-from particles.bead import drop_speed
 from structures.layers import characteristic_length
-from structures.layers import contact_time as contact_time_half_space
-from structures.material import STEEL_440C
+from structures.material import STEEL_440C, Material
 from structures.rod import Layer
 
 if TYPE_CHECKING:
@@ -24,27 +27,60 @@ ECHOLESS_LENGTH = 0.2
 """m; the echo of longer rods returns after the bead has left."""
 
 
-def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
-    """AR, TOF and the force at the sensors over the length of a steel cylinder. quick: every fourth length."""
+@dataclass(frozen=True)
+class Conditions(Striking):
+    """What can be changed."""
+
+    material: Material = substance(STEEL_440C, "Material of the cylinder")
+    radius: float = striking.radius(RADIUS)
+    length: tuple[float, ...] = striking.length(LENGTHS, "Length of the cylinder")
+
+    def layers(self, length: float) -> list[Layer]:
+        """The cylinder."""
+        return [Layer(self.material, length, self.radius)]
+
+    def stacks(self) -> Iterable[Sequence[Layer]]:
+        """The longest cylinder."""
+        return [self.layers(max(self.length))]
+
+    def theory_length(self) -> float:
+        """Characteristic length c T_c/2, m, with T_c of one bead at the striker's speed (equation 6.8)."""
+        return float(characteristic_length(self.material.bar_speed, self.contact_time(self.material)))
+
+
+def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
+    """AR, TOF and the force at the sensors over the length of a cylinder. quick: every fourth length."""
+    of = Conditions.of(own)
     few = [SOLID_LENGTHS[0], 101.6e-3, SOLID_LENGTHS[-1]]
-    lengths, solid_lengths = (LENGTHS[::4], few) if quick else (LENGTHS, SOLID_LENGTHS)
+    lengths = of.few("length", LENGTHS[::4] if quick else LENGTHS)
+    solid_lengths = struck.chosen(lengths) if lengths == of.length != LENGTHS else few if quick else SOLID_LENGTHS
     # Starting processes would take longer than the quick runs.
-    return struck.over_lengths(layers, lengths, solid_lengths, 1 if quick and jobs is None else jobs)
-
-
-def layers(length: float) -> list[Layer]:
-    """The cylinder."""
-    return [Layer(STEEL_440C, length, RADIUS)]
+    return of.marked(struck.over_lengths(of.layers, lengths, solid_lengths, 1 if quick and jobs is None else jobs, of))
 
 
 def theory_length() -> float:
-    """Characteristic length c T_c/2, m, with T_c of one bead at the striker's speed (equation 6.8)."""
-    contact = contact_time_half_space(struck.BEAD.mass, struck.STEEL_WALL, drop_speed(struck.DROP_HEIGHT))
-    return float(characteristic_length(STEEL_440C.bar_speed, contact))
+    """The thesis's characteristic length, m."""
+    return Conditions().theory_length()
 
 
 def table(data: xr.Dataset) -> list[Row]:
     """The numbers of section 6.1.2 and figure 6.8, compared with those of hertzlink."""
+    of = Conditions.read(data)
+    return _own(data, of) if of.own else _thesis(data)
+
+
+def _own(data: xr.Dataset, of: Conditions) -> list[Row]:
+    """AR and TOF of other rods, compared with theory."""
+
+    def theory(length: float) -> tuple[float, float | str, str]:
+        return float(of.time_of_flight(of.wall(of.material))), "", "equation 6.20, without losses and preload"
+
+    reason = "equation 6.8: the echo of longer rods returns after a single bead has left; the last bead stays longer"
+    length = Row("characteristic length c T_c/2", "", of.theory_length() * 1e3, "mm", reason)
+    return [*struck.own_rows(data, "rod of", theory), length]
+
+
+def _thesis(data: xr.Dataset) -> list[Row]:
     primary = data.sel(wave="primary")
     middle = primary.sel(dashpot=struck.DASHPOT)
     ratios, flights = middle.amplitude_ratio, middle.time_of_flight
@@ -100,16 +136,18 @@ def figures(data: xr.Dataset) -> dict[str, "Figure"]:
     """AR and TOF over the length (figure 6.8), and the force-intensity map (figure 6.7)."""
     from coupling.views import plots
 
-    label = "length of the steel cylinder (mm)"
+    of = Conditions.read(data)
+    label = f"length of the {of.material.name if of.own else 'steel'} cylinder (mm)"
     figure, axes = plots.panels(2, width=3.9, height=3.4, sharey=False)
     struck.against_length(axes[0], data, "time_of_flight", "primary", "TOF (µs)", label)
     struck.against_length(axes[1], data, "amplitude_ratio", "primary", "AR", label)
     ends = np.array([data.length.min(), data.length.max()]) * 1e3
-    plots.theory_line(axes[0], ends, np.full(2, struck.theory_time_of_flight(struck.STEEL_WALL) * 1e6), "equation 6.20")
+    plots.theory_line(axes[0], ends, np.full(2, of.time_of_flight(of.wall(of.material)) * 1e6), "equation 6.20")
     for axis in axes:
-        plots.marked(axis, theory_length() * 1e3, "$c\\,T_c/2$")
-    axes[0].set_ylim(430.0, 490.0)
-    axes[1].set_ylim(0.6, 0.85)
+        plots.marked(axis, of.theory_length() * 1e3, "$c\\,T_c/2$")
+    if not of.own:
+        axes[0].set_ylim(430.0, 490.0)
+        axes[1].set_ylim(0.6, 0.85)
     for axis in axes:
         axis.legend(frameon=False, fontsize="small", loc="upper right")
     force = data.sensor_force.sel(sensor=struck.SENSOR).transpose("length", "time").values

@@ -1,7 +1,8 @@
 """Thesis section 6.1.1: dependence of the reflected waves on the stiffness of a clamped cylinder."""
 
-from dataclasses import replace
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
@@ -9,9 +10,11 @@ import xarray as xr
 from coupling.cosimulation import CoSimulation
 from coupling.results.ar_and_tof import reflections
 from coupling.sweeps.sweep import sweep
+from hertzlink.studies import striking, table_2_1
 from hertzlink.studies import struck_cylinders as struck
-from hertzlink.studies import table_2_1
-from hertzlink.studies.struck_cylinders import BEAD, BEADS, DASHPOT, DASHPOTS, SENSOR, UNTIL, WAVES, chain
+from hertzlink.studies.conditions import number, substance
+from hertzlink.studies.striking import Striking
+from hertzlink.studies.struck_cylinders import BEADS, DASHPOT, SENSOR, THESIS, WAVES
 from hertzlink.studies.table import Row
 from structures.layers import critical_modulus
 from structures.material import MATERIALS, PTFE, STEEL_440C, Material
@@ -39,7 +42,40 @@ FAR_SENSOR = 12
 """The speeds of incident and reflected wave are compared between this sensor and sensor 7, both away from the ends."""
 
 
-def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
+@dataclass(frozen=True)
+class Conditions(Striking):
+    """What can be changed."""
+
+    material: tuple[Material, ...] = substance(tuple(MATERIALS.values()), "Materials of rods and cylinders")
+    modulus: tuple[float, ...] = number(
+        MODULI, "Pa", "Young's moduli of the sweep; density and Poisson's ratio stay those of 440C steel",
+        low=1e5, high=1e13,
+    )  # fmt: skip
+    length: float = striking.length(LENGTH, "Length of the cylinder")
+    radius: float = striking.radius(RADIUS)
+
+    def layers(self, material: Material) -> list[Layer]:
+        """The cylinder of a material."""
+        return [Layer(material, self.length, self.radius)]
+
+    def stacks(self) -> Iterable[Sequence[Layer]]:
+        """All cylinders."""
+        softest = replace(STEEL_440C, youngs_modulus=min(self.modulus), name="")
+        return [self.layers(one) for one in (*self.material, softest)]
+
+    def walls(self) -> dict[str, Material]:
+        """The two extremes, whose chains are shown bead by bead; one if there is only one material."""
+        if self.material == self.thesis("material"):
+            return WALLS
+        ends = [extreme(self.material, key=lambda one: one.youngs_modulus) for extreme in (max, min)]
+        return {_called(one): one for one in ends}
+
+
+def _called(material: Material) -> str:
+    return material.name or f"{material.youngs_modulus * 1e-9:.4g} GPa"
+
+
+def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
     """AR, TOF and the force at the sensors over Young's modulus, and for the materials of Table 2.1.
 
     Over the modulus, density and Poisson's ratio stay those of 440C steel. Names with "material" belong to rods, with
@@ -49,49 +85,56 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     if quick and jobs is None:
         # Starting processes would take longer than the runs.
         jobs = 1
-    moduli, materials = (MODULI[::6], WALLS) if quick else (MODULI, MATERIALS)
+    of = Conditions.of(own)
+    moduli = of.few("modulus", MODULI[::6] if quick else MODULI)
+    given = {_called(one): one for one in of.material}
+    materials = WALLS if quick and of.material == of.thesis("material") else given
 
     def stiff(youngs_modulus: float) -> CoSimulation:
         material = replace(STEEL_440C, youngs_modulus=youngs_modulus, name="")
-        return CoSimulation(chain(), struck.slender(layers(material)))
+        return CoSimulation(of.chain(of.middle), of.slender(of.layers(material)))
 
     def real(material: str, dashpot: float) -> CoSimulation:
-        return CoSimulation(chain(dashpot), struck.slender(layers(MATERIALS[material])))
+        return CoSimulation(of.chain(dashpot), of.slender(of.layers(materials[material])))
 
     def wide(material: str, body: str) -> CoSimulation:
-        of = MATERIALS[material]
-        return CoSimulation(chain(), half_space(of) if body == "half-space" else struck.solid(layers(of)))
+        wall = materials[material]
+        struck_body = half_space(wall) if body == "half-space" else of.solid(of.layers(wall))
+        return CoSimulation(of.chain(of.middle), struck_body)
 
-    data = sweep(stiff, UNTIL, jobs, struck.with_forces, youngs_modulus=moduli)
+    data = sweep(stiff, of.until, jobs, struck.with_forces, youngs_modulus=moduli)
     for kind, found in (
-        ("material", sweep(real, UNTIL, jobs, struck.measure, material=list(materials), dashpot=DASHPOTS)),
-        ("solid", sweep(wide, UNTIL, jobs, struck.measure, material=list(materials), body=BODIES)),
+        ("material", sweep(real, of.until, jobs, struck.measure, material=list(materials), dashpot=of.dashpot)),
+        ("solid", sweep(wide, of.until, jobs, struck.measure, material=list(materials), body=BODIES)),
     ):
         for name, values in found.data_vars.items():
             data[f"{kind}_{name}"] = values
     data["material_modulus"] = ("material", [m.youngs_modulus for m in materials.values()], {"units": "Pa"})
     data["youngs_modulus"].attrs["units"] = "Pa"
     data["dashpot"].attrs["units"] = "N s/m"
-    return data.merge(walls(), combine_attrs="override")
+    return of.marked(data.merge(walls(of), combine_attrs="override"))
 
 
 def layers(material: Material) -> list[Layer]:
-    """The cylinder of a material."""
-    return [Layer(material, LENGTH, RADIUS)]
+    """The thesis's cylinder of a material."""
+    return Conditions().layers(material)
 
 
-def walls() -> xr.Dataset:
-    """The motion of each bead against steel and PTFE, the force at the sensors, and the distribution of the energy."""
+def walls(of: Conditions) -> xr.Dataset:
+    """The motion of each bead against the stiffest and the softest rod, the force at the sensors, and the distribution
+    of the energy.
+    """
+    shown = of.walls()
 
     def against(wall: str) -> CoSimulation:
-        return CoSimulation(chain(), struck.slender(layers(WALLS[wall])))
+        return CoSimulation(of.chain(of.middle), of.slender(of.layers(shown[wall])))
 
-    runs = sweep(against, UNTIL, 1, wall=list(WALLS))
-    seen = [reflections(struck.high_pass(runs.sel(wall=name), TIME_CONSTANT), SENSOR).primary for name in WALLS]
+    runs = sweep(against, of.until, 1, wall=list(shown))
+    seen = [reflections(struck.high_pass(runs.sel(wall=name), TIME_CONSTANT), SENSOR).primary for name in shown]
     energy = runs.kinetic_energy + runs.contact_energy + runs.structure_energy
-    stored = xr.concat([wall_energy(runs.sel(wall=name), material) for name, material in WALLS.items()], "wall")
-    ratios = [speed_ratio(runs.sel(wall=name)) for name in WALLS]
-    forces = xr.concat([struck.with_forces(runs.sel(wall=name)).sensor_force for name in WALLS], "wall")
+    stored = xr.concat([wall_energy(runs.sel(wall=name), of.wall(one)) for name, one in shown.items()], "wall")
+    ratios = [speed_ratio(runs.sel(wall=name)) for name in shown]
+    forces = xr.concat([struck.with_forces(runs.sel(wall=name)).sensor_force for name in shown], "wall")
     found = xr.Dataset(
         {
             "wall_displacement": runs.displacement,
@@ -105,12 +148,11 @@ def walls() -> xr.Dataset:
     found["wall_last_force"].attrs = {"units": "N", "long_name": "force between the last two beads"}
     found["wall_filtered_ratio"].attrs = {"units": "1", "long_name": "AR, primary, behind the sensor's high-pass"}
     found["wall_energy_share"].attrs = {"units": "1", "long_name": "energy of the last contact / energy left"}
-    return found.assign_coords(wall=list(WALLS))
+    return found.assign_coords(wall=list(shown))
 
 
-def wall_energy(run: xr.Dataset, material: Material) -> xr.DataArray:
-    """Potential energy of the last bead's contact, J: 2/5 k δ^5/2."""
-    stiffness = hertz_stiffness(BEAD.surface, Surface(material))
+def wall_energy(run: xr.Dataset, stiffness: float) -> xr.DataArray:
+    """Potential energy of the last bead's contact, J: 2/5 k δ^5/2. stiffness: k, N/m^1.5."""
     resting = (float(run.static_force.max()) / stiffness) ** (2.0 / 3.0)
     overlap = run.displacement.sel(bead=BEADS, drop=True) - run.surface_displacement + resting
     energy: xr.DataArray = 0.4 * stiffness * overlap.clip(min=0.0) ** 2.5
@@ -125,20 +167,53 @@ def speed_ratio(run: xr.Dataset) -> float:
     return (far.incident.arrival - near.incident.arrival) / (near.primary.arrival - far.primary.arrival)
 
 
-def collisions(data: xr.Dataset) -> tuple[float, float, float]:
-    """Against PTFE, s: when bead 20 is deepest, and when it then hits bead 19 for the first and the second time."""
-    soft = data.sel(wall="PTFE")
+def collisions(data: xr.Dataset) -> tuple[float, ...]:
+    """Against the softest rod, s: when bead 20 is deepest, and when it then hits bead 19 for the first and the second
+    time, if it does.
+    """
+    soft = data.isel(wall=-1)
     force, deepest = soft.wall_last_force.values, int(soft.wall_displacement.sel(bead=BEADS).values.argmax())
-    first, second = np.flatnonzero((force[deepest + 1 :] > 0.0) & (force[deepest:-1] <= 0.0))[:2] + deepest + 1
-    return float(data.time[deepest]), float(data.time[first]), float(data.time[second])
+    hits = np.flatnonzero((force[deepest + 1 :] > 0.0) & (force[deepest:-1] <= 0.0))[:2] + deepest + 1
+    return tuple(float(data.time[i]) for i in (deepest, *hits))
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """The numbers of section 6.1.1 and of Table 2.1, compared with those of hertzlink."""
+    """The numbers of section 6.1.1 and of Table 2.1, compared with those of hertzlink; of other rods, with theory."""
+    of = Conditions.read(data)
+    if of.own:
+        return _own(data, of)
     return [
         *_waves(data), *_sensor(data), *_bead(data), *_energy(data), *_critical(data), *_solid(data),
         *table_2_1.table(),
     ]  # fmt: skip
+
+
+def _own(data: xr.Dataset, of: Conditions) -> list[Row]:
+    """AR and TOF of other rods, the last bead's motion, and the modulus below which secondary waves form."""
+    rows = []
+    for name, material in {_called(one): one for one in of.material}.items():
+        if name not in data.material.values:
+            continue
+        rods, solids = data.sel(material=name), data.sel(material=name)
+        at, cylinder, space = rods.sel(dashpot=of.middle), *(solids.sel(body=body) for body in BODIES)
+        expected = float(of.time_of_flight(of.wall(material))) * 1e6
+        rows += [
+            Row(f"AR, {name}", "", struck.known(float(at.material_amplitude_ratio.sel(wave="primary"))), "",
+                f"axisymmetric cylinder {struck.ratio(cylinder.solid_amplitude_ratio):.4g}, half-space "
+                f"{struck.ratio(space.solid_amplitude_ratio):.4g}"
+                + struck.band(rods.material_amplitude_ratio.sel(wave="primary"))),
+            Row(f"TOF, {name}", "", struck.known(struck.flight(at.material_time_of_flight)), "µs",
+                "theory: equation 6.20, without losses and preload; axisymmetric cylinder "
+                f"{struck.flight(cylinder.solid_time_of_flight):.4g}, half-space "
+                f"{struck.flight(space.solid_time_of_flight):.4g}"
+                + struck.band(rods.material_time_of_flight.sel(wave="primary"), 1e6), expected),
+            Row(f"AR, secondary wave, {name}", "", struck.ratio(at.material_amplitude_ratio, "secondary"), "",
+                f"equation 6.22: secondary waves form below {critical_modulus(of.bead_material) * 1e-9:.3g} GPa"),
+            Row(f"largest displacement of bead 20, {name}", "", float(at.material_largest_displacement) * 1e6, "µm",
+                f"contact with the rod {float(at.material_contact_time) * 1e6:.4g} µs, one bead on a half-space "
+                f"{of.contact_time(material) * 1e6:.4g}"),
+        ]  # fmt: skip
+    return rows
 
 
 def _others(data: xr.Dataset, material: str, name: str, factor: float = 1.0) -> str:
@@ -154,7 +229,7 @@ def _extremes(data: xr.Dataset) -> tuple[xr.Dataset, xr.Dataset]:
 def _waves(data: xr.Dataset) -> list[Row]:
     steel, ptfe = _extremes(data)
     flights = [struck.flight(of.material_time_of_flight) for of in (steel, ptfe)]
-    theory = [float(struck.theory_time_of_flight(hertz_stiffness(BEAD.surface, Surface(m)))) for m in WALLS.values()]
+    theory = [float(THESIS.time_of_flight(THESIS.wall(m))) for m in WALLS.values()]
     return [
         Row("definition of AR", "F_ref/F_in", "F_ref/F_in", "", "greatest dynamic forces at sensor 7"),
         Row("definition of TOF", "between the waves", "peak to peak", "", "at sensor 7"),
@@ -278,7 +353,8 @@ def _over_modulus(data: xr.Dataset) -> "Figure":
 
     figure, axes = plots.panels(2, width=3.9, height=3.4, sharey=False)
     modulus, label = data.youngs_modulus.values, "Young's modulus of the cylinder (GPa)"
-    real, solid = data.sel(dashpot=DASHPOT), data.sel(body="cylinder")
+    of = Conditions.read(data)
+    real, solid = data.sel(dashpot=of.middle), data.sel(body="cylinder")
     for axis, name, factor, what in (
         (axes[0], "time_of_flight", 1e6, "time of flight (µs)"),
         (axes[1], "amplitude_ratio", 1.0, "amplitude ratio AR"),
@@ -289,12 +365,13 @@ def _over_modulus(data: xr.Dataset) -> "Figure":
             points = [("", values.sel(wave=wave).values * factor, style) for wave in WAVES]
             plots.curves(axis, data.material_modulus.values * 1e-9, points, label, what)
     walls = [Surface(replace(STEEL_440C, youngs_modulus=value, name="")) for value in modulus]
-    stiffness = np.array([hertz_stiffness(BEAD.surface, wall) for wall in walls])
-    theory = struck.theory_time_of_flight(stiffness) * 1e6
+    stiffness = np.array([hertz_stiffness(of.sphere.surface, wall) for wall in walls])
+    theory = of.time_of_flight(stiffness) * 1e6
     plots.theory_line(axes[0], modulus * 1e-9, theory, "equation 6.20")
-    axes[1].plot([], [], "o", color="grey", markersize=4.0, label="rods of Table 2.1's materials")
+    which = "the given" if of.own else "Table 2.1's"
+    axes[1].plot([], [], "o", color="grey", markersize=4.0, label=f"rods of {which} materials")
     axes[1].plot([], [], "x", color="grey", markersize=4.0, label="axisymmetric cylinders")
-    plots.marked(axes[1], critical_modulus(STEEL_440C) * 1e-9, "equation 6.22", left=True)
+    plots.marked(axes[1], critical_modulus(of.bead_material) * 1e-9, "equation 6.22", left=True)
     axes[1].set_ylim(0.0, 1.25)
     axes[0].legend(frameon=False, fontsize="small")
     axes[1].legend(framealpha=1.0, edgecolor="none", fontsize="small", loc="upper left")
@@ -304,8 +381,8 @@ def _over_modulus(data: xr.Dataset) -> "Figure":
 def _histories(data: xr.Dataset) -> "Figure":
     from coupling.views import plots
 
-    figure, axes = plots.panels(2, width=3.9, height=3.0)
-    for axis, wall in zip(axes, WALLS, strict=True):
+    figure, axes = plots.panels(data.sizes["wall"], width=3.9, height=3.0)
+    for axis, wall in zip(axes, data.wall.values, strict=True):
         plots.histories(axis, data.wall_sensor_force.sel(wall=wall))
         axis.set_title(f"against {wall}")
     axes[0].set_ylabel("force above the preload (N)")
@@ -316,17 +393,17 @@ def _histories(data: xr.Dataset) -> "Figure":
 def _displacements(data: xr.Dataset) -> "Figure":
     from coupling.views import plots
 
-    figure, axes = plots.panels(2, width=3.9, height=3.4)
-    for axis, wall in zip(axes, WALLS, strict=True):
+    figure, axes = plots.panels(data.sizes["wall"], width=3.9, height=3.4)
+    for axis, wall in zip(axes, data.wall.values, strict=True):
         plots.displacements(axis, data.wall_displacement.sel(wall=wall), SENSOR)
         axis.set_title(f"against {wall}")
-    _, first, second = collisions(data)
-    last = data.wall_displacement.sel(wall="PTFE", bead=BEADS)
-    for time, marker, label in ((first, "o", "first collision"), (second, "s", "second collision")):
-        axes[1].plot(
+    last = data.wall_displacement.isel(wall=-1).sel(bead=BEADS)
+    for i, (time, marker) in enumerate(zip(collisions(data)[1:], ("o", "s"), strict=False)):
+        label = f"{('first', 'second')[i]} collision"
+        axes[-1].plot(
             time * 1e6, float(last.sel(time=time)) * 1e6, marker, color="black", markerfacecolor="none", label=label
         )
     top = float(data.wall_displacement.max()) * 1e6
     axes[0].set(ylabel="displacement (µm)", ylim=(-0.4 * top, 1.1 * top))
-    axes[1].legend(frameon=False, fontsize="small")
+    axes[-1].legend(frameon=False, fontsize="small")
     return figure

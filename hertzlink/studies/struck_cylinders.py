@@ -12,53 +12,52 @@ from coupling.results.ar_and_tof import reflections
 from coupling.results.measures import contact_time, sensor_force
 from coupling.results.signals import as_signal
 from coupling.sweeps.sweep import sweep
-from particles.bead import STANDARD_GRAVITY, Sphere, drop_speed
+from hertzlink.studies.striking import BEADS, DASHPOTS, DROP_HEIGHT, SENSOR, UNTIL, Striking
+from hertzlink.studies.table import Row
 from particles.chain import Chain
-from particles.dissipation import LinearDashpot
-from structures.cylinder import layered_cylinder
-from structures.layers import time_of_flight as primary_time_of_flight
 from structures.material import STEEL_440C
-from structures.reduction import reduce
-from structures.rod import Layer, rod
+from structures.rod import Layer
 from structures.structure import Structure, Vector
-from structures.surface import Surface, hertz_stiffness
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-BEAD = Sphere(4.76e-3, STEEL_440C)
-BEADS, SENSOR = 20, 7
+THESIS = Striking()
+"""The thesis's chain."""
+
+BEAD = THESIS.sphere
 SENSORS = (SENSOR, 16)
 """AR and TOF are read at bead 7; at 16, four beads from the cylinder, incident and reflected wave overlap."""
 
-DROP_HEIGHT = 0.01
-UNTIL = 1.5e-3
-
 WAVES = ("primary", "secondary")
 
-DASHPOT = 5.0
-"""N s/m, at every contact; the thesis does not give its coefficient."""
+DASHPOT = THESIS.middle
+"""N s/m; the tables show the other two of DASHPOTS as well."""
 
-DASHPOTS = (4.0, DASHPOT, 6.0)
-"""N s/m; the tables show the outer two as well."""
+STEEL_WALL = THESIS.wall(STEEL_440C)
+
+__all__ = ["BEADS", "DASHPOTS", "DROP_HEIGHT", "SENSOR", "UNTIL"]
 
 
 def chain(dashpot: float = DASHPOT) -> Chain:
     """The thesis's vertical chain of 20 spheres, struck from 1 cm."""
-    return Chain([BEAD] * BEADS, BEAD, drop_speed(DROP_HEIGHT), STANDARD_GRAVITY, LinearDashpot(dashpot))
+    return THESIS.chain(dashpot)
 
 
 def slender(layers: Sequence[Layer]) -> Structure:
-    """The rod of these layers on a fixed base, in the one-dimensional theory; its reduction does not change
-    AR and TOF.
-    """
-    return reduce(rod(layers), UNTIL)
+    """A rod for the thesis's chain."""
+    return THESIS.slender(layers)
 
 
 def solid(layers: Sequence[Layer]) -> Structure:
-    """The axisymmetric cylinder of these layers on a fixed base, reduced."""
-    return reduce(layered_cylinder(layers), UNTIL)
+    """An axisymmetric cylinder for the thesis's chain."""
+    return THESIS.solid(layers)
+
+
+def theory_time_of_flight(wall_stiffness: Vector | float, restitution: Vector | float = 1.0) -> Vector:
+    """TOF, s, of the primary wave in the thesis's chain."""
+    return THESIS.time_of_flight(wall_stiffness, restitution)
 
 
 def measure(run: xr.Dataset) -> xr.Dataset:
@@ -99,7 +98,11 @@ def with_forces(run: xr.Dataset) -> xr.Dataset:
 
 
 def over_lengths(
-    layers: Callable[[float], list[Layer]], lengths: Iterable[float], solid_lengths: Iterable[float], jobs: int | None
+    layers: Callable[[float], list[Layer]],
+    lengths: Iterable[float],
+    solid_lengths: Iterable[float],
+    jobs: int | None,
+    of: Striking = THESIS,
 ) -> xr.Dataset:
     """AR and TOF over a length (m): rods for all dashpots, axisymmetric cylinders (solid_…) for the middle one.
 
@@ -107,30 +110,19 @@ def over_lengths(
     """
 
     def against_rod(length: float, dashpot: float) -> CoSimulation:
-        return CoSimulation(chain(dashpot), slender(layers(length)))
+        return CoSimulation(of.chain(dashpot), of.slender(layers(length)))
 
     def against_cylinder(solid_length: float) -> CoSimulation:
-        return CoSimulation(chain(), solid(layers(solid_length)))
+        return CoSimulation(of.chain(of.middle), of.solid(layers(solid_length)))
 
-    data = sweep(against_rod, UNTIL, jobs, with_forces, length=lengths, dashpot=DASHPOTS)
-    solids = sweep(against_cylinder, UNTIL, jobs, measure, solid_length=solid_lengths)
-    data["sensor_force"] = data.sensor_force.sel(dashpot=DASHPOT, drop=True)
+    data = sweep(against_rod, of.until, jobs, with_forces, length=lengths, dashpot=of.dashpot)
+    solids = sweep(against_cylinder, of.until, jobs, measure, solid_length=solid_lengths)
+    data["sensor_force"] = data.sensor_force.sel(dashpot=of.middle, drop=True)
     for name in ("amplitude_ratio", "time_of_flight"):
         data[f"solid_{name}"] = solids[name]
     for name, units in (("length", "m"), ("solid_length", "m"), ("dashpot", "N s/m")):
         data[name].attrs["units"] = units
     return data
-
-
-def theory_time_of_flight(wall_stiffness: Vector | float, restitution: Vector | float = 1.0) -> Vector:
-    """TOF, s, of the primary wave by equation 6.18, with the 13 beads between sensor 7 and the structure."""
-    bead_to_bead, speed = hertz_stiffness(BEAD.surface, BEAD.surface), drop_speed(DROP_HEIGHT)
-    return np.asarray(
-        primary_time_of_flight(BEADS - SENSOR, BEAD.mass, bead_to_bead, wall_stiffness, speed, restitution)
-    )
-
-
-STEEL_WALL = hertz_stiffness(BEAD.surface, Surface(STEEL_440C))
 
 
 def ratio(values: xr.DataArray, wave: str = "primary") -> float:
@@ -148,9 +140,14 @@ def lost(values: xr.DataArray) -> float:
     return 100.0 * float(1.0 - values.min() / values.max())
 
 
+def middle(data: xr.Dataset) -> float:
+    """The dashpot that counts, N s/m."""
+    return float(data.dashpot[data.sizes["dashpot"] // 2])
+
+
 def beyond_rod(data: xr.Dataset, name: str, wave: str = "primary") -> xr.DataArray:
     """AR or TOF of the cylinders minus that of rods of the same length."""
-    rods = data[name].sel(wave=wave, dashpot=DASHPOT).dropna("length").interp(length=data.solid_length)
+    rods = data[name].sel(wave=wave, dashpot=middle(data)).dropna("length").interp(length=data.solid_length)
     return data[f"solid_{name}"].sel(wave=wave) - rods
 
 
@@ -166,13 +163,65 @@ def sensitivity(values: xr.DataArray, factor: float = 1.0) -> str:
     return f"γ is not given; {low:.3g} and {high:.3g} for γ = 4 and 6 N s/m"
 
 
+def chosen(lengths: Sequence[float], most: int = 9) -> tuple[float, ...]:
+    """At most so many of the lengths, evenly among them, with the first and the last one."""
+    places = np.unique(np.linspace(0, len(lengths) - 1, min(most, len(lengths))).round().astype(int))
+    return tuple(lengths[i] for i in places)
+
+
+def own_rows(
+    data: xr.Dataset, what: str, theory: Callable[[float], tuple[float, float | str, str]], secondary: bool = False
+) -> list[Row]:
+    """AR and TOF over the length, m, of a user's own chain and cylinder.
+
+    theory: TOF, s, AR or nothing, and the equations, for a length. secondary: whether its delay is a row too.
+    """
+    rows, gamma = [], middle(data)
+    for length in data.solid_length.values:
+        rods, solids = data.sel(length=length, method="nearest"), data.sel(solid_length=length)
+        at, label = rods.sel(dashpot=gamma), f"{what} {length * 1e3:.4g} mm"
+        tof, expected, source = theory(float(length))
+        waves = (("AR", "amplitude_ratio", "", 1.0, expected), ("TOF", "time_of_flight", "µs", 1e6, tof * 1e6))
+        for name, variable, unit, factor, predicted in waves:
+            wide = factor * float(solids[f"solid_{variable}"].sel(wave="primary"))
+            reason = f"axisymmetric cylinder {wide:.4g}{band(rods[variable].sel(wave='primary'), factor)}"
+            reason = f"theory: {source}; {reason}" if predicted != "" else reason
+            value = factor * float(at[variable].sel(wave="primary"))
+            rows.append(Row(f"{name}, {label}", "", known(value), unit, reason, predicted))
+        later = delay_of(at.time_of_flight)
+        seen = f"{later:.4g} µs after the primary one" if np.isfinite(later) else "none is seen"
+        if secondary or np.isfinite(later):
+            rows.append(Row(f"AR, secondary wave, {label}", "", ratio(at.amplitude_ratio, "secondary"), "", seen))
+    return rows
+
+
+def delay_of(flights: xr.DataArray) -> float:
+    """The secondary wave's delay after the primary one, µs; NaN without one."""
+    return flight(flights, "secondary") - flight(flights)
+
+
+def known(value: float) -> float | str:
+    """A number, or words where no wave was seen."""
+    return value if np.isfinite(value) else "no wave"
+
+
+def band(values: xr.DataArray, factor: float = 1.0) -> str:
+    """The results with the least and the greatest dashpot, if there are several."""
+    if values.sizes["dashpot"] == 1:
+        return ""
+    ends = values.isel(dashpot=[0, -1])
+    low, high = ends.fillna(0.0).values * factor
+    least, most = ends.dashpot.values
+    return f"; {low:.4g} and {high:.4g} for γ = {least:g} and {most:g} N s/m"
+
+
 def against_length(axis: "Axes", data: xr.Dataset, name: str, wave: str, label: str, xlabel: str) -> None:
     """AR or TOF of one wave over a length (mm): rods, their band between the outer dashpots, and cylinders."""
     from coupling.views import plots
 
     factor = 1e6 if name == "time_of_flight" else 1.0
     values, solids = data[name].sel(wave=wave) * factor, data[f"solid_{name}"].sel(wave=wave) * factor
-    plots.banded(axis, data.length.values * 1e3, values, DASHPOT, "rod, 1-D")
+    plots.banded(axis, data.length.values * 1e3, values, middle(data), "rod, 1-D")
     plots.points(axis, data.solid_length.values * 1e3, solids.values, 1, "cylinder, axisymmetric")
     axis.set(xlabel=xlabel, ylabel=label)
     plots.log_x(axis)

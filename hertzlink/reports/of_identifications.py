@@ -1,0 +1,49 @@
+"""What a report shows of an identification."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from coupling.identification.found import Identification, Unknown
+from coupling.views import identified
+from hertzlink.reports.page import Section, table
+from hertzlink.reports.svg import WIDTH, drawn
+
+
+def of_identification(result: Any, data: xr.Dataset) -> tuple[list[str], list[Section]]:
+    """What was found, how far it is known, and whether the model explains the signal."""
+    names = [str(one) for one in data.unknown.values]
+    columns = (data[name].values.tolist() for name in ("value", "low", "high", "verdict"))
+    unknowns = [
+        Unknown(n, v, (low, high), str(verdict)) for n, v, low, high, verdict in zip(names, *columns, strict=True)
+    ]
+    explained, size = bool(data.attrs["explained"]), float(data.attrs["misfit"])
+    said = "The model explains the signal" if explained else "The model does not explain the signal"
+    summary = [f"{said}: its residual is {size:.3g} times the noise. {int(data.attrs['runs'])} runs."]
+    if not explained:
+        summary.append("Mend the model first: a wrong model biases values by more than any interval.")
+    found = table("Unknowns", ("unknown", "value", "95 % interval", "verdict"), [one.row() for one in unknowns])
+    words = "How well each unknown is known."
+    known = drawn("intervals", words, lambda ax: identified.intervals(data, ax), 1.2 + 0.42 * len(names))
+    words = "Correlations: unknowns near 1 or −1 cannot be told apart."
+    together = drawn("correlation", words, lambda ax: identified.correlation(data, ax), WIDTH - 1.0)
+    tables = [found]
+    modes = result.modes[1:] if isinstance(result, Identification) else []
+    if modes:
+        rows = [tuple(f"{mode.get(name, float('nan')):.4g}" for name in modes[0]) for mode in modes]
+        tables.append(table("Other fits that the noise does not exclude", tuple(modes[0]), rows))
+    pictures = []
+    for number in np.atleast_1d(data.sensor.values).astype(int).tolist():
+        for name, draw, words in (
+            ("fit", identified.fit, f"Fitted over measured force at bead {number}."),
+            ("residual", identified.residual, f"What the fit leaves at bead {number}, in units of the noise."),
+        ):
+            pictures.append(drawn(f"{name}-{number}", words, _of_sensor(draw, data, number)))
+    values = Section("Values", tables=tables, pictures=[known, together])
+    return summary, [values, Section("Fit", pictures=pictures)]
+
+
+def _of_sensor(draw: Callable[..., Any], data: xr.Dataset, sensor: int) -> Callable[[Any], Any]:
+    return lambda ax: draw(data, sensor, ax)

@@ -1,0 +1,141 @@
+"""Reports of runs, signals, sweeps and identifications."""
+
+import json
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from coupling.files.writing import write_whole
+from coupling.identification.found import Identification
+from coupling.results.findings import findings_of, one_of_each
+from coupling.results.schema import BATCH, RUN, SIGNAL, SWEEP, kind_of
+from coupling.views import identified, setup
+from hertzlink.reports import setup_in_words
+from hertzlink.reports.of_identifications import of_identification
+from hertzlink.reports.of_runs import of_many, of_one
+from hertzlink.reports.page import Page, Section, html, usual_facts
+from hertzlink.reports.svg import drawn
+from structures.caution import collected
+from structures.checks import not_negative, short
+
+WANTED = "must be a run, a sweep, a signal, or what identify returned, or a Dataset of these"
+
+
+def report(
+    result: Any,
+    path: str | Path,
+    title: str | None = None,
+    sensors: int | Iterable[int] | None = None,
+    setup: Any = None,
+    took: float | None = None,
+) -> Path:
+    """Write a report of a result: one HTML page with its input, figures, tables, warnings and versions.
+
+    The page holds everything: it loads nothing, runs no scripts, and suits screens from 400 pixels on, light and dark.
+
+    Parameters
+    ----------
+    result : Dataset or Identification
+        A run, a sweep, a batch, a measured signal, or what `identify` returned or saved.
+    path : path
+        The file; one that exists is replaced, completely or not at all.
+    title : str, optional
+        By default what the result is.
+    sensors : int or sequence of int, optional
+        Beads, 1 to N from the struck end; by default the middle bead, all of a signal.
+    setup : CoSimulation, optional
+        What to sketch, for a signal or an identification, which do not hold it.
+    took : float, optional
+        Time that the computation took, s.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    ValueError
+        For anything else, and for sensors that the result does not hold.
+    OSError
+        If the file cannot be written.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
+    >>> chain = hl.Chain([bead] * 16, striker=bead, impact_speed=0.3)
+    >>> run = hl.CoSimulation(chain, hl.half_space(hl.PTFE)).run(until=8e-4)
+    >>> hl.plots.report(run, "tap.html", title="Tap on PTFE").name
+    'tap.html'
+    """
+    if not isinstance(path, str | Path) or not str(path):
+        raise ValueError(f"path = {short(path)}: must be the name of a file")
+    if title is not None and not isinstance(title, str):
+        raise ValueError(f"title = {short(title)}: must be text")
+    seconds = None if took is None else not_negative("took", took, "s")
+    # Measures that warn of what the result says already must not warn again.
+    with collected() as said:
+        page = page_of(result, title, sensors, setup, seconds, said)
+    file = Path(path)
+    write_whole(file, html(page).encode("utf-8", "replace"))
+    return file
+
+
+def page_of(
+    result: Any, title: str | None, sensors: Any, sketched: Any, took: float | None, said: Sequence[str] = ()
+) -> Page:
+    """The page of a result. said: what its measures warned of, known when all are done."""
+    if isinstance(result, Identification) or (isinstance(result, xr.Dataset) and "verdict" in result):
+        data = identified.dataset_of(result)
+        name, summary, sections = "Identification", *of_identification(result, data)
+        found = np.atleast_1d(data.attrs.get("warnings", [])).tolist()
+    else:
+        data = result
+        kind = kind_of(data) if isinstance(data, xr.Dataset) else ""
+        if kind not in (RUN, SIGNAL, SWEEP, BATCH):
+            raise ValueError(f"result = {short(result)}: {WANTED}")
+        one = kind in (RUN, SIGNAL)
+        name = {RUN: "Run", SIGNAL: "Measured signal", SWEEP: "Sweep", BATCH: "Batch"}[kind]
+        summary, sections = of_one(data, sensors) if one else of_many(data, sensors)
+        found = findings_of(data)
+    warnings = one_of_each([str(one) for one in (*found, *said) if str(one)])
+    parts = [
+        Section("Warnings", warnings=warnings),
+        *sections,
+        of_setup(data if sketched is None else sketched, sketched is not None),
+        of_input(data),
+    ]
+    known = _parsed(data.attrs.get("versions"))
+    return Page(title or name, summary, parts, usual_facts(took, {str(k): str(v) for k, v in known.items()} or None))
+
+
+def of_setup(given: Any, wanted: bool = False) -> Section:
+    """The sketch and the tables of the input, where the result holds it."""
+    try:
+        known = setup.described_input(given)
+    except ValueError:
+        if wanted:
+            raise
+        return Section("Set-up")
+    words = "The set-up to scale."
+    sketch = drawn("setup", words, lambda ax: setup.setup(given, ax))
+    return Section("Set-up", pictures=[sketch], tables=setup_in_words.input_tables(known))
+
+
+def of_input(data: xr.Dataset) -> Section:
+    """The whole input as it is in the Dataset."""
+    known = _parsed(data.attrs.get("input"))
+    text = json.dumps(known, indent=1, ensure_ascii=False)
+    return Section("Input", folded=[("The whole input, as the result holds it", text)] if known else [])
+
+
+def _parsed(text: Any) -> dict[str, Any]:
+    try:
+        found = json.loads(text)
+    except (TypeError, ValueError):
+        return {}
+    return found if isinstance(found, dict) else {}

@@ -1,0 +1,126 @@
+"""What a report shows of a run, a signal, a sweep and a batch."""
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from coupling.results.ar_and_tof import amplitude_ratio, reflections, time_of_flight
+from coupling.results.measures import energy_error
+from coupling.results.reading import Reading
+from coupling.results.schema import RUN, kind_of
+from coupling.results.waves import NoWave, ReflectedWave
+from coupling.views import swept, traces
+from hertzlink.reports.page import Section, Table, table
+from hertzlink.reports.svg import drawn
+
+MOST_POINTS = 60
+"""A table of a sweep has at most this number of rows."""
+
+MEASURES = (("AR", 1.0, amplitude_ratio), ("TOF (µs)", 1e6, time_of_flight))
+
+
+def of_one(data: xr.Dataset, sensors: Any) -> tuple[list[str], list[Section]]:
+    """A run or a signal."""
+    reading, is_run = Reading(data), kind_of(data) == RUN
+    numbers = traces.sensors_of(reading, sensors)
+    rows = [row for number in numbers for row in _waves(data, number)]
+    head = ("sensor and wave", "peak (N)", "arrival (µs)", "AR", "TOF (µs)", "remark")
+    words = f"Force at bead{'s' * (len(numbers) > 1)} {', '.join(map(str, numbers))}, and its waves."
+    pictures = [drawn("traces", words, lambda ax: traces.traces(data, numbers, ax))]
+    chains = reading.beads if is_run else []
+    if len(chains) == 1:
+        words = "Force at each contact over time: waves run down the chain, and back from the structure."
+        pictures.append(drawn("map", words, lambda ax: traces.contact_map(data, ax)))
+    try:
+        words = f"Amplitude spectrum of the force at bead {numbers[0]}."
+        pictures.append(drawn("spectrum", words, lambda ax: traces.spectrum(data, numbers[0], ax)))
+    except ValueError:  # clipped samples, of which the table tells
+        pass
+    if is_run and "kinetic_energy" in data:
+        words = "Where the energy is over time. The sum must not change."
+        pictures.append(drawn("energy", words, lambda ax: traces.energy(data, ax)))
+    length = f"{1e6 * (reading.time[-1] - reading.time[0]):.6g} µs in {reading.time.size} samples"
+    summary = [f"{'Simulated' if is_run else 'Measured'}: {length}."]
+    if is_run and "kinetic_energy" in data:
+        summary.append(f"The energy changes by {float(energy_error(data)):.1g} of the impact energy.")
+    return summary, [Section("Waves", tables=[table("AR and TOF at the sensors", head, rows)], pictures=pictures)]
+
+
+def _waves(data: xr.Dataset, sensor: int) -> Iterator[tuple[str, ...]]:
+    """A row for each wave at a sensor."""
+    try:
+        waves = reflections(data, sensor)
+    except ValueError as error:
+        yield f"bead {sensor}", "", "", "", "", str(error)
+        return
+    for name, wave in zip(waves._fields, waves, strict=True):
+        words = f"bead {sensor}, {name}"
+        if isinstance(wave, NoWave):
+            yield words, "", "", "", "", f"none; {wave.reason}"
+            continue
+        peak = (f"{wave.amplitude:.2f}", f"{1e6 * wave.arrival:.2f}")
+        if isinstance(wave, ReflectedWave):
+            begins = "" if wave.begins == "unknown" else f"begins at the {wave.begins}"
+            yield words, *peak, f"{wave.amplitude_ratio:.4f}", f"{1e6 * wave.time_of_flight:.2f}", begins
+        else:
+            yield words, *peak, "", "", ""
+
+
+def of_many(data: xr.Dataset, sensors: Any) -> tuple[list[str], list[Section]]:
+    """A sweep or a batch."""
+    reading = Reading(data)
+    numbers = traces.sensors_of(reading, sensors)
+    sections = [_bead(data, number) for number in numbers]
+    ratio = amplitude_ratio(data, numbers[0])
+    axes = ", ".join(f"{str(name).replace('_', ' ')} ({size})" for name, size in ratio.sizes.items())
+    return [f"{ratio.size} runs over {axes}."], sections
+
+
+def _bead(data: xr.Dataset, number: int) -> Section:
+    """AR and TOF at a bead."""
+    pictures, sentences = [], []
+    for wave in ("primary", "secondary"):
+        if wave == "secondary" and bool(amplitude_ratio(data, number, wave).isnull().all()):
+            sentences.append("No run has a secondary wave at this bead.")
+            continue
+        for measure, words in (("amplitude_ratio", "Amplitude ratio AR"), ("time_of_flight", "Time of flight TOF")):
+            caption, name = f"{words} of the {wave} wave at bead {number}.", f"{measure}-{wave}-{number}"
+            try:
+                pictures.append(drawn(name, caption, _swept(data, number, measure, wave)))
+            except ValueError as error:  # of so many parameters that there is no curve
+                sentences = [f"No curves: {error}"]
+    return Section(f"Bead {number}", sentences, tables=[_points(data, number)], pictures=pictures)
+
+
+def _swept(data: xr.Dataset, sensor: int, measure: str, wave: str) -> Callable[[Any], Any]:
+    """The curves over the parameter that has the most values."""
+    ratio = amplitude_ratio(data, sensor)
+    over = max(map(str, ratio.dims), key=lambda name: ratio.sizes[name]) if ratio.dims else None
+    return lambda ax: swept.swept(data, sensor, measure, over, wave, ax)
+
+
+def _points(data: xr.Dataset, sensor: int) -> Table:
+    """AR and TOF of each run, of the first ones where there are many."""
+    values = [
+        (f"{wave} {words}", factor, measure(data, sensor, wave))
+        for wave in ("primary", "secondary")
+        for words, factor, measure in MEASURES
+    ]
+    axes = [str(name) for name in values[0][2].dims]
+    units = {name: swept.parameter(values[0][2][name]) for name in axes}
+    rows = []
+    for place in list(np.ndindex(*values[0][2].shape))[:MOST_POINTS]:
+        at = [values[0][2][name].values[i] for name, i in zip(axes, place, strict=True)]
+        texts = [
+            f"{units[name][0] * one:.5g}" if np.isreal(one) else str(one) for name, one in zip(axes, at, strict=True)
+        ]
+        found = [factor * float(one.values[place]) for _, factor, one in values]
+        rows.append((*texts, *("none" if np.isnan(one) else f"{one:.4g}" for one in found)))
+    head = [
+        f"{name.replace('_', ' ')} ({units[name][1]})" if units[name][1] else name.replace("_", " ") for name in axes
+    ]
+    left = values[0][2].size - len(rows)
+    caption = f"AR and TOF at bead {sensor}" + (f"; {left} more runs are left out" if left else "")
+    return table(caption, (*head, *(name for name, _, _ in values)), rows)

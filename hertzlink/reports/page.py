@@ -1,0 +1,113 @@
+"""The parts of a report, and the page that the template makes of them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from datetime import datetime
+from functools import cache
+from importlib.resources import files
+from typing import TYPE_CHECKING
+
+from coupling.results.provenance import versions
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
+
+HERE, TEMPLATE, STYLE = "hertzlink.reports", "report.html.j2", "report.css"
+"""The package that holds the template and the style sheet, and their names."""
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure: SVG that may stand in a page, what it shows, and the same for those who cannot see it."""
+
+    svg: str
+    caption: str
+    alternative: str
+    width: float
+    """Width at which its letters have their size, CSS pixels."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """A row of a table, and a note below it."""
+
+    cells: tuple[str, ...]
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table: a caption, the names of its columns, and rows whose first cell names them."""
+
+    caption: str
+    head: tuple[str, ...]
+    rows: Sequence[Line]
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of the page under a title: sentences, warnings, tables, pictures, and long text that is folded."""
+
+    title: str
+    sentences: Sequence[str] = ()
+    warnings: Sequence[str] = ()
+    tables: Sequence[Table] = ()
+    pictures: Sequence[Picture] = ()
+    folded: Sequence[tuple[str, str]] = ()
+    """Title and text."""
+
+    @property
+    def empty(self) -> bool:
+        """Whether there is nothing to show."""
+        return not (self.sentences or self.warnings or self.tables or self.pictures or self.folded)
+
+
+@dataclass(frozen=True)
+class Page:
+    """A report."""
+
+    title: str
+    summary: Sequence[str]
+    sections: Sequence[Section]
+    facts: Sequence[tuple[str, str]] = field(default_factory=list)
+    remark: str = ""
+    """What stands in a box at the top, as for a quick run."""
+
+
+def html(page: Page) -> str:
+    """The page as HTML, with its style. Text is escaped; pictures are SVG of our own making."""
+    from markupsafe import Markup
+
+    sections = [section for section in page.sections if not section.empty]
+    return (
+        _environment()
+        .get_template(TEMPLATE)
+        .render(page=page, sections=sections, style=Markup(_text(STYLE)), safe=Markup)
+    )
+
+
+def usual_facts(took: float | None, known: dict[str, str] | None = None) -> list[tuple[str, str]]:
+    """When the report was made, the time the computation took (s), and versions: those of a result, or of today."""
+    facts = [("report made", datetime.now().astimezone().strftime("%Y-%m-%d %H:%M %Z"))]
+    if took is not None:
+        facts.append(("time taken", f"{took:.1f} s" if took < 120.0 else f"{took / 60.0:.1f} min"))
+    facts.append(("versions", ", ".join(f"{name} {number}" for name, number in (known or versions()).items())))
+    return facts
+
+
+def table(caption: str, head: Sequence[str], rows: Sequence[Sequence[str]]) -> Table:
+    """A table of plain rows without notes."""
+    return Table(caption, tuple(head), [Line(tuple(row)) for row in rows])
+
+
+@cache
+def _environment() -> "Environment":
+    from jinja2 import Environment, FunctionLoader, StrictUndefined
+
+    return Environment(
+        loader=FunctionLoader(_text), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+
+
+def _text(name: str) -> str:
+    return (files(HERE) / name).read_text(encoding="utf-8")

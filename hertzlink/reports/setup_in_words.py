@@ -1,0 +1,86 @@
+"""The input of a run as a table: what a user gave, in words and with units."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from hertzlink.reports.page import Table, table
+
+UNITS = {
+    "radius": "m", "inner_radius": "m", "length": "m", "width": "m", "thickness": "m", "distance": "m",
+    "patch_radius": "m", "compression": "m", "travel": "m", "impact_speed": "m/s", "gravity": "m/s²", "preload": "N",
+    "inclination": "rad", "angle": "rad", "youngs_modulus": "Pa", "yield_strength": "Pa", "density": "kg/m³",
+    "until": "s", "window": "s", "save_every": "s", "highest_frequency": "Hz", "impedance": "N s/m", "at": "m",
+}  # fmt: skip
+"""Units by the names of arguments."""
+
+LEFT_OUT = ("beads", "section", "steps", "substeps", "waveform")
+"""What the table does not show; the full input is below it."""
+
+MOST_ITEMS = 12
+"""Lists of more items are given by their number."""
+
+
+def input_tables(known: Mapping[str, Any]) -> list[Table]:
+    """Tables of the chains, the structures and the rest."""
+    rest = {name: value for name, value in known.items() if name not in ("chain", "chains", "structure", "structures")}
+    groups: list[tuple[str, Any]] = []
+    for one, many in (("chain", "chains"), ("structure", "structures")):
+        if one in known:
+            groups.append((one.capitalize(), known[one]))
+        groups += [(f"{one.capitalize()} {i}", part) for i, part in enumerate(known.get(many, []))]
+    tables = [table(title, ("argument", "value"), list(rows_of(given))) for title, given in groups if given is not None]
+    rows = list(rows_of(rest))
+    return [*tables, table("Run", ("argument", "value"), rows)] if rows else tables
+
+
+def rows_of(given: Any) -> Iterator[tuple[str, str]]:
+    """Names and values of a chain, a structure or a law."""
+    if not isinstance(given, Mapping):
+        yield "kind", str(given)
+        return
+    if beads := given.get("beads"):
+        yield "beads", ", ".join(counted([_in_words(bead) for bead in beads]))
+    for name, value in given.items():
+        if name in LEFT_OUT or value is None or value == []:
+            continue
+        if name == "layers":
+            for i, layer in enumerate(value, start=1):
+                yield f"layer {i}", _in_words(layer)
+        else:
+            yield name.replace("_", " "), _value(name, value)
+
+
+def counted(texts: list[str]) -> list[str]:
+    """Equal texts once, with their number."""
+    return [f"{texts.count(one)} × {one}" if texts.count(one) > 1 else one for one in dict.fromkeys(texts)]
+
+
+def _value(name: str, value: Any) -> str:
+    unit = f" {UNITS[name]}" if name in UNITS else ""
+    if isinstance(value, bool) or value is None:
+        return str(value)
+    if isinstance(value, int | float):
+        return f"{value:.6g}{unit}"
+    if isinstance(value, Mapping):
+        return _in_words(value)
+    if isinstance(value, list):
+        if len(value) > MOST_ITEMS:
+            return f"{len(value)} values"
+        return ", ".join(_value("", one) for one in value) + unit
+    return str(value)
+
+
+def _in_words(given: Any) -> str:
+    """A bead, a layer, a material or a law on one line."""
+    if not isinstance(given, Mapping):
+        return str(given)
+    if "youngs_modulus" in given:
+        return _material(given)
+    parts = [f"{name.replace('_', ' ')} {_value(name, value)}" for name, value in given.items() if value is not None]
+    return "; ".join(parts) or "nothing"
+
+
+def _material(given: Mapping[str, Any]) -> str:
+    modulus, ratio, density = (given.get(name) for name in ("youngs_modulus", "poisson_ratio", "density"))
+    constants = f"E {1e-9 * float(modulus or 0.0):.4g} GPa, ν {ratio}, ρ {density:.6g} kg/m³"
+    return f"{given['name']} ({constants})" if given.get("name") else constants

@@ -1,0 +1,139 @@
+"""What can be changed in the studies of section 6.1: the vertical chain, and the cylinder that it strikes."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import ceil
+from typing import Any
+
+import numpy as np
+
+from hertzlink.studies.conditions import Conditions, WrongValue, number, substance
+from particles.bead import STANDARD_GRAVITY, Sphere, drop_speed
+from particles.chain import Chain
+from particles.dissipation import LinearDashpot
+from structures.cylinder import layered_cylinder
+from structures.elasticity import HIGHEST_FREQUENCY
+from structures.layers import contact_time as contact_time_half_space
+from structures.layers import time_of_flight as primary_time_of_flight
+from structures.material import PTFE, STEEL_440C, Material
+from structures.reduction import DEFAULT_PULSE, reduce
+from structures.rod import Layer, rod
+from structures.structure import Structure, Vector
+from structures.surface import Surface, hertz_stiffness
+
+BEADS, SENSOR = 20, 7
+UNTIL = 1.5e-3
+"""Length of the thesis's records, s."""
+
+DROP_HEIGHT = 0.01
+DASHPOTS = (4.0, 5.0, 6.0)
+"""N s/m, at every contact; the thesis does not give its coefficient."""
+
+CROSSING = 1e-6
+"""s, in which a wave crosses an element of a rod by default."""
+
+SLENDEREST, FLATTEST = 1e-4, 10.0
+"""Lengths of layers, m, for which meshes stay within reason."""
+
+
+@dataclass(frozen=True)
+class Striking(Conditions):
+    """The chain. Records, meshes and pulses follow the contact time where the chain is not the thesis's."""
+
+    bead: float = number(9.52e-3, "m", "Diameter of the beads and the striker", low=1e-4, high=0.5)
+    bead_material: Material = substance(STEEL_440C, "Material of the beads and the striker")
+    drop_height: float = number(DROP_HEIGHT, "m", "Height from which the striker falls", low=1e-6, high=20.0)
+    impact_speed: float | None = number(
+        None, "m/s", "Speed of the striker, in place of the drop height", low=1e-3, high=20.0
+    )
+    dashpot: tuple[float, ...] = number(
+        DASHPOTS,
+        "N s/m",
+        "Dashpot at each contact; of several the middle one counts, the others are its band",
+        high=1e6,
+    )
+
+    def check(self) -> None:
+        """Not both a speed and a height."""
+        if self.impact_speed is not None and self.drop_height != DROP_HEIGHT:
+            raise WrongValue("impact_speed", self.impact_speed, "give it or the drop height, not both")
+
+    @property
+    def sphere(self) -> Sphere:
+        """A bead."""
+        return Sphere(self.bead / 2.0, self.bead_material)
+
+    @property
+    def speed(self) -> float:
+        """Of the striker, m/s."""
+        return drop_speed(self.drop_height) if self.impact_speed is None else self.impact_speed
+
+    @property
+    def middle(self) -> float:
+        """The dashpot that counts, N s/m."""
+        return self.dashpot[len(self.dashpot) // 2]
+
+    def chain(self, dashpot: float) -> Chain:
+        """The chain of 20 spheres."""
+        return Chain([self.sphere] * BEADS, self.sphere, self.speed, STANDARD_GRAVITY, LinearDashpot(dashpot))
+
+    def wall(self, material: Material) -> float:
+        """k of a bead on a half-space, N/m^1.5."""
+        return hertz_stiffness(self.sphere.surface, Surface(material))
+
+    def time_of_flight(self, wall: Vector | float, restitution: Vector | float = 1.0) -> Vector:
+        """TOF, s, of the primary wave by equation 6.18, with the 13 beads between sensor 7 and the structure."""
+        bead_to_bead = hertz_stiffness(self.sphere.surface, self.sphere.surface)
+        return np.asarray(
+            primary_time_of_flight(BEADS - SENSOR, self.sphere.mass, bead_to_bead, wall, self.speed, restitution)
+        )
+
+    def contact_time(self, material: Material) -> float:
+        """Of one bead on a half-space at the striker's speed, s (equation 6.8)."""
+        return float(contact_time_half_space(self.sphere.mass, self.wall(material), self.speed))
+
+    def stacks(self) -> Iterable[Sequence[Layer]]:
+        """The cylinders of the study at their longest."""
+        raise NotImplementedError
+
+    @cached_property
+    def until(self) -> float:
+        """Length of the record, s: the thesis's, in terms of the chain's TOF on a soft wall, and the longest echo."""
+        if not self.own:
+            return UNTIL
+        stacks = list(self.stacks())
+        softest = min(self.wall(PTFE), *(self.wall(stack[0].material) for stack in stacks))
+        thesis = replace(self, **{name: self.thesis(name) for name in self.differing()})
+        scale = float(self.time_of_flight(softest) / thesis.time_of_flight(thesis.wall(PTFE)))
+        echo = max(2.0 * sum(layer.length / layer.material.bar_speed for layer in stack) for stack in stacks)
+        return UNTIL * scale + echo
+
+    @cached_property
+    def sharper(self) -> float:
+        """How much shorter than the thesis's contact with steel this one is, at least 1."""
+        return max(1.0, type(self)().contact_time(STEEL_440C) / self.contact_time(STEEL_440C)) if self.own else 1.0
+
+    def slender(self, layers: Sequence[Layer]) -> Structure:
+        """The rod of these layers on a fixed base, in the one-dimensional theory; its reduction does not change AR and
+        TOF.
+        """
+        elements = None
+        if self.sharper > 1.0:
+            elements = max(ceil(self.sharper * one.length / one.material.bar_speed / CROSSING) for one in layers)
+        return reduce(rod(layers, elements=elements), self.until, pulse=DEFAULT_PULSE / self.sharper)
+
+    def solid(self, layers: Sequence[Layer]) -> Structure:
+        """The axisymmetric cylinder of these layers on a fixed base, reduced."""
+        body = layered_cylinder(layers, highest_frequency=HIGHEST_FREQUENCY * self.sharper)
+        return reduce(body, self.until, pulse=DEFAULT_PULSE / self.sharper)
+
+
+def length(default: Any, says: str) -> Any:
+    """A parameter: a length along the cylinder."""
+    return number(default, "m", says, low=SLENDEREST, high=FLATTEST)
+
+
+def radius(default: float) -> Any:
+    """A parameter: the radius of the cylinder."""
+    return number(default, "m", "Radius of the cylinder", low=1e-4, high=10.0)
