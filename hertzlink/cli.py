@@ -1,4 +1,4 @@
-"""The command line: `hertzlink study NAME` and `hertzlink info`."""
+"""The command line: `hertzlink study NAME`, `hertzlink draw FILE` and `hertzlink info`."""
 
 import hashlib
 import logging
@@ -10,8 +10,8 @@ import warnings
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from textwrap import wrap
-from typing import TYPE_CHECKING, Any
+from time import perf_counter
+from typing import Any
 
 import click
 import joblib
@@ -23,30 +23,15 @@ from coupling.state import NotConverged
 from coupling.sweeps.progress import one_bar
 from hertzlink.studies import RUNS, study
 from hertzlink.studies.conditions import DIFFERS
-from hertzlink.studies.table import WIDTH, text
+from hertzlink.studies.writing import FORMATS, QUICK, Written, read_study
 from hertzlink.study_options import Studies
 from structures.caution import HertzlinkWarning, collected
 
 PLAIN_FORMAT = warnings.formatwarning
 """The format of warnings of other packages, which stays as it is."""
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 WRONG_INPUT = 2
 """Exit code for input that cannot be used, as in most command-line programs."""
-
-TABLE = "table.txt"
-"""File name of the table of a study."""
-
-QUICK = "quick run (--quick), for a first look only"
-"""The remark on every table, figure and Dataset of a run with --quick."""
-
-REMARK_HEIGHT = 0.2
-"""Height, in inches, of each line of small text in the strip below a figure that holds remarks."""
-
-LETTERS_PER_INCH = 14
-"""About as many of such text fit."""
 
 LISTING = "files.txt"
 """The file that lists all others in a folder of results with their SHA-256, as the program sha256sum does.
@@ -107,59 +92,54 @@ def cli() -> None:
 
 
 def run_study(
-    name: str, quick: bool, output: Path | None, force: bool, jobs: int | None, own: Mapping[str, Any]
+    name: str, quick: bool, output: Path | None, force: bool, jobs: int | None, form: str, own: Mapping[str, Any]
 ) -> None:
-    """Run a study of the thesis: netCDF, figures and a table. own: the parameters that the user gave."""
+    """Run a study of the thesis: netCDF, figures, a table and a report.
+
+    form: of the figures; own: the parameters that the user gave.
+    """
     folder = output or Path(name)
     check_output(folder, force)
     chosen = study(name)
     findings: list[str] = []
     try:
         with collected() as findings, one_bar(name, 0 if own else RUNS[name][0 if quick else 1]):
+            begin = perf_counter()
             data = chosen.run(quick, jobs, **own)
-            differs = data.attrs.get(DIFFERS, "")
-            remark = "\n".join(part for part in (QUICK if quick else "", differs) if part)
-            data = data.assign_attrs(quick=int(quick), **({"comment": remark} if remark else {}))
-            table = (f"{fill(remark)}\n\n" if remark else "") + text(chosen.table(data), thesis=not differs)
-            figures = chosen.figures(data)
+            remark = "\n".join(part for part in (QUICK if quick else "", data.attrs.get(DIFFERS, "")) if part)
+            data = data.assign_attrs(quick=int(quick), time_taken=perf_counter() - begin)
+            found = Written(name, chosen, data.assign_attrs({"comment": remark} if remark else {}), form)
     finally:
         warn(one_of_each(findings))
     given = {"study": name, "quick": quick, "first_run": data.attrs.get("input", "")}
-    data = with_warnings(data.assign_attrs(provenance(given | ({"own": dict(own)} if own else {}))), findings)
-
-    def write(into: Path) -> None:
-        (into / f"{name}.nc").write_bytes(data.to_netcdf(engine="h5netcdf"))
-        (into / TABLE).write_text(table + "\n", encoding="utf-8")
-        for title, figure in figures.items():
-            if remark:
-                stamp(figure, remark)
-            figure.savefig(into / f"{title}.png", metadata={"Comment": remark} if remark else None)
-
-    write_folder(folder, write, force)
-    click.echo(table)
-    click.echo(f"\nwritten to {folder.resolve()}: " + ", ".join(sorted(path.name for path in folder.iterdir())))
+    whole = provenance(given | ({"own": dict(own)} if own else {}))
+    data = with_warnings(found.data.assign_attrs(whole), findings)
+    write_folder(folder, lambda into: found.write(into, data), force)
+    _told(found.table, folder)
 
 
 cli.add_command(Studies("study", run_study))
 
 
-def stamp(figure: "Figure", words: str) -> None:
-    """Write words into a separate strip below a figure."""
-    from matplotlib.layout_engine import ConstrainedLayoutEngine
+@cli.command("draw")
+@click.argument("store", metavar="FILE", type=click.Path(path_type=Path))
+@click.option("--output", type=click.Path(path_type=Path), help="Folder for the results; by default NAME-drawn.")
+@click.option("--force", is_flag=True, help="Replace the output folder if it holds an earlier study.")
+@click.option("--figures", "form", type=click.Choice(list(FORMATS)), default="png", help="Their format, else png.")
+def draw_study(store: Path, output: Path | None, force: bool, form: str) -> None:
+    """Draw a study again from the netCDF FILE that it wrote: figures, table and report, without a run."""
+    name, data = read_study(store)
+    folder = output or Path(f"{name}-drawn")
+    check_output(folder, force)
+    found = Written(name, study(name), data, form)
+    write_folder(folder, found.write_again, force)
+    _told(found.table, folder)
 
-    lines = fill(words, int(LETTERS_PER_INCH * figure.get_figwidth()))
-    figure.set_figheight(figure.get_figheight() + lines.count("\n") * REMARK_HEIGHT)
-    strip = (1 + lines.count("\n")) * REMARK_HEIGHT / figure.get_figheight()
-    layout = figure.get_layout_engine()
-    if isinstance(layout, ConstrainedLayoutEngine):
-        layout.set(rect=(0.0, strip, 1.0, 1.0 - strip))
-    below = 0.06 / figure.get_figheight()
-    figure.text(0.99, below, lines, ha="right", va="bottom", color="firebrick", fontsize="small")
 
-
-def fill(words: str, width: int = WIDTH) -> str:
-    """The lines of words, none longer than a number of letters."""
-    return "\n".join(part for line in words.splitlines() for part in wrap(line, width))
+def _told(table: str, folder: Path) -> None:
+    """What a study prints."""
+    click.echo(table)
+    click.echo(f"\nwritten to {folder.resolve()}: " + ", ".join(sorted(path.name for path in folder.iterdir())))
 
 
 @cli.command()

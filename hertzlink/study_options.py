@@ -9,6 +9,7 @@ import click
 
 from hertzlink.studies import ABOUT, STUDIES, study
 from hertzlink.studies.conditions import Conditions, Option, WrongValue
+from hertzlink.studies.writing import FORMATS
 
 OWN_NOTE = """Numbers are in SI units. Several values: with commas, or the option repeated. In brackets: the defaults,
 those of the thesis. Where a value differs, the table has no column of the thesis, and says what differs, as do figures
@@ -17,7 +18,7 @@ and netCDF."""
 
 def common_options() -> list[click.Parameter]:
     """The options of every study."""
-    whole = click.IntRange(min=1)
+    whole, formats = click.IntRange(min=1), click.Choice(list(FORMATS))
     return [
         click.Option(["--quick"], is_flag=True, help="A coarse version that runs in seconds."),
         click.Option(
@@ -25,17 +26,18 @@ def common_options() -> list[click.Parameter]:
         ),
         click.Option(["--force"], is_flag=True, help="Replace the output folder if it holds an earlier study."),
         click.Option(["--jobs"], type=whole, help="Number of processes; by default a suitable number."),
+        click.Option(["--figures", "form"], type=formats, default="png", help="Format of the figures; by default png."),
     ]
 
 
 class Studies(click.Group):
     """The studies, each a command that is made when it is asked for: help of one does not load the others.
 
-    run: called with the name, quick, output, force, jobs and the parameters that the user gave.
+    run: called with the name, quick, output, force, jobs, form and the parameters that the user gave.
     """
 
     def __init__(self, name: str, run: Callable[..., None]) -> None:
-        about = "Run a study of the thesis: netCDF, figures and a table."
+        about = "Run a study of the thesis: netCDF, figures, a table and a report."
         super().__init__(name, help=about, subcommand_metavar="NAME [OPTIONS]", no_args_is_help=False)
         self.run = run
 
@@ -89,14 +91,14 @@ class StudyCommand(click.Command):
             known = ", ".join(map(_typed, self.own)) or "none"
             raise click.UsageError(f"{self.name}: no such option {error.option_name}; parameters: {known}") from error
 
-    def _run(self, quick: bool, output: Path | None, force: bool, jobs: int | None, **given: Any) -> None:
+    def _run(self, quick: bool, output: Path | None, force: bool, jobs: int | None, form: str, **given: Any) -> None:
         own = {name: value for name, value in given.items() if value not in (None, ())}
         try:
             values = {name: self.own[name].read(name, value) for name, value in own.items()}
             self.conditions.of(values)
         except WrongValue as error:
             raise click.UsageError(f"{_typed(error.name)} {_given(error.value)}: {error.cure}") from error
-        self._study(str(self.name), quick, output, force, jobs, own)
+        self._study(str(self.name), quick, output, force, jobs, form, own)
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """The study's own parameters, with unit and default, then the options of all studies."""

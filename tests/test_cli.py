@@ -14,8 +14,9 @@ import pytest
 import xarray as xr
 
 from coupling.views import plots
-from hertzlink.cli import QUICK, main, stamp, write_folder
+from hertzlink.cli import main, write_folder
 from hertzlink.studies.table import Row, text
+from hertzlink.studies.writing import QUICK, stamp
 
 
 class Done(NamedTuple):
@@ -64,7 +65,7 @@ def test_quick_study_writes_everything(tmp_path: Path, hertzlink: Command) -> No
     assert done.returncode == 0, done.stderr
     folder = tmp_path / "rod-stiffness"
     assert {path.name for path in folder.iterdir()} == {
-        "rod-stiffness.nc", "table.txt", "files.txt", "stiffness.png", "force_intensity.png",
+        "rod-stiffness.nc", "table.txt", "files.txt", "report.html", "stiffness.png", "force_intensity.png",
         "force_histories.png", "displacements.png",
     }  # fmt: skip
     assert "AR, steel" in done.stdout

@@ -106,14 +106,14 @@ def page_of(
     parts = [
         Section("Warnings", warnings=warnings),
         *sections,
-        _setup(data if sketched is None else sketched, sketched is not None),
-        _input(data),
+        of_setup(data if sketched is None else sketched, sketched is not None),
+        of_input(data),
     ]
     known = _parsed(data.attrs.get("versions"))
     return Page(title or name, summary, parts, usual_facts(took, {str(k): str(v) for k, v in known.items()} or None))
 
 
-def _setup(given: Any, wanted: bool) -> Section:
+def of_setup(given: Any, wanted: bool = False) -> Section:
     """The sketch and the tables of the input, where the result holds it."""
     try:
         known = setup.described_input(given)
@@ -126,7 +126,7 @@ def _setup(given: Any, wanted: bool) -> Section:
     return Section("Set-up", pictures=[sketch], tables=setup_in_words.input_tables(known))
 
 
-def _input(data: xr.Dataset) -> Section:
+def of_input(data: xr.Dataset) -> Section:
     """The whole input as it is in the Dataset."""
     known = _parsed(data.attrs.get("input"))
     text = json.dumps(known, indent=1, ensure_ascii=False)

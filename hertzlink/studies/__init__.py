@@ -48,7 +48,23 @@ ABOUT = {
 }
 """What each study shows, in a line; numbers are sections of the thesis."""
 
-RUNS = dict.fromkeys(STUDIES, (0, 0))
+RUNS = {
+    "aspect-ratio": (27, 27),
+    "plate-boundary": (124, 444),
+    "critical-distance": (263, 2443),
+    "rod-stiffness": (23, 108),
+    "rod-length": (36, 132),
+    "upper-layer": (33, 111),
+    "lower-layer": (27, 113),
+    "ellipsoids": (26, 68),
+    "cylinders": (28, 76),
+    "hollow-spheres": (16, 40),
+    "dissipation": (35, 45),
+    "deformable-chain": (4, 16),
+    "contact-law": (20, 20),
+    "symmetry": (3, 3),
+    "identifiability": (24, 182),
+}
 """About how many runs a quick study and a whole one take, so that the remaining time can be estimated; not for a
 user's own parameters.
 """

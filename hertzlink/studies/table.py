@@ -41,15 +41,7 @@ def text(rows: Sequence[Row], thesis: bool = True) -> str:
     theory if the thesis prints none; the latter differences carry a mark. thesis: False leaves out its column, and the
     mark.
     """
-    head = ["quantity", "thesis", "theory", "hertzlink", "difference"]
-    cells = [[_with_unit(r), _printed(r.thesis), _number(r.theory), _number(r.computed), _difference(r)] for r in rows]
-    if not any(line[2] for line in cells):
-        for line in (head, *cells):
-            del line[2]
-    if not thesis:
-        for line in (head, *cells):
-            del line[1]
-            line[-1] = line[-1].removesuffix(MARK)
+    head, cells = head_and_cells(rows, thesis)
     widths = [min(NUMBER_WIDTH, max(len(line[i]) for line in (head, *cells))) for i in range(1, len(head))]
     widths = [WIDTH - sum(widths) - len(GAP) * len(widths), *widths]
     lines = [*_wrapped(head, widths), "-" * WIDTH]
@@ -59,6 +51,20 @@ def text(rows: Sequence[Row], thesis: bool = True) -> str:
     if any(line[-1].endswith(MARK) for line in cells):
         lines += ["", FOOTNOTE]
     return "\n".join(line.rstrip() for line in lines)
+
+
+def head_and_cells(rows: Sequence[Row], thesis: bool = True) -> tuple[list[str], list[list[str]]]:
+    """The names of the columns, and the text of each cell of each row, without reasons. thesis: see `text`."""
+    head = ["quantity", "thesis", "theory", "hertzlink", "difference"]
+    cells = [[_with_unit(r), _printed(r.thesis), _number(r.theory), _number(r.computed), _difference(r)] for r in rows]
+    if not any(line[2] for line in cells):
+        for line in (head, *cells):
+            del line[2]
+    if not thesis:
+        for line in (head, *cells):
+            del line[1]
+            line[-1] = line[-1].removesuffix(MARK)
+    return head, cells
 
 
 def _wrapped(cells: Sequence[str], widths: Sequence[int]) -> list[str]:

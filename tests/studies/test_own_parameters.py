@@ -192,10 +192,13 @@ def brass() -> xr.Dataset:
 
 
 def test_the_critical_distance_scales_with_all_lengths(brass: xr.Dataset) -> None:
-    """At the same speed nothing but the unit of length and time changes: meshes, records and scans follow too."""
+    """At the same speed nothing but the unit of length and time changes: meshes, records and scans follow too.
+
+    What is left is the error of the reductions, whose tolerance is 10 %.
+    """
     twice = plate_boundary.run(True, 1, **on_plate(2.0))
-    assert twice.amplitude_ratio.values == pytest.approx(brass.amplitude_ratio.values, rel=1e-4, nan_ok=True)
-    assert twice.critical_distance.values == pytest.approx(2.0 * brass.critical_distance.values, rel=1e-3)
+    assert twice.amplitude_ratio.values == pytest.approx(brass.amplitude_ratio.values, rel=3e-3)
+    assert twice.critical_distance.values == pytest.approx(2.0 * brass.critical_distance.values, rel=5e-3)
 
 
 def test_the_critical_distance_is_that_of_the_law(brass: xr.Dataset) -> None:

@@ -1,0 +1,54 @@
+"""What a report shows of a study: its table with reasons, its figures, the set-up of its first run."""
+
+import json
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import xarray as xr
+
+from coupling.results.findings import findings_of, one_of_each
+from hertzlink.reports.of_results import of_input, of_setup
+from hertzlink.reports.page import Line, Page, Section, Table, html, usual_facts
+from hertzlink.reports.svg import picture
+from hertzlink.studies import ABOUT
+from hertzlink.studies.captions import CAPTIONS
+from hertzlink.studies.table import FOOTNOTE, MARK, Row, head_and_cells
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def study_report(
+    name: str, data: xr.Dataset, rows: Sequence[Row], figures: Mapping[str, "Figure"], remark: str = "",
+    thesis: bool = True,
+) -> str:  # fmt: skip
+    """The report of a study as HTML. remark: what stands in a box at the top; thesis: whether the table has its column.
+
+    The time that it took, s, is the attribute `time_taken` of the data.
+    """
+    head, cells = head_and_cells(rows, thesis)
+    lines = [Line(tuple(line), row.reason) for line, row in zip(cells, rows, strict=True)]
+    marked = any(line[-1].endswith(MARK) for line in cells)
+    comparison = Table(f"Numbers of {'the thesis, of ' if thesis else ''}theory and of hertzlink", tuple(head), lines)
+    known = json.loads(data.attrs.get("versions", "{}"))
+    took = data.attrs.get("time_taken")
+    return html(
+        Page(
+            f"Study {name}",
+            [ABOUT[name]],
+            [
+                Section("Warnings", warnings=one_of_each(findings_of(data))),
+                Section("Figures", pictures=[picture(one, key, caption(name, key)) for key, one in figures.items()]),
+                Section("Comparison", [FOOTNOTE] if marked else [], tables=[comparison]),
+                of_setup(data),
+                of_input(data),
+            ],
+            usual_facts(None if took is None else float(took), known or None),
+            remark,
+        )
+    )
+
+
+def caption(study: str, figure: str) -> str:
+    """What a figure shows; its name in words where there is no caption."""
+    return CAPTIONS.get(study, {}).get(figure, figure.replace("_", " "))

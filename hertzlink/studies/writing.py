@@ -1,0 +1,100 @@
+"""The files of a study: netCDF, table, figures and report, from a new run or drawn again from its netCDF file."""
+
+import json
+from pathlib import Path
+from textwrap import wrap
+from typing import TYPE_CHECKING
+
+import xarray as xr
+
+from hertzlink.studies import STUDIES, Study
+from hertzlink.studies.conditions import DIFFERS
+from hertzlink.studies.table import WIDTH, text
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+TABLE, REPORT = "table.txt", "report.html"
+"""File names of the table and of the report."""
+
+QUICK = "quick run (--quick), for a first look only"
+"""The remark on every table, figure, report and Dataset of a run with --quick."""
+
+REMARK_HEIGHT = 0.2
+"""Height, in inches, of each line of small text in the strip below a figure that holds remarks."""
+
+LETTERS_PER_INCH = 14
+"""About as many of such text fit."""
+
+FORMATS = {"png": "Comment", "svg": "Description", "pdf": "Subject"}
+"""Formats of figures, and the name under which their files hold a remark."""
+
+
+class Written:
+    """The table and the figures of a study's data, made once and then written."""
+
+    def __init__(self, name: str, study: Study, data: xr.Dataset, form: str = "png") -> None:
+        self.name, self.data, self.form = name, data, form
+        self.remark = str(data.attrs.get("comment", ""))
+        self._thesis = not data.attrs.get(DIFFERS)
+        self._rows, self._figures = study.table(data), study.figures(data)
+        self.table = (f"{fill(self.remark)}\n\n" if self.remark else "") + text(self._rows, self._thesis)
+
+    def write(self, into: Path, data: xr.Dataset) -> None:
+        """All files but the list of them. data: the Dataset with its provenance and warnings."""
+        self._write_drawn(into, data)
+        (into / f"{self.name}.nc").write_bytes(data.to_netcdf(engine="h5netcdf"))
+
+    def write_again(self, into: Path) -> None:
+        """All that is drawn from the netCDF file, without it."""
+        self._write_drawn(into, self.data)
+
+    def _write_drawn(self, into: Path, data: xr.Dataset) -> None:
+        (into / TABLE).write_text(self.table + "\n", encoding="utf-8")
+        for title, figure in self._figures.items():
+            if self.remark:
+                stamp(figure, self.remark)
+            noted = {FORMATS[self.form]: self.remark} if self.remark else None
+            figure.savefig(into / f"{title}.{self.form}", metadata=noted)
+        # Here: other commands need no report.
+        from hertzlink.reports.of_studies import study_report
+
+        page = study_report(self.name, data, self._rows, self._figures, self.remark, self._thesis)
+        (into / REPORT).write_text(page, encoding="utf-8")
+
+
+def stamp(figure: "Figure", words: str) -> None:
+    """Write words into a separate strip below a figure."""
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
+
+    lines = fill(words, int(LETTERS_PER_INCH * figure.get_figwidth()))
+    figure.set_figheight(figure.get_figheight() + lines.count("\n") * REMARK_HEIGHT)
+    strip = (1 + lines.count("\n")) * REMARK_HEIGHT / figure.get_figheight()
+    layout = figure.get_layout_engine()
+    if isinstance(layout, ConstrainedLayoutEngine):
+        layout.set(rect=(0.0, strip, 1.0, 1.0 - strip))
+    below = 0.06 / figure.get_figheight()
+    figure.text(0.99, below, lines, ha="right", va="bottom", color="firebrick", fontsize="small")
+
+
+def fill(words: str, width: int = WIDTH) -> str:
+    """The lines of words, none longer than a number of letters."""
+    return "\n".join(part for line in words.splitlines() for part in wrap(line, width))
+
+
+def read_study(file: Path) -> tuple[str, xr.Dataset]:
+    """The name and the data of a study from the netCDF file that it wrote; a ValueError for any other file."""
+    try:
+        with xr.open_dataset(file, engine="h5netcdf") as opened:
+            data = opened.load()
+    except FileNotFoundError:
+        raise ValueError(f"{file}: does not exist") from None
+    except (OSError, ValueError) as error:
+        raise ValueError(f"{file}: cannot be read as netCDF ({error})") from error
+    try:
+        name = json.loads(data.attrs.get("input", "{}")).get("study")
+    except (ValueError, AttributeError):
+        name = None
+    if name not in STUDIES:
+        raise ValueError(f"{file}: was not written by a study; give the .nc file of `hertzlink study`")
+    return str(name), data

@@ -1,0 +1,151 @@
+"""Reports of studies, the formats of their figures, and studies drawn again from their netCDF files."""
+
+import json
+import re
+import signal
+import warnings
+from collections.abc import Callable, Iterator
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import pytest
+import xarray as xr
+from matplotlib.figure import Figure
+from page_parser import check_page
+
+import hertzlink as hl
+from coupling.views import plots
+from hertzlink.cli import main
+from hertzlink.reports.of_studies import caption
+from hertzlink.studies import ABOUT, STUDIES
+from hertzlink.studies.captions import CAPTIONS
+from hertzlink.studies.table import FOOTNOTE, Row
+from hertzlink.studies.writing import QUICK
+
+BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
+
+Command = Callable[..., tuple[int, str]]
+
+
+class Small:
+    """A study whose first run takes a moment. Of <b>nothing</b>."""
+
+    """A study that takes a moment."""
+
+    def run(self, quick: bool = False, jobs: int | None = None) -> xr.Dataset:
+        first = hl.CoSimulation(hl.Chain([BEAD] * 3, BEAD, 0.3), hl.half_space(hl.PTFE)).run(until=2e-5)
+        return xr.Dataset({"ratio": ("length", [0.5, 0.6])}, {"length": [0.1, 0.2]}, {"input": first.attrs["input"]})
+
+    def table(self, data: xr.Dataset) -> list[Row]:
+        return [Row("AR & TOF", "", data.ratio.values[0], "", "a <reason>", theory=0.4)]
+
+    def figures(self, data: xr.Dataset) -> dict[str, Figure]:
+        figure, (axis,) = plots.panels(1)
+        plots.curves(axis, data.length.values, [("curve", data.ratio.values, "-")], "length (m)", "AR")
+        axis.legend()
+        return {"stiffness": figure}
+
+
+@pytest.fixture
+def command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Iterator[Command]:
+    """The command line in this process, in a folder of its own: exit code and standard error."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("hertzlink.cli.study", lambda name: Small())
+
+    def run(*arguments: str) -> tuple[int, str]:
+        with warnings.catch_warnings(), pytest.raises(SystemExit) as end:
+            main(arguments)
+        return int(end.value.code or 0), capsys.readouterr().err
+
+    handler, form = signal.getsignal(signal.SIGTERM), warnings.formatwarning
+    yield run
+    signal.signal(signal.SIGTERM, handler)
+    warnings.formatwarning = form
+
+
+def names(folder: str) -> set[str]:
+    return {path.name for path in Path(folder).iterdir()}
+
+
+def test_a_study_writes_a_report(command: Command) -> None:
+    assert command("study", "rod-stiffness", "--quick") == (0, "")
+    page = check_page(Path("rod-stiffness/report.html").read_text("utf-8"))
+    assert page.text["h1"] == ["Study rod-stiffness"]
+    assert ABOUT["rod-stiffness"] in page.text["p"]
+    assert QUICK in page.text["p"]
+    assert FOOTNOTE in page.text["p"]
+    assert "a <reason>" in page.text["td"]
+    assert {"AR & TOF", "+25.0 %*"} <= set(page.text["th"] + page.text["td"])
+    assert page.text["figcaption"][0] == CAPTIONS["rod-stiffness"]["stiffness"]
+    assert any("AR over length (m) (curve)" in one for one in page.text["title"])
+    assert any("half-space" in one for one in page.text["title"])  # the sketch of the first run
+    assert "time taken" in page.text["dt"]
+    assert names("rod-stiffness") == {"files.txt", "rod-stiffness.nc", "report.html", "stiffness.png", "table.txt"}
+
+
+MARKS = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}
+
+
+@pytest.mark.parametrize("form", MARKS)
+def test_figures_in_each_format_are_marked_if_quick(command: Command, form: str) -> None:
+    assert command("study", "rod-stiffness", "--quick", "--figures", form)[0] == 0
+    content = Path(f"rod-stiffness/stiffness.{form}").read_bytes()
+    assert content.startswith(MARKS[form])
+    assert QUICK.encode() in content or QUICK.replace("(", r"\(").replace(")", r"\)").encode() in content
+    assert command("study", "rod-stiffness", "--figures", form, "--force")[0] == 0
+    assert b"quick" not in Path(f"rod-stiffness/stiffness.{form}").read_bytes()
+
+
+def test_a_study_is_drawn_again_without_a_run(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert command("study", "rod-stiffness", "--quick")[0] == 0
+
+    def runs(*_: Any) -> None:
+        raise AssertionError
+
+    monkeypatch.setattr(Small, "run", runs)
+    assert command("draw", "rod-stiffness/rod-stiffness.nc", "--figures", "svg") == (0, "")
+    assert names("rod-stiffness-drawn") == {"files.txt", "report.html", "stiffness.svg", "table.txt"}
+    for name in ("table.txt", "report.html"):
+        first, again = (Path(folder, name).read_text("utf-8") for folder in ("rod-stiffness", "rod-stiffness-drawn"))
+        # The layout of a figure may differ in the last digits.
+        made = re.compile(r"<dt>report made</dt><dd>[^<]*</dd>|<svg.*?</svg>", re.DOTALL)
+        assert made.sub("", first) == made.sub("", again)
+    # An earlier drawing is replaced only by force.
+    assert command("draw", "rod-stiffness/rod-stiffness.nc")[0] == 2
+    assert command("draw", "rod-stiffness/rod-stiffness.nc", "--force")[0] == 0
+    assert names("rod-stiffness-drawn") == {"files.txt", "report.html", "stiffness.png", "table.txt"}
+
+
+def test_what_no_study_wrote_is_not_drawn(command: Command) -> None:
+    Path("text.nc").write_text("no netCDF")
+    xr.Dataset({"x": 1.0}).to_netcdf("other.nc", engine="h5netcdf")
+    xr.Dataset(attrs={"input": json.dumps({"study": "none"})}).to_netcdf("none.nc", engine="h5netcdf")
+    xr.Dataset(attrs={"input": "[1, 2"}).to_netcdf("broken.nc", engine="h5netcdf")
+    before = names(".")
+    for file, message in {
+        "missing.nc": "does not exist",
+        "text.nc": "cannot be read as netCDF",
+        "other.nc": "was not written by a study",
+        "none.nc": "was not written by a study",
+        "broken.nc": "was not written by a study",
+    }.items():
+        code, said = command("draw", file)
+        assert code == 2
+        assert said.startswith(f"hertzlink: {file}: {message}")
+        assert said.count("\n") == 1
+    code, said = command("study", "rod-stiffness", "--figures", "bmp")
+    assert code == 2
+    assert "'bmp' is not one of" in said
+    assert names(".") == before
+
+
+def test_every_caption_belongs_to_a_figure_of_its_study() -> None:
+    assert set(CAPTIONS) == set(STUDIES)
+    folder = Path(str(import_module("hertzlink.studies").__file__)).parent
+    drawn = "".join(path.read_text("utf-8") for path in folder.glob("*.py") if path.name != "captions.py")
+    for study, captions in CAPTIONS.items():
+        for figure, words in captions.items():
+            assert f'"{figure}"' in drawn, (study, figure)
+            assert not re.search(r"equation|thesis|chapter|section \d|figure \d|Table", words), (study, figure)
+    assert caption("rod-stiffness", "no_such_figure") == "no such figure"
