@@ -32,7 +32,7 @@ def against_distance(
     Dotted lines mark the critical distances for a tolerance, open triangles their lower bounds. A ratio has a factor
     of 1.
     """
-    ratio = factor == 1.0
+    ratio, missing = factor == 1.0, False
     figure, axes = panels(data.sizes["diameter"], sharey=ratio)
     for axis, diameter in zip(axes, data.diameter.values, strict=True):
         log_x(axis)
@@ -48,15 +48,16 @@ def against_distance(
         if ratio:
             axis.set_ylim(0.0, 1.0)
         here = data.sel(diameter=diameter)
-        if bool((here.sampled & here[name].isnull()).any()):
-            note = "no marker: no wave in the record"
-            axis.text(0.97, 0.5, note, transform=axis.transAxes, ha="right", fontsize="small")
+        missing = missing or bool((here.sampled & here[name].isnull()).any())
     axes[0].set_ylabel(label)
     axes[0].plot([], [], ":", color="grey", linewidth=1.0, label="critical distance")
     axes[0].plot([], [], ">", color="grey", markersize=5.0, markerfacecolor="white", label="its lower bound")
+    if missing:
+        axes[0].plot([], [], linestyle="none", label="no marker: no wave in the record")
     lines = axes[0].get_legend_handles_labels()
     columns = min(len(lines[0]), 2 * len(axes))
-    figure.legend(*lines, loc="outside upper center", ncols=columns, frameon=False)
+    size = "small" if missing else "medium"  # to fit beside the others
+    figure.legend(*lines, loc="outside upper center", ncols=columns, frameon=False, fontsize=size)
     return figure
 
 
@@ -86,7 +87,7 @@ def critical_distances(data: xr.Dataset, tolerance: float) -> Figure:
         speed = "c = 0.2" if line == "A0 Lamb" else "c = 0.57"
         axis.plot(
             ends, np.broadcast_to(data.bound.sel(line=line) * 1e3, ends.shape), style, color="black", linewidth=1.0,
-            label=f"equation 6.42, {line}, {speed} √(E/ρ)",
+            label=f"way of the {line} wave during a contact, {speed} √(E/ρ)",
         )  # fmt: skip
     for i, thickness in enumerate(data.thickness.values):
         at = data.sel(thickness=thickness, within=tolerance)
@@ -244,7 +245,7 @@ def against_angle(
                 "line contact", (angle[0], y[0]), (8, 0), textcoords="offset points", va="center", fontsize="small"
             )
     far, near = theory.sel(angle=slice(trusted, None)), theory.sel(angle=slice(None, trusted))
-    axis.plot(far.angle, far, "-", color="black", linewidth=0.8, zorder=0.5, label="equation 5.11, any force")
+    axis.plot(far.angle, far, "-", color="black", linewidth=0.8, zorder=0.5, label="theory of long waves, any force")
     label = f"below {trusted:.0f}°: beyond half-space theory"
     axis.plot(near.angle, near, "--", color="black", linewidth=0.8, zorder=0.5)
     axis.plot([], [], "o--", color="black", linewidth=0.8, markerfacecolor="white", label=label)

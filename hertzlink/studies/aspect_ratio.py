@@ -273,7 +273,8 @@ def figures(data: xr.Dataset) -> dict[str, "Figure"]:
 
     found = {}
     figure, (axis,) = plots.panels(1, width=4.6, height=3.6)
-    _points(axis, data, data.amplitude_ratio.fillna(0.0))
+    _points(axis, data, data.amplitude_ratio)
+    _without_wave(axis, data)
     _lines(axis, data, data.theory_amplitude_ratio)
     axis.set(ylabel="amplitude ratio AR", ylim=(0.0, 1.0))
     axis.legend(frameon=False, fontsize="small")
@@ -301,11 +302,21 @@ def _points(axis: "Axes", data: xr.Dataset, values: xr.DataArray) -> None:
         for body, filled in (("plate", True), ("infinite plate", False)):
             axis.plot(
                 ratio, values.sel(diameter=diameter, body=body), plots.MARKERS[i], color=plots.COLOURS[i],
-                linestyle="none", markersize=4.5 if filled else 8.0, fillstyle="full" if filled else "none",
+                linestyle="none", clip_on=False, zorder=3.0,
+                markersize=4.5 if filled else 8.0, fillstyle="full" if filled else "none",
                 label=f"D = {diameter * 1e3:.2f} mm" + ("" if filled else ", infinite plate"),
             )  # fmt: skip
     largest = float((data.diameter / data.thickness).max())
     axis.set(xlabel="D/t", xlim=(0.0, 1.15 * largest if Conditions.read(data).own else 9.0))
+
+
+def _without_wave(axis: "Axes", data: xr.Dataset) -> None:
+    """Crosses just above the axis where no wave came back within the record."""
+    ratios = (data.diameter / data.thickness).broadcast_like(data.amplitude_ratio.isel(body=0, drop=True))
+    missing = data.amplitude_ratio.sel(body="plate", drop=True).isnull()
+    if bool(missing.any()):
+        places = ratios.where(missing).values.ravel()
+        axis.plot(places, np.full(places.size, 0.02), "x", color="dimgrey", markersize=5.0, label="no wave came back")
 
 
 def _lines(axis: "Axes", data: xr.Dataset, values: xr.DataArray) -> None:

@@ -171,12 +171,12 @@ def theory_lines(axis: "Axes", name: str, wave: str, lengths: Vector, found: xr.
 
     x = lengths * 1e3
     if (name, wave) == ("amplitude_ratio", "primary"):
-        plots.theory_line(axis, x, found.amplitude_ratio.values, "equations 6.24, 6.26")
+        plots.theory_line(axis, x, found.amplitude_ratio.values, "theory of impact on the layer")
     elif (name, wave) == ("time_of_flight", "primary"):
-        plots.theory_line(axis, x, found.time_of_flight.values * 1e6, "equation 6.29")
+        plots.theory_line(axis, x, found.time_of_flight.values * 1e6, "theory of impact on the layer")
     elif wave == "secondary" and name == "time_of_flight":
-        plots.theory_line(axis, x, found.printed.values * 1e6, "equation 6.34")
-        plots.theory_line(axis, x, found.with_lower_mass.values * 1e6, "6.34 with $M_l/3$", "--")
+        plots.theory_line(axis, x, found.printed.values * 1e6, "theory: layer on a spring")
+        plots.theory_line(axis, x, found.with_lower_mass.values * 1e6, "the same, spring with mass", "--")
 
 
 def table(data: xr.Dataset) -> list[Row]:
