@@ -24,13 +24,15 @@ def panels(count: int, width: float = 3.4, height: float = 3.2, sharey: bool = T
     return figure, list(axes)
 
 
-def against_distance(data: xr.Dataset, name: str, label: str, tolerance: float, factor: float = 1.0) -> Figure:
+def against_distance(
+    data: xr.Dataset, name: str, label: str, tolerance: float, factor: float = 1.0, edge: str = "clamped"
+) -> Figure:
     """A variable over the distance: one panel for each bead, one curve for each plate; missing waves leave gaps.
 
     Dotted lines mark the critical distances for a tolerance, open triangles their lower bounds. A ratio has a factor
     of 1.
     """
-    ratio = factor == 1.0
+    ratio, missing = factor == 1.0, False
     figure, axes = panels(data.sizes["diameter"], sharey=ratio)
     for axis, diameter in zip(axes, data.diameter.values, strict=True):
         log_x(axis)
@@ -42,18 +44,20 @@ def against_distance(data: xr.Dataset, name: str, label: str, tolerance: float, 
                 linewidth=1.0, label=f"t = {thickness * 1e3:.2f} mm",
             )  # fmt: skip
             _mark_crossing(axis, one, COLOURS[i])
-        axis.set(title=f"D = {diameter * 1e3:.2f} mm", xlabel="distance from the clamped edge (mm)")
+        axis.set(title=f"D = {diameter * 1e3:.2f} mm", xlabel=f"distance from the {edge} edge (mm)")
         if ratio:
             axis.set_ylim(0.0, 1.0)
         here = data.sel(diameter=diameter)
-        if bool((here.sampled & here[name].isnull()).any()):
-            note = "no marker: no wave in the record"
-            axis.text(0.97, 0.5, note, transform=axis.transAxes, ha="right", fontsize="small")
+        missing = missing or bool((here.sampled & here[name].isnull()).any())
     axes[0].set_ylabel(label)
     axes[0].plot([], [], ":", color="grey", linewidth=1.0, label="critical distance")
     axes[0].plot([], [], ">", color="grey", markersize=5.0, markerfacecolor="white", label="its lower bound")
+    if missing:
+        axes[0].plot([], [], linestyle="none", label="no marker: no wave in the record")
     lines = axes[0].get_legend_handles_labels()
-    figure.legend(*lines, loc="outside upper center", ncols=len(lines[0]), frameon=False)
+    columns = min(len(lines[0]), 2 * len(axes))
+    size = "small" if missing else "medium"  # to fit beside the others
+    figure.legend(*lines, loc="outside upper center", ncols=columns, frameon=False, fontsize=size)
     return figure
 
 
@@ -75,16 +79,20 @@ def critical_distances(data: xr.Dataset, tolerance: float) -> Figure:
     Bars are brackets; an open marker with an arrow is a lower bound.
     """
     figure, (axis,) = panels(1, width=4.6, height=3.8)
-    diameters = data.diameter.values * 1e3
+    diameters, plates = data.diameter.values * 1e3, data.sizes["thickness"]
+    apart = 0.25 / 19.05 * diameters.max()
+    # The lines of a single bead are level.
+    ends = diameters if diameters.size > 1 else diameters * np.array([0.9, 1.1])
     for line, style in zip(data.line.values, ("--", "-"), strict=True):
         speed = "c = 0.2" if line == "A0 Lamb" else "c = 0.57"
         axis.plot(
-            diameters, data.bound.sel(line=line) * 1e3, style, color="black", linewidth=1.0,
-            label=f"equation 6.42, {line}, {speed} √(E/ρ)",
+            ends, np.broadcast_to(data.bound.sel(line=line) * 1e3, ends.shape), style, color="black", linewidth=1.0,
+            label=f"way of the {line} wave during a contact, {speed} √(E/ρ)",
         )  # fmt: skip
     for i, thickness in enumerate(data.thickness.values):
         at = data.sel(thickness=thickness, within=tolerance)
-        x, low, high = diameters + 0.25 * (i - 1), *(at.bracket.sel(end=end).values * 1e3 for end in ("low", "high"))
+        x = diameters + apart * (i - 0.5 * (plates - 1))
+        low, high = (at.bracket.sel(end=end).values * 1e3 for end in ("low", "high"))
         found, bound = at.critical_distance.values * 1e3, at.lower_bound.values
         axis.errorbar(
             x, found, np.where(bound, 0.0, [found - low, high - found]), fmt=MARKERS[i], color=COLOURS[i],
@@ -103,7 +111,7 @@ def critical_distances(data: xr.Dataset, tolerance: float) -> Figure:
     return figure
 
 
-def refinement(data: xr.Dataset, tolerance: float) -> Figure:
+def refinement(data: xr.Dataset, tolerance: float, edge: str = "clamped") -> Figure:
     """Difference of AR from its far value around the last crossing: all samples, and the brackets as bands.
 
     Dashed lines: linear interpolation between the samples of the first scan.
@@ -129,13 +137,14 @@ def refinement(data: xr.Dataset, tolerance: float) -> Figure:
                 axis.axvspan(low, high, color=COLOURS[i], alpha=0.5, linewidth=0.0)
                 farthest = max(farthest, high)
         axis.axhline(tolerance, color="black", linewidth=0.8)
-        axis.set(title=f"D = {diameter * 1e3:.2f} mm", xlabel="distance from the clamped edge (mm)", yscale="log")
+        axis.set(title=f"D = {diameter * 1e3:.2f} mm", xlabel=f"distance from the {edge} edge (mm)", yscale="log")
         axis.set(ylim=(2e-3, 1.0), xlim=(0.0, 2.0 * farthest if farthest else 100.0))
     axes[0].set_ylabel("|AR − far value|")
     axes[0].plot([], [], "--", color="grey", linewidth=0.8, label="first scan, straight lines")
     axes[0].fill_between([], [], color="grey", alpha=0.5, linewidth=0.0, label="bracket")
     lines = axes[0].get_legend_handles_labels()
-    figure.legend(*lines, loc="outside upper center", ncols=len(lines[0]), frameon=False)
+    columns = min(len(lines[0]), 2 * len(axes))
+    figure.legend(*lines, loc="outside upper center", ncols=columns, frameon=False)
     axes[0].annotate(f"tolerance {tolerance:g}", (0.0, tolerance), (3, 3), textcoords="offset points", fontsize="small")
     return figure
 
@@ -236,7 +245,7 @@ def against_angle(
                 "line contact", (angle[0], y[0]), (8, 0), textcoords="offset points", va="center", fontsize="small"
             )
     far, near = theory.sel(angle=slice(trusted, None)), theory.sel(angle=slice(None, trusted))
-    axis.plot(far.angle, far, "-", color="black", linewidth=0.8, zorder=0.5, label="equation 5.11, any force")
+    axis.plot(far.angle, far, "-", color="black", linewidth=0.8, zorder=0.5, label="theory of long waves, any force")
     label = f"below {trusted:.0f}°: beyond half-space theory"
     axis.plot(near.angle, near, "--", color="black", linewidth=0.8, zorder=0.5)
     axis.plot([], [], "o--", color="black", linewidth=0.8, markerfacecolor="white", label=label)

@@ -461,7 +461,7 @@ def _figure_of_hollow_spheres(data: xr.Dataset) -> "Figure":
          printed.sel(ratio=ratio).values)
         for ratio in hollow_spheres.TABLE_5_1
     ]  # fmt: skip
-    plots.beside_theory(axis, lines, *LABELS, theory="Table 5.1", simulation="finite elements")
+    plots.beside_theory(axis, lines, *LABELS, theory="the thesis's finite elements", simulation="finite elements")
     return figure
 
 

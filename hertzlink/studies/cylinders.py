@@ -241,7 +241,7 @@ def figures(data: xr.Dataset) -> dict[str, "Figure"]:
     figure, (axis,) = plots.panels(1, width=4.6, height=3.8)
     chosen = [(f"{angle:.0f}°", data.sel(angle=angle)) for angle in (30.0, 45.0, 90.0)]
     curves = [(label, s.peak_force.values, s.wave_speed.values, s.theory.values) for label, s in chosen]
-    plots.beside_theory(axis, curves, "peak contact force (N)", "wave speed (m/s)", theory="equation 5.11")
+    plots.beside_theory(axis, curves, "peak contact force (N)", "wave speed (m/s)", theory="theory of long waves")
     speeds = [
         (f"F = {force:.0f} N", np.array([_normalised(data, angle, force) for angle in ANGLES])) for force in FORCES
     ]

@@ -25,8 +25,8 @@ def section(curves: tuple[xr.DataArray, ...]) -> Figure:
     axes[0].plot(time, section, color=plots.COLOURS[1], linewidth=1.2, label="central section")
     axes[0].plot(time, mean, "--", color=plots.COLOURS[0], linewidth=1.2, label="mean of the contacts")
     axes[0].plot(time, averaged, color="black", marker="*", markevery=8, markersize=5.0, linewidth=0.8,
-                 label="equation 1.8, mean of the contacts")  # fmt: skip
-    axes[0].plot(time, centre, ":", color="black", linewidth=1.0, label="equation 1.8, at the centre")
+                 label="theory of long waves, mean of the contacts")  # fmt: skip
+    axes[0].plot(time, centre, ":", color="black", linewidth=1.0, label="theory of long waves, at the centre")
     axes[1].plot(time, section - mean, color=plots.COLOURS[1], linewidth=1.2)
     middle = float(time[int(mean.values.argmax())])
     for axis, label in zip(axes, ("force at bead 10 (N)", "central section minus mean (N)"), strict=True):
@@ -53,15 +53,15 @@ def speed_force(data: xr.Dataset, by_force: Callable[[Vector], Vector]) -> Figur
     """Wave speed over peak force, and relative to theory (figure 3.5)."""
     figure, axes = plots.panels(2, width=3.6, sharey=False)
     fine = np.geomspace(float(data.speed_peak_force.min()), float(data.speed_peak_force.max()), 200)
-    plots.theory_line(axes[0], fine, by_force(fine), "equation 1.10")
-    plots.theory_line(axes[1], fine, np.ones(fine.size), "equation 1.10")
+    plots.theory_line(axes[0], fine, by_force(fine), "theory of long waves")
+    plots.theory_line(axes[1], fine, np.ones(fine.size), "theory of long waves")
     for i, model in enumerate(RIGID_AND_SOFT):
         curve = data.sel(beads=model)
         label = NAMES[i]
         plots.points(axes[0], curve.speed_peak_force.values, curve.speed_wave_speed.values, i, label)
         ratio = (curve.speed_wave_speed / curve.speed_theory).values
         plots.points(axes[1], curve.speed_peak_force.values, ratio, i, label)
-    for axis, label in zip(axes, ("wave speed (m/s)", "wave speed over equation 1.10"), strict=True):
+    for axis, label in zip(axes, ("wave speed (m/s)", "wave speed over theory"), strict=True):
         axis.set(xlabel="peak contact force (N)", ylabel=label)
         axis.set_xlim(left=0.0)
     axes[0].set_ylim(bottom=0.0)

@@ -374,7 +374,7 @@ def _decay(data: xr.Dataset) -> "Figure":
     for i, speed in enumerate(data.shown_speed.values):
         corners = data.corner_peak.sel(shown_speed=speed)
         colour = plots.COLOURS[i]
-        axis.plot(beads, corners.sel(corner="best fit"), color=colour, label=f"α, γ of Table 4.1, {speed:g} m/s")
+        axis.plot(beads, corners.sel(corner="best fit"), color=colour, label=f"losses of the thesis, {speed:g} m/s")
         for edge in (corners.min("corner"), corners.max("corner")):
             axis.plot(beads, edge, "--", color=colour, linewidth=0.9)
     axis.plot([], [], "--", color="grey", linewidth=0.9, label="extremes of α ± σ and γ ± σ")
@@ -404,7 +404,7 @@ def _speed_over_force(data: xr.Dataset) -> "Figure":
 
 LAW_NAMES = {
     "undamped": "undamped",
-    "thesis": "thesis's law, equation 4.1",
+    "thesis": "the thesis's law",
     "pairwise": "the same α and γ, pairwise",
     "drag": "drag, α₁ = 6900 1/s",
 }

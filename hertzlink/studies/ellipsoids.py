@@ -191,10 +191,10 @@ def figures(data: xr.Dataset) -> dict[str, "Figure"]:
     by_size, (axis,) = plots.panels(1, width=4.6, height=3.8)
     sizes = [(f"D = {d * 1e3:.2f} mm", data.sel(diameter=d)) for d in DIAMETERS]
     curves = [(label, s.size_peak_force.values, s.size_wave_speed.values, s.size_theory.values) for label, s in sizes]
-    plots.beside_theory(axis, curves, *labels, theory="equation 1.10")
+    plots.beside_theory(axis, curves, *labels, theory="theory of long waves")
     by_shape, (axis,) = plots.panels(1, width=4.6, height=3.8)
     names = ("along the minor axis", "along the major axis", "equivalent sphere")
     shapes = [(name, data.sel(shape=shape)) for name, shape in zip(names, SHAPES, strict=True)]
     curves = [(label, s.peak_force.values, s.wave_speed.values, s.theory.values) for label, s in shapes]
-    plots.beside_theory(axis, curves, *labels, theory="equation 5.11")
+    plots.beside_theory(axis, curves, *labels, theory="theory of long waves")
     return {"particle_size": by_size, "ellipsoids": by_shape}

@@ -208,18 +208,18 @@ def figures(data: xr.Dataset) -> dict[str, "Figure"]:
     walls = {ratio: data.sel(ratio=ratio) for ratio in TABLE_5_1}
     curves = {r: (_named(r), s.peak_force.values, s.wave_speed.values, s.theory.values) for r, s in walls.items()}
     by_wall, (axis,) = plots.panels(1, width=4.6, height=3.8)
-    plots.beside_theory(axis, curves.values(), *labels, theory="equation 5.12")
+    plots.beside_theory(axis, curves.values(), *labels, theory="theory of long waves")
     scaling, (axis,) = plots.panels(1, width=4.6, height=3.6)
     slopes = [rf"{_named(r)}: $V \propto F^{{{waves.exponent(walls[r]):.4f}}}$" for r in (0.0, THIN)]
     two = [(label, *curves[r][1:]) for label, r in zip(slopes, (0.0, THIN), strict=True)]
     plots.logarithmic(axis)
-    plots.beside_theory(axis, two, *labels, theory="equation 5.12")
+    plots.beside_theory(axis, two, *labels, theory="theory of long waves")
     axis.set_yticks([300, 400, 500, 600, 700])
     laws, (axis,) = plots.panels(1, width=4.6, height=3.8)
     microns = data.approach.values * 1e6
     forces = [(_named(r), microns, s.force.values, s.table_force.values) for r, s in walls.items()]
     plots.logarithmic(axis)
-    theirs = "Table 5.1, finite elements"
+    theirs = "the thesis's finite elements"
     plots.beside_theory(axis, forces, "approach (µm)", "contact force (N)", theirs, "Hertz and Reissner's shell")
     return {"speed_force": by_wall, "exponents": scaling, "laws": laws}
 

@@ -142,14 +142,17 @@ def figures(data: xr.Dataset) -> dict[str, "Figure"]:
     struck.against_length(axes[0], data, "time_of_flight", "primary", "TOF (µs)", label)
     struck.against_length(axes[1], data, "amplitude_ratio", "primary", "AR", label)
     ends = np.array([data.length.min(), data.length.max()]) * 1e3
-    plots.theory_line(axes[0], ends, np.full(2, of.time_of_flight(of.wall(of.material)) * 1e6), "equation 6.20")
+    plots.theory_line(
+        axes[0], ends, np.full(2, of.time_of_flight(of.wall(of.material)) * 1e6), "theory of contact times"
+    )
     for axis in axes:
         plots.marked(axis, of.theory_length() * 1e3, "$c\\,T_c/2$")
     if not of.own:
         axes[0].set_ylim(430.0, 490.0)
         axes[1].set_ylim(0.6, 0.85)
     for axis in axes:
-        axis.legend(frameon=False, fontsize="small", loc="upper right")
+        # Opaque, as the dotted line may lie below it.
+        axis.legend(framealpha=1.0, edgecolor="none", fontsize="small", loc="lower left" if not of.own else "best")
     force = data.sensor_force.sel(sensor=struck.SENSOR).transpose("length", "time").values
     return {
         "length": figure,

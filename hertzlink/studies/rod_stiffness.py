@@ -367,11 +367,11 @@ def _over_modulus(data: xr.Dataset) -> "Figure":
     walls = [Surface(replace(STEEL_440C, youngs_modulus=value, name="")) for value in modulus]
     stiffness = np.array([hertz_stiffness(of.sphere.surface, wall) for wall in walls])
     theory = of.time_of_flight(stiffness) * 1e6
-    plots.theory_line(axes[0], modulus * 1e-9, theory, "equation 6.20")
-    which = "the given" if of.own else "Table 2.1's"
+    plots.theory_line(axes[0], modulus * 1e-9, theory, "theory of contact times")
+    which = "the given" if of.own else "real"
     axes[1].plot([], [], "o", color="grey", markersize=4.0, label=f"rods of {which} materials")
     axes[1].plot([], [], "x", color="grey", markersize=4.0, label="axisymmetric cylinders")
-    plots.marked(axes[1], critical_modulus(of.bead_material) * 1e-9, "equation 6.22", left=True)
+    plots.marked(axes[1], critical_modulus(of.bead_material) * 1e-9, "theory: secondary\nwaves left of this", left=True)
     axes[1].set_ylim(0.0, 1.25)
     axes[0].legend(frameon=False, fontsize="small")
     axes[1].legend(framealpha=1.0, edgecolor="none", fontsize="small", loc="upper left")

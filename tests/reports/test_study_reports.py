@@ -18,7 +18,7 @@ import hertzlink as hl
 from coupling.views import plots
 from hertzlink.cli import main
 from hertzlink.reports.of_studies import caption
-from hertzlink.studies import ABOUT, STUDIES
+from hertzlink.studies import ABOUT, STUDIES, study
 from hertzlink.studies.captions import CAPTIONS
 from hertzlink.studies.table import FOOTNOTE, Row
 from hertzlink.studies.writing import QUICK
@@ -144,8 +144,25 @@ def test_every_caption_belongs_to_a_figure_of_its_study() -> None:
     assert set(CAPTIONS) == set(STUDIES)
     folder = Path(str(import_module("hertzlink.studies").__file__)).parent
     drawn = "".join(path.read_text("utf-8") for path in folder.glob("*.py") if path.name != "captions.py")
-    for study, captions in CAPTIONS.items():
+    for name, captions in CAPTIONS.items():
         for figure, words in captions.items():
-            assert f'"{figure}"' in drawn, (study, figure)
-            assert not re.search(r"equation|thesis|chapter|section \d|figure \d|Table", words), (study, figure)
+            assert f'"{figure}"' in drawn, (name, figure)
+            assert not re.search(r"equation|thesis|chapter|section \d|figure \d|Table", words), (name, figure)
     assert caption("rod-stiffness", "no_such_figure") == "no such figure"
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("name", ["aspect-ratio", "rod-length"])
+def test_figures_of_a_study_can_be_read_without_the_thesis(
+    name: str, command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And its file holds all that its table and figures need."""
+    monkeypatch.setattr("hertzlink.cli.study", study)
+    assert command("study", name, "--quick", "--jobs", "1", "--output", "ran")[0] == 0
+    assert command("draw", f"ran/{name}.nc", "--output", "drawn") == (0, "")
+    assert names("drawn") == names("ran") - {f"{name}.nc"}
+    assert Path("ran/table.txt").read_text("utf-8") == Path("drawn/table.txt").read_text("utf-8")
+    page = check_page(Path("drawn/report.html").read_text("utf-8"))
+    words = [*page.text["figcaption"], *page.text["title"]]
+    assert not [one for one in words if re.search(r"equation|Table \d|chapter|section \d", one)]
+    assert set(CAPTIONS[name].values()) == set(page.text["figcaption"][: len(CAPTIONS[name])])

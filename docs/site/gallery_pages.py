@@ -1,0 +1,92 @@
+"""The gallery of the site: copies of examples/*.py with a title, a remark where they are not run, and some pictures."""
+
+import ast
+import re
+import shutil
+from pathlib import Path
+from typing import Any
+
+RUN = {
+    "body_from_mesh": "",
+    "edge_from_a_tap": "",
+    "hidden_delamination": "hl.plots.traces(run, sensors=10)",
+    "layered_rod": "hl.plots.contact_map(hl.CoSimulation(chain, hl.rod(layers)).run(until=1.5e-3))",
+    "mixed_chain": "hl.plots.contact_map(run)",
+    "own_structure": "hl.plots.traces(run, sensors=7)",
+    "plate_edge_law": "hl.plots.setup(hl.CoSimulation(chain, plate.at(0.03, 0.45)))",
+    "plate_wave": """import matplotlib.pyplot as plt
+
+figure, axes = plt.subplots(figsize=(7.0, 5.0), layout="constrained")
+axes.imshow(plt.imread("plate.png"))
+axes.axis("off")""",
+    "signal_from_file": "hl.plots.traces(signal)",
+    "two_chains": "hl.plots.setup(hl.CoSimulation([chain, chain], body))",
+    "viscous_layer": "hl.plots.setup(hl.CoSimulation(chain, rod))",
+    "wall": "hl.plots.traces(run, sensors=7)",
+}
+"""The examples that are run when the site is built, all within three minutes, and lines that add a picture."""
+
+PATTERN = rf"/({'|'.join(RUN)})\.py$"
+
+NOT_RUN = """
+.. note::
+   This example takes longer than the building of these pages may. It is shown without its output.
+   A test runs it and checks its numbers.
+"""
+
+HEADER = """Gallery
+=======
+
+Each example is a script that runs as it stands: ``examples/`` in the sources holds them all.
+Tests check the numbers that they print.
+Here the quick ones were run when the page was built. The others are shown without their output, and say so.
+
+Most of them also warn of `yield`: a steel bead at these speeds presses steel slightly beyond first yield.
+The contact laws are elastic.
+"""
+
+
+def write(examples: Path, folder: Path) -> None:
+    """The copies, in a folder of their own; a file that is the same stays as it is, so that it is not run again."""
+    folder.mkdir(exist_ok=True)
+    found = {"GALLERY_HEADER.rst": HEADER}
+    for path in sorted(examples.glob("*.py")):
+        found[path.name] = page(path)
+    for old in folder.iterdir():
+        if old.name not in found and old.suffix in (".py", ".rst"):
+            old.unlink()
+    for name, text in found.items():
+        if not (folder / name).is_file() or (folder / name).read_text(encoding="utf-8") != text:
+            (folder / name).write_text(text, encoding="utf-8")
+    for data in examples.glob("*.csv"):
+        shutil.copy(data, folder / data.name)
+
+
+def page(path: Path) -> str:
+    """An example with its title and what it says of itself, before its code."""
+    text = path.read_text(encoding="utf-8")
+    said = ast.get_docstring(ast.parse(text)) or ""
+    # The gallery runs code that has no __file__, in the folder of the example.
+    code = text.split('"""', 2)[2].lstrip("\n").replace("Path(__file__).with_name", "Path")
+    title = path.stem.replace("_", " ").capitalize()
+    picture = RUN.get(path.stem, "")
+    if picture:
+        code += f"\n# %%\n# And a picture:\n\n{picture}\n"
+    remark = "" if path.stem in RUN else NOT_RUN
+    return f'"""\n{title}\n{"=" * len(title)}\n\n{said}\n{remark}"""\n\n{code}'
+
+
+def link(app: Any, name: str, source: list[str]) -> None:
+    """Pages of the sources lead to files of the repository; on the site the same links lead to its pages.
+
+    A page that the index does not list yet is added to it.
+    """
+    depth = "../" * name.count("/")
+    text = re.sub(r"\]\(\.\./examples/(\w+)\.py\)", rf"]({depth}gallery/\1.rst)", source[0])
+    text = text.replace("](../examples/README.md)", f"]({depth}gallery/index.rst)")
+    source[0] = text.replace("](../benchmarks/README.md)", f"]({depth}benchmarks.md)")
+    if name == "index":
+        listed = set(source[0].split())
+        more = sorted(path.stem for path in Path(app.srcdir).glob("*.md") if path.stem not in {*listed, name})
+        if more:
+            source[0] += "\n".join(["\n```{toctree}", ":caption: More", ":maxdepth: 1", "", *more, "```\n"])

@@ -1,0 +1,80 @@
+"""The reference of the site: one page for each public name of `hertzlink/__init__.pyi`, and of each namespace."""
+
+import inspect
+import shutil
+from pathlib import Path
+from types import ModuleType
+
+import hertzlink
+from hertzlink._names import PUBLIC, namespaces
+
+GROUPS = {
+    "Chains, beads and losses": ("particles",),
+    "Structures and materials": ("structures",),
+    "Plates": ("plates",),
+    "Runs": ("coupling.cosimulation", "coupling.explicit_chain", "coupling.interface", "coupling.participant"),
+    "Coupling schemes": ("coupling.schemes", "coupling.state"),
+    "Waves, signals and measures": ("coupling.results",),
+    "Sweeps and batches": ("coupling.sweeps",),
+    "Identification": ("coupling.identification",),
+}
+"""Headings of the index, and the modules that define what stands below them."""
+
+
+def write(folder: Path) -> None:
+    """All pages, anew."""
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir()
+    lines = ["Reference", "=========", "", "What ``import hertzlink as hl`` offers. Numbers are SI throughout.", ""]
+    left = {name for name, place in PUBLIC.items() if place.module != "hertzlink"}
+    for heading, modules in GROUPS.items():
+        names = sorted((one for one in left if PUBLIC[one].module.startswith(modules)), key=str.lower)
+        left -= set(names)
+        lines += [heading, "-" * len(heading), "", *_rows(names, folder)]
+    if left:
+        raise ValueError(f"GROUPS in {__file__}: has no heading for {', '.join(sorted(left))}")
+    for space in sorted(namespaces()):
+        module: ModuleType = getattr(hertzlink, space)
+        title = f"hertzlink.{space}"
+        lines += [title, "-" * len(title), "", _first_line(module), ""]
+        lines += _rows([f"{space}.{name}" for name in sorted(module.__all__, key=str.lower)], folder)
+    (folder / "index.rst").write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def _rows(names: list[str], folder: Path) -> list[str]:
+    """A table of names and first lines, and the pages that it leads to."""
+    if not names:
+        return []
+    lines = [".. list-table::", "   :widths: 30 70", ""]
+    for name in names:
+        value = _value(name)
+        lines += [f"   * - :doc:`{name}`", f"     - {_first_line(value)}"]
+        (folder / f"{name}.rst").write_text(_page(name, value), encoding="utf-8")
+    return [*lines, "", ".. toctree::", "   :hidden:", "", *(f"   {name}" for name in names), ""]
+
+
+def _page(name: str, value: object) -> str:
+    if isinstance(value, type):
+        directive, options = (
+            "autoclass",
+            "   :members:\n   :inherited-members: object, tuple, Exception, BaseException\n",
+        )
+    elif inspect.isroutine(value):
+        directive, options = "autofunction", ""
+    else:
+        directive, options = "autodata", "   :no-value:\n"
+    inner = name.rpartition(".")[2]
+    return f"{inner}\n{'=' * len(inner)}\n\n.. {directive}:: hertzlink.{name}\n{options}"
+
+
+def _value(name: str) -> object:
+    value: object = hertzlink
+    for part in name.split("."):
+        value = getattr(value, part)
+    return value
+
+
+def _first_line(value: object) -> str:
+    if not isinstance(value, type | ModuleType) and not inspect.isroutine(value):
+        return f"{type(value).__name__}: {getattr(value, 'name', '')}".rstrip(": ")
+    return (inspect.getdoc(value) or "").split("\n\n")[0].replace("\n", " ")

@@ -1,0 +1,115 @@
+"""The documentation site: the lines of its pages run, and what they name is there. CI builds it."""
+
+import re
+import tomllib
+from pathlib import Path
+from types import SimpleNamespace
+
+import matplotlib
+import pytest
+
+ROOT = Path(__file__).parent.parent
+DOCS = ROOT / "docs"
+PAGES = sorted(DOCS.glob("*.md"))
+
+
+def blocks(name: str) -> list[str]:
+    text = (DOCS / name).read_text(encoding="utf-8")
+    return re.findall(r"^```python\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
+
+
+def run_all(lines: list[str], folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As a script of one piece: a function in it can then be sent to other processes, and named in a store."""
+    monkeypatch.chdir(folder)
+    matplotlib.use("Agg")
+    exec(compile("\n".join(lines), "page.py", "exec"), {"__name__": "page"})
+
+
+def test_the_first_three_steps_of_the_tutorial(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    steps = blocks("tutorial.md")
+    assert len(steps) == 7
+    run_all(steps[:4], tmp_path, monkeypatch)
+
+
+@pytest.mark.thorough
+def test_the_whole_tutorial(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    run_all(blocks("tutorial.md"), tmp_path, monkeypatch)
+
+
+@pytest.mark.parametrize("name", ["theory.md", "howto_structure.md", "howto_law.md", "howto_sweeps.md"])
+def test_the_lines_of_a_page_run(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert blocks(name)
+    run_all(blocks(name), tmp_path, monkeypatch)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_and_files_of_a_page_are_there(page: Path) -> None:
+    """In the repository; on the site, links to examples lead to the gallery, which a build makes."""
+    text = page.read_text(encoding="utf-8")
+    for link in re.findall(r"\]\((?!https?:|#)([^)#]+)[^)]*\)", text):
+        assert link.startswith(("gallery/", "reference/")) or (DOCS / link).exists(), link
+    for file in re.findall(r"`((?:tests|benchmarks|examples|plates|hertzlink)/[\w/]+\.\w+)`", text):
+        assert (ROOT / file).is_file(), file
+
+
+def test_a_page_that_the_index_does_not_list_is_added(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.syspath_prepend(str(DOCS / "site"))
+    import gallery_pages
+
+    for page in ("index", "listed", "new"):
+        (tmp_path / f"{page}.md").write_text("")
+    source = ["listed\n[a wall](../examples/wall.py), [how fast](../benchmarks/README.md)"]
+    gallery_pages.link(SimpleNamespace(srcdir=tmp_path), "index", source)
+    assert "[a wall](gallery/wall.rst), [how fast](benchmarks.md)" in source[0]
+    added = source[0].split("```{toctree}")[1].split()
+    assert "new" in added
+    assert "listed" not in added
+    assert "index" not in added
+
+
+def test_the_gallery_knows_its_examples(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.syspath_prepend(str(DOCS / "site"))
+    import gallery_pages
+
+    scripts = {path.stem for path in (ROOT / "examples").glob("*.py")}
+    assert set(gallery_pages.RUN) <= scripts
+    gallery_pages.write(ROOT / "examples", tmp_path)
+    for name in scripts:
+        page = (tmp_path / f"{name}.py").read_text(encoding="utf-8")
+        compile(page, name, "exec")
+        assert ("shown without its output" in page) == (name not in gallery_pages.RUN)
+
+
+def test_every_public_name_has_a_page(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    import hertzlink as hl
+
+    monkeypatch.syspath_prepend(str(DOCS / "site"))
+    import reference_pages
+
+    reference_pages.write(tmp_path / "reference")
+    pages = {path.name.removesuffix(".rst") for path in (tmp_path / "reference").iterdir()}
+    spaces = {name for name in hl.__all__ if hasattr(getattr(hl, name), "__all__")}
+    inner = {f"{space}.{name}" for space in spaces for name in getattr(hl, space).__all__}
+    assert pages == {"index", *hl.__all__, *inner} - spaces
+
+
+def test_a_broken_link_of_a_built_site_is_found(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.syspath_prepend(str(DOCS / "site"))
+    import links
+
+    (tmp_path / "one.html").write_text('<a href="two.html#there">x</a><a href="https://elsewhere.org/nowhere">y</a>')
+    (tmp_path / "two.html").write_text('<p id="there"><a href="one.html">x</a>')
+    assert list(links.broken(tmp_path)) == []
+    (tmp_path / "two.html").write_text('<p><a href="three.html">x</a>')
+    assert sorted(links.broken(tmp_path)) == [
+        "one.html: two.html#there has no such place",
+        "two.html: three.html leads nowhere",
+    ]
+
+
+def test_what_is_cited_is_this_version() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert f"\nversion: {project['version']}\n" in citation
+    assert f"\nlicense: {project['license']}\n" in citation
+    assert f"version = {{{project['version']}}}" in (DOCS / "citing.md").read_text(encoding="utf-8")
