@@ -24,7 +24,7 @@ from hertzlink.cases.faults import Fault, reason_of
 from hertzlink.cases.model import CaseModel, IdentifyPart
 from hertzlink.cases.parts import World
 from hertzlink.cases.paths import Path, put, written
-from hertzlink.cases.plate_models import AroundGuess, edge_of, one_edge, scales
+from hertzlink.cases.plate_models import BAND, AroundGuess, edge_of, one_edge, scales
 from hertzlink.cases.report import csv_text, table
 from hertzlink.cases.running import sensors_of
 from structures.caution import collected
@@ -35,6 +35,9 @@ WIDE = 2.0
 
 FOLLOWED = 3
 """Fits of the plate with one edge that are followed on the whole plate."""
+
+WIDER = 0.25
+"""Part of the distance from the edge, and of the position, that is searched where no fit explains the signal."""
 
 MOST_ELEMENTS = 400
 """Elements of a layer whose mesh is the same for all values."""
@@ -232,11 +235,30 @@ def _by_one_edge(question: Question, signal: xr.Dataset, common: dict[str, Any])
         if best is None or found.misfit < best.misfit:
             best = found
     assert best is not None
+    if not best.explained and scales(question.case.model, question.of_structure):
+        remarks.append(f"no fit nearby explained the signal; all within {100.0 * WIDER:.0f} % of the best was searched")
+        found = _nearby(question, signal, common, {name: best[name].value for name in question.ranges})
+        best = found if found.misfit < best.misfit else best
     if len(first.modes) > 1:
         remarks.append(f"that plate has {len(first.modes)} different fits; the best of {FOLLOWED} was taken")
     if not best.explained:
         remarks.append('search = "full" in [identify] searches the whole plate, in some minutes')
     return best, remarks
+
+
+def _nearby(
+    question: Question, signal: xr.Dataset, common: dict[str, Any], guess: Mapping[str, float]
+) -> Identification:
+    """A search of all positions and thicknesses around a guess, on one basis."""
+    near = question.case.changed(_texts(question, guess))
+    structures = AroundGuess(near, {}, question.of_structure, WIDER).structure
+    ranges = dict(question.ranges)
+    for name, (low, high) in question.ranges.items():
+        if question.paths[name][0] == "structure":
+            part = WIDER if question.paths[name][1] == "at" else BAND - 1.0
+            ranges[name] = max(low, guess[name] / (1.0 + part)), min(high, guess[name] * (1.0 + part))
+    inner = replace(question, case=near, ranges=ranges)
+    return _identified(inner, signal, Builder(inner, structures), common)
 
 
 def _same_mesh(case: Case, question: Question) -> dict[str, Any]:
