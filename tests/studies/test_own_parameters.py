@@ -1,6 +1,7 @@
 """Studies with a user's own parameters: what is read, what is refused, and results that are known from elsewhere."""
 
 import json
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -15,10 +16,12 @@ from hertzlink.studies import (
     ABOUT,
     STUDIES,
     aspect_ratio,
+    critical_distance,
     cylinders,
     dissipation,
     ellipsoids,
     hollow_spheres,
+    identifiability,
     plate_boundary,
     rod_length,
     rod_stiffness,
@@ -47,7 +50,7 @@ BAD: list[tuple[str, str]] = [
     ("rod-length --length -1", "--length -1: must be from 0.0001 to 10 m"),
     ("rod-length --length 0", "--length 0: must be from 0.0001 to 10 m"),
     ("rod-length --length nan", "--length nan: must be from"),
-    ("rod-length --length 1e-2,,five", "--length five: must be a number of m, as 0.001 or 1e-3"),
+    ("rod-length --length 1e-2,,five", "--length five: must be a number of m, as 0.001, 1e-3 or with its unit"),
     ("rod-length --length ,", "--length ,: give at least one value"),
     ("rod-length --material unobtainium", "--material unobtainium: no such material; "),
     ("rod-length --material brasss", "did you mean brass 360?"),
@@ -72,6 +75,12 @@ BAD: list[tuple[str, str]] = [
     ("cylinders --angle 91", "--angle 91: must be from 0 to 90 degrees"),
     ("cylinders --angle 0,10,20,30,40,50,60", "give at most 6 values"),
     ("dissipation --beads 5", "--beads 5: must be from 20 to 500"),
+    ("critical-distance --inelasticity 3", "--inelasticity 3: must be from 0.05 to 2"),
+    ("critical-distance --material PTFE --bead-material steel440C", "--material PTFE: with these beads:"),
+    ("critical-distance --edge loose", "--edge loose: must be one of clamped, simple, free"),
+    ("identifiability --noise 0", "--noise 0: must be from 1e-09 to 1"),
+    ("identifiability --distance '2 kg'", "is no unit"),
+    ("rod-length --length '3 kg'", '--length 3 kg: "kg" is no unit of this quantity; must be a number of m'),
     ("symmetry --bead 1e-3", "symmetry: no such option --bead; parameters: none"),
 ]
 
@@ -82,7 +91,7 @@ def test_bad_input_is_one_line_before_any_run(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(hl.CoSimulation, "run", lambda *_, **__: pytest.fail("a run was started"))
-    assert hertzlink("study", *[word.replace("''", "") for word in words.split()]) == 2
+    assert hertzlink("study", *shlex.split(words)) == 2
     out, said = capsys.readouterr()
     assert message in said
     assert said.count("\n") == 1
@@ -117,6 +126,7 @@ def test_values_are_read_from_texts_numbers_and_lists() -> None:
     read = rod_length.Conditions.of
     assert read({"length": "0.2,0.1"}).length == read({"length": ("0.1", "0.2")}).length == (0.1, 0.2)
     assert read({"length": np.array([0.2, 0.1])}).length == read({"length": [0.1, "2e-1"]}).length == (0.1, 0.2)
+    assert read({"length": "10 cm, 0.2", "bead": "6mm"}) == read({"length": (0.1, 0.2), "bead": 6e-3})
     for name in ("brass", "BRASS 360", hl.BRASS_360):
         assert read({"material": name}).material == hl.BRASS_360
     assert read({"material": "Aluminum"}).material == hl.ALUMINIUM_6061
@@ -274,3 +284,39 @@ def test_losses_of_other_beads() -> None:
     left = more.peak.sel(sensor=23) / more.peak.sel(sensor=9)
     assert float(left.sel(law="thesis")) < float(left.sel(law="pairwise")) < 0.95
     assert set(dissipation.figures(data)) == {"decay"}
+
+
+def test_another_pair_lies_on_the_law() -> None:
+    """Between the stiffness ratios of the law's table: small beads on copper, within the law's own bounds."""
+    own = {"material": "copper", "bead": "3 mm", "inelasticity": 0.3, "edge": "clamped"}
+    data = critical_distance.run(True, 1, **own)
+    row = values(critical_distance.table(data))["c, clamped edge, λ 0.3, AR ± 0.02"]
+    law = hl.critical_distance_law(
+        hl.Sphere(1.5e-3, hl.STEEL_440C), critical_distance.Conditions.read(data).pair.plate(0.3), 0.31
+    )
+    length = critical_distance.Conditions.read(data).pair.length(0.3)
+    assert row.theory == pytest.approx(law.value / length)
+    assert law.low - 0.01 * length <= row.computed * length <= law.high + 0.01 * length
+    assert set(critical_distance.figures(data)) == {"collapse"}
+
+
+@pytest.mark.thorough
+def test_half_widths_grow_with_the_noise() -> None:
+    """In proportion, and where nothing else differs they are those of the study."""
+    own = {"thickness": 4.83e-3, "bead": 9.53e-3, "distance": 0.06, "record": "1.4e-3"}
+    one, two = (identifiability.run(True, 1, noise=noise, **own).edge_error for noise in (0.01, 0.02))
+    at = {"unknown": "distance", "free": "all", "measured": "bead 7"}
+    assert float(two.sel(at).squeeze()) == pytest.approx(2.0 * float(one.sel(at).squeeze()), rel=1e-6)
+    known = identifiability.cases.edge_errors(9.53e-3, 0.06, 4.83e-3)
+    measured = list(identifiability.cases.MEASURED).index("bead 7")
+    assert float(one.sel(at).squeeze()) == pytest.approx(known[0, 0, measured, 0, 0], rel=1e-3)
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_the_page_of_studies_lists_what_can_be_changed(name: str) -> None:
+    page = (Path(__file__).parents[2] / "docs" / "studies.md").read_text("utf-8")
+    (line,) = [line for line in page.splitlines() if line.startswith(f"| `{name}` |")]
+    options = getattr(study(name), "Conditions", Conditions).options()
+    assert ABOUT[name].rstrip(".") in line
+    listed = [part.split("`")[1].replace("-", "_") for part in line.split("|")[3].split(",") if "`" in part]
+    assert listed == list(options)
