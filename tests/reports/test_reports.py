@@ -166,7 +166,7 @@ BAD: dict[str, tuple[Callable[[Path], Any], type[Exception], str]] = {
     "path": (lambda p: hl.plots.report(run(), 5), ValueError, "path = 5"),
     "no path": (lambda p: hl.plots.report(run(), ""), ValueError, "path = ''"),
     "took": (lambda p: hl.plots.report(run(), p / "a.html", took=-1.0), ValueError, "took = -1.0"),
-    "setup": (lambda p: hl.plots.report(signal(), p / "a.html", setup=BEAD), ValueError, "must be a CoSimulation"),
+    "setup": (lambda p: hl.plots.report(signal(), p / "a.html", setup=BEAD), ValueError, "setup = Sphere"),
     "folder": (lambda p: hl.plots.report(signal(), p / "no" / "a.html"), OSError, "a.html"),
 }
 
