@@ -75,6 +75,12 @@ def plain_bars(app: Any, what: str, name: str, thing: object, options: object, l
     lines[:] = [line if line.lstrip().startswith(">>>") else line.replace("|", r"\|") for line in lines]
 
 
+def without_aliases(app: Any, what: str, name: str, thing: object, skip: bool, options: object) -> bool | None:
+    """The fields of named tuples are described among the parameters."""
+    return True if str(getattr(thing, "__doc__", "")).startswith("Alias for field number") else None
+
+
 def setup(app: Any) -> None:
+    app.connect("autodoc-skip-member", without_aliases)
     app.connect("source-read", gallery_pages.link)
     app.connect("autodoc-process-docstring", plain_bars, priority=100)

@@ -18,6 +18,15 @@ def blocks(name: str) -> list[str]:
     return re.findall(r"^```python\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
 
 
+def numbers(text: str) -> list[float]:
+    return [float(one) for one in re.findall(r"-?\d+\.\d+", text)]
+
+
+def shown(name: str) -> list[str]:
+    """What a page says that its lines print."""
+    return re.findall(r"^```text\n(.*?)^```", (DOCS / name).read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
+
+
 def run_all(lines: list[str], folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """As a script of one piece: a function in it can then be sent to other processes, and named in a store."""
     monkeypatch.chdir(folder)
@@ -25,15 +34,32 @@ def run_all(lines: list[str], folder: Path, monkeypatch: pytest.MonkeyPatch) -> 
     exec(compile("\n".join(lines), "page.py", "exec"), {"__name__": "page"})
 
 
-def test_the_first_three_steps_of_the_tutorial(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_first_three_steps_of_the_tutorial(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     steps = blocks("tutorial.md")
     assert len(steps) == 7
     run_all(steps[:4], tmp_path, monkeypatch)
+    expected = numbers("".join(shown("tutorial.md")[:3]))
+    assert len(expected) == 9
+    assert numbers(capsys.readouterr().out) == pytest.approx(expected, rel=5e-3)
 
 
 @pytest.mark.thorough
-def test_the_whole_tutorial(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_whole_tutorial(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The edge is where it was put; its value and interval are those of the page, within a tenth of the interval."""
     run_all(blocks("tutorial.md"), tmp_path, monkeypatch)
+    printed = capsys.readouterr().out
+    assert shown("tutorial.md")[3].strip() in printed
+    found, said = (
+        numbers(next(line for line in text.splitlines() if line.startswith("distance  ")))
+        for text in (printed, shown("tutorial.md")[4])
+    )
+    assert found[:3] == pytest.approx(said[:3], abs=3e-5)
+    assert found[1] < 0.06 < found[2]
+    assert "the model explains the signal" in printed
 
 
 @pytest.mark.parametrize("name", ["theory.md", "howto_structure.md", "howto_law.md", "howto_sweeps.md"])

@@ -29,6 +29,11 @@ REACH = 3.841458820694124
 DOUBTFUL = 0.1
 """Intervals wider than this part of a range come from the profile of the likelihood, not from its curvature."""
 
+LEAST_RISE, LARGEST_RISE = 0.9, 1.1
+"""So do those at whose ends χ² rises by less or more than these parts of what its curvature predicts: there an end lies
+off by about half of the difference.
+"""
+
 CORRELATED = 0.25
 """Standard deviation of the Gaussian by which a discrepancy is correlated in time, in contact times."""
 
@@ -171,14 +176,14 @@ class Judgement:
     def _is_parabola(
         self, best: Solution, point: Point, k: int, covariance: Vector, reach: float, inflation: float
     ) -> bool:
-        """Whether χ² rises at both ends of an interval as its curvature predicts, within a factor of two."""
+        """Whether χ² rises at both ends of an interval as its curvature predicts."""
         # The others move along, as the correlations say.
         way = reach * covariance[: best.p.size, k] / np.sqrt(covariance[k, k])
         low, high = self.misfit.bounds()
         for side in (-1.0, 1.0):
             residual = self.misfit.residual(np.clip(best.p + side * way, low, high))
             rise = (float(residual @ residual) - point.misfit) / (inflation * reach**2)
-            if not 0.5 < rise < 2.0:
+            if not LEAST_RISE < rise < LARGEST_RISE:
                 return False
         return True
 

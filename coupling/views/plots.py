@@ -24,7 +24,9 @@ def panels(count: int, width: float = 3.4, height: float = 3.2, sharey: bool = T
     return figure, list(axes)
 
 
-def against_distance(data: xr.Dataset, name: str, label: str, tolerance: float, factor: float = 1.0) -> Figure:
+def against_distance(
+    data: xr.Dataset, name: str, label: str, tolerance: float, factor: float = 1.0, edge: str = "clamped"
+) -> Figure:
     """A variable over the distance: one panel for each bead, one curve for each plate; missing waves leave gaps.
 
     Dotted lines mark the critical distances for a tolerance, open triangles their lower bounds. A ratio has a factor
@@ -42,7 +44,7 @@ def against_distance(data: xr.Dataset, name: str, label: str, tolerance: float, 
                 linewidth=1.0, label=f"t = {thickness * 1e3:.2f} mm",
             )  # fmt: skip
             _mark_crossing(axis, one, COLOURS[i])
-        axis.set(title=f"D = {diameter * 1e3:.2f} mm", xlabel="distance from the clamped edge (mm)")
+        axis.set(title=f"D = {diameter * 1e3:.2f} mm", xlabel=f"distance from the {edge} edge (mm)")
         if ratio:
             axis.set_ylim(0.0, 1.0)
         here = data.sel(diameter=diameter)
@@ -53,8 +55,9 @@ def against_distance(data: xr.Dataset, name: str, label: str, tolerance: float, 
     if missing:
         axes[0].plot([], [], linestyle="none", label="no marker: no wave in the record")
     lines = axes[0].get_legend_handles_labels()
+    columns = min(len(lines[0]), 2 * len(axes))
     size = "small" if missing else "medium"  # to fit beside the others
-    figure.legend(*lines, loc="outside upper center", ncols=len(lines[0]), frameon=False, fontsize=size)
+    figure.legend(*lines, loc="outside upper center", ncols=columns, frameon=False, fontsize=size)
     return figure
 
 
@@ -76,16 +79,20 @@ def critical_distances(data: xr.Dataset, tolerance: float) -> Figure:
     Bars are brackets; an open marker with an arrow is a lower bound.
     """
     figure, (axis,) = panels(1, width=4.6, height=3.8)
-    diameters = data.diameter.values * 1e3
+    diameters, plates = data.diameter.values * 1e3, data.sizes["thickness"]
+    apart = 0.25 / 19.05 * diameters.max()
+    # The lines of a single bead are level.
+    ends = diameters if diameters.size > 1 else diameters * np.array([0.9, 1.1])
     for line, style in zip(data.line.values, ("--", "-"), strict=True):
         speed = "c = 0.2" if line == "A0 Lamb" else "c = 0.57"
         axis.plot(
-            diameters, data.bound.sel(line=line) * 1e3, style, color="black", linewidth=1.0,
+            ends, np.broadcast_to(data.bound.sel(line=line) * 1e3, ends.shape), style, color="black", linewidth=1.0,
             label=f"way of the {line} wave during a contact, {speed} √(E/ρ)",
         )  # fmt: skip
     for i, thickness in enumerate(data.thickness.values):
         at = data.sel(thickness=thickness, within=tolerance)
-        x, low, high = diameters + 0.25 * (i - 1), *(at.bracket.sel(end=end).values * 1e3 for end in ("low", "high"))
+        x = diameters + apart * (i - 0.5 * (plates - 1))
+        low, high = (at.bracket.sel(end=end).values * 1e3 for end in ("low", "high"))
         found, bound = at.critical_distance.values * 1e3, at.lower_bound.values
         axis.errorbar(
             x, found, np.where(bound, 0.0, [found - low, high - found]), fmt=MARKERS[i], color=COLOURS[i],
@@ -104,7 +111,7 @@ def critical_distances(data: xr.Dataset, tolerance: float) -> Figure:
     return figure
 
 
-def refinement(data: xr.Dataset, tolerance: float) -> Figure:
+def refinement(data: xr.Dataset, tolerance: float, edge: str = "clamped") -> Figure:
     """Difference of AR from its far value around the last crossing: all samples, and the brackets as bands.
 
     Dashed lines: linear interpolation between the samples of the first scan.
@@ -130,13 +137,14 @@ def refinement(data: xr.Dataset, tolerance: float) -> Figure:
                 axis.axvspan(low, high, color=COLOURS[i], alpha=0.5, linewidth=0.0)
                 farthest = max(farthest, high)
         axis.axhline(tolerance, color="black", linewidth=0.8)
-        axis.set(title=f"D = {diameter * 1e3:.2f} mm", xlabel="distance from the clamped edge (mm)", yscale="log")
+        axis.set(title=f"D = {diameter * 1e3:.2f} mm", xlabel=f"distance from the {edge} edge (mm)", yscale="log")
         axis.set(ylim=(2e-3, 1.0), xlim=(0.0, 2.0 * farthest if farthest else 100.0))
     axes[0].set_ylabel("|AR − far value|")
     axes[0].plot([], [], "--", color="grey", linewidth=0.8, label="first scan, straight lines")
     axes[0].fill_between([], [], color="grey", alpha=0.5, linewidth=0.0, label="bracket")
     lines = axes[0].get_legend_handles_labels()
-    figure.legend(*lines, loc="outside upper center", ncols=len(lines[0]), frameon=False)
+    columns = min(len(lines[0]), 2 * len(axes))
+    figure.legend(*lines, loc="outside upper center", ncols=columns, frameon=False)
     axes[0].annotate(f"tolerance {tolerance:g}", (0.0, tolerance), (3, 3), textcoords="offset points", fontsize="small")
     return figure
 

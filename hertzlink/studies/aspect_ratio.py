@@ -1,6 +1,8 @@
 """Thesis section 6.2.1: the reflected wave at the centre of thin plates, against bead diameter over plate thickness."""
 
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
@@ -9,7 +11,9 @@ from coupling.cosimulation import CoSimulation
 from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
 from coupling.results.measures import contact_time, sensor_force
 from coupling.sweeps.sweep import sweep
+from hertzlink.studies import on_plates
 from hertzlink.studies import plate_boundary as boundary
+from hertzlink.studies.on_plates import OnPlate
 from hertzlink.studies.table import Row
 from particles.bead import Sphere
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
@@ -26,7 +30,6 @@ from plates.theory.impact import (
     contact_time as plate_contact_time,
 )
 from plates.theory.zener import restitution as zener_restitution
-from structures.material import ALUMINIUM_6061
 from structures.reduction import reduce
 from structures.structure import Structure, half_space
 
@@ -35,16 +38,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 BODIES = ("plate", "infinite plate", "half-space")
-CENTRE = boundary.SIDE / 2.0
 REDUCTION = 0.02
 """Tolerance of the reduction, tighter than that of the boundary study."""
 RATIOS = tuple(np.geomspace(0.4, 10.0, 49))
 """D/t of the theory lines."""
-
-PARAMETER_SPEEDS = (boundary.IMPACT_SPEED, PARTICLE_TO_STRIKER_SPEED * boundary.IMPACT_SPEED)
-"""m/s; v_in of equation 6.37 as the speed of the striker, and as that of the beads in the wave, which the
-thesis names.
-"""
 
 PRINTED = {
     (4.76e-3, 2.29e-3): (0.32, None), (4.76e-3, 3.18e-3): (0.166, None), (4.76e-3, 4.83e-3): (0.072, None),
@@ -69,62 +66,104 @@ THESIS_DIAMETERS = {19.05e-3: 19.1e-3}
 """m; section 6.2.1 uses 19.1 mm, section 6.2.2 also 19.05 mm."""
 
 
-def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
+@dataclass(frozen=True)
+class Conditions(OnPlate):
+    """What can be changed."""
+
+    @property
+    def speeds(self) -> tuple[float, float]:
+        """m/s; v_in of equation 6.37 as the speed of the striker, and as that of the beads in the wave, which the
+        thesis names.
+        """
+        return self.impact_speed, PARTICLE_TO_STRIKER_SPEED * self.impact_speed
+
+    def ratios(self) -> tuple[float, ...]:
+        """D/t of the theory lines."""
+        if not self.own:
+            return RATIOS
+        least, most = min(self.bead) / max(self.thickness), max(self.bead) / min(self.thickness)
+        return tuple(np.geomspace(0.5 * least, 1.3 * most, len(RATIOS)))
+
+    def theory(self, ratio: float, speed: float) -> tuple[float, float]:
+        """AR = e^{6/5} (equation 6.24) and TOF/D (6.39), s/m, at D/t; the result does not depend on D."""
+        diameter = self.bead[len(self.bead) // 2]
+        bead, plate = self.sphere(diameter), self.plate(diameter / ratio)
+        flight = normalised_time_of_flight(self.beads - self.sensor, bead, plate, self.impact_speed, speed)
+        return plate_amplitude_ratio(inelasticity_parameter(bead, plate, speed)), flight
+
+
+def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
     """AR, TOF, contact time and force at the sensor for every plate and bead, at the centre of the plate.
 
     body: the thesis's plate, the infinite plate by its point impedance, and a half-space. quick: the same, because it
     takes seconds.
     """
 
+    of = Conditions.of(own)
+
     def build(body: str, thickness: float, diameter: float) -> CoSimulation:
-        return CoSimulation(boundary.chain(diameter), _structure(body, thickness))
+        return CoSimulation(of.chain(diameter), _structure(of, body, thickness))
 
     data = sweep(
-        build, boundary.UNTIL, 1 if quick and jobs is None else jobs, measure,
-        body=BODIES, thickness=boundary.THICKNESSES, diameter=boundary.DIAMETERS,
+        build, of.until, 1 if quick and jobs is None else jobs, partial(measure, sensor=of.sensor),
+        body=BODIES, thickness=of.thickness, diameter=of.bead,
     )  # fmt: skip
     for name in ("thickness", "diameter"):
         data[name].attrs["units"] = "m"
-    lines = [[theory(ratio, speed) for speed in PARAMETER_SPEEDS] for ratio in RATIOS]
-    data = data.assign_coords(ratio=("ratio", list(RATIOS)), speed=("speed", list(PARAMETER_SPEEDS), {"units": "m/s"}))
+    lines = [[of.theory(ratio, speed) for speed in of.speeds] for ratio in of.ratios()]
+    data = data.assign_coords(ratio=("ratio", list(of.ratios())), speed=("speed", list(of.speeds), {"units": "m/s"}))
     for i, (name, units) in enumerate((("theory_amplitude_ratio", "1"), ("theory_time_of_flight", "s/m"))):
         data[name] = (("ratio", "speed"), [[pair[i] for pair in row] for row in lines], {"units": units})
-    return data
+    return of.marked(data)
 
 
-def _structure(body: str, thickness: float) -> Structure:
+def _structure(of: Conditions, body: str, thickness: float) -> Structure:
     if body == "half-space":
-        return half_space(ALUMINIUM_6061)
+        return half_space(of.material)
     if body == "infinite plate":
-        return infinite_plate(thickness, ALUMINIUM_6061)
-    return reduce(boundary.plate(thickness).at(CENTRE, CENTRE), boundary.UNTIL, REDUCTION)
+        return infinite_plate(thickness, of.material)
+    centre = of.side / 2.0
+    return reduce(of.plate(thickness).at(centre, centre), of.until, REDUCTION, pulse=of.pulse)
 
 
-def measure(run: xr.Dataset) -> xr.Dataset:
+def measure(run: xr.Dataset, sensor: int = on_plates.SENSOR) -> xr.Dataset:
     """The part of a run that the study keeps."""
     return xr.Dataset(
         {
-            "amplitude_ratio": amplitude_ratio(run, boundary.SENSOR),
-            "time_of_flight": time_of_flight(run, boundary.SENSOR),
+            "amplitude_ratio": amplitude_ratio(run, sensor),
+            "time_of_flight": time_of_flight(run, sensor),
             "contact_time": ((), contact_time(run), {"units": "s", "long_name": "last bead's contact with the plate"}),
-            "sensor_force": sensor_force(run, boundary.SENSOR),
+            "sensor_force": sensor_force(run, sensor),
         }
     )
 
 
-def theory(ratio: float, impact_speed: float) -> tuple[float, float]:
-    """AR = e^{6/5} (equation 6.24) and TOF/D (6.39), s/m, at D/t; the result does not depend on D."""
-    diameter = boundary.DIAMETERS[1]
-    bead, plate = boundary.bead(diameter), boundary.plate(diameter / ratio)
-    flight = normalised_time_of_flight(
-        boundary.BEADS - boundary.SENSOR, bead, plate, boundary.IMPACT_SPEED, impact_speed
-    )
-    return plate_amplitude_ratio(inelasticity_parameter(bead, plate, impact_speed)), flight
+def theory(ratio: float, speed: float) -> tuple[float, float]:
+    """AR and TOF/D, s/m, of the thesis's beads."""
+    return Conditions().theory(ratio, speed)
 
 
 def table(data: xr.Dataset) -> list[Row]:
     """λ, contact times and e printed in section 6.2; AR and TOF/D compared with Zener's theory."""
-    return [*_printed(data), *_extremes(), *_amplitudes(data), *_flights(data)]
+    of = Conditions.read(data)
+    first = _contacts(data, of) if of.own else [*_printed(data), *_extremes()]
+    return [*first, *_amplitudes(data, of), *_flights(data, of)]
+
+
+def _contacts(data: xr.Dataset, of: Conditions) -> list[Row]:
+    """Contact times of other beads and plates."""
+    rows = []
+    for diameter, thickness, _ in _by_ratio(data):
+        bead, plate = of.sphere(diameter), of.plate(thickness)
+        found = float(data.contact_time.sel(body="plate", diameter=diameter, thickness=thickness)) * 1e6
+        reason = (
+            f"theory: Zener, one bead, λ = {inelasticity_parameter(bead, plate, of.impact_speed):.3g}; on a "
+            f"half-space {of.contact_time(diameter) * 1e6:.4g}. hertzlink: the last bead of a chain"
+        )
+        expected = float(plate_contact_time(bead, plate, of.impact_speed)) * 1e6
+        label = f"contact time, D {diameter * 1e3:.2f}, t {thickness * 1e3:.2f}"
+        rows.append(Row(label, "", found, "µs", reason, expected))
+    return rows
 
 
 def _printed(data: xr.Dataset) -> list[Row]:
@@ -132,16 +171,16 @@ def _printed(data: xr.Dataset) -> list[Row]:
     for (diameter, thickness), (parameter, duration) in PRINTED.items():
         plate, bead = boundary.plate(thickness), boundary.bead(diameter)
         label = f"D {diameter * 1e3:.2f}, t {thickness * 1e3:.2f}"
-        found = inelasticity_parameter(bead, plate, boundary.IMPACT_SPEED)
+        found = inelasticity_parameter(bead, plate, on_plates.IMPACT_SPEED)
         again = _thesis_parameter(diameter, thickness)
         rows.append(
             Row(f"λ, {label}", parameter, found, "",
-                f"equation 6.37 at the striker's {boundary.IMPACT_SPEED} m/s; the printed one follows from "
+                f"equation 6.37 at the striker's {on_plates.IMPACT_SPEED} m/s; the printed one follows from "
                 f"{THESIS_IMPACT.bead_speed:.3g} m/s and 8000 kg/m³: {again:.3g}{MISPRINT if parameter == 0.2 else ''}")
         )  # fmt: skip
         if duration is None:
             continue
-        contact = plate_contact_time(bead, plate, boundary.IMPACT_SPEED) * 1e6
+        contact = plate_contact_time(bead, plate, on_plates.IMPACT_SPEED) * 1e6
         chain = float(data.contact_time.sel(body="plate", diameter=diameter, thickness=thickness)) * 1e6
         rows.append(
             Row(f"contact time, {label}", duration, contact, "µs",
@@ -169,12 +208,12 @@ def _thesis_contact_time(diameter: float, thickness: float) -> float:
 
 def _extremes() -> list[Row]:
     """Statements of section 6.2 about the smallest beads, the largest beads, and the thinnest plate."""
-    small, large = min(boundary.DIAMETERS), max(boundary.DIAMETERS)
-    thin, thick = min(boundary.THICKNESSES), max(boundary.THICKNESSES)
-    plates = [boundary.plate(thickness) for thickness in boundary.THICKNESSES]
-    times = [1e6 * float(plate_contact_time(boundary.bead(small), plate, boundary.IMPACT_SPEED)) for plate in plates]
-    theirs = [_thesis_contact_time(small, thickness) for thickness in boundary.THICKNESSES]
-    parameter = inelasticity_parameter(boundary.bead(large), boundary.plate(thin), boundary.IMPACT_SPEED)
+    small, large = min(on_plates.DIAMETERS), max(on_plates.DIAMETERS)
+    thin, thick = min(on_plates.THICKNESSES), max(on_plates.THICKNESSES)
+    plates = [boundary.plate(thickness) for thickness in on_plates.THICKNESSES]
+    times = [1e6 * float(plate_contact_time(boundary.bead(small), plate, on_plates.IMPACT_SPEED)) for plate in plates]
+    theirs = [_thesis_contact_time(small, thickness) for thickness in on_plates.THICKNESSES]
+    parameter = inelasticity_parameter(boundary.bead(large), boundary.plate(thin), on_plates.IMPACT_SPEED)
     again = zener_restitution(_thesis_parameter(large, thin))
     return [
         Row("contact time, D 4.76, all plates", SMALLEST_BEADS_TIME, f"{min(times):.1f} to {max(times):.1f}", "µs",
@@ -188,17 +227,17 @@ def _extremes() -> list[Row]:
     ]  # fmt: skip
 
 
-def _amplitudes(data: xr.Dataset) -> list[Row]:
+def _amplitudes(data: xr.Dataset, of: Conditions) -> list[Row]:
     rows: list[Row] = []
     for diameter, thickness, ratio in _by_ratio(data):
-        of = data.amplitude_ratio.sel(diameter=diameter, thickness=thickness)
-        plate, infinite = (_shown(of.sel(body=body)) for body in BODIES[:2])
-        striker, wave = (theory(ratio, speed)[0] for speed in PARAMETER_SPEEDS)
+        found = data.amplitude_ratio.sel(diameter=diameter, thickness=thickness)
+        plate, infinite = (_shown(found.sel(body=body)) for body in BODIES[:2])
+        striker, wave = (of.theory(ratio, speed)[0] for speed in of.speeds)
         reason = f"{wave:.3g} with the wave's speed; a chain on the infinite plate {infinite}"
         if not rows:
             reason = (
-                "theory: e^(6/5) with the striker's speed, one bead for the chain, as in figure 6.18, whose values are "
-                f"not printed; {reason}"
+                "theory: e^(6/5) with the striker's speed, one bead for the chain"
+                f"{'' if of.own else ', as in figure 6.18, whose values are not printed'}; {reason}"
             )
         rows.append(Row(f"AR, D/t {ratio:.2f}", "", plate, "", reason, striker))
     return rows
@@ -209,11 +248,11 @@ def _shown(ratio: xr.DataArray) -> float | str:
     return round(float(ratio), 4) if np.isfinite(ratio) else "below 0.01"
 
 
-def _flights(data: xr.Dataset) -> list[Row]:
+def _flights(data: xr.Dataset, of: Conditions) -> list[Row]:
     rows: list[Row] = []
     for diameter, thickness, ratio in _by_ratio(data):
         found = float(data.time_of_flight.sel(body="plate", diameter=diameter, thickness=thickness)) / diameter
-        striker, wave = (theory(ratio, speed)[1] * 1e3 for speed in PARAMETER_SPEEDS)
+        striker, wave = (of.theory(ratio, speed)[1] * 1e3 for speed in of.speeds)
         reason = f"{wave:.1f} with the wave's speed"
         if not rows:
             reason = f"theory: equation 6.39, with e^(−1/5) and the striker's speed; {reason}"
@@ -267,7 +306,8 @@ def _points(axis: "Axes", data: xr.Dataset, values: xr.DataArray) -> None:
                 markersize=4.5 if filled else 8.0, fillstyle="full" if filled else "none",
                 label=f"D = {diameter * 1e3:.2f} mm" + ("" if filled else ", infinite plate"),
             )  # fmt: skip
-    axis.set(xlabel="D/t", xlim=(0.0, 9.0))
+    largest = float((data.diameter / data.thickness).max())
+    axis.set(xlabel="D/t", xlim=(0.0, 1.15 * largest if Conditions.read(data).own else 9.0))
 
 
 def _without_wave(axis: "Axes", data: xr.Dataset) -> None:
@@ -280,7 +320,7 @@ def _without_wave(axis: "Axes", data: xr.Dataset) -> None:
 
 
 def _lines(axis: "Axes", data: xr.Dataset, values: xr.DataArray) -> None:
-    for speed, style, name in zip(PARAMETER_SPEEDS, ("-", "--"), ("striker's", "wave's"), strict=True):
+    for speed, style, name in zip(data.speed.values, ("-", "--"), ("striker's", "wave's"), strict=True):
         axis.plot(data.ratio, values.sel(speed=speed), style, color="black", linewidth=1.0,
                   label=f"Zener, the {name} speed")  # fmt: skip
 
@@ -290,13 +330,15 @@ def _forces(data: xr.Dataset) -> "Figure":
     from coupling.views import plots
 
     figure, (axis,) = plots.panels(1, width=4.8, height=3.4)
-    middle = data.sensor_force.sel(body="plate", diameter=boundary.DIAMETERS[1])
-    for i, thickness in enumerate((boundary.THICKNESSES[0], boundary.THICKNESSES[-1])):
+    of = Conditions.read(data)
+    diameter = of.bead[len(of.bead) // 2]
+    middle = data.sensor_force.sel(body="plate", diameter=diameter)
+    for i, thickness in enumerate(dict.fromkeys((of.thickness[0], of.thickness[-1]))):
         axis.plot(
             data.time * 1e6, middle.sel(thickness=thickness), color=plots.COLOURS[i], linewidth=1.2,
             label=f"t = {thickness * 1e3:.2f} mm",
         )  # fmt: skip
-    axis.set(xlabel="time (µs)", ylabel="force at the sensor (N)", xlim=(0.0, 1500.0),
-             title=f"D = {boundary.DIAMETERS[1] * 1e3:.2f} mm")  # fmt: skip
+    axis.set(xlabel="time (µs)", ylabel="force at the sensor (N)",
+             xlim=(0.0, of.until * 1e6 if of.own else 1500.0), title=f"D = {diameter * 1e3:.2f} mm")  # fmt: skip
     axis.legend(frameon=False, fontsize="small")
     return figure

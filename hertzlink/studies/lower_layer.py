@@ -1,13 +1,17 @@
 """Thesis section 6.1.4: PTFE below a thin steel cylinder. A thicker PTFE layer delays the secondary wave."""
 
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 
+from hertzlink.studies import striking
 from hertzlink.studies import struck_cylinders as struck
 from hertzlink.studies.table import Row
-from hertzlink.studies.upper_layer import theory, theory_lines, two_layers
+from hertzlink.studies.upper_layer import TwoLayers, theory, theory_lines
+from structures.rod import Layer
 from structures.structure import Vector
 
 if TYPE_CHECKING:
@@ -24,20 +28,36 @@ ECHOLESS_LENGTH = 25.4e-3
 """m; for thicker layers the primary wave has left before the echo of the base returns."""
 
 
-def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
+@dataclass(frozen=True)
+class Conditions(TwoLayers):
+    """What can be changed."""
+
+    upper: float = striking.length(UPPER, "Thickness of the upper layer")
+    lower: tuple[float, ...] = striking.length(LOWERS, "Thickness of the lower layer")
+
+    def longest(self) -> list[Layer]:
+        """With the thickest lower layer."""
+        return self.layers(self.upper, max(self.lower))
+
+
+def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
     """AR, TOF and the force at the sensors over the thickness of the lower layer. quick: a few thicknesses."""
-    lowers = [*LOWERS[::6], 25.4e-3, 50.8e-3, LOWERS[-1]] if quick else LOWERS
-    solid_lowers = SOLID_LOWERS[::3] if quick else SOLID_LOWERS
-    # Starting processes would take longer than the quick runs.
-    return struck.over_lengths(
-        lambda lower: two_layers(UPPER, lower), sorted(set(lowers)), solid_lowers, 1 if quick and jobs is None else jobs
-    )
+    of = Conditions.of(own)
+    lowers = of.few("lower", [*LOWERS[::6], 25.4e-3, 50.8e-3, LOWERS[-1]] if quick else LOWERS)
+    solid_lowers = struck.chosen(sorted(set(lowers))) if of.own else SOLID_LOWERS[::3] if quick else SOLID_LOWERS
+    jobs = 1 if quick and jobs is None else jobs  # Starting processes would take longer than the quick runs.
+    layers = partial(of.layers, of.upper)
+    return of.marked(struck.over_lengths(layers, sorted(set(lowers)), solid_lowers, jobs, of))
 
 
 def table(data: xr.Dataset) -> list[Row]:
     """The numbers of section 6.1.4, compared with those of hertzlink; the delay of the secondary wave, compared with
     theory.
     """
+    of = Conditions.read(data)
+    if of.own:
+        sizes = np.full(data.sizes["solid_length"], of.upper)
+        return of.own_rows(data, "lower layer", of.theory(sizes, data.solid_length.values))
     middle = data.sel(dashpot=struck.DASHPOT)
     ratios = middle.amplitude_ratio.sel(wave="primary")
     flights = middle.time_of_flight.sel(wave="primary") * 1e6
@@ -92,7 +112,10 @@ def _axisymmetric(data: xr.Dataset) -> list[Row]:
 def figures(data: xr.Dataset) -> dict[str, "Figure"]:
     """TOF (figure 6.13) and AR (6.14) over the thickness of the lower layer, and the force-intensity map (6.12)."""
 
-    def lines(axis: "Axes", name: str, wave: str, lengths: Vector) -> None:
-        theory_lines(axis, name, wave, lengths, theory(np.full(lengths.size, UPPER), lengths))
+    of = Conditions.read(data)
 
-    return struck.layers_figures(data, "thickness of the PTFE layer (mm)", lines)
+    def lines(axis: "Axes", name: str, wave: str, lengths: Vector) -> None:
+        theory_lines(axis, name, wave, lengths, of.theory(np.full(lengths.size, of.upper), lengths))
+
+    name = of.lower_material.name if of.own else "PTFE"
+    return struck.layers_figures(data, f"thickness of the {name} layer (mm)", lines)

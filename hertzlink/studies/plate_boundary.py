@@ -1,7 +1,8 @@
 """Thesis section 6.2.2: the reflected wave against the distance from a clamped edge, and the critical distance."""
 
+from dataclasses import dataclass
 from functools import lru_cache, partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import joblib
 import numpy as np
@@ -13,12 +14,13 @@ from coupling.results.measures import contact_time
 from coupling.sweeps.critical_search import find_critical_distance
 from coupling.sweeps.progress import watched
 from coupling.sweeps.sweep import sweep
-from hertzlink.studies import plate_edges, plate_waves
+from hertzlink.studies import on_plates, own_plates, plate_edges, plate_waves
+from hertzlink.studies.on_plates import OnPlate
+from hertzlink.studies.own_plates import named, printed
 from hertzlink.studies.table import Row
 from particles.bead import Sphere
 from particles.chain import Chain
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
-from plates.builders import kirchhoff_plate
 from plates.infinite import infinite_plate
 from plates.plate import Plate
 from plates.reduced import ReducedPlate
@@ -28,7 +30,7 @@ from plates.theory.impact import critical_distance_bounds
 from structures.checks import whole
 from structures.layers import HERTZ_COLLISION
 from structures.layers import contact_time as contact_time_half_space
-from structures.material import ALUMINIUM_6061, STEEL_440C, Material
+from structures.material import ALUMINIUM_6061, Material
 from structures.plausible import units_of_one
 from structures.reduction import reduce
 from structures.structure import Structure
@@ -37,10 +39,10 @@ from structures.surface import Surface, hertz_stiffness
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-SIDE = 0.914
+SIDE, THICKNESSES, DIAMETERS = on_plates.SIDE, on_plates.THICKNESSES, on_plates.DIAMETERS
+UNTIL, HIGHEST_FREQUENCY = on_plates.UNTIL, on_plates.HIGHEST_FREQUENCY
+IMPACT_SPEED, SENSOR = on_plates.IMPACT_SPEED, on_plates.SENSOR
 SUPPORTS = Supports(left="clamped", right="clamped", bottom="free", top="free")
-THICKNESSES = (2.29e-3, 3.18e-3, 4.83e-3)
-DIAMETERS = (4.76e-3, 9.53e-3, 19.05e-3)
 DISTANCES = tuple(round(mm * 1e-3, 3) for mm in (*range(10, 201, 10), *range(240, 441, 40), 457))
 """m, the first scan. Beyond the last crossing AR oscillates by 0.007 at most, as scans with steps of 1 or 2 mm show. So
 no crossing is missed for tolerances of 0.01 and more.
@@ -48,15 +50,6 @@ no crossing is missed for tolerances of 0.01 and more.
 
 QUICK_DISTANCES = (0.01, 0.02, 0.03, 0.04, 0.06, 0.1, 0.15, 0.457)
 BRACKET, QUICK_BRACKET = 0.2e-3, 5.0e-3
-IMPACT_SPEED = 0.31
-BEADS, SENSOR = 20, 7
-
-UNTIL = 3.5e-3
-"""Length of the record, s. Chains of the largest beads on the two thinner plates send a wave back only when the echo of
-the edge pushes them; the larger the distance of the edge, the later this is. Records of up to 15 ms do not settle these
-cases (docs/numerics.md).
-"""
-
 REDUCTION = 0.05
 """Tolerance of the reduction. Up to 0.2 AR keeps its first five digits, but spurious waves appear late in
 the record.
@@ -65,11 +58,6 @@ the record.
 NEAR, NEAR_REDUCTION = 0.045, 0.1
 """m: up to this distance one basis serves all samples of a plate; and its tolerance. All but two critical distances are
 shorter.
-"""
-
-HIGHEST_FREQUENCY = 30.0e3
-"""Hz, resolved by the mesh. Where AR above 0.03 was sampled, it is within 0.3 % of AR on a mesh for 100 kHz. The
-default of 40 kHz is equally close and takes 50 % longer (benchmarks/plate_meshes.py).
 """
 
 TOLERANCE = 0.02
@@ -85,63 +73,97 @@ Fourier transform along the edge, Laplace transform in time).
 """
 
 
-def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
+OWN_NEAR, OWN_BRACKET, OWN_QUICK_BRACKET = 2.5, 0.02, 0.4
+"""NEAR, in units of the greatest ℓ, and brackets, in units of the least one, for plates of a user's own."""
+
+
+@dataclass(frozen=True)
+class Conditions(OnPlate):
+    """What can be changed."""
+
+    shortest_side: ClassVar[float] = 8.0
+
+    def distances(self, quick: bool) -> tuple[float, ...]:
+        """The first scan, m."""
+        if self.own:
+            return tuple(self.scan(quick))
+        return QUICK_DISTANCES if quick else DISTANCES
+
+    def bracket(self, quick: bool) -> float:
+        """The greatest length of a bracket, m."""
+        if self.own:
+            return float(self.lengths().min()) * (OWN_QUICK_BRACKET if quick else OWN_BRACKET)
+        return QUICK_BRACKET if quick else BRACKET
+
+    @property
+    def near(self) -> float:
+        """The distance, m, up to which one basis serves all samples of a plate."""
+        return min(OWN_NEAR * float(self.lengths().max()), self.side / 2.0) if self.own else NEAR
+
+
+THESIS = Conditions()
+
+
+def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
     """AR and TOF of every plate, bead and distance (m), and the critical distances with their brackets.
 
     Also AR and the contact time on the infinite plate, AR at other kinds of edges, and in Mindlin's theory. quick:
     eight of the 27 distances of the first scan, and brackets of 5 mm.
     """
-
+    of = Conditions.of(own)
     count = joblib.cpu_count() if jobs is None else whole("jobs", jobs)
-    parallel = joblib.Parallel(min(count, len(THICKNESSES)), return_as="generator")
-    plates = watched(parallel(joblib.delayed(near_edge)(one) for one in THICKNESSES), len(THICKNESSES))
-    reduced = dict(zip(THICKNESSES, plates, strict=True))
+    parallel = joblib.Parallel(min(count, len(of.thickness)), return_as="generator")
+    plates = watched(parallel(joblib.delayed(near_edge)(one, of) for one in of.thickness), len(of.thickness))
+    reduced = dict(zip(of.thickness, plates, strict=True))
 
     def build(thickness: float, distance: float, diameter: float) -> CoSimulation:
-        return CoSimulation(chain(diameter), struck(reduced[thickness], distance))
+        return CoSimulation(of.chain(diameter), struck(reduced[thickness], distance, of))
 
     find = partial(
-        find_critical_distance, build, UNTIL, SENSOR, QUICK_DISTANCES if quick else DISTANCES,
-        bracket=QUICK_BRACKET if quick else BRACKET, jobs=jobs, thickness=THICKNESSES, diameter=DIAMETERS,
+        find_critical_distance, build, of.until, of.sensor, of.distances(quick),
+        bracket=of.bracket(quick), jobs=jobs, thickness=of.thickness, diameter=of.bead,
     )  # fmt: skip
     first = find(tolerance=TOLERANCES)
     relative = find(tolerance=RELATIVE_TOLERANCE, relative=True, known=first)
     # The samples of both tolerances, and the crossings of each.
-    own = ("critical_distance", "bracket", "lower_bound")
-    data = relative.drop_vars([*own, "within"]).merge(first[[*own]])
-    data = data.assign({f"relative_{name}": relative[name].drop_vars("within") for name in own})
-    bounds = [critical_distance_bounds(bead(d), plate(THICKNESSES[0]), IMPACT_SPEED) for d in DIAMETERS]
+    found = ("critical_distance", "bracket", "lower_bound")
+    data = relative.drop_vars([*found, "within"]).merge(first[[*found]])
+    data = data.assign({f"relative_{name}": relative[name].drop_vars("within") for name in found})
+    wall = of.plate(of.thickness[0])
+    bounds = [critical_distance_bounds(of.sphere(d), wall, of.impact_speed) for d in of.bead]
     data = data.assign_coords(line=["A0 Lamb", "Rayleigh"])
     data["bound"] = (
         ("diameter", "line"), bounds, {"units": "m", "long_name": "critical distance, equation 6.42"}
     )  # fmt: skip
     for name in ("thickness", "diameter"):
         data[name].attrs["units"] = "m"
-    return data.merge(without_edges()).merge(plate_edges.run(quick, jobs))
+    data = data.merge(without_edges(of))
+    return of.marked(data) if of.own else data.merge(plate_edges.run(quick, jobs))
 
 
-def without_edges() -> xr.Dataset:
+def without_edges(of: Conditions = THESIS) -> xr.Dataset:
     """AR and contact time on the infinite plate, and the distance from which half of the echo is back at the contact's
     end.
     """
 
     def build(thickness: float, diameter: float) -> CoSimulation:
-        return CoSimulation(chain(diameter), infinite_plate(thickness, ALUMINIUM_6061))
+        return CoSimulation(of.chain(diameter), infinite_plate(thickness, of.material))
 
-    found = sweep(build, UNTIL, 1, of_infinite_plate, thickness=THICKNESSES, diameter=DIAMETERS)
-    speed = [(point_rigidity(p.section) / p.mass_per_area) ** 0.5 for p in map(plate, THICKNESSES)]
-    diffusion = xr.DataArray(speed, coords={"thickness": list(THICKNESSES)}, dims="thickness")
+    measure = partial(of_infinite_plate, sensor=of.sensor)
+    found = sweep(build, of.until, 1, measure, thickness=of.thickness, diameter=of.bead)
+    speed = [(point_rigidity(p.section) / p.mass_per_area) ** 0.5 for p in map(of.plate, of.thickness)]
+    diffusion = xr.DataArray(speed, coords={"thickness": list(of.thickness)}, dims="thickness")
     found["half_echo_distance"] = ((found.contact_time * diffusion / HALF_ECHO) ** 0.5).assign_attrs(
         units="m", long_name="distance whose half echo is back as the contact with the infinite plate ends"
     )
     return found.drop_attrs(deep=False)
 
 
-def of_infinite_plate(run: xr.Dataset) -> xr.Dataset:
+def of_infinite_plate(run: xr.Dataset, sensor: int = SENSOR) -> xr.Dataset:
     """The part of a run on the infinite plate that is kept."""
     return xr.Dataset(
         {
-            "infinite_amplitude_ratio": amplitude_ratio(run, SENSOR).rename(None),
+            "infinite_amplitude_ratio": amplitude_ratio(run, sensor).rename(None),
             "contact_time": ((), contact_time(run), {"units": "s", "long_name": "contact with the infinite plate"}),
         }
     )
@@ -149,34 +171,42 @@ def of_infinite_plate(run: xr.Dataset) -> xr.Dataset:
 
 def bead(diameter: float) -> Sphere:
     """A sphere of 440C steel."""
-    return Sphere(diameter / 2.0, STEEL_440C)
+    return THESIS.sphere(diameter)
 
 
 def chain(diameter: float) -> Chain:
     """The thesis's chain of 20 spheres and its striker, undamped and without gravity."""
-    return Chain([bead(diameter)] * BEADS, striker=bead(diameter), impact_speed=IMPACT_SPEED)
+    return THESIS.chain(diameter)
 
 
 def plate(thickness: float) -> Plate:
     """The thesis's square plate, two opposite edges clamped and two free."""
-    return kirchhoff_plate(SIDE, SIDE, thickness, ALUMINIUM_6061, SUPPORTS, highest_frequency=HIGHEST_FREQUENCY)
+    return THESIS.plate(thickness)
 
 
-def near_edge(thickness: float) -> ReducedPlate:
-    """The plate for all distances up to NEAR on its centre line, where most samples of the refinement lie."""
-    return ReducedPlate(plate(thickness), UNTIL, (DISTANCES[0], NEAR), SIDE / 2.0, tolerance=NEAR_REDUCTION)
+def near_edge(thickness: float, of: Conditions = THESIS) -> ReducedPlate:
+    """The plate for all short distances on its centre line, where most samples of the refinement lie."""
+    first, centre = of.distances(quick=False)[0], of.side / 2.0
+    return ReducedPlate(of.plate(thickness), of.until, (first, of.near), centre, NEAR_REDUCTION, pulse=of.pulse)
 
 
 @lru_cache(maxsize=1)
-def struck(near: ReducedPlate, distance: float) -> Structure:
+def struck(near: ReducedPlate, distance: float, of: Conditions = THESIS) -> Structure:
     """The reduced plate, struck on its centre line; cached for the next bead diameter."""
-    if distance <= NEAR:
-        return near.at(distance, SIDE / 2.0)
-    return reduce(near.plate.at(distance, SIDE / 2.0), until=UNTIL, tolerance=REDUCTION)
+    if distance <= of.near:
+        return near.at(distance, of.side / 2.0)
+    return reduce(near.plate.at(distance, of.side / 2.0), of.until, REDUCTION, pulse=of.pulse)
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """The critical distances compared with the thesis's two lines and its statements about them."""
+    """The critical distances compared with the thesis's two lines and its statements about them; of other plates, with
+    the law for them.
+    """
+    of = Conditions.read(data)
+    return own_plates.rows(data, of, TOLERANCES) if of.own else _thesis(data)
+
+
+def _thesis(data: xr.Dataset) -> list[Row]:
     rows = []
     for diameter in data.diameter.values:
         contact = Surface(ALUMINIUM_6061)
@@ -224,9 +254,9 @@ def _critical_row(one: xr.Dataset) -> Row:
     """The critical distance of one plate and bead, compared with the thesis's two lines."""
     low, high = one.bound.values * 1e3
     at = one.sel(within=TOLERANCE)
-    others = [_printed(one.sel(within=other)) for other in (TOLERANCES[0], TOLERANCES[-1])]
+    others = [printed(one.sel(within=other)) for other in (TOLERANCES[0], TOLERANCES[-1])]
     reason = f"{_verdict(at, low, high)}; tolerances of 0.01 and 0.05 give {others[0]} and {others[1]}"
-    return Row(f"critical distance, {_named(one)}", "", _printed(at), "mm", reason, f"{low:.1f} to {high:.1f}")
+    return Row(f"critical distance, {named(one)}", "", printed(at), "mm", reason, f"{low:.1f} to {high:.1f}")
 
 
 def _criteria(one: xr.Dataset) -> list[Row]:
@@ -236,31 +266,15 @@ def _criteria(one: xr.Dataset) -> list[Row]:
     far, inside = float(one.far_value.fillna(0.0)), float(one.infinite_amplitude_ratio.fillna(0.0))
     return [
         Row(
-            f"to 5 % of the far value, {_named(one)}", "", _printed(relative), "mm",
+            f"to 5 % of the far value, {named(one)}", "", printed(relative), "mm",
             f"AR at the centre {far:.4f}, on the infinite plate {inside:.4f}" if far > 0.0 else "no wave at the centre",
         ),
         Row(
-            f"by the echo alone, {_named(one)}", "", _printed(one.sel(within=TOLERANCE)), "mm",
+            f"by the echo alone, {named(one)}", "", printed(one.sel(within=TOLERANCE)), "mm",
             f"theory: half of the echo is back as the contact ends, {float(one.contact_time) * 1e6:.0f} µs on the "
             "infinite plate", float(one.half_echo_distance) * 1e3,
         ),
     ]  # fmt: skip
-
-
-def _named(one: xr.Dataset) -> str:
-    return f"D {float(one.diameter) * 1e3:.2f}, t {float(one.thickness) * 1e3:.2f}"
-
-
-def _printed(at: xr.Dataset) -> str:
-    """A critical distance in mm, with the digits that its bracket supports."""
-    low, high = at.bracket.values * 1e3
-    if at.lower_bound:
-        return f"> {low:.0f}"
-    if np.isnan(at.critical_distance):
-        return "no wave"
-    half = 0.5 * (high - low)
-    digits = max(0, -int(np.floor(np.log10(half))))
-    return f"{float(at.critical_distance) * 1e3:.{digits}f} ± {half:.{digits}f}"
 
 
 def _verdict(at: xr.Dataset, low: float, high: float) -> str:
@@ -287,10 +301,12 @@ def figures(data: xr.Dataset) -> dict[str, "Figure"]:
     """AR and TOF against the distance, the critical distances and the two theory lines, and how they were refined."""
     from coupling.views import plots
 
+    of = Conditions.read(data)
+    ratio, flight = "amplitude ratio AR", "time of flight (µs)"
     return {
-        "amplitude_ratio": plots.against_distance(data, "amplitude_ratio", "amplitude ratio AR", TOLERANCE),
-        "time_of_flight": plots.against_distance(data, "time_of_flight", "time of flight (µs)", TOLERANCE, 1e6),
+        "amplitude_ratio": plots.against_distance(data, "amplitude_ratio", ratio, TOLERANCE, edge=of.support),
+        "time_of_flight": plots.against_distance(data, "time_of_flight", flight, TOLERANCE, 1e6, edge=of.support),
         "critical_distance": plots.critical_distances(data, TOLERANCE),
-        "refinement": plots.refinement(data, TOLERANCE),
-        "edges": plate_edges.figure(data),
+        "refinement": plots.refinement(data, TOLERANCE, edge=of.support),
+        **({} if of.own else {"edges": plate_edges.figure(data)}),
     }

@@ -107,7 +107,11 @@ class Striking(Conditions):
         thesis = replace(self, **{name: self.thesis(name) for name in self.differing()})
         scale = float(self.time_of_flight(softest) / thesis.time_of_flight(thesis.wall(PTFE)))
         echo = max(2.0 * sum(layer.length / layer.material.bar_speed for layer in stack) for stack in stacks)
-        return UNTIL * scale + echo
+        return UNTIL * scale + echo + self.spring_time()
+
+    def spring_time(self) -> float:
+        """Time, s, by which a soft layer makes the record longer."""
+        return 0.0
 
     @cached_property
     def sharper(self) -> float:

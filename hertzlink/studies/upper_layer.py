@@ -1,19 +1,24 @@
 """Thesis section 6.1.3: a steel cylinder on one of PTFE. Thicker steel weakens the secondary wave."""
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
 from coupling.sweeps.sweep import sweep
+from hertzlink.studies import striking
 from hertzlink.studies import struck_cylinders as struck
+from hertzlink.studies.conditions import substance
+from hertzlink.studies.striking import Striking
 from hertzlink.studies.table import Row
 from structures.damping import standard_linear_solid
 from structures.layers import amplitude_ratio as primary_amplitude_ratio
 from structures.layers import axial_stiffness, secondary_delay
 from structures.layers import restitution as upper_layer_restitution
-from structures.material import PTFE, STEEL_440C
+from structures.material import PTFE, STEEL_440C, Material
 from structures.reduction import reduce
 from structures.rod import Layer, rod, rod_parts
 from structures.structure import Vector
@@ -27,6 +32,8 @@ UPPERS = tuple(np.geomspace(6.35e-3, 101.6e-3, 33))
 """m; eight steps double the thickness, and 25.4 mm is one of the values."""
 
 SOLID_UPPERS = tuple(6.35e-3 * 2.0 ** (i / 2.0) for i in range(9))
+
+OF_FREE_MASS = "equations 6.24, 6.26 and 6.29, a bead without losses on a free mass"
 
 WEAK_AMPLITUDE_RATIO = 0.1
 """Figure 6.11's limit of AR for a secondary wave."""
@@ -44,15 +51,94 @@ SHARES = (0.3, SHARE, 0.5)
 VISCOUS_UPPER = 6.35e-3
 
 
-def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
+@dataclass(frozen=True)
+class TwoLayers(Striking):
+    """What can be changed in both studies of layers."""
+
+    upper_material: Material = substance(STEEL_440C, "Material of the upper layer, which the chain strikes")
+    lower_material: Material = substance(PTFE, "Material of the lower layer, on the fixed base")
+    radius: float = striking.radius(RADIUS)
+
+    def layers(self, upper: float, lower: float) -> list[Layer]:
+        """The cylinder, thicknesses in m."""
+        return [Layer(self.upper_material, upper, self.radius), Layer(self.lower_material, lower, self.radius)]
+
+    def longest(self) -> list[Layer]:
+        """The longest cylinder of the study."""
+        raise NotImplementedError
+
+    def stacks(self) -> Iterable[Sequence[Layer]]:
+        """The longest cylinder."""
+        return [self.longest()]
+
+    def spring_time(self) -> float:
+        """The secondary wave's delay, s."""
+        upper, lower = (layer.length for layer in self.longest())
+        return float(self.theory(np.array([upper]), lower).delay_with_lower_mass[0])
+
+    def theory(self, upper: Vector, lower: Vector | float) -> xr.Dataset:
+        """Equations 6.24 with 6.26, 6.29 and 6.34, the last with and without the lower layer's mass; thicknesses in
+        m.
+        """
+        top, bottom = self.layers(1.0, 1.0)
+        lengths = ((top, upper), (bottom, lower))
+        masses = [layer.material.density * layer.area * np.asarray(length) for layer, length in lengths]
+        restitution = upper_layer_restitution(self.sphere.mass, masses[0])
+        primary = self.time_of_flight(self.wall(self.upper_material), restitution)
+        spring = axial_stiffness(self.lower_material.youngs_modulus, bottom.area, np.asarray(lower))
+        delays = [secondary_delay(masses[0], mass, spring) for mass in (0.0, masses[1])]
+        size = np.broadcast(masses[0], masses[1]).shape
+        values = {
+            "amplitude_ratio": primary_amplitude_ratio(restitution), "time_of_flight": primary,
+            "printed": primary + delays[0], "with_lower_mass": primary + delays[1], "delay": delays[0],
+            "delay_with_lower_mass": delays[1],
+        }  # fmt: skip
+        return xr.Dataset({name: ("length", np.broadcast_to(value, size)) for name, value in values.items()})
+
+    def own_rows(self, data: xr.Dataset, what: str, theory: xr.Dataset) -> list[Row]:
+        """Rows of layers of a user's own. theory: over the cylinders' thicknesses."""
+        rows: list[Row] = []
+        for i, length in enumerate(data.solid_length.values):
+            one = data.isel(solid_length=[i])
+            expected = theory.isel(length=i)
+            values = float(expected.time_of_flight), float(expected.amplitude_ratio), OF_FREE_MASS
+            rows += struck.own_rows(one, what, lambda _, values=values: values, secondary=True)  # type: ignore[misc]
+            at = data.sel(length=length, method="nearest").sel(dashpot=self.middle)
+            heavier = float(expected.delay_with_lower_mass) * 1e6
+            reason = f"theory: equation 6.32; {heavier:.4g} with a third of the lower layer's mass"
+            rows.append(
+                Row(f"secondary after primary wave, {what} {length * 1e3:.4g} mm", "",
+                    struck.known(struck.delay_of(at.time_of_flight)), "µs", reason,
+                    float(expected.delay) * 1e6)
+            )  # fmt: skip
+        return rows
+
+
+@dataclass(frozen=True)
+class Conditions(TwoLayers):
+    """What can be changed."""
+
+    upper: tuple[float, ...] = striking.length(UPPERS, "Thickness of the upper layer")
+    lower: float = striking.length(LOWER, "Thickness of the lower layer")
+
+    def longest(self) -> list[Layer]:
+        """With the thickest upper layer."""
+        return self.layers(max(self.upper), self.lower)
+
+
+def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
     """AR, TOF and the force at the sensors over the thickness of the upper layer. quick: every fourth thickness.
 
     viscous_…: AR and TOF for the thinnest one, over the share of PTFE's modulus that relaxes.
     """
-    uppers, solid_uppers = (UPPERS[::4], SOLID_UPPERS[::4]) if quick else (UPPERS, SOLID_UPPERS)
+    of = Conditions.of(own)
+    uppers = of.few("upper", UPPERS[::4] if quick else UPPERS)
+    solid_uppers = struck.chosen(uppers) if of.own else SOLID_UPPERS[::4] if quick else SOLID_UPPERS
     # Starting processes would take longer than the quick runs.
     jobs = 1 if quick and jobs is None else jobs
-    data = struck.over_lengths(lambda upper: two_layers(upper, LOWER), uppers, solid_uppers, jobs)
+    data = struck.over_lengths(lambda upper: of.layers(upper, of.lower), uppers, solid_uppers, jobs, of)
+    if of.own:
+        return of.marked(data)
     viscous = sweep(viscoelastic, struck.UNTIL, 1, struck.measure, share=SHARES)
     for name in ("amplitude_ratio", "time_of_flight"):
         data[f"viscous_{name}"] = viscous[name]
@@ -71,25 +157,12 @@ def viscoelastic(share: float) -> CoSimulation:
 
 def two_layers(upper: float, lower: float) -> list[Layer]:
     """Steel on PTFE, thicknesses in m."""
-    return [Layer(STEEL_440C, upper, RADIUS), Layer(PTFE, lower, RADIUS)]
+    return Conditions().layers(upper, lower)
 
 
 def theory(upper: Vector, lower: Vector | float) -> xr.Dataset:
-    """Equations 6.24 with 6.26, 6.29 and 6.34, the last with and without the lower layer's mass; thicknesses in m."""
-    top, bottom = two_layers(1.0, 1.0)
-    lengths = ((top, upper), (bottom, lower))
-    masses = [layer.material.density * layer.area * np.asarray(length) for layer, length in lengths]
-    restitution = upper_layer_restitution(struck.BEAD.mass, masses[0])
-    primary = struck.theory_time_of_flight(struck.STEEL_WALL, restitution)
-    spring = axial_stiffness(PTFE.youngs_modulus, bottom.area, np.asarray(lower))
-    delays = [secondary_delay(masses[0], mass, spring) for mass in (0.0, masses[1])]
-    size = np.broadcast(masses[0], masses[1]).shape
-    values = {
-        "amplitude_ratio": primary_amplitude_ratio(restitution), "time_of_flight": primary,
-        "printed": primary + delays[0], "with_lower_mass": primary + delays[1], "delay": delays[0],
-        "delay_with_lower_mass": delays[1],
-    }  # fmt: skip
-    return xr.Dataset({name: ("length", np.broadcast_to(value, size)) for name, value in values.items()})
+    """The closed forms for the thesis's layers; thicknesses in m."""
+    return Conditions().theory(upper, lower)
 
 
 def theory_lines(axis: "Axes", name: str, wave: str, lengths: Vector, found: xr.Dataset) -> None:
@@ -107,7 +180,10 @@ def theory_lines(axis: "Axes", name: str, wave: str, lengths: Vector, found: xr.
 
 
 def table(data: xr.Dataset) -> list[Row]:
-    """The numbers of section 6.1.3, compared with those of hertzlink."""
+    """The numbers of section 6.1.3, compared with those of hertzlink; of other layers, with theory."""
+    of = Conditions.read(data)
+    if of.own:
+        return of.own_rows(data, "upper layer", of.theory(data.solid_length.values, of.lower))
     return [*_amplitudes(data), *_flights(data), *_viscoelastic(data), *_axisymmetric(data)]
 
 
@@ -203,7 +279,10 @@ def _axisymmetric(data: xr.Dataset) -> list[Row]:
 def figures(data: xr.Dataset) -> dict[str, "Figure"]:
     """TOF (figure 6.10) and AR (6.11) over the thickness of the upper layer, and the force-intensity map (6.9)."""
 
-    def lines(axis: "Axes", name: str, wave: str, lengths: Vector) -> None:
-        theory_lines(axis, name, wave, lengths, theory(lengths, LOWER))
+    of = Conditions.read(data)
 
-    return struck.layers_figures(data, "thickness of the steel layer (mm)", lines)
+    def lines(axis: "Axes", name: str, wave: str, lengths: Vector) -> None:
+        theory_lines(axis, name, wave, lengths, of.theory(lengths, of.lower))
+
+    name = of.upper_material.name if of.own else "steel"
+    return struck.layers_figures(data, f"thickness of the {name} layer (mm)", lines)

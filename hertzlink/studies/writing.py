@@ -68,6 +68,7 @@ def stamp(figure: "Figure", words: str) -> None:
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 
     lines = fill(words, int(LETTERS_PER_INCH * figure.get_figwidth()))
+    figure.set_figheight(figure.get_figheight() + lines.count("\n") * REMARK_HEIGHT)
     strip = (1 + lines.count("\n")) * REMARK_HEIGHT / figure.get_figheight()
     layout = figure.get_layout_engine()
     if isinstance(layout, ConstrainedLayoutEngine):

@@ -11,7 +11,16 @@ import xarray as xr
 
 import hertzlink as hl
 from hertzlink.cli import main
-from hertzlink.studies import ABOUT, STUDIES, rod_length, rod_stiffness, study
+from hertzlink.studies import (
+    ABOUT,
+    STUDIES,
+    aspect_ratio,
+    plate_boundary,
+    rod_length,
+    rod_stiffness,
+    study,
+    upper_layer,
+)
 from hertzlink.studies.conditions import DIFFERS, OWN, Conditions, WrongValue
 from hertzlink.studies.table import Row, text
 
@@ -46,6 +55,14 @@ BAD: list[tuple[str, str]] = [
     ("rod-stiffness --thickness 1e-3", "no such option --thickness; parameters: --bead,"),
     ("rod-stiffness --modulus 200", "--modulus 200: must be from 100000 to 1e+13 Pa"),
     ("rod-stiffness --material brass,golden", "golden"),
+    ("plate-boundary --thickness 0.5", "--thickness 0.5: must be from 1e-05 to 0.1 m"),
+    ("plate-boundary --support glued", "--support glued: must be one of clamped, simple, free"),
+    ("plate-boundary --sensor 20", "--sensor 20: must be less than the number of beads, 20"),
+    ("plate-boundary --sensor 7.5", "--sensor 7.5: must be a whole number"),
+    ("plate-boundary --side 0.01", "--side 0.01: must be 0.229 m or more"),
+    ("plate-boundary --thickness 2e-5", "--thickness 2e-05: needs a mesh of"),
+    ("plate-boundary --bead 1e-3,2e-3,3e-3,4e-3,5e-3,6e-3,7e-3", "give at most 6 values"),
+    ("plate-boundary --impact-speed 0", "--impact-speed 0: must be from 0.001 to 20 m/s"),
     ("symmetry --bead 1e-3", "symmetry: no such option --bead; parameters: none"),
 ]
 
@@ -149,3 +166,65 @@ def test_times_scale_with_the_bead() -> None:
     rows = values(rod_stiffness.table(first))
     assert rows["TOF, brass 360"].theory == pytest.approx(rows["TOF, brass 360"].computed, rel=0.05)
     assert set(rod_stiffness.figures(first)) == {"stiffness", "force_intensity", "force_histories", "displacements"}
+
+
+def test_layers_of_other_materials() -> None:
+    """Without losses a bead leaves a thin layer on a soft one as it leaves a free mass, e = (M − m)/(M + m)."""
+    own = {"lower_material": "PTFE", "upper": 12e-3, "lower": 0.05, "dashpot": 0.01, "bead": 5e-3, "impact_speed": 0.1}
+    data = upper_layer.run(True, 1, upper_material="aluminium", **own)
+    rows = values(upper_layer.table(data))
+    ratio = rows["AR, upper layer 12 mm"]
+    sphere, layer = np.pi / 6.0 * 5e-3**3 * 7800.0, np.pi * 9.525e-3**2 * 12e-3 * 2693.0
+    restitution = (layer - sphere) / (layer + sphere)
+    assert ratio.theory == pytest.approx(restitution**1.2, rel=1e-6)
+    assert ratio.computed == pytest.approx(ratio.theory, abs=0.05)
+    assert "steel" not in upper_layer.figures(data)["amplitude_ratio"].axes[0].get_xlabel()
+
+
+def on_plate(scale: float) -> dict[str, Any]:
+    """A thin brass plate and small beads, all lengths times the scale."""
+    return {"material": "brass", "thickness": scale * 1e-3, "bead": scale * 2.38e-3, "side": scale * 0.06}
+
+
+@pytest.fixture(scope="module")
+def brass() -> xr.Dataset:
+    return plate_boundary.run(True, 1, **on_plate(1.0))
+
+
+def test_the_critical_distance_scales_with_all_lengths(brass: xr.Dataset) -> None:
+    """At the same speed nothing but the unit of length and time changes: meshes, records and scans follow too.
+
+    What is left is the error of the reductions, whose tolerance is 10 %.
+    """
+    twice = plate_boundary.run(True, 1, **on_plate(2.0))
+    assert twice.amplitude_ratio.values == pytest.approx(brass.amplitude_ratio.values, rel=3e-3)
+    assert twice.critical_distance.values == pytest.approx(2.0 * brass.critical_distance.values, rel=5e-3)
+
+
+def test_the_critical_distance_is_that_of_the_law(brass: xr.Dataset) -> None:
+    """The law was computed with an exact half-plane, this is a meshed plate."""
+    of = plate_boundary.Conditions.read(brass)
+    assert of.material == hl.BRASS_360
+    bead, plate = of.sphere(of.bead[0]), of.plate(of.thickness[0])
+    law = hl.critical_distance_law(bead, plate, of.impact_speed, "clamped", 0.02)
+    low, high = brass.bracket.sel(within=0.02).values.ravel()
+    assert low <= law.value <= high
+    row = values(plate_boundary.table(brass))["critical distance, D 2.38, t 1.00"]
+    assert row.theory == pytest.approx(1e3 * law.value)
+    for name, figure in plate_boundary.figures(brass).items():
+        figure.draw_without_rendering()
+        where = figure.axes[0].get_xlabel()
+        assert "clamped edge (mm)" in where or name == "critical_distance"
+
+
+def test_far_from_edges_a_plate_is_the_infinite_one() -> None:
+    """Lossless small beads on a thick plate: AR of the plate, of the infinite plate, and Zener's."""
+    own = {"material": "steel 440C", "thickness": 6e-3, "bead": 5e-3, "bead_material": "steel 440C", "side": 0.3}
+    data = aspect_ratio.run(True, 1, **own)
+    plate, infinite, space = data.amplitude_ratio.squeeze().values
+    assert plate == pytest.approx(infinite, rel=2e-3)
+    assert 0.9 < infinite < space < 1.01
+    rows = values(aspect_ratio.table(data))
+    assert rows["AR, D/t 0.83"].theory == pytest.approx(infinite, abs=0.03)
+    assert all(row.thesis == "" for row in rows.values())
+    assert set(aspect_ratio.figures(data)) == {"amplitude_ratio", "time_of_flight", "forces"}

@@ -1,0 +1,164 @@
+"""What can be changed in the studies of section 6.2: the chain, and the plate that it strikes."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import ClassVar
+
+import numpy as np
+
+from hertzlink.studies.conditions import Conditions, WrongValue, choice, number, substance
+from particles.bead import Sphere
+from particles.chain import Chain
+from plates.builders import kirchhoff_plate
+from plates.critical_distance import edge_length
+from plates.plate import Plate
+from plates.support import Supports
+from plates.theory.impact import wall_stiffness
+from structures.layers import contact_time as contact_time_half_space
+from structures.material import ALUMINIUM_6061, STEEL_440C, Material
+from structures.reduction import DEFAULT_PULSE
+from structures.surface import Surface, hertz_stiffness
+
+SIDE, IMPACT_SPEED = 0.914, 0.31
+THICKNESSES = (2.29e-3, 3.18e-3, 4.83e-3)
+DIAMETERS = (4.76e-3, 9.53e-3, 19.05e-3)
+BEADS, SENSOR = 20, 7
+
+UNTIL = 3.5e-3
+"""Length of the record, s. Chains of the largest beads on the two thinner plates send a wave back only when the echo of
+the edge pushes them; the larger the distance of the edge, the later this is. Records of up to 15 ms do not settle these
+cases (docs/numerics.md).
+"""
+
+HIGHEST_FREQUENCY = 30.0e3
+"""Hz, resolved by the mesh. Where AR above 0.03 was sampled, it is within 0.3 % of AR on a mesh for 100 kHz. The
+default of 40 kHz is equally close and takes 50 % longer (benchmarks/plate_meshes.py).
+"""
+
+RECORD, ALUMINIUM_STIFFNESS_RATIO = 45.0, 0.743
+"""Length of other records in contact times, and the ratio of contact stiffnesses up to which it is enough: the slowest
+reflected wave returns after 30 (hertzlink.studies.edge_cases).
+"""
+
+MOST_VALUES = 6
+"""Of a parameter; figures have as many colours."""
+
+CELLS_PER_WAVELENGTH, MOST_UNKNOWNS = 1.4, 250_000
+"""Of a plate's mesh, about. Its reduction takes some minutes and 4 GB."""
+
+SCAN = (*(0.25 * i for i in range(2, 17)), 4.5, 5.0, 6.0, 8.0, 10.0)
+QUICK_SCAN = (0.5, 1.0, 1.5, 2.0, 3.0, 5.0)
+"""The first scan of other plates in units of ℓ = (T_c √(D/m))^½, on which AR near an edge depends."""
+
+CLOSEST = 1.05
+"""Ratio of neighbouring distances of a scan, at least."""
+
+
+@dataclass(frozen=True)
+class OnPlate(Conditions):
+    """The chain and the plate. Records and meshes follow the contact time where they are not the thesis's."""
+
+    material: Material = substance(ALUMINIUM_6061, "Material of the plate")
+    thickness: tuple[float, ...] = number(THICKNESSES, "m", "Thickness of the plate", low=1e-5, high=0.1)
+    bead: tuple[float, ...] = number(DIAMETERS, "m", "Diameter of the beads and the striker", low=1e-4, high=0.2)
+    bead_material: Material = substance(STEEL_440C, "Material of the beads and the striker")
+    impact_speed: float = number(IMPACT_SPEED, "m/s", "Speed of the striker", low=1e-3, high=20.0)
+    side: float = number(SIDE, "m", "Side of the square plate", low=1e-3, high=10.0)
+    support: str = choice(
+        "clamped", ("clamped", "simple", "free"), "Two opposite edges, whose distance counts; the other two are free"
+    )
+    beads: int = number(BEADS, "", "Number of beads", low=2.0, high=200.0, whole=True)
+    sensor: int = number(SENSOR, "", "Bead whose force is read, from the struck end", low=1.0, high=199.0, whole=True)
+
+    shortest_side: ClassVar[float] = 0.0
+    """In units of ℓ."""
+
+    def check(self) -> None:
+        """A sensor within the chain, no more values than colours, and a plate that a mesh can resolve."""
+        if self.sensor >= self.beads:
+            raise WrongValue("sensor", self.sensor, f"must be less than the number of beads, {self.beads}")
+        for name in ("thickness", "bead"):
+            given = getattr(self, name)
+            if len(given) > MOST_VALUES:
+                raise WrongValue(name, given, f"give at most {MOST_VALUES} values")
+        if not self.own:
+            return
+        least = self.shortest_side * self.lengths().max()
+        if self.side < least:
+            cure = f"must be {least:.3g} m or more, so that these beads and plates have a place away from all edges"
+            raise WrongValue("side", self.side, cure)
+        self._check_mesh()
+
+    def _check_mesh(self) -> None:
+        thinnest = min(self.thickness)
+        across = CELLS_PER_WAVELENGTH * self.side / self.plate(thinnest).shortest_wavelength
+        unknowns = 4.0 * (across + 1.0) ** 2
+        if unknowns > MOST_UNKNOWNS:
+            most = self.side * (MOST_UNKNOWNS / unknowns) ** 0.5
+            name = "side" if self.side != SIDE else "thickness" if "thickness" in self.differing() else "bead"
+            value = self.side if name == "side" else min(getattr(self, name))
+            cure = f"needs a mesh of {unknowns:.2g} unknowns; give a side of {0.99 * most:.2g} m or less"
+            raise WrongValue(name, value, f"{cure}, thicker plates or larger beads")
+
+    def sphere(self, diameter: float) -> Sphere:
+        """A bead."""
+        return Sphere(diameter / 2.0, self.bead_material)
+
+    def chain(self, diameter: float) -> Chain:
+        """The chain and its striker, undamped and without gravity."""
+        bead = self.sphere(diameter)
+        return Chain([bead] * self.beads, striker=bead, impact_speed=self.impact_speed)
+
+    def supports(self) -> Supports:
+        """Of the four edges."""
+        return Supports(left=self.support, right=self.support, bottom="free", top="free")
+
+    def plate(self, thickness: float) -> Plate:
+        """The square plate."""
+        return kirchhoff_plate(
+            self.side, self.side, thickness, self.material, self.supports(), highest_frequency=self.highest_frequency
+        )
+
+    def contact_time(self, diameter: float) -> float:
+        """T_c, s: of one bead on a half-space at the striker's speed."""
+        bead = self.sphere(diameter)
+        stiffness = hertz_stiffness(bead.surface, Surface(self.material))
+        return float(contact_time_half_space(bead.mass, stiffness, self.impact_speed))
+
+    @property
+    def highest_frequency(self) -> float:
+        """Hz, that the mesh resolves."""
+        if not self.own:
+            return HIGHEST_FREQUENCY
+        return HIGHEST_FREQUENCY * OnPlate().contact_time(DIAMETERS[0]) / self.contact_time(min(self.bead))
+
+    @property
+    def pulse(self) -> float:
+        """s, for which reductions are checked."""
+        return min(DEFAULT_PULSE, self.contact_time(min(self.bead))) if self.own else DEFAULT_PULSE
+
+    @cached_property
+    def until(self) -> float:
+        """Length of the record, s."""
+        if not self.own:
+            return UNTIL
+        bead = self.sphere(max(self.bead))
+        ratio = wall_stiffness(bead, self.plate(self.thickness[0])) / hertz_stiffness(bead.surface, bead.surface)
+        longer = max(1.0, (ratio / ALUMINIUM_STIFFNESS_RATIO) ** 0.4, self.beads / BEADS)
+        return float(RECORD * longer * self.contact_time(max(self.bead)))
+
+    def length(self, thickness: float, diameter: float) -> float:
+        """ℓ, m."""
+        return edge_length(self.sphere(diameter), self.plate(thickness), self.impact_speed)
+
+    def lengths(self) -> np.ndarray:
+        """ℓ, m, of all plates and beads."""
+        return np.array([[self.length(t, d) for d in self.bead] for t in self.thickness])
+
+    def scan(self, quick: bool) -> list[float]:
+        """Distances from the edge, m, to the centre: those in units of ℓ for every plate and bead."""
+        centre, found = self.side / 2.0, list[float]()
+        for one in sorted(float(x) for x in np.outer(self.lengths(), QUICK_SCAN if quick else SCAN).ravel()):
+            if one * CLOSEST < centre and (not found or one > CLOSEST * found[-1]):
+                found.append(one)
+        return [*found, centre]
