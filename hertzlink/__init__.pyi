@@ -49,6 +49,7 @@ from hertzlink import stepping as stepping
 from hertzlink import testing as testing
 from hertzlink import views as views
 from hertzlink import zener as zener
+from hertzlink.cases.inputs import from_input as from_input
 from particles.bead import Bead as Bead
 from particles.bead import Cylinder as Cylinder
 from particles.bead import Ellipsoid as Ellipsoid
@@ -106,7 +107,6 @@ from structures.reduction import reduce as reduce
 from structures.rod import Layer as Layer
 from structures.rod import rod as rod
 from structures.solid import solid as solid
-from structures.stepping import Step as Step
 from structures.structure import Structure as Structure
 from structures.structure import half_space as half_space
 from structures.surface import Surface as Surface

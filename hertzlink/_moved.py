@@ -29,6 +29,7 @@ MOVED = {
     "ReflectedWave": "results.ReflectedWave",
     "Reflections": "results.Reflections",
     "Section": "laminates.Section",
+    "Step": "stepping.Step",
     "THESIS_IMPACT": "impact.THESIS_IMPACT",
     "TabulatedLaw": "laws.TabulatedLaw",
     "Track": "results.Track",

@@ -1,4 +1,4 @@
-"""The command line: `hertzlink study NAME`, `hertzlink draw FILE` and `hertzlink info`."""
+"""The command line: cases, `hertzlink study NAME`, `hertzlink draw FILE` and `hertzlink info`."""
 
 import hashlib
 import logging
@@ -21,6 +21,7 @@ from coupling.results.findings import one_of_each, warn, with_warnings
 from coupling.results.provenance import provenance, versions
 from coupling.state import NotConverged
 from coupling.sweeps.progress import one_bar
+from hertzlink.commands.case_commands import COMMANDS
 from hertzlink.studies import RUNS, study
 from hertzlink.studies.conditions import DIFFERS
 from hertzlink.studies.writing import FORMATS, QUICK, Written, read_study
@@ -63,7 +64,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except click.ClickException as error:
         code = _complain(error.format_message(), WRONG_INPUT)
     except (ValueError, OSError) as error:
-        code = _complain(str(error), WRONG_INPUT)
+        code = _complain(str(error), WRONG_INPUT, "" if _has_place(error) else "hertzlink: ")
     except (FloatingPointError, NotConverged) as error:
         code = _complain(str(error), 1)
     except (click.Abort, KeyboardInterrupt) as error:
@@ -80,8 +81,14 @@ def _format_warning(
     return PLAIN_FORMAT(message, category, filename, lineno, line)
 
 
-def _complain(message: str, code: int) -> int:
-    click.echo("hertzlink: " + " ".join(message.split()), err=True)
+def _has_place(error: Exception) -> bool:
+    """Whether a message begins with the line of a case file, where editors and terminals look for it."""
+    faults = sys.modules.get("hertzlink.cases.faults")
+    return faults is not None and isinstance(error, faults.CaseError)
+
+
+def _complain(message: str, code: int, prefix: str = "hertzlink: ") -> int:
+    click.echo(prefix + " ".join(message.split()), err=True)
     return code
 
 
@@ -89,6 +96,10 @@ def _complain(message: str, code: int) -> int:
 @click.version_option(versions()["hertzlink"], prog_name="hertzlink")
 def cli() -> None:
     """Solitary waves in chains of beads that touch a structure, and their reflections."""
+
+
+for _command in COMMANDS:
+    cli.add_command(_command)
 
 
 def run_study(

@@ -2,7 +2,7 @@
 
 from particles.moving import MovingChain
 from structures.moving import MovingStructure
-from structures.stepping import CentralDifference, GeneralisedAlpha, Newmark, StructureState
+from structures.stepping import CentralDifference, GeneralisedAlpha, Newmark, Step, StructureState
 
 __all__ = [
     "CentralDifference",
@@ -10,5 +10,6 @@ __all__ = [
     "MovingChain",
     "MovingStructure",
     "Newmark",
+    "Step",
     "StructureState",
 ]

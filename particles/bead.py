@@ -369,13 +369,15 @@ def check_body(name: str, body: Any) -> Bead | Surface:
 def described(thing: Any) -> Any:
     """Plain data for the attributes of a result.
 
-    Fields of a dataclass; of another body its attributes; of another object, as a user's law, its class and variables;
-    anything else unchanged.
+    Class and fields of a dataclass; of another body its attributes; of another object, as a user's law, its class and
+    variables; anything else unchanged.
     """
     if isinstance(thing, np.ndarray | np.generic):
         return thing.tolist()
     if is_dataclass(thing) and not isinstance(thing, type):
-        return {field.name: described(getattr(thing, field.name)) for field in fields(thing)}
+        # Several losses, and several bodies, have fields of the same names.
+        named = {} if isinstance(thing, Material | Surface) else {"class": type(thing).__qualname__}
+        return named | {field.name: described(getattr(thing, field.name)) for field in fields(thing)}
     if all(hasattr(thing, attribute) for attribute in ATTRIBUTES):
         return {"class": type(thing).__qualname__} | {name: described(getattr(thing, name)) for name in ATTRIBUTES}
     kind: Any = type(thing)

@@ -151,6 +151,8 @@ def _origin(origin: Mapping[str, Any], section: Section, faster: float) -> dict[
     if "reduction" in origin:
         report = dict(origin["reduction"])
         report["pulse"] /= faster
+        if "until" in report:
+            report["until"] /= faster
         if "shorter_pulses" in report:
             report["shorter_pulses"] = [(one / faster, error) for one, error in report["shorter_pulses"]]
         changed["reduction"] = report

@@ -230,6 +230,7 @@ def standard_linear_solid(
     added = share * _part(structure, part)
     root = _root(added)
     arm = {"kind": "standard linear solid", "share": share, "time": time, "modulus": modulus}
+    arm |= {} if part is None else {"part": "given"}
     structure = replace(structure, origin=_noted(structure, arm))
     if modulus == "relaxed":
         return with_arms(structure, root, time, structure.stiffness + added)

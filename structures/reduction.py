@@ -147,7 +147,8 @@ def reduce(
             estimate = 0.0
     if estimate > tolerance:
         caution(f"reduction: {largest} vectors leave an error of {estimate:.1e}; raise largest or tolerance")
-    report: dict[str, Any] = {"full_size": size, "tolerance": tolerance, "pulse": pulse, "error_estimate": estimate}
+    report: dict[str, Any] = {"full_size": size, "until": until, "tolerance": tolerance, "pulse": pulse}
+    report |= {"largest": largest, "error_estimate": estimate}
     modes = krylov.oscillators() if modes is None else modes
     if before is not None and estimate > 0.0:
         shorter = [pulse / 2.0**i for i in range(1, PULSE_HALVINGS + 1)]

@@ -234,4 +234,6 @@ def half_space(material: Material) -> Structure:
     0
     """
     none = sparse.csr_array((0, 0))
-    return Structure(none, none, None, np.zeros(0), 0.0, Surface(material), {"kind": "half-space"})
+    surface = Surface(material)
+    origin = {"kind": "half-space", "material": dataclasses.asdict(material)}
+    return Structure(none, none, None, np.zeros(0), 0.0, surface, origin)

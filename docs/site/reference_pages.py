@@ -17,6 +17,7 @@ GROUPS = {
     "Waves, signals and measures": ("coupling.results",),
     "Sweeps and batches": ("coupling.sweeps",),
     "Identification": ("coupling.identification",),
+    "Case files": ("hertzlink.cases",),
 }
 """Headings of the index, and the modules that define what stands below them."""
 

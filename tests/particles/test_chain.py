@@ -214,7 +214,10 @@ def test_alike_beads_are_described_in_full() -> None:
     """Each stands in the input as what it is, in its place."""
     small, large = hl.Sphere(2e-3, hl.STEEL_316), hl.Sphere(6e-3, hl.PTFE)
     chain = hl.Chain([small, large, small], small, 0.5, 9.81, hl.LinearDashpot(5.0))
-    assert chain.describe() == {**asdict(chain), "beads": [asdict(bead) for bead in (small, large, small)]}
+    first, second = ({"class": "Sphere", **asdict(bead)} for bead in (small, large))
+    loss = {"class": "LinearDashpot", "coefficient": 5.0}
+    given = {"beads": [first, second, first], "striker": first, "dissipation": loss}
+    assert chain.describe() == {**asdict(chain), **given}
 
 
 def test_advance_has_no_hidden_state() -> None:

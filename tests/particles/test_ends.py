@@ -366,4 +366,4 @@ def test_runs_without_a_striker() -> None:
         assert float(found.velocity.sel(bead=1)[0]) == 0.3
     described = chain.describe()
     assert described["striker"] is None
-    assert described["beads"] == [asdict(BEAD)] * 8
+    assert described["beads"] == [{"class": "Sphere", **asdict(BEAD)}] * 8

@@ -1,0 +1,192 @@
+"""The structures of a case that are no plates, and how structures are damped."""
+
+from pathlib import Path as File
+from typing import Annotated, Any, Literal
+
+from pydantic import Discriminator, Field
+
+from hertzlink.cases.parts import (
+    AnyMaterial,
+    Duration,
+    Frequency,
+    Length,
+    Number,
+    Part,
+    Round,
+    World,
+    made,
+    material_of,
+)
+from hertzlink.cases.units import Unit
+from structures.cylinder import layered_cylinder
+from structures.damping import loss_factor, modal, rayleigh, standard_linear_solid
+from structures.elasticity import Foundation
+from structures.rod import Layer, rod
+from structures.solid import solid
+from structures.structure import Structure, half_space
+
+LAYER = '{ material = "PTFE", length = "25.4 mm", radius = "9.5 mm" }'
+
+Coordinates = Annotated[list[Length], Field(min_length=3, max_length=3)]
+
+
+class Damping(Part):
+    """A damping of the whole structure."""
+
+    def damped(self, structure: Structure) -> Structure:
+        """The structure with this damping."""
+        raise NotImplementedError
+
+
+class Rayleigh(Damping):
+    """α M + β K."""
+
+    kind: Literal["rayleigh"]
+    mass_rate: Annotated[float, Unit("1/s", "a rate", "100 1/s")] = 0.0
+    stiffness_time: Duration = 0.0
+
+    def damped(self, structure: Structure) -> Structure:
+        return rayleigh(structure, self.mass_rate, self.stiffness_time)
+
+
+class Modal(Damping):
+    """The same damping ratio for all modes of the reduced structure."""
+
+    kind: Literal["modal"]
+    ratio: Number
+
+    def damped(self, structure: Structure) -> Structure:
+        return modal(structure, self.ratio)
+
+
+class LossFactor(Damping):
+    """A structural loss factor."""
+
+    kind: Literal["loss_factor"]
+    factor: Number
+
+    def damped(self, structure: Structure) -> Structure:
+        return loss_factor(structure, self.factor)
+
+
+class LinearSolid(Damping):
+    """Zener's standard linear solid."""
+
+    kind: Literal["standard_linear_solid"]
+    share: Number
+    time: Duration
+    modulus: Literal["relaxed", "instantaneous"] = "relaxed"
+
+    def damped(self, structure: Structure) -> Structure:
+        return standard_linear_solid(structure, self.share, self.time, modulus=self.modulus)
+
+
+OneDamping = Annotated[Rayleigh | Modal | LossFactor | LinearSolid, Discriminator("kind")]
+
+
+class Body(Part):
+    """What a chain faces."""
+
+    damping: list[OneDamping] = Field(default_factory=list)
+
+    def make(self, world: World) -> Structure | None:
+        raise NotImplementedError
+
+
+class Nothing(Body):
+    """Nothing: the last bead flies off."""
+
+    kind: Literal["nothing"]
+
+    def make(self, world: World) -> None:
+        return None
+
+
+class HalfSpace(Body):
+    """An elastic half-space."""
+
+    kind: Literal["half_space", "wall"]
+    material: AnyMaterial
+
+    def make(self, world: World) -> Structure:
+        return half_space(material_of(self.material, world, "material"))
+
+
+class LayerPart(Round):
+    """A layer of a rod or a cylinder."""
+
+    material: AnyMaterial
+    length: Length
+
+    def make(self, world: World) -> Layer:
+        return Layer(material_of(self.material, world, "material"), self.length, self.its_radius())
+
+
+Layers = Annotated[list[LayerPart], Field(min_length=1, description=f"a list of layers, such as [{LAYER}]")]
+
+
+def layers_of(layers: list[LayerPart], world: World) -> list[Layer]:
+    """The layers, each with its own place in messages."""
+    return [made(one, world, ("layers", i)) for i, one in enumerate(layers)]
+
+
+class Rod(Body):
+    """A rod of layers, in the theory of longitudinal waves."""
+
+    kind: Literal["rod"]
+    layers: Layers
+    base: Literal["fixed", "free", "absorbing"] = "fixed"
+    elements: Annotated[int, Field(ge=1)] | None = None
+
+    def make(self, world: World) -> Structure:
+        return rod(layers_of(self.layers, world), self.base, self.elements)
+
+
+class LayeredCylinder(Body):
+    """A cylinder of layers, in axisymmetric elasticity."""
+
+    kind: Literal["layered_cylinder"]
+    layers: Layers
+    base: Literal["fixed", "free", "absorbing"] = "fixed"
+    foundation: Annotated[float, Unit("N/m^3", "a stiffness", "1e12 N/m^3")] | None = Field(
+        None, description="stiffness of elastic ground in place of a base"
+    )
+    side: Literal["free", "absorbing"] = "free"
+    patch_radius: Length | None = None
+    highest_frequency: Frequency | None = None
+    cells: Annotated[int, Field(ge=1)] | None = None
+
+    def make(self, world: World) -> Structure:
+        base = self.base if self.foundation is None else Foundation(self.foundation)
+        rest = self.given("kind", "layers", "base", "foundation", "damping")
+        return layered_cylinder(layers_of(self.layers, world), base, **rest)
+
+
+class Solid(Body):
+    """A body from a mesh file."""
+
+    kind: Literal["solid"]
+    mesh: str = Field(description='the file of a mesh, such as "body.msh"')
+    material: AnyMaterial
+    contact: Coordinates = Field(description='the point that is struck, such as ["0 mm", "0 mm", "25 mm"]')
+    normal: Annotated[list[Number], Field(min_length=3, max_length=3)] | None = None
+    fixed: str | int | None = None
+    patch_radius: Length | None = None
+    scale: Number | None = None
+    curvature: Annotated[float, Unit("1/m", "a curvature", "50 1/m")] | None = None
+
+    def make(self, world: World) -> Structure:
+        rest: dict[str, Any] = self.given("kind", "mesh", "material", "contact", "normal", "damping")
+        if self.normal is not None:
+            rest["normal"] = tuple(self.normal)
+        material = material_of(self.material, world, "material")
+        x, y, z = self.contact
+        return solid(file_of(self.mesh, world), material, (x, y, z), **rest)
+
+
+def file_of(name: str, world: World) -> str:
+    """The path of a file that a case names, relative to the case; a ValueError if it does not exist."""
+    path = world.folder / File(name)
+    if not path.is_file():
+        raise ValueError(f'mesh: "{name}" is no file in {world.folder}')
+    return str(path)

@@ -1,0 +1,88 @@
+"""A case as an object: data that build a co-simulation, and that are written as TOML."""
+
+from collections.abc import Iterable, Mapping
+from copy import deepcopy
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path as File
+from typing import Any
+
+import xarray as xr
+
+from coupling.cosimulation import CoSimulation
+from hertzlink.cases.building import simulation_of
+from hertzlink.cases.checking import checked
+from hertzlink.cases.faults import Fault
+from hertzlink.cases.model import CaseModel
+from hertzlink.cases.paths import parsed, put
+from hertzlink.cases.reading import Source, read_source
+from hertzlink.cases.toml import as_toml
+
+
+@dataclass(frozen=True)
+class Case:
+    """One case: the data of its TOML file, and what they build.
+
+    Parameters
+    ----------
+    data : dict
+        The sections, as tomllib reads them.
+    folder : Path
+        The folder from which files that the case names are found.
+    """
+
+    data: dict[str, Any]
+    folder: File = field(default_factory=File)
+
+    @cached_property
+    def model(self) -> CaseModel:
+        """The checked case; a Fault where it is wrong."""
+        return checked(self.data)
+
+    @property
+    def until(self) -> float:
+        """Length of the record, s."""
+        return self.model.run.until
+
+    def simulation(self) -> CoSimulation:
+        """The co-simulation; a ValueError that names the entry which is refused."""
+        return simulation_of(self.model, self.folder)
+
+    def run(self) -> xr.Dataset:
+        """Run it, without its sweep."""
+        return run_once(self, self.simulation())
+
+    def changed(self, changes: Mapping[str, Any]) -> "Case":
+        """The same case with other values, by their paths: {"structure.thickness": "1 mm"}."""
+        data = deepcopy(self.data)
+        for name, value in changes.items():
+            put(data, parsed(name), deepcopy(value))
+        return Case(data, self.folder)
+
+    def to_toml(self) -> str:
+        """The text of a case file."""
+        return as_toml(self.data)
+
+
+def run_once(case: Case, simulation: CoSimulation) -> xr.Dataset:
+    """Run a simulation as the section [run] wants it."""
+    run = case.model.run
+    try:
+        return simulation.run(run.until, run.save_every)
+    except ValueError as error:
+        word, _, rest = str(error).partition(": ")
+        name = word.split(" = ")[0]
+        if name in type(run).model_fields:
+            raise Fault(("run", name), f"{word.partition(' = ')[2]} {rest}") from error
+        raise
+
+
+def read(path: str | File, changes: Iterable[str] = ()) -> tuple[Case, Source]:
+    """A case from a file, with changes of the form path=value, and where its entries stand."""
+    source = read_source(path, changes)
+    case = Case(source.data, source.folder)
+    try:
+        _ = case.model
+    except Fault as fault:
+        raise source.error(fault) from None
+    return case, source

@@ -1,0 +1,179 @@
+"""From data to a checked case, or to a fault in plain words."""
+
+from collections.abc import Mapping, Sequence
+from types import NoneType, UnionType
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
+
+from pydantic import BaseModel, Tag, ValidationError
+from pydantic_core import ErrorDetails
+
+from hertzlink.cases.faults import Fault, nearest
+from hertzlink.cases.model import CaseModel
+from hertzlink.cases.parts import hint_of
+from hertzlink.cases.paths import Path
+from hertzlink.cases.units import shown
+
+KINDS = ("kind", "shape")
+"""Entries that say which of several tables one is."""
+
+FIRST = ("extra_forbidden", "case", "form")
+"""Errors that explain others: a misspelt name makes the right one missing."""
+
+
+def checked(data: Mapping[str, Any]) -> CaseModel:
+    """The case that data mean; a Fault for the first entry that is wrong."""
+    own = data.get("materials")
+    try:
+        return CaseModel.model_validate(data, context={"materials": own if isinstance(own, dict) else {}})
+    except ValidationError as error:
+        faults = sorted(error.errors(include_url=False), key=lambda one: one["type"] not in FIRST)
+        raise _fault(faults[0], data) from None
+
+
+def value_at(model: Any, path: Path) -> Any:
+    """The checked value at a path: numbers are SI."""
+    for part in path:
+        model = model[part] if isinstance(part, int) or isinstance(model, dict) else getattr(model, part)
+    return model
+
+
+def _fault(error: ErrorDetails, data: Any) -> Fault:
+    loc, kind, given = error["loc"], error["type"], error.get("input")
+    context: Mapping[str, Any] = error.get("ctx", {})
+    path = _path(loc, data, kind in ("missing", "extra_forbidden"))
+    if kind == "case":
+        return Fault(path, str(context["message"]))
+    if kind == "form":
+        return Fault(path, f"{shown(given)} {error['msg']}")
+    if kind == "missing":
+        return Fault(path, f"is missing; {_hint(loc)}")
+    if kind == "extra_forbidden":
+        model = _type_at(loc[:-1])
+        names = [one.alias or name for name, one in model.model_fields.items()] if model else []
+        return Fault(path, f"is no entry here; {nearest(loc[-1], names, 20)}")
+    if kind == "literal_error":
+        choices = _choices(loc) or [one.strip(" '") for one in str(context["expected"]).replace(" or ", ",").split(",")]
+        return Fault(path, f"{shown(given)} is not possible; {nearest(given, choices)}")
+    if kind in ("union_tag_invalid", "union_tag_not_found"):
+        name = str(context["discriminator"]).strip("'")
+        choices = _tags(_annotation_at(loc), name)
+        if kind == "union_tag_not_found":
+            return Fault((*path, name), f"is missing; {nearest('', choices, 20)}")
+        return Fault((*path, name), f'"{context["tag"]}" is no {name}; {nearest(context["tag"], choices, 20)}')
+    return Fault(path, f"{shown(given)} {_wrong_type(kind, context, error['msg'])}{_example(loc)}")
+
+
+def _wrong_type(kind: str, context: Mapping[str, Any], message: str) -> str:
+    if kind in ("too_short", "too_long"):
+        count = context.get("min_length", context.get("max_length"))
+        return f"has {context['actual_length']} entries; must have {'at least ' if count == 1 else ''}{count}"
+    words = {
+        "string_type": "must be a text in quotes",
+        "int_type": "must be a whole number",
+        "bool_type": "must be true or false",
+        "list_type": "must be a list",
+        "greater_than_equal": f"must be at least {context.get('ge')}",
+        "less_than_equal": f"must be at most {context.get('le')}",
+    }
+    if kind in ("dict_type", "model_type", "model_attributes_type"):
+        return "must be a table"
+    return words.get(kind, message.replace("Input should be", "must be"))
+
+
+def _path(loc: Sequence[str | int], data: Any, keep_last: bool) -> Path:
+    """The path of an entry, without the names that pydantic gives to the members of a union."""
+    found: list[str | int] = []
+    for i, part in enumerate(loc):
+        inside = part in data if isinstance(data, dict) else isinstance(data, list) and isinstance(part, int)
+        if inside and (isinstance(data, dict) or (isinstance(part, int) and part < len(data))):
+            data = data[part]
+            found.append(part)
+        elif keep_last and i + 1 == len(loc):
+            found.append(part)
+    return tuple(found)
+
+
+def _hint(loc: Sequence[str | int]) -> str:
+    model = _type_at(loc[:-1])
+    names = {one.alias or name: name for name, one in model.model_fields.items()} if model else {}
+    return hint_of(model, names[str(loc[-1])]) if model and loc[-1] in names else "give it"
+
+
+def _example(loc: Sequence[str | int]) -> str:
+    """What would be right, of the nearest entry around a place that says it."""
+    for end in range(len(loc), max(0, len(loc) - 3), -1):
+        if isinstance(loc[end - 1], str) and (hint := _hint(loc[:end])) != "give it":
+            return f"; {hint}"
+    return ""
+
+
+def _type_at(loc: Sequence[str | int]) -> type[BaseModel] | None:
+    """The model of the table at a place of pydantic's."""
+    found = _plain(_annotation_at(loc))
+    return found if isinstance(found, type) and issubclass(found, BaseModel) else None
+
+
+def _annotation_at(loc: Sequence[str | int]) -> Any:
+    found: Any = CaseModel
+    for part in loc:
+        found = _inner(found, part)
+    return found
+
+
+def _plain(annotation: Any) -> Any:
+    """An annotation without what is noted on it, and without None."""
+    while True:
+        if get_origin(annotation) is Annotated:
+            annotation = get_args(annotation)[0]
+        elif get_origin(annotation) in (Union, UnionType):
+            members = [one for one in get_args(annotation) if one is not NoneType]
+            if len(members) > 1:
+                return annotation
+            annotation = members[0]
+        else:
+            return annotation
+
+
+def _members(annotation: Any) -> list[Any]:
+    """The members of a union of unions."""
+    plain = _plain(annotation)
+    if get_origin(plain) not in (Union, UnionType):
+        return [annotation]
+    found: list[Any] = []
+    for one in get_args(plain):
+        tagged = get_origin(one) is Annotated and any(isinstance(note, Tag) for note in get_args(one)[1:])
+        found += [one] if tagged else [inner for inner in _members(one) if inner is not NoneType]
+    return found
+
+
+def _inner(annotation: Any, part: str | int) -> Any:
+    plain = _plain(annotation)
+    if get_origin(plain) in (Union, UnionType):
+        for one in _members(plain):
+            notes = get_args(one)[1:] if get_origin(one) is Annotated else ()
+            if any(isinstance(note, Tag) and note.tag == part for note in notes) or part in _kinds(_plain(one)):
+                return one
+        return None
+    if isinstance(plain, type) and issubclass(plain, BaseModel):
+        for name, one in plain.model_fields.items():
+            if part in (name, one.alias):
+                return one.annotation
+        return None
+    if get_origin(plain) is list:
+        return get_args(plain)[0]
+    return get_args(plain)[1] if get_origin(plain) is dict else None
+
+
+def _kinds(model: Any) -> list[str]:
+    """The kinds, or shapes, that a model stands for."""
+    fields = getattr(model, "model_fields", {})
+    return [word for name in KINDS if name in fields for word in get_args(fields[name].annotation)]
+
+
+def _tags(annotation: Any, name: str) -> list[str]:
+    return [word for one in _members(annotation) for word in _kinds(_plain(one))]
+
+
+def _choices(loc: Sequence[str | int]) -> list[str]:
+    found = _plain(_annotation_at(loc))
+    return [str(one) for one in get_args(found)] if get_origin(found) is Literal else []

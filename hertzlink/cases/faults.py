@@ -1,0 +1,43 @@
+"""What is wrong with a case: the path of the entry, the reason, and, once the file is known, the line."""
+
+from collections.abc import Mapping
+from difflib import get_close_matches
+
+from hertzlink.cases.paths import Path, written
+
+
+class Fault(ValueError):
+    """A fault at a path of a case."""
+
+    def __init__(self, path: Path, reason: str) -> None:
+        super().__init__(path, reason)
+        self.path, self.reason = path, " ".join(reason.split())
+
+    def __str__(self) -> str:
+        return f"{written(self.path)}: {self.reason}" if self.path else self.reason
+
+
+class CaseError(ValueError):
+    """A fault with its place: `case.toml:12: structure.thickness: must be ...`, complete as it stands."""
+
+
+def nearest(word: object, choices: list[str], many: int = 12) -> str:
+    """The end of a message: the nearest choice, or all of them where none is near."""
+    lower = {one.lower(): one for one in choices}
+    near = get_close_matches(str(word).lower(), lower, n=1, cutoff=0.6)
+    if near:
+        return f"did you mean {lower[near[0]]}?"
+    return f"must be one of {', '.join(choices)}" if len(choices) <= many else "see `hertzlink schema`"
+
+
+def reason_of(message: str, names: Mapping[str, Path]) -> tuple[Path, str]:
+    """Split a message such as "thickness = -1: must be positive" into the path of what it names, and the reason."""
+    head, colon, rest = message.partition(": ")
+    name, equals, value = head.partition(" = ")
+    whole = name.split("[")[0].strip()
+    if not colon or whole not in names:
+        return (), message
+    if not equals:
+        return names[whole], rest
+    joined = " " if rest.split(" ")[0] in ("must", "exceeds", "is", "has") else ": "
+    return names[whole], f"{value}{joined}{rest}"

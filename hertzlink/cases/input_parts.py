@@ -1,0 +1,203 @@
+"""The parts of a run's input as sections of a case."""
+
+from collections.abc import Mapping
+from itertools import groupby
+from typing import Any
+
+from structures.checks import short
+from structures.material import MATERIALS, Material
+
+SHAPES = {"Sphere": "sphere", "HollowSphere": "hollow_sphere", "Ellipsoid": "ellipsoid", "Cylinder": "cylinder"}
+
+LOSSES = {
+    "LinearDashpot": "linear_dashpot", "PowerDashpot": "power_dashpot", "MassProportional": "mass_proportional",
+    "KuwabaraKono": "kuwabara_kono", "Tsuji": "tsuji", "Restitution": "restitution",
+}  # fmt: skip
+
+MOTIONS = {"SpringLoaded": "spring_loaded", "PushedBead": "pushed_bead", "Piston": "piston"}
+
+LAWS = {"PowerLaw": "power_law", "TabulatedLaw": "tabulated_law"}
+
+KINDS = {
+    "half-space": "half_space", "rod": "rod", "cylinder": "layered_cylinder", "solid": "solid",
+    "Kirchhoff plate": "kirchhoff_plate", "Mindlin plate": "mindlin_plate", "Kirchhoff panel": "kirchhoff_panel",
+    "Mindlin panel": "mindlin_panel", "half-plane": "half_plane", "infinite plate": "infinite_plate",
+}  # fmt: skip
+
+DAMPINGS = {"Rayleigh": "rayleigh", "modal": "modal", "standard linear solid": "standard_linear_solid"}
+
+CHAIN = ("gravity", "inclination", "preload", "integrator")
+
+Data = dict[str, Any]
+
+
+def refused(path: str, what: str) -> ValueError:
+    """The error for what no case can hold."""
+    return ValueError(f"{path}: cannot be rebuilt: {what}")
+
+
+def chain_data(given: Mapping[str, Any]) -> Data:
+    """The section [chain]."""
+    known = {"beads", "striker", "impact_speed", "dissipation", "law", *CHAIN}
+    if unknown := sorted(set(given) - known):
+        raise refused(f"chain.{unknown[0]}", "an entry that no chain of a case has, as of a DeformableChain")
+    beads = [_bead(one, f"chain.beads[{i}]") for i, one in enumerate(given["beads"])]
+    rows = [{**one, "count": len(list(many))} for one, many in groupby(beads)]
+    if len(rows) == 1:
+        count = rows[0].pop("count")
+        data: Data = {"beads": count, "bead": rows[0]}
+    else:
+        data = {"beads": [{name: v for name, v in one.items() if (name, v) != ("count", 1)} for one in rows]}
+    data["striker"] = _striker(given["striker"])
+    if data["striker"] == data.get("bead"):
+        data["striker"] = "bead"
+    data |= {name: given[name] for name in ("impact_speed", *CHAIN) if given[name] is not None}
+    if given["dissipation"] is not None:
+        data["dissipation"] = _classed(given["dissipation"], LOSSES, "kind", "chain.dissipation")
+    if given["law"] is not None:
+        data["law"] = _law(given["law"])
+    return data
+
+
+def _classed(given: Any, names: Mapping[str, str], entry: str, path: str) -> Data:
+    """An object of one of hertzlink's classes by its fields."""
+    if not isinstance(given, Mapping) or given.get("class") not in names:
+        what = given.get("class", given) if isinstance(given, Mapping) else given
+        raise refused(path, f"{short(what)}, which is no part of a case")
+    rest = {name: value for name, value in given.items() if name != "class" and value is not None}
+    return {entry: names[given["class"]], **rest}
+
+
+def _bead(given: Any, path: str) -> Data:
+    data = _classed(given, SHAPES, "shape", path)
+    data["material"] = _material(data["material"], f"{path}.material")
+    return data
+
+
+def _striker(given: Any) -> Any:
+    if given is None:
+        return "none"
+    if isinstance(given, Mapping) and given.get("class") in MOTIONS:
+        data = _classed(given, MOTIONS, "kind", "chain.striker")
+        if data.pop("surface", None) is not None:
+            raise refused("chain.striker.surface", "a surface of a piston")
+        if "striker" in data:
+            data["striker"] = _bead(data["striker"], "chain.striker.striker")
+        return data
+    return _bead(given, "chain.striker")
+
+
+def _law(given: Any) -> Data:
+    data = _classed(given, LAWS, "kind", "chain.law")
+    if data.pop("caution", ""):
+        raise refused("chain.law.caution", "a law with a caution of its own")
+    if data.get("largest") == "Infinity" or data["kind"] == "tabulated_law":
+        data.pop("largest", None)
+    return data
+
+
+def _material(given: Any, path: str) -> str | Data:
+    names = {"youngs_modulus", "poisson_ratio", "density", "name", "yield_strength"}
+    if not isinstance(given, Mapping) or set(given) != names:
+        raise refused(path, "a wall that is not of one isotropic material, such as a laminate")
+    material = Material(**given)
+    if material.name in MATERIALS and MATERIALS[material.name] == material:
+        return material.name
+    return {name: value for name, value in given.items() if value not in (None, "")}
+
+
+def structure_data(given: Any) -> tuple[Data, bool | Data]:
+    """The section [structure], and the entry `reduce` of [run]."""
+    if given is None:
+        return {"kind": "nothing"}, False
+    if not isinstance(given, Mapping) or given.get("kind") not in KINDS:
+        what = given.get("kind", "a structure of your own") if isinstance(given, Mapping) else given
+        raise refused("structure", f"{short(what)}, which no builder of structures made")
+    data: Data = {name: value for name, value in given.items() if value is not None}
+    for name, what in (("scaled_from", "a scaled plate"), ("stepper", "a stepper of its own")):
+        if name in data:
+            raise refused(f"structure.{name}", what)
+    data["kind"] = KINDS[data["kind"]]
+    reduction = _reduction(data.pop("reduction", None))
+    damping = [_damping(one, f"structure.damping[{i}]") for i, one in enumerate(data.pop("damping", []))]
+    if "layers" in data:
+        data["layers"] = [
+            {**one, "material": _material(one["material"], f"structure.layers[{i}].material")}
+            for i, one in enumerate(data["layers"])
+        ]
+    if "material" in data or "thickness" in data:
+        data["material"] = _material(data.get("material"), "structure.material")
+    _OF_KIND.get(data["kind"], _plate)(data)
+    return data | ({"damping": damping} if damping else {}), reduction
+
+
+def _reduction(given: Any) -> bool | Data:
+    if given is None:
+        return False
+    if "shared" in given:
+        raise refused("structure.reduction.shared", "a ReducedPlate")
+    return {name: given[name] for name in ("tolerance", "pulse", "until", "largest") if name in given}
+
+
+def _damping(given: Mapping[str, Any], path: str) -> Data:
+    if given.get("kind") not in DAMPINGS or given.get("part") or isinstance(given.get("ratio"), list):
+        raise refused(path, f"{short(dict(given))}, which is not of the whole structure")
+    return {**given, "kind": DAMPINGS[given["kind"]]}
+
+
+def _rod(data: Data) -> None:
+    counts = set(data.pop("elements"))
+    if data["base"] == "contact":
+        raise refused("structure.base", "a rod with two contacts")
+    if len(counts) == 1:
+        data["elements"] = counts.pop()
+
+
+def _cylinder(data: Data) -> None:
+    if isinstance(data["base"], Mapping):
+        data["foundation"] = data.pop("base")["stiffness"]
+
+
+def _solid(data: Data) -> None:
+    materials = data.pop("materials")
+    if data["mesh"] == "meshio.Mesh" or len(materials) != 1:
+        raise refused("structure.mesh", "a mesh in memory, or of several materials")
+    data.pop("cells")
+    data["material"] = _material(materials[0], "structure.materials[0]")
+
+
+def _plate(data: Data) -> None:
+    data.pop("section", None)
+    data.pop("degree", None)
+    at = data.get("at")
+    if not isinstance(at, list) or any(isinstance(one, list) for one in at):
+        raise refused("structure.at", "several contacts")
+    if data["kind"].startswith("kirchhoff"):
+        data.pop("patch_radius", None)
+    if data["kind"].endswith("panel"):
+        data.pop("length", None)
+        if data.get("mesh") == "meshio.Mesh":
+            raise refused("structure.mesh", "a mesh in memory")
+        if "mesh" in data:
+            data.pop("cells")
+    data["additions"] = [_addition(one) for one in data.get("additions", [])]
+    if not data["additions"]:
+        del data["additions"]
+
+
+def _addition(given: Mapping[str, Any]) -> Data:
+    if "factor" in given:
+        return {"kind": "weakened", **given}
+    if "start" in given:
+        return {"kind": "stiffener", **given}
+    return {"kind": "point_mass", "at": [given["x"], given["y"]], "mass": given["mass"]}
+
+
+def _as_it_is(data: Data) -> None:
+    data.pop("impedance", None)
+
+
+_OF_KIND = {
+    "rod": _rod, "layered_cylinder": _cylinder, "solid": _solid, "half_space": _as_it_is, "half_plane": _as_it_is,
+    "infinite_plate": _as_it_is,
+}  # fmt: skip

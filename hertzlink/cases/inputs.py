@@ -1,0 +1,178 @@
+"""From the input in a result's attributes back to a case, which runs again to the same bits."""
+
+import ast
+import json
+import re
+from collections.abc import Iterator, Mapping
+from itertools import product
+from typing import Any
+
+import xarray as xr
+
+from coupling.cosimulation import CoSimulation
+from coupling.results.provenance import as_text
+from hertzlink.cases.case import Case
+from hertzlink.cases.faults import Fault
+from hertzlink.cases.input_parts import chain_data, refused, structure_data
+from hertzlink.cases.model import SCHEMES
+from hertzlink.cases.paths import written
+
+SAME, SAME_ESTIMATE = 1e-9, 1e-2
+"""Relative differences of numbers that the builders compute, and of an estimated error, on another processor."""
+
+ACCURACIES = ("default", "screening", "reference")
+
+KNOWN = {"chain", "structure", "scheme", "until", "window", "substeps", "save_every", "steps", "waveform"}
+"""Entries of the input of a run of one chain on one structure."""
+
+ESTIMATES = re.compile(r"structure\.reduction\.(error_estimate|shorter_pulses)")
+
+
+def from_input(given: str | Mapping[str, Any] | xr.Dataset) -> Case:
+    """The case of a run, from the input in its attributes: it builds and runs the same again.
+
+    Chains of all bodies, losses and laws of hertzlink's, on what its builders of structures return, reduced or not.
+    What a case cannot hold, such as a law of your own or several chains, is refused, and so is an input that these
+    builders do not reproduce.
+
+    Parameters
+    ----------
+    given : str or mapping or Dataset
+        The attribute `input` of a run, or the run itself.
+
+    Returns
+    -------
+    Case
+        `case.run()` gives the same numbers, `case.simulation()` the CoSimulation, `case.until` the length of the record
+        (s), and `case.to_toml()` the text of a case file for `hertzlink run`.
+
+    Raises
+    ------
+    ValueError
+        For what is no input of one run, and for what cannot be rebuilt; the message names it.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    >>> chain = hl.Chain([bead] * 10, striker=bead, impact_speed=0.3)
+    >>> run = hl.CoSimulation(chain, hl.half_space(hl.PTFE)).run(until=4e-4)
+    >>> case = hl.from_input(run.attrs["input"])
+    >>> print(case.to_toml().splitlines()[2])
+    bead = { shape = "sphere", radius = 0.00476, material = "steel 440C" }
+    >>> case.run().equals(run)
+    True
+    """
+    data = _plain(given)
+    if "chains" in data or "structures" in data:
+        raise refused("chains", "several chains or contacts; a case has one chain on one contact")
+    if not {"chain", "structure", "until"} <= set(data):
+        raise ValueError('given: is not the input of a run; take run.attrs["input"]')
+    if unknown := sorted(set(data) - KNOWN):
+        raise refused(unknown[0], "an entry that a case does not have")
+    structure, reduction = structure_data(data["structure"])
+    run: dict[str, Any] = {"until": data["until"], "reduce": reduction}
+    if (scheme := _scheme(str(data["scheme"]))) != {"kind": "condensed", "tolerance": 1e-11}:
+        run["scheme"] = scheme
+    if data["waveform"] != "linear":
+        run["waveform"] = data["waveform"]
+    whole = {"chain": chain_data(data["chain"]), "structure": structure}
+    return _planned(whole, run, data)
+
+
+def _plain(given: Any) -> dict[str, Any]:
+    if isinstance(given, xr.Dataset):
+        given = given.attrs.get("input")
+    if isinstance(given, str):
+        try:
+            given = json.loads(given)
+        except ValueError:
+            raise ValueError('given: is no JSON; take run.attrs["input"]') from None
+    if not isinstance(given, Mapping):
+        raise ValueError('given: must be the input of a run, run.attrs["input"], or the run')
+    return dict(given)
+
+
+def _scheme(text: str) -> dict[str, Any]:
+    """A scheme from its repr."""
+    names = {made.__name__: name for name, made in SCHEMES.items()}
+    name, values = _called(text)
+    if name not in names:
+        raise refused("scheme", text)
+    return {"kind": names[name], **values}
+
+
+def _called(text: str) -> tuple[str, dict[str, Any]]:
+    """Name and arguments of a repr such as Aitken(tolerance=1e-9)."""
+    try:
+        call = ast.parse(text, mode="eval").body
+        if not isinstance(call, ast.Call) or not isinstance(call.func, ast.Name):
+            raise ValueError
+        return call.func.id, {str(one.arg): ast.literal_eval(one.value) for one in call.keywords}
+    except (SyntaxError, ValueError):
+        raise refused("scheme", text) from None
+
+
+def _planned(whole: dict[str, Any], run: dict[str, Any], data: Mapping[str, Any]) -> Case:
+    """The case whose runs have the same windows, steps and saved times."""
+    wanted = {name: data[name] for name in ("window", "substeps", "save_every", "steps") if name in data}
+    choices: list[dict[str, Any]] = [{} if one == "default" else {"accuracy": one} for one in ACCURACIES]
+    if isinstance(wanted.get("window"), str):
+        choices = [{"adaptive": _called(wanted["window"])[1]}]
+    elif "window" in wanted:
+        window = {"window": wanted["window"], "substeps": wanted["substeps"]}
+        choices += [window if wanted["substeps"] != 1 else {"window": wanted["window"]}]
+    simulation = _built(Case({**whole, "run": {**run, **choices[0]}}))
+    _compare(data, simulation.describe())
+    for choice, saved in product(choices, ({}, {"save_every": wanted.get("save_every")})):
+        case = Case({**whole, "run": {**run, **choice, **saved}})
+        try:
+            made = _like(simulation, case)
+            plan = made.plan(case.until, case.model.run.save_every).describe(made.interface, made.window)
+        except ValueError:
+            continue  # these windows do not suit this run
+        if all(_same(wanted[name], plan[name]) for name in wanted):
+            return case
+    raise refused("window", "windows or steps that no entry of [run] gives, such as a dt")
+
+
+def _built(case: Case) -> CoSimulation:
+    try:
+        return case.simulation()
+    except Fault as fault:
+        raise refused(written(fault.path), fault.reason) from fault
+
+
+def _like(first: CoSimulation, case: Case) -> CoSimulation:
+    """The same simulation with other windows; structures are not built again."""
+    run = case.model.run
+    window = run.window if run.adaptive is None else run.adaptive.make(None)  # type: ignore[arg-type]
+    return first.replace(window=window, substeps=run.substeps, accuracy=run.accuracy)
+
+
+def _compare(given: Mapping[str, Any], rebuilt: Mapping[str, Any]) -> None:
+    """Refuse a case that does not describe itself as the run did."""
+    found = json.loads(as_text(rebuilt))
+    for name in ("chain", "structure"):
+        for path, there, here in _differences(given[name], found[name], name):
+            limit = SAME_ESTIMATE if ESTIMATES.match(path) else SAME
+            if not _same(there, here, limit):
+                raise refused(path, f"{there!r}, which a case builds as {here!r}")
+
+
+def _differences(there: Any, here: Any, path: str) -> Iterator[tuple[str, Any, Any]]:
+    if isinstance(there, dict) and isinstance(here, dict):
+        for name in dict.fromkeys([*there, *here]):
+            yield from _differences(there.get(name), here.get(name), f"{path}.{name}")
+    elif isinstance(there, list) and isinstance(here, list) and len(there) == len(here):
+        for i, (one, other) in enumerate(zip(there, here, strict=True)):
+            yield from _differences(one, other, f"{path}[{i}]")
+    elif there != here:
+        yield path, there, here
+
+
+def _same(there: Any, here: Any, limit: float = 1e-12) -> bool:
+    if isinstance(there, list) and isinstance(here, list):
+        return len(there) == len(here) and all(_same(*pair, limit) for pair in zip(there, here, strict=True))
+    numbers = isinstance(there, int | float) and isinstance(here, int | float)
+    return there == here or (numbers and abs(there - here) <= limit * max(abs(there), abs(here)))

@@ -1,0 +1,178 @@
+"""What every part of a case has in common: a strict table that makes an object of hertzlink's; materials; lengths."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path as File
+from typing import Annotated, Any, ClassVar
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag, ValidationInfo
+
+from hertzlink.cases.faults import Fault, nearest, reason_of
+from hertzlink.cases.paths import Path
+from hertzlink.cases.units import Unit, fault
+from structures.material import MATERIALS, Material
+
+Length = Annotated[float, Unit("m", "a length", "2.29 mm")]
+Angle = Annotated[float, Unit("rad", "an angle", "45 deg")]
+Duration = Annotated[float, Unit("s", "a time", "1.5 ms")]
+Frequency = Annotated[float, Unit("Hz", "a frequency", "40 kHz")]
+Speed = Annotated[float, Unit("m/s", "a speed", "0.31 m/s")]
+Acceleration = Annotated[float, Unit("m/s^2", "an acceleration", "9.81 m/s^2")]
+Force = Annotated[float, Unit("N", "a force", "2 N")]
+Modulus = Annotated[float, Unit("Pa", "a modulus", "70 GPa")]
+Density = Annotated[float, Unit("kg/m^3", "a density", "2700 kg/m^3")]
+Mass = Annotated[float, Unit("kg", "a mass", "2 g")]
+Number = Annotated[float, Unit("", "a number", "0.02")]
+
+
+@dataclass(frozen=True)
+class World:
+    """What parts need to know of the case around them.
+
+    materials: its own, by name. folder: that of its file. until: the length of its runs, s.
+    """
+
+    materials: Mapping[str, Material] = field(default_factory=dict)
+    folder: File = field(default_factory=File)
+    until: float = 1e-3
+
+
+class Part(BaseModel):
+    """A table of a case. Entries that it does not know are refused, and texts are not taken for numbers."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    named: ClassVar[Mapping[str, Path]] = {}
+    """Names in messages of hertzlink that are written otherwise in a case, and their paths."""
+
+    def make(self, world: World) -> Any:
+        """The object of hertzlink's."""
+        raise NotImplementedError
+
+    def given(self, *without: str) -> dict[str, Any]:
+        """The entries that have a value, by name, without some."""
+        values = ((name, getattr(self, name)) for name in type(self).model_fields if name not in without)
+        return {name: value for name, value in values if value is not None}
+
+
+def made(part: Part, world: World, path: Path) -> Any:
+    """What a part makes; a Fault at its path, or at the entry that the message names, where hertzlink refuses it."""
+    try:
+        return part.make(world)
+    except Fault as inner:
+        raise Fault((*path, *inner.path), inner.reason) from None
+    except ValueError as error:
+        names = {name: (name,) for name in type(part).model_fields} | dict(part.named)
+        at, reason = reason_of(str(error), names)
+        raise Fault((*path, *at), reason) from error
+
+
+class OwnMaterial(Part):
+    """The properties of a material, all of them or those that differ from another one's."""
+
+    like: str | None = Field(None, description="the name of a material whose other properties this one has")
+    youngs_modulus: Modulus | None = None
+    poisson_ratio: Number | None = None
+    density: Density | None = None
+    yield_strength: Annotated[float, Unit("Pa", "a strength", "170 MPa")] | None = None
+    name: str | None = Field(None, description="a name for tables")
+
+    def make(self, world: World) -> Material:
+        own = self.given("like")
+        if self.like is not None:
+            base = material_named(self.like, world.materials)
+            if base is None:
+                raise Fault(("like",), unknown(self.like, world.materials))
+            before = {name: getattr(base, name) for name in type(self).model_fields if name != "like"}
+            same = all(before[name] == value for name, value in own.items())
+            return base if same else Material(**{**before, "name": f"like {base.name}", **own})
+        for name in ("youngs_modulus", "poisson_ratio", "density"):
+            if name not in own:
+                raise Fault((name,), f"is missing; {hint_of(type(self), name)}, or name another material by like")
+        return Material(**own)
+
+
+def hint_of(model: type[BaseModel], name: str) -> str:
+    """What to write for an entry, from its annotation."""
+    one = model.model_fields[name]
+    if one.description:
+        return f"give {one.description}"
+    units = [note for note in notes_of(one) if isinstance(note, Unit)]
+    return units[0].hint if units else "give it"
+
+
+def notes_of(one: Any) -> list[Any]:
+    """What is noted on a field, and on the members of its type."""
+    found = [*one.metadata]
+    for inner in getattr(one.annotation, "__args__", ()):
+        found += getattr(inner, "__metadata__", ())
+    return found
+
+
+def _key(name: str) -> str:
+    return "".join(letter for letter in name.lower() if letter.isalnum())
+
+
+def material_named(name: str, own: Mapping[str, Material]) -> Material | None:
+    """The material of a name, those of the case first; None for an unknown one."""
+    for one, material in own.items():
+        if _key(one) == _key(name):
+            return material
+    return MATERIALS[name] if any(_key(one) == _key(name) for one in MATERIALS) else None
+
+
+def unknown(name: str, own: Mapping[str, Any]) -> str:
+    """The message for an unknown material."""
+    return f'"{name}" is no material; {nearest(name, [*own, *MATERIALS])}'
+
+
+def _known(name: str, info: ValidationInfo) -> str:
+    own = (info.context or {}).get("materials", {})
+    if not any(_key(one) == _key(name) for one in (*own, *MATERIALS)):
+        raise fault(unknown(name, own))
+    return name
+
+
+def forms(tell: Callable[[Any], str | None], message: str) -> Discriminator:
+    """Tells the forms of an entry apart; the message says which there are."""
+    return Discriminator(tell, custom_error_type="form", custom_error_message=message)
+
+
+def _form(given: Any) -> str | None:
+    if isinstance(given, str):
+        return "name"
+    return "own" if isinstance(given, dict | OwnMaterial) else None
+
+
+AnyMaterial = Annotated[
+    Annotated[str, AfterValidator(_known), Tag("name")] | Annotated[OwnMaterial, Tag("own")],
+    forms(_form, 'must be the name of a material, such as "PTFE", or a table of its properties'),
+    Field(description='a material, such as "aluminium 6061"'),
+]
+"""A material by name, or by its properties."""
+
+
+def material_of(given: str | OwnMaterial, world: World, *path: str | int) -> Material:
+    """The material that an entry at a path means."""
+    if isinstance(given, OwnMaterial):
+        material: Material = made(given, world, path)
+        return material
+    found = material_named(given, world.materials)
+    if found is None:
+        raise Fault(path, unknown(given, world.materials))
+    return found
+
+
+class Round(Part):
+    """A part with a radius, which may be given by its diameter."""
+
+    radius: Length | None = None
+    diameter: Length | None = None
+
+    def its_radius(self) -> float:
+        """m."""
+        if (self.radius is None) == (self.diameter is None):
+            name = "radius" if self.radius is None else "diameter"
+            what = "is missing; give a radius or a diameter" if self.radius is None else "give radius or diameter alone"
+            raise Fault((name,), f'{what}, such as diameter = "4.76 mm"')
+        return self.radius if self.radius is not None else 0.5 * float(self.diameter or 0.0)

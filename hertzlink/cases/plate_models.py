@@ -1,0 +1,127 @@
+"""Fast models of plates for identification: one basis around a guess, and one straight edge to find the guess."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from hertzlink.cases.building import structure_of, world_of
+from hertzlink.cases.case import Case
+from hertzlink.cases.model import CaseModel
+from hertzlink.cases.parts import World, material_of
+from hertzlink.cases.plates import KirchhoffPlate, RectanglePlate
+from plates.half_plane import half_plane
+from plates.plate import Plate
+from plates.reduced import ReducedPlate
+from structures.caution import collected
+from structures.material import Material
+from structures.structure import Structure
+
+FREQUENCY = 60e3
+"""Hz, that the plate with one edge resolves."""
+
+BAND = 1.15
+"""The basis serves plates whose waves are up to this factor slower or faster than at the guess."""
+
+AROUND = 0.05
+"""Half of the range of positions of the basis, as a part of the distance from the nearest edge; and more:"""
+
+ERRORS, CELLS = 3.0, 2.0
+"""so many half intervals of the guess, and so many cells."""
+
+VARIED = {("thickness",), ("at", 0), ("at", 1), ("material", "youngs_modulus"), ("material", "density")}
+"""Entries of a plate for which waves only scale, or the contact moves."""
+
+EDGES = {"clamped": "clamped", "simple": "simple", "soft simple": "simple", "free": "free"}
+
+
+def edge_of(model: CaseModel) -> tuple[str, float] | None:
+    """The nearest edge of a rectangular plate and its distance, m; None where no plate with one edge stands for it."""
+    body = model.structure
+    if not isinstance(body, RectanglePlate) or body.additions or body.damping:
+        return None
+    x, y = body.at
+    distances = {"left": x, "right": body.length - x, "bottom": y, "top": body.width - y}
+    nearest = min(distances, key=lambda name: distances[name])
+    held = getattr(body.supports, nearest)
+    if not isinstance(held, str) or held not in EDGES or distances[nearest] < 0.0:
+        return None
+    return EDGES[held], distances[nearest]
+
+
+def one_edge(model: CaseModel, world: World) -> Structure:
+    """The plate with its nearest edge alone."""
+    body, edge = model.structure, edge_of(model)
+    assert isinstance(body, RectanglePlate)
+    assert edge is not None
+    material = material_of(body.material, world, "structure", "material")
+    kind, distance = edge
+    # On a held edge the plate does not move; nearer than a thickness no plate theory holds.
+    away = distance if kind == "free" else max(distance, 0.1 * body.thickness)
+    return half_plane(body.thickness, material, kind, away, world.until, FREQUENCY)
+
+
+@dataclass
+class AroundGuess:
+    """Kirchhoff plates near a guess from one basis; others by a mesh and a reduction of their own.
+
+    errors: half intervals of the coordinates at the guess, m, by the place in `at`.
+    """
+
+    guess: Case
+    errors: dict[int, float]
+    paths: set[tuple[Any, ...]]
+    _basis: ReducedPlate = field(init=False)
+    _slowest: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        model, body = self.guess.model, self.guess.model.structure
+        assert isinstance(body, KirchhoffPlate)
+        world = world_of(model, self.guess.folder)
+        scales = bool(self.paths & {("thickness",), ("material", "youngs_modulus"), ("material", "density")})
+        thinner = body.model_copy(update={"thickness": body.thickness / (BAND if scales else 1.0)})
+        plate: Plate = thinner.plate(world)
+        ranges = [self._range(body, plate, i) for i in (0, 1)]
+        # The warnings of an accuracy that does not reach a hundredth concern distances that are hardly used.
+        with collected():
+            self._basis = ReducedPlate(plate, world.until * (BAND**2 if scales else 1.0), ranges[0], ranges[1])
+        self._slowest = _speed(thinner.thickness, material_of(body.material, world))
+
+    def _range(self, body: KirchhoffPlate, plate: Plate, i: int) -> float | tuple[float, float]:
+        place, side = body.at[i], (body.length, body.width)[i]
+        if ("at", i) not in self.paths:
+            return place
+        half = max(AROUND * min(place, side - place), ERRORS * self.errors.get(i, 0.0), CELLS * plate.finest_cell)
+        return max(place - half, 0.5 * plate.finest_cell), min(place + half, side - 0.5 * plate.finest_cell)
+
+    def structure(self, model: CaseModel, world: World) -> Structure | None:
+        """The structure of a case."""
+        body = model.structure
+        assert isinstance(body, KirchhoffPlate)
+        material = material_of(body.material, world, "structure", "material")
+        faster = _speed(body.thickness, material) / self._slowest
+        inside = all(_within(place, range_) for place, range_ in zip(body.at, self._ranges, strict=True))
+        if inside and 1.0 - 1e-9 <= faster <= BAND**2 * (1.0 + 1e-9):
+            return self._basis.at(body.at[0], body.at[1], thickness=body.thickness, material=material)
+        return structure_of(body, model.run, world, ("structure",))
+
+    @property
+    def _ranges(self) -> tuple[Any, Any]:
+        return self._basis.x, self._basis.y
+
+
+def _speed(thickness: float, material: Material) -> float:
+    """What the frequencies of a plate are proportional to."""
+    return thickness * float((material.youngs_modulus / material.density) ** 0.5)
+
+
+def _within(place: float, range_: Any) -> bool:
+    low, high = range_ if isinstance(range_, tuple) else (range_, range_)
+    return bool(low <= place <= high)
+
+
+def scales(model: CaseModel, paths: set[tuple[Any, ...]]) -> bool:
+    """Whether one basis serves all plates near a guess."""
+    body = model.structure
+    if not isinstance(body, KirchhoffPlate) or body.additions or body.damping or body.cells is not None:
+        return False
+    held = [getattr(body.supports, name) for name in type(body.supports).model_fields]
+    return all(isinstance(one, str) for one in held) and body.face == "front" and paths <= VARIED

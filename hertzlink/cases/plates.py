@@ -1,0 +1,259 @@
+"""The plates of a case."""
+
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import Discriminator, Field, Tag
+
+from hertzlink.cases.bodies import Body, file_of
+from hertzlink.cases.faults import Fault
+from hertzlink.cases.parts import (
+    AnyMaterial,
+    Force,
+    Frequency,
+    Length,
+    Mass,
+    Number,
+    Part,
+    World,
+    forms,
+    made,
+    material_of,
+)
+from hertzlink.cases.paths import Path
+from hertzlink.cases.units import Unit
+from plates.additions import PointMass, Stiffener, Weakened
+from plates.builders import kirchhoff_panel, kirchhoff_plate, mindlin_panel, mindlin_plate
+from plates.half_plane import half_plane
+from plates.infinite import infinite_plate
+from plates.plate import Plate
+from plates.shapes.outline import Outline, circle
+from plates.support import ElasticEdge, Supports
+from structures.structure import Structure
+
+Held = Literal["clamped", "simple", "soft simple", "free", "symmetry"]
+Place = Annotated[list[Length], Field(min_length=2, max_length=2)]
+Rectangle4 = Annotated[list[Length], Field(min_length=4, max_length=4)]
+Two = Annotated[list[Annotated[int, Field(ge=1)]], Field(min_length=2, max_length=2)]
+
+
+class Springs(Part):
+    """An edge on springs."""
+
+    translation: Annotated[float, Unit("N/m^2", "a stiffness of an edge", "1e7 N/m^2")] = 0.0
+    rotation: Force = 0.0
+
+    def make(self, world: World) -> ElasticEdge:
+        return ElasticEdge(self.translation, self.rotation)
+
+
+def _held(given: Any) -> str | None:
+    if isinstance(given, str):
+        return "word"
+    return "springs" if isinstance(given, dict | Springs) else None
+
+
+Edge = Annotated[
+    Annotated[Held, Tag("word")] | Annotated[Springs, Tag("springs")],
+    forms(_held, 'must be "clamped", "simple", "free", "symmetry", or { translation = "1e7 N/m^2" }'),
+]
+
+
+def edge_of(given: Any, world: World, *path: str | int) -> str | ElasticEdge:
+    """How an edge is held."""
+    held: str | ElasticEdge = given if isinstance(given, str) else made(given, world, path)
+    return held
+
+
+class SupportsPart(Part):
+    """How the four edges of a rectangle are held."""
+
+    left: Edge = "free"
+    right: Edge = "free"
+    bottom: Edge = "free"
+    top: Edge = "free"
+
+    def make(self, world: World) -> Supports:
+        return Supports(**{name: edge_of(getattr(self, name), world, name) for name in type(self).model_fields})
+
+
+class MassPart(Part):
+    """A point mass."""
+
+    kind: Literal["point_mass"]
+    at: Place
+    mass: Mass
+
+    def make(self, world: World) -> PointMass:
+        return PointMass(self.at[0], self.at[1], self.mass)
+
+
+class StiffenerPart(Part):
+    """A beam on the plate."""
+
+    kind: Literal["stiffener"]
+    start: Place
+    end: Place
+    bending_stiffness: Annotated[float, Unit("N m^2", "a stiffness", "20 N m^2")]
+    torsion_stiffness: Annotated[float, Unit("N m^2", "a stiffness", "20 N m^2")] = 0.0
+    mass_per_length: Annotated[float, Unit("kg/m", "a mass per length", "0.2 kg/m")] = 0.0
+
+    def make(self, world: World) -> Stiffener:
+        own = self.given("kind", "start", "end")
+        return Stiffener((self.start[0], self.start[1]), (self.end[0], self.end[1]), **own)
+
+
+class WeakenedPart(Part):
+    """A weak rectangle."""
+
+    kind: Literal["weakened"]
+    region: Rectangle4 = Field(description="left, right, bottom and top of the region")
+    factor: Number
+
+    def make(self, world: World) -> Weakened:
+        left, right, bottom, top = self.region
+        return Weakened((left, right, bottom, top), self.factor)
+
+
+OneAddition = Annotated[MassPart | StiffenerPart | WeakenedPart, Discriminator("kind")]
+
+
+class PlateBody(Body):
+    """What all meshed plates have in common."""
+
+    thickness: Length
+    material: AnyMaterial
+    highest_frequency: Frequency | None = None
+    additions: list[OneAddition] = Field(default_factory=list)
+    at: Place = Field(description='the point that is struck, such as ["60 mm", "457 mm"]')
+    face: Literal["front", "back"] = "front"
+
+    named: ClassVar[Mapping[str, Path]] = {"x": ("at", 0), "y": ("at", 1), "x, y": ("at",)}
+
+    def plate(self, world: World) -> Plate:
+        """The plate, not yet struck."""
+        raise NotImplementedError
+
+    def make(self, world: World) -> Structure:
+        return self.plate(world).at(self.at[0], self.at[1], self.face)
+
+    def settings(self, world: World, *names: str) -> dict[str, Any]:
+        """Arguments of the builder: material, additions, and the entries of these names that are given."""
+        own = {name: getattr(self, name) for name in ("highest_frequency", *names) if getattr(self, name) is not None}
+        if self.additions:
+            own["additions"] = [made(one, world, ("additions", i)) for i, one in enumerate(self.additions)]
+        return {"thickness": self.thickness, "material": material_of(self.material, world, "material"), **own}
+
+
+class RectanglePlate(PlateBody):
+    """A rectangular plate."""
+
+    length: Length
+    width: Length
+    supports: SupportsPart = Field(description='a table such as { left = "clamped" }')
+    cells: Two | None = None
+
+    def sides(self, world: World, *names: str) -> dict[str, Any]:
+        """All arguments of the builder."""
+        own = self.settings(world, *names) | {"length": self.length, "width": self.width}
+        own["supports"] = made(self.supports, world, ("supports",))
+        return own if self.cells is None else own | {"cells": (self.cells[0], self.cells[1])}
+
+
+class KirchhoffPlate(RectanglePlate):
+    """A thin rectangular plate."""
+
+    kind: Literal["kirchhoff_plate"]
+
+    def plate(self, world: World) -> Plate:
+        return kirchhoff_plate(**self.sides(world))
+
+
+class MindlinPlate(RectanglePlate):
+    """A rectangular plate with shear."""
+
+    kind: Literal["mindlin_plate"]
+    shear_correction: Number | None = None
+    patch_radius: Length | None = None
+
+    def plate(self, world: World) -> Plate:
+        return mindlin_plate(**self.sides(world, "shear_correction", "patch_radius"))
+
+
+class Panel(PlateBody):
+    """A plate of any outline."""
+
+    circle: Length | None = Field(None, description="the radius of a round plate, whose centre is the origin")
+    corners: Annotated[list[Place], Field(min_length=3)] | None = None
+    holes: list[Annotated[list[Place], Field(min_length=3)]] = Field(default_factory=list)
+    edges: str | list[str] | None = Field(None, description="a name for each side, or one for all")
+    mesh: str | None = Field(None, description='the file of a mesh, such as "panel.msh"')
+    scale: Number | None = None
+    supports: dict[str, Edge] = Field(default_factory=dict)
+
+    def shaped(self, world: World, *names: str) -> dict[str, Any]:
+        """All arguments of the builder."""
+        given = [name for name in ("circle", "corners", "mesh") if getattr(self, name) is not None]
+        if len(given) != 1:
+            what = "is missing; give corners, circle or mesh" if not given else f"give {' or '.join(given)} alone"
+            raise Fault((given[-1] if given else "corners",), what)
+        own = self.settings(world, "scale", *names)
+        own["shape"] = file_of(self.mesh, world) if self.mesh is not None else self._outline()
+        own["supports"] = {name: edge_of(one, world, "supports", name) for name, one in self.supports.items()}
+        return own
+
+    def _outline(self) -> Outline:
+        corners = circle(self.circle) if self.circle is not None else [(x, y) for x, y in self.corners or []]
+        holes = tuple(tuple((x, y) for x, y in hole) for hole in self.holes)
+        edges: Any = self.edges if isinstance(self.edges, str) else tuple(self.edges or ())
+        return Outline(tuple(corners), holes, edges)
+
+
+class KirchhoffPanel(Panel):
+    """A thin plate of any outline."""
+
+    kind: Literal["kirchhoff_panel"]
+
+    def plate(self, world: World) -> Plate:
+        return kirchhoff_panel(**self.shaped(world))
+
+
+class MindlinPanel(Panel):
+    """A plate of any outline, with shear."""
+
+    kind: Literal["mindlin_panel"]
+    shear_correction: Number | None = None
+    patch_radius: Length | None = None
+
+    def plate(self, world: World) -> Plate:
+        return mindlin_panel(**self.shaped(world, "shear_correction", "patch_radius"))
+
+
+class HalfPlane(Body):
+    """A thin plate with one straight edge."""
+
+    kind: Literal["half_plane"]
+    thickness: Length
+    material: AnyMaterial
+    edge: Literal["clamped", "simple", "free"]
+    distance: Length
+    until: Annotated[float, Unit("s", "a time", "1.5 ms")] | None = Field(
+        None, description="the longest run; by default that of the case"
+    )
+    highest_frequency: Frequency | None = None
+
+    def make(self, world: World) -> Structure:
+        own = self.given("kind", "material", "until", "damping")
+        until = world.until if self.until is None else self.until
+        return half_plane(material=material_of(self.material, world, "material"), until=until, **own)
+
+
+class InfinitePlate(Body):
+    """A thin plate without edges."""
+
+    kind: Literal["infinite_plate"]
+    thickness: Length
+    material: AnyMaterial
+
+    def make(self, world: World) -> Structure:
+        return infinite_plate(self.thickness, material_of(self.material, world, "material"))

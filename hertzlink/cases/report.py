@@ -1,0 +1,141 @@
+"""What a user reads of the results of a case: tables of 80 columns, and CSV files."""
+
+import csv
+import io
+from collections.abc import Iterable, Sequence
+from itertools import product
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from coupling.results.ar_and_tof import reflections
+from coupling.results.measures import energy_error, sensor_force
+from hertzlink.cases.axes import Axis
+from hertzlink.cases.running import Task
+
+WIDTH = 80
+MOST_ROWS = 40
+"""Rows of a table on the terminal; the file has all."""
+
+Row = Sequence[Any]
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[str]], file: str) -> list[str]:
+    """Lines of a table, numbers to the right; what is left out is said to be in the file."""
+    shown = [*rows[:MOST_ROWS]]
+    widths = [max(len(row[i]) for row in (head, *shown)) for i in range(len(head))]
+    lines = ["  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)) for row in (head, *shown)]
+    if max(map(len, lines)) > WIDTH:
+        # Too many columns: each row is a line of names and values.
+        pairs = [", ".join(f"{name} {cell}" for name, cell in zip(head, row, strict=True)) for row in shown]
+        return [*pairs, *([f"... and {len(rows) - MOST_ROWS} more in {file}"] if len(rows) > MOST_ROWS else [])]
+    more = [f"... and {len(rows) - MOST_ROWS} more in {file}"] if len(rows) > MOST_ROWS else []
+    return [lines[0], "-" * len(lines[0]), *lines[1:], *more]
+
+
+def csv_text(head: Sequence[str], rows: Iterable[Row]) -> str:
+    """A CSV file; numbers have all their digits, and what is unknown is empty."""
+    file = io.StringIO()
+    writer = csv.writer(file, lineterminator="\n")
+    writer.writerow(head)
+    for row in rows:
+        writer.writerow(["" if isinstance(one, float) and np.isnan(one) else one for one in row])
+    return file.getvalue()
+
+
+def report(task: Task, data: xr.Dataset) -> tuple[str, dict[str, str]]:
+    """The text for the terminal, and CSV files by name."""
+    lines, files = {"run": _run, "sweep": _sweep, "critical distance": _critical}[task.kind](task, data)
+    title = [task.case.model.title, ""] if task.case.model.title else []
+    return "\n".join([*title, *lines]), files
+
+
+def _run(task: Task, data: xr.Dataset) -> tuple[list[str], dict[str, str]]:
+    rows: list[list[Any]] = []
+    for sensor in task.sensors:
+        waves = reflections(data, sensor)
+        for name in ("incident", "primary", "secondary"):
+            wave = getattr(waves, name)
+            if not wave:
+                rows.append([sensor, name, *[float("nan")] * 4])
+                continue
+            ratio = 1.0 if name == "incident" else wave.amplitude_ratio
+            flight = 0.0 if name == "incident" else wave.time_of_flight
+            rows.append([sensor, name, wave.amplitude, wave.arrival, ratio, flight])
+    head = ["bead", "wave", "force, N", "at, µs", "AR", "TOF, µs"]
+    shown = [[str(row[0]), row[1], *map(_cell, row[2:], ("", "µs", "", "µs"))] for row in rows]
+    error = float(energy_error(data))
+    lines = [*table(head, shown, "waves.csv"), f"energy created or lost: {error:.1e} of the impact's"]
+    forces = [sensor_force(data, sensor) for sensor in task.sensors]
+    columns = np.column_stack([data.time.values, *(one.values for one in forces)])
+    heads = ["sensor", "wave", "force (N)", "arrival (s)", "amplitude ratio", "time of flight (s)"]
+    return lines, {
+        "waves.csv": csv_text(heads, rows),
+        "traces.csv": csv_text(["time (s)", *(f"force at bead {one} (N)" for one in task.sensors)], columns.tolist()),
+    }
+
+
+def _cell(value: float, unit: str) -> str:
+    if np.isnan(value):
+        return "-"
+    return f"{1e6 * value:.2f}" if unit == "µs" else f"{value:.4g}"
+
+
+def _heads(axes: Iterable[Axis]) -> list[str]:
+    return [f"{one.name} ({one.si})" if one.si else one.name for one in axes]
+
+
+def _sweep(task: Task, data: xr.Dataset) -> tuple[list[str], dict[str, str]]:
+    names = ("amplitude_ratio", "time_of_flight", "secondary_amplitude_ratio", "secondary_time_of_flight")
+    rows, shown = [], []
+    for places in product(*(range(len(one.values)) for one in task.axes)):
+        at = data.isel({one.name: i for one, i in zip(task.axes, places, strict=True)})
+        values = [one.values[i] for one, i in zip(task.axes, places, strict=True)]
+        texts = [one.shown(value) for one, value in zip(task.axes, values, strict=True)]
+        for sensor in task.sensors:
+            found = [float(at[name].sel(sensor=sensor)) for name in names]
+            rows.append([*values, sensor, *found])
+            shown.append([*texts, str(sensor), *map(_cell, found, ("", "µs", "", "µs"))])
+    head = [*(one.head for one in task.axes), "bead", "AR", "TOF, µs", "AR, 2nd", "TOF, µs"]
+    wide = ["amplitude ratio", "time of flight (s)", "secondary amplitude ratio", "secondary time of flight (s)"]
+    return table(head, shown, "points.csv"), {"points.csv": csv_text([*_heads(task.axes), "bead", *wide], rows)}
+
+
+def _critical(task: Task, data: xr.Dataset) -> tuple[list[str], dict[str, str]]:
+    along = task.along
+    assert along is not None
+    rows, shown, samples = [], [], []
+    remarks = set()
+    for places in product(*(range(len(one.values)) for one in task.others)):
+        at = data.isel({one.name: i for one, i in zip(task.others, places, strict=True)})
+        values = [one.values[i] for one, i in zip(task.others, places, strict=True)]
+        texts = [one.shown(value) for one, value in zip(task.others, values, strict=True)]
+        low, high = (float(one) for one in at.bracket)
+        critical, far = float(at.critical_distance), float(at.far_value)
+        rows.append([*values, critical, low, high, far])
+        if bool(at.lower_bound):
+            remarks.add("> : AR does not settle within the distances or the record; the true one is larger")
+        if low == 0.0:
+            remarks.add("< : AR is within the tolerance at all distances; give smaller ones")
+        number = f"> {along.shown(low)}" if np.isnan(critical) else f"{'< ' * (low == 0.0)}{_round(along, critical)}"
+        bracket = f"{_round(along, low)} to {_round(along, high)}" if np.isfinite(high) else "-"
+        shown.append([*texts, number, bracket, f"{far:.4f}"])
+        done = at.sampled.values.astype(bool)
+        for i in np.flatnonzero(done):
+            one = at.isel(distance=int(i))
+            samples.append([*values, float(one.distance), float(one.amplitude_ratio), float(one.time_of_flight)])
+    unit = f", {along.unit}" if along.unit else ""
+    heads = _heads(task.others)
+    head = [*(one.head for one in task.others), f"critical distance{unit}", f"between{unit}", "AR far away"]
+    axis = f"distance ({along.si})"
+    lines = [*table(head, shown, "critical_distance.csv"), *sorted(remarks)]
+    lines.append(f"AR at bead {task.sensors[0]} in {len(samples)} runs: points.csv")
+    return lines, {
+        "critical_distance.csv": csv_text([*heads, f"critical {axis}", "low (m)", "high (m)", "AR far away"], rows),
+        "points.csv": csv_text([*heads, axis, "amplitude ratio", "time of flight (s)"], samples),
+    }
+
+
+def _round(along: Axis, value: float) -> str:
+    return f"{value / along.size:.4g}"

@@ -1,0 +1,177 @@
+"""Running a case: one run, a sweep, or a search for the critical distance; each gives a Dataset."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from coupling.cosimulation import CoSimulation
+from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
+from coupling.results.measures import sensor_force
+from coupling.sweeps.critical_search import find_critical_distance
+from coupling.sweeps.sweep import sweep
+from hertzlink.cases.axes import Axis, axes_of, path_of
+from hertzlink.cases.case import Case, run_once
+from hertzlink.cases.faults import Fault
+from hertzlink.cases.paths import Path, put, written
+
+FEWEST_DISTANCES = 3
+
+
+@dataclass(frozen=True)
+class Build:
+    """The builder of a sweep: takes the values of the axes by name. It can be sent to other processes."""
+
+    case: Case
+    axes: tuple[Axis, ...]
+
+    def __call__(self, **values: Any) -> CoSimulation:
+        changed = self.case.changed({})
+        for axis in self.axes:
+            put(changed.data, axis.path, values[axis.name])
+        return changed.simulation()
+
+
+@dataclass(frozen=True)
+class Measure:
+    """What is kept of each run of a sweep."""
+
+    sensors: tuple[int, ...]
+    traces: bool = False
+
+    def __call__(self, run: xr.Dataset) -> xr.Dataset:
+        kept: dict[str, Any] = {}
+        for prefix, wave in (("", "primary"), ("secondary_", "secondary")):
+            for read in (amplitude_ratio, time_of_flight):
+                each = [read(run, sensor, wave) for sensor in self.sensors]
+                values, attrs = np.array([float(one) for one in each]), each[0].attrs
+                kept[prefix + read.__name__] = ("sensor", values, attrs)
+        data = xr.Dataset(kept, {"sensor": list(self.sensors)}, run.attrs)
+        if self.traces:
+            forces = [sensor_force(run, sensor) for sensor in self.sensors]
+            data = data.assign_coords(time=run.time)
+            data["sensor_force"] = (("sensor", "time"), np.stack([one.values for one in forces]), forces[0].attrs)
+        return data
+
+
+@dataclass(frozen=True)
+class Task:
+    """What a case asks for, checked before anything runs: its axes, its sensors, the axis of a critical distance."""
+
+    case: Case
+    axes: tuple[Axis, ...]
+    sensors: tuple[int, ...]
+    along: Axis | None
+
+    @property
+    def first(self) -> Case:
+        """The case at the first point."""
+        changed = self.case.changed({})
+        for axis in self.axes:
+            put(changed.data, axis.path, axis.values[0])
+        return changed
+
+    @property
+    def others(self) -> tuple[Axis, ...]:
+        """All axes but that of the critical distance."""
+        return tuple(one for one in self.axes if one is not self.along)
+
+    @property
+    def kind(self) -> str:
+        """One run, a sweep, or a critical distance."""
+        if self.along is not None:
+            return "critical distance"
+        return "sweep" if self.axes else "run"
+
+
+def task_of(case: Case) -> Task:
+    """The task of a case; a Fault for what does not fit together."""
+    axes = tuple(axes_of(case))
+    along = _along(case, axes)
+    task = Task(case, axes, (), along)
+    if axes and case.model.run.save_every is not None:
+        raise Fault(("run", "save_every"), "is chosen by a sweep; leave it out")
+    return Task(case, axes, sensors_of(case, task.first), along)
+
+
+def sensors_of(case: Case, first: Case) -> tuple[int, ...]:
+    """The sensors, by default the bead in the middle; a Fault for a bead that is not there."""
+    chain = first.model.chain
+    beads = chain.beads if isinstance(chain.beads, int) else sum(one.count for one in chain.beads)
+    count = beads * chain.repeat
+    measure = case.model.measure
+    if measure.sensor is not None and measure.sensors is not None:
+        raise Fault(("measure", "sensors"), "give sensor or sensors alone")
+    if measure.sensors is None:
+        places: list[Path] = [("measure", "sensor")]
+        sensors = [measure.sensor if measure.sensor is not None else (count + 1) // 2]
+    else:
+        sensors = measure.sensors
+        places = [("measure", "sensors", i) for i in range(len(sensors))]
+    for place, sensor in zip(places, sensors, strict=True):
+        if sensor > count:
+            raise Fault(place, f"{sensor} is no bead of a chain of {count}; beads are counted from the struck end")
+    if len(set(sensors)) < len(sensors):
+        raise Fault(("measure", "sensors"), "names a bead twice")
+    return tuple(sensors)
+
+
+def _along(case: Case, axes: tuple[Axis, ...]) -> Axis | None:
+    critical = case.model.measure.critical_distance
+    if critical is None:
+        return None
+    place = ("measure", "critical_distance", "along")
+    path = path_of(critical.along, place)
+    found = [one for one in axes if one.path == path]
+    if not found:
+        names = ", ".join(written(one.path) for one in axes)
+        cure = f"take one of them: {names}" if axes else f'give [sweep] "{critical.along}" = {{ from =, to =, step = }}'
+        raise Fault(place, f'"{critical.along}" is no axis of [sweep]; {cure}')
+    if not found[0].is_number or len(found[0].values) < FEWEST_DISTANCES:
+        raise Fault(place, f'"{critical.along}" has too few distances in [sweep]; give {FEWEST_DISTANCES} or more')
+    if case.model.measure.sensors is not None and len(case.model.measure.sensors) != 1:
+        raise Fault(("measure", "sensors"), "must be one for a critical distance; give sensor")
+    return found[0]
+
+
+def run_task(task: Task, jobs: int | None = None) -> xr.Dataset:
+    """Run it."""
+    case = task.case
+    if task.kind == "run":
+        data = run_once(case, case.simulation())
+    elif task.along is None:
+        build = Build(case, task.axes)
+        measure = Measure(task.sensors, case.model.measure.traces)
+        axes: dict[str, Any] = {one.name: one.values for one in task.axes}
+        data = sweep(build, case.until, jobs=jobs, measure=measure, **axes)
+    else:
+        data = _critical(task, jobs)
+    for axis in task.axes:
+        name = "distance" if axis is task.along else axis.name
+        data[name].attrs.update({"path": written(axis.path)} | ({"units": axis.si} if axis.si else {}))
+    return data.assign_attrs(case=case.to_toml())
+
+
+def _critical(task: Task, jobs: int | None) -> xr.Dataset:
+    """The critical distance along an axis, for all values of the others."""
+    along, wanted = task.along, task.case.model.measure.critical_distance
+    assert along is not None
+    assert wanted is not None
+    build = _OfDistance(Build(task.case, task.axes), along.name)
+    axes: dict[str, Any] = {one.name: one.values for one in task.others}
+    return find_critical_distance(
+        build, task.case.until, task.sensors[0], along.values, wanted.tolerance, wanted.bracket, wanted.relative,
+        jobs=jobs, **axes,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _OfDistance:
+    """A builder whose argument `distance` is the axis of the critical distance."""
+
+    build: Build
+    name: str
+
+    def __call__(self, distance: float, **others: Any) -> CoSimulation:
+        return self.build(**{self.name: distance}, **others)

@@ -1,0 +1,15 @@
+"""The JSON schema of case files, by which editors complete and check entries."""
+
+from typing import Any
+
+from hertzlink.cases.model import CaseModel
+
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
+
+
+def schema() -> dict[str, Any]:
+    """The schema; a file that extends another may lack sections, so none is required."""
+    found = CaseModel.model_json_schema(by_alias=True)
+    found.pop("required", None)
+    found["properties"]["extends"] = {"type": "string", "description": "a case file that this one changes"}
+    return {"$schema": DIALECT, **found, "title": "hertzlink case"}

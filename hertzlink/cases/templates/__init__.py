@@ -1,0 +1,100 @@
+"""First case files, by kind, and how they are written."""
+
+from contextlib import suppress
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+
+from hertzlink.cases.case import Case
+from hertzlink.cases.faults import CaseError, nearest
+
+KINDS = (
+    "chain", "rod", "layered-rod", "cylinder", "wall", "plate", "thick-plate", "half-plane", "sweep",
+    "critical-distance", "identify",
+)  # fmt: skip
+
+TRUE = {"structure.thickness": "3.18 mm", "structure.distance": "42 mm", "chain.impact_speed": "0.33 m/s"}
+"""The plate of the example's trace, which the template of `identify` does not know."""
+
+NOISE, LEAD, VOLTS = 0.01, 50e-6, 25.0
+"""Noise over the peak, s before the impact, and N/V of the example's trace."""
+
+
+def template(kind: str) -> str:
+    """The text of a first case file; a ValueError for an unknown kind."""
+    if kind not in KINDS:
+        raise CaseError(f'hertzlink: new: "{kind}" is no kind of case; {nearest(kind, [*KINDS], len(KINDS))}')
+    return (files(__name__) / f"{kind}.toml").read_text(encoding="utf-8")
+
+
+def write_new(kind: str, path: Path | None) -> list[str]:
+    """Write a first case, or the case of a result, into a new file; lines that say what was written, and what next."""
+    if kind.endswith(".nc"):
+        text, kind = _of_result(Path(kind)), Path(kind).stem
+    else:
+        text = template(kind)
+    path = path or Path(f"{kind}.toml")
+    if kind != "identify":
+        _write(path, text)
+        return [f"written: {path}", f"next: hertzlink check {path}, then hertzlink run {path}"]
+    trace = path.with_suffix(".csv")
+    if trace.exists():
+        raise _exists(trace)
+    _write(path, text)
+    try:
+        _write(trace, example_trace(path))
+    except OSError:
+        path.unlink()
+        raise
+    return [f"written: {path}, {trace} (a simulated trace)", f"next: hertzlink identify {path} {trace}"]
+
+
+def example_trace(path: Path) -> str:
+    """A trace such as an oscilloscope's: a run of the case with another plate, with noise."""
+    import tomllib
+
+    case = Case(tomllib.loads(path.read_text(encoding="utf-8"))).changed(TRUE)
+    run = case.run()
+    from coupling.results.measures import sensor_force
+
+    time = np.arange(0.0, float(run.time[-1]) + LEAD, 0.5e-6)
+    random = np.random.default_rng(7)
+    lines = ["time (s),channel 1 (V),channel 2 (V)"]
+    columns = []
+    for sensor in (7, 13):
+        force = np.interp(time - LEAD, run.time.values, sensor_force(run, sensor).values, left=0.0)
+        columns.append((force + random.normal(0.0, NOISE * force.max(), time.size)) / VOLTS)
+    lines += [f"{t:.7e},{a:.6e},{b:.6e}" for t, a, b in zip(time, *columns, strict=True)]
+    return "\n".join(lines) + "\n"
+
+
+def _of_result(path: Path) -> str:
+    import xarray as xr
+
+    from hertzlink.cases.inputs import from_input
+
+    if not path.is_file():
+        raise CaseError(f"{path}: there is no such file; give a result of a run, or a kind: {', '.join(KINDS)}")
+    with xr.open_dataset(path, engine="h5netcdf") as data:
+        attrs = dict(data.attrs)
+    if "case" in attrs:
+        return str(attrs["case"])
+    return from_input(str(attrs.get("input", ""))).to_toml()
+
+
+def _write(path: Path, text: str) -> None:
+    try:
+        with path.open("x", encoding="utf-8") as file:
+            file.write(text)
+    except FileExistsError:
+        raise _exists(path) from None
+    except OSError as error:
+        with suppress(OSError):
+            if path.is_file() and path.stat().st_size == 0:
+                path.unlink()
+        raise CaseError(f"{path}: cannot be written ({error.strerror})") from None
+
+
+def _exists(path: Path) -> CaseError:
+    return CaseError(f"{path}: exists already; give another PATH")

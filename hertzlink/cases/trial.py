@@ -1,0 +1,81 @@
+"""What a case would do, and about how long it takes, measured by building and running a part of it."""
+
+from math import prod
+from time import perf_counter
+
+import joblib
+import numpy as np
+
+from hertzlink.cases.running import Task
+from structures.caution import collected
+from structures.moving import MovingStructure
+
+PART = 10
+"""The trial runs this part of the record."""
+
+REFINED = 8
+"""Runs that refine a critical distance, roughly: a scan of 10 mm down to 0.2 mm."""
+
+AXIS_WIDTH = 60
+
+
+def trial(task: Task) -> str:
+    """Lines of text: runs, chain, structure, mesh, record, time. Builds the first structure; raises what it raises."""
+    first = task.first
+    with collected() as warnings:
+        begin = perf_counter()
+        simulation = first.simulation()
+        building = perf_counter() - begin
+        short = first.until / PART
+        simulation.run(short)  # compiles what is not compiled yet
+        begin = perf_counter()
+        simulation.run(short)
+        running = PART * (perf_counter() - begin)
+    runs, built = prod(len(one.values) for one in task.axes), _structures(task)
+    refined = REFINED * prod(len(one.values) for one in task.others) if task.along is not None else 0
+    jobs = 1 if task.kind == "run" else min(joblib.cpu_count(), max(1, runs))
+    seconds = ((built + refined) * building + (runs + refined) * running) / jobs
+    lines = [_what(task, runs, refined)]
+    for axis in task.axes:
+        ends = axis.shown(axis.values[0]), axis.shown(axis.values[-1])
+        lines.append(f"  {axis.head}: {len(axis.values)} values, {ends[0]} to {ends[1]}"[: AXIS_WIDTH + 18])
+    lines.append(f"chain: {simulation.chain.chain!r}")
+    lines.append(f"structure: {_structure(simulation.structure)}")
+    plan = simulation.plan(first.until, first.model.run.save_every if not task.axes else None)
+    lines.append(f"record: {1e3 * first.until:g} ms, saved every {1e6 * plan.interval:.3g} µs, {plan.rows} times")
+    lines.append(f"sensors: bead {', '.join(map(str, task.sensors))}")
+    many = f", {jobs} processes" if jobs > 1 else ""
+    lines.append(f"time: about {in_words(seconds)} (measured: {in_words(building)} to build a structure,")
+    lines.append(f"  {in_words(running)} for a run, from a tenth of one{many})")
+    lines += [f"warning: {one}" for one in dict.fromkeys(warnings) if "record" not in one and "until" not in one]
+    return "\n".join(lines)
+
+
+def _what(task: Task, runs: int, refined: int) -> str:
+    if task.kind == "run":
+        return "one run"
+    if task.along is None:
+        return f"a sweep of {runs} runs"
+    return f"a critical distance from {runs} runs, and about {refined} more that refine it"
+
+
+def _structures(task: Task) -> int:
+    """How many different structures are built."""
+    return prod(len(one.values) for one in task.axes if one.path[0] != "chain")
+
+
+def _structure(moving: MovingStructure) -> str:
+    origin = moving.structure.origin
+    kind = str(origin.get("kind", "nothing"))
+    if "reduction" in origin:
+        of = origin["reduction"]["full_size"]
+        return f"{kind}, a mesh of {of} unknowns, reduced to {moving.structure.size} oscillators"
+    return f"{kind}, {moving.structure.size} unknowns" if moving.structure.size else f"{kind}, no unknowns"
+
+
+def in_words(seconds: float) -> str:
+    """A time in a unit that suits it, with two digits."""
+    for limit, size, unit in ((1.0, 1e-3, "ms"), (120.0, 1.0, "s"), (7200.0, 60.0, "minutes"), (np.inf, 3600.0, "h")):
+        if seconds < limit:
+            return f"{float(f'{seconds / size:.2g}'):g} {unit}"
+    raise AssertionError

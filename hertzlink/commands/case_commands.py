@@ -1,0 +1,157 @@
+"""The commands that take a case file: run, check, identify; and new and schema, which help to write one.
+
+What reads cases is loaded by the commands themselves, so that the others stay fast.
+"""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from hertzlink.cases.case import Case
+    from hertzlink.cases.reading import Source
+
+CASE = click.argument("case", metavar="CASE.toml", type=click.Path())
+CHANGES = click.option(
+    "--set", "changes", metavar="PATH=VALUE", multiple=True, help='Such as structure.thickness="1 mm".'
+)
+OUTPUT = click.option(
+    "--output", type=click.Path(path_type=Path), help="Folder for the results; by default named as the case."
+)
+FORCE = click.option("--force", is_flag=True, help="Replace the output folder if it holds earlier results.")
+JOBS = click.option("--jobs", type=click.IntRange(min=1), help="Number of processes; by default one for each core.")
+
+
+@contextmanager
+def located(source: "Source") -> Iterator[None]:
+    """Faults get the file and line of their entry."""
+    from hertzlink.cases.faults import Fault
+
+    try:
+        yield
+    except Fault as fault:
+        raise source.error(fault) from None
+
+
+def _read(path: str, changes: tuple[str, ...]) -> tuple["Case", "Source"]:
+    from hertzlink.cases.case import read
+
+    return read(path, changes)
+
+
+@click.command("run")
+@CASE
+@CHANGES
+@OUTPUT
+@FORCE
+@JOBS
+def run_case(case: str, changes: tuple[str, ...], output: Path | None, force: bool, jobs: int | None) -> None:
+    """Run a case: one run, a sweep or a critical distance. Writes netCDF and CSV, and prints a table."""
+    from hertzlink.cases.report import report
+    from hertzlink.cases.running import run_task, task_of
+
+    whole, source = _read(case, changes)
+    with located(source):
+        task = task_of(whole)
+
+        def work() -> tuple[Any, str, dict[str, str]]:
+            data = run_task(task, jobs)
+            return (data, *report(task, data))
+
+        _written(case, output, force, whole, work)
+
+
+def _written(
+    name: str, output: Path | None, force: bool, case: "Case", work: Callable[[], tuple[Any, str, dict[str, str]]]
+) -> None:
+    """Do the work, write its Dataset, its CSV files and its table into a new folder, and print the table."""
+    from coupling.results.findings import one_of_each, warn, with_warnings
+    from hertzlink.cli import check_output, write_folder
+    from structures.caution import collected
+
+    folder = output or Path(Path(name).stem)
+    check_output(folder, force)
+    findings: list[str] = []
+    try:
+        with collected() as findings:
+            data, text, files = work()
+    finally:
+        warn(one_of_each(findings))
+    data = with_warnings(data, findings)
+
+    def write(into: Path) -> None:
+        (into / "results.nc").write_bytes(data.to_netcdf(engine="h5netcdf"))
+        (into / "table.txt").write_text(text + "\n", encoding="utf-8")
+        (into / "case.toml").write_text(case.to_toml(), encoding="utf-8")
+        for file, content in files.items():
+            (into / file).write_text(content, encoding="utf-8")
+
+    write_folder(folder, write, force)
+    click.echo(text)
+    click.echo(f"\nwritten to {folder.resolve()}: " + ", ".join(sorted(path.name for path in folder.iterdir())))
+
+
+@click.command("check")
+@CASE
+@CHANGES
+def check_case(case: str, changes: tuple[str, ...]) -> None:
+    """Check a case without running it: what would be run, and about how long it takes."""
+    from hertzlink.cases.running import task_of
+    from hertzlink.cases.trial import trial
+
+    whole, source = _read(case, changes)
+    with located(source):
+        click.echo(trial(task_of(whole)))
+
+
+@click.command("identify")
+@CASE
+@click.argument("trace", metavar="TRACE.csv", type=click.Path(path_type=Path))
+@CHANGES
+@OUTPUT
+@FORCE
+def identify_case(case: str, trace: Path, changes: tuple[str, ...], output: Path | None, force: bool) -> None:
+    """Find the unknowns of a case from a measured trace, with 95 % intervals."""
+    from hertzlink.cases.identifying import answer, question_of, signal_of, tables
+
+    whole, source = _read(case, changes)
+    with located(source):
+        question = question_of(whole)
+        signal = signal_of(question, trace)
+
+        def work() -> tuple[Any, str, dict[str, str]]:
+            found, remarks = answer(question, signal)
+            return (found.to_dataset(), *tables(question, found, remarks))
+
+        _written(case, output or Path(f"{Path(case).stem}-found"), force, whole, work)
+
+
+@click.command("new")
+@click.argument("kind", metavar="KIND")
+@click.argument("path", metavar="[PATH]", type=click.Path(path_type=Path), required=False)
+def new_case(kind: str, path: Path | None) -> None:
+    """Write a first case file, with comments, that runs as it stands.
+
+    KIND: chain, rod, layered-rod, cylinder, wall, plate, thick-plate, half-plane, sweep, critical-distance, identify;
+    or a result of a run, such as results.nc, which becomes a case file again.
+    """
+    from hertzlink.cases.templates import write_new
+
+    for line in write_new(kind, path):
+        click.echo(line)
+
+
+@click.command("schema")
+def print_schema() -> None:
+    """Print the JSON schema of case files, for editors."""
+    import json
+
+    from hertzlink.cases.schema import schema
+
+    click.echo(json.dumps(schema(), indent=2, ensure_ascii=False))
+
+
+COMMANDS = (run_case, check_case, identify_case, new_case, print_schema)

@@ -1,0 +1,324 @@
+"""Wrong case files: one line that names file, line, path and cure; exit code 2; nothing written."""
+
+import os
+import signal
+import warnings
+from pathlib import Path
+
+import pytest
+
+from hertzlink.cli import main
+
+ROD = """\
+[chain]
+beads = 8
+bead = { shape = "sphere", diameter = "9.53 mm", material = "steel 440C" }
+striker = "bead"
+impact_speed = "0.3 m/s"
+
+[structure]
+kind = "rod"
+layers = [
+    { material = "steel 440C", length = "20 mm", radius = "9.5 mm" },
+    { material = "PTFE", length = "20 mm", radius = "9.5 mm" },
+]
+
+[run]
+until = "0.1 ms"
+"""
+
+PLATE = """\
+[chain]
+beads = 20
+bead = { shape = "sphere", diameter = "4.76 mm", material = "steel 440C" }
+impact_speed = "0.31 m/s"
+
+[structure]
+kind = "kirchhoff_plate"
+length = "300 mm"
+width = "200 mm"
+thickness = "2 mm"
+material = "aluminium 6061"
+supports = { left = "clamped" }
+at = ["60 mm", "100 mm"]
+
+[run]
+until = "0.5 ms"
+
+[sweep]
+"structure.thickness" = ["2 mm", "3 mm"]
+"structure.at[0]" = { from = "20 mm", to = "60 mm", step = "20 mm" }
+
+[measure]
+sensor = 7
+critical_distance = { along = "structure.at[0]", tolerance = 0.02 }
+
+[identify]
+sensors = { 7 = 1, 13 = 2 }
+calibration = "25 N/V"
+unknowns = { "structure.thickness" = ["1 mm", "6 mm"] }
+nuisances = ["chain.impact_speed", "gain", "time_zero"]
+"""
+
+WRONG_RODS = [
+    # TOML itself.
+    ('until = "0.1 ms"', 'until = "0.1 ms', 15, "TOML"),
+    ("beads = 8", "beads = 8\nbeads = 9", 3, "TOML"),
+    ("[run]", "[run", 14, "TOML"),
+    ("beads = 8", "beads = 0x", 2, "TOML"),
+    # Names of sections and entries.
+    ("[structure]", "[strucutre]", 7, "strucutre: is no entry here; did you mean structure?"),
+    ("beads = 8", "bead_count = 8", 2, "chain.bead_count: is no entry here"),
+    ("impact_speed", "impact_sped", 5, "chain.impact_sped: is no entry here; did you mean impact_speed?"),
+    ("[run]", "[run]\nend = 1", 15, "run.end: is no entry here"),
+    ('radius = "9.5 mm" },\n]', 'raduis = "9.5 mm" },\n]', 11, "structure.layers[1].raduis: is no entry here; did you mean radius?"),
+    ("[run]", "[Run]", 14, "Run: is no entry here; did you mean run?"),
+    # What is missing.
+    ('[run]\nuntil = "0.1 ms"\n', "", None, 'run: is missing; give a section: [run] with until = "1.5 ms"'),
+    ('until = "0.1 ms"', "", 14, 'run.until: is missing; give a time, such as "1.5 ms", or a number in s'),
+    ("beads = 8", "", 1, "chain.beads: is missing; give a number of beads, such as 20"),
+    ('impact_speed = "0.3 m/s"', "", 1, 'chain.impact_speed: is missing; give a speed, such as "0.31 m/s", or a drop_height'),
+    ('bead = { shape = "sphere", diameter = "9.53 mm", material = "steel 440C" }', "", 1, "chain.bead: is missing; give a bead"),
+    ('shape = "sphere", ', "", 3, "chain.bead.shape: is missing; must be one of sphere, hollow_sphere, ellipsoid, cylinder"),
+    ('diameter = "9.53 mm", ', "", 3, "chain.bead.radius: is missing; give a radius or a diameter"),
+    (', material = "steel 440C" }', " }", 3, 'chain.bead.material: is missing; give a material, such as "aluminium 6061"'),
+    ('kind = "rod"', "", 7, "structure.kind: is missing; must be one of nothing"),
+    ('material = "PTFE", length = "20 mm"', 'material = "PTFE"', 11, "structure.layers[1].length: is missing; give a length"),
+    # Materials.
+    ('"PTFE"', '"PFTE"', 11, 'structure.layers[1].material: "PFTE" is no material; did you mean PTFE?'),
+    ('"PTFE"', '"unobtainium"', 11, '"unobtainium" is no material; must be one of steel 316, steel 440C'),
+    ('"PTFE"', "7", 11, "structure.layers[1].material: 7 must be the name of a material"),
+    ('"PTFE"', '{ like = "stel 316", density = 8000 }', 11, 'layers[1].material.like: "stel 316" is no material; did you mean steel 316?'),
+    ('"PTFE"', "{ youngs_modulus = 1e9 }", 11, "structure.layers[1].material.poisson_ratio: is missing; give a number"),
+    ('"PTFE"', '{ like = "PTFE", poisson_ratio = 0.6 }', 11, "material.poisson_ratio: 0.6 must lie between -1 and 0.5"),
+    ('"PTFE"', '{ like = "PTFE", yungs_modulus = 1e9 }', 11, "material.yungs_modulus: is no entry here; did you mean youngs_modulus?"),
+    ('"PTFE"', '{ like = "PTFE", density = "-3 kg/m^3" }', 11, "material.density: -3.0 must be a positive number of kg/m³"),
+    ("[chain]", "[materials.glue]\nyoungs_modulus = 1e9\n[chain]", 1, "materials.glue.poisson_ratio: is missing"),
+    ("[chain]", "[materials.glue]\nyoungs_modulus = '1 Gpa'\n[chain]", 2, 'materials.glue.youngs_modulus: "1 Gpa"'),
+    # Units.
+    ('"9.53 mm"', '"9.53 mn"', 3, 'chain.bead.diameter: "9.53 mn": "mn" is no unit'),
+    ('"9.53 mm"', '"9.53 kg"', 3, '"kg" is no unit of this quantity; must be a length, such as 2.29 mm, or a number in m'),
+    ('"9.53 mm"', '"9.53"', 3, 'chain.bead.diameter: "9.53" has no unit; must be a length'),
+    ('"9.53 mm"', '"9,53 mm"', 3, '"9,53 mm" must be a length, such as 2.29 mm, or a number in m; write a decimal point'),
+    ('"9.53 mm"', '"about 9 mm"', 3, '"about 9 mm" must be a length'),
+    ('"9.53 mm"', '"9**9**9 mm"', 3, '"**9**9 mm" is no unit'),
+    ('"9.53 mm"', '"1e999 m"', 3, '"1e999 m" is not finite'),
+    ('"9.53 mm"', "nan", 3, "chain.bead.diameter: nan is not finite"),
+    ('"9.53 mm"', "true", 3, "chain.bead.diameter: true must be a length"),
+    ('"9.53 mm"', "[1, 2]", 3, "chain.bead.diameter: [1, 2] must be a length"),
+    ('"0.3 m/s"', '"0.3 m s"', 5, 'chain.impact_speed: "0.3 m s": "m s" is no unit of this quantity; must be a speed'),
+    ('"0.1 ms"', '"0.1 mS"', 15, 'run.until: "0.1 mS": "mS" is no unit of this quantity'),
+    ('"0.1 ms"', '"20 degC"', 15, 'run.until: "20 degC": "degC" is no unit of this quantity'),
+    # Kinds.
+    ('kind = "rod"', 'kind = "rood"', 8, 'structure.kind: "rood" is no kind; did you mean rod?'),
+    ('kind = "rod"', 'kind = "drum"', 8, 'structure.kind: "drum" is no kind; must be one of nothing, half_space'),
+    ('kind = "rod"', "kind = 7", 8, "structure.kind"),
+    ('shape = "sphere"', 'shape = "spere"', 3, 'chain.bead.shape: "spere" is no shape; did you mean sphere?'),
+    ('kind = "rod"', 'kind = "rod"\nbase = "fix"', 9, 'structure.base: "fix" is not possible; did you mean fixed?'),
+    ("beads = 8", 'beads = 8\nintegrator = "euler"', 3, 'chain.integrator: "euler" is not possible; must be one of verlet, rk4'),
+    ("beads = 8", 'beads = 8\ndissipation = { kind = "dashpot", coefficient = 5 }', 3, 'chain.dissipation.kind: "dashpot" is no kind; did you mean'),
+    ("beads = 8", "beads = 8\ndissipation = 5", 3, "chain.dissipation: 5 must be a table"),
+    ("beads = 8", 'beads = 8\nlaw = { kind = "power_law" }', 3, "chain.law.stiffness: is missing; give a number"),
+    # Types.
+    ("beads = 8", 'beads = "8"', 2, 'chain.beads: "8" must be a whole number of beads, such as 20, or a list of beads'),
+    ("beads = 8", "beads = 8.5", 2, "chain.beads: 8.5 must be a whole number of beads"),
+    ("beads = 8", "beads = 0", 2, "chain.beads: 0 must be at least 1"),
+    ("beads = 8", "beads = []", 2, "chain.beads: [] has 0 entries; must have at least 1"),
+    ("beads = 8", "beads = 8\nrepeat = 100000000", 3, "chain.repeat: 100000000 must be at most"),
+    ("beads = 8", "beads = 5000\nrepeat = 50000", 3, "chain.repeat: 50000 makes 250000000 beads"),
+    ("beads = 8", "beads = [7]", 2, "chain.beads[0]: 7 must be a table"),
+    ('striker = "bead"', "striker = 3", 4, 'chain.striker: 3 must be "bead", "none"'),
+    ('striker = "bead"', 'striker = "bed"', 4, 'chain.striker: "bed" is not possible; did you mean bead?'),
+    ('striker = "bead"', 'striker = { kind = "spring" }', 4, 'chain.striker.kind: "spring" is no kind; did you mean spring_loaded?'),
+    ("[chain]", "[[chain]]", 1, "must be a table; give a section: [chain] with beads = 20"),
+    # What hertzlink's objects refuse.
+    ('"9.53 mm"', '"-9.53 mm"', 3, "chain.bead.radius: -0.004765 must be a positive number of m"),
+    ('diameter = "9.53 mm"', 'diameter = 0.01, radius = 0.005', 3, "chain.bead.diameter: give radius or diameter alone"),
+    ('"0.3 m/s"', '"0 m/s"', 5, "chain.impact_speed: 0.0 must be a positive number of m/s"),
+    ('"0.3 m/s"', '"0.3 m/s"\ndrop_height = "1 cm"', 6, "chain.drop_height: gives the impact speed; leave out impact_speed"),
+    ("beads = 8", 'beads = 8\ninclination = 45', 3, "chain.inclination: 45.0 must lie between -2π and 2π"),
+    ("beads = 8", "beads = 8\ngravity = -9.81", 3, "chain.gravity: -9.81 must be zero or a positive number of m/s²"),
+    ("beads = 8", 'beads = 8\ndissipation = { kind = "restitution", coefficient = 1.2 }', 3, "chain.dissipation.coefficient: 1.2 must lie between 0.01 and 1"),
+    ("beads = 8", 'beads = 8\nlaw = { kind = "power_law", stiffness = -1 }', 3, "chain.law.stiffness: -1.0 must be a positive number"),
+    ('striker = "bead"\nimpact_speed = "0.3 m/s"', 'striker = { kind = "spring_loaded", stiffness = -2, compression = "1 mm" }', 4, "chain.striker.stiffness: -2.0 must be a positive number of N/m"),
+    ('length = "20 mm", radius = "9.5 mm" },\n]', 'length = "0 mm", radius = "9.5 mm" },\n]', 11, "structure.layers[1].length: 0.0 must be a positive number of m"),
+    ('kind = "rod"', 'kind = "rod"\nelements = 10000000', 9, "structure.elements: 20000000 are too many"),
+    ('kind = "rod"', 'kind = "rod"\ndamping = [{ kind = "modal", ratio = 0.01 }]', 9, "structure.damping[0]: structure: its"),
+    ('until = "0.1 ms"', 'until = "-1 ms"', 15, "run.until: -0.001 must be a positive number of s"),
+    ('until = "0.1 ms"', 'until = "0.1 ms"\nsave_every = "1 s"', 16, "run.save_every: 1.0 must not be longer than the run"),
+    ('until = "0.1 ms"', 'until = "0.1 ms"\nwindow = "1 s"', 16, "run.window: 1.0 must not be longer than the run"),
+    ('until = "0.1 ms"', 'until = "0.1 ms"\nsubsteps = 4', 16, "run.substeps: 4: divide a window; give window"),
+    ('until = "0.1 ms"', 'until = "0.1 ms"\nscheme = { kind = "explicit", reuse = 2 }', 16, "run.scheme.reuse: is no entry of explicit"),
+    ('until = "0.1 ms"', 'until = "0.1 ms"\nreduce = "yes"', 16, 'run.reduce: "yes" must be true, false, or a table'),
+    # What does not fit together.
+    ("[run]", "[measure]\nsensor = 9\n[run]", 15, "measure.sensor: 9 is no bead of a chain of 8; beads are counted from the struck end"),
+    ("[run]", "[measure]\nsensor = 0\n[run]", 15, "measure.sensor: 0 must be at least 1"),
+    ("[run]", "[measure]\nsensors = [3, 9]\n[run]", 15, "measure.sensors[1]: 9 is no bead"),
+    ("[run]", "[measure]\nsensors = [3, 3]\n[run]", 15, "measure.sensors: names a bead twice"),
+    ("[run]", "[measure]\nsensors = [3]\nsensor = 3\n[run]", 15, "measure.sensors: give sensor or sensors alone"),
+    ("[chain]", 'extends = "none.toml"\n[chain]', 1, 'extends: there is no file "none.toml"'),
+    ("[chain]", 'extends = "case.toml"\n[chain]', 1, 'extends: "case.toml" leads back to this file'),
+    ("[chain]", "extends = 3\n[chain]", 1, "extends: must be the name of a case file"),
+]  # fmt: skip
+
+WRONG_PLATES = [
+    ('"aluminium 6061"', '"alumnium 6061"', 11, 'structure.material: "alumnium 6061" is no material; did you mean aluminium 6061?'),
+    ('left = "clamped"', 'left = "glued"', 12, 'structure.supports.left: "glued" is not possible; must be one of clamped, simple'),
+    ('left = "clamped"', "left = 3", 12, 'structure.supports.left: 3 must be "clamped", "simple"'),
+    ('left = "clamped"', 'lft = "clamped"', 12, "structure.supports.lft: is no entry here; did you mean left?"),
+    ('at = ["60 mm", "100 mm"]', 'at = ["60 mm"]', 13, "structure.at: ['60 mm'] has 1 entries; must have 2"),
+    ('at = ["60 mm", "100 mm"]', 'at = ["60 mm", "900 mm"]', 13, "structure.at"),
+    ('at = ["60 mm", "100 mm"]', 'at = "middle"', 13, 'structure.at: "middle" must be a list'),
+    ('at = ["60 mm", "100 mm"]', "", 6, "structure.at: is missing; give the point that is struck"),
+    ('kind = "kirchhoff_plate"', 'kind = "kirchoff_plate"', 7, '"kirchoff_plate" is no kind; did you mean kirchhoff_plate?'),
+    ('thickness = "2 mm"', 'thickness = "2 mm"\nadditions = [{ kind = "point_mass", at = [9, 9], mass = "1 g" }]', 11, "structure.additions: PointMass(x=9.0, y=9.0, mass=0.001) must lie on the plate"),
+    ('thickness = "2 mm"', 'thickness = "2 mm"\ncells = [10, 0]', 11, "structure.cells[1]: 0 must be at least 1"),
+    # Sweeps.
+    ('"structure.thickness" = ["2 mm", "3 mm"]', '"structure.thicknes" = ["2 mm", "3 mm"]', 19, "sweep.\"structure.thicknes\"[0]: is no entry here; did you mean thickness?"),
+    ('["2 mm", "3 mm"]', '["2 mm", "3 mn"]', 19, 'sweep."structure.thickness"[1]: "3 mn": "mn" is no unit'),
+    ('["2 mm", "3 mm"]', '["2 mm", "2 mm"]', 19, 'sweep."structure.thickness"[1]: "2 mm" is given twice'),
+    ('["2 mm", "3 mm"]', "[]", 19, 'sweep."structure.thickness": [] has 0 entries; must have at least 1'),
+    ('["2 mm", "3 mm"]', '"2 mm"', 19, 'sweep."structure.thickness": "2 mm" must be a list of values'),
+    ('"structure.thickness" =', '"run.until" =', 19, 'sweep."run.until": "run.until" cannot be varied'),
+    ('"structure.thickness" =', '"structure.thickness[" =', 19, "is no path of an entry"),
+    ('"structure.thickness" =', '"structure.layers[0].length" =', 19, "sweep"),
+    (', step = "20 mm" }', " }", 20, 'sweep."structure.at[0]": needs a step, such as step = "10 mm", or else a count'),
+    ('step = "20 mm" }', 'step = "-20 mm" }', 20, 'sweep."structure.at[0]".step: "-20 mm" must be positive'),
+    ('step = "20 mm" }', 'step = "1 nm" }', 20, 'step: "1 nm" makes 40000001 values; at most 100000'),
+    ('to = "60 mm"', 'to = "10 mm"', 20, 'sweep."structure.at[0]".to: "10 mm" must be above the first value'),
+    ('from = "20 mm", ', "", 20, 'sweep."structure.at[0]".from: is missing; give the first value'),
+    ('until = "0.5 ms"', 'until = "0.5 ms"\nsave_every = 1e-6', 17, "run.save_every: is chosen by a sweep; leave it out"),
+    ('along = "structure.at[0]"', 'along = "structure.at[1]"', 24, 'measure.critical_distance.along: "structure.at[1]" is no axis of [sweep]; take one of them: structure.thickness'),
+    ('along = "structure.at[0]", ', "", 24, "measure.critical_distance.along: is missing; give the path of an axis"),
+    ('step = "20 mm"', 'step = "40 mm"', 24, "has too few distances in [sweep]; give 3 or more"),
+    ("sensor = 7", "sensor = 21", 23, "measure.sensor: 21 is no bead of a chain of 20"),
+]  # fmt: skip
+
+WRONG_QUESTIONS = [
+    ("7 = 1", "seven = 1", 27, 'identify.sensors.seven: "seven" is no bead; write { 7 = 1 }'),
+    ("7 = 1", "77 = 1", 27, "identify.sensors.77: 77 is no bead of a chain of 20"),
+    ("7 = 1", "7 = -1", 27, "identify.sensors.7: -1 must be at least 0"),
+    ("{ 7 = 1, 13 = 2 }", "{}", 27, "identify.sensors: is empty; write { 7 = 1 }"),
+    ('"25 N/V"', '"25 V/N"', 28, 'identify.calibration: "25 V/N": "V/N" is no unit of this quantity'),
+    ('"25 N/V"', '"-0 N/V"', 28, "identify.calibration"),
+    ('["1 mm", "6 mm"]', '["6 mm", "1 mm"]', 29, 'identify.unknowns."structure.thickness": the lowest value comes first'),
+    ('["1 mm", "6 mm"]', '["1 mm"]', 29, 'identify.unknowns."structure.thickness": [\'1 mm\'] has 1 entries; must have 2'),
+    ('["1 mm", "6 mm"]', '["1 mm", "6 s"]', 29, 'identify.unknowns."structure.thickness"[1]: "6 s": "s" is no unit of this quantity'),
+    ('"structure.thickness" = ["1 mm", "6 mm"]', '"structure.width" = ["1 mm", "2 mm"], "structure.length" = ["a", "b"]', 29, "must be a length"),
+    ('"structure.thickness" = ["1', '"thickness" = ["1', 29, "cannot be varied; take an entry of [chain] or [structure]"),
+    ('"structure.thickness" = ["1 mm", "6 mm"]', '"structure.material" = ["PTFE", "nylon"]', 29, "is no number; only numbers can be unknown"),
+    ('"gain"', '"gains"', 30, 'identify.nuisances[1]: "gains" is none; take gain, offset, time_zero'),
+    ('"gain"', '"chain.drop_height"', 30, '"chain.drop_height" has no value in the case; give it a range'),
+    ("[identify]", "[identification]", 26, "identification: is no entry here; did you mean identify?"),
+]  # fmt: skip
+
+
+def complaint(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    """What a command that fails says; it says nothing else, and writes nothing."""
+    handler, form = signal.getsignal(signal.SIGTERM), warnings.formatwarning
+    before = sorted(os.listdir())
+    with warnings.catch_warnings(), pytest.raises(SystemExit) as end:
+        main(arguments)
+    signal.signal(signal.SIGTERM, handler)
+    warnings.formatwarning = form
+    out, err = capsys.readouterr()
+    assert end.value.code == 2, err
+    assert out == ""
+    assert err.count("\n") == 1, err
+    assert len(err) < 500
+    assert sorted(os.listdir()) == before
+    return err.strip()
+
+
+@pytest.mark.parametrize(
+    ("base", "command", "good", "wrong", "line", "words"),
+    [(ROD, "run", *one) for one in WRONG_RODS]
+    + [(PLATE, "run", *one) for one in WRONG_PLATES]
+    + [(PLATE, "identify", *one) for one in WRONG_QUESTIONS],
+)
+def test_a_wrong_case_is_one_line(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    base: str,
+    command: str,
+    good: str,
+    wrong: str,
+    line: int | None,
+    words: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert good in base
+    Path("case.toml").write_text(base.replace(good, wrong, 1))
+    Path("trace.csv").write_text(
+        "time,volt\n" + "".join(f"{1e-6 * i},{0.1 * (i % 7)},{0.2 * (i % 5)}\n" for i in range(99))
+    )
+    said = complaint(capsys, command, "case.toml", *(["trace.csv"] if command == "identify" else ["--jobs", "1"]))
+    assert said.startswith("case.toml:" if line is None else f"case.toml:{line}: "), said
+    assert words in said
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ("structure.layers[5].length=1", "structure.layers has 2 entries, counted from 0, so no [5]"),
+        ("structure.kind.of=1", "structure.kind is no table"),
+        ("structure[0]=1", "structure is no list"),
+        ("nonsense", 'has no "="'),
+        ("=3", "an empty path names nothing"),
+        ("a..b=3", "is no path of an entry"),
+        ("extends=x", "a change cannot extend another case"),
+        ("run.until=1 parsec", 'run.until: "1 parsec": "parsec" is no unit of this quantity'),
+        ("structure.layers[0].material.density=-1", "structure.layers[0].material.density: -1.0 must be a positive number"),
+    ],
+)  # fmt: skip
+def test_a_wrong_change_is_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], change: str, words: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("case.toml").write_text(ROD)
+    said = complaint(capsys, "run", "case.toml", "--set", change)
+    assert said.startswith("--set "), said
+    assert words in said
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [("none.toml", "there is no such file"), ("folder", "is a folder"), ("binary.toml", "is no text in UTF-8")],
+)
+def test_a_file_that_cannot_be_read_is_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], name: str, words: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("folder").mkdir()
+    Path("binary.toml").write_bytes(b"\xff\xfe\x00case")
+    for command in ("run", "check"):
+        assert complaint(capsys, command, name).startswith(f"{name}: {words}")
+
+
+def test_faults_of_the_file_below_are_named_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("base.toml").write_text(ROD.replace('"PTFE"', '"PFTE"'))
+    Path("case.toml").write_text('extends = "base.toml"\n[chain]\nbeads = 9\n')
+    assert complaint(capsys, "run", "case.toml").startswith("base.toml:11: structure.layers[1].material: ")
+    Path("base.toml").write_text(ROD)
+    Path("case.toml").write_text('extends = "base.toml"\n\n[chain]\nbeads = -9\n')
+    assert complaint(capsys, "run", "case.toml").startswith("case.toml:4: chain.beads: -9 ")
+    Path("case.toml").write_text('extends = "base.toml"\n[structure]\nkind = "wall"\n')
+    assert complaint(capsys, "run", "case.toml") == (
+        'case.toml:2: structure.material: is missing; give a material, such as "aluminium 6061"'
+    )
+
+
+def test_new_writes_no_file_twice(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("rod.toml").write_text("mine")
+    assert "exists already; give another PATH" in complaint(capsys, "new", "rod")
+    assert Path("rod.toml").read_text() == "mine"
+    assert "did you mean rod?" in complaint(capsys, "new", "rodd")
+    assert "there is no such file" in complaint(capsys, "new", "none.nc")
+    assert "cannot be written" in complaint(capsys, "new", "rod", "no/such/place.toml")

@@ -1,0 +1,565 @@
+"""Case files give the numbers of the same Python; results turn into cases again."""
+
+import json
+import signal
+import tomllib
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from math import radians
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import numpy as np
+import pytest
+import xarray as xr
+
+import hertzlink as hl
+from hertzlink.cases.case import Case, read
+from hertzlink.cases.lines import lines_of
+from hertzlink.cases.paths import parsed, written
+from hertzlink.cases.schema import schema
+from hertzlink.cases.templates import KINDS, template
+from hertzlink.cases.toml import as_toml
+from hertzlink.cli import main
+
+BOUNDARY = """\
+# hertzlink run plate-boundary.toml
+[chain]
+beads = 20
+bead = { shape = "sphere", diameter = "4.76 mm", material = "steel 440C" }
+striker = "bead"
+impact_speed = "0.31 m/s"
+
+[structure]
+kind = "kirchhoff_plate"
+length = "914 mm"
+width = "914 mm"
+thickness = "2.29 mm"
+material = "aluminium 6061"
+supports = { left = "clamped", right = "clamped", bottom = "free", top = "free" }
+at = ["60 mm", "457 mm"]
+
+[run]
+until = "3.5 ms"
+
+[sweep]
+"structure.thickness" = ["2.29 mm", "3.18 mm", "4.83 mm"]
+"structure.at[0]" = { from = "10 mm", to = "200 mm", step = "10 mm" }
+
+[measure]
+sensor = 7
+critical_distance = { along = "structure.at[0]", tolerance = 0.02 }
+"""
+
+EDGE = """\
+extends = "plate-boundary.toml"
+
+[identify]
+sensors = { 7 = 1, 13 = 2 }
+calibration = "25 N/V"
+unknowns = { "structure.thickness" = ["1 mm", "6 mm"], "structure.at[0]" = ["5 mm", "300 mm"] }
+nuisances = ["chain.impact_speed", "gain", "time_zero"]
+"""
+
+STEEL = hl.Sphere(4.76e-3, hl.STEEL_440C)
+ROD = [hl.Layer(hl.STEEL_440C, 6.35e-3, 9.525e-3), hl.Layer(hl.PTFE, 25.4e-3, 9.525e-3)]
+
+
+@pytest.fixture
+def command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., str]:
+    """The command line in this process; what it prints."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments: str) -> str:
+        handler, form = signal.getsignal(signal.SIGTERM), warnings.formatwarning
+        with warnings.catch_warnings(), pytest.raises(SystemExit) as end:
+            main(arguments)
+        signal.signal(signal.SIGTERM, handler)
+        warnings.formatwarning = form
+        out, err = capsys.readouterr()
+        assert not end.value.code, err
+        return out
+
+    return run
+
+
+def case_of(text: str) -> Case:
+    return Case(tomllib.loads(text))
+
+
+def test_a_layered_rod_is_that_of_python() -> None:
+    """Materials of the case's own, millimetres, and a drop height."""
+    text = """
+        [materials.resin]
+        youngs_modulus = "3.2 GPa"
+        poisson_ratio = 0.38
+        density = "1.18 g/cm^3"
+        [chain]
+        beads = 16
+        bead = { shape = "sphere", radius = "4.76 mm", material = "Steel-440c" }
+        drop_height = "10 mm"
+        gravity = 9.81
+        dissipation = { kind = "linear_dashpot", coefficient = "5 N s/m" }
+        [structure]
+        kind = "rod"
+        layers = [
+            { material = "steel 440C", length = "6.35 mm", diameter = "19.05 mm" },
+            { material = "resin", length = "0.0254", radius = "9.525 mm" },
+        ]
+        [run]
+        until = "600 µs"
+    """.replace('"0.0254"', "0.0254")
+    resin = hl.Material(3.2e9, 0.38, 1180.0, "resin")
+    chain = hl.Chain(
+        [STEEL] * 16, STEEL, hl.drop_speed(0.01), gravity=9.81, dissipation=hl.LinearDashpot(5.0)
+    )  # fmt: skip
+    rod = hl.rod([ROD[0], hl.Layer(resin, 25.4e-3, 9.525e-3)])
+    assert case_of(text).run().identical(hl.CoSimulation(chain, rod).run(600e-6))
+
+
+def test_a_mixed_chain_is_that_of_python() -> None:
+    """All shapes, angles in degrees, a spring, a preload, a law of its own and other windows."""
+    text = """
+        [chain]
+        beads = [
+            { shape = "sphere", diameter = "9.53 mm", material = "steel 316", count = 3 },
+            { shape = "hollow_sphere", radius = "9.525 mm", inner_radius = "8.655 mm", material = "aluminium 6061" },
+            { shape = "ellipsoid", radius = "4.76 mm", length = "15 mm", material = "steel 316", axis = "along" },
+            { shape = "cylinder", radius = "4.76 mm", length = "9.52 mm", material = "PTFE", angle = "45 deg" },
+        ]
+        repeat = 2
+        striker = { kind = "spring_loaded", stiffness = "0.2 N/mm", compression = "2 mm" }
+        preload = "2 N"
+        inclination = "30 deg"
+        integrator = "rk4"
+        dissipation = { kind = "restitution", coefficient = 0.97 }
+        [structure]
+        kind = "wall"
+        material = { like = "nylon", density = 1150 }
+        [run]
+        until = "0.2 ms"
+        accuracy = "screening"
+        scheme = { kind = "aitken", tolerance = 1e-8 }
+        save_every = "1 us"
+    """
+    ball = hl.Sphere(9.53e-3 / 2, hl.STEEL_316)
+    beads = [
+        ball, ball, ball,
+        hl.HollowSphere(9.525e-3, 8.655e-3, hl.ALUMINIUM_6061),
+        hl.Ellipsoid(4.76e-3, 15e-3, hl.STEEL_316, "along"),
+        hl.Cylinder(4.76e-3, 9.52e-3, hl.PTFE, radians(45)),
+    ]  # fmt: skip
+    chain = hl.Chain(
+        beads * 2, hl.SpringLoaded(ball, 200.0, 2e-3), preload=2.0, inclination=radians(30), integrator="rk4",
+        dissipation=hl.Restitution(0.97),
+    )  # fmt: skip
+    wall = hl.half_space(hl.Material(6.52e9, 0.40, 1150.0, "like nylon"))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        run = hl.CoSimulation(chain, wall, hl.Aitken(1e-8), accuracy="screening").run(0.2e-3, save_every=1e-6)
+        assert case_of(text).run().identical(run)
+
+
+def boundary(tmp_path: Path, *changes: str) -> Case:
+    (tmp_path / "plate-boundary.toml").write_text(BOUNDARY)
+    (tmp_path / "identify-edge.toml").write_text(EDGE)
+    return read(tmp_path / "plate-boundary.toml", changes)[0]
+
+
+def test_a_plate_is_that_of_python_and_comes_back(tmp_path: Path) -> None:
+    case = boundary(tmp_path, "run.until=0.4 ms", "structure.length=200 mm", "structure.width=150 mm",
+                    "structure.at=['60 mm', '75 mm']")  # fmt: skip
+    supports = hl.Supports(left="clamped", right="clamped")
+    plate = hl.kirchhoff_plate(0.2, 0.15, 2.29e-3, hl.ALUMINIUM_6061, supports)
+    bead = hl.Sphere(2.38e-3, hl.STEEL_440C)
+    chain = hl.Chain([bead] * 20, bead, 0.31)
+    run = hl.CoSimulation(chain, hl.reduce(plate.at(0.06, 0.075), 0.4e-3)).run(0.4e-3)
+    assert case.run().identical(run)
+    assert hl.from_input(run.attrs["input"]).run().identical(run)
+    text = hl.from_input(run).to_toml()
+    assert case_of(text).run().identical(run)
+    assert case.simulation().structure.structure is case.simulation().structure.structure, "is built once"
+
+
+BEADS = {
+    "hollow": [hl.HollowSphere(9.525e-3, 8.655e-3, hl.STEEL_316)] * 4,
+    "ellipsoids": [hl.Ellipsoid(4.76e-3, 15e-3, hl.STEEL_316, axis) for axis in ("along", "across")],
+    "cylinders": [hl.Cylinder(2.38e-3, 4.76e-3, hl.STEEL_316, angle=0.3 * n) for n in range(3)],
+    "own material": [hl.Sphere(5e-3, hl.Material(7e10, 0.2, 2500.0, "glass"))] * 3,
+    "nameless": [hl.Sphere(5e-3, hl.Material(7e10, 0.2, 2500.0, yield_strength=1e8))] * 3,
+}
+
+CHAINS = {
+    **{name: hl.Chain(beads, beads[0], 0.2) for name, beads in BEADS.items()},
+    "no striker": hl.Chain([STEEL] * 4, None, 0.2),
+    "other striker": hl.Chain([STEEL] * 4, BEADS["hollow"][0], 0.2),
+    "spring": hl.Chain([STEEL] * 4, hl.SpringLoaded(STEEL, 200.0, 2e-3, 1e-3)),
+    "push": hl.Chain([STEEL] * 4, hl.PushedBead((0.0, 1e-5, 2e-5), (0.0, 5.0, 0.0))),
+    "piston": hl.Chain([STEEL] * 4, hl.Piston((0.0, 1e-5), (0.0, 1e-6)), preload=3.0),
+    "gravity": hl.Chain([STEEL] * 4, STEEL, 0.1, gravity=9.81, inclination=0.4, integrator="rk4"),
+    **{
+        f"loss {type(loss).__name__}": hl.Chain([STEEL] * 4, STEEL, 0.2, dissipation=loss)
+        for loss in (
+            hl.LinearDashpot(5.0), hl.PowerDashpot(5.0, 1.5, "thesis"), hl.MassProportional(900.0),
+            hl.KuwabaraKono(1e-6), hl.Tsuji(0.07), hl.Restitution(0.9),
+        )
+    },
+    "power law": hl.Chain([STEEL] * 4, STEEL, 0.1, law=hl.laws.PowerLaw(1e9, 1.4)),
+    "limited law": hl.Chain([STEEL] * 4, STEEL, 0.1, law=hl.laws.PowerLaw(1e9, 1.5, largest=1e-5, name="mine")),
+    "table": hl.Chain([STEEL] * 4, STEEL, 0.1, law=hl.laws.TabulatedLaw((0.0, 1e-6, 5e-6), (0.0, 2.0, 30.0))),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", CHAINS)
+def test_chains_come_back_to_the_same_bits(name: str) -> None:
+    run = hl.CoSimulation(CHAINS[name], hl.rod(ROD, "absorbing")).run(until=3e-5)
+    again = hl.from_input(run.attrs["input"]).run()
+    assert again.identical(run)
+
+
+def small_plate(**given: Any) -> hl.Plate:
+    supports = hl.Supports("clamped", "simple", hl.ElasticEdge(1e7, 2.0), "soft simple")
+    return hl.kirchhoff_plate(0.06, 0.05, 2e-3, hl.BRASS_360, supports, cells=(6, 5), **given)
+
+
+STRUCTURES: dict[str, Callable[[], Any]] = {
+    "nothing": lambda: None,
+    "half-space": lambda: hl.half_space(hl.NYLON),
+    "rod": lambda: hl.rod(ROD[1:], "free", elements=9),
+    "layered rod": lambda: hl.rod(ROD),
+    "damped rod": lambda: hl.damping.rayleigh(hl.rod(ROD), 100.0, 1e-7),
+    "reduced rod": lambda: hl.reduce(hl.rod(ROD), 2e-4, 1e-3, pulse=1e-5),
+    "modal rod": lambda: hl.damping.modal(hl.reduce(hl.rod(ROD), 2e-4), 0.01),
+    "cylinder": lambda: hl.layered_cylinder(ROD[1:], hl.Foundation(1e12), patch_radius=3e-3, cells=1),
+    "plate": lambda: small_plate().at(0.02, 0.025),
+    "reduced plate": lambda: hl.reduce(small_plate().at(0.02, 0.025, "back"), 1e-4),
+    "additions": lambda: small_plate(
+        additions=[
+            hl.PointMass(0.03, 0.02, 1e-3), hl.Weakened((0.01, 0.02, 0.01, 0.02), 0.5),
+            hl.Stiffener((0.0, 0.02), (0.06, 0.02), 20.0, 1.0, 0.2),
+        ]
+    ).at(0.02, 0.025),
+    "thick plate": lambda: hl.mindlin_plate(
+        0.06, 0.05, 4e-3, hl.ALUMINIUM_6061, hl.Supports("clamped"), cells=(4, 4)
+    ).at(0.03, 0.02),
+    "half-plane": lambda: hl.half_plane(2e-3, hl.ALUMINIUM_6061, "free", 0.02, until=2e-4),
+    "infinite plate": lambda: hl.infinite_plate(2e-3, hl.ALUMINIUM_6061),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", STRUCTURES)
+def test_structures_come_back_to_the_same_bits(name: str) -> None:
+    run = hl.CoSimulation(hl.Chain([STEEL] * 4, STEEL, 0.1), STRUCTURES[name]()).run(until=5e-5)
+    assert hl.from_input(run).run().identical(run)
+
+
+@pytest.mark.parametrize(
+    ("settings", "saved"),
+    [
+        ({}, 1e-6), ({"accuracy": "screening"}, None), ({"accuracy": "reference"}, None), ({"window": 4e-7}, None),
+        ({"window": 4e-6, "substeps": 16}, None), pytest.param({"waveform": "quadratic"}, None, marks=pytest.mark.thorough), ({"scheme": hl.Explicit()}, None),
+        ({"scheme": hl.IQN_ILS(reuse=1), "window": hl.Adaptive(1e-4)}, None),
+    ],
+)  # fmt: skip
+def test_windows_come_back_to_the_same_bits(settings: dict[str, Any], saved: float | None) -> None:
+    run = hl.CoSimulation(hl.Chain([STEEL] * 4, STEEL, 0.1), hl.rod(ROD), **settings).run(5e-5, saved)
+    assert hl.from_input(run).run().identical(run)
+
+
+@dataclass(frozen=True)
+class Drilled:
+    """A body of a user's own."""
+
+    radius: float
+
+    mass, size = 1e-3, 8e-3
+
+    @cached_property
+    def surface(self) -> hl.Surface:
+        return hl.Surface(hl.STEEL_316, 250.0)
+
+
+def stiff(first: Any, second: Any) -> Any:
+    return hl.contact_law(first, second)
+
+
+CHAIN = hl.Chain([STEEL] * 4, STEEL, 0.1)
+
+
+@pytest.mark.parametrize(
+    ("simulation", "words"),
+    [
+        (lambda: hl.CoSimulation(hl.Chain([STEEL, Drilled(4e-3)], STEEL, 0.1), None), "chain.beads[1]: cannot be rebuilt: 'Drilled'"),
+        (lambda: hl.CoSimulation(hl.Chain([STEEL] * 3, STEEL, 0.1, law=stiff), None), "chain.law: cannot be rebuilt"),
+        (lambda: hl.CoSimulation(CHAIN, hl.Structure([[1.0]], [[1e6]], None, [1.0], 0.0, hl.Surface(hl.PTFE))), "structure: cannot be rebuilt: 'a structure of your own'"),
+        (lambda: hl.CoSimulation([CHAIN, CHAIN], [None, None]), "chains: cannot be rebuilt: several chains"),
+        (lambda: hl.CoSimulation(CHAINS["push"], hl.rod(ROD), behind=hl.rod(ROD)), "chains: cannot be rebuilt: several chains or contacts"),
+        (lambda: hl.CoSimulation(CHAIN, hl.rod(ROD), dt=1.1e-8), "window: cannot be rebuilt"),
+        (lambda: hl.CoSimulation(CHAIN, hl.scaled(hl.kirchhoff_plate(0.06, 0.05, 2e-3, hl.BRASS_360, hl.Supports("clamped"), cells=(6, 5)).at(0.02, 0.02), 3e-3)), "structure.scaled_from: cannot be rebuilt"),
+        (lambda: hl.CoSimulation(CHAIN, hl.stepping.MovingStructure(hl.rod(ROD), "newmark")), "structure.stepper: cannot be rebuilt"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_rebuilt_is_named(simulation: Callable[[], hl.CoSimulation], words: str) -> None:
+    run = simulation().run(until=2e-5)
+    with pytest.raises(ValueError, match="cannot be rebuilt") as error:
+        hl.from_input(run)
+    assert str(error.value).startswith(words)
+
+
+@pytest.mark.parametrize("given", ["", "{}", "[1]", 7, xr.Dataset(), {"chain": {}, "structure": None}])
+def test_what_is_no_input_is_refused(given: Any) -> None:
+    with pytest.raises(ValueError, match=r'run\.attrs\["input"\]'):
+        hl.from_input(given)
+
+
+def test_a_chain_with_more_than_a_case_has_is_refused() -> None:
+    given = json.loads(hl.CoSimulation(CHAIN, None).run(until=2e-5).attrs["input"])
+    given["chain"]["modes"] = 3
+    with pytest.raises(ValueError, match=r"chain\.modes: cannot be rebuilt"):
+        hl.from_input(given)
+
+
+def test_an_input_that_no_builder_gives_is_refused() -> None:
+    """A number that was changed, where the builder computes another."""
+    run = hl.CoSimulation(CHAIN, hl.infinite_plate(2e-3, hl.BRASS_360)).run(until=2e-5)
+    given = json.loads(run.attrs["input"])
+    given["structure"]["impedance"] *= 1.01
+    with pytest.raises(ValueError, match=r"structure\.impedance: cannot be rebuilt: .*, which a case builds as"):
+        hl.from_input(given)
+
+
+def test_a_run_from_the_command_line(tmp_path: Path, command: Callable[..., str]) -> None:
+    Path("rod.toml").write_text(template("rod").replace("1.5 ms", "0.8 ms"))
+    said = command("run", "rod.toml", "--set", "chain.impact_speed=0.2 m/s", "--set", "measure.sensor=8")
+    assert max(map(len, said.split("\n\n")[0].splitlines())) <= 80
+    folder = tmp_path / "rod"
+    names = {"case.toml", "files.txt", "results.nc", "table.txt", "traces.csv", "waves.csv"}
+    assert {path.name for path in folder.iterdir()} == names
+    assert (folder / "table.txt").read_text().strip() in said
+    with xr.open_dataset(folder / "results.nc") as data:
+        waves = hl.reflections(data.load(), sensor=8)
+        assert hl.from_input(data.attrs["input"]).run().contact_force.equals(data.contact_force)
+        assert json.loads(data.attrs["input"])["chain"]["impact_speed"] == 0.2
+    rows = (folder / "waves.csv").read_text().splitlines()
+    assert float(rows[2].split(",")[4]) == waves.primary.amplitude_ratio
+    assert len((folder / "traces.csv").read_text().splitlines()) == data.sizes["time"] + 1
+    # The case in the folder, and the result, run again.
+    command("run", "rod/case.toml", "--output", "again")
+    command("new", "rod/results.nc", "third.toml")
+    assert Path("third.toml").read_text() == (folder / "case.toml").read_text()
+    assert Path("again/waves.csv").read_text() == (folder / "waves.csv").read_text()
+
+
+def test_a_sweep_from_the_command_line(tmp_path: Path, command: Callable[..., str]) -> None:
+    text = (
+        template("sweep")
+        .replace("1.5 ms", "0.9 ms")
+        .replace('"steel 440C", "brass 360", "PTFE"', '"brass 360", "PTFE"')
+    )
+    Path("mine.toml").write_text(text + "traces = true\n")
+    said = command("run", "mine.toml", "--jobs", "1", "--output", "out")
+    assert said.splitlines()[0].split() == [
+        "material",
+        "length,",
+        "mm",
+        "bead",
+        "AR",
+        "TOF,",
+        "µs",
+        "AR,",
+        "2nd",
+        "TOF,",
+        "µs",
+    ]
+
+    def build(material: hl.Material, length: float) -> hl.CoSimulation:
+        bead = hl.Sphere(9.53e-3 / 2, hl.STEEL_440C)
+        chain = hl.Chain([bead] * 20, bead, 0.44)
+        return hl.CoSimulation(chain, hl.rod([hl.Layer(material, length, 19.05e-3 / 2)]))
+
+    runs = hl.sweep(build, 0.9e-3, jobs=1, material=[hl.BRASS_360, hl.PTFE], length=[0.05, 0.075, 0.1])
+    with xr.open_dataset("out/results.nc") as data:
+        np.testing.assert_array_equal(data.amplitude_ratio.sel(sensor=7), hl.amplitude_ratio(runs, 7))
+        np.testing.assert_array_equal(data.sensor_force.sel(sensor=7), hl.sensor_force(runs, 7))
+        assert data.length.attrs == {"path": "structure.layers[0].length", "units": "m"}
+    first = Path("out/points.csv").read_text().splitlines()[1].split(",")
+    assert float(first[3]) == hl.amplitude_ratio(runs, 7).values[0, 0]
+
+
+def test_a_critical_distance_from_the_command_line(tmp_path: Path, command: Callable[..., str]) -> None:
+    text = template("critical-distance").replace('["1 mm", "2 mm"]', '["2 mm"]').replace("0.7 ms", "0.5 ms")
+    Path("mine.toml").write_text(
+        text.replace('from = "5 mm", to = "60 mm", step = "5 mm"', 'from = "8 mm", to = "48 mm", count = 5')
+    )
+    said = command("run", "mine.toml", "--jobs", "1")
+
+    def at(distance: float) -> hl.CoSimulation:
+        bead = hl.Sphere(2.38e-3, hl.STEEL_440C)
+        plate = hl.half_plane(2e-3, hl.BRASS_360, "clamped", distance, until=0.5e-3)
+        return hl.CoSimulation(hl.Chain([bead] * 20, bead, 0.31), plate)
+
+    scan = [0.008, 0.018, 0.028, 0.038, 0.048]
+    found = hl.find_critical_distance(at, 0.5e-3, 7, scan, jobs=1)
+    row = Path("mine/critical_distance.csv").read_text().splitlines()[1].split(",")
+    assert float(row[1]) == found.critical_distance.item()
+    assert f"{1e3 * found.critical_distance.item():.4g}" in said
+    with xr.open_dataset("mine/results.nc") as data:
+        np.testing.assert_array_equal(data.amplitude_ratio.values[0], found.amplitude_ratio)
+
+
+def test_check_says_what_would_run(tmp_path: Path, command: Callable[..., str]) -> None:
+    boundary(tmp_path)
+    given = ["structure.length=200 mm", "structure.width=200 mm", "structure.at[1]=100 mm", "run.until=0.5 ms"]
+    said = command("check", "plate-boundary.toml", *(word for one in given for word in ("--set", one)))
+    assert "a critical distance from 60 runs" in said
+    assert "thickness, mm: 3 values, 2.29 to 4.83" in said
+    assert "x, mm: 20 values, 10 to 200" in said
+    assert "Chain(20 Sphere" in said
+    assert "a mesh of" in said
+    assert "record: 0.5 ms" in said
+    assert "measured" in said
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["identify-edge.toml", "plate-boundary.toml"]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_templates_are_cases(kind: str) -> None:
+    """Commented, as short as a page, and each runs: here over a short record, without its sweep."""
+    text = template(kind)
+    assert text.startswith("# ")
+    assert len(text.splitlines()) < 50
+    case = case_of(text)
+    jsonschema.validate(case.data, schema())
+    if kind not in ("cylinder", "plate", "thick-plate"):
+        short = case.changed({"run.until": "30 us"})
+        assert np.isfinite(short.run().contact_force).all()
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("kind", KINDS)
+def test_templates_run_as_they_stand(kind: str, command: Callable[..., str]) -> None:
+    command("new", kind, "case.toml")
+    said = command("run", "case.toml")
+    assert "written to" in said
+    if kind == "identify":
+        assert "the model explains the signal" in command("identify", "case.toml", "case.csv")
+
+
+def test_the_schema_is_one() -> None:
+    found = schema()
+    jsonschema.Draft202012Validator.check_schema(found)
+    valid = jsonschema.Draft202012Validator(found)
+    assert valid.is_valid(tomllib.loads(BOUNDARY))
+    assert valid.is_valid(tomllib.loads(EDGE))
+    assert not valid.is_valid(tomllib.loads(BOUNDARY.replace("thickness =", "thicknes =")))
+    assert not valid.is_valid(tomllib.loads(BOUNDARY.replace("kirchhoff_plate", "kirchoff_plate")))
+
+
+def test_the_shared_case_extends(tmp_path: Path) -> None:
+    boundary(tmp_path)
+    case, source = read(tmp_path / "identify-edge.toml")
+    assert case.model.identify is not None
+    assert case.model.structure.kind == "kirchhoff_plate"
+    assert source.places[("structure", "thickness")].endswith("plate-boundary.toml:12")
+    assert source.places[("identify", "calibration")].endswith("identify-edge.toml:5")
+
+
+def test_text_of_a_case_keeps_everything() -> None:
+    data = tomllib.loads(BOUNDARY) | {
+        "title": 'a "quoted" title\n\x7f',
+        "materials": {"my glue": {"density": 0.1 + 0.2}},
+    }
+    assert tomllib.loads(as_toml(data)) == data
+
+
+def test_lines_are_found_in_all_forms_of_toml() -> None:
+    text = '''# a comment
+title = """two
+lines = 3"""
+a.b."c d" = 1 # [x]
+
+[[list]]
+x = [1,
+  { y = "]", z = [ 'a', "\\"b" ] },
+]
+[[list]]
+[list.inner]
+"k=v" = 2
+[empty]
+'''
+    found = lines_of(text)
+    assert found[("title",)] == 2
+    assert found[("a", "b", "c d")] == 4
+    assert found[("list", 0, "x", 1, "z", 1)] == 8
+    assert found[("list", 1)] == 10
+    assert found[("list", 1, "inner", "k=v")] == 12
+    assert found[("empty",)] == 13
+
+
+def test_paths_are_read_and_written() -> None:
+    for text in ("structure.layers[1].material", 'a."b c"[0][2].d', "x"):
+        assert written(parsed(text)) == text
+
+
+def trace(case: Case, noise: float, seed: int, lead: float, gains: dict[int, float]) -> str:
+    """A file of an oscilloscope: a run with noise, gains and a time zero."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        run = case.run()
+    time, random = np.arange(0.0, float(run.time[-1]), 0.5e-6), np.random.default_rng(seed)
+    columns = [time]
+    for sensor, gain in gains.items():
+        force = gain * np.interp(time - lead, run.time, hl.sensor_force(run, sensor), left=0.0)
+        columns.append((force + random.normal(0.0, noise * force.max(), time.size)) / 25.0)
+    rows = "\n".join(",".join(f"{one:.7e}" for one in row) for row in np.column_stack(columns))
+    return "time (s),1 (V),2 (V)\n" + rows + "\n"
+
+
+def intervals(folder: Path) -> dict[str, tuple[float, float, float]]:
+    rows = [line.split(",") for line in (folder / "unknowns.csv").read_text().splitlines()[1:]]
+    return {row[0]: (float(row[1]), float(row[2]), float(row[3])) for row in rows}
+
+
+def test_identify_finds_a_rods_modulus(tmp_path: Path, command: Callable[..., str]) -> None:
+    text = (
+        template("rod").replace("1.5 ms", "1 ms")
+        + """
+        [identify]
+        sensors = { 7 = 1, 13 = 2 }
+        calibration = { 7 = "25 N/V", 13 = 25 }
+        unknowns = { "structure.layers[0].material.youngs_modulus" = ["50 GPa", "150 GPa"] }
+        nuisances = ["gain"]
+    """.replace("        ", "")
+    )
+    Path("rod.toml").write_text(text)
+    true = case_of(text).changed({"structure.layers[0].material.youngs_modulus": "98 GPa"})
+    Path("tap.csv").write_text(trace(true, 0.01, 4, 0.0, {7: 1.1, 13: 0.9}))
+    said = command("identify", "rod.toml", "tap.csv")
+    found = intervals(tmp_path / "rod-found")["structure.layers[0].material.youngs_modulus"]
+    assert found[0] == pytest.approx(98e9, rel=0.03)
+    assert found[1] - 0.5e9 < 98e9 < found[2] + 0.5e9
+    assert "youngs_modulus, GPa" in said
+    again = read(tmp_path / "rod-found" / "identified.toml")[0]
+    assert again.model.structure.layers[0].material.youngs_modulus == found[0]
+
+
+@pytest.mark.thorough
+def test_identify_finds_an_edge_of_a_plate(tmp_path: Path, command: Callable[..., str]) -> None:
+    """The shared case: a plate of 914 mm, its thickness and the place of its contact, with three nuisances."""
+    boundary(tmp_path)
+    true = read(tmp_path / "plate-boundary.toml")[0].changed(
+        {"structure.thickness": "3.3 mm", "structure.at[0]": "47 mm", "chain.impact_speed": 0.29, "run.until": "1.2 ms"}
+    )
+    Path("trace.csv").write_text(trace(true, 0.01, 11, 60e-6, {7: 0.9, 13: 1.1}))
+    said = command("identify", "identify-edge.toml", "trace.csv")
+    found = intervals(tmp_path / "identify-edge-found")
+    expected = {"structure.thickness": 3.3e-3, "structure.at[0]": 0.047, "chain.impact_speed": 0.29, "gain 7": 0.9}
+    for name, value in expected.items():
+        best, low, high = found[name]
+        slack = 0.5 * (high - low)  # four standard deviations in all: one seed in 10 000
+        assert low - slack < value < high + slack, name
+        assert best == pytest.approx(value, rel=0.02)
+    assert "the model explains the signal" in said
+    assert max(map(len, said.split("\n\n")[0].splitlines())) <= 80
