@@ -190,7 +190,7 @@ def test_setup_shows_outline_supports_mesh_and_contact() -> None:
 
 STRUCTURES: dict[str, tuple[Callable[[], Any], str]] = {
     "nothing": (lambda: None, "the last bead faces nothing"),
-    "half-space": (lambda: WALL, "half-space"),
+    "half-space": (lambda: WALL, "half-space of steel 440C"),
     "half-plane": (
         lambda: hl.half_plane(2e-3, hl.PTFE, "clamped", 0.03, until=1e-4, highest_frequency=2e4),
         "edge: clamped, 30 mm from the contact",

@@ -147,7 +147,7 @@ def test_input_is_told_with_units_and_equal_beads_once() -> None:
     coupled = hl.CoSimulation(hl.Chain([hl.Sphere(4.76e-3, hl.PTFE)] * 3, None, 0.3), None)
     tables = setup_in_words.input_tables(coupled.describe())
     assert tables[0].rows[0].cells == (
-        "beads", "3 × radius 0.00476 m; material PTFE (E 1.53 GPa, ν 0.46, ρ 2151 kg/m³)",
+        "beads", "3 × Sphere: radius 0.00476 m; material PTFE (E 1.53 GPa, ν 0.46, ρ 2151 kg/m³)",
     )  # fmt: skip
     assert Line(("impact speed", "0.3 m/s")) in tables[0].rows
 
