@@ -13,6 +13,9 @@ if TYPE_CHECKING:
 
 NEEDED = ("measured", "fitted", "residual", "noise", "value", "low", "high", "verdict", "correlation")
 
+FEATURE = "feature"
+"""The dimension of data where AR and TOF were compared, not the samples."""
+
 VERDICTS = {"identified": COLOURS[2], "blind": COLOURS[1], "at the end of its range": COLOURS[4]}
 """The colour of each verdict."""
 
@@ -38,7 +41,8 @@ def fit(found: object, sensor: int | None = None, ax: "Axes | None" = None) -> "
     Returns
     -------
     Axes
-        Time in µs, force in N; samples as points, the fit as a line.
+        Time in µs, force in N; samples as points, the fit as a line. Where AR and TOF were compared, each of them,
+        fitted and measured, over the measured one.
 
     Raises
     ------
@@ -57,6 +61,8 @@ def fit(found: object, sensor: int | None = None, ax: "Axes | None" = None) -> "
     ['measured at bead 5', 'fitted']
     """
     data, number = _one(found, sensor)
+    if FEATURE in data.dims:
+        return _fit_of_features(data, axes_for(ax))
     ax, time = axes_for(ax), 1e6 * data.time.values
     ax.plot(time, data.measured, ".", color=PALE, markersize=2.5, label=f"measured at bead {number}")
     ax.plot(time, data.fitted, color=COLOURS[1], linewidth=1.1, label="fitted")
@@ -81,7 +87,8 @@ def residual(found: object, sensor: int | None = None, ax: "Axes | None" = None)
     Returns
     -------
     Axes
-        Time in µs, residual over noise; a band holds 95 % of white noise of that size.
+        Time in µs, residual over noise; a band holds 95 % of white noise of that size. Where AR and TOF were compared,
+        a bar for each.
 
     Raises
     ------
@@ -101,7 +108,16 @@ def residual(found: object, sensor: int | None = None, ax: "Axes | None" = None)
     """
     data, number = _one(found, sensor)
     left = (data.residual / data.noise).values
-    ax, time = axes_for(ax), 1e6 * data.time.values
+    ax = axes_for(ax)
+    if FEATURE in data.dims:
+        places = np.arange(left.size)
+        ax.bar(places, left, width=0.5, color=COLOURS[0], label="residual")
+        ax.axhspan(-1.96, 1.96, color=COLOURS[0], alpha=0.12, linewidth=0.0, label="95 % of their scatter")
+        _name_features(ax, data)
+        styled(ax, "", "residual / noise")
+        ax.legend(frameon=False)
+        return ax
+    time = 1e6 * data.time.values
     ax.axhspan(-1.96, 1.96, color=COLOURS[0], alpha=0.12, linewidth=0.0, label="95 % of white noise")
     size = float(np.sqrt(np.nanmean(left**2)))
     label = f"residual at bead {number}, {size:.3g} times the noise (root mean square)"
@@ -227,9 +243,44 @@ def dataset_of(found: Any) -> xr.Dataset:
     return data
 
 
+def _fit_of_features(data: xr.Dataset, ax: "Axes") -> "Axes":
+    """AR and TOF, fitted and measured, over the measured values: all units on one axis."""
+    measured, places = data.measured.values, np.arange(data.sizes[FEATURE])
+    part = np.full(measured.shape, np.nan)
+    np.divide(data.noise.values, abs(measured), out=part, where=measured != 0.0)
+    ax.errorbar(
+        places,
+        np.ones(places.size),
+        1.96 * part,
+        fmt="o",
+        color=PALE,
+        capsize=4.0,
+        label="measured, with 95 % of scatter",
+    )
+    ratio = np.full(measured.shape, np.nan)
+    np.divide(data.fitted.values, measured, out=ratio, where=measured != 0.0)
+    ax.plot(places, ratio, "D", color=COLOURS[1], markersize=5.0, label="fitted")
+    _name_features(ax, data)
+    styled(ax, "", "value / measured value")
+    ax.legend(frameon=False)
+    return ax
+
+
+def _name_features(ax: "Axes", data: xr.Dataset) -> None:
+    names = [plain(str(one)).replace(" at ", "\nat ") for one in data[FEATURE].values]
+    ax.set_xticks(range(len(names)), names, fontsize=SMALL)
+    ax.set_xlim(-0.6, len(names) - 0.4)
+
+
 def _one(found: object, sensor: int | None) -> tuple[xr.Dataset, int]:
-    """The data of one sensor, and its number."""
+    """The data of one sensor, and its number; all data, and 0, where AR and TOF were compared."""
     data = dataset_of(found)
+    if FEATURE in data.dims:
+        if sensor is not None:
+            raise ValueError(
+                f"sensor = {sensor!r}: must be None where AR and TOF were compared, which are drawn together"
+            )
+        return data, 0
     known = [int(one) for one in np.atleast_1d(data.sensor.values)]
     number = known[0] if sensor is None else whole("sensor", sensor)
     if number not in known:

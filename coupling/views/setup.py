@@ -90,18 +90,21 @@ def _laid_out(drawn: Drawn) -> None:
     )  # fmt: skip
 
 
-def described_input(run: Any) -> dict[str, Any]:
-    """The input of a run as plain data: chains, structures and contacts; a ValueError where it is not known."""
+def described_input(run: Any, name: str = "run") -> dict[str, Any]:
+    """The input of a run as plain data: chains, structures and contacts; a ValueError where it is not known.
+
+    name: what an error calls the argument.
+    """
     if not isinstance(run, xr.Dataset | type) and callable(getattr(run, "describe", None)) and hasattr(run, "scheme"):
         # By JSON, so that what is drawn is the same before and after a run.
         return dict(json.loads(json.dumps(run.describe(), default=repr)))
     given = run.attrs.get("input", "") if isinstance(run, xr.Dataset) else None
     if given is None:
-        raise ValueError(f"run = {short(run)}: must be a CoSimulation, or the Dataset of its run")
+        raise ValueError(f"{name} = {short(run)}: must be a CoSimulation, or the Dataset of its run")
     known = _parsed(given)
     known = known if _has_chain(known) else _parsed(known.get("first_run", ""))
     if not _has_chain(known):
-        raise ValueError("run: does not hold the input of a run; must be a CoSimulation, or the Dataset of its run")
+        raise ValueError(f"{name}: does not hold the input of a run; must be a CoSimulation, or the Dataset of its run")
     return known
 
 

@@ -86,7 +86,8 @@ def side_view(drawn: Drawn | None, structure: Any, x: float = 0.0, y: float = 0.
         return _plate_from_side(drawn, given, kind, x, y, way)
     if drawn is None:
         return SPACE
-    words = "half-space" if kind == "half-space" else f"{kind}, not to scale"
+    of = f" of {_material(given)}" if given.get("material") else ""
+    words = f"half-space{of}" if kind == "half-space" else f"{kind}{of}, not to scale"
     _block(drawn, x, y - SPACE, way * SPACE, 2.0 * SPACE, words, hatch="//" if kind == "half-space" else "..")
     return x + way * SPACE
 

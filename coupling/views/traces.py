@@ -71,10 +71,7 @@ def traces(run: xr.Dataset, sensors: int | Iterable[int] | None = None, ax: "Axe
     """
     reading = Reading(run)
     numbers = sensors_of(reading, sensors)
-    forces = [sensor_force(run, number) for number in numbers]
-    for force in forces:
-        if force.dims != ("time",):
-            raise ValueError(f"run: has the axes {', '.join(map(str, force.dims))}; choose one run with run.isel")
+    forces = [_one_force(reading, number) for number in numbers]
     ax = axes_for(ax)
     for place, (number, force) in enumerate(zip(numbers, forces, strict=True)):
         colour = COLOURS[place % len(COLOURS)]
@@ -171,10 +168,9 @@ def spectrum(run: xr.Dataset, sensor: int | None = None, ax: "Axes | None" = Non
     >>> hl.plots.spectrum(run, sensor=8).get_xlabel()
     'frequency (kHz)'
     """
-    number = sensors_of(Reading(run), sensor)[0]
-    force = sensor_force(run, number)
-    if force.dims != ("time",):
-        raise ValueError(f"run: has the axes {', '.join(map(str, force.dims))}; choose one run with run.isel")
+    reading = Reading(run)
+    number = sensors_of(reading, sensor)[0]
+    force = _one_force(reading, number)
     time, values = force.time.values, force.values
     if time.size < 4 or not np.allclose(np.diff(time), (time[-1] - time[0]) / (time.size - 1), rtol=1e-3):
         raise ValueError("run: needs four times or more at equal steps for a spectrum")
@@ -227,7 +223,7 @@ def energy(run: xr.Dataset, ax: "Axes | None" = None) -> "Axes":
     reading = Reading(run)
     change = energy_error(run)
     reading.check_one_run("contact_force")
-    known = run.structure_energy.notnull().all()
+    known = bool(run.structure_energy.notnull().all())
     parts = {name: _summed(run[name]) for name in ENERGIES}
     if not known:
         unknown = (run.structure_energy + run.structure_dissipated_energy).fillna(run.structure_work)
@@ -261,6 +257,15 @@ def waves_in_words(waves: Reflections) -> dict[str, str]:
     return words
 
 
+def _one_force(reading: Reading, sensor: int) -> xr.DataArray:
+    """The force at a sensor; a ValueError where the Dataset holds several runs, chains or signals."""
+    force = sensor_force(reading.data, sensor)
+    if axes := [str(axis) for axis in force.dims if axis != "time"]:
+        what = "chain" if axes == ["chain"] else "run"
+        raise ValueError(f"run: has the axes {', '.join(axes)}; choose one {what} with run.isel({axes[0]}=0)")
+    return force
+
+
 def _mark_waves(ax: "Axes", run: xr.Dataset, sensor: int, colour: str, who: str) -> None:
     """A marker above each peak, with its words in the legend; a clipped peak has none."""
     try:
@@ -284,7 +289,7 @@ def sensors_of(reading: Reading, given: Any) -> list[int]:
         reading.dynamic_force()
         return [max(1, min(reading.beads) // 2)]
     if isinstance(given, Iterable) and not isinstance(given, str | bytes) and getattr(given, "ndim", 1) != 0:
-        numbers = [whole("sensors", one) for one in given]
+        numbers = list(dict.fromkeys(whole("sensors", one) for one in given))
         if not numbers:
             raise ValueError("sensors = []: must name at least one bead")
         return numbers

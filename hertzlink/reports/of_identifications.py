@@ -35,7 +35,13 @@ def of_identification(result: Any, data: xr.Dataset) -> tuple[list[str], list[Se
         rows = [tuple(f"{mode.get(name, float('nan')):.4g}" for name in modes[0]) for mode in modes]
         tables.append(table("Other fits that the noise does not exclude", tuple(modes[0]), rows))
     pictures = []
-    for number in np.atleast_1d(data.sensor.values).astype(int).tolist():
+    sensors = [] if identified.FEATURE in data.dims else np.atleast_1d(data.sensor.values).astype(int).tolist()
+    if not sensors:
+        words = "AR and TOF, fitted and measured, over the measured values."
+        pictures.append(drawn("fit", words, lambda ax: identified.fit(data, ax=ax)))
+        words = "What the fit leaves of AR and TOF, in units of their scatter."
+        pictures.append(drawn("residual", words, lambda ax: identified.residual(data, ax=ax)))
+    for number in sensors:
         for name, draw, words in (
             ("fit", identified.fit, f"Fitted over measured force at bead {number}."),
             ("residual", identified.residual, f"What the fit leaves at bead {number}, in units of the noise."),

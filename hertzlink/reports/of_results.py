@@ -116,7 +116,7 @@ def page_of(
 def of_setup(given: Any, wanted: bool = False) -> Section:
     """The sketch and the tables of the input, where the result holds it."""
     try:
-        known = setup.described_input(given)
+        known = setup.described_input(given, "setup")
     except ValueError:
         if wanted:
             raise

@@ -1,6 +1,7 @@
 """What a report shows of a run, a signal, a sweep and a batch."""
 
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from coupling.results.reading import Reading
 from coupling.results.schema import RUN, kind_of
 from coupling.results.waves import NoWave, ReflectedWave
 from coupling.views import swept, traces
-from hertzlink.reports.page import Section, Table, table
+from hertzlink.reports.page import Picture, Section, Table, table
 from hertzlink.reports.svg import drawn
 
 MOST_POINTS = 60
@@ -22,30 +23,43 @@ MEASURES = (("AR", 1.0, amplitude_ratio), ("TOF (µs)", 1e6, time_of_flight))
 
 
 def of_one(data: xr.Dataset, sensors: Any) -> tuple[list[str], list[Section]]:
-    """A run or a signal."""
-    reading, is_run = Reading(data), kind_of(data) == RUN
-    numbers = traces.sensors_of(reading, sensors)
-    rows = [row for number in numbers for row in _waves(data, number)]
-    head = ("sensor and wave", "peak (N)", "arrival (µs)", "AR", "TOF (µs)", "remark")
-    words = f"Force at bead{'s' * (len(numbers) > 1)} {', '.join(map(str, numbers))}, and its waves."
-    pictures = [drawn("traces", words, lambda ax: traces.traces(data, numbers, ax))]
-    chains = reading.beads if is_run else []
-    if len(chains) == 1:
-        words = "Force at each contact over time: waves run down the chain, and back from the structure."
-        pictures.append(drawn("map", words, lambda ax: traces.contact_map(data, ax)))
-    try:
-        words = f"Amplitude spectrum of the force at bead {numbers[0]}."
-        pictures.append(drawn("spectrum", words, lambda ax: traces.spectrum(data, numbers[0], ax)))
-    except ValueError:  # clipped samples, of which the table tells
-        pass
-    if is_run and "kinetic_energy" in data:
-        words = "Where the energy is over time. The sum must not change."
-        pictures.append(drawn("energy", words, lambda ax: traces.energy(data, ax)))
+    """A run or a signal; of several chains each by itself."""
+    reading = Reading(data)
+    is_run, numbers = kind_of(data) == RUN, traces.sensors_of(reading, sensors)
     length = f"{1e6 * (reading.time[-1] - reading.time[0]):.6g} µs in {reading.time.size} samples"
     summary = [f"{'Simulated' if is_run else 'Measured'}: {length}."]
+    chains = range(data.sizes.get("chain", 1))
+    if len(chains) > 1:
+        sections = [_chain(data.isel(chain=i), numbers, f"chain {i}") for i in chains]
+    else:
+        sections = [_chain(data, numbers, "")]
     if is_run and "kinetic_energy" in data:
         summary.append(f"The energy changes by {float(energy_error(data)):.1g} of the impact energy.")
-    return summary, [Section("Waves", tables=[table("AR and TOF at the sensors", head, rows)], pictures=pictures)]
+        words = "Where the energy is over time. The sum must not change."
+        sections.append(Section("Energy", pictures=[drawn("energy", words, lambda ax: traces.energy(data, ax))]))
+    return summary, sections
+
+
+def _chain(data: xr.Dataset, numbers: list[int], who: str) -> Section:
+    """The waves of one chain, or of a signal. who: which of several chains."""
+    rows = [row for number in numbers for row in _waves(data, number)]
+    head = ("sensor and wave", "peak (N)", "arrival (µs)", "AR", "TOF (µs)", "remark")
+    name = who.replace(" ", "-")
+
+    def shown(kind: str, words: str, draw: Callable[[Any], Any]) -> Picture:
+        return drawn(f"{kind}{name}", f"Of {who}: {words}" if who else words, draw)
+
+    words = f"Force at bead{'s' * (len(numbers) > 1)} {', '.join(map(str, numbers))}, and its waves."
+    pictures = [shown("traces", words, lambda ax: traces.traces(data, numbers, ax))]
+    if kind_of(data) == RUN:
+        words = "Force at each contact over time: waves run down the chain, and back from the structure."
+        pictures.append(shown("map", words, lambda ax: traces.contact_map(data, ax)))
+    words = f"Amplitude spectrum of the force at bead {numbers[0]}."
+    with suppress(ValueError):  # of clipped samples, of which the table tells
+        pictures.append(shown("spectrum", words, lambda ax: traces.spectrum(data, numbers[0], ax)))
+    title = f"Waves of {who}" if who else "Waves"
+    return Section(title, tables=[table(f"AR and TOF at the sensors{' of ' * bool(who)}{who}", head, rows)],
+                   pictures=pictures)  # fmt: skip
 
 
 def _waves(data: xr.Dataset, sensor: int) -> Iterator[tuple[str, ...]]:

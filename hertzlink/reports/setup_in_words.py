@@ -76,8 +76,10 @@ def _in_words(given: Any) -> str:
         return str(given)
     if "youngs_modulus" in given:
         return _material(given)
-    parts = [f"{name.replace('_', ' ')} {_value(name, value)}" for name, value in given.items() if value is not None]
-    return "; ".join(parts) or "nothing"
+    known = {name: value for name, value in given.items() if value is not None and name != "class"}
+    parts = "; ".join(f"{name.replace('_', ' ')} {_value(name, value)}" for name, value in known.items())
+    # The class is missing in files of earlier versions.
+    return ": ".join(filter(None, (str(given.get("class", "")), parts))) or "nothing"
 
 
 def _material(given: Mapping[str, Any]) -> str:

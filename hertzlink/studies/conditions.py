@@ -41,13 +41,15 @@ class WrongValue(ValueError):
 class Option:
     """How one parameter is read, and what it changes.
 
-    choices: the words that are allowed; empty for a number or a material. whole: whether numbers are counts.
+    choices: the words that are allowed; empty for a number or a material. zero: whether 0 is allowed as the least
+    number. whole: whether numbers are counts.
     """
 
     says: str
     unit: str = ""
     several: bool = False
     low: float = 0.0
+    zero: bool = False
     high: float = inf
     whole: bool = False
     choices: tuple[str, ...] = ()
@@ -85,7 +87,11 @@ class Option:
             raise WrongValue(name, given, str(error)) from None
         except TypeError:
             raise WrongValue(name, given, f"must be a number{self._unit()}") from None
-        if not isfinite(number) or not self.low <= number <= self.high or (number == 0.0 and self.low == 0.0):
+        if (
+            not isfinite(number)
+            or not self.low <= number <= self.high
+            or (number == 0.0 and not self.zero and self.low == 0.0)
+        ):
             raise WrongValue(name, given, f"must be {self._range()}")
         if self.whole and number != int(number):
             raise WrongValue(name, given, "must be a whole number")
@@ -95,9 +101,16 @@ class Option:
         return f" of {self.unit}" if self.unit else ""
 
     def _range(self) -> str:
-        unit, least = f" {self.unit}" if self.unit else "", f"{self.low:g}" if self.low else "more than 0"
+        unit, least = (
+            f" {self.unit}" if self.unit else "",
+            "0" if self.zero else f"{self.low:g}" if self.low else "more than 0",
+        )
         if self.high < inf:
-            return f"from {least} to {self.high:g}{unit}" if self.low else f"{least} and at most {self.high:g}{unit}"
+            return (
+                f"from {least} to {self.high:g}{unit}"
+                if self.low or self.zero
+                else f"{least} and at most {self.high:g}{unit}"
+            )
         return f"{least}{unit} or more" if self.low else f"a positive number{self._unit()}"
 
     def _choice(self, name: str, given: object) -> str:

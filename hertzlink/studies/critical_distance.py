@@ -2,8 +2,8 @@
 that follows.
 """
 
-from collections.abc import Iterable
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
@@ -12,8 +12,9 @@ from scipy.interpolate import PchipInterpolator
 from coupling.cosimulation import CoSimulation
 from coupling.sweeps.critical_search import find_critical_distance
 from coupling.sweeps.sweep import sweep
-from hertzlink.studies import corner, edge_shear
+from hertzlink.studies import corner, edge_shear, own_pairs
 from hertzlink.studies.edge_cases import SENSOR, Pair, measure
+from hertzlink.studies.own_pairs import PARAMETERS
 from hertzlink.studies.table import Row
 from particles.bead import Sphere
 from plates.builders import kirchhoff_plate
@@ -36,9 +37,6 @@ if TYPE_CHECKING:
 
 MAIN = Pair(Sphere(4.765e-3, STEEL_440C), ALUMINIUM_6061, 0.31)
 """The thesis's middle bead on aluminium; λ determines the thickness of the plate."""
-
-PARAMETERS = (0.06, 0.12, 0.17, 0.24, 0.34, 0.48, 0.63, 0.75, 0.95, 1.2, 1.6, 1.95)
-"""λ; none of these values is a node of the law's table."""
 
 DISTANCES = (*(round(0.1 * i, 1) for i in range(1, 36)), *(0.5 * i for i in range(8, 19)))
 """d/ℓ."""
@@ -75,31 +73,45 @@ DIAMETERS, THICKNESSES = (4.76e-3, 9.53e-3, 19.05e-3), (2.29e-3, 3.18e-3, 4.83e-
 """The thesis's beads and plates (section 6.2), m."""
 
 
-def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
+Conditions = own_pairs.Conditions
+
+OWN_QUICK_DISTANCES = (*(0.2 * i for i in range(1, 16)), 3.4)
+"""d/ℓ of a quick run for a user's own pair."""
+
+
+def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
     """AR over edge, λ and d/ℓ; the same for other pairs; the law compared with both; shear; corners.
 
     quick: fewer of each.
     """
+    of = Conditions.of(own)
+    if of.own:
+        parameters = of.few("inelasticity", QUICK_PARAMETERS if quick else PARAMETERS)
+        distances = OWN_QUICK_DISTANCES if quick else DISTANCES
+        return of.marked(main_map(parameters, distances, jobs, of.pair, of.edge))
     data = main_map(QUICK_PARAMETERS if quick else PARAMETERS, QUICK_DISTANCES if quick else DISTANCES, jobs)
     data = data.merge(other_pairs(list(OTHER_PAIRS)[::3] if quick else list(OTHER_PAIRS), quick, jobs))
     data = data.merge(law()).merge(thesis_plates(quick, jobs)).merge(edge_shear.run(quick, jobs))
     return data.merge(corner.run(quick, jobs))
 
 
-def main_map(parameters: Iterable[float], distances: Iterable[float], jobs: int | None) -> xr.Dataset:
-    """AR of MAIN near each edge and far away, the values of the law's table, and the critical distances over ℓ."""
+def main_map(
+    parameters: Iterable[float], distances: Iterable[float], jobs: int | None,
+    pair: Pair = MAIN, edges: Sequence[str] = EDGES,
+) -> xr.Dataset:  # fmt: skip
+    """AR of a pair near each edge and far away, the values of the law's table, and the critical distances over ℓ."""
 
     def near(edge: str, inelasticity: float, scaled_distance: float) -> CoSimulation:
-        return MAIN.coupled(MAIN.struck(edge, inelasticity, scaled_distance))
+        return pair.coupled(pair.struck(edge, inelasticity, scaled_distance))
 
     def away(inelasticity: float) -> CoSimulation:
-        return MAIN.coupled(MAIN.struck("free", inelasticity, np.inf))
+        return pair.coupled(pair.struck("free", inelasticity, np.inf))
 
-    found = sweep(near, MAIN.record, jobs, measure, edge=EDGES, inelasticity=parameters, scaled_distance=distances)
-    far = sweep(away, MAIN.record, 1, measure, inelasticity=parameters)
+    found = sweep(near, pair.record, jobs, measure, edge=edges, inelasticity=parameters, scaled_distance=distances)
+    far = sweep(away, pair.record, 1, measure, inelasticity=parameters)
     data = xr.Dataset({"amplitude_ratio": found.amplitude_ratio, "far_ratio": far.amplitude_ratio})
     difference = data.amplitude_ratio - data.far_ratio
-    data["table_error"] = tabulated(difference, MAIN.stiffness_ratio) - difference
+    data["table_error"] = tabulated(difference, pair.stiffness_ratio) - difference
     data = data.assign_coords(within=list(TOLERANCES))
     data["simulated"] = xr.apply_ufunc(
         crossing, difference, data.within, input_core_dims=[["scaled_distance"], []],
@@ -223,6 +235,9 @@ def plate(thickness: float) -> Plate:
 
 def table(data: xr.Dataset) -> list[Row]:
     """The collapse, the law and its error, the thesis's two lines, and the limit of Kirchhoff's theory."""
+    of = Conditions.read(data)
+    if of.own:
+        return own_pairs.rows(data, of)
     return [*_collapse(data), *_law(data), *_thesis(data), *edge_shear.table(data), *corner.table(data)]
 
 
@@ -295,4 +310,6 @@ def figures(data: xr.Dataset) -> dict[str, "Figure"]:
     """The collapse, the law, its jumps, shear, and corners."""
     from hertzlink.studies import critical_figures
 
+    if Conditions.read(data).own:
+        return own_pairs.figures(data)
     return {**critical_figures.figures(data), "corner": corner.figure(data)}

@@ -3,14 +3,16 @@
 import warnings
 from dataclasses import dataclass, replace
 from math import radians
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
 from coupling.sweeps.sweep import sweep
-from hertzlink.studies import waves
+from hertzlink.studies import own_waves, waves
+from hertzlink.studies.conditions import Conditions as Parameters
+from hertzlink.studies.conditions import number, substance
 from hertzlink.studies.table import Row
 from particles.bead import STANDARD_GRAVITY, Bead, Cylinder, Sphere
 from particles.chain import Chain
@@ -18,7 +20,7 @@ from particles.laws.formulas import contact_law
 from particles.laws.law import ContactLaw, PowerLaw, TabulatedLaw
 from particles.solitary import CONTACT_TO_CENTRE_FORCE, wave_speed_from_force
 from structures.caution import HertzlinkWarning
-from structures.material import STEEL_316
+from structures.material import STEEL_316, Material
 from structures.structure import Vector, half_space
 from structures.surface import Surface, hertz_stiffness
 
@@ -73,13 +75,42 @@ class Tacit:
         return replace(law, caution="") if isinstance(law, TabulatedLaw) else law
 
 
-def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
+@dataclass(frozen=True)
+class Conditions(Parameters):
+    """What can be changed. The striker then equals the beads."""
+
+    material: Material = substance(STEEL_316, "Material of the cylinders")
+    radius: float = number(RADIUS, "m", "Radius of the cylinders", low=1e-4, high=0.5)
+    length: float = number(LENGTH, "m", "Length of the cylinders", low=1e-4, high=1.0)
+    angle: tuple[float, ...] = number(
+        ANGLES, "degrees", "Angle between neighbours; 0 is a line contact", zero=True, high=90.0
+    )
+    impact_speed: tuple[float, ...] = number(SPEEDS, "m/s", "Speed of the striker", low=1e-3, high=20.0)
+
+    def check(self) -> None:
+        """No more curves than colours."""
+        own_waves.check_count(self, "angle")
+
+    def curves(self) -> list[own_waves.Curve]:
+        """One for each angle."""
+        found = []
+        for angle in self.angle if "angle" in self.differing() else (0.0, 5.0, 10.0, 30.0, 45.0, 90.0):
+            first, second = (Cylinder(self.radius, self.length, self.material, radians(one)) for one in (0.0, angle))
+            law = Tacit()(first, second)
+            found.append(own_waves.Curve(_named(angle), (first, second), law, Tacit(), speeds=self.impact_speed))
+        return found
+
+
+def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
     """Speed, peak force and width of waves over angle (degrees) and striker speed (m/s), and in the thesis's cases.
 
     Without gravity, with masses from geometry and the thesis's striker. quick: three of nine striker speeds. jobs: 1 by
     default, because starting processes takes longer than the runs.
     """
-    speeds, jobs = SPEEDS[::4] if quick else SPEEDS, jobs or 1
+    of, jobs = Conditions.of(own), jobs or 1
+    if of.own:
+        return of.marked(own_waves.run(of.curves(), BEADS, FIRST, SECOND, jobs))
+    speeds = SPEEDS[::4] if quick else SPEEDS
     data = sweep(build, UNTIL, jobs, measure, angle=ANGLES, impact_speed=speeds)
     theory = [by_force(angle, data.peak_force.sel(angle=angle).values) for angle in crossed()]
     label = {"units": "m/s", "long_name": "wave speed, equation 5.11"}
@@ -152,6 +183,9 @@ def measure(run: xr.Dataset) -> xr.Dataset:
 
 def table(data: xr.Dataset) -> list[Row]:
     """The numbers of section 5.3.2, compared with those of hertzlink."""
+    of = Conditions.read(data)
+    if of.own:
+        return own_waves.rows(data)
     return [*_crossed_at_right_angles(data), *_turned(data), *_parallel(data)]
 
 
@@ -238,6 +272,8 @@ def figures(data: xr.Dataset) -> dict[str, "Figure"]:
     """Wave speed against peak contact force (5.9b), against the angle (5.11), and the contact laws (5.7c)."""
     from coupling.views import plots
 
+    if Conditions.read(data).own:
+        return own_waves.figures(data)
     figure, (axis,) = plots.panels(1, width=4.6, height=3.8)
     chosen = [(f"{angle:.0f}°", data.sel(angle=angle)) for angle in (30.0, 45.0, 90.0)]
     curves = [(label, s.peak_force.values, s.wave_speed.values, s.theory.values) for label, s in chosen]

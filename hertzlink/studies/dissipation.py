@@ -6,7 +6,7 @@ The experiments of the thesis exist as figures only; so nothing is fitted here, 
 from collections.abc import Iterable
 from dataclasses import replace
 from math import sqrt
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -15,6 +15,7 @@ from coupling.cosimulation import CoSimulation
 from coupling.results.ar_and_tof import reflections
 from coupling.results.measures import sensor_force
 from coupling.sweeps.sweep import sweep
+from hertzlink.studies import own_losses
 from hertzlink.studies.table import Row
 from particles.bead import Ellipsoid, Sphere
 from particles.chain import Chain
@@ -114,7 +115,10 @@ LAWS = ("undamped", "thesis", "pairwise", "thesis, as an acceleration", "drag")
 CORNERS = {"best fit": (0, 0), "α− γ−": (-1, -1), "α− γ+": (-1, 1), "α+ γ−": (1, -1), "α+ γ+": (1, 1)}
 
 
-def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
+Conditions = own_losses.Conditions
+
+
+def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
     """Peak forces and arrivals at every bead, for the laws and numbers of Table 4.1, and over striker speeds.
 
     Chains are horizontal and free at their end; the striker equals the beads. quick: steps four times as long, and
@@ -125,6 +129,9 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
         # Starting processes would take longer than the runs.
         jobs = 1
     step = QUICK_STEP if quick else 1.0
+    of = Conditions.of(own)
+    if of.own:
+        return own_losses.run(of, step, jobs)
     parts = [table_4_1(step, jobs), over_corners(step, jobs), over_speeds(speeds, step, jobs), *asides(jobs)]
     data = xr.merge(parts, join="outer", combine_attrs="override")
     for name, units in {"shown_speed": "m/s", "striker_speed": "m/s", "dashpot": "N s/m"}.items():
@@ -277,6 +284,9 @@ def yield_speed(bead: Sphere, yield_stress: float = YIELD_STRESS) -> float:
 
 def table(data: xr.Dataset) -> list[Row]:
     """The numbers of chapter 4 and those that depend on them, compared with those of hertzlink."""
+    of = Conditions.read(data)
+    if of.own:
+        return own_losses.rows(data, of)
     rows = [row for name in TABLE_4_1 for row in _material_rows(data, name)]
     return [*rows, *_rayleigh_rows(data), *_speed_rows(data), *_ellipsoid_rows(data), *_wave_rows(data)]
 
@@ -363,6 +373,8 @@ def _wave_rows(data: xr.Dataset) -> Iterable[Row]:
 
 def figures(data: xr.Dataset) -> dict[str, "Figure"]:
     """Decay over beads (figure 4.2a), speed over force (4.2b), and the laws compared (4.3)."""
+    if Conditions.read(data).own:
+        return own_losses.figures(data)
     return {"decay": _decay(data), "speed_over_force": _speed_over_force(data), "laws": _laws(data)}
 
 

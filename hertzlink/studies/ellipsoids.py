@@ -1,20 +1,23 @@
 """Thesis sections 5.1 and 5.3.1: waves in chains of spheres of four sizes, and of ellipsoids lying and standing."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import pi
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
 from coupling.sweeps.sweep import sweep
-from hertzlink.studies import waves
+from hertzlink.studies import own_waves, waves
+from hertzlink.studies.conditions import Conditions as Parameters
+from hertzlink.studies.conditions import WrongValue, number, substance
 from hertzlink.studies.table import Row
 from particles.bead import STANDARD_GRAVITY, Bead, Ellipsoid, Sphere
 from particles.chain import Chain
+from particles.laws.formulas import contact_law
 from particles.solitary import wave_speed_from_force
-from structures.material import STEEL_316, STEEL_440C
+from structures.material import STEEL_316, STEEL_440C, Material
 from structures.structure import half_space
 from structures.surface import hertz_stiffness
 
@@ -44,13 +47,46 @@ CASES = {
 }
 
 
-def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
+@dataclass(frozen=True)
+class Conditions(Parameters):
+    """What can be changed."""
+
+    material: Material = substance(STEEL_316, "Material of the ellipsoids and of the sphere of their mass")
+    minor: float = number(MINOR, "m", "Minor diameter of the ellipsoids", low=1e-4, high=0.5)
+    major: float = number(MAJOR, "m", "Major diameter of the ellipsoids", low=1e-4, high=0.5)
+    peak_force: tuple[float, ...] = number(FORCES, "N", "Approximate peak forces of the waves", low=1e-6, high=1e6)
+
+    def check(self) -> None:
+        """A major diameter that is greater than the minor one."""
+        if self.major <= self.minor:
+            raise WrongValue("major", self.major, f"must be more than the minor diameter, {self.minor:g} m")
+
+    def particle(self, shape: str) -> Bead:
+        """An ellipsoid that touches its neighbours along an axis, or the sphere of the same mass."""
+        if shape == "equivalent sphere":
+            return Sphere(0.5 * (self.minor**2 * self.major) ** (1.0 / 3.0), self.material)
+        along = "across" if shape == "minor axis" else "along"
+        return Ellipsoid(self.minor / 2.0, self.major, self.material, axis=along)
+
+    def curves(self) -> list[own_waves.Curve]:
+        """One for each shape."""
+        beads = {shape: self.particle(shape) for shape in SHAPES}
+        return [
+            own_waves.Curve(shape, (bead, bead), contact_law(bead, bead), forces=self.peak_force)
+            for shape, bead in beads.items()
+        ]
+
+
+def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
     """Speed, peak force and width of waves over the striker speed, by shape and by size, and in the thesis's cases.
 
     The curves are without gravity, with masses from geometry and a striker equal to the beads. quick: three of the nine
     forces. jobs: 1 by default, because starting processes takes longer than the runs.
     """
-    forces, jobs = FORCES[::4] if quick else FORCES, jobs or 1
+    of, jobs = Conditions.of(own), jobs or 1
+    if of.own:
+        return of.marked(own_waves.run(of.curves(), BEADS, FIRST, SECOND, jobs))
+    forces = FORCES[::4] if quick else FORCES
 
     def shaped(shape: str, aimed_force: float) -> CoSimulation:
         return CoSimulation(struck_by_its_like(particle(shape), aimed_force), None)
@@ -73,9 +109,7 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 
 def particle(shape: str) -> Bead:
     """A steel ellipsoid that touches its neighbours along an axis, or the sphere of the same mass."""
-    if shape == "equivalent sphere":
-        return Sphere(0.5 * (MINOR**2 * MAJOR) ** (1.0 / 3.0), STEEL_316)
-    return Ellipsoid(MINOR / 2.0, MAJOR, STEEL_316, axis="across" if shape == "minor axis" else "along")
+    return Conditions().particle(shape)
 
 
 def struck_by_its_like(bead: Bead, force: float) -> Chain:
@@ -119,6 +153,9 @@ def _theory(force: xr.DataArray, beads: list[Bead]) -> xr.DataArray:
 
 def table(data: xr.Dataset) -> list[Row]:
     """The numbers of sections 5.1 and 5.3.1, compared with those of hertzlink."""
+    of = Conditions.read(data)
+    if of.own:
+        return own_waves.rows(data)
     return [*_contacts(), *_speeds(data), *_relations(data)]
 
 
@@ -187,6 +224,8 @@ def figures(data: xr.Dataset) -> dict[str, "Figure"]:
     """Wave speed against peak contact force: spheres of four sizes (5.1), ellipsoids and their sphere (5.5b)."""
     from coupling.views import plots
 
+    if Conditions.read(data).own:
+        return own_waves.figures(data)
     labels = ("peak contact force (N)", "wave speed (m/s)")
     by_size, (axis,) = plots.panels(1, width=4.6, height=3.8)
     sizes = [(f"D = {d * 1e3:.2f} mm", data.sel(diameter=d)) for d in DIAMETERS]

@@ -1,14 +1,16 @@
 """Thesis section 5.3.3: waves in chains of hollow aluminium spheres, against the thickness of their walls."""
 
-from dataclasses import replace
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
 from coupling.sweeps.sweep import sweep
-from hertzlink.studies import waves
+from hertzlink.studies import own_waves, waves
+from hertzlink.studies.conditions import Conditions as Parameters
+from hertzlink.studies.conditions import number, substance
 from hertzlink.studies.table import Row
 from particles.bead import STANDARD_GRAVITY, HollowSphere, Sphere
 from particles.chain import Chain
@@ -17,7 +19,7 @@ from particles.laws.law import ContactLaw, PowerLaw
 from particles.laws.power_fit import fit_power_law
 from particles.solitary import wave_speed_from_force
 from particles.solitary import width as wave_width
-from structures.material import ALUMINIUM_6061
+from structures.material import ALUMINIUM_6061, Material
 from structures.structure import half_space
 
 if TYPE_CHECKING:
@@ -56,13 +58,46 @@ CASES = {
 }
 
 
-def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
+@dataclass(frozen=True)
+class Conditions(Parameters):
+    """What can be changed. Contact laws are then Hertz's in series with Reissner's shell, not those of Table 5.1."""
+
+    material: Material = substance(ALUMINIUM_6061, "Material of the spheres")
+    radius: float = number(RADIUS, "m", "Outer radius of the spheres", low=1e-4, high=0.5)
+    ratio: tuple[float, ...] = number(
+        tuple(TABLE_5_1), "", "Inner over outer radius; 0 is a solid sphere", zero=True, high=0.95
+    )
+    peak_force: tuple[float, ...] = number(FORCES, "N", "Approximate peak forces of the waves", low=1e-6, high=1e6)
+
+    def check(self) -> None:
+        """No more curves than colours."""
+        own_waves.check_count(self, "ratio")
+
+    def particle(self, ratio: float) -> Sphere | HollowSphere:
+        """A sphere, solid or hollow."""
+        if ratio <= 0.0:
+            return Sphere(self.radius, self.material)
+        return HollowSphere(self.radius, ratio * self.radius, self.material)
+
+    def curves(self) -> list[own_waves.Curve]:
+        """One for each wall."""
+        beads = {_named(ratio): self.particle(ratio) for ratio in self.ratio}
+        return [
+            own_waves.Curve(label, (bead, bead), contact_law(bead, bead), forces=self.peak_force)
+            for label, bead in beads.items()
+        ]
+
+
+def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
     """Speed, peak force and width of waves over the striker speed, by wall; the thesis's cases; the contact laws.
 
     The curves use the laws of Table 5.1, masses from geometry, a striker equal to the beads, and no gravity. quick:
     three of nine striker speeds. jobs: 1 by default, because starting processes takes longer than the runs.
     """
-    forces, jobs = FORCES[::4] if quick else FORCES, jobs or 1
+    of, jobs = Conditions.of(own), jobs or 1
+    if of.own:
+        return of.marked(own_waves.run(of.curves(), BEADS, FIRST, SECOND, jobs))
+    forces = FORCES[::4] if quick else FORCES
     data = sweep(struck, UNTIL, jobs, measure, ratio=list(TABLE_5_1), aimed_force=forces)
     label = {"units": "m/s", "long_name": "wave speed, equation 5.12"}
     data["theory"] = (("ratio", "aimed_force"), [_theory(r, data.peak_force.sel(ratio=r)) for r in TABLE_5_1], label)
@@ -82,7 +117,7 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
 
 def particle(ratio: float) -> Sphere | HollowSphere:
     """The thesis's aluminium sphere, solid or hollow."""
-    return HollowSphere(RADIUS, ratio * RADIUS, ALUMINIUM_6061) if ratio else Sphere(RADIUS, ALUMINIUM_6061)
+    return Conditions().particle(ratio)
 
 
 def own_laws() -> dict[float, ContactLaw]:
@@ -127,6 +162,9 @@ def _theory(ratio: float, force: xr.DataArray) -> np.ndarray:
 
 def table(data: xr.Dataset) -> list[Row]:
     """The numbers of section 5.3.3, compared with those of hertzlink."""
+    of = Conditions.read(data)
+    if of.own:
+        return own_waves.rows(data)
     return [*_laws(data), *_speeds(data), *_relations(data)]
 
 
@@ -204,6 +242,8 @@ def figures(data: xr.Dataset) -> dict[str, "Figure"]:
     """Wave speed against peak contact force (5.14b), its exponents (5.14c), and the contact laws (5.12b)."""
     from coupling.views import plots
 
+    if Conditions.read(data).own:
+        return own_waves.figures(data)
     labels = ("peak contact force (N)", "wave speed (m/s)")
     walls = {ratio: data.sel(ratio=ratio) for ratio in TABLE_5_1}
     curves = {r: (_named(r), s.peak_force.values, s.wave_speed.values, s.theory.values) for r, s in walls.items()}

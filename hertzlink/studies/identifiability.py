@@ -6,7 +6,7 @@ layer of a rod, over the ways to measure. All half-widths are those of 95 % inte
 
 from collections.abc import Sequence
 from itertools import product
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import joblib
 import numpy as np
@@ -14,6 +14,7 @@ import xarray as xr
 
 from coupling.sweeps.progress import watched
 from hertzlink.studies import identifiable_cases as cases
+from hertzlink.studies import own_traces
 from hertzlink.studies.table import Row
 from structures.checks import whole
 from structures.structure import Vector
@@ -21,10 +22,7 @@ from structures.structure import Vector
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-CHECKED = (0.06, 0.16)
-"""m, the distances of the table."""
-
-DISTANCES = tuple(sorted({*(float(f"{d:.3g}") for d in np.geomspace(5e-3, 0.3, 14)), *CHECKED}))
+CHECKED, DISTANCES = own_traces.CHECKED, own_traces.DISTANCES
 THICKNESSES = (2.29e-3, 3.0e-3, 4.83e-3)
 DIAMETERS = (4.76e-3, 9.53e-3)
 TESTED_EVERY = 5
@@ -57,7 +55,10 @@ EARLIER = {
 """What an earlier estimate found; its record and what was known are not given."""
 
 
-def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
+Conditions = own_traces.Conditions
+
+
+def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
     """95 % half-widths of what is not known: plates near an edge (`edge_error`), with the modulus not known either
     (`combination`), and rods with a bond (`bond_error`).
 
@@ -67,6 +68,9 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     near, bonds = (QUICK_NEAR, (QUICK_UPPERS, QUICK_BONDS)) if quick else (NEAR, (UPPER_THICKNESSES, BOND_STIFFNESSES))
     count = joblib.cpu_count() if jobs is None else whole("jobs", jobs)
     parallel = joblib.Parallel(1 if quick and jobs is None else count, return_as="generator")
+    of = Conditions.of(own)
+    if of.own:
+        return own_traces.run(of, of.few("distance", distances), parallel)
     data = edges(parallel, distances, thicknesses)
     return data.merge(near_edge(parallel, near)).merge(bonded(parallel, *bonds))
 
@@ -136,6 +140,8 @@ def bonded(parallel: joblib.Parallel, uppers: Sequence[float], stiffnesses: Sequ
 
 def table(data: xr.Dataset) -> list[Row]:
     """Half-widths, and where an earlier estimate exists its numbers; `blind` where they exceed half of the value."""
+    if Conditions.read(data).own:
+        return own_traces.rows(data)
     rows = [
         _distance_row(data.sel(diameter=diameter, thickness=MAIN_THICKNESS), what, distance)
         for diameter in (MAIN_DIAMETER, DIAMETERS[0])
@@ -277,6 +283,8 @@ def figures(data: xr.Dataset) -> dict[str, "Figure"]:
     """Maps of the half-widths: of the distance for each record, and of the bond."""
     from hertzlink.studies import identifiable_figures as drawn
 
+    if Conditions.read(data).own:
+        return own_traces.figures(data)
     named = {
         f"distance_{1e3 * record:.1f}_ms": drawn.distances(data.sel(record=record)) for record in data.record.values
     }

@@ -1,21 +1,36 @@
 """Numbers with units and names of materials as a user types them."""
 
+import re
+from decimal import Decimal
 from difflib import get_close_matches
 
 from structures.checks import short
 from structures.material import MATERIALS, Material
 
+WITH_UNIT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*([A-Za-zµμ°].*?)\s*")
+"""A number and a unit."""
+
 
 def quantity(text: str, unit: str) -> float:
     """The number that a user typed, in the unit; a ValueError that says what would be right.
 
-    All studies read their numbers here. unit: "m", "m/s"; empty for a number without one.
+    All studies read their numbers here: in the unit itself, or with one of its kind, as "1 mm". unit: "m", "m/s"; empty
+    for a number without one.
     """
     try:
         return float(text)
     except ValueError:
-        what = f"a number of {unit}" if unit else "a number"
-        raise ValueError(f"must be {what}, as 0.001 or 1e-3") from None
+        found = WITH_UNIT.fullmatch(text) if unit else None
+    what = f"a number of {unit}, as 0.001, 1e-3 or with its unit" if unit else "a number, as 0.001 or 1e-3"
+    if found is None:
+        raise ValueError(f"must be {what}")
+    # Here: only those who type units need them.
+    from hertzlink.cases.units import factor
+
+    try:
+        return float(Decimal(found[1]) * factor(found[2], unit))
+    except ValueError as error:
+        raise ValueError(f"{error}; must be {what}") from None
 
 
 def material(text: str) -> Material:

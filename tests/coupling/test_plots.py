@@ -69,7 +69,7 @@ def signal() -> xr.Dataset:
 
 
 def test_traces_show_force_and_waves_in_words() -> None:
-    ax, waves = hl.plots.traces(run(), 7), hl.reflections(run(), 7)
+    ax, waves = hl.plots.traces(run(), [7, 7]), hl.reflections(run(), 7)
     time, force = line(ax, "force at bead 7")
     np.testing.assert_allclose(time, 1e6 * run().time)
     np.testing.assert_allclose(force, hl.sensor_force(run(), 7))
@@ -190,7 +190,7 @@ def test_setup_shows_outline_supports_mesh_and_contact() -> None:
 
 STRUCTURES: dict[str, tuple[Callable[[], Any], str]] = {
     "nothing": (lambda: None, "the last bead faces nothing"),
-    "half-space": (lambda: WALL, "half-space"),
+    "half-space": (lambda: WALL, "half-space of steel 440C"),
     "half-plane": (
         lambda: hl.half_plane(2e-3, hl.PTFE, "clamped", 0.03, until=1e-4, highest_frequency=2e4),
         "edge: clamped, 30 mm from the contact",
@@ -228,6 +228,22 @@ def test_fit_and_residual_are_those_of_the_result() -> None:
     ax = hl.plots.residual(found())
     at = found().data.sel(sensor=4)
     np.testing.assert_allclose(line(ax, "residual at bead 4")[1], at.residual / at.noise)
+
+
+def test_fit_of_features_names_each() -> None:
+    def build(modulus: float) -> hl.CoSimulation:
+        return hl.CoSimulation(hl.Chain([BEAD] * 14, BEAD, 0.3), hl.half_space(hl.Material(modulus, 0.3, 2000.0)))
+
+    tap, guess = build(3e9).run(8e-4), {"modulus": 3.1e9}
+    result = hl.identify(tap, build, sensors=[7], compare="features", guess=guess, modulus=(1e9, 10e9))
+    ax = hl.plots.fit(result)
+    np.testing.assert_allclose(line(ax, "fitted")[1], result.data.fitted / result.data.measured)
+    names = [str(one).replace(" at ", "\nat ") for one in result.data.feature.values]
+    assert [one.get_text() for one in ax.get_xticklabels()] == names
+    bars = hl.plots.residual(result).containers[0]
+    np.testing.assert_allclose([one.get_height() for one in bars], result.data.residual / result.data.noise)
+    with pytest.raises(ValueError, match="sensor = 7: must be None"):
+        hl.plots.fit(result, 7)
 
 
 def test_intervals_are_halves_in_percent() -> None:

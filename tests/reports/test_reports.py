@@ -120,11 +120,34 @@ def test_report_of_an_identification_and_of_its_file(tmp_path: Path) -> None:
             assert any("explains the signal" in one for one in page.text["p"])
 
 
+def test_report_of_an_identification_by_features(tmp_path: Path) -> None:
+    tap = hl.CoSimulation(hl.Chain([BEAD] * 14, BEAD, 0.3), hl.half_space(hl.PTFE)).run(until=8e-4)
+
+    def build14(speed: float) -> hl.CoSimulation:
+        return hl.CoSimulation(hl.Chain([BEAD] * 14, BEAD, speed), hl.half_space(hl.PTFE))
+
+    result = hl.identify(tap, build14, sensors=[7], compare="features", guess={"speed": 0.3}, speed=(0.2, 0.4))
+    page = check_page(made(tmp_path, result))
+    assert page.tags.count("svg") == 4
+    assert any("value / measured value" in one for one in page.text["title"])
+
+
+def test_report_of_two_chains_shows_each(tmp_path: Path) -> None:
+    rod = hl.rod([hl.Layer(hl.PTFE, 0.05, 0.01)], base="contact", elements=8)
+    chains = [hl.Chain([BEAD] * count, BEAD, 0.3) for count in (4, 6)]
+    two = hl.CoSimulation(chains, [hl.ContactPoint(rod, 0), hl.ContactPoint(rod, 1)]).run(until=1e-4)
+    page = check_page(made(tmp_path, two, sensors=2))
+    assert {"Waves of chain 0", "Waves of chain 1", "Energy", "Set-up"} <= set(page.text["h2"])
+    assert page.tags.count("svg") == 8
+    with pytest.raises(ValueError, match="choose one chain with"):
+        hl.plots.traces(two, 2)
+
+
 def test_input_is_told_with_units_and_equal_beads_once() -> None:
     coupled = hl.CoSimulation(hl.Chain([hl.Sphere(4.76e-3, hl.PTFE)] * 3, None, 0.3), None)
     tables = setup_in_words.input_tables(coupled.describe())
     assert tables[0].rows[0].cells == (
-        "beads", "3 × radius 0.00476 m; material PTFE (E 1.53 GPa, ν 0.46, ρ 2151 kg/m³)",
+        "beads", "3 × Sphere: radius 0.00476 m; material PTFE (E 1.53 GPa, ν 0.46, ρ 2151 kg/m³)",
     )  # fmt: skip
     assert Line(("impact speed", "0.3 m/s")) in tables[0].rows
 
@@ -166,7 +189,7 @@ BAD: dict[str, tuple[Callable[[Path], Any], type[Exception], str]] = {
     "path": (lambda p: hl.plots.report(run(), 5), ValueError, "path = 5"),
     "no path": (lambda p: hl.plots.report(run(), ""), ValueError, "path = ''"),
     "took": (lambda p: hl.plots.report(run(), p / "a.html", took=-1.0), ValueError, "took = -1.0"),
-    "setup": (lambda p: hl.plots.report(signal(), p / "a.html", setup=BEAD), ValueError, "must be a CoSimulation"),
+    "setup": (lambda p: hl.plots.report(signal(), p / "a.html", setup=BEAD), ValueError, "setup = Sphere"),
     "folder": (lambda p: hl.plots.report(signal(), p / "no" / "a.html"), OSError, "a.html"),
 }
 
