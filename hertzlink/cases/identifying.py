@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path as File
+from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -25,7 +26,7 @@ from hertzlink.cases.model import CaseModel, IdentifyPart
 from hertzlink.cases.parts import World
 from hertzlink.cases.paths import Path, put, written
 from hertzlink.cases.plate_models import BAND, AroundGuess, edge_of, one_edge, scales
-from hertzlink.cases.report import csv_text, table
+from hertzlink.cases.report import WIDTH, csv_text, table
 from hertzlink.cases.running import sensors_of
 from structures.caution import collected
 from structures.structure import Structure
@@ -285,6 +286,7 @@ def tables(question: Question, found: Identification, remarks: list[str]) -> tup
     head = ["unknown", "value", "95 % interval", "verdict"]
     lines = table(head, rows, "unknowns.csv")
     notes = str(found).splitlines()[1 + len(found.unknowns) :]
+    remarks = [fill(one, WIDTH, subsequent_indent="  ") for one in remarks]
     text = "\n".join([*lines, *notes, *remarks])
     data = found.data
     names = [f"{what} at bead {bead} (N)" for bead in data.sensor.values for what in ("measured", "fitted")]
