@@ -16,11 +16,14 @@ from structures.material import Material
 from structures.structure import Structure
 
 FREQUENCY = 60e3
-"""Hz, that these models resolve unless the case says more: on a mesh for 40 kHz traces are off by 0.2 % of their peak,
-which moves a thickness by its standard deviation at 1 % noise."""
+"""Hz, that these models resolve at least. On a mesh for 40 kHz traces of a large plate are off by 0.2 % of their peak,
+those of a small thin one, which holds more echoes, by 0.6 %: `plate_accuracy` finds what a signal needs."""
 
 BAND = 1.15
 """The basis serves plates whose waves are up to this factor slower or faster than at the guess."""
+
+TOLERANCE, ROUGH = 1e-3, 1e-2
+"""Of the basis, for a narrow range and for a wide one: with 1e-2 an unknown moves by up to a standard deviation."""
 
 AROUND = 0.05
 """Half of the range of positions of the basis, as a part of the distance from the nearest edge; and more:"""
@@ -64,13 +67,17 @@ def one_edge(model: CaseModel, world: World) -> Structure:
 class AroundGuess:
     """Kirchhoff plates near a guess from one basis; others by a mesh and a reduction of their own.
 
-    errors: half intervals of the coordinates at the guess, m, by the place in `at`.
+    errors: half intervals of the coordinates at the guess, m, by the place in `at`; frequency: Hz, that the meshes
+    resolve; around: half of the range of positions, as a part of the distance from the nearest edge; warnings: of the
+    basis.
     """
 
     guess: Case
     errors: dict[int, float]
     paths: set[tuple[Any, ...]]
+    frequency: float = FREQUENCY
     around: float = AROUND
+    warnings: list[str] = field(init=False)
     _basis: ReducedPlate = field(init=False)
     _slowest: float = field(init=False)
 
@@ -80,13 +87,14 @@ class AroundGuess:
         world = world_of(model, self.guess.folder)
         scales = bool(self.paths & {("thickness",), ("material", "youngs_modulus"), ("material", "density")})
         thickness = body.thickness / (BAND if scales else 1.0)
-        frequency = max(FREQUENCY, body.highest_frequency or 0.0)
-        thinner = body.model_copy(update={"thickness": thickness, "highest_frequency": frequency})
+        thinner = body.model_copy(update={"thickness": thickness, "highest_frequency": self.frequency})
         plate: Plate = thinner.plate(world)
         ranges = [self._range(body, plate, i) for i in (0, 1)]
-        # The warnings of an accuracy that does not reach a hundredth concern distances that are hardly used.
-        with collected():
-            self._basis = ReducedPlate(plate, world.until * (BAND**2 if scales else 1.0), ranges[0], ranges[1])
+        tolerance = TOLERANCE if self.around <= AROUND else ROUGH
+        with collected() as self.warnings:
+            self._basis = ReducedPlate(
+                plate, world.until * (BAND**2 if scales else 1.0), ranges[0], ranges[1], tolerance
+            )
         self._slowest = _speed(thinner.thickness, material_of(body.material, world))
 
     def _range(self, body: KirchhoffPlate, plate: Plate, i: int) -> float | tuple[float, float]:
@@ -105,7 +113,8 @@ class AroundGuess:
         inside = all(_within(place, range_) for place, range_ in zip(body.at, self._ranges, strict=True))
         if inside and 1.0 - 1e-9 <= faster <= BAND**2 * (1.0 + 1e-9):
             return self._basis.at(body.at[0], body.at[1], thickness=body.thickness, material=material)
-        return structure_of(body, model.run, world, ("structure",))
+        own = body.model_copy(update={"highest_frequency": self.frequency})
+        return structure_of(own, model.run, world, ("structure",))
 
     @property
     def _ranges(self) -> tuple[Any, Any]:

@@ -115,7 +115,8 @@ def check_case(case: str, changes: tuple[str, ...]) -> None:
 @FORCE
 def identify_case(case: str, trace: Path, changes: tuple[str, ...], output: Path | None, force: bool) -> None:
     """Find the unknowns of a case from a measured trace, with 95 % intervals."""
-    from hertzlink.cases.identifying import answer, question_of, signal_of, tables
+    from hertzlink.cases.identifying import answer, signal_of, tables
+    from hertzlink.cases.questions import question_of
 
     whole, source = _read(case, changes)
     with located(source):

@@ -1,0 +1,152 @@
+"""What the section [identify] asks, checked, and the fit that answers it."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import xarray as xr
+
+from coupling.cosimulation import CoSimulation
+from coupling.identification.found import Identification
+from coupling.identification.identify import identify
+from coupling.identification.misfit import OF_SENSORS
+from hertzlink.cases.axes import path_of, si_value, unit_at
+from hertzlink.cases.building import simulation_of, world_of
+from hertzlink.cases.case import Case
+from hertzlink.cases.checking import value_at
+from hertzlink.cases.faults import Fault
+from hertzlink.cases.model import CaseModel, IdentifyPart
+from hertzlink.cases.parts import World
+from hertzlink.cases.paths import Path, put, written
+from hertzlink.cases.running import sensors_of
+from structures.structure import Structure
+
+WIDE = 2.0
+"""The range of a nuisance without one: from its value over this factor to its value times it."""
+
+Structures = Callable[[CaseModel, World], Structure | None]
+
+
+@dataclass(frozen=True)
+class Question:
+    """What is asked: the unknowns by path, their ranges (SI), units of tables and sizes; nuisances; sensors."""
+
+    case: Case
+    part: IdentifyPart
+    ranges: dict[str, tuple[float, float]]
+    paths: dict[str, Path]
+    units: dict[str, tuple[str, float]]
+    nuisances: list[str]
+    columns: dict[int, int]
+
+    @property
+    def of_structure(self) -> set[tuple[Any, ...]]:
+        """The paths within the structure."""
+        return {path[1:] for path in self.paths.values() if path[0] == "structure"}
+
+
+@dataclass(frozen=True)
+class Builder:
+    """A builder for `identify`: the case with other values; structures: what makes a faster structure."""
+
+    question: Question
+    structures: Structures | None = None
+
+    def __call__(self, **values: Any) -> CoSimulation:
+        changed = self.question.case.changed({})
+        for name, value in values.items():
+            put(changed.data, self.question.paths[name], float(value))
+        if self.structures is None:
+            return changed.simulation()
+        world = world_of(changed.model, changed.folder)
+        return simulation_of(changed.model, changed.folder, {"structure": self.structures(changed.model, world)})
+
+
+def question_of(case: Case) -> Question:
+    """The section [identify], checked; a Fault for what does not fit."""
+    part = case.model.identify
+    if part is None:
+        raise Fault(("identify",), "is missing; add a section [identify] with sensors and unknowns")
+    columns = {}
+    for name, column in part.sensors.items():
+        if not name.isdigit():
+            raise Fault(("identify", "sensors", name), f'"{name}" is no bead; write {{ 7 = 1 }} for bead 7 in column 1')
+        columns[int(name)] = column
+    if not columns:
+        raise Fault(("identify", "sensors"), "is empty; write { 7 = 1 } for bead 7 in column 1")
+    try:
+        sensors_of(case.changed({"measure": {"sensors": list(columns)}}), case)
+    except Fault as fault:
+        at = fault.path[-1]
+        bead = list(part.sensors)[at] if isinstance(at, int) else ""
+        raise Fault(("identify", "sensors", bead), fault.reason) from None
+    ranges: dict[str, tuple[float, float]] = {}
+    paths: dict[str, Path] = {}
+    units: dict[str, tuple[str, float]] = {}
+
+    def note(key: str, place: Path, ends: tuple[float, float], texts: list[Any]) -> str:
+        path = path_of(key, place)
+        name = written(path)
+        if name in paths:
+            raise Fault(place, f'"{key}" is given twice')
+        ranges[name], paths[name] = ends, path
+        units[name] = unit_at(case, path, ends[0], texts)[:2]
+        return name
+
+    for key, given in part.unknowns.items():
+        place = ("identify", "unknowns", key)
+        low, high = (_number(case, key, one, (*place, i), place) for i, one in enumerate(given))
+        if not low < high:
+            raise Fault(place, "the lowest value comes first, and the highest must be above it")
+        note(key, place, (low, high), given)
+    if not ranges:
+        raise Fault(("identify", "unknowns"), 'is empty; write { "structure.thickness" = ["1 mm", "6 mm"] }')
+    nuisances = []
+    for i, key in enumerate(part.nuisances):
+        where: Path = ("identify", "nuisances", i)
+        if key in OF_SENSORS:
+            nuisances.append(key)
+            continue
+        if "." not in key:
+            choices = ", ".join(OF_SENSORS)
+            raise Fault(where, f'"{key}" is none; take {choices}, or a path such as chain.impact_speed')
+        name = written(path_of(key, where))
+        if name not in paths:
+            value = _value(case, key, where)
+            note(key, where, (value / WIDE, value * WIDE), [])
+        nuisances.append(name)
+    return Question(case, part, ranges, paths, units, nuisances, columns)
+
+
+def _number(case: Case, key: str, given: Any, at: Path, place: Path) -> float:
+    found = si_value(case, path_of(key, place), given, at)
+    if not isinstance(found, int | float):
+        raise Fault(at, f"{found!r} is no number; only numbers can be unknown")
+    return float(found)
+
+
+def _value(case: Case, key: str, place: Path) -> float:
+    """The value of a nuisance in the case, from which its range follows."""
+    path = path_of(key, place)
+    try:
+        value = value_at(case.model, path)
+    except (AttributeError, KeyError, IndexError, TypeError):
+        value = None
+    if not isinstance(value, int | float) or not value > 0.0:
+        raise Fault(place, f'"{key}" has no value in the case; give it a range in identify.unknowns')
+    return float(value)
+
+
+def texts(question: Question, values: Mapping[str, float]) -> dict[str, float]:
+    return {written(question.paths[name]): value for name, value in values.items()}
+
+
+def identified(
+    question: Question, signal: xr.Dataset, build: Builder, common: dict[str, Any], guess: Any = None
+) -> Identification:
+    part = question.part
+    settings: dict[str, Any] = dict(question.ranges)
+    return identify(
+        signal, build, question.nuisances, noise=part.noise, starts=part.starts, seed=part.seed, guess=guess,
+        discrepancy=part.discrepancy, compare=part.compare, **common, **settings,
+    )  # fmt: skip
