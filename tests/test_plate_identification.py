@@ -43,7 +43,7 @@ def measured(case: Case, noise: float, seed: int) -> xr.Dataset:
     for sensor, gain in ((7, 0.9), (13, 1.1)):
         force = gain * np.interp(time - 60e-6, run.time, hl.sensor_force(run, sensor), left=0.0)
         rows.append(force + random.normal(0.0, noise * force.max(), time.size))
-    return xr.Dataset({"force": (("sensor", "time"), np.stack(rows))}, {"sensor": [7, 13], "time": time})
+    return hl.as_signal(time, dict(zip((7, 13), rows, strict=True)))
 
 
 def fit_of(question: Question, around: AroundGuess) -> Fit:

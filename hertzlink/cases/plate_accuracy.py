@@ -41,7 +41,7 @@ PEAK_NOISE = 0.01
 
 @dataclass(frozen=True)
 class Difference:
-    """What another mesh changes: the trace (root mean square), in parts of the noise; unknowns, in standard deviations."""
+    """What another mesh changes: the trace, root mean square, in parts of the noise; unknowns, in their deviations."""
 
     change: float
     shifts: dict[str, float]

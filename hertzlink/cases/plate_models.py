@@ -23,7 +23,7 @@ BAND = 1.15
 """The basis serves plates whose waves are up to this factor slower or faster than at the guess."""
 
 TOLERANCE, ROUGH = 1e-3, 1e-2
-"""Of the basis, for a narrow range and for a wide one: with 1e-2 an unknown moves by up to a standard deviation."""
+"""Of the basis, for the last fit and for those that look for it: with 1e-2 an unknown moves by up to a standard deviation."""
 
 AROUND = 0.05
 """Half of the range of positions of the basis, as a part of the distance from the nearest edge; and more:"""
@@ -68,8 +68,8 @@ class AroundGuess:
     """Kirchhoff plates near a guess from one basis; others by a mesh and a reduction of their own.
 
     errors: half intervals of the coordinates at the guess, m, by the place in `at`; frequency: Hz, that the meshes
-    resolve; around: half of the range of positions, as a part of the distance from the nearest edge; warnings: of the
-    basis.
+    resolve; around: half of the range of positions, as a part of the distance from the nearest edge; tolerance,
+    warnings: of the basis.
     """
 
     guess: Case
@@ -77,6 +77,7 @@ class AroundGuess:
     paths: set[tuple[Any, ...]]
     frequency: float = FREQUENCY
     around: float = AROUND
+    tolerance: float = ROUGH
     warnings: list[str] = field(init=False)
     _basis: ReducedPlate = field(init=False)
     _slowest: float = field(init=False)
@@ -90,7 +91,6 @@ class AroundGuess:
         thinner = body.model_copy(update={"thickness": thickness, "highest_frequency": self.frequency})
         plate: Plate = thinner.plate(world)
         ranges = [self._range(body, plate, i) for i in (0, 1)]
-        tolerance = TOLERANCE if self.around <= AROUND else ROUGH
         with collected() as self.warnings:
             self._basis = ReducedPlate(
                 plate, world.until * (BAND**2 if scales else 1.0), ranges[0], ranges[1], tolerance

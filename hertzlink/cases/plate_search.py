@@ -8,7 +8,7 @@ import xarray as xr
 
 from coupling.identification.found import Identification
 from hertzlink.cases.plate_accuracy import Fit, frequency_of
-from hertzlink.cases.plate_models import BAND, FREQUENCY, AroundGuess, one_edge, scales
+from hertzlink.cases.plate_models import BAND, FREQUENCY, TOLERANCE, AroundGuess, one_edge, scales
 from hertzlink.cases.questions import Builder, Question, identified, texts
 from structures.caution import caution, collected
 
@@ -69,7 +69,7 @@ def _searched(question: Question, signal: xr.Dataset, common: dict[str, Any]) ->
         errors = {
             i: best.found[name].error for name in best.values for i in (0, 1) if question.paths[name][1:] == ("at", i)
         }
-        around = AroundGuess(near, errors, question.of_structure, frequency)
+        around = AroundGuess(near, errors, question.of_structure, frequency, tolerance=TOLERANCE)
         best = _on_basis(question, signal, common, around, best.values)
     if len(first.modes) > 1:
         remarks.append(f"that plate has {len(first.modes)} different fits; the best of {FOLLOWED} was taken")
