@@ -23,7 +23,7 @@ BAND = 1.15
 """The basis serves plates whose waves are up to this factor slower or faster than at the guess."""
 
 TOLERANCE, ROUGH = 1e-3, 1e-2
-"""Of the basis, for the last fit and for those that look for it: with 1e-2 an unknown moves by up to a standard deviation."""
+"""Of the basis, for the last fit and for those before it: 1e-2 moves an unknown by up to a standard deviation."""
 
 AROUND = 0.05
 """Half of the range of positions of the basis, as a part of the distance from the nearest edge; and more:"""
@@ -93,7 +93,7 @@ class AroundGuess:
         ranges = [self._range(body, plate, i) for i in (0, 1)]
         with collected() as self.warnings:
             self._basis = ReducedPlate(
-                plate, world.until * (BAND**2 if scales else 1.0), ranges[0], ranges[1], tolerance
+                plate, world.until * (BAND**2 if scales else 1.0), ranges[0], ranges[1], self.tolerance
             )
         self._slowest = _speed(thinner.thickness, material_of(body.material, world))
 
