@@ -550,7 +550,13 @@ def test_identify_finds_an_edge_of_a_plate(tmp_path: Path, command: Callable[...
     """The shared case: a plate of 914 mm, its thickness and the place of its contact, with three nuisances."""
     boundary(tmp_path)
     true = read(tmp_path / "plate-boundary.toml")[0].changed(
-        {"structure.thickness": "3.3 mm", "structure.at[0]": "47 mm", "chain.impact_speed": 0.29, "run.until": "1.2 ms"}
+        {
+            "structure.thickness": "3.3 mm",
+            "structure.at[0]": "47 mm",
+            "chain.impact_speed": 0.29,
+            "run.until": "1.2 ms",
+            "structure.highest_frequency": "80 kHz",
+        }
     )
     Path("trace.csv").write_text(trace(true, 0.01, 11, 60e-6, {7: 0.9, 13: 1.1}))
     said = command("identify", "identify-edge.toml", "trace.csv")

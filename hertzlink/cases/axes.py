@@ -53,7 +53,8 @@ class Axis:
     @property
     def head(self) -> str:
         """Name and unit, for the head of a table."""
-        return f"{self.name}, {self.unit}" if self.unit else self.name
+        label = _label(self.path)
+        return f"{label}, {self.unit}" if self.unit else label
 
 
 def axes_of(case: Case) -> list[Axis]:
@@ -156,14 +157,17 @@ def _steps(case: Case, path: Path, key: str, given: Steps) -> list[Any]:
     return [float(one) for one in values]
 
 
+def _label(path: Path) -> str:
+    """The last part of a path, as a word."""
+    last = path[-1]
+    if path[-2:-1] == ("at",) and last in (0, 1):
+        return "xy"[int(last)]
+    return re.sub(r"\W", "_", str(last) if isinstance(last, str) else f"{path[-2]}_{last}")
+
+
 def _name(path: Path, earlier: Iterable[Axis]) -> str:
     """A short name for an axis, which no other has."""
-    last = path[-1]
-    if path[-2:-1] == ("at",):
-        name = "xy"[int(last)] if last in (0, 1) else "at"
-    else:
-        name = str(last) if isinstance(last, str) else f"{path[-2]}_{last}"
-    name = re.sub(r"\W", "_", name)
+    name = _label(path)
     if name in OWN_NAMES or name in {one.name for one in earlier}:
         return re.sub(r"\W+", "_", written(path)).strip("_")
     return name

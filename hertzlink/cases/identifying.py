@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path as File
+from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -24,8 +25,8 @@ from hertzlink.cases.faults import Fault, reason_of
 from hertzlink.cases.model import CaseModel, IdentifyPart
 from hertzlink.cases.parts import World
 from hertzlink.cases.paths import Path, put, written
-from hertzlink.cases.plate_models import AroundGuess, edge_of, one_edge, scales
-from hertzlink.cases.report import csv_text, table
+from hertzlink.cases.plate_models import BAND, AroundGuess, edge_of, one_edge, scales
+from hertzlink.cases.report import WIDTH, csv_text, table
 from hertzlink.cases.running import sensors_of
 from structures.caution import collected
 from structures.structure import Structure
@@ -35,6 +36,9 @@ WIDE = 2.0
 
 FOLLOWED = 3
 """Fits of the plate with one edge that are followed on the whole plate."""
+
+WIDER = 0.25
+"""Part of the distance from the edge, and of the position, that is searched where no fit explains the signal."""
 
 MOST_ELEMENTS = 400
 """Elements of a layer whose mesh is the same for all values."""
@@ -232,11 +236,30 @@ def _by_one_edge(question: Question, signal: xr.Dataset, common: dict[str, Any])
         if best is None or found.misfit < best.misfit:
             best = found
     assert best is not None
+    if not best.explained and scales(question.case.model, question.of_structure):
+        remarks.append(f"no fit nearby explained the signal; all within {100.0 * WIDER:.0f} % of the best was searched")
+        found = _nearby(question, signal, common, {name: best[name].value for name in question.ranges})
+        best = found if found.misfit < best.misfit else best
     if len(first.modes) > 1:
         remarks.append(f"that plate has {len(first.modes)} different fits; the best of {FOLLOWED} was taken")
     if not best.explained:
         remarks.append('search = "full" in [identify] searches the whole plate, in some minutes')
     return best, remarks
+
+
+def _nearby(
+    question: Question, signal: xr.Dataset, common: dict[str, Any], guess: Mapping[str, float]
+) -> Identification:
+    """A search of all positions and thicknesses around a guess, on one basis."""
+    near = question.case.changed(_texts(question, guess))
+    structures = AroundGuess(near, {}, question.of_structure, WIDER).structure
+    ranges = dict(question.ranges)
+    for name, (low, high) in question.ranges.items():
+        if question.paths[name][0] == "structure":
+            part = WIDER if question.paths[name][1] == "at" else BAND - 1.0
+            ranges[name] = max(low, guess[name] / (1.0 + part)), min(high, guess[name] * (1.0 + part))
+    inner = replace(question, case=near, ranges=ranges)
+    return _identified(inner, signal, Builder(inner, structures), common)
 
 
 def _same_mesh(case: Case, question: Question) -> dict[str, Any]:
@@ -263,6 +286,7 @@ def tables(question: Question, found: Identification, remarks: list[str]) -> tup
     head = ["unknown", "value", "95 % interval", "verdict"]
     lines = table(head, rows, "unknowns.csv")
     notes = str(found).splitlines()[1 + len(found.unknowns) :]
+    remarks = [fill(one, WIDTH, subsequent_indent="  ") for one in remarks]
     text = "\n".join([*lines, *notes, *remarks])
     data = found.data
     names = [f"{what} at bead {bead} (N)" for bead in data.sensor.values for what in ("measured", "fitted")]

@@ -16,7 +16,8 @@ from structures.material import Material
 from structures.structure import Structure
 
 FREQUENCY = 60e3
-"""Hz, that the plate with one edge resolves."""
+"""Hz, that these models resolve unless the case says more: on a mesh for 40 kHz traces are off by 0.2 % of their peak,
+which moves a thickness by its standard deviation at 1 % noise."""
 
 BAND = 1.15
 """The basis serves plates whose waves are up to this factor slower or faster than at the guess."""
@@ -69,6 +70,7 @@ class AroundGuess:
     guess: Case
     errors: dict[int, float]
     paths: set[tuple[Any, ...]]
+    around: float = AROUND
     _basis: ReducedPlate = field(init=False)
     _slowest: float = field(init=False)
 
@@ -77,7 +79,9 @@ class AroundGuess:
         assert isinstance(body, KirchhoffPlate)
         world = world_of(model, self.guess.folder)
         scales = bool(self.paths & {("thickness",), ("material", "youngs_modulus"), ("material", "density")})
-        thinner = body.model_copy(update={"thickness": body.thickness / (BAND if scales else 1.0)})
+        thickness = body.thickness / (BAND if scales else 1.0)
+        frequency = max(FREQUENCY, body.highest_frequency or 0.0)
+        thinner = body.model_copy(update={"thickness": thickness, "highest_frequency": frequency})
         plate: Plate = thinner.plate(world)
         ranges = [self._range(body, plate, i) for i in (0, 1)]
         # The warnings of an accuracy that does not reach a hundredth concern distances that are hardly used.
@@ -89,7 +93,7 @@ class AroundGuess:
         place, side = body.at[i], (body.length, body.width)[i]
         if ("at", i) not in self.paths:
             return place
-        half = max(AROUND * min(place, side - place), ERRORS * self.errors.get(i, 0.0), CELLS * plate.finest_cell)
+        half = max(self.around * min(place, side - place), ERRORS * self.errors.get(i, 0.0), CELLS * plate.finest_cell)
         return max(place - half, 0.5 * plate.finest_cell), min(place + half, side - 0.5 * plate.finest_cell)
 
     def structure(self, model: CaseModel, world: World) -> Structure | None:

@@ -27,6 +27,8 @@ def trial(task: Task) -> str:
         simulation = first.simulation()
         building = perf_counter() - begin
         short = first.until / PART
+    # Of a short run warnings mean little.
+    with collected():
         simulation.run(short)  # compiles what is not compiled yet
         begin = perf_counter()
         simulation.run(short)
