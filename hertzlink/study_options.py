@@ -11,9 +11,9 @@ from hertzlink.studies import ABOUT, STUDIES, study
 from hertzlink.studies.conditions import Conditions, Option, WrongValue
 from hertzlink.studies.writing import FORMATS
 
-OWN_NOTE = """Numbers are in SI units, or carry a unit, as "1 mm". Several values: with commas, or repeated. In
-brackets: the defaults, those of the thesis. Where a value differs, the table has no column of the thesis, and says what
-differs, as do figures and netCDF."""
+OWN_NOTE = """Numbers are in SI units, or carry a unit, as "1 mm". Several values: with commas, or the option repeated.
+In brackets: the defaults, those of the thesis. Where a value differs, the table has no column of the thesis, and says
+what differs, as do figures and netCDF."""
 
 
 def common_options() -> list[click.Parameter]:

@@ -336,7 +336,7 @@ def test_a_run_from_the_command_line(tmp_path: Path, command: Callable[..., str]
     said = command("run", "rod.toml", "--set", "chain.impact_speed=0.2 m/s", "--set", "measure.sensor=8")
     assert max(map(len, said.split("\n\n")[0].splitlines())) <= 80
     folder = tmp_path / "rod"
-    names = {"case.toml", "files.txt", "results.nc", "table.txt", "traces.csv", "waves.csv"}
+    names = {"case.toml", "files.txt", "report.html", "results.nc", "table.txt", "traces.csv", "waves.csv"}
     assert {path.name for path in folder.iterdir()} == names
     assert (folder / "table.txt").read_text().strip() in said
     with xr.open_dataset(folder / "results.nc") as data:
@@ -387,6 +387,10 @@ def test_a_sweep_from_the_command_line(tmp_path: Path, command: Callable[..., st
         assert data.length.attrs == {"path": "structure.layers[0].length", "units": "m"}
     first = Path("out/points.csv").read_text().splitlines()[1].split(",")
     assert float(first[3]) == hl.amplitude_ratio(runs, 7).values[0, 0]
+    page = Path("out/report.html").read_text()
+    assert page.count("<figure") == 3  # AR, TOF and the set-up
+    assert "material brass 360" in page
+    assert f"{float(first[3]):.5g}" in page
 
 
 def test_a_critical_distance_from_the_command_line(tmp_path: Path, command: Callable[..., str]) -> None:
@@ -408,6 +412,10 @@ def test_a_critical_distance_from_the_command_line(tmp_path: Path, command: Call
     assert f"{1e3 * found.critical_distance.item():.4g}" in said
     with xr.open_dataset("mine/results.nc") as data:
         np.testing.assert_array_equal(data.amplitude_ratio.values[0], found.amplitude_ratio)
+    page = Path("mine/report.html").read_text()
+    low, high = 1e3 * found.bracket.values
+    assert f"critical: {low:.4g} to {high:.4g} mm" in page
+    assert "no such wave" not in page
 
 
 def test_check_says_what_would_run(tmp_path: Path, command: Callable[..., str]) -> None:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from coupling.files.writing import whole_file_by_name
 from coupling.views.motion import known_motion
+from coupling.views.shown import ShownPath
 from structures.checks import finite, positive
 
 Images = Iterable[NDArray[np.uint8]]
@@ -62,7 +63,7 @@ def picture(
     Returns
     -------
     Path
-        The path of the file.
+        The path of the file. A notebook shows what it holds.
 
     Raises
     ------
@@ -83,7 +84,7 @@ def picture(
     >>> float(motion.von_mises.max()) > 1e6
     True
     >>> hl.views.picture(motion, "body.png", time=100e-6)  # doctest: +SKIP
-    PosixPath('body.png')
+    ShownPath('body.png')
     """
     known_motion(motion)
     target = _target(path, (".png", ".pdf", ".svg"))
@@ -131,7 +132,7 @@ def animation(
     Returns
     -------
     Path
-        The path of the file.
+        The path of the file. A notebook shows what it holds.
 
     Raises
     ------
@@ -152,7 +153,7 @@ def animation(
     >>> motion.sizes["time"]
     2
     >>> hl.views.animation(motion, "body.gif", frame_rate=5.0)  # doctest: +SKIP
-    PosixPath('body.gif')
+    ShownPath('body.gif')
     """
     known_motion(motion)
     target, rate = _target(path, (".gif", ".mp4")), positive("frame_rate", frame_rate, "1/s")
@@ -218,7 +219,7 @@ def _target(path: str | Path, suffixes: tuple[str, ...]) -> Path:
     """The path; a ValueError if no such file can be written there."""
     if not isinstance(path, str | Path):
         raise ValueError(f"path = {path!r}: must be the name of a file")
-    target = Path(path)
+    target = ShownPath(path)
     if target.suffix.lower() not in suffixes:
         raise ValueError(f"path = {str(path)!r}: must end in {' or '.join(suffixes)}")
     if not target.parent.is_dir() or target.is_dir():

@@ -6,6 +6,7 @@ What reads cases is loaded by the commands themselves, so that the others stay f
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -49,7 +50,7 @@ def _read(path: str, changes: tuple[str, ...]) -> tuple["Case", "Source"]:
 @FORCE
 @JOBS
 def run_case(case: str, changes: tuple[str, ...], output: Path | None, force: bool, jobs: int | None) -> None:
-    """Run a case: one run, a sweep or a critical distance. Writes netCDF and CSV, and prints a table."""
+    """Run a case: one run, a sweep or a critical distance. Writes netCDF, CSV and a report, and prints a table."""
     from hertzlink.cases.report import report
     from hertzlink.cases.running import run_task, task_of
 
@@ -67,11 +68,14 @@ def run_case(case: str, changes: tuple[str, ...], output: Path | None, force: bo
 def _written(
     name: str, output: Path | None, force: bool, case: "Case", work: Callable[[], tuple[Any, str, dict[str, str]]]
 ) -> None:
-    """Do the work, write its Dataset, its CSV files and its table into a new folder, and print the table."""
+    """Do the work, write its Dataset, CSV files, table and report into a new folder, and print the table."""
     from coupling.results.findings import one_of_each, warn, with_warnings
+    from hertzlink.cases.pages import page
     from hertzlink.cli import check_output, write_folder
+    from hertzlink.reports.page import html
     from structures.caution import collected
 
+    began = perf_counter()
     folder = output or Path(Path(name).stem)
     check_output(folder, force)
     findings: list[str] = []
@@ -80,9 +84,12 @@ def _written(
             data, text, files = work()
     finally:
         warn(one_of_each(findings))
-    data = with_warnings(data, findings)
+    data, took = with_warnings(data, findings), perf_counter() - began
+
+    whole = html(page(data, files, case.model.title or Path(name).stem, took))
 
     def write(into: Path) -> None:
+        (into / "report.html").write_text(whole, encoding="utf-8")
         (into / "results.nc").write_bytes(data.to_netcdf(engine="h5netcdf"))
         (into / "table.txt").write_text(text + "\n", encoding="utf-8")
         (into / "case.toml").write_text(case.to_toml(), encoding="utf-8")

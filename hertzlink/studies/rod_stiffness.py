@@ -87,6 +87,7 @@ def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
         jobs = 1
     of = Conditions.of(own)
     moduli = of.few("modulus", MODULI[::6] if quick else MODULI)
+    of.check_meshes()
     given = {_called(one): one for one in of.material}
     materials = WALLS if quick and of.material == of.thesis("material") else given
 

@@ -33,7 +33,7 @@ DASHPOTS = (4.0, 5.0, 6.0)
 CROSSING = 1e-6
 """s, in which a wave crosses an element of a rod by default."""
 
-SLENDEREST, FLATTEST = 1e-4, 10.0
+SHORTEST, LONGEST = 1e-4, 10.0
 """Lengths of layers, m, for which meshes stay within reason."""
 
 
@@ -127,17 +127,29 @@ class Striking(Conditions):
             elements = max(ceil(self.sharper * one.length / one.material.bar_speed / CROSSING) for one in layers)
         return reduce(rod(layers, elements=elements), self.until, pulse=DEFAULT_PULSE / self.sharper)
 
+    def check_meshes(self) -> None:
+        """A ValueError before any run where a mesh would be too large; the thesis's are not."""
+        if self.own:
+            for stack in self.stacks():
+                try:
+                    self._cylinder(stack)
+                except ValueError as error:
+                    cure = f"makes too fine a mesh for this cylinder ({error}); give larger beads or a smaller cylinder"
+                    raise WrongValue("bead", self.bead, cure) from None
+
+    def _cylinder(self, layers: Sequence[Layer]) -> Structure:
+        return layered_cylinder(layers, highest_frequency=HIGHEST_FREQUENCY * self.sharper)
+
     def solid(self, layers: Sequence[Layer]) -> Structure:
         """The axisymmetric cylinder of these layers on a fixed base, reduced."""
-        body = layered_cylinder(layers, highest_frequency=HIGHEST_FREQUENCY * self.sharper)
-        return reduce(body, self.until, pulse=DEFAULT_PULSE / self.sharper)
+        return reduce(self._cylinder(layers), self.until, pulse=DEFAULT_PULSE / self.sharper)
 
 
 def length(default: Any, says: str) -> Any:
     """A parameter: a length along the cylinder."""
-    return number(default, "m", says, low=SLENDEREST, high=FLATTEST)
+    return number(default, "m", says, low=SHORTEST, high=LONGEST)
 
 
 def radius(default: float) -> Any:
     """A parameter: the radius of the cylinder."""
-    return number(default, "m", "Radius of the cylinder", low=1e-4, high=10.0)
+    return number(default, "m", "Radius of the cylinder", low=1e-4, high=5.0)

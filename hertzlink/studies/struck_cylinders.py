@@ -109,6 +109,8 @@ def over_lengths(
     The force at the sensors is that of the rods, for the middle dashpot.
     """
 
+    of.check_meshes()
+
     def against_rod(length: float, dashpot: float) -> CoSimulation:
         return CoSimulation(of.chain(dashpot), of.slender(layers(length)))
 

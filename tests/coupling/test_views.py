@@ -1,6 +1,7 @@
 """Pictures, animations and ParaView files: whole or not there, of what was computed, at the times that were asked."""
 
 import importlib.util
+from base64 import b64encode
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -15,6 +16,7 @@ from PIL import Image
 import hertzlink as hl
 from coupling.views import render
 from coupling.views.scene import Scene, round_number
+from coupling.views.shown import ShownPath
 from structures.factor import factorise
 from structures.structure import known_field
 
@@ -289,3 +291,18 @@ def test_the_force_beneath(run: xr.Dataset, motion: xr.Dataset, tmp_path: Path) 
     with pytest.raises(ValueError, match="run: has the axes speed; choose one run"):
         hl.views.picture(motion, tmp_path / "bad.png", run=xr.concat([run, run], dim="speed"))
     assert not (tmp_path / "bad.png").exists()
+
+
+def test_a_notebook_shows_what_is_drawn(tmp_path: Path) -> None:
+    """As an image inside the page; a kind of file that browsers do not show stays a path."""
+    path = ShownPath(tmp_path / "body.png")
+    assert path._repr_html_() is None
+    path.write_bytes(b"drawn")
+    assert f"data:image/png;base64,{b64encode(b'drawn').decode()}" in (path._repr_html_() or "")
+    movie = ShownPath(tmp_path / "body.mp4")
+    movie.write_bytes(b"moving")
+    assert (movie._repr_html_() or "").startswith("<video controls")
+    paper = ShownPath(tmp_path / "body.pdf")
+    paper.write_bytes(b"paper")
+    assert paper._repr_html_() is None
+    assert path == tmp_path / "body.png"

@@ -59,6 +59,7 @@ BAD: list[tuple[str, str]] = [
     ("rod-length --impact-speed 1 --drop-height 2", "--impact-speed 1: give it or the drop height, not both"),
     ("rod-length --bead 9.52", "--bead 9.52: must be from 0.0001 to 0.5 m"),
     ("rod-length --dashpot -5", "--dashpot -5: must be more than 0 and at most 1e+06 N s/m"),
+    ("rod-length --length 10 --radius 5 --bead 1e-4", "bead = 0.0001: makes too fine a mesh"),
     ("rod-stiffness --thickness 1e-3", "no such option --thickness; parameters: --bead,"),
     ("rod-stiffness --modulus 200", "--modulus 200: must be from 100000 to 1e+13 Pa"),
     ("rod-stiffness --material brass,golden", "golden"),

@@ -1,0 +1,107 @@
+"""The report of a case: one page, with what its result shows."""
+
+import csv
+import io
+from collections.abc import Mapping
+from functools import partial
+from itertools import islice, product
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from coupling.results.findings import findings_of, one_of_each
+from coupling.views.canvas import COLOURS, legend_below, styled
+from coupling.views.swept import MARKERS, MEASURES, MOST_CURVES, parameter, swept
+from hertzlink.reports.of_results import of_input, of_setup, page_of
+from hertzlink.reports.page import Page, Picture, Section, Table, table, usual_facts
+from hertzlink.reports.svg import drawn
+
+MOST_ROWS, MOST_PICTURES = 60, 8
+"""Of a report; the files beside it hold all."""
+
+NOT_SHOWN = ("traces.csv",)
+
+
+def page(data: xr.Dataset, files: Mapping[str, str], title: str, took: float) -> Page:
+    """The page. files: the CSV files of the case by name, which become tables."""
+    if "amplitude_ratio" not in data:  # one run, or an identification
+        return page_of(data, title, None, None, took)
+    tables = [_table(name, text) for name, text in files.items() if name.endswith(".csv") and name not in NOT_SHOWN]
+    sections = [
+        Section("Warnings", warnings=one_of_each([str(one) for one in findings_of(data)])),
+        Section("Results", tables=tables, pictures=_pictures(data)),
+        of_setup(data),
+        of_input(data),
+    ]
+    axes = ", ".join(f"{str(name).replace('_', ' ')} ({data.sizes[name]})" for name in data.amplitude_ratio.dims)
+    return Page(title, [f"Runs over {axes}."], sections, usual_facts(took))
+
+
+def _pictures(data: xr.Dataset) -> list[Picture]:
+    """AR and TOF over the axis of the most numbers; a figure for each combination of all but one other."""
+    ratio = data.amplitude_ratio
+    names = sorted(map(str, ratio.dims), key=lambda name: (ratio[name].dtype.kind not in "iuf", -ratio.sizes[name]))
+    along, others = names[0], [name for name in names[1:] if ratio.sizes[name] > 1]
+    curves = next((name for name in others if ratio.sizes[name] <= MOST_CURVES), None)
+    fixed = [name for name in names[1:] if name != curves]
+    combinations = product(*(range(ratio.sizes[name]) for name in fixed))
+    found = list[Picture]()
+    for place in islice(combinations, MOST_PICTURES // len(MEASURES)):
+        part = data.isel(dict(zip(fixed, place, strict=True)))
+        where = "".join(f", {_shown(name, part[name])}" for name in fixed)
+        for measure, words in (("amplitude_ratio", "Amplitude ratio AR"), ("time_of_flight", "Time of flight TOF")):
+            caption = f"{words} of the primary wave{where}."
+            name = "-".join([measure, *map(str, place)])
+            draw = _sampled if "sampled" in part else _draw
+            found.append(drawn(name, caption, partial(draw, part, measure, along)))
+    return found
+
+
+def _draw(part: xr.Dataset, measure: str, along: str, ax: Any) -> None:
+    swept(part, None, measure, along, ax=ax)
+
+
+def _sampled(part: xr.Dataset, measure: str, along: str, ax: Any) -> None:
+    """The refined samples of each curve, and its critical distance; each curve has places of its own."""
+    words, factor, _ = MEASURES[measure]
+    scale, unit = parameter(part[along])
+    curves = next((str(name) for name in part[measure].dims if name != along), None)
+    for number in range(part.sizes[curves] if curves else 1):
+        one = part.isel({curves: number}) if curves else part
+        one = one.isel({along: one.sampled.values.astype(bool)})
+        label = _shown(curves, one[curves]) if curves else "runs"
+        style = {"color": COLOURS[number], "marker": MARKERS[number], "markersize": 4.0, "linewidth": 1.1}
+        ax.plot(scale * one[along].values, factor * one[measure].values, label=label, **style)
+        low, high = scale * one.bracket.values.ravel()
+        if np.isfinite([low, high]).all():
+            span = f"critical: {low:.4g} to {high:.4g} {unit}"
+            ax.axvspan(low, high, color=COLOURS[number], alpha=0.35, label=span)
+    if measure == "amplitude_ratio":
+        ax.set_ylim(bottom=0.0)
+    styled(ax, f"{along.replace('_', ' ')} ({unit})", words)
+    legend_below(ax, "primary wave")
+
+
+def _shown(name: str, value: xr.DataArray) -> str:
+    """A name with its value."""
+    words = name.replace("_", " ")
+    if value.dtype.kind not in "iuf":
+        return f"{words} {value.item()}"
+    factor, unit = parameter(value)
+    return f"{words} {factor * value.item():.4g} {unit}".strip()
+
+
+def _table(name: str, text: str) -> Table:
+    head, *rows = list(csv.reader(io.StringIO(text)))
+    words = f"The first {MOST_ROWS} of {len(rows)} rows of {name}" if len(rows) > MOST_ROWS else f"All rows of {name}"
+    shown = [[_short(cell) for cell in row] for row in rows[:MOST_ROWS]]
+    return table(f"{words}, in the units of its head.", head, shown)
+
+
+def _short(cell: str) -> str:
+    """A number with five digits; other text as it is."""
+    try:
+        return f"{float(cell):.5g}"
+    except ValueError:
+        return cell or "none"
