@@ -22,6 +22,7 @@ from coupling.results.provenance import provenance, versions
 from coupling.state import NotConverged
 from coupling.sweeps.progress import one_bar
 from hertzlink.commands.case_commands import COMMANDS
+from hertzlink.commands.explore_command import explore_case
 from hertzlink.studies import RUNS, study
 from hertzlink.studies.conditions import DIFFERS
 from hertzlink.studies.writing import FORMATS, QUICK, Written, read_study
@@ -98,7 +99,7 @@ def cli() -> None:
     """Solitary waves in chains of beads that touch a structure, and their reflections."""
 
 
-for _command in COMMANDS:
+for _command in (*COMMANDS, explore_case):
     cli.add_command(_command)
 
 

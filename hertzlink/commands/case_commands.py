@@ -37,7 +37,7 @@ def located(source: "Source") -> Iterator[None]:
         raise source.error(fault) from None
 
 
-def _read(path: str, changes: tuple[str, ...]) -> tuple["Case", "Source"]:
+def read_case(path: str, changes: tuple[str, ...]) -> tuple["Case", "Source"]:
     from hertzlink.cases.case import read
 
     return read(path, changes)
@@ -54,7 +54,7 @@ def run_case(case: str, changes: tuple[str, ...], output: Path | None, force: bo
     from hertzlink.cases.report import report
     from hertzlink.cases.running import run_task, task_of
 
-    whole, source = _read(case, changes)
+    whole, source = read_case(case, changes)
     with located(source):
         task = task_of(whole)
 
@@ -109,7 +109,7 @@ def check_case(case: str, changes: tuple[str, ...]) -> None:
     from hertzlink.cases.running import task_of
     from hertzlink.cases.trial import trial
 
-    whole, source = _read(case, changes)
+    whole, source = read_case(case, changes)
     with located(source):
         click.echo(trial(task_of(whole)))
 
@@ -125,7 +125,7 @@ def identify_case(case: str, trace: Path, changes: tuple[str, ...], output: Path
     from hertzlink.cases.identifying import answer, signal_of, tables
     from hertzlink.cases.questions import question_of
 
-    whole, source = _read(case, changes)
+    whole, source = read_case(case, changes)
     with located(source):
         question = question_of(whole)
         signal = signal_of(question, trace)

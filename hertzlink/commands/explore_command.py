@@ -1,0 +1,86 @@
+"""`hertzlink explore`: a case with sliders, in the browser."""
+
+import threading
+import webbrowser
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+import click
+
+from hertzlink.commands.case_commands import CASE, CHANGES, located, read_case
+
+if TYPE_CHECKING:
+    from hertzlink.cases.case import Case
+    from hertzlink.explore.answers import Explorer
+    from hertzlink.explore.server import Server
+
+
+@click.command("explore")
+@CASE
+@CHANGES
+@click.option("--port", type=click.IntRange(0, 65535), default=0, help="The port; by default a free one.")
+@click.option("--no-browser", is_flag=True, help="Print the address only.")
+def explore_case(case: str, changes: tuple[str, ...], port: int, no_browser: bool) -> None:
+    """Open a page with sliders: the force at a sensor, AR and TOF of a case at other values, at once.
+
+    The sliders are the axes of [sweep], or else what usually varies of the structure; the impact speed; and the sensor.
+    The page is served to this computer alone. Ctrl-C ends it.
+    """
+    with _server(case, changes, port) as server:
+        click.echo(f"open {server.address}\nCtrl-C ends it")
+        if not no_browser:
+            # In a thread: a browser may wait for the page.
+            threading.Thread(target=webbrowser.open, args=(server.address,), daemon=True).start()
+        try:
+            server.serve_forever()
+        except KeyboardInterrupt:
+            click.echo("ended")
+
+
+@contextmanager
+def _server(name: str, changes: tuple[str, ...], port: int) -> "Iterator[Server]":
+    """The server of a case, ready to answer."""
+    from hertzlink.cases.running import task_of
+    from hertzlink.explore.answers import Explorer
+    from hertzlink.explore.server import Server
+    from hertzlink.explore.sliders import sliders_of, start_of
+
+    whole, source = read_case(name, changes)
+    with located(source):
+        task = task_of(whole)
+        start = start_of(task)
+        explorer = Explorer(start, sliders_of(task, start))
+        # The first answer also loads compiled code, and finds what is wrong before any page opens.
+        first = explorer.answer({})
+        notes = _prepared(explorer, first["waves"]["primary"].get("amplitude_ratio"))
+    try:
+        server = Server(explorer, whole.model.title or Path(name).stem, notes, port)
+    except OSError as error:
+        raise ValueError(f"--port {port}: cannot be used ({error.strerror}); give another, or none") from error
+    with server:
+        yield server
+
+
+def _prepared(explorer: "Explorer", ratio: float | None) -> list[str]:
+    """Prepare one basis for plates. What the user should know of it; ratio: AR at the first values without it."""
+    from hertzlink.cases.building import world_of
+    from hertzlink.explore.plates import PlateBasis, has_basis
+
+    case: Case = explorer.case
+    if not has_basis(case, explorer.sliders):
+        return []
+    click.echo("preparing the plate for all values of its sliders: some seconds, once ...")
+    began = perf_counter()
+    try:
+        explorer.basis = PlateBasis(case, explorer.sliders, world_of(case.model, case.folder))
+    except ValueError as error:
+        return [f"Each plate gets a mesh of its own, which takes longer ({error})."]
+    other = explorer.answer({})["waves"]["primary"].get("amplitude_ratio")
+    note = "All plates come from one mesh and one basis."
+    if ratio is not None and other is not None:
+        note += f" At the first values AR differs by {abs(other - ratio):.1e} from that of `hertzlink run`."
+    click.echo(f"prepared in {perf_counter() - began:.1f} s. {note}")
+    return [note]

@@ -1,0 +1,98 @@
+"""What the page shows for the values of its sliders: one run of the case, its waves and its force."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from threading import Lock
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from coupling.results.ar_and_tof import reflections
+from coupling.results.findings import one_of_each
+from coupling.results.measures import sensor_force
+from hertzlink.cases.building import simulation_of, world_of
+from hertzlink.cases.case import Case, run_once
+from hertzlink.cases.paths import put
+from hertzlink.cases.running import sensors_of
+from hertzlink.explore.plates import PlateBasis
+from hertzlink.explore.sliders import Slider
+from structures.caution import collected
+from structures.structure import Structure
+
+MOST_POINTS = 400
+"""Points of a trace: on a page some 800 pixels wide more cannot be seen."""
+
+
+@dataclass
+class Explorer:
+    """The case at the first values of its sliders, and what runs it at others."""
+
+    case: Case
+    sliders: Sequence[Slider]
+    basis: PlateBasis | None = None
+    _one_at_a_time: Lock = field(default_factory=Lock)
+
+    def changed(self, values: Mapping[str, str]) -> Case:
+        """The case at values, texts by the sliders' names; those that are missing stay. A ValueError for wrong ones."""
+        known = {one.name: one for one in self.sliders}
+        changed = self.case.changed({})
+        for name, text in values.items():
+            if name not in known:
+                raise ValueError(f"{name[:40]!r}: there is no such slider; reload the page")
+            value = known[name].read(text)
+            if not known[name].is_start(text):
+                put(changed.data, known[name].path, value)
+        return changed
+
+    def answer(self, values: Mapping[str, str]) -> dict[str, Any]:
+        """What the page shows; a ValueError for wrong values, and errors of runs that fail."""
+        case = self.changed(values)
+        sensor = case.data["measure"]["sensor"]
+        sensors_of(case, case)
+        began = perf_counter()
+        # Structures are kept between runs, so two runs at once would disturb each other.
+        with self._one_at_a_time, collected() as findings:
+            run = self.run(case)
+            waves = reflections(run, sensor)
+            force = sensor_force(run, sensor)
+        took = perf_counter() - began
+        shown = {"incident": waves.incident, "primary": waves.primary, "secondary": waves.secondary}
+        times, forces = thinned(force)
+        return {
+            "sensor": sensor,
+            "waves": {name: _wave(wave) for name, wave in shown.items()},
+            "time": times.tolist(),
+            "force": forces.tolist(),
+            "until": case.until,
+            "warnings": one_of_each(findings),
+            "took": took,
+        }
+
+    def run(self, case: Case) -> xr.Dataset:
+        """Run the case at some values."""
+        known: dict[str, Structure | None] = {}
+        if self.basis is not None:
+            known["structure"] = self.basis.structure(case.model, world_of(case.model, case.folder))
+        return run_once(case, simulation_of(case.model, case.folder, known))
+
+
+def _wave(wave: Any) -> dict[str, Any]:
+    if not wave:
+        return {"reason": wave.reason}
+    names = ("amplitude", "arrival", "amplitude_ratio", "time_of_flight")
+    return {name: float(getattr(wave, name)) for name in names if hasattr(wave, name)}
+
+
+def thinned(force: xr.DataArray) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Times and forces for a curve of few points: the least and the greatest of each interval, so that peaks stay."""
+    times, values = force.time.values, force.values
+    if times.size <= MOST_POINTS:
+        return times, values
+    ends = np.linspace(0, times.size, MOST_POINTS // 2 + 1).astype(int)
+    pairs = (sorted((a + values[a:b].argmin(), a + values[a:b].argmax())) for a, b in pairwise(ends))
+    kept = np.array([place for pair in pairs for place in pair])
+    return times[kept], values[kept]

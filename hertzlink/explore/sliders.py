@@ -1,0 +1,199 @@
+"""The sliders of a case: the axes of its sweep, or what usually varies; the impact speed; and the sensor."""
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from decimal import Decimal
+from itertools import pairwise
+from math import ceil, floor, log10
+from typing import Any
+
+from hertzlink.cases.axes import Axis, unit_at
+from hertzlink.cases.bodies import HalfSpace, LayeredCylinder, Rod, Solid
+from hertzlink.cases.building import world_of
+from hertzlink.cases.case import Case
+from hertzlink.cases.checking import value_at
+from hertzlink.cases.parts import material_of
+from hertzlink.cases.paths import Path, entry, put, written
+from hertzlink.cases.plates import HalfPlane, InfinitePlate, PlateBody, RectanglePlate
+from hertzlink.cases.running import Task
+from hertzlink.cases.units import factor
+
+STEPS = 50
+"""Steps of a slider from zero to its first value, or up to ten times as many."""
+
+LAYERS = 3
+"""Layers of a rod that get sliders."""
+
+WIDE, HALVES, NEAR, NEARER = (0.25, 3.0), (0.5, 2.0), (0.5, 1.5), (0.75, 1.25)
+"""Ranges, as parts of the value in the case. Those of meshed plates are shorter, so that one basis serves them."""
+
+PREFERRED = {"m": "mm", "Pa": "GPa"}
+"""Units of values that a case gives as plain numbers."""
+
+SENSOR: Path = ("measure", "sensor")
+
+NUMBER = re.compile(r"-?\d{1,15}(\.\d{1,15})?([eE][-+]?\d{1,2})?")
+
+
+@dataclass(frozen=True)
+class Slider:
+    """What a user moves: an entry of the case, its range and first value in a unit; or choices by their texts."""
+
+    path: Path
+    unit: str
+    low: Decimal
+    high: Decimal
+    start: Decimal | str
+    step: Decimal = Decimal(1)
+    size: Decimal = Decimal(1)
+    whole: bool = False
+    choices: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def name(self) -> str:
+        """The path as text, which no other slider has."""
+        return written(self.path)
+
+    @property
+    def label(self) -> str:
+        """What it moves, in words."""
+        words = [] if self.path[0] in ("chain", "structure", "measure") else [str(self.path[0])]
+        for before, part in pairwise(self.path):
+            if isinstance(part, int):
+                place = "xy"[part] if before == "at" and part < 2 else f"{str(before).removesuffix('s')} {part + 1}"
+                words[-1:] = [place]
+            elif part != "material" or part == self.path[-1]:
+                words.append("Young's modulus" if part == "youngs_modulus" else part.replace("_", " "))
+        return " ".join(words)
+
+    def read(self, text: str) -> Any:
+        """The entry of the case that a text from the page means; a ValueError for what is none."""
+        if self.choices:
+            if text not in self.choices:
+                raise ValueError(f"{self.label}: {text[:40]!r} is no choice; take one of {', '.join(self.choices)}")
+            return self.choices[text]
+        allowed = f"{self.low:f} to {self.high:f} {self.unit}".strip()
+        if not NUMBER.fullmatch(text) or (self.whole and not text.lstrip("-").isdigit()):
+            kind = "whole number" if self.whole else "number"
+            raise ValueError(f"{self.label}: {text[:40]!r} is no {kind}; give one from {allowed}")
+        if not self.low <= Decimal(text) <= self.high:
+            raise ValueError(f"{self.label}: {text} {self.unit}".rstrip() + f" is outside of {allowed}")
+        if self.unit:
+            return f"{text} {self.unit}"
+        return int(text) if self.whole else float(text)
+
+    def is_start(self, text: str) -> bool:
+        """Whether a text that can be read is the first value, for which the case stays as it is."""
+        return text == self.start if self.choices else Decimal(text) == self.start
+
+    def si(self, value: Decimal) -> float:
+        """A value of the range in SI units."""
+        return float(value * self.size)
+
+
+def start_of(task: Task) -> Case:
+    """The case without its sweep. Its own entries stay where the sweep includes them; others get the first value."""
+    data = {name: part for name, part in task.case.data.items() if name not in ("sweep", "identify")}
+    case = Case(data, task.case.folder).changed({})
+    for axis in task.axes:
+        own = _value(task.case.data, axis.path)
+        # What the file gives may be a text with a unit: the checked value counts.
+        number = None if own is None else _value(task.first.changed({written(axis.path): own}).model, axis.path)
+        if axis.is_number and isinstance(number, int | float):
+            inside = min(axis.values) <= number <= max(axis.values)
+        else:
+            inside = own in axis.values
+        if not inside:
+            put(case.data, axis.path, axis.values[0])
+    case.data["measure"] = {"sensor": task.sensors[0]}
+    return case
+
+
+def sliders_of(task: Task, start: Case) -> list[Slider]:
+    """The sliders of a case, the first ones of its structure. start: what `start_of` returns."""
+    found = [_of_axis(axis, start) for axis in task.axes if len(axis.values) > 1]
+    if not task.axes:
+        found = [_around(start, path, value, part, most) for path, value, part, most in _usual(start)]
+    known = [one.path for one in found]
+    for path in (("chain", "impact_speed"), ("chain", "drop_height")):
+        value = _value(start.model, path)
+        if path not in known and isinstance(value, float) and value > 0.0:
+            found.append(_around(start, path, value, WIDE))
+    if SENSOR not in known:
+        chain = start.model.chain
+        beads = chain.beads if isinstance(chain.beads, int) else sum(one.count for one in chain.beads)
+        sensor = Decimal(start.data["measure"]["sensor"])
+        found.append(Slider(SENSOR, "", Decimal(1), Decimal(beads * chain.repeat), sensor, whole=True))
+    return found
+
+
+def _usual(case: Case) -> Iterator[tuple[Path, float, tuple[float, float], float]]:
+    """What usually varies of a structure: path, value (SI), range in parts of it, and the greatest value."""
+    body, world, none = case.model.structure, world_of(case.model, case.folder), float("inf")
+    at: Path = ("structure",)
+    if isinstance(body, Rod | LayeredCylinder):
+        for i, layer in enumerate(body.layers[:LAYERS]):
+            inside: Path = ("structure", "layers", i)
+            yield (*inside, "length"), layer.length, WIDE, none
+            modulus = material_of(layer.material, world, *inside, "material").youngs_modulus
+            yield (*inside, "material", "youngs_modulus"), modulus, WIDE, none
+    if isinstance(body, HalfSpace | Solid):
+        modulus = material_of(body.material, world, "structure", "material").youngs_modulus
+        yield (*at, "material", "youngs_modulus"), modulus, HALVES, none
+    if isinstance(body, HalfPlane) and body.distance > 0.0:
+        yield (*at, "distance"), body.distance, WIDE, none
+    if isinstance(body, RectanglePlate) and body.at[0] > 0.0:
+        yield (*at, "at", 0), body.at[0], NEAR, body.length
+    if isinstance(body, HalfPlane | InfinitePlate | PlateBody):
+        yield (*at, "thickness"), body.thickness, NEARER if isinstance(body, PlateBody) else HALVES, none
+
+
+def _value(data: Any, path: Path) -> Any:
+    """The value at a path of data or of a checked case, None where there is none."""
+    try:
+        return entry(data, path) if isinstance(data, dict) else value_at(data, path)
+    except (AttributeError, KeyError, IndexError, TypeError):
+        return None
+
+
+def _of_axis(axis: Axis, start: Case) -> Slider:
+    own = _value(start.model, axis.path)
+    if not axis.is_number:
+        texts = {str(one): one for one in axis.values}
+        return Slider(axis.path, "", Decimal(0), Decimal(0), _text_of(own, texts), choices=texts)
+    size = Decimal(repr(axis.size))
+    low, high, first = (_digits(one / axis.size) for one in (min(axis.values), max(axis.values), own))
+    whole = all(isinstance(one, int) for one in axis.values)
+    step = Decimal(1) if whole else _step(float(high - low) / STEPS, low)
+    return Slider(axis.path, axis.unit, low, high, first, step, size, whole)
+
+
+def _text_of(own: Any, texts: Mapping[str, Any]) -> str:
+    return str(own) if str(own) in texts else next(iter(texts))
+
+
+def _around(case: Case, path: Path, value: float, parts: tuple[float, float], most: float = float("inf")) -> Slider:
+    """A slider around the value (SI) in the case, in the unit that the case gives."""
+    unit, number, si = unit_at(case, path, value, [_value(case.data, path)])
+    if unit == si and unit in PREFERRED:
+        unit, number = PREFERRED[unit], float(factor(PREFERRED[unit], si))
+    first = _digits(value / number)
+    step = _step(float(first) / STEPS, first)
+    low = ceil(first * Decimal(parts[0]) / step) * step
+    top = first * Decimal(parts[1])
+    if most < float("inf"):
+        top = min(top, Decimal(most / number))
+    return Slider(path, unit, min(low, first), max(floor(top / step) * step, first), first, step, Decimal(repr(number)))
+
+
+def _digits(value: float) -> Decimal:
+    """A number without its last digits, which conversions leave."""
+    return Decimal(f"{value:.9g}")
+
+
+def _step(wanted: float, value: Decimal) -> Decimal:
+    """A power of ten at most as wanted, so that the value is a whole number of steps if it has few digits."""
+    last = value.normalize().as_tuple().exponent
+    power = floor(log10(wanted))
+    return Decimal(1).scaleb(max(power - 2, min(power, last if isinstance(last, int) else power)))
