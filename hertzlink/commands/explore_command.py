@@ -52,6 +52,7 @@ def _server(name: str, changes: tuple[str, ...], port: int) -> "Iterator[Server]
     with located(source):
         task = task_of(whole)
         start = start_of(task)
+        start.simulation()  # refuses what is wrong; sliders are made of what is right
         explorer = Explorer(start, sliders_of(task, start))
         # The first answer also loads compiled code, and finds what is wrong before any page opens.
         first = explorer.answer({})
@@ -66,7 +67,6 @@ def _server(name: str, changes: tuple[str, ...], port: int) -> "Iterator[Server]
 
 def _prepared(explorer: "Explorer", ratio: float | None) -> list[str]:
     """Prepare one basis for plates. What the user should know of it; ratio: AR at the first values without it."""
-    from hertzlink.cases.building import world_of
     from hertzlink.explore.plates import PlateBasis, has_basis
 
     case: Case = explorer.case
@@ -75,7 +75,7 @@ def _prepared(explorer: "Explorer", ratio: float | None) -> list[str]:
     click.echo("preparing the plate for all values of its sliders: some seconds, once ...")
     began = perf_counter()
     try:
-        explorer.basis = PlateBasis(case, explorer.sliders, world_of(case.model, case.folder))
+        explorer.basis = PlateBasis(case, explorer.sliders)
     except ValueError as error:
         return [f"Each plate gets a mesh of its own, which takes longer ({error})."]
     other = explorer.answer({})["waves"]["primary"].get("amplitude_ratio")

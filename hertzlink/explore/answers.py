@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
 from threading import Lock
 from time import perf_counter
 from typing import Any
@@ -25,6 +24,9 @@ from structures.structure import Structure
 
 MOST_POINTS = 400
 """Points of a trace: on a page some 800 pixels wide more cannot be seen."""
+
+EVEN = 0.2
+"""Density of the points where the curve is straight, as a part of the mean."""
 
 
 @dataclass
@@ -88,11 +90,13 @@ def _wave(wave: Any) -> dict[str, Any]:
 
 
 def thinned(force: xr.DataArray) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Times and forces for a curve of few points: the least and the greatest of each interval, so that peaks stay."""
+    """Times and forces for a curve of few points: more of them where it bends, and the greatest and the least force."""
     times, values = force.time.values, force.values
     if times.size <= MOST_POINTS:
         return times, values
-    ends = np.linspace(0, times.size, MOST_POINTS // 2 + 1).astype(int)
-    pairs = (sorted((a + values[a:b].argmin(), a + values[a:b].argmax())) for a, b in pairwise(ends))
-    kept = np.array([place for pair in pairs for place in pair])
+    # Straight lines between points are off by bend × distance² / 8.
+    bend = np.sqrt(np.abs(np.gradient(np.gradient(values))))
+    share = np.cumsum(bend / max(float(bend.mean()), 1e-300) + EVEN)
+    places = np.searchsorted(share, np.linspace(share[0], share[-1], MOST_POINTS - 2))
+    kept = np.unique([*places, values.argmin(), values.argmax()])
     return times[kept], values[kept]

@@ -105,7 +105,7 @@ function draw() {
   if (!shown) return;
   const svg = byId("trace"), width = svg.clientWidth, height = svg.clientHeight;
   if (!width || !height) return;
-  const left = 52, right = 14, top = 26, bottom = 44, all = kept ? [shown, kept] : [shown];
+  const left = 52, right = 24, top = 26, bottom = 44, all = kept ? [shown, kept] : [shown];
   const far = 1e6 * Math.max(...all.map((one) => one.until)), forces = all.flatMap((one) => one.force);
   const least = Math.min(0, ...forces), most = 1.1 * Math.max(1e-12, ...forces);
   const x = (time) => left + (width - left - right) * time / far;

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
-from hertzlink.cases.building import structure_of
+from hertzlink.cases.building import structure_of, world_of
 from hertzlink.cases.case import Case
 from hertzlink.cases.model import CaseModel
 from hertzlink.cases.parts import World, material_of
@@ -28,7 +28,8 @@ class PlateBasis:
     case: at the first values. It is prepared for the slowest waves and the longest record that the sliders allow.
     """
 
-    def __init__(self, case: Case, sliders: Sequence[Slider], world: World) -> None:
+    def __init__(self, case: Case, sliders: Sequence[Slider]) -> None:
+        world = world_of(case.model, case.folder)
         body = case.model.structure
         assert isinstance(body, KirchhoffPlate)
         ranges = {one.path[1:]: (one.si(one.low), one.si(one.high)) for one in of_structure(sliders)}

@@ -12,6 +12,7 @@ from typing import Any
 from urllib.parse import parse_qsl
 
 from hertzlink.explore.answers import Explorer
+from hertzlink.explore.sliders import plain
 
 HOME = "127.0.0.1"
 
@@ -60,8 +61,8 @@ class Server(ThreadingHTTPServer):
         """The sliders, for the page."""
         return [
             {"name": one.name, "label": one.label, "unit": one.unit, "choices": list(one.choices), "whole": one.whole}
-            | {name: f"{getattr(one, name).normalize():f}" for name in ("low", "high", "step")}
-            | {"start": one.start if isinstance(one.start, str) else f"{one.start.normalize():f}"}
+            | {name: plain(getattr(one, name)) for name in ("low", "high", "step")}
+            | {"start": one.start if isinstance(one.start, str) else plain(one.start)}
             for one in self.explorer.sliders
         ]
 

@@ -73,7 +73,7 @@ class Slider:
             if text not in self.choices:
                 raise ValueError(f"{self.label}: {text[:40]!r} is no choice; take one of {', '.join(self.choices)}")
             return self.choices[text]
-        allowed = f"{self.low:f} to {self.high:f} {self.unit}".strip()
+        allowed = f"{plain(self.low)} to {plain(self.high)} {self.unit}".strip()
         if not NUMBER.fullmatch(text) or (self.whole and not text.lstrip("-").isdigit()):
             kind = "whole number" if self.whole else "number"
             raise ValueError(f"{self.label}: {text[:40]!r} is no {kind}; give one from {allowed}")
@@ -90,6 +90,11 @@ class Slider:
     def si(self, value: Decimal) -> float:
         """A value of the range in SI units."""
         return float(value * self.size)
+
+
+def plain(value: Decimal) -> str:
+    """A number without zeros at its end."""
+    return f"{value.normalize():f}"
 
 
 def start_of(task: Task) -> Case:

@@ -1,0 +1,324 @@
+"""The page of `hertzlink explore`: the numbers of the case, and nothing for those who do not know its token."""
+
+import json
+import os
+import re
+import signal
+import threading
+import urllib.request
+import warnings
+from collections.abc import Iterator
+from decimal import Decimal
+from http.client import HTTPConnection
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlencode
+
+import numpy as np
+import pytest
+
+import hertzlink as hl
+from hertzlink.cases.case import read
+from hertzlink.cases.running import task_of
+from hertzlink.cli import main
+from hertzlink.explore.answers import MOST_POINTS, Explorer, thinned
+from hertzlink.explore.plates import PlateBasis, has_basis
+from hertzlink.explore.server import Server
+from hertzlink.explore.sliders import sliders_of, start_of
+
+CASE = """
+[chain]
+beads = 12
+bead = { shape = "sphere", diameter = "4.76 mm", material = "steel 440C" }
+striker = "bead"
+impact_speed = "0.31 m/s"
+
+[structure]
+STRUCTURE
+
+[run]
+until = "0.4 ms"
+
+[measure]
+sensor = 6
+"""
+
+EDGE = """kind = "half_plane"
+thickness = "2.29 mm"
+material = "aluminium 6061"
+edge = "clamped"
+distance = 0.02
+"""
+
+ROD = """kind = "rod"
+layers = [{ material = "PTFE", length = "25.4 mm", diameter = "19.05 mm" }]
+"""
+
+PLATE = """kind = "kirchhoff_plate"
+length = "80 mm"
+width = "60 mm"
+thickness = "3 mm"
+material = "aluminium 6061"
+supports = { left = "clamped" }
+at = ["20 mm", "30 mm"]
+"""
+
+SWEEP = """
+[sweep]
+"structure.layers[0].material" = ["PTFE", "brass 360"]
+"structure.layers[0].length" = ["1 in", "2 in"]
+"chain.beads" = [12, 14]
+"chain.gravity" = [9.81]
+"""
+
+
+def explorer_of(folder: Path, structure: str, more: str = "") -> Explorer:
+    """What answers for a case."""
+    file = folder / "case.toml"
+    file.write_text(CASE.replace("STRUCTURE", structure) + more)
+    task = task_of(read(file, ())[0])
+    start = start_of(task)
+    return Explorer(start, sliders_of(task, start))
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    """A server in a thread."""
+    with Server(explorer_of(tmp_path_factory.mktemp("case"), EDGE), "an <edge>", ["a & note"]) as made:
+        thread = threading.Thread(target=made.serve_forever, kwargs={"poll_interval": 0.01})
+        thread.start()
+        yield made
+        made.shutdown()
+        thread.join()
+
+
+def asked(server: Server, place: str = "/answer", token: str | None = None, **values: str) -> tuple[int, Any]:
+    """Status and text of an answer; with a dot in a name as two underscores."""
+    given = {name.replace("__", "."): text for name, text in values.items()}
+    query = urlencode(given | {"token": server.token if token is None else token})
+    return got(server, f"{place}?{query}")
+
+
+def got(server: Server, place: str, method: str = "GET", **headers: str) -> tuple[int, Any]:
+    connection = HTTPConnection(*server.server_address[:2], timeout=60)  # type: ignore[misc]
+    connection.request(method, place, headers=headers)
+    reply = connection.getresponse()
+    text = reply.read().decode()
+    connection.close()
+    return reply.status, json.loads(text) if reply.headers.get_content_type() == "application/json" else text
+
+
+def ended(*arguments: str) -> Any:
+    """The exit code of the command line."""
+    handler, form = signal.getsignal(signal.SIGTERM), warnings.formatwarning
+    try:
+        with warnings.catch_warnings(), pytest.raises(SystemExit) as end:
+            main(arguments)
+    finally:
+        signal.signal(signal.SIGTERM, handler)
+        warnings.formatwarning = form
+    return end.value.code
+
+
+def test_answers_are_those_of_the_same_run_in_python(server: Server) -> None:
+    status, answer = asked(
+        server, structure__distance="33.3", structure__thickness="1.5", chain__impact_speed="0.4", measure__sensor="7"
+    )
+    assert status == 200, answer
+    bead = hl.Sphere(2.38e-3, hl.STEEL_440C)
+    plate = hl.half_plane(1.5e-3, hl.ALUMINIUM_6061, "clamped", 33.3e-3, until=4e-4)
+    run = hl.CoSimulation(hl.Chain([bead] * 12, bead, impact_speed=0.4), plate).run(until=4e-4)
+    waves = hl.reflections(run, sensor=7)
+    shown = answer["waves"]["primary"]
+    assert shown["amplitude_ratio"] == waves.primary.amplitude_ratio
+    assert shown["time_of_flight"] == waves.primary.time_of_flight
+    assert answer["waves"]["incident"] == {"amplitude": waves.incident.amplitude, "arrival": waves.incident.arrival}
+    force = hl.sensor_force(run, 7)
+    assert (
+        dict(zip(answer["time"], answer["force"], strict=True)).items()
+        <= dict(zip(force.time.values.tolist(), force.values.tolist(), strict=True)).items()
+    )
+    assert any("yield" in one for one in answer["warnings"])
+
+
+def test_the_curve_has_few_points_and_stays_the_same(server: Server) -> None:
+    force = hl.sensor_force(server.explorer.run(server.explorer.case), 6)
+    assert force.size > 2 * MOST_POINTS
+    times, values = thinned(force)
+    assert times.size <= MOST_POINTS
+    assert values.max() == force.max()
+    off = np.abs(np.interp(force.time.values, times, values) - force.values).max()
+    assert off < 2e-3 * float(force.max())
+    assert thinned(force[:100])[1].size == 100
+    assert thinned(0.0 * force)[1].max() == 0.0
+
+
+def test_the_first_values_are_those_of_the_case(server: Server) -> None:
+    waves = hl.reflections(server.explorer.case.run(), sensor=6)
+    status, answer = asked(server)
+    assert status == 200
+    assert answer["waves"]["primary"]["amplitude_ratio"] == waves.primary.amplitude_ratio
+    starts = {one["name"]: one["start"] for one in server.sliders}
+    assert starts == {
+        "structure.distance": "20", "structure.thickness": "2.29", "chain.impact_speed": "0.31", "measure.sensor": "6",
+    }  # fmt: skip
+    status, again = asked(server, **{name.replace(".", "__"): text for name, text in starts.items()})
+    assert again["waves"] == answer["waves"]
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"structure__distance": "99"}, "distance: 99 mm is outside of 5 to 60 mm"),
+        ({"structure__distance": ""}, "distance: '' is no number; give one from 5 to 60 mm"),
+        ({"structure__distance": "nan"}, "'nan' is no number"),
+        ({"structure__distance": "__import__('os')"}, "is no number"),
+        ({"structure__distance": "9" * 5000}, "is no number"),
+        ({"chain__impact_speed": "0"}, "impact speed: 0 m/s is outside of 0.078 to 0.93 m/s"),
+        ({"measure__sensor": "2.5"}, "sensor: '2.5' is no whole number; give one from 1 to 12"),
+        ({"measure__sensor": "13"}, "sensor: 13 is outside of 1 to 12"),
+        ({"run__until": "1"}, "'run.until': there is no such slider"),
+    ],
+)
+def test_wrong_values_give_a_message(server: Server, values: dict[str, str], message: str) -> None:
+    status, answer = asked(server, **values)
+    assert status == 400
+    assert message in answer["error"]
+    assert asked(server)[0] == 200
+
+
+@pytest.mark.parametrize("error", [FloatingPointError("too fast"), RuntimeError("no\nanswer"), MemoryError()])
+def test_a_failing_run_gives_a_message(server: Server, error: Exception, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fails(self: Explorer, values: dict[str, str]) -> dict[str, Any]:
+        raise error
+
+    with monkeypatch.context() as changed:
+        changed.setattr(Explorer, "answer", fails)
+        status, answer = asked(server)
+    assert status == 422
+    assert answer["error"] == f"the run failed: {' '.join(str(error).split()) or 'MemoryError'}"
+    assert asked(server)[0] == 200
+
+
+@pytest.mark.parametrize("place", ["/", "/answer", "/page.js", "/../../etc/passwd"])
+def test_nothing_without_the_token(server: Server, place: str) -> None:
+    assert server.server_address[0] == "127.0.0.1"
+    assert got(server, place)[0] == 403
+    for token in ("", "x", server.token[:-1], "é"):
+        assert asked(server, place, token)[0] == 403
+
+
+def test_other_hosts_and_methods_are_refused(server: Server) -> None:
+    place, port = f"/?token={server.token}", server.server_address[1]
+    assert got(server, place, Host=f"localhost:{port}")[0] == 200
+    for host in ("evil.example", f"evil.example:{port}", "127.0.0.1", ""):
+        assert got(server, place, Host=host)[0] == 403
+    assert got(server, place, "POST")[0] == 501
+    assert asked(server, "/page.js")[0] == 404
+    assert got(server, place + "&a=1" * 200)[0] == 400
+
+
+def test_the_page_loads_nothing_and_escapes_its_words(server: Server) -> None:
+    with urllib.request.urlopen(server.address) as reply:
+        page, policy = reply.read().decode(), reply.headers["Content-Security-Policy"]
+    nonce = re.search(r"script-src 'nonce-([^']+)'", policy)
+    assert nonce is not None
+    assert policy.startswith("default-src 'none'")
+    assert "unsafe" not in policy
+    assert re.findall(r"<(?:script|style) nonce=\"([^\"]+)\"", page) == [nonce[1]] * 3
+    assert not re.search(r"(src|href)=\"(?!data:,)", page)
+    assert "<h1>an &lt;edge&gt;</h1>" in page
+    assert "a &amp; note" in page
+    assert "eval(" not in page
+    with urllib.request.urlopen(server.address) as reply:
+        assert nonce[1] not in reply.headers["Content-Security-Policy"]
+
+
+def test_axes_of_a_sweep_are_the_sliders(tmp_path: Path) -> None:
+    explorer = explorer_of(tmp_path, ROD, SWEEP)
+    assert [(one.label, one.unit, str(one.low), str(one.high)) for one in explorer.sliders[1:]] == [
+        ("layer 1 length", "in", "1", "2"), ("beads", "", "12", "14"),
+        ("impact speed", "m/s", "0.078", "0.930"), ("sensor", "", "1", "12"),
+    ]  # fmt: skip
+    assert list(explorer.sliders[0].choices) == ["PTFE", "brass 360"]
+    layer = "structure.layers[0]"
+    changed = explorer.changed({f"{layer}.material": "brass 360", f"{layer}.length": "1.25", "chain.beads": "13"})
+    assert changed.model.chain.beads == 13
+    assert changed.model.chain.gravity == 9.81
+    body: Any = changed.model.structure
+    assert (body.layers[0].material, body.layers[0].length) == ("brass 360", 1.25 * 0.0254)
+    with pytest.raises(ValueError, match=r"layer 1 material: 'glass' is no choice; take one of PTFE, brass 360"):
+        explorer.changed({f"{layer}.material": "glass"})
+
+
+def test_moduli_of_layers_have_sliders(tmp_path: Path) -> None:
+    explorer = explorer_of(tmp_path, ROD)
+    assert [one.label for one in explorer.sliders[:2]] == ["layer 1 length", "layer 1 Young's modulus"]
+    assert explorer.sliders[1].unit == "GPa"
+    assert explorer.sliders[1].start == Decimal(repr(hl.PTFE.youngs_modulus)) / 10**9
+    name = explorer.sliders[1].name
+    soft, hard = (explorer.answer({name: text})["waves"]["primary"]["time_of_flight"] for text in ("0.5", "4"))
+    assert soft > hard
+
+
+def test_a_basis_serves_plates_at_all_values(tmp_path: Path) -> None:
+    explorer = explorer_of(tmp_path, PLATE)
+    assert [one.label for one in explorer.sliders] == ["x", "thickness", "impact speed", "sensor"]
+    assert has_basis(explorer.case, explorer.sliders)
+    values = {"structure.at[0]": "14.5", "structure.thickness": "2.6"}
+    own = explorer.answer(values)["waves"]["primary"]
+    explorer.basis = PlateBasis(explorer.case, explorer.sliders)
+    for ends in ("low", "high"):
+        for i, name in enumerate(values):
+            explorer.answer({name: f"{getattr(explorer.sliders[i], ends):f}"})
+    shared = explorer.answer(values)["waves"]["primary"]
+    assert shared != own
+    assert shared["amplitude_ratio"] == pytest.approx(own["amplitude_ratio"], abs=2e-3)
+    assert shared["time_of_flight"] == pytest.approx(own["time_of_flight"], abs=2e-7)
+
+
+def test_ctrl_c_ends_it_in_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "case.toml").write_text(CASE.replace("STRUCTURE", EDGE))
+    pages = []
+
+    def browser(address: str) -> None:
+        with urllib.request.urlopen(address) as reply:  # it serves
+            pages.append(reply.read().decode())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    monkeypatch.setattr("webbrowser.open", browser)
+    code = ended("explore", str(tmp_path / "case.toml"), "--set", "structure.thickness=2 mm")
+    said = capsys.readouterr()
+    assert not code
+    assert re.fullmatch(r"open http://127\.0\.0\.1:\d+/\?token=[\w-]{32}\nCtrl-C ends it\n\n?ended\n", said.out)
+    assert said.err == ""
+    assert '"start": "2"' in pages[0]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ("structure.thickness=-1 mm", "structure.thickness: "),
+        ("measure.sensor=13", "measure.sensor: 13 is no bead"),
+    ],
+)
+def test_a_wrong_case_is_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], change: str, message: str
+) -> None:
+    (tmp_path / "case.toml").write_text(CASE.replace("STRUCTURE", EDGE))
+    code = ended("explore", str(tmp_path / "case.toml"), "--no-browser", "--set", change)
+    said = capsys.readouterr()
+    assert code == 2
+    assert message in said.err
+    assert said.err.count("\n") == 1
+    assert said.out == ""
+
+
+def test_a_port_in_use_is_named(server: Server, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "case.toml").write_text(CASE.replace("STRUCTURE", EDGE))
+    port = str(server.server_address[1])
+    code = ended("explore", str(tmp_path / "case.toml"), "--no-browser", "--port", port)
+    assert code == 2
+    assert f"--port {port}: cannot be used" in capsys.readouterr().err
