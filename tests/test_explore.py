@@ -277,6 +277,31 @@ def test_a_basis_serves_plates_at_all_values(tmp_path: Path) -> None:
     assert shared["time_of_flight"] == pytest.approx(own["time_of_flight"], abs=2e-7)
 
 
+@pytest.mark.parametrize(
+    ("most", "note"),
+    [
+        (0.1, "All plates come from one mesh"),
+        (0.0, "Each plate gets a mesh of its own, which takes longer (one for all"),
+    ],
+)
+def test_a_basis_is_used_only_if_it_is_good(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], most: float, note: str
+) -> None:
+    (tmp_path / "case.toml").write_text(CASE.replace("STRUCTURE", PLATE))
+    monkeypatch.setattr("hertzlink.explore.plates.MOST_ERROR", most)
+    pages = []
+
+    def serve(server: Server) -> None:
+        pages.append((server.explorer.basis, server.page("nonce")))
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Server, "serve_forever", serve)
+    assert not ended("explore", str(tmp_path / "case.toml"), "--no-browser")
+    assert note in capsys.readouterr().out
+    assert (pages[0][0] is None) == (most == 0.0)
+    assert note in pages[0][1]
+
+
 def test_ctrl_c_ends_it_in_one_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -292,7 +317,7 @@ def test_ctrl_c_ends_it_in_one_line(
     code = ended("explore", str(tmp_path / "case.toml"), "--set", "structure.thickness=2 mm")
     said = capsys.readouterr()
     assert not code
-    assert re.fullmatch(r"open http://127\.0\.0\.1:\d+/\?token=[\w-]{32}\nCtrl-C ends it\n\n?ended\n", said.out)
+    assert re.fullmatch(r"open http://127\.0\.0\.1:\d+/\?token=[\w-]{32}\nCtrl-C ends it\nended\n", said.out)
     assert said.err == ""
     assert '"start": "2"' in pages[0]
 

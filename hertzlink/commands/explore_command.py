@@ -67,7 +67,7 @@ def _server(name: str, changes: tuple[str, ...], port: int) -> "Iterator[Server]
 
 def _prepared(explorer: "Explorer", ratio: float | None) -> list[str]:
     """Prepare one basis for plates. What the user should know of it; ratio: AR at the first values without it."""
-    from hertzlink.explore.plates import PlateBasis, has_basis
+    from hertzlink.explore.plates import MOST_ERROR, PlateBasis, has_basis
 
     case: Case = explorer.case
     if not has_basis(case, explorer.sliders):
@@ -75,12 +75,17 @@ def _prepared(explorer: "Explorer", ratio: float | None) -> list[str]:
     click.echo("preparing the plate for all values of its sliders: some seconds, once ...")
     began = perf_counter()
     try:
-        explorer.basis = PlateBasis(case, explorer.sliders)
+        basis = PlateBasis(case, explorer.sliders)
+        reason = "" if basis.error <= MOST_ERROR else f"one for all has an error of {100.0 * basis.error:.0f} %"
     except ValueError as error:
-        return [f"Each plate gets a mesh of its own, which takes longer ({error})."]
-    other = explorer.answer({})["waves"]["primary"].get("amplitude_ratio")
-    note = "All plates come from one mesh and one basis."
-    if ratio is not None and other is not None:
-        note += f" At the first values AR differs by {abs(other - ratio):.1e} from that of `hertzlink run`."
+        reason = str(error)
+    if reason:
+        note = f"Each plate gets a mesh of its own, which takes longer ({reason}); shorter ranges in [sweep] help."
+    else:
+        explorer.basis = basis
+        note = "All plates come from one mesh and one basis."
+        other = explorer.answer({})["waves"]["primary"].get("amplitude_ratio")
+        if ratio is not None and other is not None:
+            note += f" At the first values AR differs by {abs(other - ratio):.1e} from that of `hertzlink run`."
     click.echo(f"prepared in {perf_counter() - began:.1f} s. {note}")
     return [note]
