@@ -13,7 +13,8 @@ from hertzlink.cases.building import world_of
 from hertzlink.cases.case import Case
 from hertzlink.cases.identifying import answer, tables
 from hertzlink.cases.plate_accuracy import Fit
-from hertzlink.cases.plate_models import BAND, AroundGuess
+from hertzlink.cases.plate_models import BAND, WIDEST, AroundGuess
+from hertzlink.cases.plate_search import warn_of_blind
 from hertzlink.cases.questions import Builder, Question, question_of
 from hertzlink.cases.templates import template
 
@@ -100,3 +101,24 @@ def test_identify_finds_an_edge_of_a_small_thin_plate() -> None:
     assert model.startswith("whole plate: one basis (ReducedPlate)")
     assert any("simulate traces with structure.highest_frequency" in one for one in remarks)
     assert "standard deviations" in " ".join(tables(question, found, remarks)[0].split())
+
+
+@pytest.mark.parametrize(("verdict", "count"), [("blind", 1), ("identified", 0)])
+def test_a_place_that_one_edge_does_not_determine_is_named(verdict: str, count: int) -> None:
+    unknown = hl.results.Unknown(PLACE, 0.06, (0.0, 0.2), verdict)
+    first = hl.results.Identification(
+        {PLACE: unknown}, xr.DataArray(), xr.Dataset(), 1.0, True, [], True, 1,
+    )  # fmt: skip
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        warn_of_blind(asked("0.2 ms"), first)
+    assert [str(one.message)[:45] for one in caught] == ["search: the nearest edge alone does not deter"] * count
+
+
+def test_a_basis_spans_a_part_of_the_distance_at_most() -> None:
+    """However little the guess knows of the place."""
+    question = asked("0.1 ms")
+    around = AroundGuess(question.case, {0: 1.0}, question.of_structure)
+    low, high = around._ranges[0]
+    assert low == pytest.approx((1.0 - WIDEST) * 0.06)
+    assert high == pytest.approx((1.0 + WIDEST) * 0.06)

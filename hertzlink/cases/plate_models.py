@@ -28,7 +28,7 @@ TOLERANCE, ROUGH = 1e-3, 1e-2
 AROUND = 0.05
 """Half of the range of positions of the basis, as a part of the distance from the nearest edge; and more:"""
 
-ERRORS, CELLS = 3.0, 2.0
+ERRORS, CELLS, WIDEST = 3.0, 2.0, 0.3
 """so many half intervals of the guess, and so many cells."""
 
 VARIED = {("thickness",), ("at", 0), ("at", 1), ("material", "youngs_modulus"), ("material", "density")}
@@ -101,7 +101,10 @@ class AroundGuess:
         place, side = body.at[i], (body.length, body.width)[i]
         if ("at", i) not in self.paths:
             return place
-        half = max(self.around * min(place, side - place), ERRORS * self.errors.get(i, 0.0), CELLS * plate.finest_cell)
+        away = min(place, side - place)
+        wanted = max(self.around * away, ERRORS * self.errors.get(i, 0.0), CELLS * plate.finest_cell)
+        # Where a guess hardly knows the place, a basis for the whole plate would take minutes and not be accurate.
+        half = min(wanted, max(WIDEST * away, CELLS * plate.finest_cell))
         return max(place - half, 0.5 * plate.finest_cell), min(place + half, side - 0.5 * plate.finest_cell)
 
     def structure(self, model: CaseModel, world: World) -> Structure | None:

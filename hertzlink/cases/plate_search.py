@@ -37,6 +37,7 @@ def by_one_edge(question: Question, signal: xr.Dataset, common: dict[str, Any]) 
 def _searched(question: Question, signal: xr.Dataset, common: dict[str, Any]) -> tuple[Identification, list[str]]:
     first = identified(question, signal, Builder(question, one_edge), common)
     remarks = [f"found in {first.runs} runs on a plate with its nearest edge alone, then on the whole plate"]
+    warn_of_blind(question, first)
     shared = scales(question.case.model, question.of_structure)
     frequency = frequency_of(question.case)
     if shared:
@@ -77,6 +78,16 @@ def _searched(question: Question, signal: xr.Dataset, common: dict[str, Any]) ->
     if not best.found.explained:
         remarks.append('search = "full" in [identify] searches the whole plate, in some minutes')
     return best.found, remarks
+
+
+def warn_of_blind(question: Question, first: Identification) -> None:
+    """Say that the fits of a plate with one edge do not know where the chain stands on the whole one."""
+    places = [name for name in question.ranges if question.paths[name][:2] == ("structure", "at")]
+    if blind := [name for name in places if not first[name].identifiable]:
+        caution(
+            f"search: the nearest edge alone does not determine {' and '.join(blind)}, so the whole plate was searched "
+            'only near one guess, and intervals may be too short; measure at more beads, or take search = "full"'
+        )
 
 
 def _on_basis(
