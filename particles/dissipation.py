@@ -363,8 +363,9 @@ class Restitution(Dissipation):
         from scipy.optimize import brentq
 
         wanted = -np.log(self.coefficient) / 2.0
-        if wanted == 0.0:
-            return 0.0
+        if wanted < 1e-5:
+            # To second order: so near to π/2 the angle would lose most digits of its cosine.
+            return float(2.0 / np.pi * wanted) * (1.0 + 4.0 / np.pi**2 * float(wanted))
         if wanted < 1.0:
             return cos(brentq(lambda angle: angle / np.tan(angle) - wanted, 1e-9, np.pi / 2.0, xtol=1e-15))
         if wanted == 1.0:

@@ -1,7 +1,12 @@
 """Hypothesis draws the same examples each time: everything random has a seed."""
 
+import os
+
 import pytest
 from hypothesis import settings
+
+# Tests run in one process for each core; threads of linear algebra would wait for each other.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 settings.register_profile("seeded", derandomize=True, deadline=None)
 settings.load_profile("seeded")

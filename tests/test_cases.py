@@ -339,6 +339,9 @@ def test_a_run_from_the_command_line(tmp_path: Path, command: Callable[..., str]
     names = {"case.toml", "files.txt", "report.html", "results.nc", "table.txt", "traces.csv", "waves.csv"}
     assert {path.name for path in folder.iterdir()} == names
     assert (folder / "table.txt").read_text().strip() in said
+    page = (folder / "report.html").read_text()
+    assert "bead 8" in page
+    assert "bead 10" not in page
     with xr.open_dataset(folder / "results.nc") as data:
         waves = hl.reflections(data.load(), sensor=8)
         assert hl.from_input(data.attrs["input"]).run().contact_force.equals(data.contact_force)

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from threadpoolctl import threadpool_limits
 
 from coupling.cosimulation import CoSimulation
 from coupling.identification.features import Features
@@ -152,9 +153,10 @@ def identify(
     judgement = Judgement(search, not_negative("discrepancy", discrepancy))
     if start is None:
         _warn_of_time(prediction, count + 2 * ON_LINE * len(lines) + starts * RUNS_OF_START * len(wanted))
-    return judgement.result(
-        {"unknowns": dict(ranges), "nuisances": names, "until": prediction.until, "seed": seed, "compare": compare}
-    )
+    given = {"unknowns": dict(ranges), "nuisances": names, "until": prediction.until, "seed": seed, "compare": compare}
+    # The matrices are small: threads gain nothing, and on a machine with other work they take six times as long.
+    with threadpool_limits(1, "blas"):
+        return judgement.result(given)
 
 
 def nuisances_of(given: Iterable[str], ranges: Mapping[str, Any]) -> list[str]:

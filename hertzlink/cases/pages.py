@@ -2,7 +2,7 @@
 
 import csv
 import io
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 from itertools import islice, product
 from typing import Any
@@ -23,10 +23,12 @@ MOST_ROWS, MOST_PICTURES = 60, 8
 NOT_SHOWN = ("traces.csv",)
 
 
-def page(data: xr.Dataset, files: Mapping[str, str], title: str, took: float) -> Page:
-    """The page. files: the CSV files of the case by name, which become tables."""
+def page(
+    data: xr.Dataset, files: Mapping[str, str], title: str, took: float, sensors: Sequence[int] | None = None
+) -> Page:
+    """The page. files: the CSV files of the case by name, which become tables. sensors: of a run."""
     if "amplitude_ratio" not in data:  # one run, or an identification
-        return page_of(data, title, None, None, took)
+        return page_of(data, title, None if "verdict" in data else sensors, None, took)
     tables = [_table(name, text) for name, text in files.items() if name.endswith(".csv") and name not in NOT_SHOWN]
     sections = [
         Section("Warnings", warnings=one_of_each([str(one) for one in findings_of(data)])),

@@ -3,7 +3,7 @@
 What reads cases is loaded by the commands themselves, so that the others stay fast.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from time import perf_counter
@@ -62,11 +62,16 @@ def run_case(case: str, changes: tuple[str, ...], output: Path | None, force: bo
             data = run_task(task, jobs)
             return (data, *report(task, data))
 
-        _written(case, output, force, whole, work)
+        _written(case, output, force, whole, work, task.sensors)
 
 
 def _written(
-    name: str, output: Path | None, force: bool, case: "Case", work: Callable[[], tuple[Any, str, dict[str, str]]]
+    name: str,
+    output: Path | None,
+    force: bool,
+    case: "Case",
+    work: Callable[[], tuple[Any, str, dict[str, str]]],
+    sensors: Sequence[int] | None = None,
 ) -> None:
     """Do the work, write its Dataset, CSV files, table and report into a new folder, and print the table."""
     from coupling.results.findings import one_of_each, warn, with_warnings
@@ -86,7 +91,7 @@ def _written(
         warn(one_of_each(findings))
     data, took = with_warnings(data, findings), perf_counter() - began
 
-    whole = html(page(data, files, case.model.title or Path(name).stem, took))
+    whole = html(page(data, files, case.model.title or Path(name).stem, took, sensors))
 
     def write(into: Path) -> None:
         (into / "report.html").write_text(whole, encoding="utf-8")

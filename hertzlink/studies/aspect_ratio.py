@@ -315,7 +315,7 @@ def _without_wave(axis: "Axes", data: xr.Dataset) -> None:
     ratios = (data.diameter / data.thickness).broadcast_like(data.amplitude_ratio.isel(body=0, drop=True))
     missing = data.amplitude_ratio.sel(body="plate", drop=True).isnull()
     if bool(missing.any()):
-        places = ratios.where(missing).values.ravel()
+        places = ratios.values[missing.transpose(*ratios.dims).values]
         axis.plot(places, np.full(places.size, 0.02), "x", color="dimgrey", markersize=5.0, label="no wave came back")
 
 

@@ -284,3 +284,13 @@ def test_other_losses_take_the_general_pass() -> None:
         )
     pressed = hl.Chain([STEEL] * 3, STEEL, 0.5, dissipation=hl.LinearDashpot(5.0), preload=1.0)
     assert hl.stepping.MovingChain(pressed, STEEL.surface).method == kernels.LOSSY_VERLET
+
+
+def test_restitution_near_one_is_a_weak_damper() -> None:
+    """The angle's equation at π/2 − δ: δ tends to (2/π)(−ln e/2), and the two ways to find it agree where they meet."""
+    for coefficient in (0.9999999999999999, 1.0 - 1e-12, 1.0 - 1e-8):
+        expected = -np.log(coefficient) / np.pi
+        assert hl.Restitution(coefficient).damping_ratio == pytest.approx(expected, rel=1e-6)
+    below, above = (hl.Restitution(float(np.exp(-2.0 * w))).damping_ratio / w for w in (0.9999e-5, 1.0001e-5))
+    assert below == pytest.approx(above, rel=1e-7)
+    assert hl.Restitution(1.0).damping_ratio == 0.0

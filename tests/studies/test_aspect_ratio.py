@@ -68,4 +68,9 @@ def test_table_and_figures(data: xr.Dataset) -> None:
     figures = aspect_ratio.figures(data)
     assert set(figures) == {"amplitude_ratio", "time_of_flight", "forces"}
     points = [line for line in figures["amplitude_ratio"].axes[0].lines if line.get_linestyle() == "None"]
-    assert all(np.isfinite(line.get_ydata()).all() for line in points)
+    crosses = [line for line in points if line.get_marker() == "x"]
+    missing = data.amplitude_ratio.sel(body="plate").isnull()
+    assert sum(len(line.get_xdata()) for line in crosses) == int(missing.sum())
+    assert all(np.isfinite(line.get_xdata()).all() for line in points)
+    shown = {float(y) for line in points if line not in crosses for y in line.get_ydata() if np.isfinite(y)}
+    assert 0.0 not in shown
