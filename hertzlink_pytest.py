@@ -68,6 +68,8 @@ def same_waves(request: pytest.FixtureRequest) -> Callable[..., None]:
     test = request.node.nodeid.partition("::")[2]
 
     def compare(run: Any, name: str = "", **options: Any) -> None:
+        # A failure shows the table of differences, not our code.
+        __tracebackhide__ = True
         from hertzlink.testing import assert_same_waves
 
         file = "-".join(re.sub(r"[^\w.]+", "-", one).strip("-") for one in (test, name) if one) + ".nc"

@@ -89,6 +89,8 @@ def assert_same_waves(
     >>> hl.testing.assert_same_waves(run, "wall.nc", update=True)
     >>> hl.testing.assert_same_waves(run, "wall.nc", rtol=1e-6)
     """
+    # pytest shows the table of differences, not this code.
+    __tracebackhide__ = True
     path = path_of("reference", reference, "path of a netCDF file")
     relative, absolute = _by_kind("rtol", rtol, 1e-5), _by_kind("atol", atol, 0.0)
     write = os.environ.get(UPDATE, "") not in ("", "0") if update is None else _switch(update)

@@ -201,8 +201,8 @@ def _check_place(folder: Path, whole: Path, force: bool) -> None:
         foreign = sorted(path.name for path in whole.iterdir() if not own(path))
         if foreign or not (whole / LISTING).is_file():
             raise ValueError(
-                f"--output {folder}: contains {', '.join(foreign[:1]) or 'nothing'}, which no earlier study wrote, or "
-                "which was changed since; move it away, or give another folder"
+                f"--output {folder}: contains {', '.join(foreign[:1]) or 'nothing'}, which no earlier command wrote, "
+                "or which was changed since; move it away, or give another folder"
             )
     if not whole.parent.is_dir():
         raise ValueError(f"--output {folder}: its parent folder does not exist")

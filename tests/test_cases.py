@@ -421,6 +421,14 @@ def test_a_critical_distance_from_the_command_line(tmp_path: Path, command: Call
     assert "no such wave" not in page
 
 
+def test_a_material_may_be_named_by_its_only_beginning() -> None:
+    """Brass is brass 360; there are two steels."""
+    text = template("plate")
+    assert case_of(text.replace("brass 360", "Brass")).simulation().describe() == case_of(text).simulation().describe()
+    with pytest.raises(ValueError, match='"steel" is no material'):
+        assert case_of(text.replace("brass 360", "steel")).model
+
+
 def test_check_says_what_would_run(tmp_path: Path, command: Callable[..., str]) -> None:
     boundary(tmp_path)
     given = ["structure.length=200 mm", "structure.width=200 mm", "structure.at[1]=100 mm", "run.until=0.5 ms"]

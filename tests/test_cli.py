@@ -247,7 +247,7 @@ def test_force_deletes_only_what_an_earlier_study_wrote(tmp_path: Path) -> None:
 
     def refused(named: str) -> None:
         before = {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
-        with pytest.raises(ValueError, match=f"contains {named}, which no earlier study wrote, or which was changed"):
+        with pytest.raises(ValueError, match=f"contains {named}, which no earlier command wrote, or which was changed"):
             write_folder(folder, write, force=True)
         assert {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()} == before
 

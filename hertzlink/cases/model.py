@@ -2,7 +2,7 @@
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Discriminator, Field, Tag
+from pydantic import BeforeValidator, Discriminator, Field, Tag
 
 from coupling.schemes.condensed import Condensed
 from coupling.schemes.explicit import Explicit
@@ -41,6 +41,11 @@ AnyStructure = Annotated[
 ]
 
 Range = Annotated[list[Any], Field(min_length=2, max_length=2)]
+
+
+def _plain_micro(unit: Any) -> Any:
+    """µs as us."""
+    return unit.replace("µ", "u").replace("μ", "u") if isinstance(unit, str) else unit
 
 
 class Reduction(Part):
@@ -167,7 +172,7 @@ class IdentifyPart(Part):
     nuisances: list[str] = Field(default_factory=lambda: ["gain", "time_zero"])
     until: Duration | None = None
     time_column: Annotated[int, Field(ge=0)] = 0
-    time_unit: Literal["s", "ms", "us", "ns"] | None = None
+    time_unit: Annotated[Literal["s", "ms", "us", "ns"], BeforeValidator(_plain_micro)] | None = None
     unit: Literal["V", "mV", "N"] | None = None
     mains: Frequency | None = None
     condition: bool = True

@@ -118,7 +118,16 @@ def material_named(name: str, own: Mapping[str, Material]) -> Material | None:
     for one, material in own.items():
         if _key(one) == _key(name):
             return material
-    return MATERIALS[name] if any(_key(one) == _key(name) for one in MATERIALS) else None
+    standard = _standard(name)
+    return None if standard is None else MATERIALS[standard]
+
+
+def _standard(name: str) -> str | None:
+    """The name in the table that is meant: that name, or the only one that begins so, as brass does."""
+    exact = [one for one in MATERIALS if _key(one) == _key(name)]
+    starting = [one for one in MATERIALS if _key(name) and _key(one).startswith(_key(name))]
+    meant = exact or starting
+    return meant[0] if len(meant) == 1 else None
 
 
 def unknown(name: str, own: Mapping[str, Any]) -> str:
@@ -128,7 +137,7 @@ def unknown(name: str, own: Mapping[str, Any]) -> str:
 
 def _known(name: str, info: ValidationInfo) -> str:
     own = (info.context or {}).get("materials", {})
-    if not any(_key(one) == _key(name) for one in (*own, *MATERIALS)):
+    if _standard(name) is None and not any(_key(one) == _key(name) for one in own):
         raise fault(unknown(name, own))
     return name
 

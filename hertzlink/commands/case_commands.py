@@ -143,7 +143,7 @@ def identify_case(case: str, trace: Path, changes: tuple[str, ...], output: Path
 
 
 @click.command("new")
-@click.argument("kind", metavar="KIND")
+@click.argument("kind", metavar="KIND", default="")
 @click.argument("path", metavar="[PATH]", type=click.Path(path_type=Path), required=False)
 def new_case(kind: str, path: Path | None) -> None:
     """Write a first case file, with comments, that runs as it stands.
