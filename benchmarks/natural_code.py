@@ -86,6 +86,7 @@ def main() -> None:
         taken = least(make)
         print(f"{name:32} {1e3 * taken:8.1f} ms {taken / one:8.2f} times")
     run = hl.CoSimulation(chain(), small).run(UNTIL)
+    hl.reflections(run, sensor=7)  # compiles
     begin = perf_counter()
     for _ in range(20):
         hl.reflections(run, sensor=7)

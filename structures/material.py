@@ -78,23 +78,31 @@ class UnknownMaterial(ValueError, KeyError):
 
 
 class MaterialTable(Mapping[str, Material]):
-    """Materials by name; case, blanks, dashes and underscores do not matter.
+    """Materials by name; case, blanks, dashes and underscores do not matter. A first word that only one has will do.
 
     Looking up an unknown name raises UnknownMaterial (both a ValueError and a KeyError), which lists the nearest names.
     """
 
     def __init__(self, *materials: Material) -> None:
-        self._by_key = {_key(material.name): material for material in materials}
+        self._by_key = {name_key(material.name): material for material in materials}
 
     def __repr__(self) -> str:
         return f"<materials: {', '.join(self)}>"
 
     def __getitem__(self, name: str) -> Material:
-        if _key(name) not in self._by_key:
-            near = get_close_matches(_key(name), self._by_key, n=3, cutoff=0.5) or list(self._by_key)
-            names = ", ".join(repr(self._by_key[key].name) for key in near)
-            raise UnknownMaterial(f"material = {name!r}: unknown; the nearest names are {names}")
-        return self._by_key[_key(name)]
+        meant = self.meant(name)
+        if len(meant) == 1:
+            return meant[0]
+        near = get_close_matches(name_key(name), self._by_key, n=3, cutoff=0.5) or list(self._by_key)
+        names = ", ".join(repr(self._by_key[key].name) for key in near)
+        raise UnknownMaterial(f"material = {name!r}: unknown; the nearest names are {names}")
+
+    def meant(self, name: str) -> list[Material]:
+        """The material of this name; without one, all whose names have this first word."""
+        key = name_key(name)
+        if key in self._by_key:
+            return [self._by_key[key]]
+        return [one for one in self._by_key.values() if name_key(one.name.split()[0]) == key]
 
     def __iter__(self) -> Iterator[str]:
         return (material.name for material in self._by_key.values())
@@ -103,8 +111,9 @@ class MaterialTable(Mapping[str, Material]):
         return len(self._by_key)
 
 
-def _key(name: str) -> str:
-    return "".join(letter for letter in str(name).lower() if letter.isalnum())
+def name_key(name: str) -> str:
+    """What remains of a name where case, blanks and dashes do not matter, nor whose English it is."""
+    return "".join(letter for letter in str(name).lower() if letter.isalnum()).replace("aluminum", "aluminium")
 
 
 STEEL_316 = Material(193.0e9, 0.30, 8000.0, "steel 316", 205.0e6)

@@ -1,6 +1,7 @@
 """The front door: light to import, complete, and never fooled by a package of the same name."""
 
 import ast
+import os
 import pickle
 import re
 import subprocess
@@ -178,3 +179,48 @@ def test_the_module_is_the_command(tmp_path: Path) -> None:
     done = subprocess.run([sys.executable, "-m", "hertzlink", "info"], cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert "hertzlink" in done.stdout
+
+
+THREADS = """
+import os
+from hertzlink import __main__, cli
+cli.main = lambda arguments: print(os.environ["OPENBLAS_NUM_THREADS"])
+__main__.main()
+"""
+
+
+@pytest.mark.parametrize(("given", "found"), [(None, "1"), ("3", "3")])
+def test_the_command_takes_one_thread_of_linear_algebra(given: str | None, found: str, tmp_path: Path) -> None:
+    """Unless the user says otherwise."""
+    environment = {name: value for name, value in os.environ.items() if name != "OPENBLAS_NUM_THREADS"}
+    environment |= {} if given is None else {"OPENBLAS_NUM_THREADS": given}
+    done = subprocess.run(
+        [sys.executable, "-c", THREADS], cwd=tmp_path, env=environment, capture_output=True, text=True, check=True
+    )
+    assert done.stdout.split() == [found]
+
+
+def test_no_library_of_linear_algebra_is_loaded_before_the_threads_are_set(tmp_path: Path) -> None:
+    code = "import sys, hertzlink.__main__; print([one for one in ('numpy', 'scipy') if one in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+INTERRUPTED = """
+import sys
+from hertzlink import __main__
+
+class Loading:
+    def find_spec(self, name, path=None, target=None):
+        if name == "click":
+            raise KeyboardInterrupt
+
+sys.meta_path.insert(0, Loading())
+__main__.main()
+"""
+
+
+def test_an_interrupt_while_modules_load_is_one_line(tmp_path: Path) -> None:
+    done = subprocess.run([sys.executable, "-c", INTERRUPTED], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 130
+    assert done.stderr == "hertzlink: stopped; nothing was written\n"

@@ -16,7 +16,10 @@ NEEDED = ("measured", "fitted", "residual", "noise", "value", "low", "high", "ve
 FEATURE = "feature"
 """The dimension of data where AR and TOF were compared, not the samples."""
 
-VERDICTS = {"identified": COLOURS[2], "blind": COLOURS[1], "at the end of its range": COLOURS[4]}
+BLIND = "blind"
+"""The verdict of an unknown that the signal does not determine."""
+
+VERDICTS = {"identified": COLOURS[2], BLIND: COLOURS[1], "at the end of its range": COLOURS[4]}
 """The colour of each verdict."""
 
 BLIND_PERCENT = 50.0
@@ -175,7 +178,9 @@ def intervals(found: object, ax: "Axes | None" = None) -> "Axes":
         shown = np.isfinite(wide[row])
         length = wide[row] - start if shown else 0.0
         ax.barh(row, length, left=start, height=0.5, color=VERDICTS.get(verdict, PALE))
-        words.append(f"{names[row]}\n{value[row]:.4g} ± {half[row]:.2g}, {verdict}")
+        # The interval need not be symmetric, and a blind unknown has no value.
+        known = f"{value[row]:.4g}, " * (verdict != BLIND) + f"{low[row]:.4g} to {high[row]:.4g}"
+        words.append(f"{names[row]}\n{known}, {verdict}")
     ax.axvline(BLIND_PERCENT, color=INK, linestyle=":", linewidth=0.9, label="wider than this: blind")
     ax.set_xscale("log")
     ax.set_xlim(start, 3.0 * max(BLIND_PERCENT, float(np.nanmax(wide, initial=1.0))))

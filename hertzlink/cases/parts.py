@@ -10,7 +10,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field
 from hertzlink.cases.faults import Fault, nearest, reason_of
 from hertzlink.cases.paths import Path
 from hertzlink.cases.units import Unit, fault
-from structures.material import MATERIALS, Material
+from structures.material import MATERIALS, Material, name_key
 
 Length = Annotated[float, Unit("m", "a length", "2.29 mm")]
 Angle = Annotated[float, Unit("rad", "an angle", "45 deg")]
@@ -109,25 +109,12 @@ def notes_of(one: Any) -> list[Any]:
     return found
 
 
-def _key(name: str) -> str:
-    return "".join(letter for letter in name.lower() if letter.isalnum())
-
-
 def material_named(name: str, own: Mapping[str, Material]) -> Material | None:
     """The material of a name, those of the case first; None for an unknown one."""
     for one, material in own.items():
-        if _key(one) == _key(name):
+        if name_key(one) == name_key(name):
             return material
-    standard = _standard(name)
-    return None if standard is None else MATERIALS[standard]
-
-
-def _standard(name: str) -> str | None:
-    """The name in the table that is meant: that name, or the only one that begins so, as brass does."""
-    exact = [one for one in MATERIALS if _key(one) == _key(name)]
-    starting = [one for one in MATERIALS if _key(name) and _key(one).startswith(_key(name))]
-    meant = exact or starting
-    return meant[0] if len(meant) == 1 else None
+    return MATERIALS.get(name)
 
 
 def unknown(name: str, own: Mapping[str, Any]) -> str:
@@ -137,7 +124,7 @@ def unknown(name: str, own: Mapping[str, Any]) -> str:
 
 def _known(name: str, info: ValidationInfo) -> str:
     own = (info.context or {}).get("materials", {})
-    if _standard(name) is None and not any(_key(one) == _key(name) for one in own):
+    if name not in MATERIALS and not any(name_key(one) == name_key(name) for one in own):
         raise fault(unknown(name, own))
     return name
 

@@ -2,9 +2,8 @@
 
 import re
 from decimal import Decimal
-from difflib import get_close_matches
 
-from structures.checks import short
+from hertzlink.cases.faults import nearest
 from structures.material import MATERIALS, Material
 
 WITH_UNIT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*([A-Za-zµμ°].*?)\s*")
@@ -34,24 +33,15 @@ def quantity(text: str, unit: str) -> float:
 
 
 def material(text: str) -> Material:
-    """The material of this name, or the only one whose name begins so; a ValueError names the nearest."""
-    key = _key(text)
-    starting = [name for name in MATERIALS if key and _key(name).startswith(key)]
-    exact = [name for name in starting if _key(name) == key]
-    if len(exact or starting) == 1:
-        return MATERIALS[(exact or starting)[0]]
-    if starting:
-        raise ValueError(f"there are {' and '.join(starting)}; give the whole name")
-    keys = {_key(name): name for name in MATERIALS} | {_key(name.split()[0]): name for name in MATERIALS}
-    near = dict.fromkeys(keys[one] for one in get_close_matches(key, keys, n=3, cutoff=0.6))
-    meant = f"did you mean {' or '.join(near)}? " if near else ""
-    raise ValueError(f"no such material; {meant}Known are {', '.join(MATERIALS)}")
+    """The material of this name, or the only one of this first word; a ValueError names the nearest."""
+    meant = MATERIALS.meant(text)
+    if len(meant) == 1:
+        return meant[0]
+    if meant:
+        raise ValueError(f"there are {' and '.join(one.name for one in meant)}; give the whole name")
+    raise ValueError(f"no such material; {nearest(text, list(MATERIALS))}")
 
 
 def printed(value: float, unit: str = "") -> str:
     """A value with its unit, in the digits that a user would type."""
     return f"{value:.6g} {unit}".rstrip()
-
-
-def _key(name: str) -> str:
-    return "".join(letter for letter in short(name).lower() if letter.isalnum()).replace("aluminum", "aluminium")

@@ -9,6 +9,7 @@ import pytest
 import xarray as xr
 from scipy.interpolate import CubicSpline
 from scipy.optimize import curve_fit
+from threadpoolctl import threadpool_info, threadpool_limits
 
 import hertzlink as hl
 from coupling.identification.measured import estimated
@@ -419,3 +420,35 @@ def test_the_posterior_of_a_sharp_minimum_is_the_interval(runs: int, exact: floa
     assert np.array_equal(draws.modulus, again.modulus)
     with pytest.raises(ValueError, match="runs = 20: must be at least"):
         found.posterior(20)
+
+
+def test_a_fit_takes_one_thread_of_linear_algebra() -> None:
+    """While it searches; afterwards there are as many as before. Beside other work, threads wait for each other."""
+    seen = list[set[int]]()
+
+    def build(modulus: float) -> hl.CoSimulation:
+        seen.append({one["num_threads"] for one in threadpool_info() if one["user_api"] == "blas"})
+        return wall(modulus)
+
+    signal = tap(wall(3e9))
+    with threadpool_limits(2, "blas"):
+        hl.identify(signal, build, until=UNTIL, guess={"modulus": 2.9e9}, modulus=(1e9, 20e9))
+        after = {one["num_threads"] for one in threadpool_info() if one["user_api"] == "blas"}
+    assert after == {2}
+    assert seen[-1] == {1}
+    assert seen.count({1}) > len(seen) / 2  # all but the first, which checks what build gives
+
+
+def test_an_interval_does_not_depend_on_how_the_unknown_is_written() -> None:
+    """The modulus on a logarithmic scale, or its change on a linear one: the same likelihood, but two parabolas."""
+    signal = tap(wall(3e9), noise=1.5)
+    one = hl.identify(signal, wall, ["gain", "time_zero"], until=UNTIL, guess={"modulus": 3e9}, modulus=(0.3e9, 30e9))
+
+    def changed(change: float) -> hl.CoSimulation:
+        return wall(3e9 * (1.0 + change))
+
+    guess, ends = {"change": 0.0}, {"change": (-0.9, 9.0)}
+    other = hl.identify(signal, changed, ["gain", "time_zero"], until=UNTIL, guess=guess, **ends)
+    expected = [3e9 * (1.0 + end) for end in other["change"].interval]
+    # The two parabolas differ by 0.1 of the error.
+    assert one["modulus"].interval == pytest.approx(expected, abs=0.05 * one["modulus"].error)

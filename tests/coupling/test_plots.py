@@ -252,7 +252,15 @@ def test_intervals_are_halves_in_percent() -> None:
     assert ends == pytest.approx([100.0 * one.error / abs(one.value) for one in found().unknowns.values()])
     labels = [one.get_text() for one in ax.get_yticklabels()]
     assert labels[0].startswith("modulus\n3")
-    assert labels[0].endswith("identified")
+    low, high = found()["modulus"].interval
+    assert labels[0].endswith(f"{low:.4g} to {high:.4g}, identified")
+
+
+def test_a_blind_unknown_is_drawn_without_a_value() -> None:
+    data = found().to_dataset()
+    data["verdict"] = data.verdict.where(data.unknown != "modulus", "blind")
+    low, high = found()["modulus"].interval
+    assert hl.plots.intervals(data).get_yticklabels()[0].get_text() == f"modulus\n{low:.4g} to {high:.4g}, blind"
 
 
 def test_correlations_are_written_in_the_matrix() -> None:
