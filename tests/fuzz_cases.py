@@ -114,10 +114,9 @@ def attempt(data: dict[str, Any], build: bool, read: Callable[..., Any] = read) 
                 raise source.error(fault) from None
     except CaseError as error:
         text = str(error)
-        return (
-            None if text.startswith("case.toml") and "\n" not in text else f"no place, or several lines: {text[:200]}"
-        )
-    except Exception as error:  # what must not happen is what is sought
+        well_said = text.startswith("case.toml") and "\n" not in text
+        return None if well_said else f"no place, or several lines: {text[:200]}"
+    except Exception as error:  # noqa: BLE001 (whatever must not happen is sought)
         last = traceback.extract_tb(error.__traceback__)[-1]
         return f"{type(error).__name__} [{Path(last.filename).name}:{last.lineno}]: {str(error)[:200]}"
     return None
