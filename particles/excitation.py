@@ -6,7 +6,7 @@ A `Chain` turns each form of its `striker` into an Excitation, which answers all
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import sqrt
+from math import isfinite, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -190,6 +190,8 @@ class SpringLoaded(Excitation):
         object.__setattr__(self, "compression", positive("compression", self.compression, "m"))
         travel = self.compression if self.travel is None else self.travel
         object.__setattr__(self, "travel", positive("travel", travel, "m"))
+        if not isfinite(self.stiffness * self.compression * self.compression):
+            raise ValueError(f"compression = {self.compression!r}: must be smaller; the spring's energy is not finite")
         likely("spring", "SpringLoaded", "stiffness", self.stiffness)
         likely("way", "SpringLoaded", "compression", self.compression)
         if self.travel != self.compression:

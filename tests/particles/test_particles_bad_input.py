@@ -237,6 +237,7 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
         (lambda: hl.PushedBead([0.0, 1e-5], [[], 10.0]), r"force = \[\]: must be a finite number of N"),
         (lambda: hl.SpringLoaded(BEAD, -1.0, 1e-3), r"stiffness = -1\.0"),
         (lambda: hl.SpringLoaded(BEAD, 1e3, 0.0), r"compression = 0\.0"),
+        (lambda: hl.SpringLoaded(BEAD, 1e3, 1e300), r"compression = 1e\+300: must be smaller"),
         (lambda: hl.SpringLoaded(BEAD, 1e3, 1e-3, -1.0), r"travel = -1\.0"),
         (lambda: hl.SpringLoaded(3.0, 1e3, 1e-3), r"striker = 3\.0"),
         (lambda: hl.PushedBead([0.0, 1.0], [1.0]), "force: .*must be"),
