@@ -194,8 +194,9 @@ def _amplitudes(data: xr.Dataset) -> list[Row]:
     ends, expected = data.isel(length=[0, -1]), theory(data.length.values[[0, -1]], LOWER).amplitude_ratio.values
     middle = data.sel(dashpot=struck.DASHPOT)
     rows, relaxed = [], data.viscous_amplitude_ratio.sel(share=SHARE)
-    viscous: tuple[dict[str, float], ...] = {VISCOUS: struck.ratio(relaxed, "secondary")}, {}
-    for i, (upper, primary, secondary) in enumerate(((6.35, 0.428, 0.3), (101.6, 0.769, "0.00"))):
+    viscous: tuple[dict[str, str], ...] = {VISCOUS: f"{struck.ratio(relaxed, 'secondary'):.6g}"}, {}
+    printed: tuple[tuple[float, float, float | str], ...] = (6.35, 0.428, 0.3), (101.6, 0.769, "0.00")
+    for i, (upper, primary, secondary) in enumerate(printed):
         both = ends.isel(length=i, drop=True).amplitude_ratio
         rows += [
             Row(f"AR, primary, {upper} mm", primary, struck.ratio(both.sel(dashpot=struck.DASHPOT)), "",
@@ -238,7 +239,7 @@ def _flights(data: xr.Dataset) -> list[Row]:
             f"experiment; equation 6.34: {float(expected.printed[0]):.0f}, with a third of the lower layer's mass "
             f"{float(expected.with_lower_mass[0]):.0f}; {others}", within=TIMED,
             otherwise=struck.over_dashpots(data.time_of_flight.sel(wave="secondary").isel(length=0), 1e6)
-            | {"equation 6.34": float(expected.printed[0])}),
+            | {"equation 6.34": f"{float(expected.printed[0]):.6g}"}),
         Row("TOF, secondary, 101.6 mm", 821.0, "none", "µs",
             f"the wave fades, last seen at {last}; equation 6.34: {float(expected.printed[-1]):.0f}; the thesis's own "
             "AR there is 0", within=TIMED, otherwise={"equation 6.34": float(expected.printed[-1])}),
