@@ -7,6 +7,10 @@ LAYER = (
 MAP = "Force at bead 7 over time (horizontal) and {what} (vertical). Bright bands are waves: down the chain, then back."
 
 CAPTIONS = {
+    "thesis": {
+        "verdicts": "Verdicts on the numbers and statements of the thesis, by part; numbers in brackets are its sections.",
+        "ratios": "Our number over the thesis's, where both are single numbers. Points beyond 0.5 and 2 lie at the ends.",
+    },
     "aspect-ratio": {
         "amplitude_ratio": (
             "Amplitude ratio of the reflected wave over bead diameter D by plate thickness t, far from all edges. "

@@ -243,7 +243,7 @@ def figures(data: xr.Dataset) -> dict[str, "Figure"]:
     return {"verdicts": _bars(data), "ratios": _ratios(data)}
 
 
-SHADES = {"confirmed": 0, CONDITION: 4, "refuted": 1, UNKNOWN: None}
+SHADES = {"confirmed": 0, CONDITION: 2, "refuted": 1, UNKNOWN: None}
 """Colours of the verdicts, by their place in the palette; grey for the last."""
 
 
@@ -263,6 +263,7 @@ def _bars(data: xr.Dataset) -> "Figure":
         counts = [counted(said for one, _, said in judged(data) if one == part)[word] for part in PARTS]
         axis.barh(range(len(PARTS)), counts, left=left, color=_colour(word), label=word, height=0.7)
         left += counts
+    axis.set_axisbelow(True)
     axis.set(xlabel="numbers and statements", ylim=(len(PARTS) - 0.4, -0.6))
     axis.set_yticks(range(len(PARTS)), PARTS, fontsize="small")
     axis.legend(frameon=False, fontsize="small", ncols=4, loc="lower center", bbox_to_anchor=(0.4, 1.0))
