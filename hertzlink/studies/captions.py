@@ -9,7 +9,7 @@ MAP = "Force at bead 7 over time (horizontal) and {what} (vertical). Bright band
 CAPTIONS = {
     "thesis": {
         "verdicts": "Verdicts on printed numbers and statements, by part.",
-        "ratios": "Ours over the printed number, where both are single numbers. Points beyond 0.5 and 2 lie at the ends.",
+        "ratios": "Ours over the printed number, where both are single ones. Points beyond 0.5 and 2 lie at the ends.",
     },
     "aspect-ratio": {
         "amplitude_ratio": (

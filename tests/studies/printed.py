@@ -28,7 +28,8 @@ PRINTED: dict[str, dict[str, set[float | str]]] = {
         "table 2.1, Young's modulus": {193.0, 200.0, 115.0, 103.0, 68.9, 6.52, 4.75, 3.75, 1.53},
         "table 2.1, Poisson's ratio": {0.30, 0.28, 0.35, 0.34, 0.33, 0.40, 0.46},
         "6.1.1": {
-            "F_ref/F_in", "between the waves", "45 %", "about 0.825", "about 0.917", "< 5 %", "57 %", 0.55, 0.05, "about 100", 0.77, 0.421,
+            "F_ref/F_in", "between the waves", "45 %", "about 0.825", "about 0.917", "< 5 %", "57 %", 0.55, 0.05,
+            "about 100", 0.77, 0.421,
             483.0, 616.0, 450.0, 561.0,
         },
         "figure 6.3": {4.39, 85.0, 16.66, 241.0, 450.0, 561.0},
@@ -53,7 +54,8 @@ PRINTED: dict[str, dict[str, set[float | str]]] = {
     "cylinders": {
         "2.1": {0.68},
         "5.3.2": {
-            539.2, 544.0, "559 ± 28", 6.0, 591.3, "9 %", "16 %", "about 10", "about 4", "no significant change", 1.15, 1.11,
+            539.2, 544.0, "559 ± 28", 6.0, 591.3, "9 %", "16 %", "about 10", "about 4", "no significant change",
+            1.15, 1.11,
         },
     },
     "hollow-spheres": {
