@@ -17,7 +17,7 @@ from coupling.results.signals import read_signal
 from coupling.sweeps.batch import batch
 from hertzlink.cases.bodies import LayeredCylinder, Rod
 from hertzlink.cases.case import Case
-from hertzlink.cases.faults import Fault, reason_of
+from hertzlink.cases.faults import fault_of
 from hertzlink.cases.paths import Path
 from hertzlink.cases.plate_accuracy import Fit, frequency_of
 from hertzlink.cases.plate_models import edge_of
@@ -46,9 +46,9 @@ def signal_of(question: Question, file: File) -> xr.Dataset:
         names: dict[str, Path] = {
             name: ("identify", name) for name in ("calibration", "time_unit", "unit", "time_column", "sensors")
         }
-        path, reason = reason_of(str(error), names)
-        if path:
-            raise Fault(path, reason) from error
+        fault = fault_of(str(error), names)
+        if fault.path:
+            raise fault from error
         raise
 
 

@@ -124,7 +124,7 @@ def test_what_no_study_wrote_is_not_drawn(command: Command) -> None:
     xr.Dataset(attrs={"input": "[1, 2"}).to_netcdf("broken.nc", engine="h5netcdf")
     before = names(".")
     for file, message in {
-        "missing.nc": "does not exist",
+        "missing.nc": "there is no such file",
         "text.nc": "cannot be read as netCDF",
         "other.nc": "was not written by a study",
         "none.nc": "was not written by a study",
