@@ -303,6 +303,49 @@ def test_a_file_that_cannot_be_read_is_one_line(
         assert complaint(capsys, command, name).startswith(f"{name}: {words}")
 
 
+def samples(count: int, step: str = "e-6", begins: int = 0) -> str:
+    """A file with a wave of 40 samples after 60 quiet ones, in columns 1 and 2."""
+    pulse = [max(0.0, 1.0 - abs(i - 80) / 20.0) for i in range(begins, count)]
+    return "time\n" + "".join(f"{i}{step},{one:.3f},{one:.3f}\n" for i, one in enumerate(pulse))
+
+
+SIGNALS = [
+    (None, "trace.csv: there is no such file; give the trace of an oscilloscope as text, such as CSV"),
+    ("", "trace.csv: is empty; must hold a line for each sample, with numbers in columns 0, 1, 2, counted from 0"),
+    ("one\ntwo\n", "trace.csv: holds no numbers, but text such as 'one' in line 1; must hold a line for each sample, "),
+    ("0,1\n1,2\n" * 20, "trace.csv: line 1, '0,1', has numbers in columns 0, 1 only; must hold a line for each "),
+    (samples(9), "trace.csv: holds 9 samples, must hold 16 or more"),
+    (samples(100, begins=61), "trace.csv: its record of 38 µs is too short: the wave is back at bead 3 about "),
+    (samples(900, begins=70), "trace.csv: sensor 3, baseline = 'lead': has no quiet lead to take the baseline from, "),
+    (samples(900, ""), "trace.csv: has a sample every 1000 ms, too coarse for contacts of "),
+]
+"""Contents of a file, and how the message begins."""
+
+
+@pytest.mark.parametrize(("content", "words"), SIGNALS)
+def test_a_wrong_signal_is_one_line(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    content: str | None,
+    words: str,
+) -> None:
+    """It names the file, what was found and what would be right."""
+    monkeypatch.chdir(tmp_path)
+    asked = """
+        [identify]
+        sensors = { 3 = 1, 6 = 2 }
+        calibration = 1
+        unknowns = { "structure.layers[1].length" = ["15 mm", "30 mm"] }
+    """
+    Path("case.toml").write_text(ROD + asked.replace("        ", ""))
+    if content is not None:
+        Path("trace.csv").write_text(content)
+    said = complaint(capsys, "identify", "case.toml", "trace.csv")
+    assert said.startswith(f"hertzlink: {words}"), said
+    assert ("are its times in µs? Then give time_unit = 'us'" in said) == ("too coarse" in said)
+
+
 def test_faults_of_the_file_below_are_named_there(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

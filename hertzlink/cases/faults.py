@@ -1,9 +1,12 @@
 """What is wrong with a case: the path of the entry, the reason, and, once the file is known, the line."""
 
+import re
 from collections.abc import Mapping
 from difflib import get_close_matches
 
 from hertzlink.cases.paths import Path, written
+
+TIME = re.compile(r"until = [-+.\de]+ \(([^()]+)\)")
 
 
 class Fault(ValueError):
@@ -45,3 +48,8 @@ def fault_of(message: str, names: Mapping[str, Path], path: Path = ()) -> Fault:
         return Fault(at, rest)
     joined = " " if rest.split(" ")[0] in ("must", "exceeds", "is", "has") else ": "
     return Fault(at, f"{value}{joined}{rest}", value.split(" ")[0])
+
+
+def of_case(finding: str) -> str:
+    """A finding of a run with times as a case file has them: until = "0.61 ms" instead of until = 0.00061 (0.61 ms)."""
+    return TIME.sub(r'until = "\1"', finding)

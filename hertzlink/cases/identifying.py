@@ -1,8 +1,6 @@
 """Unknowns of a case from a measured signal: the section [identify]."""
 
-from collections.abc import Mapping
 from dataclasses import replace
-from pathlib import Path as File
 from textwrap import fill
 from typing import Any
 
@@ -12,13 +10,9 @@ import xarray as xr
 from coupling.cosimulation import CoSimulation
 from coupling.identification.found import Identification
 from coupling.identification.identify import FROM_IMPACT
-from coupling.results.conditioning import condition
-from coupling.results.signals import read_signal
 from coupling.sweeps.batch import batch
 from hertzlink.cases.bodies import LayeredCylinder, Rod
 from hertzlink.cases.case import Case
-from hertzlink.cases.faults import fault_of
-from hertzlink.cases.paths import Path
 from hertzlink.cases.plate_accuracy import Fit, frequency_of
 from hertzlink.cases.plate_models import edge_of
 from hertzlink.cases.plate_search import by_one_edge
@@ -28,28 +22,6 @@ from structures.caution import collected
 
 MOST_ELEMENTS = 400
 """Elements of a layer whose mesh is the same for all values."""
-
-
-def signal_of(question: Question, file: File) -> xr.Dataset:
-    """The measured signal, conditioned; a Fault, or a ValueError that names the file."""
-    part = question.part
-    calibration: Any = part.calibration
-    if isinstance(calibration, Mapping):
-        calibration = {int(name): value for name, value in calibration.items() if name.isdigit()}
-    try:
-        signal = read_signal(
-            file, question.columns, part.time_column, part.time_unit, part.unit, calibration
-        )  # fmt: skip
-        # The lead is short; identify estimates the noise from all samples.
-        return condition(signal, part.mains).drop_vars("noise") if part.condition else signal
-    except ValueError as error:
-        names: dict[str, Path] = {
-            name: ("identify", name) for name in ("calibration", "time_unit", "unit", "time_column", "sensors")
-        }
-        fault = fault_of(str(error), names)
-        if fault.path:
-            raise fault from error
-        raise
 
 
 def answer(question: Question, signal: xr.Dataset) -> tuple[Identification, list[str]]:
@@ -63,8 +35,7 @@ def answer(question: Question, signal: xr.Dataset) -> tuple[Identification, list
 
 def _found(question: Question, signal: xr.Dataset) -> tuple[Identification, list[str]]:
     case = question.case
-    middle = {name: 0.5 * sum(ends) for name, ends in question.ranges.items()}
-    until = question.part.until
+    middle, until = question.middle, question.part.until
     if until is None:
         with collected():
             chain = Builder(question)(**middle).chain

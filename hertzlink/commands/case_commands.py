@@ -89,6 +89,7 @@ def _written(
 ) -> None:
     """Do the work, write its Dataset, CSV files, table and report into a new folder, and print the table."""
     from coupling.results.findings import findings_of, one_of_each, warn, with_warnings
+    from hertzlink.cases.faults import of_case
     from hertzlink.cases.pages import page
     from hertzlink.cli import check_output, write_folder
     from hertzlink.reports.page import html
@@ -102,8 +103,9 @@ def _written(
         with collected() as findings:
             done = work()
     finally:
-        warn(one_of_each(findings))
-    data, took = with_warnings(done.data, [*findings_of(done.data), *findings]), perf_counter() - began
+        warn(one_of_each([of_case(one) for one in findings]))
+    found = [of_case(one) for one in (*findings_of(done.data), *findings)]
+    data, took = with_warnings(done.data, found), perf_counter() - began
 
     # Measures that warn of what the result says already must not warn again.
     with collected():
@@ -144,8 +146,9 @@ def check_case(case: str, changes: tuple[str, ...]) -> None:
 def identify_case(case: str, trace: Path, changes: tuple[str, ...], output: Path | None, force: bool) -> None:
     """Find the unknowns of a case from a measured trace, with 95 % intervals."""
     from hertzlink.cases.again import TRACE
-    from hertzlink.cases.identifying import answer, signal_of, simulation_of, tables
+    from hertzlink.cases.identifying import answer, simulation_of, tables
     from hertzlink.cases.questions import question_of
+    from hertzlink.cases.signal_file import of_file, signal_of
 
     whole, source = read_case(case, changes)
     with located(source):
@@ -153,7 +156,10 @@ def identify_case(case: str, trace: Path, changes: tuple[str, ...], output: Path
         signal = signal_of(question, trace)
 
         def work() -> Done:
-            found, remarks = answer(question, signal)
+            try:
+                found, remarks = answer(question, signal)
+            except ValueError as error:
+                raise of_file(error, trace) from None
             data = found.to_dataset().assign_attrs({"case": whole.to_toml(), TRACE: str(trace)})
             return Done(data, *tables(question, found, remarks), simulation_of(question, found))
 

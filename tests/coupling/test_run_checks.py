@@ -80,7 +80,9 @@ def test_energy_that_the_stepper_loses() -> None:
     assert "the structure's stepper, see structure_numerical_loss" in finding
 
 
-@pytest.mark.parametrize(("until", "meant"), [(1.5, "0.0015"), (1500.0, "0.0015"), (0.4, "0.0004")])
+@pytest.mark.parametrize(
+    ("until", "meant"), [(1.5, "0.0015 (1.5 ms)"), (1500.0, "0.0015 (1.5 ms)"), (0.4, "0.0004 (400 µs)")]
+)
 def test_a_run_that_is_far_too_long_is_warned_of_before_it_begins(
     until: float, meant: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
