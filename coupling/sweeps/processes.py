@@ -11,7 +11,7 @@ import warnings
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
-from multiprocessing import resource_tracker
+from multiprocessing import current_process, resource_tracker
 from typing import Any
 
 import joblib
@@ -23,6 +23,7 @@ from joblib.externals.loky.process_executor import TerminatedWorkerError
 from coupling.cosimulation import CoSimulation
 from coupling.results.findings import findings_of, with_warnings
 from coupling.sweeps.store import Failure, Point, Store
+from particles import kernel_cache
 from structures.caution import collected
 from structures.checks import instance, short
 
@@ -245,7 +246,12 @@ def end_with(owner: int) -> None:
             time.sleep(WATCH_INTERVAL)
         os._exit(1)
 
-    if os.getpid() != owner and os.getppid() == owner:
+    if os.getpid() == owner:
+        return
+    # They compile the same kernels at the same time; one of them says so.
+    if not current_process().name.endswith("-1"):
+        kernel_cache.stop()
+    if os.getppid() == owner:
         threading.Thread(target=watch, name="hertzlink-end-with-parent", daemon=True).start()
 
 

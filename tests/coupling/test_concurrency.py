@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 import hertzlink as hl
-from coupling.sweeps.processes import in_parallel
+from coupling.sweeps.processes import end_with, in_parallel
+from particles import kernel_cache
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 UNTIL = 1.5e-4
@@ -74,3 +75,13 @@ def test_only_the_process_that_started_others_sees_ctrl_c() -> None:
         warnings.simplefilter("error")
         found.close()
     assert signal.pthread_sigmask(signal.SIG_BLOCK, []) == before
+
+
+@pytest.mark.parametrize(("name", "silent"), [("LokyProcess-1", False), ("LokyProcess-2", True), ("Loky-11", True)])
+def test_one_process_says_that_it_compiles(monkeypatch: pytest.MonkeyPatch, name: str, silent: bool) -> None:
+    """Those of a sweep compile the same kernels at the same time."""
+    calls: list[bool] = []
+    monkeypatch.setattr(kernel_cache, "stop", lambda: calls.append(True))
+    monkeypatch.setattr(multiprocessing.current_process(), "name", name)
+    end_with(owner=0)
+    assert calls == [True] * silent
