@@ -338,6 +338,7 @@ def test_a_run_from_the_command_line(tmp_path: Path, command: Callable[..., str]
     Path("rod.toml").write_text(template("rod").replace("1.5 ms", "0.8 ms"))
     said = command("run", "rod.toml", "--set", "chain.impact_speed=0.2 m/s", "--set", "measure.sensor=8")
     assert max(map(len, said.split("\n\n")[0].splitlines())) <= 80
+    assert "peak, N  arrival, µs      AR  TOF, µs" in said
     folder = tmp_path / "rod"
     names = {"case.toml", "files.txt", "report.html", "results.nc", "table.txt", "traces.csv", "waves.csv"}
     assert {path.name for path in folder.iterdir()} == names
@@ -412,6 +413,8 @@ def test_a_critical_distance_from_the_command_line(tmp_path: Path, command: Call
     row = Path("mine/critical_distance.csv").read_text().splitlines()[1].split(",")
     assert float(row[1]) == found.critical_distance.item()
     assert f"{1e3 * found.critical_distance.item():.4g}" in said
+    assert "beyond the critical distance AR stays within ± 0.02 of AR far away" in said
+    assert row[-1] == "0.02"
     with xr.open_dataset("mine/results.nc") as data:
         np.testing.assert_array_equal(data.amplitude_ratio.values[0], found.amplitude_ratio)
     page = Path("mine/report.html").read_text()

@@ -223,7 +223,7 @@ def _extremes() -> list[Row]:
         Row("e, D 19.05, t 2.29", SOFTEST_RESTITUTION, zener_restitution(parameter), "",
             f"Zener; with the thesis's λ {again:.2g}; at this λ, e decreases by 5 % if λ grows by 1 %"),
         Row("D/t, largest bead, thickest plate", LARGEST_BEAD_RATIO, large / thick, "",
-            "19.05 mm as in section 6.2.2; 19.1 mm gives 3.95"),
+            "19.05 mm as in the thesis, section 6.2.2; 19.1 mm gives 3.95"),
     ]  # fmt: skip
 
 

@@ -83,5 +83,5 @@ def test_one_process_says_that_it_compiles(monkeypatch: pytest.MonkeyPatch, name
     calls: list[bool] = []
     monkeypatch.setattr(kernel_cache, "stop", lambda: calls.append(True))
     monkeypatch.setattr(multiprocessing.current_process(), "name", name)
-    end_with(owner=0)
+    end_with(owner=-1)
     assert calls == [True] * silent
