@@ -14,7 +14,7 @@ from coupling.structure_checks import check_structures
 from particles import kernels
 from particles.moving import MovingChain
 from particles.yielding import yields
-from structures.checks import short
+from structures.checks import duration, short
 from structures.structure import Vector
 
 LARGE = 1e-3
@@ -58,10 +58,10 @@ def _of_length(chains: Sequence[MovingChain], until: float) -> list[str]:
     scale = max(there_and_back, *(one.chain.excitation.duration for one in chains))
     if until <= LONG * scale:
         return []
-    meant = [f"{factor * until:.4g}" for factor in SHORTER if factor * until <= LONG * scale]
-    question = f"; did you mean until = {meant[0]}?" if meant else ""
+    meant = [factor * until for factor in SHORTER if factor * until <= LONG * scale]
+    question = f"; did you mean until = {meant[0]:.4g} ({duration(meant[0])})?" if meant else ""
     return [
-        f"until = {until:g} s: is {until / there_and_back:.2g} times the {there_and_back:.2g} s that a wave takes "
+        f"until = {until:g} s: is {until / there_and_back:.2g} times the {duration(there_and_back)} that a wave takes "
         f"through the chain and back{question}"
     ]
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from coupling.interface import Interface
 from coupling.recording.frames import Frames
-from coupling.results.missing_waves import until_of
+from coupling.results.missing_waves import rounded_up
 from coupling.results.schema import LAST
 from structures.moving import MovingStructure
 from structures.reduction import error_for_pulse
@@ -100,7 +100,8 @@ def _of_mesh(origin: Any, length: float) -> Iterator[Doubt]:
     if frequency and length * frequency < FEWEST_CYCLES:
         words = (
             f"it resolves waves up to {1e-3 * frequency:.3g} kHz, and this run's push of {1e6 * length:.2g} µs excites "
-            f"higher ones; late and secondary waves may be wrong; highest_frequency={until_of(1.0 / length)} suits it"
+            "higher ones; late and secondary waves may be wrong; "
+            f"highest_frequency={rounded_up(1.0 / length):g} suits it"
         )
         yield Doubt("mesh", 1.0 / (length * frequency), words)
 

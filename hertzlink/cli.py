@@ -1,12 +1,10 @@
 """The command line: cases, `hertzlink study NAME`, `hertzlink draw FILE` and `hertzlink info`."""
 
 import hashlib
-import logging
 import re
 import signal
 import sys
 import tempfile
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -21,19 +19,18 @@ from coupling.results.findings import one_of_each, warn, with_warnings
 from coupling.results.provenance import provenance, versions
 from coupling.state import NotConverged
 from coupling.sweeps.progress import one_bar
+from hertzlink.cases.faults import CaseError
 from hertzlink.commands.case_commands import COMMANDS
 from hertzlink.commands.explore_command import explore_case
 from hertzlink.studies import RUNS, LongStudy, study
 from hertzlink.studies.conditions import DIFFERS
 from hertzlink.studies.writing import FORMATS, QUICK, Written, read_study
 from hertzlink.study_options import Studies
-from structures.caution import HertzlinkWarning, collected
+from hertzlink.terminal import complain, set_up, written
+from structures.caution import collected
 
-PLAIN_FORMAT = warnings.formatwarning
-"""The format of warnings of other packages, which stays as it is."""
-
-WRONG_INPUT = 2
-"""Exit code for input that cannot be used, as in most command-line programs."""
+WRONG_INPUT, FAILED, STOPPED = 2, 1, 130
+"""Exit codes: for input that cannot be used, for a computation that failed, and after Ctrl-C."""
 
 LISTING = "files.txt"
 """The file that lists all others in a folder of results with their SHA-256, as the program sha256sum does.
@@ -51,46 +48,29 @@ def main(arguments: Sequence[str] | None = None) -> None:
     `arguments` are the words after the name of the program, by default those of the process.
     """
     signal.signal(signal.SIGTERM, signal.default_int_handler)
-    logging.basicConfig(format="hertzlink: %(message)s", level=logging.WARNING)
-    # Where no bar is drawn, as output is redirected.
-    logging.getLogger("hertzlink.sweep").setLevel(logging.INFO)
-    warnings.formatwarning = _format_warning
-    # Appended, so that filters set by the user come first.
-    warnings.simplefilter("once", HertzlinkWarning, append=True)
+    set_up()
     try:
         code = cli.main(arguments, prog_name="hertzlink", standalone_mode=False)
     except click.exceptions.NoArgsIsHelpError as error:
         click.echo(error.ctx.get_help() if error.ctx else "", err=True)
         code = WRONG_INPUT
     except click.ClickException as error:
-        code = _complain(error.format_message(), WRONG_INPUT)
+        complain(error.format_message())
+        code = WRONG_INPUT
+    except CaseError as error:
+        # It begins with the line of a case file, where editors and terminals look for it.
+        complain(str(error), "")
+        code = WRONG_INPUT
     except (ValueError, OSError) as error:
-        code = _complain(str(error), WRONG_INPUT, "" if _has_place(error) else "hertzlink: ")
+        complain(str(error))
+        code = WRONG_INPUT
     except (FloatingPointError, NotConverged) as error:
-        code = _complain(str(error), 1)
+        complain(str(error))
+        code = FAILED
     except (click.Abort, KeyboardInterrupt) as error:
-        code = _complain(str(error) or "stopped; nothing was written", 130)
+        complain(str(error) or "stopped; nothing was written")
+        code = STOPPED
     sys.exit(code)
-
-
-def _format_warning(
-    message: Warning | str, category: type[Warning], filename: str, lineno: int, line: str | None = None
-) -> str:
-    """A HertzlinkWarning on one line, without the line of code, which the user of a command did not write."""
-    if issubclass(category, HertzlinkWarning):
-        return "hertzlink: warning: " + " ".join(str(message).split()) + "\n"
-    return PLAIN_FORMAT(message, category, filename, lineno, line)
-
-
-def _has_place(error: Exception) -> bool:
-    """Whether a message begins with the line of a case file, where editors and terminals look for it."""
-    faults = sys.modules.get("hertzlink.cases.faults")
-    return faults is not None and isinstance(error, faults.CaseError)
-
-
-def _complain(message: str, code: int, prefix: str = "hertzlink: ") -> int:
-    click.echo(prefix + " ".join(message.split()), err=True)
-    return code
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -131,7 +111,8 @@ def run_study(
     write_folder(folder, lambda into: found.write(into, data), force)
     if isinstance(chosen, LongStudy):
         chosen.forget(parts)
-    _told(found.shown, folder)
+    click.echo(found.shown)
+    written(folder)
 
 
 cli.add_command(Studies("study", run_study))
@@ -149,13 +130,8 @@ def draw_study(store: Path, output: Path | None, force: bool, form: str) -> None
     check_output(folder, force)
     found = Written(name, study(name), data, form)
     write_folder(folder, found.write_again, force)
-    _told(found.shown, folder)
-
-
-def _told(table: str, folder: Path) -> None:
-    """What a study prints."""
-    click.echo(table)
-    click.echo(f"\nwritten to {folder.resolve()}: " + ", ".join(sorted(path.name for path in folder.iterdir())))
+    click.echo(found.shown)
+    written(folder)
 
 
 @cli.command()

@@ -6,6 +6,7 @@ Numba finds no folder in a read-only installation of a user without a home folde
 import atexit
 import logging
 import shutil
+from contextlib import suppress
 from tempfile import mkdtemp
 from typing import Any
 
@@ -35,6 +36,9 @@ def provide() -> None:
         )
 
 
+COMPILING = "compiling kernels that this machine has not compiled yet: up to a minute, once"
+
+
 class Announcement(event.Listener):  # type: ignore[misc]
     """Says once that kernels are compiled, which takes long. A kernel from the cache is not compiled."""
 
@@ -43,7 +47,7 @@ class Announcement(event.Listener):  # type: ignore[misc]
         kernel = event.data["dispatcher"].py_func
         if kernel.__module__.partition(".")[0] in ("particles", "structures", "coupling", "plates"):
             stop()
-            log.warning("compiling kernels for this machine: once, up to a minute")
+            log.warning(COMPILING)
 
     def on_end(self, event: Any) -> None:
         """Numba has compiled."""
@@ -58,5 +62,6 @@ def announce() -> None:
 
 
 def stop() -> None:
-    """Say no more."""
-    event.unregister("numba:compile", _announcement)  # type: ignore[no-untyped-call]
+    """Say no more, if not yet so."""
+    with suppress(ValueError):
+        event.unregister("numba:compile", _announcement)  # type: ignore[no-untyped-call]

@@ -6,6 +6,7 @@ import warnings
 from pathlib import Path
 
 import pytest
+import xarray as xr
 
 from hertzlink.cli import main
 
@@ -92,7 +93,7 @@ WRONG_RODS = [
     ('"PTFE"', "{ youngs_modulus = 1e9 }", 11, "structure.layers[1].material.poisson_ratio: is missing; give a number"),
     ('"PTFE"', '{ like = "PTFE", poisson_ratio = 0.6 }', 11, "material.poisson_ratio: 0.6 must lie between -1 and 0.5"),
     ('"PTFE"', '{ like = "PTFE", yungs_modulus = 1e9 }', 11, "material.yungs_modulus: is no entry here; did you mean youngs_modulus?"),
-    ('"PTFE"', '{ like = "PTFE", density = "-3 kg/m^3" }', 11, "material.density: -3.0 must be a positive number of kg/m³"),
+    ('"PTFE"', '{ like = "PTFE", density = "-3 kg/m^3" }', 11, 'material.density: "-3 kg/m^3" must be a positive number of kg/m³'),
     ("[chain]", "[materials.glue]\nyoungs_modulus = 1e9\n[chain]", 1, "materials.glue.poisson_ratio: is missing"),
     ("[chain]", "[materials.glue]\nyoungs_modulus = '1 Gpa'\n[chain]", 2, 'materials.glue.youngs_modulus: "1 Gpa"'),
     # Units.
@@ -132,21 +133,21 @@ WRONG_RODS = [
     ('striker = "bead"', 'striker = { kind = "spring" }', 4, 'chain.striker.kind: "spring" is no kind; did you mean spring_loaded?'),
     ("[chain]", "[[chain]]", 1, "must be a table; give a section: [chain] with beads = 20"),
     # What hertzlink's objects refuse.
-    ('"9.53 mm"', '"-9.53 mm"', 3, "chain.bead.radius: -0.004765 must be a positive number of m"),
+    ('"9.53 mm"', '"-9.53 mm"', 3, 'chain.bead.diameter: "-9.53 mm" must be a positive number of m'),
     ('diameter = "9.53 mm"', 'diameter = 0.01, radius = 0.005', 3, "chain.bead.diameter: give radius or diameter alone"),
-    ('"0.3 m/s"', '"0 m/s"', 5, "chain.impact_speed: 0.0 must be a positive number of m/s"),
+    ('"0.3 m/s"', '"0 m/s"', 5, 'chain.impact_speed: "0 m/s" must be a positive number of m/s'),
     ('"0.3 m/s"', '"0.3 m/s"\ndrop_height = "1 cm"', 6, "chain.drop_height: gives the impact speed; leave out impact_speed"),
     ("beads = 8", 'beads = 8\ninclination = 45', 3, "chain.inclination: 45.0 must lie between -2π and 2π"),
     ("beads = 8", "beads = 8\ngravity = -9.81", 3, "chain.gravity: -9.81 must be zero or a positive number of m/s²"),
     ("beads = 8", 'beads = 8\ndissipation = { kind = "restitution", coefficient = 1.2 }', 3, "chain.dissipation.coefficient: 1.2 must lie between 0.01 and 1"),
     ("beads = 8", 'beads = 8\nlaw = { kind = "power_law", stiffness = -1 }', 3, "chain.law.stiffness: -1.0 must be a positive number"),
     ('striker = "bead"\nimpact_speed = "0.3 m/s"', 'striker = { kind = "spring_loaded", stiffness = -2, compression = "1 mm" }', 4, "chain.striker.stiffness: -2.0 must be a positive number of N/m"),
-    ('length = "20 mm", radius = "9.5 mm" },\n]', 'length = "0 mm", radius = "9.5 mm" },\n]', 11, "structure.layers[1].length: 0.0 must be a positive number of m"),
+    ('length = "20 mm", radius = "9.5 mm" },\n]', 'length = "0 mm", radius = "9.5 mm" },\n]', 11, 'structure.layers[1].length: "0 mm" must be a positive number of m'),
     ('kind = "rod"', 'kind = "rod"\nelements = 10000000', 9, "structure.elements: 20000000 are too many"),
     ('kind = "rod"', 'kind = "rod"\ndamping = [{ kind = "modal", ratio = 0.01 }]', 9, "structure.damping[0]: structure: its"),
-    ('until = "0.1 ms"', 'until = "-1 ms"', 15, "run.until: -0.001 must be a positive number of s"),
-    ('until = "0.1 ms"', 'until = "0.1 ms"\nsave_every = "1 s"', 16, "run.save_every: 1.0 must not be longer than the run"),
-    ('until = "0.1 ms"', 'until = "0.1 ms"\nwindow = "1 s"', 16, "run.window: 1.0 must not be longer than the run"),
+    ('until = "0.1 ms"', 'until = "-1 ms"', 15, 'run.until: "-1 ms" must be a positive number of s'),
+    ('until = "0.1 ms"', 'until = "0.1 ms"\nsave_every = "1 s"', 16, 'run.save_every: "1 s" must not be longer than the run'),
+    ('until = "0.1 ms"', 'until = "0.1 ms"\nwindow = "1 s"', 16, 'run.window: "1 s" must not be longer than the run'),
     ('until = "0.1 ms"', 'until = "0.1 ms"\nsubsteps = 4', 16, "run.substeps: 4: divide a window; give window"),
     ('until = "0.1 ms"', 'until = "0.1 ms"\nscheme = { kind = "explicit", reuse = 2 }', 16, "run.scheme.reuse: is no entry of explicit"),
     ('until = "0.1 ms"', 'until = "0.1 ms"\nreduce = "yes"', 16, 'run.reduce: "yes" must be true, false, or a table'),
@@ -270,6 +271,11 @@ def test_a_wrong_case_is_one_line(
         ("extends=x", "a change cannot extend another case"),
         ("run.until=1 parsec", 'run.until: "1 parsec": "parsec" is no unit of this quantity'),
         ("structure.layers[0].material.density=-1", "structure.layers[0].material.density: -1.0 must be a positive number"),
+        ("chain.impact_speed=-3 m/s", 'chain.impact_speed: "-3 m/s" must be a positive number of m/s'),
+        ("structure.layers[1].length=0 mm", 'structure.layers[1].length: "0 mm" must be a positive number of m'),
+        ("chain.bead.diameter=-3 mm", 'chain.bead.diameter: "-3 mm" must be a positive number of m'),
+        ("run.window=-2 us", 'run.window: "-2 us" must be a positive number of s'),
+        ("chain.bead.contact_angle=9 deg", "chain.bead.contact_angle: is no entry here"),
     ],
 )  # fmt: skip
 def test_a_wrong_change_is_one_line(
@@ -280,6 +286,7 @@ def test_a_wrong_change_is_one_line(
     said = complaint(capsys, "run", "case.toml", "--set", change)
     assert said.startswith("--set "), said
     assert words in said
+    assert said.count(words.split(":")[0]) == 1
 
 
 @pytest.mark.parametrize(
@@ -296,6 +303,49 @@ def test_a_file_that_cannot_be_read_is_one_line(
         assert complaint(capsys, command, name).startswith(f"{name}: {words}")
 
 
+def samples(count: int, step: str = "e-6", begins: int = 0) -> str:
+    """A file with a wave of 40 samples after 60 quiet ones, in columns 1 and 2."""
+    pulse = [max(0.0, 1.0 - abs(i - 80) / 20.0) for i in range(begins, count)]
+    return "time\n" + "".join(f"{i}{step},{one:.3f},{one:.3f}\n" for i, one in enumerate(pulse))
+
+
+SIGNALS = [
+    (None, "trace.csv: there is no such file; give the trace of an oscilloscope as text, such as CSV"),
+    ("", "trace.csv: is empty; must hold a line for each sample, with numbers in columns 0, 1, 2, counted from 0"),
+    ("one\ntwo\n", "trace.csv: holds no numbers, but text such as 'one' in line 1; must hold a line for each sample, "),
+    ("0,1\n1,2\n" * 20, "trace.csv: line 1, '0,1', has numbers in columns 0, 1 only; must hold a line for each "),
+    (samples(9), "trace.csv: holds 9 samples, must hold 16 or more"),
+    (samples(100, begins=61), "trace.csv: its record of 38 µs is too short: the wave is back at bead 3 about "),
+    (samples(900, begins=70), "trace.csv: sensor 3, baseline = 'lead': has no quiet lead to take the baseline from, "),
+    (samples(900, ""), "trace.csv: has a sample every 1000 ms, too coarse for contacts of "),
+]
+"""Contents of a file, and how the message begins."""
+
+
+@pytest.mark.parametrize(("content", "words"), SIGNALS)
+def test_a_wrong_signal_is_one_line(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    content: str | None,
+    words: str,
+) -> None:
+    """It names the file, what was found and what would be right."""
+    monkeypatch.chdir(tmp_path)
+    asked = """
+        [identify]
+        sensors = { 3 = 1, 6 = 2 }
+        calibration = 1
+        unknowns = { "structure.layers[1].length" = ["15 mm", "30 mm"] }
+    """
+    Path("case.toml").write_text(ROD + asked.replace("        ", ""))
+    if content is not None:
+        Path("trace.csv").write_text(content)
+    said = complaint(capsys, "identify", "case.toml", "trace.csv")
+    assert said.startswith(f"hertzlink: {words}"), said
+    assert ("are its times in µs? Then give time_unit = 'us'" in said) == ("too coarse" in said)
+
+
 def test_faults_of_the_file_below_are_named_there(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -310,6 +360,41 @@ def test_faults_of_the_file_below_are_named_there(
     assert complaint(capsys, "run", "case.toml") == (
         'case.toml:2: structure.material: is missing; give a material, such as "aluminium 6061"'
     )
+
+
+def test_a_value_of_a_sweep_is_echoed_as_typed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The value that is refused stands in [sweep], not at its path; save_every is refused by the plan of the run."""
+    monkeypatch.chdir(tmp_path)
+    Path("case.toml").write_text(ROD + '\n[sweep]\n"structure.layers[0].length" = ["-20 mm", "30 mm"]\n')
+    place = 'case.toml:18: sweep."structure.layers[0].length"[0]'
+    assert complaint(capsys, "check", "case.toml") == f'{place}: "-20 mm" must be a positive number of m'
+    Path("case.toml").write_text(ROD.replace('"0.1 ms"', '"0.1 ms"\nsave_every = "3 ms"'))
+    for command in ("run", "check"):
+        said = complaint(capsys, command, "case.toml")
+        assert said.startswith('case.toml:16: run.save_every: "3 ms" must not be longer than the run')
+
+
+def test_a_result_without_a_case_says_what_to_do(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("text.nc").write_text("no netCDF")
+    results = {
+        "found": xr.Dataset({"verdict": ("unknown", ["identified"])}, attrs={"input": '{"identify": {}}'}),
+        "study": xr.Dataset(attrs={"input": '{"study": "rod-length"}'}),
+        "other": xr.Dataset({"x": 1.0}),
+    }
+    for name, data in results.items():
+        data.to_netcdf(f"{name}.nc", engine="h5netcdf")
+    for name, words in (
+        ("text", "cannot be read as netCDF"),
+        ("found", "is an identification made in Python, which has no case"),
+        ("study", "is a study, which has no case; `hertzlink study rod-length` repeats it"),
+        ("other", "must be the input of a run"),
+    ):
+        assert words in complaint(capsys, "new", f"{name}.nc")
 
 
 def test_new_writes_no_file_twice(

@@ -15,8 +15,11 @@ import jsonschema
 import numpy as np
 import pytest
 import xarray as xr
+from page_parser import check_page
 
 import hertzlink as hl
+from coupling.identification.found import unknowns_of
+from coupling.results.findings import findings_of
 from hertzlink.cases.case import Case, read
 from hertzlink.cases.lines import lines_of
 from hertzlink.cases.paths import parsed, written
@@ -335,6 +338,7 @@ def test_a_run_from_the_command_line(tmp_path: Path, command: Callable[..., str]
     Path("rod.toml").write_text(template("rod").replace("1.5 ms", "0.8 ms"))
     said = command("run", "rod.toml", "--set", "chain.impact_speed=0.2 m/s", "--set", "measure.sensor=8")
     assert max(map(len, said.split("\n\n")[0].splitlines())) <= 80
+    assert "peak, N  arrival, µs      AR  TOF, µs" in said
     folder = tmp_path / "rod"
     names = {"case.toml", "files.txt", "report.html", "results.nc", "table.txt", "traces.csv", "waves.csv"}
     assert {path.name for path in folder.iterdir()} == names
@@ -357,11 +361,7 @@ def test_a_run_from_the_command_line(tmp_path: Path, command: Callable[..., str]
 
 
 def test_a_sweep_from_the_command_line(tmp_path: Path, command: Callable[..., str]) -> None:
-    text = (
-        template("sweep")
-        .replace("1.5 ms", "0.9 ms")
-        .replace('"steel 440C", "brass 360", "PTFE"', '"brass 360", "PTFE"')
-    )
+    text = template("sweep").replace("1.5 ms", "0.9 ms").replace('"steel 440C", "acrylic", "PTFE"', '"acrylic", "PTFE"')
     Path("mine.toml").write_text(text + "traces = true\n")
     said = command("run", "mine.toml", "--jobs", "1", "--output", "out")
     assert said.splitlines()[0].split() == [
@@ -380,10 +380,10 @@ def test_a_sweep_from_the_command_line(tmp_path: Path, command: Callable[..., st
 
     def build(material: hl.Material, length: float) -> hl.CoSimulation:
         bead = hl.Sphere(9.53e-3 / 2, hl.STEEL_440C)
-        chain = hl.Chain([bead] * 20, bead, 0.44)
+        chain = hl.Chain([bead] * 20, bead, 0.34)
         return hl.CoSimulation(chain, hl.rod([hl.Layer(material, length, 19.05e-3 / 2)]))
 
-    runs = hl.sweep(build, 0.9e-3, jobs=1, material=[hl.BRASS_360, hl.PTFE], length=[0.05, 0.075, 0.1])
+    runs = hl.sweep(build, 0.9e-3, jobs=1, material=[hl.ACRYLIC, hl.PTFE], length=[0.05, 0.075, 0.1])
     with xr.open_dataset("out/results.nc") as data:
         np.testing.assert_array_equal(data.amplitude_ratio.sel(sensor=7), hl.amplitude_ratio(runs, 7))
         np.testing.assert_array_equal(data.sensor_force.sel(sensor=7), hl.sensor_force(runs, 7))
@@ -392,7 +392,7 @@ def test_a_sweep_from_the_command_line(tmp_path: Path, command: Callable[..., st
     assert float(first[3]) == hl.amplitude_ratio(runs, 7).values[0, 0]
     page = Path("out/report.html").read_text()
     assert page.count("<figure") == 3  # AR, TOF and the set-up
-    assert "material brass 360" in page
+    assert "material acrylic" in page
     assert f"{float(first[3]):.5g}" in page
 
 
@@ -413,6 +413,8 @@ def test_a_critical_distance_from_the_command_line(tmp_path: Path, command: Call
     row = Path("mine/critical_distance.csv").read_text().splitlines()[1].split(",")
     assert float(row[1]) == found.critical_distance.item()
     assert f"{1e3 * found.critical_distance.item():.4g}" in said
+    assert "beyond the critical distance AR stays within ± 0.02 of AR far away" in said
+    assert row[-1] == "0.02"
     with xr.open_dataset("mine/results.nc") as data:
         np.testing.assert_array_equal(data.amplitude_ratio.values[0], found.amplitude_ratio)
     page = Path("mine/report.html").read_text()
@@ -462,6 +464,10 @@ def test_templates_run_as_they_stand(kind: str, command: Callable[..., str]) -> 
     command("new", kind, "case.toml")
     said = command("run", "case.toml")
     assert "written to" in said
+    with xr.open_dataset("case/results.nc") as data:
+        found = findings_of(data)
+    # Of brass and aluminium, which yield, the template says so, and the run says from which speed on.
+    assert [("below an impact speed of about" in one) for one in found] == [True] * ("yields under" in template(kind))
     if kind == "identify":
         assert "the model explains the signal" in command("identify", "case.toml", "case.csv")
 
@@ -531,7 +537,7 @@ def trace(case: Case, noise: float, seed: int, lead: float, gains: dict[int, flo
     columns = [time]
     for sensor, gain in gains.items():
         force = gain * np.interp(time - lead, run.time, hl.sensor_force(run, sensor), left=0.0)
-        columns.append((force + random.normal(0.0, noise * force.max(), time.size)) / 25.0)
+        columns.append((force + random.normal(0.0, noise * abs(force).max(), time.size)) / 25.0)
     rows = "\n".join(",".join(f"{one:.7e}" for one in row) for row in np.column_stack(columns))
     return "time (s),1 (V),2 (V)\n" + rows + "\n"
 
@@ -543,7 +549,9 @@ def intervals(folder: Path) -> dict[str, tuple[float, float, float]]:
 
 def test_identify_finds_a_rods_modulus(tmp_path: Path, command: Callable[..., str]) -> None:
     text = (
-        template("rod").replace("1.5 ms", "1 ms")
+        template("rod")
+        .replace("1.5 ms", "1 ms")
+        .replace('material = "steel 440C", length', 'material = "brass", length')
         + """
         [identify]
         sensors = { 7 = 1, 13 = 2 }
@@ -554,7 +562,7 @@ def test_identify_finds_a_rods_modulus(tmp_path: Path, command: Callable[..., st
     )
     Path("rod.toml").write_text(text)
     true = case_of(text).changed({"structure.layers[0].material.youngs_modulus": "98 GPa"})
-    Path("tap.csv").write_text(trace(true, 0.01, 4, 0.0, {7: 1.1, 13: 0.9}))
+    Path("tap.csv").write_text(trace(true, 0.01, 4, 0.0, {7: 1.1, 13: -0.9}))
     said = command("identify", "rod.toml", "tap.csv")
     found = intervals(tmp_path / "rod-found")["structure.layers[0].material.youngs_modulus"]
     assert found[0] == pytest.approx(98e9, rel=0.03)
@@ -562,6 +570,22 @@ def test_identify_finds_a_rods_modulus(tmp_path: Path, command: Callable[..., st
     assert "youngs_modulus, GPa" in said
     again = read(tmp_path / "rod-found" / "identified.toml")[0]
     assert again.model.structure.layers[0].material.youngs_modulus == found[0]
+    # The report holds the table of the terminal, its notes, and a sketch of what was found.
+    page = check_page(Path("rod-found/report.html").read_text())
+    shown = [one.strip() for one in page.text["th"] + page.text["td"]]
+    with xr.open_dataset("rod-found/results.nc") as data:
+        for one in unknowns_of(data):
+            assert set(one.row()) <= set(shown)
+            assert all(cell in said for cell in one.row()[1:])
+    assert any("youngs_modulus, GPa" in one for one in shown)
+    notes = [" ".join(one.split()) for one in page.text["li"]]
+    for words in ("begins to yield", "gain 13 is negative: this sensor's sign is reversed"):
+        assert any(words in one for one in notes)
+        assert words in " ".join(said.split())
+    assert any(one.startswith("a drawing to scale") for one in page.text["title"])
+    # The result becomes a case again, which asks the same of the same file.
+    assert "next: hertzlink identify third.toml tap.csv" in command("new", "rod-found/results.nc", "third.toml")
+    assert Path("third.toml").read_text() == Path("rod-found/case.toml").read_text()
 
 
 @pytest.mark.thorough

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from coupling.results.findings import as_attribute
 from coupling.results.provenance import provenance
 from structures.checks import short
 from structures.html_table import html_table
@@ -39,13 +40,17 @@ class Unknown:
         value means little and the interval is what is known; "at the end of its range": the range may be too narrow.
     range : tuple of float, optional
         The range that was searched.
+    unit : str
+        The unit in which tables and figures show it.
+    unit_size : float
+        One of these in the unit of the argument.
 
     Examples
     --------
     >>> import hertzlink as hl
-    >>> edge = hl.results.Unknown("distance", 0.06, (0.0595, 0.0605), "identified", (0.01, 0.3))
-    >>> edge.identifiable, round(edge.error, 4)
-    (True, 0.0005)
+    >>> edge = hl.results.Unknown("distance", 0.06, (0.0595, 0.0605), "identified", (0.01, 0.3), "mm", 1e-3)
+    >>> edge.identifiable, round(edge.error, 4), edge.row()[:3]
+    (True, 0.0005, ('distance, mm', '60.00', '59.50 to 60.50'))
     """
 
     name: str
@@ -53,6 +58,8 @@ class Unknown:
     interval: tuple[float, float]
     verdict: str
     range: tuple[float, float] | None = None
+    unit: str = ""
+    unit_size: float = 1.0
 
     @property
     def identifiable(self) -> bool:
@@ -64,19 +71,20 @@ class Unknown:
         """Half of the interval."""
         return 0.5 * (self.interval[1] - self.interval[0])
 
+    @property
+    def head(self) -> str:
+        """Name and unit."""
+        return f"{self.name}, {self.unit}" if self.unit else self.name
+
     def row(self) -> tuple[str, str, str, str]:
-        """Name, value, interval and verdict as text."""
-        low, high = self.interval
+        """Name with the unit, value and interval in this unit, and verdict, as text."""
+        value, low, high = (number / self.unit_size for number in (self.value, *self.interval))
         if not self.identifiable:
-            return self.name, "-", f"{low:.4g} to {high:.4g}", f"blind; best fit {self.value:.3g}"
+            return self.head, "-", f"{low:.4g} to {high:.4g}", f"blind; best fit {value:.3g}"
         part = f" (± {100.0 * self.error / abs(self.value):.2g} %)" if self.value else ""
-        digits = _digits(self.error)
-        return (
-            self.name,
-            _rounded(self.value, digits),
-            " to ".join(_rounded(x, digits) for x in (low, high)),
-            (self.verdict + part),
-        )
+        digits = _digits(self.error / self.unit_size)
+        interval = " to ".join(_rounded(x, digits) for x in (low, high))
+        return self.head, _rounded(value, digits), interval, self.verdict + part
 
 
 @dataclass(frozen=True)
@@ -190,16 +198,21 @@ class Identification:
         said = "the model explains the signal" if self.explained else "the model does NOT explain the signal"
         lines.append(f"{said}: its residual is {self.misfit:.3g} times the noise; {self.runs} runs")
         for other in self.modes[1:]:
-            lines.append("fits as well: " + ", ".join(f"{name} = {value:.4g}" for name, value in other.items()))
+            lines.append("fits as well: " + ", ".join(self._in_words(name, value) for name, value in other.items()))
         lines += [fill(f"note: {warning}", LINE, subsequent_indent="  ") for warning in self.warnings]
         return "\n".join(line.rstrip() for line in lines)
 
     def __repr__(self) -> str:
-        texts = [f"{one.name} = {row[1]} ({row[3]})" for one in self.unknowns.values() if (row := one.row())]
+        texts = [f"{row[0]} = {row[1]} ({row[3]})" for one in self.unknowns.values() if (row := one.row())]
         return f"Identification({'; '.join(texts)})"
 
+    def _in_words(self, name: str, value: float) -> str:
+        """Another value of an unknown, in its unit."""
+        one = self.unknowns[name]
+        return f"{name} = {value / one.unit_size:.4g} {one.unit}".rstrip()
+
     def _repr_html_(self) -> str:
-        rows = [(name, f"{row[1]}; {row[2]}; {row[3]}") for name, one in self.unknowns.items() if (row := one.row())]
+        rows = [(row[0], f"{row[1]}; {row[2]}; {row[3]}") for one in self.unknowns.values() if (row := one.row())]
         return html_table("Identification", [*rows, ("residual over noise", f"{self.misfit:.3g}")])
 
     def to_dataset(self) -> xr.Dataset:
@@ -208,17 +221,22 @@ class Identification:
         Returns
         -------
         Dataset
-            The data, and over the dimension `unknown`: value, low, high, verdict.
+            The data, and over the dimension `unknown`: value, low, high, verdict; the unit of tables, and its size in
+            that of the values; over `mode` as well: the values of all fits, NaN for the nuisances of the sensors.
         """
-        names = list(self.unknowns)
+        names, all_of = list(self.unknowns), list(self.unknowns.values())
         found = self.data.assign_coords(unknown=names)
-        found["value"] = "unknown", [one.value for one in self.unknowns.values()]
-        found["low"] = "unknown", [one.interval[0] for one in self.unknowns.values()]
-        found["high"] = "unknown", [one.interval[1] for one in self.unknowns.values()]
-        found["verdict"] = "unknown", [one.verdict for one in self.unknowns.values()]
+        found["value"] = "unknown", [one.value for one in all_of]
+        found["low"] = "unknown", [one.interval[0] for one in all_of]
+        found["high"] = "unknown", [one.interval[1] for one in all_of]
+        found["verdict"] = "unknown", [one.verdict for one in all_of]
+        found["unit"] = "unknown", [one.unit for one in all_of]
+        found["unit_size"] = "unknown", [one.unit_size for one in all_of]
+        fits = [[fit.get(name, np.nan) for name in names] for fit in self.modes]
+        found["modes"] = ("mode", "unknown"), np.reshape(fits, (len(fits), len(names)))
         found["correlation"] = self.correlation
         return found.assign_attrs(
-            misfit=self.misfit, explained=int(self.explained), runs=self.runs, warnings=list(self.warnings),
+            misfit=self.misfit, explained=int(self.explained), runs=self.runs, **as_attribute(self.warnings),
             **provenance({"identify": self.input}),
         )  # fmt: skip
 
@@ -231,6 +249,20 @@ class Identification:
             The file; one that exists is replaced.
         """
         self.to_dataset().to_netcdf(path, engine="h5netcdf")
+
+
+def unknowns_of(data: xr.Dataset) -> list[Unknown]:
+    """The unknowns in the Dataset of an identification; files of earlier versions hold no units."""
+    names = [str(one) for one in data.unknown.values]
+    values, low, high, verdicts = (data[name].values.tolist() for name in ("value", "low", "high", "verdict"))
+    units = data.unit.values.tolist() if "unit" in data else [""] * len(names)
+    sizes = data.unit_size.values.tolist() if "unit" in data else [1.0] * len(names)
+    return [
+        Unknown(name, value, ends, str(verdict), unit=str(unit), unit_size=size)
+        for name, value, ends, verdict, unit, size in zip(
+            names, values, zip(low, high, strict=True), verdicts, units, sizes, strict=True
+        )
+    ]
 
 
 def verdict_of(value: float, interval: tuple[float, float], ends: tuple[float, float] | None) -> str:
@@ -254,4 +286,4 @@ def _rounded(value: float, digit: float) -> str:
     if digit == 0.0 or value == 0.0:
         return f"{value:.4g}"
     count = int(min(max(np.floor(np.log10(abs(value))) - np.log10(digit) + 1.0, 2.0), 8.0))
-    return f"{value:.{count}g}"
+    return f"{value:#.{count}g}".rstrip(".")

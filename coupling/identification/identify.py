@@ -16,8 +16,9 @@ from coupling.identification.measured import measured_signal
 from coupling.identification.misfit import GAIN, OF_SENSORS, TIME_ZERO, Misfit
 from coupling.identification.prediction import Prediction, Range, range_of
 from coupling.identification.search import ON_LINE, Search
+from coupling.results.signals import SECONDS
 from structures.caution import caution
-from structures.checks import finite, not_negative, one_of, positive, short, whole
+from structures.checks import duration, finite, not_negative, one_of, positive, short, whole
 from structures.structure import Vector
 
 FROM_IMPACT = 4.0
@@ -27,6 +28,9 @@ SCANNED = {1: 32, 2: 64}
 """Points of the scan over all ranges by the number of unknowns; MOST_SCANNED for more."""
 
 MOST_SCANNED = 128
+
+COARSEST = 4.0
+"""Samples of a contact that a signal must have."""
 
 COMPARE = ("waveform", "features")
 """What of a signal can be compared."""
@@ -207,14 +211,23 @@ def _length(until: float | None, record: float, build: Callable[..., Any], range
 
 def _check_record(prediction: Prediction, step: float, record: float) -> None:
     contact, wave = prediction.contact_time, prediction.first.chain.transit_time
-    if step > contact / 4.0:
+    if step > contact / COARSEST:
         raise ValueError(
-            f"signal: has a sample every {1e6 * step:.3g} µs, too coarse for contacts of {1e6 * contact:.3g} µs; "
-            f"sample at {4e-6 / contact:.2g} MHz or more"
+            f"signal: has a sample every {duration(step)}, too coarse for contacts of {duration(contact)}; "
+            f"sample at {1e-6 * COARSEST / contact:.2g} MHz or more{_other_unit(step, record, contact, wave)}"
         )
     longest = min(record, prediction.until)
     if longest < 0.5 * wave:
         raise ValueError(
-            f"signal: {1e6 * longest:.3g} µs are compared, but the wave needs about {1e6 * wave:.3g} µs through the "
-            "chain; record longer, or give a longer until"
+            f"signal: {duration(longest)} are compared, but the wave needs about {duration(wave)} through the chain; "
+            "record longer, or give a longer until"
         )
+
+
+def _other_unit(step: float, record: float, contact: float, wave: float) -> str:
+    """The unit in which the times of a signal that is too coarse would suit the chain, as a question."""
+    for unit in ("ms", "us"):
+        size = SECONDS[unit]
+        if size * step <= contact / COARSEST and size * record >= 0.5 * wave:
+            return f", or are its times in {unit.replace('u', 'µ')}? Then give time_unit = {unit!r}"
+    return ""

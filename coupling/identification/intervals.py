@@ -11,7 +11,7 @@ from scipy.stats import chi2, t
 
 from coupling.identification.features import Features
 from coupling.identification.found import BLIND, Identification, Unknown, verdict_of
-from coupling.identification.misfit import GAIN, TIME_CONSTANT, TIME_ZERO, Point
+from coupling.identification.misfit import GAIN, OFFSET, TIME_CONSTANT, TIME_ZERO, Point
 from coupling.identification.posterior import sampled
 from coupling.identification.search import Search, Solution, inverse
 from structures.caution import caution
@@ -47,6 +47,10 @@ LARGEST_CORRELATION = 0.98
 """So do those of unknowns that are more correlated than this."""
 
 
+UNITS = {TIME_ZERO: ("µs", 1e-6), TIME_CONSTANT: ("ms", 1e-3), OFFSET: ("N", 1.0)}
+"""Units in which the sensors' nuisances are shown, and their sizes."""
+
+
 class Judgement:
     """What follows from the minima that a search found. discrepancy: of the model, as a part of each peak."""
 
@@ -70,6 +74,11 @@ class Judgement:
             )
         notes += [
             f"{one.name}: {one.verdict}; widen it" for one in unknowns.values() if one.verdict.startswith("at the")
+        ]
+        notes += [
+            f"{one.name} is negative: this sensor's sign is reversed; give it a negative calibration, or turn its wires"
+            for one in unknowns.values()
+            if one.name.startswith(f"{GAIN} ") and one.interval[1] < 0.0
         ]
         if len(modes) > 1:
             notes.append(f"{len(modes)} different fits are as good; the intervals contain all of them")
@@ -206,7 +215,9 @@ class Judgement:
             if name == TIME_CONSTANT:
                 ends = value * np.exp(-min(half, 50.0)), value * np.exp(min(half, 50.0))
             blind = name == TIME_CONSTANT and half > 1.0
-            found[name] = Unknown(name, value, ends, BLIND if blind else "nuisance")
+            unit, size = UNITS.get(name.partition(" ")[0], ("", 1.0))
+            verdict = BLIND if blind else "nuisance"
+            found[name] = Unknown(name, value, ends, verdict, unit=unit, unit_size=size)
         return found
 
     def _profile(self, best: Solution, k: int, half: float, inflation: float, ridge: Vector) -> tuple[float, float]:

@@ -14,7 +14,7 @@ from coupling.results.sensor import bridged
 from coupling.results.waves import NoWave, ReflectedWave, Reflections, Wave
 from coupling.results.waves_of_runs import BEGINS, Series, WavesOfRuns, find_waves, measured, series_of, why_none
 from structures.caution import caution
-from structures.checks import one_of, positive, whole
+from structures.checks import duration, one_of, positive, whole
 from structures.structure import Vector
 
 SMALLEST_WAVE = 0.01
@@ -108,7 +108,7 @@ def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE) -
     _warn_of_ends(reading, sensor)
     if incident is None:
         where = "stands out of the signal's noise" if reading.is_signal else f"runs over bead {sensor} to the structure"
-        none = f"none {where} within the record, {reading.time[-1]:.4g} s"
+        none = f"none {where} within the record, {duration(reading.time[-1])}"
         return Reflections(NoWave("incident", none), NoWave("primary", none), NoWave("secondary", none))
     if len(back) > 1:
         return Reflections(incident, back[0], back[1])

@@ -7,6 +7,7 @@ import numpy as np
 from coupling.results.peaks import hops
 from coupling.results.wave_kernels import FIRST_WAVE
 from structures.caution import caution
+from structures.checks import duration
 from structures.structure import Vector
 
 WAVE_LENGTH = 5
@@ -61,17 +62,23 @@ def end_of_push(time: Vector, force: Vector, least: float, otherwise: float) -> 
     return float(time[ends]) if ends > begins else float(time[-1])
 
 
+def rounded_up(value: float) -> float:
+    """A number to give instead, rounded up to two digits."""
+    step = 10.0 ** (floor(log10(value)) - 1)
+    return float(f"{ceil(value / step * (1.0 - 1e-9)) * step:.2g}")
+
+
 def until_of(seconds: float) -> str:
-    """A time to give for `until`, s, rounded up to two digits."""
-    step = 10.0 ** (floor(log10(seconds)) - 1)
-    return f"{ceil(seconds / step * (1.0 - 1e-9)) * step:.2g}"
+    """What to give for `until`, s, rounded up to two digits, and the same in words."""
+    value = rounded_up(seconds)
+    return f"until = {value:g} ({duration(value)})"
 
 
 def short_record(ends: float, needed: float, where: str) -> str:
     """In words; ends and needed: the record's end, and the one that would hold the wave, s."""
     return (
-        f"the record ends at {ends:.4g} s, before a reflected wave can be back at {where}; "
-        f"until = {until_of(needed)} would hold it"
+        f"the record ends at {duration(ends)}, before a reflected wave can be back at {where}; {until_of(needed)} "
+        "would hold it"
     )
 
 
@@ -88,5 +95,5 @@ def reason_for_none(time: Vector, force: Vector, smallest: float, sensor: int, c
         return f"bead {sensor} is {distance} beads from the structure, where incident and reflected waves merge", np.nan
     return (
         f"none above {100.0 * smallest:.3g} % of the incident one (smallest = {smallest:g}) is back by the end of the "
-        f"record, {time[-1]:.4g} s: the structure took it, or it is weaker"
+        f"record, {duration(time[-1])}: the structure took it, or it is weaker"
     ), np.nan

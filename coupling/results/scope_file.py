@@ -34,6 +34,10 @@ MOST_KEYS = 40
 """Lines at the beginning that may hold "Vertical Units,V" before data or within them, as Tektronix scopes write."""
 
 
+LONGEST_LINE = 80
+"""Characters of a line in a message."""
+
+
 class ScopeTable(NamedTuple):
     """The columns asked for, time first; inf marks a saturated sample."""
 
@@ -52,21 +56,18 @@ def read_table(path: Path, columns: Sequence[int]) -> ScopeTable:
     starts = ((i, d) for i, line in enumerate(lines) for d in DELIMITERS if _numbers(line, d, columns) is not None)
     first, delimiter = next(starts, (len(lines), None))
     if first == len(lines):
-        raise ValueError(
-            f"{path}: no line holds numbers in columns {list(columns)}; "
-            "where decimals have commas, columns need another delimiter"
-        )
+        raise ValueError(f"{path}: {_unreadable(lines, columns)}")
     rows, cells = [], len(_cells(lines[first], delimiter))
     for i, line in enumerate(lines[first:], start=first + 1):
         numbers = _numbers(line, delimiter, columns)
         if numbers is None or len(_cells(line, delimiter)) < cells:
             wanted = f"must hold {cells} columns, with numbers in {list(columns)}"
-            raise ValueError(f"{path}, line {i}: {line[:80]!r} {wanted}")
+            raise ValueError(f"{path}, line {i}: {line[:LONGEST_LINE]!r} {wanted}")
         if np.isnan(numbers).any():
-            raise ValueError(f"{path}, line {i}: {line[:80]!r} must hold finite numbers")
+            raise ValueError(f"{path}, line {i}: {line[:LONGEST_LINE]!r} must hold finite numbers")
         rows.append(numbers)
     if len(rows) < FEWEST_SAMPLES:
-        raise ValueError(f"{path}, line {len(lines)}: samples = {len(rows)}, must be at least {FEWEST_SAMPLES}")
+        raise ValueError(f"{path}: holds {len(rows)} samples, must hold {FEWEST_SAMPLES} or more")
     if not text.endswith("\n") and len(lines[-1]) < min(map(len, lines[first:-1])):
         raise ValueError(
             f"{path}, line {len(lines)}: {lines[-1]!r} looks cut off: shorter than all others, no line end"
@@ -79,6 +80,38 @@ def read_table(path: Path, columns: Sequence[int]) -> ScopeTable:
         values[:, 0] = scale[0] + scale[1] * values[:, 0]
         units[0] = "s"
     return ScopeTable(values, list(range(first + 1, len(lines) + 1)), units)
+
+
+def _unreadable(lines: list[str], columns: Sequence[int]) -> str:
+    """What a file holds, of which no line has numbers in the columns, and what it must hold."""
+    wanted = f"must hold a line for each sample, with numbers in columns {', '.join(map(str, sorted(columns)))}"
+    kept = [(i, line) for i, line in enumerate(lines, start=1) if line.strip()]
+    if not kept:
+        return f"is empty; {wanted}, counted from 0"
+    i, line, numbers = max(((i, line, _columns(line)) for i, line in kept[:MOST_KEYS]), key=lambda one: len(one[2]))
+    if not numbers:
+        return f"holds no numbers, but text such as {line[:LONGEST_LINE]!r} in line {i}; {wanted}, counted from 0"
+    known = f"column{'s' * (len(numbers) > 1)} {', '.join(map(str, numbers))}"
+    comma = "; where decimals have commas, columns need another delimiter" if "," in line and "." not in line else ""
+    return f"line {i}, {line[:LONGEST_LINE]!r}, has numbers in {known} only; {wanted}, counted from 0{comma}"
+
+
+def _columns(line: str) -> list[int]:
+    """The columns of a line that hold numbers, with the delimiter that gives the most; none of a line of words."""
+    found: list[list[int]] = [[]]
+    for delimiter in DELIMITERS:
+        cells = _cells(line, delimiter)
+        numbers = [k for k, cell in enumerate(cells) if _is_number(cell)]
+        found.append(numbers if 2 * len(numbers) >= len(cells) else [])
+    return max(found, key=len)
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        _number(cell)
+    except ValueError:
+        return False
+    return True
 
 
 def decoded(content: bytes) -> str:

@@ -14,7 +14,7 @@ from coupling.results.schema import variable
 from coupling.results.scope_file import read_table
 from coupling.results.sensor import FEWEST_SAMPLES, bridged, quiet_lead, trace
 from structures.caution import caution
-from structures.checks import finite, instance, not_negative, one_of, whole
+from structures.checks import duration, finite, instance, not_negative, one_of, whole
 from structures.structure import Vector
 
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
@@ -280,7 +280,11 @@ def _even(time: Vector, where: Where) -> Vector:
 def _baseline(time: Vector, force: Vector, baseline: float | str, where: str) -> float:
     if isinstance(baseline, str):
         one_of("baseline", baseline, ["lead"])
-        return float(np.median(force[: quiet_lead(f"{where}, baseline = {baseline!r}", force)]))
+        try:
+            return float(np.median(force[: quiet_lead(f"{where}, baseline = {baseline!r}", force)]))
+        except ValueError as error:
+            lasts = duration(float(time[-1] - time[0]))
+            raise ValueError(f"{error}; the record lasts {lasts}, {time.size} samples") from None
     seconds = not_negative("baseline", baseline, "s")
     if seconds == 0.0:
         return 0.0

@@ -1,6 +1,5 @@
 """Thousands of runs in memory, on all cores: of chains, or of chains on linear structures."""
 
-import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
 from concurrent.futures import ThreadPoolExecutor
 from math import ceil
@@ -22,7 +21,7 @@ from coupling.results.provenance import provenance
 from coupling.results.schema import OF_RUNS, variable
 from coupling.run_checks import check_before, checked
 from coupling.schemes.windows import Adaptive
-from coupling.sweeps.processes import ENVIRONMENT_ERRORS, IDLE_TIME, end_with
+from coupling.sweeps.processes import ENVIRONMENT_ERRORS, in_parallel
 from coupling.sweeps.store import ERROR_VARIABLE, Failure
 from coupling.sweeps.sweep import axis_labels, check_build
 from particles.chain import Chain
@@ -172,12 +171,8 @@ def _in_processes(
     if jobs == 1:
         yield from (part.run(threads, measure) for part in parts)
         return
-    parallel = joblib.Parallel(
-        jobs, return_as="generator", batch_size=1, idle_worker_timeout=IDLE_TIME, initializer=end_with,
-        initargs=(os.getpid(),),
-    )  # fmt: skip
     try:
-        yield from parallel(joblib.delayed(part.run)(threads, measure) for part in parts)
+        yield from in_parallel(jobs, (joblib.delayed(part.run)(threads, measure) for part in parts))
     except TerminatedWorkerError as error:
         raise RuntimeError("a process of the batch died; perhaps memory ran out; take fewer jobs") from error
 

@@ -3,21 +3,27 @@
 import logging
 import os
 import pickle
+import signal
 import threading
 import time
 import traceback
-from collections.abc import Callable, Iterator, Mapping
+import warnings
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
+from multiprocessing import current_process, resource_tracker
 from typing import Any
 
 import joblib
 import xarray as xr
+from joblib.externals.loky.backend import resource_tracker as tracker_of_loky
 from joblib.externals.loky.backend.reduction import dumps
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 
 from coupling.cosimulation import CoSimulation
 from coupling.results.findings import findings_of, with_warnings
 from coupling.sweeps.store import Failure, Point, Store
+from particles import kernel_cache
 from structures.caution import collected
 from structures.checks import instance, short
 
@@ -154,13 +160,14 @@ def in_processes(work: Work, batches: list[Batch], jobs: int) -> Iterator[tuple[
             batches, busy, waiting = [{i: point} for i, point in busy.items()], {}, True
         finished: set[int] = set()
         try:
-            for batch, outcomes in zip(batches, _parallel(work, batches, jobs, waiting), strict=False):
-                finished.update(outcomes)
-                for i, outcome in outcomes.items():
-                    if isinstance(outcome, str):
-                        busy[i] = batch[i]
-                    else:
-                        yield i, outcome
+            with closing(_parallel(work, batches, jobs, waiting)) as found:
+                for batch, outcomes in zip(batches, found, strict=False):
+                    finished.update(outcomes)
+                    for i, outcome in outcomes.items():
+                        if isinstance(outcome, str):
+                            busy[i] = batch[i]
+                        else:
+                            yield i, outcome
             batches = []
             continue
         except TerminatedWorkerError as error:
@@ -178,23 +185,53 @@ def in_processes(work: Work, batches: list[Batch], jobs: int) -> Iterator[tuple[
             _run_alone(work, work.store, point)
 
 
-def _parallel(work: Work, batches: list[Batch], jobs: int, wait: bool = False) -> Iterator[dict[int, Outcome]]:
+def _parallel(
+    work: Work, batches: list[Batch], jobs: int, wait: bool = False
+) -> Generator[dict[int, Outcome], None, None]:
     # In a process of its own, even one batch cannot end the sweep.
     fewest = 1 if work.store is None else 2
     here: dict[str, Any] = {} if work.store is None else {"backend": "loky"}
     owner = os.getpid()
-    parallel = joblib.Parallel(
-        min(jobs, max(fewest, len(batches))),
-        return_as="generator",
-        batch_size=1,
-        idle_worker_timeout=IDLE_TIME,
-        initializer=end_with,
-        initargs=(owner,),
-        **here,
-    )
     tasks = (joblib.delayed(_run_batch)(work, one, owner, wait) for one in batches)
-    outcomes: Iterator[dict[int, Outcome]] = parallel(tasks)
-    return outcomes
+    return in_parallel(min(jobs, max(fewest, len(batches))), tasks, **here)
+
+
+def in_parallel(jobs: int, tasks: Iterable[Any], **settings: Any) -> Generator[Any, None, None]:
+    """What joblib's tasks return, in their order, from so many processes that end with this one."""
+    parallel = joblib.Parallel(
+        jobs, return_as="generator", batch_size=1, idle_worker_timeout=IDLE_TIME, initializer=end_with,
+        initargs=(os.getpid(),), **settings,
+    )  # fmt: skip
+    with without_interrupts():
+        found: Generator[Any, None, None] = parallel(tasks)
+    try:
+        for one in found:  # noqa: UP028 - a generator that is closed closes the inner one below
+            yield one
+    finally:
+        with warnings.catch_warnings():
+            # That tasks were given up is known to who gave them up.
+            warnings.simplefilter("ignore", UserWarning)
+            found.close()
+
+
+@contextmanager
+def without_interrupts() -> Iterator[None]:
+    """Processes that start within this context never see Ctrl-C, which a terminal sends to all processes of a command.
+
+    Each of them would print where it was, as it loads modules or runs. The one that started them sees it when the
+    context ends, and ends them.
+    """
+    if not hasattr(signal, "pthread_sigmask"):  # on Windows
+        yield
+        return
+    # They start with the first process, and Python's own would end the blocking.
+    for tracker in (resource_tracker, tracker_of_loky):
+        tracker.ensure_running()
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def end_with(owner: int) -> None:
@@ -209,7 +246,12 @@ def end_with(owner: int) -> None:
             time.sleep(WATCH_INTERVAL)
         os._exit(1)
 
-    if os.getpid() != owner and os.getppid() == owner:
+    if os.getpid() == owner:
+        return
+    # They compile the same kernels at the same time; one of them says so.
+    if not current_process().name.endswith("-1"):
+        kernel_cache.stop()
+    if os.getppid() == owner:
         threading.Thread(target=watch, name="hertzlink-end-with-parent", daemon=True).start()
 
 

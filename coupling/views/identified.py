@@ -161,10 +161,12 @@ def intervals(found: object, ax: "Axes | None" = None) -> "Axes":
     ...     return hl.CoSimulation(hl.Chain([bead] * 10, bead, 0.3), wall)
     >>> found = hl.identify(build(3e9).run(5e-4), build, sensors=[5], nuisances=[], modulus=(1e9, 10e9))
     >>> hl.plots.intervals(found).get_xlabel()
-    'half of the 95 % interval, % of the value'
+    'half of the 95 % interval,\\n% of the value'
     """
     data = dataset_of(found)
-    value, low, high = (data[name].values.astype(float) for name in ("value", "low", "high"))
+    size = data.unit_size.values if "unit_size" in data else 1.0
+    value, low, high = (data[name].values / size for name in ("value", "low", "high"))
+    units = data.unit.values.tolist() if "unit" in data else [""] * value.size
     half, verdicts = 0.5 * (high - low), [str(one) for one in data.verdict.values]
     names = [plain(str(one)) for one in data.unknown.values]
     part = np.full(half.shape, np.nan)
@@ -179,7 +181,7 @@ def intervals(found: object, ax: "Axes | None" = None) -> "Axes":
         length = wide[row] - start if shown else 0.0
         ax.barh(row, length, left=start, height=0.5, color=VERDICTS.get(verdict, PALE))
         # The interval need not be symmetric, and a blind unknown has no value.
-        known = f"{value[row]:.4g}, " * (verdict != BLIND) + f"{low[row]:.4g} to {high[row]:.4g}"
+        known = f"{value[row]:.4g}, " * (verdict != BLIND) + f"{low[row]:.4g} to {high[row]:.4g} {units[row]}".rstrip()
         words.append(f"{names[row]}\n{known}, {verdict}")
     ax.axvline(BLIND_PERCENT, color=INK, linestyle=":", linewidth=0.9, label="wider than this: blind")
     ax.set_xscale("log")
@@ -187,7 +189,7 @@ def intervals(found: object, ax: "Axes | None" = None) -> "Axes":
     ax.xaxis.set_major_formatter("{x:g}")
     ax.set_yticks(range(len(names)), words, fontsize=SMALL)
     ax.set_ylim(len(names) - 0.4, -0.6)
-    styled(ax, "half of the 95 % interval, % of the value", "")
+    styled(ax, "half of the 95 % interval,\n% of the value", "")
     ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), frameon=False, fontsize=SMALL)
     return ax
 

@@ -78,7 +78,7 @@ def critical_distances(data: xr.Dataset, tolerance: float) -> Figure:
 
     Bars are brackets; an open marker with an arrow is a lower bound.
     """
-    figure, (axis,) = panels(1, width=4.6, height=3.8)
+    figure, (axis,) = panels(1, width=4.6, height=4.6)
     diameters, plates = data.diameter.values * 1e3, data.sizes["thickness"]
     apart = 0.25 / 19.05 * diameters.max()
     # The lines of a single bead are level.
@@ -87,7 +87,7 @@ def critical_distances(data: xr.Dataset, tolerance: float) -> Figure:
         speed = "c = 0.2" if line == "A0 Lamb" else "c = 0.57"
         axis.plot(
             ends, np.broadcast_to(data.bound.sel(line=line) * 1e3, ends.shape), style, color="black", linewidth=1.0,
-            label=f"way of the {line} wave during a contact, {speed} √(E/ρ)",
+            label=f"path of the {line} wave during a contact, {speed} √(E/ρ)",
         )  # fmt: skip
     for i, thickness in enumerate(data.thickness.values):
         at = data.sel(thickness=thickness, within=tolerance)
@@ -105,9 +105,10 @@ def critical_distances(data: xr.Dataset, tolerance: float) -> Figure:
     axis.errorbar(
         [], [], [], lolims=True, fmt="o", color="grey", markersize=5.0, markerfacecolor="white", label="lower bound"
     )
-    axis.set(xlabel="bead diameter D (mm), markers set apart", ylabel="critical distance (mm)")
+    axis.set(xlabel="bead diameter D (mm), markers set apart")
+    axis.set_ylabel(f"critical distance (mm), AR ± {tolerance:g}")
     axis.set_ylim(bottom=0.0)
-    axis.legend(frameon=False, fontsize="small", loc="upper left")
+    figure.legend(*axis.get_legend_handles_labels(), loc="outside upper left", frameon=False, fontsize="small")
     return figure
 
 

@@ -8,7 +8,7 @@ from typing import Any
 from coupling.cosimulation import CoSimulation
 from hertzlink.cases.bodies import Body, Rayleigh
 from hertzlink.cases.chains import ChainPart
-from hertzlink.cases.faults import Fault
+from hertzlink.cases.faults import Fault, fault_of
 from hertzlink.cases.model import CaseModel, Reduction, RunPart
 from hertzlink.cases.parts import World, made
 from hertzlink.cases.paths import Path
@@ -52,20 +52,16 @@ def simulation_of(
             behind=known["behind"], accuracy=run.accuracy,
         )  # fmt: skip
     except ValueError as error:
-        raise Fault(*_where(str(error), model)) from error
+        raise _fault(str(error)) from error
 
 
-def _where(message: str, model: CaseModel) -> tuple[Path, str]:
-    """The section that a message of CoSimulation is about."""
-    name, _, rest = message.partition(": ")
-    word = name.split(" = ")[0]
-    if word in ("structure", "behind"):
-        return (word,), rest
-    if word in RunPart.model_fields:
-        return ("run", word), message.removeprefix(f"{word} = ")
-    if word in ChainPart.model_fields:
-        return ("chain", word), f"{name.partition(' = ')[2]} {rest}"
-    return ("chain",), message
+def _fault(message: str) -> Fault:
+    """What a message of CoSimulation is about; of the chain, where it names nothing else."""
+    sections: dict[str, Path] = {name: (name,) for name in ("structure", "behind")}
+    for section, part in (("chain", ChainPart), ("run", RunPart)):
+        sections |= {name: (section, name) for name in part.model_fields}
+    fault = fault_of(message, sections)
+    return fault if fault.path else Fault(("chain",), message)
 
 
 def structure_of(body: Body, run: RunPart, world: World, path: Path) -> Structure | None:

@@ -1,6 +1,7 @@
 """A case as an object: data that build a co-simulation, and that are written as TOML."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from copy import deepcopy
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -12,8 +13,8 @@ import xarray as xr
 from coupling.cosimulation import CoSimulation
 from hertzlink.cases.building import simulation_of
 from hertzlink.cases.checking import checked
-from hertzlink.cases.faults import Fault
-from hertzlink.cases.model import CaseModel
+from hertzlink.cases.faults import Fault, fault_of
+from hertzlink.cases.model import CaseModel, RunPart
 from hertzlink.cases.paths import parsed, put
 from hertzlink.cases.reading import Source, read_source
 from hertzlink.cases.toml import as_toml
@@ -67,13 +68,19 @@ class Case:
 def run_once(case: Case, simulation: CoSimulation) -> xr.Dataset:
     """Run a simulation as the section [run] wants it."""
     run = case.model.run
-    try:
+    with of_run():
         return simulation.run(run.until, run.save_every)
+
+
+@contextmanager
+def of_run() -> Iterator[None]:
+    """Messages that name an entry of the section [run] become its Faults."""
+    try:
+        yield
     except ValueError as error:
-        word, _, rest = str(error).partition(": ")
-        name = word.split(" = ")[0]
-        if name in type(run).model_fields:
-            raise Fault(("run", name), f"{word.partition(' = ')[2]} {rest}") from error
+        fault = fault_of(str(error), {name: ("run", name) for name in RunPart.model_fields})
+        if fault.path:
+            raise fault from error
         raise
 
 

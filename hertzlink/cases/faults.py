@@ -1,17 +1,20 @@
 """What is wrong with a case: the path of the entry, the reason, and, once the file is known, the line."""
 
+import re
 from collections.abc import Mapping
 from difflib import get_close_matches
 
 from hertzlink.cases.paths import Path, written
 
+TIME = re.compile(r"until = [-+.\de]+ \(([^()]+)\)")
+
 
 class Fault(ValueError):
-    """A fault at a path of a case."""
+    """A fault at a path of a case. value: the number in SI units with which the reason begins, if it does."""
 
-    def __init__(self, path: Path, reason: str) -> None:
-        super().__init__(path, reason)
-        self.path, self.reason = path, " ".join(reason.split())
+    def __init__(self, path: Path, reason: str, value: str = "") -> None:
+        super().__init__(path, reason, value)
+        self.path, self.reason, self.value = path, " ".join(reason.split()), value
 
     def __str__(self) -> str:
         return f"{written(self.path)}: {self.reason}" if self.path else self.reason
@@ -30,14 +33,23 @@ def nearest(word: object, choices: list[str], many: int = 12) -> str:
     return f"must be one of {', '.join(choices)}" if len(choices) <= many else "see `hertzlink schema`"
 
 
-def reason_of(message: str, names: Mapping[str, Path]) -> tuple[Path, str]:
-    """Split a message such as "thickness = -1: must be positive" into the path of what it names, and the reason."""
+def fault_of(message: str, names: Mapping[str, Path], path: Path = ()) -> Fault:
+    """The fault that a message such as "thickness = -1: must be positive" is about.
+
+    names: paths below `path` of the names with which messages begin. What names none of them is a fault at `path`.
+    """
     head, colon, rest = message.partition(": ")
     name, equals, value = head.partition(" = ")
     whole = name.split("[")[0].strip()
     if not colon or whole not in names:
-        return (), message
+        return Fault(path, message)
+    at = (*path, *names[whole])
     if not equals:
-        return names[whole], rest
+        return Fault(at, rest)
     joined = " " if rest.split(" ")[0] in ("must", "exceeds", "is", "has") else ": "
-    return names[whole], f"{value}{joined}{rest}"
+    return Fault(at, f"{value}{joined}{rest}", value.split(" ")[0])
+
+
+def of_case(finding: str) -> str:
+    """A finding of a run with times as a case file has them: until = "0.61 ms" instead of until = 0.00061 (0.61 ms)."""
+    return TIME.sub(r'until = "\1"', finding)

@@ -1,23 +1,18 @@
 """Unknowns of a case from a measured signal: the section [identify]."""
 
-from collections.abc import Mapping
 from dataclasses import replace
-from pathlib import Path as File
 from textwrap import fill
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from coupling.identification.found import Identification, Unknown
+from coupling.cosimulation import CoSimulation
+from coupling.identification.found import Identification
 from coupling.identification.identify import FROM_IMPACT
-from coupling.results.conditioning import condition
-from coupling.results.signals import read_signal
 from coupling.sweeps.batch import batch
 from hertzlink.cases.bodies import LayeredCylinder, Rod
 from hertzlink.cases.case import Case
-from hertzlink.cases.faults import Fault, reason_of
-from hertzlink.cases.paths import Path
 from hertzlink.cases.plate_accuracy import Fit, frequency_of
 from hertzlink.cases.plate_models import edge_of
 from hertzlink.cases.plate_search import by_one_edge
@@ -28,37 +23,19 @@ from structures.caution import collected
 MOST_ELEMENTS = 400
 """Elements of a layer whose mesh is the same for all values."""
 
-OF_TIMES = {"time_zero": ("µs", 1e-6), "time_constant": ("ms", 1e-3)}
-"""Units of the sensors' nuisances in tables."""
-
-
-def signal_of(question: Question, file: File) -> xr.Dataset:
-    """The measured signal, conditioned; a Fault, or a ValueError that names the file."""
-    part = question.part
-    calibration: Any = part.calibration
-    if isinstance(calibration, Mapping):
-        calibration = {int(name): value for name, value in calibration.items() if name.isdigit()}
-    try:
-        signal = read_signal(
-            file, question.columns, part.time_column, part.time_unit, part.unit, calibration
-        )  # fmt: skip
-        # The lead is short; identify estimates the noise from all samples.
-        return condition(signal, part.mains).drop_vars("noise") if part.condition else signal
-    except ValueError as error:
-        names: dict[str, Path] = {
-            name: ("identify", name) for name in ("calibration", "time_unit", "unit", "time_column", "sensors")
-        }
-        path, reason = reason_of(str(error), names)
-        if path:
-            raise Fault(path, reason) from error
-        raise
-
 
 def answer(question: Question, signal: xr.Dataset) -> tuple[Identification, list[str]]:
-    """What the signal says about the unknowns, and remarks on how it was found."""
+    """What the signal says about the unknowns, in the units of the case, and remarks on how it was found."""
+    found, remarks = _found(question, signal)
+    shown = dict(found.unknowns)
+    for name, (unit, size) in question.units.items():
+        shown[name] = replace(shown[name], unit=unit, unit_size=size)
+    return replace(found, unknowns=shown), remarks
+
+
+def _found(question: Question, signal: xr.Dataset) -> tuple[Identification, list[str]]:
     case = question.case
-    middle = {name: 0.5 * sum(ends) for name, ends in question.ranges.items()}
-    until = question.part.until
+    middle, until = question.middle, question.part.until
     if until is None:
         with collected():
             chain = Builder(question)(**middle).chain
@@ -95,14 +72,9 @@ def _same_mesh(case: Case, question: Question) -> dict[str, Any]:
 
 def tables(question: Question, found: Identification, remarks: list[str]) -> tuple[str, dict[str, str]]:
     """The text for the terminal, and files by name."""
-    rows, plain = [], []
-    for name, unknown in found.unknowns.items():
-        unit, size = question.units.get(name, OF_TIMES.get(name, ("", 1.0)))
-        shown = _in_unit(unknown, size)
-        rows.append([f"{name}, {unit}" if unit else name, *shown.row()[1:]])
-        plain.append([name, unknown.value, *unknown.interval, unknown.verdict])
+    plain = [[name, one.value, *one.interval, one.verdict] for name, one in found.unknowns.items()]
     head = ["unknown", "value", "95 % interval", "verdict"]
-    lines = table(head, rows, "unknowns.csv")
+    lines = table(head, [one.row() for one in found.unknowns.values()], "unknowns.csv")
     notes = str(found).splitlines()[1 + len(found.unknowns) :]
     remarks = [fill(one, WIDTH, subsequent_indent="  ") for one in remarks]
     text = "\n".join([*lines, *notes, *remarks])
@@ -118,6 +90,6 @@ def tables(question: Question, found: Identification, remarks: list[str]) -> tup
     }
 
 
-def _in_unit(unknown: Unknown, size: float) -> Unknown:
-    low, high = unknown.interval
-    return replace(unknown, value=unknown.value / size, interval=(low / size, high / size))
+def simulation_of(question: Question, found: Identification) -> CoSimulation:
+    """What was found, as a simulation, for a sketch."""
+    return Builder(question)(**{name: found[name].value for name in question.ranges})

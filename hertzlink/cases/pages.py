@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from coupling.cosimulation import CoSimulation
 from coupling.results.findings import findings_of, one_of_each
 from coupling.views.canvas import COLOURS, legend_below, styled
 from coupling.views.swept import MARKERS, MEASURES, MOST_CURVES, parameter, swept
@@ -24,11 +25,19 @@ NOT_SHOWN = ("traces.csv",)
 
 
 def page(
-    data: xr.Dataset, files: Mapping[str, str], title: str, took: float, sensors: Sequence[int] | None = None
+    data: xr.Dataset,
+    files: Mapping[str, str],
+    title: str,
+    took: float,
+    sensors: Sequence[int] | None = None,
+    sketched: CoSimulation | None = None,
 ) -> Page:
-    """The page. files: the CSV files of the case by name, which become tables. sensors: of a run."""
+    """The page.
+
+    files: the CSV files of the case by name, which become tables. sensors: of a run. sketched: of an identification.
+    """
     if "amplitude_ratio" not in data:  # one run, or an identification
-        return page_of(data, title, None if "verdict" in data else sensors, None, took)
+        return page_of(data, title, sensors, sketched, took)
     tables = [_table(name, text) for name, text in files.items() if name.endswith(".csv") and name not in NOT_SHOWN]
     sections = [
         Section("Warnings", warnings=one_of_each([str(one) for one in findings_of(data)])),

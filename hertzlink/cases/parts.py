@@ -7,9 +7,10 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag, ValidationInfo
 
-from hertzlink.cases.faults import Fault, nearest, reason_of
+from hertzlink.cases.faults import Fault, fault_of, nearest
 from hertzlink.cases.paths import Path
 from hertzlink.cases.units import Unit, fault
+from structures.checks import positive
 from structures.material import MATERIALS, Material, name_key
 
 Length = Annotated[float, Unit("m", "a length", "2.29 mm")]
@@ -45,6 +46,10 @@ class Part(BaseModel):
     named: ClassVar[Mapping[str, Path]] = {}
     """Names in messages of hertzlink that are written otherwise in a case, and their paths."""
 
+    def names(self) -> dict[str, Path]:
+        """All names in messages of hertzlink, and their paths."""
+        return {name: (name,) for name in type(self).model_fields} | dict(self.named)
+
     def make(self, world: World) -> Any:
         """The object of hertzlink's."""
         raise NotImplementedError
@@ -60,11 +65,9 @@ def made(part: Part, world: World, path: Path) -> Any:
     try:
         return part.make(world)
     except Fault as inner:
-        raise Fault((*path, *inner.path), inner.reason) from None
+        raise Fault((*path, *inner.path), inner.reason, inner.value) from None
     except ValueError as error:
-        names = {name: (name,) for name in type(part).model_fields} | dict(part.named)
-        at, reason = reason_of(str(error), names)
-        raise Fault((*path, *at), reason) from error
+        raise fault_of(str(error), part.names(), path) from error
 
 
 class OwnMaterial(Part):
@@ -171,4 +174,4 @@ class Round(Part):
             name = "radius" if self.radius is None else "diameter"
             what = "is missing; give a radius or a diameter" if self.radius is None else "give radius or diameter alone"
             raise Fault((name,), f'{what}, such as diameter = "4.76 mm"')
-        return self.radius if self.radius is not None else 0.5 * float(self.diameter or 0.0)
+        return self.radius if self.radius is not None else 0.5 * positive("diameter", float(self.diameter or 0.0), "m")

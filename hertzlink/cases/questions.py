@@ -44,6 +44,11 @@ class Question:
         """The paths within the structure."""
         return {path[1:] for path in self.paths.values() if path[0] == "structure"}
 
+    @property
+    def middle(self) -> dict[str, float]:
+        """The middle of each range."""
+        return {name: 0.5 * sum(ends) for name, ends in self.ranges.items()}
+
 
 @dataclass(frozen=True)
 class Builder:

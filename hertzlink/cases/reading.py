@@ -1,15 +1,17 @@
 """A case file and what it extends, as one tree of data, with the place of each entry."""
 
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from copy import deepcopy
 from dataclasses import dataclass, field
+from math import isclose, nan
 from pathlib import Path as File
 from typing import Any
 
 from hertzlink.cases.faults import CaseError, Fault
 from hertzlink.cases.lines import lines_of
-from hertzlink.cases.paths import Path, parsed, put, written
+from hertzlink.cases.paths import Path, entry, has, parsed, put, written
+from hertzlink.cases.units import in_si
 
 DEEPEST = 10
 """Files that extend each other."""
@@ -21,11 +23,18 @@ KINDS = ("kind", "shape")
 """Entries that say what a table is: one of another kind replaces the whole table of the file that is extended."""
 
 
+CHANGE = "--set"
+"""The place of an entry that the command line changes."""
+
+SECTIONS_OF_RANGES: tuple[Path, ...] = (("sweep",), ("identify", "unknowns"))
+"""Sections that give values to entries, by their paths."""
+
+
 @dataclass
 class Source:
     """The data of a case, and where they come from.
 
-    name: the file, as the user typed it. places: path → what a message begins with, such as "case.toml:12".
+    name: the file, as the user typed it. places: path → what a message begins with, such as "case.toml:12", or CHANGE.
     """
 
     data: dict[str, Any]
@@ -34,12 +43,41 @@ class Source:
     places: dict[Path, str] = field(default_factory=dict)
 
     def error(self, fault: Fault) -> CaseError:
-        """The fault with its place: that of the deepest entry on its path."""
-        path = fault.path
-        while path and path not in self.places:
-            path = path[:-1]
-        place = self.places.get(path, self.name) if path else self.name
-        return CaseError(f"{place}: {fault}")
+        """The fault with its place, that of the deepest entry on its path, and with the value as the user typed it."""
+        path, reason = self._typed(fault)
+        at = path
+        while at and at not in self.places:
+            at = at[:-1]
+        place = self.places.get(at, self.name) if at else self.name
+        return CaseError(f"{place}{' ' if place == CHANGE else ': '}{Fault(path, reason)}")
+
+    def _typed(self, fault: Fault) -> tuple[Path, str]:
+        """Where the user typed the value, and the reason with what was typed: at the path, or else as one of the values
+        that a sweep or a fit gives this path.
+        """
+        for path in (fault.path, *self._ranges(fault.path)):
+            text = entry(self.data, path) if has(self.data, path) else None
+            if isinstance(text, str) and fault.value and isclose(_number(fault.value), in_si(text), rel_tol=1e-9):
+                return path, f'"{text}"{fault.reason.removeprefix(fault.value)}'
+        return fault.path, fault.reason
+
+    def _ranges(self, path: Path) -> Iterator[Path]:
+        """The paths of values that sections give to a path."""
+        for section in SECTIONS_OF_RANGES:
+            given = entry(self.data, section) if has(self.data, section) else {}
+            for key, values in given.items() if isinstance(given, dict) else ():
+                if key == written(path):
+                    names = (
+                        values if isinstance(values, dict) else range(len(values) if isinstance(values, list) else 0)
+                    )
+                    yield from ((*section, key, name) for name in names)
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return nan
 
 
 def read_source(path: str | File, changes: Iterable[str] = ()) -> Source:
@@ -122,7 +160,7 @@ def _kept(places: Mapping[Path, str], base: Any, own: Mapping[str, Any]) -> dict
 def _apply(source: Source, change: str) -> None:
     """Apply path=value, as given to --set."""
     name, equals, text = change.partition("=")
-    place = f"--set {change}"
+    place = f"{CHANGE} {change}"
     if not equals:
         raise CaseError(f'{place}: has no "="; write --set structure.thickness="1 mm"')
     try:
@@ -141,4 +179,4 @@ def _apply(source: Source, change: str) -> None:
         raise CaseError(f"{place}: {error}") from None
     for at in [at for at in source.places if at[: len(path)] == path]:
         del source.places[at]
-    source.places[path] = f"--set {written(path)}"
+    source.places[path] = CHANGE

@@ -63,7 +63,7 @@ def _run(task: Task, data: xr.Dataset) -> tuple[list[str], dict[str, str]]:
             ratio = 1.0 if name == "incident" else wave.amplitude_ratio
             flight = 0.0 if name == "incident" else wave.time_of_flight
             rows.append([sensor, name, wave.amplitude, wave.arrival, ratio, flight])
-    head = ["bead", "wave", "force, N", "at, µs", "AR", "TOF, µs"]
+    head = ["bead", "wave", "peak, N", "arrival, µs", "AR", "TOF, µs"]
     shown = [[str(row[0]), row[1], *map(_cell, row[2:], ("", "µs", "", "µs"))] for row in rows]
     error = float(energy_error(data))
     lines = [*table(head, shown, "waves.csv"), f"energy created or lost: {error:.1e} of the impact's"]
@@ -103,8 +103,9 @@ def _sweep(task: Task, data: xr.Dataset) -> tuple[list[str], dict[str, str]]:
 
 
 def _critical(task: Task, data: xr.Dataset) -> tuple[list[str], dict[str, str]]:
-    along = task.along
+    along, wanted = task.along, task.case.model.measure.critical_distance
     assert along is not None
+    assert wanted is not None
     rows, shown, samples = [], [], []
     remarks = set()
     for places in product(*(range(len(one.values)) for one in task.others)):
@@ -113,7 +114,7 @@ def _critical(task: Task, data: xr.Dataset) -> tuple[list[str], dict[str, str]]:
         texts = [one.shown(value) for one, value in zip(task.others, values, strict=True)]
         low, high = (float(one) for one in at.bracket)
         critical, far = float(at.critical_distance), float(at.far_value)
-        rows.append([*values, critical, low, high, far])
+        rows.append([*values, critical, low, high, far, wanted.tolerance])
         if bool(at.lower_bound):
             remarks.add("> : AR does not settle within the distances or the record; the true one is larger")
         if low == 0.0:
@@ -130,9 +131,13 @@ def _critical(task: Task, data: xr.Dataset) -> tuple[list[str], dict[str, str]]:
     head = [*(one.head for one in task.others), f"critical distance{unit}", f"between{unit}", "AR far away"]
     axis = f"distance ({along.si})"
     lines = [*table(head, shown, "critical_distance.csv"), *sorted(remarks)]
+    share = f"{100.0 * wanted.tolerance:g} %" if wanted.relative else f"± {wanted.tolerance:g}"
+    lines.append(f"beyond the critical distance AR stays within {share} of AR far away")
     lines.append(f"AR at bead {task.sensors[0]} in {len(samples)} runs: points.csv")
+    within = f"tolerance of AR{', as a part of AR far away' * wanted.relative}"
+    head = [*heads, f"critical {axis}", "low (m)", "high (m)", "AR far away", within]
     return lines, {
-        "critical_distance.csv": csv_text([*heads, f"critical {axis}", "low (m)", "high (m)", "AR far away"], rows),
+        "critical_distance.csv": csv_text(head, rows),
         "points.csv": csv_text([*heads, axis, "amplitude ratio", "time of flight (s)"], samples),
     }
 

@@ -6,6 +6,7 @@ from time import perf_counter
 import joblib
 import numpy as np
 
+from hertzlink.cases.case import of_run
 from hertzlink.cases.running import Task
 from structures.caution import collected
 from structures.moving import MovingStructure
@@ -43,7 +44,8 @@ def trial(task: Task) -> str:
         lines.append(f"  {axis.head}: {len(axis.values)} values, {ends[0]} to {ends[1]}"[: AXIS_WIDTH + 18])
     lines.append(f"chain: {simulation.chain.chain!r}")
     lines.append(f"structure: {_structure(simulation.structure)}")
-    plan = simulation.plan(first.until, first.model.run.save_every if not task.axes else None)
+    with of_run():
+        plan = simulation.plan(first.until, first.model.run.save_every if not task.axes else None)
     lines.append(f"record: {1e3 * first.until:g} ms, saved every {1e6 * plan.interval:.3g} µs, {plan.rows} times")
     lines.append(f"sensors: bead {', '.join(map(str, task.sensors))}")
     many = f", {jobs} processes" if jobs > 1 else ""

@@ -57,6 +57,21 @@ def factor(text: str, unit: str) -> Decimal:
         raise ValueError(f'"{text}" is no unit') from None
 
 
+def in_si(text: str) -> float:
+    """The number in SI units that a text such as "2.29 mm" means; NaN for a text that means none."""
+    import pint
+
+    found = NUMBER.fullmatch(text)
+    if found is None or not UNIT_TEXT.fullmatch(found[2] or "m") or LARGEST_POWER.search(found[2]):
+        return math.nan
+    registry = _registry()
+    try:
+        quantity = registry.Quantity(Decimal(found[1].replace("_", "")), registry.parse_units(found[2]))
+        return float(quantity.to_base_units().magnitude)
+    except (pint.PintError, AttributeError, ArithmeticError, KeyError, TypeError, ValueError):
+        return math.nan
+
+
 @dataclass(frozen=True)
 class Unit:
     """The annotation of a number: its SI unit, what it is, and an example of a text."""

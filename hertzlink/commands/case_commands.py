@@ -7,11 +7,16 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, NamedTuple
 
 import click
 
+from hertzlink.terminal import say, written
+
 if TYPE_CHECKING:
+    from xarray import Dataset
+
+    from coupling.cosimulation import CoSimulation
     from hertzlink.cases.case import Case
     from hertzlink.cases.reading import Source
 
@@ -58,11 +63,20 @@ def run_case(case: str, changes: tuple[str, ...], output: Path | None, force: bo
     with located(source):
         task = task_of(whole)
 
-        def work() -> tuple[Any, str, dict[str, str]]:
+        def work() -> Done:
             data = run_task(task, jobs)
-            return (data, *report(task, data))
+            return Done(data, *report(task, data))
 
         _written(case, output, force, whole, work, task.sensors)
+
+
+class Done(NamedTuple):
+    """A Dataset, its text, CSV files by name, and what to sketch where the Dataset does not hold it."""
+
+    data: "Dataset"
+    text: str
+    files: dict[str, str]
+    sketched: "CoSimulation | None" = None
 
 
 def _written(
@@ -70,11 +84,12 @@ def _written(
     output: Path | None,
     force: bool,
     case: "Case",
-    work: Callable[[], tuple[Any, str, dict[str, str]]],
+    work: Callable[[], Done],
     sensors: Sequence[int] | None = None,
 ) -> None:
     """Do the work, write its Dataset, CSV files, table and report into a new folder, and print the table."""
-    from coupling.results.findings import one_of_each, warn, with_warnings
+    from coupling.results.findings import findings_of, one_of_each, warn, with_warnings
+    from hertzlink.cases.faults import of_case
     from hertzlink.cases.pages import page
     from hertzlink.cli import check_output, write_folder
     from hertzlink.reports.page import html
@@ -86,24 +101,27 @@ def _written(
     findings: list[str] = []
     try:
         with collected() as findings:
-            data, text, files = work()
+            done = work()
     finally:
-        warn(one_of_each(findings))
-    data, took = with_warnings(data, findings), perf_counter() - began
+        warn(one_of_each([of_case(one) for one in findings]))
+    found = [of_case(one) for one in (*findings_of(done.data), *findings)]
+    data, took = with_warnings(done.data, found), perf_counter() - began
 
-    whole = html(page(data, files, case.model.title or Path(name).stem, took, sensors))
+    # Measures that warn of what the result says already must not warn again.
+    with collected():
+        whole = html(page(data, done.files, case.model.title or Path(name).stem, took, sensors, done.sketched))
 
     def write(into: Path) -> None:
         (into / "report.html").write_text(whole, encoding="utf-8")
         (into / "results.nc").write_bytes(data.to_netcdf(engine="h5netcdf"))
-        (into / "table.txt").write_text(text + "\n", encoding="utf-8")
+        (into / "table.txt").write_text(done.text + "\n", encoding="utf-8")
         (into / "case.toml").write_text(case.to_toml(), encoding="utf-8")
-        for file, content in files.items():
+        for file, content in done.files.items():
             (into / file).write_text(content, encoding="utf-8")
 
     write_folder(folder, write, force)
-    click.echo(text)
-    click.echo(f"\nwritten to {folder.resolve()}: " + ", ".join(sorted(path.name for path in folder.iterdir())))
+    click.echo(done.text)
+    written(folder)
 
 
 @click.command("check")
@@ -116,7 +134,7 @@ def check_case(case: str, changes: tuple[str, ...]) -> None:
 
     whole, source = read_case(case, changes)
     with located(source):
-        click.echo(trial(task_of(whole)))
+        say(trial(task_of(whole)))
 
 
 @click.command("identify")
@@ -127,17 +145,23 @@ def check_case(case: str, changes: tuple[str, ...]) -> None:
 @FORCE
 def identify_case(case: str, trace: Path, changes: tuple[str, ...], output: Path | None, force: bool) -> None:
     """Find the unknowns of a case from a measured trace, with 95 % intervals."""
-    from hertzlink.cases.identifying import answer, signal_of, tables
+    from hertzlink.cases.again import TRACE
+    from hertzlink.cases.identifying import answer, simulation_of, tables
     from hertzlink.cases.questions import question_of
+    from hertzlink.cases.signal_file import of_file, signal_of
 
     whole, source = read_case(case, changes)
     with located(source):
         question = question_of(whole)
         signal = signal_of(question, trace)
 
-        def work() -> tuple[Any, str, dict[str, str]]:
-            found, remarks = answer(question, signal)
-            return (found.to_dataset(), *tables(question, found, remarks))
+        def work() -> Done:
+            try:
+                found, remarks = answer(question, signal)
+            except ValueError as error:
+                raise of_file(error, trace) from None
+            data = found.to_dataset().assign_attrs({"case": whole.to_toml(), TRACE: str(trace)})
+            return Done(data, *tables(question, found, remarks), simulation_of(question, found))
 
         _written(case, output or Path(f"{Path(case).stem}-found"), force, whole, work)
 
@@ -153,8 +177,7 @@ def new_case(kind: str, path: Path | None) -> None:
     """
     from hertzlink.cases.templates import write_new
 
-    for line in write_new(kind, path):
-        click.echo(line)
+    say("\n".join(write_new(kind, path)))
 
 
 @click.command("schema")

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from hertzlink.commands.case_commands import CASE, CHANGES, located, read_case
+from hertzlink.terminal import say
 
 if TYPE_CHECKING:
     from hertzlink.cases.case import Case
@@ -30,14 +31,14 @@ def explore_case(case: str, changes: tuple[str, ...], port: int, no_browser: boo
     The page is served to this computer alone. Ctrl-C ends it.
     """
     with _server(case, changes, port) as server:
-        click.echo(f"open {server.address}\nCtrl-C ends it")
+        say(f"open {server.address}\nCtrl-C ends it")
         if not no_browser:
             # In a thread: a browser may wait for the page.
             threading.Thread(target=webbrowser.open, args=(server.address,), daemon=True).start()
         try:
             server.serve_forever()
         except KeyboardInterrupt:
-            click.echo("ended")
+            say("ended")
 
 
 @contextmanager
@@ -72,7 +73,7 @@ def _prepared(explorer: "Explorer", ratio: float | None) -> list[str]:
     case: Case = explorer.case
     if not has_basis(case, explorer.sliders):
         return []
-    click.echo("preparing the plate for all values of its sliders: some seconds, once ...")
+    say("preparing the plate for all values of its sliders: some seconds, once ...")
     began = perf_counter()
     try:
         basis = PlateBasis(case, explorer.sliders)
@@ -87,5 +88,5 @@ def _prepared(explorer: "Explorer", ratio: float | None) -> list[str]:
         other = explorer.answer({})["waves"]["primary"].get("amplitude_ratio")
         if ratio is not None and other is not None:
             note += f" At the first values AR differs by {abs(other - ratio):.1e} from that of `hertzlink run`."
-    click.echo(f"prepared in {perf_counter() - began:.1f} s. {note}")
+    say(f"prepared in {perf_counter() - began:.1f} s. {note}")
     return [note]

@@ -6,19 +6,15 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from coupling.identification.found import Identification, Unknown
+from coupling.identification.found import Unknown, unknowns_of
 from coupling.views import identified
-from hertzlink.reports.page import Section, table
+from hertzlink.reports.page import Section, Table, table
 from hertzlink.reports.svg import WIDTH, drawn
 
 
-def of_identification(result: Any, data: xr.Dataset) -> tuple[list[str], list[Section]]:
+def of_identification(data: xr.Dataset) -> tuple[list[str], list[Section]]:
     """What was found, how far it is known, and whether the model explains the signal."""
-    names = [str(one) for one in data.unknown.values]
-    columns = (data[name].values.tolist() for name in ("value", "low", "high", "verdict"))
-    unknowns = [
-        Unknown(n, v, (low, high), str(verdict)) for n, v, low, high, verdict in zip(names, *columns, strict=True)
-    ]
+    unknowns = unknowns_of(data)
     explained, size = bool(data.attrs["explained"]), float(data.attrs["misfit"])
     said = "The model explains the signal" if explained else "The model does not explain the signal"
     summary = [f"{said}: its residual is {size:.3g} times the noise. {int(data.attrs['runs'])} runs."]
@@ -26,14 +22,10 @@ def of_identification(result: Any, data: xr.Dataset) -> tuple[list[str], list[Se
         summary.append("Mend the model first: a wrong model biases values by more than any interval.")
     found = table("Unknowns", ("unknown", "value", "95 % interval", "verdict"), [one.row() for one in unknowns])
     words = "How well each unknown is known."
-    known = drawn("intervals", words, lambda ax: identified.intervals(data, ax), 1.2 + 0.42 * len(names))
+    known = drawn("intervals", words, lambda ax: identified.intervals(data, ax), 1.4 + 0.42 * len(unknowns))
     words = "Correlations: unknowns near 1 or −1 cannot be told apart."
     together = drawn("correlation", words, lambda ax: identified.correlation(data, ax), WIDTH - 1.0)
-    tables = [found]
-    modes = result.modes[1:] if isinstance(result, Identification) else []
-    if modes:
-        rows = [tuple(f"{mode.get(name, float('nan')):.4g}" for name in modes[0]) for mode in modes]
-        tables.append(table("Other fits that the noise does not exclude", tuple(modes[0]), rows))
+    tables = [found, *_other_fits(data, unknowns)]
     pictures = []
     sensors = [] if identified.FEATURE in data.dims else np.atleast_1d(data.sensor.values).astype(int).tolist()
     if not sensors:
@@ -49,6 +41,16 @@ def of_identification(result: Any, data: xr.Dataset) -> tuple[list[str], list[Se
             pictures.append(drawn(f"{name}-{number}", words, _of_sensor(draw, data, number)))
     values = Section("Values", tables=tables, pictures=[known, together])
     return summary, [values, Section("Fit", pictures=pictures)]
+
+
+def _other_fits(data: xr.Dataset, unknowns: list[Unknown]) -> list[Table]:
+    """The table of the fits that the noise does not exclude, but the best; files of earlier versions hold none."""
+    if data.sizes.get("mode", 0) < 2:
+        return []
+    fits = data.modes.values[1:]
+    known = [i for i, column in enumerate(fits.T) if np.isfinite(column).any()]
+    rows = [tuple(f"{fit[i] / unknowns[i].unit_size:.4g}" for i in known) for fit in fits]
+    return [table("Other fits that the noise does not exclude", tuple(unknowns[i].head for i in known), rows)]
 
 
 def _of_sensor(draw: Callable[..., Any], data: xr.Dataset, sensor: int) -> Callable[[Any], Any]:

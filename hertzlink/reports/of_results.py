@@ -5,7 +5,6 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import xarray as xr
 
 from coupling.files.writing import write_whole
@@ -91,8 +90,7 @@ def page_of(
     """The page of a result. said: what its measures warned of, known when all are done."""
     if isinstance(result, Identification) or (isinstance(result, xr.Dataset) and "verdict" in result):
         data = identified.dataset_of(result)
-        name, summary, sections = "Identification", *of_identification(result, data)
-        found = np.atleast_1d(data.attrs.get("warnings", [])).tolist()
+        name, summary, sections = "Identification", *of_identification(data)
     else:
         data = result
         kind = kind_of(data) if isinstance(data, xr.Dataset) else ""
@@ -101,8 +99,7 @@ def page_of(
         one = kind in (RUN, SIGNAL)
         name = {RUN: "Run", SIGNAL: "Measured signal", SWEEP: "Sweep", BATCH: "Batch"}[kind]
         summary, sections = of_one(data, sensors) if one else of_many(data, sensors)
-        found = findings_of(data)
-    warnings = one_of_each([str(one) for one in (*found, *said) if str(one)])
+    warnings = one_of_each([*findings_of(data), *said])
     parts = [
         Section("Warnings", warnings=warnings),
         *sections,

@@ -12,7 +12,7 @@ from hertzlink.reports.page import Line, Page, Section, Table, html, usual_facts
 from hertzlink.reports.svg import picture
 from hertzlink.studies import ABOUT
 from hertzlink.studies.captions import CAPTIONS
-from hertzlink.studies.table import FOOTNOTE, MARK, Row, head_and_cells
+from hertzlink.studies.table import Row, footnotes, head_and_cells
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -28,7 +28,6 @@ def study_report(
     """
     head, cells = head_and_cells(rows, thesis)
     lines = [Line(tuple(line), row.reason) for line, row in zip(cells, rows, strict=True)]
-    marked = any(line[-1].endswith(MARK) for line in cells)
     comparison = Table(f"Numbers of {'the thesis, of ' if thesis else ''}theory and of hertzlink", tuple(head), lines)
     known = json.loads(data.attrs.get("versions", "{}"))
     took = data.attrs.get("time_taken")
@@ -39,7 +38,7 @@ def study_report(
             [
                 Section("Warnings", warnings=one_of_each(findings_of(data))),
                 Section("Figures", pictures=[picture(one, key, caption(name, key)) for key, one in figures.items()]),
-                Section("Comparison", [FOOTNOTE] if marked else [], tables=[comparison]),
+                Section("Comparison", footnotes(rows, thesis), tables=[comparison]),
                 of_setup(data),
                 of_input(data),
             ],

@@ -1,17 +1,22 @@
 """The input of a run as a table: what a user gave, in words and with units."""
 
 from collections.abc import Iterator, Mapping
+from math import pi
 from typing import Any
 
+from coupling.views.canvas import handy
 from hertzlink.reports.page import Table, table
 
 UNITS = {
     "radius": "m", "inner_radius": "m", "length": "m", "width": "m", "thickness": "m", "distance": "m",
     "patch_radius": "m", "compression": "m", "travel": "m", "impact_speed": "m/s", "gravity": "m/s²", "preload": "N",
-    "inclination": "rad", "angle": "rad", "youngs_modulus": "Pa", "yield_strength": "Pa", "density": "kg/m³",
+    "youngs_modulus": "Pa", "yield_strength": "Pa", "density": "kg/m³",
     "until": "s", "window": "s", "save_every": "s", "highest_frequency": "Hz", "impedance": "N s/m", "at": "m",
 }  # fmt: skip
-"""Units by the names of arguments."""
+"""Units by the names of arguments. They are shown with a prefix in which the number is handy: mm, µs, GPa."""
+
+DEGREES = ("inclination", "angle")
+"""Angles, which are shown in degrees."""
 
 LEFT_OUT = ("beads", "section", "steps", "substeps", "waveform")
 """What the table does not show; the full input is below it."""
@@ -56,18 +61,25 @@ def counted(texts: list[str]) -> list[str]:
 
 
 def _value(name: str, value: Any) -> str:
-    unit = f" {UNITS[name]}" if name in UNITS else ""
     if isinstance(value, bool) or value is None:
         return str(value)
     if isinstance(value, int | float):
-        return f"{value:.6g}{unit}"
+        return _numbers(name, [value])
     if isinstance(value, Mapping):
         return _in_words(value)
     if isinstance(value, list):
         if len(value) > MOST_ITEMS:
             return f"{len(value)} values"
-        return ", ".join(_value("", one) for one in value) + unit
+        if value and all(isinstance(one, int | float) and not isinstance(one, bool) for one in value):
+            return _numbers(name, value)
+        return ", ".join(_value(name, one) for one in value)
     return str(value)
+
+
+def _numbers(name: str, values: list[float]) -> str:
+    """Numbers in one handy unit."""
+    factor, unit = (180.0 / pi, "°") if name in DEGREES else handy(values, UNITS.get(name, ""))
+    return " ".join(filter(None, (", ".join(f"{factor * one:.6g}" for one in values), unit)))
 
 
 def _in_words(given: Any) -> str:

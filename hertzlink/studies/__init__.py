@@ -33,23 +33,29 @@ STUDIES = {
 
 ABOUT = {
     "thesis": "The whole thesis: a verdict on each of its numbers, and each corrected equation with a check.",
-    "aspect-ratio": "What plates send back to a chain at their centre, over bead diameter / thickness (6.2.1).",
-    "plate-boundary": "From which distance on a plate's edge no longer changes what it sends back (6.2.2).",
+    "aspect-ratio": (
+        "What plates send back to a chain at their centre, over bead diameter / thickness (thesis, section 6.2.1)."
+    ),
+    "plate-boundary": (
+        "From which distance on a plate's edge no longer changes what it sends back (thesis, section 6.2.2)."
+    ),
     "critical-distance": "The law for this distance: how far it holds, for other beads, plates and corners.",
-    "rod-stiffness": "What a rod sends back, over its Young's modulus and for given materials (6.1.1).",
-    "rod-length": "What a rod sends back, over its length (6.1.2).",
-    "upper-layer": "A stiff layer on a soft one: the waves over the upper layer's thickness (6.1.3).",
-    "lower-layer": "A stiff layer on a soft one: the waves over the lower layer's thickness (6.1.4).",
-    "ellipsoids": "Waves in chains of ellipsoids, lying and standing, and of spheres (5.3.1).",
-    "cylinders": "Waves in chains of crossed cylinders, over their angle (5.3.2).",
-    "hollow-spheres": "Waves in chains of hollow spheres, over the thickness of their walls (5.3.3).",
-    "dissipation": "How a wave decays along a chain with losses (chapter 4).",
-    "deformable-chain": "Beads that deform and vibrate, compared with point masses (3.3, 3.4).",
-    "contact-law": "Contact laws by finite and boundary elements, compared with formulas (3.3.1, 5.3).",
-    "symmetry": "Whether a quarter of a plate or chain gives what the whole one does (3.5).",
+    "rod-stiffness": "What a rod sends back, over its Young's modulus and for given materials (thesis, section 6.1.1).",
+    "rod-length": "What a rod sends back, over its length (thesis, section 6.1.2).",
+    "upper-layer": "A stiff layer on a soft one: the waves over the upper layer's thickness (thesis, section 6.1.3).",
+    "lower-layer": "A stiff layer on a soft one: the waves over the lower layer's thickness (thesis, section 6.1.4).",
+    "ellipsoids": "Waves in chains of ellipsoids, lying and standing, and of spheres (thesis, section 5.3.1).",
+    "cylinders": "Waves in chains of crossed cylinders, over their angle (thesis, section 5.3.2).",
+    "hollow-spheres": "Waves in chains of hollow spheres, over the thickness of their walls (thesis, section 5.3.3).",
+    "dissipation": "How a wave decays along a chain with losses (thesis, chapter 4).",
+    "deformable-chain": "Beads that deform and vibrate, compared with point masses (thesis, sections 3.3 and 3.4).",
+    "contact-law": (
+        "Contact laws by finite and boundary elements, compared with formulas (thesis, sections 3.3.1 and 5.3)."
+    ),
+    "symmetry": "Whether a quarter of a plate or chain gives what the whole one does (thesis, section 3.5).",
     "identifiability": "What a trace determines of a plate's edge or a rod's bond, and what it is blind to.",
 }
-"""What each study shows, in a line; numbers are sections of the thesis."""
+"""What each study shows, in a line."""
 
 RUNS = {
     "thesis": (16, 16),

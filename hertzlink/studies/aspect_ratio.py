@@ -240,7 +240,7 @@ def _extremes() -> list[Row]:
             f"Zener; with the thesis's λ {again:.2g}; at this λ, e decreases by 5 % if λ grows by 1 %",
             otherwise={THEIRS: float(again)}),
         Row("D/t, largest bead, thickest plate", LARGEST_BEAD_RATIO, large / thick, "",
-            "19.05 mm as in section 6.2.2; 19.1 mm gives 3.95", otherwise={"19.1 mm": 19.1e-3 / thick}),
+            "19.05 mm as in the thesis, section 6.2.2; 19.1 mm gives 3.95", otherwise={"19.1 mm": 19.1e-3 / thick}),
     ]  # fmt: skip
 
 

@@ -31,14 +31,15 @@ CAPTIONS = {
             "Time of flight over the distance from a clamped edge, for bead diameters D and plate thicknesses t."
         ),
         "critical_distance": (
-            "Critical distance from the edge over the bead diameter. Bars: between which two runs it lies. Lines: "
+            "Critical distance from the edge over the bead diameter: beyond it AR stays within ± 0.02 of its value far "
+            "from the edge. Bars: between which two runs it lies. Lines: "
             "how far a wave travels during the contact, at the speed of the A0 Lamb and of the Rayleigh wave."
         ),
         "refinement": (
             "How far AR differs from its value far from the edge, around the last crossing of the tolerance: "
             "first scan, and the refined bracket."
         ),
-        "edges": "The same for other supports of the edge.",
+        "edges": "Amplitude ratio AR over the distance from the edge, for other supports of the edge.",
     },
     "critical-distance": {
         "collapse": (

@@ -79,7 +79,7 @@ def critical_distance(data: xr.Dataset) -> "Figure":
         for line, style in zip(data.line.values, ("--", "-."), strict=True):
             axis.plot(
                 data.law_inelasticity, data.scaled_line.sel(line=line), style, color="black", linewidth=0.9,
-                label=f"way of the {line} wave during a contact",
+                label=f"path of the {line} wave during a contact",
             )  # fmt: skip
         axis.set(title=f"{edge} edge", xlabel="inelasticity parameter λ", xscale="log", ylim=(0.0, 6.0))
         _plain_ticks(axis)

@@ -343,7 +343,7 @@ def _meshes(data: xr.Dataset) -> list[Row]:
     if forces.size > 1:
         halved = f"; the last halving of the cells changes it by {100.0 * (forces[-1] / forces[-2] - 1.0):+z.1f} %"
     return [
-        Row("elements, section 3.3.2", _spaced(CHAIN_ELEMENTS), _spaced(int(data.explicit_cells[-1])), "",
+        Row("elements (thesis, section 3.3.2)", _spaced(CHAIN_ELEMENTS), _spaced(int(data.explicit_cells[-1])), "",
             f"about, tetrahedra; quadratic elements in the half-plane here, {float(data.spacing[-1]) * 1e6:.3g} µm "
             f"where beads touch; with modes a bead has {MODES} numbers", within=INPUT),
         *rows,
@@ -379,7 +379,7 @@ def _inside(data: xr.Dataset) -> list[Row]:
     share = data.vibration_share.sum("bead")
     passing = share.sel(time=slice(*(part * UNTIL for part in PASSING_TIMES)))
     behind = float(data.vibration_share.isel(time=-1).sel(bead=slice(1, 8)).sum())
-    still = "of the thesis's loading of two hemispheres (section 3.3.1), so that it is static; here of the wave"
+    still = "of the thesis's loading of two hemispheres (thesis, section 3.3.1), so that it is static; here of the wave"
     return [
         Row("fastest motion over dilatational speed", "< 1", 100.0 * MESH_SPEED / pressure_speed(STEEL_316), "%",
             f"{still}: its striker at {MESH_SPEED} m/s. Contact laws are computed at rest", within=SIMULATED),

@@ -39,13 +39,16 @@ def named(one: xr.Dataset) -> str:
     return f"D {float(one.diameter) * 1e3:.2f}, t {float(one.thickness) * 1e3:.2f}"
 
 
+def tolerated(tolerances: Sequence[float], others: Sequence[str]) -> str:
+    """The tolerance that defines a critical distance, the middle one, and what the least and the largest give."""
+    low, usual, high = tolerances
+    return f"AR within ± {usual:g} of its far value (± {low:g}: {others[0]}; ± {high:g}: {others[1]})"
+
+
 def _critical(one: xr.Dataset, of: OnPlate, tolerances: Sequence[float]) -> Row:
     low, high = one.bound.values * 1e3
     others = [printed(one.sel(within=other)) for other in (tolerances[0], tolerances[-1])]
-    reason = (
-        f"equation 6.42: {low:.1f} to {high:.1f}; tolerances of {tolerances[0]:g} and {tolerances[-1]:g} give "
-        f"{others[0]} and {others[1]}"
-    )
+    reason = f"{tolerated(tolerances, others)}; equation 6.42: {low:.1f} to {high:.1f}"
     value, law = _law(one, of, tolerances[1])
     at = one.sel(within=tolerances[1])
     if at.lower_bound:
@@ -71,7 +74,10 @@ def _echo(one: xr.Dataset, of: OnPlate, tolerance: float) -> list[Row]:
     """The criterion without a tolerance, which is for clamped edges."""
     if of.support != "clamped":
         return []
-    lasts = f"theory: half of the echo is back as the contact ends, {float(one.contact_time) * 1e6:.0f} µs on the"
+    lasts = (
+        f"AR within ± {tolerance:g}; theory: half of the echo is back as the contact ends, "
+        f"{float(one.contact_time) * 1e6:.0f} µs on the"
+    )
     return [
         Row(f"by the echo alone, {named(one)}", "", printed(one.sel(within=tolerance)), "mm", f"{lasts} infinite plate",
             float(one.half_echo_distance) * 1e3),

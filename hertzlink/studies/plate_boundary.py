@@ -231,7 +231,7 @@ def _thesis(data: xr.Dataset) -> list[Row]:
     rows.append(
         Row(
             "AR at the centre, D 19.05, t 2.29", "about 0", float(ratio.isel(distance=-1)), "",
-            "section 6.2.1: negligible above D/t = 5, here 8.3; no wave above 0.01 within the record",
+            "thesis, section 6.2.1: negligible above D/t = 5, here 8.3; no wave above 0.01 within the record",
             holds=float(ratio.isel(distance=-1)) < 0.02)
     )  # fmt: skip
     return [*rows, *plate_waves.table(), *plate_edges.table(data)]
@@ -283,7 +283,7 @@ def _critical_row(one: xr.Dataset) -> Row:
     low, high = one.bound.values * 1e3
     at = one.sel(within=TOLERANCE)
     others = [printed(one.sel(within=other)) for other in (TOLERANCES[0], TOLERANCES[-1])]
-    reason = f"{_verdict(at, low, high)}; tolerances of 0.01 and 0.05 give {others[0]} and {others[1]}"
+    reason = f"{own_plates.tolerated(TOLERANCES, others)}; {_verdict(at, low, high)}"
     return Row(f"critical distance, {named(one)}", "", printed(at), "mm", reason, f"{low:.1f} to {high:.1f}")
 
 
@@ -299,8 +299,8 @@ def _criteria(one: xr.Dataset) -> list[Row]:
         ),
         Row(
             f"by the echo alone, {named(one)}", "", printed(one.sel(within=TOLERANCE)), "mm",
-            f"theory: half of the echo is back as the contact ends, {float(one.contact_time) * 1e6:.0f} µs on the "
-            "infinite plate", float(one.half_echo_distance) * 1e3,
+            f"AR within ± {TOLERANCE:g}; theory: half of the echo is back as the contact ends, "
+            f"{float(one.contact_time) * 1e6:.0f} µs on the infinite plate", float(one.half_echo_distance) * 1e3,
         ),
     ]  # fmt: skip
 

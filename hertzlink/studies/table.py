@@ -1,5 +1,6 @@
 """The table of a study: quantity, thesis, theory, hertzlink, difference; the reason of a difference below each row."""
 
+import re
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from itertools import zip_longest
@@ -16,6 +17,8 @@ NUMBER_WIDTH = 13
 GAP, INDENT = "  ", "    "
 MARK = "*"
 FOOTNOTE = f"{MARK} compared with theory, as the thesis prints no number"
+OF_THESIS = "numbered equations, figures, tables and sections are those of the thesis"
+NUMBERED = re.compile(r"\b(equations?|figures?|sections?|[Tt]ables?) \d+\.\d")
 
 
 SIMULATED = 0.01
@@ -67,9 +70,15 @@ def text(rows: Sequence[Row], thesis: bool = True) -> str:
     for row, line in zip(rows, cells, strict=True):
         lines += _wrapped(line, widths)
         lines += wrap(row.reason, WIDTH, initial_indent=INDENT, subsequent_indent=INDENT)
-    if any(line[-1].endswith(MARK) for line in cells):
-        lines += ["", FOOTNOTE]
+    if below := footnotes(rows, thesis):
+        lines += ["", *below]
     return "\n".join(line.rstrip() for line in lines)
+
+
+def footnotes(rows: Sequence[Row], thesis: bool = True) -> list[str]:
+    """What stands below the table. thesis: see `text`."""
+    found = [FOOTNOTE] if any(line[-1].endswith(MARK) for line in head_and_cells(rows, thesis)[1]) else []
+    return [*found, OF_THESIS] if any(NUMBERED.search(f"{row.quantity} {row.reason}") for row in rows) else found
 
 
 def head_and_cells(rows: Sequence[Row], thesis: bool = True) -> tuple[list[str], list[list[str]]]:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import xarray as xr
 
+from coupling.files.reading import read_netcdf
 from hertzlink.studies import STUDIES, LongStudy, Study
 from hertzlink.studies.conditions import DIFFERS
 from hertzlink.studies.table import WIDTH, text
@@ -86,13 +87,7 @@ def fill(words: str, width: int = WIDTH) -> str:
 
 def read_study(file: Path) -> tuple[str, xr.Dataset]:
     """The name and the data of a study from the netCDF file that it wrote; a ValueError for any other file."""
-    try:
-        with xr.open_dataset(file, engine="h5netcdf") as opened:
-            data = opened.load()
-    except FileNotFoundError:
-        raise ValueError(f"{file}: does not exist") from None
-    except (OSError, ValueError) as error:
-        raise ValueError(f"{file}: cannot be read as netCDF ({error})") from error
+    data = read_netcdf(file)
     try:
         name = json.loads(data.attrs.get("input", "{}")).get("study")
     except (ValueError, AttributeError):

@@ -142,7 +142,10 @@ def test_records_of_a_sweep_are_counted(run: xr.Dataset) -> None:
     assert len(messages(caught)) == 1
 
 
-TIMES = [(1.21e-3, "0.0013"), (9.99e-4, "0.001"), (2.0e-3, "0.002"), (1.5e-5, "1.5e-05")]
+TIMES = [
+    (1.21e-3, "until = 0.0013 (1.3 ms)"), (9.99e-4, "until = 0.001 (1 ms)"), (2.0e-3, "until = 0.002 (2 ms)"),
+    (6.05e-4, "until = 0.00061 (610 µs)"), (1.5e-5, "until = 1.5e-05 (15 µs)"),
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("seconds", "text"), TIMES)

@@ -141,7 +141,7 @@ def test_swept_values_have_units_and_missing_ones_a_reason() -> None:
         np.testing.assert_array_equal(y, ratio.sel(preload=preload))
     crosses = [one for one in ax.lines if one.get_marker() == "x"]
     assert sum(len(one.get_xdata()) for one in crosses) == int(ratio.isnull().sum())
-    assert any("the record ends at 0.0005 s" in one for one in words(ax))
+    assert any("the record ends at 500 µs" in one for one in words(ax))
     assert "TOF (µs)" in hl.plots.swept(runs, 7, "time_of_flight", over="preload").get_ylabel()
 
 

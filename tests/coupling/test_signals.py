@@ -94,7 +94,9 @@ def test_the_baseline(tmp_path: Path) -> None:
         data = read_signal(path, {7: 1}, calibration=1.0, baseline=baseline)
         assert hl.reflections(data, 7).incident.amplitude == pytest.approx(expected, rel=1e-3)
     late = write(tmp_path / "late.csv", rows(offset=0.25)[205:])
-    with pytest.raises(ValueError, match=r"late\.csv: sensor 7, baseline = 'lead': has no quiet lead"):
+    with pytest.raises(
+        ValueError, match=r"late\.csv: sensor 7, baseline = 'lead': has no quiet lead .*; the record lasts 794 µs"
+    ):
         read_signal(late, {7: 1}, calibration=1.0)
 
 
@@ -139,8 +141,12 @@ FIELDS = rows()[102 - 6].split(",")
         (garbled({102: rows()[101 - 6]}), "line 102: time .* must increase"),
         (garbled({102: rows()[0]}), "line 102: time .* must increase"),
         (garbled({102: None}), "line 102: .* a gap; the usual step is 1e-06 s"),
-        (garbled({}, last=12), "line 12: samples = 7, must be at least 16"),
-        (HEADER, "no line holds numbers"),
+        (garbled({}, last=12), "scope.csv: holds 7 samples, must hold 16 or more"),
+        (HEADER, "has numbers in column 1 only; must hold a line for each sample"),
+        (HEADER[-1:], "scope.csv: holds no numbers, but text such as .TIME,CH1,CH2. in line 1"),
+        ([], "scope.csv: is empty; must hold a line for each sample, with numbers in columns 0, 1"),
+        (["", " "], "scope.csv: is empty"),
+        ([f"{k}e-6" for k in range(50)], "line 1, '0e-6', has numbers in column 0 only; must hold a line for each"),
         (["0,001;0,5"] * 50, "line 2: time 0.001 after 0.001, must increase"),
         ([f"{k}e-6,1.0,2.0" for k in range(50)], "sensor 7: the signal is constant, 20 N"),
         ([f"0.1,{k}e-6,2.0" for k in range(50)], "are the columns swapped"),
@@ -182,7 +188,7 @@ def test_a_whole_file_without_a_last_line_end(tmp_path: Path) -> None:
         ({"sensors": {0: 1}}, "sensor = 0"),
         ({"sensors": {7: -1}}, r"sensors\[7\] = -1"),
         ({"sensors": {7: 0}}, "column 0 is the time column"),
-        ({"sensors": {7: 9}}, "no line holds numbers"),
+        ({"sensors": {7: 9}}, "has numbers in columns 0, 1, 2 only; must hold a line for each sample, with .* 0, 9,"),
         ({"time_unit": "min"}, "time_unit = 'min': must be one of"),
         ({"unit": "volts"}, "unit = 'volts': must be one of 'V', 'mV', 'N'"),
         ({"unit": "N"}, "calibration = 20.0: must be None"),

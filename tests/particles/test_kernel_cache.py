@@ -57,7 +57,7 @@ def test_the_first_run_says_that_it_compiles(tmp_path: Path) -> None:
             capture_output=True, text=True, check=True,
         )  # fmt: skip
         said.append(done.stderr)
-    assert said == ["compiling kernels for this machine: once, up to a minute\n", ""]
+    assert said == [f"{kernel_cache.COMPILING}\n", ""]
 
 
 @pytest.mark.thorough

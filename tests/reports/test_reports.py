@@ -147,9 +147,15 @@ def test_input_is_told_with_units_and_equal_beads_once() -> None:
     coupled = hl.CoSimulation(hl.Chain([hl.Sphere(4.76e-3, hl.PTFE)] * 3, None, 0.3), None)
     tables = setup_in_words.input_tables(coupled.describe())
     assert tables[0].rows[0].cells == (
-        "beads", "3 × Sphere: radius 0.00476 m; material PTFE (E 1.53 GPa, ν 0.46, ρ 2151 kg/m³)",
+        "beads", "3 × Sphere: radius 4.76 mm; material PTFE (E 1.53 GPa, ν 0.46, ρ 2151 kg/m³)",
     )  # fmt: skip
     assert Line(("impact speed", "0.3 m/s")) in tables[0].rows
+    assert Line(("inclination", "90 °")) in tables[0].rows
+    given = {"kind": "plate", "thickness": 2.29e-3, "at": [0.06, 0.457], "highest_frequency": 8e4, "until": 1.5e-3}
+    assert dict(setup_in_words.rows_of(given)) == {
+        "kind": "plate", "thickness": "2.29 mm", "at": "0.06, 0.457 m", "highest frequency": "80 kHz",
+        "until": "1.5 ms",
+    }  # fmt: skip
 
 
 def test_page_escapes_all_text_and_leaves_out_empty_sections() -> None:

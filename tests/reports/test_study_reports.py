@@ -17,7 +17,7 @@ from page_parser import check_page
 import hertzlink as hl
 from coupling.views import plots
 from hertzlink.cli import main
-from hertzlink.reports.of_studies import caption
+from hertzlink.reports.of_studies import caption, study_report
 from hertzlink.studies import ABOUT, STUDIES, study
 from hertzlink.studies.captions import CAPTIONS
 from hertzlink.studies.table import FOOTNOTE, Row
@@ -84,6 +84,12 @@ def test_a_study_writes_a_report(command: Command) -> None:
     assert names("rod-stiffness") == {"files.txt", "rod-stiffness.nc", "report.html", "stiffness.png", "table.txt"}
 
 
+def test_each_remark_of_a_study_has_a_line() -> None:
+    data = Small().run()
+    page = check_page(study_report("rod-stiffness", data, Small().table(data), {}, "a quick run\nother beads"))
+    assert {"a quick run", "other beads"} <= set(page.text["p"])
+
+
 MARKS = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}
 
 
@@ -124,7 +130,7 @@ def test_what_no_study_wrote_is_not_drawn(command: Command) -> None:
     xr.Dataset(attrs={"input": "[1, 2"}).to_netcdf("broken.nc", engine="h5netcdf")
     before = names(".")
     for file, message in {
-        "missing.nc": "does not exist",
+        "missing.nc": "there is no such file",
         "text.nc": "cannot be read as netCDF",
         "other.nc": "was not written by a study",
         "none.nc": "was not written by a study",

@@ -172,6 +172,22 @@ def test_figures_are_drawn(quick: xr.Dataset) -> None:
         assert all("mm" in axis.get_xlabel() for axis in figure.axes)
 
 
+def test_the_legend_covers_no_line(quick: xr.Dataset) -> None:
+    """It stands above the axes, in which lines reach to all corners."""
+    figure = study.figures(quick)["critical_distance"]
+    figure.draw_without_rendering()
+    (legend,), (axis,) = figure.legends, figure.axes
+    assert legend.get_window_extent().y0 >= axis.get_window_extent().y1
+    assert axis.get_legend() is None
+    assert axis.get_ylabel() == "critical distance (mm), AR ± 0.02"
+
+
+def test_the_tolerance_is_in_each_row_of_a_critical_distance(quick: xr.Dataset) -> None:
+    rows = [row for row in study.table(quick) if row.quantity.startswith(("critical distance", "by the echo"))]
+    assert rows
+    assert all(row.reason.startswith("AR within ± 0.02") for row in rows)
+
+
 def test_softer_edges_send_back_less(quick: xr.Dataset) -> None:
     """Clamped, simple, free: the stiffer the edge, the more comes back; far away all are one plate."""
     ratios = quick.edge_amplitude_ratio.fillna(0.0).sel(edge_bead=9.53e-3)

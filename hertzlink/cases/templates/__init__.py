@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from hertzlink.cases.again import case_again
 from hertzlink.cases.case import Case
 from hertzlink.cases.faults import CaseError, nearest
 
@@ -31,13 +32,14 @@ def template(kind: str) -> str:
 def write_new(kind: str, path: Path | None) -> list[str]:
     """Write a first case, or the case of a result, into a new file; lines that say what was written, and what next."""
     if kind.endswith(".nc"):
-        text, kind = _of_result(Path(kind)), Path(kind).stem
-    else:
-        text = template(kind)
-    path = path or Path(f"{kind}.toml")
+        text, measured = case_again(Path(kind))
+        path = path or Path(f"{Path(kind).stem}.toml")
+        _write(path, text)
+        return [f"written: {path}", f"next: hertzlink identify {path} {measured}" if measured else _next(path)]
+    text, path = template(kind), path or Path(f"{kind}.toml")
     if kind != "identify":
         _write(path, text)
-        return [f"written: {path}", f"next: hertzlink check {path}, then hertzlink run {path}"]
+        return [f"written: {path}", _next(path)]
     trace = path.with_suffix(".csv")
     if trace.exists():
         raise _exists(trace)
@@ -48,6 +50,10 @@ def write_new(kind: str, path: Path | None) -> list[str]:
         path.unlink()
         raise
     return [f"written: {path}, {trace} (a simulated trace)", f"next: hertzlink identify {path} {trace}"]
+
+
+def _next(path: Path) -> str:
+    return f"next: hertzlink check {path}, then hertzlink run {path}"
 
 
 def example_trace(path: Path) -> str:
@@ -67,20 +73,6 @@ def example_trace(path: Path) -> str:
         columns.append((force + random.normal(0.0, NOISE * force.max(), time.size)) / VOLTS)
     lines += [f"{t:.7e},{a:.6e},{b:.6e}" for t, a, b in zip(time, *columns, strict=True)]
     return "\n".join(lines) + "\n"
-
-
-def _of_result(path: Path) -> str:
-    import xarray as xr
-
-    from hertzlink.cases.inputs import from_input
-
-    if not path.is_file():
-        raise CaseError(f"{path}: there is no such file; give a result of a run, or a kind: {', '.join(KINDS)}")
-    with xr.open_dataset(path, engine="h5netcdf") as data:
-        attrs = dict(data.attrs)
-    if "case" in attrs:
-        return str(attrs["case"])
-    return from_input(str(attrs.get("input", ""))).to_toml()
 
 
 def _write(path: Path, text: str) -> None:

@@ -1,0 +1,94 @@
+"""Messages fit the terminal, with whole paths; redirected output has one line for each."""
+
+import logging
+import signal
+import sys
+import warnings
+from io import StringIO
+from pathlib import Path
+
+import pytest
+
+from hertzlink import terminal
+from hertzlink.cli import main
+from structures.caution import HertzlinkWarning
+
+
+class Terminal(StringIO):
+    """A terminal that keeps what is printed."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+def on_terminal(monkeypatch: pytest.MonkeyPatch) -> Terminal:
+    """Standard output and error on a terminal of 60 columns; in the test itself, as pytest sets them before it."""
+    stream = Terminal()
+    monkeypatch.setenv("COLUMNS", "60")
+    monkeypatch.setattr(sys, "stdout", stream)
+    monkeypatch.setattr(sys, "stderr", stream)
+    return stream
+
+
+LONG = "record: ends too early " + "and this is why, " * 8 + "so record longer"
+
+
+def test_messages_are_wrapped_with_an_indent(monkeypatch: pytest.MonkeyPatch) -> None:
+    shown = on_terminal(monkeypatch)
+    terminal.complain(LONG)
+    lines = shown.getvalue().splitlines()
+    assert max(map(len, lines)) <= 60
+    assert [line.startswith("  ") for line in lines] == [False] + [True] * (len(lines) - 1)
+    assert " ".join(shown.getvalue().split()) == f"hertzlink: {LONG}"
+
+
+def test_a_file_gets_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    stream = StringIO()
+    monkeypatch.setattr(sys, "stderr", stream)
+    terminal.complain(LONG)
+    assert stream.getvalue() == f"hertzlink: {LONG}\n"
+
+
+def test_a_path_is_not_broken(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Neither at its blanks nor at its hyphens, also if it is longer than a line."""
+    shown = on_terminal(monkeypatch)
+    folder = tmp_path / ("taps of the second-day " * 3).strip()
+    folder.mkdir()
+    (folder / "results.nc").write_text("")
+    monkeypatch.chdir(folder.parent)
+    monkeypatch.setattr(sys, "argv", ["hertzlink", "run", "--output", folder.name])
+    terminal.written(folder)
+    assert any(f"{folder.resolve()}:" in line for line in shown.getvalue().splitlines())
+
+
+def test_a_faulty_command_is_wrapped(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    shown = on_terminal(monkeypatch)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(warnings, "formatwarning", warnings.formatwarning)
+    handler = signal.getsignal(signal.SIGTERM)
+    with warnings.catch_warnings(), pytest.raises(SystemExit) as end:
+        main(["run", "nofile.toml"])
+    signal.signal(signal.SIGTERM, handler)
+    assert end.value.code == 2
+    lines = shown.getvalue().splitlines()
+    assert lines[0].startswith("nofile.toml: there is no such file")
+    assert len(lines) == 2
+    assert max(map(len, lines)) <= 60
+
+
+def test_warnings_of_others_keep_their_form(monkeypatch: pytest.MonkeyPatch) -> None:
+    on_terminal(monkeypatch)
+    own = terminal._format_warning(HertzlinkWarning(LONG), HertzlinkWarning, "file.py", 7)
+    assert own.startswith("hertzlink: warning: record")
+    assert max(map(len, own.splitlines())) <= 60
+    other = terminal._format_warning(UserWarning("other"), UserWarning, "file.py", 7)
+    assert other.startswith("file.py:7: UserWarning: other")
+
+
+@pytest.mark.parametrize(("name", "begins"), [("hertzlink.kernels", "hertzlink: "), ("other.part", "other.part: ")])
+def test_log_lines_name_who_wrote_them(monkeypatch: pytest.MonkeyPatch, name: str, begins: str) -> None:
+    on_terminal(monkeypatch)
+    record = logging.LogRecord(name, logging.WARNING, "", 1, LONG, None, None)
+    lines = terminal.LogFormat().format(record).splitlines()
+    assert lines[0].startswith(begins)
+    assert max(map(len, lines)) <= 60
