@@ -260,6 +260,8 @@ class PushedBead(Excitation):
 
     def __post_init__(self) -> None:
         _check_history(self, "force", "N")
+        if not isfinite(self.energy(1.0, 0.0)):
+            raise ValueError(f"force = {short(self.force)}: must be smaller; its work is not finite")
 
     def __repr__(self) -> str:
         return f"PushedBead({len(self.time)} points up to {self.time[-1]:.4g} s, {max(map(abs, self.force)):.4g} N)"
@@ -284,7 +286,7 @@ class PushedBead(Excitation):
         times, values, _ = self.history
         impulse = float(np.sum(0.5 * np.abs(values[1:] + values[:-1]) * np.diff(times)))
         impulse = impulse or float(np.abs(values).max() * times[-1])
-        return 0.5 * impulse**2 / mass
+        return 0.5 * impulse * impulse / mass
 
 
 @dataclass(frozen=True)
