@@ -68,7 +68,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         complain(str(error))
         code = FAILED
     except (click.Abort, KeyboardInterrupt) as error:
-        complain(str(error) or "stopped; nothing was written")
+        # click wraps an interrupt, which may say what was kept.
+        complain(str(error.__cause__ or error) or "stopped; nothing was written")
         code = STOPPED
     sys.exit(code)
 

@@ -13,8 +13,10 @@ from typing import Any, NamedTuple
 import pytest
 import xarray as xr
 
+from coupling.sweeps.progress import Stopped
 from coupling.views import plots
 from hertzlink.cli import main, write_folder
+from hertzlink.studies import thesis
 from hertzlink.studies.table import Row, text
 from hertzlink.studies.writing import QUICK, stamp
 
@@ -331,3 +333,19 @@ def test_theory_has_a_column_of_its_own_only_where_there_is_theory() -> None:
     assert numbered[-1] == "numbered equations, figures, tables and sections are those of the thesis"
     fractions = text([Row("slope", "1/6", 0.16668), Row("slope", "-1/3", -0.3333)]).splitlines()
     assert [line.split()[-2:] for line in fractions[2:]] == [["+0.0", "%"], ["+0.0", "%"]]
+
+
+def test_an_interrupt_that_kept_something_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Although click wraps it."""
+
+    def stopped(*_: object, **__: object) -> None:
+        raise Stopped("3 of 16 parts kept in thesis.parts; run again to continue")
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(thesis, "run", stopped)
+    with pytest.raises(SystemExit) as ended:
+        main(["study", "thesis", "--quick"])
+    assert ended.value.code == 130
+    assert capsys.readouterr().err.strip() == "hertzlink: 3 of 16 parts kept in thesis.parts; run again to continue"

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import joblib
 import numpy as np
 import xarray as xr
+from joblib.externals.loky import get_reusable_executor
 
 from coupling.files.writing import write_whole
 from coupling.results.provenance import versions
@@ -92,11 +93,13 @@ def _in_processes(parts: list[str], quick: bool, jobs: int | None) -> Iterator[t
     done = parallel(joblib.delayed(_named_rows)(part, quick) for part in parts)
     try:
         yield from done
-    finally:
+    except BaseException:
         with warnings.catch_warnings():
             # joblib warns of tasks that it cancels, which is what is wanted here.
             warnings.simplefilter("ignore")
             done.close()
+            get_reusable_executor().shutdown(wait=True, kill_workers=True)
+        raise
 
 
 def _named_rows(part: str, quick: bool) -> tuple[str, list[Row]]:

@@ -81,7 +81,7 @@ FACTS = {
         "peak force, finite",
         "wave speed, discrete",
         "wave speed, finite",
-        "elements, section 3.3.2",
+        "elements (thesis, section 3.3.2)",
         "elements, {name} mesh",
         "time, {name} mesh",
         "fastest motion over",
