@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -14,7 +15,8 @@ import pytest
 import xarray as xr
 
 from coupling.views import plots
-from hertzlink.cli import main, write_folder
+from hertzlink.cases.templates import KINDS
+from hertzlink.cli import cli, main, write_folder
 from hertzlink.studies.table import Row, text
 from hertzlink.studies.writing import QUICK, stamp
 
@@ -147,6 +149,25 @@ def test_a_folder_that_cannot_be_written_is_refused_before_the_study(
     assert done.stderr.count("\n") == 1
     assert not ran
     assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "loop"]
+
+
+@pytest.mark.parametrize("command", ["", *cli.commands])
+def test_help_fits_a_terminal(
+    tmp_path: Path, hertzlink: Command, command: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nothing is cut off, and every section of the thesis is named as one."""
+    monkeypatch.setenv("COLUMNS", "80")
+    said = hertzlink(*filter(None, [command]), "--help", cwd=tmp_path).stdout
+    assert max(map(len, said.splitlines())) <= 80
+    assert "..." not in said.replace("[ARGS]...", "")
+    assert not re.search(r"\(\d+\.\d", said)
+
+
+def test_help_names_the_folder_that_is_written(tmp_path: Path, hertzlink: Command) -> None:
+    assert "by default CASE-found" in " ".join(hertzlink("identify", "--help", cwd=tmp_path).stdout.split())
+    assert "by default CASE (" in " ".join(hertzlink("run", "--help", cwd=tmp_path).stdout.split())
+    listed = hertzlink("new", "--help", cwd=tmp_path).stdout
+    assert all(kind in listed for kind in KINDS)
 
 
 def test_info_and_help(tmp_path: Path, hertzlink: Command) -> None:
