@@ -347,8 +347,8 @@ def test_theory_has_a_column_of_its_own_only_where_there_is_theory() -> None:
     assert lines[3].split() == ["TOF/D,", "µs/mm", "61.16", "61.35", "+0.3", "%*"]
     assert lines[-1].startswith("* compared with theory")
     # Numbers of equations, figures, tables and sections are the thesis's; a note says so, where there are any.
-    assert "numbered" not in " ".join(lines)
+    assert "Numbered" not in " ".join(lines)
     numbered = text([Row("speed", 560.0, 569.1, "m/s", "equation 1.10 gives 570")]).splitlines()
-    assert numbered[-1] == "numbered equations, figures, tables and sections are those of the thesis"
+    assert numbered[-1] == "Numbered equations, figures, tables and sections are those of the thesis."
     fractions = text([Row("slope", "1/6", 0.16668), Row("slope", "-1/3", -0.3333)]).splitlines()
     assert [line.split()[-2:] for line in fractions[2:]] == [["+0.0", "%"], ["+0.0", "%"]]
