@@ -51,6 +51,9 @@ SAVED_PER_CONTACT = 256
 MOST_SAVED = 1e8
 """Saved times × bodies."""
 
+MANY_STEPS = 1e6
+"""Steps of a run from which on it says how long it is."""
+
 LATE = 1e-9
 """Times that differ by this part are one."""
 
@@ -192,6 +195,8 @@ def _run(chain: Chain, bead: ExplicitBead, interval: float, rows: int, wall: boo
     bodies, stride = len(chain.beads) + 1, ceil(interval / (SAFETY * bead.stable_step))
     stride += 1 - stride % 2
     step = interval / stride
+    if rows * stride > MANY_STEPS:
+        caution(f"until: the run takes {rows * stride:.2g} steps of {bodies} meshes")
     padded = ceil(bodies / kernels.LANES) * kernels.LANES
     displacement, velocity = np.zeros((2, bead.mass.size, 2, padded))
     velocity[:, 1, 0] = chain.speed

@@ -22,7 +22,7 @@ from coupling.sweeps.progress import one_bar
 from hertzlink.cases.faults import CaseError
 from hertzlink.commands.case_commands import COMMANDS
 from hertzlink.commands.explore_command import explore_case
-from hertzlink.studies import RUNS, study
+from hertzlink.studies import RUNS, LongStudy, study
 from hertzlink.studies.conditions import DIFFERS
 from hertzlink.studies.writing import FORMATS, QUICK, Written, read_study
 from hertzlink.study_options import Studies
@@ -96,11 +96,13 @@ def run_study(
     folder = output or Path(name)
     check_output(folder, force)
     chosen = study(name)
+    parts = folder.with_name(f"{folder.name}.parts")
+    keep = {"keep": parts} if isinstance(chosen, LongStudy) else {}
     findings: list[str] = []
     try:
         with collected() as findings, one_bar(name, 0 if own else RUNS[name][0 if quick else 1]):
             begin = perf_counter()
-            data = chosen.run(quick, jobs, **own)
+            data = chosen.run(quick, jobs, **own, **keep)
             remark = "\n".join(part for part in (QUICK if quick else "", data.attrs.get(DIFFERS, "")) if part)
             data = data.assign_attrs(quick=int(quick), time_taken=perf_counter() - begin)
             found = Written(name, chosen, data.assign_attrs({"comment": remark} if remark else {}), form)
@@ -110,7 +112,9 @@ def run_study(
     whole = provenance(given | ({"own": dict(own)} if own else {}))
     data = with_warnings(found.data.assign_attrs(whole), findings)
     write_folder(folder, lambda into: found.write(into, data), force)
-    click.echo(found.table)
+    if isinstance(chosen, LongStudy):
+        chosen.forget(parts)
+    click.echo(found.shown)
     written(folder)
 
 
@@ -136,7 +140,7 @@ def draw_study(store: Path, output: Path | None, force: bool, form: str) -> None
     check_output(folder, force)
     found = Written(name, study(name), data, form)
     write_folder(folder, found.write_again, force)
-    click.echo(found.table)
+    click.echo(found.shown)
     written(folder)
 
 

@@ -6,7 +6,7 @@ A `Chain` turns each form of its `striker` into an Excitation, which answers all
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import sqrt
+from math import isfinite, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -190,6 +190,8 @@ class SpringLoaded(Excitation):
         object.__setattr__(self, "compression", positive("compression", self.compression, "m"))
         travel = self.compression if self.travel is None else self.travel
         object.__setattr__(self, "travel", positive("travel", travel, "m"))
+        if not isfinite(self.stiffness * self.compression * self.compression):
+            raise ValueError(f"compression = {self.compression!r}: must be smaller; the spring's energy is not finite")
         likely("spring", "SpringLoaded", "stiffness", self.stiffness)
         likely("way", "SpringLoaded", "compression", self.compression)
         if self.travel != self.compression:
@@ -258,6 +260,8 @@ class PushedBead(Excitation):
 
     def __post_init__(self) -> None:
         _check_history(self, "force", "N")
+        if not isfinite(self.energy(1.0, 0.0)):
+            raise ValueError(f"force = {short(self.force)}: must be smaller; its work is not finite")
 
     def __repr__(self) -> str:
         return f"PushedBead({len(self.time)} points up to {self.time[-1]:.4g} s, {max(map(abs, self.force)):.4g} N)"
@@ -282,7 +286,7 @@ class PushedBead(Excitation):
         times, values, _ = self.history
         impulse = float(np.sum(0.5 * np.abs(values[1:] + values[:-1]) * np.diff(times)))
         impulse = impulse or float(np.abs(values).max() * times[-1])
-        return 0.5 * impulse**2 / mass
+        return 0.5 * impulse * impulse / mass
 
 
 @dataclass(frozen=True)

@@ -136,6 +136,7 @@ def angular_frequency(
     18491
     """
     waves, d = each(finite, "wave_number", wave_number, "rad/m"), positive("size", size, "m")
+    preload = not_negative("preload", preload, "N")
     highest = 2.0 * pi * cutoff_frequency(mass, stiffness, preload, exponent)
     return _like(wave_number, highest * np.abs(np.sin(waves * d / 2.0)))
 

@@ -194,7 +194,8 @@ def edge_difference(edge: str, stiffness_ratio: float, inelasticity: float) -> t
     for name, value, known, what in named:
         if not known[0] * (1.0 - SLACK) <= value <= known[-1] * (1.0 + SLACK):
             raise ValueError(
-                f"{name} = {value:.4g}{what}: must lie between {known[0]:.3g} and {known[-1]:.4g}, the range of the law"
+                f"impact_speed, bead and plate give a {name} of {value:.4g}{what}: must lie between {known[0]:.3g} and "
+                f"{known[-1]:.4g}, the range of the law"
             )
     by_parameter = PchipInterpolator(np.log(table.parameters), table.difference[edge], axis=1, extrapolate=True)
     at_nodes: Vector = _lagrange(np.log(table.ratios), log(stiffness_ratio)) @ by_parameter(log(inelasticity))

@@ -3,17 +3,21 @@
 `python tests/fuzz.py 10000 seed` reports each kind of fault once, where a test stops at the first.
 """
 
+import random
 import warnings
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import fuzz
+import fuzz_cases
 import pytest
 from fuzz_targets import targets, things
 from hypothesis import HealthCheck, given, note, settings
 from hypothesis import strategies as st
 from test_docstrings import PUBLIC
+
+from hertzlink.cases.faults import CaseError
 
 QUICK, MANY = 200, 1_500
 """Calls of the quick and of the thorough test."""
@@ -86,6 +90,28 @@ def test_a_raw_error_is_a_fault() -> None:
 @settings(max_examples=QUICK, suppress_health_check=list(HealthCheck))
 def test_bad_calls_of_cheap_functions(data: Any) -> None:
     bad_call(data, [*CHEAP])
+
+
+@pytest.mark.parametrize("count", [QUICK, pytest.param(MANY, marks=pytest.mark.thorough)])
+def test_wrong_cases(count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Read, and checked; `python tests/fuzz_cases.py` builds them, too."""
+    monkeypatch.chdir(tmp_path)
+    for seed in range(count):
+        fault = fuzz_cases.attempt(fuzz_cases.wrong_case(random.Random(seed)), build=False)
+        assert fault is None, f"seed {seed}: {fault}"
+
+
+def test_a_fault_of_a_case_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+    def raw(_: str) -> None:
+        raise KeyError("x")
+
+    def several_lines(_: str) -> None:
+        raise CaseError("case.toml: one\ntwo")
+
+    for read, fault in ((raw, "KeyError"), (several_lines, "no place")):
+        assert (fuzz_cases.attempt({}, False, read) or "").startswith(fault)
 
 
 @pytest.mark.thorough

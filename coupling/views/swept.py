@@ -12,7 +12,7 @@ from coupling.results.reading import Reading
 from coupling.results.schema import axes_of, kind_of
 from coupling.results.waves import NoWave
 from coupling.views.canvas import COLOURS, axes_for, handy, legend_below, plain, styled
-from structures.checks import instance, one_of
+from structures.checks import instance, one_of, whole
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -86,6 +86,7 @@ def swept(
     modulus (GPa)
     """
     name, factor, _ = MEASURES[one_of("measure", measure, MEASURES)]
+    sensor = sensor if sensor is None else whole("sensor", sensor)
     values = _values(runs, sensor, measure, one_of("wave", wave, WAVES))
     axes = [str(axis) for axis in values.dims]
     if not 1 <= len(axes) <= 2:

@@ -1,7 +1,8 @@
 """Studies of the thesis and beyond it, one module each: run(quick, jobs, **own), table(data), figures(data)."""
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, Protocol
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import xarray as xr
 
@@ -12,6 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 STUDIES = {
+    "thesis": "thesis",
     "aspect-ratio": "aspect_ratio",
     "plate-boundary": "plate_boundary",
     "critical-distance": "critical_distance",
@@ -30,6 +32,7 @@ STUDIES = {
 }
 
 ABOUT = {
+    "thesis": "The whole thesis: a verdict on each of its numbers, and each corrected equation with a check.",
     "aspect-ratio": (
         "What plates send back to a chain at their centre, over bead diameter / thickness (thesis, section 6.2.1)."
     ),
@@ -55,6 +58,7 @@ ABOUT = {
 """What each study shows, in a line."""
 
 RUNS = {
+    "thesis": (16, 16),
     "aspect-ratio": (27, 27),
     "plate-boundary": (124, 444),
     "critical-distance": (263, 2443),
@@ -75,7 +79,7 @@ RUNS = {
 user's own parameters.
 """
 
-__all__ = ["ABOUT", "RUNS", "STUDIES", "Study", "study"]
+__all__ = ["ABOUT", "RUNS", "STUDIES", "LongStudy", "Study", "study"]
 
 
 def __dir__() -> list[str]:
@@ -100,6 +104,23 @@ class Study(Protocol):
 
     def figures(self, data: xr.Dataset) -> dict[str, "Figure"]:
         """Figures by file name."""
+        ...
+
+
+@runtime_checkable
+class LongStudy(Study, Protocol):
+    """A study that keeps its parts as they are finished, and whose table is too long for a terminal."""
+
+    def run(self, quick: bool = False, jobs: int | None = None, keep: Path | None = None, **own: Any) -> xr.Dataset:
+        """As a Study. keep: a folder for the parts; a later run takes those that it finds there."""
+        ...
+
+    def forget(self, folder: Path) -> None:
+        """Remove the kept parts."""
+        ...
+
+    def summary(self, data: xr.Dataset) -> str:
+        """What the terminal shows in place of the table."""
         ...
 
 

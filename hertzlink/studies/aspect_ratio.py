@@ -15,6 +15,7 @@ from hertzlink.studies import on_plates
 from hertzlink.studies import plate_boundary as boundary
 from hertzlink.studies.on_plates import OnPlate
 from hertzlink.studies.table import Row
+from hertzlink.studies.verdicts import printed
 from particles.bead import Sphere
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
 from plates.infinite import infinite_plate
@@ -50,6 +51,9 @@ PRINTED = {
 }  # fmt: skip
 """λ and T_c, µs, of section 6.2.1, by bead diameter and plate thickness."""
 
+
+THEIRS = f"{THESIS_IMPACT.bead_speed:.3g} m/s and 8000 kg/m³"
+"""The condition under which section 6.2.1's λ follow."""
 
 MISPRINT = "; 0.2 is a misprint of 0.29, as its contact time shows"
 
@@ -176,7 +180,8 @@ def _printed(data: xr.Dataset) -> list[Row]:
         rows.append(
             Row(f"λ, {label}", parameter, found, "",
                 f"equation 6.37 at the striker's {on_plates.IMPACT_SPEED} m/s; the printed one follows from "
-                f"{THESIS_IMPACT.bead_speed:.3g} m/s and 8000 kg/m³: {again:.3g}{MISPRINT if parameter == 0.2 else ''}")
+                f"{THESIS_IMPACT.bead_speed:.3g} m/s and 8000 kg/m³: {again:.3g}{MISPRINT if parameter == 0.2 else ''}",
+                otherwise={THEIRS: again})
         )  # fmt: skip
         if duration is None:
             continue
@@ -185,7 +190,7 @@ def _printed(data: xr.Dataset) -> list[Row]:
         rows.append(
             Row(f"contact time, {label}", duration, contact, "µs",
                 f"Zener, one bead; with the thesis's λ and density {_thesis_contact_time(diameter, thickness):.2f}; "
-                f"the last bead of a chain {chain:.0f}")
+                f"the last bead of a chain {chain:.0f}", otherwise=_of_printed(diameter, thickness, parameter))
         )  # fmt: skip
     return rows
 
@@ -206,6 +211,15 @@ def _thesis_contact_time(diameter: float, thickness: float) -> float:
     return 1e6 * float(plate_contact_time(_theirs(diameter), plate, THESIS_IMPACT.striker_speed, parameter))
 
 
+def _of_printed(diameter: float, thickness: float, parameter: float) -> dict[str, str]:
+    """T_c, µs, for the λ that would be printed as this one (0.29 for the misprint 0.2), with the thesis's density."""
+    plate, speed = boundary.plate(thickness), THESIS_IMPACT.striker_speed
+    digits = printed(0.29 if parameter == 0.2 else parameter)
+    assert digits is not None
+    times = [1e6 * float(plate_contact_time(_theirs(diameter), plate, speed, one)) for one in digits]
+    return {"the thesis's λ and 8000 kg/m³": f"{min(times):.6g} to {max(times):.6g}"}
+
+
 def _extremes() -> list[Row]:
     """Statements of section 6.2 about the smallest beads, the largest beads, and the thinnest plate."""
     small, large = min(on_plates.DIAMETERS), max(on_plates.DIAMETERS)
@@ -216,14 +230,17 @@ def _extremes() -> list[Row]:
     parameter = inelasticity_parameter(boundary.bead(large), boundary.plate(thin), on_plates.IMPACT_SPEED)
     again = zener_restitution(_thesis_parameter(large, thin))
     return [
-        Row("contact time, D 4.76, all plates", SMALLEST_BEADS_TIME, f"{min(times):.1f} to {max(times):.1f}", "µs",
+        Row("contact time, D 4.76, all plates", f"about {SMALLEST_BEADS_TIME}",
+            f"{min(times):.1f} to {max(times):.1f}", "µs",
             "one approximate number for three plates; Zener's time decreases with the thickness; with the "
             "thesis's λ and "
-            f"density {min(theirs):.1f} to {max(theirs):.1f}"),
+            f"density {min(theirs):.1f} to {max(theirs):.1f}",
+            otherwise={THEIRS: f"{min(theirs):.4g} to {max(theirs):.4g}"}),
         Row("e, D 19.05, t 2.29", SOFTEST_RESTITUTION, zener_restitution(parameter), "",
-            f"Zener; with the thesis's λ {again:.2g}; at this λ, e decreases by 5 % if λ grows by 1 %"),
+            f"Zener; with the thesis's λ {again:.2g}; at this λ, e decreases by 5 % if λ grows by 1 %",
+            otherwise={THEIRS: float(again)}),
         Row("D/t, largest bead, thickest plate", LARGEST_BEAD_RATIO, large / thick, "",
-            "19.05 mm as in the thesis, section 6.2.2; 19.1 mm gives 3.95"),
+            "19.05 mm as in the thesis, section 6.2.2; 19.1 mm gives 3.95", otherwise={"19.1 mm": 19.1e-3 / thick}),
     ]  # fmt: skip
 
 

@@ -7,6 +7,10 @@ LAYER = (
 MAP = "Force at bead 7 over time (horizontal) and {what} (vertical). Bright bands are waves: down the chain, then back."
 
 CAPTIONS = {
+    "thesis": {
+        "verdicts": "Verdicts on printed numbers and statements, by part.",
+        "ratios": "Ours over the printed number, where both are single ones. Points beyond 0.5 and 2 lie at the ends.",
+    },
     "aspect-ratio": {
         "amplitude_ratio": (
             "Amplitude ratio of the reflected wave over bead diameter D by plate thickness t, far from all edges. "

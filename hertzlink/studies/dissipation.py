@@ -16,7 +16,7 @@ from coupling.results.ar_and_tof import reflections
 from coupling.results.measures import sensor_force
 from coupling.sweeps.sweep import sweep
 from hertzlink.studies import own_losses
-from hertzlink.studies.table import Row
+from hertzlink.studies.table import INPUT, MEASURED, SIMULATED, Row
 from particles.bead import Ellipsoid, Sphere
 from particles.chain import Chain
 from particles.dissipation import Dissipation, LinearDashpot, MassProportional, PowerDashpot
@@ -305,7 +305,7 @@ def _material_rows(data: xr.Dataset, name: str) -> Iterable[Row]:
     yield Row(
         f"α and γ, {name}", f"{fit.exponent}, −{fit.coefficient:g}", f"{fit.exponent}, {fit.coefficient:g}", "",
         "used as |γ| in N (s/m)^α: no unit is stated, γ < 0 would feed energy, and no experiment to fit is given",
-    )  # fmt: skip
+        within=INPUT)  # fmt: skip
     yield Row(
         f"F(56)/F(9), {name}, γ as a force", "", left("thesis"), "",
         ends("thesis") + ("; recomputed elsewhere with 0.45 g: 41.7 and 11.7" if steel else "; striker at 1.77 m/s"),
@@ -323,7 +323,7 @@ def _material_rows(data: xr.Dataset, name: str) -> Iterable[Row]:
 def _rayleigh_rows(data: xr.Dataset) -> Iterable[Row]:
     steel = data.peak.sel(material="steel 316", sensor=list(SENSORS))
     drag = [f"{value:.1f}" for value in steel.sel(law="drag").values]
-    yield Row("α₁, steel 316", DRAG_RATE, DRAG_RATE, "1/s", "used as printed; N s/m is not a unit of α₁")
+    yield Row("α₁, steel 316", DRAG_RATE, DRAG_RATE, "1/s", "used as printed; N s/m is not a unit of α₁", within=INPUT)
     yield Row(
         "F(9) and F(63) with α₁", "", f"{drag[0]} and {drag[-1]}", "N",
         f"figure 4.3a, without numbers; at all sensors {', '.join(drag)}; undamped "
@@ -338,8 +338,7 @@ def _speed_rows(data: xr.Dataset) -> Iterable[Row]:
     yield Row(
         "exponent of speed over force, thesis's law", 0.17, lossy, "",
         f"fitted between neighbouring sensors, strikers at {speeds[0]:.1f} to {speeds[-1]:.1f} m/s; the thesis fits "
-        "experiments at speeds that it does not print",
-    )  # fmt: skip
+        "experiments at speeds that it does not print", within=MEASURED)  # fmt: skip
 
 
 def _ellipsoid_rows(data: xr.Dataset) -> Iterable[Row]:
@@ -349,26 +348,36 @@ def _ellipsoid_rows(data: xr.Dataset) -> Iterable[Row]:
         "γ of ellipsoids at 0.37 m/s", -11.67, "not comparable", "",
         "no unit and no forces are given, and what is fitted to is not in the text. Read as N s/m at each contact it "
         f"leaves F(41)/F(8) = {middle:.2f}, and 3.18 and 15.55, the range at 0.37 to 0.66 m/s, {weak:.2f} and "
-        f"{strong:.2f}",
-    )  # fmt: skip
+        f"{strong:.2f}", within=INPUT)  # fmt: skip
 
 
 def _wave_rows(data: xr.Dataset) -> Iterable[Row]:
     contact, bead = (float(data.secondary.sel(meeting=meeting)) for meeting in MEETINGS)
     yield Row(
-        "speed from which beads yield", 0.1, yield_speed(STEEL.bead), "m/s",
+        "speed from which beads yield", "about 0.1", yield_speed(STEEL.bead), "m/s",
         "the thesis cites Johnson for most materials; this is his formula for two beads of Y = 1 GPa, and goes as "
         "Y^2.5. All contacts here stay elastic",
-    )  # fmt: skip
+        otherwise={"Y = 1.1 GPa, with Johnson's formula": yield_speed(STEEL.bead, 1.1 * YIELD_STRESS)})  # fmt: skip
+    between = {"waves that meet between a contact and the centre of a bead": f"{bead:.4g} to {contact:.4g}"}
     meet = "of peak force; the thesis cites Manciu (2000), and gives neither where waves meet nor what is compared"
-    yield Row("secondary wave after waves meet at a contact", 0.02, contact, "", meet)
-    yield Row("secondary wave after waves meet at a bead", 0.02, bead, "", meet)
+    yield Row(
+        "secondary wave after waves meet at a contact",
+        "about 0.02",
+        contact,
+        "",
+        meet,
+        within=SIMULATED,
+        otherwise=between,
+    )
+    yield Row(
+        "secondary wave after waves meet at a bead", "about 0.02", bead, "", meet, within=SIMULATED, otherwise=between
+    )
     undamped = data.sel(law="undamped")
     centre = formation(undamped.peak.sel(material="steel 316"))
     yield Row(
         "beads to form a solitary wave", "5 to 7", float(formation(undamped.contact_peak)), "",
         f"peak contact force then stays within 1 %; the force at bead centres does so after {centre}",
-    )  # fmt: skip
+        within=SIMULATED)  # fmt: skip
 
 
 def figures(data: xr.Dataset) -> dict[str, "Figure"]:

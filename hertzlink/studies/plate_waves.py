@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from hertzlink.studies.table import Row
+from hertzlink.studies.table import SIMULATED, Row
 from particles.bead import Sphere
 from plates.theory.lamb import group_speed as lamb_group_speed
 from plates.theory.lamb import rayleigh_speed
@@ -56,9 +56,9 @@ def table() -> list[Row]:
     return [
         Row("k of the Rayleigh wave", RAYLEIGH.factor, rayleigh / bar, "",
             "the root of Rayleigh's equation for ν = 0.33; figure 6.21 says 0.5"),
-        Row("speed of the Rayleigh wave", RAYLEIGH.speed, rayleigh, "m/s", "rounded in the thesis"),
+        Row("speed of the Rayleigh wave", RAYLEIGH.speed, rayleigh, "m/s", "rounded in the thesis", within=SIMULATED),
         Row("Rayleigh wave, centre to edge and back", RAYLEIGH.round_trip, 1e6 * SIDE / rayleigh, "µs",
-            "914 mm; the thesis divides by its rounded speed"),
+            "914 mm; the thesis divides by its rounded speed", within=SIMULATED),
         Row("k of the A0 Lamb wave", A0.factor, f"{slow / bar:.2f} to {fast / bar:.2f}", "",
             "A0 disperses, so that k depends on plate and bead: group speed of Lamb's equation at 1/(2 T_c), T_c on a "
             f"half-space, for t = 2.29, 3.18 and 4.83 mm: {factors}"),

@@ -122,6 +122,10 @@ def over_lengths(
     data["sensor_force"] = data.sensor_force.sel(dashpot=of.middle, drop=True)
     for name in ("amplitude_ratio", "time_of_flight"):
         data[f"solid_{name}"] = solids[name]
+    if not of.own:
+        ends = [float(data.length[place]) for place in (0, -1)]
+        free = sweep(lambda end: against_rod(end, 0.0), of.until, 1, measure, end=ends)
+        data["undamped_time_of_flight"] = free.time_of_flight
     for name, units in (("length", "m"), ("solid_length", "m"), ("dashpot", "N s/m")):
         data[name].attrs["units"] = units
     return data
@@ -163,6 +167,23 @@ def sensitivity(values: xr.DataArray, factor: float = 1.0) -> str:
     """The results with the other dashpots."""
     low, high = values.sel(dashpot=[DASHPOTS[0], DASHPOTS[-1]]).fillna(0.0).values * factor
     return f"γ is not given; {low:.3g} and {high:.3g} for γ = 4 and 6 N s/m"
+
+
+def over_dashpots(values: xr.DataArray, factor: float = 1.0) -> dict[str, str]:
+    """The range of the results over the dashpots, by the name of this condition."""
+    low, high = float(values.fillna(0.0).min()) * factor, float(values.fillna(0.0).max()) * factor
+    return {f"γ between {DASHPOTS[0]:g} and {DASHPOTS[-1]:g} N s/m, which is not given": f"{low:.5g} to {high:.5g}"}
+
+
+def undamped(data: xr.Dataset) -> dict[str, str]:
+    """TOF, µs, of the primary wave without losses, for the shortest and the longest one, by the name of this condition.
+
+    Files of earlier versions hold none.
+    """
+    if "undamped_time_of_flight" not in data:
+        return {}
+    flights = data.undamped_time_of_flight.sel(wave="primary")
+    return {"no losses": interval(flights, 1e6)}
 
 
 def chosen(lengths: Sequence[float], most: int = 9) -> tuple[float, ...]:

@@ -1,10 +1,11 @@
 """The table of a study: quantity, thesis, theory, hertzlink, difference; the reason of a difference below each row."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from itertools import zip_longest
 from textwrap import wrap
+from types import MappingProxyType
 from typing import NamedTuple
 
 WIDTH = 80
@@ -20,13 +21,28 @@ OF_THESIS = "Numbered equations, figures, tables and sections are those of the t
 NUMBERED = re.compile(r"\b(equations?|figures?|sections?|[Tt]ables?) \d+\.\d")
 
 
+SIMULATED = 0.01
+"""Allowed for the thesis's simulations: its two models of one wave differ by 0.9 and 1.3 % (sections 3.3.2 and 3.4)."""
+
+MEASURED = 0.05
+"""Allowed for its experiments: the scatter that it prints with its measured speeds (sections 5.3.2 and 5.3.3)."""
+
+TIMED = 0.01
+"""Allowed for its measured TOF: the scatter that it prints with it (section 6.1.2)."""
+
+INPUT = float("nan")
+"""For numbers that the thesis uses without saying where they come from: nothing confirms or refutes them."""
+
+
 class Row(NamedTuple):
     """One comparison. Numbers are in `unit`; a text replaces a value that is not a number, or is a fraction such as
     "1/6".
 
     thesis: what the thesis prints, and nothing else; empty if it prints nothing. computed: what hertzlink simulated, or
     computed if the quantity is itself the result of an equation. theory: what hertzlink computed from an equation, or
-    from a fit that the thesis prints.
+    from a fit that the thesis prints. within: how far apart the thesis's number and ours may lie, relatively, apart
+    from the digits that it prints: SIMULATED, MEASURED, TIMED, INPUT, or 0 for what follows from an equation.
+    otherwise: ours under other conditions, by their names. holds: whether a statement without a number holds.
     """
 
     quantity: str
@@ -35,6 +51,9 @@ class Row(NamedTuple):
     unit: str = ""
     reason: str = ""
     theory: float | str = ""
+    within: float = 0.0
+    otherwise: Mapping[str, float | str] = MappingProxyType({})
+    holds: bool | None = None
 
 
 def text(rows: Sequence[Row], thesis: bool = True) -> str:

@@ -1,6 +1,6 @@
 """Thesis Table 2.1, the materials of beads and specimens, compared with those of hertzlink."""
 
-from hertzlink.studies.table import Row
+from hertzlink.studies.table import INPUT, Row
 from structures.material import MATERIALS
 
 PRINTED = {
@@ -29,8 +29,15 @@ def table() -> list[Row]:
     for name, (density, modulus, ratio) in PRINTED.items():
         material = MATERIALS[name]
         rows += [
-            Row(f"density, {name}", density, material.density, "kg/m³"),
-            Row(f"Young's modulus, {name}", modulus, 1e-9 * material.youngs_modulus, "GPa", REMARKS.get(name, "")),
-            Row(f"Poisson's ratio, {name}", ratio, material.poisson_ratio),
+            Row(f"density, {name}", density, material.density, "kg/m³", within=INPUT),
+            Row(
+                f"Young's modulus, {name}",
+                modulus,
+                1e-9 * material.youngs_modulus,
+                "GPa",
+                REMARKS.get(name, ""),
+                within=INPUT,
+            ),
+            Row(f"Poisson's ratio, {name}", ratio, material.poisson_ratio, within=INPUT),
         ]
     return rows

@@ -5,7 +5,7 @@ import xarray as xr
 
 from coupling.results.ar_and_tof import reflections, wave_speed
 from coupling.results.measures import sensor_force
-from particles.solitary import PARTICLE_TO_STRIKER_SPEED
+from particles.solitary import PARTICLE_TO_STRIKER_SPEED, width
 from structures.structure import Vector
 
 LEVELS = (0.01, 0.001)
@@ -38,6 +38,14 @@ def passage(run: xr.Dataset, first: int, second: int) -> xr.Dataset:
         },
         coords={"level": ("level", list(LEVELS), {"units": "1", "long_name": "part of the peak"})},
     )
+
+
+def widths(wider: float, size: float) -> dict[str, float]:
+    """Other readings of the width of a wave in a Hertzian chain, in sizes of the beads, by their names."""
+    return {
+        "read from 0.1 % to 0.1 % of the peak": wider,
+        "equation 5.13, and one bead more at a sensor": width(size) / size + 1.0,
+    }
 
 
 def striker_speed(force: float, mass: float, stiffness: float, exponent: float = 1.5) -> float:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import xarray as xr
 
 from coupling.files.reading import read_netcdf
-from hertzlink.studies import STUDIES, Study
+from hertzlink.studies import STUDIES, LongStudy, Study
 from hertzlink.studies.conditions import DIFFERS
 from hertzlink.studies.table import WIDTH, text
 
@@ -40,6 +40,8 @@ class Written:
         self._thesis = not data.attrs.get(DIFFERS)
         self._rows, self._figures = study.table(data), study.figures(data)
         self.table = (f"{fill(self.remark)}\n\n" if self.remark else "") + text(self._rows, self._thesis)
+        self.shown = study.summary(data) if isinstance(study, LongStudy) else self.table
+        """What a terminal shows."""
 
     def write(self, into: Path, data: xr.Dataset) -> None:
         """All files but the list of them. data: the Dataset with its provenance and warnings."""

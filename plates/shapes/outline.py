@@ -1,7 +1,7 @@
 """Outlines of plates: polygons with holes, whose sides have names; meshed with triangles, fine at the contact."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import cos, hypot, pi, sin, sqrt
 from typing import Any
 
@@ -153,6 +153,8 @@ class Outline:
             if all(hypot(one - x, other - y) > SAME * cells.finest for x, y in places):
                 places.append((one, other))
         corners = [place for place in places if self.distance(*place) > ON_EDGE * cells.finest]
+        # gmsh ends the process at sizes that it cannot read.
+        cells = replace(cells, finest=min(cells.finest, self.size), coarsest=min(cells.coarsest, self.size))
         return triangles(self._named_rings(), places, corners, cells)
 
     def described(self) -> dict[str, Any]:

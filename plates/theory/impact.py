@@ -392,7 +392,7 @@ def wall_stiffness(bead: Bead, plate: Plate) -> float:
     """Stiffness k, N/m^1.5, of the Hertz contact between a bead and a thin plate."""
     if not instance("plate", plate, Plate, "a Plate, as kirchhoff_plate or kirchhoff_panel make").thin:
         raise ValueError(f"plate = {plate!r}: must be thin, as kirchhoff_plate or kirchhoff_panel make")
-    if not all(hasattr(bead, name) for name in ("mass", "size", "surface")):
+    if not all(hasattr(bead, name) for name in ("mass", "size", "surface")) or not isinstance(bead.mass, float):
         raise ValueError(f"bead = {bead!r}: must be a bead, with mass, size and surface")
     return hertz_stiffness(bead.surface, Surface(plate.section.struck))
 

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from structures.checks import each, instance, not_negative, positive
+from structures.checks import each, instance, not_negative, positive, short
 from structures.elasticity import pressure_speed, shear_speed
 from structures.material import Material
 from structures.structure import Vector
@@ -120,11 +120,15 @@ def frequency(material: Material, thickness: float, wave_number: Number, mode: s
     >>> round(hl.lamb.frequency(hl.ALUMINIUM_6061, thickness=2.29e-3, wave_number=70.0, mode="A0"), 1)
     2749.6
     """
-    waves = each(not_negative, "wave_number", wave_number, "rad/m") * positive("thickness", thickness, "m") / 2.0
+    thickness = positive("thickness", thickness, "m")
+    with np.errstate(over="ignore"):
+        waves = each(not_negative, "wave_number", wave_number, "rad/m") * thickness / 2.0
+    if not np.isfinite(waves).all():
+        raise ValueError(f"wave_number = {short(wave_number)}: times thickness = {thickness:g} must be finite")
     curve, waves = _curve(material, mode), waves.ravel()
     high = 1.0 + waves
-    while (short := curve.below(waves, high) <= curve.number).any():
-        high = np.where(short, 2.0 * high, high)
+    while (low := curve.below(waves, high) <= curve.number).any():
+        high = np.where(low, 2.0 * high, high)
     pulse = _bisected(lambda middle: curve.below(waves, middle) > curve.number, np.zeros_like(high), high)
     return _like(wave_number, pulse * shear_speed(material) / (pi * thickness))
 

@@ -328,3 +328,9 @@ CHAIN = hl.Chain([BEAD], BEAD, SPEED)
 def test_bad_input(arguments: dict[str, object], message: str) -> None:
     with pytest.raises(ValueError, match=f"^{message}"):
         hl.explicit_chain(**({"chain": CHAIN, "until": 1e-6} | arguments))  # type: ignore[arg-type]
+
+
+def test_a_run_of_many_steps_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("coupling.explicit_chain.MANY_STEPS", 10)
+    with pytest.warns(hl.HertzlinkWarning, match=r"until: the run takes \d.* steps of 2 meshes"):
+        hl.explicit_chain(hl.Chain([BEAD], BEAD, FAST), 4e-7, 120e-6, save_every=1e-7)

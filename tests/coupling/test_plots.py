@@ -291,6 +291,7 @@ BAD: list[tuple[str, Callable[[], Any], str]] = [
      "clipped"),
     ("one run swept", lambda: hl.plots.swept(run(), 7), "none; must have one or two"),
     ("which sensor", lambda: hl.plots.swept(sweep(2e-5)), "sensor = None"),
+    ("no sensor", lambda: hl.plots.swept(sweep(2e-5), np.array([])), "sensor = "),
     ("measure", lambda: hl.plots.swept(sweep(2e-5), 7, "ar"), "measure = 'ar'"),
     ("over", lambda: hl.plots.swept(sweep(2e-5), 7, over="length"), "over = 'length'"),
     ("wave", lambda: hl.plots.swept(sweep(2e-5), 7, wave="fourth"), "wave = 'fourth'"),

@@ -1,1 +1,1 @@
-"""Independent solutions that the tests compare results with; `walls` and `traces` import nothing of hertzlink."""
+"""Independent solutions that tests compare results with; `walls`, `traces`, `thesis` import nothing of hertzlink."""

@@ -234,9 +234,12 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
         (lambda: MovingChain(replace(LONG, dissipation=hl.KuwabaraKono(1e300)), None).steps(1e-6), "dt = 0: takes inf"),
         # Excitations
         (lambda: hl.Piston(np.array(np.nan), [0.0, 1e-6]), "time: must be a list of two numbers or more"),
+        (lambda: hl.PushedBead([0.0, 1e-5], [1e300, 1e300]), r"force = .*: must be smaller"),
+        (lambda: hl.solitary.angular_frequency(1.0, 1e-3, 1e-3, 1e9, np.ones((2, 2))), r"preload = "),
         (lambda: hl.PushedBead([0.0, 1e-5], [[], 10.0]), r"force = \[\]: must be a finite number of N"),
         (lambda: hl.SpringLoaded(BEAD, -1.0, 1e-3), r"stiffness = -1\.0"),
         (lambda: hl.SpringLoaded(BEAD, 1e3, 0.0), r"compression = 0\.0"),
+        (lambda: hl.SpringLoaded(BEAD, 1e3, 1e300), r"compression = 1e\+300: must be smaller"),
         (lambda: hl.SpringLoaded(BEAD, 1e3, 1e-3, -1.0), r"travel = -1\.0"),
         (lambda: hl.SpringLoaded(3.0, 1e3, 1e-3), r"striker = 3\.0"),
         (lambda: hl.PushedBead([0.0, 1.0], [1.0]), "force: .*must be"),

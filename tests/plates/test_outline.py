@@ -132,3 +132,10 @@ def test_a_corner_touches_a_side_by_its_distance_from_it(size: float) -> None:
     assert panel(1e-8).area == pytest.approx(0.5 * size**2, rel=1e-6)
     with pytest.raises(ValueError, match=r"cross|touch"):
         panel(1e-10)
+
+
+def test_cells_are_no_larger_than_the_outline() -> None:
+    """gmsh ends the process at sizes of 1e300."""
+    pytest.importorskip("gmsh")
+    coarse = hl.Outline(SQUARE).mesh(0.05, 0.05, Cells(1e300, 0.3, 1e300))
+    assert 2 <= coarse.mesh.nelements < 50

@@ -1,0 +1,306 @@
+"""The whole thesis: a verdict on each of its numbers and statements, with the study or check that shows it.
+
+It runs the studies of its chapters, and judges their rows by the rules of `verdicts`.
+"""
+
+import json
+import warnings
+from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
+from textwrap import fill
+from typing import TYPE_CHECKING, Any
+
+import joblib
+import numpy as np
+import xarray as xr
+
+from coupling.files.writing import write_whole
+from coupling.results.provenance import versions
+from coupling.sweeps.progress import Stopped, watched
+from hertzlink.studies import study
+from hertzlink.studies.conditions import Conditions
+from hertzlink.studies.table import WIDTH, Row
+from hertzlink.studies.verdicts import CONDITION, RULE, UNKNOWN, VERDICTS, Verdict, counted, verdict
+from structures.caution import collected
+from structures.checks import whole
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["Conditions", "figures", "run", "summary", "table"]
+
+CHECKED = {
+    "set-ups (chapter 2)": "thesis_inputs",
+    "closed forms (chapters 1 and 6)": "closed_forms",
+    "corrected equations": "corrected_equations",
+}
+"""Parts that are tables of a module: its name."""
+
+STUDIED = {
+    "deformable chain (3.3, 3.4)": "deformable-chain",
+    "contact laws (3.3.1, 5.3)": "contact-law",
+    "symmetry (3.5)": "symmetry",
+    "dissipation (4)": "dissipation",
+    "ellipsoids (5.3.1)": "ellipsoids",
+    "cylinders (5.3.2)": "cylinders",
+    "hollow spheres (5.3.3)": "hollow-spheres",
+    "rod stiffness (6.1.1)": "rod-stiffness",
+    "rod length (6.1.2)": "rod-length",
+    "upper layer (6.1.3)": "upper-layer",
+    "lower layer (6.1.4)": "lower-layer",
+    "aspect ratio of plates (6.2.1)": "aspect-ratio",
+    "edges of plates (6.2.2)": "plate-boundary",
+}
+"""Parts that are studies, in the order of the thesis."""
+
+PARTS = (*CHECKED, *STUDIED)
+
+LONGEST_FIRST = ("edges of plates (6.2.2)", "deformable chain (3.3, 3.4)", "contact laws (3.3.1, 5.3)")
+"""These parts start first, so that no process waits for them at the end."""
+
+NOTHING = ("", "not given", "figure only")
+"""What a row says where the thesis prints no number."""
+
+KEPT = "{name}.json"
+
+
+def run(quick: bool = False, jobs: int | None = None, keep: Path | None = None, **own: Any) -> xr.Dataset:
+    """The rows of all parts, and a verdict on each number of the thesis.
+
+    quick: the quick versions of the studies. keep: a folder in which each finished part is kept, and from which a later
+    run of the same version takes it.
+    """
+    Conditions.of(own)
+    found = {name: rows for name in PARTS if (rows := _kept(keep, name, quick)) is not None}
+    order = sorted((name for name in PARTS if name not in found), key=lambda name: name not in LONGEST_FIRST)
+    try:
+        for name, rows in watched(_in_processes(order, quick, jobs), len(order)):
+            found[name] = rows
+            _keep(keep, name, quick, rows)
+    except KeyboardInterrupt:
+        if keep is None or not found:
+            raise
+        raise Stopped(f"{len(found)} of {len(PARTS)} parts kept in {keep}; run again to continue") from None
+    return _dataset({name: found[name] for name in PARTS})
+
+
+def _in_processes(parts: list[str], quick: bool, jobs: int | None) -> Iterator[tuple[str, list[Row]]]:
+    """Each part and its rows, as they are finished."""
+    count = joblib.cpu_count() if jobs is None else whole("jobs", jobs)
+    parallel = joblib.Parallel(min(count, len(PARTS)), return_as="generator_unordered")
+    done = parallel(joblib.delayed(_named_rows)(part, quick) for part in parts)
+    try:
+        yield from done
+    finally:
+        with warnings.catch_warnings():
+            # joblib warns of tasks that it cancels, which is what is wanted here.
+            warnings.simplefilter("ignore")
+            done.close()
+
+
+def _named_rows(part: str, quick: bool) -> tuple[str, list[Row]]:
+    return part, rows_of(part, quick)
+
+
+def rows_of(part: str, quick: bool) -> list[Row]:
+    """The rows of one part in which the thesis prints something."""
+    with collected():  # each study warns by itself
+        if part in CHECKED:
+            rows = import_module(f"hertzlink.studies.{CHECKED[part]}").table()
+        else:
+            chosen = study(STUDIED[part])
+            rows = chosen.table(chosen.run(quick, 1))
+    return [row for row in rows if row.thesis not in NOTHING]
+
+
+def source(part: str) -> str:
+    """The command that repeats a part."""
+    return f"hertzlink study {STUDIED[part]}" if part in STUDIED else "hertzlink study thesis"
+
+
+def _kept(folder: Path | None, part: str, quick: bool) -> list[Row] | None:
+    """The rows of a part that an earlier run of this version kept."""
+    file = _file(folder, part)
+    if file is None or not file.is_file():
+        return None
+    try:
+        data = json.loads(file.read_text(encoding="utf-8"))
+        if data["made"] != _made(part, quick):
+            return None
+        return [_row(**one) for one in data["rows"]]
+    except (ValueError, KeyError, TypeError):
+        return None  # what is damaged is computed again
+
+
+def _keep(folder: Path | None, part: str, quick: bool, rows: list[Row]) -> None:
+    if (file := _file(folder, part)) is not None:
+        file.parent.mkdir(exist_ok=True)
+        data = {"made": _made(part, quick), "rows": [_plain(row) for row in rows]}
+        write_whole(file, json.dumps(data, ensure_ascii=False).encode())
+
+
+def forget(folder: Path) -> None:
+    """Remove the kept parts, and the folder if nothing else lies in it."""
+    for part in PARTS:
+        if (file := _file(folder, part)) is not None:
+            file.unlink(missing_ok=True)
+    if folder.is_dir() and not any(folder.iterdir()):
+        folder.rmdir()
+
+
+def _file(folder: Path | None, part: str) -> Path | None:
+    words = "".join(letter if letter.isalnum() else " " for letter in part.partition("(")[0]).split()
+    return None if folder is None else folder / KEPT.format(name="-".join(words))
+
+
+def _made(part: str, quick: bool) -> dict[str, Any]:
+    return {"part": part, "quick": quick, "versions": versions()}
+
+
+def _plain(row: Row) -> dict[str, Any]:
+    return row._asdict() | {"otherwise": dict(row.otherwise)}
+
+
+def _row(**fields: Any) -> Row:
+    return Row(**fields)
+
+
+def _dataset(parts: dict[str, list[Row]]) -> xr.Dataset:
+    """One entry for each row."""
+    rows = [(part, row) for part, of in parts.items() for row in of]
+    said = [verdict(row) for _, row in rows]
+    columns = {
+        "part": [part for part, _ in rows],
+        "quantity": [row.quantity for _, row in rows],
+        "unit": [row.unit for _, row in rows],
+        "thesis": [str(row.thesis) for _, row in rows],
+        "hertzlink": [str(row.computed) for _, row in rows],
+        "verdict": [one.word for one in said],
+        "condition": [one.condition for one in said],
+        "reason": [row.reason for _, row in rows],
+        "shown_by": [source(part) for part, _ in rows],
+        "row": [json.dumps(_plain(row), ensure_ascii=False) for _, row in rows],
+    }
+    return xr.Dataset({name: ("entry", np.array(values, dtype=object)) for name, values in columns.items()})
+
+
+def judged(data: xr.Dataset) -> Iterator[tuple[str, Row, Verdict]]:
+    """Part, row and verdict of each entry."""
+    for part, text, word, condition in zip(
+        *(data[name].values for name in ("part", "row", "verdict", "condition")), strict=True
+    ):
+        yield str(part), _row(**json.loads(str(text))), Verdict(str(word), str(condition))
+
+
+def table(data: xr.Dataset) -> list[Row]:
+    """The counts, then each part under its name; a row's reason begins with its verdict."""
+    entries = list(judged(data))
+    counts = counted(one for _, _, one in entries)
+    rows = [
+        Row(f"{len(entries)} numbers and statements", "", "", reason=f"{_in_words(counts)}. {' '.join(RULE.split())}")
+    ]
+    for part in PARTS:
+        own = [(row, said) for one, row, said in entries if one == part]
+        rows.append(Row(part.upper(), "", "", reason=f"{_in_words(counted(said for _, said in own))}; {source(part)}"))
+        rows += [row._replace(reason=_with_verdict(row, said)) for row, said in own]
+    return rows
+
+
+def _in_words(counts: dict[str, int]) -> str:
+    return ", ".join(f"{count} {word}" for word, count in counts.items() if count)
+
+
+def _with_verdict(row: Row, said: Verdict) -> str:
+    condition = f" ({said.condition})" if said.condition else ""
+    return f"{said.word.upper()}{condition}" + (f": {row.reason}" if row.reason else "")
+
+
+HEADS = {"confirmed": "confirmed", CONDITION: "conditional", "refuted": "refuted", UNKNOWN: "unknown"}
+"""The verdicts, short enough for the columns of a terminal."""
+
+
+def summary(data: xr.Dataset) -> str:
+    """The counts of each part, for the terminal."""
+    entries = list(judged(data))
+    width = max(map(len, PARTS)) + 2
+    lines = [" " * width + "".join(f"{HEADS[word]:>{len(HEADS[word]) + 2}}" for word in VERDICTS), "-" * WIDTH]
+    for part in (*PARTS, ""):
+        counts = counted(said for one, _, said in entries if part in ("", one))
+        cells = "".join(f"{counts[word] or '':>{len(HEADS[word]) + 2}}" for word in VERDICTS)
+        lines.append(f"{part or 'all':<{width}}{cells}".rstrip())
+    lines += [
+        "",
+        *fill(RULE, WIDTH).splitlines(),
+        "",
+        "table.txt and report.html hold each number, its verdict and the reason.",
+    ]
+    return "\n".join(lines)
+
+
+def figures(data: xr.Dataset) -> dict[str, "Figure"]:
+    """How many verdicts of each kind every part has; and ours over the thesis's number, by part."""
+    return {"verdicts": _bars(data), "ratios": _ratios(data)}
+
+
+SHADES = {"confirmed": 0, CONDITION: 2, "refuted": 1, UNKNOWN: None}
+"""Colours of the verdicts, by their place in the palette; grey for the last."""
+
+
+def _colour(word: str) -> str:
+    from coupling.views import plots
+
+    place = SHADES[word]
+    return "0.75" if place is None else plots.COLOURS[place]
+
+
+def _bars(data: xr.Dataset) -> "Figure":
+    from coupling.views import plots
+
+    figure, (axis,) = plots.panels(1, width=7.0, height=4.6)
+    left = np.zeros(len(PARTS))
+    for word in VERDICTS:
+        counts = [counted(said for one, _, said in judged(data) if one == part)[word] for part in PARTS]
+        axis.barh(range(len(PARTS)), counts, left=left, color=_colour(word), label=word, height=0.7)
+        left += counts
+    axis.set_axisbelow(True)
+    axis.set(xlabel="numbers and statements", ylim=(len(PARTS) - 0.4, -0.6))
+    axis.set_yticks(range(len(PARTS)), PARTS, fontsize="small")
+    axis.legend(frameon=False, fontsize="small", ncols=4, loc="lower center", bbox_to_anchor=(0.4, 1.0))
+    return figure
+
+
+def _ratios(data: xr.Dataset) -> "Figure":
+    from coupling.views import plots
+
+    figure, (axis,) = plots.panels(1, width=7.0, height=4.6)
+    for word in VERDICTS[:-1]:
+        points = [
+            (ratio, PARTS.index(part))
+            for part, row, said in judged(data)
+            if said.word == word and (ratio := _ratio(row)) is not None
+        ]
+        if points:
+            ratios, places = zip(*points, strict=True)
+            axis.plot(np.clip(ratios, *LIMITS), places, "o", color=_colour(word), alpha=0.7, markersize=5.0, label=word)
+    axis.axvline(1.0, color="0.4", linewidth=0.8, zorder=0)
+    axis.set(xlabel="hertzlink / thesis; beyond the ends at the ends", ylim=(len(PARTS) - 0.4, -0.6), xscale="log")
+    ticks = (0.5, 0.7, 0.8, 0.9, 1.0, 1.1, 1.25, 1.5, 2.0)
+    axis.set_xticks(ticks, [f"{one:g}" for one in ticks])
+    axis.minorticks_off()
+    axis.set_yticks(range(len(PARTS)), PARTS, fontsize="small")
+    axis.legend(frameon=False, fontsize="small", ncols=3, loc="lower center", bbox_to_anchor=(0.4, 1.0))
+    return figure
+
+
+LIMITS = (0.5, 2.0)
+"""Ends of the axis of ratios."""
+
+
+def _ratio(row: Row) -> float | None:
+    """Ours over the thesis's, where both are single numbers."""
+    try:
+        ours, printed = float(row.computed), float(row.thesis)
+    except ValueError:
+        return None
+    return ours / printed if printed and ours / printed > 0.0 else None

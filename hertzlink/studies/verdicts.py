@@ -1,0 +1,156 @@
+"""Whether hertzlink confirms a number of the thesis: a verdict on a row of a study, computed from its numbers."""
+
+import re
+from collections.abc import Iterable
+from math import inf, isnan, nan
+from typing import NamedTuple
+
+from hertzlink.studies.table import Row
+
+CONFIRMED, CONDITION, REFUTED, UNKNOWN = "confirmed", "under a condition", "refuted", "cannot be known"
+VERDICTS = (CONFIRMED, CONDITION, REFUTED, UNKNOWN)
+
+RULE = """A number is confirmed if ours gives its printed digits when rounded, or lies within the scatter that is
+printed with it. A simulation of the thesis may differ by 1 % more, an experiment by 5 %, a measured time of flight by
+1 %: so much do its own models and experiments scatter. "About" allows 10 %. It is confirmed under a condition if ours
+agrees only under the condition that is named. It is refuted if no condition that the thesis allows gives it. It cannot
+be known if it is an input, or if the thesis does not say enough to compute it."""
+
+SIMULATION_ERROR = 1e-3
+"""Relative error of our runs that verdicts allow for; measures of waves are ten times as exact (docs/numerics.md)."""
+
+ABOUT = 0.1
+"""Of a number that the thesis calls approximate."""
+
+NUMBER = r"([-+−]?\d[\d ,]*\.?\d*(?:e[-+]?\d+)?)"
+FORMS = {
+    "fraction": re.compile(r"([-−]?\d+)\s*/\s*(\d+)"),
+    "band": re.compile(rf"{NUMBER}\s*±\s*{NUMBER}"),
+    "range": re.compile(rf"{NUMBER}\s*to\s*{NUMBER}"),
+    "below": re.compile(rf"(?:<|below)\s*{NUMBER}"),
+    "above": re.compile(rf"(?:>|above)\s*{NUMBER}"),
+    "about": re.compile(rf"about\s*{NUMBER}"),
+    "plain": re.compile(NUMBER),
+}
+
+
+class Interval(NamedTuple):
+    """The numbers that a printed number may stand for."""
+
+    low: float
+    high: float
+
+    def widened(self, share: float) -> "Interval":
+        """By a part of the size at each end; ends at infinity stay."""
+        return Interval(self.low - share * abs(self.low), self.high + share * abs(self.high))
+
+    def meets(self, other: "Interval") -> bool:
+        """Whether they have a number in common."""
+        return self.low <= other.high and other.low <= self.high
+
+    def contains(self, other: "Interval") -> bool:
+        """Whether it contains a whole other one."""
+        return self.low <= other.low and other.high <= self.high
+
+
+class Verdict(NamedTuple):
+    """One of VERDICTS, and the condition, if there is one."""
+
+    word: str
+    condition: str = ""
+
+
+def printed(value: float | str) -> Interval | None:
+    """What a printed number may stand for, from its last digit, its scatter, or words such as "about" and "below"."""
+    said = value.strip() if isinstance(value, str) else _digits(value)
+    said = said.removesuffix("%").removesuffix("times").strip()
+    for form, pattern in FORMS.items():
+        if found := pattern.fullmatch(said):
+            return _interval(form, found.groups())
+    return None
+
+
+def exact(value: float | str) -> Interval | None:
+    """A number of ours, or a range of ours, as it stands."""
+    said = repr(float(value)) if not isinstance(value, str) else value.strip()
+    said = said.removesuffix("%").removesuffix("times").strip()
+    if found := FORMS["range"].fullmatch(said):
+        return Interval(*sorted(_number(one) for one in found.groups()))
+    if found := FORMS["plain"].fullmatch(said):
+        return Interval(_number(found[1]), _number(found[1]))
+    return None
+
+
+def verdict(row: Row) -> Verdict:
+    """The verdict on a row whose `thesis` is not empty."""
+    if row.holds is not None:
+        return Verdict(CONFIRMED if row.holds else REFUTED)
+    expected, ours = printed(row.thesis), exact(row.computed)
+    if isnan(row.within) or expected is None:
+        return Verdict(UNKNOWN)
+    others = [(name, exact(value)) for name, value in row.otherwise.items()]
+    if ours is None and not any(value for _, value in others):
+        return Verdict(UNKNOWN if row.computed in ("", "no answer", "not comparable") else REFUTED)
+    allowed = expected.widened(row.within + SIMULATION_ERROR * (row.within > 0.0))
+    if ours and allowed.contains(ours):
+        return Verdict(CONFIRMED)
+    for name, value in others:
+        if value and allowed.meets(value):
+            return Verdict(CONDITION, name)
+    if ours and _cut(row.thesis, ours):
+        return Verdict(CONDITION, "the last digit is cut off, not rounded")
+    if ours and ours.contains(expected):
+        return Verdict(CONDITION, "within the range of the cases")
+    return Verdict(REFUTED)
+
+
+def counted(verdicts: Iterable[Verdict]) -> dict[str, int]:
+    """How many there are of each."""
+    words = [one.word for one in verdicts]
+    return {word: words.count(word) for word in VERDICTS}
+
+
+def _interval(form: str, found: tuple[str, ...]) -> Interval:
+    numbers = [_number(one) for one in found]
+    if form == "fraction":
+        value = numbers[0] / numbers[1]
+        return Interval(value, value).widened(1e-2) if value > 0.0 else Interval(1.01 * value, 0.99 * value)
+    if form == "band":
+        return Interval(numbers[0] - numbers[1], numbers[0] + numbers[1])
+    if form == "range":
+        low, high = sorted(zip(numbers, found, strict=True))
+        return Interval(_rounded(*low).low, _rounded(*high).high)
+    if form == "below":
+        return Interval(-inf, numbers[0])
+    if form == "above":
+        return Interval(numbers[0], inf)
+    if form == "about":
+        return Interval(numbers[0], numbers[0]).widened(ABOUT)
+    return _rounded(numbers[0], found[0])
+
+
+def _digits(value: float) -> str:
+    """A printed number that was written as a float: the digits that it needs."""
+    return f"{value:.10g}" if value == value else str(nan)
+
+
+def _number(said: str) -> float:
+    return float(said.replace("−", "-").replace(" ", "").replace(",", ""))
+
+
+def _cut(value: float | str, ours: Interval) -> bool:
+    """Whether ours gives a plain printed number when its further digits are cut off, as the thesis does sometimes."""
+    found = FORMS["plain"].fullmatch(value.strip() if isinstance(value, str) else _digits(value))
+    if not found:
+        return False
+    number = _number(found[1])
+    unit = 2.0 * (_rounded(number, found[1]).high - number)
+    return number <= ours.low and ours.high < number + unit
+
+
+def _rounded(value: float, said: str) -> Interval:
+    """The numbers that give these digits when rounded."""
+    mantissa, _, power = said.replace(" ", "").replace(",", "").partition("e")
+    decimals = len(mantissa.partition(".")[2])
+    unit = 10.0 ** (int(power or 0) - decimals)
+    return Interval(value - 0.5 * unit, value + 0.5 * unit)

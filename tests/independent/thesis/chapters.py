@@ -1,0 +1,14 @@
+"""All entries, in the order of the thesis."""
+
+from . import geometry, layers, plates, rod_length, rods, shapes, spheres, theory
+from .values import Chapter, Entry
+
+CHAPTERS: tuple[Chapter, ...] = (
+    theory.chapter, geometry.chapter, geometry.chains, spheres.fem, spheres.losses, shapes.bodies, shapes.hollow,
+    rods.chapter, rod_length.chapter, layers.upper, layers.lower, plates.aspect, plates.edges,
+)  # fmt: skip
+
+
+def entries(*groups: str) -> list[Entry]:
+    """Of these groups, or all."""
+    return [one for chapter in CHAPTERS if not groups or chapter.group in groups for one in chapter.entries]

@@ -1,0 +1,352 @@
+"""The study of the whole thesis: nothing is left out, each verdict can be repeated, finished parts are kept."""
+
+import json
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import pytest
+from matplotlib import pyplot
+
+from coupling.sweeps.progress import Stopped
+from hertzlink.studies import STUDIES, LongStudy, corrected_equations, study, thesis
+from hertzlink.studies.table import Row
+from hertzlink.studies.verdicts import VERDICTS, verdict
+
+THESIS = study("thesis")
+
+SMALL = {"set-ups (chapter 2)": "thesis_inputs", "closed forms (chapters 1 and 6)": "closed_forms"}
+
+
+@pytest.fixture
+def small(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two parts, so that a run takes no time."""
+    monkeypatch.setattr(thesis, "PARTS", tuple(SMALL))
+
+
+FACTS = {
+    "closed_forms": (
+        "exponent of Hertz's law",
+        "factor of the speed with preload",
+        "factor of the speed without preload",
+        "width of the wave, equation 1.8",
+        "factor of the contact time, equation 6.8",
+        "speed of particles over the striker's",
+        "factor of the wave's speed, equation 6.13",
+        "factor of the transit time, equation 6.17",
+        "factor of the transit there and back",
+        "factor of τ_t",
+        "smallest dimensionless contact time",
+        "speed of the striker after a drop",
+    ),
+    "table_2_1": ("density", "Young's modulus", "Poisson's ratio"),
+    "thesis_inputs": (
+        "radii of spheres",
+        "diameters, figure 5.1",
+        "axes of ellipsoids",
+        "radius and length of cylinders",
+        "hollow spheres:",
+        "ring around the sensor",
+        "Kapton film",
+        "time constant of the sensors",
+        "scatter of the striker's speed",
+        "tilt of",
+        "diameter of the actuator's bead",
+        "chain of chapter 4",
+        "its sensors",
+        "chain of section 3.3",
+        "sensors of section 3.5",
+        "chain of ellipsoids",
+        "dissipative ellipsoids",
+        "chain of cylinders",
+        "chain of hollow spheres",
+        "chain of section 6.1",
+        "drop of the striker",
+        "speed of the striker, section 6.2",
+        "cylinders of section 6.1.1",
+        "cylinders of section 6.1.2",
+        "layers of section 6.1.3",
+        "layers of section 6.1.4",
+        "side of the plates",
+        "thicknesses of the plates",
+        "diameters on plates",
+        "steps of the distance",
+    ),
+    "deformable_chain": (
+        "wave speed at 0.63 m/s, discrete",
+        "wave speed at 0.63 m/s, finite",
+        "wave speed at 0.63 m/s, experiment",
+        "peak force, discrete",
+        "peak force, finite",
+        "wave speed, discrete",
+        "wave speed, finite",
+        "elements, section 3.3.2",
+        "elements, {name} mesh",
+        "time, {name} mesh",
+        "fastest motion over",
+        "kinetic over potential",
+    ),
+    "contact_law": (
+        "exponent n, steel spheres",
+        "k, major axes",
+        "exponent n, {STRAIN}",
+        "angle above which Hertz's law holds",
+        "exponent n, Ri/Ro",
+        "k, Ri/Ro",
+    ),
+    "symmetry": ("full, half and quarter sphere", "wave speed, three dimensions over two"),
+    "dissipation": (
+        "mass, {name}",
+        "α and γ, {name}",
+        "α₁, steel 316",
+        "exponent of speed over force",
+        "γ of ellipsoids",
+        "speed from which beads yield",
+        "secondary wave after waves meet",
+        "beads to form a solitary wave",
+    ),
+    "ellipsoids": (
+        "larger radius of curvature",
+        "mass of an ellipsoid",
+        "k, along the major axis",
+        "k, along the minor axis",
+        "k, equivalent sphere",
+        "wave speed, discrete",
+        "wave speed, finite",
+        "wave speed, experiment",
+        "wave speed, striker D",
+        "width, in minor diameters",
+    ),
+    "cylinders": (
+        "mass of a cylinder",
+        "wave speed at 90°, discrete",
+        "wave speed at 90°, finite",
+        "wave speed at 90°, experiment",
+        "width at 90°",
+        "wave speed at 90°, 40 N",
+        "speed gained at 45°",
+        "speed gained at 30°",
+        "exponent n of parallel",
+        "exponent n, Harris",
+        "width at 0°",
+        "wave speed at 0° over 90°",
+        "speed at 5° over 90°, at 10, 40, 80 N",
+    ),
+    "hollow_spheres": (
+        "mass of a hollow sphere",
+        "k, Ri/Ro 0",
+        "exponent n, Ri/Ro",
+        "exponent n, Pauchard",
+        "wave speed, discrete",
+        "wave speed, finite",
+        "wave speed, experiment",
+        "width, by equation 5.13",
+        "width, experiment",
+        "wave speed over force, exponent",
+    ),
+    "rod_stiffness": (
+        "definition of AR",
+        "definition of TOF",
+        "largest displacement of bead 20, steel",
+        "contact with steel",
+        "largest displacement of bead 20, PTFE",
+        "contact with PTFE",
+        "first collision",
+        "second collision",
+        "bead 20 deepest in PTFE",
+        "AR, steel",
+        "AR, PTFE",
+        "TOF, steel",
+        "TOF, PTFE",
+        "TOF, PTFE over steel",
+        "SSW after PSW",
+        "energy that becomes potential, steel",
+        "energy that becomes potential, PTFE",
+        "E below which SSW",
+        "modulus below which SSW",
+        "SSW there",
+        "reflected wave slower",
+        "incident wave at sensor 7",
+        "steel stiffer than PTFE",
+    ),
+    "rod_length": (
+        "AR, all lengths",
+        "TOF, all lengths",
+        "characteristic length",
+        "AR, short cylinder",
+        "AR, long cylinder",
+        "AR lost over the lengths",
+        "arrival of the primary wave",
+        "secondary wave",
+    ),
+    "upper_layer": (
+        "AR, primary, {upper}",
+        "AR, secondary, {upper}",
+        "TOF, primary, shorter",
+        "TOF, primary",
+        "TOF, secondary, 6.35",
+        "TOF, secondary, 101.6",
+        "TOF, secondary, longer",
+        "upper layer with no secondary wave",
+    ),
+    "lower_layer": ("AR, primary", "TOF, primary", "TOF, primary, varies by"),
+    "aspect_ratio": (
+        "λ, {label}",
+        "contact time, {label}",
+        "contact time, D 4.76, all plates",
+        "e, D 19.05, t 2.29",
+        "D/t, largest bead",
+    ),
+    "plate_boundary": (
+        "contact time, half-space",
+        "AR at the centre, D 19.05",
+        "factor of τ_c, equation 6.39",
+        "factor of the critical distance, equation 6.42",
+    ),
+    "plate_waves": (
+        "k of the Rayleigh wave",
+        "speed of the Rayleigh wave",
+        "Rayleigh wave, centre to edge",
+        "k of the A0 Lamb wave",
+        "speed of the A0 Lamb wave",
+        "A0 Lamb wave, centre to edge",
+    ),
+}
+"""The rows in which the thesis's numbers stand, by module; a row with several materials or plates holds several."""
+
+
+def test_no_number_of_the_thesis_is_left_out() -> None:
+    assert sum(map(len, FACTS.values())) >= 150
+    for module, quantities in FACTS.items():
+        source = Path(import_module(f"hertzlink.studies.{module}").__file__ or "").read_text(encoding="utf-8")
+        missing = [one for one in quantities if f'"{one}' not in source]
+        assert missing == [], module
+
+
+EQUATIONS = (
+    *(
+        "1.3",
+        "1.5",
+        "1.6",
+        "1.9",
+        "2.1",
+        "3.1",
+        "3.2",
+        "3.6",
+        "4.1",
+        "R′",
+        "5.3",
+        "5.8",
+        "5.12",
+        "6.2",
+        "6.10",
+        "6.17",
+        "6.19",
+    ),
+    *("6.32", "6.38", "6.39", "6.2.2", "Table 4.1"),
+)
+
+
+def test_each_corrected_equation_passes_its_check_and_the_printed_one_does_not() -> None:
+    named = " ".join(one.equation for one in corrected_equations.CORRECTIONS)
+    assert [one for one in EQUATIONS if one not in named] == []
+    for one in corrected_equations.CORRECTIONS:
+        before, after = one.passes()
+        assert after, one.equation
+        assert not before, one.equation
+
+
+def test_each_part_can_be_repeated() -> None:
+    assert set(thesis.STUDIED.values()) < set(STUDIES)
+    assert all(import_module(f"hertzlink.studies.{name}").table() for name in thesis.CHECKED.values())
+    assert set(thesis.LONGEST_FIRST) < set(thesis.PARTS)
+    assert isinstance(THESIS, LongStudy)
+
+
+def test_what_is_refuted_or_not_known_has_a_reason() -> None:
+    """Of the parts without runs."""
+    for part in thesis.CHECKED:
+        for row in thesis.rows_of(part, quick=True):
+            assert row.reason or verdict(row).word == "confirmed", row.quantity
+
+
+@pytest.mark.usefixtures("small")
+def test_counts_stand_at_the_top_and_each_entry_has_a_verdict() -> None:
+    data = THESIS.run(quick=True, jobs=1)
+    assert set(data.verdict.values) <= set(VERDICTS)
+    rows = THESIS.table(data)
+    assert rows[0].quantity == f"{data.sizes['entry']} numbers and statements"
+    counts = {word: int((data.verdict == word).sum()) for word in VERDICTS}
+    assert rows[0].reason.startswith(", ".join(f"{count} {word}" for word, count in counts.items() if count))
+    for row, word in zip((row for row in rows if row.thesis != ""), data.verdict.values, strict=True):
+        assert row.reason.startswith(str(word).upper())
+    text = thesis.summary(data)
+    assert max(map(len, text.splitlines())) <= 80
+    assert str(counts["cannot be known"]) in text
+
+
+@pytest.mark.usefixtures("small")
+def test_figures_show_all_entries() -> None:
+    data = THESIS.run(quick=True, jobs=1)
+    drawn = THESIS.figures(data)
+    widths = sum(bar.get_width() for bar in drawn["verdicts"].axes[0].patches)
+    assert widths == data.sizes["entry"]
+    for figure in drawn.values():
+        pyplot.close(figure)
+
+
+@pytest.mark.usefixtures("small")
+def test_finished_parts_are_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ctrl-C after the first part; the next run computes the second one alone, and forgets both."""
+    keep, asked = tmp_path / "thesis.parts", list[str]()
+
+    def interrupted(parts: list[str], quick: bool, jobs: int | None) -> Any:
+        asked.append(parts[0])
+        yield parts[0], thesis.rows_of(parts[0], quick)
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(thesis, "_in_processes", interrupted)
+        with pytest.raises(Stopped, match=r"^1 of 2 parts kept in .*thesis.parts; run again to continue$"):
+            THESIS.run(quick=True, keep=keep)
+
+    whole = thesis._in_processes
+
+    def watched(parts: list[str], quick: bool, jobs: int | None) -> Any:
+        asked.extend(parts)
+        return whole(parts, quick, 1)
+
+    monkeypatch.setattr(thesis, "_in_processes", watched)
+    data = THESIS.run(quick=True, keep=keep)
+    assert sorted(asked) == sorted(SMALL)
+    assert data.identical(THESIS.run(quick=True, jobs=1))
+    asked.clear()
+    THESIS.run(quick=False, keep=keep)
+    assert len(asked) == 2, "a quick part is none of a whole run"
+    thesis.forget(keep)
+    assert not keep.exists()
+
+
+DAMAGES: list[Callable[[str], str]] = [
+    lambda text: text[:50],
+    lambda text: text.replace('"rows"', '"row"'),
+    lambda text: json.dumps(json.loads(text) | {"made": {}}),
+    lambda text: text.replace('"quantity"', '"quality"'),
+]
+
+
+@pytest.mark.usefixtures("small")
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_a_damaged_part_is_computed_again(damage: Callable[[str], str], tmp_path: Path) -> None:
+    keep = tmp_path / "kept"
+    data = THESIS.run(quick=True, jobs=1, keep=keep)
+    file = next(iter(sorted(keep.iterdir())))
+    file.write_text(damage(file.read_text(encoding="utf-8")), encoding="utf-8")
+    assert data.identical(THESIS.run(quick=True, jobs=1, keep=keep))
+
+
+def test_a_row_travels_through_a_file() -> None:
+    row = Row("TOF", "about 0.1", float("nan"), "µs", "why", "1/6", 0.01, {"γ": "1 to 2"}, True)
+    again = thesis._row(**json.loads(json.dumps(thesis._plain(row))))
+    assert repr(again) == repr(row._replace(otherwise={"γ": "1 to 2"}))

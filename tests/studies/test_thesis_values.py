@@ -1,0 +1,194 @@
+"""Numbers of the thesis computed without hertzlink: the scripts give what values.json keeps, and are right themselves.
+
+`coarse` recomputes an entry with a hundred times the tolerance and cells twice as long: it has to lie as far from the
+file's value as the file says. The tools are compared with closed forms that the entries do not contain.
+"""
+
+import ast
+from math import pi, sqrt
+from pathlib import Path
+
+import numpy as np
+import pytest
+from independent.thesis import ellipses, plates, waves
+from independent.thesis.chapters import CHAPTERS, entries
+from independent.thesis.line import hertzian, on_rods, rod_cells, row
+from independent.thesis.materials import PTFE, STEEL_440C, between_spheres, on_half_space
+from independent.thesis.values import COARSE, Entry, agreement, agrees, load, numbers
+from scipy.integrate import quad
+from scipy.linalg import eigvalsh
+from scipy.special import beta
+
+QUICK = ("geometry", "chains", "fem_validation", "plates_boundary")
+SLOW = [chapter.group for chapter in CHAPTERS if chapter.group not in QUICK]
+SCATTER = 2e-6
+"""Other versions of the libraries may step differently: a hundred times the finer tolerance and more."""
+
+
+def coarse(entry: Entry) -> list[str]:
+    """The variants that differ from the file's."""
+    known, found = load()[entry.name]["values"], entry.compute(COARSE)
+    assert list(found) == list(known)
+    wrong = []
+    for variant, value in found.items():
+        kept = known[variant]
+        for given, fine, error in zip(numbers(value), numbers(kept["value"]), numbers(kept["error"]), strict=True):
+            if abs(given - fine) > 3.0 * error + SCATTER * abs(fine):
+                wrong.append(f"{entry.name}, {variant}: {given:.10g}, in the file {fine:.10g} ± {error:.1g}")
+    return wrong
+
+
+@pytest.mark.parametrize("group", QUICK)
+def test_scripts_give_the_file(group: str) -> None:
+    assert [line for entry in entries(group) for line in coarse(entry)] == []
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("group", SLOW)
+def test_slow_scripts_give_the_file(group: str) -> None:
+    assert [line for entry in entries(group) for line in coarse(entry)] == []
+
+
+def test_the_file_holds_every_entry_as_the_scripts_state_it() -> None:
+    known = load()
+    assert [one.name for one in entries()] == list(known)
+    for one in entries():
+        kept = known[one.name]
+        assert (list(one.printed), one.unit, one.conditions) == (kept["printed"], kept["unit"], kept["conditions"])
+
+
+def test_nothing_of_hertzlink_is_imported() -> None:
+    """numpy, scipy and the standard library."""
+    folder = Path(ellipses.__file__).parent
+    standard = {
+        "argparse",
+        "collections",
+        "dataclasses",
+        "functools",
+        "itertools",
+        "json",
+        "math",
+        "pathlib",
+        "sys",
+        "typing",
+    }
+    for file in folder.glob("*.py"):
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
+            if isinstance(node, ast.ImportFrom) and node.level == 0:
+                names = [node.module or ""]
+            assert {name.partition(".")[0] for name in names} <= standard | {"numpy", "scipy"}, file.name
+
+
+def test_a_chain_keeps_energy_and_momentum() -> None:
+    """Momentum until the wave reaches the wall behind twelve beads, energy later as well."""
+    mass, stiffness = row(12, 2.0e-3, 5e9, 5e9)
+    flight = hertzian(mass, stiffness).strike(0.7, 400e-6, 1e-10)
+    assert np.sum(mass * flight.speeds(40e-6)) == pytest.approx(mass[0] * 0.7, rel=1e-8)
+    assert np.sum(mass * flight.speeds(400e-6)) < 0.0
+    for time in (40e-6, 150e-6, 400e-6):
+        approach = np.maximum(flight.line.approaches(flight.places(time)), 0.0)
+        energy = 0.5 * np.sum(mass * flight.speeds(time) ** 2) + 0.4 * np.sum(stiffness * approach**2.5)
+        assert energy == pytest.approx(0.5 * mass[0] * 0.7**2, rel=1e-7)
+
+
+def test_dashpots_pull_only_where_they_may() -> None:
+    """Two beads fly apart while they still touch: 3 N of the spring, less 5 N s/m of 1 m/s."""
+    mass, stiffness = np.full(2, 1e-3), np.full(2, 1e9)
+    place, speed = np.array([(3.0 / 1e9) ** (2.0 / 3.0), 0.0]), np.array([0.0, 1.0])
+    for pulls, force in ((True, -2.0), (False, 0.0)):
+        line = hertzian(mass, stiffness, dashpot=5.0, pulls=pulls)
+        assert line.link_forces(place, speed)[0] == pytest.approx(force, abs=1e-12)
+        assert line.link_forces(-place, speed)[0] == 0.0
+
+
+def test_gravity_is_in_equilibrium_before_the_impact() -> None:
+    mass, stiffness = row(6, 2.0e-3, 5e9, 7e9)
+    line = hertzian(mass, stiffness, gravity=9.81)
+    still = line.acceleration(line.start(), np.zeros(7))
+    assert still[0] == pytest.approx(9.81)
+    assert np.abs(still[1:]).max() < 1e-9
+
+
+def test_two_equal_rods_of_cells_are_a_rod_and_converge_to_its_frequency() -> None:
+    """Fixed at the base: ω₁ = πc/(2L), second order in the cell."""
+    errors = []
+    for cell in (10e-3, 5e-3):
+        half = rod_cells(0.1, 1e-4, STEEL_440C.density, STEEL_440C.youngs_modulus, cell)
+        mass, bonds = on_rods([half, half])
+        stiffness = np.diag(bonds + np.append(0.0, bonds[:-1])) - np.diag(bonds[:-1], 1) - np.diag(bonds[:-1], -1)
+        lowest = sqrt(eigvalsh(stiffness, np.diag(mass))[0])
+        errors.append(1.0 - lowest / (pi * STEEL_440C.bar_speed / 0.4))
+    assert 0.0 < errors[1] < 1e-3
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(2.0, abs=0.05)
+
+
+def test_elliptic_contacts_have_the_circles_limits() -> None:
+    """Spheres; cylinders at a right angle, which touch like a sphere of their radius and a plane; a circle's limit."""
+    radius = 3e-3
+    two = ellipses.stiffness(ellipses.sphere(radius), ellipses.sphere(radius), PTFE)
+    assert two == pytest.approx(between_spheres(radius, PTFE), rel=1e-12)
+    straight = ellipses.cylinder(radius)
+    crossed = ellipses.stiffness(straight, straight, PTFE, pi / 2.0)
+    assert crossed == pytest.approx(on_half_space(radius, PTFE, PTFE), rel=1e-12)
+    nearly = ellipses.stiffness(ellipses.Surface(radius * 1.0001, radius), ellipses.sphere(radius), PTFE)
+    assert nearly == pytest.approx(two, rel=1e-4)
+    assert nearly > two
+
+
+def test_an_elliptic_contact_carries_the_force_of_its_pressure() -> None:
+    """A contact area of the axes a and b under Hertz's pressure: radii, approach and force (Johnson, 4.23 to 4.26)."""
+    a, b, pressure = 2e-4, 0.7e-4, 1e9
+    square = 1.0 - (b / a) ** 2
+    first = quad(lambda t: (1.0 - square * np.sin(t) ** 2) ** -0.5, 0.0, pi / 2.0, epsabs=0.0)[0]
+    second = quad(lambda t: (1.0 - square * np.sin(t) ** 2) ** 0.5, 0.0, pi / 2.0, epsabs=0.0)[0]
+    modulus = 0.5 / PTFE.compliance
+    larger = 0.5 / (pressure / modulus * b / (square * a**2) * (first - second))
+    smaller = 0.5 / (pressure / modulus * b / (square * a**2) * ((a / b) ** 2 * second - first))
+    approach, force = pressure / modulus * b * first, 2.0 / 3.0 * pressure * pi * a * b
+    body = ellipses.Surface(2.0 * larger, 2.0 * smaller)
+    assert ellipses.stiffness(body, body, PTFE) == pytest.approx(force / approach**1.5, rel=1e-9)
+
+
+def test_waves_of_plates_have_known_speeds() -> None:
+    """Rayleigh's at ν = 1/4, √(2 − 2/√3) c_s; A0 tends to Kirchhoff's plate and Rayleigh's wave."""
+    assert plates.rayleigh_over_shear(0.25) == pytest.approx(sqrt(2.0 - 2.0 / sqrt(3.0)), rel=1e-12)
+    bending = 2e-3 / sqrt(12.0 * plates.PLATE.compliance * plates.PLATE.density)
+    frequencies = [1.0 - plates.flexural_frequency(k, 2e-3) / (bending * k**2) for k in (60.0, 30.0)]
+    speeds = [1.0 - plates.group_speed(k, 2e-3) / (2.0 * bending * k) for k in (60.0, 30.0)]
+    for coarse_one, fine_one in (frequencies, speeds):
+        assert 0.0 < fine_one < 2e-3
+        assert np.log2(coarse_one / fine_one) == pytest.approx(2.0, abs=0.05)
+    short = 20000.0
+    surface = plates.rayleigh_over_shear(plates.PLATE.poisson_ratio) * plates.SHEAR
+    assert plates.flexural_frequency(short, 2e-3) / short == pytest.approx(surface, rel=1e-6)
+
+
+def test_zeners_ball_loses_little_at_first() -> None:
+    """1 − e = λ·3∫σ^{1/2}√(1 − 4σ^{5/2}/5)dσ + O(λ²), a beta function."""
+    slope = 3.0 * (5.0 / 4.0) ** 0.6 * 0.4 * beta(0.6, 1.5)
+    losses = [1.0 - plates.bounce(factor, 1e-11)[1] for factor in (2e-3, 1e-3)]
+    extrapolated = 2.0 * losses[1] / 1e-3 - losses[0] / 2e-3
+    assert extrapolated == pytest.approx(slope, rel=1e-5)
+
+
+def test_peaks_and_widths_of_a_known_wave() -> None:
+    def pulse(time: np.ndarray) -> np.ndarray:
+        return 3.0 * np.exp(-(((time - 40.1e-6) / 10e-6) ** 2)) + np.exp(-(((time - 90.3e-6) / 10e-6) ** 2))
+
+    first, second = waves.peaks(pulse, 130e-6)
+    assert (first.time, second.time) == pytest.approx((40.1e-6, 90.3e-6), abs=1e-11)
+    assert (first.height, second.height) == pytest.approx((3.0, 1.0), rel=1e-9)
+    begin, end = waves.crossings(pulse, 1.5, 130e-6)
+    assert end - begin == pytest.approx(2.0 * 10e-6 * sqrt(np.log(2.0)), rel=1e-6)
+
+
+def test_printed_digits_say_what_agrees() -> None:
+    assert agrees("0.682", 0.6816)
+    assert not agrees("0.682", 0.6814)
+    assert agrees("3.31e9", 3.3149e9)
+    assert not agrees("3.31e9", 3.3151e9)
+    assert agreement(["1.28", "-", "0.2"], [1.283, 0.6, 0.29]) == "1 of 2"
+    assert agreement(["0.73", "0.78"], [0.74, 0.75, 0.78]) == "yes"
+    assert agreement(["0.5"], 0.6) == "no"
+    assert agreement([], 0.6) == ""
