@@ -77,7 +77,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(versions()["hertzlink"], prog_name="hertzlink")
 def cli() -> None:
-    """Solitary waves in chains of beads that touch a structure, and their reflections."""
+    """Solitary waves in chains of beads that touch a structure, and their reflections.
+
+    Begin with `hertzlink new plate`, which writes plate.toml, then `hertzlink run plate.toml`.
+    """
 
 
 for _command in (*COMMANDS, explore_case):
@@ -119,13 +122,20 @@ def run_study(
 cli.add_command(Studies("study", run_study))
 
 
-@cli.command("draw")
+@cli.command("draw", short_help="Draw a study again from its netCDF file.")
 @click.argument("store", metavar="FILE", type=click.Path(path_type=Path))
-@click.option("--output", type=click.Path(path_type=Path), help="Folder for the results; by default NAME-drawn.")
+@click.option(
+    "--output",
+    metavar="FOLDER",
+    type=click.Path(path_type=Path),
+    help="Folder for the results; by default STUDY-drawn.",
+)
 @click.option("--force", is_flag=True, help="Replace the output folder if it holds an earlier study.")
-@click.option("--figures", "form", type=click.Choice(list(FORMATS)), default="png", help="Their format, else png.")
+@click.option(
+    "--figures", "form", type=click.Choice(list(FORMATS)), default="png", help="Format of the figures; by default png."
+)
 def draw_study(store: Path, output: Path | None, force: bool, form: str) -> None:
-    """Draw a study again from the netCDF FILE that it wrote: figures, table and report, without a run."""
+    """Draw a study again, without a run: figures, table and report, from the netCDF FILE that the study wrote."""
     name, data = read_study(store)
     folder = output or Path(f"{name}-drawn")
     check_output(folder, force)
@@ -137,7 +147,7 @@ def draw_study(store: Path, output: Path | None, force: bool, form: str) -> None
 
 @cli.command()
 def info() -> None:
-    """Report versions, threads and folders."""
+    """Show the versions, threads and folders of this installation."""
     from numba import config, get_num_threads
 
     for package, version in versions().items():

@@ -11,9 +11,9 @@ from hertzlink.studies import ABOUT, STUDIES, study
 from hertzlink.studies.conditions import Conditions, Option, WrongValue
 from hertzlink.studies.writing import FORMATS
 
-OWN_NOTE = """Numbers are in SI units, or carry a unit, as "1 mm". Several values: with commas, or the option repeated.
-In brackets: the defaults, those of the thesis. Where a value differs, the table has no column of the thesis, and says
-what differs, as do figures and netCDF."""
+OWN_NOTE = """A number without a unit is in SI units; with a unit it is written as "1 mm". Several values are separated
+by commas, or the option is repeated. Brackets hold the defaults, which are the values of the thesis. If a value differs
+from the thesis, the table has no column of the thesis, and table, figures and netCDF say what differs."""
 
 
 def common_options() -> list[click.Parameter]:
@@ -22,10 +22,15 @@ def common_options() -> list[click.Parameter]:
     return [
         click.Option(["--quick"], is_flag=True, help="A coarse version that runs in seconds."),
         click.Option(
-            ["--output"], type=click.Path(path_type=Path), help="Folder for the results; by default the name."
+            ["--output"],
+            metavar="FOLDER",
+            type=click.Path(path_type=Path),
+            help="Folder for the results; by default named as the study.",
         ),
         click.Option(["--force"], is_flag=True, help="Replace the output folder if it holds an earlier study."),
-        click.Option(["--jobs"], type=whole, help="Number of processes; by default a suitable number."),
+        click.Option(
+            ["--jobs"], metavar="NUMBER", type=whole, help="Number of processes; by default a suitable number."
+        ),
         click.Option(["--figures", "form"], type=formats, default="png", help="Format of the figures; by default png."),
     ]
 
@@ -38,7 +43,13 @@ class Studies(click.Group):
 
     def __init__(self, name: str, run: Callable[..., None]) -> None:
         about = "Run a study of the thesis: netCDF, figures, a table and a report."
-        super().__init__(name, help=about, subcommand_metavar="NAME [OPTIONS]", no_args_is_help=False)
+        super().__init__(
+            name,
+            help=about,
+            short_help="Run a study of the thesis.",
+            subcommand_metavar="NAME [OPTIONS]",
+            no_args_is_help=False,
+        )
         self.run = run
 
     def list_commands(self, ctx: click.Context) -> list[str]:

@@ -393,7 +393,9 @@ def test_a_sweep_from_the_command_line(tmp_path: Path, command: Callable[..., st
     page = Path("out/report.html").read_text()
     assert page.count("<figure") == 3  # AR, TOF and the set-up
     assert "material acrylic" in page
-    assert f"{float(first[3]):.5g}" in page
+    cells = check_page(page)
+    assert {f"{float(first[3]):.5g}", f"{1e6 * float(first[4]):.5g}"} <= set(cells.text["td"])
+    assert {"length (mm)", "time of flight (µs)"} <= set(cells.text["th"])
 
 
 def test_a_critical_distance_from_the_command_line(tmp_path: Path, command: Callable[..., str]) -> None:
@@ -420,6 +422,8 @@ def test_a_critical_distance_from_the_command_line(tmp_path: Path, command: Call
     page = Path("mine/report.html").read_text()
     low, high = 1e3 * found.bracket.values
     assert f"critical: {low:.4g} to {high:.4g} mm" in page
+    assert '<th scope="col">critical distance (mm)</th>' in page
+    assert f"<td>{1e3 * float(row[1]):.5g}</td>" in page
     assert "no such wave" not in page
 
 

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -15,7 +16,8 @@ import xarray as xr
 
 from coupling.sweeps.progress import Stopped
 from coupling.views import plots
-from hertzlink.cli import main, write_folder
+from hertzlink.cases.templates import KINDS
+from hertzlink.cli import cli, main, write_folder
 from hertzlink.studies import thesis
 from hertzlink.studies.table import Row, text
 from hertzlink.studies.writing import QUICK, stamp
@@ -149,6 +151,25 @@ def test_a_folder_that_cannot_be_written_is_refused_before_the_study(
     assert done.stderr.count("\n") == 1
     assert not ran
     assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "loop"]
+
+
+@pytest.mark.parametrize("command", ["", *cli.commands])
+def test_help_fits_a_terminal(
+    tmp_path: Path, hertzlink: Command, command: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nothing is cut off, and every section of the thesis is named as one."""
+    monkeypatch.setenv("COLUMNS", "80")
+    said = hertzlink(*filter(None, [command]), "--help", cwd=tmp_path).stdout
+    assert max(map(len, said.splitlines())) <= 80
+    assert "..." not in said.replace("[ARGS]...", "")
+    assert not re.search(r"\(\d+\.\d", said)
+
+
+def test_help_names_the_folder_that_is_written(tmp_path: Path, hertzlink: Command) -> None:
+    assert "by default CASE-found" in " ".join(hertzlink("identify", "--help", cwd=tmp_path).stdout.split())
+    assert "by default CASE (" in " ".join(hertzlink("run", "--help", cwd=tmp_path).stdout.split())
+    listed = hertzlink("new", "--help", cwd=tmp_path).stdout
+    assert all(kind in listed for kind in KINDS)
 
 
 def test_info_and_help(tmp_path: Path, hertzlink: Command) -> None:
@@ -328,9 +349,9 @@ def test_theory_has_a_column_of_its_own_only_where_there_is_theory() -> None:
     assert lines[3].split() == ["TOF/D,", "µs/mm", "61.16", "61.35", "+0.3", "%*"]
     assert lines[-1].startswith("* compared with theory")
     # Numbers of equations, figures, tables and sections are the thesis's; a note says so, where there are any.
-    assert "numbered" not in " ".join(lines)
+    assert "Numbered" not in " ".join(lines)
     numbered = text([Row("speed", 560.0, 569.1, "m/s", "equation 1.10 gives 570")]).splitlines()
-    assert numbered[-1] == "numbered equations, figures, tables and sections are those of the thesis"
+    assert numbered[-1] == "Numbered equations, figures, tables and sections are those of the thesis."
     fractions = text([Row("slope", "1/6", 0.16668), Row("slope", "-1/3", -0.3333)]).splitlines()
     assert [line.split()[-2:] for line in fractions[2:]] == [["+0.0", "%"], ["+0.0", "%"]]
 

@@ -78,13 +78,15 @@ class Unknown:
 
     def row(self) -> tuple[str, str, str, str]:
         """Name with the unit, value and interval in this unit, and verdict, as text."""
-        value, low, high = (number / self.unit_size for number in (self.value, *self.interval))
+        value, low, high, error = (number / self.unit_size for number in (self.value, *self.interval, self.error))
         if not self.identifiable:
             return self.head, "-", f"{low:.4g} to {high:.4g}", f"blind; best fit {value:.3g}"
-        part = f" (± {100.0 * self.error / abs(self.value):.2g} %)" if self.value else ""
-        digits = _digits(self.error / self.unit_size)
+        # Of a time zero or an offset near zero a percentage means nothing.
+        small = self.error > HALF * abs(self.value)
+        part = f"{error:.2g} {self.unit}".rstrip() if small else f"{100.0 * self.error / abs(self.value):.2g} %"
+        digits = _digits(error)
         interval = " to ".join(_rounded(x, digits) for x in (low, high))
-        return self.head, _rounded(value, digits), interval, self.verdict + part
+        return self.head, _rounded(value, digits), interval, f"{self.verdict} (± {part})"
 
 
 @dataclass(frozen=True)

@@ -37,8 +37,7 @@ OWN = "hertzlink"
 
 PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 
-SMALLEST_NUMBER = 0.1
-"""The greatest value that is shown is this number or more, in its unit."""
+WITHOUT_PREFIX = ("", "1", "rad", "N")
 
 
 def axes_for(ax: Any, width: float = WIDTH, height: float = HEIGHT) -> "Axes":
@@ -112,13 +111,12 @@ def plain(text: str) -> str:
 
 
 def handy(values: Iterable[float] | Vector, unit: str) -> tuple[float, str]:
-    """The factor and the unit with a prefix in which the greatest of the values is a handy number."""
+    """The factor and the unit with a prefix in which the greatest of the values is a handy number, from 1 on."""
     known = np.abs(np.asarray(values, dtype=float))
     known = known[np.isfinite(known)]
     top = float(known.max(initial=0.0))
-    if unit in ("", "1", "rad") or top == 0.0:
+    # Nor have m/s and kg/m³ one.
+    if unit in WITHOUT_PREFIX or set("/ ²") & set(unit) or top == 0.0:
         return 1.0, "" if unit == "1" else unit
-    size, letter = next((one for one in PREFIXES if top >= SMALLEST_NUMBER * one[0]), PREFIXES[-1])
-    if "/" in unit or " " in unit or "²" in unit:  # m/s, kg/m³: no prefix
-        return 1.0, unit
+    size, letter = next((one for one in PREFIXES if top >= one[0]), PREFIXES[-1])
     return 1.0 / size, f"{letter}{unit}"

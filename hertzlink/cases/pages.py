@@ -2,6 +2,7 @@
 
 import csv
 import io
+import re
 from collections.abc import Mapping, Sequence
 from functools import partial
 from itertools import islice, product
@@ -12,7 +13,7 @@ import xarray as xr
 
 from coupling.cosimulation import CoSimulation
 from coupling.results.findings import findings_of, one_of_each
-from coupling.views.canvas import COLOURS, legend_below, styled
+from coupling.views.canvas import COLOURS, handy, legend_below, styled
 from coupling.views.swept import MARKERS, MEASURES, MOST_CURVES, parameter, swept
 from hertzlink.reports.of_results import of_input, of_setup, page_of
 from hertzlink.reports.page import Page, Picture, Section, Table, table, usual_facts
@@ -22,6 +23,9 @@ MOST_ROWS, MOST_PICTURES = 60, 8
 """Of a report; the files beside it hold all."""
 
 NOT_SHOWN = ("traces.csv",)
+
+WITH_UNIT = re.compile(r"(.*) \(([^()]+)\)")
+"""A head of a column, and its unit."""
 
 
 def page(
@@ -104,15 +108,30 @@ def _shown(name: str, value: xr.DataArray) -> str:
 
 
 def _table(name: str, text: str) -> Table:
+    """A CSV file as a table, in handy units."""
     head, *rows = list(csv.reader(io.StringIO(text)))
     words = f"The first {MOST_ROWS} of {len(rows)} rows of {name}" if len(rows) > MOST_ROWS else f"All rows of {name}"
-    shown = [[_short(cell) for cell in row] for row in rows[:MOST_ROWS]]
-    return table(f"{words}, in the units of its head.", head, shown)
+    columns = [_column(one, [row[i] for row in rows]) for i, one in enumerate(head)]
+    shown = list(zip(*(cells[:MOST_ROWS] for _, cells in columns), strict=True))
+    return table(f"{words} (there in SI units).", [title for title, _ in columns], shown)
 
 
-def _short(cell: str) -> str:
-    """A number with five digits; other text as it is."""
+def _column(head: str, cells: Sequence[str]) -> tuple[str, list[str]]:
+    """A column with five digits, in the unit with a prefix that suits its numbers; other text as it is."""
+    numbers = [_number(cell) for cell in cells]
+    known = [one for one in numbers if one is not None]
+    found = WITH_UNIT.fullmatch(head)
+    factor, title = 1.0, head
+    if found and known:
+        factor, unit = handy(known, found[2])
+        title = f"{found[1]} ({unit})"
+    return title, [
+        cell or "none" if one is None else f"{factor * one:.5g}" for cell, one in zip(cells, numbers, strict=True)
+    ]
+
+
+def _number(cell: str) -> float | None:
     try:
-        return f"{float(cell):.5g}"
+        return float(cell)
     except ValueError:
-        return cell or "none"
+        return None

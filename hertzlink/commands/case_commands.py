@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
@@ -22,13 +22,19 @@ if TYPE_CHECKING:
 
 CASE = click.argument("case", metavar="CASE.toml", type=click.Path())
 CHANGES = click.option(
-    "--set", "changes", metavar="PATH=VALUE", multiple=True, help='Such as structure.thickness="1 mm".'
-)
-OUTPUT = click.option(
-    "--output", type=click.Path(path_type=Path), help="Folder for the results; by default named as the case."
-)
+    "--set", "changes", metavar="ENTRY=VALUE", multiple=True,
+    help='Change an entry of the case, such as structure.thickness="1 mm". May be repeated.',
+)  # fmt: skip
 FORCE = click.option("--force", is_flag=True, help="Replace the output folder if it holds earlier results.")
-JOBS = click.option("--jobs", type=click.IntRange(min=1), help="Number of processes; by default one for each core.")
+JOBS = click.option(
+    "--jobs", metavar="NUMBER", type=click.IntRange(min=1), help="Number of processes; by default one for each core."
+)
+
+
+def output_option(default: str) -> Callable[[Any], Any]:
+    """--output, with the name that a folder gets otherwise."""
+    words = f"Folder for the results; by default {default} (of CASE.toml)."
+    return click.option("--output", metavar="FOLDER", type=click.Path(path_type=Path), help=words)
 
 
 @contextmanager
@@ -48,14 +54,18 @@ def read_case(path: str, changes: tuple[str, ...]) -> tuple["Case", "Source"]:
     return read(path, changes)
 
 
-@click.command("run")
+@click.command("run", short_help="Run a case: one run, a sweep or a critical distance.")
 @CASE
 @CHANGES
-@OUTPUT
+@output_option("CASE")
 @FORCE
 @JOBS
 def run_case(case: str, changes: tuple[str, ...], output: Path | None, force: bool, jobs: int | None) -> None:
-    """Run a case: one run, a sweep or a critical distance. Writes netCDF, CSV and a report, and prints a table."""
+    """Run a case: one run, a sweep or a critical distance. Writes netCDF, CSV and a report, and prints a table.
+
+    AR is the amplitude ratio of a reflected wave to the incident one, TOF the time of flight between them at the
+    sensor.
+    """
     from hertzlink.cases.report import report
     from hertzlink.cases.running import run_task, task_of
 
@@ -124,11 +134,11 @@ def _written(
     written(folder)
 
 
-@click.command("check")
+@click.command("check", short_help="Check a case without running it; estimate its time.")
 @CASE
 @CHANGES
 def check_case(case: str, changes: tuple[str, ...]) -> None:
-    """Check a case without running it: what would be run, and about how long it takes."""
+    """Check a case without running it. Prints what would be run, and an estimate of the time that it takes."""
     from hertzlink.cases.running import task_of
     from hertzlink.cases.trial import trial
 
@@ -137,14 +147,19 @@ def check_case(case: str, changes: tuple[str, ...]) -> None:
         say(trial(task_of(whole)))
 
 
-@click.command("identify")
+@click.command("identify", short_help="Find unknowns of a case from a measured trace.")
 @CASE
 @click.argument("trace", metavar="TRACE.csv", type=click.Path(path_type=Path))
 @CHANGES
-@OUTPUT
+@output_option("CASE-found")
 @FORCE
 def identify_case(case: str, trace: Path, changes: tuple[str, ...], output: Path | None, force: bool) -> None:
-    """Find the unknowns of a case from a measured trace, with 95 % intervals."""
+    """Find the unknowns of a case from a measured trace, with 95 % intervals.
+
+    TRACE.csv is a text file of an oscilloscope: times in one column, the voltage or force of a sensor in each of the
+    others. The section [identify] of the case names the columns and the unknowns; `hertzlink new identify` writes an
+    example of both files.
+    """
     from hertzlink.cases.again import TRACE
     from hertzlink.cases.identifying import answer, simulation_of, tables
     from hertzlink.cases.questions import question_of
@@ -166,23 +181,34 @@ def identify_case(case: str, trace: Path, changes: tuple[str, ...], output: Path
         _written(case, output or Path(f"{Path(case).stem}-found"), force, whole, work)
 
 
-@click.command("new")
+@click.command("new", short_help="Write a first case file, with comments.")
 @click.argument("kind", metavar="KIND", default="")
 @click.argument("path", metavar="[PATH]", type=click.Path(path_type=Path), required=False)
 def new_case(kind: str, path: Path | None) -> None:
-    """Write a first case file, with comments, that runs as it stands.
+    """Write a first case file, with comments, that runs as it stands. PATH is by default KIND.toml.
 
-    KIND: chain, rod, layered-rod, cylinder, wall, plate, thick-plate, half-plane, sweep, critical-distance, identify;
-    or a result of a run, such as results.nc, which becomes a case file again.
+    \b
+    KIND is one of
+      chain              different beads that face nothing
+      rod, layered-rod   beads against a rod of one or two layers
+      cylinder           beads against a solid cylinder of a soft material
+      wall               beads against a thick wall
+      plate              beads against a thin rectangular plate
+      thick-plate        beads against a rectangular plate with shear
+      half-plane         beads against a thin plate with one edge, exact
+      sweep              several rods
+      critical-distance  how far from its edge a plate must be struck
+      identify           a plate from a measured tap, and a simulated trace
+    or a result such as results.nc, whose case becomes a file again.
     """
     from hertzlink.cases.templates import write_new
 
     say("\n".join(write_new(kind, path)))
 
 
-@click.command("schema")
+@click.command("schema", short_help="Print the JSON schema of case files, for editors.")
 def print_schema() -> None:
-    """Print the JSON schema of case files, for editors."""
+    """Print the JSON schema of case files. With it, editors complete and check the entries of a case."""
     import json
 
     from hertzlink.cases.schema import schema

@@ -19,16 +19,23 @@ if TYPE_CHECKING:
     from hertzlink.explore.server import Server
 
 
-@click.command("explore")
+@click.command("explore", short_help="Open a page with sliders for a case, in the browser.")
 @CASE
 @CHANGES
-@click.option("--port", type=click.IntRange(0, 65535), default=0, help="The port; by default a free one.")
-@click.option("--no-browser", is_flag=True, help="Print the address only.")
+@click.option(
+    "--port",
+    metavar="NUMBER",
+    type=click.IntRange(0, 65535),
+    default=0,
+    help="Port of the page; by default a free one.",
+)
+@click.option("--no-browser", is_flag=True, help="Print the address of the page, and open no browser.")
 def explore_case(case: str, changes: tuple[str, ...], port: int, no_browser: bool) -> None:
-    """Open a page with sliders: the force at a sensor, AR and TOF of a case at other values, at once.
+    """Open a page with sliders for a case, in the browser.
 
-    The sliders are the axes of [sweep], or else what usually varies of the structure; the impact speed; and the sensor.
-    The page is served to this computer alone. Ctrl-C ends it.
+    It shows at once how the force at a sensor, the amplitude ratio (AR) and the time of flight (TOF) of the reflected
+    waves change. The sliders are the axes of [sweep], or else the usual parameters of the structure; the impact speed;
+    and the sensor. Only this computer can open the page. Ctrl-C ends it.
     """
     with _server(case, changes, port) as server:
         say(f"open {server.address}\nCtrl-C ends it")

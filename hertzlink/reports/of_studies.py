@@ -50,4 +50,6 @@ def study_report(
 
 def caption(study: str, figure: str) -> str:
     """What a figure shows; its name in words where there is no caption."""
-    return CAPTIONS.get(study, {}).get(figure, figure.replace("_", " "))
+    known = CAPTIONS.get(study, {})
+    names = [name for name in known if figure == name or figure.startswith(f"{name}_")]
+    return known[max(names, key=len)] if names else figure.replace("_", " ")

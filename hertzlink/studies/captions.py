@@ -138,10 +138,15 @@ CAPTIONS = {
         "waves": "Force at the centres of two beads over time, computed with axial symmetry and in three dimensions.",
     },
     "identifiability": {
+        "distance": (
+            "How well the distance of a clamped edge can be known from a record of the length in the title: half of "
+            "the 95 % interval over the distance and the plate's thickness, for each way to measure (columns) and "
+            "bead diameter (rows). Hatched: blind, as it exceeds half of the distance."
+        ),
         "bond": (
             "How well a bond under steel or PTFE can be known from a trace: half of the 95 % interval. Blind "
             "where it exceeds half of the value."
         ),
     },
 }
-"""A figure that is missing here is named by its file."""
+"""A figure that is missing here is named by its file. A name such as "distance" also stands for "distance_1.4_ms"."""

@@ -69,12 +69,12 @@ class Option:
         """The value as text."""
         if value is None:
             return "none"
-        if not self.several:
-            return _named(value) if self.of_material else value if self.choices else printed(value, self.unit)
-        if len(value) > LISTED and not (self.choices or self.of_material):
-            return f"{len(value)} values from {value[0]:.4g} to {value[-1]:.4g} {self.unit}".rstrip()
-        each = [_named(one) if self.of_material else one if self.choices else f"{one:.6g}" for one in value]
-        return f"{', '.join(each)} {self.unit}".rstrip()
+        values = value if self.several else (value,)
+        if self.choices or self.of_material:
+            return ", ".join(_named(one) if self.of_material else one for one in values)
+        if len(values) > LISTED:
+            return printed((values[0], values[-1]), self.unit, f"{len(values)} values from {{}} to {{}}")
+        return printed(values, self.unit, ", ".join(["{}"] * len(values)))
 
     def _one(self, name: str, given: object) -> Any:
         if self.of_material:

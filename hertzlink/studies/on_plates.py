@@ -65,7 +65,9 @@ class OnPlate(Conditions):
     impact_speed: float = number(IMPACT_SPEED, "m/s", "Speed of the striker", low=1e-3, high=20.0)
     side: float = number(SIDE, "m", "Side of the square plate", low=1e-3, high=10.0)
     support: str = choice(
-        "clamped", ("clamped", "simple", "free"), "Two opposite edges, whose distance counts; the other two are free"
+        "clamped",
+        ("clamped", "simple", "free"),
+        "Support of two opposite edges, from which distances are measured; the other two are free",
     )
     beads: int = number(BEADS, "", "Number of beads", low=2.0, high=200.0, whole=True)
     sensor: int = number(SENSOR, "", "Bead whose force is read, from the struck end", low=1.0, high=199.0, whole=True)

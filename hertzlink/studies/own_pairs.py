@@ -33,7 +33,7 @@ class Conditions(Parameters):
     impact_speed: float = number(0.31, "m/s", "Speed of the striker", low=1e-3, high=20.0)
     edge: tuple[str, ...] = choice(tuple(EDGES), EDGES, "Supports of the edge")
     inelasticity: tuple[float, ...] = number(
-        PARAMETERS, "", "Zener's λ, which determines the plate's thickness", low=0.05, high=2.0
+        PARAMETERS, "", "Zener's inelasticity parameter λ, from which the plate's thickness follows", low=0.05, high=2.0
     )
 
     def check(self) -> None:

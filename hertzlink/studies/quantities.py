@@ -1,10 +1,14 @@
 """Numbers with units and names of materials as a user types them."""
 
 import re
+from collections.abc import Iterable
 from decimal import Decimal
 
 from hertzlink.cases.faults import nearest
 from structures.material import MATERIALS, Material
+
+READABLE = {"m": ("mm", 1e3), "s": ("ms", 1e3), "Pa": ("GPa", 1e-9)}
+"""The units in which values are printed, and how many make one of the SI unit."""
 
 WITH_UNIT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*([A-Za-zµμ°].*?)\s*")
 """A number and a unit."""
@@ -42,6 +46,7 @@ def material(text: str) -> Material:
     raise ValueError(f"no such material; {nearest(text, list(MATERIALS))}")
 
 
-def printed(value: float, unit: str = "") -> str:
-    """A value with its unit, in the digits that a user would type."""
-    return f"{value:.6g} {unit}".rstrip()
+def printed(values: Iterable[float], unit: str = "", words: str = "{}") -> str:
+    """Values with their unit, in the digits that a user would type. words: what stands around the numbers."""
+    unit, factor = READABLE.get(unit, (unit, 1.0))
+    return f"{words.format(*(f'{factor * one:.6g}' for one in values))} {unit}".rstrip()

@@ -50,7 +50,7 @@ class Striking(Conditions):
     dashpot: tuple[float, ...] = number(
         DASHPOTS,
         "N s/m",
-        "Dashpot at each contact; of several the middle one counts, the others are its band",
+        "Dashpot at each contact; of several values the middle one counts, and the others give its band",
         high=1e6,
     )
 

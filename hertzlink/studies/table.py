@@ -17,7 +17,7 @@ NUMBER_WIDTH = 13
 GAP, INDENT = "  ", "    "
 MARK = "*"
 FOOTNOTE = f"{MARK} compared with theory, as the thesis prints no number"
-OF_THESIS = "numbered equations, figures, tables and sections are those of the thesis"
+OF_THESIS = "Numbered equations, figures, tables and sections are those of the thesis."
 NUMBERED = re.compile(r"\b(equations?|figures?|sections?|[Tt]ables?) \d+\.\d")
 
 

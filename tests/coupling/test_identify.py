@@ -142,6 +142,16 @@ def test_choices_of_the_experimenter_are_ranked() -> None:
     assert found.sizes["rank"] == 2
 
 
+def test_unknowns_are_shown_in_their_unit() -> None:
+    """A length in mm with as many digits as its error allows; an offset near zero with its error, not a percentage."""
+    one = hl.results.Unknown("distance", 0.06, (0.0595, 0.0605), "identified", unit="mm", unit_size=1e-3)
+    assert one.row() == ("distance, mm", "60.00", "59.50 to 60.50", "identified (± 0.83 %)")
+    blind = hl.results.Unknown("distance", 0.06, (0.01, 0.2), "blind", unit="mm", unit_size=1e-3)
+    assert blind.row() == ("distance, mm", "-", "10 to 200", "blind; best fit 60")
+    zero = hl.results.Unknown("time_zero", -3e-8, (-1.3e-7, 7e-8), "nuisance", unit="µs", unit_size=1e-6)
+    assert zero.row() == ("time_zero, µs", "-0.030", "-0.13 to 0.070", "nuisance (± 0.1 µs)")
+
+
 def test_a_wrong_model_is_noticed() -> None:
     """No polymer reflects as steel does."""
     signal = tap(wall(200e9), (5, 8))

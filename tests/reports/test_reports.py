@@ -153,7 +153,7 @@ def test_input_is_told_with_units_and_equal_beads_once() -> None:
     assert Line(("inclination", "90 °")) in tables[0].rows
     given = {"kind": "plate", "thickness": 2.29e-3, "at": [0.06, 0.457], "highest_frequency": 8e4, "until": 1.5e-3}
     assert dict(setup_in_words.rows_of(given)) == {
-        "kind": "plate", "thickness": "2.29 mm", "at": "0.06, 0.457 m", "highest frequency": "80 kHz",
+        "kind": "plate", "thickness": "2.29 mm", "at": "60, 457 mm", "highest frequency": "80 kHz",
         "until": "1.5 ms",
     }  # fmt: skip
 

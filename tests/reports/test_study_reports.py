@@ -155,6 +155,10 @@ def test_every_caption_belongs_to_a_figure_of_its_study() -> None:
             assert f'"{figure}"' in drawn, (name, figure)
             assert not re.search(r"equation|thesis|chapter|section \d|figure \d|Table", words), (name, figure)
     assert caption("rod-stiffness", "no_such_figure") == "no such figure"
+    # One figure for each record, whose lengths a user chooses.
+    for name in ("distance_1.4_ms", "distance_5.0_ms"):
+        assert caption("identifiability", name) == CAPTIONS["identifiability"]["distance"]
+    assert caption("dissipation", "speed_over_force") == CAPTIONS["dissipation"]["speed_over_force"]
 
 
 @pytest.mark.thorough
