@@ -218,7 +218,7 @@ def energy(run: xr.Dataset, ax: "Axes | None" = None) -> "Axes":
     >>> chain = hl.Chain([bead] * 16, striker=bead, impact_speed=0.44)
     >>> run = hl.CoSimulation(chain, hl.half_space(hl.PTFE)).run(until=8e-4)
     >>> print(hl.plots.energy(run).get_ylabel())
-    energy (mJ)
+    energy (µJ)
     """
     reading = Reading(run)
     change = energy_error(run)
