@@ -94,7 +94,7 @@ def test_quick_critical_distances(quick: xr.Dataset) -> None:
     assert np.all(((low < at.critical_distance) & (at.critical_distance < high)) | at.lower_bound)
     assert np.all((high - low <= 5e-3) | at.lower_bound)
     assert np.all((quick.critical_distance.diff("within") < 0.0) | quick.lower_bound.any("within"))
-    table = text(study.table(quick))
+    table = " ".join(text(study.table(quick)).split())  # reasons are wrapped
     assert table.count("between the lines") + table.count("below the A0 line") == 7
 
 
@@ -106,7 +106,7 @@ def test_heavy_beads_have_a_lower_bound(quick: xr.Dataset) -> None:
     assert np.isinf(heavy.bracket.sel(end="high")[:2]).all()
     row = next(row for row in study.table(quick) if row.quantity == "critical distance, D 19.05, t 2.29")
     assert row.computed == "> 60"
-    assert row.reason.startswith("a lower bound")
+    assert "a lower bound" in row.reason
 
 
 def test_table_is_honest(quick: xr.Dataset) -> None:
