@@ -51,9 +51,10 @@ class Correction:
         """The row of the table."""
         before, after = self.passes()
         outcome = "passes" if after else "fails"
+        unread = "; the printed form lacks symbols and cannot be evaluated" if before is None else ""
         return Row(
             f"equation {self.equation}", self.fault, self.instead, "",
-            f"the corrected form {outcome} the check: {self.check}", holds=before if after else False,
+            f"the corrected form {outcome} the check: {self.check}{unread}", holds=before if after else False,
         )  # fmt: skip
 
 

@@ -14,7 +14,8 @@ RULE = """A number is confirmed if ours gives its printed digits when rounded, o
 printed with it. A simulation of the thesis may differ by 1 % more, an experiment by 5 %, a measured time of flight by
 1 %: so much do its own models and experiments scatter. "About" allows 10 %. It is confirmed under a condition if ours
 agrees only under the condition that is named. It is refuted if no condition that the thesis allows gives it. It cannot
-be known if it is an input, or if the thesis does not say enough to compute it."""
+be known if it is an input, or if the thesis does not say enough to compute it. Where the text can be read in two ways,
+each way is a row of its own."""
 
 SIMULATION_ERROR = 1e-3
 """Relative error of our runs that verdicts allow for; measures of waves are ten times as exact (docs/numerics.md)."""
@@ -97,6 +98,8 @@ def verdict(row: Row) -> Verdict:
     for name, value in others:
         if value and allowed.meets(value):
             return Verdict(CONDITION, name)
+        if value and _cut(row.thesis, value):
+            return Verdict(CONDITION, f"{name}; the last digit is cut off, not rounded")
     if ours and _cut(row.thesis, ours):
         return Verdict(CONDITION, "the last digit is cut off, not rounded")
     if ours and ours.contains(expected):

@@ -54,6 +54,11 @@ def test_ours_as_it_stands(ours: float | str, ends: tuple[float, float] | None) 
 CASES = [
     # By its digits.
     (Row("rounded", 3.218, 3.2184), CONFIRMED, ""),
+    (
+        Row("not rounded, in another steel", 27.7, 27.49, otherwise={"in this steel": 27.773}),
+        CONDITION,
+        "in this steel; the last digit is cut off, not rounded",
+    ),
     (Row("not rounded", 3.218, 3.2186), CONDITION, "the last digit is cut off, not rounded"),
     (Row("another number", 3.218, 3.2191), REFUTED, ""),
     (Row("below", 3.218, 3.2174), REFUTED, ""),
