@@ -21,8 +21,9 @@ from scipy.special import beta
 
 QUICK = ("geometry", "chains", "fem_validation", "plates_boundary")
 SLOW = [chapter.group for chapter in CHAPTERS if chapter.group not in QUICK]
-SCATTER = 2e-6
-"""Other versions of the libraries may step differently: a hundred times the finer tolerance and more."""
+SCATTER = 1e-4
+"""Other processors and other versions of the libraries step differently: losses that switch on and off, and peaks that
+are sampled, have changed by 1.4e-5."""
 
 
 def coarse(entry: Entry) -> list[str]:
