@@ -29,11 +29,21 @@ class ModeLoss(NamedTuple):
 
 
 class Viscous(ABC):
-    """A loss inside beads; the base of `hl.damping.Modal`, `Rayleigh` and `StandardLinearSolid`, and of your own."""
+    """A loss inside deformable beads: the base of Modal, Rayleigh and StandardLinearSolid, and of your own.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> isinstance(hl.damping.Modal(0.02), hl.damping.Viscous)
+    True
+    """
 
     @abstractmethod
     def of_modes(self, frequencies: Vector) -> ModeLoss:
-        """What modes lose whose angular frequencies, rad/s, are these without a loss."""
+        """What modes lose whose angular frequencies, rad/s, are these without a loss.
+
+        Four arrays: ω² of slow motions (1/s²), the rate c (1/s), the arm g ω² (1/s²) and its 1/τ (1/s).
+        """
 
 
 @dataclass(frozen=True)

@@ -186,6 +186,36 @@ def test_a_loss_of_your_own() -> None:
     assert np.array_equal(run.velocity, same.velocity)
 
 
+@pytest.mark.thorough
+def test_a_loss_in_proportion_to_the_stiffness_is_that_of_the_whole_bead() -> None:
+    """Slow beads follow their loads; then modes and contacts with the same time lose what one viscoelastic law does."""
+    law = hl.laws.axisymmetric(BEAD, max_force=10.0)
+    more: dict[str, Any] = {"law": lambda one, other: law, "dissipation": hl.KuwabaraKono(5e-7)}
+    beads = hl.DeformableChain([BEAD], BEAD, 0.02, modes=4, damping=hl.damping.Rayleigh(0.0, 5e-7), **more)
+    bare = hl.DeformableChain([BEAD], BEAD, 0.02, modes=4, **more)
+    point = hl.Chain([BEAD], BEAD, 0.02, **more)
+    lost = [float(hl.CoSimulation(one, None).run(until=8e-4).dissipated_energy[-1]) for one in (beads, bare, point)]
+    assert lost[0] == pytest.approx(lost[2], rel=5e-3)
+    assert lost[1] < 0.992 * lost[2]
+
+
+@pytest.mark.thorough
+def test_a_relaxation_time_is_identified() -> None:
+    """From the force at two beads, with noise, the modulus that relaxes is within its interval."""
+
+    def build(share: float) -> hl.CoSimulation:
+        loss = hl.damping.StandardLinearSolid(share, 2e-5)
+        return hl.CoSimulation(hl.DeformableChain([BEAD] * 12, BEAD, 0.3, modes=3, damping=loss), None)
+
+    run = build(0.3).run(until=1.4e-3)
+    time, noise = run.time.values, np.random.default_rng(3)
+    traces = {n: hl.sensor_force(run, n).values + noise.normal(0.0, 0.02, time.size) for n in (5, 10)}
+    signal = hl.as_signal(time, traces)
+    found = hl.identify(signal, build, ["time_zero"], until=1.4e-3, noise=0.02, share=(0.05, 0.8))
+    assert found["share"].value == pytest.approx(0.3, abs=3.3 / 1.96 * found["share"].error)
+    assert found["share"].error < 0.1
+
+
 BAD = [
     (lambda: hl.damping.Modal(-0.1), "ratio = -0.1"),
     (lambda: hl.damping.Modal(1.0), "ratio = 1.0: must be below 1"),
