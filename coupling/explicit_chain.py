@@ -221,8 +221,8 @@ def _checked(chain: Chain) -> Chain:
         if bead != chain.beads[0]:
             raise ValueError(f"{name} = {bead!r}: must be equal to the first bead in an explicit chain")
     body_of(chain.beads[0], 1.0, "beads")
-    for name, usual in (("gravity", 0.0), ("preload", 0.0), ("dissipation", None), ("law", None)):
-        if getattr(chain, name) != usual:
+    for name, usual in (("gravity", 0.0), ("preload", 0.0), ("dissipation", None), ("law", None), ("damping", None)):
+        if getattr(chain, name, usual) != usual:
             raise ValueError(f"{name} = {getattr(chain, name)!r}: must be {usual!r} in an explicit chain")
     if chain.integrator != "verlet":
         raise ValueError(f"integrator = {chain.integrator!r}: must be 'verlet', the central difference, here")

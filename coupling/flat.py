@@ -27,10 +27,17 @@ def flat_chains(interface: Interface) -> kernels.Chains:
         rows.append(one.rows)
         begin += len(one.rows)
     layout = [
-        (chain.rest.size, one.inverse_mass.size, one.history.size, vibration.struck.size)
+        (
+            chain.rest.size,
+            one.inverse_mass.size,
+            one.history.size,
+            vibration.struck.size,
+            vibration.rate.size,
+            vibration.arm.size,
+        )
         for chain, one, vibration in zip(moving, constants, vibrations, strict=True)
     ]
-    shapes: list[Vector | None] = [None] * 4
+    shapes: list[Vector | None] = [None] * len(kernels.Vibrations._fields)
     if any(vibration.struck.size for vibration in vibrations):
         shapes = [_joined(field) for field in zip(*vibrations, strict=True)]
     methods = np.array([chain.method for chain in moving], dtype=np.int64)
@@ -45,6 +52,9 @@ def flat_chains(interface: Interface) -> kernels.Chains:
         struck=shapes[1],
         far=shapes[2],
         cross=shapes[3],
+        rate=shapes[4],
+        arm=shapes[5],
+        relaxation=shapes[6],
         numbers=np.array([tuple(one.numbers) for one in constants], dtype=float),
         layout=_layout(layout),
         method=methods if np.any(methods != kernels.VERLET) else None,
@@ -55,7 +65,7 @@ def flat_chains(interface: Interface) -> kernels.Chains:
 def _rigid(chain: MovingChain) -> kernels.Vibrations:
     """No modes."""
     none = np.zeros((chain.mass.size, 0))
-    return kernels.Vibrations(none, none, none, np.zeros(chain.mass.size))
+    return kernels.Vibrations(none, none, none, np.zeros(chain.mass.size), none, none, none)
 
 
 def flat_structures(propagators: Sequence[Propagator]) -> kernels.Structures:

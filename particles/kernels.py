@@ -3,7 +3,8 @@
 Arrays, with N beads behind body 0, the striker:
     y, v     N + 1   positions (m) and velocities of the bodies; y is measured from touching, unloaded beads,
                      so the approach of a contact is δᵢ = yᵢ₋₁ − yᵢ, and that of the last one y_N − w; behind them,
-                     where beads vibrate, the m amplitudes (m √kg) of each body's modes, and their rates
+                     where beads vibrate, the m amplitudes q (m √kg) of each body's modes, and their rates; behind
+                     those, where modes have Maxwell arms, the amplitudes z of the m arms of each body
 The structure's surface is at w and moves at a constant rate during a window. Where a structure is behind the chain too,
 body 0 is its surface, and moves on at the speed that it has as a window starts. Contacts 1 … N + 1 are stored from 0;
 the last one is with the structure. `chain` is a Constants.
@@ -83,6 +84,12 @@ class Vibrations(NamedTuple):
     """Motion of the other one."""
     cross: np.ndarray
     """N + 1 numbers, m/N: what a force at one pole moves the other at once."""
+    rate: np.ndarray
+    """c of the loss c q′, 1/s. No rows where no mode of the chain has a loss; so for the next two without arms."""
+    arm: np.ndarray
+    """g ω² of an arm's force g ω² (q − z), 1/s²."""
+    relaxation: np.ndarray
+    """1/τ in z′ = (q − z)/τ, 1/s."""
 
 
 class Constants(NamedTuple):
@@ -116,15 +123,18 @@ class Chains(NamedTuple):
     damping: np.ndarray
     history: np.ndarray
     squares: np.ndarray | None
-    """The fields of Vibrations, None where all bodies are rigid; so are the next three."""
+    """The fields of Vibrations, None where all bodies are rigid; so are the next six."""
     struck: np.ndarray | None
     far: np.ndarray | None
     cross: np.ndarray | None
+    rate: np.ndarray | None
+    arm: np.ndarray | None
+    relaxation: np.ndarray | None
     numbers: np.ndarray
     """C × the fields of Numbers."""
     layout: np.ndarray
-    """C + 1 rows: where the coordinates, the bodies, the numbers of the history and those of the modes of each chain
-    begin."""
+    """C + 1 rows: where the coordinates, the bodies, the numbers of the history, those of the modes, of their losses
+    and of their arms of each chain begin."""
     method: np.ndarray | None
     """None where it is VERLET for all chains: then nothing else is compiled."""
     rest: np.ndarray
@@ -571,7 +581,7 @@ def _accelerate_rigid(
 @njit(cache=True)
 def _poles(y, vibrations, wall, out):
     """Approaches of the contacts between the poles of vibrating bodies into out; of rates their rates."""
-    _, struck, far, _ = vibrations
+    struck, far = vibrations.struck, vibrations.far
     bodies, modes = struck.shape
     for i in range(bodies):
         behind, ahead = y[i], y[i]
@@ -618,7 +628,7 @@ def _accelerate_vibrating(
     y, v, wall, rate, on_striker, on_bead, inverse_mass, stiffness, table, rows, damping, vibrations, numbers, a, forces
 ):
     """`_accelerate` for bodies that vibrate. Losses in a contact see the rate at which the poles approach."""
-    square, struck, far, cross = vibrations
+    square, struck, far, cross, _, _, _ = vibrations
     bodies, modes = struck.shape
     last = bodies - 1
     approach, approach_rate, overlap = np.empty(bodies), np.empty(bodies), np.empty(bodies)
@@ -657,6 +667,29 @@ def _accelerate_vibrating(
             for place in range(bodies + i * modes, bodies + (i + 1) * modes):
                 a[place] -= damping[i] * v[place]
                 power += damping[i] * v[place] * v[place]
+    if vibrations.rate.size > 0:
+        power += _lose_in_modes(y, v, bodies, vibrations, a)
+    return power
+
+
+@njit(cache=True)
+def _lose_in_modes(y, v, bodies, vibrations, a):
+    """Add to the accelerations the losses of the modes themselves. Returns the power that they take.
+
+    An arm has no mass: z′ = (q − z)/τ. Its derivative, z″ = (q′ − z′)/τ, is integrated like all other motions.
+    """
+    rate, arm, relaxation = vibrations.rate.ravel(), vibrations.arm.ravel(), vibrations.relaxation.ravel()
+    power, behind = 0.0, bodies + rate.size
+    for k in range(rate.size):
+        q = bodies + k
+        a[q] -= rate[k] * v[q]
+        power += rate[k] * v[q] * v[q]
+    for k in range(arm.size):
+        q, z = bodies + k, behind + k
+        held = arm[k] * (y[q] - y[z])
+        a[q] -= held
+        a[z] = relaxation[k] * (v[q] - v[z])
+        power += held * v[z]
     return power
 
 
@@ -940,10 +973,13 @@ def _vibration_energies(y, v, stiffness, table, rows, vibrations, numbers, wall,
     last, kinetic = stiffness.size - 1, 0.0
     _poles(y, vibrations, wall, overlaps)
     _settle(overlaps.copy(), vibrations.cross, stiffness, table, rows, numbers, forces, overlaps)
-    for place in range(last + 1, y.size):
-        rate_square = vibrations.stiffness.ravel()[place - last - 1]
+    squares, arm = vibrations.stiffness.ravel(), vibrations.arm.ravel()
+    for k in range(squares.size):
+        place = last + 1 + k
         kinetic += 0.5 * v[place] * v[place]
-        potential += 0.5 * rate_square * y[place] * y[place]
+        potential += 0.5 * squares[k] * y[place] * y[place]
+    for k in range(arm.size):
+        potential += 0.5 * arm[k] * (y[last + 1 + k] - y[last + 1 + arm.size + k]) ** 2
     for i in range(1, last + 1):
         potential -= vibrations.cross[i] * forces[i - 1] * forces[i]
     return kinetic, potential
@@ -1049,15 +1085,25 @@ def _square(matrix, x):
 
 
 @njit(cache=True)
-def _vibrations(squares, struck, far, cross, first, last, modes, last_mode):
-    """The Vibrations of the bodies of one chain."""
+def _vibrations(squares, chains, c):
+    """The Vibrations of the bodies of one chain. Only of an argument Numba knows beforehand that it is None."""
     if squares is None:
         return None
+    _, first, _, modes, lossy, arms = chains.layout[c]
+    _, last, _, last_mode, last_lossy, last_arm = chains.layout[c + 1]
     shape = (last - first, (last_mode - modes) // (last - first))
     return Vibrations(
-        squares[modes:last_mode].reshape(shape), struck[modes:last_mode].reshape(shape),
-        far[modes:last_mode].reshape(shape), cross[first:last],
+        squares[modes:last_mode].reshape(shape), chains.struck[modes:last_mode].reshape(shape),
+        chains.far[modes:last_mode].reshape(shape), chains.cross[first:last],
+        _table(chains.rate[lossy:last_lossy], last - first), _table(chains.arm[arms:last_arm], last - first),
+        _table(chains.relaxation[arms:last_arm], last - first),
     )  # fmt: skip
+
+
+@njit(cache=True)
+def _table(numbers, rows):
+    """Numbers of bodies as rows."""
+    return numbers.reshape((rows, numbers.size // rows))
 
 
 @njit(cache=True)
@@ -1069,17 +1115,17 @@ def _method(methods, c):
 @njit(cache=True)
 def _constants(chains, c):
     """The Constants of one chain."""
-    _, first, times, modes = chains.layout[c]
-    _, last, last_time, last_mode = chains.layout[c + 1]
+    first, times = chains.layout[c, 1], chains.layout[c, 2]
+    last, last_time = chains.layout[c + 1, 1], chains.layout[c + 1, 2]
     given = chains.numbers[c]
-    vibrations = _vibrations(chains.squares, chains.struck, chains.far, chains.cross, first, last, modes, last_mode)
     numbers = Numbers(
         int(given[0]), given[1], given[2], given[3], given[4], given[5], given[6], given[7], int(given[8])
     )
     history = chains.history[times:last_time]
     return Constants(
         chains.inverse_mass[first:last], chains.stiffness[first:last], chains.table[first:last], chains.rows,
-        chains.damping[first:last], history.reshape((3, history.size // 3)), vibrations, numbers,
+        chains.damping[first:last], history.reshape((3, history.size // 3)),
+        _vibrations(chains.squares, chains, c), numbers,
     )  # fmt: skip
 
 

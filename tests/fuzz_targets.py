@@ -94,6 +94,10 @@ def with_loss(loss: Any) -> xr.Dataset:
     return run(hl.Chain([BEAD] * 3, BEAD, 0.3, dissipation=loss))
 
 
+def in_beads(loss: Any) -> xr.Dataset:
+    return run(hl.DeformableChain([BEAD] * 2, BEAD, 0.3, modes=2, damping=loss))
+
+
 def of_law(law: Any) -> Any:
     x = np.array([0.0, 1e-7, 1e-6])
     return [law.force(x), law.energy(x), law.tangent(x), run(hl.Chain([BEAD] * 2, BEAD, 0.01, law=law))]
@@ -232,9 +236,19 @@ def _chains() -> dict[str, Target]:
         "Chain": Target(hl.Chain, chain, run, {"beads": bad_beads, "impact_speed": speeds}),
         "DeformableChain": Target(
             hl.DeformableChain,
-            {**chain, "modes": 2, "vibrations": hl.DeformableChain.vibrations},
+            {**chain, "modes": 2, "vibrations": hl.DeformableChain.vibrations, "damping": damping.Modal(0.02)},
             run,
-            {"modes": HUGE, "impact_speed": speeds, "vibrations": (lambda bead, modes: None, lambda bead: None)},
+            {
+                "modes": HUGE,
+                "impact_speed": speeds,
+                "vibrations": (lambda bead, modes: None, lambda bead: None),
+                "damping": (damping.Modal, lambda bead: 0.02, lambda: None),
+            },
+        ),
+        "damping.Modal": Target(damping.Modal, {"ratio": 0.02}, in_beads),
+        "damping.Rayleigh": Target(damping.Rayleigh, {"mass_rate": 1e3, "stiffness_time": 1e-7}, in_beads),
+        "damping.StandardLinearSolid": Target(
+            damping.StandardLinearSolid, {"share": 0.2, "time": 1e-6, "modulus": "relaxed"}, in_beads
         ),
         "with_law": Target(CHAIN.with_law, {"law": laws.PowerLaw(1e10)}, run),
         "Piston": Target(

@@ -11,6 +11,7 @@ from particles.bead import Bead, Cylinder, Ellipsoid, HollowSphere, Sphere
 from particles.chain import Chain
 from particles.deformable.chain import DeformableChain
 from particles.deformable.vibration import vibration
+from particles.deformable.viscous import Modal, Rayleigh, StandardLinearSolid
 from particles.dissipation import KuwabaraKono, LinearDashpot, MassProportional, PowerDashpot, Restitution, Tsuji
 from particles.excitation import Piston, PushedBead, SpringLoaded
 from particles.laws.computed import ComputedLaw
@@ -38,7 +39,7 @@ class KnownLaws:
 TYPES = plain.own_types(
     Chain, DeformableChain, Sphere, HollowSphere, Ellipsoid, Cylinder, Material, Surface, SpringLoaded, PushedBead,
     Piston, LinearDashpot, PowerDashpot, MassProportional, KuwabaraKono, Tsuji, Restitution, PowerLaw, TabulatedLaw,
-    ComputedLaw, KnownLaws,
+    ComputedLaw, KnownLaws, Modal, Rayleigh, StandardLinearSolid,
 )  # fmt: skip
 """Everything that a chain consists of, unless a user defines a class of his own."""
 

@@ -51,9 +51,9 @@ def _of_chain(interface: Interface, frames: Frames, number: int) -> dict[str, Ve
     deformed = {}
     if isinstance(chain, MovingDeformableChain):
         deformed = {
-            "section_force": chain.section_force(own.contact_force, own.position),
+            "section_force": chain.section_force(own.contact_force, own.position, own.velocity),
             "vibration_energy": chain.vibration_energy(own.position, own.velocity),
-            "vibration_amplitude": own.position[:, bodies:].reshape(frames.rows, bodies, -1),
+            "vibration_amplitude": chain.amplitudes(own.position),
         }
     return {
         **deformed,

@@ -17,6 +17,7 @@ from particles import kernels
 from particles.bead import Bead
 from particles.chain import Chain
 from particles.deformable.vibration import Vibration, vibration
+from particles.deformable.viscous import Viscous
 from particles.laws.axisymmetric import contact_law_fem
 from particles.laws.axisymmetric_mesh import body_of
 from particles.laws.formulas import NARROWEST, SAMPLES, contact_law
@@ -74,6 +75,9 @@ class DeformableChain(Chain):
         outside their contacts.
     vibrations : callable
         Function of a bead and the number of its elastic modes that returns a Vibration; by default by finite elements.
+    damping : Viscous or callable or None
+        The loss inside the beads and the striker: `hl.damping.Modal`, `hl.damping.Rayleigh` or
+        `hl.damping.StandardLinearSolid`, or a function of a bead that returns one of them or None.
 
     Raises
     ------
@@ -94,6 +98,7 @@ class DeformableChain(Chain):
 
     modes: int = 8
     vibrations: Callable[[Bead, int], Vibration] = vibration
+    damping: Viscous | Callable[[Bead], Viscous | None] | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -102,6 +107,13 @@ class DeformableChain(Chain):
             raise ValueError(f"modes = {self.modes!r}: must be at most {MOST_MODES}")
         if not callable(self.vibrations):
             raise ValueError(f"vibrations = {self.vibrations!r}: must be a function of a bead and a number of modes")
+        if not (self.damping is None or isinstance(self.damping, Viscous) or callable(self.damping)):
+            raise ValueError(
+                f"damping = {short(self.damping)}: must be hl.damping.Modal, Rayleigh or StandardLinearSolid, a "
+                "function of a bead that returns one, or None"
+            )
+        if self.damping is not None and self.modes == 1:
+            raise ValueError("damping: acts on vibrations, which modes = 1 leaves out; take more modes")
         for i, bead in enumerate(self.beads):
             body_of(bead, 1.0, f"beads[{i}]")
         if self.body is not None:
@@ -130,13 +142,35 @@ class MovingDeformableChain(MovingChain):
     def vibrations(self) -> kernels.Vibrations:
         """What the kernels know of the bodies' vibrations."""
         bodies, elastic = len(self.shapes), self.chain.modes - 1
-        stiffness, struck, far = (np.zeros((bodies, elastic)) for _ in range(3))
+        stiffness, struck, far, rate, arm, relaxation = (np.zeros((bodies, elastic)) for _ in range(6))
         cross = np.zeros(bodies)
-        for i, shape in enumerate(self.shapes):
+        for i, (shape, loss) in enumerate(zip(self.shapes, self.losses, strict=True)):
             if shape is not None and elastic:
                 stiffness[i], struck[i], far[i] = shape.frequencies**2, shape.struck, shape.far
                 cross[i] = shape.cross
-        return kernels.Vibrations(stiffness, struck, far, cross)
+                if loss is not None:
+                    stiffness[i], rate[i], arm[i], relaxation[i] = loss.of_modes(shape.frequencies)
+        none = np.zeros((bodies, 0))
+        if not arm.any():
+            arm = relaxation = none
+            rate = rate if rate.any() else none
+        return kernels.Vibrations(stiffness, struck, far, cross, rate, arm, relaxation)
+
+    @cached_property
+    def losses(self) -> tuple[Viscous | None, ...]:
+        """The losses inside body 0 and the beads; None where there is no body, or no loss."""
+        given = self.chain.damping
+        if given is None or isinstance(given, Viscous):
+            return (given,) * len(self.shapes)
+        bodies: tuple[Bead | None, ...] = (self.chain.body, *self.chain.beads)
+        known = {body: given(body) for body in dict.fromkeys(bodies) if body is not None}
+        for body, loss in known.items():
+            if not (loss is None or isinstance(loss, Viscous)):
+                raise ValueError(
+                    f"damping: gives {short(loss)} for {short(body)}; must be hl.damping.Modal, Rayleigh or "
+                    "StandardLinearSolid, or None"
+                )
+        return tuple(None if body is None else known[body] for body in bodies)
 
     @cached_property
     def local_laws(self) -> tuple[ContactLaw | None, ...]:
@@ -165,7 +199,9 @@ class MovingDeformableChain(MovingChain):
         """The shortest time, s, in which a loss would stop a contact, whose poles are lighter than their bodies."""
         vibrations, inverse = self.vibrations, 1.0 / self.reduced_mass
         behind, ahead = (vibrations.far**2).sum(axis=1), np.append((vibrations.struck**2).sum(axis=1)[1:], 0.0)
-        return super().damping_time * float((inverse / (inverse + behind + ahead)).min())
+        in_contacts = super().damping_time * float((inverse / (inverse + behind + ahead)).min())
+        fastest = max(float(vibrations.rate.max(initial=0.0)), float(vibrations.relaxation.max(initial=0.0)))
+        return min(in_contacts, 1.0 / fastest) if fastest > 0.0 else in_contacts
 
     @cached_property
     def longest_step(self) -> float:
@@ -174,29 +210,39 @@ class MovingDeformableChain(MovingChain):
 
     @property
     def _shortest_period(self) -> float:
-        fastest = float(self.vibrations.stiffness.max(initial=0.0)) ** 0.5
+        stiffness, arm = self.vibrations.stiffness, self.vibrations.arm
+        fastest = float((stiffness + arm if arm.size else stiffness).max(initial=0.0)) ** 0.5
         return 2.0 * pi / fastest if fastest > 0.0 else inf
+
+    def amplitudes(self, coordinates: Vector) -> Vector:
+        """Those of the modes in positions or velocities, saved times × bodies × modes."""
+        bodies, (_, elastic) = self.mass.size, self.vibrations.struck.shape
+        return coordinates[:, bodies : bodies * (1 + elastic)].reshape(len(coordinates), bodies, elastic)
 
     def poles(self, position: Vector) -> tuple[Vector, Vector]:
         """Where the bodies' poles are, of the struck side and the other, saved times × bodies, m; see `ChainState`."""
         bodies = self.mass.size
-        amplitude = position[:, bodies:].reshape(len(position), bodies, -1)
+        amplitude = self.amplitudes(position)
         struck, far = ((shape * amplitude).sum(axis=2) for shape in (self.vibrations.struck, self.vibrations.far))
         return position[:, :bodies] + struck, position[:, :bodies] + far
 
-    def section_force(self, contact_force: Vector, position: Vector) -> Vector:
+    def section_force(self, contact_force: Vector, position: Vector, velocity: Vector) -> Vector:
         """Compressive force through the central section of each body, saved times × bodies, N.
 
-        contact_force and position: saved times × contacts, and × coordinates. From the momentum of the struck half.
+        contact_force, position and velocity: saved times × contacts, and × coordinates. From the momentum of the struck
+        half.
         """
-        bodies = self.mass.size
         vibrations = self.vibrations
-        amplitude = position[:, bodies:].reshape(len(position), bodies, -1)
+        amplitude = self.amplitudes(position)
         # Where nothing touches the first bead, a force history stands for its contact, which pushes all of the bead.
         pushed = np.where([law is not None for law in self.laws[:-1]], contact_force[:, :-1], 0.0)
         behind = np.column_stack([np.zeros(len(contact_force)), pushed])[:, :, None]
         ahead = contact_force[:, :, None]
         acceleration = vibrations.struck * behind - vibrations.far * ahead - vibrations.stiffness * amplitude
+        if vibrations.rate.size:
+            acceleration -= vibrations.rate * self.amplitudes(velocity)
+        if vibrations.arm.size:
+            acceleration -= vibrations.arm * self._stretch(position)
         section = np.zeros_like(vibrations.struck)
         for i, shape in enumerate(self.shapes):
             if shape is not None and section.size:
@@ -206,10 +252,16 @@ class MovingDeformableChain(MovingChain):
 
     def vibration_energy(self, position: Vector, velocity: Vector) -> Vector:
         """Kinetic and elastic energy of each body's modes beyond the rigid one, saved times × bodies, J."""
-        bodies = self.mass.size
-        amplitude, rate = (y[:, bodies:].reshape(len(y), bodies, -1) for y in (position, velocity))
+        amplitude, rate = self.amplitudes(position), self.amplitudes(velocity)
         energy: Vector = 0.5 * (rate**2 + self.vibrations.stiffness * amplitude**2).sum(axis=2)
+        if self.vibrations.arm.size:
+            energy += 0.5 * (self.vibrations.arm * self._stretch(position) ** 2).sum(axis=2)
         return energy
+
+    def _stretch(self, position: Vector) -> Vector:
+        """Of the arms' springs, q − z, saved times × bodies × modes."""
+        amplitude = self.amplitudes(position)
+        return amplitude - position[:, -amplitude[0].size :].reshape(amplitude.shape)
 
     def _found_law(self, one: Any, other: Any) -> ContactLaw:
         """By finite elements; by formulas for surfaces of structures that are curved in one direction only."""
@@ -244,7 +296,8 @@ class MovingDeformableChain(MovingChain):
         approach[:-1] -= vibrations.cross[1:] * force[1:]
         shortened = approach - (vibrations.far * amplitude).sum(axis=1)
         shortened[:-1] += (vibrations.struck * amplitude).sum(axis=1)[1:]
-        return np.append(np.cumsum(shortened[::-1])[::-1], amplitude.ravel())
+        arms = amplitude.ravel() if vibrations.arm.size else np.empty(0)
+        return np.concatenate([np.cumsum(shortened[::-1])[::-1], amplitude.ravel(), arms])
 
     def _check_step(self) -> None:
         super()._check_step()
