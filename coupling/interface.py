@@ -139,12 +139,15 @@ class Interface:
     def describe(self) -> dict[str, Any]:
         """Chains, structures and contacts as plain data."""
         chains = [chain.chain.describe() for chain in self.chains]
-        structures = [
+        structures: list[Any] = [
             one.describe() if isinstance(one, MovingStructure) else type(one.participant).__qualname__
             for one in self.structures
         ]
         if self.single:
             return {"chain": chains[0], "structure": None if self.chains[0].surface is None else structures[0]}
+        for contact in self.contacts:
+            if contact.end == LAST and self.chains[contact.chain].surface is None:
+                structures[contact.structure] = None
         return {"chains": chains, "structures": structures, "contacts": [list(contact) for contact in self.contacts]}
 
     def in_words(self) -> str:

@@ -12,7 +12,9 @@ from scipy.sparse.linalg import splu
 
 from structures.checks import each, finite, instance, not_negative, one_of, positive
 from structures.factor import symmetric
+from structures.material import Material
 from structures.plausible import likely
+from structures.rod import Layer, rod_parts
 from structures.structure import Structure, Vector, known_field
 from structures.symmetric import check_definite
 
@@ -230,7 +232,7 @@ def standard_linear_solid(
     added = share * _part(structure, part)
     root = _root(added)
     arm = {"kind": "standard linear solid", "share": share, "time": time, "modulus": modulus}
-    arm |= {} if part is None else {"part": "given"}
+    arm |= {} if part is None else _named(structure, part)
     structure = replace(structure, origin=_noted(structure, arm))
     if modulus == "relaxed":
         return with_arms(structure, root, time, structure.stiffness + added)
@@ -274,6 +276,36 @@ def stiffness_parts(structure: Structure) -> list[sparse.csr_array]:
     True
     """
     return known_field(structure).stiffness_parts()
+
+
+def part_of_layer(structure: Structure, layer: int) -> sparse.csr_array:
+    """The stiffness of one layer of a rod or a cylinder, or of one material of a solid, N/m."""
+    parts = _parts(structure)
+    if not parts:
+        raise ValueError("layer: only layers of rods and cylinders, and materials of solids, can be damped alone")
+    if not 0 <= layer < len(parts):
+        raise ValueError(f"layer = {layer!r}: must be below {len(parts)}; layers are counted from 0")
+    return parts[layer]
+
+
+def _parts(structure: Structure) -> list[sparse.csr_array]:
+    """The stiffnesses of the layers of a structure that is not reduced; none where they are not known."""
+    origin = structure.origin
+    if "reduction" in origin:
+        return []
+    if origin.get("kind") == "rod":
+        layers = [Layer(**{**one, "material": Material(**one["material"])}) for one in origin["layers"]]
+        counts = set(origin["elements"])
+        return rod_parts(layers, origin["base"], counts.pop() if len(counts) == 1 else None)
+    return [] if structure.field is None or "layers" not in origin else structure.field.stiffness_parts()
+
+
+def _named(structure: Structure, part: Any) -> dict[str, Any]:
+    """How the note of an arm names a part: by its layer, where it is one."""
+    for i, one in enumerate(_parts(structure)):
+        if sparse.issparse(part) and one.shape == part.shape and abs(one - part).max() == 0.0:
+            return {"layer": i}
+    return {"part": "given"}
 
 
 def with_arms(structure: Structure, root: sparse.csr_array, time: float, stiffness: Any = None) -> Structure:

@@ -1,6 +1,6 @@
 """A structure in time, as a participant: state in, state out, driven by the mean force over a window."""
 
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -38,6 +38,14 @@ STEPPERS: dict[str, Stepper] = {
     "generalised-alpha": GeneralisedAlpha,
     "central-difference": CentralDifference,
 }
+
+
+def _described(stepper: str | Stepper) -> Any:
+    """A stepper as plain data: a partial of one of STEPPERS with its constants, a function of the user's as it is."""
+    names = {made: name for name, made in STEPPERS.items()}
+    if isinstance(stepper, partial) and stepper.func in names and not stepper.args:
+        return {"name": names[stepper.func], **stepper.keywords}
+    return stepper
 
 
 class Propagator(NamedTuple):
@@ -171,7 +179,7 @@ class MovingStructure:
 
     def describe(self) -> dict[str, Any]:
         """How the structure was made, and the stepper if it is not the midpoint, as plain data."""
-        chosen = {} if self.stepper == "midpoint" else {"stepper": self.stepper}
+        chosen = {} if self.stepper == "midpoint" else {"stepper": _described(self.stepper)}
         return {**self.structure.origin, **chosen}
 
     def start(self) -> StructureState:

@@ -131,7 +131,7 @@ WRONG_RODS = [
     ('striker = "bead"', "striker = 3", 4, 'chain.striker: 3 must be "bead", "none"'),
     ('striker = "bead"', 'striker = "bed"', 4, 'chain.striker: "bed" is not possible; did you mean bead?'),
     ('striker = "bead"', 'striker = { kind = "spring" }', 4, 'chain.striker.kind: "spring" is no kind; did you mean spring_loaded?'),
-    ("[chain]", "[[chain]]", 1, "must be a table; give a section: [chain] with beads = 20"),
+    ("[chain]", "[[chains]]", 1, "chains: is no entry here; did you mean chain?"),
     # What hertzlink's objects refuse.
     ('"9.53 mm"', '"-9.53 mm"', 3, 'chain.bead.diameter: "-9.53 mm" must be a positive number of m'),
     ('diameter = "9.53 mm"', 'diameter = 0.01, radius = 0.005', 3, "chain.bead.diameter: give radius or diameter alone"),

@@ -314,7 +314,12 @@ def test_ctrl_c_ends_it_in_one_line(
         os.kill(os.getpid(), signal.SIGINT)
 
     monkeypatch.setattr("webbrowser.open", browser)
-    code = ended("explore", str(tmp_path / "case.toml"), "--set", "structure.thickness=2 mm")
+    # A shell starts jobs in the background with this signal ignored.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        code = ended("explore", str(tmp_path / "case.toml"), "--set", "structure.thickness=2 mm")
+    finally:
+        signal.signal(signal.SIGINT, before)
     said = capsys.readouterr()
     assert not code
     assert re.fullmatch(r"open http://127\.0\.0\.1:\d+/\?token=[\w-]{32}\nCtrl-C ends it\nended\n", said.out)

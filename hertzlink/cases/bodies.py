@@ -1,9 +1,10 @@
 """The structures of a case that are no plates, and how structures are damped."""
 
+from functools import partial
 from pathlib import Path as File
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Discriminator, Field
+from pydantic import Discriminator, Field, Tag
 
 from hertzlink.cases.parts import (
     AnyMaterial,
@@ -14,16 +15,21 @@ from hertzlink.cases.parts import (
     Part,
     Round,
     World,
+    forms,
     made,
     material_of,
 )
 from hertzlink.cases.units import Unit
 from structures.cylinder import layered_cylinder
-from structures.damping import loss_factor, modal, rayleigh, standard_linear_solid
+from structures.damping import loss_factor, modal, part_of_layer, rayleigh, standard_linear_solid
 from structures.elasticity import Foundation
 from structures.rod import Layer, rod
 from structures.solid import solid
+from structures.stepping import CentralDifference, GeneralisedAlpha, Newmark
 from structures.structure import Structure, half_space
+
+OF_ALL = ("damping", "reduce", "stepper")
+"""Entries that all structures have, and no builder takes."""
 
 LAYER = '{ material = "PTFE", length = "25.4 mm", radius = "9.5 mm" }'
 
@@ -31,7 +37,15 @@ Coordinates = Annotated[list[Length], Field(min_length=3, max_length=3)]
 
 
 class Damping(Part):
-    """A damping of the whole structure."""
+    """A damping of the structure."""
+
+    early: ClassVar[bool] = False
+    """Whether it acts on the structure before that is reduced."""
+
+    @property
+    def is_early(self) -> bool:
+        """Whether it acts on the structure before that is reduced."""
+        return self.early
 
     def damped(self, structure: Structure) -> Structure:
         """The structure with this damping."""
@@ -41,6 +55,7 @@ class Damping(Part):
 class Rayleigh(Damping):
     """α M + β K."""
 
+    early = True
     kind: Literal["rayleigh"]
     mass_rate: Annotated[float, Unit("1/s", "a rate", "100 1/s")] = 0.0
     stiffness_time: Duration = 0.0
@@ -50,10 +65,13 @@ class Rayleigh(Damping):
 
 
 class Modal(Damping):
-    """The same damping ratio for all modes of the reduced structure."""
+    """A damping ratio for all modes of the reduced structure, or one for each."""
 
     kind: Literal["modal"]
-    ratio: Number
+    ratio: Annotated[
+        Annotated[Number, Tag("one")] | Annotated[list[Number], Tag("many")],
+        forms(lambda given: "many" if isinstance(given, list) else "one", "must be a number, or a list of numbers"),
+    ]
 
     def damped(self, structure: Structure) -> Structure:
         return modal(structure, self.ratio)
@@ -70,24 +88,92 @@ class LossFactor(Damping):
 
 
 class LinearSolid(Damping):
-    """Zener's standard linear solid."""
+    """Zener's standard linear solid, of the whole structure or of one layer."""
 
     kind: Literal["standard_linear_solid"]
     share: Number
     time: Duration
     modulus: Literal["relaxed", "instantaneous"] = "relaxed"
+    layer: Annotated[int, Field(ge=0)] | None = Field(None, description="the layer, or material, counted from 0")
+
+    @property
+    def is_early(self) -> bool:
+        """That of a layer: a reduced structure has none."""
+        return self.layer is not None
 
     def damped(self, structure: Structure) -> Structure:
-        return standard_linear_solid(structure, self.share, self.time, modulus=self.modulus)
+        part = None if self.layer is None else part_of_layer(structure, self.layer)
+        return standard_linear_solid(structure, self.share, self.time, part, self.modulus)
 
 
 OneDamping = Annotated[Rayleigh | Modal | LossFactor | LinearSolid, Discriminator("kind")]
+
+
+class Stepping(Part):
+    """How a structure is moved in time. Such a structure is not reduced."""
+
+    makes: ClassVar[Any]
+
+    def make(self, world: World) -> Any:
+        """The name of a stepper, or a function of a structure and a window."""
+        given = self.given("kind")
+        return partial(self.makes, **given) if given else str(getattr(self, "kind")).replace("_", "-")  # noqa: B009
+
+
+class NewmarkPart(Stepping):
+    """Newmark's method."""
+
+    makes = Newmark
+    kind: Literal["newmark"]
+    beta: Number | None = None
+    gamma: Number | None = None
+
+
+class GeneralisedAlphaPart(Stepping):
+    """The generalised-α method."""
+
+    makes = GeneralisedAlpha
+    kind: Literal["generalised_alpha"]
+    spectral_radius: Number | None = None
+
+
+class CentralDifferencePart(Stepping):
+    """Explicit central differences with a lumped mass."""
+
+    makes = CentralDifference
+    kind: Literal["central_difference"]
+
+
+OneStepper = Annotated[NewmarkPart | GeneralisedAlphaPart | CentralDifferencePart, Discriminator("kind")]
+
+
+class Reduction(Part):
+    """How large structures are replaced by oscillators."""
+
+    tolerance: Number | None = None
+    pulse: Duration | None = None
+    largest: Annotated[int, Field(ge=1)] | None = None
+    until: Duration | None = None
+
+
+def _reduced(given: Any) -> str | None:
+    if isinstance(given, bool):
+        return "yes or no"
+    return "settings" if isinstance(given, dict | Reduction) else None
+
+
+Reduce = Annotated[
+    Annotated[bool, Tag("yes or no")] | Annotated[Reduction, Tag("settings")],
+    forms(_reduced, "must be true, false, or a table such as { tolerance = 0.01 }"),
+]
 
 
 class Body(Part):
     """What a chain faces."""
 
     damping: list[OneDamping] = Field(default_factory=list)
+    reduce: Reduce | None = Field(None, description="as in [run], for this structure alone")
+    stepper: OneStepper | None = Field(None, description='how it is moved in time, such as { kind = "newmark" }')
 
     def make(self, world: World) -> Structure | None:
         raise NotImplementedError
@@ -135,7 +221,7 @@ class Rod(Body):
 
     kind: Literal["rod"]
     layers: Layers
-    base: Literal["fixed", "free", "absorbing"] = "fixed"
+    base: Literal["fixed", "free", "absorbing", "contact"] = "fixed"
     elements: Annotated[int, Field(ge=1)] | None = None
 
     def make(self, world: World) -> Structure:
@@ -158,7 +244,7 @@ class LayeredCylinder(Body):
 
     def make(self, world: World) -> Structure:
         base = self.base if self.foundation is None else Foundation(self.foundation)
-        rest = self.given("kind", "layers", "base", "foundation", "damping")
+        rest = self.given("kind", "layers", "base", "foundation", *OF_ALL)
         return layered_cylinder(layers_of(self.layers, world), base, **rest)
 
 
@@ -176,7 +262,7 @@ class Solid(Body):
     curvature: Annotated[float, Unit("1/m", "a curvature", "50 1/m")] | None = None
 
     def make(self, world: World) -> Structure:
-        rest: dict[str, Any] = self.given("kind", "mesh", "material", "contact", "normal", "damping")
+        rest: dict[str, Any] = self.given("kind", "mesh", "material", "contact", "normal", *OF_ALL)
         if self.normal is not None:
             rest["normal"] = tuple(self.normal)
         material = material_of(self.material, world, "material")

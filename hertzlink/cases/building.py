@@ -2,16 +2,20 @@
 
 from collections import OrderedDict
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path as File
 from typing import Any
 
 from coupling.cosimulation import CoSimulation
-from hertzlink.cases.bodies import Body, Rayleigh
-from hertzlink.cases.chains import ChainPart
+from coupling.interface import ContactPoint
+from hertzlink.cases.bodies import Body, Reduction, Rod
+from hertzlink.cases.chains import ChainPart, Seat
 from hertzlink.cases.faults import Fault, fault_of
-from hertzlink.cases.model import CaseModel, Reduction, RunPart
+from hertzlink.cases.model import CaseModel, RunPart
 from hertzlink.cases.parts import World, made
-from hertzlink.cases.paths import Path
+from hertzlink.cases.paths import Path, written
+from hertzlink.cases.plates import PlateBody
+from plates.laminate import OrthotropicMaterial
 from structures.material import Material
 from structures.moving import MovingStructure
 from structures.reduction import reduce
@@ -20,16 +24,18 @@ from structures.structure import Structure
 KEPT = 8
 """Structures that are kept for the next run: those of a sweep often differ in the chain alone."""
 
-_KEPT: OrderedDict[str, Structure | None] = OrderedDict()
+_KEPT: OrderedDict[str, Any] = OrderedDict()
 
 
 def world_of(model: CaseModel, folder: File) -> World:
     """The materials, the folder and the record of a case."""
     own: dict[str, Material] = {}
+    sheets: dict[str, OrthotropicMaterial] = {}
     for name, one in model.materials.items():
-        material: Material = made(one, World(own), ("materials", name))
-        own[name] = material if material.name else Material(**{**vars(material), "name": name})
-    return World(own, folder, model.run.until)
+        material = made(one, World(own), ("materials", name))
+        material = material if material.name else replace(material, name=name)
+        (sheets if isinstance(material, OrthotropicMaterial) else own)[name] = material
+    return World(own, folder, model.run.until, sheets)
 
 
 def simulation_of(
@@ -38,21 +44,86 @@ def simulation_of(
     """The co-simulation of a case. structures: those that are known already, by "structure" and "behind"."""
     world = world_of(model, folder)
     known = dict(structures or {})
-    chain = made(model.chain, world, ("chain",))
-    for name in ("structure", "behind"):
-        body = getattr(model, name)
-        if name not in known:
-            known[name] = None if body is None else structure_of(body, model.run, world, (name,))
+    many = isinstance(model.chain, list)
+    paths: list[Path] = [("chain", i) for i in range(len(model.chains))] if many else [("chain",)]
+    chains = [made(part, world, path) for part, path in zip(model.chains, paths, strict=True)]
+    bodies = Bodies(model, world, known)
+    facing = [bodies.facing(i, path) for i, path in enumerate(paths)]
+    behind = [bodies.behind(i, path) for i, path in enumerate(paths)]
     run = model.run
     window = run.window if run.adaptive is None else made(run.adaptive, world, ("run", "adaptive"))
     scheme = None if run.scheme is None else made(run.scheme, world, ("run", "scheme"))
     try:
         return CoSimulation(
-            chain, known["structure"], scheme, window, substeps=run.substeps, waveform=run.waveform,
-            behind=known["behind"], accuracy=run.accuracy,
+            chains if many else chains[0], facing if many else facing[0], scheme, window, run.dt, substeps=run.substeps,
+            waveform=run.waveform, behind=behind if many else behind[0], accuracy=run.accuracy,
         )  # fmt: skip
     except ValueError as error:
         raise _fault(str(error)) from error
+
+
+class Bodies:
+    """The structures of a case, each built once, and the points that chains face."""
+
+    def __init__(self, model: CaseModel, world: World, known: dict[str, Any]) -> None:
+        self._model, self._world, self._known = model, world, known
+        many = isinstance(model.structure, list)
+        self._parts: list[Body] = [*model.structure] if isinstance(model.structure, list) else [model.structure]
+        self._paths: list[Path] = [("structure", i) for i in range(len(self._parts))] if many else [("structure",)]
+        if model.behind is not None and (many or isinstance(model.chain, list)):
+            raise Fault(("behind",), "belongs to one [chain] on one [structure]; else give the chain behind = {...}")
+
+    def facing(self, number: int, path: Path) -> Any:
+        """What the last bead of a chain faces."""
+        chain, count = self._model.chains[number], len(self._model.chains)
+        if chain.on is not None:
+            return self._seat(chain.on, (*path, "on"))
+        if len(self._parts) not in (1, count):
+            hint = f"is missing; there are {len(self._parts)} structures, so give one, such as {{ structure = 0 }}"
+            raise Fault((*path, "on"), hint)
+        own = number if len(self._parts) == count else 0
+        points = self._points(own)
+        if points > 1 and (len(self._parts) > 1 or count != points):
+            hint = f"is missing; the structure has {points} contact points, so give one, such as {{ point = 0 }}"
+            raise Fault((*path, "on"), hint)
+        shared = len(self._parts) == 1 and count > 1
+        return self._at(own, number if shared else 0, (*path, "on"))
+
+    def behind(self, number: int, path: Path) -> Any:
+        """What the first bead of a chain faces with its struck side."""
+        chain = self._model.chains[number]
+        if chain.behind is not None:
+            if self._model.behind is not None:
+                raise Fault((*path, "behind"), "is given by the section [behind] as well; leave out one")
+            return self._seat(chain.behind, (*path, "behind"))
+        return self._of("behind", self._model.behind, ("behind",)) if self._model.behind is not None else None
+
+    def _seat(self, seat: Seat, path: Path) -> Any:
+        if seat.structure >= len(self._parts):
+            count = len(self._parts)
+            raise Fault((*path, "structure"), f"{seat.structure} is no structure of {count}, counted from 0")
+        return self._at(seat.structure, seat.point, path)
+
+    def _at(self, structure: int, point: int, path: Path) -> Any:
+        points = self._points(structure)
+        if point >= points:
+            raise Fault(
+                (*path, "point"), f"{point} is no contact point of {points}, counted from 0; give the structure more"
+            )
+        name = written(self._paths[structure])
+        body = self._of(name, self._parts[structure], self._paths[structure])
+        return body if points == 1 or body is None else ContactPoint(body, point)
+
+    def _points(self, structure: int) -> int:
+        part = self._parts[structure]
+        if isinstance(part, Rod):
+            return 2 if part.base == "contact" else 1
+        return part.contacts if isinstance(part, PlateBody) else 1
+
+    def _of(self, name: str, part: Body, path: Path) -> Any:
+        if name not in self._known:
+            self._known[name] = structure_of(part, self._model.run, self._world, path)
+        return self._known[name]
 
 
 def _fault(message: str) -> Fault:
@@ -64,9 +135,11 @@ def _fault(message: str) -> Fault:
     return fault if fault.path else Fault(("chain",), message)
 
 
-def structure_of(body: Body, run: RunPart, world: World, path: Path) -> Structure | None:
+def structure_of(body: Body, run: RunPart, world: World, path: Path) -> Any:
     """The structure, reduced where it is large; the last ones are kept."""
-    key = "\n".join(map(repr, (body, run.until, run.reduce, sorted(world.materials.items()))))
+    own = sorted(world.materials.items()), sorted(world.sheets.items())
+    # Two equal structures of one case are two bodies.
+    key = "\n".join(map(repr, (path, body, run.until, run.reduce, own)))
     if getattr(body, "mesh", None) is not None:
         return _structure(body, run, world, path)
     if key not in _KEPT:
@@ -77,19 +150,26 @@ def structure_of(body: Body, run: RunPart, world: World, path: Path) -> Structur
     return _KEPT[key]
 
 
-def _structure(body: Body, run: RunPart, world: World, path: Path) -> Structure | None:
+def _structure(body: Body, run: RunPart, world: World, path: Path) -> Any:
     structure: Structure | None = made(body, world, path)
     if structure is None:
         return None
-    early = [isinstance(one, Rayleigh) for one in body.damping]
+    early = [one.is_early for one in body.damping]
     for i, one in enumerate(body.damping):
         if early[i]:
             structure = _damped(one, structure, (*path, "damping", i))
-    structure = reduced(structure, run, ("run",))
+    if body.stepper is None:
+        own = run if body.reduce is None else run.model_copy(update={"reduce": body.reduce})
+        structure = reduced(structure, own, ("run",) if body.reduce is None else path)
     for i, one in enumerate(body.damping):
         if not early[i]:
             structure = _damped(one, structure, (*path, "damping", i))
-    return structure
+    if body.stepper is None:
+        return structure
+    try:
+        return MovingStructure(structure, made(body.stepper, world, (*path, "stepper")))
+    except ValueError as error:
+        raise Fault((*path, "stepper"), str(error)) from error
 
 
 def _damped(damping: Any, structure: Structure, path: Path) -> Structure:

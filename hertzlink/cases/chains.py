@@ -6,6 +6,8 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Discriminator, Field, Tag
 
 from hertzlink.cases.faults import Fault
+from hertzlink.cases.laws import NumericalLaw, OneLaw
+from hertzlink.cases.losses import OneLoss, OneLossInBeads
 from hertzlink.cases.parts import (
     Acceleration,
     Angle,
@@ -13,7 +15,6 @@ from hertzlink.cases.parts import (
     Duration,
     Force,
     Length,
-    Number,
     Part,
     Round,
     Speed,
@@ -26,17 +27,10 @@ from hertzlink.cases.paths import Path
 from hertzlink.cases.units import Unit
 from particles.bead import Bead, Cylinder, Ellipsoid, HollowSphere, Sphere, drop_speed
 from particles.chain import Chain
-from particles.dissipation import (
-    Dissipation,
-    KuwabaraKono,
-    LinearDashpot,
-    MassProportional,
-    PowerDashpot,
-    Restitution,
-    Tsuji,
-)
+from particles.deformable.chain import DeformableChain
 from particles.excitation import Excitation, Piston, PushedBead, SpringLoaded
-from particles.laws.law import ContactLaw, PowerLaw, TabulatedLaw
+from particles.laws.law import ContactLaw
+from structures.surface import Surface
 
 MOST_BEADS = 100_000
 
@@ -116,106 +110,30 @@ class Push(Part):
         return PushedBead(tuple(self.time), tuple(self.force))
 
 
+class SurfacePart(Part):
+    """What touches a bead: a material and its curvatures."""
+
+    material: AnyMaterial
+    curvature: Annotated[float, Unit("1/m", "a curvature", "50 1/m")] = 0.0
+    second_curvature: Annotated[float, Unit("1/m", "a curvature", "50 1/m")] | None = None
+    direction: Angle = 0.0
+
+    def make(self, world: World) -> Surface:
+        return Surface(material_of(self.material, world, "material"), **self.given("material"))
+
+
 class MovedPiston(Part):
     """A rigid piston that holds or pushes the first bead."""
 
     kind: Literal["piston"]
     time: list[Duration] = Field(default_factory=lambda: [0.0, 1.0])
     displacement: list[Length] = Field(default_factory=lambda: [0.0, 0.0])
+    surface: SurfacePart | None = None
 
     def make(self, world: World) -> Piston:
-        return Piston(tuple(self.time), tuple(self.displacement))
+        surface = None if self.surface is None else made(self.surface, world, ("surface",))
+        return Piston(tuple(self.time), tuple(self.displacement), surface)
 
-
-class Loss(Part):
-    """A loss at contacts or on beads."""
-
-    makes: ClassVar[Any]
-
-    def make(self, world: World) -> Dissipation:
-        loss: Dissipation = self.makes(**self.given("kind"))
-        return loss
-
-
-class Dashpot(Loss):
-    """A linear dashpot at each contact."""
-
-    makes = LinearDashpot
-    kind: Literal["linear_dashpot"]
-    coefficient: Annotated[float, Unit("N s/m", "a coefficient", "5 N s/m")]
-
-
-class PowerLoss(Loss):
-    """A dashpot whose force grows as a power of the rate."""
-
-    makes = PowerDashpot
-    kind: Literal["power_dashpot"]
-    coefficient: Number
-    exponent: Number = 1.0
-    form: Literal["pairwise", "thesis"] = "pairwise"
-
-
-class Drag(Loss):
-    """A drag on each bead."""
-
-    makes = MassProportional
-    kind: Literal["mass_proportional"]
-    rate: Annotated[float, Unit("1/s", "a rate", "6900 1/s")]
-
-
-class Viscoelastic(Loss):
-    """Viscoelastic spheres."""
-
-    makes = KuwabaraKono
-    kind: Literal["kuwabara_kono"]
-    time: Duration
-
-
-class TsujiLoss(Loss):
-    """Tsuji's law."""
-
-    makes = Tsuji
-    kind: Literal["tsuji"]
-    coefficient: Number
-
-
-class RestitutionLoss(Loss):
-    """The coefficient of restitution of a collision."""
-
-    makes = Restitution
-    kind: Literal["restitution"]
-    coefficient: Number
-
-
-OneLoss = Annotated[Dashpot | PowerLoss | Drag | Viscoelastic | TsujiLoss | RestitutionLoss, Discriminator("kind")]
-
-
-class OwnPowerLaw(Part):
-    """F = k δⁿ for all contacts between beads."""
-
-    kind: Literal["power_law"]
-    stiffness: Number
-    exponent: Number = 1.5
-    largest: Length | None = None
-    name: str | None = None
-
-    def make(self, world: World) -> PowerLaw:
-        return PowerLaw(**self.given("kind"))
-
-
-class OwnTable(Part):
-    """A table of forces over approaches, for all contacts between beads."""
-
-    kind: Literal["tabulated_law"]
-    approaches: list[Length]
-    forces: list[Force]
-    name: str | None = None
-
-    def make(self, world: World) -> TabulatedLaw:
-        return TabulatedLaw(tuple(self.approaches), tuple(self.forces), self.name or TabulatedLaw.name)
-
-
-OneLaw = Annotated[OwnPowerLaw | OwnTable, Discriminator("kind")]
 
 Moved = Annotated[Spring | Push | MovedPiston, Discriminator("kind")]
 
@@ -248,6 +166,13 @@ Beads = Annotated[
 ]
 
 
+class Seat(Part):
+    """A contact point: of which structure, and which of its points; both are counted from 0."""
+
+    structure: Annotated[int, Field(ge=0)] = 0
+    point: Annotated[int, Field(ge=0)] = 0
+
+
 class ChainPart(Part):
     """The chain, from its struck end."""
 
@@ -263,6 +188,10 @@ class ChainPart(Part):
     dissipation: OneLoss | None = None
     law: OneLaw | None = None
     integrator: Literal["verlet", "rk4"] = "verlet"
+    modes: Annotated[int, Field(ge=1)] | None = Field(None, description="the motions of a bead that deforms, such as 8")
+    damping: OneLossInBeads | None = Field(None, description="a loss inside beads that deform")
+    on: Seat | None = Field(None, description="what the last bead faces, such as { structure = 0, point = 1 }")
+    behind: Seat | None = Field(None, description="what the first bead faces with its struck side, as on")
 
     named: ClassVar[Mapping[str, Path]] = {
         "height": ("drop_height",), "stiffness": ("striker", "stiffness"), "compression": ("striker", "compression"),
@@ -273,20 +202,41 @@ class ChainPart(Part):
         own = {} if self.bead is None else {"bead": made(self.bead, world, ("bead",))}
         beads = self._row(world, own.get("bead"))
         optional = {name: getattr(self, name) for name in ("inclination",) if getattr(self, name) is not None}
-        for name in ("dissipation", "law"):
-            part = getattr(self, name)
-            optional[name] = None if part is None else made(part, world, (name,))
-        law: ContactLaw | None = optional.pop("law")
-        return Chain(
+        if self.dissipation is not None:
+            optional["dissipation"] = made(self.dissipation, world, ("dissipation",))
+        if self.modes is not None:
+            optional["modes"] = self.modes
+        if self.damping is not None:
+            if self.modes is None:
+                raise Fault(("damping",), "acts inside beads that deform; give modes as well, such as modes = 8")
+            optional["damping"] = made(self.damping, world, ("damping",))
+        striker = self._striker(world, own.get("bead", beads[0]))
+        kind = Chain if self.modes is None else DeformableChain
+        return kind(
             beads,
-            self._striker(world, own.get("bead", beads[0])),
+            striker,
             self._speed(),
             gravity=self.gravity,
             preload=self.preload,
             integrator=self.integrator,
-            law=law,
+            law=self._law(world, beads, striker),
             **optional,
         )
+
+    @property
+    def count(self) -> int:
+        """The number of beads."""
+        beads = self.beads if isinstance(self.beads, int) else sum(one.count for one in self.beads)
+        return beads * self.repeat
+
+    def _law(self, world: World, beads: list[Bead], striker: Bead | Excitation | None) -> ContactLaw | None:
+        if self.law is None:
+            return None
+        if isinstance(self.law, NumericalLaw):
+            body = getattr(striker, "striker", None) if isinstance(striker, Excitation) else striker
+            return self.law.of_beads(beads if body is None else [body, *beads])
+        law: ContactLaw = made(self.law, world, ("law",))
+        return law
 
     def _row(self, world: World, bead: Bead | None) -> list[Bead]:
         if isinstance(self.beads, int):
@@ -320,6 +270,8 @@ class ChainPart(Part):
             if self.impact_speed is not None:
                 raise Fault(("drop_height",), "gives the impact speed; leave out impact_speed")
             return drop_speed(self.drop_height)
-        if self.impact_speed is None and not isinstance(self.striker, Spring | Push | MovedPiston):
+        # A chain that nothing strikes may start at rest.
+        needs = self.striker != "none" and not isinstance(self.striker, Spring | Push | MovedPiston)
+        if self.impact_speed is None and needs:
             raise Fault(("impact_speed",), 'is missing; give a speed, such as "0.31 m/s", or a drop_height')
         return self.impact_speed

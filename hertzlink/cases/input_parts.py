@@ -16,12 +16,18 @@ LOSSES = {
 
 MOTIONS = {"SpringLoaded": "spring_loaded", "PushedBead": "pushed_bead", "Piston": "piston"}
 
-LAWS = {"PowerLaw": "power_law", "TabulatedLaw": "tabulated_law"}
+LAWS = {"PowerLaw": "power_law", "TabulatedLaw": "tabulated_law", "ComputedLaw": "computed_law"}
+
+IN_BEADS = {"Modal": "modal", "Rayleigh": "rayleigh", "StandardLinearSolid": "standard_linear_solid"}
 
 KINDS = {
     "half-space": "half_space", "rod": "rod", "cylinder": "layered_cylinder", "solid": "solid",
     "Kirchhoff plate": "kirchhoff_plate", "Mindlin plate": "mindlin_plate", "Kirchhoff panel": "kirchhoff_panel",
     "Mindlin panel": "mindlin_panel", "half-plane": "half_plane", "infinite plate": "infinite_plate",
+}  # fmt: skip
+
+STEPPERS = {
+    "newmark": "newmark", "generalised-alpha": "generalised_alpha", "central-difference": "central_difference",
 }  # fmt: skip
 
 DAMPINGS = {"Rayleigh": "rayleigh", "modal": "modal", "standard linear solid": "standard_linear_solid"}
@@ -38,9 +44,9 @@ def refused(path: str, what: str) -> ValueError:
 
 def chain_data(given: Mapping[str, Any]) -> Data:
     """The section [chain]."""
-    known = {"beads", "striker", "impact_speed", "dissipation", "law", *CHAIN}
+    known = {"beads", "striker", "impact_speed", "dissipation", "law", "modes", "vibrations", "damping", *CHAIN}
     if unknown := sorted(set(given) - known):
-        raise refused(f"chain.{unknown[0]}", "an entry that no chain of a case has, as of a DeformableChain")
+        raise refused(f"chain.{unknown[0]}", "an entry that no chain of a case has")
     beads = [_bead(one, f"chain.beads[{i}]") for i, one in enumerate(given["beads"])]
     rows = [{**one, "count": len(list(many))} for one, many in groupby(beads)]
     if len(rows) == 1:
@@ -56,6 +62,12 @@ def chain_data(given: Mapping[str, Any]) -> Data:
         data["dissipation"] = _classed(given["dissipation"], LOSSES, "kind", "chain.dissipation")
     if given["law"] is not None:
         data["law"] = _law(given["law"])
+    if "modes" in given:
+        if "vibration" not in str(given["vibrations"]):
+            raise refused("chain.vibrations", "vibrations of your own")
+        data["modes"] = given["modes"]
+        if given.get("damping") is not None:
+            data["damping"] = _classed(given["damping"], IN_BEADS, "kind", "chain.damping")
     return data
 
 
@@ -79,8 +91,9 @@ def _striker(given: Any) -> Any:
         return "none"
     if isinstance(given, Mapping) and given.get("class") in MOTIONS:
         data = _classed(given, MOTIONS, "kind", "chain.striker")
-        if data.pop("surface", None) is not None:
-            raise refused("chain.striker.surface", "a surface of a piston")
+        if data.get("surface") is not None:
+            surface = {name: value for name, value in data["surface"].items() if value is not None}
+            data["surface"] = surface | {"material": _material(surface["material"], "chain.striker.surface.material")}
         if "striker" in data:
             data["striker"] = _bead(data["striker"], "chain.striker.striker")
         return data
@@ -89,10 +102,13 @@ def _striker(given: Any) -> Any:
 
 def _law(given: Any) -> Data:
     data = _classed(given, LAWS, "kind", "chain.law")
-    if data.pop("caution", ""):
-        raise refused("chain.law.caution", "a law with a caution of its own")
+    if not data.get("caution"):
+        data.pop("caution", None)
     if data.get("largest") == "Infinity" or data["kind"] == "tabulated_law":
         data.pop("largest", None)
+    for name in ("error", "order"):
+        if isinstance(data.get(name), str):  # JSON holds "NaN" as a text
+            del data[name]
     return data
 
 
@@ -114,9 +130,9 @@ def structure_data(given: Any) -> tuple[Data, bool | Data]:
         what = given.get("kind", "a structure of your own") if isinstance(given, Mapping) else given
         raise refused("structure", f"{short(what)}, which no builder of structures made")
     data: Data = {name: value for name, value in given.items() if value is not None}
-    for name, what in (("scaled_from", "a scaled plate"), ("stepper", "a stepper of its own")):
-        if name in data:
-            raise refused(f"structure.{name}", what)
+    if "scaled_from" in data:
+        raise refused("structure.scaled_from", "a scaled plate; build the plate with its own thickness and material")
+    stepper = _stepper(data.pop("stepper", None))
     data["kind"] = KINDS[data["kind"]]
     reduction = _reduction(data.pop("reduction", None))
     damping = [_damping(one, f"structure.damping[{i}]") for i, one in enumerate(data.pop("damping", []))]
@@ -126,9 +142,44 @@ def structure_data(given: Any) -> tuple[Data, bool | Data]:
             for i, one in enumerate(data["layers"])
         ]
     if "material" in data or "thickness" in data:
-        data["material"] = _material(data.get("material"), "structure.material")
+        _wall(data)
     _OF_KIND.get(data["kind"], _plate)(data)
-    return data | ({"damping": damping} if damping else {}), reduction
+    return data | stepper | ({"damping": damping} if damping else {}), reduction
+
+
+def _wall(data: Data) -> None:
+    """The material of a plate, or its laminate or section, in the place of thickness and material."""
+    given = data.get("material", data.get("section"))
+    if isinstance(given, Mapping) and "plies" in given:
+        plies = [{**one, "material": _sheet(one["material"])} for one in given["plies"]]
+        surface = given.get("surface")
+        data["wall"] = {"plies": plies} | ({} if surface is None else {"surface": _material(surface, "structure.wall")})
+    elif isinstance(given, Mapping) and "bending" in given:
+        rest = {name: value for name, value in given.items() if name != "class"}
+        data["wall"] = {**rest, "struck": _material(given["struck"], "structure.wall.struck")}
+    else:
+        data["material"] = _material(given, "structure.material")
+        return
+    for name in ("material", "thickness"):
+        data.pop(name, None)
+
+
+def _sheet(given: Any) -> str | Data:
+    """The material of a ply."""
+    if "youngs_modulus_along" in given:
+        return {name: value for name, value in given.items() if value != ""}
+    return _material(given, "structure.wall.plies")
+
+
+def _stepper(given: Any) -> Data:
+    """The entry `stepper`; none for the usual one."""
+    if given is None:
+        return {}
+    own = {"name": given} if isinstance(given, str) else given
+    if not isinstance(own, Mapping) or own.get("name") not in STEPPERS:
+        raise refused("structure.stepper", "a stepper of your own")
+    rest = {name: value for name, value in own.items() if name != "name"}
+    return {"stepper": {"kind": STEPPERS[own["name"]], **rest}}
 
 
 def _reduction(given: Any) -> bool | Data:
@@ -140,15 +191,13 @@ def _reduction(given: Any) -> bool | Data:
 
 
 def _damping(given: Mapping[str, Any], path: str) -> Data:
-    if given.get("kind") not in DAMPINGS or given.get("part") or isinstance(given.get("ratio"), list):
-        raise refused(path, f"{short(dict(given))}, which is not of the whole structure")
+    if given.get("kind") not in DAMPINGS or given.get("part"):
+        raise refused(path, f"{short(dict(given))}, which is neither of the whole structure nor of a layer")
     return {**given, "kind": DAMPINGS[given["kind"]]}
 
 
 def _rod(data: Data) -> None:
     counts = set(data.pop("elements"))
-    if data["base"] == "contact":
-        raise refused("structure.base", "a rod with two contacts")
     if len(counts) == 1:
         data["elements"] = counts.pop()
 
@@ -170,8 +219,10 @@ def _plate(data: Data) -> None:
     data.pop("section", None)
     data.pop("degree", None)
     at = data.get("at")
-    if not isinstance(at, list) or any(isinstance(one, list) for one in at):
-        raise refused("structure.at", "several contacts")
+    if not isinstance(at, list):
+        raise refused("structure.at", f"{short(at)}, which is no point")
+    if isinstance(at[0], list):
+        data["at"] = [list(place) for place in zip(*at, strict=True)]
     if data["kind"].startswith("kirchhoff"):
         data.pop("patch_radius", None)
     if data["kind"].endswith("panel"):

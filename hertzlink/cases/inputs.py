@@ -22,17 +22,20 @@ SAME, SAME_ESTIMATE = 1e-9, 1e-2
 
 ACCURACIES = ("default", "screening", "reference")
 
-KNOWN = {"chain", "structure", "scheme", "until", "window", "substeps", "save_every", "steps", "waveform"}
-"""Entries of the input of a run of one chain on one structure."""
+KNOWN = {
+    "chain", "structure", "chains", "structures", "contacts", "scheme", "until", "window", "substeps", "save_every",
+    "steps", "waveform",
+}  # fmt: skip
+"""Entries of the input of a run: of one chain on one structure, or of several with their contacts."""
 
-ESTIMATES = re.compile(r"structure\.reduction\.(error_estimate|shorter_pulses)")
+ESTIMATES = re.compile(r"structures?(\[\d+\])?\.reduction\.(error_estimate|shorter_pulses)")
 
 
 def from_input(given: str | Mapping[str, Any] | xr.Dataset) -> Case:
     """The case of a run, from the input in its attributes: it builds and runs the same again.
 
-    Chains of all bodies, losses and laws of hertzlink's, on what its builders of structures return, reduced or not.
-    What a case cannot hold, such as a law of your own or several chains, is refused, and so is an input that these
+    One chain or several, of all bodies, losses and laws of hertzlink's, on what its builders of structures return,
+    reduced or not. What a case cannot hold, such as a law of your own, is refused, and so is an input that these
     builders do not reproduce.
 
     Parameters
@@ -64,20 +67,35 @@ def from_input(given: str | Mapping[str, Any] | xr.Dataset) -> Case:
     True
     """
     data = _plain(given)
-    if "chains" in data or "structures" in data:
-        raise refused("chains", "several chains or contacts; a case has one chain on one contact")
-    if not {"chain", "structure", "until"} <= set(data):
+    several = {"chains", "structures", "contacts"} <= set(data)
+    if not (several or {"chain", "structure"} <= set(data)) or "until" not in data:
         raise ValueError('given: is not the input of a run; take run.attrs["input"]')
     if unknown := sorted(set(data) - KNOWN):
         raise refused(unknown[0], "an entry that a case does not have")
-    structure, reduction = structure_data(data["structure"])
+    if several:
+        whole, reduction = _several(data)
+    else:
+        structure, reduction = structure_data(data["structure"])
+        whole = {"chain": chain_data(data["chain"]), "structure": structure}
     run: dict[str, Any] = {"until": data["until"], "reduce": reduction}
     if (scheme := _scheme(str(data["scheme"]))) != {"kind": "condensed", "tolerance": 1e-11}:
         run["scheme"] = scheme
     if data["waveform"] != "linear":
         run["waveform"] = data["waveform"]
-    whole = {"chain": chain_data(data["chain"]), "structure": structure}
     return _planned(whole, run, data)
+
+
+def _several(data: Mapping[str, Any]) -> tuple[dict[str, Any], Any]:
+    """The sections of several chains, structures or contacts, and the entry `reduce` of [run]."""
+    found = [structure_data(one) for one in data["structures"]]
+    reductions = [reduction for (one, reduction) in found if one["kind"] not in ("nothing", "half_space")]
+    alike = all(one == reductions[0] for one in reductions)
+    structures = [one if alike else {**one, "reduce": reduction} for one, reduction in found]
+    chains = [chain_data(one) for one in data["chains"]]
+    for chain, end, structure, point in data["contacts"]:
+        chains[chain]["behind" if end else "on"] = {"structure": structure, "point": point}
+    whole = {"chain": chains if len(chains) > 1 else chains[0], "structure": structures}
+    return whole, reductions[0] if reductions and alike else False
 
 
 def _plain(given: Any) -> dict[str, Any]:
@@ -122,6 +140,9 @@ def _planned(whole: dict[str, Any], run: dict[str, Any], data: Mapping[str, Any]
     elif "window" in wanted:
         window = {"window": wanted["window"], "substeps": wanted["substeps"]}
         choices += [window if wanted["substeps"] != 1 else {"window": wanted["window"]}]
+        # A longest step of all chains, by which the least of their counts follows.
+        step = wanted["window"] / wanted["substeps"] / min(wanted["steps"]) if wanted["steps"] else None
+        choices += [{**one, "dt": step} for one in choices[:1] + choices[-1:] if step]
     simulation = _built(Case({**whole, "run": {**run, **choices[0]}}))
     _compare(data, simulation.describe())
     for choice, saved in product(choices, ({}, {"save_every": wanted.get("save_every")})):
@@ -147,13 +168,17 @@ def _like(first: CoSimulation, case: Case) -> CoSimulation:
     """The same simulation with other windows; structures are not built again."""
     run = case.model.run
     window = run.window if run.adaptive is None else run.adaptive.make(None)  # type: ignore[arg-type]
-    return first.replace(window=window, substeps=run.substeps, accuracy=run.accuracy)
+    return first.replace(window=window, dt=run.dt, substeps=run.substeps, accuracy=run.accuracy)
 
 
 def _compare(given: Mapping[str, Any], rebuilt: Mapping[str, Any]) -> None:
     """Refuse a case that does not describe itself as the run did."""
     found = json.loads(as_text(rebuilt))
-    for name in ("chain", "structure"):
+    for name in ("chain", "structure", "chains", "structures", "contacts"):
+        if (name in given) != (name in found):
+            raise refused(name, "an input of another form")
+        if name not in given:
+            continue
         for path, there, here in _differences(given[name], found[name], name):
             limit = SAME_ESTIMATE if ESTIMATES.match(path) else SAME
             if not _same(there, here, limit):

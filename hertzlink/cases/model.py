@@ -8,9 +8,10 @@ from coupling.schemes.condensed import Condensed
 from coupling.schemes.explicit import Explicit
 from coupling.schemes.iterated import IQN_ILS, Aitken, FixedPoint
 from coupling.schemes.windows import Adaptive
-from hertzlink.cases.bodies import HalfSpace, LayeredCylinder, Nothing, Rod, Solid
+from hertzlink.cases.bodies import HalfSpace, LayeredCylinder, Nothing, Reduce, Rod, Solid
 from hertzlink.cases.chains import ChainPart
-from hertzlink.cases.parts import Duration, Frequency, Length, Number, OwnMaterial, Part, World, forms
+from hertzlink.cases.faults import Fault
+from hertzlink.cases.parts import Duration, Frequency, Length, Number, OrthotropicPart, OwnMaterial, Part, World, forms
 from hertzlink.cases.plates import (
     HalfPlane,
     InfinitePlate,
@@ -21,9 +22,19 @@ from hertzlink.cases.plates import (
 )
 from hertzlink.cases.units import Unit
 
+MOST = 100
+"""Chains, and structures."""
+
 SCHEMES: dict[str, Any] = {
     "condensed": Condensed, "explicit": Explicit, "aitken": Aitken, "iqn_ils": IQN_ILS, "fixed_point": FixedPoint,
 }  # fmt: skip
+
+
+def _which_material(given: Any) -> str | None:
+    if isinstance(given, dict):
+        return "sheet" if "youngs_modulus_along" in given else "own"
+    return "sheet" if isinstance(given, OrthotropicPart) else "own" if isinstance(given, OwnMaterial) else None
+
 
 AnyStructure = Annotated[
     Nothing
@@ -40,27 +51,33 @@ AnyStructure = Annotated[
     Discriminator("kind"),
 ]
 
+
+def _one_or_many(given: Any) -> str | None:
+    if isinstance(given, list):
+        return "many"
+    return "one" if isinstance(given, dict | Part) else None
+
+
+Chains = Annotated[
+    Annotated[ChainPart, Tag("one")] | Annotated[list[ChainPart], Field(min_length=1, max_length=MOST), Tag("many")],
+    forms(_one_or_many, "must be a section [chain], or sections [[chain]]"),
+]
+Structures = Annotated[
+    Annotated[AnyStructure, Tag("one")]
+    | Annotated[list[AnyStructure], Field(min_length=1, max_length=MOST), Tag("many")],
+    forms(_one_or_many, "must be a section [structure], or sections [[structure]]"),
+]
+AnyMaterialPart = Annotated[
+    Annotated[OwnMaterial, Tag("own")] | Annotated[OrthotropicPart, Tag("sheet")],
+    forms(_which_material, "must be a table of the properties of a material"),
+]
+
 Range = Annotated[list[Any], Field(min_length=2, max_length=2)]
 
 
 def _plain_micro(unit: Any) -> Any:
     """µs as us."""
     return unit.replace("µ", "u").replace("μ", "u") if isinstance(unit, str) else unit
-
-
-class Reduction(Part):
-    """How large structures are replaced by oscillators."""
-
-    tolerance: Number | None = None
-    pulse: Duration | None = None
-    largest: Annotated[int, Field(ge=1)] | None = None
-    until: Duration | None = None
-
-
-def _reduced(given: Any) -> str | None:
-    if isinstance(given, bool):
-        return "yes or no"
-    return "settings" if isinstance(given, dict | Reduction) else None
 
 
 class SchemePart(Part):
@@ -99,12 +116,10 @@ class RunPart(Part):
     until: Duration
     save_every: Duration | None = None
     accuracy: Literal["default", "screening", "reference"] = "default"
-    reduce: Annotated[
-        Annotated[bool, Tag("yes or no")] | Annotated[Reduction, Tag("settings")],
-        forms(_reduced, "must be true, false, or a table such as { tolerance = 0.01 }"),
-    ] = True
+    reduce: Reduce = True
     scheme: SchemePart | None = None
     window: Duration | None = None
+    dt: Duration | None = Field(None, description="the step of the chain; by default it follows from the contacts")
     adaptive: AdaptivePart | None = None
     substeps: Annotated[int, Field(ge=1)] | None = None
     waveform: Literal["linear", "quadratic"] = "linear"
@@ -143,6 +158,7 @@ class CriticalPart(Part):
 class MeasurePart(Part):
     """What is read from runs."""
 
+    chain: Annotated[int, Field(ge=0, description="which of several chains is read, counted from 0")] = 0
     sensor: Annotated[int, Field(ge=1)] | None = None
     sensors: Annotated[list[Annotated[int, Field(ge=1)]], Field(min_length=1)] | None = None
     traces: bool = False
@@ -188,11 +204,29 @@ class CaseModel(Part):
     """A case."""
 
     title: str | None = None
-    materials: dict[str, OwnMaterial] = Field(default_factory=dict)
-    chain: ChainPart = Field(description="a section: [chain] with beads = 20 and a bead")
-    structure: AnyStructure = Field(description='a section: [structure] with a kind, such as kind = "rod"')
+    materials: dict[str, AnyMaterialPart] = Field(default_factory=dict)
+    chain: Chains = Field(description="a section: [chain] with beads = 20 and a bead")
+    structure: Structures = Field(description='a section: [structure] with a kind, such as kind = "rod"')
     behind: AnyStructure | None = None
     run: RunPart = Field(description='a section: [run] with until = "1.5 ms"')
     sweep: Annotated[dict[str, Axis], Field(min_length=1)] | None = None
     measure: MeasurePart = Field(default_factory=MeasurePart)
     identify: IdentifyPart | None = None
+
+    @property
+    def chains(self) -> list[ChainPart]:
+        """All chains."""
+        return self.chain if isinstance(self.chain, list) else [self.chain]
+
+    @property
+    def measured(self) -> ChainPart:
+        """The chain that is read; a Fault where there is no such chain."""
+        if self.measure.chain >= len(self.chains):
+            raise Fault(("measure", "chain"), f"{self.measure.chain} is no chain of {len(self.chains)}, counted from 0")
+        return self.chains[self.measure.chain]
+
+    def only_chain(self, what: str) -> ChainPart:
+        """The only chain; a Fault where there are several, which `what` does not take."""
+        if isinstance(self.chain, list):
+            raise Fault(("chain",), f"has {len(self.chain)} sections; {what} takes one, [chain]")
+        return self.chain

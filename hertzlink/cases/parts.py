@@ -10,6 +10,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field
 from hertzlink.cases.faults import Fault, fault_of, nearest
 from hertzlink.cases.paths import Path
 from hertzlink.cases.units import Unit, fault
+from plates.laminate import OrthotropicMaterial
 from structures.checks import positive
 from structures.material import MATERIALS, Material, name_key
 
@@ -30,12 +31,14 @@ Number = Annotated[float, Unit("", "a number", "0.02")]
 class World:
     """What parts need to know of the case around them.
 
-    materials: its own, by name. folder: that of its file. until: the length of its runs, s.
+    materials: its own, by name, and sheets: those that are orthotropic. folder: that of its file. until: the length of
+    its runs, s.
     """
 
     materials: Mapping[str, Material] = field(default_factory=dict)
     folder: File = field(default_factory=File)
     until: float = 1e-3
+    sheets: Mapping[str, OrthotropicMaterial] = field(default_factory=dict)
 
 
 class Part(BaseModel):
@@ -95,6 +98,22 @@ class OwnMaterial(Part):
         return Material(**own)
 
 
+class OrthotropicPart(Part):
+    """The properties of a sheet whose elasticity differs along and across its fibres."""
+
+    youngs_modulus_along: Modulus
+    youngs_modulus_across: Modulus
+    poisson_ratio: Number
+    shear_modulus: Modulus
+    shear_modulus_along: Modulus
+    shear_modulus_across: Modulus
+    density: Density
+    name: str | None = Field(None, description="a name for tables")
+
+    def make(self, world: World) -> OrthotropicMaterial:
+        return OrthotropicMaterial(**self.given())
+
+
 def hint_of(model: type[BaseModel], name: str) -> str:
     """What to write for an entry, from its annotation."""
     one = model.model_fields[name]
@@ -106,9 +125,13 @@ def hint_of(model: type[BaseModel], name: str) -> str:
 
 def notes_of(one: Any) -> list[Any]:
     """What is noted on a field, and on the members of its type."""
-    found = [*one.metadata]
-    for inner in getattr(one.annotation, "__args__", ()):
-        found += getattr(inner, "__metadata__", ())
+    return [*one.metadata, *_inner_notes(one.annotation)]
+
+
+def _inner_notes(annotation: Any) -> list[Any]:
+    found = []
+    for inner in getattr(annotation, "__args__", ()):
+        found += [*getattr(inner, "__metadata__", ()), *_inner_notes(inner)]
     return found
 
 
@@ -157,9 +180,23 @@ def material_of(given: str | OwnMaterial, world: World, *path: str | int) -> Mat
         material: Material = made(given, world, path)
         return material
     found = material_named(given, world.materials)
+    if found is None and _sheet_named(given, world):
+        raise Fault(path, f'"{given}" is orthotropic; only plies take it')
     if found is None:
         raise Fault(path, unknown(given, world.materials))
     return found
+
+
+def sheet_of(given: str | OwnMaterial | OrthotropicPart, world: World, *path: str | int) -> Any:
+    """The material of a ply that an entry at a path means."""
+    if isinstance(given, OrthotropicPart):
+        return made(given, world, path)
+    sheet = _sheet_named(given, world) if isinstance(given, str) else None
+    return material_of(given, world, *path) if sheet is None else sheet
+
+
+def _sheet_named(name: str, world: World) -> OrthotropicMaterial | None:
+    return next((one for key, one in world.sheets.items() if name_key(key) == name_key(name)), None)
 
 
 class Round(Part):

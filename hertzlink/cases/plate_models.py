@@ -40,9 +40,9 @@ EDGES = {"clamped": "clamped", "simple": "simple", "soft simple": "simple", "fre
 def edge_of(model: CaseModel) -> tuple[str, float] | None:
     """The nearest edge of a rectangular plate and its distance, m; None where no plate with one edge stands for it."""
     body = model.structure
-    if not isinstance(body, RectanglePlate) or body.additions or body.damping:
+    if not isinstance(body, RectanglePlate) or body.additions or body.damping or body.stepper or not body.is_plain:
         return None
-    x, y = body.at
+    x, y = body.place
     distances = {"left": x, "right": body.length - x, "bottom": y, "top": body.width - y}
     nearest = min(distances, key=lambda name: distances[name])
     held = getattr(body.supports, nearest)
@@ -56,11 +56,11 @@ def one_edge(model: CaseModel, world: World) -> Structure:
     body, edge = model.structure, edge_of(model)
     assert isinstance(body, RectanglePlate)
     assert edge is not None
-    material = material_of(body.material, world, "structure", "material")
+    material = material_of(body.substance, world, "structure", "material")
     kind, distance = edge
     # On a held edge the plate does not move; nearer than a thickness no plate theory holds.
-    away = distance if kind == "free" else max(distance, 0.1 * body.thickness)
-    return half_plane(body.thickness, material, kind, away, world.until, FREQUENCY)
+    away = distance if kind == "free" else max(distance, 0.1 * body.depth)
+    return half_plane(body.depth, material, kind, away, world.until, FREQUENCY)
 
 
 @dataclass
@@ -87,7 +87,7 @@ class AroundGuess:
         assert isinstance(body, KirchhoffPlate)
         world = world_of(model, self.guess.folder)
         scales = bool(self.paths & {("thickness",), ("material", "youngs_modulus"), ("material", "density")})
-        thickness = body.thickness / (BAND if scales else 1.0)
+        thickness = body.depth / (BAND if scales else 1.0)
         thinner = body.model_copy(update={"thickness": thickness, "highest_frequency": self.frequency})
         plate: Plate = thinner.plate(world)
         ranges = [self._range(body, plate, i) for i in (0, 1)]
@@ -95,10 +95,10 @@ class AroundGuess:
             self._basis = ReducedPlate(
                 plate, world.until * (BAND**2 if scales else 1.0), ranges[0], ranges[1], self.tolerance
             )
-        self._slowest = _speed(thinner.thickness, material_of(body.material, world))
+        self._slowest = _speed(thinner.depth, material_of(body.substance, world))
 
     def _range(self, body: KirchhoffPlate, plate: Plate, i: int) -> float | tuple[float, float]:
-        place, side = body.at[i], (body.length, body.width)[i]
+        place, side = body.place[i], (body.length, body.width)[i]
         if ("at", i) not in self.paths:
             return place
         away = min(place, side - place)
@@ -111,13 +111,14 @@ class AroundGuess:
         """The structure of a case."""
         body = model.structure
         assert isinstance(body, KirchhoffPlate)
-        material = material_of(body.material, world, "structure", "material")
-        faster = _speed(body.thickness, material) / self._slowest
-        inside = all(_within(place, range_) for place, range_ in zip(body.at, self._ranges, strict=True))
+        material = material_of(body.substance, world, "structure", "material")
+        faster = _speed(body.depth, material) / self._slowest
+        inside = all(_within(place, range_) for place, range_ in zip(body.place, self._ranges, strict=True))
         if inside and 1.0 - 1e-9 <= faster <= BAND**2 * (1.0 + 1e-9):
-            return self._basis.at(body.at[0], body.at[1], thickness=body.thickness, material=material)
+            return self._basis.at(body.place[0], body.place[1], thickness=body.depth, material=material)
         own = body.model_copy(update={"highest_frequency": self.frequency})
-        return structure_of(own, model.run, world, ("structure",))
+        structure: Structure | None = structure_of(own, model.run, world, ("structure",))
+        return structure
 
     @property
     def _ranges(self) -> tuple[Any, Any]:
@@ -138,6 +139,8 @@ def scales(model: CaseModel, paths: set[tuple[Any, ...]]) -> bool:
     """Whether one basis serves all plates near a guess."""
     body = model.structure
     if not isinstance(body, KirchhoffPlate) or body.additions or body.damping or body.cells is not None:
+        return False
+    if not body.is_plain or body.stepper is not None:
         return False
     held = [getattr(body.supports, name) for name in type(body.supports).model_fields]
     return all(isinstance(one, str) for one in held) and body.face == "front" and paths <= VARIED

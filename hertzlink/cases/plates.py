@@ -5,7 +5,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Discriminator, Field, Tag
 
-from hertzlink.cases.bodies import Body, file_of
+from hertzlink.cases.bodies import OF_ALL, Body, file_of
 from hertzlink.cases.faults import Fault
 from hertzlink.cases.parts import (
     AnyMaterial,
@@ -14,6 +14,7 @@ from hertzlink.cases.parts import (
     Length,
     Mass,
     Number,
+    OwnMaterial,
     Part,
     World,
     forms,
@@ -22,6 +23,7 @@ from hertzlink.cases.parts import (
 )
 from hertzlink.cases.paths import Path
 from hertzlink.cases.units import Unit
+from hertzlink.cases.walls import Wall, wall_of
 from plates.additions import PointMass, Stiffener, Weakened
 from plates.builders import kirchhoff_panel, kirchhoff_plate, mindlin_panel, mindlin_plate
 from plates.half_plane import half_plane
@@ -33,6 +35,15 @@ from structures.structure import Structure
 
 Held = Literal["clamped", "simple", "soft simple", "free", "symmetry"]
 Place = Annotated[list[Length], Field(min_length=2, max_length=2)]
+Places = Annotated[
+    Annotated[Place, Tag("one")] | Annotated[list[Place], Field(min_length=1), Tag("many")],
+    forms(lambda given: "many" if isinstance(given, list) and given and isinstance(given[0], list) else "one", ""),
+]
+Face = Literal["front", "back"]
+Faces = Annotated[
+    Annotated[Face, Tag("one")] | Annotated[list[Face], Tag("many")],
+    forms(lambda given: "many" if isinstance(given, list) else "one", ""),
+]
 Rectangle4 = Annotated[list[Length], Field(min_length=4, max_length=4)]
 Two = Annotated[list[Annotated[int, Field(ge=1)]], Field(min_length=2, max_length=2)]
 
@@ -121,12 +132,13 @@ OneAddition = Annotated[MassPart | StiffenerPart | WeakenedPart, Discriminator("
 class PlateBody(Body):
     """What all meshed plates have in common."""
 
-    thickness: Length
-    material: AnyMaterial
+    thickness: Length | None = None
+    material: AnyMaterial | None = None
+    wall: Wall | None = Field(None, description="a laminate or a section, in place of thickness and material")
     highest_frequency: Frequency | None = None
     additions: list[OneAddition] = Field(default_factory=list)
-    at: Place = Field(description='the point that is struck, such as ["60 mm", "457 mm"]')
-    face: Literal["front", "back"] = "front"
+    at: Places = Field(description='the point that is struck, such as ["60 mm", "457 mm"], or a list of points')
+    face: Faces = "front"
 
     named: ClassVar[Mapping[str, Path]] = {"x": ("at", 0), "y": ("at", 1), "x, y": ("at",)}
 
@@ -135,14 +147,46 @@ class PlateBody(Body):
         raise NotImplementedError
 
     def make(self, world: World) -> Structure:
-        return self.plate(world).at(self.at[0], self.at[1], self.face)
+        plate = self.plate(world)
+        if isinstance(self.at[0], list):
+            x, y = zip(*self.at, strict=True)
+            return plate.at(list(x), list(y), self.face)
+        return plate.at(self.at[0], self.at[1], self.face)
+
+    @property
+    def contacts(self) -> int:
+        """The number of points that may be struck."""
+        return len(self.at) if isinstance(self.at[0], list) else 1
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether the wall is of one material and one point is struck; the next three need that."""
+        return self.wall is None and self.thickness is not None and self.material is not None and self.contacts == 1
+
+    @property
+    def place(self) -> tuple[float, float]:
+        """The only point that is struck, m."""
+        x, y = (one for one in self.at if isinstance(one, float))
+        return x, y
+
+    @property
+    def depth(self) -> float:
+        """The thickness, m."""
+        assert self.thickness is not None
+        return self.thickness
+
+    @property
+    def substance(self) -> str | OwnMaterial:
+        """The material."""
+        assert self.material is not None
+        return self.material
 
     def settings(self, world: World, *names: str) -> dict[str, Any]:
         """Arguments of the builder: material, additions, and the entries of these names that are given."""
         own = {name: getattr(self, name) for name in ("highest_frequency", *names) if getattr(self, name) is not None}
         if self.additions:
             own["additions"] = [made(one, world, ("additions", i)) for i, one in enumerate(self.additions)]
-        return {"thickness": self.thickness, "material": material_of(self.material, world, "material"), **own}
+        return wall_of(self.thickness, self.material, self.wall, world) | own
 
 
 class RectanglePlate(PlateBody):
@@ -243,7 +287,7 @@ class HalfPlane(Body):
     highest_frequency: Frequency | None = None
 
     def make(self, world: World) -> Structure:
-        own = self.given("kind", "material", "until", "damping")
+        own = self.given("kind", "material", "until", *OF_ALL)
         until = world.until if self.until is None else self.until
         return half_plane(material=material_of(self.material, world, "material"), until=until, **own)
 
@@ -252,8 +296,9 @@ class InfinitePlate(Body):
     """A thin plate without edges."""
 
     kind: Literal["infinite_plate"]
-    thickness: Length
-    material: AnyMaterial
+    thickness: Length | None = None
+    material: AnyMaterial | None = None
+    wall: Wall | None = Field(None, description="a laminate or a section, in place of thickness and material")
 
     def make(self, world: World) -> Structure:
-        return infinite_plate(self.thickness, material_of(self.material, world, "material"))
+        return infinite_plate(**wall_of(self.thickness, self.material, self.wall, world))

@@ -11,8 +11,9 @@ import xarray as xr
 
 from coupling.results.ar_and_tof import reflections
 from coupling.results.measures import energy_error, sensor_force
+from coupling.results.waves import NoWaveError
 from hertzlink.cases.axes import Axis
-from hertzlink.cases.running import Task
+from hertzlink.cases.running import Task, of_chain
 
 WIDTH = 80
 MOST_ROWS = 40
@@ -53,27 +54,40 @@ def report(task: Task, data: xr.Dataset) -> tuple[str, dict[str, str]]:
 
 def _run(task: Task, data: xr.Dataset) -> tuple[list[str], dict[str, str]]:
     rows: list[list[Any]] = []
-    for sensor in task.sensors:
-        waves = reflections(data, sensor)
+    chains = task.case.model.chains
+    of = [(chain, sensor) for chain, one in enumerate(chains) for sensor in task.sensors if sensor <= one.count]
+    forces = [sensor_force(of_chain(data, chain), sensor) for chain, sensor in of]
+    for chain, sensor in of:
+        waves = _waves(of_chain(data, chain), sensor)
         for name in ("incident", "primary", "secondary"):
-            wave = getattr(waves, name)
+            wave = getattr(waves, name, None)
             if not wave:
-                rows.append([sensor, name, *[float("nan")] * 4])
+                rows.append([chain, sensor, name, *[float("nan")] * 4])
                 continue
             ratio = 1.0 if name == "incident" else wave.amplitude_ratio
             flight = 0.0 if name == "incident" else wave.time_of_flight
-            rows.append([sensor, name, wave.amplitude, wave.arrival, ratio, flight])
-    head = ["bead", "wave", "peak, N", "arrival, µs", "AR", "TOF, µs"]
-    shown = [[str(row[0]), row[1], *map(_cell, row[2:], ("", "µs", "", "µs"))] for row in rows]
+            rows.append([chain, sensor, name, wave.amplitude, wave.arrival, ratio, flight])
+    head = ["chain", "bead", "wave", "peak, N", "arrival, µs", "AR", "TOF, µs"]
+    heads = ["chain", "sensor", "wave", "force (N)", "arrival (s)", "amplitude ratio", "time of flight (s)"]
+    shown = [[str(row[0]), str(row[1]), row[2], *map(_cell, row[3:], ("", "µs", "", "µs"))] for row in rows]
+    names = [f"force at bead {sensor}{f' of chain {chain}' * (len(chains) > 1)} (N)" for chain, sensor in of]
+    if len(chains) == 1:
+        head, heads, shown, rows = head[1:], heads[1:], [row[1:] for row in shown], [row[1:] for row in rows]
     error = float(energy_error(data))
     lines = [*table(head, shown, "waves.csv"), f"energy created or lost: {error:.1e} of the impact's"]
-    forces = [sensor_force(data, sensor) for sensor in task.sensors]
     columns = np.column_stack([data.time.values, *(one.values for one in forces)])
-    heads = ["sensor", "wave", "force (N)", "arrival (s)", "amplitude ratio", "time of flight (s)"]
     return lines, {
         "waves.csv": csv_text(heads, rows),
-        "traces.csv": csv_text(["time (s)", *(f"force at bead {one} (N)" for one in task.sensors)], columns.tolist()),
+        "traces.csv": csv_text(["time (s)", *names], columns.tolist()),
     }
+
+
+def _waves(run: xr.Dataset, sensor: int) -> Any:
+    """The waves at a sensor; nothing where no wave came, as in a chain that nothing strikes."""
+    try:
+        return reflections(run, sensor)
+    except NoWaveError:
+        return None
 
 
 def _cell(value: float, unit: str) -> str:

@@ -39,8 +39,10 @@ class Measure:
 
     sensors: tuple[int, ...]
     traces: bool = False
+    chain: int = 0
 
     def __call__(self, run: xr.Dataset) -> xr.Dataset:
+        run = of_chain(run, self.chain)
         kept: dict[str, Any] = {}
         for prefix, wave in (("", "primary"), ("secondary_", "secondary")):
             for read in (amplitude_ratio, time_of_flight):
@@ -53,6 +55,11 @@ class Measure:
             data = data.assign_coords(time=run.time)
             data["sensor_force"] = (("sensor", "time"), np.stack([one.values for one in forces]), forces[0].attrs)
         return data
+
+
+def of_chain(run: xr.Dataset, chain: int) -> xr.Dataset:
+    """The part of a run that belongs to one of its chains."""
+    return run.isel(chain=chain) if "chain" in run.dims else run
 
 
 @dataclass(frozen=True)
@@ -90,6 +97,8 @@ def task_of(case: Case) -> Task:
     axes = tuple(axes_of(case))
     along = _along(case, axes)
     task = Task(case, axes, (), along)
+    if along is not None:
+        case.model.only_chain("a critical distance")
     if axes and case.model.run.save_every is not None:
         raise Fault(("run", "save_every"), "is chosen by a sweep; leave it out")
     return Task(case, axes, sensors_of(case, task.first), along)
@@ -97,9 +106,7 @@ def task_of(case: Case) -> Task:
 
 def sensors_of(case: Case, first: Case) -> tuple[int, ...]:
     """The sensors, by default the bead in the middle; a Fault for a bead that is not there."""
-    chain = first.model.chain
-    beads = chain.beads if isinstance(chain.beads, int) else sum(one.count for one in chain.beads)
-    count = beads * chain.repeat
+    count = first.model.measured.count
     measure = case.model.measure
     if measure.sensor is not None and measure.sensors is not None:
         raise Fault(("measure", "sensors"), "give sensor or sensors alone")
@@ -142,7 +149,7 @@ def run_task(task: Task, jobs: int | None = None) -> xr.Dataset:
         data = run_once(case, case.simulation())
     elif task.along is None:
         build = Build(case, task.axes)
-        measure = Measure(task.sensors, case.model.measure.traces)
+        measure = Measure(task.sensors, case.model.measure.traces, case.model.measure.chain)
         axes: dict[str, Any] = {one.name: one.values for one in task.axes}
         data = sweep(build, case.until, jobs=jobs, measure=measure, **axes)
     else:

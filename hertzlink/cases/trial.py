@@ -42,8 +42,8 @@ def trial(task: Task) -> str:
     for axis in task.axes:
         ends = axis.shown(axis.values[0]), axis.shown(axis.values[-1])
         lines.append(f"  {axis.head}: {len(axis.values)} values, {ends[0]} to {ends[1]}"[: AXIS_WIDTH + 18])
-    lines.append(f"chain: {simulation.chain.chain!r}")
-    lines.append(f"structure: {_structure(simulation.structure)}")
+    lines += [f"chain: {one.chain!r}" for one in simulation.interface.chains]
+    lines += [f"structure: {_structure(one)}" for one in simulation.interface.structures]
     with of_run():
         plan = simulation.plan(first.until, first.model.run.save_every if not task.axes else None)
     lines.append(f"record: {1e3 * first.until:g} ms, saved every {1e6 * plan.interval:.3g} µs, {plan.rows} times")

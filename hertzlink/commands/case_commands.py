@@ -190,11 +190,14 @@ def new_case(kind: str, path: Path | None) -> None:
     \b
     KIND is one of
       chain              different beads that face nothing
+      deformable         beads that deform, vibrate and lose energy
+      two-chains         chains on both faces of a plate
       rod, layered-rod   beads against a rod of one or two layers
       cylinder           beads against a solid cylinder of a soft material
       wall               beads against a thick wall
       plate              beads against a thin rectangular plate
       thick-plate        beads against a rectangular plate with shear
+      laminate           beads against a carbon laminate, delaminated
       half-plane         beads against a thin plate with one edge, exact
       sweep              several rods
       critical-distance  how far from its edge a plate must be struck

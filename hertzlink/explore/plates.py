@@ -33,20 +33,20 @@ class PlateBasis:
         body = case.model.structure
         assert isinstance(body, KirchhoffPlate)
         ranges = {one.path[1:]: (one.si(one.low), one.si(one.high)) for one in of_structure(sliders)}
-        material = material_of(body.material, world)
+        material = material_of(body.substance, world)
         slowest, fastest = (
             speed(
-                ranges.get(("thickness",), (body.thickness,) * 2)[end],
+                ranges.get(("thickness",), (body.depth,) * 2)[end],
                 ranges.get(("material", "youngs_modulus"), (material.youngs_modulus,) * 2)[end],
                 ranges.get(("material", "density"), (material.density,) * 2)[1 - end],
             )
             for end in (0, 1)
         )
         self.slowest, self.fastest = slowest, fastest
-        thickness = body.thickness * slowest / speed(body.thickness, material.youngs_modulus, material.density)
+        thickness = body.depth * slowest / speed(body.depth, material.youngs_modulus, material.density)
         plate = body.model_copy(update={"thickness": thickness}).plate(world)
         places = []
-        for i, (place, side) in enumerate(zip(body.at, (body.length, body.width), strict=True)):
+        for i, (place, side) in enumerate(zip(body.place, (body.length, body.width), strict=True)):
             margin = 0.5 * plate.finest_cell
             low, high = ranges.get(("at", i), (place, place))
             places.append(place if low == high else (max(low, margin), min(high, side - margin)))
@@ -63,12 +63,13 @@ class PlateBasis:
         """The plate of a case; one on a mesh of its own where the basis does not serve it."""
         body = model.structure
         assert isinstance(body, KirchhoffPlate)
-        material = material_of(body.material, world, "structure", "material")
-        waves = speed(body.thickness, material.youngs_modulus, material.density)
-        inside = all(_within(*pair) for pair in zip(body.at, (self.basis.x, self.basis.y), strict=True))
+        material = material_of(body.substance, world, "structure", "material")
+        waves = speed(body.depth, material.youngs_modulus, material.density)
+        inside = all(_within(*pair) for pair in zip(body.place, (self.basis.x, self.basis.y), strict=True))
         if inside and self.slowest * (1.0 - SLACK) <= waves <= self.fastest * (1.0 + SLACK):
-            return self.basis.at(body.at[0], body.at[1], thickness=body.thickness, material=material)
-        return structure_of(body, model.run, world, ("structure",))
+            return self.basis.at(body.place[0], body.place[1], thickness=body.depth, material=material)
+        own: Structure | None = structure_of(body, model.run, world, ("structure",))
+        return own
 
 
 def of_structure(sliders: Sequence[Slider]) -> list[Slider]:

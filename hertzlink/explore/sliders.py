@@ -126,10 +126,9 @@ def sliders_of(task: Task, start: Case) -> list[Slider]:
         if path not in known and isinstance(value, float) and value > 0.0:
             found.append(_around(start, path, value, WIDE))
     if SENSOR not in known:
-        chain = start.model.chain
-        beads = chain.beads if isinstance(chain.beads, int) else sum(one.count for one in chain.beads)
+        count = start.model.only_chain("the page").count
         sensor = Decimal(start.data["measure"]["sensor"])
-        found.append(Slider(SENSOR, "", Decimal(1), Decimal(beads * chain.repeat), sensor, whole=True))
+        found.append(Slider(SENSOR, "", Decimal(1), Decimal(count), sensor, whole=True))
     return found
 
 
@@ -148,9 +147,9 @@ def _usual(case: Case) -> Iterator[tuple[Path, float, tuple[float, float], float
         yield (*at, "material", "youngs_modulus"), modulus, HALVES, none
     if isinstance(body, HalfPlane) and body.distance > 0.0:
         yield (*at, "distance"), body.distance, WIDE, none
-    if isinstance(body, RectanglePlate) and body.at[0] > 0.0:
-        yield (*at, "at", 0), body.at[0], NEAR, body.length
-    if isinstance(body, HalfPlane | InfinitePlate | PlateBody):
+    if isinstance(body, RectanglePlate) and body.contacts == 1 and body.place[0] > 0.0:
+        yield (*at, "at", 0), body.place[0], NEAR, body.length
+    if isinstance(body, HalfPlane | InfinitePlate | PlateBody) and body.thickness is not None:
         yield (*at, "thickness"), body.thickness, NEARER if isinstance(body, PlateBody) else HALVES, none
 
 

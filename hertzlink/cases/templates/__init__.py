@@ -11,8 +11,8 @@ from hertzlink.cases.case import Case
 from hertzlink.cases.faults import CaseError, nearest
 
 KINDS = (
-    "chain", "rod", "layered-rod", "cylinder", "wall", "plate", "thick-plate", "half-plane", "sweep",
-    "critical-distance", "identify",
+    "chain", "deformable", "two-chains", "rod", "layered-rod", "cylinder", "wall", "plate", "thick-plate", "laminate",
+    "half-plane", "sweep", "critical-distance", "identify",
 )  # fmt: skip
 
 TRUE = {"structure.thickness": "3.18 mm", "structure.distance": "42 mm", "chain.impact_speed": "0.33 m/s"}

@@ -1,0 +1,215 @@
+"""Everything that the public API builds can be written as a case: run → input → TOML → run gives the same bits."""
+
+import tomllib
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import pytest
+
+import hertzlink as hl
+from hertzlink.cases.case import Case
+
+UNTIL = 1.5e-4
+BEAD = hl.Sphere(2.38e-3, hl.STEEL_440C)
+CHAIN, BETWEEN = hl.Chain([BEAD] * 5, BEAD, 0.3), hl.Chain([BEAD] * 4, None)
+EDGES = hl.Supports("clamped", "clamped", "clamped", "clamped")
+PLATE = hl.kirchhoff_plate(0.06, 0.05, 2e-3, hl.BRASS_360, EDGES, cells=(6, 5))
+LAYERS = [hl.Layer(hl.STEEL_440C, 6e-3, 5e-3), hl.Layer(hl.PTFE, 20e-3, 5e-3)]
+ROD = hl.rod(LAYERS)
+CARBON = hl.laminates.OrthotropicMaterial(135e9, 9e9, 0.3, 5e9, 5e9, 3.2e9, 1560.0)
+WALL = hl.laminates.Laminate([hl.laminates.Ply(CARBON, 0.25e-3, angle) for angle in (0.0, 0.7, 0.7, 0.0)])
+SECTION = hl.laminates.homogeneous(2e-3, hl.PTFE)
+solid, part = hl.damping.standard_linear_solid, hl.damping.rod_parts(LAYERS)[1]
+
+
+def at(*places: Any, **more: Any) -> hl.Structure:
+    return hl.reduce(PLATE.at(*places, **more), until=UNTIL)
+
+
+def between_plates() -> hl.CoSimulation:
+    near = at([0.02, 0.02], [0.02, 0.02], face=["front", "back"])
+    front, back = hl.ContactPoint(near, 0), hl.ContactPoint(near, 1)
+    return hl.CoSimulation([CHAIN, BETWEEN], [front, ROD], behind=[None, back])
+
+
+def on_a_rod_with_two_ends() -> hl.CoSimulation:
+    body = hl.rod(LAYERS, base="contact")
+    return hl.CoSimulation([CHAIN, BETWEEN], [hl.ContactPoint(body, 0), None], behind=[None, hl.ContactPoint(body, 1)])
+
+
+def deformable(loss: Any) -> hl.CoSimulation:
+    return hl.CoSimulation(hl.DeformableChain([BEAD] * 3, BEAD, 0.3, modes=3, damping=loss), ROD)
+
+
+def stepped(stepper: Any) -> hl.CoSimulation:
+    return hl.CoSimulation(CHAIN, hl.stepping.MovingStructure(ROD, stepper))
+
+
+def modal_by_mode() -> hl.CoSimulation:
+    body = hl.reduce(ROD, until=UNTIL)
+    return hl.CoSimulation(CHAIN, hl.damping.modal(body, [1e-3 * i for i in range(body.size)]))
+
+
+def cylinder_with_a_viscous_layer() -> hl.CoSimulation:
+    body = hl.layered_cylinder(LAYERS, cells=1)
+    body = solid(body, 0.3, 1e-5, part=hl.damping.stiffness_parts(body)[1])
+    return hl.CoSimulation(CHAIN, hl.reduce(body, until=UNTIL))
+
+
+def laminate(builder: Any) -> hl.CoSimulation:
+    return hl.CoSimulation(CHAIN, hl.reduce(builder(0.06, 0.05, None, WALL, EDGES).at(0.02, 0.02), until=UNTIL))
+
+
+def law(given: Any) -> hl.CoSimulation:
+    return hl.CoSimulation(hl.Chain([BEAD] * 4, BEAD, 0.3, law=given), ROD)
+
+
+BUILT: dict[str, Callable[[], hl.CoSimulation]] = {
+    "two chains on a plate": lambda: hl.CoSimulation([CHAIN, CHAIN], at([0.02, 0.04], [0.02, 0.02])),
+    "one of two points": lambda: hl.CoSimulation(CHAIN, hl.ContactPoint(at([0.02, 0.04], [0.02, 0.02]), 1)),
+    "between plates": between_plates,
+    "a rod with two ends": on_a_rod_with_two_ends,
+    "nothing and a rod": lambda: hl.CoSimulation([CHAIN, CHAIN], [None, ROD]),
+    "nothing twice": lambda: hl.CoSimulation([CHAIN, CHAIN], [None, None]),
+    "half-spaces": lambda: hl.CoSimulation([CHAIN, CHAIN], [hl.half_space(hl.PTFE), hl.half_space(hl.BRASS_360)]),
+    "reduced and not": lambda: hl.CoSimulation([CHAIN, CHAIN], [at(0.02, 0.02), hl.damping.rayleigh(ROD, 1.0, 1e-8)]),
+    "a rod at both ends": lambda: hl.CoSimulation(BETWEEN, ROD, behind=hl.rod(LAYERS)),
+    "beads that deform": lambda: deformable(None),
+    "modal beads": lambda: deformable(hl.damping.Modal(0.03)),
+    "Rayleigh beads": lambda: deformable(hl.damping.Rayleigh(1.0, 1e-8)),
+    "viscoelastic beads": lambda: deformable(hl.damping.StandardLinearSolid(0.2, 1e-6, "instantaneous")),
+    "laminate": lambda: laminate(hl.kirchhoff_plate),
+    "thick laminate": lambda: laminate(hl.mindlin_plate),
+    "infinite laminate": lambda: hl.CoSimulation(CHAIN, hl.infinite_plate(None, WALL)),
+    "section": lambda: hl.CoSimulation(
+        CHAIN, hl.reduce(hl.kirchhoff_plate(0.06, 0.05, None, SECTION, EDGES).at(0.02, 0.02), until=UNTIL)
+    ),
+    "computed law": lambda: law(hl.laws.axisymmetric(BEAD, max_force=60.0)),
+    "law with a caution": lambda: law(hl.laws.PowerLaw(1e10, 1.5, caution="a guess")),
+    "viscous layer": lambda: hl.CoSimulation(CHAIN, solid(ROD, 0.3, 1e-5, part=part)),
+    "viscous layer of a cylinder": cylinder_with_a_viscous_layer,
+    "damping by mode": modal_by_mode,
+    "Newmark": lambda: stepped("newmark"),
+    "central differences": lambda: stepped("central-difference"),
+    "Newmark with constants": lambda: stepped(partial(hl.stepping.Newmark, beta=0.3, gamma=0.6)),
+    "generalised alpha": lambda: stepped(partial(hl.stepping.GeneralisedAlpha, spectral_radius=0.5)),
+    "a piston of PTFE": lambda: hl.CoSimulation(
+        hl.Chain([BEAD] * 4, hl.Piston([0.0, 2e-5], [0.0, 2e-6], hl.Surface(hl.PTFE, 50.0))), ROD
+    ),
+    "a step of its own": lambda: hl.CoSimulation(CHAIN, ROD, dt=1.1e-8),
+}
+SLOW = {"viscous layer of a cylinder", "thick laminate", "laminate", "section"}
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(one, marks=pytest.mark.thorough if one in SLOW else ()) for one in BUILT]
+)
+def test_a_run_comes_back_to_the_same_bits(name: str) -> None:
+    run = BUILT[name]().run(until=UNTIL)
+    text = hl.from_input(run.attrs["input"]).to_toml()
+    assert Case(tomllib.loads(text)).run().identical(run)
+
+
+TWO = """
+[[chain]]
+beads = 4
+bead = { shape = "sphere", radius = 2.38e-3, material = "steel 440C" }
+impact_speed = 0.3
+
+[[chain]]
+beads = 4
+bead = { shape = "sphere", radius = 2.38e-3, material = "steel 440C" }
+impact_speed = 0.2
+
+[structure]
+kind = "kirchhoff_plate"
+length = 0.06
+width = 0.05
+thickness = 2e-3
+material = "brass 360"
+supports = { left = "clamped", right = "clamped", bottom = "clamped", top = "clamped" }
+at = [[0.02, 0.02], [0.04, 0.02]]
+cells = [6, 5]
+
+[run]
+until = 1.5e-4
+"""
+
+
+def test_several_chains_are_those_of_python() -> None:
+    """Without seats, chains take the contact points in their order."""
+    second = hl.Chain([BEAD] * 4, BEAD, 0.2)
+    first = hl.Chain([BEAD] * 4, BEAD, 0.3)
+    expected = hl.CoSimulation([first, second], PLATE.at([0.02, 0.04], [0.02, 0.02])).run(until=UNTIL)
+    assert Case(tomllib.loads(TWO) | {"run": {"until": UNTIL, "reduce": False}}).run().equals(expected)
+
+
+def test_a_law_by_finite_elements_is_that_of_python() -> None:
+    case = tomllib.loads(TWO)
+    case["chain"] = {**case["chain"][0], "law": {"kind": "numerical", "max_force": 60.0}}
+    case["structure"] = {"kind": "nothing"}
+    own = hl.laws.computed_law(BEAD, BEAD, max_force=60.0)
+    expected = hl.CoSimulation(hl.Chain([BEAD] * 4, BEAD, 0.3, law=own), None).run(until=UNTIL)
+    assert Case(case).run().equals(expected)
+
+
+WRONG: list[tuple[str, Any, str]] = [
+    ("chain[0].on", {"point": 2}, r"chain\[0\]\.on\.point: 2 is no contact point of 2"),
+    ("chain[0].on", {"structure": 1}, r"chain\[0\]\.on\.structure: 1 is no structure of 1"),
+    ("chain[0].on", {"point": 1}, r"contact point"),
+    ("chain[0].damping", {"kind": "modal", "ratio": 0.1}, r"chain\[0\]\.damping: acts inside beads that deform"),
+    ("chain[1].modes", 99, r"chain\[1\]\.modes: 99 must be at most 20"),
+    ("structure.at", [[0.02, 0.02]], r"chain\[1\]\.on\.point: 1 is no contact point of 1|structure"),
+    ("structure.face", ["front"], r"structure\.face"),
+    ("structure.face", ["up", "down"], r'structure\.face\[0\]: "up" is not possible'),
+    ("structure.wall", {"plies": []}, r"structure\.wall\.plies: \[\] has 0 entries"),
+    (
+        "structure.wall",
+        {"plies": [{"material": "PTFE", "thickness": 1e-3}]},
+        r"structure\.thickness: belongs to a wall",
+    ),
+    ("structure.stepper", {"kind": "euler"}, r'structure\.stepper\.kind: "euler" is no kind'),
+    ("structure.reduce", "yes", r"structure\.reduce: .*must be true, false, or a table"),
+    ("behind", {"kind": "half_space", "material": "PTFE"}, r"behind: belongs to one \[chain\]"),
+    ("measure", {"chain": 2}, r"measure\.chain: 2 is no chain of 2"),
+    ("chain", 3, r"chain: 3 must be a section \[chain\]"),
+    ("chain", [], r"chain: \[\] has 0 entries"),
+    ("structure", [], r"structure: \[\] has 0 entries"),
+    ("chain[0].law", {"kind": "numerical", "max_force": -1.0}, r"chain\[0\]\.law\.max_force"),
+    ("materials.sheet", {"youngs_modulus_along": 1e11}, r"materials\.sheet\.youngs_modulus_across: is missing"),
+]
+
+
+@pytest.mark.parametrize(("path", "value", "words"), WRONG)
+def test_what_is_wrong_with_several_is_named(path: str, value: Any, words: str) -> None:
+    from hertzlink.cases.running import task_of
+
+    with pytest.raises(ValueError, match=words):
+        task_of(Case(tomllib.loads(TWO)).changed({path: value})).case.simulation()
+
+
+def test_what_takes_one_chain_says_so() -> None:
+    from hertzlink.cases.running import task_of
+
+    axis = {"sweep": {"structure.at[0][0]": [0.01, 0.015, 0.02]}}
+    swept = Case(tomllib.loads(TWO) | axis | {"measure": {"sensor": 2}})
+    assert task_of(swept).kind == "sweep"
+    critical = {"measure": {"sensor": 2, "critical_distance": {"along": "structure.at[0][0]"}}}
+    with pytest.raises(ValueError, match="chain: has 2 sections; a critical distance takes one"):
+        task_of(Case({**swept.data, **critical}))
+
+
+def test_an_orthotropic_material_is_for_plies_alone() -> None:
+    data = tomllib.loads(TWO)
+    sheet = {"youngs_modulus_along": 135e9, "youngs_modulus_across": 9e9, "poisson_ratio": 0.3, "shear_modulus": 5e9}
+    sheet |= {"shear_modulus_along": 5e9, "shear_modulus_across": 3.2e9, "density": 1560.0}
+    data["materials"] = {"carbon": sheet}
+    data["structure"]["material"] = "carbon"
+    with pytest.raises(ValueError, match=r'structure\.material: "carbon" is orthotropic'):
+        Case(data).simulation()
+    del data["structure"]["material"], data["structure"]["thickness"]
+    data["structure"]["wall"] = {"plies": [{"material": "carbon", "thickness": 1e-3}]}
+    carbon = hl.laminates.OrthotropicMaterial(**sheet, name="carbon")
+    body = Case(data).simulation().structure.structure
+    assert body.origin["material"]["plies"][0]["material"]["name"] == carbon.name
