@@ -21,13 +21,22 @@ def flat_chains(interface: Interface) -> kernels.Chains:
     moving = interface.chains
     constants = [chain.constants for chain in moving]
     vibrations = [chain.vibrations or _rigid(chain) for chain in moving]
-    rows, tables, begin = [], [], 0
+    rows, tables, yielding, begin = [], [], [], 0
     for one in constants:
+        if one.yielding is not None:
+            own = one.yielding
+            yielding.append(own._replace(loading=own.loading + begin, dent=own.dent + begin))
         tables.append(np.where(one.table < 0, one.table, one.table + begin))
         rows.append(one.rows)
         begin += len(one.rows)
     layout = [
-        (chain.rest.size, one.inverse_mass.size, one.history.size, vibration.struck.size)
+        (
+            chain.rest.size,
+            one.inverse_mass.size,
+            one.history.size,
+            vibration.struck.size,
+            0 if one.yielding is None else one.yielding.begin.size,
+        )
         for chain, one, vibration in zip(moving, constants, vibrations, strict=True)
     ]
     shapes: list[Vector | None] = [None] * 4
@@ -45,6 +54,7 @@ def flat_chains(interface: Interface) -> kernels.Chains:
         struck=shapes[1],
         far=shapes[2],
         cross=shapes[3],
+        yielding=kernels.Yielding(*map(_joined, zip(*yielding, strict=True))) if yielding else None,
         numbers=np.array([tuple(one.numbers) for one in constants], dtype=float),
         layout=_layout(layout),
         method=methods if np.any(methods != kernels.VERLET) else None,
