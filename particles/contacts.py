@@ -92,10 +92,22 @@ def kernel_yielding(
             rows[contact] = places[0], places[1]
     yields = [contact if contact in rows else None for contact in contacts]
     return kernels.Yielding(
-        np.array([inf if contact is None else contact.overlap for contact in yields]),
+        np.array([kernels.NEVER if contact is None else contact.overlap for contact in yields]),
         np.array([0.0 if contact is None else contact.yield_force for contact in yields]),
         *(np.array([0 if one is None else rows[one][k] for one in yields], dtype=np.int64) for k in range(2)),
     ), tables
+
+
+def unloading(contacts: Sequence[YieldingContact | None], stiffness: Vector, overlaps: Vector) -> Vector:
+    """What contacts that were pressed so far (m) remember, one array after the other; see `kernels.Yielding`."""
+    limit, hard, dent = np.full(stiffness.size, kernels.NEVER), stiffness.copy(), np.zeros(stiffness.size)
+    for i, contact in enumerate(contacts):
+        if contact is not None and contact.overlap < inf:
+            limit[i] = max(contact.overlap, overlaps[i])
+            if overlaps[i] > contact.overlap:
+                dent[i] = contact.dent(overlaps[i])
+                hard[i] = contact.force(overlaps[i]) / (overlaps[i] - dent[i]) ** 1.5
+    return np.concatenate([limit, hard, dent])
 
 
 def grouped(laws: Laws) -> Groups:

@@ -4,7 +4,7 @@ Arrays, with N beads behind body 0, the striker:
     y, v     N + 1   positions (m) and velocities of the bodies; y is measured from touching, unloaded beads,
                      so the approach of a contact is δᵢ = yᵢ₋₁ − yᵢ, and that of the last one y_N − w; behind them,
                      where beads vibrate, the m amplitudes (m √kg) of each body's modes, and their rates; or, where
-                     contacts yield, the largest overlap (m) of each contact so far, and zeros
+                     contacts yield, three numbers of each contact, see Yielding, and zeros
 The structure's surface is at w and moves at a constant rate during a window. Where a structure is behind the chain too,
 body 0 is its surface, and moves on at the speed that it has as a window starts. Contacts 1 … N + 1 are stored from 0;
 the last one is with the structure. `chain` is a Constants.
@@ -30,6 +30,9 @@ moves on at its speed, PUSHED with a history of the force on bead 1, STEADY with
 
 NEGLIGIBLE = 1e-60
 """m. The front of a solitary wave falls off doubly exponentially; below this it would end in slow subnormal numbers."""
+
+NEVER = 1e300
+"""m, the overlap at which a contact yields that does not."""
 
 BUCKETS, LOWEST, OCTAVES = 32, -60, 57
 """Cubics in an octave of the approach, and where tables begin and end: 2^-60 m to 2^-3 m."""
@@ -91,11 +94,13 @@ class Yielding(NamedTuple):
     """Of contacts that yield, N + 1 of each; empty where none of the chain does. See particles.laws.yielding.
 
     A contact follows Hertz's law up to the overlap at which it yields, then a loading curve. Unloaded, it is Hertz's
-    again, with another stiffness and from the dent on that is left; both depend on the largest overlap so far.
+    again, with another stiffness and from the dent on that is left; both depend on the largest overlap so far. What it
+    remembers lies behind the positions: N + 1 overlaps (m) beyond which the contacts yield further, then N + 1 of these
+    stiffnesses (N/m^1.5), then N + 1 dents (m).
     """
 
     begin: np.ndarray
-    """Overlap at which it yields, m; infinite where it does not."""
+    """Overlap at which it yields, m; NEVER where it does not."""
     force: np.ndarray
     """There, N."""
     loading: np.ndarray
@@ -367,10 +372,8 @@ def _loading(i, rows, yielding, largest):
 
 
 @njit(cache=True, inline="always")
-def _unloading(i, stiffness, rows, yielding, largest):
-    """Stiffness (N/m^1.5) and dent (m) of a contact after its largest overlap: its own, and none, before it yields."""
-    if not largest > yielding.begin[i]:
-        return stiffness, 0.0
+def _unloading(i, rows, yielding, largest):
+    """Stiffness (N/m^1.5) and dent (m) of a contact after its largest overlap, beyond that at which it yields."""
     depth = largest - yielding.begin[i]
     row = yielding.dent[i] + _row(depth)
     t = depth - rows[row, 0]
@@ -397,19 +400,20 @@ def _loaded_on_spring(i, rows, yielding, approach, flexibility):
 
 
 @njit(cache=True)
-def _yielded(i, stiffness, rows, yielding, largest, approach, flexibility):
+def _yielded(i, rows, yielding, y, approach, flexibility):
     """Stiffness and elastic overlap of a contact of Hertz's shape with this force, and its whole overlap.
 
-    They are those after its largest overlap, or after this one if that is larger.
+    They are those that the contact remembers, or where it is pressed further those after this overlap.
     """
-    hard, dent = _unloading(i, stiffness, rows, yielding, largest)
+    bodies = yielding.begin.size
+    hard, dent = y[2 * bodies + i], y[3 * bodies + i]
     elastic = approach - dent
     if flexibility != 0.0 and elastic > NEGLIGIBLE:
         elastic = _hertz_on_spring(hard * flexibility, elastic)
     overlap = elastic + dent
-    if overlap > max(yielding.begin[i], largest):
+    if overlap > y[bodies + i]:
         overlap = _loaded_on_spring(i, rows, yielding, approach, flexibility)
-        hard, dent = _unloading(i, stiffness, rows, yielding, overlap)
+        hard, dent = _unloading(i, rows, yielding, overlap)
         elastic = overlap - dent
     return hard, elastic if elastic > NEGLIGIBLE else 0.0, overlap
 
@@ -426,19 +430,19 @@ def _plastic_work(i, stiffness, rows, yielding, largest):
     beyond = rows[row, 5] + t * (
         rows[row, 1] + t * (rows[row, 2] / 2.0 + t * (rows[row, 3] / 3.0 + t * rows[row, 4] / 4.0))
     )
-    hard, dent = _unloading(i, stiffness, rows, yielding, largest)
+    hard, dent = _unloading(i, rows, yielding, largest)
     elastic = largest - dent
     loaded = stiffness * (0.4 * begin * begin * sqrt(begin)) + yielding.force[i] * depth + beyond
     return max(loaded - hard * (0.4 * elastic * elastic * sqrt(elastic)), 0.0)
 
 
 @njit(cache=True)
-def _plastic_loss(stiffness, rows, yielding, before, largest):
-    """Energy lost as the largest overlaps grew, J."""
+def _plastic_loss(stiffness, rows, yielding, before, limit, first, end):
+    """Energy lost in some contacts as the overlaps beyond which they yield further grew, J."""
     lost = 0.0
-    for i in range(before.size):
-        if largest[i] > before[i]:
-            more = _plastic_work(i, stiffness[i], rows, yielding, largest[i])
+    for i in range(first, end):
+        if limit[i] > before[i]:
+            more = _plastic_work(i, stiffness[i], rows, yielding, limit[i])
             lost += max(more - _plastic_work(i, stiffness[i], rows, yielding, before[i]), 0.0)
     return lost
 
@@ -452,14 +456,14 @@ def _yields(yielding):
 
 
 @njit(cache=True)
-def _largest_overlaps(y, bodies, yielding):
-    """A copy of what the contacts remember; nothing where none yields."""
-    return y[bodies:].copy() if _yields(yielding) else y[:0].copy()
+def _limits(y, bodies, yielding):
+    """A copy of the overlaps beyond which contacts yield further; nothing where none yields."""
+    return y[bodies : 2 * bodies].copy() if _yields(yielding) else y[:0].copy()
 
 
 @njit(cache=True)
-def _remember_overlaps(y, wall, stiffness, rows, yielding, numbers):
-    """Put overlaps larger than ever into the memory of the contacts, behind the positions in y."""
+def _remember_overlaps(y, wall, rows, yielding, numbers):
+    """Put what contacts remember behind the positions in y."""
     if yielding is None:
         return
     bodies = yielding.begin.size
@@ -467,16 +471,18 @@ def _remember_overlaps(y, wall, stiffness, rows, yielding, numbers):
         approach = y[i] - (y[i + 1] if i < bodies - 1 else wall)
         if approach > yielding.begin[i]:
             flexibility = numbers.flexibility if i == bodies - 1 else numbers.flexibility_behind if i == 0 else 0.0
-            _, _, overlap = _yielded(i, stiffness[i], rows, yielding, y[bodies + i], approach, flexibility)
-            y[bodies + i] = max(y[bodies + i], overlap)
+            _, _, overlap = _yielded(i, rows, yielding, y, approach, flexibility)
+            if overlap > y[bodies + i]:
+                y[bodies + i] = overlap
+                y[2 * bodies + i], y[3 * bodies + i] = _unloading(i, rows, yielding, overlap)
 
 
 @njit(cache=True)
 def _loss_of_yielding(y, stiffness, rows, yielding, before):
-    """Energy lost since the contacts remembered the overlaps `before`, J."""
+    """Energy lost since the contacts had the limits `before`, J."""
     if yielding is None:
         return 0.0
-    return _plastic_loss(stiffness, rows, yielding, before, y[y.size - before.size :])
+    return _plastic_loss(stiffness, rows, yielding, before, y[before.size :], 0, before.size)
 
 
 @njit(cache=True)
@@ -556,16 +562,20 @@ def _verlet(y, v, inverse_mass, stiffness, gravity, flexibility, wall, rate, dt,
 
 
 @njit(cache=True, fastmath={"contract"}, inline="always")
-def _press(y, stiffness, dent, limit, force):
-    """Forces of contacts of Hertz's shape from their dents on, but the last one; how many are pressed beyond limits."""
-    beyond = 0
+def _press(y, limit, stiffness, dent, force):
+    """Forces of contacts of Hertz's shape from their dents on, but the last one.
+
+    Returns the first and the last one that are pressed beyond their limits; where none is, the last comes first.
+    """
+    low, high = force.size, -1
     for i in range(force.size):
         approach = y[i] - y[i + 1]
-        beyond += approach > limit[i]
+        low = min(low, i if approach > limit[i] else force.size)
+        high = max(high, i if approach > limit[i] else -1)
         overlap = approach - dent[i]
         overlap = overlap if overlap > NEGLIGIBLE else 0.0
         force[i] = stiffness[i] * overlap * sqrt(overlap)
-    return beyond
+    return low, high
 
 
 @njit(cache=True, fastmath={"contract"}, inline="always")
@@ -588,13 +598,10 @@ def _yielding_verlet(y, v, inverse_mass, stiffness, rows, yielding, gravity, fle
         return 0.0, 0.0
     bodies = inverse_mass.size
     last = bodies - 1
-    place, speed, largest = y[:bodies], v[:bodies], y[bodies:]
-    hard, dent, limit = np.empty(bodies), np.empty(bodies), np.empty(bodies)
-    before, force = largest.copy(), np.empty(last)
-    for i in range(bodies):
-        hard[i], dent[i] = _unloading(i, stiffness[i], rows, yielding, largest[i])
-        limit[i] = max(largest[i], yielding.begin[i])
-    impulse = 0.0
+    place, speed = y[:bodies], v[:bodies]
+    limit, hard, dent = y[bodies : 2 * bodies], y[2 * bodies : 3 * bodies], y[3 * bodies :]
+    before, force = limit.copy(), np.empty(last)
+    impulse, low, high = 0.0, last, 0
     for step in range(steps + 1):
         kick = dt if 0 < step < steps else 0.5 * dt
         approach = place[last] - (wall + step * dt * rate)
@@ -602,21 +609,23 @@ def _yielding_verlet(y, v, inverse_mass, stiffness, rows, yielding, gravity, fle
         if flexibility != 0.0 and overlap > NEGLIGIBLE:
             overlap = _hertz_on_spring(hard[last] * flexibility, overlap)
         if overlap + dent[last] > limit[last]:
-            limit[last] = largest[last] = _loaded_on_spring(last, rows, yielding, approach, flexibility)
-            hard[last], dent[last] = _unloading(last, stiffness[last], rows, yielding, largest[last])
-            overlap = largest[last] - dent[last]
+            limit[last] = _loaded_on_spring(last, rows, yielding, approach, flexibility)
+            hard[last], dent[last] = _unloading(last, rows, yielding, limit[last])
+            overlap, high = limit[last] - dent[last], bodies
         wall_force = _hertz(hard[last], overlap)
         impulse += kick * wall_force
-        if _press(place, hard, dent, limit, force) > 0:
-            for i in range(last):
+        first, end = _press(place, limit, hard, dent, force)
+        if first <= end:
+            low, high = min(low, first), max(high, end + 1)
+            for i in range(first, end + 1):
                 approach = place[i] - place[i + 1]
                 if approach > limit[i]:
-                    limit[i] = largest[i] = approach
+                    limit[i] = approach
                     force[i] = _loading(i, rows, yielding, approach)
-                    hard[i], dent[i] = _unloading(i, stiffness[i], rows, yielding, approach)
+                    hard[i], dent[i] = _unloading(i, rows, yielding, approach)
         drift = dt if step < steps else 0.0
         _pushed_drift(place, speed, inverse_mass, force, gravity, wall_force, kick, drift)
-    return impulse, _plastic_loss(stiffness, rows, yielding, before, largest)
+    return impulse, _plastic_loss(stiffness, rows, yielding, before, limit, low, high)
 
 
 @njit(cache=True, fastmath={"contract"})
@@ -784,16 +793,20 @@ def _accelerate_yielding(
     """`_accelerate` for rigid bodies whose contacts yield. Losses see the stiffness of unloading."""
     bodies = inverse_mass.size
     last = bodies - 1
-    power, behind = 0.0, on_striker
+    power, behind, dent = 0.0, on_striker, y[3 * bodies :]
     for i in range(bodies):
         approach = y[i] - (y[i + 1] if i < last else wall)
         approach_rate = v[i] - (v[i + 1] if i < last else rate)
         flexibility = numbers.flexibility if i == last else numbers.flexibility_behind if i == 0 else 0.0
-        hard, overlap, _ = _yielded(i, stiffness[i], rows, yielding, y[bodies + i], approach, flexibility)
+        hard, overlap = y[2 * bodies + i], approach - dent[i]
+        # Written out: handing arrays to a function for every contact would cost more than the contact.
+        if approach > y[bodies + i] or flexibility != 0.0:
+            hard, overlap, _ = _yielded(i, rows, yielding, y, approach, flexibility)
+        overlap = overlap if overlap > NEGLIGIBLE else 0.0
         slope = hard * sqrt(overlap)
         ahead = elastic = slope * overlap
         # A dent that is not touched any more has no loss.
-        touches = overlap > 0.0 or (approach >= 0.0 and not y[bodies + i] > yielding.begin[i])
+        touches = overlap > 0.0 or (approach >= 0.0 and dent[i] == 0.0)
         if touches and stiffness[i] > 0.0 and NO_LOSS < numbers.loss < GLOBAL:
             ahead = _lossy(
                 elastic, 1.5 * slope, overlap, approach_rate, flexibility, numbers.loss, damping[i], numbers.exponent
@@ -932,7 +945,7 @@ def _lossy_verlet(y, v, chain, t, wall, rate, dt, steps):
     """Velocity Verlet whose losses depend on the velocity predicted for the step's end: second order."""
     inverse_mass, stiffness, table, rows, damping, history, vibrations, yielding, numbers = chain
     a, half, forces = np.zeros_like(y), v.copy(), np.zeros_like(inverse_mass)
-    largest = _largest_overlaps(y, inverse_mass.size, yielding)
+    limits = _limits(y, inverse_mass.size, yielding)
     driven = numbers.drive != FREE or numbers.spring > 0.0 or numbers.preload > 0.0
     on_striker, on_bead, push = 0.0, 0.0, 0.0
     impulse, impulse_behind, lost, work = 0.0, 0.0, 0.0, 0.0
@@ -953,7 +966,7 @@ def _lossy_verlet(y, v, chain, t, wall, rate, dt, steps):
             y, v, place_of_wall, rate, on_striker, on_bead, inverse_mass, stiffness, table, rows, damping, vibrations,
             yielding, numbers, a, forces,
         )  # fmt: skip
-        _remember_overlaps(y, place_of_wall, stiffness, rows, yielding, numbers)
+        _remember_overlaps(y, place_of_wall, rows, yielding, numbers)
         if step > 0:
             for i in range(y.size):
                 v[i] = half[i] + 0.5 * dt * a[i]
@@ -965,7 +978,7 @@ def _lossy_verlet(y, v, chain, t, wall, rate, dt, steps):
             # By its way, not its speed, which may jump at the history's ends.
             work += 0.5 * (before + forces[0]) * (y[0] - place)
         work += weight * push * v[1]
-    return impulse, impulse_behind, lost + _loss_of_yielding(y, stiffness, rows, yielding, largest), work
+    return impulse, impulse_behind, lost + _loss_of_yielding(y, stiffness, rows, yielding, limits), work
 
 
 @njit(cache=True, inline="always")
@@ -1036,7 +1049,7 @@ def _rk4(y, v, chain, t, wall, rate, dt, steps):
     """The classical Runge–Kutta method of order four; impulse, loss and work are integrated with the same weights."""
     inverse_mass, stiffness, table, rows, damping, history, vibrations, yielding, numbers = chain
     a, sum_a, sum_v = np.zeros_like(y), np.empty_like(y), np.empty_like(y)
-    largest = _largest_overlaps(y, inverse_mass.size, yielding)
+    limits = _limits(y, inverse_mass.size, yielding)
     stage_y, stage_v, forces = np.empty_like(y), np.empty_like(y), np.zeros_like(inverse_mass)
     driven = numbers.drive != FREE or numbers.spring > 0.0 or numbers.preload > 0.0
     on_striker, on_bead, push = 0.0, 0.0, 0.0
@@ -1075,8 +1088,8 @@ def _rk4(y, v, chain, t, wall, rate, dt, steps):
         if numbers.drive == MOVED:
             y[0], v[0] = _value(history, t + (step + 1) * dt)
             work += (impulse_behind - impulse_before) / dt * (y[0] - place)
-        _remember_overlaps(y, wall + (step + 1) * dt * rate, stiffness, rows, yielding, numbers)
-    return impulse, impulse_behind, lost + _loss_of_yielding(y, stiffness, rows, yielding, largest), work
+        _remember_overlaps(y, wall + (step + 1) * dt * rate, rows, yielding, numbers)
+    return impulse, impulse_behind, lost + _loss_of_yielding(y, stiffness, rows, yielding, limits), work
 
 
 @njit(cache=True)
@@ -1211,13 +1224,26 @@ def _vibration_energies(y, v, stiffness, table, rows, vibrations, numbers, wall,
 
 
 @njit(cache=True)
-def _yielded_energy(i, stiffness, rows, yielding, y, bodies, approach, flexibility):
-    """What a contact that yields, and the spring behind it, would return, J."""
+def _yielding_energies(y, v, inverse_mass, rows, yielding, numbers, wall, potential):
+    """Kinetic energy, and a potential energy with what contacts that yield would return."""
+    kinetic = 0.0
     if yielding is None:
-        return 0.0
-    hard, elastic, _ = _yielded(i, stiffness, rows, yielding, y[bodies + i], approach, flexibility)
-    force = hard * (elastic * sqrt(elastic))
-    return 0.5 * flexibility * force * force + hard * (0.4 * elastic * elastic * sqrt(elastic))
+        return kinetic, potential
+    bodies = yielding.begin.size
+    for i in range(bodies):
+        if inverse_mass[i] > 0.0:
+            kinetic += 0.5 * v[i] * v[i] / inverse_mass[i]
+            potential -= numbers.gravity * y[i] / inverse_mass[i]
+        approach = y[i] - (y[i + 1] if i < bodies - 1 else wall)
+        flexibility = numbers.flexibility if i == bodies - 1 else numbers.flexibility_behind if i == 0 else 0.0
+        hard, elastic = y[2 * bodies + i], approach - y[3 * bodies + i]
+        if approach > y[bodies + i] or flexibility != 0.0:
+            hard, elastic, _ = _yielded(i, rows, yielding, y, approach, flexibility)
+        if elastic > NEGLIGIBLE:
+            force = hard * (elastic * sqrt(elastic))
+            potential += 0.5 * flexibility * force * force
+            potential += hard * (0.4 * elastic * elastic * sqrt(elastic))
+    return kinetic, potential
 
 
 @njit(cache=True)
@@ -1228,8 +1254,9 @@ def energies(y, v, chain, wall):
     overlaps, forces = np.zeros(last + 1), np.zeros(last + 1)
     kinetic = 0.0
     potential = 0.5 * numbers.spring * max(numbers.spring_end - y[0], 0.0) ** 2 - numbers.preload * y[1]
-    yields = _yields(yielding)
-    vibrating = y.size > last + 1 and not yields
+    if _yields(yielding):
+        return _yielding_energies(y, v, inverse_mass, rows, yielding, numbers, wall, potential)
+    vibrating = y.size > last + 1
     if vibrating:
         kinetic, potential = _vibration_energies(
             y, v, stiffness, table, rows, vibrations, numbers, wall, potential, overlaps, forces
@@ -1240,9 +1267,6 @@ def energies(y, v, chain, wall):
             potential -= numbers.gravity * y[i] / inverse_mass[i]
         overlap = overlaps[i] if vibrating else y[i] - (y[i + 1] if i < last else wall)
         flexibility = numbers.flexibility if i == last else numbers.flexibility_behind if i == 0 else 0.0
-        if yields:
-            potential += _yielded_energy(i, stiffness[i], rows, yielding, y, last + 1, overlap, flexibility)
-            continue
         if flexibility != 0.0:
             if not vibrating:
                 overlap = _overlap_on_spring(stiffness[i], table[i], rows, overlap, flexibility)

@@ -34,7 +34,7 @@ STEPS_PER_DAMPING = 40
 class ChainState(NamedTuple):
     """Positions from touching, unloaded beads (m) and velocities (m/s) of striker, or the surface behind, and beads.
 
-    Where contacts yield, behind the positions are the largest overlaps of the contacts so far, m.
+    Where contacts yield, behind the positions is what they remember, see `kernels.Yielding`.
     lost: energy lost so far (J); time: s from the first contact; driven: work of a force history or piston so far (J).
     """
 
@@ -240,10 +240,7 @@ class MovingChain:
 
     def dents(self, position: Vector) -> Vector:
         """The dents of contacts that yield, saved times × contacts, m; see `ChainState`."""
-        largest = position[:, self.mass.size :]
-        none = np.zeros(len(position))
-        kinds = zip(self.yielding or (), largest.T, strict=True)
-        return np.stack([none if one is None else one.dent(most) for one, most in kinds], axis=1)
+        return position[:, 3 * self.mass.size :]
 
     @cached_property
     def longest_step(self) -> float:
@@ -375,8 +372,7 @@ class MovingChain:
         places = statics.places_at_rest(self.preload, self.static_force, self._springs())
         if self.yielding is None:
             return places
-        begin = np.array([inf if contact is None else contact.overlap for contact in self.yielding])
-        return np.append(places, np.where(self.preload > begin, self.preload, 0.0))
+        return np.append(places, contacts.unloading(self.yielding, self.stiffness, self.preload))
 
     def _springs(self) -> Vector:
         """Flexibilities behind the first and the last contact, m/N."""

@@ -162,7 +162,7 @@ def test_the_ledger_closes(law: YieldingLaw, more: dict[str, Any]) -> None:
     assert hl.energy_error(run) < 2e-6
     assert np.all(np.diff(run.dissipated_energy.values) >= -1e-16 * float(run.impact_energy))
     assert float(run.dissipated_energy[-1]) > 0.5 * float(run.impact_energy)
-    assert np.all(np.diff(run.dent.values, axis=0) >= 0.0)
+    assert np.all(np.diff(run.dent.values, axis=0) >= -1e-9 * float(run.dent.max()))
     assert np.all(run.contact_force.values >= 0.0)
     assert not any(line.startswith("yield") for line in run.attrs.get("warnings", "").splitlines())
 
@@ -295,8 +295,9 @@ def test_a_wave_decays_in_soft_steel() -> None:
 def test_static_loads_beyond_yield_are_on_the_loading_curve() -> None:
     moving = hl.stepping.MovingChain(chain(LAWS[0], 3, preload=20.0), hl.Surface(hl.STEEL_316))
     found = contact(LAWS[0])
-    most = moving.start().position[4:]
-    assert most[0] == 0.0
+    _, most, _, dents = np.split(moving.start().position, 4)
+    assert most[0] == found.overlap
+    assert dents[1] > dents[0] == 0.0
     assert np.all(found.force(most[1:3]) == pytest.approx(20.0, rel=1e-9))
     resting = hl.Chain([SOFT] * 3, None, law=LAWS[0], preload=20.0)
     run = hl.CoSimulation(resting, WALL).run(1e-4)
