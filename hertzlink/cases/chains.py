@@ -13,6 +13,7 @@ from hertzlink.cases.parts import (
     Duration,
     Force,
     Length,
+    Modulus,
     Number,
     Part,
     Round,
@@ -37,6 +38,7 @@ from particles.dissipation import (
 )
 from particles.excitation import Excitation, Piston, PushedBead, SpringLoaded
 from particles.laws.law import ContactLaw, PowerLaw, TabulatedLaw
+from particles.laws.yielding import JacksonGreen, Thornton, YieldingLaw
 
 MOST_BEADS = 100_000
 
@@ -215,7 +217,31 @@ class OwnTable(Part):
         return TabulatedLaw(tuple(self.approaches), tuple(self.forces), self.name or TabulatedLaw.name)
 
 
-OneLaw = Annotated[OwnPowerLaw | OwnTable, Discriminator("kind")]
+class YieldingPart(Part):
+    """How all contacts yield; without a yield strength, that of the softer material of each."""
+
+    makes: ClassVar[type[YieldingLaw]]
+    yield_strength: Modulus | None = None
+
+    def make(self, world: World) -> YieldingLaw:
+        return self.makes(self.yield_strength)
+
+
+class ThorntonPart(YieldingPart):
+    """Thornton's law."""
+
+    makes = Thornton
+    kind: Literal["thornton"]
+
+
+class JacksonGreenPart(YieldingPart):
+    """Jackson and Green's fits."""
+
+    makes = JacksonGreen
+    kind: Literal["jackson_green"]
+
+
+OneLaw = Annotated[OwnPowerLaw | OwnTable | ThorntonPart | JacksonGreenPart, Discriminator("kind")]
 
 Moved = Annotated[Spring | Push | MovedPiston, Discriminator("kind")]
 
@@ -276,7 +302,7 @@ class ChainPart(Part):
         for name in ("dissipation", "law"):
             part = getattr(self, name)
             optional[name] = None if part is None else made(part, world, (name,))
-        law: ContactLaw | None = optional.pop("law")
+        law: ContactLaw | YieldingLaw | None = optional.pop("law")
         return Chain(
             beads,
             self._striker(world, own.get("bead", beads[0])),

@@ -16,7 +16,9 @@ LOSSES = {
 
 MOTIONS = {"SpringLoaded": "spring_loaded", "PushedBead": "pushed_bead", "Piston": "piston"}
 
-LAWS = {"PowerLaw": "power_law", "TabulatedLaw": "tabulated_law"}
+LAWS = {
+    "PowerLaw": "power_law", "TabulatedLaw": "tabulated_law", "Thornton": "thornton", "JacksonGreen": "jackson_green",
+}  # fmt: skip
 
 KINDS = {
     "half-space": "half_space", "rod": "rod", "cylinder": "layered_cylinder", "solid": "solid",
