@@ -76,7 +76,7 @@ RUNS = {
     "contact-law": (20, 20),
     "symmetry": (3, 3),
     "identifiability": (24, 182),
-    "yield": (11, 11),
+    "yield": (13, 13),
 }
 """About how many runs a quick study and a whole one take, so that the remaining time can be estimated; not for a
 user's own parameters.

@@ -150,8 +150,8 @@ CAPTIONS = {
     },
     "yield": {
         "speed": (
-            "What yielding takes over the impact speed, in chains of two steels on half-spaces of them: the incident "
-            "force at bead 7 over that of elastic beads, and the amplitude ratio. Grey: impact speeds of the thesis."
+            "What yielding takes over the impact speed: the incident force at bead 7 over that of elastic beads, and "
+            "the amplitude ratio of hardened beads on half-spaces of softer metals. Grey: impact speeds of the thesis."
         ),
         "waves": "Force at bead 7 of a chain on a steel rod and on a plate, elastic and by both laws of yielding.",
     },

@@ -18,7 +18,7 @@ from particles.chain import Chain
 from particles.laws.yielding import JacksonGreen, Thornton, YieldingLaw
 from plates.infinite import infinite_plate
 from structures.caution import collected
-from structures.material import ALUMINIUM_6061, PTFE, STEEL_316, STEEL_440C, Material
+from structures.material import ALUMINIUM_6061, BRASS_360, PTFE, STEEL_316, STEEL_440C, Material
 from structures.reduction import reduce
 from structures.rod import Layer, rod
 from structures.structure import Structure, half_space
@@ -26,15 +26,20 @@ from structures.structure import Structure, half_space
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-LAWS: dict[str, YieldingLaw | None] = {"elastic": None, "Thornton": Thornton(), "Jackson and Green": JacksonGreen()}
+LAWS: dict[str, YieldingLaw | None] = {"elastic": None, "Thornton": Thornton(), "Jackson–Green": JacksonGreen()}
 
 SENSOR, RADIUS, BEADS = striking.SENSOR, 4.76e-3, 20
 SAVED = 1e-6
 """s."""
 
 SPEEDS = tuple(np.geomspace(0.01, 1.0, 17))
-STEELS = (STEEL_440C, STEEL_316)
-"""Beads of the sweep over impact speeds, on a half-space of the same steel: hardened and annealed."""
+PAIRS = {
+    "steel 440C": (STEEL_440C, STEEL_440C),
+    "steel 316": (STEEL_316, STEEL_316),
+    "aluminium 6061": (STEEL_440C, ALUMINIUM_6061),
+    "brass 360": (STEEL_440C, BRASS_360),
+}
+"""Beads and half-spaces of the sweep over impact speeds: hard and soft beads, and soft walls under hard beads."""
 
 LONG = 3e-3
 """s, records of the sweep: at the lowest speeds waves need 2 ms to come back."""
@@ -55,11 +60,16 @@ def _spheres(radius: float, material: Material, beads: int, speed: float) -> Cal
     return lambda: Chain([bead] * beads, bead, speed)
 
 
+def _thesis_chain() -> Chain:
+    """Of section 6.1, with gravity and the dashpot."""
+    return striking.Striking().chain(striking.Striking().middle)
+
+
 def _struck(material: Material) -> Impact:
-    """Section 6.1.1, with gravity and the dashpot."""
+    """Section 6.1.1."""
     return Impact(
         f"rod of {material.name} (6.1.1)",
-        lambda: striking.Striking().chain(striking.Striking().middle),
+        _thesis_chain,
         lambda: reduce(rod(rod_stiffness.layers(material)), 1.5e-3),
         1.5e-3,
     )
@@ -91,7 +101,7 @@ IMPACTS = (
     _struck(STEEL_440C),
     _struck(ALUMINIUM_6061),
     _struck(PTFE),
-    Impact("steel on PTFE (6.1.3)", lambda: striking.Striking().chain(striking.Striking().middle), _layered, 1.5e-3),
+    Impact("steel on PTFE (6.1.3)", _thesis_chain, _layered, 1.5e-3),
     _plate(4.83e-3, 4.76e-3, 1e-3),
     _plate(4.83e-3, 9.53e-3, 2e-3),
     _plate(4.83e-3, 19.05e-3, 4e-3),
@@ -99,29 +109,29 @@ IMPACTS = (
 
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
-    """AR, TOF and forces of the thesis's impacts by each law, and of two steels over the impact speed.
+    """AR, TOF and forces of the thesis's impacts by each law, and of pairs of metals over the impact speed.
 
     quick: every fourth speed. jobs: always one process, because runs take some 20 ms.
     """
     speeds = SPEEDS[::4] if quick else SPEEDS
     with collected():  # that elastic contacts are beyond yield is what the table says
         found = [xr.concat([_measured(one, law) for law in LAWS.values()], "law") for one in watched(IMPACTS)]
-        over = [_over_speed(steel, speeds) for steel in watched(STEELS)]
+        over = [_over_speed(*pair, speeds) for pair in watched(PAIRS.values())]
     data = xr.concat(found, "impact").assign_coords(impact=[one.section for one in IMPACTS], law=list(LAWS))
-    swept = xr.concat(over, "steel").assign_coords(
-        steel=[one.name for one in STEELS],
+    swept = xr.concat(over, "pair").assign_coords(
+        pair=list(PAIRS),
         law=list(LAWS),
         impact_speed=("impact_speed", list(speeds), {"units": "m/s"}),
     )
     return data.merge(swept.rename({name: f"swept_{name}" for name in swept.data_vars}))
 
 
-def _over_speed(steel: Material, speeds: tuple[float, ...]) -> xr.Dataset:
-    """The same waves in chains of a steel on a half-space of it."""
-    wall = half_space(steel)
+def _over_speed(beads: Material, body: Material, speeds: tuple[float, ...]) -> xr.Dataset:
+    """The waves in chains of a metal on a half-space of one."""
+    wall = half_space(body)
 
     def at(speed: float) -> xr.Dataset:
-        impact = Impact(steel.name, _spheres(RADIUS, steel, BEADS, speed), lambda: wall, LONG)
+        impact = Impact(body.name, _spheres(RADIUS, beads, BEADS, speed), lambda: wall, LONG)
         return xr.concat([_measured(impact, law).drop_vars("force") for law in LAWS.values()], "law")
 
     return xr.concat([at(speed) for speed in speeds], "impact_speed")
@@ -171,7 +181,7 @@ def table(data: xr.Dataset) -> list[Row]:
         back = [f"{float(law.amplitude_ratio):.2f}" for law in (elastic, thornton, fitted)]
         flight = [f"{1e6 * float(law.time_of_flight):.0f}" for law in (elastic, thornton, fitted)]
         returned = "" if np.isnan(float(elastic.amplitude_ratio)) else (
-            f"; AR {', '.join(back)} and TOF {', '.join(flight)} µs, elastic, by Thornton, by Jackson and Green"
+            f"; AR {', '.join(back)} and TOF {', '.join(flight)} µs, elastic, by Thornton, by Jackson–Green"
         )  # fmt: skip
         returned = returned.replace("nan", "none")
         rows += [
@@ -179,7 +189,7 @@ def table(data: xr.Dataset) -> list[Row]:
                 f"{verdict} ({speed:.3g} m/s); dents up to {1e6 * float(thornton.dent):.2g} and "
                 f"{1e6 * float(fitted.dent):.2g} µm{returned}"),
             Row(f"incident force with Thornton's law over elastic, {section}", "", ratios[0], "",
-                f"{ratios[1]:.2f} by Jackson and Green"),
+                f"{ratios[1]:.2f} by Jackson–Green"),
         ]  # fmt: skip
     return rows
 
@@ -189,30 +199,35 @@ def figures(data: xr.Dataset) -> dict[str, "Figure"]:
     from coupling.views import plots
 
     styles = dict(zip(LAWS, ("-", "--", ":"), strict=True))
-    speeds, panels = data.impact_speed.values, plots.panels(2, width=3.7, height=3.6, sharey=False)
-    for i, steel in enumerate(data.steel.values):
-        one = data.sel(steel=steel)
-        for law, style in styles.items():
-            drawn = one.sel(law=law)
-            force = drawn.swept_incident / one.sel(law="elastic").swept_incident
-            label = f"{steel}, {law}" if law != "elastic" else "elastic, any steel" if i == 0 else None
-            for axis, values in zip(panels[1], (force, drawn.swept_amplitude_ratio), strict=True):
-                colour = "black" if law == "elastic" else plots.COLOURS[i]
-                axis.plot(speeds, values, style, color=colour, linewidth=1.2, label=label)
-    for axis, words in zip(panels[1], ("incident force at bead 7 / elastic", "AR at bead 7"), strict=True):
+    speeds, (over, panels) = data.impact_speed.values, plots.panels(2, width=3.7, height=4.0, sharey=False)
+    names, shown = list(PAIRS), (data.swept_incident, data.swept_amplitude_ratio)
+    for axis, values, pairs in zip(panels, shown, (names[:2], names[2:]), strict=True):
+        for i, pair in enumerate(pairs):
+            one = values.sel(pair=pair)
+            whole = one.sel(law="elastic") if values is shown[0] else 1.0
+            for law, style in styles.items():
+                plain = law == "elastic"
+                if not plain or i == 0:
+                    colour, label = ("black", law) if plain else (plots.COLOURS[i], f"{pair}, {law}")
+                    axis.plot(speeds, one.sel(law=law) / whole, style, color=colour, linewidth=1.2, label=label)
+    words = {"incident force at bead 7 / elastic": "beads and wall", "AR at bead 7": "wall under beads of steel 440C"}
+    for axis, (says, title) in zip(panels, words.items(), strict=True):
         plots.log_x(axis)
         for speed, place in ((on_plates.IMPACT_SPEED, "plates"), (striking.Striking().speed, "rods")):
             axis.axvline(speed, color="grey", linewidth=0.6)
-            axis.text(speed, 0.02, f" {place}", color="grey", fontsize="x-small", rotation=90, va="bottom", ha="right")
-        axis.set(xlabel="impact speed (m/s)", ylabel=words, ylim=(0.0, 1.05), xlim=(speeds[0], speeds[-1]))
-    labels = panels[1][0].get_legend_handles_labels()
-    panels[0].legend(*labels, loc="outside upper center", ncols=3, frameon=False, fontsize="small")
+            axis.text(speed, 0.82, place, color="grey", fontsize="x-small", rotation=90, va="bottom", ha="right")
+        axis.set(xlabel="impact speed (m/s)", ylabel=says, ylim=(0.0, 1.05), xlim=(speeds[0], speeds[-1]))
+        axis.legend(
+            title=title, title_fontsize="small", frameon=False, fontsize="x-small", loc="lower center",
+            bbox_to_anchor=(0.5, 1.0), ncols=2,
+        )  # fmt: skip
     figure, axes = plots.panels(2, width=3.7, height=3.2, sharey=False)
     for axis, section in zip(axes, (IMPACTS[2].section, IMPACTS[7].section), strict=True):
         one = data.force.sel(impact=section)
         for i, law in enumerate(LAWS):
-            axis.plot(1e6 * data.time, one.sel(law=law), color=plots.COLOURS[i], linewidth=1.0, label=law)
+            force = one.sel(law=law)
+            axis.plot(1e6 * data.time, force, styles[law], color=plots.COLOURS[i], linewidth=2.0 - 0.4 * i, label=law)
         axis.set(title=section.rpartition(" (")[0], xlabel="time (µs)", xlim=(0.0, 900.0))
     axes[0].set_ylabel("force at bead 7 (N)")
     axes[0].legend(frameon=False, fontsize="small")
-    return {"speed": panels[0], "waves": figure}
+    return {"speed": over, "waves": figure}

@@ -28,6 +28,9 @@ HERTZ = 1.5
 DEEPEST_DENT = 0.99
 """Of the largest overlap: fits are not followed into dents that leave no elastic part."""
 
+CHECKED = np.geomspace(1e-3, 1e3, 25)
+"""x at which a dent is checked."""
+
 ONSET = 1.9
 """Overlap over that of the first yield, from which Jackson and Green's force leaves Hertz's."""
 
@@ -76,7 +79,7 @@ class YieldingLaw(ABC):
     >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
     >>> chain = hl.Chain([bead] * 10, bead, impact_speed=0.4, law=Straight())
     >>> round(1e6 * chain.law.contact(bead, bead).overlap, 2)  # µm
-    4.76
+    4.55
     """
 
     yield_strength: float | None = None
@@ -177,7 +180,7 @@ class Thornton(YieldingLaw):
     >>> bead = hl.Sphere(4.76e-3, hl.STEEL_316)
     >>> contact = hl.laws.Thornton().contact(bead, bead)
     >>> round(contact.yield_force, 2), round(1e6 * contact.overlap, 3)  # N, µm
-    (0.63, 0.057)
+    (0.09, 0.057)
     """
 
     def overlap(self, bodies: RoundContact) -> float:
@@ -223,7 +226,7 @@ class JacksonGreen(YieldingLaw):
     >>> bead = hl.Sphere(4.76e-3, hl.STEEL_316)
     >>> contact = hl.laws.JacksonGreen().contact(bead, bead)
     >>> round(float(contact.force(5e-6)), 1)  # N
-    96.3
+    37.5
     """
 
     def overlap(self, bodies: RoundContact) -> float:
@@ -324,6 +327,13 @@ class YieldingContact:
     @cached_property
     def tables(self) -> tuple[Vector, Vector]:
         """Rows of the force beyond F_y and of the dent over the overlap beyond δ_y, as the compiled loops take them."""
+        far = np.asarray(self.law.dent(self.bodies, CHECKED), float)
+        if not np.all(far < 1.0 + CHECKED):
+            first = int(np.argmin(far < 1.0 + CHECKED))
+            raise ValueError(
+                f"law: {type(self.law).__name__}.dent = {far[first]:.3g} at x = {CHECKED[first]:.3g}: must be less "
+                "than the overlap, 1 + x"
+            )
         rise = _Curve(self.yield_force, self.overlap, lambda x: self.law.loading(self.bodies, x))
         dent = _Curve(self.overlap, self.overlap, lambda x: self.law.dent(self.bodies, x))
         return kernel_table(rise), kernel_table(dent)

@@ -1,6 +1,7 @@
 """Contacts that yield: restitution in closed form, published curves, energy, limits, memory, orders, bad input."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -337,3 +338,31 @@ def test_bad_input(make: Callable[[], Any], message: str) -> None:
 def test_the_input_says_the_law() -> None:
     described = chain(hl.laws.Thornton(3e8)).describe()["law"]
     assert described == {"class": "Thornton", "yield_strength": 3e8}
+
+
+@dataclass(frozen=True)
+class Straight(YieldingLaw):
+    """A law of a user's own: Thornton's curve with a dent of half the overlap beyond yield."""
+
+    def overlap(self, bodies: RoundContact) -> float:
+        return hl.laws.Thornton().overlap(bodies)
+
+    def loading(self, bodies: RoundContact, x: Any) -> Any:
+        return 1.5 * x
+
+    def dent(self, bodies: RoundContact, x: Any) -> Any:
+        return 0.5 * x**2 / (1.0 + x)
+
+
+@dataclass(frozen=True)
+class Impossible(Straight):
+    def dent(self, bodies: RoundContact, x: Any) -> Any:
+        return 3.0 * x
+
+
+def test_a_law_of_a_users_own() -> None:
+    run = hl.CoSimulation(chain(Straight()), WALL).run(2e-4)
+    assert hl.energy_error(run) < 2e-6
+    assert float(run.dent[-1, 0]) > 0.0
+    with pytest.raises(ValueError, match=r"law: Impossible.dent = .* must be less than the overlap"):
+        hl.CoSimulation(chain(Impossible()), WALL).run(1e-5)
