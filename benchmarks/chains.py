@@ -35,7 +35,8 @@ LOSSES = {
     "KuwabaraKono": hl.KuwabaraKono(1e-6),
     "Restitution": hl.Restitution(0.9),
 }
-TARGETS = {"power": 4.0, "table": 3.0}
+YIELDING = {"Thornton": hl.laws.Thornton(3e8), "Jackson and Green": hl.laws.JacksonGreen(3e8)}
+TARGETS = {"power": 4.0, "table": 3.0, "Thornton": 3.0, "Jackson and Green": 3.0}
 
 Run = Callable[[], None]
 
@@ -50,7 +51,9 @@ def advanced(chain: hl.Chain, position: np.ndarray | None = None, velocity: np.n
     return lambda: moving.advance(start, (0.0, 0.0), STEPS * STEP) and None
 
 
-def impact(law: hl.laws.PowerLaw | hl.laws.TabulatedLaw | None = None, loss: object = None) -> Run:
+def impact(
+    law: hl.laws.PowerLaw | hl.laws.TabulatedLaw | hl.laws.YieldingLaw | None = None, loss: object = None
+) -> Run:
     """Most contacts open."""
     return advanced(hl.Chain([BEAD] * BEADS, BEAD, 0.44, law=law, dissipation=loss))  # type: ignore[arg-type]
 
@@ -132,6 +135,9 @@ def main() -> None:
     rounds = 3 if parser.parse_args().quick else 9
     print(f"particle-steps/s, {joblib.cpu_count()} cores; medians of {rounds} interleaved rounds\n")
     compare("20 beads, impact", {"Hertz": impact(), **{name: impact(law) for name, law in LAWS.items()}}, rounds)
+    compare(
+        "20 beads that yield, impact", {"Hertz": impact(), **{n: impact(law) for n, law in YIELDING.items()}}, rounds
+    )
     compare("20 beads, all contacts closed", {"Hertz": closed(), **{n: closed(law) for n, law in LAWS.items()}}, rounds)
     compare("losses, impact", {"none": impact(), **{n: impact(loss=loss) for n, loss in LOSSES.items()}}, rounds)
     batches(3 if rounds == 3 else 5)

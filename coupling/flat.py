@@ -21,8 +21,11 @@ def flat_chains(interface: Interface) -> kernels.Chains:
     moving = interface.chains
     constants = [chain.constants for chain in moving]
     vibrations = [chain.vibrations or _rigid(chain) for chain in moving]
-    rows, tables, begin = [], [], 0
+    rows, tables, yielding, begin = [], [], [], 0
     for one in constants:
+        if one.yielding is not None:
+            own = one.yielding
+            yielding.append(own._replace(loading=own.loading + begin, dent=own.dent + begin))
         tables.append(np.where(one.table < 0, one.table, one.table + begin))
         rows.append(one.rows)
         begin += len(one.rows)
@@ -34,6 +37,7 @@ def flat_chains(interface: Interface) -> kernels.Chains:
             vibration.struck.size,
             vibration.rate.size,
             vibration.arm.size,
+            0 if one.yielding is None else one.yielding.begin.size,
         )
         for chain, one, vibration in zip(moving, constants, vibrations, strict=True)
     ]
@@ -55,6 +59,7 @@ def flat_chains(interface: Interface) -> kernels.Chains:
         rate=shapes[4],
         arm=shapes[5],
         relaxation=shapes[6],
+        yielding=kernels.Yielding(*map(_joined, zip(*yielding, strict=True))) if yielding else None,
         numbers=np.array([tuple(one.numbers) for one in constants], dtype=float),
         layout=_layout(layout),
         method=methods if np.any(methods != kernels.VERLET) else None,

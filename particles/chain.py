@@ -13,6 +13,7 @@ from particles.bead import Bead, check_bead, check_beads, described, likely_bead
 from particles.dissipation import Dissipation
 from particles.excitation import Excitation, FirstBeadMoves, FreeStriker, check_excitation
 from particles.laws.law import ContactLaw, check_contact_law
+from particles.laws.yielding import YieldingLaw
 from structures.checks import not_negative, one_of, short, takes, turn, within
 from structures.html_table import html_table
 from structures.plausible import likely
@@ -58,9 +59,10 @@ class Chain:
     inclination : float
         Angle to the horizontal, rad, at which the axis falls from the striker to the structure; by default π/2, with
         the striker on top.
-    law : ContactLaw or callable or None
+    law : ContactLaw or callable or YieldingLaw or None
         One law for all contacts between bodies, or a function law(body, next body or Surface) that returns one; by
-        default `contact_law`.
+        default `contact_law`. A YieldingLaw, such as laws.Thornton(), lets all contacts of `contact_law` yield, that
+        with the structure too.
 
     Raises
     ------
@@ -87,7 +89,7 @@ class Chain:
     integrator: str = "verlet"
     preload: float = 0.0
     inclination: float = pi / 2.0
-    law: ContactLaw | LawOfPair | None = None
+    law: ContactLaw | LawOfPair | YieldingLaw | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "beads", check_beads("beads", self.beads))
@@ -159,7 +161,7 @@ class Chain:
         ends = np.cumsum(sizes)
         return np.concatenate([[-self.body.size / 2.0 if self.body else 0.0], ends - sizes / 2.0])
 
-    def with_law(self, law: ContactLaw) -> Self:
+    def with_law(self, law: ContactLaw | YieldingLaw) -> Self:
         """The same chain with another law; itself if it has this one."""
         if law is self.law:
             return self
@@ -215,7 +217,7 @@ class Chain:
             object.__setattr__(self, "impact_speed", speed)
 
     def _check_law(self) -> None:
-        if self.law is None:
+        if self.law is None or isinstance(self.law, YieldingLaw):
             return
         what = "None, a law such as PowerLaw(k, n), or a function of two bodies"
         if callable(self.law) and not isinstance(self.law, ContactLaw | type):

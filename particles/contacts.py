@@ -2,12 +2,15 @@
 
 from collections.abc import Callable, Sequence
 from itertools import pairwise
+from math import inf
 
 import numpy as np
 
+from particles import kernels
 from particles.bead import Bead
 from particles.chain import Chain
 from particles.laws.law import ContactLaw, PowerLaw, TabulatedLaw, check_contact_law, unchanging
+from particles.laws.yielding import YieldingContact, YieldingLaw
 from structures.structure import Vector
 from structures.surface import Surface
 
@@ -35,7 +38,8 @@ def laws_of(
     chain: Chain, pairs: Sequence[Pair | None], found: Callable[[Bead, Bead | Surface], ContactLaw]
 ) -> tuple[ContactLaw | None, ...]:
     """The law of each contact: the user's, or that of `found` where there is none."""
-    given = chain.law
+    # A contact that yields is elastic at first.
+    given = None if isinstance(chain.law, YieldingLaw) else chain.law
     # Chains repeat their beads, and a batch has thousands of chains.
     known: dict[tuple[int, int], ContactLaw] = {}
     # Keeps what a function returned, or another object could get the same id.
@@ -54,6 +58,56 @@ def laws_of(
         return copies.setdefault(id(law), (law, unchanging(law)))[1]
 
     return tuple(None if pair is None else between(*pair) for pair in pairs)
+
+
+def yielding_of(chain: Chain, pairs: Sequence[Pair | None], laws: Laws) -> tuple[YieldingContact | None, ...] | None:
+    """How each contact yields, None for one that does not; None for a chain whose law is no YieldingLaw."""
+    given = chain.law
+    if not isinstance(given, YieldingLaw):
+        return None
+    known: dict[tuple[int, int], YieldingContact | None] = {}
+    for pair, law in zip(pairs, laws, strict=True):
+        if pair is not None and law is not None and (id(pair[0]), id(pair[1])) not in known:
+            known[id(pair[0]), id(pair[1])] = given.of_law(*pair, law)
+    if not any(known.values()):
+        raise ValueError(
+            f"law = {given!r}: no material of the chain has a yield strength; give Material(..., yield_strength=) or "
+            "the law's own yield_strength"
+        )
+    return tuple(None if pair is None else known[id(pair[0]), id(pair[1])] for pair in pairs)
+
+
+def kernel_yielding(
+    contacts: Sequence[YieldingContact | None], first_row: int
+) -> tuple[kernels.Yielding, list[Vector]]:
+    """What the compiled loops take of contacts that yield, and its tables, which begin at a row."""
+    tables: list[Vector] = []
+    rows: dict[YieldingContact, tuple[int, int]] = {}
+    for contact in contacts:
+        if contact is not None and contact.overlap < inf and contact not in rows:
+            places = []
+            for table in contact.tables:
+                places.append(first_row + sum(map(len, tables)))
+                tables.append(table)
+            rows[contact] = places[0], places[1]
+    yields = [contact if contact in rows else None for contact in contacts]
+    return kernels.Yielding(
+        np.array([kernels.NEVER if contact is None else contact.overlap for contact in yields]),
+        np.array([0.0 if contact is None else contact.yield_force for contact in yields]),
+        *(np.array([0 if one is None else rows[one][k] for one in yields], dtype=np.int64) for k in range(2)),
+    ), tables
+
+
+def unloading(contacts: Sequence[YieldingContact | None], stiffness: Vector, overlaps: Vector) -> Vector:
+    """What contacts that were pressed so far (m) remember, one array after the other; see `kernels.Yielding`."""
+    limit, hard, dent = np.full(stiffness.size, kernels.NEVER), stiffness.copy(), np.zeros(stiffness.size)
+    for i, contact in enumerate(contacts):
+        if contact is not None and contact.overlap < inf:
+            limit[i] = max(contact.overlap, overlaps[i])
+            if overlaps[i] > contact.overlap:
+                dent[i] = contact.dent(overlaps[i])
+                hard[i] = contact.force(overlaps[i]) / (overlaps[i] - dent[i]) ** 1.5
+    return np.concatenate([limit, hard, dent])
 
 
 def grouped(laws: Laws) -> Groups:

@@ -4,7 +4,8 @@ Arrays, with N beads behind body 0, the striker:
     y, v     N + 1   positions (m) and velocities of the bodies; y is measured from touching, unloaded beads,
                      so the approach of a contact is δᵢ = yᵢ₋₁ − yᵢ, and that of the last one y_N − w; behind them,
                      where beads vibrate, the m amplitudes q (m √kg) of each body's modes, and their rates; behind
-                     those, where modes have Maxwell arms, the amplitudes z of the m arms of each body
+                     those, where modes have Maxwell arms, the amplitudes z of the m arms of each body; or, where
+                     contacts yield, three numbers of each contact, see Yielding, and zeros
 The structure's surface is at w and moves at a constant rate during a window. Where a structure is behind the chain too,
 body 0 is its surface, and moves on at the speed that it has as a window starts. Contacts 1 … N + 1 are stored from 0;
 the last one is with the structure. `chain` is a Constants.
@@ -16,9 +17,10 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-VERLET, DRIVEN_VERLET, VISCOUS_VERLET, LOSSY_VERLET, RK4 = 0, 1, 2, 3, 4
+VERLET, DRIVEN_VERLET, VISCOUS_VERLET, LOSSY_VERLET, RK4, YIELDING_VERLET = 0, 1, 2, 3, 4, 5
 """How a window is advanced. VERLET: Hertz's contacts, free striker; DRIVEN_VERLET: all but losses; VISCOUS_VERLET: as
-VERLET, with losses that are linear in the approach rate; the others: all."""
+VERLET, with losses that are linear in the approach rate; YIELDING_VERLET: as VERLET, with contacts that yield; the
+others: all."""
 
 NO_LOSS, DASHPOT, TANGENT, SECANT, GLOBAL, DRAG = 0, 1, 2, 3, 4, 5
 """What a loss grows with: see _damped, and for the last two, which are no contact forces, _lose_on_bodies."""
@@ -29,6 +31,9 @@ moves on at its speed, PUSHED with a history of the force on bead 1, STEADY with
 
 NEGLIGIBLE = 1e-60
 """m. The front of a solitary wave falls off doubly exponentially; below this it would end in slow subnormal numbers."""
+
+NEVER = 1e300
+"""m, the overlap at which a contact yields that does not."""
 
 BUCKETS, LOWEST, OCTAVES = 32, -60, 57
 """Cubics in an octave of the approach, and where tables begin and end: 2^-60 m to 2^-3 m."""
@@ -92,6 +97,25 @@ class Vibrations(NamedTuple):
     """1/τ in z′ = (q − z)/τ, 1/s."""
 
 
+class Yielding(NamedTuple):
+    """Of contacts that yield, N + 1 of each; empty where none of the chain does. See particles.laws.yielding.
+
+    A contact follows Hertz's law up to the overlap at which it yields, then a loading curve. Unloaded, it is Hertz's
+    again, with another stiffness and from the dent on that is left; both depend on the largest overlap so far. What it
+    remembers lies behind the positions: N + 1 overlaps (m) beyond which the contacts yield further, then N + 1 of these
+    stiffnesses (N/m^1.5), then N + 1 dents (m).
+    """
+
+    begin: np.ndarray
+    """Overlap at which it yields, m; NEVER where it does not."""
+    force: np.ndarray
+    """There, N."""
+    loading: np.ndarray
+    """First row in `rows` of the force above that one over the overlap beyond that one."""
+    dent: np.ndarray
+    """First row of the dent, m, over the largest overlap beyond that one."""
+
+
 class Constants(NamedTuple):
     """All that does not change during a run. Only the outermost loops take it: unpacking costs more than a contact."""
 
@@ -109,6 +133,8 @@ class Constants(NamedTuple):
     """3 × ·, of the drive: times (s), values (N or m) and rates. Cubic between times, constant outside."""
     vibrations: Vibrations | None
     """None for rigid bodies: then nothing is compiled for vibrations."""
+    yielding: Yielding | None
+    """None where no contact yields: then nothing is compiled for that."""
     numbers: Numbers
 
 
@@ -130,11 +156,13 @@ class Chains(NamedTuple):
     rate: np.ndarray | None
     arm: np.ndarray | None
     relaxation: np.ndarray | None
+    yielding: Yielding | None
+    """None where no chain yields."""
     numbers: np.ndarray
     """C × the fields of Numbers."""
     layout: np.ndarray
-    """C + 1 rows: where the coordinates, the bodies, the numbers of the history, those of the modes, of their losses
-    and of their arms of each chain begin."""
+    """C + 1 rows: where the coordinates, the bodies, the numbers of the history, those of the modes, of their losses,
+    of their arms, and the contacts that may yield of each chain begin."""
     method: np.ndarray | None
     """None where it is VERLET for all chains: then nothing else is compiled."""
     rest: np.ndarray
@@ -344,6 +372,129 @@ def _hertz_on_spring(scale, approach):
     return part * part * approach
 
 
+@njit(cache=True, inline="always")
+def _loading(i, rows, yielding, largest):
+    """Force of a contact that is being pressed further than ever, beyond the overlap at which it yields."""
+    depth = largest - yielding.begin[i]
+    row = yielding.loading[i] + _row(depth)
+    t = depth - rows[row, 0]
+    return yielding.force[i] + (rows[row, 1] + t * (rows[row, 2] + t * (rows[row, 3] + t * rows[row, 4])))
+
+
+@njit(cache=True, inline="always")
+def _unloading(i, rows, yielding, largest):
+    """Stiffness (N/m^1.5) and dent (m) of a contact after its largest overlap, beyond that at which it yields."""
+    depth = largest - yielding.begin[i]
+    row = yielding.dent[i] + _row(depth)
+    t = depth - rows[row, 0]
+    dent = rows[row, 1] + t * (rows[row, 2] + t * (rows[row, 3] + t * rows[row, 4]))
+    return _loading(i, rows, yielding, largest) / ((largest - dent) * sqrt(largest - dent)), dent
+
+
+@njit(cache=True)
+def _loaded_on_spring(i, rows, yielding, approach, flexibility):
+    """The contact's own part of an approach shared with a linear spring as it yields, by Newton."""
+    overlap = approach
+    if flexibility == 0.0:
+        return overlap
+    for _ in range(50):
+        row = yielding.loading[i] + _row(overlap - yielding.begin[i])
+        t = overlap - yielding.begin[i] - rows[row, 0]
+        slope = rows[row, 2] + t * (2.0 * rows[row, 3] + t * 3.0 * rows[row, 4])
+        excess = overlap + flexibility * _loading(i, rows, yielding, overlap) - approach
+        change = excess / (1.0 + flexibility * slope)
+        overlap = max(overlap - change, yielding.begin[i])
+        if not abs(change) > 1e-15 * overlap:
+            break
+    return overlap
+
+
+@njit(cache=True)
+def _yielded(i, rows, yielding, y, approach, flexibility):
+    """Stiffness and elastic overlap of a contact of Hertz's shape with this force, and its whole overlap.
+
+    They are those that the contact remembers, or where it is pressed further those after this overlap.
+    """
+    bodies = yielding.begin.size
+    hard, dent = y[2 * bodies + i], y[3 * bodies + i]
+    elastic = approach - dent
+    if flexibility != 0.0 and elastic > NEGLIGIBLE:
+        elastic = _hertz_on_spring(hard * flexibility, elastic)
+    overlap = elastic + dent
+    if overlap > y[bodies + i]:
+        overlap = _loaded_on_spring(i, rows, yielding, approach, flexibility)
+        hard, dent = _unloading(i, rows, yielding, overlap)
+        elastic = overlap - dent
+    return hard, elastic if elastic > NEGLIGIBLE else 0.0, overlap
+
+
+@njit(cache=True)
+def _plastic_work(i, stiffness, rows, yielding, largest):
+    """Energy that a contact has lost after its largest overlap, J: the work of loading less what unloading returns."""
+    begin = yielding.begin[i]
+    if not largest > begin:
+        return 0.0
+    depth = largest - begin
+    row = yielding.loading[i] + _row(depth)
+    t = depth - rows[row, 0]
+    beyond = rows[row, 5] + t * (
+        rows[row, 1] + t * (rows[row, 2] / 2.0 + t * (rows[row, 3] / 3.0 + t * rows[row, 4] / 4.0))
+    )
+    hard, dent = _unloading(i, rows, yielding, largest)
+    elastic = largest - dent
+    loaded = stiffness * (0.4 * begin * begin * sqrt(begin)) + yielding.force[i] * depth + beyond
+    return max(loaded - hard * (0.4 * elastic * elastic * sqrt(elastic)), 0.0)
+
+
+@njit(cache=True)
+def _plastic_loss(stiffness, rows, yielding, before, limit, first, end):
+    """Energy lost in some contacts as the overlaps beyond which they yield further grew, J."""
+    lost = 0.0
+    for i in range(first, end):
+        if limit[i] > before[i]:
+            more = _plastic_work(i, stiffness[i], rows, yielding, limit[i])
+            lost += max(more - _plastic_work(i, stiffness[i], rows, yielding, before[i]), 0.0)
+    return lost
+
+
+@njit(cache=True)
+def _yields(yielding):
+    """Whether contacts of a chain may yield."""
+    if yielding is None:
+        return False
+    return yielding.begin.size > 0
+
+
+@njit(cache=True)
+def _limits(y, bodies, yielding):
+    """A copy of the overlaps beyond which contacts yield further; nothing where none yields."""
+    return y[bodies : 2 * bodies].copy() if _yields(yielding) else y[:0].copy()
+
+
+@njit(cache=True)
+def _remember_overlaps(y, wall, rows, yielding, numbers):
+    """Put what contacts remember behind the positions in y."""
+    if yielding is None:
+        return
+    bodies = yielding.begin.size
+    for i in range(bodies):
+        approach = y[i] - (y[i + 1] if i < bodies - 1 else wall)
+        if approach > yielding.begin[i]:
+            flexibility = numbers.flexibility if i == bodies - 1 else numbers.flexibility_behind if i == 0 else 0.0
+            _, _, overlap = _yielded(i, rows, yielding, y, approach, flexibility)
+            if overlap > y[bodies + i]:
+                y[bodies + i] = overlap
+                y[2 * bodies + i], y[3 * bodies + i] = _unloading(i, rows, yielding, overlap)
+
+
+@njit(cache=True)
+def _loss_of_yielding(y, stiffness, rows, yielding, before):
+    """Energy lost since the contacts had the limits `before`, J."""
+    if yielding is None:
+        return 0.0
+    return _plastic_loss(stiffness, rows, yielding, before, y[before.size :], 0, before.size)
+
+
 @njit(cache=True)
 def _value(history, t):
     """Value and rate of the drive's history at a time; its last value holds on."""
@@ -420,6 +571,73 @@ def _verlet(y, v, inverse_mass, stiffness, gravity, flexibility, wall, rate, dt,
     return impulse
 
 
+@njit(cache=True, fastmath={"contract"}, inline="always")
+def _press(y, limit, stiffness, dent, force):
+    """Forces of contacts of Hertz's shape from their dents on, but the last one.
+
+    Returns the first and the last one that are pressed beyond their limits; where none is, the last comes first.
+    """
+    low, high = force.size, -1
+    for i in range(force.size):
+        approach = y[i] - y[i + 1]
+        low = min(low, i if approach > limit[i] else force.size)
+        high = max(high, i if approach > limit[i] else -1)
+        overlap = approach - dent[i]
+        overlap = overlap if overlap > NEGLIGIBLE else 0.0
+        force[i] = stiffness[i] * overlap * sqrt(overlap)
+    return low, high
+
+
+@njit(cache=True, fastmath={"contract"}, inline="always")
+def _pushed_drift(y, v, inverse_mass, force, gravity, wall_force, kick, drift):
+    """What `_kick_drift` does with forces that are known."""
+    last = force.size
+    v[0] += kick * (inverse_mass[0] * (0.0 - force[0]) + gravity)
+    y[0] += drift * v[0]
+    for i in range(1, last):
+        v[i] += kick * (inverse_mass[i] * (force[i - 1] - force[i]) + gravity)
+        y[i] += drift * v[i]
+    v[last] += kick * (inverse_mass[last] * (force[last - 1] - wall_force) + gravity)
+    y[last] += drift * v[last]
+
+
+@njit(cache=True, fastmath={"contract"})
+def _yielding_verlet(y, v, inverse_mass, stiffness, rows, yielding, gravity, flexibility, wall, rate, dt, steps):
+    """`_verlet` for contacts that yield, with its bits where none does. Returns the impulse and the energy lost."""
+    if yielding is None:
+        return 0.0, 0.0
+    bodies = inverse_mass.size
+    last = bodies - 1
+    place, speed = y[:bodies], v[:bodies]
+    limit, hard, dent = y[bodies : 2 * bodies], y[2 * bodies : 3 * bodies], y[3 * bodies :]
+    before, force = limit.copy(), np.empty(last)
+    impulse, low, high = 0.0, last, 0
+    for step in range(steps + 1):
+        kick = dt if 0 < step < steps else 0.5 * dt
+        approach = place[last] - (wall + step * dt * rate)
+        overlap = approach - dent[last]
+        if flexibility != 0.0 and overlap > NEGLIGIBLE:
+            overlap = _hertz_on_spring(hard[last] * flexibility, overlap)
+        if overlap + dent[last] > limit[last]:
+            limit[last] = _loaded_on_spring(last, rows, yielding, approach, flexibility)
+            hard[last], dent[last] = _unloading(last, rows, yielding, limit[last])
+            overlap, high = limit[last] - dent[last], bodies
+        wall_force = _hertz(hard[last], overlap)
+        impulse += kick * wall_force
+        first, end = _press(place, limit, hard, dent, force)
+        if first <= end:
+            low, high = min(low, first), max(high, end + 1)
+            for i in range(first, end + 1):
+                approach = place[i] - place[i + 1]
+                if approach > limit[i]:
+                    limit[i] = approach
+                    force[i] = _loading(i, rows, yielding, approach)
+                    hard[i], dent[i] = _unloading(i, rows, yielding, approach)
+        drift = dt if step < steps else 0.0
+        _pushed_drift(place, speed, inverse_mass, force, gravity, wall_force, kick, drift)
+    return impulse, _plastic_loss(stiffness, rows, yielding, before, limit, low, high)
+
+
 @njit(cache=True, fastmath={"contract"})
 def _driven_verlet(y, v, chain, t, wall, rate, dt, steps):
     """The same for contacts and drives of any kind. Returns the impulses on the structure and on body 0 where it is no
@@ -428,7 +646,7 @@ def _driven_verlet(y, v, chain, t, wall, rate, dt, steps):
     The drive works on body 0 if that is moved, else on bead 1; a step's work is its force times half the way
     before and after it.
     """
-    inverse_mass, stiffness, table, rows, _, history, _, numbers = chain
+    inverse_mass, stiffness, table, rows, _, history, _, _, numbers = chain
     last = y.size - 1
     # The pass moves body 0 only where that is a striker.
     first = 0 if numbers.drive == FREE else 1
@@ -579,6 +797,45 @@ def _accelerate_rigid(
 
 
 @njit(cache=True)
+def _accelerate_yielding(
+    y, v, wall, rate, on_striker, on_bead, inverse_mass, stiffness, rows, damping, yielding, numbers, a, forces
+):
+    """`_accelerate` for rigid bodies whose contacts yield. Losses see the stiffness of unloading."""
+    bodies = inverse_mass.size
+    last = bodies - 1
+    power, behind, dent = 0.0, on_striker, y[3 * bodies :]
+    for i in range(bodies):
+        approach = y[i] - (y[i + 1] if i < last else wall)
+        approach_rate = v[i] - (v[i + 1] if i < last else rate)
+        flexibility = numbers.flexibility if i == last else numbers.flexibility_behind if i == 0 else 0.0
+        hard, overlap = y[2 * bodies + i], approach - dent[i]
+        # Written out: handing arrays to a function for every contact would cost more than the contact.
+        if approach > y[bodies + i] or flexibility != 0.0:
+            hard, overlap, _ = _yielded(i, rows, yielding, y, approach, flexibility)
+        overlap = overlap if overlap > NEGLIGIBLE else 0.0
+        slope = hard * sqrt(overlap)
+        ahead = elastic = slope * overlap
+        # A dent that is not touched any more has no loss.
+        touches = overlap > 0.0 or (approach >= 0.0 and dent[i] == 0.0)
+        if touches and stiffness[i] > 0.0 and NO_LOSS < numbers.loss < GLOBAL:
+            ahead = _lossy(
+                elastic, 1.5 * slope, overlap, approach_rate, flexibility, numbers.loss, damping[i], numbers.exponent
+            )
+            power += (ahead - elastic) * approach_rate
+        a[i] = inverse_mass[i] * (behind - ahead) + numbers.gravity
+        forces[i] = ahead
+        behind = ahead
+    a[1] += inverse_mass[1] * on_bead
+    if numbers.drive != FREE:
+        a[0] = 0.0
+    if numbers.loss >= GLOBAL:
+        power += _lose_on_bodies(
+            y[:bodies], v[:bodies], wall, rate, inverse_mass, stiffness, damping, numbers, a[:bodies]
+        )
+    return power
+
+
+@njit(cache=True)
 def _poles(y, vibrations, wall, out):
     """Approaches of the contacts between the poles of vibrating bodies into out; of rates their rates."""
     struck, far = vibrations.struck, vibrations.far
@@ -695,12 +952,17 @@ def _lose_in_modes(y, v, bodies, vibrations, a):
 
 @njit(cache=True, forceinline=True)
 def _accelerate(
-    y, v, wall, rate, on_striker, on_bead, inverse_mass, stiffness, table, rows, damping, vibrations, numbers, a, forces
-):
+    y, v, wall, rate, on_striker, on_bead, inverse_mass, stiffness, table, rows, damping, vibrations, yielding, numbers,
+    a, forces,
+):  # fmt: skip
     """Accelerations and contact forces into a, forces, with what acts on body 0 and bead 1 from outside.
 
     forces: from where to begin with settling those of vibrating bodies. Returns the power that is lost.
     """
+    if yielding is not None and yielding.begin.size > 0:
+        return _accelerate_yielding(
+            y, v, wall, rate, on_striker, on_bead, inverse_mass, stiffness, rows, damping, yielding, numbers, a, forces
+        )
     if vibrations is not None and y.size > inverse_mass.size:
         return _accelerate_vibrating(
             y, v, wall, rate, on_striker, on_bead, inverse_mass, stiffness, table, rows, damping, vibrations, numbers,
@@ -714,8 +976,9 @@ def _accelerate(
 @njit(cache=True)
 def _lossy_verlet(y, v, chain, t, wall, rate, dt, steps):
     """Velocity Verlet whose losses depend on the velocity predicted for the step's end: second order."""
-    inverse_mass, stiffness, table, rows, damping, history, vibrations, numbers = chain
+    inverse_mass, stiffness, table, rows, damping, history, vibrations, yielding, numbers = chain
     a, half, forces = np.zeros_like(y), v.copy(), np.zeros_like(inverse_mass)
+    limits = _limits(y, inverse_mass.size, yielding)
     driven = numbers.drive != FREE or numbers.spring > 0.0 or numbers.preload > 0.0
     on_striker, on_bead, push = 0.0, 0.0, 0.0
     impulse, impulse_behind, lost, work = 0.0, 0.0, 0.0, 0.0
@@ -734,8 +997,9 @@ def _lossy_verlet(y, v, chain, t, wall, rate, dt, steps):
         place_of_wall = wall + step * dt * rate
         power = _accelerate(
             y, v, place_of_wall, rate, on_striker, on_bead, inverse_mass, stiffness, table, rows, damping, vibrations,
-            numbers, a, forces,
+            yielding, numbers, a, forces,
         )  # fmt: skip
+        _remember_overlaps(y, place_of_wall, rows, yielding, numbers)
         if step > 0:
             for i in range(y.size):
                 v[i] = half[i] + 0.5 * dt * a[i]
@@ -747,7 +1011,7 @@ def _lossy_verlet(y, v, chain, t, wall, rate, dt, steps):
             # By its way, not its speed, which may jump at the history's ends.
             work += 0.5 * (before + forces[0]) * (y[0] - place)
         work += weight * push * v[1]
-    return impulse, impulse_behind, lost, work
+    return impulse, impulse_behind, lost + _loss_of_yielding(y, stiffness, rows, yielding, limits), work
 
 
 @njit(cache=True, inline="always")
@@ -816,8 +1080,9 @@ def _viscous_verlet(y, v, inverse_mass, stiffness, damping, loss, gravity, flexi
 @njit(cache=True)
 def _rk4(y, v, chain, t, wall, rate, dt, steps):
     """The classical Runge–Kutta method of order four; impulse, loss and work are integrated with the same weights."""
-    inverse_mass, stiffness, table, rows, damping, history, vibrations, numbers = chain
-    a, sum_a, sum_v = np.empty_like(y), np.empty_like(y), np.empty_like(y)
+    inverse_mass, stiffness, table, rows, damping, history, vibrations, yielding, numbers = chain
+    a, sum_a, sum_v = np.zeros_like(y), np.empty_like(y), np.empty_like(y)
+    limits = _limits(y, inverse_mass.size, yielding)
     stage_y, stage_v, forces = np.empty_like(y), np.empty_like(y), np.zeros_like(inverse_mass)
     driven = numbers.drive != FREE or numbers.spring > 0.0 or numbers.preload > 0.0
     on_striker, on_bead, push = 0.0, 0.0, 0.0
@@ -841,7 +1106,7 @@ def _rk4(y, v, chain, t, wall, rate, dt, steps):
                 on_striker, on_bead, push = _outer_forces(numbers, history, stage_y[0], t + passed)
             power = _accelerate(
                 stage_y, stage_v, wall + passed * rate, rate, on_striker, on_bead, inverse_mass, stiffness, table, rows,
-                damping, vibrations, numbers, a, forces,
+                damping, vibrations, yielding, numbers, a, forces,
             )  # fmt: skip
             impulse += weight * forces[-1]
             lost += weight * power
@@ -856,7 +1121,8 @@ def _rk4(y, v, chain, t, wall, rate, dt, steps):
         if numbers.drive == MOVED:
             y[0], v[0] = _value(history, t + (step + 1) * dt)
             work += (impulse_behind - impulse_before) / dt * (y[0] - place)
-    return impulse, impulse_behind, lost, work
+        _remember_overlaps(y, wall + (step + 1) * dt * rate, rows, yielding, numbers)
+    return impulse, impulse_behind, lost + _loss_of_yielding(y, stiffness, rows, yielding, limits), work
 
 
 @njit(cache=True)
@@ -870,6 +1136,12 @@ def _advance_any(y, v, chain, method, t, wall_start, rate, dt, steps):
         impulse, lost = _viscous_verlet(
             y, v, chain.inverse_mass, chain.stiffness, chain.damping, numbers.loss, numbers.gravity,
             numbers.flexibility, wall_start, rate, dt, steps,
+        )  # fmt: skip
+    elif method == YIELDING_VERLET:
+        numbers = chain.numbers
+        impulse, lost = _yielding_verlet(
+            y, v, chain.inverse_mass, chain.stiffness, chain.rows, chain.yielding, numbers.gravity, numbers.flexibility,
+            wall_start, rate, dt, steps,
         )  # fmt: skip
     elif method == LOSSY_VERLET:
         impulse, impulse_behind, lost, work = _lossy_verlet(y, v, chain, t, wall_start, rate, dt, steps)
@@ -957,10 +1229,12 @@ def _hertz_forces(y, stiffness, flexibility, wall, out):
 @njit(cache=True)
 def contact_forces(y, v, chain, t, wall, rate, out):
     """Instantaneous forces of all contacts into out; a force history stands for contact 1 where there is none."""
-    inverse_mass, stiffness, table, rows, damping, history, vibrations, numbers = chain
+    inverse_mass, stiffness, table, rows, damping, history, vibrations, yielding, numbers = chain
     a = np.empty_like(y)
     out[:] = 0.0
-    _accelerate(y, v, wall, rate, 0.0, 0.0, inverse_mass, stiffness, table, rows, damping, vibrations, numbers, a, out)
+    _accelerate(
+        y, v, wall, rate, 0.0, 0.0, inverse_mass, stiffness, table, rows, damping, vibrations, yielding, numbers, a, out
+    )
     if numbers.drive == PUSHED and stiffness[0] == 0.0:
         out[0] = _value(history, t)[0]
 
@@ -986,13 +1260,38 @@ def _vibration_energies(y, v, stiffness, table, rows, vibrations, numbers, wall,
 
 
 @njit(cache=True)
+def _yielding_energies(y, v, inverse_mass, rows, yielding, numbers, wall, potential):
+    """Kinetic energy, and a potential energy with what contacts that yield would return."""
+    kinetic = 0.0
+    if yielding is None:
+        return kinetic, potential
+    bodies = yielding.begin.size
+    for i in range(bodies):
+        if inverse_mass[i] > 0.0:
+            kinetic += 0.5 * v[i] * v[i] / inverse_mass[i]
+            potential -= numbers.gravity * y[i] / inverse_mass[i]
+        approach = y[i] - (y[i + 1] if i < bodies - 1 else wall)
+        flexibility = numbers.flexibility if i == bodies - 1 else numbers.flexibility_behind if i == 0 else 0.0
+        hard, elastic = y[2 * bodies + i], approach - y[3 * bodies + i]
+        if approach > y[bodies + i] or flexibility != 0.0:
+            hard, elastic, _ = _yielded(i, rows, yielding, y, approach, flexibility)
+        if elastic > NEGLIGIBLE:
+            force = hard * (elastic * sqrt(elastic))
+            potential += 0.5 * flexibility * force * force
+            potential += hard * (0.4 * elastic * elastic * sqrt(elastic))
+    return kinetic, potential
+
+
+@njit(cache=True)
 def energies(y, v, chain, wall):
     """Kinetic energy, and the potential energy of contacts, gravity, dead load and the striker's spring, J."""
-    inverse_mass, stiffness, table, rows, _, _, vibrations, numbers = chain
+    inverse_mass, stiffness, table, rows, _, _, vibrations, yielding, numbers = chain
     last = inverse_mass.size - 1
     overlaps, forces = np.zeros(last + 1), np.zeros(last + 1)
     kinetic = 0.0
     potential = 0.5 * numbers.spring * max(numbers.spring_end - y[0], 0.0) ** 2 - numbers.preload * y[1]
+    if _yields(yielding):
+        return _yielding_energies(y, v, inverse_mass, rows, yielding, numbers, wall, potential)
     vibrating = y.size > last + 1
     if vibrating:
         kinetic, potential = _vibration_energies(
@@ -1089,8 +1388,8 @@ def _vibrations(squares, chains, c):
     """The Vibrations of the bodies of one chain. Only of an argument Numba knows beforehand that it is None."""
     if squares is None:
         return None
-    _, first, _, modes, lossy, arms = chains.layout[c]
-    _, last, _, last_mode, last_lossy, last_arm = chains.layout[c + 1]
+    _, first, _, modes, lossy, arms, _ = chains.layout[c]
+    _, last, _, last_mode, last_lossy, last_arm, _ = chains.layout[c + 1]
     shape = (last - first, (last_mode - modes) // (last - first))
     return Vibrations(
         squares[modes:last_mode].reshape(shape), chains.struck[modes:last_mode].reshape(shape),
@@ -1107,6 +1406,16 @@ def _table(numbers, rows):
 
 
 @njit(cache=True)
+def _yielding(yielding, first, last):
+    """The Yielding of one chain."""
+    if yielding is None:
+        return None
+    return Yielding(
+        yielding.begin[first:last], yielding.force[first:last], yielding.loading[first:last], yielding.dent[first:last]
+    )
+
+
+@njit(cache=True)
 def _method(methods, c):
     """How one chain is advanced."""
     return None if methods is None else methods[c]
@@ -1115,8 +1424,8 @@ def _method(methods, c):
 @njit(cache=True)
 def _constants(chains, c):
     """The Constants of one chain."""
-    first, times = chains.layout[c, 1], chains.layout[c, 2]
-    last, last_time = chains.layout[c + 1, 1], chains.layout[c + 1, 2]
+    first, times, contacts = chains.layout[c, 1], chains.layout[c, 2], chains.layout[c, 6]
+    last, last_time, last_contact = chains.layout[c + 1, 1], chains.layout[c + 1, 2], chains.layout[c + 1, 6]
     given = chains.numbers[c]
     numbers = Numbers(
         int(given[0]), given[1], given[2], given[3], given[4], given[5], given[6], given[7], int(given[8])
@@ -1125,7 +1434,7 @@ def _constants(chains, c):
     return Constants(
         chains.inverse_mass[first:last], chains.stiffness[first:last], chains.table[first:last], chains.rows,
         chains.damping[first:last], history.reshape((3, history.size // 3)),
-        _vibrations(chains.squares, chains, c), numbers,
+        _vibrations(chains.squares, chains, c), _yielding(chains.yielding, contacts, last_contact), numbers,
     )  # fmt: skip
 
 

@@ -15,6 +15,7 @@ from particles.chain import Chain
 from particles.dissipation import coefficients_of
 from particles.laws.formulas import contact_law
 from particles.laws.law import ContactLaw, unchanging
+from particles.laws.yielding import YieldingContact
 from structures.checks import finite, instance, positive, short
 from structures.structure import Vector
 from structures.surface import Surface
@@ -33,6 +34,7 @@ STEPS_PER_DAMPING = 40
 class ChainState(NamedTuple):
     """Positions from touching, unloaded beads (m) and velocities (m/s) of striker, or the surface behind, and beads.
 
+    Where contacts yield, behind the positions is what they remember, see `kernels.Yielding`.
     lost: energy lost so far (J); time: s from the first contact; driven: work of a force history or piston so far (J).
     """
 
@@ -100,6 +102,7 @@ class MovingChain:
     impact_energy: float | None = None
     fineness: float = 1.0
     laws: tuple[ContactLaw | None, ...] = field(init=False)
+    yielding: tuple[YieldingContact | None, ...] | None = field(init=False)
     mass: Vector = field(init=False)
     static_force: Vector = field(init=False)
     preload: Vector = field(init=False)
@@ -124,8 +127,9 @@ class MovingChain:
         object.__setattr__(self, "laws", contacts.laws_of(chain, self.pairs, self._found_law))
         if not self._groups:
             raise ValueError("beads: a single one that no striker meets and that faces nothing has no contact")
+        object.__setattr__(self, "yielding", contacts.yielding_of(chain, self.pairs, self.laws))
         object.__setattr__(self, "static_force", static)
-        object.__setattr__(self, "preload", self._over_contacts(lambda law, i: law.approach(static[i])))
+        object.__setattr__(self, "preload", self.approach(static))
         object.__setattr__(self, "rest", self._at_rest())
         self._check_flexibility()
         self._check_step()
@@ -231,7 +235,12 @@ class MovingChain:
 
     def poles(self, position: Vector) -> tuple[Vector, Vector]:
         """Where the bodies' poles are, of the struck side and the other, saved times × bodies, m; see `ChainState`."""
-        return position, position
+        places = position[:, : self.mass.size]
+        return places, places
+
+    def dents(self, position: Vector) -> Vector:
+        """The dents of contacts that yield, saved times × contacts, m; see `ChainState`."""
+        return position[:, 3 * self.mass.size :]
 
     @cached_property
     def longest_step(self) -> float:
@@ -274,6 +283,10 @@ class MovingChain:
         chain, tables = self.chain, self.tables
         loss, drive = chain.dissipation, chain.excitation.drive
         history = np.array(drive.history, dtype=float)
+        yielding = None
+        if self.yielding is not None:
+            yielding, more = contacts.kernel_yielding(self.yielding, sum(map(len, tables)) or 1)
+            tables = [*(tables or [np.zeros((1, 6))]), *more]
         if drive.kind == kernels.MOVED:
             history[1] += self.rest[0]
         numbers = kernels.Numbers(
@@ -292,11 +305,12 @@ class MovingChain:
         return kernels.Constants(
             1.0 / self.mass,
             self.stiffness,
-            contacts.first_rows(self.local_laws, self._table_of, tables),
+            contacts.first_rows(self.local_laws, self._table_of, self.tables),
             rows,
             damping,
             history,
             self.vibrations,
+            yielding,
             numbers,
         )
 
@@ -310,7 +324,9 @@ class MovingChain:
         plain = not driven and not np.any(self.constants.table >= 0)
         if np.any(self.constants.damping > 0.0):
             viscous = numbers.loss in (kernels.DASHPOT, kernels.TANGENT, kernels.SECANT) and numbers.exponent == 1.0
-            return kernels.VISCOUS_VERLET if plain and viscous else kernels.LOSSY_VERLET
+            return kernels.VISCOUS_VERLET if plain and viscous and self.yielding is None else kernels.LOSSY_VERLET
+        if self.yielding is not None:
+            return kernels.YIELDING_VERLET if plain else kernels.LOSSY_VERLET
         return kernels.VERLET if plain else kernels.DRIVEN_VERLET
 
     def steps(self, window: float) -> int:
@@ -335,8 +351,12 @@ class MovingChain:
         return contacts.cautions(self._groups, deepest)
 
     def approach(self, force: Vector) -> Vector:
-        """The approach of each contact, m, at a force on each, N, without losses."""
-        return self._over_contacts(lambda law, i: law.approach(np.maximum(force[i], 0.0)))
+        """The approach of each contact, m, at a force on each, N, without losses; as it is first loaded."""
+        found = self._over_contacts(lambda law, i: law.approach(np.maximum(force[i], 0.0)))
+        for i, contact in enumerate(self.yielding or ()):
+            if contact is not None and force[i] > contact.yield_force:
+                found[i] = contact.approach(force[i])
+        return found
 
     @cached_property
     def pairs(self) -> tuple[contacts.Pair | None, ...]:
@@ -348,8 +368,11 @@ class MovingChain:
         return contact_law(one, other)
 
     def _at_rest(self) -> Vector:
-        """Positions in static equilibrium, m."""
-        return statics.places_at_rest(self.preload, self.static_force, self._springs())
+        """Positions in static equilibrium, m, and behind them what contacts that yield remember."""
+        places = statics.places_at_rest(self.preload, self.static_force, self._springs())
+        if self.yielding is None:
+            return places
+        return np.append(places, contacts.unloading(self.yielding, self.stiffness, self.preload))
 
     def _springs(self) -> Vector:
         """Flexibilities behind the first and the last contact, m/N."""

@@ -21,7 +21,8 @@ def yields(chains: Sequence[MovingChain], forces: Sequence[Vector]) -> list[str]
     worst, beyond, known = (1.0, "", ""), 0, dict[tuple[int, int], tuple[float, float, float]]()
     for number, (chain, force) in enumerate(zip(chains, forces, strict=True)):
         for i, pair in enumerate(chain.pairs):
-            if pair is None:
+            # Contacts whose law yields leave nothing out.
+            if pair is None or (chain.yielding is not None and chain.yielding[i] is not None):
                 continue
             key = id(pair[0]), id(pair[1])
             if key not in known:

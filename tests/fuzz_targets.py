@@ -103,6 +103,12 @@ def of_law(law: Any) -> Any:
     return [law.force(x), law.energy(x), law.tangent(x), run(hl.Chain([BEAD] * 2, BEAD, 0.01, law=law))]
 
 
+def of_yielding(law: Any) -> Any:
+    found = law.contact(BEAD, BEAD)
+    x = np.array([0.0, 1e-7, 1e-6])
+    return [found.force(x), found.dent(x), found.dissipated(x), run(hl.Chain([BEAD] * 2, BEAD, 0.05, law=law))]
+
+
 def between(law: Any) -> Any:
     return [law.force(np.array([0.0, 1e-7])), law.energy(np.array([0.0, 1e-7]))]
 
@@ -886,6 +892,10 @@ def _laws() -> dict[str, Target]:
             laws.PowerLaw, {"stiffness": 1e10, "exponent": 1.5, "largest": 1.0, "name": "x", "caution": ""}, of_law
         ),
         "laws.TabulatedLaw": Target(laws.TabulatedLaw, {**points, "largest": 3e-5}, of_law),
+        **{
+            f"laws.{kind.__name__}": Target(kind, {"yield_strength": 3e8}, of_yielding)
+            for kind in (laws.Thornton, laws.JacksonGreen)
+        },
         "laws.ComputedLaw": Target(laws.ComputedLaw, computed, of_law),
         "laws.fit_power_law": Target(
             laws.fit_power_law,

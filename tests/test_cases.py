@@ -212,6 +212,8 @@ CHAINS = {
     },
     "power law": hl.Chain([STEEL] * 4, STEEL, 0.1, law=hl.laws.PowerLaw(1e9, 1.4)),
     "limited law": hl.Chain([STEEL] * 4, STEEL, 0.1, law=hl.laws.PowerLaw(1e9, 1.5, largest=1e-5, name="mine")),
+    "Thornton": hl.Chain([STEEL] * 4, STEEL, 0.5, law=hl.laws.Thornton()),
+    "Jackson and Green": hl.Chain([STEEL] * 4, STEEL, 0.5, law=hl.laws.JacksonGreen(3e8)),
     "table": hl.Chain([STEEL] * 4, STEEL, 0.1, law=hl.laws.TabulatedLaw((0.0, 1e-6, 5e-6), (0.0, 2.0, 30.0))),
 }  # fmt: skip
 

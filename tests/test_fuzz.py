@@ -32,6 +32,7 @@ CHEAP = (
 ELSEWHERE = {
     # Protocols and bases of a user's own parts: test_own_parts, test_own_step, hertzlink.conformance.
     *("Bead", "ContactLaw", "Dissipation", "Excitation", "Participant", "Scheme", "stepping.Step", "damping.Viscous"),
+    "laws.YieldingLaw",
     # Exceptions, and records that only results hold.
     *("HertzlinkWarning", "NotConverged", "NoWaveError", "laws.ActiveSetNotConverged", "laws.PressuresNotConverged"),
     *("results.Identification", "results.Information", "results.Unknown"),

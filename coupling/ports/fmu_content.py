@@ -16,6 +16,7 @@ from particles.dissipation import KuwabaraKono, LinearDashpot, MassProportional,
 from particles.excitation import Piston, PushedBead, SpringLoaded
 from particles.laws.computed import ComputedLaw
 from particles.laws.law import ContactLaw, PowerLaw, TabulatedLaw
+from particles.laws.yielding import YieldingLaw
 from particles.moving import ChainState
 from structures.checks import short
 from structures.material import Material
@@ -98,7 +99,7 @@ def _fields_of(chain: Chain, surface: Surface, flexibility: float, dt: float | N
     if given.get("vibrations") is vibration:
         del given["vibrations"]
     law = chain.law
-    if law is not None and not isinstance(law, ContactLaw):
+    if law is not None and not isinstance(law, ContactLaw | YieldingLaw):
         found: dict[tuple[Any, Any], ContactLaw] = {}
 
         def noted(one: Bead, other: Bead | Surface) -> ContactLaw:

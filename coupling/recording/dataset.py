@@ -55,6 +55,8 @@ def _of_chain(interface: Interface, frames: Frames, number: int) -> dict[str, Ve
             "vibration_energy": chain.vibration_energy(own.position, own.velocity),
             "vibration_amplitude": chain.amplitudes(own.position),
         }
+    if chain.yielding is not None:
+        deformed = {"dent": chain.dents(own.position)}
     return {
         **deformed,
         "displacement": (own.position - chain.rest)[:, :bodies],

@@ -42,6 +42,7 @@ VARIABLES = {
     ),
     "velocity": Variable("m/s", "velocity; bead 0 is the striker or the surface behind", "chain", BEADS),
     "contact_force": Variable("N", "force between bead n - 1 and bead n, preload included", "chain", CONTACTS),
+    "dent": Variable("m", "overlap that would be left of a contact without force", "chain", CONTACTS),
     "section_force": Variable(
         "N", "compressive force through the central section of a deformable bead", "chain", BEADS
     ),

@@ -30,6 +30,17 @@ axes.set(xlabel="bead", ylabel="peak force / peak force at bead 8 (%)", xticks=s
 axes.legend(frameon=False, fontsize=8, loc="lower left")""",
     "viscous_layer": "hl.plots.setup(hl.CoSimulation(chain, rod))",
     "wall": "hl.plots.traces(run, sensors=7)",
+    "yielding": """import matplotlib.pyplot as plt
+import numpy as np
+
+figure, axes = plt.subplots(figsize=(5.0, 3.2), layout="constrained")
+for law in list(laws.values())[1:]:
+    pair, there, most = law.contact(bead, wall.surface), np.linspace(0.0, 6e-6, 200), 5e-6
+    (line,) = axes.plot(1e6 * there, pair.force(there), label=type(law).__name__)
+    axes.plot(1e6 * there[there < most], pair.force(there[there < most], most), "--", color=line.get_color())
+axes.plot(1e6 * there, pair.elastic.force(there), color="grey", label="Hertz")
+axes.set(xlabel="overlap (µm)", ylabel="force (N)", ylim=(0.0, None))
+axes.legend(frameon=False)""",
 }
 """The examples that are run when the site is built, all within three minutes, and lines that add a picture."""
 
@@ -49,7 +60,7 @@ Tests check the numbers that they print.
 Here the quick ones were run when the page was built. The others are shown without their output, and say so.
 
 Most of them also warn of `yield`: a steel bead at these speeds presses steel slightly beyond first yield.
-The contact laws are elastic.
+The contact laws are elastic, unless the chain has a law of yielding.
 """
 
 

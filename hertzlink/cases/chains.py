@@ -30,6 +30,7 @@ from particles.chain import Chain
 from particles.deformable.chain import DeformableChain
 from particles.excitation import Excitation, Piston, PushedBead, SpringLoaded
 from particles.laws.law import ContactLaw
+from particles.laws.yielding import YieldingLaw
 from structures.surface import Surface
 
 MOST_BEADS = 100_000
@@ -229,13 +230,13 @@ class ChainPart(Part):
         beads = self.beads if isinstance(self.beads, int) else sum(one.count for one in self.beads)
         return beads * self.repeat
 
-    def _law(self, world: World, beads: list[Bead], striker: Bead | Excitation | None) -> ContactLaw | None:
+    def _law(self, world: World, beads: list[Bead], striker: Bead | Excitation | None) -> Any:
         if self.law is None:
             return None
         if isinstance(self.law, NumericalLaw):
             body = getattr(striker, "striker", None) if isinstance(striker, Excitation) else striker
             return self.law.of_beads(beads if body is None else [body, *beads])
-        law: ContactLaw = made(self.law, world, ("law",))
+        law: ContactLaw | YieldingLaw = made(self.law, world, ("law",))
         return law
 
     def _row(self, world: World, bead: Bead | None) -> list[Bead]:

@@ -16,7 +16,10 @@ LOSSES = {
 
 MOTIONS = {"SpringLoaded": "spring_loaded", "PushedBead": "pushed_bead", "Piston": "piston"}
 
-LAWS = {"PowerLaw": "power_law", "TabulatedLaw": "tabulated_law", "ComputedLaw": "computed_law"}
+LAWS = {
+    "PowerLaw": "power_law", "TabulatedLaw": "tabulated_law", "ComputedLaw": "computed_law", "Thornton": "thornton",
+    "JacksonGreen": "jackson_green",
+}  # fmt: skip
 
 IN_BEADS = {"Modal": "modal", "Rayleigh": "rayleigh", "StandardLinearSolid": "standard_linear_solid"}
 

@@ -1,15 +1,16 @@
 """The contact laws of a chain of a case, which hold between its beads."""
 
 from collections.abc import Sequence
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Discriminator, Field
 
 from hertzlink.cases.faults import Fault, fault_of
-from hertzlink.cases.parts import Force, Length, Number, Part, World
+from hertzlink.cases.parts import Force, Length, Modulus, Number, Part, World
 from particles.laws.choose import computed_law
 from particles.laws.computed import ComputedLaw
 from particles.laws.law import ContactLaw, PowerLaw, TabulatedLaw
+from particles.laws.yielding import JacksonGreen, Thornton, YieldingLaw
 
 
 class OwnPowerLaw(Part):
@@ -76,4 +77,30 @@ class NumericalLaw(Part):
             raise fault_of(str(error), self.names(), ("law",)) from error
 
 
-OneLaw = Annotated[OwnPowerLaw | OwnTable | StoredLaw | NumericalLaw, Discriminator("kind")]
+class YieldingPart(Part):
+    """How all contacts yield; without a yield strength, that of the softer material of each."""
+
+    makes: ClassVar[type[YieldingLaw]]
+    yield_strength: Modulus | None = None
+
+    def make(self, world: World) -> YieldingLaw:
+        return self.makes(self.yield_strength)
+
+
+class ThorntonPart(YieldingPart):
+    """Thornton's law."""
+
+    makes = Thornton
+    kind: Literal["thornton"]
+
+
+class JacksonGreenPart(YieldingPart):
+    """Jackson and Green's fits."""
+
+    makes = JacksonGreen
+    kind: Literal["jackson_green"]
+
+
+OneLaw = Annotated[
+    OwnPowerLaw | OwnTable | StoredLaw | NumericalLaw | ThorntonPart | JacksonGreenPart, Discriminator("kind")
+]

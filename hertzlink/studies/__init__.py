@@ -29,6 +29,7 @@ STUDIES = {
     "contact-law": "contact_law",
     "symmetry": "symmetry",
     "identifiability": "identifiability",
+    "yield": "yielding",
 }
 
 ABOUT = {
@@ -54,6 +55,7 @@ ABOUT = {
     ),
     "symmetry": "Whether a quarter of a plate or chain gives what the whole one does (thesis, section 3.5).",
     "identifiability": "What a trace determines of a plate's edge or a rod's bond, and what it is blind to.",
+    "yield": "Which impacts of the thesis make beads yield, and what that changes (thesis, chapter 7).",
 }
 """What each study shows, in a line."""
 
@@ -74,6 +76,7 @@ RUNS = {
     "contact-law": (20, 20),
     "symmetry": (3, 3),
     "identifiability": (24, 182),
+    "yield": (13, 13),
 }
 """About how many runs a quick study and a whole one take, so that the remaining time can be estimated; not for a
 user's own parameters.

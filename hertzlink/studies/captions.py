@@ -148,5 +148,12 @@ CAPTIONS = {
             "where it exceeds half of the value."
         ),
     },
+    "yield": {
+        "speed": (
+            "What yielding takes over the impact speed: the incident force at bead 7 over that of elastic beads, and "
+            "the amplitude ratio of hardened beads on half-spaces of softer metals. Grey: impact speeds of the thesis."
+        ),
+        "waves": "Force at bead 7 of a chain on a steel rod and on a plate, elastic and by both laws of yielding.",
+    },
 }
 """A figure that is missing here is named by its file. A name such as "distance" also stands for "distance_1.4_ms"."""

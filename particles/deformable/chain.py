@@ -22,6 +22,7 @@ from particles.laws.axisymmetric import contact_law_fem
 from particles.laws.axisymmetric_mesh import body_of
 from particles.laws.formulas import NARROWEST, SAMPLES, contact_law
 from particles.laws.law import ContactLaw, TabulatedLaw
+from particles.laws.yielding import YieldingLaw
 from particles.moving import MovingChain
 from structures.checks import short, whole
 from structures.structure import Vector
@@ -105,6 +106,8 @@ class DeformableChain(Chain):
         object.__setattr__(self, "modes", whole("modes", self.modes))
         if self.modes > MOST_MODES:
             raise ValueError(f"modes = {self.modes!r}: must be at most {MOST_MODES}")
+        if isinstance(self.law, YieldingLaw):
+            raise ValueError(f"law = {self.law!r}: needs rigid beads; give a Chain, not a DeformableChain")
         if not callable(self.vibrations):
             raise ValueError(f"vibrations = {self.vibrations!r}: must be a function of a bead and a number of modes")
         if not (self.damping is None or isinstance(self.damping, Viscous) or callable(self.damping)):

@@ -1,0 +1,233 @@
+"""Beads that yield (thesis, chapter 7): which impacts of the thesis are beyond it, and what that changes."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from coupling.cosimulation import CoSimulation
+from coupling.results.ar_and_tof import reflections
+from coupling.results.measures import sensor_force
+from coupling.sweeps.progress import watched
+from hertzlink.studies import dissipation, on_plates, rod_stiffness, striking
+from hertzlink.studies.table import Row
+from particles.bead import Sphere
+from particles.chain import Chain
+from particles.laws.yielding import JacksonGreen, Thornton, YieldingLaw
+from plates.infinite import infinite_plate
+from structures.caution import collected
+from structures.material import ALUMINIUM_6061, BRASS_360, PTFE, STEEL_316, STEEL_440C, Material
+from structures.reduction import reduce
+from structures.rod import Layer, rod
+from structures.structure import Structure, half_space
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+LAWS: dict[str, YieldingLaw | None] = {"elastic": None, "Thornton": Thornton(), "Jackson–Green": JacksonGreen()}
+
+SENSOR, RADIUS, BEADS = striking.SENSOR, 4.76e-3, 20
+SAVED = 1e-6
+"""s."""
+
+SPEEDS = tuple(np.geomspace(0.01, 1.0, 17))
+PAIRS = {
+    "steel 440C": (STEEL_440C, STEEL_440C),
+    "steel 316": (STEEL_316, STEEL_316),
+    "aluminium 6061": (STEEL_440C, ALUMINIUM_6061),
+    "brass 360": (STEEL_440C, BRASS_360),
+}
+"""Beads and half-spaces of the sweep over impact speeds: hard and soft beads, and soft walls under hard beads."""
+
+LONG = 3e-3
+"""s, records of the sweep: at the lowest speeds waves need 2 ms to come back."""
+
+
+@dataclass(frozen=True)
+class Impact:
+    """A chain of the thesis, as it is elastic; on a structure, or on nothing; the length of its record, s."""
+
+    section: str
+    chain: Callable[[], Chain]
+    structure: Callable[[], Structure | None]
+    until: float
+
+
+def _spheres(radius: float, material: Material, beads: int, speed: float) -> Callable[[], Chain]:
+    bead = Sphere(radius, material)
+    return lambda: Chain([bead] * beads, bead, speed)
+
+
+def _thesis_chain() -> Chain:
+    """Of section 6.1, with gravity and the dashpot."""
+    return striking.Striking().chain(striking.Striking().middle)
+
+
+def _struck(material: Material) -> Impact:
+    """Section 6.1.1."""
+    return Impact(
+        f"rod of {material.name} (6.1.1)",
+        _thesis_chain,
+        lambda: reduce(rod(rod_stiffness.layers(material)), 1.5e-3),
+        1.5e-3,
+    )
+
+
+def _layered() -> Structure:
+    layers = [Layer(STEEL_440C, 6.35e-3, 19.1e-3 / 2.0), Layer(PTFE, 25.4e-3, 19.1e-3 / 2.0)]
+    return reduce(rod(layers), 1.5e-3)
+
+
+def _plate(thickness: float, diameter: float, until: float) -> Impact:
+    """Section 6.2, away from all edges."""
+    return Impact(
+        f"plate {1e3 * thickness:.2f} mm, beads {1e3 * diameter:.2f} mm (6.2)",
+        _spheres(0.5 * diameter, STEEL_440C, on_plates.BEADS, on_plates.IMPACT_SPEED),
+        lambda: infinite_plate(thickness, ALUMINIUM_6061),
+        until,
+    )
+
+
+IMPACTS = (
+    Impact("spheres of steel 316 (3.4)", _spheres(2.38e-3, STEEL_316, 20, 0.5), lambda: half_space(STEEL_316), 1e-3),
+    Impact(
+        "70 spheres of steel 316 (4)",
+        _spheres(dissipation.RADIUS, STEEL_316, dissipation.BEADS, dissipation.IMPACT_SPEED),
+        lambda: None,
+        1e-3,
+    ),
+    _struck(STEEL_440C),
+    _struck(ALUMINIUM_6061),
+    _struck(PTFE),
+    Impact("steel on PTFE (6.1.3)", _thesis_chain, _layered, 1.5e-3),
+    _plate(4.83e-3, 4.76e-3, 1e-3),
+    _plate(4.83e-3, 9.53e-3, 2e-3),
+    _plate(4.83e-3, 19.05e-3, 4e-3),
+)
+
+
+def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
+    """AR, TOF and forces of the thesis's impacts by each law, and of pairs of metals over the impact speed.
+
+    quick: every fourth speed. jobs: always one process, because runs take some 20 ms.
+    """
+    speeds = SPEEDS[::4] if quick else SPEEDS
+    with collected():  # that elastic contacts are beyond yield is what the table says
+        found = [xr.concat([_measured(one, law) for law in LAWS.values()], "law") for one in watched(IMPACTS)]
+        over = [_over_speed(*pair, speeds) for pair in watched(PAIRS.values())]
+    data = xr.concat(found, "impact").assign_coords(impact=[one.section for one in IMPACTS], law=list(LAWS))
+    swept = xr.concat(over, "pair").assign_coords(
+        pair=list(PAIRS),
+        law=list(LAWS),
+        impact_speed=("impact_speed", list(speeds), {"units": "m/s"}),
+    )
+    return data.merge(swept.rename({name: f"swept_{name}" for name in swept.data_vars}))
+
+
+def _over_speed(beads: Material, body: Material, speeds: tuple[float, ...]) -> xr.Dataset:
+    """The waves in chains of a metal on a half-space of one."""
+    wall = half_space(body)
+
+    def at(speed: float) -> xr.Dataset:
+        impact = Impact(body.name, _spheres(RADIUS, beads, BEADS, speed), lambda: wall, LONG)
+        return xr.concat([_measured(impact, law).drop_vars("force") for law in LAWS.values()], "law")
+
+    return xr.concat([at(speed) for speed in speeds], "impact_speed")
+
+
+def _measured(impact: Impact, law: YieldingLaw | None) -> xr.Dataset:
+    """What is kept of a run. first_yield: speed, m/s, by Hertz's forces, which grow with its power 6/5."""
+    chain = replace(impact.chain(), law=law)
+    simulation = CoSimulation(chain, impact.structure())
+    result = simulation.run(impact.until, SAVED)
+    waves = reflections(result, SENSOR)
+    peaks = result.contact_force.max("time").values
+    limits = [
+        np.inf if pair is None or (found := Thornton().contact(*pair)) is None else found.yield_force
+        for pair in simulation.chain.pairs
+    ]
+    dent = float(result.dent.max()) if "dent" in result else 0.0
+    times = np.arange(0.0, max(one.until for one in IMPACTS) + 0.5 * SAVED, SAVED)
+    force = np.interp(times, result.time.values, sensor_force(result, SENSOR).values, right=np.nan)
+    lost = float(result.dissipated_energy[-1] / result.impact_energy)
+    first, back = waves.incident, waves.primary
+    values = {
+        "amplitude_ratio": (back.amplitude_ratio if back else np.nan, "1"),
+        "time_of_flight": (back.time_of_flight if back else np.nan, "s"),
+        "incident": (first.amplitude if first else np.nan, "N"),
+        "first_yield": (chain.speed * float((peaks / limits).max()) ** (-5.0 / 6.0), "m/s"),
+        "speed": (chain.speed, "m/s"),
+        "dent": (dent, "m"),
+        "lost": (lost, "1"),
+    }
+    return xr.Dataset(
+        {name: ((), value, {"units": unit}) for name, (value, unit) in values.items()}
+        | {"force": ("time", force, {"units": "N", "long_name": "force at bead 7"})},
+        coords={"time": ("time", times, {"units": "s"})},
+    )
+
+
+def table(data: xr.Dataset) -> list[Row]:
+    """The thesis names plasticity as future work (chapter 7), and prints no numbers for it."""
+    rows = []
+    for section in data.impact.values:
+        one = data.sel(impact=section)
+        elastic, thornton, fitted = (one.sel(law=law) for law in LAWS)
+        first, speed = float(elastic.first_yield), float(elastic.speed)
+        verdict = f"yields: struck {speed / first:.2g} times as fast" if speed > first else "does not yield"
+        ratios = [float(law.incident / elastic.incident) for law in (thornton, fitted)]
+        back = [f"{float(law.amplitude_ratio):.2f}" for law in (elastic, thornton, fitted)]
+        flight = [f"{1e6 * float(law.time_of_flight):.0f}" for law in (elastic, thornton, fitted)]
+        returned = "" if np.isnan(float(elastic.amplitude_ratio)) else (
+            f"; AR {', '.join(back)} and TOF {', '.join(flight)} µs, elastic, by Thornton, by Jackson–Green"
+        )  # fmt: skip
+        returned = returned.replace("nan", "none")
+        rows += [
+            Row(f"first yield, {section}", "", first, "m/s",
+                f"{verdict} ({speed:.3g} m/s); dents up to {1e6 * float(thornton.dent):.2g} and "
+                f"{1e6 * float(fitted.dent):.2g} µm{returned}"),
+            Row(f"incident force with Thornton's law over elastic, {section}", "", ratios[0], "",
+                f"{ratios[1]:.2f} by Jackson–Green"),
+        ]  # fmt: skip
+    return rows
+
+
+def figures(data: xr.Dataset) -> dict[str, "Figure"]:
+    """What yielding takes over the impact speed, and the force at bead 7 under three laws."""
+    from coupling.views import plots
+
+    styles = dict(zip(LAWS, ("-", "--", ":"), strict=True))
+    speeds, (over, panels) = data.impact_speed.values, plots.panels(2, width=3.7, height=4.0, sharey=False)
+    names, shown = list(PAIRS), (data.swept_incident, data.swept_amplitude_ratio)
+    for axis, values, pairs in zip(panels, shown, (names[:2], names[2:]), strict=True):
+        for i, pair in enumerate(pairs):
+            one = values.sel(pair=pair)
+            whole = one.sel(law="elastic") if values is shown[0] else 1.0
+            for law, style in styles.items():
+                plain = law == "elastic"
+                if not plain or i == 0:
+                    colour, label = ("black", law) if plain else (plots.COLOURS[i], f"{pair}, {law}")
+                    axis.plot(speeds, one.sel(law=law) / whole, style, color=colour, linewidth=1.2, label=label)
+    words = {"incident force at bead 7 / elastic": "beads and wall", "AR at bead 7": "wall under beads of steel 440C"}
+    for axis, (says, title) in zip(panels, words.items(), strict=True):
+        plots.log_x(axis)
+        for speed, place in ((on_plates.IMPACT_SPEED, "plates"), (striking.Striking().speed, "rods")):
+            axis.axvline(speed, color="grey", linewidth=0.6)
+            axis.text(speed, 0.82, place, color="grey", fontsize="x-small", rotation=90, va="bottom", ha="right")
+        axis.set(xlabel="impact speed (m/s)", ylabel=says, ylim=(0.0, 1.05), xlim=(speeds[0], speeds[-1]))
+        axis.legend(
+            title=title, title_fontsize="small", frameon=False, fontsize="x-small", loc="lower center",
+            bbox_to_anchor=(0.5, 1.0), ncols=2,
+        )  # fmt: skip
+    figure, axes = plots.panels(2, width=3.7, height=3.2, sharey=False)
+    for axis, section in zip(axes, (IMPACTS[2].section, IMPACTS[7].section), strict=True):
+        one = data.force.sel(impact=section)
+        for i, law in enumerate(LAWS):
+            force = one.sel(law=law)
+            axis.plot(1e6 * data.time, force, styles[law], color=plots.COLOURS[i], linewidth=2.0 - 0.4 * i, label=law)
+        axis.set(title=section.rpartition(" (")[0], xlabel="time (µs)", xlim=(0.0, 900.0))
+    axes[0].set_ylabel("force at bead 7 (N)")
+    axes[0].legend(frameon=False, fontsize="small")
+    return {"speed": over, "waves": figure}

@@ -1,0 +1,370 @@
+"""Contacts that yield: restitution in closed form, published curves, energy, limits, memory, orders, bad input."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.integrate import quad
+
+import hertzlink as hl
+from particles.laws.yielding import RoundContact, YieldingContact, YieldingLaw
+
+SOFT = hl.Sphere(4.76e-3, hl.STEEL_316)
+HARD = hl.Sphere(4.76e-3, hl.STEEL_440C)
+WALL = hl.half_space(hl.STEEL_316)
+LAWS = [hl.laws.Thornton(), hl.laws.JacksonGreen()]
+NEVER = 1.5e10
+"""Pa, a yield strength that no contact of these tests reaches, but whose overlap is within Hertz's law."""
+
+
+def contact(law: YieldingLaw, first: hl.Bead = SOFT, second: hl.Bead | hl.Surface = SOFT) -> YieldingContact:
+    found = law.contact(first, second)
+    assert found is not None
+    return found
+
+
+def chain(law: Any, beads: int = 8, bead: hl.Bead = SOFT, speed: float = 0.4, **more: Any) -> hl.Chain:
+    return hl.Chain([bead] * beads, bead, speed, law=law, **more)
+
+
+def fitted_steel() -> YieldingContact:
+    steel = hl.Material(2.0 * 219.8e9 * (1.0 - 0.32**2), 0.32, 7800.0, "soft", 0.21e9)
+    return contact(hl.laws.JacksonGreen(), hl.Sphere(2e-3, steel), hl.Sphere(2e-3, steel))
+
+
+def rebound(law: YieldingLaw, speed: float, bead: hl.Sphere = SOFT, **more: Any) -> float:
+    """The speed of a bead after it struck a wall, over that before."""
+    moving = hl.stepping.MovingChain(hl.Chain([bead], None, speed, law=law, **more), hl.Surface(hl.STEEL_316))
+    state, _ = moving.advance(moving.start(), (0.0, 0.0), 4.0 * moving.contact_time)
+    return -float(state.velocity[1]) / speed
+
+
+def thornton_1997(ratio: float) -> float:
+    """Restitution at a speed over that of the first yield (Thornton 1997, equation 29)."""
+    r = 1.0 / ratio
+    return float(
+        (6.0 * np.sqrt(3.0) / 5.0) ** 0.5
+        * (1.0 - r**2 / 6.0) ** 0.5
+        * (r / (r + 2.0 * np.sqrt(1.2 - 0.2 * r**2))) ** 0.25
+    )
+
+
+def yield_speed(bodies: RoundContact, mass: float) -> float:
+    """v_y = 3.194 √(p_y⁵R³/(E*⁴m)), Thornton 1997."""
+    return 3.194 * float(np.sqrt(bodies.pressure**5 * bodies.radius**3 / (bodies.modulus**4 * mass)))
+
+
+@pytest.mark.parametrize("integrator", ["verlet", "rk4"])
+@pytest.mark.parametrize("ratio", [1.02, 2.0, 10.0, 100.0])
+def test_restitution_on_a_wall_by_thorntons_closed_form(ratio: float, integrator: str) -> None:
+    bodies = contact(hl.laws.Thornton(), SOFT, hl.Surface(hl.STEEL_316)).bodies
+    speed = ratio * yield_speed(bodies, SOFT.mass)
+    assert rebound(hl.laws.Thornton(), speed, integrator=integrator) == pytest.approx(thornton_1997(ratio), rel=2e-4)
+
+
+def test_restitution_falls_as_the_fourth_root_of_the_speed() -> None:
+    """1.18 (v_y/v)^¼ where all of it is plastic (Thornton 1997; Johnson 1985, section 11.5)."""
+    first = yield_speed(contact(hl.laws.Thornton(), SOFT, hl.Surface(hl.STEEL_316)).bodies, SOFT.mass)
+    fast = [rebound(hl.laws.Thornton(), ratio * first) for ratio in (1e3, 4e3)]
+    assert np.log(fast[1] / fast[0]) / np.log(4.0) == pytest.approx(-0.25, abs=0.02)
+    assert fast[1] == pytest.approx(1.18 * 4e3**-0.25, rel=0.01)
+
+
+def test_restitution_falls_as_in_hardness_tests_too() -> None:
+    """Jackson and Green's contact is harder the more it yields at first: more comes back than by Thornton's law."""
+    speeds = np.array([0.05, 0.2, 0.8])
+    thornton, fitted = (np.array([rebound(law, speed) for speed in speeds]) for law in LAWS)
+    assert np.all(np.diff(fitted) < 0.0)
+    assert np.all(fitted > thornton)
+
+
+def test_thorntons_curve() -> None:
+    """F_y = π³R²p_y³/6E*², the straight line, and R_p F* = R F_e with the residual overlap that follows."""
+    found = contact(hl.laws.Thornton())
+    radius, modulus, pressure = found.bodies.radius, found.bodies.modulus, found.bodies.pressure
+    assert (radius, pressure) == (pytest.approx(2.38e-3), pytest.approx(331e6, rel=2e-3))
+    assert found.yield_force == pytest.approx(np.pi**3 * radius**2 * pressure**3 / (6.0 * modulus**2), rel=1e-9)
+    most = 20.0 * found.overlap
+    force = found.yield_force + np.pi * pressure * radius * (most - found.overlap)
+    assert float(found.force(most)) == pytest.approx(force, rel=1e-9)
+    hertz = 4.0 / 3.0 * modulus * np.sqrt(radius) * most**1.5
+    flatter = radius * hertz / force
+    left = most - (0.75 * force / (modulus * np.sqrt(flatter))) ** (2.0 / 3.0)
+    assert float(found.dent(most)) == pytest.approx(left, rel=1e-9)
+    middle = 0.5 * (left + most)
+    back = 4.0 / 3.0 * modulus * np.sqrt(flatter) * (middle - left) ** 1.5
+    assert float(found.force(middle, most)) == pytest.approx(back, rel=1e-9)
+
+
+# ν = 0.32, E* = 219.8 GPa, S = 0.21 GPa, steel as in Jackson and Green (2005): y and F/F_c.
+@pytest.mark.parametrize(
+    ("y", "force"), [(1.0, 1.0), (1.5, 1.8371), (10.0, 25.7477), (100.0, 461.720), (400.0, 2238.30)]
+)
+def test_jackson_and_greens_curve(y: float, force: float) -> None:
+    found = fitted_steel()
+    critical = np.pi * 1.295 * np.exp(0.736 * 0.32) * 0.21e9 / (2.0 * 219.8e9)
+    assert found.overlap == pytest.approx(critical**2 * 1e-3, rel=1e-9)
+    assert float(found.force(y * found.overlap)) / found.yield_force == pytest.approx(force, rel=1e-5)
+
+
+@pytest.mark.parametrize("y", [2.0, 5.0, 10.0, 30.0, 100.0])
+def test_other_finite_elements_give_the_same_force(y: float) -> None:
+    """Kogut and Etsion, J. Appl. Mech. 69 (2002) 657: 1.03 y^1.425 up to y = 6, 1.40 y^1.263 up to 110."""
+    theirs = 1.03 * y**1.425 if y < 6.0 else 1.40 * y**1.263
+    found = fitted_steel()
+    assert float(found.force(y * found.overlap)) / found.yield_force == pytest.approx(theirs, rel=0.06)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_curves_meet_hertz_and_each_other(law: YieldingLaw) -> None:
+    found = contact(law)
+    assert float(found.dent(found.overlap)) == 0.0
+    overlaps = found.overlap * np.geomspace(0.5, 50.0, 4000)
+    force, dent = found.force(overlaps), found.dent(overlaps)
+    assert np.all(np.diff(force) > 0.0)
+    assert abs(np.diff(np.log(force))).max() < 0.01
+    assert np.all(np.diff(dent) >= 0.0)
+    assert np.all(found.force(overlaps, overlaps) == pytest.approx(force, rel=1e-12))
+    assert np.all(force <= found.elastic.force(overlaps) * (1.0 + 1e-12))
+    assert float(found.approach(np.array(force[-1]))) == pytest.approx(overlaps[-1], rel=1e-9)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_dissipated_work_is_the_area_of_the_loop(law: YieldingLaw) -> None:
+    found = contact(law)
+    for factor in (1.5, 5.0, 60.0):
+        most, kinks = factor * found.overlap, [found.overlap, 1.9 * found.overlap, 2.0 * found.overlap]
+        loaded = quad(lambda o: float(found.force(o)), 0.0, most, points=[k for k in kinks if k < most], limit=400)[0]
+        returned = quad(lambda o, m=most: float(found.force(o, m)), float(found.dent(most)), most)[0]
+        assert float(found.dissipated(most)) == pytest.approx(loaded - returned, rel=1e-4)
+
+
+MORE: dict[str, dict[str, Any]] = {
+    "plain": {},
+    "gravity": {"gravity": 9.81},
+    "preload": {"preload": 5.0},
+    "dashpot": {"dissipation": hl.LinearDashpot(4.0)},
+    "thesis dashpot": {"dissipation": hl.PowerDashpot(5.0, 1.0, form="thesis")},
+    "drag": {"dissipation": hl.MassProportional(300.0)},
+    "RK4": {"integrator": "rk4"},
+}
+
+
+@pytest.mark.parametrize("more", MORE.values(), ids=MORE)
+@pytest.mark.parametrize("law", LAWS, ids=["Thornton", "Jackson and Green"])
+def test_the_ledger_closes(law: YieldingLaw, more: dict[str, Any]) -> None:
+    run = hl.CoSimulation(chain(law, **more), hl.reduce(hl.rod([hl.Layer(hl.PTFE, 0.1, 9.525e-3)]), until=3e-4)).run(
+        3e-4
+    )
+    assert hl.energy_error(run) < 2e-6
+    assert np.all(np.diff(run.dissipated_energy.values) >= -1e-16 * float(run.impact_energy))
+    assert float(run.dissipated_energy[-1]) > 0.5 * float(run.impact_energy)
+    assert np.all(np.diff(run.dent.values, axis=0) >= -1e-9 * float(run.dent.max()))
+    assert np.all(run.contact_force.values >= 0.0)
+    assert not any(line.startswith("yield") for line in run.attrs.get("warnings", "").splitlines())
+
+
+def same(one: xr.Dataset, other: xr.Dataset) -> None:
+    for name in set(one.data_vars) & set(other.data_vars):
+        assert np.array_equal(one[name].values, other[name].values, equal_nan=True), name
+
+
+@pytest.mark.parametrize("kind", [hl.laws.Thornton, hl.laws.JacksonGreen])
+@pytest.mark.parametrize("structure", ["wall", "rod", "nothing"])
+def test_a_chain_that_never_yields_is_hertzian_to_the_bit(kind: Callable[[float], YieldingLaw], structure: str) -> None:
+    facing = {
+        "wall": hl.half_space(hl.STEEL_316),
+        "rod": hl.reduce(hl.rod([hl.Layer(hl.PTFE, 0.1, 9.525e-3)]), until=3e-4),
+        "nothing": None,
+    }[structure]
+    elastic, strong = (
+        hl.CoSimulation(chain(law, bead=HARD, gravity=9.81 if facing else 0.0), facing).run(3e-4)
+        for law in (None, kind(NEVER))
+    )
+    same(elastic, strong)
+    assert float(abs(strong.dent).max()) == 0.0
+
+
+@pytest.mark.parametrize(
+    "more", [MORE[name] for name in ("dashpot", "preload", "RK4")], ids=["dashpot", "preload", "RK4"]
+)
+def test_others_are_hertzian_up_to_rounding(more: dict[str, Any]) -> None:
+    runs = [hl.CoSimulation(chain(law, bead=HARD, **more), WALL).run(3e-4) for law in (None, hl.laws.Thornton(NEVER))]
+    force = [run.contact_force.values for run in runs]
+    assert abs(force[1] - force[0]).max() < 1e-9 * force[0].max()
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_order_of_convergence(law: YieldingLaw) -> None:
+    """Two, as forces are continuous although their slopes are not."""
+    ends = [velocities(chain(law, 2), 1e-7 / 2**i) for i in range(9)]
+    errors = [abs(end - ends[-1]).max() for end in ends[:6]]
+    assert -np.polyfit(np.arange(6), np.log2(errors), 1)[0] == pytest.approx(2.0, abs=0.2)
+
+
+@pytest.mark.parametrize("loss", [None, hl.LinearDashpot(1.0)])
+@pytest.mark.parametrize("law", LAWS)
+def test_rk4_agrees(law: YieldingLaw, loss: hl.Dissipation | None) -> None:
+    """Its own order is lost where slopes jump."""
+    ends = [velocities(chain(law, 2, integrator=kind, dissipation=loss), 1e-9) for kind in ("verlet", "rk4")]
+    assert abs(ends[1] - ends[0]).max() < 1e-7 * 0.4
+
+
+def velocities(made: hl.Chain, dt: float) -> Any:
+    """After an impact, m/s."""
+    moving = hl.stepping.MovingChain(made, hl.Surface(hl.STEEL_316), dt=dt)
+    return moving.advance(moving.start(), (0.0, 0.0), 8e-5)[0].velocity
+
+
+def test_a_window_repeats_to_the_bit() -> None:
+    moving = hl.stepping.MovingChain(chain(LAWS[0]), hl.Surface(hl.STEEL_316))
+    state, _ = moving.advance(moving.start(), (0.0, 0.0), 4e-5)
+    kept = [part.copy() for part in (state.position, state.velocity)]
+    first, second = (moving.advance(state, (0.0, 1e-7), 2e-5) for _ in range(2))
+    assert first[1] == second[1]
+    assert all(np.array_equal(a, b) for a, b in zip(first[0], second[0], strict=True))
+    assert all(np.array_equal(a, b) for a, b in zip(kept, state[:2], strict=True))
+    assert np.all(first[0].position[9:] >= state.position[9:])
+
+
+@pytest.mark.parametrize("scheme", [hl.Condensed(), hl.Aitken(), hl.IQN_ILS()])
+def test_a_checkpoint_changes_no_number(scheme: hl.Scheme, tmp_path: Path) -> None:
+    simulation = hl.CoSimulation(chain(LAWS[0]), hl.reduce(hl.rod([hl.Layer(hl.PTFE, 0.1, 9.525e-3)]), 3e-4), scheme)
+    straight = simulation.run(3e-4)
+    part = simulation.run(3e-4, checkpoint=tmp_path / "kept")
+    same(straight, part)
+    same(straight, simulation.run(3e-4, checkpoint=tmp_path / "kept"))
+
+
+def test_schemes_and_waveforms_agree() -> None:
+    rod = hl.reduce(hl.rod([hl.Layer(hl.PTFE, 0.1, 9.525e-3)]), 3e-4)
+    runs = [hl.CoSimulation(chain(LAWS[1]), rod, scheme).run(3e-4) for scheme in (hl.Condensed(), hl.Aitken())]
+    assert abs(runs[1].contact_force - runs[0].contact_force).max() < 1e-6 * runs[0].contact_force.max()
+
+
+@pytest.mark.filterwarnings("ignore:yield")
+def test_a_batch_and_several_chains_are_the_single_runs() -> None:
+    """One chain that yields beside one that does not, too."""
+    made = [chain(LAWS[0], speed=0.3), chain(LAWS[1], speed=0.5), chain(None, speed=0.5)]
+    with pytest.warns(hl.HertzlinkWarning, match="yield"):
+        many = hl.batch(made, 3e-4, WALL, save_every=1e-6)
+    single = [hl.CoSimulation(one, WALL).run(3e-4, save_every=1e-6) for one in made]
+    for i, one in enumerate(single):
+        assert np.array_equal(many.contact_force[i].values, one.contact_force.values)
+    with pytest.warns(hl.HertzlinkWarning, match="yield"):
+        both = hl.CoSimulation(made[::-1], [None] * 3).run(3e-4, save_every=1e-6)
+    for i, one in enumerate(made[::-1]):
+        alone = hl.CoSimulation(one, None).run(3e-4, save_every=1e-6)
+        assert abs(both.contact_force[:, i] - alone.contact_force).max() < 1e-6 * alone.contact_force.max()
+    assert both.dent[:, 0].isnull().all()
+    assert np.all(both.dent[-1, 1:, 0] > 0.0)
+
+
+def test_a_structure_behind_and_a_push() -> None:
+    """Contacts at both ends yield, and the ledger closes."""
+    rods = [hl.reduce(hl.rod([hl.Layer(hl.ALUMINIUM_6061, 0.1, 9.525e-3)]), 2e-4) for _ in range(2)]
+    push = hl.PushedBead(np.array([0.0, 1e-5, 2e-5, 2e-4]), np.array([0.0, 60.0, 0.0, 0.0]))
+    run = hl.CoSimulation(hl.Chain([SOFT] * 5, push, law=LAWS[0]), rods[0], behind=rods[1]).run(2e-4)
+    assert hl.energy_error(run) < 1e-5
+    assert float(run.dent[-1, -1]) > 0.0
+
+
+def test_the_wall_yields_if_it_is_softer() -> None:
+    """Brass of 170 MPa under hardened steel, and not the steel against itself."""
+    run = hl.CoSimulation(chain(LAWS[0], bead=HARD, speed=0.3), hl.half_space(hl.BRASS_360)).run(4e-4)
+    assert np.all(run.dent[-1, :-1] == 0.0)
+    assert float(run.dent[-1, -1]) > 1e-6
+
+
+def test_a_wave_decays_in_soft_steel() -> None:
+    """Fast at first, more slowly as forces come down to that of the first yield: never below it by plasticity."""
+    run = hl.CoSimulation(chain(LAWS[0], 40, speed=0.4), None).run(3e-3)
+    peak = run.contact_force.max("time").values[:-1]
+    limit = contact(LAWS[0]).yield_force
+    assert np.all(peak > limit)
+    assert peak[10] < 0.2 * peak[0]
+    assert 0.4 * peak[10] < peak[20] < 0.6 * peak[10]
+    assert np.all(run.dent[-1, :-1] > 0.0)
+    with pytest.warns(hl.HertzlinkWarning, match="yield"):
+        elastic = hl.CoSimulation(chain(None, 40, speed=0.4), None).run(4e-4).contact_force.max("time").values
+    assert peak[0] < 0.4 * elastic[0]
+    assert elastic[20] == pytest.approx(elastic[10], rel=0.01)
+
+
+def test_static_loads_beyond_yield_are_on_the_loading_curve() -> None:
+    moving = hl.stepping.MovingChain(chain(LAWS[0], 3, preload=20.0), hl.Surface(hl.STEEL_316))
+    found = contact(LAWS[0])
+    _, most, _, dents = np.split(moving.start().position, 4)
+    assert most[0] == found.overlap
+    assert dents[1] > dents[0] == 0.0
+    assert np.all(found.force(most[1:3]) == pytest.approx(20.0, rel=1e-9))
+    resting = hl.Chain([SOFT] * 3, None, law=LAWS[0], preload=20.0)
+    run = hl.CoSimulation(resting, WALL).run(1e-4)
+    assert float(abs(run.displacement).max()) < 1e-14
+
+
+def test_fits_are_not_followed_silently() -> None:
+    with pytest.warns(hl.HertzlinkWarning, match="beyond .*trusted"):
+        hl.CoSimulation(hl.Chain([SOFT], None, 40.0, law=LAWS[1]), WALL).run(1e-4)
+
+
+NAMELESS = hl.Material(200e9, 0.3, 7800.0)
+CYLINDER = hl.Cylinder(5e-3, 1e-2, hl.STEEL_316)
+BAD: dict[str, tuple[Callable[[], Any], str]] = {
+    "zero": (lambda: hl.laws.Thornton(0.0), "yield_strength = 0.0: must be a positive number of Pa"),
+    "text": (lambda: hl.laws.JacksonGreen("soft"), "yield_strength = 'soft'"),  # type: ignore[arg-type]
+    "class": (lambda: chain(hl.laws.Thornton), "law = .*Thornton"),
+    "unknown strength": (
+        lambda: hl.CoSimulation(chain(LAWS[0], bead=hl.Sphere(5e-3, NAMELESS)), hl.half_space(NAMELESS)),
+        "no material of the chain has a yield strength; give",
+    ),
+    "line": (lambda: hl.CoSimulation(chain(LAWS[0], bead=CYLINDER), WALL), "touch in a circle"),
+    "hollow": (
+        lambda: hl.CoSimulation(chain(LAWS[1], bead=hl.HollowSphere(5e-3, 4e-3, hl.STEEL_316)), WALL),
+        "needs solid bodies",
+    ),
+    "deformable": (lambda: hl.DeformableChain([SOFT] * 3, SOFT, 0.1, law=LAWS[0]), "needs rigid beads"),
+}
+
+
+@pytest.mark.parametrize(("make", "message"), BAD.values(), ids=BAD)
+def test_bad_input(make: Callable[[], Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        make()
+
+
+def test_the_input_says_the_law() -> None:
+    described = chain(hl.laws.Thornton(3e8)).describe()["law"]
+    assert described == {"class": "Thornton", "yield_strength": 3e8}
+
+
+@dataclass(frozen=True)
+class Straight(YieldingLaw):
+    """A law of a user's own: Thornton's curve with a dent of half the overlap beyond yield."""
+
+    def overlap(self, bodies: RoundContact) -> float:
+        return hl.laws.Thornton().overlap(bodies)
+
+    def loading(self, bodies: RoundContact, x: Any) -> Any:
+        return 1.5 * x
+
+    def dent(self, bodies: RoundContact, x: Any) -> Any:
+        return 0.5 * x**2 / (1.0 + x)
+
+
+@dataclass(frozen=True)
+class Impossible(Straight):
+    def dent(self, bodies: RoundContact, x: Any) -> Any:
+        return 3.0 * x
+
+
+def test_a_law_of_a_users_own() -> None:
+    run = hl.CoSimulation(chain(Straight()), WALL).run(2e-4)
+    assert hl.energy_error(run) < 2e-6
+    assert float(run.dent[-1, 0]) > 0.0
+    with pytest.raises(ValueError, match=r"law: Impossible.dent = .* must be less than the overlap"):
+        hl.CoSimulation(chain(Impossible()), WALL).run(1e-5)
