@@ -190,6 +190,8 @@ def _addition(given: Mapping[str, Any]) -> Data:
         return {"kind": "weakened", **given}
     if "start" in given:
         return {"kind": "stiffener", **given}
+    if "xx" in given:
+        return {"kind": "prestress", **given}
     return {"kind": "point_mass", "at": [given["x"], given["y"]], "mass": given["mass"]}
 
 
