@@ -19,7 +19,7 @@ MOTIONS = {"SpringLoaded": "spring_loaded", "PushedBead": "pushed_bead", "Piston
 LAWS = {"PowerLaw": "power_law", "TabulatedLaw": "tabulated_law"}
 
 KINDS = {
-    "half-space": "half_space", "rod": "rod", "cylinder": "layered_cylinder", "solid": "solid",
+    "half-space": "half_space", "rod": "rod", "beam": "beam", "cylinder": "layered_cylinder", "solid": "solid",
     "Kirchhoff plate": "kirchhoff_plate", "Mindlin plate": "mindlin_plate", "Kirchhoff panel": "kirchhoff_panel",
     "Mindlin panel": "mindlin_panel", "half-plane": "half_plane", "infinite plate": "infinite_plate",
 }  # fmt: skip
@@ -201,5 +201,5 @@ def _as_it_is(data: Data) -> None:
 
 _OF_KIND = {
     "rod": _rod, "layered_cylinder": _cylinder, "solid": _solid, "half_space": _as_it_is, "half_plane": _as_it_is,
-    "infinite_plate": _as_it_is,
+    "infinite_plate": _as_it_is, "beam": _as_it_is,
 }  # fmt: skip

@@ -8,7 +8,7 @@ from coupling.schemes.condensed import Condensed
 from coupling.schemes.explicit import Explicit
 from coupling.schemes.iterated import IQN_ILS, Aitken, FixedPoint
 from coupling.schemes.windows import Adaptive
-from hertzlink.cases.bodies import HalfSpace, LayeredCylinder, Nothing, Rod, Solid
+from hertzlink.cases.bodies import BeamBody, HalfSpace, LayeredCylinder, Nothing, Rod, Solid
 from hertzlink.cases.chains import ChainPart
 from hertzlink.cases.parts import Duration, Frequency, Length, Number, OwnMaterial, Part, World, forms
 from hertzlink.cases.plates import (
@@ -30,6 +30,7 @@ AnyStructure = Annotated[
     | HalfSpace
     | Rod
     | LayeredCylinder
+    | BeamBody
     | Solid
     | KirchhoffPlate
     | MindlinPlate
