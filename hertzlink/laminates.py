@@ -1,6 +1,7 @@
-"""Laminates of orthotropic plies, and sections of plate walls."""
+"""Laminates of orthotropic plies, sections of plate walls, and forces in their plane."""
 
 from plates.laminate import Laminate, OrthotropicMaterial, Ply
+from plates.prestress import Prestress, thermal_prestress
 from plates.section import Section, homogeneous
 from structures.anisotropy import indentation_modulus, orthotropic_stiffness
 
@@ -11,5 +12,7 @@ __all__ = [
     "orthotropic_stiffness",
     "OrthotropicMaterial",
     "Ply",
+    "Prestress",
     "Section",
+    "thermal_prestress",
 ]

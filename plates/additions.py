@@ -1,4 +1,4 @@
-"""What may be added to a plate: point masses, stiffeners, weak regions. Plain data for any theory."""
+"""What may be added to a plate: point masses, stiffeners, weak regions, prestress. Plain data for any theory."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,8 +6,10 @@ from math import hypot
 
 import numpy as np
 
+from plates.prestress import Prestress
 from structures.checks import finite, not_negative, positive, short
 from structures.plausible import likely
+from structures.structure import Vector
 
 Place = tuple[float, float]
 
@@ -158,20 +160,22 @@ class Weakened:
         return max(l1, l2) < min(r1, r2) and max(b1, b2) < min(t1, t2)
 
 
-Addition = PointMass | Stiffener | Weakened
+Addition = PointMass | Stiffener | Weakened | Prestress
 
 
 def check_additions(additions: object, box: tuple[float, float, float, float]) -> tuple[Addition, ...]:
     """The additions to a plate within a box (least and greatest x, then y, m) as a tuple; a ValueError names the one
     that does not fit."""
     if not isinstance(additions, Sequence) or isinstance(additions, str):
-        raise ValueError(f"additions = {additions!r}: must be a list of PointMass, Stiffener and Weakened")
+        raise ValueError(f"additions = {additions!r}: must be a list of PointMass, Stiffener, Weakened and Prestress")
     left, right, bottom, top = box
     spare = ROUNDING * max(right - left, top - bottom)
     for i, one in enumerate(additions):
         name = f"additions[{i}] = {one!r}"
         if not isinstance(one, Addition):
-            raise ValueError(f"{name}: must be a PointMass, a Stiffener or a Weakened")
+            raise ValueError(f"{name}: must be a PointMass, a Stiffener, a Weakened or a Prestress")
+        if isinstance(one, Prestress):
+            continue  # everywhere
         xs, ys = extent(one)
         across = left - spare <= min(xs) and max(xs) <= right + spare
         if not (across and bottom - spare <= min(ys) and max(ys) <= top + spare):
@@ -191,6 +195,11 @@ def weakest(additions: Sequence[Addition]) -> float:
     return min([float(one.factor) for one in additions if isinstance(one, Weakened)], default=1.0)
 
 
+def forces_in_plane(additions: Sequence[Addition]) -> Vector:
+    """The sum of all prestress, N_ij, 2 × 2, N/m."""
+    return sum((one.forces for one in additions if isinstance(one, Prestress)), start=np.zeros((2, 2)))
+
+
 def cell_lines(additions: Sequence[Addition]) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """x and y, m, where regions end, and where stiffeners run that are parallel to an axis."""
     across: list[float] = []
@@ -206,7 +215,9 @@ def cell_lines(additions: Sequence[Addition]) -> tuple[tuple[float, ...], tuple[
 
 
 def extent(one: Addition) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """The x and the y, m, at which an addition begins and ends."""
+    """The x and the y, m, at which an addition begins and ends; none for what is everywhere."""
+    if isinstance(one, Prestress):
+        return (), ()
     if isinstance(one, PointMass):
         return (one.x,), (one.y,)
     if isinstance(one, Stiffener):

@@ -2,16 +2,17 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from functools import partial
-from math import ceil
+from functools import cached_property, partial
+from math import ceil, inf
 from typing import Any
 
 import numpy as np
 
-from plates.additions import Addition, check_additions, weakest
+from plates.additions import Addition, check_additions, forces_in_plane, weakest
 from plates.contacts import Contact, Places, common_copies, contacts_at, contacts_data, one_or_all
 from plates.elements.theory import Assembled, Element, Touch
 from plates.laminate import Laminate, struck
+from plates.prestress import GROUND, Prestress, buckling_factor
 from plates.section import Section, all_around, mirrors_itself, point_rigidity, section_data
 from plates.shapes.place import check_place, mirrors
 from plates.shapes.rectangle import SIDES
@@ -47,6 +48,13 @@ THICK = 0.1
 """Thickness, in units of the shorter side, above which shear matters in the lowest modes already."""
 
 
+ROUNDING = 1e-9
+"""Part of a force below which it counts as zero."""
+
+BUCKLES = 8.0
+"""Waves along the shorter side that the mesh for buckling resolves: the first mode has about half of one."""
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Plate:
     """A plate of any shape in any theory; `kirchhoff_plate`, `mindlin_plate`, `kirchhoff_panel` and `mindlin_panel`
@@ -64,8 +72,8 @@ class Plate:
         Theory and finite elements: anything that meets the protocol `plates.elements.theory.Element`.
     highest_frequency : float
         The mesh resolves flexural waves up to it, Hz.
-    additions : sequence of PointMass, Stiffener and Weakened
-        What is fixed to the plate.
+    additions : sequence of PointMass, Stiffener, Weakened and Prestress
+        What is fixed to the plate, and forces in its plane.
     material : Material, Laminate or None
         What the section was made of; the faces of a Laminate may differ. None takes the section's `struck` material.
 
@@ -117,6 +125,11 @@ class Plate:
         for name, support in self._edges.items():
             known("supports", name, self.shape.names)
             check_support(f"supports[{name!r}]", support)
+            if support == "symmetry" and self._shears_along(name):
+                raise ValueError(
+                    f"supports[{name!r}] = 'symmetry': a prestress with a shear force along this edge is not its own "
+                    "mirror image; mesh the whole plate"
+                )
             if support == "symmetry" and not all(mirrors_itself(section, a) for a in self.shape.directions(name)):
                 raise ValueError(
                     f"supports[{name!r}] = 'symmetry': a wall with D₁₆ or D₂₆ along this edge is not its own mirror "
@@ -221,6 +234,10 @@ class Plate:
     def meshed(self, contacts: Sequence[Contact]) -> tuple[PlateMesh, Assembled, Matrices, list[Touch]]:
         """The mesh for these contacts, the plate on it, its matrices, and the contacts on the mesh."""
         self._check_size()
+        if self.buckling_factor <= 1.0:
+            raise ValueError(
+                f"additions: the plate buckles at {self.buckling_factor:.4g} times this prestress; give less than that"
+            )
         mesh = self.shape.mesh([one.x for one in contacts], [one.y for one in contacts], self._cells)
         held = {name: one for name, one in {MIRROR: "symmetry", **self._edges}.items() if _has(mesh, name)}
         touches = [self._touch(mesh, held, one) for one in contacts]
@@ -236,6 +253,39 @@ class Plate:
             name: support for name, support in pairs.items() if not (isinstance(support, str) and support == "free")
         }
 
+    @cached_property
+    def buckling_factor(self) -> float:
+        """How many times the prestress the plate can carry before it buckles; inf where nothing compresses it.
+
+        From a mesh of its own with at least 12 cells along the shorter side, or from the plate's uniform mesh.
+        """
+        forces = forces_in_plane(self.additions)
+        if not np.linalg.eigvalsh(forces)[0] < 0.0:
+            return inf
+        side, softest = min(self.length, self.width), float(all_around(self.section).min())
+        fixed = [one for one in self.additions if not isinstance(one, Prestress)]
+        cells = self.element.cells(side / BUCKLES, fixed)
+        cells = replace(cells, finest=cells.coarsest, halved=(False, False))
+        mesh = self.shape.mesh([], [], cells)
+        held = {name: one for name, one in self._edges.items() if _has(mesh, name)}
+        whole = [Prestress(forces[0, 0], forces[1, 1], forces[0, 1]), *fixed]
+        plain, pressed = (self.element.assemble(mesh, self.section, held, some) for some in (fixed, whole))
+        ground = GROUND * softest / (self.section.mass * side**4)
+        return buckling_factor(plain.mass, plain.stiffness, pressed.stiffness - plain.stiffness, ground)
+
+    def _shears_along(self, name: Tag) -> bool:
+        """Whether the prestress has a shear force along an edge."""
+        forces, angles = forces_in_plane(self.additions), self.shape.directions(name)
+        along = np.stack([np.cos(angles), np.sin(angles)])
+        across = np.stack([-along[1], along[0]])
+        sheared = np.einsum("ik,ij,jk->k", along, forces, across)
+        return bool((np.abs(sheared) > ROUNDING * np.abs(forces).max()).any())
+
+    @property
+    def _sheared(self) -> float:
+        """The shear force per length of the prestress, N/m."""
+        return float(forces_in_plane(self.additions)[0, 1])
+
     @property
     def finest_cell(self) -> float:
         """Size of the cells at a contact, m."""
@@ -245,7 +295,8 @@ class Plate:
     def _cells(self) -> Cells:
         """The cells that the element requires; halves where only the contacts may differ between them."""
         left, right, bottom, top = (self._edges.get(name, "free") for name in SIDES)
-        equal = not self.additions and mirrors_itself(self.section, 0.0)
+        equal = self._sheared == 0.0 and all(isinstance(one, Prestress) for one in self.additions)
+        equal = equal and mirrors_itself(self.section, 0.0)
         cells = self.element.cells(self.shortest_wavelength, self.additions)
         return replace(cells, halved=(equal and left == right, equal and bottom == top))
 

@@ -457,6 +457,14 @@ def _plates() -> dict[str, Target]:
             {"plies": [ply, ply], "surface": STEEL},
             lambda one: strike(hl.infinite_plate(None, one)),
         ),
+        "laminates.Prestress": Target(
+            laminates.Prestress, {"xx": 1e3, "yy": -1e3, "xy": 10.0}, lambda one: with_addition(one)
+        ),
+        "laminates.thermal_prestress": Target(
+            laminates.thermal_prestress,
+            {"rise": -1.0, "expansion": 2e-5, "thickness": 2e-3, "material": STEEL},
+            lambda one: with_addition(one),
+        ),
         "laminates.Ply": Target(
             laminates.Ply,
             {"material": STEEL, "thickness": 1e-3, "angle": 0.1},

@@ -244,7 +244,7 @@ STRUCTURES: dict[str, Callable[[], Any]] = {
     "additions": lambda: small_plate(
         additions=[
             hl.PointMass(0.03, 0.02, 1e-3), hl.Weakened((0.01, 0.02, 0.01, 0.02), 0.5),
-            hl.Stiffener((0.0, 0.02), (0.06, 0.02), 20.0, 1.0, 0.2),
+            hl.Stiffener((0.0, 0.02), (0.06, 0.02), 20.0, 1.0, 0.2), hl.laminates.Prestress(2e3, -1e3, 500.0),
         ]
     ).at(0.02, 0.025),
     "thick plate": lambda: hl.mindlin_plate(

@@ -9,6 +9,7 @@ from pydantic import Discriminator, Field, Tag
 from hertzlink.cases.parts import (
     AnyMaterial,
     Duration,
+    Force,
     Frequency,
     Length,
     Number,
@@ -20,6 +21,7 @@ from hertzlink.cases.parts import (
     material_of,
 )
 from hertzlink.cases.units import Unit
+from plates.beam import beam
 from structures.cylinder import layered_cylinder
 from structures.damping import loss_factor, modal, part_of_layer, rayleigh, standard_linear_solid
 from structures.elasticity import Foundation
@@ -246,6 +248,30 @@ class LayeredCylinder(Body):
         base = self.base if self.foundation is None else Foundation(self.foundation)
         rest = self.given("kind", "layers", "base", "foundation", *OF_ALL)
         return layered_cylinder(layers_of(self.layers, world), base, **rest)
+
+
+End = Literal["clamped", "simple", "free", "symmetry"]
+
+
+class BeamBody(Body):
+    """A beam struck from the side, with an axial force."""
+
+    kind: Literal["beam"]
+    length: Length
+    bending_stiffness: Annotated[float, Unit("N m^2", "a stiffness", "20 N m^2")]
+    mass_per_length: Annotated[float, Unit("kg/m", "a mass per length", "0.2 kg/m")]
+    material: AnyMaterial
+    at: Length = Field(description="the point that is struck, from the first end")
+    supports: Annotated[list[End], Field(min_length=2, max_length=2)] | None = None
+    axial_force: Force = 0.0
+    foundation: Annotated[float, Unit("N/m^2", "a stiffness per length", "1e7 N/m^2")] = 0.0
+    highest_frequency: Frequency | None = None
+
+    def make(self, world: World) -> Structure:
+        rest: dict[str, Any] = self.given("kind", "material", "supports", *OF_ALL)
+        if self.supports is not None:
+            rest["supports"] = (self.supports[0], self.supports[1])
+        return beam(material=material_of(self.material, world, "material"), **rest)
 
 
 class Solid(Body):

@@ -24,7 +24,7 @@ LAWS = {
 IN_BEADS = {"Modal": "modal", "Rayleigh": "rayleigh", "StandardLinearSolid": "standard_linear_solid"}
 
 KINDS = {
-    "half-space": "half_space", "rod": "rod", "cylinder": "layered_cylinder", "solid": "solid",
+    "half-space": "half_space", "rod": "rod", "beam": "beam", "cylinder": "layered_cylinder", "solid": "solid",
     "Kirchhoff plate": "kirchhoff_plate", "Mindlin plate": "mindlin_plate", "Kirchhoff panel": "kirchhoff_panel",
     "Mindlin panel": "mindlin_panel", "half-plane": "half_plane", "infinite plate": "infinite_plate",
 }  # fmt: skip
@@ -244,6 +244,8 @@ def _addition(given: Mapping[str, Any]) -> Data:
         return {"kind": "weakened", **given}
     if "start" in given:
         return {"kind": "stiffener", **given}
+    if "xx" in given:
+        return {"kind": "prestress", **given}
     return {"kind": "point_mass", "at": [given["x"], given["y"]], "mass": given["mass"]}
 
 
@@ -253,5 +255,5 @@ def _as_it_is(data: Data) -> None:
 
 _OF_KIND = {
     "rod": _rod, "layered_cylinder": _cylinder, "solid": _solid, "half_space": _as_it_is, "half_plane": _as_it_is,
-    "infinite_plate": _as_it_is,
+    "infinite_plate": _as_it_is, "beam": _as_it_is,
 }  # fmt: skip

@@ -8,7 +8,7 @@ from coupling.schemes.condensed import Condensed
 from coupling.schemes.explicit import Explicit
 from coupling.schemes.iterated import IQN_ILS, Aitken, FixedPoint
 from coupling.schemes.windows import Adaptive
-from hertzlink.cases.bodies import HalfSpace, LayeredCylinder, Nothing, Reduce, Rod, Solid
+from hertzlink.cases.bodies import BeamBody, HalfSpace, LayeredCylinder, Nothing, Reduce, Rod, Solid
 from hertzlink.cases.chains import ChainPart
 from hertzlink.cases.faults import Fault
 from hertzlink.cases.parts import Duration, Frequency, Length, Number, OrthotropicPart, OwnMaterial, Part, World, forms
@@ -41,6 +41,7 @@ AnyStructure = Annotated[
     | HalfSpace
     | Rod
     | LayeredCylinder
+    | BeamBody
     | Solid
     | KirchhoffPlate
     | MindlinPlate

@@ -29,6 +29,7 @@ from plates.builders import kirchhoff_panel, kirchhoff_plate, mindlin_panel, min
 from plates.half_plane import half_plane
 from plates.infinite import infinite_plate
 from plates.plate import Plate
+from plates.prestress import Prestress
 from plates.shapes.outline import Outline, circle
 from plates.support import ElasticEdge, Supports
 from structures.structure import Structure
@@ -126,7 +127,22 @@ class WeakenedPart(Part):
         return Weakened((left, right, bottom, top), self.factor)
 
 
-OneAddition = Annotated[MassPart | StiffenerPart | WeakenedPart, Discriminator("kind")]
+PerLength = Annotated[float, Unit("N/m", "a force per length", "20 kN/m")]
+
+
+class PrestressPart(Part):
+    """Forces in the plane of the plate; tension is positive."""
+
+    kind: Literal["prestress"]
+    xx: PerLength = 0.0
+    yy: PerLength = 0.0
+    xy: PerLength = 0.0
+
+    def make(self, world: World) -> Prestress:
+        return Prestress(self.xx, self.yy, self.xy)
+
+
+OneAddition = Annotated[MassPart | StiffenerPart | WeakenedPart | PrestressPart, Discriminator("kind")]
 
 
 class PlateBody(Body):

@@ -3,6 +3,7 @@
 With the beam matrices P_ij = ∫ v⁽ⁱ⁾ u⁽ʲ⁾ along x and along y, M = ρt P₀₀⊗P₀₀ and, for the bending stiffness D,
 K = D₁₁ P₂₂⊗P₀₀ + D₂₂ P₀₀⊗P₂₂ + D₁₂ (P₂₀⊗P₀₂ + P₀₂⊗P₂₀) + 4 D₆₆ P₁₁⊗P₁₁
   + 2 D₁₆ (P₂₁⊗P₀₁ + P₁₂⊗P₁₀) + 2 D₂₆ (P₀₁⊗P₂₁ + P₁₀⊗P₁₂).
+Forces N in the plane add N_xx P₁₁⊗P₀₀ + N_yy P₀₀⊗P₁₁ + N_xy (P₁₀⊗P₀₁ + P₀₁⊗P₁₀).
 The contact vector is b_x⊗b_y. Stiffeners, point masses and weakened rectangles are tensor products too. Across a line
 the beam matrix is that of a point; over a rectangle the integrals extend over that part only, wherever it ends.
 """
@@ -20,6 +21,7 @@ from scipy import sparse
 from plates.additions import Addition, PointMass, Stiffener, Weakened, extent
 from plates.elements.field import PlateSampler, product_sampler
 from plates.elements.theory import Assembled, Supported, Touch, check_free, thin_wavelength
+from plates.prestress import Prestress
 from plates.section import Section
 from plates.shapes.shape import MIRROR, Cells, PlateMesh
 from plates.support import ElasticEdge, Support
@@ -238,6 +240,9 @@ def plate_matrices(
             left, right, bottom, top = one.region
             lost = (one.factor - 1.0) * section.bending
             elastic += _bending(lost, x.integrals(left, right), y.integrals(bottom, top))
+        elif isinstance(one, Prestress):
+            elastic += [(one.xx, along[1, 1], across[0, 0]), (one.yy, along[0, 0], across[1, 1])]
+            elastic += [(one.xy, along[1, 0], across[0, 1]), (one.xy, along[0, 1], across[1, 0])]
     mass, stiffness = _assembled(x, y, inertia, elastic)
     return mass, stiffness
 

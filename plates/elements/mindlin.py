@@ -139,6 +139,13 @@ class MindlinFunctions:
         mass = {(0, 0): self.section.mass * inertia, (1, 1): turning, (2, 2): turning}
         return self._assembled(self.space.cell_dofs, mass), self._assembled(self.space.cell_dofs, stiffness)
 
+    def tension(self, forces: Vector) -> Matrix:
+        """Stiffness of constant forces in the plane, N/m: they act on ∇w."""
+        _, slopes, weight, _ = self.space.inside()
+        pairs = [(i, j) for i in (0, 1) for j in (0, 1)]
+        block = sum((forces[i, j] * weight)[:, None] * slopes[i] @ slopes[j].swapaxes(1, 2) for i, j in pairs)
+        return self._assembled(self.space.cell_dofs, {(0, 0): np.asarray(block)})
+
     def _assembled(self, dofs: Numbers, blocks: Blocks) -> Matrix:
         """The matrix of blocks for (row, column) of w, s_x and s_y, each cells × functions × functions."""
         rows, columns, entries = [], [], []

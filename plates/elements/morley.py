@@ -125,6 +125,22 @@ class MorleyFunctions:
         curved: Vector = twice * self.functions[:, 3:] / self.extent[:, None, None] ** 2
         return curved
 
+    def _inside(self) -> tuple[Vector, Vector]:
+        """Points in all cells, cells × points × 2, m, and their weights, m²."""
+        places, weights = get_quadrature(RefTri, 4)
+        corners = self.mesh.p[:, self.mesh.t].transpose(2, 1, 0)
+        shares = np.stack([1.0 - places.sum(axis=0), *places])
+        points = np.einsum("cij,iq->cqj", corners, shares)
+        one, other = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+        return points, np.abs(one[:, :1] * other[:, 1:] - one[:, 1:] * other[:, :1]) * weights
+
+    def tension(self, forces: Vector) -> Matrix:
+        """Stiffness of constant forces in the plane, N/m."""
+        points, weight = self._inside()
+        slopes = self._powers(points)[1] @ self.functions
+        blocks = np.einsum("ij,icqm,cq,jcqn->cmn", forces, slopes, weight, slopes, optimize=True)
+        return self._assembled(self.cell_dofs, blocks)
+
     def matrices(self, weakening: Callable[[Vector], Vector] | None = None) -> tuple[Matrix, Matrix]:
         """M and K, size × size. weakening: of points 2 × …, m, the factor of the bending stiffness there.
 
@@ -133,12 +149,7 @@ class MorleyFunctions:
         κ within the triangles where κ is linear: of each triangle Σ w d² = ∫ |x − middle|² with d the distances to the
         middles of its neighbours. It vanishes with h² as the triangles shrink, and takes most of the error of order 2.
         """
-        places, weights = get_quadrature(RefTri, 4)
-        corners = self.mesh.p[:, self.mesh.t].transpose(2, 1, 0)
-        shares = np.stack([1.0 - places.sum(axis=0), *places])
-        points = np.einsum("cij,iq->cqj", corners, shares)
-        one, other = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-        weight = np.abs(one[:, :1] * other[:, 1:] - one[:, 1:] * other[:, :1]) * weights
+        points, weight = self._inside()
         values = self._powers(points)[0] @ self.functions
         mass = self.section.mass * values.swapaxes(1, 2) @ (weight[:, :, None] * values)
         soft = weight if weakening is None else weight * weakening(points.transpose(2, 0, 1))

@@ -15,6 +15,7 @@ from scipy import sparse
 
 from plates.additions import Addition, PointMass, Stiffener, Weakened
 from plates.elements.field import mesh_sampler
+from plates.prestress import Prestress
 from plates.section import Section
 from plates.shapes.mesh_geometry import check_straight
 from plates.shapes.place import Mirror
@@ -114,6 +115,10 @@ class ShapeFunctions(Protocol):
         """M and K, size × size. weakening: of points 2 × …, m, the factor of the bending stiffness there."""
         ...
 
+    def tension(self, forces: Vector) -> Matrix:
+        """Stiffness ½ ∫ N_ij w,i w,j of constant forces in the plane, 2 × 2, N/m."""
+        ...
+
     def springs(self, facets: Numbers, edge: ElasticEdge) -> Matrix:
         """Stiffness of springs along facets."""
         ...
@@ -159,7 +164,7 @@ def on_mesh(
     force: Callable[[Matrix, Touch], Vector] | None = None,
     stiffener: Callable[[Stiffener], tuple[Matrix, Matrix]] | None = None,
 ) -> Assembled:
-    """A plate of shape functions on a mesh: weakened regions, springs, point masses and held edges.
+    """A plate of shape functions on a mesh: weakened regions, springs, point masses, prestress and held edges.
 
     force: returns the contact vector of a Touch; takes what `kept` returned as well; None for a force at a point.
     stiffener: returns M and K of a stiffener, size × size each; None for elements that object to stiffeners.
@@ -171,6 +176,8 @@ def on_mesh(
         if isinstance(support, ElasticEdge):
             stiffness = stiffness + functions.springs(mesh.edges[name], support)
     for i, one in enumerate(additions):
+        if isinstance(one, Prestress):
+            stiffness = stiffness + functions.tension(one.forces)
         try:
             if isinstance(one, PointMass):
                 reading = functions.deflection(np.array([[one.x, one.y]]))

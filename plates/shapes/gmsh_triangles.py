@@ -91,10 +91,10 @@ def _drawn(gmsh: ModuleType, rings: Sequence[Ring], corners: Sequence[Place]) ->
 
 
 def _set_size(gmsh: ModuleType, fine: Sequence[Place], cells: Cells) -> None:
-    """Sizes grow with the distance from the nearest of the fine places."""
+    """Sizes grow with the distance from the nearest of the fine places; they are the finest where there is none."""
     field = gmsh.model.mesh.field.add("MathEval")
     distances = [f"Sqrt((x-({x!r}))^2+(y-({y!r}))^2)" for x, y in fine]
-    away = reduce(lambda nearer, other: f"Min({nearer},{other})", distances)
+    away = reduce(lambda nearer, other: f"Min({nearer},{other})", distances or ["0"])
     gmsh.model.mesh.field.setString(field, "F", f"Min({cells.coarsest!r},{cells.finest!r}+{cells.growth!r}*{away})")
     gmsh.model.mesh.field.setAsBackgroundMesh(field)
 

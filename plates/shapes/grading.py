@@ -46,8 +46,8 @@ def stops(side: float, positions: Sequence[float], finest: float, lines: Sequenc
 
 
 def nearest(positions: Sequence[float], left: float, right: float) -> float:
-    """The position that is nearest to a stretch between two stops."""
-    return min(positions, key=lambda position: abs(left + right - 2.0 * position))
+    """The position that is nearest to a stretch between two stops; its start where there is none."""
+    return min(positions, key=lambda position: abs(left + right - 2.0 * position), default=left)
 
 
 def _geometric(start: float, end: float, position: float, cells: Cells) -> Vector:

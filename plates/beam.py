@@ -1,0 +1,175 @@
+"""Beams struck from the side: bending under an axial force, on elastic ground if there is any."""
+
+from dataclasses import asdict
+from math import inf, pi
+
+import numpy as np
+from scipy import sparse
+
+from plates.elements.hermite import Beam, Hermite
+from plates.prestress import GROUND, buckling_factor
+from plates.shapes.grading import graded
+from structures.checks import finite, instance, not_negative, one_of, positive
+from structures.elasticity import HIGHEST_FREQUENCY
+from structures.material import Material
+from structures.structure import Structure
+from structures.surface import Surface
+
+ENDS = ("clamped", "simple", "free", "symmetry")
+
+BUCKLES = 4.0
+"""Waves along the beam that the mesh resolves at least, so that buckling is exact to some 1e-4."""
+
+MOST_NODES = 50_000
+"""Nodes of a mesh; beyond it a wrong unit is more likely than a real need."""
+
+
+def beam(
+    length: float,
+    bending_stiffness: float,
+    mass_per_length: float,
+    material: Material,
+    at: float,
+    supports: tuple[str, str] = ("simple", "simple"),
+    axial_force: float = 0.0,
+    foundation: float = 0.0,
+    highest_frequency: float = HIGHEST_FREQUENCY,
+) -> Structure:
+    """A beam in the theory of Euler and Bernoulli, struck from the side: EI w⁗ − N w″ + k w + m ẅ = F.
+
+    Parameters
+    ----------
+    length : float
+        Length L, m.
+    bending_stiffness : float
+        EI of bending in the direction of the blow, N m².
+    mass_per_length : float
+        Mass per length m, kg/m.
+    material : Material
+        The material that is struck, for Hertz's law.
+    at : float
+        Where it is struck, m from the first end.
+    supports : (str, str)
+        How the two ends are held: "clamped", "simple", "free" or "symmetry".
+    axial_force : float
+        Force N along the beam, N; tension is positive. A beam that is held along its length and becomes warmer by ΔT
+        has N = −E A α ΔT.
+    foundation : float
+        Stiffness k of elastic ground per length, N/m²; a force per deflection and length.
+    highest_frequency : float
+        The mesh resolves flexural waves up to it, Hz.
+
+    Returns
+    -------
+    Structure
+        Cubic elements, two degrees of freedom for each node; finest at the contact.
+
+    Raises
+    ------
+    ValueError
+        Where an argument is out of its range, and for a beam that buckles under its axial force.
+
+    References
+    ----------
+    Timoshenko, Gere, Theory of Elastic Stability, 2nd ed. (1961), sections 2.1, 2.10 and 2.17.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> from hertzlink import beams
+    >>> breadth, height, steel = 0.02, 0.01, hl.STEEL_316
+    >>> stiffness = steel.youngs_modulus * breadth * height**3 / 12.0
+    >>> strip = beams.beam(0.5, stiffness, steel.density * breadth * height, steel, at=0.2, axial_force=5e3)
+    >>> strip.contacts
+    1
+    """
+    length, place = positive("length", length, "m"), not_negative("at", at, "m")
+    stiff = positive("bending_stiffness", bending_stiffness, "N m²")
+    heavy = positive("mass_per_length", mass_per_length, "kg/m")
+    instance("material", material, Material, "a Material; MATERIALS[name] gives one by name")
+    force, ground = finite("axial_force", axial_force, "N"), not_negative("foundation", foundation, "N/m²")
+    frequency = positive("highest_frequency", highest_frequency, "Hz")
+    if place > length:
+        raise ValueError(f"at = {at!r}: must lie on the beam, between 0 and {length:g} m")
+    _check_ends(supports)
+    wavelength = (stiff / heavy) ** 0.25 * (2.0 * pi / frequency) ** 0.5
+    cells = Hermite().cells(min(wavelength, length / BUCKLES), ())
+    if length / cells.coarsest > MOST_NODES:
+        raise ValueError(f"highest_frequency = {highest_frequency!r}: requires more than {MOST_NODES} nodes; lower it")
+    shapes = Beam(graded(length, [place], cells), supports[0], supports[1])
+    parts = shapes.integrals()
+
+    def matrix(entries: np.ndarray) -> sparse.csr_array:
+        return sparse.csr_array((entries, (shapes.row, shapes.column)), shape=(shapes.size, shapes.size))
+
+    mass, plain, pulled = heavy * parts[0, 0], stiff * parts[2, 2] + ground * parts[0, 0], force * parts[1, 1]
+    if force < 0.0:
+        weak = GROUND * stiff / (heavy * length**4)
+        factor = buckling_factor(matrix(mass), matrix(plain), matrix(pulled), weak)
+        if factor <= 1.0:
+            raise ValueError(f"axial_force = {axial_force!r}: the beam buckles at {factor:.4g} times this force")
+    origin = {
+        "kind": "beam", "length": length, "bending_stiffness": stiff, "mass_per_length": heavy,
+        "material": asdict(material), "at": place, "supports": list(supports), "axial_force": force,
+        "foundation": ground, "highest_frequency": frequency,
+    }  # fmt: skip
+    return Structure(matrix(mass), matrix(plain + pulled), None, shapes.at(place), 0.0, Surface(material), origin)
+
+
+def beam_buckling_force(
+    length: float, bending_stiffness: float, supports: tuple[str, str] = ("simple", "simple"), foundation: float = 0.0
+) -> float:
+    """The compression at which a beam buckles.
+
+    Parameters
+    ----------
+    length : float
+        Length, m.
+    bending_stiffness : float
+        EI, N m².
+    supports : (str, str)
+        How the two ends are held, as for `beam`.
+    foundation : float
+        Stiffness of elastic ground per length, N/m².
+
+    Returns
+    -------
+    float
+        N; 0 where the supports do not hold the beam.
+
+    Raises
+    ------
+    ValueError
+        As for `beam`.
+
+    Examples
+    --------
+    >>> from hertzlink import beams
+    >>> round(beams.beam_buckling_force(1.0, 100.0), 1)  # π² EI/L²
+    987.0
+    """
+    length, stiff = positive("length", length, "m"), positive("bending_stiffness", bending_stiffness, "N m²")
+    ground = not_negative("foundation", foundation, "N/m²")
+    _check_ends(supports)
+    # Long beams on ground buckle in waves of 2π (EI/k)^¼.
+    waves = length / (2.0 * pi * (stiff / ground) ** 0.25) if ground > 0.0 else 0.0
+    count = int(np.ceil(8.0 * max(BUCKLES, waves)))
+    if count > MOST_NODES:
+        raise ValueError(
+            f"foundation = {foundation!r}: is so stiff that the beam buckles in more than {count // 8} waves"
+        )
+    shapes = Beam(np.linspace(0.0, length, count + 1), supports[0], supports[1])
+    parts, size = shapes.integrals(), shapes.size
+    mass, plain, pressed = (
+        sparse.csr_array((one, (shapes.row, shapes.column)), shape=(size, size))
+        for one in (parts[0, 0], stiff * parts[2, 2] + ground * parts[0, 0], -(stiff / length**2) * parts[1, 1])
+    )
+    factor = buckling_factor(mass, plain, pressed, GROUND * stiff / length**4)
+    return factor * stiff / length**2 if factor < inf else inf
+
+
+def _check_ends(supports: object) -> None:
+    if not isinstance(supports, tuple | list) or len(supports) != 2:
+        raise ValueError(f'supports = {supports!r}: must be two words, one for each end, such as ("simple", "free")')
+    for i, one in enumerate(supports):
+        one_of(f"supports[{i}]", one, ENDS)

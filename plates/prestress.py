@@ -1,0 +1,125 @@
+"""Forces in the plane of a plate that stiffen it, soften it and buckle it."""
+
+from dataclasses import dataclass
+from math import inf
+from typing import Any
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import LinearOperator, eigsh, splu
+
+from structures.checks import finite, instance, positive, within
+from structures.material import Material
+from structures.structure import Vector
+
+SMALLEST_FACTOR = 1e-6
+"""Below this factor the supports leave the plate free to turn, and any compression turns it."""
+
+GROUND = 1e-9
+"""Stiffness of a weak ground under the plate, over D/side⁴: it makes the stiffness of free plates regular."""
+
+
+@dataclass(frozen=True)
+class Prestress:
+    """Constant forces per length in the plane of a plate, in `additions` of a builder. Tension is positive.
+
+    The forces act before the tap, stay constant during it, and add ½ ∫ N_ij w,i w,j to the energy (Timoshenko, Gere,
+    Theory of Elastic Stability, 2nd ed., section 8.2). On a plate of thickness t the stress σ is the force σ t.
+
+    Parameters
+    ----------
+    xx, yy : float
+        Force per length along x and along y, N/m.
+    xy : float
+        Shear force per length, N/m.
+
+    Raises
+    ------
+    ValueError
+        Where a number is not finite. A plate that buckles under the forces is refused where it is struck.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> tension = hl.laminates.Prestress(xx=20e6 * 1e-3)  # 20 MPa in 1 mm
+    >>> sides = hl.Supports("clamped", "clamped", "clamped", "clamped")
+    >>> plate = hl.kirchhoff_plate(0.2, 0.2, 1e-3, hl.ALUMINIUM_6061, sides, additions=[tension])
+    >>> plate.buckling_factor
+    inf
+    """
+
+    xx: float = 0.0
+    yy: float = 0.0
+    xy: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("xx", "yy", "xy"):
+            object.__setattr__(self, name, finite(name, getattr(self, name), "N/m"))
+
+    @property
+    def forces(self) -> Vector:
+        """N_ij, 2 × 2, N/m."""
+        return np.array([[self.xx, self.xy], [self.xy, self.yy]])
+
+    @property
+    def compresses(self) -> bool:
+        """Whether it compresses the plate in some direction."""
+        return bool(np.linalg.eigvalsh(self.forces)[0] < 0.0)
+
+
+def thermal_prestress(rise: float, expansion: float, thickness: float, material: Material) -> Prestress:
+    """The prestress of a plate that is held in its plane all around and becomes warmer than it was when it was fixed.
+
+    Parameters
+    ----------
+    rise : float
+        Rise of the temperature ΔT, uniform through the thickness, K; negative where it falls.
+    expansion : float
+        Coefficient of thermal expansion α, 1/K: 23.6e-6 for aluminium 6061, 11.5e-6 for rail steel.
+    thickness : float
+        Thickness t, m.
+    material : Material
+        Its E and ν.
+
+    Returns
+    -------
+    Prestress
+        N = −E α ΔT t/(1 − ν) along x and y.
+
+    Raises
+    ------
+    ValueError
+        Where a number is not finite or out of its range.
+
+    References
+    ----------
+    Boley, Weiner, Theory of Thermal Stresses, Wiley (1960), section 12.2.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> round(hl.laminates.thermal_prestress(-1.0, 23.6e-6, 1e-3, hl.ALUMINIUM_6061).xx)
+    2427
+    """
+    instance("material", material, Material, "a Material; MATERIALS[name] gives one by name")
+    rise, expansion = finite("rise", rise, "K"), within("expansion", expansion, 1e-9, 1e-3, "1/K")
+    stiffness = material.youngs_modulus * positive("thickness", thickness, "m") / (1.0 - material.poisson_ratio)
+    force = -stiffness * expansion * rise
+    return Prestress(force, force)
+
+
+def buckling_factor(mass: Any, stiffness: Any, more: Any, ground: float) -> float:
+    """The least positive factor λ at which K + λ G is singular, inf where there is none.
+
+    stiffness: K without prestress, more: G, the stiffness of the prestress. ground: a frequency squared, 1/s², far
+    below all others; ground · M makes K regular.
+    """
+    base = sparse.csc_array(stiffness + ground * mass)
+    # Deflections and slopes differ by units of length; unit diagonals keep the digits.
+    scale = sparse.diags_array(1.0 / np.sqrt(base.diagonal()))
+    base, opposite = sparse.csc_array(scale @ base @ scale), sparse.csc_array(scale @ -more @ scale)
+    solve = LinearOperator(base.shape, matvec=splu(base).solve, dtype=float)
+    start = np.random.default_rng(0).normal(size=base.shape[0])
+    (largest,) = eigsh(opposite, 1, M=base, Minv=solve, which="LA", v0=start, return_eigenvectors=False)
+    factor = inf if largest <= 0.0 else 1.0 / float(largest)
+    return 0.0 if factor < SMALLEST_FACTOR else factor

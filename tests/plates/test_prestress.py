@@ -1,0 +1,146 @@
+"""Plates under forces in their plane: closed forms, published buckling loads, limits, energy."""
+
+from math import inf, pi
+
+import numpy as np
+import pytest
+from independent.plates import frequencies
+
+import hertzlink as hl
+
+ALUMINIUM, SIDE, THICKNESS = hl.Material(70e9, 0.3, 2700.0), 0.2, 1e-3
+EULER = 70e9 * THICKNESS**3 / 12.0 / 0.91 * (pi / SIDE) ** 2
+"""π²D/b², N/m."""
+
+
+def square(kind: str, *forces: float, held: str = "simple", **more: object) -> hl.Plate:
+    additions = [hl.laminates.Prestress(*forces)]
+    if kind == "panel":
+        corners = [(0.0, 0.0), (SIDE, 0.0), (SIDE, SIDE), (0.0, SIDE)]
+        shape, edges = hl.Outline(corners, edges="rim"), {"rim": held}
+        return hl.kirchhoff_panel(shape, THICKNESS, ALUMINIUM, edges, additions=additions, **more)
+    build = {"kirchhoff": hl.kirchhoff_plate, "mindlin": hl.mindlin_plate}[kind]
+    return build(SIDE, SIDE, THICKNESS, ALUMINIUM, hl.Supports(*[held] * 4), additions=additions, **more)
+
+
+def exact(forces: tuple[float, float], count: int) -> np.ndarray:
+    """ω of a simply supported plate, rad/s."""
+    p, q = np.meshgrid(pi * np.arange(1, 9) / SIDE, pi * np.arange(1, 9) / SIDE)
+    rigidity = EULER * (SIDE / pi) ** 2
+    square = rigidity * (p**2 + q**2) ** 2 + forces[0] * p**2 + forces[1] * q**2
+    return np.sqrt(np.sort(square.ravel())[:count] / (2700.0 * THICKNESS))
+
+
+FORCES = (-1.7 * EULER, 0.8 * EULER)
+
+
+def test_simple_plate_with_order_4() -> None:
+    """Frequencies of Bogner–Fox–Schmit elements converge with order 4 under tension and compression."""
+    errors = [frequencies(square("kirchhoff", *FORCES, cells=(n, n)), 4) / exact(FORCES, 4) - 1.0 for n in (10, 20, 40)]
+    assert np.all(errors[0] > 0.0)
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(4.0, abs=0.2)
+    assert abs(errors[2]).max() < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("kind", "within"), [pytest.param("panel", 1e-3, marks=pytest.mark.thorough), ("mindlin", 1e-3)]
+)
+def test_other_elements(kind: str, within: float) -> None:
+    plate = square(kind, *FORCES, highest_frequency=2e4)
+    assert frequencies(plate, 4) == pytest.approx(exact(FORCES, 4), rel=within)
+
+
+@pytest.mark.parametrize(
+    ("held", "forces", "factor", "within"),
+    [
+        ("simple", (-1.0, 0.0, 0.0), 4.0, 1e-4),
+        ("simple", (-1.0, -1.0, 0.0), 2.0, 1e-4),
+        # Timoshenko, Gere, Theory of Elastic Stability, 2nd ed.: table 9-11 and sections 9.7, 9.9 and 9.14.
+        ("simple", (0.0, 0.0, 1.0), 9.34, 3e-3),
+        ("clamped", (-1.0, 0.0, 0.0), 10.07, 2e-3),
+        ("clamped", (-1.0, -1.0, 0.0), 5.31, 3e-3),
+        ("clamped", (0.0, 0.0, 1.0), 14.71, 6e-3),
+    ],
+)
+def test_buckling_loads(held: str, forces: tuple[float, float, float], factor: float, within: float) -> None:
+    plate = square("kirchhoff", *(EULER * one for one in forces), held=held)
+    assert plate.buckling_factor == pytest.approx(factor, rel=within)
+
+
+@pytest.mark.parametrize("kind", ["panel", "mindlin"])
+def test_buckling_of_other_elements(kind: str) -> None:
+    """Shear reduces the load of a thin plate by some π²D(1/b² + 1/b²)/S = 1e-4."""
+    assert square(kind, -EULER).buckling_factor == pytest.approx(4.0, rel=4e-3)
+
+
+def test_the_lowest_frequency_vanishes_at_the_load() -> None:
+    """ω₁² is linear in the load and zero at the factor."""
+    load = square("kirchhoff", -EULER).buckling_factor * EULER
+    loads = load * np.array([0.0, 0.5, 0.9999])
+    squares = [frequencies(square("kirchhoff", -one, highest_frequency=2e4), 1)[0] ** 2 for one in loads]
+    assert np.array(squares) / squares[0] == pytest.approx(1.0 - loads / load, abs=1e-5)
+
+
+def test_membrane() -> None:
+    """Where bending hardly matters the frequencies are those of a membrane, c = √(N/m)."""
+    force = 1e5 * EULER
+    plate = square("kirchhoff", force, force, cells=(30, 30))
+    omega = np.sqrt(force / (2700.0 * THICKNESS)) * pi / SIDE * np.sqrt([2.0, 5.0, 5.0, 8.0])
+    assert frequencies(plate, 4) == pytest.approx(omega, rel=1e-4)
+
+
+def test_no_prestress_is_the_plain_plate() -> None:
+    at = SIDE / 2.0, SIDE / 2.0
+    for kind in ("kirchhoff", "mindlin", "panel"):
+        plate = square(kind, highest_frequency=2e4)
+        one, other = plate.at(*at), hl.Plate(
+            plate.shape, plate.section, plate.supports, plate.element, plate.highest_frequency
+        ).at(*at)  # fmt: skip
+        assert (one.stiffness != other.stiffness).nnz == 0
+        assert plate.buckling_factor == inf
+
+
+def test_turned_panel() -> None:
+    """A panel turned by 30° under turned forces has the same frequencies."""
+    c, s = np.cos(pi / 6.0), np.sin(pi / 6.0)
+    turn = np.array([[c, -s], [s, c]])
+    forces = turn @ np.diag(FORCES) @ turn.T
+    corners = [tuple(turn @ np.array(one) * SIDE) for one in ((0, 0), (1, 0), (1, 1), (0, 1))]
+    prestress = hl.laminates.Prestress(forces[0, 0], forces[1, 1], forces[0, 1])
+    panel = hl.mindlin_panel(
+        hl.Outline(corners, edges="rim"), THICKNESS, ALUMINIUM, {"rim": "simple"}, highest_frequency=2e4,
+        additions=[prestress],
+    )  # fmt: skip
+    assert frequencies(panel, 4) == pytest.approx(exact(FORCES, 4), rel=1e-3)
+
+
+def test_thermal_prestress() -> None:
+    warm = hl.laminates.thermal_prestress(2.0, 23e-6, THICKNESS, ALUMINIUM)
+    assert warm.xx == warm.yy == pytest.approx(-70e9 * 23e-6 * 2.0 * THICKNESS / 0.7)
+    assert warm.xy == 0.0
+
+
+def test_energy_is_conserved() -> None:
+    bead = hl.Sphere(2.38e-3, hl.STEEL_440C)
+    plate = square("kirchhoff", 50.0 * EULER, -EULER, held="clamped", highest_frequency=5e4)
+    structure = hl.reduce(plate.at(0.1, 0.08), until=4e-4)
+    run = hl.CoSimulation(hl.Chain([bead] * 5, bead, 0.3), structure).run(until=4e-4)
+    assert hl.energy_error(run) < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: hl.laminates.Prestress("a"), "xx = 'a'"),
+        (lambda: hl.laminates.Prestress(yy=inf), "yy = inf"),
+        (lambda: hl.laminates.thermal_prestress(1.0, -1e-5, 1e-3, ALUMINIUM), "expansion = -1e-05"),
+        (lambda: hl.laminates.thermal_prestress(1.0, 1e-5, 0.0, ALUMINIUM), "thickness = 0.0"),
+        (lambda: hl.laminates.thermal_prestress(1.0, 1e-5, 1e-3, 7.0), "material = 7.0"),
+        (lambda: square("kirchhoff", -5.0 * EULER).at(0.1, 0.1), r"buckles at 0\.8 times this prestress"),
+        (lambda: square("kirchhoff", -5.0, held="free").at(0.1, 0.1), "buckles at 0 times"),
+        (lambda: square("kirchhoff", 0.0, 0.0, 5.0, held="symmetry"), "a shear force along this edge"),
+    ],
+)  # fmt: skip
+def test_bad_input(call: object, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        call()
