@@ -30,6 +30,7 @@ STUDIES = {
     "symmetry": "symmetry",
     "identifiability": "identifiability",
     "yield": "yielding",
+    "prestress": "prestress",
 }
 
 ABOUT = {
@@ -56,6 +57,7 @@ ABOUT = {
     "symmetry": "Whether a quarter of a plate or chain gives what the whole one does (thesis, section 3.5).",
     "identifiability": "What a trace determines of a plate's edge or a rod's bond, and what it is blind to.",
     "yield": "Which impacts of the thesis make beads yield, and what that changes (thesis, chapter 7).",
+    "prestress": "What stress in a plate, a strip and a rail changes, and how well one trace gives the temperature.",
 }
 """What each study shows, in a line."""
 
@@ -77,6 +79,7 @@ RUNS = {
     "symmetry": (3, 3),
     "identifiability": (24, 182),
     "yield": (13, 13),
+    "prestress": (3, 3),
 }
 """About how many runs a quick study and a whole one take, so that the remaining time can be estimated; not for a
 user's own parameters.

@@ -155,5 +155,11 @@ CAPTIONS = {
         ),
         "waves": "Force at bead 7 of a chain on a steel rod and on a plate, elastic and by both laws of yielding.",
     },
+    "prestress": {
+        "stress": (
+            "Amplitude ratio and time of flight less their values without stress, over the stress, in a plate, a strip "
+            "and a rail. The scales are linear around zero and logarithmic beyond."
+        ),
+    },
 }
 """A figure that is missing here is named by its file. A name such as "distance" also stands for "distance_1.4_ms"."""
