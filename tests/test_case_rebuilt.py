@@ -190,6 +190,7 @@ def test_what_is_wrong_with_several_is_named(path: str, value: Any, words: str) 
 
 
 def test_what_takes_one_chain_says_so() -> None:
+    from hertzlink.cases.questions import question_of
     from hertzlink.cases.running import task_of
 
     axis = {"sweep": {"structure.at[0][0]": [0.01, 0.015, 0.02]}}
@@ -198,6 +199,9 @@ def test_what_takes_one_chain_says_so() -> None:
     critical = {"measure": {"sensor": 2, "critical_distance": {"along": "structure.at[0][0]"}}}
     with pytest.raises(ValueError, match="chain: has 2 sections; a critical distance takes one"):
         task_of(Case({**swept.data, **critical}))
+    identify = {"identify": {"sensors": {"2": 1}, "unknowns": {"chain[0].impact_speed": [0.1, 0.5]}}}
+    with pytest.raises(ValueError, match="chain: has 2 sections; an identification takes one"):
+        question_of(Case({**swept.data, **identify}))
 
 
 def test_an_orthotropic_material_is_for_plies_alone() -> None:

@@ -72,6 +72,7 @@ def question_of(case: Case) -> Question:
     part = case.model.identify
     if part is None:
         raise Fault(("identify",), "is missing; add a section [identify] with sensors and unknowns")
+    case.model.only_chain("an identification")
     columns = {}
     for name, column in part.sensors.items():
         if not name.isdigit():
