@@ -39,6 +39,9 @@ SHORT = 40
 RANGE, OTHER_PLACE, MOST_SECONDS = (0.08, 0.115), 0.0937, 0.02
 """m: positions that share a basis, and one of them; s: target for its oscillators."""
 
+STRESSES, MOST_PRESTRESS = (20e6, -2e6), 1.1
+"""Pa, tension and a compression that the plate bears; what a run may cost under them, over the one without."""
+
 LEAST_SPEEDUP = 500.0
 LARGEST_DIFFERENCE = 1e-3
 
@@ -138,6 +141,23 @@ def report_position() -> None:
     print(f"{once / (anew - each):.0f} positions on.")
 
 
+def report_prestress() -> None:
+    """Print what a run costs on the plate under stress, over the one without, in turn."""
+    structures = {0.0: hl.reduce(PLATE.at(*PLACE), UNTIL)}
+    for stress in STRESSES:
+        inside = hl.laminates.Prestress(xx=stress * PLATE.section.thickness, yy=stress * PLATE.section.thickness)
+        plate = hl.kirchhoff_plate(0.914, 0.914, PLATE.section.thickness, hl.ALUMINIUM_6061, EDGES, additions=[inside])
+        structures[stress] = hl.reduce(plate.at(*PLACE), UNTIL)
+    simulations = {stress: hl.CoSimulation(CHAIN, one) for stress, one in structures.items()}
+    rounds = [{stress: timed(one.run, UNTIL)[0] for stress, one in simulations.items()} for _ in range(ROUNDS)]
+    for stress in STRESSES:
+        ratio = median(spent[stress] / spent[0.0] for spent in rounds)
+        print(
+            f"Under {stress / 1e6:.0f} MPa a run takes {ratio:.2f} times the time "
+            f"(≤ {MOST_PRESTRESS}, {verdict(ratio <= MOST_PRESTRESS)})."
+        )
+
+
 def verdict(met: bool) -> str:
     """The text for a target that is met or missed."""
     return "met" if met else "MISSED"
@@ -163,6 +183,7 @@ def main() -> None:
     spent += reduced_runs(simulation)
     report((full, reduced), reduction, spent, float(hl.amplitude_ratio(simulation.run(UNTIL), SENSOR)), other)
     report_position()
+    report_prestress()
 
 
 if __name__ == "__main__":

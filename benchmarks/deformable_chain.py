@@ -102,6 +102,23 @@ def by_modes() -> float:
     return seconds
 
 
+def with_losses() -> None:
+    """Print what losses inside the beads cost, over none, in turn."""
+    losses = {
+        "none": None,
+        "modal": hl.damping.Modal(0.02),
+        "standard linear solid": hl.damping.StandardLinearSolid(0.2, 1e-6),
+    }
+    chains = {name: hl.DeformableChain([BEAD] * 20, BEAD, 0.5, damping=loss) for name, loss in losses.items()}
+    simulations = {name: hl.CoSimulation(chain, None) for name, chain in chains.items()}
+    for one in simulations.values():
+        one.run(UNTIL)
+    rounds = [{name: timed(one.run, UNTIL)[0] for name, one in simulations.items()} for _ in range(ROUNDS)]
+    for name in list(losses)[1:]:
+        ratio = median(spent[name] / spent["none"] for spent in rounds)
+        print(f"  with losses inside the beads, {name}: {ratio:.2f} times the time", flush=True)
+
+
 def peak(run: xr.Dataset, contact: int) -> float:
     """Greatest force of a contact, N."""
     force = run.contact_force.sel(contact=contact).values
@@ -147,7 +164,9 @@ def main() -> None:
     # Kernels of a chain of other beads, with laws by formulas.
     other = hl.Sphere(3e-3, hl.PTFE)
     hl.CoSimulation(hl.DeformableChain([other], other, 1.0, law=hl.contact_law, modes=2), None).run(1e-5)
-    by_elements(by_modes(), quick)
+    modes = by_modes()
+    with_losses()
+    by_elements(modes, quick)
     laws()
     most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
     print(f"memory, greatest {most / 1e9:.2f} GB (≤ {MOST_MEMORY / 1e9:.0f}, {verdict(most <= MOST_MEMORY)})")
