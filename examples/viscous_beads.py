@@ -6,10 +6,12 @@ modulus that relaxes in the time of a contact takes 15 %. A loss in proportion t
 contacts.
 """
 
+from typing import Any
+
 import hertzlink as hl
 
 bead = hl.Sphere(radius=2.38e-3, material=hl.PTFE)
-losses = {
+losses: dict[str, dict[str, Any]] = {
     "none": {},
     "vibrations, 10 % of critical damping": {"damping": hl.damping.Modal(0.1)},
     "vibrations, 40 % of the modulus relaxes in 20 µs": {

@@ -6,14 +6,17 @@ from typing import Any
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.linalg import LinearOperator, eigsh, splu
+from scipy.sparse.linalg import ArpackError, ArpackNoConvergence, LinearOperator, eigsh, splu
 
 from structures.checks import finite, instance, positive, within
 from structures.material import Material
 from structures.structure import Vector
 
+HELD_BY_GROUND = 0.1
+"""Part of the energy of a buckling mode in the weak ground, beyond which the supports leave the plate free to turn."""
+
 SMALLEST_FACTOR = 1e-6
-"""Below this factor the supports leave the plate free to turn, and any compression turns it."""
+"""A factor below this is that of such a motion too: rounding makes its stiffness."""
 
 GROUND = 1e-9
 """Stiffness of a weak ground under the plate, over D/side⁴: it makes the stiffness of free plates regular."""
@@ -120,6 +123,16 @@ def buckling_factor(mass: Any, stiffness: Any, more: Any, ground: float) -> floa
     base, opposite = sparse.csc_array(scale @ base @ scale), sparse.csc_array(scale @ -more @ scale)
     solve = LinearOperator(base.shape, matvec=splu(base).solve, dtype=float)
     start = np.random.default_rng(0).normal(size=base.shape[0])
-    (largest,) = eigsh(opposite, 1, M=base, Minv=solve, which="LA", v0=start, return_eigenvectors=False)
-    factor = inf if largest <= 0.0 else 1.0 / float(largest)
-    return 0.0 if factor < SMALLEST_FACTOR else factor
+    try:
+        values, modes = eigsh(opposite, 1, M=base, Minv=solve, which="LA", v0=start)
+    except ArpackNoConvergence:
+        raise
+    except ArpackError:
+        # Earlier versions of ARPACK fail where one motion is softer than all others by ten orders: one that only the
+        # weak ground holds.
+        return 0.0
+    if values[0] <= 0.0:
+        return inf
+    mode, factor = modes[:, 0], 1.0 / float(values[0])
+    held = ground * float(mode @ (scale @ (mass @ (scale @ mode)))) / float(mode @ (base @ mode))
+    return 0.0 if held > HELD_BY_GROUND or factor < SMALLEST_FACTOR else factor
