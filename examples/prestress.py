@@ -6,7 +6,6 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import hertzlink as hl
-from hertzlink import beams
 
 bead = hl.Sphere(radius=2.38e-3, material=hl.STEEL_440C)
 chain = hl.Chain([bead] * 20, striker=bead, impact_speed=0.31)
@@ -25,7 +24,7 @@ def strip(stress: float, thickness: float = 3e-3) -> hl.Structure:
     breadth, height = 10e-3, thickness
     stiffness = alloy.youngs_modulus * breadth * height**3 / 12.0
     heavy, area = alloy.density * breadth * height, breadth * height
-    whole = beams.beam(0.06, stiffness, heavy, alloy, 0.03, ("clamped", "clamped"), stress * area)
+    whole = hl.beams.beam(0.06, stiffness, heavy, alloy, 0.03, ("clamped", "clamped"), stress * area)
     return hl.reduce(whole, until=until, tolerance=1e-4)
 
 

@@ -22,7 +22,6 @@ from coupling.results.sensor_model import SensorModel as SensorModel
 from coupling.results.signals import as_signal as as_signal
 from coupling.results.signals import read_signal as read_signal
 from coupling.results.taps import average_taps as average_taps
-from coupling.results.waves import NoWaveError as NoWaveError
 from coupling.schemes.condensed import Condensed as Condensed
 from coupling.schemes.explicit import Explicit as Explicit
 from coupling.schemes.iterated import IQN_ILS as IQN_ILS
@@ -34,6 +33,7 @@ from coupling.state import NotConverged as NotConverged
 from coupling.sweeps.batch import batch as batch
 from coupling.sweeps.critical_search import find_critical_distance as find_critical_distance
 from coupling.sweeps.sweep import sweep as sweep
+from hertzlink import beams as beams
 from hertzlink import damping as damping
 from hertzlink import hertz as hertz
 from hertzlink import impact as impact

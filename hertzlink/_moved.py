@@ -22,6 +22,7 @@ MOVED = {
     "Laminate": "laminates.Laminate",
     "Newmark": "stepping.Newmark",
     "NoWave": "results.NoWave",
+    "NoWaveError": "results.NoWaveError",
     "OrthotropicMaterial": "laminates.OrthotropicMaterial",
     "Ply": "laminates.Ply",
     "PowerLaw": "laws.PowerLaw",

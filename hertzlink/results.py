@@ -7,7 +7,7 @@ from coupling.results.critical_distance import CriticalDistance
 from coupling.results.measures import contact_to_sensor_ratio
 from coupling.results.sensor import calibration_factor
 from coupling.results.tracks import Track, follow_waves
-from coupling.results.waves import NoWave, ReflectedWave, Reflections, Wave
+from coupling.results.waves import NoWave, NoWaveError, ReflectedWave, Reflections, Wave
 
 __all__ = [
     "calibration_factor",
@@ -18,6 +18,7 @@ __all__ = [
     "Information",
     "follow_waves",
     "NoWave",
+    "NoWaveError",
     "ReflectedWave",
     "Reflections",
     "Track",

@@ -76,10 +76,10 @@ def beam(
     Examples
     --------
     >>> import hertzlink as hl
-    >>> from hertzlink import beams
+    >>> import hertzlink as hl
     >>> breadth, height, steel = 0.02, 0.01, hl.STEEL_316
     >>> stiffness = steel.youngs_modulus * breadth * height**3 / 12.0
-    >>> strip = beams.beam(0.5, stiffness, steel.density * breadth * height, steel, at=0.2, axial_force=5e3)
+    >>> strip = hl.beams.beam(0.5, stiffness, steel.density * breadth * height, steel, at=0.2, axial_force=5e3)
     >>> strip.contacts
     1
     """
@@ -145,8 +145,8 @@ def beam_buckling_force(
 
     Examples
     --------
-    >>> from hertzlink import beams
-    >>> round(beams.beam_buckling_force(1.0, 100.0), 1)  # π² EI/L²
+    >>> import hertzlink as hl
+    >>> round(hl.beams.beam_buckling_force(1.0, 100.0), 1)  # π² EI/L²
     987.0
     """
     length, stiff = positive("length", length, "m"), positive("bending_stiffness", bending_stiffness, "N m²")

@@ -460,6 +460,20 @@ def _plates() -> dict[str, Target]:
         "laminates.Prestress": Target(
             laminates.Prestress, {"xx": 1e3, "yy": -1e3, "xy": 10.0}, lambda one: with_addition(one)
         ),
+        "beams.beam": Target(
+            hl.beams.beam,
+            {
+                **{"length": 0.06, "bending_stiffness": 1.5, "mass_per_length": 0.08, "material": STEEL, "at": 0.02},
+                **{"supports": ("clamped", "simple"), "axial_force": -10.0, "foundation": 1e5},
+                **{"highest_frequency": 4e4},
+            },
+            push,
+            {"length": (1e-9, 1e6), "foundation": (1e-300, 1e300)},
+        ),
+        "beams.beam_buckling_force": Target(
+            hl.beams.beam_buckling_force,
+            {"length": 0.06, "bending_stiffness": 1.5, "supports": ("clamped", "simple"), "foundation": 1e5},
+        ),
         "laminates.thermal_prestress": Target(
             laminates.thermal_prestress,
             {"rise": -1.0, "expansion": 2e-5, "thickness": 2e-3, "material": STEEL},

@@ -157,7 +157,14 @@ def test_a_law_by_finite_elements_is_that_of_python() -> None:
 WRONG: list[tuple[str, Any, str]] = [
     ("chain[0].on", {"point": 2}, r"chain\[0\]\.on\.point: 2 is no contact point of 2"),
     ("chain[0].on", {"structure": 1}, r"chain\[0\]\.on\.structure: 1 is no structure of 1"),
-    ("chain[0].on", {"point": 1}, r"contact point"),
+    ("chain[1].on", {"point": 0}, r"chain\[1\]\.on: is the contact point of another chain"),
+    ("chain[1].behind", {"point": 0}, r"chain\[1\]\.behind: is the contact point of another chain"),
+    ("structure.stepper", {"kind": "newmark", "gamma": 0.1}, r"structure\.stepper\.gamma: 0\.1 must be at least 0\.5"),
+    (
+        "structure.stepper",
+        {"kind": "generalised_alpha", "spectral_radius": 7.0},
+        r"spectral_radius: 7\.0 must be at most",
+    ),
     ("chain[0].damping", {"kind": "modal", "ratio": 0.1}, r"chain\[0\]\.damping: acts inside beads that deform"),
     ("chain[1].modes", 99, r"chain\[1\]\.modes: 99 must be at most 20"),
     ("structure.at", [[0.02, 0.02]], r"chain\[1\]\.on\.point: 1 is no contact point of 1|structure"),
@@ -213,6 +220,9 @@ def test_an_orthotropic_material_is_for_plies_alone() -> None:
     with pytest.raises(ValueError, match=r'structure\.material: "carbon" is orthotropic'):
         Case(data).simulation()
     del data["structure"]["material"], data["structure"]["thickness"]
+    data["structure"]["wall"] = {"plies": [{"material": "carbn", "thickness": 1e-3}]}
+    with pytest.raises(ValueError, match=r'structure\.wall\.plies\[0\]\.material: "carbn" .*did you mean carbon\?'):
+        Case(data).simulation()
     data["structure"]["wall"] = {"plies": [{"material": "carbon", "thickness": 1e-3}]}
     carbon = hl.laminates.OrthotropicMaterial(**sheet, name="carbon")
     body = Case(data).simulation().structure.structure

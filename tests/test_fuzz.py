@@ -34,7 +34,13 @@ ELSEWHERE = {
     *("Bead", "ContactLaw", "Dissipation", "Excitation", "Participant", "Scheme", "stepping.Step", "damping.Viscous"),
     "laws.YieldingLaw",
     # Exceptions, and records that only results hold.
-    *("HertzlinkWarning", "NotConverged", "NoWaveError", "laws.ActiveSetNotConverged", "laws.PressuresNotConverged"),
+    *(
+        "HertzlinkWarning",
+        "NotConverged",
+        "results.NoWaveError",
+        "laws.ActiveSetNotConverged",
+        "laws.PressuresNotConverged",
+    ),
     *("results.Identification", "results.Information", "results.Unknown"),
     *("results.CriticalDistance", "results.Fit", "results.NoWave", "results.ReflectedWave", "results.Reflections"),
     *("results.Track", "results.Wave", "stepping.StructureState"),

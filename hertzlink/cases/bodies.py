@@ -127,8 +127,8 @@ class NewmarkPart(Stepping):
 
     makes = Newmark
     kind: Literal["newmark"]
-    beta: Number | None = None
-    gamma: Number | None = None
+    beta: Annotated[Number, Field(ge=0.0)] | None = None
+    gamma: Annotated[Number, Field(ge=0.5)] | None = None
 
 
 class GeneralisedAlphaPart(Stepping):
@@ -136,7 +136,7 @@ class GeneralisedAlphaPart(Stepping):
 
     makes = GeneralisedAlpha
     kind: Literal["generalised_alpha"]
-    spectral_radius: Number | None = None
+    spectral_radius: Annotated[Number, Field(ge=0.0, le=1.0)] | None = None
 
 
 class CentralDifferencePart(Stepping):

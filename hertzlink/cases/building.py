@@ -8,7 +8,7 @@ from typing import Any
 
 from coupling.cosimulation import CoSimulation
 from coupling.interface import ContactPoint
-from hertzlink.cases.bodies import Body, Reduction, Rod
+from hertzlink.cases.bodies import Body, Nothing, Reduction, Rod
 from hertzlink.cases.chains import ChainPart, Seat
 from hertzlink.cases.faults import Fault, fault_of
 from hertzlink.cases.model import CaseModel, RunPart
@@ -67,6 +67,7 @@ class Bodies:
 
     def __init__(self, model: CaseModel, world: World, known: dict[str, Any]) -> None:
         self._model, self._world, self._known = model, world, known
+        self._taken: set[tuple[int, int]] = set()
         many = isinstance(model.structure, list)
         self._parts: list[Body] = [*model.structure] if isinstance(model.structure, list) else [model.structure]
         self._paths: list[Path] = [("structure", i) for i in range(len(self._parts))] if many else [("structure",)]
@@ -110,6 +111,9 @@ class Bodies:
             raise Fault(
                 (*path, "point"), f"{point} is no contact point of {points}, counted from 0; give the structure more"
             )
+        if (structure, point) in self._taken and not isinstance(self._parts[structure], Nothing):
+            raise Fault(path, "is the contact point of another chain; give each its own, as in at = [[...], [...]]")
+        self._taken.add((structure, point))
         name = written(self._paths[structure])
         body = self._of(name, self._parts[structure], self._paths[structure])
         return body if points == 1 or body is None else ContactPoint(body, point)

@@ -19,12 +19,12 @@ from particles.dissipation import (
 
 
 class Loss(Part):
-    """A loss at contacts or on beads."""
+    """A loss at contacts, on beads, or inside beads that deform."""
 
     makes: ClassVar[Any]
 
-    def make(self, world: World) -> Dissipation:
-        loss: Dissipation = self.makes(**self.given("kind"))
+    def make(self, world: World) -> Dissipation | Viscous:
+        loss: Dissipation | Viscous = self.makes(**self.given("kind"))
         return loss
 
 
@@ -81,17 +81,7 @@ class RestitutionLoss(Loss):
 OneLoss = Annotated[Dashpot | PowerLoss | Drag | Viscoelastic | TsujiLoss | RestitutionLoss, Discriminator("kind")]
 
 
-class InBeads(Part):
-    """A loss inside deformable beads."""
-
-    makes: ClassVar[Any]
-
-    def make(self, world: World) -> Viscous:
-        loss: Viscous = self.makes(**self.given("kind"))
-        return loss
-
-
-class ModalInBeads(InBeads):
+class ModalInBeads(Loss):
     """The same damping ratio for all vibrations."""
 
     makes = Modal
@@ -99,7 +89,7 @@ class ModalInBeads(InBeads):
     ratio: Number
 
 
-class RayleighInBeads(InBeads):
+class RayleighInBeads(Loss):
     """In proportion to mass and stiffness."""
 
     makes = Rayleigh
@@ -108,7 +98,7 @@ class RayleighInBeads(InBeads):
     stiffness_time: Duration = 0.0
 
 
-class SolidInBeads(InBeads):
+class SolidInBeads(Loss):
     """Zener's standard linear solid."""
 
     makes = StandardLinearSolid

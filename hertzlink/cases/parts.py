@@ -192,6 +192,8 @@ def sheet_of(given: str | OwnMaterial | OrthotropicPart, world: World, *path: st
     if isinstance(given, OrthotropicPart):
         return made(given, world, path)
     sheet = _sheet_named(given, world) if isinstance(given, str) else None
+    if isinstance(given, str) and sheet is None and material_named(given, world.materials) is None:
+        raise Fault(path, unknown(given, {**world.sheets, **world.materials}))
     return material_of(given, world, *path) if sheet is None else sheet
 
 

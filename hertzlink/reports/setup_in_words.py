@@ -12,6 +12,9 @@ UNITS = {
     "patch_radius": "m", "compression": "m", "travel": "m", "impact_speed": "m/s", "gravity": "m/s²", "preload": "N",
     "youngs_modulus": "Pa", "yield_strength": "Pa", "density": "kg/m³",
     "until": "s", "window": "s", "save_every": "s", "highest_frequency": "Hz", "impedance": "N s/m", "at": "m",
+    "youngs_modulus_along": "Pa", "youngs_modulus_across": "Pa", "shear_modulus": "Pa", "shear_modulus_along": "Pa",
+    "shear_modulus_across": "Pa", "axial_force": "N", "bending_stiffness": "N m²", "mass_per_length": "kg/m",
+    "region": "m", "xx": "N/m", "yy": "N/m", "xy": "N/m", "time": "s", "stiffness_time": "s", "mass_rate": "1/s",
 }  # fmt: skip
 """Units by the names of arguments. They are shown with a prefix in which the number is handy: mm, µs, GPa."""
 
@@ -48,9 +51,14 @@ def rows_of(given: Any) -> Iterator[tuple[str, str]]:
     for name, value in given.items():
         if name in LEFT_OUT or value is None or value == []:
             continue
+        if name == "vibrations" and str(value).startswith("<function vibration"):
+            continue  # those of every chain whose beads deform
         if name == "layers":
             for i, layer in enumerate(value, start=1):
                 yield f"layer {i}", _in_words(layer)
+        elif name == "material" and isinstance(value, Mapping) and "plies" in value:
+            for i, ply in enumerate(value["plies"], start=1):
+                yield f"ply {i}", _in_words(ply)
         else:
             yield name.replace("_", " "), _value(name, value)
 
@@ -88,6 +96,9 @@ def _in_words(given: Any) -> str:
         return str(given)
     if "youngs_modulus" in given:
         return _material(given)
+    if given.get("name") and "youngs_modulus_along" in given:
+        moduli = (_value(f"youngs_modulus_{way}", given[f"youngs_modulus_{way}"]) for way in ("along", "across"))
+        return f"{given['name']} (E {' along, '.join(moduli)} across)"
     known = {name: value for name, value in given.items() if value is not None and name != "class"}
     parts = "; ".join(f"{name.replace('_', ' ')} {_value(name, value)}" for name, value in known.items())
     # The class is missing in files of earlier versions.

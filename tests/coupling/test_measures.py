@@ -154,7 +154,7 @@ def test_a_ripple_between_unlike_beads_is_no_reflection() -> None:
 def test_a_silent_run_has_no_waves() -> None:
     waves = hl.reflections(signal(static=1.0), sensor=1)
     assert not any(waves)
-    with pytest.raises(hl.NoWaveError, match="arrival: there is no incident wave; none runs over bead 1"):
+    with pytest.raises(hl.results.NoWaveError, match="arrival: there is no incident wave; none runs over bead 1"):
         _ = waves.incident.arrival
 
 

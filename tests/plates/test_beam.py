@@ -8,7 +8,8 @@ from scipy import sparse
 from scipy.sparse.linalg import eigsh
 
 import hertzlink as hl
-from hertzlink.beams import beam, beam_buckling_force
+
+beam, beam_buckling_force = hl.beams.beam, hl.beams.beam_buckling_force
 
 LENGTH, STIFFNESS, MASS = 0.8, 120.0, 1.5
 EULER = pi**2 * STIFFNESS / LENGTH**2

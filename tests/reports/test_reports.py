@@ -206,3 +206,17 @@ def test_bad_input_is_named_and_writes_nothing(name: str, tmp_path: Path) -> Non
     with pytest.raises(kind, match=message):
         call(tmp_path)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_new_parts_are_in_words_with_units() -> None:
+    """Plies each in a row, orthotropic sheets by name, and units of what is neither a length nor a material."""
+    carbon = {f"youngs_modulus_{way}": value for way, value in (("along", 135e9), ("across", 9e9))} | {"name": "carbon"}
+    plate = {"material": {"plies": [{"material": carbon, "thickness": 0.25e-3, "angle": 0.0}], "surface": None}}
+    assert dict(setup_in_words.rows_of(plate)) == {
+        "ply 1": "material carbon (E 135 GPa along, 9 GPa across); thickness 250 µm; angle 0 °"
+    }
+    beam = {"bending_stiffness": 1.5, "mass_per_length": 0.08, "axial_force": -300.0, "damping": {"time": 2e-5}}
+    assert dict(setup_in_words.rows_of(beam)) == {
+        "bending stiffness": "1.5 N m²", "mass per length": "0.08 kg/m", "axial force": "-300 N",
+        "damping": "time 20 µs",
+    }  # fmt: skip
