@@ -105,8 +105,7 @@ def beam(
     mass, plain, pulled = heavy * parts[0, 0], stiff * parts[2, 2] + ground * parts[0, 0], force * parts[1, 1]
     if force < 0.0:
         weak = GROUND * stiff / (heavy * length**4)
-        turns = _turns(supports) and ground == 0.0
-        factor = 0.0 if turns else buckling_factor(matrix(mass), matrix(plain), matrix(pulled), weak)
+        factor = buckling_factor(matrix(mass), matrix(plain), matrix(pulled), weak)
         if factor <= 1.0:
             raise ValueError(f"axial_force = {axial_force!r}: the beam buckles at {factor:.4g} times this force")
     origin = {
@@ -152,8 +151,6 @@ def beam_buckling_force(
     length, stiff = positive("length", length, "m"), positive("bending_stiffness", bending_stiffness, "N m²")
     ground = not_negative("foundation", foundation, "N/m²")
     _check_ends(supports)
-    if _turns(supports) and ground == 0.0:
-        return 0.0
     # Long beams on ground buckle in waves of 2π (EI/k)^¼.
     waves = length / (2.0 * pi * (stiff / ground) ** 0.25) if ground > 0.0 else 0.0
     count = int(np.ceil(8.0 * max(BUCKLES, waves)))
@@ -169,11 +166,6 @@ def beam_buckling_force(
     )
     factor = buckling_factor(mass, plain, pressed, GROUND * stiff / length**4)
     return factor * stiff / length**2 if factor < inf else inf
-
-
-def _turns(supports: tuple[str, str]) -> bool:
-    """Whether the supports leave the beam free to turn: none holds its slope, and one deflection at most is held."""
-    return not {"clamped", "symmetry"} & set(supports) and "free" in supports
 
 
 def _check_ends(supports: object) -> None:

@@ -12,11 +12,9 @@ from structures.checks import finite, instance, positive, within
 from structures.material import Material
 from structures.structure import Vector
 
-HELD_BY_GROUND = 0.1
-"""Part of the energy of a buckling mode in the weak ground, beyond which the supports leave the plate free to turn."""
-
-SMALLEST_FACTOR = 1e-6
-"""A factor below this is that of such a motion too: rounding makes its stiffness."""
+RIGID = 1e-13
+"""Energy of a motion over that of its parts, below which nothing bends: rounding leaves 6e-16 or less, and a beam of
+240 elements that buckles has 1e-10."""
 
 GROUND = 1e-9
 """Stiffness of a weak ground under the plate, over D/side⁴: it makes the stiffness of free plates regular."""
@@ -133,6 +131,7 @@ def buckling_factor(mass: Any, stiffness: Any, more: Any, ground: float) -> floa
         return 0.0
     if values[0] <= 0.0:
         return inf
-    mode, factor = modes[:, 0], 1.0 / float(values[0])
-    held = ground * float(mode @ (scale @ (mass @ (scale @ mode)))) / float(mode @ (base @ mode))
-    return 0.0 if held > HELD_BY_GROUND or factor < SMALLEST_FACTOR else factor
+    mode = modes[:, 0]
+    # All springs of the scaled matrix are one: a motion that bends none has nothing but their rounding.
+    rigid = float(mode @ (base @ mode)) < RIGID * float(mode @ mode)
+    return 0.0 if rigid else 1.0 / float(values[0])

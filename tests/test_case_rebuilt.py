@@ -1,14 +1,18 @@
 """Everything that the public API builds can be written as a case: run → input → TOML → run gives the same bits."""
 
+import csv
 import tomllib
+import warnings
 from collections.abc import Callable
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 import hertzlink as hl
 from hertzlink.cases.case import Case
+from hertzlink.cli import main
 
 UNTIL = 1.5e-4
 BEAD = hl.Sphere(2.38e-3, hl.STEEL_440C)
@@ -227,3 +231,63 @@ def test_an_orthotropic_material_is_for_plies_alone() -> None:
     carbon = hl.laminates.OrthotropicMaterial(**sheet, name="carbon")
     body = Case(data).simulation().structure.structure
     assert body.origin["material"]["plies"][0]["material"]["name"] == carbon.name
+
+
+@pytest.fixture
+def command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., str]:
+    """The command line, in a folder with a case of unequal chains; returns what it prints."""
+    monkeypatch.chdir(tmp_path)
+    longer = TWO.replace("beads = 4", "beads = 12").replace("until = 1.5e-4", "until = 4e-4")
+    (tmp_path / "case.toml").write_text(longer + "[measure]\nsensor = 6\n")
+
+    def run(*words: str) -> str:
+        with warnings.catch_warnings(action="ignore"), pytest.raises(SystemExit) as end:
+            main(words)
+        assert not end.value.code
+        return capsys.readouterr().out
+
+    return run
+
+
+def test_a_run_of_several_chains_shows_the_waves_of_each(command: Callable[..., str], tmp_path: Path) -> None:
+    """At 0.3 and 0.2 m/s: forces go with the power 6/5 of the speed."""
+    said = command("run", "case.toml")
+    assert "chain  bead" in said
+    with (tmp_path / "case" / "waves.csv").open() as file:
+        peaks = {row["chain"]: float(row["force (N)"]) for row in csv.DictReader(file) if row["wave"] == "incident"}
+    assert peaks["0"] / peaks["1"] == pytest.approx(1.5**1.2, rel=1e-3)
+    with (tmp_path / "case" / "traces.csv").open() as file:
+        heads, *rows = list(csv.reader(file))
+    assert heads[1:] == ["force at bead 6 of chain 0 (N)", "force at bead 6 of chain 1 (N)"]
+    greatest = [max(float(row[i]) for row in rows) for i in (1, 2)]
+    assert greatest[0] / greatest[1] == pytest.approx(1.5**1.2, rel=5e-3)
+
+
+def test_a_sweep_reads_the_chain_that_is_named(command: Callable[..., str], tmp_path: Path) -> None:
+    """Of chain 1 the wave comes back later, as it is slower: by the power 1/5 of the speed."""
+    axis = 'sweep={"structure.thickness"=[2e-3,3e-3]}'
+    flights = []
+    for chain in (0, 1):
+        command("run", "case.toml", "--set", axis, "--set", f"measure.chain={chain}", "--output", f"of{chain}")
+        with (tmp_path / f"of{chain}" / "points.csv").open() as file:
+            flights.append([float(row["time of flight (s)"]) for row in csv.DictReader(file)])
+    assert all(1.05 < later / sooner < 1.12 for sooner, later in zip(*flights, strict=True))
+
+
+def test_a_check_names_all_chains_and_structures(command: Callable[..., str], tmp_path: Path) -> None:
+    (tmp_path / "rods.toml").write_text(
+        TWO.split("[structure]")[0]
+        + "".join(
+            f'[[structure]]\nkind = "{kind}"\n{entry}\n'
+            for kind, entry in (
+                ("half_space", 'material = "PTFE"'),
+                ("rod", 'layers = [{ material = "PTFE", length = 0.02, radius = 5e-3 }]'),
+            )
+        )
+        + "[run]\nuntil = 1.5e-4\n"
+    )
+    said = command("check", "rods.toml")
+    assert [line.split(":")[0] for line in said.splitlines() if "Chain(" in line] == ["chain 0", "chain 1"]
+    assert "structure 0: half-space" in said
+    assert "structure 1: rod" in said
+    assert "sensors: bead 2 of chain 0" in said

@@ -1,7 +1,9 @@
 """What a case would do, and about how long it takes, measured by building and running a part of it."""
 
+from collections.abc import Sequence
 from math import prod
 from time import perf_counter
+from typing import Any
 
 import joblib
 import numpy as np
@@ -42,17 +44,24 @@ def trial(task: Task) -> str:
     for axis in task.axes:
         ends = axis.shown(axis.values[0]), axis.shown(axis.values[-1])
         lines.append(f"  {axis.head}: {len(axis.values)} values, {ends[0]} to {ends[1]}"[: AXIS_WIDTH + 18])
-    lines += [f"chain: {one.chain!r}" for one in simulation.interface.chains]
-    lines += [f"structure: {_structure(one)}" for one in simulation.interface.structures]
+    chains, structures = simulation.interface.chains, simulation.interface.structures
+    lines += [f"{_numbered('chain', i, chains)}: {one.chain!r}" for i, one in enumerate(chains)]
+    lines += [f"{_numbered('structure', i, structures)}: {_structure(one)}" for i, one in enumerate(structures)]
     with of_run():
         plan = simulation.plan(first.until, first.model.run.save_every if not task.axes else None)
     lines.append(f"record: {1e3 * first.until:g} ms, saved every {1e6 * plan.interval:.3g} µs, {plan.rows} times")
-    lines.append(f"sensors: bead {', '.join(map(str, task.sensors))}")
+    of = f" of chain {first.model.measure.chain}" if len(chains) > 1 else ""
+    lines.append(f"sensors: bead {', '.join(map(str, task.sensors))}{of}")
     many = f", {jobs} processes" if jobs > 1 else ""
     lines.append(f"time: about {in_words(seconds)} (measured: {in_words(building)} to build a structure,")
     lines.append(f"  {in_words(running)} for a run, from a tenth of one{many})")
     lines += [f"warning: {one}" for one in dict.fromkeys(warnings) if "record" not in one and "until" not in one]
     return "\n".join(lines)
+
+
+def _numbered(word: str, number: int, many: Sequence[Any]) -> str:
+    """A word, with its number where there are several."""
+    return f"{word} {number}" if len(many) > 1 else word
 
 
 def _what(task: Task, runs: int, refined: int) -> str:

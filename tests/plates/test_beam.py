@@ -93,6 +93,7 @@ def test_energy_and_input() -> None:
         ({"axial_force": "much"}, "axial_force = 'much'"),
         ({"axial_force": -2.0 * EULER}, r"axial_force = .*: the beam buckles at 0\.5 times this force"),
         ({"axial_force": -1.0, "supports": ("free", "free")}, "buckles at 0 times"),
+        ({"axial_force": -1e-3, "supports": ("free", "simple")}, "buckles at 0 times"),
         ({"foundation": -1.0}, r"foundation = -1\.0"),
         ({"highest_frequency": 1e15}, "requires more than 50000 nodes"),
     ],
