@@ -115,19 +115,37 @@ def test_no_loss_is_the_lossless_chain() -> None:
             assert np.array_equal(run[name], runs[0][name], equal_nan=True), name
 
 
-@pytest.mark.parametrize(("time", "factor"), [(1e-3, 1.2), (2e-9, 1.0)])
-def test_an_arm_slower_or_faster_than_the_wave_is_a_spring_or_nothing(time: float, factor: float) -> None:
-    """Slower than all vibrations an arm adds its modulus to theirs, faster than all it adds nothing."""
+@pytest.mark.parametrize(
+    ("time", "modulus", "factor"),
+    [(1e-3, "relaxed", 1.2), (2e-9, "relaxed", 1.0), (1e-3, "instantaneous", 1.0), (2e-9, "instantaneous", 0.8)],
+)
+def test_an_arm_slower_or_faster_than_the_wave_is_a_spring_or_nothing(time: float, modulus: str, factor: float) -> None:
+    """Slower than all vibrations an arm keeps the modulus of sudden loads, faster than all that of slow ones."""
 
     def harder(bead: Bead, count: int) -> Vibration:
         own = stiff(bead, count)
         return Vibration(np.sqrt(factor) * own.frequencies, *(getattr(own, n) for n in Vibration.__match_args__[1:]))
 
-    made = chain(hl.damping.StandardLinearSolid(0.2, time), count=2, modes=2)
+    made = chain(hl.damping.StandardLinearSolid(0.2, time, modulus), count=2, modes=2)
     limit = hl.DeformableChain([BEAD] * 2, BEAD, 0.3, modes=2, law=soft, vibrations=harder)
     runs = [hl.CoSimulation(one, hl.half_space(hl.STEEL_316)).run(until=1.5e-4) for one in (made, limit)]
-    force = [run.contact_force.values for run in runs]
-    assert np.abs(force[0] - force[1]).max() < 5e-3 * force[1].max()
+    for name, share in (("contact_force", 5e-3), ("vibration_energy", 2e-2)):
+        one, other = (run[name].values for run in runs)
+        assert np.abs(one - other).max() < share * other.max()
+
+
+@pytest.mark.parametrize("name", ["modal", "relaxed"])
+def test_the_force_through_a_section_is_the_momentum_of_a_half(name: str) -> None:
+    """By differences of the saved amplitudes, which know of no loss."""
+    strong = {"modal": hl.damping.Modal(0.3), "relaxed": hl.damping.StandardLinearSolid(1.0, 4e-6)}[name]
+    run = hl.CoSimulation(chain(strong), None).run(until=1.2e-4, save_every=2e-8)
+    amplitude, section = run.vibration_amplitude.values[:, 1], stiff(BEAD, 2).section
+    step = float(run.time[1] - run.time[0])
+    acceleration = (amplitude[2:] - 2.0 * amplitude[1:-1] + amplitude[:-2]) / step**2
+    mean = 0.5 * (run.contact_force.values[1:-1, 0] + run.contact_force.values[1:-1, 1])
+    expected = mean - acceleration @ section
+    found = run.section_force.values[1:-1, 1]
+    assert np.abs(found - expected).max() < 1e-3 * expected.max()
 
 
 @pytest.mark.parametrize("name", LOSSES)
