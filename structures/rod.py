@@ -78,7 +78,9 @@ class Layer:
         return pi * self.radius**2
 
 
-def rod(layers: Sequence[Layer], base: str = "fixed", elements: int | None = None) -> Structure:
+def rod(
+    layers: Sequence[Layer], base: str = "fixed", elements: int | None = None, cracks: Sequence[int] = ()
+) -> Structure:
     """A rod of bonded layers, struck on the free face of the first layer.
 
     Each layer obeys E A u″ = ρ A ü; the displacement u and the axial force are continuous at the interfaces. The rod is
@@ -95,16 +97,20 @@ def rod(layers: Sequence[Layer], base: str = "fixed", elements: int | None = Non
         strikes.
     elements : int, optional
         Number of elements in each layer. By default a wave needs 1 µs to cross an element.
+    cracks : sequence of int, optional
+        The layers, counted from 0, that are not bonded to the next one. Each crack is one more contact, after those of
+        the chains: a unit force pushes its two faces apart. As the structure stands its cracks are open, and nothing
+        keeps their faces from overlapping; `stepping.Closing` does.
 
     Returns
     -------
     Structure
-        The rod, one degree of freedom for each node.
+        The rod, one degree of freedom for each node, and one more for each crack.
 
     Raises
     ------
     ValueError
-        If `layers` or `base` is wrong, or if more than a million elements are needed.
+        If `layers`, `base` or `cracks` is wrong, or if more than a million elements are needed.
 
     Notes
     -----
@@ -122,32 +128,43 @@ def rod(layers: Sequence[Layer], base: str = "fixed", elements: int | None = Non
     """
     layers = listed("layers", layers, Layer, "one Layer or more, the struck one first")
     _check_base(base)
+    cut = _cut(cracks, len(layers))
     counts, basis, owner = _mesh(layers, elements)
     per_point = np.ones_like(basis.dx)
     axial = np.array([layer.material.youngs_modulus * layer.area for layer in layers])[owner, None] * per_point
     inertia = np.array([layer.material.density * layer.area for layer in layers])[owner, None] * per_point
-
-    stiffness = sparse.csr_array(_stretching.assemble(basis, coefficient=axial))
-    mass = sparse.csr_array(_inertia.assemble(basis, coefficient=inertia))
+    faces = basis.nodal_dofs[0, np.cumsum(counts)[cut]]
+    part = np.searchsorted(cut, owner)
+    stiffness = _assembled(_stretching, basis, axial, part, faces)
+    mass = _assembled(_inertia, basis, inertia, part, faces)
+    size = basis.N + len(cut)
     top, bottom = basis.nodal_dofs[0, [0, -1]]
-    contact = np.zeros(basis.N)
+    contact = np.zeros((size, 1))
     contact[top] = 1.0
     damping: sparse.csr_array | None = None
-    surface: Any = Surface(layers[0].material)
+    surfaces = [Surface(layers[0].material)]
     if base == "absorbing":
         last = layers[-1]
         impedance = last.material.density * last.material.bar_speed * last.area
         damping = sparse.csr_array(([impedance], ([bottom], [bottom])), shape=mass.shape)
     if base == "contact":
         # The second chain stands beyond the far end: away from that chain, the last face moves back into the rod.
-        last_face = np.zeros(basis.N)
+        last_face = np.zeros(size)
         last_face[bottom] = -1.0
-        contact, surface = np.column_stack([contact, last_face]), (surface, Surface(layers[-1].material))
+        contact = np.column_stack([contact, last_face])
+        surfaces.append(Surface(layers[-1].material))
+    for number, face in enumerate(faces):
+        apart = np.zeros(size)
+        apart[[face, basis.N + number]] = -1.0, 1.0
+        contact = np.column_stack([contact, apart])
+        surfaces.append(Surface(layers[cut[number]].material))
     if base == "fixed":
-        kept = np.setdiff1d(np.arange(basis.N), [bottom])
+        kept = np.setdiff1d(np.arange(size), [bottom])
         mass, stiffness, contact = mass[kept][:, kept], stiffness[kept][:, kept], contact[kept]
     origin = {"kind": "rod", "base": base, "elements": counts, "layers": [asdict(layer) for layer in layers]}
-    return Structure(mass, stiffness, damping, contact, 0.0, surface, origin)
+    if cut:
+        origin["cracks"] = cut
+    return Structure(mass, stiffness, damping, contact, 0.0, surfaces[0] if len(surfaces) == 1 else surfaces, origin)
 
 
 def rod_parts(layers: Sequence[Layer], base: str = "fixed", elements: int | None = None) -> list[sparse.csr_array]:
@@ -202,6 +219,34 @@ def _check_base(base: object) -> None:
         one_of("base", base, BASES)
     else:
         raise ValueError(f"base = {base!r}: must be one of {', '.join(map(repr, BASES))}; cylinder takes a Foundation")
+
+
+def _cut(cracks: Sequence[int], layers: int) -> list[int]:
+    """The layers that are not bonded to the next one, in order."""
+    if not isinstance(cracks, Sequence) or isinstance(cracks, str):
+        raise ValueError(f"cracks = {cracks!r}: must be a list of layers, such as [0] for one behind the first layer")
+    cut = sorted(whole(f"cracks[{i}]", crack, 0) for i, crack in enumerate(cracks))
+    if cut and cut[-1] >= layers - 1:
+        raise ValueError(f"cracks = {list(cracks)!r}: {cut[-1]} must be below {layers - 1}, a layer before the last")
+    if len(set(cut)) < len(cut):
+        raise ValueError(f"cracks = {list(cracks)!r}: must name each layer once")
+    return cut
+
+
+def _assembled(form: Any, basis: Basis, coefficient: Any, part: Any, faces: Any) -> sparse.csr_array:
+    """The matrix of a rod that is cut at nodes: the part behind each has a node of its own there, after all others."""
+    whole_matrix = sparse.csr_array(form.assemble(basis, coefficient=coefficient * (part == 0)[:, None]))
+    if not len(faces):
+        return whole_matrix
+    whole_matrix.resize((basis.N + len(faces),) * 2)
+    for i in range(1, len(faces) + 1):
+        one = sparse.coo_array(form.assemble(basis, coefficient=coefficient * (part == i)[:, None]))
+        place = np.arange(basis.N)
+        place[faces[i - 1]] = basis.N + i - 1
+        rows, columns = (place[axis] for axis in one.coords)
+        whole_matrix = whole_matrix + sparse.csr_array((one.data, (rows, columns)), shape=whole_matrix.shape)
+    whole_matrix.eliminate_zeros()
+    return whole_matrix
 
 
 def _mesh(layers: list[Layer], elements: int | None) -> tuple[list[int], Basis, NDArray[np.intp]]:

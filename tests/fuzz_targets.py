@@ -289,7 +289,7 @@ def _structures() -> dict[str, Target]:
     return {
         "rod": Target(
             hl.rod,
-            {"layers": LAYERS, "base": "fixed", "elements": 6},
+            {"layers": LAYERS, "base": "fixed", "elements": 6, "cracks": [0]},
             push,
             {**long, "layers": ([hl.Layer(STEEL, 1e6, 1e-3)], [hl.Layer(STEEL, 1e-8, 1.0)], [LAYERS[0]] * 10**5)},
         ),
@@ -368,6 +368,11 @@ def _structures() -> dict[str, Target]:
         ),
         "damping.stiffness_parts": Target(damping.stiffness_parts, {"structure": full}),
         "damping.loss_tangent": Target(damping.loss_tangent, {"share": 0.1, "time": 5e-6, "frequency": 3e4}),
+        "stepping.Closing": Target(
+            stepping.Closing,
+            {"structure": hl.rod(LAYERS, elements=6, cracks=[0]), "opening": [0.0], "preload": [1.0]},
+            lambda one: one.advance(one.start(), 1.0, 1e-7)[1],
+        ),
         "stepping.CentralDifference": Target(
             stepping.CentralDifference, {"structure": ROD, "window": 1e-6, "steps": 20}, _free, {"steps": HUGE, **long}
         ),

@@ -43,7 +43,7 @@ ELSEWHERE = {
     ),
     *("results.Identification", "results.Information", "results.Unknown"),
     *("results.CriticalDistance", "results.Fit", "results.NoWave", "results.ReflectedWave", "results.Reflections"),
-    *("results.Track", "results.Wave", "stepping.StructureState"),
+    *("results.Track", "results.Wave", "stepping.StructureState", "stepping.ClosingState"),
     # Takes what views.picture takes, and draws many pictures.
     "views.animation",
 }

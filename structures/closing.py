@@ -1,0 +1,246 @@
+"""Cracks and stops that close: unilateral contacts inside a structure, without a penalty."""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.linalg import solve_triangular
+from scipy.optimize import nnls
+
+from structures.checks import each, finite, instance, short
+from structures.moving import MovingStructure
+from structures.oscillators import Oscillators
+from structures.stepping import ImplicitMidpoint, Step, StructureState, energies
+from structures.structure import Structure, Vector
+
+LARGEST_OPENING = 1e-2
+"""m. Chains move structures by micrometres; a wider gap is most likely in another unit."""
+
+LARGEST_PRELOAD = 1e9
+"""N. More than the strength of any rod in use."""
+
+
+class ClosingState(NamedTuple):
+    """The state of a structure whose gaps close.
+
+    Parameters
+    ----------
+    body : StructureState
+        Displacements and velocities of the degrees of freedom.
+    pressed : ndarray
+        The mean force across each gap over the last window, N: zero where the gap was open.
+    lost : float
+        The energy that the closing of gaps has dissipated so far, J.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> halves = [hl.Layer(hl.STEEL_440C, length=0.1, radius=9.525e-3)] * 2
+    >>> body = hl.stepping.Closing(hl.rod(halves, cracks=[0]), opening=[0.0], preload=[50.0])
+    >>> body.start().pressed
+    array([50.])
+    """
+
+    body: StructureState
+    pressed: Vector
+    lost: float
+
+
+class Closing:
+    """A structure with gaps that open and close, as a participant.
+
+    The last contacts of the structure are gaps. The force across a gap pushes its two faces apart and never pulls:
+    g ≥ 0, Λ ≥ 0, g Λ = 0, where g is the width and Λ the force. The first contacts are those that chains face.
+
+    Parameters
+    ----------
+    structure : Structure
+        A linear structure with the contacts of the chains, followed by one contact for each gap, such as
+        ``rod(layers, cracks=[0])``. A positive displacement of a gap's contact opens it. `reduce` keeps the motion of
+        gaps as it keeps that of all contacts.
+    opening : sequence of float
+        Width of each gap in static equilibrium, m, 0 to 0.01.
+    preload : sequence of float, optional
+        Force across each gap in static equilibrium, N. Only a closed gap, whose opening is 0, has one. By default 0.
+
+    Raises
+    ------
+    ValueError
+        If an opening or a preload is out of range, an open gap has a preload, or no contact is left for a chain, or
+        a face of a gap has no mass.
+
+    Notes
+    -----
+    The structure moves by the implicit midpoint rule. A gap may press in a window if it pressed in the last one, or if
+    its faces approach and would meet before the middle of the window. There the velocity at the end of the window
+    obeys ġ ≥ 0, Λ ≥ 0, ġ Λ = 0. The forces of several gaps follow from a non-negative least-squares problem. No
+    stiffness has to be chosen. The faces overlap by at most half a window's approach.
+
+    Faces that meet lose the relative velocity of the masses that the mesh gives them, as in a plastic impact. The loss
+    is never negative, and it vanishes as the mesh and the window are refined together. `ClosingState.lost` is its sum.
+
+    The displacement depends on the force in a nonlinear way, so the co-simulation needs an iterated scheme: `Aitken()`
+    or `IQN_ILS()`.
+
+    References
+    ----------
+    Moreau, in Nonsmooth Mechanics and Applications, Springer (1988) 1, section 9; Jean, Comput. Methods Appl. Mech.
+    Eng. 177 (1999) 235, section 4.
+
+    Examples
+    --------
+    A steel rod with a crack of 0.1 µm. The wave of a slow striker does not close it, that of a fast one does:
+
+    >>> import hertzlink as hl
+    >>> halves = [hl.Layer(hl.STEEL_440C, length=0.1, radius=9.525e-3)] * 2
+    >>> cut = hl.reduce(hl.rod(halves, base="free", cracks=[0]), until=2e-4)
+    >>> cracked = hl.stepping.Closing(cut, opening=[1e-7])
+    >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
+    >>> for speed in (0.01, 0.5):
+    ...     chain = hl.Chain([bead] * 5, striker=bead, impact_speed=speed)
+    ...     run = hl.CoSimulation(chain, cracked, scheme=hl.Aitken()).run(until=2e-4)
+    """
+
+    def __init__(self, structure: Structure, opening: Sequence[float], preload: Sequence[float] | None = None) -> None:
+        instance("structure", structure, Structure, "a Structure")
+        widths = _each("opening", opening, "m", LARGEST_OPENING)
+        forces = np.zeros(len(widths)) if preload is None else _each("preload", preload, "N", LARGEST_PRELOAD)
+        if len(forces) != len(widths):
+            raise ValueError(f"preload: has {len(forces)} numbers, must have {len(widths)}, one for each opening")
+        if ((widths > 0.0) & (forces > 0.0)).any():
+            gap = int(np.flatnonzero((widths > 0.0) & (forces > 0.0))[0])
+            raise ValueError(f"preload[{gap}] = {forces[gap]:g}: must be 0 where the gap is open, opening > 0")
+        if len(widths) >= structure.contacts:
+            raise ValueError(
+                f"opening: has {len(widths)} numbers, must have fewer than the structure's {structure.contacts} "
+                "contacts; the first contact is the chain's, and rod(layers, cracks=[0]) adds one for a gap"
+            )
+        massless = abs(structure.mass).sum(axis=0) == 0.0
+        gaps = structure.contact_vectors[:, structure.contacts - len(widths) :]
+        if (gaps[massless] != 0.0).any():
+            raise ValueError("structure: has a gap at a degree of freedom without mass, whose velocity is undetermined")
+        self.structure, self.opening, self.preload = structure, widths, forces
+        self._count = structure.contacts - len(widths)
+        self._moving = MovingStructure(structure, stepper=_midpoint)
+        self._gaps = gaps
+        self._compliances: dict[float, Vector] = {}
+
+    @property
+    def surface(self) -> Any:
+        """Material and curvature at the contact of the chain: a Surface, or a tuple of them for several chains."""
+        surfaces = self.structure.surfaces[: self._count]
+        return surfaces[0] if self._count == 1 else surfaces
+
+    def __repr__(self) -> str:
+        return f"Closing({self.structure!r}, opening={self.opening.tolist()}, preload={self.preload.tolist()})"
+
+    def start(self) -> ClosingState:
+        """At rest in static equilibrium."""
+        return ClosingState(self._moving.start(), self.preload.copy(), 0.0)
+
+    def advance(self, state: ClosingState, force: Any, window: float) -> tuple[ClosingState, Any]:
+        """Advance by one window (s) under the mean force (N) of each chain, relative to the static one.
+
+        Parameters
+        ----------
+        state : ClosingState
+            The state at the beginning of the window.
+        force : float or ndarray
+            Mean force of the chain, N; of several chains one number for each.
+        window : float
+            Length of the window, s.
+
+        Returns
+        -------
+        state : ClosingState
+            The state at the end.
+        displacement : float or ndarray
+            Displacement of each chain's contact, m.
+        """
+        before = state.body
+        forces = np.concatenate([np.atleast_1d(np.asarray(force, dtype=float)), -self.preload])
+        end = self._moving.pushed(self._moving.free(before, window), forces, window)
+        rate = self._gaps.T @ before.velocity
+        middle = self.opening + self._gaps.T @ before.displacement + 0.5 * window * rate
+        near = (state.pressed > 0.0) | ((middle <= 0.0) & (rate <= 0.0))
+        pressed = np.zeros(len(self.opening))
+        if near.any():
+            compliance = self._compliance(window)[np.ix_(near, near)]
+            pressed[near] = _separating(compliance, (self._gaps.T @ end.velocity)[near])
+            end = self._moving.pushed(end, np.concatenate([np.zeros(self._count), pressed]), window)
+        lost = -float(pressed @ (self._gaps.T @ (end.displacement - before.displacement)))
+        places = self._moving.read(end)[: self._count]
+        after = ClosingState(end, pressed, state.lost + lost)
+        return after, float(places[0]) if self._count == 1 else places
+
+    def widths(self, state: ClosingState) -> Vector:
+        """The width of each gap, m. A gap that closed may overlap by half a window's approach.
+
+        Parameters
+        ----------
+        state : ClosingState
+            A state of this structure.
+
+        Returns
+        -------
+        ndarray
+            One number for each gap.
+        """
+        widths: Vector = self.opening + self._gaps.T @ state.body.displacement
+        return widths
+
+    def energy(self, state: ClosingState) -> float:
+        """Kinetic and elastic energy relative to static equilibrium, J, with the work against the preload.
+
+        Parameters
+        ----------
+        state : ClosingState
+            A state of this structure.
+
+        Returns
+        -------
+        float
+            The energy. The work of the chains equals its gain, plus `ClosingState.lost` and what damping dissipates.
+        """
+        opened = float(self.preload @ (self._gaps.T @ state.body.displacement))
+        return sum(energies(self.structure, state.body)) + opened
+
+    def _compliance(self, window: float) -> Vector:
+        """The velocity of each gap at the end of a window after 1 N across each of them, m/(N s)."""
+        if window not in self._compliances:
+            matrix = self._gaps.T @ self._moving.response(window).velocity[:, self._count :]
+            self._compliances[window] = 0.5 * (matrix + matrix.T)
+        return self._compliances[window]
+
+
+def _midpoint(structure: Structure, window: float) -> Step:
+    """The implicit midpoint for all motions: ẇ at both ends of a window then gives its change of w exactly."""
+    return Oscillators(structure, window, exact=False) if structure.is_modal else ImplicitMidpoint(structure, window)
+
+
+def _separating(compliance: Vector, rate: Vector) -> Vector:
+    """Λ ≥ 0 with rate + compliance Λ ≥ 0, and zero where Λ > 0.
+
+    This is the condition of optimality of least ½ ΛᵀAΛ + ΛᵀR, solved as least ‖LᵀΛ + L⁻¹R‖ with A = LLᵀ, in units in
+    which the diagonal of A is one.
+    """
+    units = np.sqrt(compliance.diagonal())
+    scaled = rate / units
+    scale = float(abs(scaled).max())
+    if scale == 0.0:
+        return np.zeros_like(rate)
+    lower = np.linalg.cholesky(compliance / np.outer(units, units))
+    found, _ = nnls(lower.T, -solve_triangular(lower, scaled / scale, lower=True))
+    force: Vector = found * scale / units
+    return force
+
+
+def _each(name: str, given: Any, unit: str, largest: float) -> Vector:
+    """One number or more from 0 to the largest."""
+    numbers = np.asarray(each(finite, name, given, unit))  # type: ignore[arg-type]
+    if numbers.ndim != 1 or not numbers.size:
+        raise ValueError(f"{name} = {short(given)}: must be a list with one number of {unit} for each gap")
+    for i, number in enumerate(numbers):
+        if not 0.0 <= number <= largest:
+            raise ValueError(f"{name}[{i}] = {number:g}: must lie between 0 and {largest:g} {unit}")
+    return numbers

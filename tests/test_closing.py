@@ -1,0 +1,253 @@
+"""Cracks that close: d'Alembert's solution, the bilinear oscillator, the bonded and the cut rod, and the energy."""
+
+from functools import cache
+from math import pi, sqrt
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hertzlink as hl
+from hertzlink.stepping import Closing, ClosingState
+
+STEEL = hl.STEEL_440C
+HALF = hl.Layer(STEEL, length=0.1, radius=5e-3)
+IMPEDANCE = STEEL.density * STEEL.bar_speed * HALF.area
+PULSE = 20e-6  # s
+FORCE = 1000.0  # N
+OPENED = FORCE * PULSE / IMPEDANCE
+"""Twice the displacement of the wave, m: how far it moves a free face."""
+BEAD = hl.Sphere(radius=4.76e-3, material=STEEL)
+
+
+def push(time: Any) -> Any:
+    """A pulse of force, N."""
+    return np.where((time > 0.0) & (time < PULSE), FORCE * np.sin(pi * time / PULSE) ** 2, 0.0)
+
+
+def tapped(
+    body: Closing, window: float, until: float, scale: float = 1.0
+) -> tuple[list[ClosingState], np.ndarray, float]:
+    """The states after each window of a push on the face, and the work, J."""
+    state, place, work, states, forces = body.start(), 0.0, 0.0, [], []
+    for k in range(int(until / window)):
+        force = scale * float(push((k + 0.5) * window))
+        state, moved = body.advance(state, force, window)
+        work += force * (moved - place)
+        place = moved
+        states.append(state)
+        forces.append(state.pressed)
+    return states, np.array(forces), work
+
+
+@cache
+def transmitted(opening: float, elements: int) -> tuple[np.ndarray, np.ndarray, float, float]:
+    """Times since the wave reached the crack, its force, the window, and the lost part of the work."""
+    body = hl.rod([HALF, HALF], base="absorbing", elements=elements, cracks=[0])
+    window = 0.25 * HALF.length / elements / STEEL.bar_speed
+    states, forces, work = tapped(Closing(body, [opening]), window, 50e-6)
+    times = (np.arange(len(states)) + 0.5) * window - HALF.length / STEEL.bar_speed
+    return times, forces[:, 0], window, states[-1].lost / work
+
+
+def exact(times: Any, opening: float) -> Any:
+    """d'Alembert: a free face moves 2 ∫ F/Z; from the contact on both faces move as the wave, with its whole force."""
+    turned = np.clip(times, 0.0, PULSE)
+    impulse = FORCE * (turned / 2.0 - PULSE / (4.0 * pi) * np.sin(2.0 * pi * turned / PULSE))
+    return np.where(2.0 * impulse / IMPEDANCE >= opening, push(times), 0.0)
+
+
+@pytest.mark.parametrize(("part", "error"), [(0.0, 1e-4), (0.4, 1e-3), (0.8, 2e-3), (1.05, 0.0)])
+def test_impulse_through_a_crack_in_a_long_rod(part: float, error: float) -> None:
+    _, force, window, _ = transmitted(part * OPENED, 100)
+    times = np.linspace(0.0, PULSE, 200_001)
+    expected = np.trapezoid(exact(times, part * OPENED), times)
+    assert force.sum() * window == pytest.approx(expected, abs=error * FORCE * PULSE / 2.0)
+    assert (expected == 0.0) == (part > 1.0)
+
+
+@pytest.mark.parametrize(("part", "order"), [(0.0, 2.0), (0.4, 0.5)])
+def test_order_of_the_force(part: float, order: float) -> None:
+    """Second order where a pressed crack stays closed; where it closes under way the force jumps: ½ in the mean."""
+    errors = []
+    for elements in (50, 100, 200):
+        times, force, window, _ = transmitted(part * OPENED, elements)
+        errors.append(abs(force - exact(times, part * OPENED)).sum() * window)
+    assert np.log2(errors[0] / errors[2]) / 2.0 == pytest.approx(order, abs=0.2)
+
+
+def test_loss_at_closing_is_of_first_order_in_the_mesh() -> None:
+    lost = [transmitted(0.4 * OPENED, elements)[3] for elements in (50, 100, 200)]
+    assert np.log2(lost[0] / lost[2]) / 2.0 == pytest.approx(1.0, abs=0.2)
+    assert lost[2] < 0.003
+
+
+def spring_and_stop(stiffness: float, mass: float = 1e-5) -> hl.Structure:
+    """1 kg on a spring of 1 N/m, and a light spring that it meets at rest: contacts of the mass and the gap."""
+    surface = hl.Surface(STEEL)
+    return hl.Structure(
+        np.diag([1.0, mass]), np.diag([1.0, stiffness]), None, [[1.0, -1.0], [0.0, 1.0]], 0.0, [surface] * 2
+    )
+
+
+@pytest.mark.parametrize("stiffness", [0.5, 3.0, 24.0])
+def test_period_of_the_bilinear_oscillator(stiffness: float) -> None:
+    """Half a period on one spring and half on both (Shaw and Holmes, J. Sound Vib. 90 (1983) 129)."""
+    body = Closing(spring_and_stop(stiffness), [0.0])
+    window = 2e-4
+    state, place = body.advance(body.start(), 1.0 / window, window)  # an impulse of 1 N s
+    crossings, time, before = [], window, place
+    while len(crossings) < 2:
+        state, place = body.advance(state, 0.0, window)
+        if before < 0.0 <= place:
+            crossings.append(time + window * before / (before - place))
+        before, time = place, time + window
+    period = crossings[1] - crossings[0]
+    assert period == pytest.approx(pi + pi / sqrt(1.0 + stiffness), rel=5e-3)
+
+
+@pytest.mark.parametrize("base", ["fixed", "free", "absorbing", "contact"])
+def test_a_pressed_crack_is_a_bond(base: str) -> None:
+    """As long as the preload exceeds the tension of all waves."""
+    whole, cut = (hl.rod([HALF, HALF], base, elements=20, cracks=cracks) for cracks in ([], [0]))
+    bonded, closed = hl.stepping.MovingStructure(whole), Closing(cut, [0.0], [10.0 * FORCE])
+    state, other = bonded.start(), closed.start()
+    rest = np.zeros(1) if base == "contact" else None
+    for k in range(400):
+        force: Any = float(push(k * 2e-7))
+        force = force if rest is None else np.array([force, 0.0])
+        state, place = bonded.advance(state, force, 2e-7)
+        other, moved = closed.advance(other, force, 2e-7)
+        assert moved == pytest.approx(place, abs=1e-12)
+    assert abs(closed.widths(other)[0]) < 1e-15
+    assert other.lost < 1e-15
+
+
+def test_an_open_crack_ends_the_rod() -> None:
+    """The layers behind a wide crack never move."""
+    short = hl.stepping.MovingStructure(hl.rod([HALF], "free", elements=20))
+    wide = Closing(hl.rod([HALF, HALF], "fixed", elements=20, cracks=[0]), [1e-3])
+    state, other = short.start(), wide.start()
+    for k in range(400):
+        state, place = short.advance(state, float(push(k * 2e-7)), 2e-7)
+        other, moved = wide.advance(other, float(push(k * 2e-7)), 2e-7)
+        assert moved == pytest.approx(place, abs=1e-12)
+    assert not other.pressed.any()
+
+
+@pytest.mark.parametrize("reduced", [False, True])
+@pytest.mark.parametrize(("opening", "preload"), [(0.0, 0.0), (1e-6, 0.0), (0.0, 100.0)])
+def test_energy(reduced: bool, opening: float, preload: float) -> None:
+    """Work = energy + loss in every window; no window gains from a gap."""
+    thirds = [hl.Layer(STEEL, length=0.05, radius=5e-3)] * 3
+    body = hl.rod(thirds, base="free", elements=20, cracks=[0, 1])
+    body = hl.reduce(body, until=2e-4) if reduced else body
+    closing = Closing(body, [opening, 0.0], [preload, 0.0])
+    states, forces, work = tapped(closing, 1e-7, 2e-4)
+    lost = np.array([state.lost for state in states])
+    assert closing.energy(states[-1]) + lost[-1] == pytest.approx(work, rel=1e-9)
+    assert np.diff(lost).min() > -1e-12 * work
+    assert (forces >= 0.0).all()
+    assert forces.max() > 0.1 * FORCE
+    assert lost[-1] < 0.2 * work
+    widths = np.array([closing.widths(state) for state in states])
+    assert widths.min() > -0.02 * max(opening, OPENED)
+    assert widths.max() > 0.1 * OPENED
+
+
+def test_without_gap_and_preload_the_answer_is_proportional_to_the_force() -> None:
+    body = Closing(hl.rod([HALF, HALF], "free", elements=20, cracks=[0]), [0.0])
+    once, twice = (tapped(body, 2e-7, 1e-4, scale)[1] for scale in (1.0, 2.0))
+    assert twice == pytest.approx(2.0 * once, abs=1e-6 * FORCE)
+
+
+def test_several_gaps_press_together() -> None:
+    """Two gaps in a row of three masses: momentum is kept, and the first mass stops as the last one leaves."""
+    count, surface = 3, hl.Surface(STEEL)
+    gaps = np.array([[1.0, -1.0, 0.0], [0.0, 1.0, -1.0], [0.0, 0.0, 1.0]])
+    loose = hl.Structure(np.eye(count), 1e-9 * np.eye(count), None, gaps, 0.0, [surface] * 3)
+    body = Closing(loose, [0.0, 0.0])
+    state, _ = body.advance(body.start(), 3.0, 1.0)
+    assert state.body.velocity == pytest.approx([1.0, 1.0, 1.0], abs=1e-6)
+    assert state.pressed == pytest.approx([2.0, 1.0], abs=1e-6)
+
+
+NEAR, FAR = hl.Layer(hl.ALUMINIUM_6061, 0.05, 6e-3), hl.Layer(hl.ALUMINIUM_6061, 0.15, 6e-3)
+UNTIL = 1e-3  # s
+
+
+def ratio(body: Any, speed: float) -> float:
+    """AR of a chain on a body."""
+    chain = hl.Chain([BEAD] * 20, striker=BEAD, impact_speed=speed)
+    scheme = hl.Aitken() if isinstance(body, Closing) else None
+    return float(hl.amplitude_ratio(hl.CoSimulation(chain, body, scheme=scheme).run(until=UNTIL), sensor=12))
+
+
+def test_the_amplitude_decides_whether_a_crack_looks_open_or_bonded() -> None:
+    """A closed crack is a bond for the first wave, a wide one the end of the rod, and one of 0.5 µm lies between."""
+    bonded = hl.reduce(hl.rod([NEAR, FAR]), until=UNTIL)
+    ended = hl.reduce(hl.rod([NEAR], base="free"), until=UNTIL)
+    cut = hl.reduce(hl.rod([NEAR, FAR], cracks=[0]), until=UNTIL)
+    closed, narrow, wide = (Closing(cut, [opening]) for opening in (0.0, 0.5e-6, 1e-4))
+    between = []
+    for speed in (0.1, 0.3, 1.0):
+        low, high = ratio(ended, speed), ratio(bonded, speed)
+        assert ratio(wide, speed) == pytest.approx(low, abs=5e-4)
+        assert ratio(closed, speed) == pytest.approx(high, abs=5e-4)
+        between.append((ratio(narrow, speed) - low) / (high - low))
+    assert 0.1 < between[0] < 0.35
+    assert 0.5 < between[1] < 0.7
+    assert 0.75 < between[2] < 0.9
+
+
+def test_a_checkpoint_continues_with_the_same_bits(tmp_path: Path) -> None:
+    body = Closing(hl.reduce(hl.rod([HALF, HALF], cracks=[0]), until=1e-4), [0.0])
+    simulation = hl.CoSimulation(hl.Chain([BEAD] * 3, BEAD, 0.3), body, scheme=hl.Aitken())
+    file = tmp_path / "run.checkpoint"
+    whole = simulation.run(until=1e-4)
+    first = simulation.run(until=1e-4, checkpoint=file)
+    again = simulation.run(until=1e-4, checkpoint=file)
+    for name in ("velocity", "surface_displacement"):
+        assert np.array_equal(whole[name], first[name])
+        assert np.array_equal(whole[name], again[name])
+
+
+CUT = hl.rod([HALF, HALF], elements=2, cracks=[0])
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"opening": [-1e-6]}, r"opening\[0\] = -1e-06: must lie between 0 and 0.01 m"),
+        ({"opening": [float("nan")]}, r"opening = nan"),
+        ({"opening": [1.0]}, r"opening\[0\] = 1: must lie between 0 and 0.01 m"),
+        ({"opening": []}, "opening = "),
+        ({"opening": 1e-6}, "opening = 1e-06: must be a list"),
+        ({"opening": [0.0, 0.0]}, "opening: has 2 numbers, must have fewer than the structure's 2 contacts"),
+        ({"preload": [-1.0]}, r"preload\[0\] = -1: must lie between"),
+        ({"preload": [1.0, 1.0]}, "preload: has 2 numbers, must have 1"),
+        ({"opening": [1e-6], "preload": [1.0]}, r"preload\[0\] = 1: must be 0 where the gap is open"),
+        ({"structure": spring_and_stop(1.0, mass=0.0)}, "structure: has a gap at a degree of freedom without mass"),
+        ({"structure": None}, "structure = None: must be a Structure"),
+    ],
+)
+def test_bad_input(change: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        Closing(**{"structure": CUT, "opening": [0.0], **change})
+
+
+@pytest.mark.parametrize(
+    ("cracks", "message"),
+    [
+        ([1], "1 must be below 1"),
+        ([-1], r"cracks\[0\] = -1"),
+        ([0, 0], "must name each layer once"),
+        (0, "cracks = 0: must be a list of layers"),
+        ("0", "must be a list of layers"),
+        ([0.5], r"cracks\[0\] = 0.5"),
+    ],
+)
+def test_bad_cracks(cracks: Any, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        hl.rod([HALF, HALF], cracks=cracks)
