@@ -19,14 +19,16 @@ from coupling.recording.trace import Trace
 from coupling.results.findings import warn
 from coupling.run_checks import check_before, checked
 from coupling.schemes.condensed import Condensed
+from coupling.schemes.iterated import Aitken
 from coupling.schemes.scheme import Scheme, check_scheme
 from coupling.schemes.windows import Adaptive
 from coupling.state import CoupledState
 from particles.chain import Chain
 from particles.moving import MovingChain
 from structures.checks import instance, listed, one_of, positive, whole
+from structures.closing import Closing
 from structures.html_table import html_table
-from structures.moving import MovingStructure
+from structures.moving import LARGEST_DENSE_SIZE, MovingStructure
 from structures.reduction import reduce
 from structures.structure import Structure
 
@@ -50,8 +52,8 @@ class CoSimulation:
         own solver. Several chains take a list of as many, or one structure with as many contact points; a
         ContactPoint(structure, number) is one of them.
     scheme : Scheme, optional
-        How both sides agree on the mean forces of a window. By default Condensed(), which needs linear structures; use
-        Aitken() for black boxes.
+        How both sides agree on the mean forces of a window. By default Condensed(), which needs linear structures, and
+        Aitken() for structures whose gaps close; use Aitken() for black boxes too.
     window : float or Adaptive, optional
         The time after which both sides have agreed, s, or Adaptive(tolerance). By default the scheme determines it.
     dt : float, optional
@@ -104,7 +106,6 @@ class CoSimulation:
             chains = listed("chain", chain, Chain, "one Chain or more")
         else:
             chains = [instance("chain", chain, Chain, "a Chain, or a list of them")]
-        self.scheme: Scheme = Condensed() if scheme is None else scheme
         if scheme is not None:
             check_scheme("scheme", scheme)
         one_of("waveform", waveform, WAVEFORMS)
@@ -113,6 +114,8 @@ class CoSimulation:
         back = for_each("behind", behind, len(chains), several)
         self.accuracy = accuracy_of(accuracy)
         self.interface = Interface(chains, facing, back, waveform == "quadratic", dt, self.accuracy.steps)
+        closing = any(isinstance(box.participant, Closing) for box in self.interface.boxes)
+        self.scheme: Scheme = (Aitken() if closing else Condensed()) if scheme is None else scheme
         self.scheme.start(self.interface)
         self.window = window if window is None or isinstance(window, Adaptive) else positive("window", window, "s")
         self.substeps = None if substeps is None else whole("substeps", substeps)
@@ -313,6 +316,10 @@ def _with_reduced(facing: Any, until: float, known: dict[int, MovingStructure]) 
         return [_with_reduced(one, until, known) for one in facing]
     if isinstance(facing, ContactPoint):
         return ContactPoint(_with_reduced(facing.structure, until, known), facing.number)
+    if isinstance(facing, Closing):
+        if facing.structure.size <= LARGEST_DENSE_SIZE:
+            return facing
+        return Closing(reduce(facing.structure, until), facing.opening.tolist(), facing.preload.tolist())
     if not isinstance(facing, Structure):
         return facing
     moving = known[id(facing)]

@@ -139,10 +139,7 @@ class Interface:
     def describe(self) -> dict[str, Any]:
         """Chains, structures and contacts as plain data."""
         chains = [chain.chain.describe() for chain in self.chains]
-        structures: list[Any] = [
-            one.describe() if isinstance(one, MovingStructure) else type(one.participant).__qualname__
-            for one in self.structures
-        ]
+        structures: list[Any] = [one.describe() for one in self.structures]
         if self.single:
             return {"chain": chains[0], "structure": None if self.chains[0].surface is None else structures[0]}
         for contact in self.contacts:
@@ -341,8 +338,8 @@ class Interface:
         contact = self.contacts[k]
         structure = self.structures[contact.structure]
         surface = instance("structure.surface", structure.surfaces[contact.point], Surface, "a Surface(material)")
-        known = isinstance(structure, MovingStructure)
-        return surface, float(structure.structure.flexibilities[contact.point]) if known else 0.0
+        known = structure.structure if isinstance(structure, MovingStructure) else structure
+        return surface, float(known.flexibilities[contact.point])
 
 
 def for_each(name: str, given: Any, count: int, several: bool) -> list[Any]:

@@ -1,12 +1,14 @@
 """Participants of a co-simulation: state in, state out, no hidden state."""
 
 from collections.abc import Sequence
+from math import inf, nan
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
 from coupling.state import NotConverged
 from structures.checks import short
+from structures.closing import Closing
 from structures.structure import Vector, surfaces_of
 from structures.surface import Surface
 
@@ -85,10 +87,25 @@ class BlackBox:
                 "one for each contact point"
             )
         self.contacts = len(self.surfaces)
+        self.closing = participant if isinstance(participant, Closing) else None
+        """The participant, if it is ours."""
+        self.structure = None if self.closing is None else self.closing.structure
+        self.flexibilities, self.valid_until = np.zeros(self.contacts), inf
+        if self.structure is not None:
+            self.flexibilities = self.structure.flexibilities[: self.contacts]
+            self.valid_until = self.structure.valid_until
         self.last_forces = np.zeros(self.contacts)
         self.passive = getattr(participant, "passive", True)
         if not isinstance(self.passive, bool | np.bool_):
             raise ValueError(f"{self.name}.passive = {short(self.passive)}: must be True or False")
+
+    def describe(self) -> Any:
+        """Our own one as plain data, a user's by its name."""
+        return self.name if self.closing is None else self.closing.describe()
+
+    def energies(self, state: Any) -> tuple[float, float, float]:
+        """Kinetic, elastic and lost energy, J; NaN of a user's participant."""
+        return (nan, nan, nan) if self.closing is None else self.closing.energies(state)
 
     def start(self) -> Any:
         """The state at time zero."""

@@ -1,6 +1,6 @@
 """How a run is divided into windows, substeps and saved times, and the checks of this plan."""
 
-from math import ceil, inf, log2
+from math import ceil, log2
 from typing import Any, NamedTuple
 
 from coupling.interface import Interface
@@ -121,7 +121,7 @@ def warn_if_coarse(plan: Plan, interface: Interface, adaptive: bool) -> list[str
 
 def _check_validity(interface: Interface, until: float) -> None:
     for structure in interface.structures:
-        valid = structure.structure.valid_until if isinstance(structure, MovingStructure) else inf
+        valid = (structure.structure if isinstance(structure, MovingStructure) else structure).valid_until
         if until > valid * (1.0 + SAME_TIME):
             raise ValueError(f"until = {until!r}: the structure was reduced for runs of at most {valid} s")
 

@@ -10,7 +10,6 @@ from coupling.interface import Interface
 from coupling.recording.frames import Frames
 from coupling.results.missing_waves import rounded_up
 from coupling.results.schema import LAST
-from structures.moving import MovingStructure
 from structures.reduction import error_for_pulse
 from structures.structure import Vector
 
@@ -39,7 +38,7 @@ def check_structures(interface: Interface, frames: Frames, interval: float) -> l
     worst: dict[str, Doubt] = {}
     for k, contact in enumerate(interface.contacts):
         structure = interface.structures[contact.structure]
-        if not isinstance(structure, MovingStructure):
+        if structure.structure is None:
             continue
         force = frames.chains[contact.chain].contact_force[:, -1 if contact.end == LAST else 0] - interface.static[k]
         origin, length = structure.structure.origin, push_length(force, interval)

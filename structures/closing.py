@@ -30,7 +30,7 @@ class ClosingState(NamedTuple):
     pressed : ndarray
         The mean force across each gap over the last window, N: zero where the gap was open.
     lost : float
-        The energy that the closing of gaps has dissipated so far, J.
+        The energy that damping and the closing of gaps have dissipated so far, J.
 
     Examples
     --------
@@ -79,8 +79,8 @@ class Closing:
     Faces that meet lose the relative velocity of the masses that the mesh gives them, as in a plastic impact. The loss
     is never negative, and it vanishes as the mesh and the window are refined together. `ClosingState.lost` is its sum.
 
-    The displacement depends on the force in a nonlinear way, so the co-simulation needs an iterated scheme: `Aitken()`
-    or `IQN_ILS()`.
+    The displacement depends on the force in a nonlinear way, so a co-simulation iterates: by `Aitken()` unless another
+    scheme is given.
 
     References
     ----------
@@ -98,7 +98,7 @@ class Closing:
     >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
     >>> for speed in (0.01, 0.5):
     ...     chain = hl.Chain([bead] * 5, striker=bead, impact_speed=speed)
-    ...     run = hl.CoSimulation(chain, cracked, scheme=hl.Aitken()).run(until=2e-4)
+    ...     run = hl.CoSimulation(chain, cracked).run(until=2e-4)
     """
 
     def __init__(self, structure: Structure, opening: Sequence[float], preload: Sequence[float] | None = None) -> None:
@@ -130,6 +130,10 @@ class Closing:
         """Material and curvature at the contact of the chain: a Surface, or a tuple of them for several chains."""
         surfaces = self.structure.surfaces[: self._count]
         return surfaces[0] if self._count == 1 else surfaces
+
+    def describe(self) -> dict[str, Any]:
+        """How the structure was made, and its gaps, as plain data."""
+        return {**self.structure.origin, "opening": self.opening.tolist(), "preload": self.preload.tolist()}
 
     def __repr__(self) -> str:
         return f"Closing({self.structure!r}, opening={self.opening.tolist()}, preload={self.preload.tolist()})"
@@ -168,7 +172,8 @@ class Closing:
             compliance = self._compliance(window)[np.ix_(near, near)]
             pressed[near] = _separating(compliance, (self._gaps.T @ end.velocity)[near])
             end = self._moving.pushed(end, np.concatenate([np.zeros(self._count), pressed]), window)
-        lost = -float(pressed @ (self._gaps.T @ (end.displacement - before.displacement)))
+        way = self._gaps.T @ (end.displacement - before.displacement)
+        lost = self._moving.dissipated(before, end, window) - float(pressed @ way)
         places = self._moving.read(end)[: self._count]
         after = ClosingState(end, pressed, state.lost + lost)
         return after, float(places[0]) if self._count == 1 else places
@@ -200,10 +205,26 @@ class Closing:
         Returns
         -------
         float
-            The energy. The work of the chains equals its gain, plus `ClosingState.lost` and what damping dissipates.
+            The energy. The work of the chains equals its gain plus `ClosingState.lost`.
         """
-        opened = float(self.preload @ (self._gaps.T @ state.body.displacement))
-        return sum(energies(self.structure, state.body)) + opened
+        kinetic, elastic, _ = self.energies(state)
+        return kinetic + elastic
+
+    def energies(self, state: ClosingState) -> tuple[float, float, float]:
+        """Kinetic and elastic energy, the latter with the work against the preload, and lost energy.
+
+        Parameters
+        ----------
+        state : ClosingState
+            A state of this structure.
+
+        Returns
+        -------
+        tuple of float
+            The three energies, J.
+        """
+        kinetic, elastic = energies(self.structure, state.body)
+        return kinetic, elastic + float(self.preload @ (self._gaps.T @ state.body.displacement)), state.lost
 
     def _compliance(self, window: float) -> Vector:
         """The velocity of each gap at the end of a window after 1 N across each of them, m/(N s)."""

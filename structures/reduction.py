@@ -322,7 +322,8 @@ class _Krylov:
         def projected(part: _Part) -> Vector:
             if part.rates is not None:
                 return np.asarray(np.maximum(part.rates[0] + part.rates[1] * square, 0.0))
-            return np.asarray(vectors.T @ (basis @ part.apply(basis.T)) @ vectors)
+            matrix = vectors.T @ (basis @ part.apply(basis.T)) @ vectors
+            return np.asarray(0.5 * (matrix + matrix.T))  # symmetric to the last bit
 
         damping = None if self.body.damping is None else projected(self.body.damping)
         return Modes(square, contact, damping, [(time, projected(arm)) for time, arm in self.body.arms], vectors)

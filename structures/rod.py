@@ -243,7 +243,7 @@ def _assembled(form: Any, basis: Basis, coefficient: Any, part: Any, faces: Any)
         one = sparse.coo_array(form.assemble(basis, coefficient=coefficient * (part == i)[:, None]))
         place = np.arange(basis.N)
         place[faces[i - 1]] = basis.N + i - 1
-        rows, columns = (place[axis] for axis in one.coords)
+        rows, columns = place[one.row], place[one.col]
         whole_matrix = whole_matrix + sparse.csr_array((one.data, (rows, columns)), shape=whole_matrix.shape)
     whole_matrix.eliminate_zeros()
     return whole_matrix

@@ -101,6 +101,12 @@ BUILT: dict[str, Callable[[], hl.CoSimulation]] = {
     "a piston of PTFE": lambda: hl.CoSimulation(
         hl.Chain([BEAD] * 4, hl.Piston([0.0, 2e-5], [0.0, 2e-6], hl.Surface(hl.PTFE, 50.0))), ROD
     ),
+    "cracks": lambda: hl.CoSimulation(
+        CHAIN, hl.stepping.Closing(hl.rod([*LAYERS, LAYERS[0]], cracks=[0, 1]), [2e-7, 0.0], [0.0, 5.0])
+    ),
+    "a crack, reduced": lambda: hl.CoSimulation(
+        CHAIN, hl.stepping.Closing(hl.reduce(hl.rod(LAYERS, cracks=[0]), until=UNTIL), [2e-7]), hl.IQN_ILS()
+    ),
     "a step of its own": lambda: hl.CoSimulation(CHAIN, ROD, dt=1.1e-8),
 }
 SLOW = {"viscous layer of a cylinder", "thick laminate", "laminate", "section"}

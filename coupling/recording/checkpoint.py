@@ -26,7 +26,6 @@ from coupling.results.provenance import as_text, differences, versions
 from coupling.state import CoupledState, Differences, Ledger, Node
 from particles import kernels
 from particles.moving import ChainState
-from structures.moving import MovingStructure
 from structures.stepping import StructureState
 
 HEAD = b"hertzlink checkpoint 2\n"
@@ -278,7 +277,7 @@ def _sums(interface: Interface, answer: Any) -> dict[str, str]:
     answer: of the structures to a first push over a substep, which stands for a user's participant.
     """
     chains = [(c.constants, c.rest, c.static_force, c.method, c.impact_energy or 0.0) for c in interface.chains]
-    one_by_one = [s.structure for s in interface.structures if isinstance(s, MovingStructure)]
+    one_by_one = [s.structure for s in interface.structures if s.structure is not None]
     matrices = [m for s in one_by_one for m in (s.mass, s.stiffness, s.damping) if m is not None]
     arrays = [[m.data, m.indices, m.indptr] for m in matrices] + [[s.contact] for s in one_by_one]
     sums = {"chains": _sum(chains), "structures": _sum(arrays), "the structures' first answer": _sum([answer])}

@@ -88,11 +88,14 @@ class Frames:
             into.lost[row], into.driven[row] = lost, driven
         saved = self.saved
         for number, structure in enumerate(interface.structures):
-            known = isinstance(structure, MovingStructure)
-            force = interface.at(number, state.force)
-            energies = structure.energies(state.structures[number], length, force) if known else (np.nan, np.nan)
+            now = state.structures[number]
+            if isinstance(structure, MovingStructure):
+                energies = structure.energies(now, length, interface.at(number, state.force))
+                lost = state.ledger.damped[number]
+            else:
+                *energies, lost = structure.energies(now)
             saved.structure_kinetic[number, row], saved.structure_elastic[number, row] = energies
-            self.damped[number, row] = state.ledger.damped[number] if known else np.nan
+            self.damped[number, row] = lost
         saved.surface[:, row] = state.surface
         saved.work[:, row], saved.given[:, row], saved.impulse[:, row] = state.ledger[:3]
         saved.evaluations[row], saved.substeps[row], saved.residual[row] = counts

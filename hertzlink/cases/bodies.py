@@ -1,5 +1,6 @@
 """The structures of a case that are no plates, and how structures are damped."""
 
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path as File
 from typing import Annotated, Any, ClassVar, Literal
@@ -20,8 +21,10 @@ from hertzlink.cases.parts import (
     made,
     material_of,
 )
+from hertzlink.cases.paths import Path
 from hertzlink.cases.units import Unit
 from plates.beam import beam
+from structures.closing import Closing
 from structures.cylinder import layered_cylinder
 from structures.damping import loss_factor, modal, part_of_layer, rayleigh, standard_linear_solid
 from structures.elasticity import Foundation
@@ -180,6 +183,10 @@ class Body(Part):
     def make(self, world: World) -> Structure | None:
         raise NotImplementedError
 
+    def in_time(self, structure: Structure) -> Any:
+        """What moves in a run: the structure, or the participant that its gaps or its stepper make of it."""
+        return structure
+
 
 class Nothing(Body):
     """Nothing: the last bead flies off."""
@@ -218,6 +225,14 @@ def layers_of(layers: list[LayerPart], world: World) -> list[Layer]:
     return [made(one, world, ("layers", i)) for i, one in enumerate(layers)]
 
 
+class Crack(Part):
+    """A crack between two layers of a rod. It closes."""
+
+    after: Annotated[int, Field(ge=0, description="the layer before the crack, counted from 0")]
+    opening: Length = 0.0
+    preload: Force = 0.0
+
+
 class Rod(Body):
     """A rod of layers, in the theory of longitudinal waves."""
 
@@ -225,9 +240,18 @@ class Rod(Body):
     layers: Layers
     base: Literal["fixed", "free", "absorbing", "contact"] = "fixed"
     elements: Annotated[int, Field(ge=1)] | None = None
+    cracks: list[Crack] = Field(default_factory=list)
+
+    named: ClassVar[Mapping[str, Path]] = {"opening": ("cracks",), "preload": ("cracks",)}
 
     def make(self, world: World) -> Structure:
-        return rod(layers_of(self.layers, world), self.base, self.elements)
+        return rod(layers_of(self.layers, world), self.base, self.elements, [one.after for one in self.cracks])
+
+    def in_time(self, structure: Structure) -> Any:
+        cracks = sorted(self.cracks, key=lambda one: one.after)
+        if not cracks:
+            return structure
+        return Closing(structure, [one.opening for one in cracks], [one.preload for one in cracks])
 
 
 class LayeredCylinder(Body):

@@ -121,7 +121,7 @@ class Bodies:
     def _points(self, structure: int) -> int:
         part = self._parts[structure]
         if isinstance(part, Rod):
-            return 2 if part.base == "contact" else 1
+            return 2 if part.base == "contact" else 1  # its cracks face no chain
         return part.contacts if isinstance(part, PlateBody) else 1
 
     def _of(self, name: str, part: Body, path: Path) -> Any:
@@ -168,8 +168,14 @@ def _structure(body: Body, run: RunPart, world: World, path: Path) -> Any:
     for i, one in enumerate(body.damping):
         if not early[i]:
             structure = _damped(one, structure, (*path, "damping", i))
+    try:
+        moving = body.in_time(structure)
+    except ValueError as error:
+        raise fault_of(str(error), body.names(), path) from error
     if body.stepper is None:
-        return structure
+        return moving
+    if moving is not structure:
+        raise Fault((*path, "stepper"), "is for structures without cracks; cracks close by the implicit midpoint")
     try:
         return MovingStructure(structure, made(body.stepper, world, (*path, "stepper")))
     except ValueError as error:

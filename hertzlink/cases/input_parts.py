@@ -135,6 +135,8 @@ def structure_data(given: Any) -> tuple[Data, bool | Data]:
     data: Data = {name: value for name, value in given.items() if value is not None}
     if "scaled_from" in data:
         raise refused("structure.scaled_from", "a scaled plate; build the plate with its own thickness and material")
+    if "opening" in data and "cracks" not in data:
+        raise refused("structure.opening", "gaps of a structure that is no rod with cracks")
     stepper = _stepper(data.pop("stepper", None))
     data["kind"] = KINDS[data["kind"]]
     reduction = _reduction(data.pop("reduction", None))
@@ -203,6 +205,11 @@ def _rod(data: Data) -> None:
     counts = set(data.pop("elements"))
     if len(counts) == 1:
         data["elements"] = counts.pop()
+    if "cracks" in data:
+        if "opening" not in data:
+            raise refused("structure.cracks", "cracks that nothing closes")
+        gaps = zip(data.pop("cracks"), data.pop("opening"), data.pop("preload"), strict=True)
+        data["cracks"] = [{"after": i, "opening": opening, "preload": load} for i, opening, load in gaps]
 
 
 def _cylinder(data: Data) -> None:

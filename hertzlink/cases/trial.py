@@ -8,6 +8,7 @@ from typing import Any
 import joblib
 import numpy as np
 
+from coupling.participant import BlackBox
 from hertzlink.cases.case import of_run
 from hertzlink.cases.running import Task
 from structures.caution import collected
@@ -77,7 +78,9 @@ def _structures(task: Task) -> int:
     return prod(len(one.values) for one in task.axes if one.path[0] != "chain")
 
 
-def _structure(moving: MovingStructure) -> str:
+def _structure(moving: MovingStructure | BlackBox) -> str:
+    if moving.structure is None:
+        return "a structure of your own"
     origin = moving.structure.origin
     kind = str(origin.get("kind", "nothing"))
     if "reduction" in origin:
