@@ -5,7 +5,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.linalg import solve_triangular
-from scipy.optimize import nnls
 
 from structures.checks import each, finite, instance, short
 from structures.moving import MovingStructure
@@ -245,6 +244,8 @@ def _separating(compliance: Vector, rate: Vector) -> Vector:
     This is the condition of optimality of least ½ ΛᵀAΛ + ΛᵀR, solved as least ‖LᵀΛ + L⁻¹R‖ with A = LLᵀ, in units in
     which the diagonal of A is one.
     """
+    from scipy.optimize import nnls  # loaded by those whose gaps close
+
     units = np.sqrt(compliance.diagonal())
     scaled = rate / units
     scale = float(abs(scaled).max())
