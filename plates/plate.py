@@ -72,8 +72,8 @@ class Plate:
         Theory and finite elements: anything that meets the protocol `plates.elements.theory.Element`.
     highest_frequency : float
         The mesh resolves flexural waves up to it, Hz.
-    additions : sequence of PointMass, Stiffener, Weakened and Prestress
-        What is fixed to the plate, and forces in its plane.
+    additions : sequence of PointMass, Stiffener, Weakened, Delamination and Prestress
+        What is fixed to the plate, where it is weak, and forces in its plane.
     material : Material, Laminate or None
         What the section was made of; the faces of a Laminate may differ. None takes the section's `struck` material.
 
@@ -221,11 +221,14 @@ class Plate:
         contacts = contacts_at(x, y, face)
         _, assembled, matrices, touches = self.meshed(contacts)
         columns = [one.sign * assembled.contact(touch) for one, touch in zip(contacts, touches, strict=True)]
-        contact = np.column_stack(columns)
+        contact = np.column_stack([*columns, *assembled.gaps])
         if self.shape.fixed and len(contact) > MANY:
             caution(f"mesh: its {len(contact)} degrees of freedom take minutes and gigabytes to reduce")
-        flexibility = one_or_all([self.element.flexibility(touch.wall) for touch in touches])
-        surface = one_or_all([Surface(touch.wall.struck) for touch in touches])
+        gaps = len(assembled.gaps)  # their parts are thin, and lie flat on each other
+        flexibility = one_or_all([*(self.element.flexibility(touch.wall) for touch in touches), *[0.0] * gaps])
+        surface = one_or_all(
+            [*(Surface(touch.wall.struck) for touch in touches), *[Surface(self.section.struck)] * gaps]
+        )
         mass, stiffness = matrices.mass, matrices.stiffness
         fields = Field(partial(assembled.sampler, stiffness), len(contact))
         origin = self.data(contacts)
@@ -323,7 +326,7 @@ class Plate:
         """The contact on the mesh; a ValueError where the plate cannot be struck."""
         place = np.array([contact.x, contact.y])
         check_place(mesh, held, place, self.element.patch_radius)
-        return Touch(place, mirrors(mesh, held, place), self.wall(contact.face))
+        return Touch(place, mirrors(mesh, held, place), self.wall(contact.face), contact.face)
 
     def wall(self, face: str) -> Section:
         """The wall with the material that is struck on a face."""

@@ -462,6 +462,11 @@ def _plates() -> dict[str, Target]:
             {"plies": [ply, ply], "surface": STEEL},
             lambda one: strike(hl.infinite_plate(None, one)),
         ),
+        "laminates.Delamination": Target(
+            laminates.Delamination,
+            {"region": (0.02, 0.05, 0.02, 0.05), "depth": 0.5, "points": (1, 2)},
+            lambda one: with_addition(one),
+        ),
         "laminates.Prestress": Target(
             laminates.Prestress, {"xx": 1e3, "yy": -1e3, "xy": 10.0}, lambda one: with_addition(one)
         ),

@@ -69,6 +69,11 @@ def law(given: Any) -> hl.CoSimulation:
     return hl.CoSimulation(hl.Chain([BEAD] * 4, BEAD, 0.3, law=given), ROD)
 
 
+SPLIT = [
+    hl.laminates.Delamination((0.01, 0.03, 0.01, 0.03), 0.5),
+    hl.laminates.Delamination((0.04, 0.05, 0.01, 0.03), 0.2, (1, 2)),
+]
+
 BUILT: dict[str, Callable[[], hl.CoSimulation]] = {
     "two chains on a plate": lambda: hl.CoSimulation([CHAIN, CHAIN], at([0.02, 0.04], [0.02, 0.02])),
     "one of two points": lambda: hl.CoSimulation(CHAIN, hl.ContactPoint(at([0.02, 0.04], [0.02, 0.02]), 1)),
@@ -107,9 +112,19 @@ BUILT: dict[str, Callable[[], hl.CoSimulation]] = {
     "a crack, reduced": lambda: hl.CoSimulation(
         CHAIN, hl.stepping.Closing(hl.reduce(hl.rod(LAYERS, cracks=[0]), until=UNTIL), [2e-7]), hl.IQN_ILS()
     ),
+    "delaminations": lambda: hl.CoSimulation(
+        CHAIN,
+        hl.stepping.Closing(
+            hl.reduce(
+                hl.kirchhoff_plate(0.1, 0.08, 2e-3, hl.STEEL_440C, EDGES, additions=SPLIT).at(0.02, 0.02), until=UNTIL
+            ),
+            [2e-7] * 9 + [0.0] * 2,
+            [0.0] * 9 + [5.0] * 2,
+        ),
+    ),
     "a step of its own": lambda: hl.CoSimulation(CHAIN, ROD, dt=1.1e-8),
 }
-SLOW = {"viscous layer of a cylinder", "thick laminate", "laminate", "section"}
+SLOW = {"delaminations", "viscous layer of a cylinder", "thick laminate", "laminate", "section"}
 
 
 @pytest.mark.parametrize(

@@ -205,7 +205,13 @@ def _mesh_of(drawn: Drawn, structure: Mapping[str, Any], to_sketch: Any) -> None
 def _marks(drawn: Drawn, structure: Mapping[str, Any], point: int, to_sketch: Any) -> None:
     """Where chains touch, and what was added to the plate."""
     for one in structure.get("additions") or []:
-        if "mass" in one and "x" in one:
+        if "region" in one:
+            left, right, bottom, top = (1e3 * side for side in one["region"])
+            corners = ((left, bottom), (right, bottom), (right, top), (left, top), (left, bottom))
+            xs, ys = zip(*(to_sketch(*corner) for corner in corners), strict=True)
+            words = "delamination" if "depth" in one else "weakened region"
+            drawn.line(xs, ys, words, color=COLOURS[3], linewidth=1.2, linestyle="--")
+        elif "mass" in one and "x" in one:
             at = to_sketch(1e3 * one["x"], 1e3 * one["y"])
             drawn.line([at[0]], [at[1]], "point mass", color=INK, marker="s", markersize=5.0, linestyle="none")
         elif "start" in one and "end" in one:

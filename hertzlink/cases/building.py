@@ -175,7 +175,7 @@ def _structure(body: Body, run: RunPart, world: World, path: Path) -> Any:
     if body.stepper is None:
         return moving
     if moving is not structure:
-        raise Fault((*path, "stepper"), "is for structures without cracks; cracks close by the implicit midpoint")
+        raise Fault((*path, "stepper"), "is for structures without gaps; gaps close by the implicit midpoint")
     try:
         return MovingStructure(structure, made(body.stepper, world, (*path, "stepper")))
     except ValueError as error:

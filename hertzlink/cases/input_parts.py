@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from itertools import groupby
+from math import prod
 from typing import Any
 
 from structures.checks import short
@@ -135,8 +136,6 @@ def structure_data(given: Any) -> tuple[Data, bool | Data]:
     data: Data = {name: value for name, value in given.items() if value is not None}
     if "scaled_from" in data:
         raise refused("structure.scaled_from", "a scaled plate; build the plate with its own thickness and material")
-    if "opening" in data and "cracks" not in data:
-        raise refused("structure.opening", "gaps of a structure that is no rod with cracks")
     stepper = _stepper(data.pop("stepper", None))
     data["kind"] = KINDS[data["kind"]]
     reduction = _reduction(data.pop("reduction", None))
@@ -149,6 +148,8 @@ def structure_data(given: Any) -> tuple[Data, bool | Data]:
     if "material" in data or "thickness" in data:
         _wall(data)
     _OF_KIND.get(data["kind"], _plate)(data)
+    if "opening" in data:
+        raise refused("structure.opening", "gaps that are neither cracks of a rod nor delaminations of a plate")
     return data | stepper | ({"damping": damping} if damping else {}), reduction
 
 
@@ -241,12 +242,24 @@ def _plate(data: Data) -> None:
             raise refused("structure.mesh", "a mesh in memory")
         if "mesh" in data:
             data.pop("cells")
-    data["additions"] = [_addition(one) for one in data.get("additions", [])]
+    data["additions"] = [_addition(one, data) for one in data.get("additions", [])]
+    if data.get("opening") == []:
+        del data["opening"], data["preload"]
     if not data["additions"]:
         del data["additions"]
 
 
-def _addition(given: Mapping[str, Any]) -> Data:
+def _addition(given: Mapping[str, Any], plate: Data) -> Data:
+    if "depth" in given:
+        if "opening" not in plate:
+            raise refused("structure.additions", "a delamination that nothing closes")
+        count, gap = prod(given["points"]), {}
+        for name in ("opening", "preload"):
+            own, plate[name] = plate[name][:count], plate[name][count:]
+            if len(set(own)) != 1:
+                raise refused(f"structure.{name}", "a delamination whose points are not all alike")
+            gap[name] = own[0]
+        return {"kind": "delamination", **given, **gap}
     if "factor" in given:
         return {"kind": "weakened", **given}
     if "start" in given:

@@ -1,6 +1,7 @@
 """The plates of a case."""
 
 from collections.abc import Mapping
+from math import prod
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Discriminator, Field, Tag
@@ -24,7 +25,7 @@ from hertzlink.cases.parts import (
 from hertzlink.cases.paths import Path
 from hertzlink.cases.units import Unit
 from hertzlink.cases.walls import Wall, wall_of
-from plates.additions import PointMass, Stiffener, Weakened
+from plates.additions import Delamination, PointMass, Stiffener, Weakened
 from plates.builders import kirchhoff_panel, kirchhoff_plate, mindlin_panel, mindlin_plate
 from plates.half_plane import half_plane
 from plates.infinite import infinite_plate
@@ -32,6 +33,7 @@ from plates.plate import Plate
 from plates.prestress import Prestress
 from plates.shapes.outline import Outline, circle
 from plates.support import ElasticEdge, Supports
+from structures.closing import Closing
 from structures.structure import Structure
 
 Held = Literal["clamped", "simple", "soft simple", "free", "symmetry"]
@@ -127,6 +129,24 @@ class WeakenedPart(Part):
         return Weakened((left, right, bottom, top), self.factor)
 
 
+class DelaminationPart(Part):
+    """A rectangle in which the plate consists of two parts that separate and close."""
+
+    kind: Literal["delamination"]
+    region: Rectangle4 = Field(description="left, right, bottom and top of the region")
+    depth: Number = Field(description="thickness of the front part in units of the plate's")
+    points: Two | None = Field(None, description="columns and rows of points at which the gap closes")
+    opening: Length = 0.0
+    preload: Force = 0.0
+
+    def make(self, world: World) -> Delamination:
+        left, right, bottom, top = self.region
+        return Delamination((left, right, bottom, top), self.depth, **self.given("kind", "region", "depth", *GAP))
+
+
+GAP = ("opening", "preload")
+"""What closes a gap; the addition does not know it."""
+
 PerLength = Annotated[float, Unit("N/m", "a force per length", "20 kN/m")]
 
 
@@ -142,7 +162,9 @@ class PrestressPart(Part):
         return Prestress(self.xx, self.yy, self.xy)
 
 
-OneAddition = Annotated[MassPart | StiffenerPart | WeakenedPart | PrestressPart, Discriminator("kind")]
+OneAddition = Annotated[
+    MassPart | StiffenerPart | WeakenedPart | DelaminationPart | PrestressPart, Discriminator("kind")
+]
 
 
 class PlateBody(Body):
@@ -156,7 +178,13 @@ class PlateBody(Body):
     at: Places = Field(description='the point that is struck, such as ["60 mm", "457 mm"], or a list of points')
     face: Faces = "front"
 
-    named: ClassVar[Mapping[str, Path]] = {"x": ("at", 0), "y": ("at", 1), "x, y": ("at",)}
+    named: ClassVar[Mapping[str, Path]] = {
+        "x": ("at", 0),
+        "y": ("at", 1),
+        "x, y": ("at",),
+        "opening": ("additions",),
+        "preload": ("additions",),
+    }
 
     def plate(self, world: World) -> Plate:
         """The plate, not yet struck."""
@@ -168,6 +196,16 @@ class PlateBody(Body):
             x, y = zip(*self.at, strict=True)
             return plate.at(list(x), list(y), self.face)
         return plate.at(self.at[0], self.at[1], self.face)
+
+    def in_time(self, structure: Structure) -> Any:
+        split = [one for one in self.additions if isinstance(one, DelaminationPart)]
+        if not split:
+            return structure
+        counts = [prod(one.points or Delamination.points) for one in split]
+        opening, preload = (
+            [getattr(one, name) for one, n in zip(split, counts, strict=True) for _ in range(n)] for name in GAP
+        )
+        return Closing(structure, opening, preload)
 
     @property
     def contacts(self) -> int:

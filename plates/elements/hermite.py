@@ -6,10 +6,12 @@ K = D₁₁ P₂₂⊗P₀₀ + D₂₂ P₀₀⊗P₂₂ + D₁₂ (P₂₀⊗P
 Forces N in the plane add N_xx P₁₁⊗P₀₀ + N_yy P₀₀⊗P₁₁ + N_xy (P₁₀⊗P₀₁ + P₀₁⊗P₁₀).
 The contact vector is b_x⊗b_y. Stiffeners, point masses and weakened rectangles are tensor products too. Across a line
 the beam matrix is that of a point; over a rectangle the integrals extend over that part only, wherever it ends.
+Where a plate is delaminated, its back moves by w and its front by w − v. The opening v consists of the shape functions
+of the nodes inside the delamination, which vanish with their slopes around it.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from math import inf
 from typing import Any, ClassVar
@@ -18,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from plates.additions import Addition, PointMass, Stiffener, Weakened, extent
+from plates.additions import Addition, Delamination, PointMass, Region, Stiffener, extent
 from plates.elements.field import PlateSampler, product_sampler
 from plates.elements.theory import Assembled, Supported, Touch, check_free, thin_wavelength
 from plates.prestress import Prestress
@@ -40,6 +42,9 @@ GROWTH = 0.3
 
 GAUSS = np.polynomial.legendre.leggauss(4)
 """Four points integrate products of cubic functions exactly."""
+
+SAME = 1e-9
+"""Places nearer to each other than this part of a side are one."""
 
 ORDERS = [(i, j) for i in range(3) for j in range(3)]
 
@@ -90,7 +95,21 @@ class Hermite:
             raise ValueError("mesh: must consist of rows and columns of rectangles parallel to x and y")
         check_free(x.size * y.size)
         mass, stiffness = plate_matrices(x, y, section, additions)
-        return Assembled(mass, stiffness, partial(_contact, x, y), partial(_sampler, x, y, section))
+        back = sparse.csr_array(sparse.eye_array(x.size * y.size))
+        split = [one for one in additions if isinstance(one, Delamination)]
+        if not split:
+            return Assembled(
+                mass, stiffness, partial(_contact, x, y, back, back), partial(_sampler, x, y, section, back)
+            )
+        opening = _openings(x, y, split)
+        front = sparse.csr_array(sparse.hstack([back, -opening]))
+        back = sparse.csr_array(sparse.hstack([back, 0.0 * opening]))
+        front_mass, front_stiffness = _front_parts(x, y, section, split)
+        mass = back.T @ (mass - front_mass) @ back + front.T @ front_mass @ front
+        stiffness = back.T @ (stiffness - front_stiffness) @ back + front.T @ front_stiffness @ front
+        gaps = [(back - front).T @ np.outer(x.at(p), y.at(q)).ravel() for one in split for p, q in one.places]
+        read, draw = partial(_contact, x, y, front, back), partial(_sampler, x, y, section, front)
+        return Assembled(sparse.csr_array(mass), sparse.csr_array(stiffness), read, draw, gaps)
 
     def flexibility(self, wall: Section) -> float:
         """0 m/N: in Kirchhoff's theory the indentation is Hertz's."""
@@ -161,6 +180,17 @@ class Beam:
         values[2 * cell : 2 * cell + 4] = _hermite(left, right - left, np.asarray(position))[derivative]
         return values[self.kept]
 
+    def has_lines(self, *places: float) -> bool:
+        """Whether nodes lie at all places, m."""
+        near = SAME * (self.nodes[-1] - self.nodes[0])
+        return all(abs(self.nodes - place).min() <= near for place in places)
+
+    def inside(self, start: float, end: float) -> Whole:
+        """The degrees of freedom of nodes between two places, m."""
+        near = SAME * (self.nodes[-1] - self.nodes[0])
+        places = self.nodes[self.kept // 2]
+        return np.flatnonzero((places > start + near) & (places < end - near))
+
     def reading(self) -> tuple[Vector, list[sparse.csr_array]]:
         """Nodes and midpoints of cells, m, mirror images included, and the matrices that read deflection, slope and
         curvature there, points × size each."""
@@ -211,14 +241,45 @@ def _end(mesh: PlateMesh, supports: Supported, axis: int, place: float) -> Tag |
     return None
 
 
-def _contact(x: Beam, y: Beam, touch: Touch) -> Vector:
-    return np.outer(x.at(touch.place[0]), y.at(touch.place[1])).ravel()
+def _contact(x: Beam, y: Beam, front: sparse.csr_array, back: sparse.csr_array, touch: Touch) -> Vector:
+    """front, back: the motion of either face from all degrees of freedom."""
+    values = np.outer(x.at(touch.place[0]), y.at(touch.place[1])).ravel()
+    return np.asarray((front if touch.face == "front" else back).T @ values)
 
 
-def _sampler(x: Beam, y: Beam, section: Section, stiffness: sparse.csr_array) -> PlateSampler:
-    """The fields of the whole plate."""
+def _sampler(x: Beam, y: Beam, section: Section, front: sparse.csr_array, stiffness: sparse.csr_array) -> PlateSampler:
+    """The fields of the whole plate, on its front."""
     (xs, along), (ys, across) = x.reading(), y.reading()
-    return product_sampler(xs, ys, along, across, section, stiffness)
+    drawn = product_sampler(xs, ys, along, across, section, stiffness)
+    return replace(drawn, deflection=drawn.deflection @ front, curvature=drawn.curvature @ front)
+
+
+def _openings(x: Beam, y: Beam, split: Sequence[Delamination]) -> sparse.csr_array:
+    """Which of the plate's degrees of freedom each opening motion of a delamination is, as columns of ones."""
+    inside = []
+    for one in split:
+        left, right, bottom, top = one.region
+        if not (x.has_lines(left, right) and y.has_lines(bottom, top)):
+            raise ValueError(f"additions: {one!r} must end at lines of cells; leave out cells, so that the mesh fits")
+        columns, rows = x.inside(left, right), y.inside(bottom, top)
+        inside.append((columns[:, None] * y.size + rows).ravel())
+    chosen = np.concatenate(inside)
+    ones = (np.ones(chosen.size), (chosen, np.arange(chosen.size)))
+    return sparse.csr_array(ones, shape=(x.size * y.size, chosen.size))
+
+
+def _front_parts(
+    x: Beam, y: Beam, section: Section, split: Sequence[Delamination]
+) -> tuple[sparse.csr_array, sparse.csr_array]:
+    """M and K of the front parts of all delaminations alone."""
+    inertia: list[Term] = []
+    elastic: list[Term] = []
+    for one in split:
+        along, across = x.integrals(*one.region[:2]), y.integrals(*one.region[2:])
+        inertia.append((one.depth * section.mass, along[0, 0], across[0, 0]))
+        elastic += _bending(one.depth**3 * section.bending, along, across)
+    mass, stiffness = _assembled(x, y, inertia, elastic)
+    return mass, stiffness
 
 
 def plate_matrices(
@@ -236,7 +297,7 @@ def plate_matrices(
             more_inertia, more_elastic = _stiffener(one, x, y)
             inertia.append(more_inertia)
             elastic += more_elastic
-        elif isinstance(one, Weakened):
+        elif isinstance(one, Region):
             left, right, bottom, top = one.region
             lost = (one.factor - 1.0) * section.bending
             elastic += _bending(lost, x.integrals(left, right), y.integrals(bottom, top))
