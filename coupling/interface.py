@@ -300,6 +300,7 @@ class Interface:
         if point is None and count > 1:
             raise ValueError(
                 f"{where}: has {count} contact points; say which one the chain faces by ContactPoint(structure, number)"
+                "; gaps close by stepping.Closing(structure, opening)"
             )
         place = next((i for i, one in enumerate(self._given) if one is whole_one), len(self._given))
         if place == len(self._given):

@@ -280,3 +280,30 @@ def test_bad_input(change: dict[str, Any], message: str) -> None:
 def test_bad_cracks(cracks: Any, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         hl.rod([HALF, HALF], cracks=cracks)
+
+
+def cracked(micrometres: float) -> hl.CoSimulation:
+    return hl.CoSimulation(
+        hl.Chain([BEAD] * 6, BEAD, 0.2),
+        Closing(hl.reduce(hl.rod([NEAR, FAR], cracks=[0]), until=6e-4), [1e-6 * micrometres]),
+    )
+
+
+@pytest.mark.thorough
+def test_an_opening_is_identified() -> None:
+    run = cracked(0.3).run(until=6e-4, save_every=1e-6)
+    force = hl.sensor_force(run, 3).values
+    noise = 0.01 * force.max() * np.random.default_rng(1).normal(size=force.size)
+    signal = hl.as_signal(run.time.values, {3: force + noise})
+    found = hl.identify(signal, cracked, until=5e-4, starts=1, micrometres=(0.1, 0.8))["micrometres"]
+    assert found.interval[0] < 0.3 < found.interval[1]
+    assert found.error < 0.05
+
+
+def test_a_gap_that_no_tap_closes_leaves_no_trace_of_its_width() -> None:
+    narrow, wide = (
+        hl.information(cracked, 0.01, sensors=[3], until=5e-4, micrometres=one).bounds["micrometres"]
+        for one in (0.3, 500.0)
+    )
+    assert narrow < 0.05
+    assert wide > 1e3

@@ -5,16 +5,18 @@ from math import log
 from typing import Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 from scipy.interpolate import CubicSpline
 from scipy.signal import lfilter
 
 from coupling.cosimulation import CoSimulation
+from coupling.loops import is_compiled
 from coupling.results.ar_and_tof import reflections
 from coupling.results.findings import kind
 from coupling.results.signals import as_signal
 from coupling.sweeps.batch import batch
 from coupling.sweeps.sweep import check_build
-from structures.caution import collected
+from structures.caution import caution, collected
 from structures.checks import finite, instance, short
 from structures.structure import Vector
 
@@ -108,6 +110,8 @@ class Prediction:
         self.interval = self.contact_time / SAVED_PER_CONTACT
         check_samples("until", until, until / self.interval)
         self.time = self.interval * np.arange(int(until / self.interval * (1.0 + 1e-9)) + 1)
+        plan = self.first.plan(until, self.interval)
+        self._compiled = is_compiled(self.first.interface, self.first.scheme, plan)
 
     @property
     def warnings(self) -> list[str]:
@@ -129,16 +133,33 @@ class Prediction:
         rows = [self.values(place) for place in places]
         self.runs += len(rows)
         with collected() as messages:
-            # A function without unknowns is of no use, so there is at least one.
-            columns: dict[str, Any] = {one.name: [row[one.name] for row in rows] for one in self.ranges}
-            runs = batch(self._made, self.until, save_every=self.interval, sensors=self.sensors, threads=1, **columns)
-        self.failed += int((runs.error != "").sum())
+            found = self._together(rows) if self._compiled else np.stack([self._alone(row) for row in rows])
+        self.failed += int(np.isnan(found).all(axis=(1, 2)).sum())
         for message in messages:
             if not message.startswith("batch: "):
                 self._said.setdefault(kind(message), message.split(" (at run ")[0])
-        dynamic = (runs.contact_force - runs.static_force).transpose("run", "contact", "time")
+        return found
+
+    def _together(self, rows: list[dict[str, float]]) -> Vector:
+        """The traces of many runs in the compiled loop."""
+        # A function without unknowns is of no use, so there is at least one.
+        columns: dict[str, Any] = {one.name: [row[one.name] for row in rows] for one in self.ranges}
+        runs = batch(self._made, self.until, save_every=self.interval, sensors=self.sensors, threads=1, **columns)
+        return self._forces(runs)
+
+    def _alone(self, row: dict[str, float]) -> Vector:
+        """The traces of a run that only its own scheme can do, such as one with gaps or with a user's structure."""
+        try:
+            return self._forces(self._made(**row).run(self.until, save_every=self.interval))
+        except (ArithmeticError, RuntimeError, ValueError) as error:
+            caution(f"run: failed for {row}: {error}")
+            return np.full((len(self.sensors), self.time.size), np.nan)
+
+    def _forces(self, runs: xr.Dataset) -> Vector:
+        """The dynamic forces at the sensors, … × sensors × times, N."""
+        dynamic = (runs.contact_force - runs.static_force).transpose(..., "contact", "time")
         forces = [0.5 * (dynamic.sel(contact=n) + dynamic.sel(contact=n + 1)).values for n in self.sensors]
-        return np.stack(forces, axis=1)
+        return np.stack(forces, axis=-2)
 
     def slopes(self, places: Vector, here: Vector, steps: Vector, rough: bool = False) -> Vector:
         """Changes of the traces with the place of each unknown: unknowns × sensors × times. here: the traces.

@@ -106,12 +106,16 @@ def _layers(drawn: Drawn | None, given: Mapping[str, Any], x: float, y: float, w
     if drawn is None:
         return 1.2 * radius
     names = list(dict.fromkeys(_material(layer) for layer in layers))
+    ends: list[float] = []
     for layer in layers:
         long, half, name = 1e3 * float(layer["length"]), 1e3 * float(layer["radius"]), _material(layer)
         colour = LAYER_COLOURS[names.index(name) % len(LAYER_COLOURS)]
         words = f"{name}, {long:.4g} mm long, radius {half:.4g} mm"
         _block(drawn, x, y - half, way * long, 2.0 * half, words, facecolor=colour, edgecolor=INK)
         x += way * long
+        ends.append(x)
+    for i in given.get("cracks") or []:
+        drawn.line([ends[i]] * 2, [y - 1.1 * radius, y + 1.1 * radius], "crack", color=COLOURS[1], linewidth=2.0)
     base = given.get("base")
     half, name = 1.2 * radius, "elastic" if isinstance(base, Mapping) else str(base)
     if name not in ("free", "contact", "None"):

@@ -8,6 +8,15 @@ from typing import Any
 
 RUN = {
     "body_from_mesh": "",
+    "closing_crack": """import matplotlib.pyplot as plt
+
+figure, axes = plt.subplots(figsize=(5.0, 3.2), layout="constrained")
+for (name, found), marker in zip(ratios.items(), "os^", strict=True):
+    axes.semilogx(speeds, found, marker=marker, label=name)
+axes.set(xlabel="impact speed (m/s)", ylabel="AR")
+axes.set_xticks(speeds, [str(speed) for speed in speeds])
+axes.minorticks_off()
+axes.legend(frameon=False)""",
     "edge_from_a_tap": "",
     "hidden_delamination": "hl.plots.traces(run, sensors=10)",
     "layered_rod": "hl.plots.contact_map(hl.CoSimulation(chain, hl.rod(layers)).run(until=1.5e-3))",

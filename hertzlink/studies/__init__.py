@@ -31,6 +31,7 @@ STUDIES = {
     "identifiability": "identifiability",
     "yield": "yielding",
     "prestress": "prestress",
+    "cracks": "cracks",
 }
 
 ABOUT = {
@@ -58,6 +59,7 @@ ABOUT = {
     "identifiability": "What a trace determines of a plate's edge or a rod's bond, and what it is blind to.",
     "yield": "Which impacts of the thesis make beads yield, and what that changes (thesis, chapter 7).",
     "prestress": "What stress in a plate, a strip and a rail changes, and how well one trace gives the temperature.",
+    "cracks": "At which amplitude a tap sees a crack or a delamination open, and where linear models hold.",
 }
 """What each study shows, in a line."""
 
@@ -80,6 +82,7 @@ RUNS = {
     "identifiability": (24, 182),
     "yield": (13, 13),
     "prestress": (3, 3),
+    "cracks": (2, 2),
 }
 """About how many runs a quick study and a whole one take, so that the remaining time can be estimated; not for a
 user's own parameters.

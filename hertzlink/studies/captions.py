@@ -162,5 +162,11 @@ CAPTIONS = {
             "and a rail. The scales are linear around zero and logarithmic beyond."
         ),
     },
+    "cracks": {
+        "amplitude": (
+            "Amplitude ratio over the impact speed for gaps of several widths. Dashed and dotted: what linear models "
+            "give for a gap that is always closed and for one that never closes."
+        ),
+    },
 }
 """A figure that is missing here is named by its file. A name such as "distance" also stands for "distance_1.4_ms"."""

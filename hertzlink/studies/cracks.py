@@ -1,0 +1,196 @@
+"""Cracks and delaminations that close: at which amplitude a tap sees them open, and where linear models hold."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+from scipy.optimize import brentq
+
+from coupling.cosimulation import CoSimulation
+from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
+from coupling.sweeps.progress import watched
+from hertzlink.studies.table import Row
+from particles.bead import Sphere
+from particles.chain import Chain
+from plates.additions import Addition, Delamination, Weakened
+from plates.builders import kirchhoff_plate
+from plates.support import Supports
+from structures.caution import collected
+from structures.closing import Closing
+from structures.material import ALUMINIUM_6061, STEEL_440C
+from structures.reduction import reduce
+from structures.rod import Layer, rod
+from structures.structure import Structure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+BEADS, SENSOR = 20, 12
+SPEEDS = (0.05, 0.1, 0.2, 0.4, 0.8)
+"""m/s."""
+
+OPENINGS = (3e-8, 1e-7, 3e-7, 1e-6, 3e-6)
+"""m."""
+
+WIDE = 1e-3
+"""m, an opening that no tap closes."""
+
+ERROR = 0.02
+"""Relative error to which the opening is found that lies half-way."""
+
+
+@dataclass(frozen=True)
+class Body:
+    """A body with a gap. gaps: points at which it closes. until: s. linear: the body with the gap held closed."""
+
+    name: str
+    flaw: str
+    bonded: str
+    diameter: float
+    until: float
+    gaps: int
+    cut: Callable[[], Structure]
+    linear: Callable[[], Structure]
+
+
+NEAR, FAR = Layer(ALUMINIUM_6061, 0.05, 6e-3), Layer(ALUMINIUM_6061, 0.15, 6e-3)
+REGION, DEPTH = (0.04, 0.06, 0.04, 0.06), 0.5
+"""m; in units of the thickness. At this depth both parts move alike where they touch, so that `Weakened` is exact."""
+
+
+def _rod(cracks: tuple[int, ...]) -> Structure:
+    return rod([NEAR, FAR], cracks=cracks)
+
+
+def _plate(flaw: Addition) -> Structure:
+    held = Supports("clamped", "clamped", "clamped", "clamped")
+    return kirchhoff_plate(0.1, 0.1, 2e-3, ALUMINIUM_6061, held, additions=[flaw]).at(0.05, 0.05)
+
+
+BODIES = (
+    Body("rod", "crack", "bonded", 9.52e-3, 1.2e-3, 1, partial(_rod, (0,)), partial(_rod, ())),
+    Body(
+        "plate",
+        "delamination",
+        "Weakened",
+        4.76e-3,
+        8e-4,
+        9,
+        partial(_plate, Delamination(REGION, DEPTH)),
+        partial(_plate, Weakened(REGION, DEPTH**3 + (1.0 - DEPTH) ** 3)),
+    ),
+)
+
+
+def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
+    """AR and TOF over impact speed and opening, and the opening whose AR lies half-way between the linear limits.
+
+    quick: three speeds, three openings, and none half-way. jobs: always one process.
+    """
+    with collected():  # that aluminium yields under steel beads is the study of yield's
+        step = 2 if quick else 1
+        found = [_measured(one, SPEEDS[::step], OPENINGS[::step], quick) for one in watched(BODIES)]
+    return xr.concat(found, "body").assign_coords(body=[one.name for one in BODIES])
+
+
+def _measured(body: Body, speeds: tuple[float, ...], openings: tuple[float, ...], quick: bool) -> xr.Dataset:
+    cut, whole = reduce(body.cut(), body.until), reduce(body.linear(), body.until)
+    bead = Sphere(0.5 * body.diameter, STEEL_440C)
+
+    def measures(facing: Structure | Closing, speed: float) -> tuple[float, float]:
+        tap = CoSimulation(Chain([bead] * BEADS, bead, speed), facing).run(body.until)
+        return float(amplitude_ratio(tap, SENSOR)), float(time_of_flight(tap, SENSOR))
+
+    def split(opening: float) -> Closing:
+        return Closing(cut, [opening] * body.gaps)
+
+    limits = np.array([[measures(one, speed) for speed in speeds] for one in (split(WIDE), whole)])
+    gaps = np.array([[measures(split(opening), speed) for speed in speeds] for opening in (0.0, *openings)])
+    half = np.full(len(speeds), np.nan)
+    for i, speed in enumerate([] if quick else speeds):
+        middle = limits[:, i, 0].mean()
+
+        def beyond(exponent: float, speed: float = speed, middle: float = middle) -> float:
+            return measures(split(10.0**exponent), speed)[0] - middle
+
+        half[i] = 10.0 ** brentq(beyond, -8.3, -5.0, xtol=np.log10(1.0 + ERROR))
+    across = ("limit", "impact_speed")
+    over = ("opening", "impact_speed")
+    return xr.Dataset(
+        {
+            "limit_amplitude_ratio": (across, limits[:, :, 0], {"units": "1"}),
+            "limit_time_of_flight": (across, limits[:, :, 1], {"units": "s"}),
+            "amplitude_ratio": (over, gaps[:, :, 0], {"units": "1"}),
+            "time_of_flight": (over, gaps[:, :, 1], {"units": "s"}),
+            "half_way": ("impact_speed", half, {"units": "m", "long_name": "opening whose AR lies half-way"}),
+        },
+        {
+            "limit": ["open", "closed"],
+            "impact_speed": ("impact_speed", list(speeds), {"units": "m/s"}),
+            "opening": ("opening", [0.0, *openings], {"units": "m"}),
+        },
+    )
+
+
+def table(data: xr.Dataset) -> list[Row]:
+    """The thesis names no crack."""
+    rows = []
+    slow, fast = float(data.impact_speed[0]), float(data.impact_speed[-1])
+    for one in BODIES:
+        found = data.sel(body=one.name)
+        limit, ratio = found.limit_amplitude_ratio, found.amplitude_ratio
+        open_, closed = limit.sel(limit="open").values, limit.sel(limit="closed").values
+        speeds = f"from {slow:g} to {fast:g} m/s"
+        rows += [
+            Row(f"AR, {one.name}, open {one.flaw}", "", f"{open_[0]:.3f} to {open_[-1]:.3f}", "", speeds),
+            Row(f"AR, {one.name}, {one.bonded}", "", f"{closed[0]:.3f} to {closed[-1]:.3f}", "", f"{speeds}; linear"),
+        ]
+        apart = float(abs(ratio.sel(opening=0.0) - limit.sel(limit="closed")).max())
+        rows.append(
+            Row(f"AR, {one.name}, closed {one.flaw}, less {one.bonded}", "", f"{apart:.0e}", "",
+                "the largest difference; no preload: the first wave only presses"),
+        )  # fmt: skip
+        late = 1e6 * (found.time_of_flight - found.limit_time_of_flight.sel(limit="closed"))
+        for opening in data.opening.values[1:]:
+            own, delay = ratio.sel(opening=opening).values, late.sel(opening=opening).values
+            part = 100.0 * (own - open_) / (closed - open_)
+            latest = int(abs(delay).argmax())
+            rows.append(
+                Row(f"AR, {one.name}, {one.flaw} of {1e6 * opening:g} µm", "", f"{own[0]:.3f} to {own[-1]:.3f}", "",
+                    f"{round(part[0]) + 0} to {round(part[-1]) + 0} % of the way from open to {one.bonded}, {speeds}; "
+                    f"TOF up to {delay[latest]:.1f} µs later, at {data.impact_speed.values[latest]:g} m/s"),
+            )  # fmt: skip
+        half = 1e6 * found.half_way.values
+        if np.isfinite(half).all():
+            slope = np.polyfit(np.log(data.impact_speed.values), np.log(half), 1)[0]
+            rows.append(
+                Row(f"opening half-way, {one.name}", "", f"{half[0]:.2f} to {half[-1]:.2f}", "µm",
+                    f"{speeds}, found to {100 * ERROR:.0f} %; it grows as the speed to the power of {slope:.2f}"),
+            )  # fmt: skip
+    return rows
+
+
+def figures(data: xr.Dataset) -> dict[str, "Figure"]:
+    """AR over the impact speed, one line for each opening, between the lines of the linear limits."""
+    from coupling.views import plots
+
+    figure, axes = plots.panels(2, width=3.7, height=3.6, sharey=False)
+    for axis, one in zip(axes, BODIES, strict=True):
+        found = data.sel(body=one.name)
+        speeds = found.impact_speed.values
+        for name, style, words in (("closed", "--", "linear, closed"), ("open", ":", "linear, open")):
+            axis.plot(speeds, found.limit_amplitude_ratio.sel(limit=name), style, color="0.3", lw=1.4, label=words)
+        for i, opening in enumerate(data.opening.values[1:]):
+            axis.plot(
+                speeds, found.amplitude_ratio.sel(opening=opening), "os^Dv"[i], ls="-", ms=4.0, lw=1.1,
+                color=plots.COLOURS[i], label=f"{1e6 * opening:g} µm",
+            )  # fmt: skip
+        axis.set_xscale("log")
+        axis.set_xticks(SPEEDS, [f"{speed:g}" for speed in SPEEDS])
+        axis.minorticks_off()
+        axis.set(xlabel="impact speed (m/s)", ylabel="AR", title=f"{one.name} with a {one.flaw}")
+    axes[1].legend(frameon=False, fontsize="small", loc="center left", bbox_to_anchor=(1.0, 0.5))
+    return {"amplitude": figure}
