@@ -19,6 +19,10 @@ LARGEST_PRELOAD = 1e9
 """N. More than the strength of any rod in use."""
 
 
+PARTS = 16
+"""Parts of a window in which a gap closes, so that the time at which it does is known to one of them."""
+
+
 class ClosingState(NamedTuple):
     """The state of a structure whose gaps close.
 
@@ -27,7 +31,7 @@ class ClosingState(NamedTuple):
     body : StructureState
         Displacements and velocities of the degrees of freedom.
     pressed : ndarray
-        The mean force across each gap over the last window, N: zero where the gap was open.
+        The mean force across each gap over the last window, N: zero where the gap is open at its end.
     lost : float
         The energy that damping and the closing of gaps have dissipated so far, J.
 
@@ -73,7 +77,8 @@ class Closing:
     The structure moves by the implicit midpoint rule. A gap may press in a window if it pressed in the last one, or if
     its faces approach and would meet before the middle of the window. There the velocity at the end of the window
     obeys ġ ≥ 0, Λ ≥ 0, ġ Λ = 0. The forces of several gaps follow from a non-negative least-squares problem. No
-    stiffness has to be chosen. The faces overlap by at most half a window's approach.
+    stiffness has to be chosen. A window in which a gap closes is divided into 16 parts, so that faces overlap by at
+    most the approach in half of such a part.
 
     Faces that meet lose the relative velocity of the masses that the mesh gives them, as in a plastic impact. The loss
     is never negative, and it vanishes as the mesh and the window are refined together. `ClosingState.lost` is its sum.
@@ -160,8 +165,21 @@ class Closing:
         displacement : float or ndarray
             Displacement of each chain's contact, m.
         """
-        before = state.body
         forces = np.concatenate([np.atleast_1d(np.asarray(force, dtype=float)), -self.preload])
+        after = self._stepped(state, forces, window)
+        if self._switched(state, after):
+            after, pressed = state, np.zeros(len(self.opening))
+            for _ in range(PARTS):
+                after = self._stepped(after, forces, window / PARTS)
+                pressed += after.pressed / PARTS
+            # What opened again is open: its faces move apart.
+            after = after._replace(pressed=np.where(after.pressed > 0.0, pressed, 0.0))
+        places = self._moving.read(after.body)[: self._count]
+        return after, float(places[0]) if self._count == 1 else places
+
+    def _stepped(self, state: ClosingState, forces: Vector, window: float) -> ClosingState:
+        """One step of the implicit midpoint rule, in which each gap is open or presses."""
+        before = state.body
         end = self._moving.pushed(self._moving.free(before, window), forces, window)
         rate = self._gaps.T @ before.velocity
         middle = self.opening + self._gaps.T @ before.displacement + 0.5 * window * rate
@@ -173,12 +191,17 @@ class Closing:
             end = self._moving.pushed(end, np.concatenate([np.zeros(self._count), pressed]), window)
         way = self._gaps.T @ (end.displacement - before.displacement)
         lost = self._moving.dissipated(before, end, window) - float(pressed @ way)
-        places = self._moving.read(end)[: self._count]
-        after = ClosingState(end, pressed, state.lost + lost)
-        return after, float(places[0]) if self._count == 1 else places
+        return ClosingState(end, pressed, state.lost + lost)
+
+    def _switched(self, before: ClosingState, after: ClosingState) -> bool:
+        """Whether a gap closed on the way, or should have closed."""
+        presses = after.pressed > 0.0
+        overlaps = (self.widths(after) < 0.0) & (self._gaps.T @ after.body.velocity < 0.0)
+        closes = presses & (before.pressed == 0.0)
+        return bool((closes | (overlaps & ~presses)).any())
 
     def widths(self, state: ClosingState) -> Vector:
-        """The width of each gap, m. A gap that closed may overlap by half a window's approach.
+        """The width of each gap, m. A gap that closed may overlap by 1/32 of a window's approach.
 
         Parameters
         ----------
