@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import hertzlink as hl
+from hertzlink.conformance import checks
 from hertzlink.stepping import Closing, ClosingState
 
 STEEL = hl.STEEL_440C
@@ -328,3 +329,10 @@ def test_a_gap_that_no_tap_closes_leaves_no_trace_of_its_width() -> None:
     )
     assert narrow < 0.05
     assert wide > 1e3
+
+
+@pytest.mark.parametrize(("opening", "preload"), [(0.0, 5.0), (1e-7, 0.0)])
+def test_a_closing_structure_keeps_what_a_participant_owes(opening: float, preload: float) -> None:
+    """Repeatable, independent, deterministic, picklable, finite, at rest, passive, and of second order in between."""
+    body = hl.reduce(hl.rod([NEAR, FAR], cracks=[0]), until=1e-3)
+    checks.check_structure(lambda: Closing(body, [opening], [preload]))
