@@ -19,6 +19,8 @@ LARGEST_PRELOAD = 1e9
 """N. More than the strength of any rod in use."""
 
 
+NO_PRELOAD = "must be 0 where the gap is open, opening > 0"
+
 PARTS = 16
 """Parts of a window in which a gap closes, so that the time at which it does is known to one of them."""
 
@@ -113,7 +115,7 @@ class Closing:
             raise ValueError(f"preload: has {len(forces)} numbers, must have {len(widths)}, one for each opening")
         if ((widths > 0.0) & (forces > 0.0)).any():
             gap = int(np.flatnonzero((widths > 0.0) & (forces > 0.0))[0])
-            raise ValueError(f"preload[{gap}] = {forces[gap]:g}: must be 0 where the gap is open, opening > 0")
+            raise ValueError(f"preload[{gap}] = {forces[gap]:g}: {NO_PRELOAD}")
         if len(widths) >= structure.contacts:
             raise ValueError(
                 f"opening: has {len(widths)} numbers, must have fewer than the structure's {structure.contacts} "
@@ -286,6 +288,18 @@ def _each(name: str, given: Any, unit: str, largest: float) -> Vector:
     if numbers.ndim != 1 or not numbers.size:
         raise ValueError(f"{name} = {short(given)}: must be a list with one number of {unit} for each gap")
     for i, number in enumerate(numbers):
-        if not 0.0 <= number <= largest:
-            raise ValueError(f"{name}[{i}] = {number:g}: must lie between 0 and {largest:g} {unit}")
+        _check(f"{name}[{i}]", number, unit, largest)
     return numbers
+
+
+def check_gap(opening: float, preload: float) -> None:
+    """A ValueError where these are no width (m) and no force (N) of one gap."""
+    _check("opening", opening, "m", LARGEST_OPENING)
+    _check("preload", preload, "N", LARGEST_PRELOAD)
+    if opening > 0.0 and preload > 0.0:
+        raise ValueError(f"preload = {preload:g}: {NO_PRELOAD}")
+
+
+def _check(name: str, number: float, unit: str, largest: float) -> None:
+    if not 0.0 <= number <= largest:
+        raise ValueError(f"{name} = {number:g}: must lie between 0 and {largest:g} {unit}")

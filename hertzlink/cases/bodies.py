@@ -1,6 +1,5 @@
 """The structures of a case that are no plates, and how structures are damped."""
 
-from collections.abc import Mapping
 from functools import partial
 from pathlib import Path as File
 from typing import Annotated, Any, ClassVar, Literal
@@ -21,10 +20,9 @@ from hertzlink.cases.parts import (
     made,
     material_of,
 )
-from hertzlink.cases.paths import Path
 from hertzlink.cases.units import Unit
 from plates.beam import beam
-from structures.closing import Closing
+from structures.closing import Closing, check_gap
 from structures.cylinder import layered_cylinder
 from structures.damping import loss_factor, modal, part_of_layer, rayleigh, standard_linear_solid
 from structures.elasticity import Foundation
@@ -232,6 +230,10 @@ class Crack(Part):
     opening: Length = 0.0
     preload: Force = 0.0
 
+    def make(self, world: World) -> int:
+        check_gap(self.opening, self.preload)
+        return self.after
+
 
 class Rod(Body):
     """A rod of layers, in the theory of longitudinal waves."""
@@ -242,10 +244,9 @@ class Rod(Body):
     elements: Annotated[int, Field(ge=1)] | None = None
     cracks: list[Crack] = Field(default_factory=list)
 
-    named: ClassVar[Mapping[str, Path]] = {"opening": ("cracks",), "preload": ("cracks",)}
-
     def make(self, world: World) -> Structure:
-        return rod(layers_of(self.layers, world), self.base, self.elements, [one.after for one in self.cracks])
+        cracks = [made(one, world, ("cracks", i)) for i, one in enumerate(self.cracks)]
+        return rod(layers_of(self.layers, world), self.base, self.elements, cracks)
 
     def in_time(self, structure: Structure) -> Any:
         cracks = sorted(self.cracks, key=lambda one: one.after)

@@ -33,7 +33,7 @@ from plates.plate import Plate
 from plates.prestress import Prestress
 from plates.shapes.outline import Outline, circle
 from plates.support import ElasticEdge, Supports
-from structures.closing import Closing
+from structures.closing import Closing, check_gap
 from structures.structure import Structure
 
 Held = Literal["clamped", "simple", "soft simple", "free", "symmetry"]
@@ -140,6 +140,7 @@ class DelaminationPart(Part):
     preload: Force = 0.0
 
     def make(self, world: World) -> Delamination:
+        check_gap(self.opening, self.preload)
         left, right, bottom, top = self.region
         return Delamination((left, right, bottom, top), self.depth, **self.given("kind", "region", "depth", *GAP))
 
@@ -182,8 +183,6 @@ class PlateBody(Body):
         "x": ("at", 0),
         "y": ("at", 1),
         "x, y": ("at",),
-        "opening": ("additions",),
-        "preload": ("additions",),
     }
 
     def plate(self, world: World) -> Plate:
