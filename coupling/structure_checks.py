@@ -66,14 +66,16 @@ def push_length(force: Vector, interval: float) -> float:
 
 
 def _of_deflection(origin: Any, moved: float) -> Iterator[Doubt]:
-    """Of a plate that something holds; one that is free may fly off."""
+    """Of a plate or a shell that something holds; one that is free may fly off."""
     thickness = _number(origin, "thickness") or _number(_part(origin, "section"), "thickness")
-    supports = _part(origin, "supports") or {"": "held"}
+    shell = origin.get("kind") == "spherical shell"
+    supports = _part(origin, "supports") or {"": "free" if shell and origin.get("base") != "fixed" else "held"}
     held = [one for one in supports.values() if one not in ("free", "symmetry")]
     if thickness and held and moved > LARGE_DEFLECTION * thickness:
+        what, then = ("shell", "softens it") if shell else ("plate", "stiffens it")
         words = (
-            f"the plate moves by {moved:.2g} m at the contact, more than half its thickness of {thickness:.2g} m; "
-            "linear theory neglects the stretching that then stiffens it"
+            f"the {what} moves by {moved:.2g} m at the contact, more than half its thickness of {thickness:.2g} m; "
+            f"linear theory neglects the stretching that then {then}"
         )
         yield Doubt("deflection", moved / thickness, words)
 

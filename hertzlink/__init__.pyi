@@ -44,6 +44,7 @@ from hertzlink import layers as layers
 from hertzlink import plots as plots
 from hertzlink import ports as ports
 from hertzlink import results as results
+from hertzlink import shells as shells
 from hertzlink import solitary as solitary
 from hertzlink import stepping as stepping
 from hertzlink import testing as testing

@@ -13,6 +13,10 @@ from structures.structure import Vector
 
 Place = tuple[float, float]
 
+BESIDE = 0.1
+"""A chain beside all points of a delamination by more than this part of their distance presses the parts into each
+other: a film of a tenth of the plate's thickness is twice as soft there as on a point."""
+
 ROUNDING = 1e-6
 """An addition may lie outside of the plate by this part of the plate's size."""
 
@@ -278,6 +282,25 @@ def check_additions(additions: object, box: tuple[float, float, float, float]) -
         if any(isinstance(other, Prestress) for other in additions):
             raise ValueError(f"{name}: must not be in a plate with a Prestress, which either part may carry")
     return tuple(additions)
+
+
+def passed_through(additions: Sequence[Addition], places: Sequence[Place]) -> list[str]:
+    """Of each place, m, inside a delamination but beside its points: words that say so."""
+    found = []
+    for i, one in enumerate(additions):
+        if not isinstance(one, Delamination):
+            continue
+        left, right, bottom, top = one.region
+        near = BESIDE * np.array([(right - left) / (one.points[0] + 1), (top - bottom) / (one.points[1] + 1)])
+        for x, y in places:
+            inside = left < x < right and bottom < y < top
+            if inside and not (abs(np.array(one.places) - (x, y)) <= near).all(axis=1).any():
+                found.append(
+                    f"additions[{i}]: no point of this delamination lies at ({x:.4g}, {y:.4g}) m, where a chain "
+                    "strikes, so its parts pass through each other there; choose points of which one lies there, such "
+                    "as odd numbers for the middle"
+                )
+    return found
 
 
 def weakest(additions: Sequence[Addition]) -> float:

@@ -7,8 +7,9 @@ import numpy as np
 from scipy import sparse
 
 from plates.elements.hermite import Beam, Hermite
-from plates.prestress import GROUND, buckling_factor
+from plates.prestress import GROUND
 from plates.shapes.grading import graded
+from structures.buckling import buckling_factor
 from structures.checks import finite, instance, not_negative, one_of, positive
 from structures.elasticity import HIGHEST_FREQUENCY
 from structures.material import Material
@@ -75,7 +76,6 @@ def beam(
 
     Examples
     --------
-    >>> import hertzlink as hl
     >>> import hertzlink as hl
     >>> breadth, height, steel = 0.02, 0.01, hl.STEEL_316
     >>> stiffness = steel.youngs_modulus * breadth * height**3 / 12.0

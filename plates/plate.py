@@ -8,16 +8,17 @@ from typing import Any
 
 import numpy as np
 
-from plates.additions import Addition, check_additions, forces_in_plane, weakest
+from plates.additions import Addition, check_additions, forces_in_plane, passed_through, weakest
 from plates.contacts import Contact, Places, common_copies, contacts_at, contacts_data, one_or_all
 from plates.elements.theory import Assembled, Element, Touch
 from plates.laminate import Laminate, struck
-from plates.prestress import GROUND, Prestress, buckling_factor
+from plates.prestress import GROUND, Prestress
 from plates.section import Section, all_around, mirrors_itself, point_rigidity, section_data
 from plates.shapes.place import check_place, mirrors
 from plates.shapes.rectangle import SIDES
 from plates.shapes.shape import MIRROR, Cells, PlateMesh, Shape
 from plates.support import ElasticEdge, Support, Supports, check_support, summary
+from structures.buckling import buckling_factor
 from structures.caution import caution
 from structures.checks import instance, positive, short
 from structures.elasticity import HIGHEST_FREQUENCY
@@ -222,6 +223,8 @@ class Plate:
         _, assembled, matrices, touches = self.meshed(contacts)
         columns = [one.sign * assembled.contact(touch) for one, touch in zip(contacts, touches, strict=True)]
         contact = np.column_stack([*columns, *assembled.gaps])
+        for words in passed_through(self.additions, [(one.x, one.y) for one in contacts]):
+            caution(words)
         if self.shape.fixed and len(contact) > MANY:
             caution(f"mesh: its {len(contact)} degrees of freedom take minutes and gigabytes to reduce")
         gaps = len(assembled.gaps)  # their parts are thin, and lie flat on each other

@@ -1,20 +1,12 @@
 """Forces in the plane of a plate that stiffen it, soften it and buckle it."""
 
 from dataclasses import dataclass
-from math import inf
-from typing import Any
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse.linalg import ArpackError, ArpackNoConvergence, LinearOperator, eigsh, splu
 
 from structures.checks import finite, instance, positive, within
 from structures.material import Material
 from structures.structure import Vector
-
-RIGID = 1e-13
-"""Energy of a motion over that of its parts, below which nothing bends: rounding leaves 6e-16 or less, and a beam of
-240 elements that buckles has 1e-10."""
 
 GROUND = 1e-9
 """Stiffness of a weak ground under the plate, over D/side⁴: it makes the stiffness of free plates regular."""
@@ -107,31 +99,3 @@ def thermal_prestress(rise: float, expansion: float, thickness: float, material:
     stiffness = material.youngs_modulus * positive("thickness", thickness, "m") / (1.0 - material.poisson_ratio)
     force = -stiffness * expansion * rise
     return Prestress(force, force)
-
-
-def buckling_factor(mass: Any, stiffness: Any, more: Any, ground: float) -> float:
-    """The least positive factor λ at which K + λ G is singular, inf where there is none.
-
-    stiffness: K without prestress, more: G, the stiffness of the prestress. ground: a frequency squared, 1/s², far
-    below all others; ground · M makes K regular.
-    """
-    base = sparse.csc_array(stiffness + ground * mass)
-    # Deflections and slopes differ by units of length; unit diagonals keep the digits.
-    scale = sparse.diags_array(1.0 / np.sqrt(base.diagonal()))
-    base, opposite = sparse.csc_array(scale @ base @ scale), sparse.csc_array(scale @ -more @ scale)
-    solve = LinearOperator(base.shape, matvec=splu(base).solve, dtype=float)
-    start = np.random.default_rng(0).normal(size=base.shape[0])
-    try:
-        values, modes = eigsh(opposite, 1, M=base, Minv=solve, which="LA", v0=start)
-    except ArpackNoConvergence:
-        raise
-    except ArpackError:
-        # Earlier versions of ARPACK fail where one motion is softer than all others by ten orders: one that only the
-        # weak ground holds.
-        return 0.0
-    if values[0] <= 0.0:
-        return inf
-    mode = modes[:, 0]
-    # All springs of the scaled matrix are one: a motion that bends none has nothing but their rounding.
-    rigid = float(mode @ (base @ mode)) < RIGID * float(mode @ mode)
-    return 0.0 if rigid else 1.0 / float(values[0])

@@ -1,9 +1,9 @@
 """Solid cylinders of one or more bonded layers, struck on the axis: axisymmetric linear elasticity."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from itertools import pairwise
-from math import ceil, isclose
+from math import isclose
 from operator import attrgetter
 from typing import Any, TypeAlias
 
@@ -26,6 +26,7 @@ from structures.elasticity import (
     shear_speed,
 )
 from structures.field import Field
+from structures.patch_mesh import CELL_GROWTH, DEFAULT_CELLS, PATCH_DIVISOR, about_patch, check_size, graded
 from structures.plausible import likely
 from structures.rod import Layer
 from structures.structure import Structure, Vector
@@ -33,31 +34,6 @@ from structures.surface import Surface
 
 Matrix: TypeAlias = sparse.csr_array
 Numbers: TypeAlias = NDArray[np.int64]
-
-PATCH_DIVISOR = 8.0
-"""The default radius of the patch is the shortest of radius, first layer and shear wavelength, divided by this number.
-"""
-
-DEFAULT_CELLS = 4
-"""Default number of cells across the radius of the patch and in the shortest shear wavelength; twice as many change AR
-by 0.1 %.
-"""
-
-CELL_GROWTH = 1.2
-"""The cell size grows by CELL_GROWTH/cells times the distance from the patch, the interfaces and the base."""
-
-PATCH_EDGE_REFINEMENT = 4.0
-"""Cells at the edge of the patch, where the pressure drops to zero, are smaller by this factor. With four cells the
-compliance of the patch is then 0.03 % off; without the refinement it is 0.2 % off.
-"""
-
-PATCH_EDGE_GROWTH = 2.0
-"""Cells grow away from the edge of the patch by PATCH_EDGE_GROWTH/cells times the distance from it, up to their size
-elsewhere.
-"""
-
-MOST_CELLS = 100_000
-"""Upper limit for the whole mesh: about 800 000 degrees of freedom."""
 
 INTEGRATION_ORDER = 5
 """Exact for the mass matrix of rectangular quadratic elements with the weight r."""
@@ -130,7 +106,7 @@ def layered_cylinder(
     likely("frequency", "cylinder", "highest_frequency", frequency)
     patch = _patch_radius(patch_radius, stack, frequency)
     across, along = _nodes_across(stack, patch, frequency, cells), _nodes_along(stack, patch, frequency, cells)
-    _check_size(float(across.size * along.size))
+    check_size(float(across.size * along.size))
     mass, stiffness, damping, contact, field = _Section(stack, across, along).held(base, side, patch)
     origin = {
         "kind": "cylinder",
@@ -225,23 +201,16 @@ def _patch_radius(given: float | None, layers: list[Layer], frequency: float) ->
     return first.radius if isclose(patch, first.radius, rel_tol=1e-6) else patch
 
 
-def _check_size(cells: float) -> None:
-    if not cells <= MOST_CELLS:
-        raise ValueError(
-            f"patch_radius, highest_frequency, cells: need {cells:.3g} elements or more; at most {MOST_CELLS} fit"
-        )
-
-
 def _nodes_across(layers: list[Layer], patch: float, frequency: float, cells: int) -> Vector:
     """Nodes in r, m: fine on the patch, finest at its edge, which is one of them."""
     coarsest = min(shear_speed(layer.material) for layer in layers) / frequency / cells
 
     def size(r: Vector) -> Vector:
-        return np.minimum(_about_patch(r - patch, patch, cells), coarsest)
+        return np.minimum(about_patch(r - patch, patch, cells), coarsest)
 
     radius = layers[0].radius
-    inside = _graded(0.0, patch, size)
-    return inside if patch == radius else np.append(inside[:-1], _graded(patch, radius, size))
+    inside = graded(0.0, patch, size)
+    return inside if patch == radius else np.append(inside[:-1], graded(patch, radius, size))
 
 
 def _nodes_along(layers: list[Layer], patch: float, frequency: float, cells: int) -> Vector:
@@ -253,27 +222,8 @@ def _nodes_along(layers: list[Layer], patch: float, frequency: float, cells: int
         def size(z: Vector, coarsest: float = coarsest) -> Vector:
             nearest = np.abs(z - faces[1:, None]).min(axis=0)
             about_faces = layers[0].radius / cells + CELL_GROWTH / cells * nearest
-            smallest: Vector = np.minimum(_about_patch(z, patch, cells), np.minimum(about_faces, coarsest))
+            smallest: Vector = np.minimum(about_patch(z, patch, cells), np.minimum(about_faces, coarsest))
             return smallest
 
-        parts.append(_graded(start, end, size)[:-1])
+        parts.append(graded(start, end, size)[:-1])
     return np.append(np.concatenate(parts), faces[-1])
-
-
-def _about_patch(beyond: Vector, patch: float, cells: int) -> Vector:
-    """Size of cells, m, at a distance beyond the patch's edge (negative inside), m."""
-    on_patch = patch / cells + CELL_GROWTH / cells * np.maximum(beyond, 0.0)
-    at_edge = patch / cells / PATCH_EDGE_REFINEMENT + PATCH_EDGE_GROWTH / cells * np.abs(beyond)
-    return np.minimum(on_patch, at_edge)
-
-
-def _graded(start: float, end: float, size: Callable[[Vector], Vector]) -> Vector:
-    """Nodes from start to end, m, about `size` apart: at equal steps of ∫ dx/size."""
-    near = 0.5 * np.geomspace(1e-7, 1.0, 1000)
-    fine = start + (end - start) * np.concatenate([[0.0], near, 1.0 - near[-2::-1], [1.0]])
-    density = 1.0 / size(fine)
-    passed = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(fine))])
-    _check_size(float(passed[-1]))
-    nodes: Vector = np.interp(np.linspace(0.0, passed[-1], ceil(passed[-1] * (1.0 - 1e-9)) + 1), passed, fine)
-    nodes[0], nodes[-1] = start, end
-    return nodes

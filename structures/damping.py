@@ -245,7 +245,7 @@ def standard_linear_solid(
 
 
 def stiffness_parts(structure: Structure) -> list[sparse.csr_array]:
-    """The contribution of each layer of a cylinder, or of each material of a solid, to its stiffness.
+    """The contribution of each layer of a cylinder, or of each material of a solid or a shell, to its stiffness.
 
     With these matrices a single layer can be damped:
     standard_linear_solid(body, share, time, part=stiffness_parts(body)[1]).
@@ -259,7 +259,8 @@ def stiffness_parts(structure: Structure) -> list[sparse.csr_array]:
     Returns
     -------
     list of scipy.sparse.csr_array
-        n × n matrices, N/m, in the order of the layers or materials. Their sum is K without elastic foundations.
+        n × n matrices, N/m, in the order of the layers or materials. Their sum is K without elastic foundations,
+        prestress and gas.
 
     Raises
     ------
@@ -275,14 +276,19 @@ def stiffness_parts(structure: Structure) -> list[sparse.csr_array]:
     >>> bool(abs(steel + ptfe - body.stiffness).max() < 1e-9 * abs(body.stiffness).max())
     True
     """
-    return known_field(structure).stiffness_parts()
+    parts = known_field(structure).stiffness_parts()
+    for part in parts:
+        part.resize((structure.size,) * 2)  # the gas in a shell has degrees of freedom of its own, after the others
+    return parts
 
 
 def part_of_layer(structure: Structure, layer: int) -> sparse.csr_array:
-    """The stiffness of one layer of a rod or a cylinder, or of one material of a solid, N/m."""
+    """The stiffness of one layer of a rod or a cylinder, or of the wall of a spherical shell, N/m."""
     parts = _parts(structure)
     if not parts:
-        raise ValueError("layer: only layers of rods and cylinders, and materials of solids, can be damped alone")
+        raise ValueError(
+            "layer: only a layer of a rod or a cylinder, and the wall of a spherical shell (0), can be damped alone"
+        )
     if not 0 <= layer < len(parts):
         raise ValueError(f"layer = {layer!r}: must be below {len(parts)}; layers are counted from 0")
     return parts[layer]
@@ -297,7 +303,8 @@ def _parts(structure: Structure) -> list[sparse.csr_array]:
         layers = [Layer(**{**one, "material": Material(**one["material"])}) for one in origin["layers"]]
         counts = set(origin["elements"])
         return rod_parts(layers, origin["base"], counts.pop() if len(counts) == 1 else None)
-    return [] if structure.field is None or "layers" not in origin else structure.field.stiffness_parts()
+    known = "layers" in origin or origin.get("kind") == "spherical shell"
+    return stiffness_parts(structure) if known and structure.field is not None else []
 
 
 def _named(structure: Structure, part: Any) -> dict[str, Any]:
@@ -374,10 +381,14 @@ class MaxwellArms(NamedTuple):
 
 def maxwell_arms(structure: Structure) -> MaxwellArms | None:
     """The Maxwell arms of a structure, or None where it has none."""
-    massless = np.asarray(abs(structure.mass).sum(axis=0)).ravel() == 0.0
-    if structure.damping is None or not massless.any():
+    if structure.damping is None:
         return None
-    arms, body = np.flatnonzero(massless), np.flatnonzero(~massless)
+    massless, damped = (abs(one).sum(axis=0).ravel() for one in (structure.mass, structure.damping))
+    # What is massless and undamped, such as the volumes of a gas, belongs to the body.
+    is_arm = (massless == 0.0) & (damped > 0.0)
+    if not is_arm.any():
+        return None
+    arms, body = np.flatnonzero(is_arm), np.flatnonzero(~is_arm)
     losses, springs = structure.damping[arms], structure.stiffness[arms]
     alone = abs(losses).sum() == abs(losses[:, arms].diagonal()).sum()
     if not (alone and _is_diagonal(springs[:, arms]) and (springs[:, arms].diagonal() > 0.0).all()):

@@ -480,6 +480,22 @@ def _plates() -> dict[str, Target]:
             push,
             {"length": (1e-9, 1e6), "foundation": (1e-300, 1e300)},
         ),
+        "shells.spherical_shell": Target(
+            hl.shells.spherical_shell,
+            {
+                **{"radius": 0.03, "thickness": 3e-3, "material": STEEL, "pressure": 1e5, "base": "fixed", "seat": 0.5},
+                **{"ambient": 1e5, "heat_capacity_ratio": 1.4, "patch_radius": 3e-4, "highest_frequency": 4e4},
+                **{"cells": 2},
+            },
+            push,
+            {"pressure": (1e-300, 1e12), "ambient": (1e-300, 1e12), "heat_capacity_ratio": (1e-300, 1e12)},
+        ),
+        "shells.point_stiffness": Target(
+            hl.shells.point_stiffness, {"radius": 0.03, "thickness": 3e-3, "material": STEEL, "pressure": 1e5}
+        ),
+        "shells.buckling_pressure": Target(
+            hl.shells.buckling_pressure, {"radius": 0.03, "thickness": 3e-3, "material": STEEL}
+        ),
         "beams.beam_buckling_force": Target(
             hl.beams.beam_buckling_force,
             {"length": 0.06, "bending_stiffness": 1.5, "supports": ("clamped", "simple"), "foundation": 1e5},

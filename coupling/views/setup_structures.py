@@ -1,9 +1,10 @@
-"""The structures of a sketch: rods, cylinders, half-spaces and plates from the side, and plates as the chain sees them.
+"""The structures of a sketch: rods, cylinders, half-spaces, shells and plates from the side; plates along the chain.
 
 All lengths are mm. What is drawn comes from the description of a structure in the input of a run.
 """
 
 from collections.abc import Mapping, Sequence
+from math import degrees
 from typing import TYPE_CHECKING, Any
 
 from coupling.views.canvas import COLOURS, INK, PALE, SMALL, plain
@@ -82,6 +83,8 @@ def side_view(drawn: Drawn | None, structure: Any, x: float = 0.0, y: float = 0.
     kind, way = str(given.get("kind", "structure")), -1.0 if mirrored else 1.0
     if given.get("layers"):
         return _layers(drawn, given, x, y, way)
+    if kind == "spherical shell":
+        return _shell(drawn, given, x, y, way)
     if "thickness" in given:
         return _plate_from_side(drawn, given, kind, x, y, way)
     if drawn is None:
@@ -125,6 +128,28 @@ def _layers(drawn: Drawn | None, given: Mapping[str, Any], x: float, y: float, w
     return x + way * 0.35 * radius
 
 
+def _shell(drawn: Drawn | None, given: Mapping[str, Any], x: float, y: float, way: float) -> float:
+    """A hollow sphere, cut through its axis, and the seat that holds it."""
+    from matplotlib.patches import Annulus, Arc
+
+    radius, thick = (1e3 * float(given[name]) for name in ("radius", "thickness"))
+    if drawn is None:
+        return 1.1 * radius
+    centre = x + way * radius
+    words = f"{_material(given)}, radius {radius:.4g} mm, wall {thick:.4g} mm"
+    drawn.add(Annulus((centre, y), radius, thick, facecolor=LAYER_COLOURS[0], edgecolor=INK, linewidth=0.6), words)
+    if given.get("pressure"):
+        drawn.text(centre, y, f"{1e-3 * float(given['pressure']):+.4g} kPa", ha="center", va="center")
+    if given.get("base") == "fixed":
+        half = degrees(float(given["seat"]))
+        middle = 0.0 if way > 0.0 else 180.0
+        wide = 2.0 * radius + thick
+        seat = Arc((centre, y), wide, wide, theta1=middle - half, theta2=middle + half, color=INK, linewidth=3.0)
+        drawn.add(seat)
+        drawn.line([], [], "seat", color=INK, linewidth=3.0)
+    return x + way * 2.0 * radius
+
+
 def _plate_from_side(drawn: Drawn | None, given: Mapping[str, Any], kind: str, x: float, y: float, way: float) -> float:
     """A thin block at the chain's end, as high as the part of the plate that fits the sketch."""
     thick = 1e3 * float(given["thickness"])
@@ -138,7 +163,8 @@ def _plate_from_side(drawn: Drawn | None, given: Mapping[str, Any], kind: str, x
 
 def front_view(drawn: Drawn, structure: Any, point: int, x: float, y: float) -> float:
     """A plate as seen along the chain, right of x; returns its lowest y. Other structures have no such view."""
-    if not isinstance(structure, Mapping) or "thickness" not in structure:
+    kind = structure.get("kind") if isinstance(structure, Mapping) else None
+    if kind == "spherical shell" or not isinstance(structure, Mapping) or "thickness" not in structure:
         return y - SPACE
     rings = _rings(structure)
     if not rings:

@@ -7,6 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Discriminator, Field, Tag
 
 from hertzlink.cases.parts import (
+    Angle,
     AnyMaterial,
     Duration,
     Force,
@@ -14,6 +15,7 @@ from hertzlink.cases.parts import (
     Length,
     Number,
     Part,
+    Pressure,
     Round,
     World,
     forms,
@@ -28,6 +30,7 @@ from structures.damping import loss_factor, modal, part_of_layer, rayleigh, stan
 from structures.elasticity import Foundation
 from structures.rod import Layer, rod
 from structures.solid import solid
+from structures.spherical_shell import spherical_shell
 from structures.stepping import CentralDifference, GeneralisedAlpha, Newmark
 from structures.structure import Structure, half_space
 
@@ -178,6 +181,11 @@ class Body(Part):
     reduce: Reduce | None = Field(None, description="as in [run], for this structure alone")
     stepper: OneStepper | None = Field(None, description='how it is moved in time, such as { kind = "newmark" }')
 
+    @property
+    def contacts(self) -> int:
+        """The number of points that chains face."""
+        return 1
+
     def make(self, world: World) -> Structure | None:
         raise NotImplementedError
 
@@ -244,6 +252,10 @@ class Rod(Body):
     elements: Annotated[int, Field(ge=1)] | None = None
     cracks: list[Crack] = Field(default_factory=list)
 
+    @property
+    def contacts(self) -> int:
+        return 2 if self.base == "contact" else 1  # its cracks face no chain
+
     def make(self, world: World) -> Structure:
         cracks = [made(one, world, ("cracks", i)) for i, one in enumerate(self.cracks)]
         return rod(layers_of(self.layers, world), self.base, self.elements, cracks)
@@ -273,6 +285,30 @@ class LayeredCylinder(Body):
         base = self.base if self.foundation is None else Foundation(self.foundation)
         rest = self.given("kind", "layers", "base", "foundation", *OF_ALL)
         return layered_cylinder(layers_of(self.layers, world), base, **rest)
+
+
+class SphericalShell(Body, Round):
+    """A hollow sphere under pressure, struck at a pole."""
+
+    kind: Literal["spherical_shell"]
+    thickness: Length
+    material: AnyMaterial
+    pressure: Pressure = 0.0
+    base: Literal["fixed", "free", "contact"] = "fixed"
+    seat: Angle | None = Field(None, description="half-angle of the part that is held, seen from the centre")
+    ambient: Pressure | None = Field(None, description="pressure outside; by default that of the atmosphere")
+    heat_capacity_ratio: Annotated[Number, Field(ge=0.0)] | None = None
+    patch_radius: Length | None = None
+    highest_frequency: Frequency | None = None
+    cells: Annotated[int, Field(ge=1)] | None = None
+
+    @property
+    def contacts(self) -> int:
+        return 2 if self.base == "contact" else 1
+
+    def make(self, world: World) -> Structure:
+        rest = self.given("kind", "radius", "diameter", "material", *OF_ALL)
+        return spherical_shell(self.its_radius(), material=material_of(self.material, world, "material"), **rest)
 
 
 End = Literal["clamped", "simple", "free", "symmetry"]

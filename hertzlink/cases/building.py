@@ -8,13 +8,12 @@ from typing import Any
 
 from coupling.cosimulation import CoSimulation
 from coupling.interface import ContactPoint
-from hertzlink.cases.bodies import Body, Nothing, Reduction, Rod
+from hertzlink.cases.bodies import Body, Nothing, Reduction
 from hertzlink.cases.chains import ChainPart, Seat
 from hertzlink.cases.faults import Fault, fault_of
 from hertzlink.cases.model import CaseModel, RunPart
 from hertzlink.cases.parts import World, made
 from hertzlink.cases.paths import Path, written
-from hertzlink.cases.plates import PlateBody
 from plates.laminate import OrthotropicMaterial
 from structures.material import Material
 from structures.moving import MovingStructure
@@ -83,7 +82,7 @@ class Bodies:
             hint = f"is missing; there are {len(self._parts)} structures, so give one, such as {{ structure = 0 }}"
             raise Fault((*path, "on"), hint)
         own = number if len(self._parts) == count else 0
-        points = self._points(own)
+        points = self._parts[own].contacts
         if points > 1 and (len(self._parts) > 1 or count != points):
             hint = f"is missing; the structure has {points} contact points, so give one, such as {{ point = 0 }}"
             raise Fault((*path, "on"), hint)
@@ -106,7 +105,7 @@ class Bodies:
         return self._at(seat.structure, seat.point, path)
 
     def _at(self, structure: int, point: int, path: Path) -> Any:
-        points = self._points(structure)
+        points = self._parts[structure].contacts
         if point >= points:
             raise Fault(
                 (*path, "point"), f"{point} is no contact point of {points}, counted from 0; give the structure more"
@@ -117,12 +116,6 @@ class Bodies:
         name = written(self._paths[structure])
         body = self._of(name, self._parts[structure], self._paths[structure])
         return body if points == 1 or body is None else ContactPoint(body, point)
-
-    def _points(self, structure: int) -> int:
-        part = self._parts[structure]
-        if isinstance(part, Rod):
-            return 2 if part.base == "contact" else 1  # its cracks face no chain
-        return part.contacts if isinstance(part, PlateBody) else 1
 
     def _of(self, name: str, part: Body, path: Path) -> Any:
         if name not in self._known:

@@ -8,7 +8,7 @@ from coupling.schemes.condensed import Condensed
 from coupling.schemes.explicit import Explicit
 from coupling.schemes.iterated import IQN_ILS, Aitken, FixedPoint
 from coupling.schemes.windows import Adaptive
-from hertzlink.cases.bodies import BeamBody, HalfSpace, LayeredCylinder, Nothing, Reduce, Rod, Solid
+from hertzlink.cases.bodies import BeamBody, HalfSpace, LayeredCylinder, Nothing, Reduce, Rod, Solid, SphericalShell
 from hertzlink.cases.chains import ChainPart
 from hertzlink.cases.faults import Fault
 from hertzlink.cases.parts import Duration, Frequency, Length, Number, OrthotropicPart, OwnMaterial, Part, World, forms
@@ -42,6 +42,7 @@ AnyStructure = Annotated[
     | Rod
     | LayeredCylinder
     | BeamBody
+    | SphericalShell
     | Solid
     | KirchhoffPlate
     | MindlinPlate

@@ -15,10 +15,11 @@ UNITS = {
     "youngs_modulus_along": "Pa", "youngs_modulus_across": "Pa", "shear_modulus": "Pa", "shear_modulus_along": "Pa",
     "shear_modulus_across": "Pa", "axial_force": "N", "bending_stiffness": "N m²", "mass_per_length": "kg/m",
     "region": "m", "xx": "N/m", "yy": "N/m", "xy": "N/m", "time": "s", "stiffness_time": "s", "mass_rate": "1/s",
+    "pressure": "Pa", "ambient": "Pa",
 }  # fmt: skip
 """Units by the names of arguments. They are shown with a prefix in which the number is handy: mm, µs, GPa."""
 
-DEGREES = ("inclination", "angle")
+DEGREES = ("inclination", "angle", "seat")
 """Angles, which are shown in degrees."""
 
 LEFT_OUT = ("beads", "section", "steps", "substeps", "waveform")

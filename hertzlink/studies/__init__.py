@@ -32,6 +32,7 @@ STUDIES = {
     "yield": "yielding",
     "prestress": "prestress",
     "cracks": "cracks",
+    "pressure": "pressure",
 }
 
 ABOUT = {
@@ -60,6 +61,7 @@ ABOUT = {
     "yield": "Which impacts of the thesis make beads yield, and what that changes (thesis, chapter 7).",
     "prestress": "What stress in a plate, a strip and a rail changes, and how well one trace gives the temperature.",
     "cracks": "At which amplitude a tap sees a crack or a delamination open, and where linear models hold.",
+    "pressure": "What pressure in a ball, a tank and a vessel changes, and how well one trace gives it.",
 }
 """What each study shows, in a line."""
 
@@ -83,6 +85,7 @@ RUNS = {
     "yield": (13, 13),
     "prestress": (3, 3),
     "cracks": (2, 2),
+    "pressure": (3, 3),
 }
 """About how many runs a quick study and a whole one take, so that the remaining time can be estimated; not for a
 user's own parameters.

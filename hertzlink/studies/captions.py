@@ -168,5 +168,11 @@ CAPTIONS = {
             "give for a gap that is always closed and for one that never closes."
         ),
     },
+    "pressure": {
+        "pressure": (
+            "Amplitude ratio and time of flight less their values without pressure, over the pressure inside in units "
+            "of the pressure outside that would buckle the shell. Outer radius and thickness of each shell are given."
+        ),
+    },
 }
 """A figure that is missing here is named by its file. A name such as "distance" also stands for "distance_1.4_ms"."""

@@ -1,5 +1,6 @@
 """Delaminations of plates: the two limits (parts that always touch, and never), films, symmetry, energy, bad input."""
 
+import warnings
 from functools import cache
 from typing import Any
 
@@ -149,6 +150,30 @@ def test_two_delaminations_and_two_chains() -> None:
 def test_bad_input(change: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         Delamination(**{"region": REGION, "depth": 0.5, **change})
+
+
+@pytest.mark.parametrize(
+    ("points", "x", "warned"),
+    [
+        ((3, 3), 0.05, False),
+        ((2, 2), 0.05, True),
+        ((3, 3), 0.0475, True),
+        ((3, 3), 0.0452, False),
+        ((2, 2), 0.03, False),
+    ],
+)
+def test_a_chain_beside_the_points_is_said(points: tuple[int, int], x: float, warned: bool) -> None:
+    """There the film passes through the plate: it is softer than where both parts move together."""
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        body = plate(Delamination(REGION, 0.1, points), hertz=2e4).at(x, 0.05)
+    assert any("pass through each other there" in str(one.message) for one in said) == warned
+    both = body.contact_vectors
+    answer = both.T @ spsolve(body.stiffness.tocsc(), both)
+    held = answer[0, 0] - answer[0, 1:] @ np.linalg.solve(answer[1:, 1:], answer[1:, 0])
+    whole = plate(hl.Weakened(REGION, 0.1**3 + 0.9**3), hertz=2e4).at(x, 0.05)
+    softer = held / (whole.contact @ spsolve(whole.stiffness.tocsc(), whole.contact))
+    assert (softer > 1.5) == warned
 
 
 def test_bad_places() -> None:

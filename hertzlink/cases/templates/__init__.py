@@ -12,7 +12,7 @@ from hertzlink.cases.faults import CaseError, nearest
 
 KINDS = (
     "chain", "deformable", "two-chains", "rod", "layered-rod", "cylinder", "wall", "plate", "thick-plate", "laminate",
-    "half-plane", "sweep", "critical-distance", "identify",
+    "half-plane", "shell", "sweep", "critical-distance", "identify",
 )  # fmt: skip
 
 TRUE = {"structure.thickness": "3.18 mm", "structure.distance": "42 mm", "chain.impact_speed": "0.33 m/s"}

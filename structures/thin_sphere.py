@@ -1,0 +1,121 @@
+"""Thin spherical shells in closed form: the stiffness under a force, and the pressure that buckles them."""
+
+from math import acos, atanh, pi, sqrt
+
+from structures.checks import finite, instance, positive
+from structures.material import Material
+
+THINNEST = 1e-3
+"""Thickness over radius. Below it, meshes of cells that are not too flat have too many of them."""
+
+LARGEST_RADIUS = 5.0
+"""m. A radius given in millimetres is mostly above this value."""
+
+
+def point_stiffness(radius: float, thickness: float, material: Material, pressure: float = 0.0) -> float:
+    """Stiffness of a thin spherical shell under a force at one point, in the theory of shallow shells.
+
+    Parameters
+    ----------
+    radius : float
+        Outer radius, m. The formula takes that of the middle surface, R = radius − thickness/2.
+    thickness : float
+        Thickness t, m.
+    material : Material
+        The material of the wall.
+    pressure : float
+        Pressure inside less outside p, Pa; above the negative of `buckling_pressure`.
+
+    Returns
+    -------
+    float
+        k = 8 √(D E t)/R · (π/2) √(τ² − 1)/artanh √(1 − τ⁻²), N/m, with D = E t³/12(1 − ν²) and τ = p R²/4 √(D E t). The
+        factor after 8 √(D E t)/R is 1 without pressure.
+
+    Raises
+    ------
+    ValueError
+        If an argument is out of its range, or the wall buckles.
+
+    References
+    ----------
+    Reissner, J. Math. Phys. 25 (1946) 279; Vella et al., J. R. Soc. Interface 9 (2012) 448.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> ratios = [hl.shells.point_stiffness(0.1, 1e-3, hl.STEEL_316, p) / 1e6 for p in (-1e6, 0.0, 1e6)]
+    >>> [round(one, 2) for one in ratios]  # kN/mm
+    [4.57, 4.7, 4.82]
+    """
+    middle, bending, stretching = _thin(radius, thickness, material)
+    pressure, least = finite("pressure", pressure, "Pa"), -buckling_pressure(radius, thickness, material)
+    if pressure <= least:
+        raise ValueError(f"pressure = {pressure!r}: must be above {least:.4g} Pa, or the wall buckles")
+    tau = -pressure / least
+    without = 8.0 * sqrt(bending * stretching) / middle
+    # artanh(√(1 − τ⁻²))/√(τ² − 1) is arccos(τ)/√(1 − τ²) below 1; both are smooth there.
+    if abs(tau - 1.0) < 1e-6:
+        integral = 1.0 - (tau - 1.0) / 3.0
+    elif tau > 1.0:
+        integral = atanh(sqrt(1.0 - tau**-2)) / sqrt(tau**2 - 1.0)
+    else:
+        integral = acos(tau) / sqrt(1.0 - tau**2)
+    return without * 0.5 * pi / integral
+
+
+def buckling_pressure(radius: float, thickness: float, material: Material) -> float:
+    """The pressure outside less inside at which a thin spherical shell buckles, if it has no imperfection.
+
+    Parameters
+    ----------
+    radius : float
+        Outer radius, m. The formula takes that of the middle surface, R = radius − thickness/2.
+    thickness : float
+        Thickness t, m.
+    material : Material
+        The material of the wall.
+
+    Returns
+    -------
+    float
+        2 E t²/R² √(3(1 − ν²)), Pa. Real shells buckle at a fifth to a half of it.
+
+    Raises
+    ------
+    ValueError
+        If an argument is out of its range.
+
+    References
+    ----------
+    Zoelly (1915); Timoshenko, Gere, Theory of Elastic Stability, 2nd ed. (1961), section 11.13.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> round(hl.shells.buckling_pressure(0.1, 1e-3, hl.STEEL_316) / 1e6, 1)  # MPa
+    23.6
+    """
+    middle, bending, stretching = _thin(radius, thickness, material)
+    return 4.0 * sqrt(bending * stretching) / middle**2
+
+
+def sizes(radius: float, thickness: float) -> tuple[float, float]:
+    """Outer radius and thickness, m, in their ranges."""
+    radius, thickness = positive("radius", radius, "m"), positive("thickness", thickness, "m")
+    if radius > LARGEST_RADIUS:
+        raise ValueError(f"radius = {radius!r}: must be at most {LARGEST_RADIUS:g} m; is it in millimetres?")
+    if not THINNEST * radius <= thickness <= 0.9 * radius:
+        raise ValueError(
+            f"thickness = {thickness!r}: must lie between {THINNEST:g} and 0.9 of the radius, "
+            f"{THINNEST * radius:.4g} and {0.9 * radius:.4g} m"
+        )
+    return radius, thickness
+
+
+def _thin(radius: float, thickness: float, material: Material) -> tuple[float, float, float]:
+    """Radius of the middle surface, m, bending stiffness D, N m, and E t, N/m."""
+    instance("material", material, Material, "a Material; MATERIALS[name] gives one by name")
+    radius, thickness = sizes(radius, thickness)
+    bending = material.youngs_modulus * thickness**3 / (12.0 * (1.0 - material.poisson_ratio**2))
+    return radius - 0.5 * thickness, bending, material.youngs_modulus * thickness
