@@ -1,6 +1,8 @@
 """Hypothesis draws the same examples each time: everything random has a seed."""
 
 import os
+from collections import Counter
+from collections.abc import Iterator
 
 import pytest
 from hypothesis import settings
@@ -12,11 +14,27 @@ settings.register_profile("seeded", derandomize=True, deadline=None)
 settings.load_profile("seeded")
 
 
-@pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption(
+        "--every", type=int, default=1, metavar="N", help="of each test the first case and every N-th after it"
+    )
+
+
+@pytest.hookimpl(hookwrapper=True, tryfirst=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> Iterator[None]:
     """A test is thorough where a fixture that it uses takes long: its module names such fixtures in
-    THOROUGH_FIXTURES."""
+    THOROUGH_FIXTURES. Of the tests that are chosen, `--every` leaves a part of the cases."""
     for one in items:
         slow = getattr(getattr(one, "module", None), "THOROUGH_FIXTURES", ())
         if set(slow) & set(getattr(one, "fixturenames", ())):
             one.add_marker(pytest.mark.thorough)
+    yield
+    cases, left_out = Counter[str](), list[pytest.Item]()
+    for one in items:
+        test = one.nodeid.partition("[")[0]
+        if cases[test] % config.getoption("every"):
+            left_out.append(one)
+        cases[test] += 1
+    if left_out:
+        config.hook.pytest_deselected(items=left_out)
+        items[:] = [one for one in items if one not in set(left_out)]
