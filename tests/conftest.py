@@ -29,12 +29,11 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         if set(slow) & set(getattr(one, "fixturenames", ())):
             one.add_marker(pytest.mark.thorough)
     yield
-    cases, left_out = Counter[str](), list[pytest.Item]()
+    cases, kept, left_out = Counter[str](), list[pytest.Item](), list[pytest.Item]()
     for one in items:
         test = one.nodeid.partition("[")[0]
-        if cases[test] % config.getoption("every"):
-            left_out.append(one)
+        (left_out if cases[test] % config.getoption("every") else kept).append(one)
         cases[test] += 1
     if left_out:
         config.hook.pytest_deselected(items=left_out)
-        items[:] = [one for one in items if one not in set(left_out)]
+        items[:] = kept
