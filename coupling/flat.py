@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from coupling.interface import FIRST, Interface
 from particles import kernels
 from particles.moving import MovingChain
+from structures.closing import PARTS, Closing
 from structures.moving import Propagator
 from structures.structure import Vector
 
@@ -89,6 +90,29 @@ def flat_structures(propagators: Sequence[Propagator]) -> kernels.Structures:
     names = ("spread", "response", "contact", "stiffness", "mass")
     joined = {name: _joined(getattr(one, name) for one in propagators) for name in names}
     return kernels.Structures(**joined, layout=begins)
+
+
+def flat_gaps(closing: Closing, window: float) -> kernels.Gaps:
+    """The gaps of a structure over a window, s."""
+    count, part = closing.opening.size, window / PARTS
+    one, other = (closing.moving.propagator(length) for length in (window, part))
+    place, rate = (np.ascontiguousarray(rows[-count:]) for rows in (one.contact, one.rate))
+    return kernels.Gaps(
+        whole=_span(window, one, rate),
+        part=_span(part, other, rate),
+        parts=PARTS,
+        place=place,
+        rate=rate,
+        opening=closing.opening,
+        preload=closing.preload,
+        damping=np.ascontiguousarray(one.damping),
+    )
+
+
+def _span(length: float, one: Propagator, rate: Vector) -> kernels.Span:
+    softness = rate @ one.response[-len(rate) :, one.contact.shape[1] :].T
+    spread, response = map(np.ascontiguousarray, (one.spread, one.response))
+    return kernels.Span(length, spread, response, 0.5 * (softness + softness.T))
 
 
 class FlatWindows:

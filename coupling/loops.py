@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from coupling.flat import FlatWindows, flat_chains, flat_seats
+from coupling.flat import FlatWindows, flat_chains, flat_gaps, flat_seats
 from coupling.interface import Interface
 from coupling.participant import BlackBox
 from coupling.plan import Plan
@@ -59,8 +59,8 @@ class Work(NamedTuple):
 
 
 def is_compiled(interface: Interface, scheme: Scheme, plan: Plan) -> bool:
-    """Whether the compiled loop can run them: schemes of `ITERATED` in windows of one substep."""
-    if interface.boxes or type(scheme) not in (Condensed, *ITERATED):
+    """Whether the compiled loop can run them: schemes of `ITERATED` in windows of one substep, and gaps of one body."""
+    if type(scheme) not in (Condensed, *ITERATED) or (interface.boxes and len(interface.structures) > 1):
         return False
     return (plan.substeps == 1 or not scheme.whole_window) and all(one.compact for one in interface.structures)
 
@@ -105,7 +105,7 @@ def _advanced(work: Work, windows: Windows, state: CoupledState, done: int, many
 
 
 def run_compiled(work: Work) -> None:
-    """All windows in compiled code, for linear structures with a scheme that iterates or condenses."""
+    """All windows in compiled code, for linear structures with a scheme that iterates or condenses, and for gaps."""
     interface, _, window, plan, frames, keeper, *_ = work
     loop = Loop(work)
     run, row = loop.start(), 0
@@ -168,13 +168,14 @@ class Loop:
                 clock.timed("saving", kernels.save),
             )
         self.windows = known or FlatWindows()
-        self._lengths: dict[float, tuple[kernels.Structures, NDArray[np.int64]]] = {}
+        self.closing = interface.boxes[0].closing if interface.boxes else None
+        self._lengths: dict[float, tuple[kernels.Structures, kernels.Gaps | None, NDArray[np.int64]]] = {}
 
     def start(self) -> kernels.Run:
         """The run at time zero, in static equilibrium."""
         starts = [chain.start() for chain in self.interface.chains]
         contacts, chains = self.interface.size, len(starts)
-        states, _ = self._of_length(self.length)
+        states, *_ = self._of_length(self.length)
         return kernels.Run(
             np.concatenate([state.position for state in starts]),
             np.concatenate([state.velocity for state in starts]),
@@ -189,6 +190,8 @@ class Loop:
             np.zeros(1),
             np.zeros(self.memory),
             np.zeros((self.memory[0], 2)),
+            np.zeros(0) if self.closing is None else self.closing.start().pressed,
+            np.zeros(1),
         )
 
     def advance(self, run: kernels.Run, first: int, last: int, halvings: int = 0) -> None:
@@ -244,10 +247,10 @@ class Loop:
     def _try(self, run: kernels.Run, first: int, last: int, halvings: int, stride: int) -> tuple[int, float] | None:
         """Move the run on as far as it goes; the window that failed, and its residual (N)."""
         length = self.length / 2**halvings
-        structures, steps = self._of_length(length)
+        structures, gaps, steps = self._of_length(length)
         problem, done, detail, place = self.kernel(
-            run, self.chains, structures, self.seats, steps, length, self.quadratic, self.search, (first + 1, last),
-            stride, self.frames.saved,
+            run, self.chains, structures, gaps, self.seats, steps, length, self.quadratic, self.search,
+            (first + 1, last), stride, self.frames.saved,
         )  # fmt: skip
         if problem == kernels.NON_FINITE:
             raise non_finite(self.interface, place, done * length, int(detail))
@@ -255,20 +258,21 @@ class Loop:
 
     def save(self, run: kernels.Run, done: int, frames: Frames | None = None, row: int | None = None) -> None:
         """Save the end of a whole window, in its own row of the frames or in another."""
-        structures, _ = self._of_length(self.length)
+        structures, gaps, _ = self._of_length(self.length)
         self.save_kernel(
-            run, self.chains, structures, self.seats, done * self.length, done // self.stride if row is None else row,
-            (frames or self.frames).saved,
+            run, self.chains, structures, gaps, self.seats, done * self.length,
+            done // self.stride if row is None else row, (frames or self.frames).saved,
         )  # fmt: skip
 
-    def _of_length(self, length: float) -> tuple[kernels.Structures, NDArray[np.int64]]:
-        """The structures over a window of a length, s, and each chain's steps in it and in a piece of it."""
+    def _of_length(self, length: float) -> tuple[kernels.Structures, kernels.Gaps | None, NDArray[np.int64]]:
+        """The structures over a window of a length, s, their gaps, and each chain's steps in it and in a piece."""
         if length not in self._lengths:
             parts = length, length / kernels.PIECES
             steps = np.array(
                 [[chain.steps(part / self.joined) * self.joined for part in parts] for chain in self.interface.chains]
             )
-            self._lengths[length] = self.windows.of(self.structures, length), steps
+            gaps = None if self.closing is None else flat_gaps(self.closing, length)
+            self._lengths[length] = self.windows.of(self.structures, length), gaps, steps
         return self._lengths[length]
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from coupling.state import NotConverged
 from structures.checks import short
 from structures.closing import Closing
+from structures.moving import Propagator
 from structures.structure import Vector, surfaces_of
 from structures.surface import Surface
 
@@ -102,6 +103,21 @@ class BlackBox:
     def describe(self) -> Any:
         """Our own one as plain data, a user's by its name."""
         return self.name if self.closing is None else self.closing.describe()
+
+    @property
+    def compact(self) -> bool:
+        """Whether it is our own one, and small enough for the compiled window loop."""
+        return self.closing is not None and self.closing.moving.small
+
+    @property
+    def stepper(self) -> Any:
+        """Of our own one."""
+        return None if self.closing is None else self.closing.moving.stepper
+
+    def propagator(self, window: float) -> Propagator:
+        """A window (s) of our own one while no gap presses, as arrays; its last contacts are the gaps."""
+        assert self.closing is not None
+        return self.closing.moving.propagator(window)
 
     def energies(self, state: Any) -> tuple[float, float, float]:
         """Kinetic, elastic and lost energy, J; NaN of a user's participant."""

@@ -182,6 +182,34 @@ class Structures(NamedTuple):
     `response`; then the number of rows of its `spread`, and of its displacements."""
 
 
+class Span(NamedTuple):
+    """A window of a structure with gaps, or a part of one; see structures.moving.Propagator."""
+
+    length: float
+    spread: np.ndarray
+    response: np.ndarray
+    softness: np.ndarray
+    """G × G, m/(N s): the velocity of each gap at the end after 1 N across each from rest."""
+
+
+class Gaps(NamedTuple):
+    """Of a structure whose gaps close, see structures.closing. Its last G contacts are the gaps."""
+
+    whole: Span
+    """A window."""
+    part: Span
+    parts: int
+    """So many make a window in which a gap closes."""
+    place: np.ndarray
+    """G rows: the width of each gap, from the displacements; and its rate, from the velocities."""
+    rate: np.ndarray
+    opening: np.ndarray
+    """G, m; and N."""
+    preload: np.ndarray
+    damping: np.ndarray
+    """C, of the displacements; one row if it is diagonal, none without damping."""
+
+
 class Seats(NamedTuple):
     """The K contacts, ordered by chain."""
 
@@ -231,6 +259,10 @@ class Run(NamedTuple):
     """Of least squares: differences of residuals and of answers, N, as rows for each window, newest first."""
     remembered: np.ndarray
     """For each of these windows how many rows it has, and its length, s."""
+    pressed: np.ndarray
+    """G, N: the mean force across each gap over the last window, zero where it is open at its end."""
+    taken: np.ndarray
+    """One number, J: what damping and the closing of gaps have taken from a structure with gaps."""
 
 
 class Search(NamedTuple):
@@ -276,6 +308,8 @@ class Saved(NamedTuple):
     substeps: np.ndarray
     residual: np.ndarray
     """Greatest residual since then, N."""
+    taken: np.ndarray
+    """S × saved times: what the damping of structures and the closing of their gaps took, J; NaN where not known."""
 
 
 def table_edges() -> np.ndarray:
@@ -1595,13 +1629,154 @@ def _solve(matrix, right):
         right[i] /= matrix[i, i]
 
 
+@njit(cache=True, inline="always")
+def _reach(before, after):
+    """The part of the way from one force to another on which it pushes."""
+    if after > 0.0:
+        return 1.0
+    return before / (before - after) if before > 0.0 else 0.0
+
+
 @njit(cache=True)
-def _agree(run, y, v, chains, seats, steps, t, window, at_rest, compliance, quadratic, search, found, own):
+def _separate(softness, rate, near, pressed):
+    """Λ ≥ 0 with rate + softness · Λ ≥ 0, and zero where Λ > 0, into pressed; zero for gaps that are not near.
+
+    Lawson and Hanson's active set. It starts with the gaps that would close, which mostly is the answer.
+    """
+    size, scale = rate.size, 0.0
+    pressed[:] = 0.0
+    active, unit = np.zeros(size, dtype=np.bool_), np.empty(size)
+    for g in range(size):
+        unit[g] = sqrt(softness[g, g])
+        active[g] = near[g] and rate[g] < 0.0
+        if near[g]:
+            scale = max(scale, abs(rate[g]) / unit[g])
+    for _ in range(3 * size):
+        share = 0.0
+        while share < 1.0:
+            chosen = np.flatnonzero(active)
+            matrix, force, share = np.empty((chosen.size, chosen.size)), np.empty(chosen.size), 1.0
+            for i in range(chosen.size):
+                force[i] = -rate[chosen[i]]
+                for j in range(chosen.size):
+                    matrix[i, j] = softness[chosen[i], chosen[j]]
+            _solve(matrix, force)
+            # Go towards this solution until the first force vanishes; such a gap opens.
+            for i in range(chosen.size):
+                share = min(share, _reach(pressed[chosen[i]], force[i]))
+            for i in range(chosen.size):
+                g = chosen[i]
+                if force[i] <= 0.0 and _reach(pressed[g], force[i]) <= share:
+                    active[g], pressed[g] = False, 0.0
+                else:
+                    pressed[g] += share * (force[i] - pressed[g])
+        worst, most = -1, SETTLED
+        for g in range(size):
+            if near[g] and not active[g]:
+                closing = -(rate[g] + _dot(softness[g], pressed)) / unit[g]
+                if closing > most * scale:
+                    worst, most = g, closing / scale
+        if worst < 0:
+            return
+        active[worst] = True
+
+
+@njit(cache=True)
+def _leap(gaps, span, body, before, free, force, after, pressed):
+    """A step of the implicit midpoint rule, in which each gap is open or presses; see structures.closing.
+
+    body, before: state and forces of the gaps at its beginning; after, pressed: at its end. free: the state at the end
+    where no force acts. force: of the contacts before the gaps. Returns the energy that damping and gaps took.
+    """
+    size, count = gaps.place.shape[1], gaps.opening.size
+    points = span.response.shape[0] - count
+    near, rate, any_near = np.zeros(count, dtype=np.bool_), np.zeros(count), False
+    _copy(free, after)
+    for k in range(span.response.shape[0]):
+        push = force[k] if k < points else -gaps.preload[k - points]
+        if push != 0.0 or k < points:
+            _add(push, span.response[k], after, after)
+    for g in range(count):
+        speed = _dot(gaps.rate[g], body[size:])
+        middle = gaps.opening[g] + _dot(gaps.place[g], body) + 0.5 * span.length * speed
+        near[g] = before[g] > 0.0 or (middle <= 0.0 and speed <= 0.0)
+        any_near = any_near or near[g]
+    pressed[:] = 0.0
+    if any_near:
+        for g in range(count):
+            rate[g] = _dot(gaps.rate[g], after[size:])
+        _separate(span.softness, rate, near, pressed)
+    taken = 0.0
+    for g in range(count):
+        if pressed[g] > 0.0:
+            _add(pressed[g], span.response[points + g], after, after)
+    for g in range(count):
+        if pressed[g] > 0.0:
+            taken -= pressed[g] * (_dot(gaps.place[g], after) - _dot(gaps.place[g], body))
+    if gaps.damping.shape[0] > 0:
+        # The midpoint's mean velocity is the way over the time, also of what has no mass.
+        taken += 2.0 * _square(gaps.damping, after[:size] - body[:size]) / span.length
+    return taken
+
+
+@njit(cache=True)
+def _switched(gaps, before, after, pressed):
+    """Whether a gap closed on the way, or should have closed."""
+    size = gaps.place.shape[1]
+    for g in range(pressed.size):
+        if pressed[g] > 0.0:
+            if before[g] == 0.0:
+                return True
+        elif gaps.opening[g] + _dot(gaps.place[g], after) < 0.0 and _dot(gaps.rate[g], after[size:]) < 0.0:
+            return True
+    return False
+
+
+@njit(cache=True)
+def _close(gaps, body, before, free, force, after, pressed):
+    """The same over a window, which is divided into parts if a gap closes in it."""
+    taken = _leap(gaps, gaps.whole, body, before, free, force, after, pressed)
+    if not _switched(gaps, before, after, pressed):
+        return taken
+    taken, state, now, alone, mean = 0.0, body.copy(), before.copy(), np.empty_like(body), np.zeros(pressed.size)
+    for _ in range(gaps.parts):
+        _propagate(gaps.part.spread, state, alone)
+        taken += _leap(gaps, gaps.part, state, now, alone, force, after, pressed)
+        _copy(after, state)
+        _copy(pressed, now)
+        for g in range(pressed.size):
+            mean[g] += pressed[g] / gaps.parts
+    for g in range(pressed.size):
+        # What opened again is open: its faces move apart.
+        pressed[g] = mean[g] if pressed[g] > 0.0 else 0.0
+    return taken
+
+
+@njit(cache=True)
+def _move_gaps(gaps, structures, seats, run, free, force, after, pressed, surface):
+    """The only structure, whose gaps close, at a window's end, and its surfaces. Returns the energy taken."""
+    push = np.zeros(gaps.whole.response.shape[0])
+    for k in range(force.size):
+        push[seats.point[k]] = force[k]
+    taken = _close(gaps, run.body, run.pressed, free, push, after, pressed)
+    _read(structures, seats, after, surface)
+    return taken
+
+
+@njit(cache=True)
+def _agree(
+    run, y, v, chains, structures, gaps, seats, steps, t, window, free, at_rest, compliance, quadratic, search, found,
+    own, after, pressed,
+):  # fmt: skip
     """Repeat a window until r(F) = G(w_free + C F) − F vanishes, where G are the chains' mean forces.
+
+    Where gaps close, the surfaces follow from the forces in another way, and the structure's state at the end is
+    `after`, with `pressed`. free: the states at the end where no force acts.
 
     Fills y, v (at the window's end), and found: rows of mean forces, of the chains' answers, of their works, of
     surfaces, and of the chains' losses and their drives' works. own: 2 × trials × K, for the differences of least
-    squares. Returns the evaluations and the greatest residual, which is infinite where surfaces still move.
+    squares. Returns the evaluations, the greatest residual, which is infinite where surfaces still move, and the energy
+    that gaps and damping took where gaps close.
     """
     force, answer, work, surface = found[0], found[1], found[2], found[3]
     count, slope, residual, rigid = force.size, run.slope.copy(), np.inf, not compliance.any()
@@ -1610,12 +1785,15 @@ def _agree(run, y, v, chains, seats, steps, t, window, at_rest, compliance, quad
         force[k] = max(force[k], -seats.static[k])
     last_surface, last_answer, last_gap = at_rest.copy(), force.copy(), np.zeros(count)
     matrix, change, gap = np.empty((count, count)), np.empty(count), np.empty(count)
-    factor, rows = search.relaxation, 0
+    factor, rows, taken = search.relaxation, 0, 0.0
     for tried in range(1, search.most + 1):
-        for k in range(count):
-            surface[k] = at_rest[k]
-            for j in range(count):
-                surface[k] += compliance[k, j] * force[j]
+        if gaps is None:
+            for k in range(count):
+                surface[k] = at_rest[k]
+                for j in range(count):
+                    surface[k] += compliance[k, j] * force[j]
+        else:
+            taken = _move_gaps(gaps, structures, seats, run, free, force, after, pressed, surface)
         corners = _corners(run, quadratic, surface, window)
         _copy(run.y, y)
         _copy(run.v, v)
@@ -1671,7 +1849,7 @@ def _agree(run, y, v, chains, seats, steps, t, window, at_rest, compliance, quad
         _copy(gap, last_gap)
         for k in range(count):
             force[k] += change[k]
-    return tried, residual
+    return tried, residual, taken
 
 
 @njit(cache=True)
@@ -1737,7 +1915,7 @@ def _remember(run, own, rows, window):
 
 
 @njit(cache=True, nogil=True)
-def save(run, chains, structures, seats, t, row, saved):
+def save(run, chains, structures, gaps, seats, t, row, saved):
     """Put the end of a window into a row; what lies in arrays without rows is left out."""
     whole = saved.kinetic.shape[1] > 0
     _copy(run.v, saved.velocity[row])
@@ -1754,6 +1932,10 @@ def save(run, chains, structures, seats, t, row, saved):
             saved.lost[c, row], saved.driven[c, row] = run.lost[c], run.driven[c]
     if whole:
         _save_ledger(run, structures, row, saved)
+        if gaps is not None:
+            saved.taken[0, row] = run.taken[0]
+            for g in range(gaps.preload.size):
+                saved.structure_elastic[0, row] += gaps.preload[g] * _dot(gaps.place[g], run.body)
 
 
 @njit(cache=True)
@@ -1776,9 +1958,10 @@ def _save_ledger(run, structures, row, saved):
 
 
 @njit(cache=True, nogil=True)
-def run_coupled(run, chains, structures, seats, steps, window, quadratic, search, windows, stride, saved):
+def run_coupled(run, chains, structures, gaps, seats, steps, window, quadratic, search, windows, stride, saved):
     """The window loop of chains on linear structures, over the windows (first one, last one) from 1 on.
 
+    gaps: of the only structure where its gaps close, else None; then nothing is compiled for them.
     run: a Run, in place. steps: C rows, of each chain in a window, and in a piece of it. stride: windows of a saved
     time; 0 saves nothing. quadratic: None for one contact whose surface moves linearly and whose force Newton's method
     finds; then what others need is not compiled.
@@ -1791,6 +1974,7 @@ def run_coupled(run, chains, structures, seats, steps, window, quadratic, search
     free, at_rest, push = np.zeros(bodies), np.empty(count), np.zeros(count)
     found, own = np.zeros((6, count)), np.empty((2, search.most, count))
     y, v, guess = run.y.copy(), run.v.copy(), run.guess.copy()
+    after, pressed = run.body.copy(), run.pressed.copy()
     compliance, chain = _compliance(structures, seats), _constants(chains, 0)
     # Most runs of a batch: to pass all groups of arrays to `save` would take longer than a window.
     plain = chains.method is None and chains.rest.size == count == 1 and saved.kinetic.shape[1] == 0
@@ -1822,9 +2006,10 @@ def run_coupled(run, chains, structures, seats, steps, window, quadratic, search
             # The chain moved against the surface where the force before its last answer would have brought it.
             found[2, 0] = push[0] * (found[3, 0] - softness * residual - before)
         else:
-            tried, residual = _agree(
-                run, y, v, chains, seats, steps, t, window, at_rest, compliance, quadratic, search, found, own
-            )
+            tried, residual, taken = _agree(
+                run, y, v, chains, structures, gaps, seats, steps, t, window, free, at_rest, compliance, quadratic,
+                search, found, own, after, pressed,
+            )  # fmt: skip
             _copy(found[0], push)
         run.counts[1] += tried
         for c in range(chains.rest.size):
@@ -1837,7 +2022,11 @@ def run_coupled(run, chains, structures, seats, steps, window, quadratic, search
         _copy(y, run.y)
         _copy(v, run.v)
         # The rest of an old motion that damping leaves would end in subnormal numbers, which are slow: it becomes zero.
-        if only:
+        if gaps is not None:
+            _copy(after, run.body)
+            _copy(pressed, run.pressed)
+            run.taken[0] += taken
+        elif only:
             _add(push[0], response, free, run.body)
         else:
             _end(structures, seats, push, free, run.body)
@@ -1867,5 +2056,5 @@ def run_coupled(run, chains, structures, seats, steps, window, quadratic, search
             surfaces[0, row] = run.surface[0]
             _hertz_forces(run_y, chain.stiffness, chain.numbers.flexibility, run.surface[0], forces[row])
         else:
-            save(run, chains, structures, seats, done * window, done // stride, saved)
+            save(run, chains, structures, gaps, seats, done * window, done // stride, saved)
     return OK, 0, 0.0, 0

@@ -127,7 +127,7 @@ class Closing:
             raise ValueError("structure: has a gap at a degree of freedom without mass, whose velocity is undetermined")
         self.structure, self.opening, self.preload = structure, widths, forces
         self._count = structure.contacts - len(widths)
-        self._moving = MovingStructure(structure, stepper=_midpoint)
+        self.moving = MovingStructure(structure, stepper=_midpoint)
         self._gaps = gaps
         self._compliances: dict[float, Vector] = {}
 
@@ -146,7 +146,7 @@ class Closing:
 
     def start(self) -> ClosingState:
         """At rest in static equilibrium."""
-        return ClosingState(self._moving.start(), self.preload.copy(), 0.0)
+        return ClosingState(self.moving.start(), self.preload.copy(), 0.0)
 
     def advance(self, state: ClosingState, force: Any, window: float) -> tuple[ClosingState, Any]:
         """Advance by one window (s) under the mean force (N) of each chain, relative to the static one.
@@ -176,13 +176,13 @@ class Closing:
                 pressed += after.pressed / PARTS
             # What opened again is open: its faces move apart.
             after = after._replace(pressed=np.where(after.pressed > 0.0, pressed, 0.0))
-        places = self._moving.read(after.body)[: self._count]
+        places = self.moving.read(after.body)[: self._count]
         return after, float(places[0]) if self._count == 1 else places
 
     def _stepped(self, state: ClosingState, forces: Vector, window: float) -> ClosingState:
         """One step of the implicit midpoint rule, in which each gap is open or presses."""
         before = state.body
-        end = self._moving.pushed(self._moving.free(before, window), forces, window)
+        end = self.moving.pushed(self.moving.free(before, window), forces, window)
         rate = self._gaps.T @ before.velocity
         middle = self.opening + self._gaps.T @ before.displacement + 0.5 * window * rate
         near = (state.pressed > 0.0) | ((middle <= 0.0) & (rate <= 0.0))
@@ -190,9 +190,9 @@ class Closing:
         if near.any():
             compliance = self._compliance(window)[np.ix_(near, near)]
             pressed[near] = _separating(compliance, (self._gaps.T @ end.velocity)[near])
-            end = self._moving.pushed(end, np.concatenate([np.zeros(self._count), pressed]), window)
+            end = self.moving.pushed(end, np.concatenate([np.zeros(self._count), pressed]), window)
         way = self._gaps.T @ (end.displacement - before.displacement)
-        lost = self._moving.dissipated(before, end, window) - float(pressed @ way)
+        lost = self.moving.dissipated(before, end, window) - float(pressed @ way)
         return ClosingState(end, pressed, state.lost + lost)
 
     def _switched(self, before: ClosingState, after: ClosingState) -> bool:
@@ -253,7 +253,7 @@ class Closing:
     def _compliance(self, window: float) -> Vector:
         """The velocity of each gap at the end of a window after 1 N across each of them, m/(N s)."""
         if window not in self._compliances:
-            matrix = self._gaps.T @ self._moving.response(window).velocity[:, self._count :]
+            matrix = self._gaps.T @ self.moving.response(window).velocity[:, self._count :]
             self._compliances[window] = 0.5 * (matrix + matrix.T)
         return self._compliances[window]
 

@@ -55,7 +55,8 @@ class Propagator(NamedTuple):
     oscillators, or, if all degrees of freedom are coupled, one block with all displacements first. spread: s × s·B, the
     effect of component j on component i of its own block, at (j, i·B + k). response: K rows, the states after 1 N from
     rest at each contact. contact: K rows, b of the first entries. stiffness, mass: of the displacements and of the
-    velocities after them; one row if they are diagonal.
+    velocities after them; one row if they are diagonal. rate: K rows, b of the velocities. damping: C of the
+    displacements; one row if it is diagonal, none without damping.
     """
 
     spread: Vector
@@ -63,6 +64,8 @@ class Propagator(NamedTuple):
     contact: Vector
     stiffness: Vector
     mass: Vector
+    rate: Vector
+    damping: Vector
 
 
 class MovingStructure:
@@ -138,9 +141,12 @@ class MovingStructure:
     @property
     def compact(self) -> bool:
         """Whether a window is a small Propagator: oscillators, or a few degrees of freedom that damping couples."""
-        if self.stepper != "midpoint":
-            return False
-        return self.modal or self._modes is not None or 0 < self.structure.size <= LARGEST_DENSE_SIZE
+        return self.stepper == "midpoint" and self.small
+
+    @property
+    def small(self) -> bool:
+        """The same by any stepper that is the implicit midpoint for all but slow oscillators."""
+        return self.structure.is_modal or self._modes is not None or 0 < self.structure.size <= LARGEST_DENSE_SIZE
 
     @cached_property
     def _modes(self) -> Structure | None:
@@ -167,7 +173,9 @@ class MovingStructure:
         spread = np.array([np.append(u, v[moving]) for u, v, _ in map(step.free, starts)])
         stiffness, mass = structure.stiffness.toarray(), structure.mass.toarray()[np.ix_(moving, moving)]
         response = np.concatenate([displacement, velocity[moving]]).T
-        return Propagator(spread, response, structure.contact_vectors.T, stiffness, mass)
+        contact = structure.contact_vectors.T
+        damping = np.zeros((0, size)) if structure.damping is None else structure.damping.toarray()
+        return Propagator(spread, response, contact, stiffness, mass, contact[:, moving], damping)
 
     def __repr__(self) -> str:
         stepper = self.stepper if isinstance(self.stepper, str) else getattr(self.stepper, "__name__", "own stepper")
@@ -298,5 +306,6 @@ class MovingStructure:
 def _of_oscillators(step: Oscillators, modes: Structure) -> Propagator:
     size = modes.size
     spread = step.rows.reshape(2, 2, size).transpose(1, 0, 2).reshape(2, 2 * size)
-    square, unit = modes.stiffness.diagonal()[None], np.ones((1, size))
-    return Propagator(spread, np.concatenate(step.response[:2]).T, modes.contact_vectors.T, square, unit)
+    square, unit, contact = modes.stiffness.diagonal()[None], np.ones((1, size)), modes.contact_vectors.T
+    damping = np.zeros((0, size)) if modes.damping is None else modes.damping.diagonal()[None]
+    return Propagator(spread, np.concatenate(step.response[:2]).T, contact, square, unit, contact, damping)

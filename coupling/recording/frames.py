@@ -47,7 +47,7 @@ class Frames:
 
     saved: all arrays, as the compiled window loop fills them; energies of structures are NaN where not known. thin:
     with rows for velocities, contact forces and surfaces only. damped: structures × saved times, what their damping
-    took, J, NaN where not known. chains: the parts of each chain.
+    and gaps took, J, NaN where not known. chains: the parts of each chain.
     """
 
     def __init__(self, interface: Interface, rows: int, thin: bool = False) -> None:
@@ -60,8 +60,9 @@ class Frames:
         )
         tall = [np.zeros((other, coordinates)), np.zeros((rows, coordinates)), np.zeros((rows, bodies))]
         shapes = [of_chains] * 4 + [(interface.size, rows)] + [of_contacts] * 3 + [of_structures] * 2 + [(other,)] * 3
+        shapes.append(of_structures)
         self.saved = kernels.Saved(*tall, *(np.zeros(shape) for shape in shapes))
-        self.damped = np.zeros(of_structures)
+        self.damped = self.saved.taken
         self.chains = [
             ChainFrames(
                 self.saved.position[:, place:end],
@@ -123,4 +124,4 @@ class Frames:
     def _arrays(self) -> list[tuple[Vector, bool]]:
         """All arrays, and whether the saved times are their last axis."""
         tall = self.saved[:3]
-        return [(one, False) for one in tall] + [(one, True) for one in (*self.saved[3:], self.damped)]
+        return [(one, False) for one in tall] + [(one, True) for one in self.saved[3:]]

@@ -16,7 +16,7 @@ from structures.moving import MovingStructure
 PARTS: dict[type, tuple[str, tuple[str, ...]]] = {
     MovingChain: ("chains", ("advance",)),
     MovingStructure: ("structures", ("move", "free", "pushed", "dissipated", "propagator")),
-    BlackBox: ("structures", ("move",)),
+    BlackBox: ("structures", ("move", "propagator")),
     Frames: ("saving", ("record",)),
     Keeper: ("checkpoint", ("begin", "keep")),
 }
