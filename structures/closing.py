@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
 from structures.checks import each, finite, instance, short
@@ -49,6 +50,16 @@ class ClosingState(NamedTuple):
     body: StructureState
     pressed: Vector
     lost: float
+
+
+class _Ahead(NamedTuple):
+    """What follows from a state whatever the forces: the state at the window's end where none acts, the rate of each
+    gap there, and the gaps that may press, or None.
+    """
+
+    free: StructureState
+    rate: Vector
+    near: NDArray[np.bool_] | None
 
 
 class Closing:
@@ -128,8 +139,13 @@ class Closing:
         self.structure, self.opening, self.preload = structure, widths, forces
         self._count = structure.contacts - len(widths)
         self.moving = MovingStructure(structure, stepper=_midpoint)
-        self._gaps = gaps
+        self._gaps, self._read = gaps, np.ascontiguousarray(gaps.T)
         self._compliances: dict[float, Vector] = {}
+        self._kept: tuple[ClosingState | None, dict[float, _Ahead]] = (None, {})
+
+    def __getstate__(self) -> dict[str, Any]:
+        """For pickles and copies: without what the last state brings."""
+        return {**vars(self), "_kept": (None, {})}
 
     @property
     def surface(self) -> Any:
@@ -168,39 +184,65 @@ class Closing:
             Displacement of each chain's contact, m.
         """
         forces = np.concatenate([np.atleast_1d(np.asarray(force, dtype=float)), -self.preload])
-        after = self._stepped(state, forces, window)
+        after = self._stepped(state, self._kept_ahead(state, window), forces, window)
         if self._switched(state, after):
-            after, pressed = state, np.zeros(len(self.opening))
-            for _ in range(PARTS):
-                after = self._stepped(after, forces, window / PARTS)
+            part, pressed = window / PARTS, np.zeros(len(self.opening))
+            ahead, after = self._kept_ahead(state, part), state
+            for number in range(PARTS):
+                ahead = self._ahead(after, part) if number else ahead
+                after = self._stepped(after, ahead, forces, part)
                 pressed += after.pressed / PARTS
             # What opened again is open: its faces move apart.
             after = after._replace(pressed=np.where(after.pressed > 0.0, pressed, 0.0))
         places = self.moving.read(after.body)[: self._count]
         return after, float(places[0]) if self._count == 1 else places
 
-    def _stepped(self, state: ClosingState, forces: Vector, window: float) -> ClosingState:
-        """One step of the implicit midpoint rule, in which each gap is open or presses."""
-        before = state.body
-        end = self.moving.pushed(self.moving.free(before, window), forces, window)
-        rate = self._gaps.T @ before.velocity
-        middle = self.opening + self._gaps.T @ before.displacement + 0.5 * window * rate
+    def _kept_ahead(self, state: ClosingState, window: float) -> _Ahead:
+        """The same as `_ahead`, kept for the last state: a co-simulation repeats a window with other forces."""
+        kept = self._kept
+        if kept[0] is not state:
+            kept = self._kept = (state, {})
+        if not isinstance(window, float):
+            return self._ahead(state, window)
+        if window not in kept[1]:
+            kept[1][window] = self._ahead(state, window)
+        return kept[1][window]
+
+    def _ahead(self, state: ClosingState, window: float) -> _Ahead:
+        """What follows from a state over a window (s)."""
+        body = state.body
+        free, rate = self.moving.free(body, window), self._read @ body.velocity
+        middle = self.widths(state) + 0.5 * window * rate
         near = (state.pressed > 0.0) | ((middle <= 0.0) & (rate <= 0.0))
-        pressed = np.zeros(len(self.opening))
-        if near.any():
-            compliance = self._compliance(window)[np.ix_(near, near)]
-            pressed[near] = _separating(compliance, (self._gaps.T @ end.velocity)[near])
-            end = self.moving.pushed(end, np.concatenate([np.zeros(self._count), pressed]), window)
-        way = self._gaps.T @ (end.displacement - before.displacement)
-        lost = self.moving.dissipated(before, end, window) - float(pressed @ way)
+        return _Ahead(free, self._read @ free.velocity, near if near.any() else None)
+
+    def _stepped(self, state: ClosingState, ahead: _Ahead, forces: Vector, window: float) -> ClosingState:
+        """One step of the implicit midpoint rule, in which each gap is open or presses."""
+        if ahead.near is None:
+            end = self.moving.pushed(ahead.free, forces, window)
+            lost = self.moving.dissipated(state.body, end, window)
+            return ClosingState(end, np.zeros(len(self.opening)), state.lost + lost)
+        compliance, near = self._compliance(window), ahead.near
+        rate = ahead.rate + compliance @ forces
+        own = compliance[:, self._count :]
+        if near.all():
+            pressed = _separating(own, rate)
+        else:
+            pressed = np.zeros(len(self.opening))
+            pressed[near] = _separating(own[np.ix_(near, near)], rate[near])
+        end = self.moving.pushed(ahead.free, np.append(forces[: self._count], forces[self._count :] + pressed), window)
+        lost = self.moving.dissipated(state.body, end, window)
+        if pressed.any():
+            lost -= float(pressed @ (self._read @ (end.displacement - state.body.displacement)))
         return ClosingState(end, pressed, state.lost + lost)
 
     def _switched(self, before: ClosingState, after: ClosingState) -> bool:
         """Whether a gap closed on the way, or should have closed."""
         presses = after.pressed > 0.0
-        overlaps = (self.widths(after) < 0.0) & (self._gaps.T @ after.body.velocity < 0.0)
-        closes = presses & (before.pressed == 0.0)
-        return bool((closes | (overlaps & ~presses)).any())
+        if (presses & (before.pressed == 0.0)).any():
+            return True
+        overlaps = ~presses & (self.widths(after) < 0.0)
+        return bool(overlaps.any() and (overlaps & (self._read @ after.body.velocity < 0.0)).any())
 
     def widths(self, state: ClosingState) -> Vector:
         """The width of each gap, m. A gap that closed may overlap by 1/32 of a window's approach.
@@ -215,7 +257,7 @@ class Closing:
         ndarray
             One number for each gap.
         """
-        widths: Vector = self.opening + self._gaps.T @ state.body.displacement
+        widths: Vector = self.opening + self._read @ state.body.displacement
         return widths
 
     def energy(self, state: ClosingState) -> float:
@@ -248,13 +290,14 @@ class Closing:
             The three energies, J.
         """
         kinetic, elastic = energies(self.structure, state.body)
-        return kinetic, elastic + float(self.preload @ (self._gaps.T @ state.body.displacement)), state.lost
+        return kinetic, elastic + float(self.preload @ (self._read @ state.body.displacement)), state.lost
 
     def _compliance(self, window: float) -> Vector:
-        """The velocity of each gap at the end of a window after 1 N across each of them, m/(N s)."""
+        """The velocity of each gap at the end of a window after 1 N at each contact, m/(N s)."""
         if window not in self._compliances:
-            matrix = self._gaps.T @ self.moving.response(window).velocity[:, self._count :]
-            self._compliances[window] = 0.5 * (matrix + matrix.T)
+            matrix = self._read @ self.moving.response(window).velocity
+            own = matrix[:, self._count :]
+            self._compliances[window] = np.hstack([matrix[:, : self._count], 0.5 * (own + own.T)])
         return self._compliances[window]
 
 
@@ -266,10 +309,21 @@ def _midpoint(structure: Structure, window: float) -> Step:
 def _separating(compliance: Vector, rate: Vector) -> Vector:
     """Λ ≥ 0 with rate + compliance Λ ≥ 0, and zero where Λ > 0.
 
+    For one gap Λ is known. Of several, mostly those press that would close. Else nnls finds them.
+
     This is the condition of optimality of least ½ ΛᵀAΛ + ΛᵀR, solved as least ‖LᵀΛ + L⁻¹R‖ with A = LLᵀ, in units in
     which the diagonal of A is one.
     """
-    from scipy.optimize import nnls  # loaded by those whose gaps close
+    closing = rate < 0.0
+    force: Vector = np.zeros_like(rate)
+    if rate.size == 1:
+        force[0] = max(-rate[0] / compliance[0, 0], 0.0)
+        return force
+    if closing.any():
+        force[closing] = np.linalg.solve(compliance[np.ix_(closing, closing)], -rate[closing])
+    if (force >= 0.0).all() and (closing | (rate + compliance @ force >= 0.0)).all():
+        return force
+    from scipy.optimize import nnls  # loaded by those whose gaps close in other ways
 
     units = np.sqrt(compliance.diagonal())
     scaled = rate / units
@@ -278,7 +332,7 @@ def _separating(compliance: Vector, rate: Vector) -> Vector:
         return np.zeros_like(rate)
     lower = np.linalg.cholesky(compliance / np.outer(units, units))
     found, _ = nnls(lower.T, -solve_triangular(lower, scaled / scale, lower=True))
-    force: Vector = found * scale / units
+    force = found * scale / units
     return force
 
 
