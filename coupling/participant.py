@@ -107,7 +107,8 @@ class BlackBox:
     @property
     def compact(self) -> bool:
         """Whether it is our own one, and small enough for the compiled window loop."""
-        return self.closing is not None and self.closing.moving.small
+        # A class derived from ours may advance in its own way.
+        return self.closing is not None and type(self.closing) is Closing and self.closing.moving.small
 
     @property
     def stepper(self) -> Any:

@@ -9,10 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.integrate import trapezoid
+from scipy.optimize import nnls
 
 import hertzlink as hl
+from coupling.loops import Work, is_compiled
 from hertzlink.conformance import checks
 from hertzlink.stepping import Closing, ClosingState
+from particles import kernels
+from structures.closing import _separating
 
 STEEL = hl.STEEL_440C
 HALF = hl.Layer(STEEL, length=0.1, radius=5e-3)
@@ -262,6 +266,66 @@ def test_a_checkpoint_continues_with_the_same_bits(tmp_path: Path) -> None:
     for name in ("velocity", "surface_displacement"):
         assert np.array_equal(whole[name], first[name])
         assert np.array_equal(whole[name], again[name])
+
+
+THIRDS = hl.rod([NEAR, NEAR, FAR], cracks=[0, 1])
+ALONE: dict[str, Any] = {
+    "several gaps, one with a preload": Closing(hl.reduce(THIRDS, until=3e-4), [0.0, 1e-7], [5.0, 0.0]),
+    "not reduced": Closing(hl.rod([NEAR, FAR], cracks=[0]), [1e-7]),
+    "coupled by damping": Closing(hl.rod([NEAR, FAR], "absorbing", elements=12, cracks=[0]), [1e-7]),
+    "without mass": Closing(
+        hl.damping.standard_linear_solid(hl.rod([NEAR, FAR], elements=12, cracks=[0]), 0.3, 2e-5), [1e-7]
+    ),
+}
+
+
+@pytest.mark.parametrize("name", ALONE)
+def test_the_compiled_loop_does_what_the_structure_does_alone(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same energy, loss, motion and force to rounding, by as many repetitions of each window."""
+    simulation = hl.CoSimulation(hl.Chain([BEAD] * 4, BEAD, 0.3), ALONE[name])
+    assert is_compiled(simulation.interface, simulation.scheme, simulation.plan(1.5e-4))
+    compiled = simulation.run(1.5e-4)
+    monkeypatch.setattr(Work, "compiled", False)
+    other = simulation.run(1.5e-4)
+    assert float(other.structure_dissipated_energy[-1]) > 1e-6 * float(other.impact_energy)
+    assert compiled.evaluations.equals(other.evaluations)
+    for one in set(other.data_vars) - {"residual"}:
+        size = float(other.impact_energy) if other[one].attrs["units"] == "J" else float(abs(other[one]).max())
+        assert compiled[one].values == pytest.approx(other[one].values, rel=0.0, abs=1e-11 * size), one
+
+
+def test_forces_of_many_gaps_are_those_of_least_squares() -> None:
+    """Also where some gaps open because others press, which a first guess does not know."""
+    random, several = np.random.default_rng(3), 0
+    for count in (2, 5, 9, 25):
+        for _ in range(40):
+            root = random.normal(size=(count, count)) + 0.5
+            softness, rate = root @ root.T + 0.1 * np.eye(count), random.normal(size=count)
+            near = random.random(count) < 0.8
+            near[0] = True
+            expected, found, lower = np.zeros(count), np.empty(count), np.linalg.cholesky(softness[np.ix_(near, near)])
+            expected[near] = nnls(lower.T, -np.linalg.solve(lower, rate[near]))[0]
+            kernels._separate(softness, rate, near, found)
+            scale = abs(rate).max() / softness.diagonal().min()
+            assert found == pytest.approx(expected, abs=1e-10 * scale)
+            assert _separating(softness[np.ix_(near, near)], rate[near]) == pytest.approx(
+                expected[near], abs=1e-10 * scale
+            )
+            several += not np.array_equal(found > 0.0, near & (rate < 0.0))
+    assert several > 40
+
+
+def test_a_batch_takes_gaps() -> None:
+    """Each run of a batch is that of the run alone."""
+    cut = hl.reduce(hl.rod([NEAR, FAR], cracks=[0]), until=3e-4)
+
+    def tap(micrometres: float) -> hl.CoSimulation:
+        return hl.CoSimulation(hl.Chain([BEAD] * 4, BEAD, 0.3), Closing(cut, [1e-6 * micrometres]))
+
+    taps = hl.batch(tap, until=2e-4, save_every=1e-6, micrometres=[0.1, 0.5])
+    for i, opening in enumerate((0.1, 0.5)):
+        alone = tap(opening).run(2e-4, save_every=1e-6)
+        assert np.array_equal(taps.contact_force[i].values, alone.contact_force.transpose(*taps.contact_force.dims[1:]))
 
 
 CUT = hl.rod([HALF, HALF], elements=2, cracks=[0])

@@ -148,7 +148,7 @@ class Prediction:
         return self._forces(runs)
 
     def _alone(self, row: dict[str, float]) -> Vector:
-        """The traces of a run that only its own scheme can do, such as one with gaps or with a user's structure."""
+        """The traces of a run that only its own scheme can do, such as one with a user's structure."""
         try:
             return self._forces(self._made(**row).run(self.until, save_every=self.interval))
         except (ArithmeticError, RuntimeError, ValueError) as error:

@@ -106,7 +106,7 @@ def batch(
     Raises
     ------
     ValueError
-        If the runs differ in length, a run has several chains or a structure that is not linear, the shapes of the
+        If the runs differ in length, a run has several chains or a structure of the user's own, the shapes of the
         parameters do not fit together, or the result is too large.
     RuntimeError
         If all runs fail.
