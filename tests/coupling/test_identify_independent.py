@@ -52,14 +52,13 @@ def test_a_plate_is_found_from_near_values() -> None:
 @pytest.mark.thorough
 @pytest.mark.parametrize(
     ("seed", "distance", "thickness"),
-    [
-        (1 + 3 * i + j, distance, thickness)
-        for i, distance in enumerate((15e-3, 25e-3, 40e-3, 60e-3))
-        for j, thickness in enumerate((2e-3, 3e-3, 5e-3))
-    ],
+    [(1, 15e-3, 2e-3), (3, 15e-3, 5e-3), (10, 60e-3, 2e-3), (12, 60e-3, 5e-3)],
 )
 def test_plates_are_found_from_the_whole_ranges(seed: int, distance: float, thickness: float) -> None:
-    """Of two intervals in each of twelve cases one may miss by chance; with these seeds none does."""
+    """The corners of a grid of 15 to 60 mm and 2 to 5 mm: near and far edges, thin and thick plates.
+
+    Of two intervals in each case one may miss by chance; with these seeds none does.
+    """
     signal = measured(Case(EdgedPlate(thickness, distance), until=UNTIL), seed)
     found = hl.identify(signal, clamped, NUISANCES, **RANGES)
     assert found.explained
