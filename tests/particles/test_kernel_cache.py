@@ -40,37 +40,31 @@ def test_a_folder_that_works_stays(monkeypatch: pytest.MonkeyPatch, tmp_path: Pa
 
 COMPILES = """
 import hertzlink as hl
-bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-simulation = hl.CoSimulation(hl.Chain([bead] * 2, bead, 0.3), None)
-for _ in range(2):
-    simulation.run(2e-5, save_every=1e-6)
-"""
-
-
-@pytest.mark.thorough
-def test_the_first_run_says_that_it_compiles(tmp_path: Path) -> None:
-    """One line, however many kernels; a second process finds them and says nothing."""
-    said = []
-    for _ in range(2):
-        done = subprocess.run(
-            [sys.executable, "-W", "ignore", "-c", COMPILES], env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},
-            capture_output=True, text=True, check=True,
-        )  # fmt: skip
-        said.append(done.stderr)
-    assert said == [f"{kernel_cache.COMPILING}\n", ""]
-
-
-@pytest.mark.thorough
-def test_a_plain_run_compiles_no_other_integrator(tmp_path: Path) -> None:
-    """Nor anything for beads that vibrate, or for several contacts."""
-    code = """
-import hertzlink as hl
 from particles import kernels
 bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-hl.CoSimulation(hl.Chain([bead] * 2, bead, 0.3), hl.half_space(hl.STEEL_440C)).run(until=1e-5)
+simulation = hl.CoSimulation(hl.Chain([bead] * 2, bead, 0.3), hl.half_space(hl.STEEL_440C))
+for _ in range(2):
+    simulation.run(2e-5, save_every=1e-6)
 names = "_verlet _driven_verlet _viscous_verlet _lossy_verlet _rk4 _accelerate_vibrating _agree".split()
 print([name for name in names if getattr(kernels, name).signatures])
 """
-    settings = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
-    done = subprocess.run([sys.executable, "-c", code], env=settings, capture_output=True, text=True)
-    assert done.stdout.splitlines() == ["['_verlet']"], done.stderr
+
+
+@pytest.fixture(scope="module")
+def processes(tmp_path_factory: pytest.TempPathFactory) -> list[subprocess.CompletedProcess[str]]:
+    """Two, one after the other, with a folder for kernels that is empty at first."""
+    settings = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path_factory.mktemp("kernels"))}
+    command = [sys.executable, "-W", "ignore", "-c", COMPILES]
+    return [subprocess.run(command, env=settings, capture_output=True, text=True, check=True) for _ in range(2)]
+
+
+@pytest.mark.thorough
+def test_the_first_run_says_that_it_compiles(processes: list[subprocess.CompletedProcess[str]]) -> None:
+    """One line, however many kernels; a second process finds them and says nothing."""
+    assert [one.stderr for one in processes] == [f"{kernel_cache.COMPILING}\n", ""]
+
+
+@pytest.mark.thorough
+def test_a_plain_run_compiles_no_other_integrator(processes: list[subprocess.CompletedProcess[str]]) -> None:
+    """Nor anything for beads that vibrate, or for several contacts."""
+    assert processes[0].stdout.splitlines() == ["['_verlet']"]
