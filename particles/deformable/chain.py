@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from particles import kernels
+from particles import contacts, kernels
 from particles.bead import Bead
 from particles.chain import Chain
 from particles.deformable.vibration import Vibration, vibration
@@ -293,7 +293,9 @@ class MovingDeformableChain(MovingChain):
         behind, ahead = np.append(0.0, force[:-1])[:, None], force[:, None]
         rates = np.where(vibrations.stiffness > 0.0, vibrations.stiffness, inf)
         amplitude = (vibrations.struck * behind - vibrations.far * ahead) / rates
-        approach = np.array([law.approach(f) if law else 0.0 for law, f in zip(self.local_laws, force, strict=True)])
+        approach = np.zeros_like(force)
+        for law, which in contacts.grouped(self.local_laws).items():
+            approach[which] = law.approach(force[which])
         approach[[0, -1]] += self._springs() * force[[0, -1]]
         approach[1:] -= vibrations.cross[1:] * force[:-1]
         approach[:-1] -= vibrations.cross[1:] * force[1:]

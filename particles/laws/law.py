@@ -426,12 +426,14 @@ def _shape_table(exponent: float) -> Vector:
 
 def _inverse(increasing: Callable[[Vector], Vector], wanted: Vector) -> Vector:
     """Where an increasing function of the approach has these values, by halving an interval of ln δ."""
+    if not (wanted > 0.0).any():
+        # What is not a number stays so.
+        return np.maximum(wanted, 0.0)
     low, high = np.full(wanted.shape, log(SMALLEST_APPROACH)), np.full(wanted.shape, log(LARGEST_APPROACH))
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
         below = increasing(np.exp(middle)) < wanted
         low, high = np.where(below, middle, low), np.where(below, high, middle)
-    # What is not a number stays so.
     return np.where(wanted > 0.0, np.exp(0.5 * (low + high)), np.maximum(wanted, 0.0))
 
 

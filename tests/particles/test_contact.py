@@ -376,3 +376,14 @@ def test_a_spring_behind_the_contact_is_no_part_of_its_law() -> None:
     run = hl.CoSimulation(hl.Chain([bead], bead, 0.3), soft).run(until=2e-3)
     assert float(run.displacement.sel(bead=1).max()) > 2.0 * hl.contact_law(bead, soft.surface).largest
     assert "contact law" not in run.attrs.get("warnings", "")
+
+
+def test_without_a_force_no_approach_is_searched() -> None:
+    """It is zero for every law. A search took most of the time to build deformable beads."""
+
+    class Untouched(ContactLaw):
+        def force(self, approach: Vector) -> Vector:
+            raise AssertionError("was asked")
+
+    assert np.array_equal(Untouched().approach(np.zeros(3)), np.zeros(3))
+    assert np.isnan(Untouched().approach(np.array([np.nan, 0.0]))).tolist() == [True, False]
