@@ -157,8 +157,10 @@ class Prediction:
 
     def _forces(self, runs: xr.Dataset) -> Vector:
         """The dynamic forces at the sensors, … × sensors × times, N."""
-        dynamic = (runs.contact_force - runs.static_force).transpose(..., "contact", "time")
-        forces = [0.5 * (dynamic.sel(contact=n) + dynamic.sel(contact=n + 1)).values for n in self.sensors]
+        # As plain arrays: a fit takes the forces of some runs hundreds of times, and labels take longer than a run.
+        dynamic = runs.contact_force.transpose(..., "contact", "time").values - runs.static_force.values[..., None]
+        places = {n: k for k, n in enumerate(runs.contact.values.tolist())}
+        forces = [0.5 * (dynamic[..., places[n], :] + dynamic[..., places[n + 1], :]) for n in self.sensors]
         return np.stack(forces, axis=-2)
 
     def slopes(self, places: Vector, here: Vector, steps: Vector, rough: bool = False) -> Vector:
