@@ -635,8 +635,15 @@ def lacking(folder: str, kind: str, radius: float) -> hl.CoSimulation:
     return build(hl.PTFE, radius)
 
 
-@pytest.mark.parametrize(("kind", "error"), [("package", ImportError), ("memory", MemoryError), ("disk", OSError)])
-@pytest.mark.parametrize("jobs", [1, pytest.param(2, marks=pytest.mark.thorough)])
+@pytest.mark.parametrize(
+    ("kind", "error", "jobs"),
+    [
+        ("package", ImportError, 1),
+        ("memory", MemoryError, 1),
+        ("disk", OSError, 1),
+        pytest.param("disk", OSError, 2, marks=pytest.mark.thorough),
+    ],
+)
 def test_a_failure_of_the_environment_is_not_kept(tmp_path: Path, kind: str, error: type[Exception], jobs: int) -> None:
     """It ends the sweep; what is finished stays, and the next sweep runs the point again."""
     store, axes = tmp_path / "store", {"folder": [str(tmp_path)], "kind": [kind], "radius": RADII}
