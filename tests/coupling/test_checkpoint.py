@@ -44,6 +44,17 @@ from structures.stepping import GeneralisedAlpha
 
 KILLS = 3
 
+IMPORTED = (
+    "coupling.cosimulation",
+    "coupling.loops",
+    "plates.builders",
+    "structures.damping",
+    "xarray",
+    "pint",
+    "dask.array",
+)
+"""What a run imports, some of it by way of xarray where it is installed."""
+
 
 @pytest.fixture(scope="module")
 def nursery() -> ForkServerContext:
@@ -51,7 +62,8 @@ def nursery() -> ForkServerContext:
     if not hasattr(signal, "SIGKILL"):
         pytest.skip("nothing kills like SIGKILL here")
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["hertzlink"])
+    # hertzlink itself loads its modules when they are first used, which would be in each process.
+    context.set_forkserver_preload([*IMPORTED, "hertzlink"])
     return context
 
 
