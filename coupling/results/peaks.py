@@ -6,6 +6,7 @@ small peaks too, but none that runs. The incident wave is the clock: what follow
 contact, the weaker the longer. The loops over samples are compiled, in `wave_kernels`.
 """
 
+from functools import lru_cache
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -93,10 +94,11 @@ def waves_of_signal(time: Vector, force: Vector, smallest: float) -> list[Peak]:
     first = scipy.signal.find_peaks(smooth, height=least, prominence=least)[0]
     if not (least > 0.0 and first.size):
         return []
-    least = max(smallest * _fitted(time, force, smooth, *_valleys(smooth, first)[0])[0], floor)
+    level = noise_level(force)
+    least = max(smallest * _fitted(time, force, smooth, level, *_valleys(smooth, first)[0])[0], floor)
     later = scipy.signal.find_peaks(smooth, height=least, prominence=least)[0]
     peaks = np.append(first[0], later[later > first[0]])
-    return [_fitted(time, force, smooth, *place) for place in _valleys(smooth, peaks)]
+    return [_fitted(time, force, smooth, level, *place) for place in _valleys(smooth, peaks)]
 
 
 def _valleys(force: Vector, peaks: Vector) -> list[tuple[int, tuple[int, int]]]:
@@ -116,26 +118,39 @@ def interpolated(time: Vector, force: Vector, peak: int) -> Peak:
     return float(amplitude), float(arrival)
 
 
-def _fitted(time: Vector, force: Vector, smooth: Vector, peak: int, between: tuple[int, int]) -> Peak:
+def _fitted(time: Vector, force: Vector, smooth: Vector, noise: float, peak: int, between: tuple[int, int]) -> Peak:
     """Amplitude and time of the top of a polynomial through the samples around a peak of the smoothed signal.
 
     The smoothed signal has its peak elsewhere where a pulse is lopsided or has two humps. So polynomials over the same
     reach first slide along the upper half of the pulse, between its two valleys; the one that is highest in its middle
-    is taken.
+    is taken. noise: in the signal, N.
     """
     width, step = float(scipy.signal.peak_widths(smooth, [peak], rel_height=0.5)[0][0]), time[1] - time[0]
-    reach = _reach(width, noise_level(force) / smooth[peak])
+    reach = _reach(width, noise / smooth[peak])
     half = max(1, round(0.5 * width))
     first, last = max(between[0], peak - half), min(between[1], peak + half) + 1
     start, stop = max(0, first - reach), min(force.size, last + reach)
     if stop - start > 2 * reach:
-        moving = scipy.signal.savgol_filter(force[start:stop], 2 * reach + 1, ORDER)
+        moving = _moving(force[start:stop], reach, (start, stop) == (first - reach, last + reach))
         peak = first + int(moving[first - start : last - start].argmax())
     near = slice(max(0, peak - reach), peak + reach + 1)
     fit = Polynomial.fit(time[near], force[near], min(ORDER, time[near].size - 1))
     tops = [t.real for t in fit.deriv().roots() if abs(t.imag) < step and abs(t - time[peak]) <= 0.5 * reach * step]
     best = max(tops, key=fit, default=time[peak])
     return float(fit(best)), float(best)
+
+
+def _moving(force: Vector, reach: int, inside: bool) -> Vector:
+    """The middles of polynomials that slide along a force; inside: whether the ends of what is given do not count."""
+    if not inside:
+        return np.asarray(scipy.signal.savgol_filter(force, 2 * reach + 1, ORDER))
+    return np.asarray(scipy.ndimage.convolve1d(force, _weights(reach), mode="constant"))
+
+
+@lru_cache(256)
+def _weights(reach: int) -> Vector:
+    """Of the samples, for the middle of the polynomial through them."""
+    return np.asarray(scipy.signal.savgol_coeffs(2 * reach + 1, ORDER))
 
 
 def _reach(width: float, noise: float) -> int:
