@@ -5,9 +5,10 @@ import hertzlink as hl
 bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
 clamped = hl.Supports("clamped", "clamped", "clamped", "clamped")
 plate = hl.kirchhoff_plate(0.3, 0.2, 4.83e-3, hl.ALUMINIUM_6061, clamped).at(0.15, 0.1)
+cylinder = hl.layered_cylinder([hl.Layer(hl.PTFE, length=25.4e-3, radius=19.1e-3)])
 structures = {
     "steel rod": hl.rod([hl.Layer(hl.STEEL_440C, length=76.2e-3, radius=19.1e-3)]),
-    "PTFE cylinder": hl.layered_cylinder([hl.Layer(hl.PTFE, length=25.4e-3, radius=19.1e-3)]),
+    "PTFE cylinder": hl.reduce(cylinder, until=1e-3),
     "aluminium plate": hl.reduce(plate, until=1e-3),
 }
 
