@@ -30,7 +30,7 @@ def test_table_2_1_is_that_of_the_materials() -> None:
 
 def test_most_studies_are_checked() -> None:
     """All but that of the critical distance, whose lines the thesis shows in a figure only, and that of all others."""
-    assert set(STUDIES) - set(PRINTED) <= {"critical-distance", "thesis", "yield", "prestress", "cracks"}
+    assert set(STUDIES) - set(PRINTED) <= {"critical-distance", "thesis", "yield", "prestress", "cracks", "pressure"}
 
 
 @pytest.mark.parametrize(
