@@ -84,8 +84,8 @@ def spherical_shell(
     ambient : float
         Pressure outside, Pa.
     heat_capacity_ratio : float
-        Ratio κ of the heat capacities of the gas. The pressure inside, p, changes with the volume V as
-        dp = −κ (ambient + p) dV/V. With 0 it stays constant.
+        Ratio κ of the heat capacities of the gas, 1.4 for air. A change dV of the volume V inside changes the pressure
+        by −κ (ambient + pressure) dV/V. With 0 the pressure stays constant.
     patch_radius : float, optional
         Radius of the circle over which the force is spread evenly, m; see `layered_cylinder`. By default a
         quarter of the thickness, at most an eighth of the shear wavelength. It must be wider than the contact.
