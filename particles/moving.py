@@ -429,7 +429,7 @@ class MovingChain:
             if excess >= 1.0:
                 raise ValueError(
                     f"{name} = {flexibility!r}: more negative than this contact can bear, which is wider than the "
-                    f"patch; give the structure a patch_radius at least {excess:.3g} times as large"
+                    f"patch; give the structure a patch_radius at least {ceil(100.0 * excess) / 100.0:g} times as large"
                 )
 
     def _check_step(self) -> None:

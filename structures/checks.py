@@ -54,6 +54,14 @@ def not_negative(name: str, value: float, unit: str = "") -> float:
     return number
 
 
+def up_to(name: str, value: float, largest: float, unit: str = "") -> float:
+    """`value` as a float; a ValueError if it is negative or exceeds the largest."""
+    number = not_negative(name, value, unit)
+    if number > largest:
+        raise ValueError(f"{name} = {value!r}: must be at most {largest:g}{' ' + unit if unit else ''}")
+    return number
+
+
 def listed(name: str, value: object, kind: type, what: str) -> list[Any]:
     """`value` as a list of one or more objects of a kind, or a ValueError."""
     many = isinstance(value, Iterable) and not isinstance(value, str | bytes) and getattr(value, "ndim", 1) > 0

@@ -12,7 +12,7 @@ from skfem import Basis, ElementQuad0, ElementQuad2, ElementVector, FacetBasis, 
 
 from structures.buckling import buckling_factor
 from structures.caution import caution
-from structures.checks import finite, instance, not_negative, one_of, positive, whole
+from structures.checks import finite, instance, one_of, positive, up_to, whole
 from structures.elastic_field import elastic_field
 from structures.elasticity import HIGHEST_FREQUENCY, body_matrices, patch_compliance, patch_vector, shear_speed
 from structures.material import Material
@@ -41,6 +41,9 @@ INTEGRATION_ORDER = 6
 NEWTON = 1e-9
 """Where scikit-fem stops to look for a point of a cell, in units of the cell. Its own 1e-12 is below the rounding of
 points on thin walls; the iteration is quadratic, so that the point is as good."""
+
+LARGEST_AMBIENT, LARGEST_RATIO = 1e9, 5.0
+"""Pa: ten times the pressure at the bottom of the sea. No gas has a ratio of its heat capacities above 5/3."""
 
 LARGE_STRETCH = 0.1
 """Hoop strain above which geometry and modulus under pressure differ clearly from those without."""
@@ -74,18 +77,18 @@ def spherical_shell(
     material : Material
         The material of the wall.
     pressure : float
-        Pressure inside less pressure outside, Pa. A negative one compresses the wall. It may not be so low that the
-        wall buckles or that the pressure inside is negative.
+        Pressure difference, inside minus outside, Pa. A negative one compresses the wall. It may not be so low that
+        the wall buckles or that the pressure inside is negative.
     base : {"fixed", "free", "contact"}
         "fixed": a seat holds the outer surface around the far pole. "free": the ball can fly off. "contact": a free
         ball with two contacts, 0 at the struck pole and 1 at the far one, which another chain strikes.
     seat : float
         Half-angle of the seat, seen from the centre, rad; from 0.02 to π/2.
     ambient : float
-        Pressure outside, Pa.
+        Pressure outside, Pa, at most 1e9.
     heat_capacity_ratio : float
-        Ratio κ of the heat capacities of the gas, 1.4 for air. A change dV of the volume V inside changes the pressure
-        by −κ (ambient + pressure) dV/V. With 0 the pressure stays constant.
+        Ratio κ of the heat capacities of the gas, 1.4 for air, at most 5. A change dV of the volume V inside changes
+        the pressure by −κ (ambient + pressure) dV/V. With 0 the pressure stays constant.
     patch_radius : float, optional
         Radius of the circle over which the force is spread evenly, m; see `layered_cylinder`. By default a
         quarter of the thickness, at most an eighth of the shear wavelength. It must be wider than the contact.
@@ -124,8 +127,9 @@ def spherical_shell(
     (1, True)
     """
     wall = _Wall(radius, thickness, material, base, seat, patch_radius, highest_frequency, cells)
-    pressure, outside = finite("pressure", pressure, "Pa"), not_negative("ambient", ambient, "Pa")
-    ratio = not_negative("heat_capacity_ratio", heat_capacity_ratio)
+    pressure = finite("pressure", pressure, "Pa")
+    outside = up_to("ambient", ambient, LARGEST_AMBIENT, "Pa")
+    ratio = up_to("heat_capacity_ratio", heat_capacity_ratio, LARGEST_RATIO)
     if pressure < -outside:
         raise ValueError(f"pressure = {pressure!r}: must be at least -{outside:g} Pa, as ambient is {outside:g} Pa")
     wall.check_stretch(pressure)
@@ -138,7 +142,8 @@ def spherical_shell(
         stiffness = sparse.csr_array(elastic + stressed)
     origin = {
         "kind": "spherical shell", "radius": wall.radius, "thickness": wall.thickness, "material": asdict(material),
-        "pressure": pressure, "base": base, "seat": wall.seat, "ambient": outside, "heat_capacity_ratio": ratio,
+        "pressure": pressure, "base": base, **({"seat": wall.seat} if base == "fixed" else {}), "ambient": outside,
+        "heat_capacity_ratio": ratio,
         "patch_radius": wall.patch, "highest_frequency": wall.frequency, "cells": wall.cells,
     }  # fmt: skip
     kept = wall.kept
@@ -285,10 +290,15 @@ class _Wall:
         return ring_openings(faces, rings, self.mesh.f2t[0, self.inner])
 
     def check_stretch(self, pressure: float) -> None:
-        """Warn of a pressure that stretches the wall much, or beyond its yield strength."""
+        """Refuse a pressure that no wall bears; warn of one that stretches it much, or beyond its yield strength."""
         m, middle = self.material, self.radius - 0.5 * self.thickness
         stress = 0.5 * pressure * middle / self.thickness
         strain = (1.0 - m.poisson_ratio) * stress / m.youngs_modulus
+        if strain > 1.0:
+            raise ValueError(
+                f"pressure = {pressure!r}: must be at most {pressure / strain:.4g} Pa, which would stretch the wall to "
+                "twice its size"
+            )
         if abs(strain) > LARGE_STRETCH:
             caution(
                 f"spherical_shell pressure = {pressure:g}: stretches the wall by {100.0 * strain:.2g} %; give radius, "
@@ -310,7 +320,7 @@ class _Wall:
         factor = buckling_factor(mass, elastic, stressed, 0.0)
         if factor <= 1.0:
             raise ValueError(
-                f"pressure = {pressure!r}: the wall buckles at {factor:.4g} times this pressure; give less than that"
+                f"pressure = {pressure!r}: must be above {factor * pressure:.4g} Pa, at which the wall buckles"
             )
 
 

@@ -488,7 +488,6 @@ def _plates() -> dict[str, Target]:
                 **{"cells": 2},
             },
             push,
-            {"pressure": (1e-300, 1e12), "ambient": (1e-300, 1e12), "heat_capacity_ratio": (1e-300, 1e12)},
         ),
         "shells.point_stiffness": Target(
             hl.shells.point_stiffness, {"radius": 0.03, "thickness": 3e-3, "material": STEEL, "pressure": 1e5}

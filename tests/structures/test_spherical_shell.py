@@ -1,5 +1,6 @@
 """Spherical shells under pressure: an independent series, closed forms, limits, conservation, bad input."""
 
+import re
 import warnings
 from collections.abc import Callable
 from functools import partial
@@ -17,7 +18,7 @@ from tests.independent.shells import Ball
 RADIUS, WALL, PATCH = 33e-3, 3.5e-3, 3e-3
 RUBBER = hl.Material(4e6, 0.45, 1100.0, "rubber")
 CONSTANTS = (RADIUS, WALL, RUBBER.youngs_modulus, RUBBER.poisson_ratio, RUBBER.density)
-VACUUM_OUTSIDE = {"ambient": 1e12, "heat_capacity_ratio": 0.0}
+VACUUM_OUTSIDE = {"ambient": 1e9, "heat_capacity_ratio": 0.0}
 """So that any pressure is allowed, and the gas adds nothing."""
 
 
@@ -145,9 +146,10 @@ def test_closed_forms() -> None:
 
 def refused(build: Callable[[], hl.Structure]) -> float:
     """The part of the pressure at which the wall buckles, from the error that says so."""
-    with pytest.raises(ValueError, match="the wall buckles at") as error:
+    with pytest.raises(ValueError, match="at which the wall buckles") as error:
         build()
-    return float(str(error.value).split("buckles at ")[1].split()[0])
+    given, critical = re.findall(r"-[\d.e+]+", str(error.value))
+    return float(critical) / float(given)
 
 
 @pytest.mark.parametrize("base", ["fixed", "free", "contact"])
@@ -240,7 +242,10 @@ def test_what_may_mislead_is_said() -> None:
             {"pressure": -2e5, "ambient": 101325.0},
             r"pressure = -200000\.0: must be at least -101325 Pa, as ambient is 101325 Pa",
         ),
+        ({"pressure": 1e8}, r"pressure = 1.*\.0: must be at most 1\.6.*e\+06 Pa, which would stretch the wall"),
         ({"ambient": -1.0}, r"ambient = -1\.0"),
+        ({"ambient": 1e12}, r"ambient = 1.*\.0: must be at most 1e\+09 Pa"),
+        ({"heat_capacity_ratio": 1.4e5}, r"heat_capacity_ratio = 140000\.0: must be at most 5"),
         ({"heat_capacity_ratio": -1.4}, r"heat_capacity_ratio = -1\.4"),
         ({"base": "clamped"}, "base = 'clamped': must be one of 'fixed', 'free', 'contact'"),
         ({"seat": 30.0}, r"seat = 30\.0: must lie between 0\.02 and π/2, in rad; for 30° write math\.radians\(30\)"),
@@ -257,7 +262,7 @@ def test_bad_input(given: dict[str, object], message: str) -> None:
         hl.shells.spherical_shell(**usual | given)
 
 
-@pytest.mark.parametrize("pressure", [-25e6, "much"])
+@pytest.mark.parametrize("pressure", [-25e6, 1e300, "much"])
 def test_bad_input_of_closed_forms(pressure: object) -> None:
     with pytest.raises(ValueError, match="pressure = "):
         hl.shells.point_stiffness(0.1, 1e-3, hl.STEEL_316, pressure)
