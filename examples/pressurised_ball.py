@@ -15,10 +15,12 @@ for name, radius, thickness, material, diameter, until, highest in (
     bead = hl.Sphere(radius=0.5 * diameter, material=hl.STEEL_440C)
     chain = hl.Chain([bead] * 16, striker=bead, impact_speed=0.1)
     soft = name == "rubber ball"  # the contact is as wide as a patch of 2 mm, and lasts about a millisecond
-    mesh = {"patch_radius": 2e-3, "highest_frequency": 2e3} if soft else {}
+    patch, frequency = (2e-3, 2e3) if soft else (None, 40e3)
     pressures, found = np.linspace(0.0, highest, 4), []
     for pressure in pressures:
-        shell = hl.shells.spherical_shell(radius, thickness, material, float(pressure), **mesh)
+        shell = hl.shells.spherical_shell(
+            radius, thickness, material, float(pressure), patch_radius=patch, highest_frequency=frequency
+        )
         small = hl.reduce(shell, until, pulse=2e-3 if soft else 25e-6)
         found.append(float(hl.time_of_flight(hl.CoSimulation(chain, small).run(until=until), sensor=8)))
     relative = pressures / hl.shells.buckling_pressure(radius, thickness, material)
