@@ -535,7 +535,13 @@ def _value(history, t):
     times, values, rates = history
     if t < times[0] or t >= times[-1]:
         return values[0 if t < times[0] else times.size - 1], 0.0
-    i = np.searchsorted(times, t, side="right") - 1
+    i, after = np.int64(0), times.size
+    while after - i > 1:  # np.searchsorted takes numba half a second to compile
+        middle = (i + after) // 2
+        if times[middle] > t:
+            after = middle
+        else:
+            i = middle
     step = times[i + 1] - times[i]
     s = (t - times[i]) / step
     start_rate, end_rate = step * rates[i], step * rates[i + 1]
@@ -1785,7 +1791,8 @@ def _agree(
         force[k] = max(force[k], -seats.static[k])
     last_surface, last_answer, last_gap = at_rest.copy(), force.copy(), np.zeros(count)
     matrix, change, gap = np.empty((count, count)), np.empty(count), np.empty(count)
-    factor, rows, taken = search.relaxation, 0, 0.0
+    # A literal 0 would be a type of its own, for which numba compiles what is called once more.
+    factor, rows, taken = search.relaxation, np.int64(0), 0.0
     for tried in range(1, search.most + 1):
         if gaps is None:
             for k in range(count):
@@ -1899,19 +1906,31 @@ def _quasi_newton(run, own, rows, gap, window, search, change):
 @njit(cache=True)
 def _remember(run, own, rows, window):
     """Put the differences of a window before those of others, of which only those of the same length stay."""
-    most, left = run.remembered.shape[0], 0
+    most, left = run.remembered.shape[0], np.int64(0)
     if most == 0:
         return
     for place in range(most):
         if run.remembered[place, 0] > 0 and run.remembered[place, 1] == window:
-            run.memory[left], run.remembered[left] = run.memory[place], run.remembered[place]
+            _move(run.memory, run.remembered, place, left)
             left += 1
-    run.remembered[left:] = 0.0
+    for place in range(left, most):
+        run.remembered[place, 0], run.remembered[place, 1] = 0.0, 0.0
     if rows == 0:
         return
     for place in range(min(left, most - 1), 0, -1):
-        run.memory[place], run.remembered[place] = run.memory[place - 1], run.remembered[place - 1]
-    run.memory[0, :, :rows], run.remembered[0, 0], run.remembered[0, 1] = own[:, :rows], rows, window
+        _move(run.memory, run.remembered, place - 1, place)
+    for row in range(rows):
+        for which in range(2):
+            _copy(own[which, row], run.memory[0, which, row])
+    run.remembered[0, 0], run.remembered[0, 1] = rows, window
+
+
+@njit(cache=True)
+def _move(memory, remembered, place, target):
+    """What is remembered of a window, into another place."""
+    if place != target:
+        _copy(memory[place].reshape(-1), memory[target].reshape(-1))
+        _copy(remembered[place], remembered[target])
 
 
 @njit(cache=True, nogil=True)
@@ -1975,7 +1994,7 @@ def run_coupled(run, chains, structures, gaps, seats, steps, window, quadratic, 
     found, own = np.zeros((6, count)), np.empty((2, search.most, count))
     y, v, guess = run.y.copy(), run.v.copy(), run.guess.copy()
     after, pressed = run.body.copy(), run.pressed.copy()
-    compliance, chain = _compliance(structures, seats), _constants(chains, 0)
+    compliance, chain = _compliance(structures, seats), _constants(chains, np.int64(0))
     # Most runs of a batch: to pass all groups of arrays to `save` would take longer than a window.
     plain = chains.method is None and chains.rest.size == count == 1 and saved.kinetic.shape[1] == 0
     run_y, run_v, velocities, surfaces, forces = run.y, run.v, saved.velocity, saved.surface, saved.contact_force
