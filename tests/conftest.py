@@ -16,24 +16,28 @@ settings.load_profile("seeded")
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption(
-        "--every", type=int, default=1, metavar="N", help="of each test the first case and every N-th after it"
+        "--every", type=int, default=1, metavar="N", help="of each file the first test and every N-th after it"
     )
 
 
 @pytest.hookimpl(hookwrapper=True, tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> Iterator[None]:
     """A test is thorough where a fixture that it uses takes long: its module names such fixtures in
-    THOROUGH_FIXTURES. Of the tests that are chosen, `--every` leaves a part of the cases."""
+    THOROUGH_FIXTURES. Of the tests that are chosen, `--every` leaves a part, but all cases of those that a module names
+    in EVERY_CASE."""
     for one in items:
         slow = getattr(getattr(one, "module", None), "THOROUGH_FIXTURES", ())
         if set(slow) & set(getattr(one, "fixturenames", ())):
             one.add_marker(pytest.mark.thorough)
     yield
-    cases, kept, left_out = Counter[str](), list[pytest.Item](), list[pytest.Item]()
+    tests, kept, left_out = Counter[str](), list[pytest.Item](), list[pytest.Item]()
     for one in items:
-        test = one.nodeid.partition("[")[0]
-        (left_out if cases[test] % config.getoption("every") else kept).append(one)
-        cases[test] += 1
+        file, _, test = one.nodeid.partition("::")
+        if test.partition("[")[0] in getattr(getattr(one, "module", None), "EVERY_CASE", ()):
+            kept.append(one)
+            continue
+        (left_out if tests[file] % config.getoption("every") else kept).append(one)
+        tests[file] += 1
     if left_out:
         config.hook.pytest_deselected(items=left_out)
         items[:] = kept

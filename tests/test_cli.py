@@ -225,7 +225,7 @@ main()
 @pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGKILL])
 def test_a_stopped_study_leaves_nothing(tmp_path: Path, sent: signal.Signals) -> None:
     """Stopped in the midst of its runs."""
-    command = [sys.executable, "-c", REPORTING, "study", "plate-boundary", "--jobs", "1"]
+    command = [sys.executable, "-c", REPORTING, "study", "rod-stiffness", "--jobs", "1"]
     pipe = subprocess.PIPE
     running = subprocess.Popen(command, cwd=tmp_path, stdout=pipe, stderr=pipe, start_new_session=True)
     assert running.stdout is not None

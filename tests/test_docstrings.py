@@ -11,6 +11,8 @@ from numpydoc.docscrape import NumpyDocString
 
 import hertzlink as hl
 
+EVERY_CASE = ("test_examples_run",)
+
 
 def public() -> dict[str, Any]:
     """Classes and functions at the top level and in its namespaces, by the name that a user types."""

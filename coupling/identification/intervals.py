@@ -104,7 +104,7 @@ class Judgement:
         ratio = point.misfit / degrees
         lacking = white @ self._lacking(point) @ white
         level = 1.0 if self.misfit.measured.given else ratio
-        if self._is_white(point) and ratio < (1.0 + 4.0 * np.sqrt(2.0 / degrees)) * level:
+        if self.misfit.is_white(point.residual) and ratio < (1.0 + 4.0 * np.sqrt(2.0 / degrees)) * level:
             return level * white + lacking, float(np.sqrt(ratio)), True, 1.959964
         spread, independent = np.zeros_like(white), 0.0
         begin = 0
@@ -130,18 +130,6 @@ class Judgement:
         size = (self.discrepancy * point.fitted[0] / misfit.spread)[:, None]
         lacking = white @ ((size * point.columns).T @ (size * point.columns)) @ white
         return (1.0 if explained else ratio) * white + lacking, float(np.sqrt(ratio)), explained, 1.959964
-
-    def _is_white(self, point: Point) -> bool:
-        """Whether the residual is not correlated over a contact time: Ljung and Box's sum, four standard deviations."""
-        begin, total, count = 0, 0.0, 0.0
-        lags = max(2, int(self.misfit.unit / self.misfit.measured.step))
-        for used in self.misfit.used:
-            residual = point.residual[begin : begin + int(used.sum())]
-            begin += residual.size
-            along = np.array([residual[lag:] @ residual[:-lag] for lag in range(1, lags + 1)]) / (residual @ residual)
-            total += residual.size * float((along**2).sum())
-            count += lags
-        return bool(total < count + 4.0 * np.sqrt(2.0 * count))
 
     def _lacking(self, point: Point) -> Vector:
         """Covariance of columnsᵀ · residual by what the model lacks, of unit noise."""

@@ -89,10 +89,27 @@ class Misfit:
         """The number of them that count."""
         return int(sum(used.sum() for used in self.used))
 
-    def explains(self, misfit: float) -> bool:
-        """Whether χ² is that of noise, so that a search may end."""
+    def explains(self, misfit: float, p: Vector) -> bool:
+        """Whether the residual at p, of this χ², is that of noise, so that a search may end.
+
+        The size of noise that was estimated, often from few samples, is not known well enough for χ² alone to say no.
+        """
         degrees = self.samples - self.size - len(self.names)
-        return degrees < 1 or misfit < degrees + 4.0 * np.sqrt(2.0 * degrees)
+        if degrees < 1 or misfit < degrees + 4.0 * np.sqrt(2.0 * degrees):
+            return True
+        return not self.measured.given and self.is_white(self.residual(p))
+
+    def is_white(self, residual: Vector) -> bool:
+        """Whether it is not correlated over a contact time: Ljung and Box's sum, four standard deviations."""
+        begin, total, count = 0, 0.0, 0.0
+        lags = max(2, int(self.unit / self.measured.step))
+        for used in self.used:
+            own = residual[begin : begin + int(used.sum())]
+            begin += own.size
+            along = np.array([own[lag:] @ own[:-lag] for lag in range(1, lags + 1)]) / (own @ own)
+            total += own.size * float((along**2).sum())
+            count += lags
+        return bool(total < count + 4.0 * np.sqrt(2.0 * count))
 
     def bounds(self) -> tuple[Vector, Vector]:
         """Lower and upper bounds of p."""

@@ -77,7 +77,7 @@ class Search:
         for _ in range(MOST_ROUNDS):
             least = solutions[0].misfit
             starts = self._along_lines(solutions)
-            if not (explained := self.misfit.explains(least)):
+            if not (explained := self.misfit.explains(least, solutions[0].p)):
                 found = sorted([*found, *self._scanned(sobol.random(len(found)))], key=lambda one: one[0])
                 starts += self._apart(found, [*(one.p for one in solutions), *starts], MORE_STARTS * self.starts)
             solutions = sorted([*solutions, *self._solved_from(starts)], key=lambda one: one.misfit)

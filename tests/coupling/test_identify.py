@@ -278,6 +278,27 @@ def test_projected_derivatives_are_those_of_the_residual_where_it_vanishes() -> 
         np.testing.assert_allclose(point.projected[:, k], change, atol=2e-3 * abs(change).max())
 
 
+@pytest.mark.parametrize(
+    ("level", "given", "away", "explained"),
+    [
+        (1.0, True, 0.0, True), (0.9, True, 0.0, False), (0.9, False, 0.0, True),
+        (1.0, False, 0.1, False), (0.9, False, 0.1, False), (0.9, True, 0.1, False),
+    ],
+)  # fmt: skip
+def test_noise_estimated_too_low_hides_no_explanation(level: float, given: bool, away: float, explained: bool) -> None:
+    """χ² of the truth is 1/0.81 a sample: noise of a known size is not so, by 5 standard deviations. That of another
+    place is no noise at all. level: noise that is assumed, over the true one."""
+    prediction = Prediction(wall, [Range("modulus", 2e9, 4e9), Range("impact_speed", 0.2, 0.4)], [5], UNTIL)
+    places, time = np.array([0.5, 0.55]), np.arange(0.0, UNTIL, 1e-6 / 3.0)
+    clean = Curves(prediction.traces([places])[0], prediction.interval).at(time)[0]
+    force = clean + np.random.default_rng(0).normal(0.0, 0.01 * clean.max(), time.size)
+    noise = np.array([level * 0.01 * clean.max()])
+    misfit = Misfit(prediction, Measured(time, force[None], [5], noise, given), ["gain"], UNTIL)
+    p = places + [away, 0.0]
+    residual = misfit.residual(p)
+    assert misfit.explains(float(residual @ residual), p) == explained
+
+
 SIGNAL = hl.as_signal(np.arange(0.0, 6e-4, 1e-6), {5: 40.0 * np.exp(-(((np.arange(600) - 300) / 20.0) ** 2))})
 
 

@@ -1,5 +1,7 @@
 """The plate study: the thesis's plateaus, and that every knob has settled to 0.5 %."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -12,6 +14,7 @@ from hertzlink.studies.table import text
 THOROUGH_FIXTURES = ("quick",)
 
 
+@cache
 def ratio(diameter: float, thickness: float, distance: float, **knobs: float) -> float:
     """AR at sensor 7, undamped, with mesh, reduction, window and step as given."""
     plate = hl.kirchhoff_plate(
