@@ -14,6 +14,13 @@ settings.register_profile("seeded", derandomize=True, deadline=None)
 settings.load_profile("seeded")
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    """Here, not in pyproject.toml: pytest imports the classes of these lines, and numpy with them, before this file."""
+    config.addinivalue_line("filterwarnings", "error::numpy.exceptions.VisibleDeprecationWarning")
+    # Many tests run cases that a user is warned of; those that test a warning catch it.
+    config.addinivalue_line("filterwarnings", "ignore::structures.caution.HertzlinkWarning")
+
+
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption(
         "--every", type=int, default=1, metavar="N", help="of each file the first test and every N-th after it"
