@@ -22,6 +22,9 @@ OF_SENSORS = (GAIN, OFFSET, TIME_ZERO, TIME_CONSTANT)
 LONGEST_TIME_CONSTANT, SHORTEST_TIME_CONSTANT, USUAL_TIME_CONSTANT = 10.0, 1e-5, 1e-2
 """s; that of a search's start is the last one."""
 
+UNDERESTIMATED = 1.5
+"""χ² over its expectation that may come from noise that was estimated too low."""
+
 FAILED = 1e6
 """The residual of a run that failed, so that a search turns back."""
 
@@ -92,12 +95,13 @@ class Misfit:
     def explains(self, misfit: float, p: Vector) -> bool:
         """Whether the residual at p, of this χ², is that of noise, so that a search may end.
 
-        The size of noise that was estimated, often from few samples, is not known well enough for χ² alone to say no.
+        The size of noise that was estimated is not known well enough for χ² alone to say no.
         """
         degrees = self.samples - self.size - len(self.names)
         if degrees < 1 or misfit < degrees + 4.0 * np.sqrt(2.0 * degrees):
             return True
-        return not self.measured.given and self.is_white(self.residual(p))
+        unknown = not self.measured.given and misfit < UNDERESTIMATED * degrees
+        return unknown and self.is_white(self.residual(p))
 
     def is_white(self, residual: Vector) -> bool:
         """Whether it is not correlated over a contact time: Ljung and Box's sum, four standard deviations."""
