@@ -38,6 +38,12 @@ def build(folder: str, radius: float, material: str = "PTFE") -> hl.CoSimulation
     return hl.CoSimulation(hl.Chain([bead] * 3, bead, 0.3), hl.half_space(hl.MATERIALS[material]))
 
 
+@pytest.fixture(autouse=True)
+def patience(monkeypatch: pytest.MonkeyPatch) -> None:
+    """On a busy machine a worker that was killed may take minutes to begin anew."""
+    monkeypatch.setattr(cluster, "LONGEST_WITHOUT_WORKERS", 600.0)
+
+
 @pytest.fixture(scope="module")
 def client() -> Iterator[Any]:
     import dask
