@@ -60,10 +60,6 @@ class Features(Misfit):
         self.known, self.bias = here[usual], np.zeros(int(usual.sum()))
         self.spread = self._spread(scattered)
 
-    def is_white(self, residual: Vector) -> bool:
-        """Values of different waves are no series of samples: that they are explained only χ² says."""
-        return False
-
     def _scattered(self, time: Vector, forces: Vector, number: int) -> Vector:
         """Waves of traces with noise in parts of their peaks: draws × values."""
         random = np.random.default_rng(SEED)

@@ -14,6 +14,7 @@ from smooth_cases import INTERVAL, STRUCTURES, UNTIL, reference
 import hertzlink as hl
 from coupling.loops import Work
 from coupling.schemes.iterated import _independent
+from particles.kernels import Run, _remember
 from structures.damping import rayleigh
 
 FREE_ROD = hl.rod([hl.Layer(hl.ACRYLIC, 0.05, 0.01)], base="free", elements=8)
@@ -442,6 +443,25 @@ def test_quasi_newton_ends_on_a_linear_problem_after_a_repetition_for_each_unkno
         x = x + search.step(answer - x, answer)
     exact = np.linalg.solve(np.eye(count) - slope, right)
     assert x == pytest.approx(exact, abs=1e-7 * abs(exact).max())
+
+
+def test_the_compiled_loop_remembers_the_newest_windows_of_one_length() -> None:
+    """Three windows, each as it was written; nothing of a window of another length, nor of one without differences."""
+    random, count, most, reuse = np.random.default_rng(1), 2, 4, 3
+    none = dict.fromkeys(Run._fields, np.zeros(0))
+    run = Run(**(none | {"memory": np.zeros((reuse, 2, most, count)), "remembered": np.zeros((reuse, 2))}))
+    known: list[tuple[float, Any]] = []
+    for _ in range(200):
+        own, rows = random.normal(size=(2, most, count)), int(random.integers(0, most))
+        length = float(random.choice([1.0, 1.0, 2.0]))
+        _remember.py_func(run, own, rows, length)
+        known = [one for one in known if one[0] == length]
+        if rows > 0:
+            known = [(length, own[:, :rows]), *known][:reuse]
+        assert run.remembered[:, 0].tolist() == [*(one.shape[1] for _, one in known), *[0] * (reuse - len(known))]
+        for place, (of_length, differences) in enumerate(known):
+            assert run.remembered[place, 1] == of_length
+            assert np.array_equal(run.memory[place, :, : differences.shape[1]], differences)
 
 
 def test_the_filter_drops_what_newer_differences_hold_already() -> None:
