@@ -48,8 +48,10 @@ def patience(monkeypatch: pytest.MonkeyPatch) -> None:
 def client() -> Iterator[Any]:
     import dask
 
+    # A worker that is killed, and again some seconds later, has been away too long for a LocalCluster, which ends it.
+    settings = {"distributed.scheduler.allowed-failures": 1, "distributed.deploy.lost-worker-timeout": "1h"}
     with (
-        dask.config.set({"distributed.scheduler.allowed-failures": 1}),
+        dask.config.set(settings),
         distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address="127.0.0.1:0") as cluster,
         distributed.Client(cluster, set_as_default=False) as client,
     ):
