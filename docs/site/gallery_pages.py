@@ -54,10 +54,7 @@ axes.legend(frameon=False)""",
 }
 """The examples that are run when the site is built, all within three minutes, and lines that add a picture."""
 
-PATTERN, PICTURED = (
-    rf"/({'|'.join(names)})\.py$" for names in (RUN, [name for name, picture in RUN.items() if picture])
-)
-"""All of them; and those with such lines, which no other run of the example has."""
+PATTERN = rf"/({'|'.join(RUN)})\.py$"
 
 NOT_RUN = """
 .. note::
