@@ -71,7 +71,9 @@ class Line:
 
     def approaches(self, place: Numbers) -> Numbers:
         """How far each link is shortened, m. The last axis counts the links, here and in `link_forces`."""
-        return place - np.concatenate([place[..., 1:], np.zeros_like(place[..., :1])], axis=-1)
+        shortened = place.copy()
+        shortened[..., :-1] -= place[..., 1:]
+        return shortened
 
     def link_forces(self, place: Numbers, speed: Numbers) -> Numbers:
         """Spring and dashpot of each link, N."""
@@ -81,16 +83,23 @@ class Line:
         if self.dashpot is not None:
             pressed = pressed + self.dashpot * self.approaches(speed)[..., :count] * (closing > 0.0)
             pressed = pressed if self.pulls else np.maximum(pressed, 0.0)
+        if not self.bonds.size:
+            return pressed
         return np.concatenate([pressed, self.bonds * approach[..., count:]], axis=-1)
 
     def acceleration(self, place: Numbers, speed: Numbers) -> Numbers:
         force = self.link_forces(place, speed)
-        gained = (np.concatenate([[0.0], force[:-1]]) - force) / self.mass - self.drag * speed
+        gained = -force
+        gained[1:] += force[:-1]
+        gained /= self.mass
+        if self.drag:
+            gained -= self.drag * speed
         if self.weight is not None:
             gained += self.weight
         if self.diffusion is not None:
             rate = self.approaches(speed) * (self.approaches(place) > 0.0)
-            excess = np.concatenate([[0.0], rate[:-1]]) - rate
+            excess = -rate
+            excess[1:] += rate[:-1]
             gained += self.diffusion[0] * np.sign(excess) * np.abs(excess) ** self.diffusion[1]
         return gained
 
