@@ -59,6 +59,8 @@ def seconds(code: str, folder: str) -> float:
 def run(code: str, folder: str) -> Any:
     """The JSON that is the last line of what a new process prints."""
     settings = {**os.environ, "NUMBA_CACHE_DIR": folder, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    # As in a user's shell: with it, Python would compile hertzlink's sources in each process.
+    settings.pop("PYTHONDONTWRITEBYTECODE", None)
     done = subprocess.run(
         [sys.executable, "-W", "ignore", "-c", code], env=settings, check=True, capture_output=True, text=True
     )

@@ -81,8 +81,11 @@ def test_example(
     monkeypatch.syspath_prepend(str(GALLERY.parent / "docs" / "site"))
     import gallery_pages
 
-    code = (GALLERY / name).read_text(encoding="utf-8") + "\n" + gallery_pages.RUN.get(name.removesuffix(".py"), "")
-    exec(code, {"__name__": "__main__", "__file__": str(GALLERY / name)})
+    script, picture = GALLERY / name, gallery_pages.RUN.get(name.removesuffix(".py"), "")
+    code = compile(f"{script.read_text(encoding='utf-8')}\n{picture}", str(script), "exec")
+    exec(code, {"__name__": "__main__", "__file__": str(script)})
+    # The site shows what pyplot holds.
+    assert plt.get_fignums() or not picture
     plt.close("all")
     expected, tolerance = NUMBERS[name]
     found = [float(number) for number in re.findall(r"(?<![\w.])\d+\.\d+", capsys.readouterr().out)]

@@ -40,7 +40,7 @@ def build(folder: str, radius: float, material: str = "PTFE") -> hl.CoSimulation
 
 @pytest.fixture(autouse=True)
 def patience(monkeypatch: pytest.MonkeyPatch) -> None:
-    """On a busy machine a worker that was killed may take minutes to begin anew."""
+    """No test depends on how soon a busy machine starts a worker that was killed."""
     monkeypatch.setattr(cluster, "LONGEST_WITHOUT_WORKERS", 600.0)
 
 
