@@ -7,13 +7,14 @@ body of revolution. In the half-plane every integral has the weight 2π r, and t
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import pi, sqrt
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 from skfem import BilinearForm, LinearForm
-from skfem.helpers import ddot, div, dot, sym_grad
+from skfem.helpers import dot
 
 from structures.checks import positive
 from structures.material import Material
@@ -87,24 +88,84 @@ def body_matrices(basis: Any, materials: Sequence[Material], owner: Owner) -> tu
 
     A mesh in the plane is that of a body of revolution with the axis x₀ = 0.
     """
-    density = _spread(basis, owner, [material.density for material in materials])
-    return sparse.csr_array(_product.assemble(basis, factor=density)), _stiffness(basis, materials, owner)
+    cells = _Cells(basis, ring=basis.mesh.dim() == 2)
+    density, lame, shear = (
+        np.array([of(material) for material in materials])[owner]
+        for of in (attrgetter("density"), first_lame_parameter, shear_modulus)
+    )
+    return cells.mass(density), cells.stiffness(lame, shear)
 
 
 def part_stiffnesses(basis: Any, materials: Sequence[Material], owner: Owner) -> list[sparse.csr_array]:
     """The contribution of the cells of each material to the stiffness, n × n each; see `body_matrices`."""
-    return [_stiffness(basis, materials, owner, owner == number) for number in range(len(materials))]
+    cells = _Cells(basis, ring=basis.mesh.dim() == 2)
+    return [
+        cells.stiffness(first_lame_parameter(material) * (owner == part), shear_modulus(material) * (owner == part))
+        for part, material in enumerate(materials)
+    ]
 
 
-def _stiffness(basis: Any, materials: Sequence[Material], owner: Owner, counted: Any = True) -> sparse.csr_array:
-    """Stiffness of the cells for which `counted` is true."""
-    lame = _spread(basis, owner, [first_lame_parameter(material) for material in materials])
-    shear = _spread(basis, owner, [shear_modulus(material) for material in materials])
-    there = np.broadcast_to(counted, owner.shape)[:, None]
-    form = _ring_strain if basis.mesh.dim() == 2 else _strain
-    matrix = sparse.csr_array(form.assemble(basis, lame=lame * there, shear=shear * there))
-    matrix.eliminate_zeros()
-    return matrix
+def plane_stiffness(basis: Any, lame: float, shear: float) -> sparse.csr_array:
+    """Stiffness, n × n, N/m, of a body 1 m thick that moves in its plane; both parameters in Pa."""
+    each = np.ones(basis.mesh.nelements)
+    return _Cells(basis, ring=False).stiffness(lame * each, shear * each)
+
+
+class _Cells:
+    """Integrals over all cells at once; scikit-fem integrates each pair of shape functions for itself, which takes ten
+    to twenty times as long.
+
+    ring: a mesh in the plane is that of a body of revolution.
+    """
+
+    def __init__(self, basis: Any, ring: bool) -> None:
+        self.basis, self.dim = basis, basis.mesh.dim()
+        # A cell's degrees of freedom: all components of its first shape function, then all of its second, ...
+        functions = [function[0] for function in basis.basis[:: self.dim]]
+        # Cells × functions × integration points; of the gradients, `dim` for each function.
+        self.values = np.stack([np.asarray(one)[0] for one in functions], axis=1)
+        slopes = np.stack([one.grad[0] for one in functions]).transpose(2, 0, 1, 3)
+        self.slopes = slopes.reshape(len(slopes), -1, slopes.shape[-1])
+        self.weight, self.hoops = basis.dx[:, None], None
+        if ring:
+            r = np.asarray(basis.global_coordinates())[0][:, None]
+            self.weight, self.hoops = 2.0 * pi * r * self.weight, self.values / r
+
+    def mass(self, density: Vector) -> sparse.csr_array:
+        """n × n, kg; density: of each cell, kg/m³."""
+        overlaps = density[:, None, None] * self._integrals(self.values)
+        return self._assembled(overlaps[:, :, None, :, None] * np.eye(self.dim)[:, None, :])
+
+    def stiffness(self, lame: Vector, shear: Vector) -> sparse.csr_array:
+        """n × n, N/m: ∫ λ div u div v + 2μ ε(u) : ε(v); lame, shear: of each cell, Pa."""
+        count = self.values.shape[1]
+        shape = len(lame), count, self.dim, count, self.dim
+        products = self._integrals(self.slopes).reshape(shape)
+        traces = np.trace(products, axis1=2, axis2=4)[:, :, None, :, None]
+        # 2 ε(u) : ε(v) of u = φ along i and v = ψ along j: ∂ⱼφ ∂ᵢψ, and ∇φ · ∇ψ where i = j.
+        strains = products.transpose(0, 1, 4, 3, 2) + traces * np.eye(self.dim)[:, None, :]
+        dilations = products
+        if self.hoops is not None:
+            widened = self.slopes.copy()
+            widened[:, :: self.dim] += self.hoops
+            dilations = self._integrals(widened).reshape(shape)
+            strains[:, :, 0, :, 0] += 2.0 * self._integrals(self.hoops)
+        each = (slice(None), *4 * (None,))
+        return self._assembled(lame[each] * dilations + shear[each] * strains)
+
+    def _integrals(self, functions: Vector) -> Vector:
+        """Of the products of all pairs, cells × functions × functions."""
+        integrals: Vector = (self.weight * functions) @ functions.transpose(0, 2, 1)
+        return integrals
+
+    def _assembled(self, blocks: Vector) -> sparse.csr_array:
+        """The sum of the cells' blocks, n × n."""
+        dofs = self.basis.element_dofs.T
+        rows, columns = np.broadcast_arrays(dofs[:, :, None], dofs[:, None, :])
+        entries = blocks.ravel(), (rows.ravel(), columns.ravel())
+        matrix = sparse.csr_array(sparse.coo_array(entries, shape=(self.basis.N, self.basis.N)))
+        matrix.eliminate_zeros()
+        return matrix
 
 
 def absorbing_faces(
@@ -165,16 +226,3 @@ def _normal_product(u: Any, v: Any, w: Any) -> Any:
 @LinearForm
 def _inward(v: Any, w: Any) -> Any:
     return -dot(v, w.n) * _circumference(w.x)
-
-
-@BilinearForm
-def _strain(u: Any, v: Any, w: Any) -> Any:
-    return w.lame * div(u) * div(v) + 2.0 * w.shear * ddot(sym_grad(u), sym_grad(v))
-
-
-@BilinearForm
-def _ring_strain(u: Any, v: Any, w: Any) -> Any:
-    hoop_u, hoop_v = u[0] / w.x[0], v[0] / w.x[0]
-    volumes = w.lame * (div(u) + hoop_u) * (div(v) + hoop_v)
-    shapes = 2.0 * w.shear * (ddot(sym_grad(u), sym_grad(v)) + hoop_u * hoop_v)
-    return (volumes + shapes) * _circumference(w.x)

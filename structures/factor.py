@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.sparse.linalg import splu
 
+from structures.ordering import decomposition
 from structures.symmetric import SMALL_MATRIX, check_definite, check_symmetric
 
 if TYPE_CHECKING:
@@ -16,6 +16,9 @@ if TYPE_CHECKING:
 Vector: TypeAlias = NDArray[np.float64]
 Solve: TypeAlias = Callable[[Vector], Vector]
 
+AT_ONCE = 16
+"""Right-hand sides that are solved together, which takes less than half as long for each as alone."""
+
 
 def factorise(matrix: sparse.sparray) -> Solve:
     """A function that solves matrix · x = y for a symmetric positive definite matrix; y: n numbers, or n × q.
@@ -23,15 +26,30 @@ def factorise(matrix: sparse.sparray) -> Solve:
     Rows and columns are first scaled by 1/√diagonal, because Hermite degrees of freedom have different units.
     """
     scale = 1.0 / np.sqrt(matrix.diagonal())
-    scaled = sparse.csc_array(sparse.diags_array(scale) @ matrix @ sparse.diags_array(scale))
-    factor = splu(scaled, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    factor, order = decomposition(sparse.diags_array(scale) @ matrix @ sparse.diags_array(scale))
+    units = scale if order is None else scale[order]
 
     def solve(right: Vector) -> Vector:
-        units = scale if right.ndim == 1 else scale[:, None]
-        solution: Vector = units * factor.solve(units * right)
+        by = units if right.ndim == 1 else units[:, None]
+        if order is None:
+            solution: Vector = by * factor.solve(by * right)
+            return solution
+        solution = np.empty(right.shape)
+        solution[order] = by * factor.solve(by * right[order])
         return solution
 
     return solve
+
+
+def compliance_at(stiffness: sparse.sparray, places: NDArray[np.int64]) -> Vector:
+    """Displacements at m places by unit forces there, m × m, for a symmetric positive definite stiffness."""
+    solve, compliance = factorise(stiffness), np.empty((places.size, places.size))
+    for first in range(0, places.size, AT_ONCE):
+        columns = slice(first, first + AT_ONCE)
+        forces = np.zeros((stiffness.shape[0], places[columns].size))
+        forces[places[columns], np.arange(forces.shape[1])] = 1.0
+        compliance[:, columns] = solve(forces)[places]
+    return compliance
 
 
 class Matrices:

@@ -393,7 +393,7 @@ def _receptance(modes: Modes, s: Any) -> Any:
         dynamic = modes.square + s[:, None] ** 2
         for factor, diagonal in terms:
             dynamic = dynamic + factor[:, None] * diagonal
-        return np.array([[(one * other / dynamic).sum(axis=1) for other in columns] for one in columns])
+        return (columns[:, None] * columns) @ (1.0 / dynamic).T
     shapes, inertia = np.empty((s.size, *modes.contact.shape), dtype=complex), s**2
     for i in range(s.size):
         matrix = np.diag(modes.square + inertia[i])

@@ -5,19 +5,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from itertools import combinations
 from math import pi, sqrt
-from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy import sparse
 from skfem import Basis, ElementVector, FacetBasis, LinearForm
 
 from structures.body_mesh import BodyMesh
 from structures.caution import caution
 from structures.checks import finite, positive
 from structures.elastic_field import elastic_field
-from structures.elasticity import HIGHEST_FREQUENCY, first_lame_parameter, shear_modulus, shear_speed
+from structures.elasticity import HIGHEST_FREQUENCY, body_matrices, shear_speed
 from structures.material import Material
 from structures.mesh_reading import Numbers, Tag
 from structures.structure import Structure, Vector
@@ -130,7 +128,7 @@ def solid(
     basis = Basis(body.mesh, ElementVector(body.element()), intorder=body.order)
     if basis.N > MANY_DEGREES_OF_FREEDOM:
         log.warning("mesh: %d degrees of freedom take minutes and gigabytes to reduce; 30 000 mostly do", basis.N)
-    mass, stiffness = _matrices(body, basis, materials, owner)
+    mass, stiffness = body_matrices(basis, materials, owner)
     kept = _kept(body, basis, fixed, patch)
     origin = {
         "kind": "solid",
@@ -275,45 +273,6 @@ def _check_waves(body: BodyMesh, materials: Sequence[Material]) -> None:
             f"mesh: edges of up to {body.longest_edge:.3g} m are too long for the shear waves of {wave:.3g} m that "
             f"beads excite; refine them to {wave / 2.0:.3g} m"
         )
-
-
-def _matrices(
-    body: BodyMesh, basis: Any, materials: Sequence[Material], owner: Numbers
-) -> tuple[sparse.csr_array, sparse.csr_array]:
-    """Consistent mass and stiffness, n × n: those of `body_matrices`, about twenty times faster."""
-    values, slopes, weight = _shapes(body)
-    cells, shapes, each = len(owner), values.shape[1], np.eye(3)[None, None, :, None, :]
-    density, lame, shear = (
-        np.array([of(material) for material in materials])[owner, None, None, None, None]
-        for of in (attrgetter("density"), first_lame_parameter, shear_modulus)
-    )
-    overlaps = ((weight * values) @ values.transpose(0, 2, 1))[:, :, None, :, None]
-    products = ((weight * slopes) @ slopes.transpose(0, 2, 1)).reshape(cells, shapes, 3, shapes, 3)
-    traces = np.trace(products, axis1=2, axis2=4)[:, :, None, :, None]
-    stiffness = lame * products + shear * (products.transpose(0, 1, 4, 3, 2) + traces * each)
-    dofs = basis.element_dofs.T
-    rows, columns = np.broadcast_arrays(dofs[:, :, None], dofs[:, None, :])
-
-    def assembled(blocks: Vector) -> sparse.csr_array:
-        entries = blocks.ravel(), (rows.ravel(), columns.ravel())
-        matrix = sparse.csr_array(sparse.coo_array(entries, shape=(basis.N, basis.N)))
-        matrix.eliminate_zeros()
-        return matrix
-
-    return assembled(density * overlaps * each), assembled(stiffness)
-
-
-def _shapes(body: BodyMesh) -> tuple[Vector, Vector, Vector]:
-    """Shape functions of one component, cells × shapes × integration points; their gradients, three for each; weights.
-
-    The second axis of the gradients is ordered like scikit-fem's degrees of freedom: x, y, z of the first function, ...
-    """
-    scalar = Basis(body.mesh, body.element(), intorder=body.order)
-    cells, points = scalar.dx.shape
-    functions = [function[0] for function in scalar.basis]
-    values = np.stack([np.broadcast_to(np.asarray(one), (cells, points)) for one in functions], axis=1)
-    slopes = np.stack([np.broadcast_to(one.grad, (3, cells, points)) for one in functions]).transpose(2, 0, 1, 3)
-    return values, slopes.reshape(cells, 3 * len(functions), points), scalar.dx[:, None]
 
 
 @LinearForm

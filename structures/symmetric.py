@@ -5,7 +5,9 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.sparse.linalg import eigsh, splu
+from scipy.sparse.linalg import eigsh
+
+from structures.ordering import decomposition
 
 Vector: TypeAlias = NDArray[np.float64]
 
@@ -104,9 +106,8 @@ def _dense(matrix: sparse.csr_array, scale: Vector, raised: Vector) -> bool:
 def _sparse(matrix: sparse.csr_array, scale: Vector, raised: Vector) -> bool:
     """The same by A = L D Lᵀ, whose pivots have the signs of the eigenvalues (Sylvester)."""
     spread = sparse.diags_array(scale)
-    scaled = sparse.csc_array(spread @ matrix @ spread + sparse.diags_array(raised))
     try:
-        factor = splu(scaled, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+        factor, _ = decomposition(spread @ matrix @ spread + sparse.diags_array(raised))
     except RuntimeError:  # a pivot is zero
         return False
     return bool((factor.U.diagonal() > 0.0).all()) and np.array_equal(factor.perm_r, factor.perm_c)

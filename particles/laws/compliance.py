@@ -6,7 +6,7 @@ from skfem import Basis, ElementQuad2, ElementVector
 
 from particles.laws.axisymmetric_mesh import Block, Body, HalfPlane, Whole
 from structures.elasticity import part_stiffnesses
-from structures.factor import factorise
+from structures.factor import compliance_at
 from structures.structure import Vector
 
 INTEGRATION_ORDER = 5
@@ -21,13 +21,7 @@ def surface_compliance(body: Body, plane: HalfPlane, midplane: str) -> Vector:
     A node's force is that on its whole ring. The body is factorised once. midplane: see `supported_stiffness`.
     """
     stiffness, pressed = supported_stiffness(body, plane, midplane)
-    solve = factorise(stiffness)
-    compliance = np.empty((pressed.size, pressed.size))
-    unit = np.zeros(stiffness.shape[0])
-    for column, dof in enumerate(pressed):
-        unit[dof] = 1.0
-        compliance[:, column] = solve(unit)[pressed]
-        unit[dof] = 0.0
+    compliance = compliance_at(stiffness, pressed)
     symmetric: Vector = 0.5 * (compliance + compliance.T)
     return symmetric
 

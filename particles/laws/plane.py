@@ -7,12 +7,9 @@ without friction (`active_set`). Linear elasticity, so strains must stay small.
 
 from dataclasses import replace
 from math import pi, sqrt
-from typing import Any
 
 import numpy as np
-from scipy import sparse
-from skfem import Basis, BilinearForm, ElementQuad2, ElementVector
-from skfem.helpers import ddot, div, sym_grad
+from skfem import Basis, ElementQuad2, ElementVector
 
 from particles.bead import Cylinder
 from particles.laws.active_set import edge_approach, forces_of_steps
@@ -20,8 +17,8 @@ from particles.laws.axisymmetric_mesh import HalfPlane, Spheroid, half_plane
 from particles.laws.computed import LEAST_ORDER, ComputedContact, ComputedLaw, Points, error_and_order
 from particles.laws.formulas import SMALL_CONTACT, contact_law
 from structures.checks import instance, one_of, positive
-from structures.elasticity import first_lame_parameter, shear_modulus
-from structures.factor import factorise
+from structures.elasticity import first_lame_parameter, plane_stiffness, shear_modulus
+from structures.factor import compliance_at
 from structures.material import Material
 from structures.structure import Vector
 from structures.surface import relative_curvatures
@@ -197,15 +194,8 @@ def section_compliance(material: Material, plane: HalfPlane, state: str, length:
     lame, shear = first_lame_parameter(material), shear_modulus(material)
     if state == "stress":
         lame *= 2.0 * shear / (lame + 2.0 * shear)
-    stiffness = sparse.csr_array(2.0 * length * _plane.assemble(basis, lame=lame, shear=shear))[kept][:, kept]
+    stiffness = 2.0 * length * plane_stiffness(basis, lame, shear)[kept][:, kept]
     pressed = np.searchsorted(kept, upright[plane.surface])
-    solve, compliance = factorise(stiffness), np.empty((pressed.size, pressed.size))
-    for column, dof in enumerate(pressed):
-        compliance[:, column] = solve(np.eye(1, stiffness.shape[0], dof)[0])[pressed]
+    compliance = compliance_at(stiffness, pressed)
     both: Vector = 0.5 * (compliance + compliance.T)
     return both
-
-
-@BilinearForm
-def _plane(u: Any, v: Any, w: Any) -> Any:
-    return w.lame * div(u) * div(v) + 2.0 * w.shear * ddot(sym_grad(u), sym_grad(v))

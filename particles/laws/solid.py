@@ -23,7 +23,7 @@ from particles.laws.solid_mesh import (
     supported,
 )
 from structures.checks import positive, short
-from structures.factor import factorise
+from structures.factor import compliance_at, factorise
 from structures.solid import PATCH_ORDER, patch_compliance
 from structures.structure import Vector
 
@@ -208,13 +208,7 @@ def _condensed(bead: Cylinder | Sphere, reach: float, size: float, coarser: floa
     if nodes.size * part.box.shape[1] > MOST_WORK:
         raise ValueError(f"spacing = {size:.3g} m: {nodes.size} nodes may touch, which takes too long; must be larger")
     body = supported(part)
-    solve, pressed = factorise(body.stiffness), body.motions[2, nodes]
-    compliance = np.empty((pressed.size, pressed.size))
-    unit = np.zeros(body.stiffness.shape[0])
-    for column, place in enumerate(pressed):
-        unit[place] = 1.0
-        compliance[:, column] = solve(unit)[pressed]
-        unit[place] = 0.0
+    compliance = compliance_at(body.stiffness, body.motions[2, nodes])
     return compliance + compliance.T, 2.0 * part.drop(nodes)
 
 
