@@ -13,6 +13,7 @@ from structures.checks import instance, positive, whole, within
 from structures.damping import maxwell_arms, with_arms
 from structures.factor import Solve, shifted_solve
 from structures.field import Field
+from structures.one_thread import one_thread
 from structures.plausible import likely
 from structures.structure import Structure, Vector, known_field
 
@@ -60,6 +61,7 @@ PROPORTIONAL_DIFFERENCE = 1e-11
 Apply: TypeAlias = Callable[[Vector], Vector]
 
 
+@one_thread
 def reduce(
     structure: Structure,
     until: float,

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from structures.factor import Matrices
+from structures.one_thread import one_thread
 from structures.reduction import EXPANSION_POINT, LEAST_NEW_PART, Modes, change, pulse_answer
 from structures.structure import Vector
 
@@ -46,6 +47,7 @@ class SharedBasis(NamedTuple):
         return np.asarray(self.shapes.T @ vectors[self.rows])
 
 
+@one_thread
 def shared_basis(
     matrices: Matrices,
     loads: Vector,

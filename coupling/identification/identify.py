@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from threadpoolctl import threadpool_limits
 
 from coupling.cosimulation import CoSimulation
 from coupling.identification.features import Features
@@ -19,6 +18,7 @@ from coupling.identification.search import ON_LINE, Search
 from coupling.results.signals import SECONDS
 from structures.caution import caution
 from structures.checks import duration, finite, not_negative, one_of, positive, short, whole
+from structures.one_thread import one_thread
 from structures.structure import Vector
 
 FROM_IMPACT = 4.0
@@ -158,8 +158,7 @@ def identify(
     if start is None:
         _warn_of_time(prediction, count + 2 * ON_LINE * len(lines) + starts * RUNS_OF_START * len(wanted))
     given = {"unknowns": dict(ranges), "nuisances": names, "until": prediction.until, "seed": seed, "compare": compare}
-    # The matrices are small: threads gain nothing, and on a machine with other work they take six times as long.
-    with threadpool_limits(1, "blas"):
+    with one_thread:
         return judgement.result(given)
 
 

@@ -18,6 +18,7 @@ from coupling.identification.prediction import Prediction, Range, check_samples,
 from coupling.identification.search import inverse
 from structures.checks import finite, listed, one_of, positive, short, whole
 from structures.html_table import html_table
+from structures.one_thread import one_thread
 from structures.structure import Vector
 
 REACH = 1.959964
@@ -87,6 +88,7 @@ class Information:
         return html_table("Information", rows)
 
 
+@one_thread
 def information(
     build: Callable[..., CoSimulation],
     noise: float = 0.01,
@@ -148,6 +150,7 @@ def information(
     return design.features() if compare == "features" else design.waveform()
 
 
+@one_thread
 def best_sensors(
     build: Callable[..., CoSimulation],
     unknown: str,

@@ -27,6 +27,7 @@ from coupling.sweeps.sweep import axis_labels, check_build
 from particles.chain import Chain
 from structures.caution import collected
 from structures.checks import instance, listed, positive, short, takes, whole
+from structures.one_thread import one_thread
 from structures.structure import Structure
 
 Runs: TypeAlias = Sequence[Chain | CoSimulation] | Callable[..., Chain | CoSimulation]
@@ -50,6 +51,7 @@ MEASURED_AT_ONCE = 2e7
 """The same for the runs that are measured together: 160 MB."""
 
 
+@one_thread
 def batch(
     runs: Runs,
     until: float,

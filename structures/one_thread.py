@@ -1,0 +1,35 @@
+"""Linear algebra by one thread, where matrices are too small to share."""
+
+from contextlib import ContextDecorator
+from threading import Lock
+from typing import Any
+
+from threadpoolctl import threadpool_limits
+
+
+class _OneThread(ContextDecorator):
+    """Dense linear algebra (BLAS) of this process takes one thread within the block, or within the function below.
+
+    Threads gain nothing for matrices of some hundred rows. Beside other work they wait for each other, and a reduction
+    takes nine times as long. Blocks of several threads may overlap: the setting before the first returns after the
+    last.
+    """
+
+    def __init__(self) -> None:
+        self._lock, self._inside = Lock(), 0
+        self._limit: threadpool_limits | None = None
+
+    def __enter__(self) -> None:
+        with self._lock:
+            if self._inside == 0:
+                self._limit = threadpool_limits(1, "blas")
+            self._inside += 1
+
+    def __exit__(self, *_: Any) -> None:
+        with self._lock:
+            self._inside -= 1
+            if self._inside == 0 and self._limit is not None:
+                self._limit.restore_original_limits()
+
+
+one_thread = _OneThread()

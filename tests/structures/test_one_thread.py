@@ -1,0 +1,54 @@
+"""Linear algebra takes one thread in a reduction, and as many as before afterwards."""
+
+from collections.abc import Iterator
+
+import pytest
+import scipy.linalg
+from threadpoolctl import threadpool_info, threadpool_limits
+
+import hertzlink as hl
+from structures.one_thread import one_thread
+
+
+def threads() -> set[int]:
+    return {pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"}
+
+
+@pytest.fixture(autouse=True)
+def two() -> Iterator[None]:
+    """As on a machine with two cores, whatever this one has and its environment says."""
+    with threadpool_limits(2, "blas"):
+        if threads() != {2}:
+            pytest.skip(f"this BLAS takes {threads()} threads where two are asked for")
+        yield
+
+
+def test_overlapping_blocks() -> None:
+    """As of two threads, of which the first to begin is the first to end."""
+    first, second = iter((one_thread, one_thread))
+    first.__enter__()
+    second.__enter__()
+    first.__exit__()
+    assert threads() == {1}
+    second.__exit__()
+    assert threads() == {2}
+
+
+def test_an_exception_ends_a_block() -> None:
+    with pytest.raises(ZeroDivisionError), one_thread:
+        1 / 0  # noqa: B018
+    assert threads() == {2}
+
+
+def test_a_reduction_and_what_runs_within_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen: list[set[int]] = []
+
+    def counted(*args: object, **kwargs: object) -> object:
+        seen.append(threads())
+        return scipy.linalg.eigh(*args, **kwargs)
+
+    monkeypatch.setattr("structures.reduction.eigh", counted)
+    hl.reduce(hl.rod([hl.Layer(hl.PTFE, 0.05, 9.525e-3)]), until=1e-4)
+    assert seen
+    assert all(found == {1} for found in seen)
+    assert threads() == {2}
