@@ -160,10 +160,10 @@ def report_prestress(window: float, windows: int) -> None:
     rounds = [{stress: timed(one.run, UNTIL)[0] for stress, one in simulations.items()} for _ in range(ROUNDS)]
     alone = [{stress: timed(driven, one, window, windows)[0] for stress, one in structures.items()} for _ in range(5)]
     for stress in STRESSES:
-        ratio, plate = (median(spent[stress] / spent[0.0] for spent in of) for of in (rounds, alone))
+        ratio, structure = (median(spent[stress] / spent[0.0] for spent in of) for of in (rounds, alone))
         print(
             f"Under {stress / 1e6:g} MPa a run takes {ratio:.2f} times the time (≤ {MOST_PRESTRESS}, "
-            f"{verdict(ratio <= MOST_PRESTRESS)}), and the plate under one force {plate:.2f}."
+            f"{verdict(ratio <= MOST_PRESTRESS)}), and the plate under one force {structure:.2f}."
         )
 
 

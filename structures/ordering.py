@@ -1,9 +1,11 @@
 """Sparse symmetric factorisations by SuperLU, in an order that leaves few entries in the factors."""
 
+from math import sqrt
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.sparse.csgraph import breadth_first_order, connected_components, shortest_path
+from scipy.sparse.csgraph import breadth_first_order, connected_components, maximum_bipartite_matching, shortest_path
 from scipy.sparse.linalg import SuperLU, splu
 
 Indices = NDArray[np.int64]
@@ -14,11 +16,14 @@ FEW = 3_000
 PART = 2_000
 """Unknowns of a part that is cut no further: minimum degree orders it."""
 
-EVEN = 0.3
-"""The least fraction of a graph's unknowns on each side of a cut."""
+PARTS = (0.3, 0.4, 0.5, 0.6, 0.7)
+"""Fractions of the unknowns on one side of a cut that are tried."""
 
-SURFACE = 0.6
-"""A cut through n nodes of a plane mesh has some n^(1/2), through those of a solid n^(2/3): this tells them apart."""
+TIE = 1e-3
+"""Of the other distance, where the first is the same."""
+
+SURFACE = 5.0
+"""At the middle distance from a rim, a plane mesh of n nodes has up to 3.7 √n of them, solids have 6 √n or more."""
 
 
 def decomposition(matrix: sparse.sparray) -> tuple[SuperLU, Indices | None]:
@@ -37,21 +42,22 @@ def elimination_order(matrix: sparse.sparray) -> Indices | None:
     """The order that leaves few entries in the factors of a symmetric matrix, n places; None: minimum degree does.
 
     Nested dissection: a cut through the graph of the matrix is eliminated last, after the two sides that it separates;
-    each side is ordered alike. Minimum degree, SuperLU's own, is about as good in a plane mesh. In a solid of 30 000
-    unknowns it leaves half as many entries again, and takes more than twice as long.
+    each side is ordered alike. Minimum degree, SuperLU's own, is as good in a plane mesh. In a solid of 25 000 to
+    40 000 unknowns dissection saves up to a third of the entries, and 15 to 60 % of the time.
 
     References
     ----------
-    George, SIAM J. Numer. Anal. 10 (1973) 345 (nested dissection); George and Liu, Computer Solution of Large Sparse
-    Positive Definite Systems (1981), section 5.3 (cuts by levels of distance).
+    George, SIAM J. Numer. Anal. 10 (1973) 345 (nested dissection); Pothen and Fan, ACM Trans. Math. Softw. 16 (1990)
+    303 (the least cut by a matching).
     """
     if matrix.shape[0] <= FEW:
         return None
     graph, unknowns = _nodes(matrix)
-    sides = _cut(graph, np.bincount(unknowns))
-    if sides is None or np.count_nonzero(sides == 0) < graph.shape[0] ** SURFACE:
-        return None
-    return _dissection(graph, unknowns)
+    component = connected_components(graph, directed=False)[1]
+    largest = np.flatnonzero(component == np.bincount(component).argmax())
+    from_rim = _from_rim(graph[largest][:, largest])
+    at_middle = np.count_nonzero(from_rim == np.median(from_rim))
+    return None if at_middle < SURFACE * sqrt(largest.size) else _dissection(graph, unknowns)
 
 
 def _dissection(graph: sparse.csr_array, unknowns: Indices) -> Indices:
@@ -95,26 +101,56 @@ def _dissected(graph: sparse.csr_array, sizes: Indices, nodes: Indices) -> list[
 def _cut(graph: sparse.csr_array, sizes: Indices) -> Indices | None:
     """The side of each node of a connected graph, −1 or 1, and 0 on the cut between them; None where there is none.
 
-    Nodes at one distance from a node at the rim are a cut: the one with the fewest unknowns that leaves even sides.
+    Nodes are sorted by their distance from a rim, or by how much nearer they are to it than to the other rim, and
+    divided at several places. The division that the fewest unknowns cover is the cut.
     """
+    near = _from_rim(graph)
+    far = _distances(graph, int(np.argmax(near)))
+    found = []
+    for along in (near - TIE * far, near - far + TIE * (near + far)):
+        ascending = np.argsort(along, kind="stable")
+        share = np.cumsum(sizes[ascending]) / sizes.sum()
+        for part in PARTS:
+            before = np.zeros(sizes.size, dtype=bool)
+            before[ascending[: np.searchsorted(share, part)]] = True
+            side = np.where(before, -1, 1)
+            side[_cover(graph, before)] = 0
+            if side.min() < 0 < side.max():
+                found.append(side)
+    return min(found, key=lambda side: int(sizes[side == 0].sum()), default=None)
+
+
+def _from_rim(graph: sparse.csr_array) -> NDArray[np.float64]:
+    """The distance of each node of a connected graph from one at its rim, in edges."""
     rim = 0
-    for _ in range(3):
-        rim = breadth_first_order(graph, rim, directed=False, return_predecessors=False)[-1]
-    distance = shortest_path(graph, "D", directed=False, indices=int(rim), unweighted=True)
-    reached = np.isfinite(distance)
-    level = np.where(reached, distance, distance[reached].max()).astype(np.int64)
-    of_level = np.bincount(level, sizes)
-    below = (np.cumsum(of_level) - of_level) / of_level.sum()
-    above = 1.0 - below - of_level / of_level.sum()
-    even = np.flatnonzero(np.minimum(below, above) >= EVEN)
-    if even.size == 0:
-        even = np.array([np.argmax(np.minimum(below, above))])
-    best = int(even[np.argmin(of_level[even])])
-    if min(below[best], above[best]) <= 0.0:
-        return None
-    # Of the level, only what touches the farther side is needed.
-    touching = graph @ (level > best).astype(float) > 0.0
-    return np.where((level == best) & touching, 0, np.where(level <= best, -1, 1))
+    for _ in range(2):
+        rim = int(breadth_first_order(graph, rim, directed=False, return_predecessors=False)[-1])
+    return _distances(graph, rim)
+
+
+def _distances(graph: sparse.csr_array, node: int) -> NDArray[np.float64]:
+    found: NDArray[np.float64] = shortest_path(graph, "D", directed=False, indices=node, unweighted=True)
+    return found
+
+
+def _cover(graph: sparse.csr_array, before: NDArray[np.bool_]) -> Indices:
+    """The fewest nodes that touch every edge from a node `before` to one that is not (König's theorem)."""
+    one, other = np.flatnonzero(before), np.flatnonzero(~before)
+    edges = sparse.csr_array(graph[one][:, other])
+    partner = maximum_bipartite_matching(edges, perm_type="column")
+    partner_of_other = np.full(other.size, -1)
+    partner_of_other[partner[partner >= 0]] = np.flatnonzero(partner >= 0)
+    # Nodes that a path of edges without and with partners, in turn, joins to a node without a partner.
+    new = partner < 0
+    ours, theirs = new.copy(), np.zeros(other.size, dtype=bool)
+    while new.any():
+        reached = (edges.T @ new.astype(float) > 0.0) & ~theirs
+        theirs |= reached
+        new = np.zeros(one.size, dtype=bool)
+        new[partner_of_other[reached]] = True
+        new &= ~ours
+        ours |= new
+    return np.concatenate([one[~ours], other[theirs]])
 
 
 def _minimum_degree(graph: sparse.csr_array) -> Indices:
