@@ -421,7 +421,7 @@ def test_amplitude_ratio_and_time_of_flight_alone_contain_the_truth(draws: int) 
 
 @pytest.mark.thorough
 def test_features_of_a_signal_that_the_model_lacks_are_not_explained() -> None:
-    signal = tap(wall(3e9, 0.1), (7,), until=LONGER)
+    signal = tap(wall(3e9, 0.1), (3, 7), until=LONGER)
     with pytest.warns(hl.HertzlinkWarning, match="the model lacks something"):
         found = hl.identify(signal, wall, until=LONGER, compare="features", scan=8, starts=1, modulus=(1e9, 2e10))
     assert not found.explained
