@@ -297,7 +297,7 @@ def _read_netcdf(content: bytes) -> xr.Dataset:
     with h5py.File(BytesIO(content), "r") as file:
         kept = {name: one for name, one in file.items() if not _is_bare_dimension(one)}
         raw = xr.Dataset({name: _variable(h5py, file, name, one) for name, one in kept.items()})
-        raw.attrs = _attributes(h5py, file)
+        raw.attrs = _attributes(file)
     return xr.decode_cf(raw, decode_times=False, mask_and_scale=False).drop_encoding()
 
 
@@ -312,22 +312,19 @@ def _variable(h5py: Any, file: Any, name: str, dataset: Any) -> xr.Variable:
         dimensions = [name]
     else:
         dimensions = [file[first].name.lstrip("/") for first, *_ in dataset.attrs.get("DIMENSION_LIST", ())]
-    attributes = _attributes(h5py, dataset)
+    attributes = _attributes(dataset)
     if h5py.check_string_dtype(dataset.dtype) is None:
         return xr.Variable(dimensions, dataset[()], attributes)
     return xr.Variable(dimensions, dataset.asstr()[()], attributes, {"dtype": str})
 
 
-def _attributes(h5py: Any, one: Any) -> dict[str, Any]:
+def _attributes(one: Any) -> dict[str, Any]:
     """Of a file or a variable, but those by which netCDF keeps its dimensions."""
     found = dict[str, Any]()
     for name, value in one.attrs.items():
         if name in OF_NETCDF:
             continue
-        if isinstance(value, h5py.Empty):
-            text = h5py.check_string_dtype(value.dtype) is not None
-            value = "" if text else np.array([], dtype=value.dtype)
-        elif isinstance(value, np.ndarray):
+        if isinstance(value, np.ndarray):
             value = value.tolist() if value.dtype == object else value
             value = value[0] if len(value) == 1 else value
         found[name] = value.decode() if isinstance(value, bytes) else value

@@ -269,6 +269,7 @@ def test_projected_derivatives_are_those_of_the_residual_where_it_vanishes() -> 
     force = 1.4 * Curves(trace, prediction.interval).at(time - 2e-5) + 0.3
     misfit = Misfit(prediction, Measured(time, force, [5], np.ones(1)), ["gain", "offset", "time_zero"], UNTIL)
     p = np.array([*places, 2e-5 / misfit.unit])
+    misfit.at(p + [0.2, 0.0, 0.0], np.full(2, 1e-3))  # What it keeps of one place is not taken for that of another.
     point = misfit.at(p, np.full(2, 1e-3))
     assert abs(point.residual).max() < 1e-9
     assert (point.gains[0], point.offsets[0]) == (pytest.approx(1.4), pytest.approx(0.3))
