@@ -117,6 +117,8 @@ class Interface:
             for place in range(len(self.structures))
         ]
         self.of_structure = [self._at_points(place) for place in range(len(self.structures))]
+        # Nearly always everywhere. Then the arrays need no masks, which cost as much as the sums of a small structure.
+        self._touched = [bool((seats >= 0).all()) for seats in self.of_structure]
         energy = max(chain.impact_energy for chain in chains) if len(chains) > 1 else None
         self.chains = tuple(
             self._moving(
@@ -182,9 +184,8 @@ class Interface:
         """The structures' states and the contacts' displacements (m) after mean forces (N) over `length` s."""
         ends, surface = [], np.empty(self.size)
         for number, structure in enumerate(self.structures):
-            seats = self.of_structure[number]
             end, places = structure.move(states[number], self.at(number, force), length)
-            surface[seats[seats >= 0]] = places[seats >= 0]
+            self._seated(surface, number, places)
             ends.append(end)
         return tuple(ends), surface
 
@@ -253,8 +254,8 @@ class Interface:
     def read(self, states: Sequence[Any]) -> Vector:
         """The displacements of the contacts in states of Structures, m."""
         surface = np.empty(self.size)
-        for structure, state, seats in zip(self.structures, states, self.of_structure, strict=True):
-            surface[seats[seats >= 0]] = structure.read(state)[seats >= 0]
+        for number, (structure, state) in enumerate(zip(self.structures, states, strict=True)):
+            self._seated(surface, number, structure.read(state))
         return surface
 
     def pushed(self, free: Sequence[Any], force: Vector, length: float) -> tuple[Any, ...]:
@@ -276,7 +277,15 @@ class Interface:
     def at(self, structure: int, force: Vector) -> Vector:
         """The forces at all points of a structure, zero where nothing touches."""
         seats = self.of_structure[structure]
-        return np.where(seats < 0, 0.0, force[seats])
+        return force[seats] if self._touched[structure] else np.where(seats < 0, 0.0, force[seats])
+
+    def _seated(self, surface: Vector, structure: int, places: Vector) -> None:
+        """Write the displacements of a structure's points into those of the contacts."""
+        seats = self.of_structure[structure]
+        if self._touched[structure]:
+            surface[seats] = places
+        else:
+            surface[seats[seats >= 0]] = places[seats >= 0]
 
     def _corners(self, past: Sequence[Node], before: Vector, surface: Vector, length: float) -> list[Vector]:
         """Displacements between which the surfaces move straight, at equal times."""

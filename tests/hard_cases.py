@@ -105,3 +105,13 @@ REFERENCE = {
     "two chains": (0.2793548, 0.7641386),
 }
 """Amplitude ratios at the sensor, of each chain, sampled every 0.25 µs."""
+
+RETURNED = {
+    "light": 7.5e-4,
+    "lighter": 7.5e-4,
+    "soft": 4.5e-4,
+    "stiff": 4.5e-4,
+    "chattering": 5.5e-4,
+    "two chains": 9.5e-4,
+}
+"""When the primary waves have passed the sensors on their way back, s; nothing later changes these ratios."""

@@ -34,6 +34,10 @@ LONGEST_STEP = 1e-6
 HALVINGS = 40
 """Of a step in which a contact opens or closes, to find out when."""
 
+LEAST_FORCE = 1e-20
+"""N. A contact that bears less counts as open: its overlap is below the rounding of displacements. Far ahead of a wave
+such contacts would open and shut thousands of times."""
+
 NEWTON_STEPS = 60
 
 
@@ -169,40 +173,56 @@ class System:
         return 0.5 * float(self.speed @ self.mass @ self.speed)
 
     @cached_property
-    def inverse(self) -> tuple[Numbers, Numbers, Numbers, Numbers]:
-        """M⁻¹K, M⁻¹C, M⁻¹Aᵀ and M⁻¹ loads."""
-        right = (self.stiffness, self.damping, self.approach.T, self.load)
-        return tuple(np.linalg.solve(self.mass, matrix) for matrix in right)
+    def matrices(self) -> tuple[Numbers, Numbers, Numbers, Numbers]:
+        """What `rate` takes: of q the approaches and M⁻¹K q, in one matrix; M⁻¹C; M⁻¹Aᵀ; and what is constant."""
+        constant = self.load + self.approach.T @ self.static_force
+        right = (self.stiffness, self.damping, self.approach.T, constant)
+        stiffness, damping, contact, constant = (np.linalg.solve(self.mass, one) for one in right)
+        return np.vstack([self.approach, stiffness]), damping, contact, constant
+
+    @cached_property
+    def damps(self) -> bool:
+        """Whether anything does."""
+        return bool(self.damping.any() or self.viscosity.any())
 
     def rate(self, shut: Numbers, _time: float, state: Numbers) -> Numbers:
         """Of the state, while the contacts that are shut stay so."""
-        size = self.speed.size
+        size, contacts = self.speed.size, self.law.size
         q, v = state[:size], state[size:-1]
-        stiffness, damping, contact, load = self.inverse
-        elastic, viscous = self.parts(q, v)
-        force = np.where(shut, elastic + viscous, 0.0)
-        lost = (viscous * shut) @ (self.approach @ v) + v @ (self.damping @ v)
-        acceleration = load - stiffness @ q - damping @ v - contact @ (force - self.static_force)
+        of_places, damping, contact, constant = self.matrices
+        moved, lost = of_places @ q, 0.0
+        force = self.elastic(moved[:contacts]) * shut
+        acceleration = constant - moved[contacts:]
+        if self.damps:
+            approaching = self.approach @ v
+            viscous = self.viscosity * approaching * shut
+            force += viscous
+            acceleration -= damping @ v
+            lost = viscous @ approaching + v @ (self.damping @ v)
+        acceleration -= contact @ force
         return np.concatenate([v, acceleration, [lost]])
 
-    def pushing(self, state: Numbers) -> Numbers:
-        """Which contacts are shut: they overlap, and their dashpots pull less than they push."""
-        size = self.speed.size
-        elastic, viscous = self.parts(state[:size], state[size:-1])
-        return (elastic > 0.0) & (elastic + viscous > 0.0)
+    def pushing(self, states: Numbers) -> Numbers:
+        """Which contacts are shut: they overlap, and their dashpots pull less than they push. Of one state or many."""
+        elastic, viscous = self.parts(states)
+        return (elastic > LEAST_FORCE) & (elastic + viscous > 0.0)
 
-    def force(self, state: Numbers) -> Numbers:
-        """Of each contact, N."""
-        size = self.speed.size
-        return np.where(self.pushing(state), sum(self.parts(state[:size], state[size:-1])), 0.0)
+    def force(self, states: Numbers) -> Numbers:
+        """Of each contact, N; of one state or many."""
+        return np.where(self.pushing(states), sum(self.parts(states)), 0.0)
 
-    def parts(self, q: Numbers, v: Numbers) -> tuple[Numbers, Numbers]:
-        """The elastic and the viscous force of each contact, N, were it shut; odd in the overlap."""
-        approach = self.preload + self.approach @ q
-        overlap = abs(approach)
+    def parts(self, states: Numbers) -> tuple[Numbers, Numbers]:
+        """The elastic and the viscous force of each contact, N, were it shut; of one state or many."""
+        size = self.speed.size
+        q, v = states[..., :size], states[..., size:-1]
+        return self.elastic(q @ self.approach.T), self.viscosity * (v @ self.approach.T)
+
+    def elastic(self, moved: Numbers) -> Numbers:
+        """The elastic force of each contact, N, were it shut, from its approach since time zero; odd in the overlap."""
+        overlap = self.preload + moved
         for i in self.springs:
-            overlap[i] = _overlap_on_spring(overlap[i], self.law[i] * self.spring[i])
-        return np.sign(approach) * self.law * overlap * np.sqrt(overlap), self.viscosity * (self.approach @ v)
+            overlap[..., i] = _overlap_on_spring(overlap[..., i], self.law[i] * self.spring[i])
+        return self.law * overlap * np.sqrt(abs(overlap))
 
     def switch_time(self, step: DenseOutput, shut: Numbers) -> float:
         """When in a step the first contact opens or closes; `shut` holds at the beginning, and not at the end."""
@@ -219,28 +239,25 @@ class System:
         switched[-1] += self.stored(state, shut) - self.stored(state, self.pushing(state))
         return switched
 
-    def stored(self, state: Numbers, shut: Numbers) -> float:
-        """Elastic energy of the contacts that are shut, J."""
-        size = self.speed.size
-        elastic = np.where(shut, abs(self.parts(state[:size], state[size:-1])[0]), 0.0)
-        return float(
-            0.4 * elastic @ (elastic / np.maximum(self.law, 1e-300)) ** (2.0 / 3.0) + 0.5 * self.spring @ elastic**2
-        )
+    def stored(self, states: Numbers, shut: Numbers) -> Numbers:
+        """Elastic energy of the contacts that are shut, J; of one state or many."""
+        elastic = np.where(shut, abs(self.parts(states)[0]), 0.0)
+        overlap = (elastic / np.maximum(self.law, 1e-300)) ** (2.0 / 3.0)
+        return (0.4 * elastic * overlap + 0.5 * self.spring * elastic**2).sum(axis=-1)
 
-    def total_energy(self, state: Numbers) -> float:
-        """Energy of everything, with what the static loads and the losses took, J."""
+    def total_energy(self, states: Numbers) -> Numbers:
+        """Energy of everything, with what the static loads and the losses took, J; of many states."""
         size = self.speed.size
-        q, v = state[:size], state[size:-1]
-        contacts = self.stored(state, self.pushing(state))
-        loads = (self.load + self.static_force @ self.approach) @ q
-        return 0.5 * float(v @ self.mass @ v + q @ self.stiffness @ q) + contacts - loads + float(state[-1])
+        q, v = states[:, :size], states[:, size:-1]
+        moving = 0.5 * (v * (v @ self.mass) + q * (q @ self.stiffness)).sum(axis=1)
+        contacts = self.stored(states, self.pushing(states))
+        return moving + contacts - q @ (self.load + self.static_force @ self.approach) + states[:, -1]
 
     def datasets(self, times: Numbers, states: Numbers) -> list[xr.Dataset]:
         """For each chain what hertzlink's own results hold, as far as measures want it."""
         size = self.speed.size
         q, v = states[:size].T, states[size:-1].T
-        force = np.array([self.force(state) for state in states.T])
-        energy = np.array([self.total_energy(state) for state in states.T])
+        force, energy = self.force(states.T), self.total_energy(states.T)
         return [self._dataset(n, times, q, v, force, energy) for n in range(len(self.chains))]
 
     def _dataset(self, n: int, times: Numbers, q: Numbers, v: Numbers, force: Numbers, energy: Numbers) -> xr.Dataset:
@@ -270,17 +287,16 @@ class System:
         )
 
 
-def _overlap_on_spring(approach: float, scale: float) -> float:
-    """Hertz's own part δ of an approach δ + scale δ√δ, by Newton's method in √δ."""
-    if approach == 0.0:
-        return 0.0
-    root = np.sqrt(approach)
+def _overlap_on_spring(approach: Any, scale: float) -> Any:
+    """Hertz's own part δ of an approach δ + scale δ√δ, by Newton's method in √δ; odd in the approach."""
+    size = np.abs(approach)
+    root = np.sqrt(size)
     for _ in range(NEWTON_STEPS):
-        step = (root**2 + scale * root**3 - approach) / (2.0 * root + 3.0 * scale * root**2)
-        root -= step
-        if abs(step) <= 1e-16 * root:
+        step = (root**2 + scale * root**3 - size) / (2.0 * root + 3.0 * scale * root**2 + 1e-300)
+        root = root - step
+        if np.all(np.abs(step) <= 1e-16 * root):
             break
-    return float(root**2)
+    return np.sign(approach) * root**2
 
 
 def _striker_mass(chain: hl.Chain) -> float:

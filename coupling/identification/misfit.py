@@ -79,6 +79,7 @@ class Misfit:
         self.used = [np.isfinite(force) for force in measured.force]
         """The samples of each sensor that count; `keep_window` leaves out those before and after the prediction."""
         self._last: tuple[Vector, Vector] | None = None
+        self._last_slopes: tuple[Vector, Vector] | None = None
 
     @property
     def names(self) -> list[str]:
@@ -221,6 +222,14 @@ class Misfit:
             self._last = places.copy(), self.prediction.traces([places])[0]
         return self._last[1]
 
+    def _slopes(self, p: Vector, traces: Vector, steps: Vector, rough: bool) -> Vector:
+        """Of the traces with the places; where a search ends, what follows it asks for those that it had last."""
+        places = p[: self.size]
+        asked = np.concatenate([places, steps, [rough]])
+        if self._last_slopes is None or not np.array_equal(self._last_slopes[0], asked):
+            self._last_slopes = asked, self.prediction.slopes(places, traces, steps, rough)
+        return self._last_slopes[1]
+
     def of_traces(self, p: Vector, traces: Vector) -> float:
         """χ² of traces at p; infinite for a run that failed."""
         if not np.isfinite(traces).all():
@@ -238,7 +247,7 @@ class Misfit:
     def at(self, p: Vector, steps: Vector, rough: bool = False) -> Point:
         """All of the misfit at p; steps: of the places, for the derivatives; rough: these to first order."""
         traces = self._traces(p)
-        slopes = self.prediction.slopes(p[: self.size], traces, steps, rough)
+        slopes = self._slopes(p, traces, steps, rough)
         if not (np.isfinite(traces).all() and np.isfinite(slopes).all()):
             raise FloatingPointError("a run beside the solution failed")
         return self.point(p, traces, slopes)

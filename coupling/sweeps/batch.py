@@ -349,15 +349,20 @@ class _Part(NamedTuple):
 
     def run(self, threads: int, measure: Measure | None) -> tuple[xr.Dataset, list[_Done]]:
         """What is kept of the runs, and how each ended."""
-        rows = _Rows(self)
-        with ThreadPoolExecutor(threads) as pool:
-            try:
-                done = list(pool.map(rows.do, range(self.family.number)))
-            except BaseException:
-                pool.shutdown(cancel_futures=True)
-                raise
+        rows, numbers = _Rows(self), range(self.family.number)
+        done = list(map(rows.do, numbers)) if threads == 1 else _in_threads(rows, numbers, threads)
         data = rows.dataset()
         return data if measure is None else _measured(measure, data), done
+
+
+def _in_threads(rows: "_Rows", numbers: Sequence[int], threads: int) -> list[_Done]:
+    """The runs of these numbers; after an error those that have not begun are not run."""
+    with ThreadPoolExecutor(threads) as pool:
+        try:
+            return list(pool.map(rows.do, numbers))
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
 
 
 class _Rows:

@@ -100,7 +100,7 @@ def test_a_worker_that_is_killed_loses_nothing(client: Any, tmp_path: Path) -> N
     store = tmp_path / "store"
     axes = {
         "folder": [str(tmp_path)],
-        "material": ["PTFE", "acrylic", "nylon"],
+        "material": ["PTFE", "nylon"],
         "radius": [i * 1e-3 for i in range(1, 9)],
     }
     victim = next(iter(client.run(os.getpid).values()))
@@ -118,11 +118,11 @@ def test_a_worker_that_is_killed_loses_nothing(client: Any, tmp_path: Path) -> N
     killer.start()
     runs = hl.sweep(build, UNTIL, cluster=client, store=store, **axes)
     killer.join()
-    assert 5 <= then[0] < 24
+    assert 5 <= then[0] < 16
     counts = Counter((tmp_path / "runs").read_text().splitlines())
-    assert len(counts) == 24
+    assert len(counts) == 16
     # One was running; one more may have been run, and not yet fetched.
-    assert sum(counts.values()) <= 24 + 2
+    assert sum(counts.values()) <= 16 + 2
     assert runs.identical(hl.sweep(build, UNTIL, jobs=1, **axes))
 
 
@@ -156,14 +156,18 @@ def test_a_point_that_another_sweep_runs_is_awaited(client: Any, tmp_path: Path,
 
 
 @pytest.mark.thorough
-def test_a_point_that_kills_its_workers_fails_alone(client: Any, tmp_path: Path) -> None:
+def test_a_point_that_kills_its_workers_fails_alone(
+    client: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On a cluster that gives a point up with the first worker; each that dies has to start anew."""
+    monkeypatch.setattr(client.cluster.scheduler, "allowed_failures", 0)
     axes = {"folder": [str(tmp_path)], "radius": [1e-3, 9e-3, 2e-3, 3e-3]}
     runs = hl.sweep(build, UNTIL, cluster=client, store=tmp_path / "store", **axes).squeeze()
     assert runs.error.values[1].startswith("KilledWorker: the workers that ran it died")
     assert runs.error.values[[0, 2, 3]].tolist() == ["", "", ""]
     assert np.isfinite(runs.contact_force.isel(radius=[0, 2, 3])).all()
     counts = Counter((tmp_path / "runs").read_text().splitlines())
-    assert counts["PTFE 0.009"] == 4
+    assert counts["PTFE 0.009"] == 2
     with pytest.raises(RuntimeError, match=r"the workers that ran the sweep's point .*0\.009"):
         hl.sweep(build, UNTIL, cluster=client, folder=[str(tmp_path)], radius=[9e-3])
 

@@ -14,6 +14,8 @@ from particles.dissipation import Dissipation
 BEAD = hl.Sphere(2.38e-3, hl.STEEL_316)
 SENSORS = [9, 16, 24, 31, 40, 50, 56, 63]
 CHAIN = hl.Chain([BEAD] * 70, BEAD, 1.77)
+SHORTER, NEARER, EARLIER = hl.Chain([BEAD] * 50, BEAD, 1.77), [9, 16, 24, 31, 40, 46], 4.4e-4
+"""A chain in which a wave decays enough to tell a coefficient from an exponent; sensors, and the length of runs, s."""
 
 
 def run_of(loss: Dissipation, chain: hl.Chain = CHAIN, until: float = 6e-4) -> xr.Dataset:
@@ -39,18 +41,18 @@ def noisy(run: xr.Dataset, seed: int, noise: float = 0.02, sensors: list[int] = 
 )
 def test_coefficient_and_exponent_come_back(loss: hl.PowerDashpot, form: str) -> None:
     """Exactly from a clean run, to the noise from noisy signals; 95 % intervals hold the truth in most draws."""
-    run = run_of(loss)
-    clean = hl.fit_dissipation(run, CHAIN, form=form, sensors=SENSORS)
+    run = run_of(loss, SHORTER, EARLIER)
+    clean = hl.fit_dissipation(run, SHORTER, form=form, sensors=NEARER)
     assert isinstance(clean.loss, hl.PowerDashpot)
     assert (clean.loss.coefficient, clean.loss.exponent) == pytest.approx((loss.coefficient, loss.exponent), rel=1e-3)
     assert clean.amplitude_difference < 1e-3
     covered = 0
     for seed in range(2):
-        fit = hl.fit_dissipation(noisy(run, seed), CHAIN, form=form)
+        fit = hl.fit_dissipation(noisy(run, seed, sensors=NEARER), SHORTER, form=form)
         assert isinstance(fit.loss, hl.PowerDashpot)
         assert (fit.loss.coefficient, fit.loss.exponent) == pytest.approx((loss.coefficient, loss.exponent), rel=0.08)
         assert fit.identifiable
-        assert set(fit.waveform_difference) == set(SENSORS)
+        assert set(fit.waveform_difference) == set(NEARER)
         pairs = {"coefficient": loss.coefficient, "exponent": loss.exponent}
         covered += sum(low < pairs[name] < high for name, (low, high) in fit.intervals.items())
     assert covered >= 3
@@ -86,8 +88,8 @@ def test_a_short_weak_chain_does_not_tell_coefficient_from_exponent() -> None:
 
 @pytest.mark.thorough
 def test_a_loss_of_another_kind_leaves_a_greater_difference() -> None:
-    signals = noisy(run_of(hl.PowerDashpot(6.0, 1.8)), 1, 0.005)
-    right, wrong = (hl.fit_dissipation(signals, CHAIN, law) for law in (hl.PowerDashpot, hl.MassProportional))
+    signals = noisy(run_of(hl.PowerDashpot(6.0, 1.8), SHORTER, EARLIER), 1, 0.005, NEARER)
+    right, wrong = (hl.fit_dissipation(signals, SHORTER, law) for law in (hl.PowerDashpot, hl.MassProportional))
     assert wrong.amplitude_difference > 5.0 * right.amplitude_difference
 
 

@@ -269,6 +269,7 @@ def test_projected_derivatives_are_those_of_the_residual_where_it_vanishes() -> 
     force = 1.4 * Curves(trace, prediction.interval).at(time - 2e-5) + 0.3
     misfit = Misfit(prediction, Measured(time, force, [5], np.ones(1)), ["gain", "offset", "time_zero"], UNTIL)
     p = np.array([*places, 2e-5 / misfit.unit])
+    misfit.at(p + [0.2, 0.0, 0.0], np.full(2, 1e-3))  # What it keeps of one place is not taken for that of another.
     point = misfit.at(p, np.full(2, 1e-3))
     assert abs(point.residual).max() < 1e-9
     assert (point.gains[0], point.offsets[0]) == (pytest.approx(1.4), pytest.approx(0.3))
@@ -447,8 +448,13 @@ def test_the_posterior_of_a_sharp_minimum_is_the_interval(runs: int, exact: floa
     draws = found.posterior(runs, seed=1)
     assert draws.modulus.mean() == pytest.approx(found["modulus"].value, abs=0.5 * found["modulus"].error)
     assert 1.96 * draws.modulus.std() == pytest.approx(found["modulus"].error, rel=exact)
-    again = found.posterior(runs, seed=1)
-    assert np.array_equal(draws.modulus, again.modulus)
+
+
+def test_a_posterior_has_a_seed_and_enough_runs() -> None:
+    found = hl.identify(tap(wall(3e9)), wall, until=UNTIL, guess={"modulus": 3.1e9}, modulus=(2e9, 4.5e9))
+    one, again, other = (found.posterior(64, seed=seed) for seed in (1, 1, 2))
+    assert np.array_equal(one.modulus, again.modulus)
+    assert not np.array_equal(one.modulus, other.modulus)
     with pytest.raises(ValueError, match="runs = 20: must be at least"):
         found.posterior(20)
 

@@ -4,6 +4,8 @@ Between the generator's clean traces and the runs of identification are at most 
 1 %. So the intervals must contain the truth as often as they say.
 """
 
+from functools import lru_cache
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -25,9 +27,14 @@ def chain(impact_speed: float) -> hl.Chain:
     return hl.Chain([BEAD] * 20, BEAD, impact_speed)
 
 
+@lru_cache(64)
+def plate(thickness: float, distance: float) -> hl.Structure:
+    """The same one for all impact speeds."""
+    return hl.half_plane(thickness, hl.ALUMINIUM_6061, "clamped", distance, RUNS)
+
+
 def clamped(thickness: float, distance: float, impact_speed: float) -> hl.CoSimulation:
-    plate = hl.half_plane(thickness, hl.ALUMINIUM_6061, "clamped", distance, RUNS)
-    return hl.CoSimulation(chain(impact_speed), plate)
+    return hl.CoSimulation(chain(impact_speed), plate(thickness, distance))
 
 
 def measured(case: Case, seed: int, noise: float = NOISE) -> xr.Dataset:
@@ -50,12 +57,9 @@ def test_a_plate_is_found_from_near_values() -> None:
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize(
-    ("seed", "distance", "thickness"),
-    [(1, 15e-3, 2e-3), (3, 15e-3, 5e-3), (10, 60e-3, 2e-3), (12, 60e-3, 5e-3)],
-)
+@pytest.mark.parametrize(("seed", "distance", "thickness"), [(1, 15e-3, 2e-3), (12, 60e-3, 5e-3)])
 def test_plates_are_found_from_the_whole_ranges(seed: int, distance: float, thickness: float) -> None:
-    """The corners of a grid of 15 to 60 mm and 2 to 5 mm: near and far edges, thin and thick plates.
+    """A thin plate near its edge, and a thick one far from it, which is not found without the scans along each range.
 
     Of two intervals in each case one may miss by chance; with these seeds none does.
     """
@@ -71,14 +75,17 @@ def test_plates_are_found_from_the_whole_ranges(seed: int, distance: float, thic
 
 @pytest.mark.thorough
 def test_intervals_contain_the_truth_as_often_as_they_say() -> None:
-    """Over 24 draws of the noise, in standard deviations: 95 % of the errors are within 1.96."""
+    """Over 24 draws of the noise, in standard deviations: 95 % of the errors are within 1.96.
+
+    The fits begin at the truth; that they come there from elsewhere is tested above.
+    """
     time, clean = trace(Case(EdgedPlate(3e-3, 25e-3), until=UNTIL), SENSORS, SPEED, GAIN, TIME_ZERO)
     truth = {"thickness": 3e-3, "distance": 25e-3, "impact_speed": SPEED, "time_zero": TIME_ZERO, "gain 7": GAIN}
     scores = []
     for seed in range(24):
         drawn = np.random.default_rng(100 + seed)
         forces = {n: row + NOISE * row.max() * drawn.standard_normal(row.size) for n, row in clean.items()}
-        guess = {"thickness": 3.1e-3, "distance": 26e-3, "impact_speed": 0.3}
+        guess = {name: truth[name] for name in RANGES}
         found = hl.identify(hl.as_signal(time, forces), clamped, NUISANCES, guess=guess, **RANGES)
         scores.append([1.96 * (found[name].value - value) / found[name].error for name, value in truth.items()])
     # Standard errors over 24 draws: 0.20 of the mean, 0.14 of the standard deviation; bounds are three of them.
@@ -98,9 +105,13 @@ def rod_found(length: float, seed: int) -> hl.results.Identification:
     """A bar of 9.5 mm radius, free at its far end, from the whole ranges."""
     signal = measured(Case(Rod([(STEEL, length, 9.5e-3)]), until=UNTIL), seed)
 
-    def build(length: float, modulus: float, impact_speed: float) -> hl.CoSimulation:
+    @lru_cache(64)
+    def bar(length: float, modulus: float) -> hl.Structure:
         steel = hl.Material(modulus, hl.STEEL_440C.poisson_ratio, hl.STEEL_440C.density)
-        return hl.CoSimulation(chain(impact_speed), hl.rod([hl.Layer(steel, length, 9.5e-3)], "free"))
+        return hl.rod([hl.Layer(steel, length, 9.5e-3)], "free")
+
+    def build(length: float, modulus: float, impact_speed: float) -> hl.CoSimulation:
+        return hl.CoSimulation(chain(impact_speed), bar(length, modulus))
 
     ranges = {"length": (0.03, 0.3), "modulus": (50e9, 400e9), "impact_speed": RANGES["impact_speed"]}
     return hl.identify(signal, build, NUISANCES, **ranges)

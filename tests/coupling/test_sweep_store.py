@@ -523,9 +523,12 @@ def build(material, radius):
     bead = hl.Sphere(radius, hl.STEEL_440C)
     return hl.CoSimulation(hl.Chain([bead] * 3, bead, 0.3, gravity=9.81), hl.half_space(material))
 
+def forces(run):
+    return run[["contact_force"]]
+
 def run(jobs, store, radii=[1e-3, 2e-3, 3e-3, 4e-3, 5e-3, 6e-3]):
     materials = [hl.PTFE, hl.ACRYLIC, hl.NYLON, hl.COPPER, hl.STEEL_316]
-    return hl.sweep(build, 1e-4, jobs=jobs, store=store, material=materials, radius=radii)
+    return hl.sweep(build, 1e-4, jobs=jobs, store=store, measure=forces, material=materials, radius=radii)
 """
 
 

@@ -5,6 +5,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -103,11 +104,27 @@ def runs() -> Counter[str]:
 
 @pytest.mark.thorough
 def test_two_sweeps_share_the_points_of_a_store(start: Start) -> None:
-    """Each point is run once, by one of them, and both return all; one has a process of its own, the other two."""
-    lines = [f"runs = sweep({jobs}); assert runs.sizes['radius'] == 12 and 'error' not in runs" for jobs in (1, 2)]
-    for process in [start(line) for line in lines]:
-        _, said = process.communicate(timeout=120)
-        assert process.returncode == 0, said
+    """Each point is run once, by one of them, and both return all; this process joins another, which has two more."""
+    import two_script  # type: ignore[import-not-found]
+
+    Path("hold").touch()
+    other = start("runs = sweep(2); assert runs.sizes['radius'] == 12 and 'error' not in runs")
+    assert until(lambda: sum(runs().values()) == 2)
+
+    def release() -> None:
+        until(lambda: sum(runs().values()) == 3)
+        Path("hold").unlink()
+
+    (releasing := threading.Thread(target=release)).start()
+    own = two_script.sweep(1)
+    releasing.join()
+    assert own.sizes["radius"] == 12
+    assert "error" not in own
+    _, said = other.communicate(timeout=120)
+    assert other.returncode == 0, said
+    workers = {line.split()[1] for line in Path("runs").read_text().splitlines()}
+    assert str(os.getpid()) in workers
+    assert len(workers) == 3
     assert set(runs().values()) == {1}
     assert len(runs()) == 12
     assert len(list(Path("store").glob("*.nc"))) == 12
@@ -133,7 +150,7 @@ def test_a_point_of_a_killed_sweep_is_run_by_the_one_that_waits(start: Start) ->
 @pytest.mark.thorough
 def test_a_second_run_on_a_checkpoint_is_refused(start: Start) -> None:
     """With the process and host of the first; after that was killed, the next run continues."""
-    import two_script  # type: ignore[import-not-found]
+    import two_script
 
     Path("hold").touch()
     first = start("run()")
