@@ -1,6 +1,7 @@
 """How far the mesh of a plate changes the traces that are compared with a signal."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -87,9 +88,22 @@ class Fit:
 
     def difference(self, structure: Structure) -> Difference:
         """What this structure changes, to first order."""
-        trace, other = self.trace({}), trace_of(self.question, self.case, structure)
+        trace, noise, slope = self._linear
+        other = (trace_of(self.question, self.case, structure) - trace) / noise
+        change = float(np.sqrt(np.mean(other**2, axis=1)).max())
+        moved = np.linalg.lstsq(slope, other.ravel(), rcond=None)[0]
+        deviation = np.sqrt(np.diag(np.linalg.pinv(slope.T @ slope)))
+        part = np.sqrt(self._samples / SAMPLES) * np.abs(moved) / deviation
+        wanted = [name for name in self.values if name not in self.question.nuisances]
+        return Difference(change, {name: float(part[list(self.values).index(name)]) for name in wanted})
+
+    @cached_property
+    def _linear(self) -> tuple[Vector, Vector, Vector]:
+        """The trace, its noise, and the slopes of the trace over noise, samples × parameters, in unit columns: unknowns
+        are of different sizes.
+        """
+        trace = self.trace({})
         noise = self._noise(trace)
-        change = float(np.sqrt(np.mean(((other - trace) / noise) ** 2, axis=1)).max())
         slopes = [((self.trace({name: 1.0}) - self.trace({name: -1.0})) / noise).ravel() for name in self.values]
         if "time_zero" in self.question.nuisances:
             slopes.append((np.gradient(trace, axis=1) / noise).ravel())
@@ -99,13 +113,7 @@ class Fit:
                 own[i] = (trace / noise)[i]
                 slopes.append(own.ravel())
         slope = np.stack(slopes, axis=1)
-        # Unit columns: unknowns are of different sizes.
-        slope = slope / np.linalg.norm(slope, axis=0)
-        moved = np.linalg.lstsq(slope, ((other - trace) / noise).ravel(), rcond=None)[0]
-        deviation = np.sqrt(np.diag(np.linalg.pinv(slope.T @ slope)))
-        part = np.sqrt(self._samples / SAMPLES) * np.abs(moved) / deviation
-        wanted = [name for name in self.values if name not in self.question.nuisances]
-        return Difference(change, {name: float(part[list(self.values).index(name)]) for name in wanted})
+        return trace, noise, slope / np.linalg.norm(slope, axis=0)
 
     def trace(self, steps: dict[str, float]) -> Vector:
         """The trace, with some values moved by so many STEP."""
@@ -131,10 +139,15 @@ class Fit:
             noise = self.found.data.noise.sel(sensor=list(self.question.columns)).values / size
         return np.asarray(noise)[:, None]
 
+    @cached_property
+    def of_finer(self) -> Difference | None:
+        """What a mesh for twice the frequency changes; None where that mesh is too large."""
+        fine = self.on_mesh(2.0 * self.frequency)
+        return None if fine is None else self.difference(fine)
+
     def finer(self) -> bool:
         """Whether a finer mesh is needed, and fits."""
-        fine = self.on_mesh(2.0 * self.frequency)
-        return fine is not None and self.difference(fine).worst > TOLERATED
+        return self.of_finer is not None and self.of_finer.worst > TOLERATED
 
     def remarks(self) -> list[str]:
         """How the whole plate was modelled, and how accurate that is: a warning where it is not enough."""
@@ -144,11 +157,10 @@ class Fit:
             return [f"whole plate: a mesh of {body.cells[0]} × {body.cells[1]} cells, as the case says; not checked"]
         kind = "one basis (ReducedPlate) on a mesh" if self.basis else "a mesh of its own for each run,"
         model = f"whole plate: {kind} for {1e-3 * self.frequency:g} kHz"
-        fine = self.on_mesh(2.0 * self.frequency)
-        if fine is None:
+        difference = self.of_finer
+        if difference is None:
             large = f"a finer one has more than {MOST_UNKNOWNS} unknowns, so its accuracy is not known"
             return [f"warning: {model}; {large}", *(f"warning: {one}" for one in self.warnings)]
-        difference = self.difference(fine)
         said = [f"{model}; one for {2e-3 * self.frequency:g} kHz {difference}"]
         if difference.worst > DOUBTFUL:
             # What the basis lacks is in the difference; its warnings say why.
