@@ -14,6 +14,8 @@ import xarray as xr
 import hertzlink as hl
 from hertzlink.testing import assert_same_waves
 
+pytest_plugins = ["pytester"]
+
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 
 
@@ -220,31 +222,44 @@ def test_wall(same_waves, drop):
 """
 
 
+OPTIONS = ("-q", "-p", "no:cacheprovider", "-p", "hertzlink_pytest")
+
+
 def pytest_in(folder: Path, *options: str) -> "subprocess.CompletedProcess[str]":
-    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "hertzlink_pytest"]
-    return subprocess.run([*command, *options], cwd=folder, capture_output=True, text=True)
+    """In a process of its own."""
+    command = [sys.executable, "-m", "pytest", *OPTIONS, *options]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True)
 
 
 @pytest.mark.thorough
-def test_the_fixture_writes_and_compares(tmp_path: Path) -> None:
-    """Without a reference a test fails; with the option all are written, and then compared."""
-    test = tmp_path / "test_own.py"
+@pytest.mark.usefixtures("reference")
+def test_the_fixture_writes_and_compares(pytester: pytest.Pytester) -> None:
+    """Without a reference a test fails; with the option all are written, and then compared.
+
+    pytester forgets what a run imports, and numba bears no second import: the fixture has loaded all that a run needs.
+    """
+
+    def pytest_here(*options: str) -> tuple[int, str]:
+        done = pytester.runpytest_inprocess(*OPTIONS, *options)
+        return done.ret, done.stdout.str()
+
+    test = pytester.path / "test_own.py"
     test.write_text(PROJECT.format(speed=0.2))
-    missing = pytest_in(tmp_path)
-    assert missing.returncode == 1
-    assert "does not exist; write it with update=True, or with pytest --update-references" in missing.stdout
-    written = pytest_in(tmp_path, "--update-references")
-    assert written.returncode == 0, written.stdout
-    assert "references were written, and nothing was compared" in written.stdout
-    names = {path.name for path in (tmp_path / "references" / "test_own").iterdir()}
+    code, said = pytest_here()
+    assert code == 1
+    assert "does not exist; write it with update=True, or with pytest --update-references" in said
+    code, said = pytest_here("--update-references")
+    assert code == 0, said
+    assert "references were written, and nothing was compared" in said
+    names = {path.name for path in (pytester.path / "references" / "test_own").iterdir()}
     stems = ("test_wall-1", "test_wall-2", "test_wall-1-loose", "test_wall-2-loose")
     assert names == {f"{stem}.nc" for stem in stems}
-    assert pytest_in(tmp_path).returncode == 0
+    assert pytest_here()[0] == 0
     test.write_text(PROJECT.format(speed=0.21))
-    changed = pytest_in(tmp_path)
-    assert changed.returncode == 1
-    assert "chain.impact_speed = 0.2 there and 0.21 here" in changed.stdout
-    assert "-loose.nc" not in changed.stdout.split("short test summary")[0].replace('"loose"', "")
+    code, said = pytest_here()
+    assert code == 1
+    assert "chain.impact_speed = 0.2 there and 0.21 here" in said
+    assert "-loose.nc" not in said.split("short test summary")[0].replace('"loose"', "")
 
 
 def test_the_plugin_imports_nothing_heavy(tmp_path: Path) -> None:
