@@ -44,7 +44,7 @@ UNTIL, REDUCTION, HIGHEST_FREQUENCY = 1.5e-3, 0.02, 30.0e3
 
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """AR over kind of edge, distance and bead; and over theory, thickness, distance and bead. quick: fewer of each."""
-    distances, beads = ((0.02, 0.06, 0.2), DIAMETERS[1:]) if quick else (DISTANCES, DIAMETERS)
+    distances, beads = ((0.02, 0.2), DIAMETERS[1:]) if quick else (DISTANCES, DIAMETERS)
     few, thick = (FEW_DISTANCES[:1], THICKNESSES[:1]) if quick else (FEW_DISTANCES, THICKNESSES)
 
     def by_edge(edge: str, edge_distance: float, edge_bead: float) -> CoSimulation:

@@ -327,6 +327,7 @@ def _even(approach: float) -> float:
     return float(2.0 ** (ceil(2.0 * log2(approach)) / 2.0))
 
 
+@lru_cache(maxsize=64)  # the runs of a fit or a sweep share their tables
 def _without(law: ContactLaw, flexibility: float, deepest: float, modes: int, given: bool) -> ContactLaw:
     """The law less a linear flexibility, m/N: as deep as enough is left, and as `deepest`, m, at least.
 

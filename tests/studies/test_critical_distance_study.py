@@ -13,7 +13,7 @@ THOROUGH_FIXTURES = ("quick",)
 
 @pytest.fixture(scope="module")
 def quick() -> xr.Dataset:
-    return study.run(quick=True, jobs=2)
+    return study.run(quick=True, jobs=1)
 
 
 @pytest.mark.thorough

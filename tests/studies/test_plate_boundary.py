@@ -80,7 +80,7 @@ def test_reduction_changes_the_ratio_by_less_than_a_thousandth() -> None:
 
 @pytest.fixture(scope="module")
 def quick() -> xr.Dataset:
-    return study.run(quick=True, jobs=2)
+    return study.run(quick=True, jobs=1)
 
 
 def test_quick_study_has_the_shape_of_the_thesis(quick: xr.Dataset) -> None:
