@@ -88,7 +88,7 @@ def body_matrices(basis: Any, materials: Sequence[Material], owner: Owner) -> tu
 
     A mesh in the plane is that of a body of revolution with the axis x₀ = 0.
     """
-    cells = _Cells(basis, ring=basis.mesh.dim() == 2)
+    cells = Cells(basis, ring=basis.mesh.dim() == 2)
     density, lame, shear = (
         np.array([of(material) for material in materials])[owner]
         for of in (attrgetter("density"), first_lame_parameter, shear_modulus)
@@ -98,7 +98,7 @@ def body_matrices(basis: Any, materials: Sequence[Material], owner: Owner) -> tu
 
 def part_stiffnesses(basis: Any, materials: Sequence[Material], owner: Owner) -> list[sparse.csr_array]:
     """The contribution of the cells of each material to the stiffness, n × n each; see `body_matrices`."""
-    cells = _Cells(basis, ring=basis.mesh.dim() == 2)
+    cells = Cells(basis, ring=basis.mesh.dim() == 2)
     return [
         cells.stiffness(first_lame_parameter(material) * (owner == part), shear_modulus(material) * (owner == part))
         for part, material in enumerate(materials)
@@ -108,10 +108,10 @@ def part_stiffnesses(basis: Any, materials: Sequence[Material], owner: Owner) ->
 def plane_stiffness(basis: Any, lame: float, shear: float) -> sparse.csr_array:
     """Stiffness, n × n, N/m, of a body 1 m thick that moves in its plane; both parameters in Pa."""
     each = np.ones(basis.mesh.nelements)
-    return _Cells(basis, ring=False).stiffness(lame * each, shear * each)
+    return Cells(basis, ring=False).stiffness(lame * each, shear * each)
 
 
-class _Cells:
+class Cells:
     """Integrals over all cells at once; scikit-fem integrates each pair of shape functions for itself, which takes ten
     to twenty times as long.
 
@@ -152,6 +152,17 @@ class _Cells:
             strains[:, :, 0, :, 0] += 2.0 * self._integrals(self.hoops)
         each = (slice(None), *4 * (None,))
         return self._assembled(lame[each] * dilations + shear[each] * strains)
+
+    def stress_stiffness(self, stress: Vector, hoop: Vector) -> sparse.csr_array:
+        """n × n, N/m: ∫ σ_ij u_k,i v_k,j, on rings with the hoop stress's part; σ_ij, σ_hoop: at all points, Pa."""
+        cells, count, points = self.values.shape
+        slopes = self.slopes.reshape(cells, count, self.dim, points)
+        pulled = self.weight[:, :, None] * np.einsum("ijcq,caiq->cajq", stress, slopes)
+        alike = pulled.reshape(cells, count, -1) @ slopes.reshape(cells, count, -1).transpose(0, 2, 1)
+        blocks = alike[:, :, None, :, None] * np.eye(self.dim)[:, None, :]
+        if self.hoops is not None:
+            blocks[:, :, 0, :, 0] += (self.weight * hoop[:, None] * self.hoops) @ self.hoops.transpose(0, 2, 1)
+        return self._assembled(blocks)
 
     def _integrals(self, functions: Vector) -> Vector:
         """Of the products of all pairs, cells × functions × functions."""

@@ -7,6 +7,8 @@ import numpy as np
 from scipy import sparse
 from skfem import BilinearForm
 
+from structures.elasticity import Cells
+
 ATMOSPHERE = 101_325.0
 """Pa: the standard atmosphere (ISO 2533)."""
 
@@ -29,8 +31,9 @@ def stress_stiffness(basis: Any, radii: tuple[float, float], centre: float, pres
     radial, hoop = level * (1.0 - (outer / distance) ** 3), level * (1.0 + 0.5 * (outer / distance) ** 3)
     across, along = r / distance, (z - centre) / distance
     more = radial - hoop
-    entries = {"rr": hoop + more * across**2, "zz": hoop + more * along**2, "rz": more * across * along, "hoop": hoop}
-    return sparse.csr_array(_stressed.assemble(basis, **entries))
+    shear = more * across * along
+    stress = np.array([[hoop + more * across**2, shear], [shear, hoop + more * along**2]])
+    return Cells(basis, ring=True).stress_stiffness(stress, hoop)
 
 
 def following_stiffness(faces: Any, pressure: float) -> sparse.csr_array:
@@ -72,16 +75,6 @@ def ring_openings(faces: Any, rings: Any, order: Any) -> sparse.csr_array:
     numbers of the cells, along the meridian.
     """
     return sparse.csr_array(_opening.assemble(faces, rings))[order]
-
-
-@BilinearForm
-def _stressed(u: Any, v: Any, w: Any) -> Any:
-    stretched = u[0] * v[0] / w.x[0] ** 2
-    total = w.hoop * stretched
-    for i in range(2):
-        du, dv = u.grad[i], v.grad[i]
-        total = total + w.rr * du[0] * dv[0] + w.zz * du[1] * dv[1] + w.rz * (du[0] * dv[1] + du[1] * dv[0])
-    return 2.0 * pi * w.x[0] * total
 
 
 @BilinearForm

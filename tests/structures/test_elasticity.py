@@ -11,6 +11,7 @@ from skfem.helpers import ddot, div, dot, sym_grad
 
 import hertzlink as hl
 from structures.elasticity import (
+    Cells,
     Owner,
     body_matrices,
     first_lame_parameter,
@@ -34,6 +35,14 @@ def strain(u: Any, v: Any, w: Any) -> Any:
     volumes = (div(u) + rings[0]) * (div(v) + rings[1])
     shapes = ddot(sym_grad(u), sym_grad(v)) + rings[0] * rings[1]
     return w.around * (w.lame * volumes + 2.0 * w.shear * shapes)
+
+
+@BilinearForm
+def prestress(u: Any, v: Any, w: Any) -> Any:
+    """σ_ij u_k,i v_k,j of the stress in the plane, and the hoop stress times the hoop strains."""
+    pairs = ((w.rr, 0, 0), (w.zz, 1, 1), (w.rz, 0, 1), (w.rz, 1, 0))
+    inside = sum(stress * u.grad[k][i] * v.grad[k][j] for stress, i, j in pairs for k in range(2))
+    return w.around * (inside + w.hoop * u[0] * v[0] / w.x[0] ** 2)
 
 
 def weak_forms(
@@ -87,3 +96,11 @@ def test_plane_strain(quarter: Basis) -> None:
     steel, owner = hl.STEEL_440C, np.zeros(quarter.mesh.nelements, dtype=np.int64)
     found = plane_stiffness(quarter, first_lame_parameter(steel), shear_modulus(steel))
     assert_same([found], weak_forms(quarter, [steel], owner)[1:])
+
+
+def test_stress(quarter: Basis) -> None:
+    rr, zz, rz, hoop = np.random.default_rng(0).normal(size=(4, *quarter.dx.shape))
+    around = 2.0 * np.pi * np.asarray(quarter.global_coordinates())[0]
+    wanted = prestress.assemble(quarter, rr=rr, zz=zz, rz=rz, hoop=hoop, around=around)
+    found = Cells(quarter, ring=True).stress_stiffness(np.array([[rr, rz], [rz, zz]]), hoop)
+    assert_same([found], [wanted])
