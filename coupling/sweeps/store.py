@@ -40,20 +40,6 @@ incomplete.
 DIGEST_LENGTH = 32
 """Number of bytes after the netCDF content of a point's file: its SHA-256. Programs that read netCDF ignore them."""
 
-OF_NETCDF = {
-    "CLASS",
-    "DIMENSION_LIST",
-    "NAME",
-    "REFERENCE_LIST",
-    "_NCProperties",
-    "_Netcdf4Coordinates",
-    "_Netcdf4Dimid",
-}
-"""Attributes by which netCDF keeps its dimensions in HDF5."""
-
-BARE_DIMENSION = b"This is a netCDF dimension but not a netCDF variable"
-"""Begins the name of a dimension without numbers of its own."""
-
 POINT_ATTRIBUTE = "sweep_point"
 """Attribute of a point's file that describes the point."""
 
@@ -288,44 +274,6 @@ def _checked(path: Path) -> bytes:
 
 
 def _read_netcdf(content: bytes) -> xr.Dataset:
-    """Numbers exactly as stored: nothing is decoded into dates or masked.
-
-    By h5py itself. h5netcdf looks up the dimensions of each variable again and again, and takes ten times as long.
-    """
-    import h5py  # type: ignore[import-untyped]
-
-    with h5py.File(BytesIO(content), "r") as file:
-        kept = {name: one for name, one in file.items() if not _is_bare_dimension(one)}
-        raw = xr.Dataset({name: _variable(h5py, file, name, one) for name, one in kept.items()})
-        raw.attrs = _attributes(file)
-    return xr.decode_cf(raw, decode_times=False, mask_and_scale=False).drop_encoding()
-
-
-def _is_bare_dimension(dataset: Any) -> bool:
-    """Whether a dimension has no numbers of its own; netCDF marks it by a name."""
-    return bool(dataset.is_scale) and dataset.attrs.get("NAME", b"").startswith(BARE_DIMENSION)
-
-
-def _variable(h5py: Any, file: Any, name: str, dataset: Any) -> xr.Variable:
-    """As it is stored. A dimension's own variable lies along itself, others refer to their dimensions."""
-    if dataset.is_scale:
-        dimensions = [name]
-    else:
-        dimensions = [file[first].name.lstrip("/") for first, *_ in dataset.attrs.get("DIMENSION_LIST", ())]
-    attributes = _attributes(dataset)
-    if h5py.check_string_dtype(dataset.dtype) is None:
-        return xr.Variable(dimensions, dataset[()], attributes)
-    return xr.Variable(dimensions, dataset.asstr()[()], attributes, {"dtype": str})
-
-
-def _attributes(one: Any) -> dict[str, Any]:
-    """Of a file or a variable, but those by which netCDF keeps its dimensions."""
-    found = dict[str, Any]()
-    for name, value in one.attrs.items():
-        if name in OF_NETCDF:
-            continue
-        if isinstance(value, np.ndarray):
-            value = value.tolist() if value.dtype == object else value
-            value = value[0] if len(value) == 1 else value
-        found[name] = value.decode() if isinstance(value, bytes) else value
-    return found
+    """Numbers exactly as stored: nothing is decoded into dates or masked."""
+    with xr.open_dataset(BytesIO(content), engine="h5netcdf", decode_times=False, mask_and_scale=False) as file:
+        return file.load().drop_encoding()
