@@ -1,13 +1,17 @@
 """Linear algebra by one thread, where matrices are too small to share."""
 
-from contextlib import ContextDecorator
+from collections.abc import Callable
+from functools import wraps
 from threading import Lock
-from typing import Any
+from typing import Any, ParamSpec, TypeVar
 
 from threadpoolctl import threadpool_limits
 
+Given = ParamSpec("Given")
+Result = TypeVar("Result")
 
-class _OneThread(ContextDecorator):
+
+class _OneThread:
     """Dense linear algebra (BLAS) of this process takes one thread within the block, or within the function below.
 
     Threads gain nothing for matrices of some hundred rows. Beside other work they wait for each other, and a reduction
@@ -30,6 +34,15 @@ class _OneThread(ContextDecorator):
             self._inside -= 1
             if self._inside == 0 and self._limit is not None:
                 self._limit.restore_original_limits()
+
+    def __call__(self, function: Callable[Given, Result]) -> Callable[Given, Result]:
+        # contextlib.ContextDecorator would do; but warnings would name its line, where they skip this module's.
+        @wraps(function)
+        def inside(*args: Given.args, **kwargs: Given.kwargs) -> Result:
+            with self:
+                return function(*args, **kwargs)
+
+        return inside
 
 
 one_thread = _OneThread()
