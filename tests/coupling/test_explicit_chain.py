@@ -126,8 +126,8 @@ def model_of(bead: ExplicitBead) -> kernels.Model:
 def moved(
     bead: ExplicitBead, speed: float, step: float, rows: int, stride: int, wall: bool
 ) -> tuple[int, kernels.Saved]:
-    """One body alone: how the loop ended, and what it saved."""
-    displacement, velocity = np.zeros((2, bead.mass.size, 2, kernels.LANES))
+    """One body beside a resting one: how the loop ended, and what it saved."""
+    displacement, velocity = np.zeros((2, bead.mass.size, 2, 2))
     velocity[:, 1, 0] = speed
     saved = kernels.Saved(*(np.zeros((rows, 1)) for _ in range(5)), *(np.zeros(rows) for _ in range(3)))
     return kernels.run(model_of(bead), displacement, velocity, step, stride, 1, wall, saved), saved
