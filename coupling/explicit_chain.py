@@ -197,8 +197,7 @@ def _run(chain: Chain, bead: ExplicitBead, interval: float, rows: int, wall: boo
     step = interval / stride
     if rows * stride > MANY_STEPS:
         caution(f"until: the run takes {rows * stride:.2g} steps of {bodies} meshes")
-    padded = ceil(bodies / kernels.LANES) * kernels.LANES
-    displacement, velocity = np.zeros((2, bead.mass.size, 2, padded))
+    displacement, velocity = np.zeros((2, bead.mass.size, 2, bodies))
     velocity[:, 1, 0] = chain.speed
     saved = kernels.Saved(*(np.zeros((rows, bodies)) for _ in range(5)), *(np.zeros(rows) for _ in range(3)))
     model = kernels.Model(*(getattr(bead, name) for name in kernels.Model._fields))

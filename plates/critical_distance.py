@@ -5,7 +5,7 @@ inelasticity parameter λ and the distance from the edge over ℓ = (T_c √(D/m
 """
 
 import csv
-from functools import cache
+from functools import cache, lru_cache
 from importlib.resources import files
 from math import log
 from typing import NamedTuple
@@ -180,8 +180,9 @@ def _table() -> _Table:
     return _Table(ratios, parameters, distances, found)
 
 
+@lru_cache(maxsize=64)  # several tolerances read one curve
 def edge_difference(edge: str, stiffness_ratio: float, inelasticity: float) -> tuple[Vector, Vector]:
-    """Distances over ℓ, and AR there less its far value.
+    """Distances over ℓ, and AR there less its far value; read-only.
 
     Interpolated by PCHIP in ln λ and in the distance, and by a parabola in the logarithm of the stiffness ratio.
     Raises ValueError outside the table.
@@ -197,10 +198,19 @@ def edge_difference(edge: str, stiffness_ratio: float, inelasticity: float) -> t
                 f"impact_speed, bead and plate give a {name} of {value:.4g}{what}: must lie between {known[0]:.3g} and "
                 f"{known[-1]:.4g}, the range of the law"
             )
-    by_parameter = PchipInterpolator(np.log(table.parameters), table.difference[edge], axis=1, extrapolate=True)
-    at_nodes: Vector = _lagrange(np.log(table.ratios), log(stiffness_ratio)) @ by_parameter(log(inelasticity))
+    at_nodes: Vector = _lagrange(np.log(table.ratios), log(stiffness_ratio)) @ _by_parameter(edge)(log(inelasticity))
     fine = np.linspace(0.0, table.distances[-1], FINE)
-    return fine, np.asarray(PchipInterpolator(table.distances, at_nodes)(fine))
+    difference = np.asarray(PchipInterpolator(table.distances, at_nodes)(fine))
+    for one in (fine, difference):
+        one.setflags(write=False)
+    return fine, difference
+
+
+@cache
+def _by_parameter(edge: str) -> PchipInterpolator:
+    """The table of an edge, stiffness ratios × distances, over ln λ."""
+    table = _table()
+    return PchipInterpolator(np.log(table.parameters), table.difference[edge], axis=1, extrapolate=True)
 
 
 def last_crossing(distances: Vector, difference: Vector, tolerance: float) -> float:

@@ -116,9 +116,9 @@ def plate(corner: str) -> Plate:
     return kirchhoff_plate(SIDE, SIDE, THICKNESS, MATERIAL, supports, highest_frequency=HIGHEST_FREQUENCY)
 
 
-@lru_cache(maxsize=1)
+@lru_cache(maxsize=256)
 def at_corner(corner: str, x: float, y: float) -> Structure:
-    """The reduced plate, struck at distances x and y (m) from the two edges."""
+    """The reduced plate, struck at distances x and y (m) from the two edges; kept, as some lie on the diagonal too."""
     return reduce(plate(corner).at(x, y), UNTIL, REDUCTION)
 
 

@@ -27,8 +27,8 @@ DIFFERENCE = 1e-5
 SMALLEST_APPROACH, LARGEST_APPROACH = 1e-30, 1.0
 """m, between which the approach at a force or an energy is searched."""
 
-HALVINGS = 100
-"""Of an interval of ln δ, after which nothing is left of it."""
+PARTS, DIVISIONS = 16, 15
+"""Parts of an interval of ln δ, of which one goes on, and how often: then nothing is left of it."""
 
 UNDERFLOW = 1e-300
 """The smallest number that is divided by."""
@@ -425,16 +425,21 @@ def _shape_table(exponent: float) -> Vector:
 
 
 def _inverse(increasing: Callable[[Vector], Vector], wanted: Vector) -> Vector:
-    """Where an increasing function of the approach has these values, by halving an interval of ln δ."""
+    """Where an increasing function of the approach has these values, by dividing an interval of ln δ.
+
+    All ends of the parts are asked at once: a function takes hardly longer for many approaches than for one.
+    """
     if not (wanted > 0.0).any():
         # What is not a number stays so.
         return np.maximum(wanted, 0.0)
-    low, high = np.full(wanted.shape, log(SMALLEST_APPROACH)), np.full(wanted.shape, log(LARGEST_APPROACH))
-    for _ in range(HALVINGS):
-        middle = 0.5 * (low + high)
-        below = increasing(np.exp(middle)) < wanted
-        low, high = np.where(below, middle, low), np.where(below, high, middle)
-    return np.where(wanted > 0.0, np.exp(0.5 * (low + high)), np.maximum(wanted, 0.0))
+    asked, ends = wanted.reshape(-1), np.arange(1, PARTS)[:, None]
+    low, part = np.full(asked.size, log(SMALLEST_APPROACH)), log(LARGEST_APPROACH / SMALLEST_APPROACH)
+    for _ in range(DIVISIONS):
+        part /= PARTS
+        found = np.reshape(increasing(np.exp(low + part * ends).reshape(-1)), (PARTS - 1, -1))
+        low = low + part * (found < asked).sum(axis=0)
+    approach = np.exp(low + 0.5 * part).reshape(wanted.shape)
+    return np.where(wanted > 0.0, approach, np.maximum(wanted, 0.0))
 
 
 def _check_texts(law: PowerLaw | TabulatedLaw) -> None:

@@ -4,21 +4,24 @@ The planes of symmetry are x = 0, y = 0 and the mid-plane z = 0; the chain runs 
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import ceil, log1p, pi, sqrt
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
-from skfem import Basis, BilinearForm, ElementTetP2, ElementVector, MeshHex, MeshTet2
+from skfem import Basis, BilinearForm, Dofs, ElementTetP2, ElementVector, MeshHex, MeshTet2
 from skfem.helpers import dot
 
 from particles.bead import Bead, Cylinder, Sphere
 from structures.checks import short
-from structures.elasticity import body_matrices
+from structures.elasticity import Cells, part_stiffnesses
 from structures.structure import Vector
 
 Whole = NDArray[np.int64]
+
+ELEMENT = ElementVector(ElementTetP2())
 
 INTEGRATION_ORDER = 5
 """Exact for products of two quadratic shape functions on straight tetrahedra."""
@@ -49,6 +52,30 @@ class Eighth:
     bead: Cylinder | Sphere
     mesh: Any
     box: Vector
+
+    @property
+    def basis(self) -> Any:
+        """The shape functions at all integration points, which take too much memory to be kept."""
+        return Basis(self.mesh, ELEMENT, intorder=INTEGRATION_ORDER)
+
+    @cached_property
+    def motions(self) -> Whole:
+        """3 × nodes: which of all degrees of freedom are their motions along x, y and z."""
+        dofs = Dofs(self.mesh, ELEMENT)
+        return np.stack([np.concatenate([dofs.nodal_dofs[i], dofs.edge_dofs[i]]) for i in range(3)])
+
+    @cached_property
+    def stiffness(self) -> sparse.csr_array:
+        """Of all degrees of freedom, N/m."""
+        return part_stiffnesses(self.basis, [self.bead.material], np.zeros(self.mesh.nelements, dtype=np.int64))[0]
+
+    @cached_property
+    def mass(self) -> sparse.csr_array:
+        """Of all degrees of freedom, kg. Contacts and pressed circles do without."""
+        even = Cells(self.basis, ring=False).mass(np.ones(self.mesh.nelements))
+        along = self.motions[2]
+        # Curved edges are parabolas, which lack a little of the arc's mass.
+        return even * (0.125 * self.bead.mass / even[along][:, along].sum())
 
     def touching(self, reach: float) -> Whole:
         """Numbers of the surface's nodes up to `reach`, m, from the pole or, of a cylinder, from its highest line."""
@@ -148,17 +175,28 @@ def _placed(bead: Cylinder | Sphere, across: Vector, along: Vector, depth: Vecto
 
 @dataclass(frozen=True)
 class SolidEighth:
-    """Mass, kg, and stiffness, N/m, of what an eighth's supports leave free, n × n.
+    """An eighth of a bead, and what its supports leave free of it.
 
-    motions: 3 × nodes, the places of their motions along x, y and z among the n, −1 where they are held.
-    weight: n, kg: momentum along the chain by unit rates; kept: n, where they are among all of the mesh's.
+    stiffness: n × n, N/m; motions: 3 × nodes, the places of their motions along x, y and z among the n, −1 where they
+    are held; kept: n, where they are among all of the mesh's.
     """
 
-    mass: sparse.csr_array
+    part: Eighth
     stiffness: sparse.csr_array
     motions: Whole
-    weight: Vector
     kept: Whole
+
+    @cached_property
+    def mass(self) -> sparse.csr_array:
+        """n × n, kg."""
+        return self.part.mass[self.kept][:, self.kept]
+
+    @cached_property
+    def weight(self) -> Vector:
+        """n, kg: momentum along the chain by unit rates."""
+        # The mid-plane's nodes carry momentum of cells that move, held as they may be.
+        weight: Vector = self.part.mass[:, self.part.motions[2]].sum(axis=1)[self.kept]
+        return weight
 
 
 def supported(part: Eighth, midplane: str = "symmetric") -> SolidEighth:
@@ -166,20 +204,13 @@ def supported(part: Eighth, midplane: str = "symmetric") -> SolidEighth:
 
     midplane: "symmetric", which may slide sideways only, or "antisymmetric", which may move along the chain only.
     """
-    basis = _basis(part)
-    motions = [np.concatenate([basis.nodal_dofs[i], basis.edge_dofs[i]]) for i in range(3)]
-    middle = part.box[2] == part.bead.radius
+    motions, middle = part.motions, part.box[2] == part.bead.radius
     held = [motions[0][part.box[0] == 0.0], motions[1][part.box[1] == 0.0]]
     held += [motions[2][middle]] if midplane == "symmetric" else [motions[0][middle], motions[1][middle]]
-    kept = np.setdiff1d(np.arange(basis.N), np.concatenate(held))
-    unscaled, stiffness = body_matrices(basis, [part.bead.material], np.zeros(part.mesh.nelements, dtype=np.int64))
-    # Curved edges are parabolas, which lack a little of the arc's mass.
-    mass = unscaled * (0.125 * part.bead.mass / unscaled[motions[2]][:, motions[2]].sum())
-    places = np.full(basis.N, -1, dtype=np.int64)
+    kept = np.setdiff1d(np.arange(motions.size), np.concatenate(held))
+    places = np.full(motions.size, -1, dtype=np.int64)
     places[kept] = np.arange(kept.size)
-    # The mid-plane's nodes carry momentum of cells that move, held as they may be.
-    weight = mass[:, motions[2]].sum(axis=1)[kept]
-    return SolidEighth(mass[kept][:, kept], stiffness[kept][:, kept], places[np.stack(motions)], weight, kept)
+    return SolidEighth(part, part.stiffness[kept][:, kept], places[motions], kept)
 
 
 def turning(part: Eighth) -> sparse.csr_array:
@@ -187,11 +218,7 @@ def turning(part: Eighth) -> sparse.csr_array:
 
     It is m² uᵀMu where u goes around the axis as cos mφ or sin mφ, so 0 for motions of a body of revolution.
     """
-    return sparse.csr_array(part.bead.material.density * _turned.assemble(_basis(part)))
-
-
-def _basis(part: Eighth) -> Basis:
-    return Basis(part.mesh, ElementVector(ElementTetP2()), intorder=INTEGRATION_ORDER)
+    return sparse.csr_array(part.bead.material.density * _turned.assemble(part.basis))
 
 
 @BilinearForm
