@@ -1,7 +1,6 @@
 """The compiled loops of the explicit finite-element chain, in one file: numba's cache does not notice an edited callee.
 
-u, v    nodes × 2 × bodies, displacements (m) at whole and velocities (m/s) at half steps, across and along the chain;
-        bodies are padded with resting ones to a multiple of LANES
+u, v    nodes × 2 × bodies, displacements (m) at whole and velocities (m/s) at half steps, across and along the chain
 Contacts 0 … N − 1 lie between body c and body c + 1; the last one, N, is with a rigid wall, if any.
 """
 
