@@ -168,7 +168,7 @@ def reduce(
 
 def _expansion_point(pulse: float) -> float:
     """The expansion point for a pulse of this length, 1/s."""
-    return EXPANSION_POINT * LONG_PULSE / min(max(pulse, LONG_PULSE), LONGEST_PULSE)
+    return EXPANSION_POINT * (LONG_PULSE / min(max(pulse, LONG_PULSE), LONGEST_PULSE))
 
 
 class Modes(NamedTuple):
