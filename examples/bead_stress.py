@@ -10,8 +10,8 @@ run = hl.CoSimulation(chain, None).run(until=120e-6)
 
 section = run.section_force.sel(bead=7)
 peak = float(run.time[int(section.values.argmax())])
-motion = hl.views.bead_motion(run, chain, times=peak + np.arange(-16e-6, 17e-6, 2e-6), beads=[6, 7, 8])
-for name, moment in (("before", peak - 8e-6), ("peak", peak)):
+motion = hl.views.bead_motion(run, chain, times=peak + np.arange(-15e-6, 16e-6, 3e-6), beads=[6, 7, 8])
+for name, moment in (("before", peak - 9e-6), ("peak", peak)):
     print("written:", hl.views.picture(motion, f"{name}.png", time=moment, factor=0.0, highest=20e6))
 print(
     "written:",

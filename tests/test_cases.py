@@ -599,8 +599,10 @@ def test_identify_finds_a_rods_modulus(tmp_path: Path, command: Callable[..., st
 
 @pytest.mark.thorough
 def test_identify_finds_an_edge_of_a_plate(tmp_path: Path, command: Callable[..., str]) -> None:
-    """The shared case: a plate of 914 mm, its thickness and the place of its contact, with three nuisances."""
+    """The shared case on a smaller plate: its thickness and the place of its contact, with three nuisances."""
     boundary(tmp_path)
+    smaller = BOUNDARY.replace("914 mm", "400 mm").replace("457 mm", "200 mm")
+    Path("plate-boundary.toml").write_text(smaller)
     true = read(tmp_path / "plate-boundary.toml")[0].changed(
         {
             "structure.thickness": "3.3 mm",

@@ -50,6 +50,7 @@ QUICK_SCALED = (0.5, 1.0, 1.5, 3.0)
 """Distances from the two edges, in units of ℓ."""
 
 SCAN = (0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0, 2.5, 3.0, 4.0, 6.0)
+QUICK_SCAN = (*QUICK_SCALED, 6.0)
 """First scan along the diagonal and from a single edge, in units of ℓ."""
 
 TOLERANCE = 0.02
@@ -62,7 +63,7 @@ REPORTED_FROM = (1.0, 1.5)
 def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     """AR over corner and the distances x, y from its edges; AR of the single edges; critical distances along x = y.
 
-    quick: four distances instead of eight, and brackets of 2 mm.
+    quick: four distances instead of eight, which the scan for critical distances shares, and brackets of 2 mm.
     """
     length, scaled = unit(), QUICK_SCALED if quick else SCALED
 
@@ -76,15 +77,18 @@ def run(quick: bool = False, jobs: int | None = None) -> xr.Dataset:
     single = sweep(alone, UNTIL, 1, measure, corner_edge=EDGES, x=scaled).amplitude_ratio.fillna(0.0)
     far = measure(CoSimulation(chain(), infinite_plate(THICKNESS, MATERIAL)).run(UNTIL)).amplitude_ratio
     data = xr.Dataset({"corner_ratio": found, "corner_edge_ratio": single, "corner_far_ratio": far})
-    data = data.merge(crossings(length, 2e-3 if quick else 0.2e-3, jobs))
+    data = data.merge(crossings(length, QUICK_SCAN if quick else SCAN, 2e-3 if quick else 0.2e-3, jobs))
     data["corner_superposed"] = superposed(data)
     for name in ("x", "y"):
         data[name].attrs.update(units="1", long_name=f"distance from the edge {name} = 0 over ℓ")
     return data.assign(corner_length=((), length, {"units": "m", "long_name": "ℓ = (T_c √(D/m))^½"}))
 
 
-def crossings(length: float, bracket: float, jobs: int | None) -> xr.Dataset:
-    """Critical distances (m) along the diagonals of the corners, and from each single edge; length: ℓ, m."""
+def crossings(length: float, scaled: tuple[float, ...], bracket: float, jobs: int | None) -> xr.Dataset:
+    """Critical distances (m) along the diagonals of the corners, and from each single edge.
+
+    length: ℓ, m. scaled: the first scan, in units of ℓ. bracket: m.
+    """
 
     def diagonal(corner: str, distance: float) -> CoSimulation:
         return CoSimulation(chain(), at_corner(corner, distance, distance))
@@ -92,7 +96,7 @@ def crossings(length: float, bracket: float, jobs: int | None) -> xr.Dataset:
     def from_edge(corner_edge: str, distance: float) -> CoSimulation:
         return CoSimulation(chain(), half_plane(THICKNESS, MATERIAL, corner_edge, distance, UNTIL))
 
-    scan = [one * length for one in SCAN]
+    scan = [one * length for one in scaled]
     find = partial(
         find_critical_distance, until=UNTIL, sensor=SENSOR, distances=scan, tolerance=TOLERANCE, bracket=bracket
     )

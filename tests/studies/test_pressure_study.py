@@ -33,7 +33,7 @@ def test_a_soft_ball_answers_as_its_stiffness_says(quick: xr.Dataset) -> None:
 
 @pytest.mark.thorough
 def test_bounds_do_not_depend_on_the_step(quick: xr.Dataset) -> None:
-    vessel = study.SHELLS[2]
+    vessel = study.coarser(study.SHELLS[2])
     assert study._deviation(vessel, 1.0) == pytest.approx(float(quick.sel(shell=vessel.name).deviation), rel=0.05)
 
 
