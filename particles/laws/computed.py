@@ -168,7 +168,7 @@ def check_range(
     Approaches are, from the part `least` of the bodies' smallest radius, m, to all of it; forces are, as theory's.
     """
     if (max_force is None) == (max_approach is None):
-        raise ValueError(f"max_force = {max_force!r}, max_approach = {max_approach!r}: one of the two must be given")
+        raise ValueError(f"max_force = {max_force!r}, max_approach = {max_approach!r}: give one of them")
     if max_approach is not None:
         within("max_approach", max_approach, least * radius, radius, "m")
     if max_force is not None:

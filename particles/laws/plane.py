@@ -115,7 +115,8 @@ class _Line(ComputedContact):
         flat, sharp = relative_curvatures(first.surface, second.surface)
         if flat > 1e-12 * sharp:
             raise ValueError(
-                f"second = {second!r}: crosses the first, which has angle = {first.angle!r}; see contact_law_bem"
+                f"second: crosses the first, with angle = {second.angle!r} and {first.angle!r}; "
+                "laws.plane is for parallel cylinders, laws.half_spaces for crossed ones"
             )
         self.curvature, self.length = sharp, min(first.length, second.length)
         if state == "stress":

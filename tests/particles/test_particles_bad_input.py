@@ -101,7 +101,7 @@ def crossing(degrees: float = 0.0) -> hl.Cylinder:
             {"first": BALL, "max_force": 1.0, "method": "axisymetric"},
             "method = 'axisymetric': .*did you mean",
         ),
-        (COMPUTED_LAW, {"first": BALL}, "max_force = None, max_approach = None: one of the two"),
+        (COMPUTED_LAW, {"first": BALL}, "max_force = None, max_approach = None: give one of them"),
         (
             COMPUTED_LAW,
             {"first": BALL, "second": LYING, "max_force": 1.0, "method": "axisymmetric"},
