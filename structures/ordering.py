@@ -1,6 +1,7 @@
 """Sparse symmetric factorisations by SuperLU, in an order that leaves few entries in the factors."""
 
 from math import sqrt
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,7 +56,7 @@ def elimination_order(matrix: sparse.sparray) -> Indices | None:
     graph, unknowns = _nodes(matrix)
     component = connected_components(graph, directed=False)[1]
     largest = np.flatnonzero(component == np.bincount(component).argmax())
-    from_rim = _from_rim(graph[largest][:, largest])
+    from_rim = _from_rim(_among(graph, largest))
     at_middle = np.count_nonzero(from_rim == np.median(from_rim))
     return None if at_middle < SURFACE * sqrt(largest.size) else _dissection(graph, unknowns)
 
@@ -79,14 +80,14 @@ def _nodes(matrix: sparse.sparray) -> tuple[sparse.csr_array, Indices]:
     graph = pattern[first][:, first]
     graph.setdiag(0.0)
     graph.eliminate_zeros()
-    return graph, unknowns
+    return _with_short_indices(graph), unknowns
 
 
 def _dissected(graph: sparse.csr_array, sizes: Indices, nodes: Indices) -> list[Indices]:
     """The nodes of a part of the graph in groups, in the order of their elimination."""
     if sizes[nodes].sum() <= PART:
-        return [nodes[_minimum_degree(graph[nodes][:, nodes])]]
-    here = graph[nodes][:, nodes]
+        return [nodes[_minimum_degree(_among(graph, nodes))]]
+    here = _among(graph, nodes)
     count, component = connected_components(here, directed=False)
     if count > 1:
         by_component = np.split(nodes[np.argsort(component, kind="stable")], np.cumsum(np.bincount(component))[:-1])
@@ -96,6 +97,17 @@ def _dissected(graph: sparse.csr_array, sizes: Indices, nodes: Indices) -> list[
         return [nodes]
     before, after, cut = nodes[side < 0], nodes[side > 0], nodes[side == 0]
     return [*_dissected(graph, sizes, before), *_dissected(graph, sizes, after), cut]
+
+
+def _among(graph: sparse.csr_array, nodes: Indices) -> sparse.csr_array:
+    """The edges between some of the nodes."""
+    return _with_short_indices(graph[nodes][:, nodes])
+
+
+def _with_short_indices(matrix: Any) -> sparse.csr_array:
+    """csgraph of scipy below 1.15 takes no others."""
+    short = (matrix.data, matrix.indices.astype(np.int32), matrix.indptr.astype(np.int32))
+    return sparse.csr_array(short, matrix.shape)
 
 
 def _cut(graph: sparse.csr_array, sizes: Indices) -> Indices | None:
@@ -136,7 +148,7 @@ def _distances(graph: sparse.csr_array, node: int) -> NDArray[np.float64]:
 def _cover(graph: sparse.csr_array, before: NDArray[np.bool_]) -> Indices:
     """The fewest nodes that touch every edge from a node `before` to one that is not (König's theorem)."""
     one, other = np.flatnonzero(before), np.flatnonzero(~before)
-    edges = sparse.csr_array(graph[one][:, other])
+    edges = _with_short_indices(graph[one][:, other])
     partner = maximum_bipartite_matching(edges, perm_type="column")
     partner_of_other = np.full(other.size, -1)
     partner_of_other[partner[partner >= 0]] = np.flatnonzero(partner >= 0)

@@ -1,0 +1,115 @@
+"""Solids by finite elements: their assembly, factorisation and answers to unit forces, compared with plainer ways.
+
+    python benchmarks/factorisation.py
+
+Bodies of quadratic tetrahedra, meshed by gmsh (pip install -e ".[mesh]"). Assembly is compared with scikit-fem's forms,
+the order of elimination with SuperLU's minimum degree, and unit forces that are solved together with single ones. All
+times are of one processor.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import gmsh
+import numpy as np
+from coupled_plate import one_thread, timed
+from scipy import sparse
+from scipy.sparse.linalg import splu
+from skfem import Basis, BilinearForm, ElementVector
+from skfem.helpers import ddot, div, dot, sym_grad
+
+import hertzlink as hl
+from structures.body_mesh import BodyMesh
+from structures.elasticity import body_matrices, first_lame_parameter, shear_modulus
+from structures.factor import AT_ONCE, compliance_at, factorise
+from structures.ordering import decomposition
+
+STEEL = hl.STEEL_440C
+SHIFT = 2.0 * np.pi * 35e3
+"""1/s; K + shift² M is factorised, as for a reduction."""
+
+FORCES = 4 * AT_ONCE
+
+BODIES: dict[str, tuple[Callable[..., int], tuple[float, ...], float]] = {
+    "bar": (lambda *sides: gmsh.model.occ.addBox(0.0, 0.0, 0.0, *sides), (0.06, 0.015, 0.015), 2.2e-3),
+    "plate": (lambda *sides: gmsh.model.occ.addBox(0.0, 0.0, 0.0, *sides), (0.1, 0.1, 0.01), 5e-3),
+    "cube": (lambda *sides: gmsh.model.occ.addBox(0.0, 0.0, 0.0, *sides), (0.02, 0.02, 0.02), 1.8e-3),
+    "ball": (lambda radius: gmsh.model.occ.addSphere(0.0, 0.0, 0.0, radius), (0.0095,), 1.5e-3),
+}
+"""What adds it to gmsh, its sizes, and the size of its cells, m."""
+
+
+@BilinearForm
+def inertia(u: Any, v: Any, _: Any) -> Any:
+    """Of a density of one."""
+    return dot(u, v)
+
+
+@BilinearForm
+def strain(u: Any, v: Any, w: Any) -> Any:
+    """Energy of two motions."""
+    return w.lame * div(u) * div(v) + 2.0 * w.shear * ddot(sym_grad(u), sym_grad(v))
+
+
+def meshed(name: str) -> Basis:
+    """Shape functions of the displacement on the body."""
+    add, sizes, cell = BODIES[name]
+    gmsh.initialize(interruptible=False)
+    gmsh.option.setNumber("General.Terminal", 0)
+    add(*sizes)
+    gmsh.model.occ.synchronize()
+    for option in ("Mesh.MeshSizeMin", "Mesh.MeshSizeMax"):
+        gmsh.option.setNumber(option, cell)
+    gmsh.model.mesh.generate(3)
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "body.msh"
+        gmsh.write(str(path))
+        gmsh.finalize()
+        body = BodyMesh(path)
+    return Basis(body.mesh, ElementVector(body.element()), intorder=body.order)
+
+
+def plain(basis: Basis) -> Any:
+    """Mass and stiffness by scikit-fem's forms."""
+    ones = np.ones_like(basis.dx)
+    lame, shear = first_lame_parameter(STEEL) * ones, shear_modulus(STEEL) * ones
+    return inertia.assemble(basis) * STEEL.density, strain.assemble(basis, lame=lame, shear=shear)
+
+
+def by_minimum_degree(matrix: sparse.csc_array) -> Any:
+    """SuperLU's factors in its own order."""
+    return splu(matrix, "MMD_AT_PLUS_A", 0.0, options={"SymmetricMode": True})
+
+
+def main() -> None:
+    """Print the table."""
+    one_thread()
+    print(f"{'':8}{'unknowns':>9}{'assembly':>10}{'':>10}{'factors':>10}{'':>10}{'entries':>10}{FORCES:4d} unit forces")
+    print(f"{'':17}{'s':>10}{'gain':>10}{'s':>10}{'gain':>10}{'ratio':>10}{'s':>7}{'gain':>7}")
+    for name in BODIES:
+        basis = meshed(name)
+        owner = np.zeros(basis.mesh.nelements, dtype=np.int64)
+        spent, (mass, stiffness) = timed(body_matrices, basis, [STEEL], owner)
+        slower, _ = timed(plain, basis)
+        matrix = stiffness + SHIFT**2 * mass
+        scale = sparse.diags_array(1.0 / np.sqrt(matrix.diagonal()))
+        scaled = sparse.csc_array(scale @ matrix @ scale)
+        factoring, (factor, _) = timed(decomposition, scaled)
+        usual, other = timed(by_minimum_degree, scaled)
+        places = np.linspace(0, basis.N - 1, FORCES).astype(np.int64)
+        together, _ = timed(compliance_at, matrix, places)
+        once, solve = timed(factorise, matrix)
+        units = np.zeros((FORCES, basis.N))
+        units[np.arange(FORCES), places] = 1.0
+        alone, _ = timed(lambda solve=solve, units=units: [solve(one) for one in units])
+        print(
+            f"{name:8}{basis.N:9d}{spent:10.2f}{slower / spent:10.1f}{factoring:10.2f}{usual / factoring:10.2f}"
+            f"{factor.L.nnz / other.L.nnz:10.2f}{together - once:7.2f}{alone / (together - once):7.1f}",
+            flush=True,
+        )
+
+
+if __name__ == "__main__":
+    main()
