@@ -112,8 +112,8 @@ def plane_stiffness(basis: Any, lame: float, shear: float) -> sparse.csr_array:
 
 
 class Cells:
-    """Integrals over all cells at once; scikit-fem integrates each pair of shape functions for itself, which takes ten
-    to twenty times as long.
+    """Integrals over all cells at once; scikit-fem integrates each pair of shape functions for itself, which takes two
+    to five times as long (`benchmarks/factorisation.py`).
 
     ring: a mesh in the plane is that of a body of revolution.
     """
