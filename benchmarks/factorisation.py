@@ -23,7 +23,7 @@ from skfem.helpers import ddot, div, dot, sym_grad
 import hertzlink as hl
 from structures.body_mesh import BodyMesh
 from structures.elasticity import body_matrices, first_lame_parameter, shear_modulus
-from structures.factor import AT_ONCE, compliance_at, factorise
+from structures.factor import AT_ONCE, Solve, Vector, compliance_at, factorise
 from structures.ordering import decomposition
 
 STEEL = hl.STEEL_440C
@@ -83,6 +83,11 @@ def by_minimum_degree(matrix: sparse.csc_array) -> Any:
     return splu(matrix, "MMD_AT_PLUS_A", 0.0, options={"SymmetricMode": True})
 
 
+def one_by_one(solve: Solve, units: Vector) -> list[Vector]:
+    """The answers to unit forces."""
+    return [solve(one) for one in units]
+
+
 def main() -> None:
     """Print the table."""
     one_thread()
@@ -103,7 +108,7 @@ def main() -> None:
         once, solve = timed(factorise, matrix)
         units = np.zeros((FORCES, basis.N))
         units[np.arange(FORCES), places] = 1.0
-        alone, _ = timed(lambda solve=solve, units=units: [solve(one) for one in units])
+        alone, _ = timed(one_by_one, solve, units)
         print(
             f"{name:8}{basis.N:9d}{spent:10.2f}{slower / spent:10.1f}{factoring:10.2f}{usual / factoring:10.2f}"
             f"{factor.L.nnz / other.L.nnz:10.2f}{together - once:7.2f}{alone / (together - once):7.1f}",

@@ -43,8 +43,8 @@ def elimination_order(matrix: sparse.sparray) -> Indices | None:
     """The order that leaves few entries in the factors of a symmetric matrix, n places; None: minimum degree does.
 
     Nested dissection: a cut through the graph of the matrix is eliminated last, after the two sides that it separates;
-    each side is ordered alike. Minimum degree, SuperLU's own, is as good in a plane mesh. In solids of 25 000 to
-    40 000 unknowns a factorisation takes 0.9 (flat) to 1.8 times (compact) as long by it (`benchmarks/factorisation.py`).
+    each side is ordered alike. Minimum degree, SuperLU's own, is as good in a plane mesh. By it solids of 25 000 to
+    40 000 unknowns, flat and compact ones, take 0.9 to 1.8 times as long (`benchmarks/factorisation.py`).
 
     References
     ----------
