@@ -74,7 +74,7 @@ def _nodes(matrix: sparse.sparray) -> tuple[sparse.csr_array, Indices]:
     """The graph of the nodes, whose unknowns have the same neighbours; and the node of each unknown, n numbers."""
     rows = sparse.csr_array(matrix)
     pattern = sparse.csr_array((np.ones(rows.nnz), rows.indices, rows.indptr), rows.shape)
-    # Two rows with the same places have the same sum of numbers drawn for these places.
+    # Two rows with the same places have the same sum of numbers drawn for these places; whole numbers, so it is exact.
     sums = pattern @ np.random.default_rng(0).integers(1, 2**40, rows.shape[0]).astype(float)
     _, first, unknowns = np.unique(sums, return_index=True, return_inverse=True)
     graph = pattern[first][:, first]
@@ -105,7 +105,7 @@ def _among(graph: sparse.csr_array, nodes: Indices) -> sparse.csr_array:
 
 
 def _with_short_indices(matrix: Any) -> sparse.csr_array:
-    """csgraph of scipy below 1.15 takes no others."""
+    """csgraph of scipy 1.12 takes no others."""
     short = (matrix.data, matrix.indices.astype(np.int32), matrix.indptr.astype(np.int32))
     return sparse.csr_array(short, matrix.shape)
 
