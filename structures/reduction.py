@@ -34,7 +34,7 @@ kHz, tried on plates and rods, it needs the fewest vectors for records of 1.5 to
 
 LONG_PULSE, LONGEST_PULSE = 100e-6, 10e-3
 """s. Between them the expansion point falls as the band that the pulse excites: a rubber ball that is pressed for 2 ms
-needs 50 vectors instead of 410. It falls no further, so that K + s²M of a free body stays far from singular.
+needs 50 vectors instead of more than 400. It falls no further, so that K + s²M of a free body stays far from singular.
 """
 
 WEIGHT_DECAY = 4.0
