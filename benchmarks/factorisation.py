@@ -3,13 +3,19 @@
     python benchmarks/factorisation.py
 
 Bodies of quadratic tetrahedra, meshed by gmsh (pip install -e ".[mesh]"). Assembly is compared with scikit-fem's forms,
-the order of elimination with SuperLU's minimum degree, and unit forces that are solved together with single ones. All
-times are of one processor.
+the order of elimination with SuperLU's minimum degree, and unit forces that are solved together with single ones. These
+times are of one processor. Last, on the clock, a plate is reduced while other processes keep all cores busy, by one
+thread of linear algebra and by one for each core.
 """
 
+import inspect
+import os
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from time import perf_counter
 from typing import Any
 
 import gmsh
@@ -19,6 +25,7 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 from skfem import Basis, BilinearForm, ElementVector
 from skfem.helpers import ddot, div, dot, sym_grad
+from threadpoolctl import threadpool_limits
 
 import hertzlink as hl
 from structures.body_mesh import BodyMesh
@@ -30,7 +37,7 @@ STEEL = hl.STEEL_440C
 SHIFT = 2.0 * np.pi * 35e3
 """1/s; K + shift² M is factorised, as for a reduction."""
 
-FORCES = 4 * AT_ONCE
+FORCES, ROUNDS = 4 * AT_ONCE, 10
 
 BODIES: dict[str, tuple[Callable[..., int], tuple[float, ...], float]] = {
     "bar": (lambda *sides: gmsh.model.occ.addBox(0.0, 0.0, 0.0, *sides), (0.06, 0.015, 0.015), 2.2e-3),
@@ -88,6 +95,30 @@ def one_by_one(solve: Solve, units: Vector) -> list[Vector]:
     return [solve(one) for one in units]
 
 
+def beside_other_work() -> None:
+    """Print how long a reduction takes while every core is busy."""
+    plate = hl.kirchhoff_plate(0.3, 0.2, 2.29e-3, hl.ALUMINIUM_6061, hl.Supports(left="clamped"))
+    struck, cores = plate.at(0.1, 0.1), os.cpu_count() or 1
+    without_limit = inspect.unwrap(hl.reduce)
+    others = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(cores)]
+    try:
+        spent = []
+        for reduce in (hl.reduce, without_limit):
+            with threadpool_limits(cores, "blas"):
+                reduce(struck, until=1e-3)
+                begin = perf_counter()
+                for _ in range(ROUNDS):
+                    reduce(struck, until=1e-3)
+            spent.append((perf_counter() - begin) / ROUNDS)
+    finally:
+        for other in others:
+            other.kill()
+    print(
+        f"{struck.size} unknowns beside {cores} busy processes: reduced in {spent[0]:.3f} s by one thread, in "
+        f"{spent[1]:.3f} s by {cores}: {spent[1] / spent[0]:.1f} times as long"
+    )
+
+
 def main() -> None:
     """Print the table."""
     one_thread()
@@ -114,6 +145,7 @@ def main() -> None:
             f"{factor.L.nnz / other.L.nnz:10.2f}{together - once:7.2f}{alone / (together - once):7.1f}",
             flush=True,
         )
+    beside_other_work()
 
 
 if __name__ == "__main__":

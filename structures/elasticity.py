@@ -16,6 +16,7 @@ from scipy import sparse
 from skfem import BilinearForm, LinearForm
 from skfem.helpers import dot
 
+from structures.assembly import sum_of_cells
 from structures.checks import positive
 from structures.material import Material
 from structures.structure import Vector
@@ -171,10 +172,7 @@ class Cells:
 
     def _assembled(self, blocks: Vector) -> sparse.csr_array:
         """The sum of the cells' blocks, n × n."""
-        dofs = self.basis.element_dofs.T
-        rows, columns = np.broadcast_arrays(dofs[:, :, None], dofs[:, None, :])
-        entries = blocks.ravel(), (rows.ravel(), columns.ravel())
-        matrix = sparse.csr_array(sparse.coo_array(entries, shape=(self.basis.N, self.basis.N)))
+        matrix = sum_of_cells(self.basis.element_dofs.T, blocks, self.basis.N)
         matrix.eliminate_zeros()
         return matrix
 

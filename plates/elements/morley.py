@@ -25,6 +25,7 @@ from plates.section import Section
 from plates.shapes.mesh_geometry import QUARTER_TURN, find_cells, tangents
 from plates.shapes.shape import Cells, PlateMesh
 from plates.support import ElasticEdge, Support
+from structures.assembly import sum_of_cells
 from structures.mesh_reading import Numbers, Tag
 from structures.structure import Vector
 
@@ -175,9 +176,7 @@ class MorleyFunctions:
         return self._assembled(np.concatenate([self.cell_dofs[one], self.cell_dofs[other]], axis=1), blocks)
 
     def _assembled(self, dofs: Numbers, blocks: Vector) -> Matrix:
-        rows, columns = np.broadcast_arrays(dofs[:, :, None], dofs[:, None, :])
-        entries = blocks.ravel(), (rows.ravel(), columns.ravel())
-        return sparse.csr_array(sparse.coo_array(entries, shape=(self.size, self.size)))
+        return sum_of_cells(dofs, blocks, self.size)
 
     def springs(self, facets: Numbers, edge: ElasticEdge) -> Matrix:
         """Stiffness of springs along facets: ½ ∫ translation w² + rotation w_n² over their length."""
