@@ -296,7 +296,7 @@ def test_a_run_of_several_chains_shows_the_waves_of_each(command: Callable[..., 
 
 def test_a_sweep_reads_the_chain_that_is_named(command: Callable[..., str], tmp_path: Path) -> None:
     """Of chain 1 the wave comes back later, as it is slower: by the power 1/5 of the speed."""
-    axis = 'sweep={"structure.thickness"=[2e-3,3e-3]}'
+    axis = 'sweep={"structure.thickness"=[3e-3]}'
     flights = []
     for chain in (0, 1):
         command("run", "case.toml", "--set", axis, "--set", f"measure.chain={chain}", "--output", f"of{chain}")

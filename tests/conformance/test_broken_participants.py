@@ -4,6 +4,7 @@ import runpy
 import subprocess
 import sys
 from collections.abc import Callable
+from functools import cache
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -130,9 +131,13 @@ class TwoPoints(Sound):
         return np.zeros((2, 2))
 
 
+@cache
+def example() -> dict[str, Any]:
+    return runpy.run_path(str(Path(__file__).parents[2] / "examples" / "own_structure.py"))
+
+
 def of_the_gallery() -> Any:
-    script = Path(__file__).parents[2] / "examples" / "own_structure.py"
-    return runpy.run_path(str(script))["SpringMass"](mass=0.0141, stiffness=1.7e7)
+    return example()["SpringMass"](mass=0.0141, stiffness=1.7e7)
 
 
 @pytest.mark.parametrize("make", [Sound, TwoPoints, of_the_gallery])

@@ -71,7 +71,7 @@ def test_large_damping_is_examined_when_it_is_used() -> None:
     push = np.roll(np.eye(600)[0], 300)
     fine = hl.Structure(mass, line(600, 0.0), line(600, 0.0) * 1e-6, push, 0.0, STEEL)
     wrong = np.eye(3) + 0.9 * np.array([[0, 1, -1], [1, 0, 1], [-1, 1, 0]])
-    damping = sparse.block_diag([wrong] + [np.eye(1)] * 597, format="csr")
+    damping = sparse.csr_array(sparse.block_diag([sparse.csr_array(wrong), sparse.eye_array(597)]))
     for one in (fine, hl.damping.rayleigh(fine, 1.0)):
         hl.stepping.MovingStructure(one).step(1e-6)
     bad = hl.Structure(mass, line(600, 0.0), damping, push, 0.0, STEEL)
