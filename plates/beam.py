@@ -7,7 +7,7 @@ import numpy as np
 from scipy import sparse
 
 from plates.elements.hermite import Beam, Hermite
-from plates.prestress import GROUND
+from plates.prestress import GROUND, check_stress
 from plates.shapes.grading import graded
 from structures.buckling import buckling_factor
 from structures.checks import finite, instance, not_negative, one_of, positive
@@ -92,6 +92,10 @@ def beam(
     if place > length:
         raise ValueError(f"at = {at!r}: must lie on the beam, between 0 and {length:g} m")
     _check_ends(supports)
+    check_stress(
+        f"axial_force = {force:g} N", force * material.density / heavy, material,
+        "axial_force is in N, and the area is taken as mass_per_length over density",
+    )  # fmt: skip
     wavelength = (stiff / heavy) ** 0.25 * (2.0 * pi / frequency) ** 0.5
     cells = Hermite().cells(min(wavelength, length / BUCKLES), ())
     if length / cells.coarsest > MOST_NODES:

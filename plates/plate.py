@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property, partial
-from math import ceil, inf
+from math import ceil, inf, sqrt
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from plates.additions import Addition, check_additions, forces_in_plane, passed_
 from plates.contacts import Contact, Places, common_copies, contacts_at, contacts_data, one_or_all
 from plates.elements.theory import Assembled, Element, Touch
 from plates.laminate import Laminate, struck
-from plates.prestress import GROUND, Prestress
+from plates.prestress import GROUND, Prestress, check_stress
 from plates.section import Section, all_around, mirrors_itself, point_rigidity, section_data
 from plates.shapes.place import check_place, mirrors
 from plates.shapes.rectangle import SIDES
@@ -148,6 +148,9 @@ class Plate:
         for i, one in enumerate(self.additions):
             if objection := self.element.objection(one):
                 raise ValueError(f"additions[{i}] = {one!r}: {objection}")
+        (xx, xy), (_, yy) = forces_in_plane(self.additions)
+        mises = sqrt(xx**2 - xx * yy + yy**2 + 3.0 * xy**2) / section.thickness
+        check_stress("additions", mises, section.struck, "Prestress takes forces per length, N/m: stress × thickness")
 
     @property
     def kind(self) -> str:

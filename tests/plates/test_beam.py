@@ -62,7 +62,9 @@ def test_string() -> None:
     """Under a great tension: f_n = n/2L √(N/m)."""
     force = 1e6 * EULER
     exact = np.sqrt(force / MASS) * pi * np.arange(1, 4) / LENGTH
-    assert frequencies(strip(axial_force=force), 3) == pytest.approx(exact, rel=1e-4)
+    with pytest.warns(hl.HertzlinkWarning, match=r"axial_force = .* N: stresses steel 316 to .* MPa, beyond its yield"):
+        tight = strip(axial_force=force)
+    assert frequencies(tight, 3) == pytest.approx(exact, rel=1e-4)
 
 
 def test_long_beam_on_ground_sinks_as_winkler_says() -> None:

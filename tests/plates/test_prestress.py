@@ -84,9 +84,34 @@ def test_the_lowest_frequency_vanishes_at_the_load() -> None:
 def test_membrane() -> None:
     """Where bending hardly matters the frequencies are those of a membrane, c = √(N/m)."""
     force = 1e5 * EULER
-    plate = square("kirchhoff", force, force, cells=(30, 30))
+    with pytest.warns(hl.HertzlinkWarning, match="stresses the material to .* MPa, beyond a tenth of its Young's"):
+        plate = square("kirchhoff", force, force, cells=(30, 30))
     omega = np.sqrt(force / (2700.0 * THICKNESS)) * pi / SIDE * np.sqrt([2.0, 5.0, 5.0, 8.0])
     assert frequencies(plate, 4) == pytest.approx(omega, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("forces", "mises"),
+    [
+        ((1.0, 0.0, 0.0), 1.0),
+        ((0.0, -1.0, 0.0), 1.0),
+        ((1.0, 1.0, 0.0), 1.0),
+        ((1.0, -1.0, 0.0), 3.0**0.5),
+        ((0.0, 0.0, -1.0), 3.0**0.5),
+    ],
+)
+def test_a_stress_beyond_yield_is_told(
+    forces: tuple[float, float, float], mises: float, recwarn: pytest.WarningsRecorder
+) -> None:
+    """By von Mises; a stress that is given for a force per length is told so too."""
+    held, at_yield = hl.Supports(*["clamped"] * 4), 276e6 * THICKNESS / mises
+    for factor, told in ((0.99, 0), (1.01, 1), (1e3, 1)):
+        stress = hl.laminates.Prestress(*(factor * at_yield * one for one in forces))
+        hl.kirchhoff_plate(SIDE, SIDE, THICKNESS, hl.ALUMINIUM_6061, held, additions=[stress])
+        found = [str(one.message) for one in recwarn]
+        assert len(found) == told
+        assert all("beyond its yield strength of 276 MPa; Prestress takes forces per length" in one for one in found)
+        recwarn.clear()
 
 
 def test_no_prestress_is_the_plain_plate() -> None:

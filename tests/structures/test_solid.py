@@ -302,6 +302,33 @@ def test_round_faces_can_be_struck() -> None:
         solid(mesh, hl.NYLON, (*TOP[:2], SIDE + 1e-3), patch_radius=WIDE)
 
 
+@pytest.mark.parametrize(
+    ("bent", "given", "told"),
+    [
+        ((1.0, 1.0), 0.0, "33.3"),
+        ((1.0, 1.0), -1.0 / 0.03, "33.3"),
+        ((1.0, 1.0), 1.0 / 0.03, None),
+        ((1.0, 0.0), 0.0, "16.7"),
+        ((1.0, 0.0), 0.5 / 0.03, None),
+        ((-1.0, -1.0), 1.0, "-33.3"),
+        ((1.0, -1.0), 0.0, None),
+        ((0.0, 0.0), 0.0, None),
+        ((0.5, 0.5), 1.0, "16.7"),
+    ],
+)
+def test_the_curvature_of_the_mesh_is_told_where_another_is_given(
+    bent: tuple[float, float], given: float, told: str | None, recwarn: pytest.WarningsRecorder
+) -> None:
+    """Of paraboloids z = −(p x² + q y²)/2R with R = 30 mm: the mean (p + q)/2R of the principal curvatures."""
+    mesh = box("hexahedron", cells=6)
+    x, y, _ = mesh.points.T
+    mesh.points[:, 2] *= 1.0 - (bent[0] * (x - TOP[0]) ** 2 + bent[1] * (y - TOP[1]) ** 2) / (2.0 * 0.03 * SIDE)
+    solid(mesh, hl.NYLON, TOP, patch_radius=WIDE, curvature=given)
+    found = [str(one.message) for one in recwarn if "curvature" in str(one.message)]
+    assert len(found) == (told is not None)
+    assert all(f"solid curvature = {given:g}: the surface of the mesh has {told} 1/m" in one for one in found)
+
+
 def test_far_side_of_a_plate_is_not_pushed() -> None:
     mesh = box()
     mesh.points[:, 2] *= 0.2
