@@ -14,7 +14,7 @@ from coupling.structure_checks import check_structures
 from particles import kernels
 from particles.moving import MovingChain
 from particles.yielding import yields
-from structures.checks import duration, short
+from structures.checks import duration
 from structures.structure import Vector
 
 LARGE = 1e-3
@@ -44,11 +44,12 @@ def check_before(chains: Sequence[MovingChain], until: float) -> list[str]:
 
 def _of_losses(chains: Sequence[MovingChain], until: float) -> list[str]:
     """A finding for each loss so strong that its coefficient may be in another unit."""
-    strong = {short(one.chain.dissipation): one for one in chains if one.contact_time > SUDDEN * one.damping_time}
+    strong = {one.strongest_loss: one for one in chains if one.contact_time > SUDDEN * one.damping_time}
     return [
-        f"dissipation = {loss}: would stop a contact in 1/{one.contact_time / one.damping_time:.0f} of the contact's "
-        f"time, so no wave passes and the run takes {until / one.longest_step:.2g} steps; check its unit"
-        for loss, one in strong.items()
+        f"{loss}: would stop a {what} in 1/{one.contact_time / one.damping_time:.0f} of the time of a contact, so "
+        f"{'no wave passes and ' if what == 'contact' else ''}the run takes {until / one.longest_step:.2g} steps; "
+        "check its unit"
+        for (loss, what), one in strong.items()
     ]
 
 

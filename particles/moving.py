@@ -197,6 +197,11 @@ class MovingChain:
         return 1.0 / fastest if fastest > 0.0 else inf
 
     @property
+    def strongest_loss(self) -> tuple[str, str]:
+        """The loss to which `damping_time` belongs, as it was given, and what it would stop."""
+        return f"dissipation = {short(self.chain.dissipation)}", "contact"
+
+    @property
     def force_scale(self) -> float:
         """The greatest force, N, of the last contact if it took all of that energy; the hardest's where it is none."""
         return self._scales[0]

@@ -199,12 +199,24 @@ class MovingDeformableChain(MovingChain):
 
     @cached_property
     def damping_time(self) -> float:
-        """The shortest time, s, in which a loss would stop a contact, whose poles are lighter than their bodies."""
+        """The shortest time, s, in which a loss would stop a contact or a vibration."""
+        return min(self._damping_times)
+
+    @property
+    def strongest_loss(self) -> tuple[str, str]:
+        in_contacts, in_bodies = self._damping_times
+        if in_contacts <= in_bodies:
+            return super().strongest_loss
+        return f"damping = {short(self.chain.damping)}", "vibration"
+
+    @cached_property
+    def _damping_times(self) -> tuple[float, float]:
+        """Of contacts, whose poles are lighter than their bodies, and of vibrations."""
         vibrations, inverse = self.vibrations, 1.0 / self.reduced_mass
         behind, ahead = (vibrations.far**2).sum(axis=1), np.append((vibrations.struck**2).sum(axis=1)[1:], 0.0)
         in_contacts = super().damping_time * float((inverse / (inverse + behind + ahead)).min())
         fastest = max(float(vibrations.rate.max(initial=0.0)), float(vibrations.relaxation.max(initial=0.0)))
-        return min(in_contacts, 1.0 / fastest) if fastest > 0.0 else in_contacts
+        return in_contacts, 1.0 / fastest if fastest > 0.0 else inf
 
     @cached_property
     def longest_step(self) -> float:

@@ -14,6 +14,8 @@ from coupling.results.findings import findings_of
 from coupling.run_checks import BLOCK, _greatest, check_before
 from coupling.structure_checks import push_length
 from particles import kernels
+from particles.deformable.chain import moving_chain
+from particles.deformable.vibration import vibration
 from particles.moving import MovingChain
 
 HARD = hl.Material(200e9, 0.28, 7800.0)
@@ -68,6 +70,19 @@ def test_a_loss_in_another_unit(coefficient: float, ratio: int) -> None:
     assert moving.contact_time * coefficient / (BEAD.mass / 2.0) == pytest.approx(ratio, rel=0.01)
     usual = hl.Chain([BEAD] * 20, BEAD, 0.44, dissipation=hl.Restitution(0.05))
     assert check_before([MovingChain(usual, None)], 1e-4) == []
+
+
+def test_a_loss_inside_beads_in_another_unit() -> None:
+    """1 µs is not 1 s: of C = b K the rate is b ω², of the fastest mode; the warning names what was given."""
+    loss = hl.damping.Rayleigh(stiffness_time=1e-2)
+    chain = hl.DeformableChain([BEAD] * 3, BEAD, 0.44, damping=loss, dissipation=hl.LinearDashpot(5.0))
+    moving = moving_chain(chain, None)
+    (finding,) = check_before([moving], 1e-5)
+    fastest = max(vibration(BEAD, chain.modes).frequencies)
+    ratio = moving.contact_time * 1e-2 * fastest**2
+    assert finding.startswith(f"damping = {loss}: would stop a vibration in 1/{ratio:.0f} of the time of a contact")
+    fine = hl.DeformableChain([BEAD] * 3, BEAD, 0.44, damping=hl.damping.Rayleigh(stiffness_time=1e-8))
+    assert check_before([moving_chain(fine, None)], 1e-5) == []
 
 
 def test_energy_that_the_stepper_loses() -> None:
