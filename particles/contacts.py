@@ -9,6 +9,7 @@ import numpy as np
 from particles import kernels
 from particles.bead import Bead
 from particles.chain import Chain
+from particles.laws.computed import ComputedLaw, force_by_formula
 from particles.laws.law import ContactLaw, PowerLaw, TabulatedLaw, check_contact_law, unchanging
 from particles.laws.yielding import YieldingContact, YieldingLaw
 from structures.structure import Vector
@@ -21,6 +22,9 @@ Groups = dict[ContactLaw, Vector]
 
 TABLE_ERROR = 1e-4
 """Relative error of the table of a user's law, above which a run warns; AR then changes by about as much."""
+
+OTHER_BODIES = 0.01
+"""Relative difference of two forces by formulas, above which a computed law is that of other bodies."""
 
 
 def pairs_of(chain: Chain, surface: Surface | None, behind: Surface | None) -> tuple[Pair | None, ...]:
@@ -110,6 +114,20 @@ def unloading(contacts: Sequence[YieldingContact | None], stiffness: Vector, ove
     return np.concatenate([limit, hard, dent])
 
 
+def _foreign(pairs: Sequence[Pair | None], law: ComputedLaw, contacts: Sequence[int]) -> list[str]:
+    """A finding where a law was computed for other bodies than those of some of its contacts."""
+    last = law.approaches[-1]
+    different = {(id(pair[0]), id(pair[1])): i for i in reversed(contacts) if (pair := pairs[i]) is not None}
+    for first in sorted(different.values()):
+        ratio = force_by_formula(pairs[first], last) / law.formula  # type: ignore[arg-type]
+        if abs(ratio - 1.0) > OTHER_BODIES:
+            return [
+                f"contact law: that of contact {first + 1} ({law.name}) was computed for other bodies; by formulas the "
+                f"force is {ratio:.3g} times theirs there; give the law of its bodies, or a function of two bodies"
+            ]
+    return []
+
+
 def grouped(laws: Laws) -> Groups:
     """The different laws and their contacts."""
     # By identity first: the hash of a law takes longer than a step of the chain.
@@ -137,7 +155,7 @@ def first_rows(laws: Laws, table_of: dict[ContactLaw, Vector], tables: Sequence[
     return np.array([-1 if law is None else first.get(law, -1) for law in laws])
 
 
-def cautions(groups: Groups, deepest: Vector) -> tuple[list[str], list[str]]:
+def cautions(pairs: Sequence[Pair | None], groups: Groups, deepest: Vector) -> tuple[list[str], list[str]]:
     """What a user must know of the laws: their own cautions; and where a run went beyond what a law is good for.
 
     deepest: the greatest approach of each contact, m.
@@ -151,6 +169,8 @@ def cautions(groups: Groups, deepest: Vector) -> tuple[list[str], list[str]]:
                 f"contact law: the approach of {deepest[worst]:.3g} m at contact {worst + 1} is beyond "
                 f"{law.largest:.3g} m, up to which its law ({law.name}) is trusted"
             )
+        if isinstance(law, ComputedLaw) and law.formula > 0.0:
+            beyond += _foreign(pairs, law, contacts.tolist())
         if not isinstance(law, PowerLaw | TabulatedLaw) and law.table_error > TABLE_ERROR:
             beyond.append(
                 f"contact law: the table of {law.name} differs by {100.0 * law.table_error:.2g} % from its force; "

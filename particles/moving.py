@@ -353,7 +353,7 @@ class MovingChain:
 
     def cautions(self, deepest: Vector) -> tuple[list[str], list[str]]:
         """The laws' own cautions, and those of approaches (m, of each contact) beyond what a law is good for."""
-        return contacts.cautions(self._groups, deepest)
+        return contacts.cautions(self.pairs, self._groups, deepest)
 
     def approach(self, force: Vector) -> Vector:
         """The approach of each contact, m, at a force on each, N, without losses; as it is first loaded."""

@@ -53,6 +53,7 @@ class StoredLaw(Part):
     smallest: Length | None = None
     error: Number | None = None
     order: Number | None = None
+    formula: Force | None = None
 
     def make(self, world: World) -> ComputedLaw:
         own = self.given("kind", "approaches", "forces")

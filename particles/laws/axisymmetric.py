@@ -118,7 +118,8 @@ class _Contact(ComputedContact):
     method = "finite elements"
 
     def __init__(self, first: Bead, second: Bead | Surface, midplane: str, spacing: float | None) -> None:
-        self.beads, self.midplane, self.spacing = (("first", first), ("second", second)), midplane, spacing
+        self.bodies, self.midplane, self.spacing = (first, second), midplane, spacing
+        self.beads = ("first", first), ("second", second)
         for name, bead in self.beads:
             body_of(bead, 1.0, name)
         one, other = first.surface, second if isinstance(second, Surface) else second.surface

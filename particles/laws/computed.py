@@ -7,11 +7,14 @@ from math import log2, nan
 
 import numpy as np
 
+from particles.bead import Bead
+from particles.laws.formulas import contact_law
 from particles.laws.law import ContactLaw, TabulatedLaw
 from particles.laws.power_fit import PowerFit, fit_power_law
-from structures.caution import caution
+from structures.caution import caution, collected
 from structures.checks import finite, not_negative, positive, within
 from structures.structure import Vector
+from structures.surface import Surface
 
 ORDER = 2.0
 """Of the convergence of F(δ), by finite elements where the contact's edge lies at a corner of the mesh."""
@@ -57,6 +60,9 @@ class ComputedLaw(TabulatedLaw):
         Largest relative error of the force in the range, estimated from coarser meshes.
     order : float
         Observed order of convergence; nan where the meshes are too coarse to show it.
+    formula : float
+        Force at the last point by `contact_law` of the two bodies, N; 0 where they are not known. A chain in which the
+        law has other bodies warns.
 
     Examples
     --------
@@ -72,11 +78,12 @@ class ComputedLaw(TabulatedLaw):
     smallest: float = 0.0
     error: float = 0.0
     order: float = nan
+    formula: float = 0.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for name in ("smallest", "error"):
-            object.__setattr__(self, name, not_negative(name, getattr(self, name), "m" if name == "smallest" else ""))
+        for name, unit in (("smallest", "m"), ("error", ""), ("formula", "N")):
+            object.__setattr__(self, name, not_negative(name, getattr(self, name), unit))
         # nan alone differs from itself.
         if self.order == self.order:
             finite("order", self.order)
@@ -100,11 +107,12 @@ class ComputedLaw(TabulatedLaw):
 class ComputedContact(ABC):
     """Two bodies whose contact a method computes. A subclass gives laws up to an approach and up to a force.
 
-    method: its name. theory: the law that is expected, which bounds the range; below: the law that continues the
-    computed one to zero. radius, m: the smallest of the contact; least: the smallest approach over it.
+    method: its name. bodies: the two. theory: the law that is expected, which bounds the range; below: the law that
+    continues the computed one to zero. radius, m: the smallest of the contact; least: the smallest approach over it.
     """
 
     method: str
+    bodies: tuple[Bead, Bead | Surface]
     theory: ContactLaw
     below: ContactLaw
     radius: float
@@ -133,7 +141,14 @@ class ComputedContact(ABC):
         if words:
             caution(f"contact law: {words}")
         whole = continued_to_zero(points, self.below)
-        return ComputedLaw(*whole, self.method, words, largest, float(points[0][0]), error, order)  # type: ignore[arg-type]
+        expected = force_by_formula(self.bodies, float(points[0][-1]))
+        return ComputedLaw(*whole, self.method, words, largest, float(points[0][0]), error, order, expected)  # type: ignore[arg-type]
+
+
+def force_by_formula(bodies: tuple[Bead, Bead | Surface], approach: float) -> float:
+    """The force of two bodies by `contact_law` at an approach, m, in N."""
+    with collected():  # the doubts of the formula do not matter where a number only tells bodies apart
+        return float(contact_law(*bodies).force(np.array(approach)))
 
 
 def error_and_order(fine: Points, coarse: Points, coarsest: Points, *, highest: float = ORDER) -> tuple[float, float]:

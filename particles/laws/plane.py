@@ -110,7 +110,8 @@ class _Line(ComputedContact):
     """Two parallel cylinders, and what Johnson's theory expects of them."""
 
     def __init__(self, first: Cylinder, second: Cylinder, state: str, spacing: float | None) -> None:
-        self.cylinders, self.state, self.spacing = (first, second), state, spacing
+        self.cylinders = self.bodies = first, second
+        self.state, self.spacing = state, spacing
         self.method = f"finite elements, plane {state}"
         flat, sharp = relative_curvatures(first.surface, second.surface)
         if flat > 1e-12 * sharp:

@@ -137,6 +137,7 @@ class _Pair(ComputedContact):
 
     def __init__(self, bead: Cylinder | Sphere, spacing: float | None) -> None:
         self.bead, self.spacing, self.radius = bead, spacing, bead.radius / 2.0  # the relative radius of equal bodies
+        self.bodies = bead, bead
         self.theory = self.below = contact_law(bead, bead)
 
     def width(self, approach: float) -> float:

@@ -2,6 +2,7 @@
 
 import re
 import warnings
+from collections.abc import Callable
 from functools import partial
 from math import pi, sqrt
 
@@ -14,6 +15,7 @@ from coupling.results.findings import findings_of
 from coupling.run_checks import BLOCK, _greatest, check_before
 from coupling.structure_checks import push_length
 from particles import kernels
+from particles.bead import Bead
 from particles.deformable.chain import moving_chain
 from particles.moving import MovingChain
 
@@ -255,3 +257,32 @@ def test_a_compiled_run_in_many_calls_has_the_same_bits(monkeypatch: pytest.Monk
     monkeypatch.setattr(kernels, "run_coupled", lambda *given: calls.append(given) or loop(*given))
     assert hl.CoSimulation(CHAIN, WALL).run(2e-4).identical(whole)
     assert len(calls) > 5
+
+
+TWICE = hl.Sphere(2.0 * 4.76e-3, HARD)
+HOLLOW = hl.HollowSphere(4.76e-3, 4.3e-3, HARD)
+DISC = hl.Cylinder(5e-3, 10e-3, HARD)
+LAWS: dict[str, tuple[Callable[[], hl.laws.ComputedLaw], Bead]] = {
+    "axisymmetric": (lambda: hl.laws.axisymmetric(BEAD, max_force=50.0, spacing=20e-6), BEAD),
+    "hollow": (lambda: hl.laws.axisymmetric(HOLLOW, max_force=20.0, spacing=20e-6), HOLLOW),
+    "half-spaces": (lambda: hl.laws.half_spaces(BEAD, max_force=50.0, cells=32), BEAD),
+    "plane": (lambda: hl.laws.plane(DISC, DISC, max_force=200.0, state="stress"), DISC),
+}
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_a_law_that_was_computed_for_other_bodies(name: str) -> None:
+    """Only its own bodies do not warn; Hertz's force is as the root of the radius, which tells by how much."""
+    make, own = LAWS[name]
+    law = make()
+    for bead, striker in ((own, own), (TWICE, TWICE), (own, TWICE), (HOLLOW, HOLLOW)):
+        run = hl.CoSimulation(hl.Chain([bead] * 2, striker, 1e-3, law=law), WALL).run(2e-6)
+        lines = [line for line in found(run, "contact law") if "was computed for other bodies" in line]
+        assert len(lines) == (bead != own or striker != own)
+        if own == BEAD and bead == TWICE:
+            assert "that of contact 1" in lines[0]
+            assert "is 1.41 times theirs" in lines[0]
+    by_pair = hl.Chain(
+        [BEAD, TWICE], BEAD, 1e-3, law=lambda one, other: law if one == other == own else hl.contact_law(one, other)
+    )
+    assert not any("other bodies" in line for line in findings_of(hl.CoSimulation(by_pair, WALL).run(2e-6)))
