@@ -53,6 +53,8 @@ LIKELY = {
     "way": Likely(0.0, 1.0, "m", "", "mm"),
     # A steel bar 30 mm high has 2e4 N m².
     "beam": Likely(0.0, 1e6, "N m²", "", "N mm²"),
+    # A standard deviation; noise as large as the force leaves nothing to see.
+    "noise": Likely(0.0, 1.0, "times the greatest force", "", "%"),
     # A run lasts a few ms; a process that takes more than a second does not show in it.
     "time": Likely(0.0, 1.0, "s", "", "µs or ms"),
 }

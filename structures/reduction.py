@@ -136,6 +136,7 @@ def reduce(
     instance("structure", structure, Structure, "a Structure")
     until, tolerance = positive("until", until, "s"), positive("tolerance", tolerance)
     pulse = within("pulse", pulse, *PULSE_RANGE, "s")
+    likely("time", "reduce", "until", until)
     likely("time", "reduce", "pulse", pulse)
     instance("keep_field", keep_field, bool, "True or False")
     largest, size = whole("largest", largest), structure.size

@@ -19,6 +19,7 @@ from coupling.identification.search import inverse
 from structures.checks import finite, listed, one_of, positive, short, whole
 from structures.html_table import html_table
 from structures.one_thread import one_thread
+from structures.plausible import likely
 from structures.structure import Vector
 
 REACH = 1.959964
@@ -272,6 +273,7 @@ class Design:
         if until is None:
             until = FROM_IMPACT * Prediction(build, ranges, [], 1e-3).first.chain.transit_time
         self.prediction = Prediction(build, ranges, numbers, positive("until", until, "s"))
+        likely("noise", "information", "noise", noise)
         self.noise, self.step = noise, positive("sample_every", sample_every, "s")
         self.names = nuisances_of(nuisances, values)
         self.places = np.full(len(ranges), 0.5)

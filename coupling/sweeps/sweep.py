@@ -154,7 +154,7 @@ def axis_values(axes: dict[str, Iterable[Any]], taken: Set[str]) -> dict[str, li
         raise ValueError("axes: name at least one, such as distance=[0.01, 0.02]")
     values = {name: listed(name, axis, object, "one value or more") for name, axis in axes.items()}
     if used := sorted(taken & set(values)):
-        raise ValueError(f"axes = {list(values)!r}: {', '.join(used)} is a name that every run uses")
+        raise ValueError(f"axes = {list(values)!r}: {used[0]} is a name that every run uses; rename the axis")
     for name, axis in values.items():
         labels = np.asarray(axis_labels(axis)).tolist()
         if twice := [label for label, count in Counter(labels).items() if count > 1]:

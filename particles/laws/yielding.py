@@ -17,8 +17,10 @@ from particles import kernels
 from particles.bead import Bead
 from particles.laws.formulas import NEARLY_ROUND_CONTACT
 from particles.laws.law import ContactLaw, PowerLaw, kernel_table
+from structures.caution import collected
 from structures.checks import positive, short
 from structures.material import Material
+from structures.plausible import likely
 from structures.structure import Vector
 from structures.surface import Surface, relative_curvatures, yield_pressure
 
@@ -87,6 +89,7 @@ class YieldingLaw(ABC):
     def __post_init__(self) -> None:
         if self.yield_strength is not None:
             object.__setattr__(self, "yield_strength", positive("yield_strength", self.yield_strength, "Pa"))
+            likely("strength", type(self).__name__, "yield_strength", self.yield_strength)
 
     @abstractmethod
     def overlap(self, bodies: RoundContact) -> float:
@@ -133,8 +136,8 @@ class YieldingLaw(ABC):
         flat, sharp = relative_curvatures(one, other)
         if not isinstance(law, PowerLaw) or law.exponent != HERTZ or sharp > NEARLY_ROUND_CONTACT * flat:
             raise ValueError(
-                f"law = {short(self)}: needs solid bodies that touch in a circle; {short(first)} and {short(second)} "
-                f"have the law {law.name}"
+                f"law = {short(self)}: needs solid bodies that touch in a circle; between {short(first)} and "
+                f"{short(second)} the law is {law.name}"
             )
         return _yielding(self, bodies, law)
 
@@ -370,5 +373,6 @@ def _yielding(law: YieldingLaw, bodies: RoundContact, elastic: PowerLaw) -> Yiel
 
 @lru_cache(maxsize=256)
 def _onset(modulus: float, poisson: float, density: float, name: str, strength: float) -> float:
-    """Pressure of the first yield for this strength, Pa."""
-    return yield_pressure(Material(modulus, poisson, density, name, strength))
+    """Pressure of the first yield for this strength, Pa, of which the user was warned if it is improbable."""
+    with collected():
+        return yield_pressure(Material(modulus, poisson, density, name, strength))

@@ -12,6 +12,11 @@ STEEL = hl.STEEL_440C
 BEAD = hl.Sphere(4.76e-3, STEEL)
 FREE = hl.Supports()
 
+
+def tapped(modulus: float) -> hl.CoSimulation:
+    return hl.CoSimulation(hl.Chain([BEAD] * 10, BEAD, 0.3), hl.half_space(hl.Material(modulus, 0.3, 2000.0)))
+
+
 UNLIKELY: list[tuple[Callable[[], object], str]] = [
     (lambda: hl.Sphere(4.76, STEEL), r"Sphere radius = 4\.76: is read as 4\.76 m; is it in mm\?"),
     (lambda: hl.HollowSphere(9.5, 8.6e-3, STEEL), r"HollowSphere radius = 9\.5: .* mm\?"),
@@ -63,6 +68,12 @@ UNLIKELY: list[tuple[Callable[[], object], str]] = [
     (lambda: hl.half_plane(2e-3, STEEL, "clamped", 20.5, until=1e-4), r"half_plane distance = 20\.5: .* mm\?"),
     (lambda: hl.half_plane(2e-3, STEEL, "clamped", 20, until=1e-4), r"half_plane distance = 20: .* m; is it in mm\?"),
     (lambda: hl.reduce(hl.half_space(STEEL), 1e-4, pulse=25), r"reduce pulse = 25: .* s; is it in µs or ms\?"),
+    (lambda: hl.reduce(hl.half_space(STEEL), 600), r"reduce until = 600: .* s; is it in µs or ms\?"),
+    (lambda: hl.laws.Thornton(300), r"Thornton yield_strength = 300: is read as 300 Pa; is it in MPa or GPa\?"),
+    (
+        lambda: hl.information(tapped, noise=5.0, sensors=[5], until=2e-4, modulus=3e9),
+        r"information noise = 5: is read as 5 times the greatest force; is it in %\?",
+    ),
     (lambda: hl.PointMass(0.1, 0.1, 250.0), r"PointMass mass = 250: is read as 250 kg; is it in g\?"),
     (lambda: hl.Stiffener((0, 0), (0, 1), 2e9), r"Stiffener bending_stiffness = 2e\+09: .* N mm²\?"),
     (lambda: hl.Stiffener((0, 0), (0, 1), 2.0, 0.0, 850.0), r"Stiffener mass_per_length = 850: .* g/m\?"),
