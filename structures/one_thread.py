@@ -15,8 +15,8 @@ class _OneThread:
     """Dense linear algebra (BLAS) of this process takes one thread within the block, or within the function below.
 
     Threads gain nothing for matrices of some hundred rows. Beside other work they wait for each other, and a reduction
-    takes nine times as long. Blocks of several threads may overlap: the setting before the first returns after the
-    last.
+    takes several times as long (benchmarks/factorisation.py). Blocks of several threads may overlap: the setting before
+    the first returns after the last.
     """
 
     def __init__(self) -> None:
