@@ -30,6 +30,9 @@ SUDDEN = 50.0
 """A loss is too strong if it would stop a contact in this part of the contact's time: no wave passes. The loss of a
 restitution of 0.01 takes a 38th of that time, a dashpot of 5 N s/m between beads of 10 mm ten times as long."""
 
+MANY_STEPS = 1e7
+"""Steps of a short chain in some 10 s. A strong loss inside beads stops no wave, but it needs short steps."""
+
 BLOCK = 64
 """Saved times whose maximum is taken at once: five times faster than row by row."""
 
@@ -44,13 +47,17 @@ def check_before(chains: Sequence[MovingChain], until: float) -> list[str]:
 
 def _of_losses(chains: Sequence[MovingChain], until: float) -> list[str]:
     """A finding for each loss so strong that its coefficient may be in another unit."""
-    strong = {one.strongest_loss: one for one in chains if one.contact_time > SUDDEN * one.damping_time}
-    return [
-        f"{loss}: would stop a {what} in 1/{one.contact_time / one.damping_time:.0f} of the time of a contact, so "
-        f"{'no wave passes and ' if what == 'contact' else ''}the run takes {until / one.longest_step:.2g} steps; "
-        "check its unit"
-        for (loss, what), one in strong.items()
-    ]
+    findings = dict[str, None]()
+    for one in chains:
+        name, in_contact = one.strongest_loss
+        steps, ratio = until / one.longest_step, one.contact_time / one.damping_time
+        if in_contact and ratio > SUDDEN:
+            words = f"1/{ratio:.0f} of the contact's time, so no wave passes and the run takes {steps:.2g} steps"
+            findings[f"{name}: would stop a contact in {words}; check its unit"] = None
+        elif not in_contact and ratio > SUDDEN and steps > MANY_STEPS:
+            words = f"1/{ratio:.0f} of a contact's time, so the run takes {steps:.2g} steps"
+            findings[f"{name}: would stop a vibration in {words}; check its unit, or take fewer modes"] = None
+    return list(findings)
 
 
 def _of_length(chains: Sequence[MovingChain], until: float) -> list[str]:

@@ -187,6 +187,10 @@ class MovingChain:
     @cached_property
     def damping_time(self) -> float:
         """The shortest time, s, in which a loss would stop a contact."""
+        return self._damping_of_contacts()
+
+    def _damping_of_contacts(self) -> float:
+        """The same by `dissipation` alone, between the bodies' whole masses."""
         loss = self.chain.dissipation
         if loss is None:
             return inf
@@ -197,9 +201,9 @@ class MovingChain:
         return 1.0 / fastest if fastest > 0.0 else inf
 
     @property
-    def strongest_loss(self) -> tuple[str, str]:
-        """The loss to which `damping_time` belongs, as it was given, and what it would stop."""
-        return f"dissipation = {short(self.chain.dissipation)}", "contact"
+    def strongest_loss(self) -> tuple[str, bool]:
+        """The loss to which `damping_time` belongs, as it was given, and whether it is one of the contacts."""
+        return f"dissipation = {short(self.chain.dissipation)}", True
 
     @property
     def force_scale(self) -> float:

@@ -13,6 +13,7 @@ from structures.buckling import buckling_factor
 from structures.checks import finite, instance, not_negative, one_of, positive
 from structures.elasticity import HIGHEST_FREQUENCY
 from structures.material import Material
+from structures.plausible import likely
 from structures.structure import Structure
 from structures.surface import Surface
 
@@ -86,6 +87,9 @@ def beam(
     length, place = positive("length", length, "m"), not_negative("at", at, "m")
     stiff = positive("bending_stiffness", bending_stiffness, "N m²")
     heavy = positive("mass_per_length", mass_per_length, "kg/m")
+    likely("side", "beam", "length", length)
+    likely("beam", "beam", "bending_stiffness", stiff)
+    likely("mass per length", "beam", "mass_per_length", heavy)
     instance("material", material, Material, "a Material; MATERIALS[name] gives one by name")
     force, ground = finite("axial_force", axial_force, "N"), not_negative("foundation", foundation, "N/m²")
     frequency = positive("highest_frequency", highest_frequency, "Hz")

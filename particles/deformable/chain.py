@@ -203,18 +203,18 @@ class MovingDeformableChain(MovingChain):
         return min(self._damping_times)
 
     @property
-    def strongest_loss(self) -> tuple[str, str]:
+    def strongest_loss(self) -> tuple[str, bool]:
         in_contacts, in_bodies = self._damping_times
         if in_contacts <= in_bodies:
             return super().strongest_loss
-        return f"damping = {short(self.chain.damping)}", "vibration"
+        return f"damping = {short(self.chain.damping)}", False
 
     @cached_property
     def _damping_times(self) -> tuple[float, float]:
         """Of contacts, whose poles are lighter than their bodies, and of vibrations."""
         vibrations, inverse = self.vibrations, 1.0 / self.reduced_mass
         behind, ahead = (vibrations.far**2).sum(axis=1), np.append((vibrations.struck**2).sum(axis=1)[1:], 0.0)
-        in_contacts = super().damping_time * float((inverse / (inverse + behind + ahead)).min())
+        in_contacts = self._damping_of_contacts() * float((inverse / (inverse + behind + ahead)).min())
         fastest = max(float(vibrations.rate.max(initial=0.0)), float(vibrations.relaxation.max(initial=0.0)))
         return in_contacts, 1.0 / fastest if fastest > 0.0 else inf
 
