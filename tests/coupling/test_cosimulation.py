@@ -98,7 +98,11 @@ IN_MODES: dict[str, tuple[Any, ...]] = {
 @pytest.mark.parametrize(
     "how", [{}, {"waveform": "quadratic"}, {"window": hl.Adaptive(1e-4)}], ids=["", "quadratic", "adaptive"]
 )
-@pytest.mark.parametrize("name", IN_MODES)
+@pytest.mark.parametrize(
+    # Beads that deform are compiled anew, which takes 10 s.
+    "name",
+    [pytest.param(name, marks=[pytest.mark.thorough] * (name == "deformable beads")) for name in IN_MODES],
+)
 def test_any_number_of_chains_goes_through_the_compiled_loop(
     name: str, how: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:

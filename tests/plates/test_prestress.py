@@ -67,7 +67,7 @@ def test_buckling_loads(held: str, forces: tuple[float, float, float], factor: f
     assert plate.buckling_factor == pytest.approx(factor, rel=within)
 
 
-@pytest.mark.parametrize("kind", ["panel", "mindlin"])
+@pytest.mark.parametrize("kind", [pytest.param("panel", marks=pytest.mark.thorough), "mindlin"])
 def test_buckling_of_other_elements(kind: str) -> None:
     """Shear reduces the load of a thin plate by some π²D(1/b² + 1/b²)/S = 1e-4."""
     assert square(kind, -EULER).buckling_factor == pytest.approx(4.0, rel=4e-3)
