@@ -49,12 +49,14 @@ def _of_losses(chains: Sequence[MovingChain], until: float) -> list[str]:
     """A finding for each loss so strong that its coefficient may be in another unit."""
     findings = dict[str, None]()
     for one in chains:
+        if one.contact_time <= SUDDEN * one.damping_time:
+            continue
         name, in_contact = one.strongest_loss
         steps, ratio = until / one.longest_step, one.contact_time / one.damping_time
-        if in_contact and ratio > SUDDEN:
+        if in_contact:
             words = f"1/{ratio:.0f} of the contact's time, so no wave passes and the run takes {steps:.2g} steps"
             findings[f"{name}: would stop a contact in {words}; check its unit"] = None
-        elif not in_contact and ratio > SUDDEN and steps > MANY_STEPS:
+        elif steps > MANY_STEPS:
             words = f"1/{ratio:.0f} of a contact's time, so the run takes {steps:.2g} steps"
             findings[f"{name}: would stop a vibration in {words}; check its unit, or take fewer modes"] = None
     return list(findings)

@@ -7,12 +7,12 @@ import numpy as np
 from scipy import sparse
 
 from plates.elements.hermite import Beam, Hermite
-from plates.prestress import GROUND, check_stress
+from plates.prestress import GROUND
 from plates.shapes.grading import graded
 from structures.buckling import buckling_factor
 from structures.checks import finite, instance, not_negative, one_of, positive
 from structures.elasticity import HIGHEST_FREQUENCY
-from structures.material import Material
+from structures.material import Material, check_stress
 from structures.plausible import likely
 from structures.structure import Structure
 from structures.surface import Surface

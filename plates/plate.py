@@ -12,7 +12,7 @@ from plates.additions import Addition, check_additions, forces_in_plane, passed_
 from plates.contacts import Contact, Places, common_copies, contacts_at, contacts_data, one_or_all
 from plates.elements.theory import Assembled, Element, Touch
 from plates.laminate import Laminate, struck
-from plates.prestress import GROUND, Prestress, check_stress
+from plates.prestress import GROUND, Prestress
 from plates.section import Section, all_around, mirrors_itself, point_rigidity, section_data
 from plates.shapes.place import check_place, mirrors
 from plates.shapes.rectangle import SIDES
@@ -25,7 +25,7 @@ from structures.elasticity import HIGHEST_FREQUENCY
 from structures.factor import Matrices
 from structures.field import Field
 from structures.html_table import html_table
-from structures.material import Material
+from structures.material import Material, check_stress
 from structures.mesh_reading import Tag, known
 from structures.structure import Structure
 from structures.surface import Surface

@@ -4,16 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from structures.caution import caution
 from structures.checks import finite, instance, positive, within
 from structures.material import Material
 from structures.structure import Vector
 
 GROUND = 1e-9
 """Stiffness of a weak ground under the plate, over D/side⁴: it makes the stiffness of free plates regular."""
-
-LARGE_STRAIN = 0.1
-"""Strain beyond which the stress in a material of unknown yield strength was probably given in another unit."""
 
 
 @dataclass(frozen=True)
@@ -62,18 +58,6 @@ class Prestress:
     def compresses(self) -> bool:
         """Whether it compresses the plate in some direction."""
         return bool(np.linalg.eigvalsh(self.forces)[0] < 0.0)
-
-
-def check_stress(given: str, stress: float, material: Material, means: str) -> None:
-    """Warn about a stress, Pa, that the material cannot carry. means: what the number is that was given."""
-    limit, name = material.yield_strength, "its yield strength of"
-    if limit is None:
-        limit, name = LARGE_STRAIN * material.youngs_modulus, "a tenth of its Young's modulus,"
-    if abs(stress) > limit:
-        caution(
-            f"{given}: stresses {material.name or 'the material'} to {1e-6 * abs(stress):.3g} MPa, beyond {name} "
-            f"{1e-6 * limit:.3g} MPa; {means}"
-        )
 
 
 def thermal_prestress(rise: float, expansion: float, thickness: float, material: Material) -> Prestress:

@@ -4,8 +4,12 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
 
+from structures.caution import caution
 from structures.checks import finite, instance, positive
 from structures.plausible import likely
+
+LARGE_STRAIN = 0.1
+"""Strain beyond which the stress in a material of unknown yield strength was probably given in another unit."""
 
 
 @dataclass(frozen=True)
@@ -109,6 +113,18 @@ class MaterialTable(Mapping[str, Material]):
 
     def __len__(self) -> int:
         return len(self._by_key)
+
+
+def check_stress(given: str, stress: float, material: Material, means: str) -> None:
+    """Warn about a stress, Pa, that the material cannot carry. means: what the number is that was given."""
+    limit, name = material.yield_strength, "its yield strength of"
+    if limit is None:
+        limit, name = LARGE_STRAIN * material.youngs_modulus, "a tenth of its Young's modulus,"
+    if abs(stress) > limit:
+        caution(
+            f"{given}: stresses {material.name or 'the material'} to {1e-6 * abs(stress):.3g} MPa, beyond {name} "
+            f"{1e-6 * limit:.3g} MPa; {means}"
+        )
 
 
 def name_key(name: str) -> str:

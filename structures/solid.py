@@ -212,7 +212,7 @@ class _Patch:
         columns = np.column_stack([-0.5 * (x**2 + y**2), x, y, np.ones_like(x), x * y, x**2 - y**2])
         # Few corners do not tell a saddle.
         columns = columns[:, : 6 if len(x) > 6 else 4]
-        own = float(np.linalg.lstsq(columns, along, rcond=None)[0][0]) / self.radius**2
+        own = round(float(np.linalg.lstsq(columns, along, rcond=None)[0][0]) / self.radius**2, 3) + 0.0  # no -0
         wrong, (least, part) = abs(own - given), LARGEST_CURVATURE_ERROR
         if wrong > least and wrong > part * max(abs(own), abs(given)):
             caution(

@@ -15,7 +15,7 @@ from structures.caution import caution
 from structures.checks import finite, instance, one_of, positive, up_to, whole
 from structures.elastic_field import elastic_field
 from structures.elasticity import HIGHEST_FREQUENCY, body_matrices, patch_compliance, patch_vector, shear_speed
-from structures.material import Material
+from structures.material import Material, check_stress
 from structures.patch_mesh import CELL_GROWTH, DEFAULT_CELLS, PATCH_DIVISOR, about_patch, check_size, graded
 from structures.plausible import likely
 from structures.pressure import AIR, ATMOSPHERE, following_stiffness, ring_openings, stress_stiffness, with_gas
@@ -304,11 +304,8 @@ class _Wall:
                 f"spherical_shell pressure = {pressure:g}: stretches the wall by {100.0 * strain:.2g} %; give radius, "
                 "thickness and modulus at this stretch, and check the unit"
             )
-        if m.yield_strength and abs(stress) > m.yield_strength:
-            caution(
-                f"spherical_shell pressure = {pressure:g}: stresses the wall to {stress:.2g} Pa, beyond its yield "
-                f"strength of {m.yield_strength:.2g} Pa"
-            )
+        if m.yield_strength is not None:
+            check_stress(f"spherical_shell pressure = {pressure:g}", stress, m, "check the unit, and the wall")
 
     def check_buckling(self, pressure: float, mass: Any, elastic: Any, stressed: Any) -> None:
         """Raise a ValueError if the wall buckles under less than this pressure."""

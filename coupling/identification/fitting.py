@@ -26,6 +26,7 @@ from particles.dissipation import (
     Tsuji,
 )
 from particles.moving import MovingChain
+from structures.caution import collected
 from structures.checks import instance, listed, one_of, short, whole
 from structures.html_table import html_table
 from structures.structure import Structure, Vector
@@ -202,10 +203,11 @@ def fit_dissipation(
         raise ValueError(f"chain: its striker is {kind}; must be a bead, or a SpringLoaded one")
     record = _record(signals, numbers)
     model = _Model(replace(chain, dissipation=None), law, form, structure, measured, record, compare)
-    model.check_amplitudes()
-    best = least_squares(
-        model.residual, model.nearest_start(), jac=model.jacobian, bounds=model.bounds, x_scale="jac", xtol=1e-7
-    )
+    with collected():  # the user is warned of the run with what was found, not of those of the search
+        model.check_amplitudes()
+        best = least_squares(
+            model.residual, model.nearest_start(), jac=model.jacobian, bounds=model.bounds, x_scale="jac", xtol=1e-7
+        )
     return _fit(model, best.x, best.jac, best.fun)
 
 

@@ -75,6 +75,16 @@ def test_a_single_parameter_comes_back(loss: Dissipation, compare: str) -> None:
     assert half < 0.1 * truth
 
 
+def test_a_search_warns_once_at_the_users_line() -> None:
+    """Of the run with the loss that was found; each of the search's runs yields too."""
+    soft = hl.Sphere(4.76e-3, hl.STEEL_316)
+    chain = hl.Chain([soft] * 12, soft, 0.3)
+    run = run_of(hl.LinearDashpot(2.0), chain, 3e-4)
+    with pytest.warns(hl.HertzlinkWarning, match="yield: ") as caught:
+        hl.fit_dissipation(run, chain, hl.LinearDashpot, sensors=[4, 8])
+    assert [one.filename for one in caught if "yield: " in str(one.message)] == [__file__]
+
+
 def test_a_short_weak_chain_does_not_tell_coefficient_from_exponent() -> None:
     """Two sensors near each other and little loss: the wave hardly decays, and the fit says so."""
     chain = hl.Chain([BEAD] * 20, BEAD, 0.5)

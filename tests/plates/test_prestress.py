@@ -114,6 +114,16 @@ def test_a_stress_beyond_yield_is_told(
         recwarn.clear()
 
 
+def test_plies_share_the_stress_so_the_struck_one_tells_nothing(recwarn: pytest.WarningsRecorder) -> None:
+    """A coat that yields at 20 MPa on steel under 50 MPa bears less than 1 MPa, as 3 GPa are to 193 GPa."""
+    coat = hl.Material(3e9, 0.3, 1200.0, "coat", 20e6)
+    plies = [hl.laminates.Ply(one, thick) for one, thick in ((coat, 2e-4), (hl.STEEL_316, 2e-3), (coat, 2e-4))]
+    held = hl.Supports(*["clamped"] * 4)
+    stress = hl.laminates.Prestress(xx=50e6 * 2e-3)
+    hl.kirchhoff_plate(SIDE, SIDE, None, hl.laminates.Laminate(plies), held, additions=[stress])
+    assert not [one for one in recwarn if "yield" in str(one.message)]
+
+
 def test_no_prestress_is_the_plain_plate() -> None:
     at = SIDE / 2.0, SIDE / 2.0
     for kind in ("kirchhoff", "mindlin", "panel"):
