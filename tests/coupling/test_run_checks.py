@@ -78,6 +78,7 @@ def test_a_loss_inside_beads_in_another_unit() -> None:
     loss = hl.damping.Rayleigh(stiffness_time=1e-2)
     chain = hl.DeformableChain([BEAD] * 3, BEAD, 0.44, damping=loss, dissipation=hl.LinearDashpot(5.0))
     moving = moving_chain(chain, None)
+    assert not moving.strongest_loss[1]  # asked for before the times, which it must not change
     (finding,) = check_before([moving], 1e-5)
     fastest = max(moving.shapes[1].frequencies)
     ratio = moving.contact_time * 1e-2 * fastest**2
@@ -284,6 +285,8 @@ def test_a_law_that_was_computed_for_other_bodies(name: str) -> None:
         if own == BEAD and bead == TWICE:
             assert "that of contact 1" in lines[0]
             assert "is 1.41 times theirs" in lines[0]
+    later = hl.CoSimulation(hl.Chain([own, own, TWICE], own, 1e-3, law=law), WALL).run(2e-6)
+    assert "that of contact 3 " in "".join(found(later, "contact law"))
     by_pair = hl.Chain(
         [BEAD, TWICE], BEAD, 1e-3, law=lambda one, other: law if one == other == own else hl.contact_law(one, other)
     )

@@ -97,6 +97,7 @@ def test_finer_cells_say_the_same(parallel: ComputedLaw) -> None:
 def test_sphere_is_that_of_the_axisymmetric_law() -> None:
     """The same physics on another mesh and by other elements: within 1 %, the scatter included."""
     law = contact_law_solid(SPHERE, max_approach=10e-6, spacing=20e-6)
+    assert law.formula == pytest.approx(float(hl.contact_law(SPHERE, SPHERE).force(np.array(law.approaches[-1]))))
     approaches = np.geomspace(4e-6, 10e-6, 20)
     assert law.force(approaches) == pytest.approx(
         contact_law_fem(SPHERE, max_approach=10e-6).force(approaches), rel=0.01

@@ -82,6 +82,12 @@ def test_restitution_falls_as_in_hardness_tests_too() -> None:
     assert np.all(fitted > thornton)
 
 
+def test_an_improbable_strength_is_told_once(recwarn: pytest.WarningsRecorder) -> None:
+    """By the law, not by the material that borrows it."""
+    assert hl.laws.Thornton(301.5).contact(HARD, HARD) is not None
+    assert [str(one.message).partition(" = ")[0] for one in recwarn] == ["Thornton yield_strength"]
+
+
 def test_thorntons_curve() -> None:
     """F_y = π³R²p_y³/6E*², the straight line, and R_p F* = R F_e with the residual overlap that follows."""
     found = contact(hl.laws.Thornton())

@@ -314,6 +314,8 @@ def test_round_faces_can_be_struck() -> None:
         ((1.0, -1.0), 0.0, None),
         ((0.0, 0.0), 0.0, None),
         ((0.5, 0.5), 1.0, "16.7"),
+        ((0.0, 0.0), 4.9, None),
+        ((1.0, 1.0), 27.0, None),
     ],
 )
 def test_the_curvature_of_the_mesh_is_told_where_another_is_given(
@@ -327,6 +329,14 @@ def test_the_curvature_of_the_mesh_is_told_where_another_is_given(
     found = [str(one.message) for one in recwarn if "curvature" in str(one.message)]
     assert len(found) == (told is not None)
     assert all(f"solid curvature = {given:g}: the surface of the mesh has {told} 1/m" in one for one in found)
+
+
+def test_corners_on_one_side_tell_the_mean_curvature_too() -> None:
+    """Of a round ridge, where more of them lie along it than across: a paraboloid of revolution would miss it."""
+    mesh = box("hexahedron", cells=6)
+    mesh.points[:, 2] *= 1.0 - (mesh.points[:, 0] - TOP[0]) ** 2 / (2.0 * 0.03 * SIDE)
+    with pytest.warns(hl.HertzlinkWarning, match="the surface of the mesh has 16.7 1/m"):
+        solid(mesh, hl.NYLON, (TOP[0], 0.48 * SIDE, SIDE), patch_radius=0.8 * WIDE)
 
 
 def test_far_side_of_a_plate_is_not_pushed() -> None:
