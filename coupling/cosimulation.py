@@ -197,7 +197,7 @@ class CoSimulation:
         with nullcontext() if checkpoint is None else locked(checkpoint):
             keeper = None
             if checkpoint is not None:
-                keeper = Keeper(checkpoint, given, self.interface, plan.length, self.scheme.repeats, trust)
+                keeper = Keeper(checkpoint, given, self.interface, plan.length, plan.stride, self.scheme.repeats, trust)
             frames = Frames(self.interface, plan.rows)
             filled, kept = (frames, keeper) if clock is None else (clock.watch(frames), clock.watch(keeper))
             Work(self.interface, self.scheme, self.window, plan, filled, kept, clock).do()

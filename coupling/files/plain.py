@@ -122,7 +122,7 @@ def fits(found: Any, like: Any) -> bool:
         return same and all(fits(*pair) for pair in zip(found, like, strict=True))
     if isinstance(like, int):
         return isinstance(found, int | np.integer) and bool(found >= 0)
-    return isinstance(found, int | float | np.number)
+    return isinstance(found, int | float | np.integer | np.floating)
 
 
 class _Writer:

@@ -23,7 +23,7 @@ from coupling.interface import Interface
 from coupling.participant import BlackBox
 from coupling.recording.frames import Counts, Frames
 from coupling.results.provenance import as_text, differences, versions
-from coupling.state import CoupledState, Differences, Ledger, Node
+from coupling.state import REMEMBERED, CoupledState, Differences, Ledger, Node
 from particles import kernels
 from particles.moving import ChainState
 from structures.stepping import StructureState
@@ -61,9 +61,10 @@ log = logging.getLogger("hertzlink.checkpoint")
 class Keeper:
     """Keeps the checkpoint of one run.
 
-    given: the run's input as plain data. length, s: of a substep. repeats: whether its scheme repeats windows. trust:
-    whether a participant's state may be a pickle. Raises ValueError where the file is no checkpoint, is damaged, or
-    belongs to another run; it is left as it is; and where a participant's state is no plain data without trust.
+    given: the run's input as plain data. length, s: of a substep. stride: substeps of a saved time. repeats:
+    whether its scheme repeats windows. trust: whether a participant's state may be a pickle. Raises ValueError
+    where the file is no checkpoint, is damaged, or belongs to another run; it is left as it is; and where a
+    participant's state is no plain data without trust.
     """
 
     def __init__(
@@ -72,6 +73,7 @@ class Keeper:
         given: Mapping[str, Any],
         interface: Interface,
         length: float,
+        stride: int,
         repeats: bool,
         trust: bool = False,
     ) -> None:
@@ -88,7 +90,7 @@ class Keeper:
         self._check_states(interface, [*zip(starts, ends, strict=True)])
         sums = _sums(interface, answer)
         self.run = as_text({**given, "dt": interface.chains[0].dt, "versions": versions(), **sums})
-        self.last, self.pause = monotonic(), INTERVAL
+        self.stride, self.last, self.pause = stride, monotonic(), INTERVAL
         self.kept: dict[str, Any] | None = self._read()
 
     def begin(self, frames: Frames, progress: Any) -> Any:
@@ -103,9 +105,11 @@ class Keeper:
             return progress
         kept, self.kept = self.kept, None
         try:
-            if not 0 <= kept["row"] < frames.rows or not _fits(kept["progress"], progress):
+            row, (state, done, *_) = kept["row"], kept["progress"]
+            ended = done if isinstance(state, kernels.Run) else done // self.stride
+            if not 0 <= row == ended < frames.rows or not _fits(kept["progress"], progress):
                 raise ValueError
-            frames.restore(kept["row"], kept["frames"])
+            frames.restore(row, kept["frames"])
         except (AttributeError, LookupError, TypeError, ValueError):
             raise ValueError(f"{self.name}: {MISFIT}") from None
         log.info("%s: continues after saved time %d of %d", self.name, kept["row"], frames.rows - 1)
@@ -258,13 +262,27 @@ def _whole_path(path: str | os.PathLike[str]) -> Path:
 def _fits(found: Any, like: Any) -> bool:
     """Whether progress from a file can continue a run that starts from `like`: compiled loops check no bounds.
 
-    The states of participants and the memories of schemes, which no compiled loop takes, may have any form.
+    The states of users' participants and the memories of schemes in Python, which no compiled loop takes, may have any
+    form.
     """
     if not isinstance(like[0], CoupledState):
-        return plain.fits(found, like)
-    states = found[0], like[0]
-    parts = [tuple(getattr(one, name) for name in ("time", "chains", "surface", "force", "ledger")) for one in states]
-    return isinstance(found[0], CoupledState) and plain.fits((*parts[0], *found[1:]), (*parts[1], *like[1:]))
+        return plain.fits(found, like) and _within_bounds(found[0])
+    if not isinstance(found[0], CoupledState):
+        return False
+    now, start = found[0], like[0]
+    if not isinstance(now.past, tuple) or len(now.past) > REMEMBERED:
+        return False
+    start = start._replace(past=(Node(0.0, 0.0, start.surface, start.force),) * len(now.past))
+    both = [(one._replace(structures=(), memory=()), *rest) for one, *rest in ((now, *found[1:]), (start, *like[1:]))]
+    return type(now.structures) is tuple and len(now.structures) == len(start.structures) and plain.fits(*both)
+
+
+def _within_bounds(run: kernels.Run) -> bool:
+    """Whether the numbers by which the compiled loop counts stay within its arrays."""
+    rows, (nodes, *tried) = run.remembered[:, 0], run.counts
+    most = run.memory.shape[2]
+    counted = bool(np.all((rows >= 0) & (rows <= most) & (rows == np.floor(rows))))
+    return counted and 0 <= nodes <= len(run.node_time) and min(tried) >= 0
 
 
 def _sum_of_rest(file: Any) -> bytes:

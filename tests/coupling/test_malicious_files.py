@@ -19,6 +19,7 @@ import hertzlink as hl
 from coupling.files import plain, writing
 from coupling.ports import fmu_content
 from coupling.recording import checkpoint
+from coupling.state import Node
 from structures.mesh_reading import read_mesh
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
@@ -43,8 +44,9 @@ def marker(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("elsewhere") / "marker"
 
 
-def run(path: Path, structure: Any = ROD, **keywords: Any) -> Any:
-    return hl.CoSimulation(CHAIN, structure, window=2e-6).run(2e-5, 4e-6, checkpoint=path, **keywords)
+def run(path: Path, structure: Any = ROD, scheme: Any = None, **keywords: Any) -> Any:
+    simulation = hl.CoSimulation(CHAIN, structure, scheme or hl.Condensed(), window=2e-6, substeps=1)
+    return simulation.run(2e-5, 4e-6, checkpoint=path, **keywords)
 
 
 def with_sum(head: bytes, rest: bytes) -> bytes:
@@ -52,9 +54,9 @@ def with_sum(head: bytes, rest: bytes) -> bytes:
     return head + hashlib.sha256(rest).hexdigest().encode() + b"\n" + rest
 
 
-def crafted(path: Path, change: Callable[[dict[str, Any]], Any], structure: Any = ROD) -> None:
+def crafted(path: Path, change: Callable[[dict[str, Any]], Any], structure: Any = ROD, scheme: Any = None) -> None:
     """A finished run's checkpoint with another tree, and the right sum."""
-    run(path, structure)
+    run(path, structure, scheme)
     rest = path.read_bytes()[len(checkpoint.HEAD) + checkpoint.SUM :]
     given, data = rest.split(b"\n", 1)
     kept = plain.from_bytes(data, checkpoint.OWN_TYPES)
@@ -129,30 +131,77 @@ def test_a_checkpoint_with_arrays_that_cannot_be(tmp_path: Path, header: Any) ->
         run(path)
 
 
-def _shorter_chain(kept: dict[str, Any]) -> Any:
-    (y, *rest), row = kept["progress"]
-    return {**kept, "progress": ((y[:1], *rest), row)}
+Progress = tuple[Any, ...]
 
 
-def _row_before_the_first(kept: dict[str, Any]) -> Any:
-    return {**kept, "row": 0, "frames": [a[..., :1] for a in kept["frames"]], "progress": (kept["progress"][0], -9)}
+def _shorter_chain(row: int, progress: Progress) -> tuple[int, Progress]:
+    (y, *rest), done = progress
+    return row, ((y[:1], *rest), done)
 
 
-def _row_behind_the_last(kept: dict[str, Any]) -> Any:
-    return {**kept, "row": 10**9}
+def _other_count(name: str, place: Any, value: float) -> Callable[[int, Progress], tuple[int, Progress]]:
+    """A number of the compiled loop's state is another."""
+
+    def change(row: int, progress: Progress) -> tuple[int, Progress]:
+        getattr(progress[0], name)[place] = value
+        return row, progress
+
+    return change
 
 
-def _other_frames(kept: dict[str, Any]) -> Any:
-    return {**kept, "frames": [np.zeros(1)] * len(kept["frames"])}
+def _replaced(**fields: Any) -> Callable[[int, Progress], tuple[int, Progress]]:
+    """The state of the loop in Python has another field."""
+    return lambda row, progress: (row, (progress[0]._replace(**fields), *progress[1:]))
 
 
-@pytest.mark.parametrize("change", [_shorter_chain, _row_before_the_first, _row_behind_the_last, _other_frames])
-def test_a_checkpoint_that_would_lead_a_compiled_loop_beyond_its_arrays(tmp_path: Path, change: Any) -> None:
+LEADS_ASTRAY = [
+    (hl.Condensed(), _shorter_chain),
+    (hl.Condensed(), lambda row, progress: (0, (progress[0], -9))),
+    (hl.Condensed(), lambda row, progress: (10**9, progress)),
+    (hl.Condensed(), lambda row, progress: (row, (progress[0], 10**9))),
+    (hl.Condensed(), _other_count("counts", 0, 10**9)),
+    (hl.Condensed(), _other_count("counts", 1, -(10**9))),
+    *[(hl.IQN_ILS(), _other_count("remembered", (0, 0), many)) for many in (1e7, 1e3, -1e7, 0.5, np.nan, np.inf)],
+    (hl.Explicit(), lambda row, progress: (row, (progress[0], 10**9, *progress[2:]))),
+    (hl.Explicit(), _replaced(time=1j)),
+    (hl.Explicit(), _replaced(piece=-1)),
+    (hl.Explicit(), _replaced(past=(Node(0.0, 1e-6, np.zeros(9), np.zeros(1)),))),
+    (hl.Explicit(), _replaced(past=(Node(0.0, 1e-6, np.zeros(1), np.zeros(1)),) * 9)),
+    (hl.Explicit(), _replaced(chains=())),
+]
+
+
+@pytest.mark.parametrize(("scheme", "change"), LEADS_ASTRAY)
+def test_a_checkpoint_that_would_lead_a_compiled_loop_beyond_its_arrays(
+    tmp_path: Path, scheme: Any, change: Any
+) -> None:
     """Compiled loops check no bounds: what does not fit the run never reaches them."""
     path = tmp_path / "kept"
-    crafted(path, lambda kept: plain.to_bytes(change(kept), checkpoint.OWN_TYPES), REDUCED)
+
+    def changed(kept: dict[str, Any]) -> bytes:
+        row, progress = change(kept["row"], kept["progress"])
+        frames = [a[..., : row + 1] for a in kept["frames"]] if row == 0 else kept["frames"]
+        return plain.to_bytes({"row": row, "frames": frames, "progress": progress}, checkpoint.OWN_TYPES)
+
+    crafted(path, changed, REDUCED, scheme)
     with pytest.raises(ValueError, match=r"kept': does not fit this run; remove it to begin anew"):
-        run(path, REDUCED)
+        run(path, REDUCED, scheme)
+
+
+@pytest.mark.parametrize("scheme", [hl.Condensed(), hl.IQN_ILS(), hl.Explicit()])
+def test_a_checkpoint_with_other_frames_does_not_fit(tmp_path: Path, scheme: Any) -> None:
+    """The same file with its own frames is read."""
+    path = tmp_path / "kept"
+    crafted(path, lambda kept: plain.to_bytes(kept, checkpoint.OWN_TYPES), REDUCED, scheme)
+    assert run(path, REDUCED, scheme).sizes["time"] == 6
+
+    def other(kept: dict[str, Any]) -> bytes:
+        frames = [np.zeros(1)] * len(kept["frames"])
+        return plain.to_bytes({**kept, "frames": frames}, checkpoint.OWN_TYPES)
+
+    crafted(path, other, REDUCED, scheme)
+    with pytest.raises(ValueError, match=r"kept': does not fit this run; remove it to begin anew"):
+        run(path, REDUCED, scheme)
 
 
 def test_a_link_that_lies_where_a_file_is_made_is_not_followed(tmp_path: Path, monkeypatch: Any, marker: Path) -> None:
