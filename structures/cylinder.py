@@ -26,7 +26,7 @@ from structures.elasticity import (
     shear_speed,
 )
 from structures.field import Field
-from structures.patch_mesh import CELL_GROWTH, DEFAULT_CELLS, PATCH_DIVISOR, about_patch, check_size, graded
+from structures.patch_mesh import DEFAULT_CELLS, PATCH_DIVISOR, about_corner, about_patch, check_size, graded
 from structures.plausible import likely
 from structures.rod import Layer
 from structures.structure import Structure, Vector
@@ -49,7 +49,8 @@ def layered_cylinder(
 ) -> Structure:
     """A cylinder of bonded layers of equal radius, struck on the axis of the free face of the first layer.
 
-    Linear elasticity of a body of revolution: quadratic elements graded towards the contact, consistent mass.
+    Linear elasticity of a body of revolution, consistent mass. The quadratic elements are graded towards the contact,
+    the rim, the interfaces and the base.
 
     Parameters
     ----------
@@ -84,7 +85,7 @@ def layered_cylinder(
     Notes
     -----
     Half or twice the patch radius changes amplitude ratios by less than 0.2 % (steel, PTFE, steel on PTFE), also with a
-    dashpot at the contact. Twice as many cells change them by 0.1 %.
+    dashpot at the contact. Twice as many cells change the ratio of the primary wave by less than 0.05 %.
 
     References
     ----------
@@ -202,28 +203,27 @@ def _patch_radius(given: float | None, layers: list[Layer], frequency: float) ->
 
 
 def _nodes_across(layers: list[Layer], patch: float, frequency: float, cells: int) -> Vector:
-    """Nodes in r, m: fine on the patch, finest at its edge, which is one of them."""
-    coarsest = min(shear_speed(layer.material) for layer in layers) / frequency / cells
+    """Nodes in r, m: fine on the patch and finest at its edge, which is a node; fine at the rim."""
+    coarsest, radius = min(shear_speed(layer.material) for layer in layers) / frequency / cells, layers[0].radius
 
     def size(r: Vector) -> Vector:
-        return np.minimum(about_patch(r - patch, patch, cells), coarsest)
+        about_both = np.minimum(about_patch(r - patch, patch, cells), about_corner(radius - r, radius, cells))
+        return np.minimum(about_both, coarsest)
 
-    radius = layers[0].radius
     inside = graded(0.0, patch, size)
     return inside if patch == radius else np.append(inside[:-1], graded(patch, radius, size))
 
 
 def _nodes_along(layers: list[Layer], patch: float, frequency: float, cells: int) -> Vector:
-    """Nodes in z, m: finest at the struck face, finer towards the faces of layers, which are nodes."""
+    """Nodes in z, m: fine at the struck face, the interfaces and the base, which are nodes."""
     faces, parts = _faces(layers), []
     for layer, (start, end) in zip(layers, pairwise(faces), strict=True):
         coarsest = shear_speed(layer.material) / frequency / cells
 
         def size(z: Vector, coarsest: float = coarsest) -> Vector:
             nearest = np.abs(z - faces[1:, None]).min(axis=0)
-            about_faces = layers[0].radius / cells + CELL_GROWTH / cells * nearest
-            smallest: Vector = np.minimum(about_patch(z, patch, cells), np.minimum(about_faces, coarsest))
-            return smallest
+            about_both = np.minimum(about_patch(z, patch, cells), about_corner(nearest, layers[0].radius, cells))
+            return np.minimum(about_both, coarsest)
 
         parts.append(graded(start, end, size)[:-1])
     return np.append(np.concatenate(parts), faces[-1])

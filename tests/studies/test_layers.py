@@ -105,13 +105,13 @@ def test_equations() -> None:
 
 
 def test_a_layer_that_may_widen_makes_the_cylinder_a_rod() -> None:
-    """A thin layer of PTFE bonded to steel and base is stiffer than a rod's: 0.511 for 0.453; with ν = 0 it is not."""
+    """A thin layer of PTFE bonded to steel and base is stiffer than a rod's: 0.507 for 0.453; with ν = 0 it is not."""
     layers = upper_layer.two_layers(6.35e-3, 9.52e-3)
     free = [layers[0], replace(layers[1], material=replace(hl.PTFE, poisson_ratio=0.0))]
     bodies = struck.slender(layers), struck.solid(layers), struck.solid(free)
     found = [hl.amplitude_ratio(hl.CoSimulation(struck.chain(), body).run(1.5e-3), 7).item() for body in bodies]
     assert found[0] == pytest.approx(0.453, abs=1e-3)
-    assert found[1] == pytest.approx(0.511, abs=1e-3)
+    assert found[1] == pytest.approx(0.507, abs=1e-3)
     assert found[2] == pytest.approx(found[0], abs=1e-3)
 
 
