@@ -146,11 +146,14 @@ class BlackBox:
                 raise RuntimeError(f"{error}, {note}") from error
             error.add_note(note)
             raise
+        # An array of two numbers is a state, not a pair.
+        if not isinstance(returned, tuple | list) or len(returned) != 2:
+            raise self._wrong(returned)
+        state, surface = returned
         try:
-            state, surface = returned
             place = np.array(surface)
-        except (TypeError, ValueError) as error:
-            raise self._wrong(returned) from error
+        except (TypeError, ValueError):
+            raise self._wrong(returned) from None
         if place.dtype.kind not in "iuf" or place.shape != np.shape(force):
             raise self._wrong(returned)
         if not (abs(place) <= LARGEST_DISPLACEMENT).all():

@@ -2,35 +2,57 @@
 
 import inspect
 import re
-from collections.abc import Iterator
 from functools import cache
 from typing import Any
 
+from hertzlink._hints import hinting
 from hertzlink._rooms import ROOMS
+
+OURS = (*ROOMS, "hertzlink")
 
 LINE = 80
 """Columns; a longer signature is written with one parameter a line."""
 
 
-def name_for_users(value: Any, package: str, name: str) -> None:
-    """Give a public function or class the module and name that a user types, and a readable signature."""
-    if callable(value) and value.__module__.partition(".")[0] in (*ROOMS, "hertzlink"):
-        value.__module__, value.__name__, value.__qualname__ = package, name, name
-        for function in _functions(value):
-            function.__signature__ = ShortSignature.of(function)
+def for_users(value: Any, package: str, name: str) -> Any:
+    """What a user gets: of a public function a wrapper that names a right argument, all else as it is.
+
+    The packages call their functions without it.
+    """
+    if not inspect.isfunction(value) or value.__module__.partition(".")[0] not in OURS:
+        return value
+    wrapper = _hinting(value, f"{package}.{name}".removeprefix("hertzlink."))
+    wrapper.__module__, wrapper.__name__, wrapper.__qualname__ = package, name, name
+    return wrapper
 
 
-def _functions(value: Any) -> Iterator[Any]:
-    """The function itself, or the public functions and the initializer of a class that the packages define."""
-    if not inspect.isclass(value):
-        yield value
+def name_class(value: Any, package: str, name: str) -> None:
+    """Give a public class the module and name that a user types; its methods name a right argument."""
+    if not inspect.isclass(value) or value.__module__.partition(".")[0] not in OURS:
         return
-    for name, member in vars(value).items():
+    for kind in value.__mro__:
+        if kind.__module__.partition(".")[0] in OURS and not getattr(kind, "_is_protocol", False):
+            _hint_in(kind, name)
+    value.__module__, value.__name__, value.__qualname__ = package, name, name
+
+
+def _hint_in(kind: Any, name: str) -> None:
+    """Wrap the initializer and the public methods that a class defines."""
+    for called, member in list(vars(kind).items()):
         function = getattr(member, "__func__", member)
-        if not inspect.isfunction(function) or (name.startswith("_") and name not in ("__init__", "__new__")):
+        if not inspect.isfunction(function) or hasattr(function, "__wrapped__"):
             continue
-        if function.__module__.partition(".")[0] in ROOMS or (name == "__new__" and issubclass(value, tuple)):
-            yield function
+        if called in ("__init__", "__new__"):
+            setattr(kind, called, _hinting(function, name, method=True))
+        elif not called.startswith("_"):
+            wrapper = _hinting(function, f"{name}.{called}", not isinstance(member, staticmethod))
+            setattr(kind, called, wrapper if member is function else type(member)(wrapper))
+
+
+def _hinting(function: Any, name: str, method: bool = False) -> Any:
+    wrapper: Any = hinting(function, name, method)
+    wrapper.__signature__ = ShortSignature.of(function)
+    return wrapper
 
 
 class ShortParameter(inspect.Parameter):

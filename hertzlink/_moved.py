@@ -1,9 +1,9 @@
-"""New places of the public names that moved in this version, and the nearest name to a misspelt one, for messages."""
+"""New places of the public names that moved, and what a name that hertzlink does not have may mean, for messages."""
 
 import sys
-from difflib import get_close_matches
 from importlib.util import find_spec
 
+from hertzlink._hints import meant
 from hertzlink._names import PUBLIC, namespaces
 
 IMPORTER = "importlib._bootstrap"
@@ -99,30 +99,67 @@ MOVED = {
     "zener_restitution": "zener.restitution",
 }
 
+OTHER_NAMES = {
+    "AR": "amplitude_ratio",
+    "TOF": "time_of_flight",
+    "animate": "views.animation",
+    "bead": "Sphere",
+    "cosim": "CoSimulation",
+    "energy": "energy_error",
+    "force": "sensor_force",
+    "invert": "identify",
+    "plate": "kirchhoff_plate",
+    "plot": "plots.traces",
+    "read_csv": "read_signal",
+    "read_trace": "read_signal",
+    "run": "CoSimulation",
+    "save_plot": "plots.report",
+    "simulate": "CoSimulation",
+    "trace": "plots.traces",
+    "wall": "half_space",
+}
+"""What users call a public name."""
 
-def missing(name: str) -> Exception:
-    """The error for a name that hertzlink does not have.
+ELSEWHERE = {
+    "load": 'a saved run is opened with xarray.load_dataset("run.nc")',
+    "save": 'a run is saved with run.to_netcdf("run.nc")',
+    "read_case": "a case file is run with `hertzlink run case.toml`; hertzlink.from_input makes a case of a run",
+}
+ELSEWHERE |= dict.fromkeys(("open", "read", "load_run", "open_run", "read_run", "load_dataset"), ELSEWHERE["load"])
+ELSEWHERE |= dict.fromkeys(("write", "save_run", "to_netcdf", "export", "dump"), ELSEWHERE["save"])
+ELSEWHERE |= dict.fromkeys(("load_case", "open_case", "case", "run_case", "from_toml"), ELSEWHERE["read_case"])
+"""What hertzlink leaves to others, and how it is done."""
+
+
+def missing(name: str, space: str = "") -> Exception:
+    """The error for a name that hertzlink, or a namespace of it, does not have.
 
     `from hertzlink import name` replaces an AttributeError by an ImportError without its message, so it gets an
     ImportError; unless a module of this name can still be imported.
     """
-    hint = _hint(name)
+    hint, module = _hint(name, space), f"hertzlink.{space}".rstrip(".")
     importing = sys._getframe(2).f_globals.get("__name__") == IMPORTER
-    if importing and not name.startswith("__") and find_spec(f"hertzlink.{name}") is None:
-        return ImportError(f"cannot import name {name!r} from 'hertzlink'{hint}", name="hertzlink")
+    if importing and not name.startswith("__") and find_spec(f"{module}.{name}") is None:
+        return ImportError(f"cannot import name {name!r} from {module!r}{hint}", name=module)
     # Without `obj` Python would add a suggestion of its own, which may be another name.
-    return AttributeError(f"module 'hertzlink' has no attribute {name!r}{hint}", name=name, obj=None)
+    return AttributeError(f"module {module!r} has no attribute {name!r}{hint}", name=name, obj=None)
 
 
-def _hint(name: str) -> str:
-    """Where the name is now, or the nearest one; upper and lower case count the same."""
-    if name in MOVED:
-        return f"; it is now hertzlink.{MOVED[name]}"
+def _hint(name: str, space: str) -> str:
+    """Where the name is now, what is meant by it, or the nearest one; upper and lower case count the same."""
     if name.startswith("_"):
         return ""
+    inner = meant(name, namespaces()[space], {}) if space else None
+    if inner:
+        return f"; did you mean hertzlink.{space}.{inner}?"
+    if name in MOVED:
+        return f"; it is now hertzlink.{MOVED[name]}"
+    if name.lower() in ELSEWHERE:
+        return f"; {ELSEWHERE[name.lower()]}"
     places = {old.lower(): place for old, place in MOVED.items()}
-    for space, inner in namespaces().items():
-        places |= {known.lower(): f"{space}.{known}" for known in inner}
-    places |= {one.lower(): one for one in PUBLIC}
-    near = get_close_matches(name.lower(), places, n=1)
-    return f"; did you mean hertzlink.{places[near[0]]}?" if near else ""
+    for outer, names in namespaces().items():
+        places |= {known.lower(): f"{outer}.{known}" for known in names}
+    places |= {public.lower(): public for public in PUBLIC}
+    places |= {usual.lower(): place for usual, place in OTHER_NAMES.items()}
+    near = meant(name, places, {})
+    return f"; did you mean hertzlink.{places[near]}?" if near else ""

@@ -6,7 +6,7 @@ pickles.
 
 import ast
 import sys
-from functools import cache
+from functools import cache, partial
 from importlib import import_module
 from importlib.util import LazyLoader, find_spec, module_from_spec
 from pathlib import Path
@@ -48,24 +48,34 @@ def _unnamed() -> dict[tuple[str, str], Place]:
 
 
 def load(name: str) -> object:
-    """What a public name means, and names for users for all that was loaded with it."""
+    """What a public name means, with hints for its users, and names for users for all that was loaded with it."""
+    from hertzlink._help import for_users
+
     place = PUBLIC[name]
-    if place.module == PACKAGE:
-        value: object = import_module(f"{PACKAGE}.{place.name}")
-    else:
-        value = getattr(import_module(place.module), place.name)
+    value: object = import_module(f"{place.module}.{name}" if place.module == PACKAGE else place.module)
     name_loaded()
+    if place.module != PACKAGE:
+        return for_users(getattr(value, place.name), PACKAGE, name)
+    names = vars(value)
+    names.update({inner: for_users(names[inner], f"{PACKAGE}.{name}", inner) for inner in namespaces()[name]})
+    names["__getattr__"] = partial(_no_such_name, space=name)
     return value
 
 
+def _no_such_name(name: str, space: str) -> object:
+    from hertzlink._moved import missing
+
+    raise missing(name, space)
+
+
 def name_loaded() -> None:
-    """Give what is public, and loaded, the module and name that a user types, and a readable signature."""
-    from hertzlink._help import name_for_users
+    """Give each public class that is loaded the module and name that a user types, and readable signatures."""
+    from hertzlink._help import name_class
 
     for public, place in list(_unnamed().items()):
         loaded = vars(sys.modules[place.module]) if place.module in sys.modules else {}
         if place.name in loaded:
-            name_for_users(loaded[place.name], *public)
+            name_class(loaded[place.name], *public)
             _unnamed().pop(public, None)
             _stand_in(public[0])
 

@@ -7,7 +7,8 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel, Tag, ValidationError
 from pydantic_core import ErrorDetails
 
-from hertzlink.cases.faults import Fault, nearest
+from hertzlink._hints import nearest
+from hertzlink.cases.faults import Fault
 from hertzlink.cases.model import CaseModel
 from hertzlink.cases.parts import hint_of
 from hertzlink.cases.paths import Path

@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Mapping
-from difflib import get_close_matches
 
 from hertzlink.cases.paths import Path, written
 
@@ -22,15 +21,6 @@ class Fault(ValueError):
 
 class CaseError(ValueError):
     """A fault with its place: `case.toml:12: structure.thickness: must be ...`, complete as it stands."""
-
-
-def nearest(word: object, choices: list[str], many: int = 12) -> str:
-    """The end of a message: the nearest choice, or all of them where none is near."""
-    lower = {one.lower(): one for one in choices}
-    near = get_close_matches(str(word).lower(), lower, n=1, cutoff=0.6)
-    if near:
-        return f"did you mean {lower[near[0]]}?"
-    return f"must be one of {', '.join(choices)}" if len(choices) <= many else "see `hertzlink schema`"
 
 
 def fault_of(message: str, names: Mapping[str, Path], path: Path = ()) -> Fault:

@@ -7,7 +7,8 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag, ValidationInfo
 
-from hertzlink.cases.faults import Fault, fault_of, nearest
+from hertzlink._hints import nearest
+from hertzlink.cases.faults import Fault, fault_of
 from hertzlink.cases.paths import Path
 from hertzlink.cases.units import Unit, fault
 from plates.laminate import OrthotropicMaterial
@@ -54,6 +55,10 @@ class Part(BaseModel):
         """All names in messages of hertzlink, and their paths."""
         return {name: (name,) for name in type(self).model_fields} | dict(self.named)
 
+    def fault(self, message: str) -> Fault:
+        """The fault of this part that a message of hertzlink's is about."""
+        return fault_of(message, self.names())
+
     def make(self, world: World) -> Any:
         """The object of hertzlink's."""
         raise NotImplementedError
@@ -68,10 +73,9 @@ def made(part: Part, world: World, path: Path) -> Any:
     """What a part makes; a Fault at its path, or at the entry that the message names, where hertzlink refuses it."""
     try:
         return part.make(world)
-    except Fault as inner:
-        raise Fault((*path, *inner.path), inner.reason, inner.value) from None
     except ValueError as error:
-        raise fault_of(str(error), part.names(), path) from error
+        inner = error if isinstance(error, Fault) else part.fault(str(error))
+        raise Fault((*path, *inner.path), inner.reason, inner.value) from error
 
 
 class OwnMaterial(Part):
@@ -207,6 +211,14 @@ class Round(Part):
 
     radius: Length | None = None
     diameter: Length | None = None
+
+    def fault(self, message: str) -> Fault:
+        """The fault; of a radius at the diameter, where that stands in the case."""
+        found = super().fault(message)
+        if self.diameter is None or found.path != ("radius",):
+            return found
+        reason = f"{self.diameter!r}: half of it{found.reason.removeprefix(found.value)}"
+        return Fault(("diameter",), reason, repr(self.diameter))
 
     def its_radius(self) -> float:
         """m."""

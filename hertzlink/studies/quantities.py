@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterable
 from decimal import Decimal
 
-from hertzlink.cases.faults import nearest
+from hertzlink._hints import nearest
 from structures.material import MATERIALS, Material
 
 READABLE = {"m": ("mm", 1e3), "s": ("ms", 1e3), "Pa": ("GPa", 1e-9)}

@@ -152,6 +152,7 @@ ANSWERS = {
     "a function": lambda state, place: (state, lambda: place),
     "no state": lambda state, place: place,
     "more than two": lambda state, place: (state, place, 0.0),
+    "a state alone": lambda state, place: np.array(state),
     "None alone": lambda state, place: None,
 }
 

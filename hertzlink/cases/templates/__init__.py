@@ -6,9 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
+from hertzlink._hints import nearest
 from hertzlink.cases.again import case_again
 from hertzlink.cases.case import Case
-from hertzlink.cases.faults import CaseError, nearest
+from hertzlink.cases.faults import CaseError
 
 KINDS = (
     "chain", "deformable", "two-chains", "rod", "layered-rod", "cylinder", "wall", "plate", "thick-plate", "laminate",

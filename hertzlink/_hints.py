@@ -1,0 +1,141 @@
+"""Hints for wrong guesses: of arguments, of entries of case files, and of public names."""
+
+import inspect
+from collections.abc import Callable, Collection, Mapping
+from difflib import get_close_matches
+from functools import wraps
+from typing import Any
+
+OTHER_WORDS = {
+    "at": "position place x",
+    "base": "boundary bc support bottom end",
+    "beads": "n number count spheres particles bead n_beads",
+    "bending_stiffness": "ei flexural_rigidity",
+    "calibration": "gain sensitivity scale",
+    "coefficient": "c damping dashpot viscosity e value",
+    "density": "rho mass_density",
+    "dissipation": "damping dashpot loss losses viscosity restitution",
+    "distance": "x d edge_distance",
+    "dt": "time_step timestep step",
+    "edge": "support boundary bc",
+    "gravity": "g",
+    "height": "h drop_height",
+    "highest_frequency": "f_max fmax frequency max_frequency bandwidth",
+    "impact_speed": "velocity speed v v0 drop_height height striker_speed initial_velocity",
+    "inclination": "angle tilt",
+    "inner_radius": "inner_diameter thickness wall wall_thickness",
+    "length": "l a height thickness h",
+    "mass": "m",
+    "material": "mat",
+    "path": "file filename output",
+    "poisson_ratio": "nu poisson poissons_ratio",
+    "preload": "precompression static_force",
+    "radius": "diameter r d size",
+    "radii": "diameters",
+    "run": "data result signal",
+    "save_every": "output_step sample_every sampling dt_out",
+    "sensor": "bead position channel",
+    "sensors": "sensor beads bead channels channel columns column",
+    "stiffness": "k",
+    "striker": "impactor projectile hammer",
+    "structure": "wall plate rod body target",
+    "supports": "boundary boundary_conditions bc edges edge support",
+    "thickness": "t h",
+    "time": "t",
+    "until": "duration time t t_end tend t_max tmax end end_time stop total_time",
+    "width": "w b",
+    "yield_strength": "sigma_y yield_stress strength yield",
+    "youngs_modulus": "e modulus young youngs elastic_modulus young_modulus stiffness",
+}
+"""What users call an argument or an entry that has another name here; names in lower case, the first one that is
+there counts.
+"""
+
+CONVERTED = {
+    ("diameter", "radius"): "half the diameter",
+    ("d", "radius"): "half the diameter",
+    ("inner_diameter", "inner_radius"): "half of it",
+    ("diameters", "radii"): "half of each",
+    ("drop_height", "impact_speed"): "drop_speed(height) computes it",
+    ("height", "impact_speed"): "drop_speed(height) computes it",
+    ("wall_thickness", "inner_radius"): "the radius less the wall",
+    ("thickness", "inner_radius"): "the radius less the wall",
+    ("wall", "inner_radius"): "the radius less the wall",
+}
+"""How the value changes with the name."""
+
+LIKENESS = 0.6
+"""The least likeness of a misspelt word, from 0 to 1."""
+
+
+def meant(word: object, names: Collection[str], others: Mapping[str, str] = OTHER_WORDS) -> str | None:
+    """The name that a wrong guess probably means: another word for it, a misspelt one, or a part of it."""
+    guess = str(word).lower()
+    lower = {name.lower(): name for name in names}
+    if guess in lower:
+        return lower[guess]
+    for name, words in others.items():
+        if name in names and guess in words.split():
+            return name
+    near = get_close_matches(guess, lower, n=1, cutoff=LIKENESS)
+    if near:
+        return lower[near[0]]
+    parts = set(guess.split("_"))
+    shared = [name for low, name in lower.items() if set(low.split("_")) <= parts]
+    return next(iter(shared or names), None) if shared or len(names) == 1 else None
+
+
+def nearest(word: object, choices: Collection[str], many: int = 12) -> str:
+    """The end of a message: the name that is meant, or all of them where none is near and they are few."""
+    name = meant(word, choices)
+    if name is not None:
+        how = CONVERTED.get((str(word).lower(), name))
+        return f"did you mean {name}, {how}?" if how else f"did you mean {name}?"
+    return f"must be one of {', '.join(choices)}" if len(choices) <= many else "see `hertzlink schema`"
+
+
+def hinting(function: Callable[..., Any], name: str, method: bool = False) -> Callable[..., Any]:
+    """The function, which names the right argument where it is called with a wrong one.
+
+    name: what a user types. method: its first argument is the object or the class.
+    """
+
+    @wraps(function)
+    def called(*arguments: Any, **named: Any) -> Any:
+        try:
+            return function(*arguments, **named)
+        except TypeError as error:
+            # An error of the call itself, not of what the function does, has no frame below this one.
+            if error.__traceback__ is None or error.__traceback__.tb_next is not None:
+                raise
+            wrong = misfit(function, name, method, arguments, named) or str(error)
+        raise TypeError(wrong)
+
+    return called
+
+
+def misfit(function: Callable[..., Any], name: str, method: bool, arguments: Any, named: dict[str, Any]) -> str:
+    """What is wrong with the arguments of a call; empty if nothing is."""
+    parameters = list(inspect.signature(function).parameters.values())[method:]
+    names = [one.name for one in parameters if one.kind in (one.POSITIONAL_OR_KEYWORD, one.KEYWORD_ONLY)]
+    for word in named:
+        if word not in names:
+            left = [one for one in names if one not in named]
+            return f"{name}() has no argument {word!r}; {nearest(word, left or names, len(names))}"
+    signature = f"its arguments are {', '.join(names)}" if names else "it has no arguments"
+    placed = [one for one in parameters if one.kind in (one.POSITIONAL_ONLY, one.POSITIONAL_OR_KEYWORD)]
+    count = len(arguments) - method
+    if count > len(placed) and not any(one.kind is one.VAR_POSITIONAL for one in parameters):
+        by_name = "; give the others by name" if len(names) > len(placed) else ""
+        return f"{name}() takes {len(placed)} arguments in order, not {count}; {signature}{by_name}"
+    before = {one.name for one in placed[:count]}
+    twice = next((word for word in named if word in before), None)
+    if twice is not None:
+        return f"{name}() has the argument {twice!r} twice, in order and by name; {signature}"
+    missing = [
+        one.name
+        for one in parameters
+        if one.default is one.empty and one.kind not in (one.VAR_POSITIONAL, one.VAR_KEYWORD)
+        and one.name not in before and one.name not in named
+    ]  # fmt: skip
+    return f"{name}() lacks {' and '.join(missing)}; {signature}" if missing else ""
