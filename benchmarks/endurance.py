@@ -1,6 +1,7 @@
 """Many runs, many points, many windows, many beads: do memory, open files and the time of each stay the same?
 
-Each row compares the second half of one series with the first half, after a start that compiles and fills caches.
+Each row compares the second half of one series with the first half, after a start that compiles and fills caches. The
+last row is what a store adds to a point of a sweep.
 """
 
 import os
@@ -10,7 +11,7 @@ import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from time import perf_counter
+from time import perf_counter, process_time
 
 import numpy as np
 import xarray as xr
@@ -93,6 +94,22 @@ def struck(speed: float) -> hl.CoSimulation:
     return hl.CoSimulation(hl.Chain([BEAD] * 3, striker=BEAD, impact_speed=speed), None)
 
 
+def store(folder: Path, structure: hl.Structure, count: int = 40) -> None:
+    """Whole runs of 20 beads: the processor time of a point without a store, with one, and from it."""
+
+    def build(speed: float) -> hl.CoSimulation:
+        return hl.CoSimulation(hl.Chain([BEAD] * 20, BEAD, impact_speed=speed), structure)
+
+    def point(**keywords: Path) -> float:
+        begin = process_time()
+        hl.sweep(build, until=4e-4, jobs=1, speed=[0.1 + 1e-3 * i for i in range(count)], **keywords)
+        return 1e3 * (process_time() - begin) / count
+
+    point()
+    plain, kept, again = point(), point(store=folder / "kept"), point(store=folder / "kept")
+    print(f"a point of a sweep: {plain:.1f} ms, with a store {kept:.1f} ms, from the store {again:.1f} ms of processor")
+
+
 def windows() -> Callable[[int], None]:
     """Windows of one run against a mass on a spring, of which every thousandth is saved."""
     mass, spring = np.array([[10.0 * BEAD.mass]]), np.array([[1e6]])
@@ -122,6 +139,8 @@ def main() -> None:
         points(Path(folder))
     halves("windows in one run", "windows", WINDOWS, windows())
     halves("beads in one chain", "beads", BEADS, beads())
+    with TemporaryDirectory() as folder:
+        store(Path(folder), rod())
 
 
 if __name__ == "__main__":

@@ -5,17 +5,19 @@ import logging
 import pickle
 import time
 from collections import deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import CancelledError
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import lru_cache
+from importlib.metadata import version
 from types import ModuleType
 from typing import Any
 
 import xarray as xr
 
 from coupling.files.locks import Lock
+from coupling.results.provenance import version_of
 from coupling.sweeps.processes import BUSY, Batch, Outcome, Work, shown
 from coupling.sweeps.store import Failure, Point, Store
 from structures.checks import short
@@ -40,8 +42,9 @@ def on_cluster(work: Work, batches: list[Batch], cluster: Any) -> Iterator[tuple
     The points of a batch run one after the other on whichever worker is free, usually the one that ran the last. If a
     worker dies, other workers run its points. A point that was running when several workers died (one more than
     distributed's `allowed-failures`) is run again with nothing else on the cluster. If workers die again, the point has
-    failed; without a store, the first time already ends the sweep. Raises RuntimeError in that case, and
-    ConnectionError if the scheduler is lost or no worker is available for LONGEST_WITHOUT_WORKERS.
+    failed; without a store, the first time already ends the sweep. Raises RuntimeError in that case, ConnectionError if
+    the scheduler is lost or no worker is available for LONGEST_WITHOUT_WORKERS, and ValueError if a worker has another
+    version of hertzlink.
     """
     distributed = import_distributed()
     killed: dict[int, Point] = {}
@@ -82,20 +85,23 @@ def import_distributed() -> ModuleType:
 
 
 def check_cluster(cluster: Any) -> None:
-    """Raises ValueError if this is neither a Client nor an address; ImportError if distributed is missing."""
-    known = import_distributed().Client
-    if not isinstance(cluster, str | known) or getattr(cluster, "asynchronous", False):
+    """Raises ValueError if this is no Client, no cluster and no address; ImportError if distributed is missing."""
+    distributed = import_distributed()
+    if not isinstance(cluster, str | distributed.Client | distributed.deploy.Cluster) or getattr(
+        cluster, "asynchronous", False
+    ):
         raise ValueError(
-            f"cluster = {short(cluster)}: must be a distributed.Client that is not asynchronous, or a scheduler's "
-            "address, such as 'tcp://10.0.0.1:8786'"
+            f"cluster = {short(cluster)}: must be a distributed.Client or a cluster of Dask, not asynchronous, or a "
+            "scheduler's address, such as 'tcp://10.0.0.1:8786'"
         )
-    if getattr(cluster, "status", "running") in ("closing", "closed"):
-        raise ValueError(f"cluster = {short(cluster)}: is closed; give a distributed.Client that is open")
+    status = getattr(cluster, "status", "running")
+    if getattr(status, "name", status) in ("closing", "closed"):
+        raise ValueError(f"cluster = {short(cluster)}: is closed; give one that is open")
 
 
 @contextmanager
 def _connected(distributed: ModuleType, cluster: Any) -> Iterator[Any]:
-    if not isinstance(cluster, str):
+    if isinstance(cluster, distributed.Client):
         yield cluster
         return
     try:
@@ -147,15 +153,16 @@ def _spread(
             running[client.submit(_run, task, _packed(point), pure=False)] = i, point, batch
             return
 
-    absence = _Absence()
+    workers = _Workers(client)
     try:
         while waiting or running or settled:
-            threads = sum(client.nthreads().values())
-            absence.report(threads)
+            threads = workers.threads()
             while waiting and len(running) < max(1, threads):
                 begin(waiting.popleft())
             # All finished outcomes are fetched before a new point starts, because that point might end their worker.
             done = _finished(distributed, client, running) if running else []
+            # Before their outcomes count: one may have come and run a point meanwhile.
+            workers.threads()
             finished = [(*running.pop(future), _fetched(distributed, future)) for future in done]
             for _, _, batch, _ in finished:
                 if batch:
@@ -167,19 +174,44 @@ def _spread(
             while settled:
                 yield settled.pop()
     finally:
-        client.cancel(list(running))
+        with suppress(OSError):
+            client.cancel(list(running))
         for claim in claims.values():
             claim.release()
 
 
-class _Absence:
-    """Reports a cluster without workers: first a warning, finally a ConnectionError."""
+class _Workers:
+    """The workers of a cluster: a version that differs is refused; none for long is an error, after a warning."""
 
-    def __init__(self) -> None:
+    def __init__(self, client: Any) -> None:
+        self.client, self.checked = client, set[str]()
         self.seen, self.warned = time.monotonic(), False
 
-    def report(self, threads: int) -> None:
-        """threads: those that all workers have now."""
+    def threads(self) -> int:
+        """How many all workers have now."""
+        try:
+            workers: Mapping[str, int] = self.client.nthreads()
+            self._check(sorted(workers.keys() - self.checked))
+        except (CancelledError, OSError) as error:
+            raise ConnectionError(LOST) from error
+        self._report(sum(workers.values()))
+        return sum(workers.values())
+
+    def _check(self, new: list[str]) -> None:
+        here = version_of("hertzlink")
+        # A function of Python itself: any worker has it, whatever else is installed there.
+        found = self.client.run(version, "hertzlink", workers=new, on_error="return") if new else {}
+        for worker, there in found.items():
+            if isinstance(there, OSError):  # It has gone meanwhile.
+                continue
+            if there != here:
+                said = f"hertzlink {there}" if isinstance(there, str) else "no hertzlink"
+                raise ValueError(
+                    f"cluster: the worker {worker} has {said}, this process {here}; install the same version on both"
+                )
+            self.checked.add(worker)
+
+    def _report(self, threads: int) -> None:
         absent = time.monotonic() - self.seen
         if threads:
             self.seen, self.warned = time.monotonic(), False

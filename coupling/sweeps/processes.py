@@ -237,8 +237,8 @@ def without_interrupts() -> Iterator[None]:
 def end_with(owner: int) -> None:
     """End this process soon after the one that started it has ended, also if that one was killed.
 
-    It would run on in vain, and hold the claims of its points. Where a process does not know its parent's end, as on
-    Windows, an idle one ends after IDLE_TIME.
+    It would run on in vain, and hold the claims of its points. One whose parent ended before the watch begins ends at
+    once. Where a process does not know its parent's end, as on Windows, an idle one ends after IDLE_TIME.
     """
 
     def watch() -> None:
@@ -246,13 +246,15 @@ def end_with(owner: int) -> None:
             time.sleep(WATCH_INTERVAL)
         os._exit(1)
 
-    if os.getpid() == owner:
+    # A worker of a cluster is nobody's child here.
+    if os.getpid() == owner or not current_process().name.startswith("LokyProcess"):
         return
     # They compile the same kernels at the same time; one of them says so.
     if not current_process().name.endswith("-1"):
         kernel_cache.stop()
-    if os.getppid() == owner:
-        threading.Thread(target=watch, name="hertzlink-end-with-parent", daemon=True).start()
+    if os.getppid() != owner:
+        os._exit(1)
+    threading.Thread(target=watch, name="hertzlink-end-with-parent", daemon=True).start()
 
 
 def _run_batch(work: Work, batch: Batch, owner: int, wait: bool) -> dict[int, Outcome]:

@@ -10,38 +10,35 @@ import re
 import reprlib
 from collections.abc import Callable, Mapping
 from hashlib import sha256
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
-from h5netcdf import CompatibilityError
 
+from coupling.files import plain
 from coupling.files.locks import Lock
 from coupling.files.writing import PART, read_regular, remove_if_old, write_whole
 from coupling.paths import path_of
-from coupling.results.provenance import versions
+from coupling.results.provenance import differences, versions
+from coupling.sweeps.outside import outside_of
 from structures.checks import short
-from structures.hdf5 import check_hdf5
 
 Point = Mapping[str, Any]
 
-FORMAT, VERSION = "hertzlink sweep", 1
+FORMAT, VERSION = "hertzlink sweep", 2
 
 MANIFEST = "sweep.json"
 """Describes what the points of a folder have in common."""
 
-OWN_FILES = re.compile(r"[0-9a-f]{32}\.(nc|json)|sweep\.json|\..*")
-"""Files of a store: a finished point, a failed point, the manifest; hidden files belong to the system or are
-incomplete.
-"""
+OWN_FILES = re.compile(r"[0-9a-f]{32}\.point|sweep\.json|\..*")
+"""Files of a store: a point, the manifest; hidden files belong to the system or are incomplete."""
 
-DIGEST_LENGTH = 32
-"""Number of bytes after the netCDF content of a point's file: its SHA-256. Programs that read netCDF ignore them."""
+HEAD = b"hertzlink point 1\n"
+"""First line of a point's file. The SHA-256 of all that follows stands in the second; then comes plain data."""
 
-POINT_ATTRIBUTE = "sweep_point"
-"""Attribute of a point's file that describes the point."""
+SUM = 65
+"""Length of the line with the sum, bytes."""
 
 ERROR_VARIABLE = "error"
 """Variable of a sweep that reports which points failed."""
@@ -58,18 +55,23 @@ class Failure:
         return f"{self.kind}: {self.message}"
 
 
+TYPES = plain.own_types(Failure)
+
+
 @dataclasses.dataclass(frozen=True)
 class Store:
     """Finished points, found by their own description: if axes grow, earlier points are still found.
 
     Several sweeps may share a store, also at the same time: a file appears in one step, and who runs a point claims it.
+    findings: what the user should know of the points that are there.
     """
 
     folder: Path
+    findings: tuple[str, ...] = ()
 
     def holds(self, point: Point) -> bool:
         """Whether the point has been run, or failed."""
-        return self._path(point, ".nc").exists() or self._path(point, ".json").exists()
+        return self._path(point, ".point").exists()
 
     def claim(self, point: Point, wait: bool = False) -> Lock | None:
         """The right to run a point, to be released; None if another process has it. wait: until it is free.
@@ -81,44 +83,37 @@ class Store:
 
     def load(self, point: Point) -> xr.Dataset | Failure | None:
         """The outcome of a point, None if it has not been run; raises ValueError for a damaged or foreign file."""
-        path = self._path(point, ".nc")
-        if path.exists():
-            content = _checked(path)
-            check_hdf5(BytesIO(content), f"store: {path}")
-            run = _read_netcdf(content)
-            if run.attrs.pop(POINT_ATTRIBUTE, None) != describe_point(point):
-                raise ValueError(
-                    f"store: {path} holds a different point than its name says; delete it to run the point again"
-                )
-            return run
-        return self.failure(point)
+        path = self._path(point, ".point")
+        if not path.exists():
+            return None
+        described, outcome = _read(path)
+        if described != describe_point(point):
+            raise ValueError(
+                f"store: {path} holds a different point than its name says; delete it to run the point again"
+            )
+        return outcome
 
     def failure(self, point: Point) -> Failure | None:
         """Why a point failed; None if it did not fail or has not been run; raises ValueError as `load`."""
-        path = self._path(point, ".json")
-        if self._path(point, ".nc").exists() or not path.exists():
-            return None
-        return _read_failure(path, describe_point(point))
+        outcome = self.load(point)
+        return outcome if isinstance(outcome, Failure) else None
 
     def keep(self, point: Point, outcome: xr.Dataset | Failure) -> None:
-        """Write the outcome of a point; raises ValueError for a Dataset that would not read back unchanged."""
-        if isinstance(outcome, Failure):
-            record = {"point": describe_point(point), **dataclasses.asdict(outcome)}
-            _write_json(self._path(point, ".json"), {**record, "sha256": _digest(record)})
-            return
-        if ERROR_VARIABLE in outcome.variables or ERROR_VARIABLE in outcome.dims:
+        """Write the outcome of a point; raises ValueError for a Dataset that is no plain data."""
+        if not isinstance(outcome, Failure) and (ERROR_VARIABLE in outcome.variables or ERROR_VARIABLE in outcome.dims):
             raise ValueError(
                 f"measure: must not return {ERROR_VARIABLE!r}, the variable in which a sweep reports failed points"
             )
-        run = outcome.assign_attrs({POINT_ATTRIBUTE: describe_point(point)})
-        content = _as_netcdf(run)
-        if not _read_netcdf(content).identical(run):
-            raise ValueError("measure: its result does not survive netCDF; return numbers and text only")
-        write_whole(self._path(point, ".nc"), content + sha256(content).digest())
+        record = describe_point(point), outcome if isinstance(outcome, Failure) else _as_record(outcome)
+        try:
+            content = plain.to_bytes(record, TYPES)
+        except plain.NotPlain as error:
+            raise ValueError(f"measure: its result {error}; return numbers and text only") from None
+        write_whole(self._path(point, ".point"), HEAD + sha256(content).hexdigest().encode() + b"\n" + content)
 
     def forget(self, point: Point) -> None:
         """Delete the record of a failed point."""
-        self._path(point, ".json").unlink(missing_ok=True)
+        self._path(point, ".point").unlink(missing_ok=True)
 
     def _path(self, point: Point, suffix: str, hidden: bool = False) -> Path:
         return self.folder / ("." * hidden + sha256(describe_point(point).encode()).hexdigest()[:32] + suffix)
@@ -129,9 +124,10 @@ def open_store(
 ) -> Store:
     """The store in a folder. The folder is created if necessary, in a parent folder that exists.
 
-    Its manifest holds what fixes the numbers, except the point: the names of build and measure, until (s), and the
-    version of hertzlink. Raises ValueError if these differ, for a folder that holds anything else or cannot be written,
-    and for functions without a name of their own.
+    Its manifest holds what fixes the numbers, except the point: the names of build and measure, what they use from
+    outside, until (s), and the version of hertzlink. Raises ValueError if these differ, for a folder that holds
+    anything else or cannot be written, and for functions without a name of their own. If the code of build or measure
+    differs, that is a finding of the store.
     """
     folder = path_of("store", path, "path of a folder")
     manifest = {
@@ -142,6 +138,7 @@ def open_store(
         "measure": None if measure is None else _named("measure", measure),
         "hertzlink": versions()["hertzlink"],
     }
+    manifest |= outside_of([build] if measure is None else [build, measure])._asdict()
     try:
         if not folder.parent.is_dir():
             raise ValueError(f"store = {str(path)!r}: must be a writable folder; {folder.parent} is not a folder")
@@ -157,14 +154,15 @@ def open_store(
                 raise ValueError(
                     f"store: {folder / MANIFEST} is missing, although there are points; use another folder"
                 )
-            _write_json(folder / MANIFEST, manifest)
+            text = json.dumps({**manifest, "sha256": _digest(manifest)}, indent=1, ensure_ascii=False)
+            write_whole(folder / MANIFEST, (text + "\n").encode())
     except OSError as error:
         raise ValueError(f"store = {str(path)!r}: must be a writable folder; {error.strerror}") from error
     if not os.access(folder, os.W_OK | os.X_OK):
         raise ValueError(f"store = {str(path)!r}: must be a writable folder; it is perhaps read-only")
-    _compare(folder / MANIFEST, manifest)
+    findings = _compare(folder / MANIFEST, manifest)
     _sweep_up(folder)
-    return Store(folder)
+    return Store(folder, findings)
 
 
 def describe_point(point: Point) -> str:
@@ -209,24 +207,37 @@ def _named(name: str, function: Callable[..., Any]) -> str:
     return f"{function.__module__}.{known}"
 
 
-def _compare(path: Path, manifest: Mapping[str, Any]) -> None:
+def _compare(path: Path, manifest: Mapping[str, Any]) -> tuple[str, ...]:
+    """Findings where only the code has changed; a ValueError for all else that has."""
     stored = _read_json(path)
-    if stored.get("format") != FORMAT or (stored.get("version") == VERSION and stored.keys() != manifest.keys()):
+    if stored.get("format") == FORMAT:
+        _same(path, "version", stored.get("version"), VERSION)
+    if stored.pop("sha256", None) != _digest(stored) or stored.keys() != manifest.keys():
         raise ValueError(f"store: {path} is not of a sweep, or damaged; give another folder")
-    for key, value in manifest.items():
-        if stored.get(key) != value:
-            change = f"{key} = {short(stored.get(key))}, now it is {short(value)}"
-            raise ValueError(f"store: {path} has {change}; use another folder")
+    for name in [name for name in manifest if name not in ("data", "code")]:
+        _same(path, name, stored[name], manifest[name])
+    for name in sorted(stored["data"].keys() & manifest["data"].keys()):
+        pair = stored["data"][name], manifest["data"][name]
+        if pair[0] != pair[1]:
+            change = next(differences(json.loads(pair[0]), json.loads(pair[1]), name), name)
+            raise ValueError(f"store: {path} was made with other data: {change}; use another folder")
+    if None in (stored["code"], manifest["code"]) or stored["code"] == manifest["code"]:
+        return ()
+    return (
+        f"store: the code of build or measure is not that with which {path.parent} was begun, and its points stay as "
+        "they are; use another folder if the change matters to them",
+    )
+
+
+def _same(path: Path, name: str, stored: Any, now: Any) -> None:
+    if stored != now:
+        raise ValueError(f"store: {path} has {name} = {short(stored)}, now it is {short(now)}; use another folder")
 
 
 def _sweep_up(folder: Path) -> None:
     """Delete incomplete files of a killed sweep; younger files may belong to another sweep that is running."""
     for part in folder.glob(f".*{PART}"):
         remove_if_old(part)
-
-
-def _write_json(path: Path, record: Mapping[str, Any]) -> None:
-    write_whole(path, (json.dumps(record, indent=1, ensure_ascii=False) + "\n").encode())
 
 
 def _read_json(path: Path) -> dict[str, Any]:
@@ -239,41 +250,47 @@ def _read_json(path: Path) -> dict[str, Any]:
     raise ValueError(f"store: {path} is not of a sweep, or damaged; take it away, or give another folder")
 
 
-def _read_failure(path: Path, described: str) -> Failure:
-    record = _read_json(path)
-    if record.pop("sha256", None) != _digest(record) or record.get("point") != described:
-        raise ValueError(f"store: {path} is not of a sweep, or damaged; take it away, and its point is run again")
-    return Failure(str(record.get("kind")), str(record.get("message")))
-
-
 def _digest(record: Mapping[str, Any]) -> str:
     return sha256(json.dumps(record, sort_keys=True).encode()).hexdigest()
 
 
-def _as_netcdf(run: xr.Dataset) -> bytes:
-    plain = {
-        name: {"_FillValue": None} for name, variable in run.variables.items() if "_FillValue" not in variable.attrs
-    }
-    try:
-        return bytes(run.to_netcdf(engine="h5netcdf", encoding=plain))
-    except (AttributeError, TypeError, ValueError, CompatibilityError) as error:
-        raise ValueError(
-            f"measure: its result does not fit into netCDF ({error}); return numbers and text only"
-        ) from error
+def _as_record(run: xr.Dataset) -> dict[str, Any]:
+    """A Dataset as plain data."""
+    variables = {name: _as_parts(variable) for name, variable in run.variables.items()}
+    return {"variables": variables, "coordinates": list(run.coords), "attrs": dict(run.attrs)}
 
 
-def _checked(path: Path) -> bytes:
-    """The netCDF content of a point's file."""
+def _as_parts(variable: xr.Variable) -> tuple[Any, ...]:
+    """Dimensions, numbers and attributes; text of any length as a list."""
+    values = np.asarray(variable.values)
+    is_text = values.dtype == object and all(isinstance(one, str) for one in values.flat)
+    content = (values.shape, list(values.flat)) if is_text else values
+    return tuple(variable.dims), content, dict(variable.attrs)
+
+
+def _as_dataset(record: Any) -> xr.Dataset:
+    def parts(name: Any) -> tuple[Any, ...]:
+        dimensions, content, attrs = record["variables"][name]
+        if isinstance(content, tuple):
+            content = np.array(content[1], object).reshape(content[0])
+        return dimensions, content, attrs
+
+    coordinates = set(record["coordinates"])
+    data = {name: parts(name) for name in record["variables"] if name not in coordinates}
+    return xr.Dataset(data, {name: parts(name) for name in record["coordinates"]}, record["attrs"])
+
+
+def _read(path: Path) -> tuple[str, xr.Dataset | Failure]:
+    """The description of a point and its outcome."""
     try:
         data = read_regular(path)
     except OSError as error:
         raise ValueError(f"store: {path} cannot be read; {error.strerror}") from error
-    if sha256(data[:-DIGEST_LENGTH]).digest() != data[-DIGEST_LENGTH:]:
+    content = data[len(HEAD) + SUM :]
+    if data != HEAD + sha256(content).hexdigest().encode() + b"\n" + content:
         raise ValueError(f"store: {path} is not of a sweep, or damaged; take it away, and its point is run again")
-    return data[:-DIGEST_LENGTH]
-
-
-def _read_netcdf(content: bytes) -> xr.Dataset:
-    """Numbers exactly as stored: nothing is decoded into dates or masked."""
-    with xr.open_dataset(BytesIO(content), engine="h5netcdf", decode_times=False, mask_and_scale=False) as file:
-        return file.load().drop_encoding()
+    try:
+        described, outcome = plain.from_bytes(content, TYPES)
+        return described, outcome if isinstance(outcome, Failure) else _as_dataset(outcome)
+    except (AttributeError, LookupError, TypeError, ValueError) as error:
+        raise ValueError(f"store: {path} {error}; take it away, and its point is run again") from None

@@ -25,6 +25,7 @@ from structures.structure import Vector
 
 if TYPE_CHECKING:
     from distributed import Client
+    from distributed.deploy.cluster import Cluster
 
 log = logging.getLogger("hertzlink.sweep")
 
@@ -35,7 +36,7 @@ def sweep(
     jobs: int | None = None,
     measure: Callable[[xr.Dataset], xr.Dataset] | None = None,
     store: str | os.PathLike[str] | None = None,
-    cluster: "Client | str | None" = None,
+    cluster: "Client | Cluster | str | None" = None,
     retry: bool = False,
     **axes: Iterable[Any],
 ) -> xr.Dataset:
@@ -55,10 +56,11 @@ def sweep(
     measure : callable, optional
         Takes the Dataset of a run and returns the Dataset to keep; by default the whole run.
     store : str or PathLike, optional
-        A folder that keeps each point as netCDF as soon as it is finished; see Notes.
-    cluster : distributed.Client or str, optional
-        A client, or the address of its scheduler, instead of processes. The workers need hertzlink; only this process
-        writes the store. If a worker dies, others run its points; a point that kills several workers has failed.
+        A folder that keeps each point in a file of its own as soon as it is finished; see Notes.
+    cluster : distributed.Client, cluster of Dask, or str, optional
+        A client, its cluster, or the address of its scheduler, instead of processes. The workers need this version of
+        hertzlink; only this process writes the store. If a worker dies, others run its points; a point that kills
+        several workers has failed.
     retry : bool
         Run points again that are recorded in the store as failed.
     **axes : iterable
@@ -88,9 +90,10 @@ def sweep(
 
     With a store, the same sweep can be repeated after it was killed, or with longer axes: it runs only the missing
     points, and returns what one uninterrupted sweep would return. Axis values must then be numbers, text, or
-    dataclasses of these, such as materials. The store identifies build and measure by their names only: use another
-    folder if their code changed, or the data that they use from outside. Sweeps may share a store at the same
-    time: each point is run by one of them.
+    dataclasses of these, such as materials. The store refuses build and measure of other names, and where data that
+    they use from outside has changed: globals, closures and defaults, also of functions and classes of their module,
+    but for what the code itself changes, such as a cache. Where their code has changed, a warning says so; use another
+    folder if that changes the points. Sweeps may share a store at the same time: each point is run by one of them.
 
     With a store a failed point is recorded, and the others continue. A point fails if build, the run or measure raises
     an Exception, or if it kills its process, also when it runs alone. Failures of the environment end the sweep
@@ -144,6 +147,8 @@ def sweep(
         outcomes.update((i, work.store.load(point)) for i, point in enumerate(points) if outcomes.get(i) is None)
         _report_failures(work.store, outcomes)
     data = _combined([outcomes[i] for i in range(len(points))], values)
+    if work.store is not None:
+        data = with_warnings(data, [*work.store.findings, *findings_of(data)])
     warn(findings_of(data))
     return data
 

@@ -9,6 +9,7 @@ import time
 from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import CancelledError
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -60,7 +61,7 @@ def client() -> Iterator[Any]:
 
 @pytest.mark.thorough
 def test_a_cluster_changes_nothing(client: Any, tmp_path: Path) -> None:
-    """Given as a Client or by its address; what a script defines travels too."""
+    """Given as a Client, by its address, or as itself; what a script defines travels too."""
     axes = {"folder": [str(tmp_path)], "radius": [2e-3, 3e-3]}
 
     def here(folder: str, radius: float) -> hl.CoSimulation:
@@ -70,7 +71,20 @@ def test_a_cluster_changes_nothing(client: Any, tmp_path: Path) -> None:
     assert hl.sweep(here, UNTIL, cluster=client, **axes).identical(plain)
     address = client.scheduler.address
     assert hl.sweep(build, UNTIL, cluster=address, store=tmp_path / "store", **axes).identical(plain)
-    assert len(list((tmp_path / "store").glob("*.nc"))) == 2
+    assert len(list((tmp_path / "store").glob("*.point"))) == 2
+    assert hl.sweep(build, UNTIL, cluster=client.cluster, **axes).identical(plain)
+
+
+@pytest.mark.thorough
+def test_a_store_does_not_mind_the_default_client(client: Any, tmp_path: Path) -> None:
+    """As users open one: it then computes whatever Dask is asked for in this process."""
+    axes = {"folder": [str(tmp_path)], "radius": [2e-3, 3e-3]}
+    plain = hl.sweep(build, UNTIL, jobs=1, **axes)
+    with distributed.Client(client.scheduler.address) as default:
+        assert hl.sweep(build, UNTIL, cluster=default, store=tmp_path / "s", **axes).identical(plain)
+        assert hl.sweep(build, UNTIL, jobs=1, store=tmp_path / "t", **axes).identical(plain)
+        assert hl.sweep(build, UNTIL, jobs=2, store=tmp_path / "u", **axes).identical(plain)
+        assert hl.sweep(build, UNTIL, jobs=1, store=tmp_path / "s", **axes).identical(plain)
 
 
 @pytest.mark.thorough
@@ -108,10 +122,10 @@ def test_a_worker_that_is_killed_loses_nothing(client: Any, tmp_path: Path) -> N
     (hold := tmp_path / "hold nylon").touch()
 
     def kill() -> None:
-        while len(list(store.glob("*.nc"))) < 5:
+        while len(list(store.glob("*.point"))) < 5:
             time.sleep(0.01)
         os.kill(victim, signal.SIGKILL)
-        then.append(len(list(store.glob("*.nc"))))
+        then.append(len(list(store.glob("*.point"))))
         hold.unlink()
 
     killer = threading.Thread(target=kill)
@@ -138,7 +152,7 @@ def test_a_point_that_another_sweep_runs_is_awaited(client: Any, tmp_path: Path,
     assert claim is not None
 
     def end() -> None:
-        while len(list(store.folder.glob("*.nc"))) < 3:
+        while len(list(store.folder.glob("*.point"))) < 3:
             time.sleep(0.01)
         if ends == "finished":
             store.keep(point, Store(tmp_path / "other").load(point))  # type: ignore[arg-type]
@@ -183,6 +197,60 @@ def test_bad_clusters(client: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(ImportError, match=r"pip install hertzlink\[cluster\]"):
         hl.sweep(build, UNTIL, cluster="tcp://127.0.0.1:8786", **axes)
+
+
+class Asked:
+    """What answers in the place of a client: workers, and what each has."""
+
+    def __init__(self, answer: Any) -> None:
+        self.answer, self.asked = answer, []
+
+    def nthreads(self) -> dict[str, int]:
+        return {"tcp://worker:1": 1}
+
+    def run(self, function: Any, *arguments: Any, workers: list[str], on_error: str) -> dict[str, Any]:
+        self.asked += workers
+        assert isinstance(function(*arguments), str)
+        if isinstance(self.answer, Exception) and on_error != "return":
+            raise self.answer
+        return dict.fromkeys(workers, self.answer)
+
+
+@pytest.mark.parametrize(
+    ("answer", "said"),
+    [("0.0.9", "hertzlink 0.0.9"), ("99.0", "hertzlink 99.0"), (PackageNotFoundError("hertzlink"), "no hertzlink")],
+)
+def test_a_worker_with_another_hertzlink_is_refused(answer: Any, said: str) -> None:
+    message = f"cluster: the worker tcp://worker:1 has {said}, this process {version('hertzlink')}; install the same"
+    with pytest.raises(ValueError, match=message):
+        cluster._Workers(Asked(answer)).threads()
+
+
+def test_a_worker_is_asked_once_unless_it_was_gone() -> None:
+    for answer, count in ((version("hertzlink"), 1), (OSError("gone"), 2)):
+        workers = cluster._Workers(asked := Asked(answer))
+        assert [workers.threads(), workers.threads()] == [1, 1]
+        assert len(asked.asked) == count
+
+
+def test_a_scheduler_that_is_gone_is_a_connection_error() -> None:
+    class Lost(Asked):
+        def nthreads(self) -> dict[str, int]:
+            raise distributed.comm.core.CommClosedError("in <TCP>")
+
+    with pytest.raises(ConnectionError, match="the scheduler was lost"):
+        cluster._Workers(Lost(None)).threads()
+
+
+@pytest.mark.thorough
+def test_a_worker_of_another_version_runs_no_point_that_counts(
+    client: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """This process is the other one: to the workers it makes no difference."""
+    monkeypatch.setattr(cluster, "version_of", lambda _: "99.0")
+    with pytest.raises(ValueError, match=r"cluster: the worker .* has hertzlink .*, this process 99\.0"):
+        hl.sweep(build, UNTIL, cluster=client, store=tmp_path / "s", folder=[str(tmp_path)], radius=[2e-3])
+    assert not list((tmp_path / "s").glob("*.point"))
 
 
 def test_a_closed_client_is_refused(client: Any) -> None:
@@ -230,7 +298,7 @@ def test_a_scheduler_that_goes_is_told(tmp_path: Path) -> None:
     cluster = distributed.LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address="127.0.0.1:0")
 
     def close() -> None:
-        while len(list(store.glob("*.nc"))) < 3:
+        while len(list(store.glob("*.point"))) < 3:
             time.sleep(0.01)
         cluster.close()
 
@@ -239,4 +307,4 @@ def test_a_scheduler_that_goes_is_told(tmp_path: Path) -> None:
     with cluster, pytest.raises(ConnectionError, match="the scheduler was lost"):
         hl.sweep(build, UNTIL, cluster=cluster.scheduler_address, store=store, **axes)
     closer.join()
-    assert len(list(store.glob("*.nc"))) >= 3
+    assert len(list(store.glob("*.point"))) >= 3

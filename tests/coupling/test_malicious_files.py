@@ -20,6 +20,7 @@ from coupling.files import plain, writing
 from coupling.ports import fmu_content
 from coupling.recording import checkpoint
 from coupling.state import Node
+from coupling.sweeps.store import HEAD, describe_point
 from structures.mesh_reading import read_mesh
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
@@ -308,23 +309,39 @@ def secret(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-@pytest.mark.parametrize("message", LEADS_OUT)
-def test_a_stores_point_does_not_lead_out_of_its_file(tmp_path: Path, secret: Path, message: str) -> None:
-    """Its checksum is right, as anyone can compute it; the point is neither read nor run again."""
+POINTS = {
+    "holds a pickle, which may run any code": lambda marker, text: plain.to_bytes((text, Evil(marker)), {}, trust=True),
+    "is no plain data": lambda marker, text: pickle.dumps((text, Evil(marker))),
+    "'os.mkdir'": lambda marker, text: _tree([text, {"type": "os.mkdir", "fields": [str(marker)]}]),
+    "holds an array of type '|O'": lambda marker, text: _tree([text, {"array": 0}], ["|O", [1], False]),
+    "instead of 8000000000": lambda marker, text: _tree([text, {"array": 0}], ["<f8", [10**12], False]),
+    "has no attribute": lambda marker, text: plain.to_bytes((text, RECORD | {"attrs": 3, "variables": {}}), {}),
+    "different number of dimensions": lambda marker, text: plain.to_bytes((text, RECORD), {}),
+}
+"""What a point's file holds, with the right sum, as anyone can compute it; and what is said of it."""
+
+RECORD = {"variables": {"a": (("x",), np.zeros((1, 1)), {})}, "coordinates": [], "attrs": {}}
+
+
+def _tree(pair: list[Any], *headers: Any) -> bytes:
+    return json.dumps({"tree": {"tuple": pair}, "arrays": headers}).encode() + b"\n"
+
+
+@pytest.mark.parametrize("message", POINTS)
+def test_a_stores_point_is_data(tmp_path: Path, marker: Path, message: str) -> None:
+    """It is neither opened nor run again."""
     swept(tmp_path / "store")
-    (path,) = (tmp_path / "store").glob("*.nc")
-    path.write_bytes(path.read_bytes()[:-32])
-    with h5py.File(path, "r+") as file:
-        LEADS_OUT[message](file, secret)
-    content = path.read_bytes()
-    path.write_bytes(content + hashlib.sha256(content).digest())
-    before = {one: one.read_bytes() for one in (*secret.parent.iterdir(), path)}
-    with pytest.raises(ValueError, match=f"{path.name}: /stolen {re.escape(message)}.*it was not read"):
+    (path,) = (tmp_path / "store").glob("*.point")
+    content = POINTS[message](marker, describe_point({"radius": 3e-3}))
+    path.write_bytes(with_sum(HEAD, content))
+    before = path.read_bytes()
+    with pytest.raises(ValueError, match=f"{path.name}.*take it away, and its point is run again"):
         swept(tmp_path / "store")
-    assert {one: one.read_bytes() for one in before} == before
+    assert path.read_bytes() == before
+    assert not marker.exists()
 
 
-@pytest.mark.parametrize("pattern", ["*.nc", "sweep.json"])
+@pytest.mark.parametrize("pattern", ["*.point", "sweep.json"])
 def test_a_link_in_a_store_is_not_followed(tmp_path: Path, pattern: str) -> None:
     """Neither to a file elsewhere, although it is a good one, nor to a pipe, which would hang."""
     swept(tmp_path / "store")

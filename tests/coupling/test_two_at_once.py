@@ -9,12 +9,15 @@ import threading
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
+from contextlib import nullcontext
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 import hertzlink as hl
 from coupling.files.locks import Lock
+from coupling.sweeps import processes
 
 SCRIPT = """
 import os, sys, time
@@ -127,7 +130,7 @@ def test_two_sweeps_share_the_points_of_a_store(start: Start) -> None:
     assert len(workers) == 3
     assert set(runs().values()) == {1}
     assert len(runs()) == 12
-    assert len(list(Path("store").glob("*.nc"))) == 12
+    assert len(list(Path("store").glob("*.point"))) == 12
     assert not list(Path("store").glob(".*"))
 
 
@@ -144,7 +147,7 @@ def test_a_point_of_a_killed_sweep_is_run_by_the_one_that_waits(start: Start) ->
     assert until(lambda: sum(runs().values()) == 2)
     Path("hold").unlink()
     assert second.wait(60) == 0
-    assert len(list(Path("store").glob("*.nc"))) == 1
+    assert len(list(Path("store").glob("*.point"))) == 1
 
 
 @pytest.mark.thorough
@@ -199,6 +202,23 @@ def test_a_lock_excludes_and_is_passed_on(tmp_path: Path) -> None:
     assert not (tmp_path / "victim").exists()
 
 
+def test_a_process_whose_parent_ended_before_the_watch_ends_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A worker of a cluster, which is nobody's child here, goes on."""
+
+    class Ended(Exception):
+        pass
+
+    def leave(code: int) -> None:
+        raise Ended(code)
+
+    monkeypatch.setattr(os, "_exit", leave)
+    monkeypatch.setattr(processes.kernel_cache, "stop", lambda: None)
+    for name, ends in (("LokyProcess-2", True), ("MainProcess", False)):
+        monkeypatch.setattr(processes, "current_process", lambda name=name: SimpleNamespace(name=name))
+        with pytest.raises(Ended) if ends else nullcontext():
+            processes.end_with(owner=2**30)
+
+
 def gone(process: int) -> bool:
     """Whether a process has ended; one that nobody waits for stays as a zombie in some containers."""
     try:
@@ -216,7 +236,7 @@ def test_processes_of_a_killed_sweep_end_with_it(start: Start, idle: bool) -> No
     if not idle:
         Path("hold").touch()
     assert until(lambda: sum(runs().values()) == 2)
-    assert not idle or until(lambda: len(list(Path("store").glob("*.nc"))) == 2)
+    assert not idle or until(lambda: len(list(Path("store").glob("*.point"))) == 2)
     children = Path(f"/proc/{parent.pid}/task/{parent.pid}/children")
     workers = set(map(int, children.read_text().split()))
     workers |= {int(line.split()[1]) for line in Path("runs").read_text().splitlines()}

@@ -1,0 +1,193 @@
+"""What a function uses besides its arguments: globals, closures and defaults, as text to compare; and its code."""
+
+import ast
+import inspect
+import json
+import sys
+import sysconfig
+import textwrap
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import fields, is_dataclass
+from hashlib import sha256
+from pathlib import Path
+from types import CellType, CodeType, FunctionType, ModuleType
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from scipy import sparse
+
+LONGEST_TEXT = 200
+"""Characters of a value's JSON that are kept as they are; a longer one is kept as its SHA-256."""
+
+CHANGING = {
+    "add", "append", "appendleft", "clear", "extend", "insert", "pop", "popitem", "remove", "setdefault", "update",
+}  # fmt: skip
+"""Methods that change the list, dictionary or set that they belong to."""
+
+
+class Outside(NamedTuple):
+    """The JSON of each value that functions use from outside, by its name, and the SHA-256 of their code.
+
+    Functions and classes of the same module that they name count too. A value that the code itself changes, such as a
+    cache, is left out. The code is None where the source of one is missing.
+    """
+
+    data: dict[str, str]
+    code: str | None
+
+
+def outside_of(functions: Iterable[Callable[..., Any]]) -> Outside:
+    """What these functions use."""
+    search = _Search()
+    for function in functions:
+        search.visit(function, function.__module__)
+    data = {label: _text(value) for label, (names, value) in search.values.items() if not names & search.changed}
+    code = "\n".join(sorted(map(str, search.sources)))
+    return Outside(data, None if None in search.sources else sha256(code.encode()).hexdigest())
+
+
+class _Search:
+    """Goes from functions to all that they name in their module."""
+
+    def __init__(self) -> None:
+        self.seen: set[int] = set()
+        self.values: dict[str, tuple[set[str], Any]] = {}
+        self.sources: list[str | None] = []
+        self.changed: set[str] = set()
+
+    def visit(self, function: Any, module: str) -> None:
+        """A function; of one that keeps results, such as functools.cache makes, the function within."""
+        function = inspect.unwrap(function)
+        if not isinstance(function, FunctionType) or id(function) in self.seen:
+            return
+        self.seen.add(id(function))
+        names, values = set(_names(function.__code__)), dict(_defaults(function))
+        values |= {name: function.__globals__[name] for name in names if name in function.__globals__}
+        cells = zip(function.__code__.co_freevars, function.__closure__ or (), strict=True)
+        values |= {name: cell.cell_contents for name, cell in cells if _is_full(cell)}
+        tree = _tree(function)
+        self.sources.append(None if tree is None else ast.unparse(tree))
+        # Without its source, nobody knows whether it changes them.
+        changeable = (name for name, value in values.items() if isinstance(value, list | dict | set))
+        self.changed.update(changeable if tree is None else _changed(tree))
+        for name, value in sorted(values.items()):
+            self._take(name, function.__name__, value, names, module)
+
+    def _take(self, name: str, user: str, value: Any, names: set[str], module: str) -> None:
+        if isinstance(value, ModuleType):
+            for inner in sorted(names & vars(value).keys()) if _is_of_user(value) else ():
+                if not callable(vars(value)[inner]) and not isinstance(vars(value)[inner], ModuleType):
+                    self.values[f"{name}.{inner}"] = {name, inner}, vars(value)[inner]
+        elif isinstance(value, type):
+            self._of_class(value, module)
+        elif isinstance(inspect.unwrap(value) if callable(value) else value, FunctionType):
+            if value.__module__ == module:
+                self.visit(value, module)
+        else:
+            self.values[f"{name} of {user}"] = {name}, value
+            self._of_class(type(value), module)
+
+    def _of_class(self, kind: type, module: str) -> None:
+        """The constants and methods of a class."""
+        if kind.__module__ != module or id(kind) in self.seen:
+            return
+        self.seen.add(id(kind))
+        for name, value in vars(kind).items():
+            method = getattr(value, "fget", None) or getattr(value, "__func__", value)
+            if isinstance(method, FunctionType):
+                self.visit(method, module)
+            elif not name.startswith("_") and not callable(value) and not hasattr(value, "__get__"):
+                self.values[f"{kind.__name__}.{name}"] = {name}, value
+
+
+def _is_of_user(module: ModuleType) -> bool:
+    """Whether a module is neither Python's nor installed."""
+    file = getattr(module, "__file__", None) or sys.prefix
+    return not any(Path(file).is_relative_to(folder) for folder in {*sysconfig.get_paths().values()})
+
+
+def _names(code: CodeType) -> Iterator[str]:
+    """The global names and the attributes that code uses, inner functions included."""
+    yield from code.co_names
+    for constant in code.co_consts:
+        if isinstance(constant, CodeType):
+            yield from _names(constant)
+
+
+def _defaults(function: FunctionType) -> Iterator[tuple[str, Any]]:
+    for name, parameter in inspect.signature(function).parameters.items():
+        if parameter.default is not parameter.empty:
+            yield f"default {name}", parameter.default
+
+
+def _is_full(cell: CellType) -> bool:
+    """Whether a variable of an outer function has a value yet."""
+    try:
+        return cell.cell_contents is not cell
+    except ValueError:
+        return False
+
+
+def _tree(function: FunctionType) -> ast.Module | None:
+    """The code without docstrings and comments, None where its source is missing or cannot stand alone."""
+    try:
+        tree = ast.parse(textwrap.dedent(inspect.getsource(function)))
+    except (OSError, SyntaxError, TypeError):
+        return None
+    for node in ast.walk(tree):
+        body = getattr(node, "body", None)
+        if isinstance(body, list) and len(body) > 1 and ast.unparse(body[0])[:1] in ("'", '"'):
+            del body[0]
+    return tree
+
+
+def _changed(tree: ast.Module) -> Iterator[str]:
+    """The names of what code assigns to from inside, or changes in place."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Global | ast.Nonlocal):
+            yield from node.names
+        elif isinstance(node, ast.Subscript | ast.Attribute) and not isinstance(node.ctx, ast.Load):
+            yield from _ends_of(node)
+        elif isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in CHANGING:
+            yield from _ends_of(node.func.value)
+
+
+def _ends_of(node: ast.AST) -> Iterator[str]:
+    """The names in `name[…]`, `name.attribute` and mixtures of both."""
+    while isinstance(node, ast.Subscript | ast.Attribute):
+        if isinstance(node, ast.Attribute):
+            yield node.attr
+        node = node.value
+    if isinstance(node, ast.Name):
+        yield node.id
+
+
+def _text(value: Any) -> str:
+    text = json.dumps(_plain(value), sort_keys=True, ensure_ascii=False)
+    return text if len(text) <= LONGEST_TEXT else json.dumps(f"SHA-256 {sha256(text.encode()).hexdigest()}")
+
+
+def _plain(value: Any) -> Any:
+    """A value as plain data, the same in every process; of what cannot be described, its type."""
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    if isinstance(value, np.generic | list | tuple):
+        return _plain(value.item()) if isinstance(value, np.generic) else [_plain(one) for one in value]
+    if isinstance(value, Mapping):
+        return {str(key): _plain(one) for key, one in value.items()}
+    if isinstance(value, set | frozenset):
+        return sorted(json.dumps(_plain(one), sort_keys=True) for one in value)
+    kind = f"{type(value).__module__}.{type(value).__qualname__}"
+    if isinstance(value, np.ndarray) and value.dtype != object:
+        return [value.dtype.str, value.shape, sha256(np.ascontiguousarray(value).tobytes()).hexdigest()]
+    if sparse.issparse(value):
+        rows = sparse.csr_array(value)
+        return [kind, rows.shape, *map(_plain, (rows.data, rows.indices, rows.indptr))]
+    if isinstance(value, xr.Dataset):
+        return [kind, {str(name): _plain(variable.values) for name, variable in value.variables.items()}]
+    if isinstance(value, xr.DataArray):
+        return [kind, _plain(value.values)]
+    if is_dataclass(value) and not isinstance(value, type):
+        return [kind, {field.name: _plain(getattr(value, field.name)) for field in fields(value) if field.init}]
+    return kind
