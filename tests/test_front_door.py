@@ -185,7 +185,7 @@ WRONG_CALLS = {
     f"hl.Chain({BEADS}, None, velocity=1.0)": "Chain() has no argument 'velocity'; did you mean impact_speed?",
     f"hl.Chain({BEADS}, None, drop_height=1.0)": "did you mean impact_speed, drop_speed(height) computes it?",
     f"hl.Chain({BEADS})": "Chain() lacks striker; its arguments are beads, striker, impact_speed",
-    f"hl.CoSimulation(hl.Chain({BEADS}, None), None).run(time=1.0)": " has no argument 'duration'; did you mean until?",
+    f"hl.CoSimulation(hl.Chain({BEADS}, None), None).run(time=1)": "run() has no argument 'time'; did you mean until?",
     "hl.half_plane(h=1e-3)": "half_plane() has no argument 'h'; did you mean thickness?",
     "hl.kirchhoff_plate(1, 1, 1e-3, hl.PTFE, bc=1)": "kirchhoff_plate() has no argument 'bc'; did you mean supports?",
     "hl.laws.axisymmetric(1, 2, force=3)": "laws.axisymmetric() has no argument 'force'; did you mean max_force?",
