@@ -29,6 +29,8 @@ class Reading:
         self.kind = kind_of(self.data)
         if not self.data.sizes.get("time", 0):
             raise ValueError("run: holds no saved times")
+        if not (np.diff(self.time) > 0.0).all():
+            raise ValueError('run: its times do not increase; sort them with run.sortby("time")')
 
     @property
     def is_signal(self) -> bool:

@@ -6,6 +6,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
+from structures.arrays import in_si_units
 from structures.checks import one_of, positive
 
 Vector = NDArray[np.float64]
@@ -80,7 +81,7 @@ def calibration_factor(
     """
     share = SHARE_OF_MOMENTUM[one_of("backing", backing, SHARE_OF_MOMENTUM)]
     momentum = share * positive("mass", mass, "kg") * positive("impact_speed", impact_speed, "m/s")
-    t, v = trace("time", time), trace("voltage", voltage)
+    t, v = trace("time", time, "s"), trace("voltage", voltage, "V")
     if t.size != v.size:
         raise ValueError(f"voltage: holds {v.size} numbers, must be as many as time, {t.size}")
     if not (np.diff(t) > 0.0).all():
@@ -104,12 +105,9 @@ def calibration_factor(
     return momentum / float(scipy.integrate.trapezoid(np.interp(until, t, v), until))
 
 
-def trace(name: str, values: ArrayLike) -> Vector:
-    """`values` as an array of at least 16 finite numbers, or a ValueError."""
-    try:
-        array = np.asarray(values, dtype=float)
-    except (TypeError, ValueError):
-        array = np.full(FEWEST_SAMPLES, np.nan)
+def trace(name: str, values: ArrayLike, unit: str) -> Vector:
+    """`values` as an array of at least 16 finite numbers in an SI unit, or a ValueError."""
+    array = in_si_units(name, values, unit)
     if array.ndim != 1 or array.size < FEWEST_SAMPLES:
         raise ValueError(f"{name}: has shape {array.shape}, must be one row of at least {FEWEST_SAMPLES} numbers")
     bad = np.flatnonzero(~np.isfinite(array))

@@ -178,7 +178,7 @@ def _gains(ratio: float) -> tuple[float, float]:
 
 def _pair(time: ArrayLike, force: ArrayLike) -> tuple[Vector, Vector]:
     """Equal time steps and a force of as many numbers, or a ValueError."""
-    moments, given = trace("time", time), trace("force", force)
+    moments, given = trace("time", time, "s"), trace("force", force, "N")
     if moments.size != given.size:
         raise ValueError(f"force: holds {given.size} numbers, must be as many as time, {moments.size}")
     steps = np.diff(moments)

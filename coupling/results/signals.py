@@ -35,9 +35,10 @@ def as_signal(
     Parameters
     ----------
     time : array_like
-        Evenly spaced times, s, n numbers.
+        Evenly spaced times, s, n numbers. Moments of datetime64 count from the first.
     forces : mapping
-        Sensor number → force at the bead's centre, N, n numbers.
+        Sensor number → force at the bead's centre, N, n numbers. Where an array of either states another unit, as a
+        DataArray or a quantity of pint does, it is converted.
     positions : mapping, optional
         Sensor number → distance along the chain, m; `wave_speed` needs it.
     baseline : float or "lead"
@@ -52,7 +53,8 @@ def as_signal(
     Raises
     ------
     ValueError
-        For times with gaps, numbers that are not finite, and a force that is constant.
+        For times with gaps, numbers that are not finite, masked or complex, units of something else, and a force that
+        is constant.
 
     Examples
     --------
@@ -67,8 +69,8 @@ def as_signal(
     instance("forces", forces, Mapping, "a mapping such as {7: force}")
     if not forces:
         raise ValueError("forces = {}: must hold at least one sensor, such as {7: force}")
-    moments = trace("time", time)
-    rows = {whole("sensor", sensor): trace(f"forces[{sensor}]", force) for sensor, force in forces.items()}
+    moments = trace("time", time, "s")
+    rows = {whole("sensor", sensor): trace(f"forces[{sensor}]", force, "N") for sensor, force in forces.items()}
     for sensor, row in rows.items():
         if row.size != moments.size:
             raise ValueError(f"forces[{sensor}]: holds {row.size} numbers, must be as many as time, {moments.size}")

@@ -16,7 +16,8 @@ from hertzlink.cases.faults import Fault
 from hertzlink.cases.model import Steps
 from hertzlink.cases.parts import notes_of
 from hertzlink.cases.paths import Path, parsed, put, written
-from hertzlink.cases.units import NUMBER, Unit, factor, shown
+from hertzlink.cases.units import Unit, shown
+from structures.units import NUMBER, factor
 
 MOST_POINTS = 100_000
 """Points of a sweep; a case of more is a mistake."""

@@ -11,7 +11,7 @@ from typing import Any
 from hertzlink.cases.faults import CaseError, Fault
 from hertzlink.cases.lines import lines_of
 from hertzlink.cases.paths import Path, entry, has, parsed, put, written
-from hertzlink.cases.units import in_si
+from structures.units import in_si
 
 DEEPEST = 10
 """Files that extend each other."""

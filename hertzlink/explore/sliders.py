@@ -17,7 +17,7 @@ from hertzlink.cases.parts import material_of
 from hertzlink.cases.paths import Path, entry, put, written
 from hertzlink.cases.plates import HalfPlane, InfinitePlate, PlateBody, RectanglePlate
 from hertzlink.cases.running import Task
-from hertzlink.cases.units import factor
+from structures.units import factor
 
 STEPS = 50
 """Steps of a slider from zero to its first value, or up to ten times as many."""

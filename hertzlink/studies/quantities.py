@@ -28,7 +28,7 @@ def quantity(text: str, unit: str) -> float:
     if found is None:
         raise ValueError(f"must be {what}")
     # Here: only those who type units need them.
-    from hertzlink.cases.units import factor
+    from structures.units import factor
 
     try:
         return float(Decimal(found[1]) * factor(found[2], unit))

@@ -1,0 +1,58 @@
+"""Units by name, and texts such as "2.29 mm": converted exactly before the number is rounded. The table is pint's."""
+
+import math
+import re
+from decimal import Decimal
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import pint
+
+NUMBER = re.compile(r"\s*([-+]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*(.*?)\s*", re.DOTALL)
+
+UNIT_TEXT = re.compile(r"[A-Za-zµμΩ°][\w µμΩ°·*/^²³⁴⁻¹-]{0,40}")
+"""Units are letters with powers, products and quotients; nothing else is given to the parser."""
+
+LARGEST_POWER = re.compile(r"(\*\*|\^)\s*-?\d{2,}|\d{3,}")
+"""Powers of two digits: no unit has them."""
+
+
+@cache
+def _registry() -> "pint.UnitRegistry[Any]":
+    import pint
+
+    return pint.UnitRegistry(non_int_type=Decimal, cache_folder=None, autoconvert_offset_to_baseunit=False)
+
+
+@cache
+def factor(text: str, unit: str) -> Decimal:
+    """How many of `unit` a unit given as text is; a ValueError that says why it is none."""
+    import pint
+
+    registry = _registry()
+    if not UNIT_TEXT.fullmatch(text) or LARGEST_POWER.search(text):
+        raise ValueError(f'"{text}" is no unit')
+    try:
+        found = registry.parse_units(text)
+        wanted = registry.parse_units(unit) if unit else registry.parse_units("dimensionless")
+        return Decimal(registry.Quantity(Decimal(1), found).to(wanted).magnitude)
+    except pint.DimensionalityError:
+        raise ValueError(f'"{text}" is no unit of this quantity') from None
+    except (pint.PintError, AttributeError, ArithmeticError, KeyError, TypeError, ValueError):
+        raise ValueError(f'"{text}" is no unit') from None
+
+
+def in_si(text: str) -> float:
+    """The number in SI units that a text such as "2.29 mm" means; NaN for a text that means none."""
+    import pint
+
+    found = NUMBER.fullmatch(text)
+    if found is None or not UNIT_TEXT.fullmatch(found[2] or "m") or LARGEST_POWER.search(found[2]):
+        return math.nan
+    registry = _registry()
+    try:
+        quantity = registry.Quantity(Decimal(found[1].replace("_", "")), registry.parse_units(found[2]))
+        return float(quantity.to_base_units().magnitude)
+    except (pint.PintError, AttributeError, ArithmeticError, KeyError, TypeError, ValueError):
+        return math.nan
