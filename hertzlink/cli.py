@@ -4,7 +4,6 @@ import hashlib
 import re
 import signal
 import sys
-import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -14,7 +13,7 @@ from typing import Any
 import click
 import joblib
 
-from coupling.files.writing import whole_folder
+from coupling.files.writing import check_place, whole_folder
 from coupling.results.findings import one_of_each, warn, with_warnings
 from coupling.results.provenance import provenance, versions
 from coupling.state import NotConverged
@@ -26,7 +25,7 @@ from hertzlink.studies import RUNS, LongStudy, study
 from hertzlink.studies.conditions import DIFFERS
 from hertzlink.studies.writing import FORMATS, QUICK, Written, read_study
 from hertzlink.study_options import Studies
-from hertzlink.terminal import complain, set_up, written
+from hertzlink.terminal import complain, set_up, show, written
 from structures.caution import collected
 
 WRONG_INPUT, FAILED, STOPPED = 2, 1, 130
@@ -47,7 +46,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
     `arguments` are the words after the name of the program, by default those of the process.
     """
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    for name in ("SIGTERM", "SIGHUP"):
+        # One that is ignored stays so, as after nohup.
+        if hasattr(signal, name) and signal.getsignal(getattr(signal, name)) is not signal.SIG_IGN:
+            signal.signal(getattr(signal, name), signal.default_int_handler)
     set_up()
     try:
         code = cli.main(arguments, prog_name="hertzlink", standalone_mode=False)
@@ -115,7 +117,7 @@ def run_study(
     write_folder(folder, lambda into: found.write(into, data), force)
     if isinstance(chosen, LongStudy):
         chosen.forget(parts)
-    click.echo(found.shown)
+    show(found.shown)
     written(folder)
 
 
@@ -141,7 +143,7 @@ def draw_study(store: Path, output: Path | None, force: bool, form: str) -> None
     check_output(folder, force)
     found = Written(name, study(name), data, form)
     write_folder(folder, found.write_again, force)
-    click.echo(found.shown)
+    show(found.shown)
     written(folder)
 
 
@@ -170,9 +172,7 @@ def check_output(folder: Path, force: bool) -> None:
             folder.stat()  # fails on a link that leads to itself, which newer Pythons resolve without an error
         whole = folder.resolve()
         _check_place(folder, whole, force)
-        # Only a trial shows whether the file system lets a folder be made there.
-        with tempfile.TemporaryDirectory(prefix=f".{whole.name}-", dir=whole.parent):
-            pass
+        check_place(whole)
     except OSError as error:
         raise ValueError(
             f"--output {folder}: cannot be written ({error.strerror or error}); give another folder"
@@ -222,10 +222,13 @@ def _sum_of(path: Path) -> str:
 
 
 def write_folder(folder: Path, write: Callable[[Path], None], force: bool) -> None:
-    """Write all files into a temporary folder, then rename it. The folder thus appears complete, or not at all."""
-    check_output(folder, force)
+    """Write all files into a temporary folder, then rename it. The folder thus appears complete, or not at all.
+
+    The folder was checked before the work. Where something has come to lie there since, it gets another name: an
+    OSError says so.
+    """
     folder = folder.resolve()
-    with whole_folder(folder, _own_files(folder)) as temporary:
+    with whole_folder(folder, _own_files(folder) if force else lambda path: False) as temporary:
         write(temporary)
         lines = [f"{_sum_of(path)}  {path.name}\n" for path in sorted(temporary.iterdir())]
         (temporary / LISTING).write_text("".join(lines), encoding="utf-8")

@@ -13,11 +13,12 @@ from typing import Any, NamedTuple
 
 import pytest
 import xarray as xr
+from click.shell_completion import ShellComplete
 
 from coupling.sweeps.progress import Stopped
 from coupling.views import plots
 from hertzlink.cases.templates import KINDS
-from hertzlink.cli import cli, main, write_folder
+from hertzlink.cli import check_output, cli, main, write_folder
 from hertzlink.studies import thesis
 from hertzlink.studies.table import Row, text
 from hertzlink.studies.writing import QUICK, stamp
@@ -265,16 +266,13 @@ def test_force_deletes_only_what_an_earlier_study_wrote(tmp_path: Path) -> None:
     """Neither a file that was added or changed, nor a link, nor one that the listing names but no study wrote."""
     folder = tmp_path / "results"
 
-    def write(into: Path) -> None:
-        (into / "table.txt").write_text("new")
-
     def refused(named: str) -> None:
         before = {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
         with pytest.raises(ValueError, match=f"contains {named}, which no earlier command wrote, or which was changed"):
-            write_folder(folder, write, force=True)
+            check_output(folder, force=True)
         assert {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()} == before
 
-    write_folder(folder, write, force=False)
+    write_folder(folder, old_table, force=False)
     (folder / "notes.txt").write_text("mine")
     refused("notes.txt")
     (folder / "notes.txt").unlink()
@@ -282,7 +280,7 @@ def test_force_deletes_only_what_an_earlier_study_wrote(tmp_path: Path) -> None:
     refused("table.txt")
     (folder / "table.txt").unlink()
     (folder / "table.txt").symlink_to(tmp_path / "thesis.tex")
-    (tmp_path / "thesis.tex").write_text("new")
+    (tmp_path / "thesis.tex").write_text("old")
     refused("table.txt")
     (folder / "table.txt").unlink()
     (folder / "table.txt").mkdir()
@@ -291,7 +289,7 @@ def test_force_deletes_only_what_an_earlier_study_wrote(tmp_path: Path) -> None:
     (folder / "files.txt").write_text("files.txt\nmine.tex\n")
     (folder / "mine.tex").write_text("as an earlier version listed its files")
     refused("files.txt")
-    assert (tmp_path / "thesis.tex").read_text() == "new"
+    assert (tmp_path / "thesis.tex").read_text() == "old"
     assert sorted(os.listdir(tmp_path)) == ["results", "thesis.tex"]
 
 
@@ -303,11 +301,25 @@ def test_a_file_that_comes_while_a_study_writes_is_kept(tmp_path: Path) -> None:
         (into / "table.txt").write_text("new")
         (folder / "notes.txt").write_text("mine")
 
-    with pytest.raises(OSError, match=r"holds notes\.txt, which would be deleted; nothing was changed"):
+    words = r"holds notes\.txt, which would be deleted; nothing was changed; the new folder is .*results-2"
+    with pytest.raises(OSError, match=words):
         write_folder(folder, write, force=True)
     assert (folder / "table.txt").read_text() == "old"
     assert (folder / "notes.txt").read_text() == "mine"
-    assert os.listdir(tmp_path) == ["results"]
+    assert (tmp_path / "results-2" / "table.txt").read_text() == "new"
+
+
+def test_of_two_studies_that_write_one_folder_both_are_kept(tmp_path: Path) -> None:
+    folder = tmp_path / "results"
+
+    def write(into: Path) -> None:
+        (into / "table.txt").write_text("second")
+        write_folder(folder, old_table, force=False)
+
+    with pytest.raises(OSError, match=r"nothing was changed; the new folder is .*results-2"):
+        write_folder(folder, write, force=False)
+    assert (folder / "table.txt").read_text() == "old"
+    assert (tmp_path / "results-2" / "table.txt").read_text() == "second"
 
 
 @pytest.mark.parametrize("count", [1, 3])
@@ -370,3 +382,62 @@ def test_an_interrupt_that_kept_something_says_so(
         main(["study", "thesis", "--quick"])
     assert ended.value.code == 130
     assert capsys.readouterr().err.strip() == "hertzlink: 3 of 16 parts kept in thesis.parts; run again to continue"
+
+
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
+@pytest.mark.parametrize("ignored", [False, True])
+def test_a_signal_to_end_is_as_ctrl_c_unless_it_is_ignored(
+    hertzlink: Command, tmp_path: Path, name: str, ignored: bool
+) -> None:
+    """A terminal that closes sends SIGHUP; nohup ignores it."""
+    number = getattr(signal, name)
+    before = signal.signal(number, signal.SIG_IGN if ignored else signal.SIG_DFL)
+    try:
+        assert hertzlink("--version", cwd=tmp_path).returncode == 0
+        assert (signal.getsignal(number) is signal.SIG_IGN) == ignored
+        if not ignored:
+            with pytest.raises(KeyboardInterrupt):
+                signal.raise_signal(number)
+    finally:
+        signal.signal(number, before)
+
+
+IN_A_SERVICE = """
+import os
+from hertzlink.__main__ import main
+try:
+    main(["info"])
+finally:
+    with open("said", "w") as file:
+        print(file.fileno() > 2, [os.fstat(handle).st_size for handle in range(3)], os.environ["MPLBACKEND"], file=file)
+"""
+
+
+@pytest.mark.parametrize("closed", ["", "1", "012"])
+def test_closed_streams_and_the_backend_of_a_notebook_do_no_harm(tmp_path: Path, closed: str) -> None:
+    """What is printed has a place, no file gets the number of a stream, and figures are drawn into files."""
+    (tmp_path / "script.py").write_text(IN_A_SERVICE)
+    settings = {**os.environ, "MPLBACKEND": "module://no_such.backend"}
+    command = f'"{sys.executable}" script.py <&0' + "".join(f" {handle}>&-" for handle in closed)
+    shell = ["sh", "-c", command]
+    done = subprocess.run(shell, cwd=tmp_path, env=settings, input="", capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert ("hertzlink" in done.stdout) == ("1" not in closed)
+    assert (tmp_path / "said").read_text() == "True [0, 0, 0] Agg\n"
+
+
+@pytest.mark.parametrize(
+    ("words", "found"),
+    [
+        ("study rod", ["rod-stiffness", "rod-length"]),
+        ("study --quick critical", ["critical-distance"]),
+        ("study plate-boundary --mat", ["--material"]),
+        ("study none x", []),
+        ("ru", ["run"]),
+        ("run --outp", ["--output"]),
+    ],
+)
+def test_a_shell_completes_commands(words: str, found: list[str]) -> None:
+    *typed, last = words.split()
+    suggested = ShellComplete(cli, {}, "hertzlink", "_HERTZLINK_COMPLETE").get_completions(typed, last)
+    assert [one.value for one in suggested] == found

@@ -2,19 +2,52 @@
 
 import os
 import socket
+import stat
+import sys
+import time
 from contextlib import suppress
 from pathlib import Path
-
-from filelock import FileLock, Timeout
 
 INTERVAL = 0.1
 """Seconds between two looks at a lock that another process holds."""
 
-FOREVER = 1e9
-"""Seconds that are waited for a lock."""
-
 LONGEST_OWNER = 300
 """Bytes of a lock file that are read: the process and its host."""
+
+NO_LINK = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0)
+"""Flags of os.open: no link is followed, no pipe awaited, and no program that is started takes the handle along."""
+
+
+class NoLocks(OSError):
+    """A file system on which files cannot be locked."""
+
+
+if sys.platform == "win32":
+    import msvcrt
+
+    def try_lock(handle: int) -> bool:
+        """Lock an open file until it is closed; whether no other process had locked it. Raises OSError."""
+        os.lseek(handle, 2**30, os.SEEK_SET)  # behind the text, which others must read
+        try:
+            msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)
+        except PermissionError:
+            return False
+        finally:
+            os.lseek(handle, 0, os.SEEK_SET)
+        return True
+else:
+    import fcntl
+
+    def try_lock(handle: int) -> bool:
+        """Lock an open file until it is closed; whether no other process had locked it. Raises NoLocks."""
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except (BlockingIOError, PermissionError):
+            return False
+        except OSError as error:
+            reason = f"its file system cannot lock files ({error.strerror})"
+            raise NoLocks(error.errno, reason) from error
+        return True
 
 
 class Lock:
@@ -25,33 +58,75 @@ class Lock:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self._lock = FileLock(path, thread_local=False, poll_interval=INTERVAL)
+        self._handle = -1
 
     def take(self, wait: bool = False) -> bool:
-        """Take the lock, or report that another process has it. Raises OSError where no file can be made."""
-        # filelock takes a folder that cannot be written for a lock that another process holds.
-        os.close(os.open(self.path, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o666))
-        try:
-            self._lock.acquire(timeout=FOREVER if wait else 0.0)
-        except Timeout:
-            return False
-        with suppress(OSError):
-            handle = os.open(self.path, os.O_WRONLY | os.O_TRUNC | getattr(os, "O_NOFOLLOW", 0))
-            with os.fdopen(handle, "w", encoding="utf-8") as file:
-                file.write(f"process {os.getpid()} on {socket.gethostname()}")
-        return True
+        """Take the lock, or report that another process has it.
+
+        Raises OSError where no file can be made, and NoLocks where files cannot be locked.
+        """
+        while True:
+            handle = _opened(self.path)
+            try:
+                if not try_lock(handle):
+                    if not wait:
+                        return False
+                    time.sleep(INTERVAL)
+                elif _names(self.path, handle):
+                    self._handle, handle = handle, -1
+                    self._sign()
+                    return True
+            except NoLocks as error:
+                raise NoLocks(error.errno, error.strerror, str(self.path.parent)) from None
+            finally:
+                if handle >= 0:
+                    os.close(handle)
 
     def owner(self) -> str:
         """Who holds the lock, in words."""
         text = ""
-        with suppress(OSError):
-            handle = os.open(self.path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0))
-            with os.fdopen(handle, "rb") as file:
-                text = file.read(LONGEST_OWNER).decode("utf-8", "replace")
+        with suppress(OSError), os.fdopen(os.open(self.path, os.O_RDONLY | NO_LINK), "rb") as file:
+            text = file.read(LONGEST_OWNER).decode("utf-8", "replace")
         return text if text.isprintable() and text else "another process"
 
     def release(self) -> None:
         """Release the lock, and delete its file while it is still held: who waits for it takes a new one."""
         with suppress(OSError):
             self.path.unlink()
-        self._lock.release()
+        handle, self._handle = self._handle, -1
+        if handle >= 0:
+            os.close(handle)
+
+    def __del__(self) -> None:
+        if self._handle >= 0:
+            self.release()
+
+    def _sign(self) -> None:
+        """Say in the file who holds it; one that belongs to another user keeps its words."""
+        with suppress(OSError):
+            os.ftruncate(self._handle, 0)
+            os.write(self._handle, f"process {os.getpid()} on {socket.gethostname()}".encode())
+
+
+def _opened(path: Path) -> int:
+    """The lock file, made where there is none, for all who may write into its folder. Raises OSError."""
+    while True:
+        try:
+            return os.open(path, os.O_RDWR | NO_LINK)
+        except FileNotFoundError:
+            with suppress(FileExistsError):
+                handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | NO_LINK, 0o600)
+                if hasattr(os, "fchmod"):
+                    with suppress(OSError):
+                        os.fchmod(handle, 0o600 | (stat.S_IMODE(path.parent.stat().st_mode) & 0o022) * 3)
+                return handle
+        except PermissionError:
+            # Another user's, of an earlier version or from a folder that was his alone: it can be locked all the same.
+            return os.open(path, os.O_RDONLY | NO_LINK)
+
+
+def _names(path: Path, handle: int) -> bool:
+    """Whether the path still names the open file: who held it before may have deleted it."""
+    with suppress(OSError):
+        return os.path.samestat(path.lstat(), os.fstat(handle))
+    return False

@@ -15,6 +15,8 @@ from pathlib import Path
 from secrets import token_hex
 from typing import BinaryIO
 
+from coupling.files.locks import NO_LINK, try_lock
+
 PART = ".part"
 """Ending of what is not complete; its name begins with a dot."""
 
@@ -23,6 +25,12 @@ LONGEST_NAME = 200
 
 LEFT_OVER_AGE = 3600.0
 """What is incomplete and older than this, s, belongs to a process that was killed."""
+
+MOMENT = 10.0
+"""Seconds in which a process that has made an incomplete file has locked it."""
+
+IN_THE_WAY = errno.EEXIST, errno.ENOTEMPTY, errno.ENOTDIR
+"""Errors where something else has come to lie at a target."""
 
 NEW_FILE = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
 """Flags of os.open: a file that did not exist, never one behind a link that lies there."""
@@ -41,6 +49,8 @@ def whole_file(target: Path) -> Iterator[BinaryIO]:
         part = _part(target)
         try:
             with os.fdopen(os.open(part, NEW_FILE, 0o666), "w+b") as file:
+                with suppress(OSError):
+                    try_lock(file.fileno())
                 _keep_rights(target, file.fileno())
                 yield file
                 file.flush()
@@ -68,9 +78,10 @@ def whole_file_by_name(target: Path) -> Iterator[Path]:
         folder = Path(tempfile.mkdtemp(prefix=f".{_stem(target)}.", suffix=PART, dir=target.parent))
         try:
             path = folder / target.name
-            yield path
-            _sync(path)
-            os.replace(path, target)
+            with _held(folder):
+                yield path
+                _sync(path)
+                os.replace(path, target)
         finally:
             shutil.rmtree(folder, ignore_errors=True)
         sync_folder(target.parent)
@@ -80,19 +91,25 @@ def whole_file_by_name(target: Path) -> Iterator[Path]:
 def whole_folder(target: Path, own: Callable[[Path], bool]) -> Iterator[Path]:
     """A new folder to fill, which replaces the target at the end; after any error the target is as it was.
 
-    own: whether a path in the folder that is replaced may be deleted. If there is another one at the end, the new
-    folder is discarded. Raises OSError that names the target and the cause.
+    own: whether a path in the folder that is replaced may be deleted. If there is another one at the end, or another
+    target, the new folder gets another name. Raises OSError that names the target, the cause, and that name.
+    It has the rights of the folder that it replaces.
     """
     remove_left(target)
     with _naming(target):
-        folder = Path(tempfile.mkdtemp(prefix=f".{_stem(target)}.", suffix=PART, dir=target.parent))
-        replaced = False
-        try:
-            folder.chmod(0o755)
+        folder = _part(target)
+        os.mkdir(folder)
+    complete = replaced = False
+    try:
+        with _naming(target), _held(folder):
+            rights = stat.S_IMODE((target if target.is_dir() else folder).stat().st_mode)
+            folder.chmod(stat.S_IRWXU)
             yield folder
             for path in folder.iterdir():
                 _sync(path)
             sync_folder(folder)
+            folder.chmod(rights)
+            complete = True
             if target.exists():
                 foreign = sorted(path.name for path in target.iterdir() if not own(path))
                 if foreign:
@@ -101,14 +118,27 @@ def whole_folder(target: Path, own: Callable[[Path], bool]) -> Iterator[Path]:
                 replaced = True
             else:
                 os.rename(folder, target)
-        finally:
-            # What the folder holds now: what was replaced, or after an error what was written.
-            _remove(folder, own if replaced else lambda path: True)
-        sync_folder(target.parent)
+            sync_folder(target.parent)
+    except OSError as error:
+        if complete and error.errno in IN_THE_WAY and (place := _put_aside(folder, target)):
+            reason = f"{error.strerror}; the new folder is {place}"
+            raise OSError(error.errno, reason, str(target)) from error
+        raise
+    finally:
+        # What the folder holds now: what was replaced, or after an error what was written.
+        _remove(folder, own if replaced else lambda path: True)
+
+
+def check_place(target: Path) -> None:
+    """Raise an OSError where no folder can be made next to a target: only a trial shows it. Nothing stays."""
+    remove_left(target)
+    folder = _part(target)
+    os.mkdir(folder)
+    os.rmdir(folder)
 
 
 def remove_left(target: Path, age: float = LEFT_OVER_AGE) -> None:
-    """Delete what killed processes left of a target, if it is older than `age` s."""
+    """Delete what killed processes left of a target; where locks do not show that, what is older than `age` s."""
     pattern = re.compile(rf"\.{re.escape(_stem(target))}\.\w+{re.escape(PART)}")
     with suppress(OSError):
         for entry in os.scandir(target.parent):
@@ -117,10 +147,16 @@ def remove_left(target: Path, age: float = LEFT_OVER_AGE) -> None:
 
 
 def remove_if_old(path: Path, age: float = LEFT_OVER_AGE) -> None:
-    """Delete an incomplete file or folder that nobody has changed for `age` s."""
+    """Delete an incomplete file or folder that no process writes; where locks do not show that, one older than `age` s.
+
+    age zero: delete it in any case.
+    """
     with suppress(OSError):
-        if time.time() - path.lstat().st_mtime < age:
-            return
+        if age > 0.0:
+            deserted = _deserted(path)
+            limit = min(age, MOMENT) if deserted else age
+            if deserted is False or time.time() - path.lstat().st_mtime < limit:
+                return
         if stat.S_ISDIR(path.lstat().st_mode):
             shutil.rmtree(path, ignore_errors=True)
         else:
@@ -176,6 +212,45 @@ def _stem(target: Path) -> str:
 
 def _part(target: Path) -> Path:
     return target.with_name(f".{_stem(target)}.{token_hex(8)}{PART}")
+
+
+@contextmanager
+def _held(folder: Path) -> Iterator[None]:
+    """While it lasts, other processes see that the folder is being written."""
+    handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY) if hasattr(os, "O_DIRECTORY") else None
+    try:
+        if handle is not None:
+            with suppress(OSError):
+                try_lock(handle)
+        yield
+    finally:
+        if handle is not None:
+            os.close(handle)
+
+
+def _deserted(part: Path) -> bool | None:
+    """Whether the process that made an incomplete file or folder has ended; None where locks do not show it."""
+    try:
+        handle = os.open(part, os.O_RDONLY | NO_LINK)
+    except OSError:
+        return None
+    try:
+        return try_lock(handle)
+    except OSError:
+        return None
+    finally:
+        os.close(handle)
+
+
+def _put_aside(folder: Path, target: Path) -> Path | None:
+    """A complete folder gets the first free name like that of the target; None where it can get none."""
+    for number in range(2, 1000):
+        place = target.with_name(f"{_stem(target)}-{number}")
+        if not os.path.lexists(place):
+            with suppress(OSError):
+                os.rename(folder, place)
+                return place
+    return None
 
 
 def _keep_rights(target: Path, handle: int) -> None:

@@ -17,7 +17,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from coupling.files import plain
-from coupling.files.locks import Lock
+from coupling.files.locks import Lock, NoLocks
 from coupling.files.writing import companion, remove_left, whole_file
 from coupling.interface import Interface
 from coupling.participant import BlackBox
@@ -98,9 +98,9 @@ class Keeper:
 
         A file that cannot be written is thus found before the run.
         """
+        # The lock is held: what another run left is of one that was killed.
+        remove_left(self.path, age=0.0)
         if self.kept is None:
-            # The lock is held: what another run left is of one that was killed.
-            remove_left(self.path, age=0.0)
             self._write(frames, 0, progress)
             return progress
         kept, self.kept = self.kept, None
@@ -237,6 +237,11 @@ def locked(path: str | os.PathLike[str]) -> Iterator[None]:
     lock = Lock(companion(file, ".lock"))
     try:
         free = lock.take()
+    except NoLocks as error:
+        raise ValueError(
+            f"checkpoint = {str(path)!r}: {error.filename}: {error.strerror}, so two runs could write it at once; name "
+            "a file in another folder, such as one on a local disk"
+        ) from error
     except OSError as error:
         if not os.path.lexists(file):
             raise ValueError(f"checkpoint = {str(path)!r}: {UNWRITABLE.format(error)}") from error

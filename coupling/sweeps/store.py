@@ -17,7 +17,7 @@ import numpy as np
 import xarray as xr
 
 from coupling.files import plain
-from coupling.files.locks import Lock
+from coupling.files.locks import Lock, NoLocks
 from coupling.files.writing import PART, read_regular, remove_if_old, write_whole
 from coupling.paths import path_of
 from coupling.results.provenance import differences, versions
@@ -79,7 +79,15 @@ class Store:
         A claim ends with its process. After it was taken, the point may have been run: `holds` says so.
         """
         lock = Lock(self._path(point, ".lock", hidden=True))
-        return lock if lock.take(wait) else None
+        try:
+            return lock if lock.take(wait) else None
+        except NoLocks as error:
+            raise ValueError(
+                f"store: {self.folder}: {error.strerror}, so two sweeps would run the same points; give another "
+                "folder, such as one on a local disk"
+            ) from error
+        except OSError as error:
+            raise ValueError(f"store: {self.folder} cannot be written; {error.strerror}") from error
 
     def load(self, point: Point) -> xr.Dataset | Failure | None:
         """The outcome of a point, None if it has not been run; raises ValueError for a damaged or foreign file."""

@@ -1,5 +1,6 @@
 """Two at once: sweeps share the points of a store, a second run on a checkpoint is refused, no process is left."""
 
+import errno
 import os
 import signal
 import socket
@@ -217,6 +218,58 @@ def test_a_process_whose_parent_ended_before_the_watch_ends_at_once(monkeypatch:
         monkeypatch.setattr(processes, "current_process", lambda name=name: SimpleNamespace(name=name))
         with pytest.raises(Ended) if ends else nullcontext():
             processes.end_with(owner=2**30)
+
+
+def test_what_another_user_left_of_a_lock_is_taken(tmp_path: Path) -> None:
+    """A file that only its owner may write, as killed runs of earlier versions left."""
+    left = tmp_path / ".lock"
+    left.write_text("process 1 on another")
+    left.chmod(0o444)
+    lock, other = Lock(left), Lock(left)
+    assert lock.take()
+    assert not other.take()
+    lock.release()
+    assert not left.exists()
+
+
+@pytest.mark.parametrize(("folder", "file"), [(0o755, 0o600), (0o775, 0o660), (0o1777, 0o666)])
+def test_who_may_write_into_a_folder_may_lock_in_it(tmp_path: Path, folder: int, file: int) -> None:
+    tmp_path.chmod(folder)
+    lock = Lock(tmp_path / ".lock")
+    assert lock.take()
+    assert lock.path.stat().st_mode & 0o777 == file
+    lock.release()
+
+
+def test_a_lock_that_is_forgotten_is_released(tmp_path: Path) -> None:
+    assert Lock(tmp_path / ".lock").take()
+    assert Lock(tmp_path / ".lock").take()
+    assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.parametrize("cause", [errno.ENOSYS, errno.ENOLCK, errno.EIO])
+def test_a_file_system_without_locks_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cause: int) -> None:
+    """Also with a checkpoint or a store that is there: nothing runs without a lock, nothing waits for ever."""
+    bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    simulation = hl.CoSimulation(hl.Chain([bead] * 2, bead, 0.3), hl.half_space(hl.PTFE))
+    simulation.run(2e-5, checkpoint=tmp_path / "kept")
+
+    def build(n: int) -> hl.CoSimulation:
+        return simulation
+
+    hl.sweep(build, 2e-5, jobs=1, store=tmp_path / "store", n=[1])
+
+    def flock(*_: object) -> None:
+        raise OSError(cause, os.strerror(cause))
+
+    monkeypatch.setattr("fcntl.flock", flock)
+    words = rf"its file system cannot lock files \({os.strerror(cause)}\), so two"
+    for name in ("kept", "new"):
+        with pytest.raises(ValueError, match=rf"checkpoint = '.*{name}': {tmp_path}: {words} runs could write it"):
+            simulation.run(2e-5, checkpoint=tmp_path / name)
+    for name in ("store", "new store"):
+        with pytest.raises(ValueError, match=rf"store: {tmp_path}/{name}: {words} sweeps would run the same"):
+            hl.sweep(build, 2e-5, jobs=1, store=tmp_path / name, n=[1, 2])
 
 
 def gone(process: int) -> bool:

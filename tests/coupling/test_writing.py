@@ -6,6 +6,7 @@ import signal
 import stat
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -130,6 +131,84 @@ def test_killed_while_writing(tmp_path: Path, way: str, at: int) -> None:
     assert data.read_bytes() == (NEW if done.returncode == 0 else OLD)
     WAYS[way](target)
     assert data.read_bytes() == NEW
+
+
+def in_the_way(target: Path, what: str) -> None:
+    """What another process makes at the target, or in it."""
+    if what == "file":
+        target.write_bytes(OLD)
+        return
+    target.mkdir(exist_ok=True)
+    (target / "foreign").write_bytes(OLD)
+
+
+@pytest.mark.parametrize("what", ["file", "folder", "file in it"])
+def test_what_comes_in_the_way_of_a_folder_stays_and_the_folder_is_named(tmp_path: Path, what: str) -> None:
+    """The work is done by then: it is not thrown away."""
+    target = tmp_path / "kept"
+    if what == "file in it":
+        target.mkdir()
+        (target / "data").write_bytes(OLD)
+    (tmp_path / "kept-2").mkdir()
+
+    def work() -> None:
+        with whole_folder(target, lambda path: path.name == "data") as folder:
+            (folder / "data").write_bytes(NEW)
+            in_the_way(target, what)
+
+    with pytest.raises(OSError, match=r"nothing was changed; the new folder is .*kept-3: '.*kept'"):
+        work()
+    assert (tmp_path / "kept-3" / "data").read_bytes() == NEW
+    assert (target if what == "file" else target / "foreign").read_bytes() == OLD
+    assert sorted(os.listdir(tmp_path)) == ["kept", "kept-2", "kept-3"]
+
+
+@pytest.mark.parametrize(("mask", "rights"), [(0o077, 0o700), (0o022, 0o755), (0o002, 0o775)])
+def test_a_new_folder_has_the_rights_of_any_other(tmp_path: Path, mask: int, rights: int) -> None:
+    before = os.umask(mask)
+    try:
+        by_folder(tmp_path / "kept")
+        assert stat.S_IMODE((tmp_path / "kept").stat().st_mode) == rights
+        (tmp_path / "kept").chmod(0o750)
+        by_folder(tmp_path / "kept")
+    finally:
+        os.umask(before)
+    assert stat.S_IMODE((tmp_path / "kept").stat().st_mode) == 0o750
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_what_a_killed_process_left_is_deleted_but_not_what_one_writes(tmp_path: Path, way: str) -> None:
+    """A minute after the kill; what a living process writes stays however long it takes."""
+    target = tmp_path / "kept"
+    left = tmp_path / ".kept.0123456789abcdef.part"
+    left.mkdir() if way == "folder" else left.write_bytes(OLD)
+    writers: dict[str, Callable[[], Any]] = {
+        "handle": lambda: whole_file(target),
+        "name": lambda: whole_file_by_name(target),
+        "folder": lambda: whole_folder(target, lambda path: True),
+    }
+    with writers[way]() as written:
+        if way == "name":
+            written.write_bytes(NEW)
+        for part in tmp_path.iterdir():
+            os.utime(part, (0.0, 0.0))
+        writing.remove_left(target)
+        assert len(os.listdir(tmp_path)) == 1
+        assert not left.exists()
+    assert os.listdir(tmp_path) == ["kept"]
+
+
+def test_without_locks_age_decides(tmp_path: Path, monkeypatch: Any) -> None:
+    def flock(*_: object) -> None:
+        raise OSError(errno.ENOSYS, "no locks here")
+
+    monkeypatch.setattr("fcntl.flock", flock)
+    for name, age in (("young", 60.0), ("old", 7200.0)):
+        (tmp_path / f".kept.{name}.part").touch()
+        os.utime(tmp_path / f".kept.{name}.part", 2 * (time.time() - age,))
+    by_handle(tmp_path / "kept")
+    writing.remove_left(tmp_path / "kept")
+    assert sorted(os.listdir(tmp_path)) == [".kept.young.part", "kept"]
 
 
 @pytest.mark.parametrize("way", WAYS)
