@@ -1,8 +1,12 @@
 """Whether an HDF5 file is complete in itself: HDF5 can make a file read others, and load programs to decode it."""
 
+from collections.abc import Iterator
 from io import BytesIO
+from math import prod
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 LARGEST_RATIO = 1100
 """Numbers over the size of their file: no filter of HDF5 itself packs more densely than this."""
@@ -18,41 +22,55 @@ def check_hdf5(source: str | Path | BytesIO, name: str) -> None:
     """Raises ValueError, which begins with `name`, for a file that leads out of itself or claims too many numbers.
 
     External links, external storage, virtual datasets and filters from plugins are refused before anything is read.
+    What several names share counts for each of them, as a reader takes it as often.
     """
     import h5py  # type: ignore[import-untyped]
 
     size = source.getbuffer().nbytes if isinstance(source, BytesIO) else Path(source).stat().st_size
-    seen: set[Any] = set()
     try:
         with h5py.File(source, "r") as file:
-            groups = [file]
-            while groups:
-                group = groups.pop()
-                for key in group:
-                    if isinstance(group.get(key, getlink=True), h5py.SoftLink):
-                        continue
-                    fault = _fault_of_link(h5py, group, key)
-                    one: Any = None if fault else group[key]
-                    if isinstance(one, h5py.Dataset):
-                        fault = _fault_of_dataset(one, size)
-                    if fault:
-                        raise ValueError(f"{name}: {group.name.rstrip('/')}/{key} {fault}; it was not read")
-                    address = h5py.h5o.get_info(one.id).addr
-                    if isinstance(one, h5py.Group) and address not in seen:
-                        seen.add(address)
-                        groups.append(one)
+            limit = left = float(max(SMALL, LARGEST_RATIO * size))
+            for path, one in _members(h5py, file, name):
+                fault = _fault_of_dataset(one) if isinstance(one, h5py.Dataset) else ""
+                claimed = 0.0 if fault else _claimed(h5py, one, size, left)
+                left -= claimed
+                if left < 0.0:
+                    fault = f"claims {claimed:.3g} bytes, more than its file can hold{' in all' * (claimed < limit)}"
+                if fault:
+                    raise ValueError(f"{name}: {path} {fault}; it was not read")
     except (OSError, RuntimeError, KeyError) as error:
         raise ValueError(f"{name}: is no HDF5 file that can be read ({error})") from error
 
 
-def _fault_of_link(h5py: Any, group: Any, key: str) -> str:
-    link = group.get(key, getlink=True)
-    if isinstance(link, h5py.ExternalLink):
-        return f"links to another file, {link.filename}"
-    return "" if isinstance(link, h5py.HardLink) else "links to another place"
+def _members(h5py: Any, file: Any, name: str) -> Iterator[tuple[str, Any]]:
+    """All groups and datasets with their paths, those behind soft links last: these may lead through any other link."""
+    seen: set[Any] = set()
+    groups, soft = [("", file)], []
+    yield "/", file
+    while groups:
+        path, group = groups.pop()
+        for key in group:
+            link, place = group.get(key, getlink=True), f"{path}/{key}"
+            if isinstance(link, h5py.SoftLink):
+                soft.append((place, group, key))
+                continue
+            if not isinstance(link, h5py.HardLink):
+                where = f"another file, {link.filename}" if isinstance(link, h5py.ExternalLink) else "another place"
+                raise ValueError(f"{name}: {place} links to {where}; it was not read")
+            one = group[key]
+            address = h5py.h5o.get_info(one.id).addr
+            if isinstance(one, h5py.Group) and address not in seen:
+                groups.append((place, one))
+            if isinstance(one, h5py.Dataset) or address not in seen:
+                yield place, one
+            seen.add(address)
+    for place, group, key in soft:
+        one = group.get(key)
+        if isinstance(one, h5py.Dataset):
+            yield place, one
 
 
-def _fault_of_dataset(dataset: Any, size: int) -> str:
+def _fault_of_dataset(dataset: Any) -> str:
     if dataset.external:
         return f"keeps its numbers in another file, {dataset.external[0][0]}"
     if dataset.is_virtual:
@@ -61,7 +79,35 @@ def _fault_of_dataset(dataset: Any, size: int) -> str:
     filters = {plist.get_filter(i)[0] for i in range(plist.get_nfilters())}
     if not filters <= OWN_FILTERS:
         return f"needs a plugin to be read, filter {min(filters - OWN_FILTERS)}"
-    claimed = dataset.size * dataset.dtype.itemsize if dataset.shape is not None else 0
-    if claimed > max(SMALL, LARGEST_RATIO * size):
-        return f"claims {claimed:.3g} bytes, more than its file can hold"
     return ""
+
+
+def _claimed(h5py: Any, one: Any, size: int, left: float) -> float:
+    """Bytes that a dataset or a group takes in memory with its attributes. size: of the file; left: where it matters.
+
+    Entries of texts and ragged arrays may share their bytes in the file, and each gets a copy of them.
+    """
+    claimed = 0.0
+    for name in one.attrs:
+        attribute = one.attrs.get_id(name)
+        if attribute.dtype.hasobject:
+            most = prod(attribute.shape or ()) * size
+            claimed += most if most > left else _bytes(one.attrs[name])
+    if not isinstance(one, h5py.Dataset) or one.shape is None:
+        return claimed
+    claimed += one.size * one.dtype.itemsize
+    if one.dtype.hasobject and claimed <= left:
+        rows = one.shape[0] if one.ndim else 1
+        many = max(1, SMALL * rows // max(1, one.size * size))
+        for begin in range(0, rows, many):
+            claimed += _bytes(one[begin : begin + many] if one.ndim else one[()])
+            if claimed > left:
+                break
+    return claimed
+
+
+def _bytes(value: Any) -> float:
+    """Bytes of a text, or of an array of texts, of ragged rows or of numbers."""
+    if isinstance(value, np.ndarray):
+        return float(sum(map(_bytes, value.flat)) if value.dtype.hasobject else value.nbytes)
+    return len(value) if isinstance(value, str | bytes) else 0
