@@ -8,6 +8,8 @@ from collections.abc import Sequence
 THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS")
 """Where the libraries of linear algebra read how many threads they may use, once, as they are loaded."""
 
+STREAMS = ("stdin", "stdout", "stderr")
+
 STOPPED = 130
 """Exit code after Ctrl-C."""
 
@@ -18,6 +20,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     The matrices of a case are small: threads gain little on an idle machine, and beside other work they wait for each
     other and take ten times as long. Studies and sweeps use processes instead.
     """
+    _open_closed_streams()
+    # A notebook names a backend that need not be installed here; figures go to files.
+    os.environ["MPLBACKEND"] = "Agg"
     for name in THREADS:
         os.environ.setdefault(name, "1")
     try:
@@ -28,6 +33,19 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print("hertzlink: stopped; nothing was written", file=sys.stderr)  # noqa: T201
         sys.exit(STOPPED)
     cli.main(arguments)
+
+
+def _open_closed_streams() -> None:
+    """Lead what is said nowhere if the caller closed standard output or errors, as services and pythonw do.
+
+    Another file would otherwise get their numbers, and what is printed.
+    """
+    while (handle := os.open(os.devnull, os.O_RDWR)) < len(STREAMS):
+        os.set_inheritable(handle, True)
+    os.close(handle)
+    for name in STREAMS:
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "r+", encoding="utf-8"))  # noqa: SIM115
 
 
 if __name__ == "__main__":

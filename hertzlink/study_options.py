@@ -69,6 +69,8 @@ class Studies(click.Group):
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Options may stand before the name."""
+        if ctx.resilient_parsing:  # as a shell completes what is typed so far
+            return super().parse_args(ctx, args)
         if not args:
             raise click.UsageError(f"Missing argument 'NAME': one of {', '.join(STUDIES)}")
         place = next((i for i, word in enumerate(args) if word in STUDIES and args[max(0, i - 1)] != "--output"), 0)
@@ -78,7 +80,7 @@ class Studies(click.Group):
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """The command, or a message with the nearest names."""
-        if args[0] not in STUDIES:
+        if args[0] not in STUDIES and not ctx.resilient_parsing:
             near = get_close_matches(args[0], STUDIES, n=2) or STUDIES
             raise click.UsageError(f"study {args[0]!r} is not one of the studies; did you mean {' or '.join(near)}?")
         return super().resolve_command(ctx, args)

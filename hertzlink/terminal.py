@@ -32,7 +32,7 @@ def wrapped(text: str, stream: IO[str]) -> str:
     """A message as lines that fit, if the stream is a terminal; paths of the command are not broken, so that they can
     be copied.
     """
-    width = _columns(stream) if stream.isatty() else 0
+    text, width = printable(text), _columns(stream) if stream.isatty() else 0
     if not width:
         return text
     for path in _paths():
@@ -43,6 +43,11 @@ def wrapped(text: str, stream: IO[str]) -> str:
         for line in text.splitlines()
     ]  # fmt: skip
     return "\n".join(lines).replace(JOINED, " ")
+
+
+def printable(text: str) -> str:
+    """The text with what is no letter as Python writes it: a file may hold what a terminal takes for a command."""
+    return "".join(one if one.isprintable() or one in "\n\t" else one.encode("unicode_escape").decode() for one in text)
 
 
 def _columns(stream: IO[str]) -> int:
@@ -67,6 +72,11 @@ def _paths() -> list[str]:
 def say(text: str) -> None:
     """Print a message."""
     click.echo(wrapped(text, sys.stdout))
+
+
+def show(table: str) -> None:
+    """Print lines that fit, such as a table."""
+    click.echo(printable(table))
 
 
 def complain(message: str, prefix: str = f"{NAME}: ") -> None:

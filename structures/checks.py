@@ -109,7 +109,10 @@ def has_members(
 
 def short(value: object) -> str:
     """A value as a short text on one line; the value may be a whole chain."""
-    text = " ".join(repr(value).split())
+    try:
+        text = " ".join(repr(value).split())
+    except ValueError:  # of an integer with thousands of digits
+        return f"{type(value).__name__} of thousands of digits"
     return text if len(text) <= LONGEST_VALUE_TEXT else f"{text[:LONGEST_VALUE_TEXT]}…"
 
 

@@ -45,6 +45,11 @@ def known(name: str, tag: Tag, groups: Collection[Tag]) -> Tag:
     raise ValueError(f"{name} = {tag!r}: must be one of {names(groups)}")
 
 
+def source_of(mesh: Any) -> str:
+    """What a structure's origin says of its mesh: the file, wherever it is read again from, or "meshio.Mesh"."""
+    return str(Path(mesh).absolute()) if isinstance(mesh, str | Path) else "meshio.Mesh"
+
+
 def read_mesh(source: Any) -> Any:
     """The meshio.Mesh of a file. meshio itself prints a message and ends the process if it cannot read a file."""
     import meshio  # type: ignore[import-untyped]

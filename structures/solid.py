@@ -5,7 +5,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from itertools import combinations
 from math import pi, sqrt
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,7 @@ from structures.checks import finite, positive
 from structures.elastic_field import elastic_field
 from structures.elasticity import HIGHEST_FREQUENCY, body_matrices, shear_speed
 from structures.material import Material
-from structures.mesh_reading import Numbers, Tag
+from structures.mesh_reading import Numbers, Tag, source_of
 from structures.structure import Structure, Vector
 from structures.surface import Surface
 
@@ -139,7 +138,7 @@ def solid(
     kept = _kept(body, basis, fixed, patch)
     origin = {
         "kind": "solid",
-        "mesh": str(mesh) if isinstance(mesh, str | Path) else "meshio.Mesh",
+        "mesh": source_of(mesh),
         "cells": body.mesh.nelements,
         "contact": list(patch.place),
         "normal": patch.normal.tolist(),

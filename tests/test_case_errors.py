@@ -2,12 +2,19 @@
 
 import os
 import signal
+import tomllib
 import warnings
 from pathlib import Path
 
+import h5py  # type: ignore[import-untyped]
+import numpy as np
 import pytest
+import skfem
 import xarray as xr
+from skfem.io.meshio import to_meshio
 
+from hertzlink.cases.case import read
+from hertzlink.cases.running import task_of
 from hertzlink.cli import main
 
 ROD = """\
@@ -343,6 +350,11 @@ def test_a_wrong_case_is_one_line(
         ("structure.layers[1].length=0 mm", 'structure.layers[1].length: "0 mm" must be a positive number of m'),
         ("chain.bead.diameter=-3 mm", 'chain.bead.diameter: "-3 mm" must be a positive number of m'),
         ("run.window=-2 us", 'run.window: "-2 us" must be a positive number of s'),
+        ("run.until=1" + "0" * 400, "is not finite; must be a time, such as 1.5 ms"),
+        ("run.until=1" + "0" * 5000, "has no unit; must be a time, such as 1.5 ms"),
+        ("chain.bead.diameter=9.53 Mm", '"9.53 Mm" is a radius of 4765000.0 m, which must lie between 1e-09 and 1e+06 m'),
+        ("chain.bead.diameter=9.53e6", "9530000.0 is a radius of 4765000.0 m, which must lie between 1e-09 and 1e+06 m"),
+        ("structure.layers[0].radius=1e9", "structure.layers[0].radius: "),
         ("chain.bead.contact_angle=9 deg", "chain.bead.contact_angle: is no entry here"),
     ],
 )  # fmt: skip
@@ -357,9 +369,40 @@ def test_a_wrong_change_is_one_line(
     assert said.count(words.split(":")[0]) == 1
 
 
+UNQUOTED = [
+    ("length = 300 mm", '300 mm is no value of TOML; write "300 mm" in quotes'),
+    ("length = 300mm # wide", '300mm is no value of TOML; write "300mm" in quotes'),
+    ("at = [10 mm, 20 mm]", '10 mm is no value of TOML; write "10 mm" in quotes'),
+    ('layers = [{ material = "PTFE", length = 9.5 mm }]', '9.5 mm is no value of TOML; write "9.5 mm" in quotes'),
+    ("calibration = 25 N/V", '25 N/V is no value of TOML; write "25 N/V" in quotes'),
+    ("material = steel 440C", 'steel 440C is no value of TOML; write "steel 440C" in quotes'),
+    ("bead = { shape = sphere }", 'sphere is no value of TOML; write "sphere" in quotes'),
+    ("adaptive = True", "True is no value of TOML; write true"),
+    ("radius = 4,76e-3", "4,76e-3 is no number; write 4.76e-3"),
+    ('a = "300 mm" 2', "Expected newline or end of document after a statement; is no TOML"),
+    ("a = 3 apples", "Expected newline or end of document after a statement; is no TOML"),
+    ("a = 1" + "0" * 5000, "Exceeds the limit"),
+]
+
+
+@pytest.mark.parametrize(("line", "words"), UNQUOTED)
+def test_a_value_without_quotes_is_shown_with_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], line: str, words: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("case.toml").write_text(f"# a case\n{line}\n")
+    said = complaint(capsys, "check", "case.toml")
+    assert said.startswith(("case.toml:2: " if "Exceeds" not in words else "case.toml: ") + words)
+
+
 @pytest.mark.parametrize(
     ("name", "words"),
-    [("none.toml", "there is no such file"), ("folder", "is a folder"), ("binary.toml", "is no text in UTF-8")],
+    [
+        ("none.toml", "there is no such file"),
+        ("folder", "is a folder"),
+        ("binary.toml", "is no text in UTF-8"),
+        ("/dev/zero", "has more than 1e+06 bytes"),
+    ],
 )
 def test_a_file_that_cannot_be_read_is_one_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], name: str, words: str
@@ -456,8 +499,16 @@ def test_a_result_without_a_case_says_what_to_do(
     }
     for name, data in results.items():
         data.to_netcdf(f"{name}.nc", engine="h5netcdf")
+    Path("folder.nc").mkdir()
+    with h5py.File("linked.nc", "w") as file:
+        file["x"] = h5py.ExternalLink("secret.nc", "/x")
+    with h5py.File("huge.nc", "w") as file:
+        file.create_dataset("x", (10**12,), "<f8", chunks=(10**6,))
     for name, words in (
-        ("text", "cannot be read as netCDF"),
+        ("text", "cannot be read as netCDF; it is no file of HDF5"),
+        ("folder", "is no file; give a netCDF file such as results.nc"),
+        ("linked", "linked.nc: /x links to another file, secret.nc; it was not read"),
+        ("huge", "huge.nc: /x claims 8e+12 bytes, more than its file can hold; it was not read"),
         ("found", "is an identification made in Python, which has no case"),
         ("study", "is a study, which has no case; `hertzlink study rod-length` repeats it"),
         ("other", "must be the input of a run"),
@@ -475,3 +526,106 @@ def test_new_writes_no_file_twice(
     assert "did you mean rod?" in complaint(capsys, "new", "rodd")
     assert "there is no such file" in complaint(capsys, "new", "none.nc")
     assert "cannot be written" in complaint(capsys, "new", "rod", "no/such/place.toml")
+
+
+BASE = """\
+chain = { beads = 8, bead = { shape = "sphere", radius = 4.76e-3, material = "steel 440C" }, impact_speed = 0.3 }
+structure = { kind = "solid", mesh = "m.vtu", material = "nylon", contact = [0.01, 0.01, 0.02], patch_radius = 8e-3 }
+run = { until = 2e-4, reduce = false }
+"""
+
+
+def mesh_of(path: Path, points: int) -> None:
+    """A cube of 20 mm, with so many points along an edge."""
+    line = np.linspace(0.0, 0.02, points)
+    to_meshio(skfem.MeshHex.init_tensor(line, line, line)).write(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "changes", "here"),
+    [
+        ('extends = "base/b.toml"\n[structure]\nmesh = "m.vtu"\n', [], True),
+        ('extends = "base/b.toml"\n', [], False),
+        ('extends = "base/b.toml"\n', ["structure.mesh=m.vtu"], True),
+        ('extends = "base/b.toml"\n[structure]\nmesh = "base/m.vtu"\n', [], False),
+        ('extends = "base/b.toml"\n[sweep]\n"structure.mesh" = ["m.vtu", "base/m.vtu"]\n', [], True),
+    ],
+)
+def test_a_file_is_sought_where_its_name_is_written(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    text: str,
+    changes: list[str],
+    here: bool,
+) -> None:
+    """Next to the file that names it; after --set in the current folder. The result's case runs in any folder."""
+    monkeypatch.chdir(tmp_path)
+    Path("base").mkdir()
+    Path("base/b.toml").write_text(BASE)
+    mesh_of(Path("base/m.vtu"), 5)
+    mesh_of(Path("m.vtu"), 6)
+    Path("mine.toml").write_text(text)
+    case, _ = read("mine.toml", changes)
+    first = task_of(case).first
+    unknowns = first.simulation().interface.structures[0].structure.size
+    assert unknowns == 3 * (11 if here else 9) ** 3
+    Path("elsewhere").mkdir()
+    monkeypatch.chdir("elsewhere")
+    Path("case.toml").write_text(first.to_toml())
+    assert read("case.toml")[0].simulation().interface.structures[0].structure.size == unknowns
+
+
+def test_a_case_may_begin_with_a_byte_order_mark(tmp_path: Path) -> None:
+    (tmp_path / "case.toml").write_text(ROD, encoding="utf-8-sig")
+    assert read(tmp_path / "case.toml")[0].data == tomllib.loads(ROD)
+
+
+def test_a_device_is_not_awaited(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A pipe without a writer, which the case names; a regular file of the system that never ends."""
+    monkeypatch.chdir(tmp_path)
+    os.mkfifo("pipe")
+    Path("case.toml").write_text('extends = "pipe"\n')
+    assert 'there is no file "pipe"' in complaint(capsys, "check", "case.toml")
+    handle = os.open("pipe", os.O_RDWR)
+    monkeypatch.setattr("stat.S_ISFIFO", lambda mode: False)  # as a device that has nothing to give
+    assert complaint(capsys, "check", "pipe") == "pipe: cannot be read (it has nothing to give)"
+    os.close(handle)
+
+
+def test_what_a_file_says_is_no_command_for_terminal_or_shell(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Neither the title of a case, nor the trace that a result names, nor a name in a message."""
+    monkeypatch.chdir(tmp_path)
+    Path("case.toml").write_text(f'title = "a\\u001b[31mred"\n{ROD}')
+    with pytest.raises(SystemExit):
+        main(["run", "case.toml"])
+    assert capsys.readouterr().out.startswith("a\\x1b[31mred\n")
+    assert Path("case/table.txt").read_text().startswith("a\\x1b[31mred\n")
+    attrs = {"case": ROD, "trace": "trace.csv; rm -rf \x1b[2J"}
+    xr.Dataset(attrs=attrs).to_netcdf("bad.nc", engine="h5netcdf")
+    with pytest.raises(SystemExit):
+        main(["new", "bad.nc"])
+    assert "hertzlink identify bad.toml 'trace.csv; rm -rf \\x1b[2J'" in capsys.readouterr().out
+    assert "\x1b" not in complaint(capsys, "check", "\x1b[2Jcase.toml")
+
+
+def test_a_case_whose_name_is_not_in_utf_8_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A mesh of such a name is refused before any work: results could not hold it."""
+    monkeypatch.chdir(tmp_path)
+    name = os.fsdecode(b"rod\xff.toml")
+    Path(name).write_text(ROD)
+    with pytest.raises(SystemExit) as end:
+        main(["run", name])
+    assert not end.value.code
+    assert "rod\\udcff" in capsys.readouterr().out
+    assert Path(os.fsdecode(b"rod\xff"), "report.html").is_file()
+    Path(name).write_text(BASE)
+    os.mkdir(b"folder\xff")
+    Path(os.fsdecode(b"folder\xff"), "b.toml").write_text(BASE)
+    assert "is no name in UTF-8" in complaint(capsys, "run", os.fsdecode(b"folder\xff/b.toml"))

@@ -361,5 +361,5 @@ def file_of(name: str, world: World) -> str:
     """The path of a file that a case names, relative to the case; a ValueError if it does not exist."""
     path = world.folder / File(name)
     if not path.is_file():
-        raise ValueError(f'mesh: "{name}" is no file in {world.folder}')
+        raise ValueError(f'mesh: there is no file "{path}"')
     return str(path)

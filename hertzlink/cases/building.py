@@ -194,7 +194,9 @@ def reduced(structure: Structure, run: RunPart, path: Path) -> Structure:
     try:
         return reduce(structure, until, **settings)
     except ValueError as error:
-        raise Fault((*path, "reduce"), str(error)) from error
+        of_reduction = isinstance(run.reduce, Reduction) and run.reduce.until
+        fault = fault_of(str(error), {"until": (*path, "reduce", "until") if of_reduction else ("run", "until")})
+        raise (fault if fault.path else Fault((*path, "reduce"), str(error))) from error
 
 
 def _compact(structure: Structure) -> bool:

@@ -1,16 +1,20 @@
 """A case file and what it extends, as one tree of data, with the place of each entry."""
 
+import os
+import re
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from copy import deepcopy
 from dataclasses import dataclass, field
-from math import isclose, nan
+from math import isclose, isnan, nan
 from pathlib import Path as File
 from typing import Any
 
+from coupling.files.reading import read_text
 from hertzlink.cases.faults import CaseError, Fault
 from hertzlink.cases.lines import lines_of
 from hertzlink.cases.paths import Path, entry, has, parsed, put, written
+from hertzlink.cases.units import shown
 from structures.units import in_si
 
 DEEPEST = 10
@@ -25,6 +29,9 @@ KINDS = ("kind", "shape")
 
 CHANGE = "--set"
 """The place of an entry that the command line changes."""
+
+FILES = ("mesh",)
+"""Entries that name files: relative to the file in which they stand, or to the current folder after --set."""
 
 SECTIONS_OF_RANGES: tuple[Path, ...] = (("sweep",), ("identify", "unknowns"))
 """Sections that give values to entries, by their paths."""
@@ -55,10 +62,18 @@ class Source:
         """Where the user typed the value, and the reason with what was typed: at the path, or else as one of the values
         that a sweep or a fit gives this path.
         """
+        value, words = _number(fault.value), fault.reason.removeprefix(fault.value)
         for path in (fault.path, *self._ranges(fault.path)):
             text = entry(self.data, path) if has(self.data, path) else None
-            if isinstance(text, str) and fault.value and isclose(_number(fault.value), in_si(text), rel_tol=1e-9):
-                return path, f'"{text}"{fault.reason.removeprefix(fault.value)}'
+            if isinstance(text, str) and isclose(value, in_si(text), rel_tol=1e-9):
+                return path, f'"{text}"{words}'
+        if fault.path[-1:] == ("radius",) and fault.value:
+            across = (*fault.path[:-1], "diameter")
+            for path in (across, *self._ranges(across)):
+                text = entry(self.data, path) if has(self.data, path) else None
+                typed = in_si(text) if isinstance(text, str) else _number(str(text))
+                if isclose(2.0 * value, typed, rel_tol=1e-9):
+                    return path, f"{shown(text)} is a radius of {fault.value} m, which{words}"
         return fault.path, fault.reason
 
     def _ranges(self, path: Path) -> Iterator[Path]:
@@ -71,6 +86,18 @@ class Source:
                         values if isinstance(values, dict) else range(len(values) if isinstance(values, list) else 0)
                     )
                     yield from ((*section, key, name) for name in names)
+
+
+QUOTED = re.compile(r""""(?:[^"\\]|\\.)*"|'[^']*'""")
+
+MEASURED = re.compile(r"(?<![\w.])[-+]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][-+]?\d+)? ?[A-Za-zµμΩ°][\wµμΩ°·*/^²³⁴]*")
+"""A number with a unit."""
+
+COMMA = re.compile(r"= *([-+]?\d+,\d+(?:[eE][-+]?\d+)?) *$")
+"""A number with a decimal comma."""
+
+WORD = re.compile(r"= *(?!true\b|false\b|inf\b|nan\b)([A-Za-z_][\w .-]*?) *(?=$|[,}\]])")
+"""A text."""
 
 
 def _number(text: str) -> float:
@@ -89,23 +116,14 @@ def read_source(path: str | File, changes: Iterable[str] = ()) -> Source:
 
 
 def _read(name: str, path: File, above: tuple[File, ...]) -> Source:
+    text = _text(name, path)
     try:
-        if path.is_dir():
-            raise CaseError(f"{name}: is a folder; give a case file")
-        if path.stat().st_size > LARGEST:
-            raise CaseError(f"{name}: has more than {LARGEST:.0e} bytes; is it a case file?")
-        text = path.read_text(encoding="utf-8")
         data = tomllib.loads(text)
-    except FileNotFoundError:
-        raise CaseError(f"{name}: there is no such file; `hertzlink new rod case.toml` writes a first one") from None
-    except OSError as error:
-        raise CaseError(f"{name}: cannot be read ({error.strerror})") from None
-    except UnicodeDecodeError:
-        raise CaseError(f"{name}: is no text in UTF-8; is it a case file?") from None
-    except tomllib.TOMLDecodeError as error:
-        raise CaseError(_syntax(name, str(error))) from None
     except RecursionError:
         raise CaseError(f"{name}: is nested too deeply") from None
+    except ValueError as error:  # of what is no TOML, or of a number with thousands of digits
+        raise CaseError(_syntax(name, str(error), text)) from None
+    data = _with_whole_paths(data, path.resolve().parent)
     places = {at: f"{name}:{line}" for at, line in lines_of(text).items()}
     own = Source(data, name, path.resolve().parent, places)
     if "extends" not in data:
@@ -123,11 +141,66 @@ def _read(name: str, path: File, above: tuple[File, ...]) -> Source:
     return Source(_merged(below.data, data), name, below.folder, _kept(below.places, below.data, data) | places)
 
 
-def _syntax(name: str, message: str) -> str:
-    """What tomllib says, with its line where lines stand."""
+def _text(name: str, path: File) -> str:
+    try:
+        if path.is_dir():
+            raise CaseError(f"{name}: is a folder; give a case file")
+        text = read_text(path, LARGEST)
+    except FileNotFoundError:
+        raise CaseError(f"{name}: there is no such file; `hertzlink new rod case.toml` writes a first one") from None
+    except OSError as error:
+        raise CaseError(f"{name}: cannot be read ({error.strerror})") from None
+    except UnicodeDecodeError:
+        raise CaseError(f"{name}: is no text in UTF-8; is it a case file?") from None
+    if text is None:
+        raise CaseError(f"{name}: has more than {LARGEST:.0e} bytes; is it a case file?")
+    return text
+
+
+def _with_whole_paths(data: dict[str, Any], folder: File) -> dict[str, Any]:
+    """The same with the whole paths of files: a case that extends this one, or a result, may lie in another folder.
+
+    A file that is not there yet is reported where it is used; one whose name is no UTF-8 cannot stand in results.
+    """
+
+    def whole(value: Any, of_file: bool) -> Any:
+        if isinstance(value, dict):
+            # The entry of a sweep is a path, such as "structure.mesh".
+            return {key: whole(one, key.rpartition(".")[2] in FILES) for key, one in value.items()}
+        if isinstance(value, list):
+            return [whole(one, of_file) for one in value]
+        if not of_file or not isinstance(value, str):
+            return value
+        path = os.path.abspath(os.path.join(folder, os.path.expanduser(value)))
+        if os.fsencode(path).decode("utf-8", "replace") != path:
+            raise CaseError(f"{path}: is no name in UTF-8, so results could not hold it; give the file another name")
+        return path
+
+    found: dict[str, Any] = whole(data, False)
+    return found
+
+
+def _syntax(name: str, message: str, text: str) -> str:
+    """What tomllib says, with its line where lines stand, and what to write where a value was typed without quotes."""
     words, _, place = message.partition(" (at line ")
     line = place.split(",")[0]
-    return f"{name}:{line}: {words}; is no TOML" if line.isdigit() else f"{name}: {words}; is no TOML"
+    if not line.isdigit():
+        return f"{name}: {words}; is no TOML"
+    typed = QUOTED.sub("", (text.splitlines() or [""])[int(line) - 1]).partition("#")[0]
+    return f"{name}:{line}: {_cure(typed) or f'{words}; is no TOML'}"
+
+
+def _cure(line: str) -> str:
+    """What to write for a value that is no TOML, in a line without what stands in quotes; empty where none is."""
+    if comma := COMMA.search(line):
+        return f"{comma[1]} is no number; write {comma[1].replace(',', '.')}"
+    if word := WORD.search(line):
+        right = word[1].lower() if word[1] in ("True", "False") else f'"{word[1]}" in quotes'
+        return f"{word[1]} is no value of TOML; write {right}"
+    for found in MEASURED.finditer(line):
+        if not isnan(in_si(found[0])):
+            return f'{found[0]} is no value of TOML; write "{found[0]}" in quotes'
+    return ""
 
 
 def _replaces(base: Any, own: Any) -> bool:
@@ -169,8 +242,9 @@ def _apply(source: Source, change: str) -> None:
         raise CaseError(f"{place}: {error}") from None
     try:
         value = tomllib.loads(f"value = {text.strip()}")["value"] if "\n" not in text else text
-    except (tomllib.TOMLDecodeError, KeyError):
+    except (KeyError, ValueError):
         value = text.strip()  # as a shell leaves it of "1 mm"
+    value = _with_whole_paths({str(path[-1]): value}, File.cwd())[str(path[-1])]
     if path == ("extends",):
         raise CaseError(f"{place}: a change cannot extend another case")
     try:

@@ -44,25 +44,30 @@ class Unit:
     def read(self, given: Any) -> float:
         """The number in the SI unit; a validation error for anything else."""
         if isinstance(given, int | float) and not isinstance(given, bool):
-            if not math.isfinite(given):
-                raise fault(f"{given} is not finite; {self._words}")
-            return float(given)
+            try:
+                plain = float(given)
+            except OverflowError:
+                plain = math.inf
+            if not math.isfinite(plain):
+                raise fault(f"{shown(given)} is not finite; {self._words}")
+            return plain
         if not isinstance(given, str):
             raise fault(f"{shown(given)} {self._words}")
         found = NUMBER.fullmatch(given)
         if found is None or found[2].startswith(","):
             comma = "; write a decimal point" if re.search(r"\d,\d", given) else ""
-            raise fault(f'"{given}" {self._words}{comma}')
+            raise fault(f"{shown(given)} {self._words}{comma}")
         number, unit = Decimal(found[1].replace("_", "")), found[2]
         if not unit:
-            raise fault(f'"{given}" has no unit; {self._words}') if self.unit else fault(f'"{given}" {self._words}')
+            lack = "has no unit; " if self.unit else ""
+            raise fault(f"{shown(given)} {lack}{self._words}")
         try:
             degrees = self.unit == "rad" and unit in DEGREES
             value = math.radians(float(number)) if degrees else float(number * factor(unit, self.unit))
         except ValueError as error:
-            raise fault(f'"{given}": {error}; {self._words}') from None
+            raise fault(f"{shown(given)}: {error}; {self._words}") from None
         if not math.isfinite(value):
-            raise fault(f'"{given}" is not finite; {self._words}')
+            raise fault(f"{shown(given)} is not finite; {self._words}")
         return value
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from hertzlink.terminal import say, written
+from hertzlink.terminal import printable, say, show, written
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -119,18 +119,20 @@ def _written(
 
     # Measures that warn of what the result says already must not warn again.
     with collected():
-        whole = html(page(data, done.files, case.model.title or Path(name).stem, took, sensors, done.sketched))
+        whole = html(
+            page(data, done.files, case.model.title or printable(Path(name).stem), took, sensors, done.sketched)
+        )
 
     def write(into: Path) -> None:
         (into / "report.html").write_text(whole, encoding="utf-8")
         (into / "results.nc").write_bytes(data.to_netcdf(engine="h5netcdf"))
-        (into / "table.txt").write_text(done.text + "\n", encoding="utf-8")
+        (into / "table.txt").write_text(printable(done.text) + "\n", encoding="utf-8")
         (into / "case.toml").write_text(case.to_toml(), encoding="utf-8")
         for file, content in done.files.items():
             (into / file).write_text(content, encoding="utf-8")
 
     write_folder(folder, write, force)
-    click.echo(done.text)
+    show(done.text)
     written(folder)
 
 
@@ -175,7 +177,7 @@ def identify_case(case: str, trace: Path, changes: tuple[str, ...], output: Path
                 found, remarks = answer(question, signal)
             except ValueError as error:
                 raise of_file(error, trace) from None
-            data = found.to_dataset().assign_attrs({"case": whole.to_toml(), TRACE: str(trace)})
+            data = found.to_dataset().assign_attrs({"case": whole.to_toml(), TRACE: printable(str(trace.absolute()))})
             return Done(data, *tables(question, found, remarks), simulation_of(question, found))
 
         _written(case, output or Path(f"{Path(case).stem}-found"), force, whole, work)

@@ -1,6 +1,5 @@
 """Meshes of plates from files: what meshio reads, checked to be flat and whole, with its tags as names of edges."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,6 +19,7 @@ from structures.mesh_reading import (
     near,
     points_of,
     read_mesh,
+    source_of,
     tagged_facets,
     used,
 )
@@ -53,7 +53,7 @@ class FlatMesh:
 
     def __init__(self, source: Any, thickness: float, scale: float | None = None) -> None:
         self.scale = 1.0 if scale is None else positive("scale", scale, "m per unit of the mesh")
-        self.source = str(source) if isinstance(source, str | Path) else "meshio.Mesh"
+        self.source = source_of(source)
         read = read_mesh(source)
         kind, blocks = _faces(read)
         count = CELLS[kind]

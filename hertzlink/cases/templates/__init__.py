@@ -1,8 +1,10 @@
 """First case files, by kind, and how they are written."""
 
+import os
 from contextlib import suppress
 from importlib.resources import files
 from pathlib import Path
+from shlex import quote
 
 import numpy as np
 
@@ -35,8 +37,10 @@ def write_new(kind: str, path: Path | None) -> list[str]:
     if kind.endswith(".nc"):
         text, measured = case_again(Path(kind))
         path = path or Path(f"{Path(kind).stem}.toml")
+        measured = measured.removeprefix(f"{Path.cwd()}{os.sep}")
         _write(path, text)
-        return [f"written: {path}", f"next: hertzlink identify {path} {measured}" if measured else _next(path)]
+        again = f"next: hertzlink identify {quote(str(path))} {quote(measured)}"
+        return [f"written: {path}", again if measured else _next(path)]
     text, path = template(kind), path or Path(f"{kind}.toml")
     if kind != "identify":
         _write(path, text)
@@ -50,11 +54,12 @@ def write_new(kind: str, path: Path | None) -> list[str]:
     except OSError:
         path.unlink()
         raise
-    return [f"written: {path}, {trace} (a simulated trace)", f"next: hertzlink identify {path} {trace}"]
+    again = f"next: hertzlink identify {quote(str(path))} {quote(str(trace))}"
+    return [f"written: {path}, {trace} (a simulated trace)", again]
 
 
 def _next(path: Path) -> str:
-    return f"next: hertzlink check {path}, then hertzlink run {path}"
+    return f"next: hertzlink check {quote(str(path))}, then hertzlink run {quote(str(path))}"
 
 
 def example_trace(path: Path) -> str:
