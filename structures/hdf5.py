@@ -103,7 +103,7 @@ def _claimed(h5py: Any, one: Any, size: int, left: float) -> float:
             claimed += _bytes(one[begin : begin + many] if one.ndim else one[()])
             if claimed > left:
                 break
-    return claimed
+    return float(claimed)
 
 
 def _bytes(value: Any) -> float:

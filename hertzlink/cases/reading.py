@@ -14,7 +14,6 @@ from coupling.files.reading import read_text
 from hertzlink.cases.faults import CaseError, Fault
 from hertzlink.cases.lines import lines_of
 from hertzlink.cases.paths import Path, entry, has, parsed, put, written
-from hertzlink.cases.units import shown
 from structures.units import in_si
 
 DEEPEST = 10
@@ -67,13 +66,6 @@ class Source:
             text = entry(self.data, path) if has(self.data, path) else None
             if isinstance(text, str) and isclose(value, in_si(text), rel_tol=1e-9):
                 return path, f'"{text}"{words}'
-        if fault.path[-1:] == ("radius",) and fault.value:
-            across = (*fault.path[:-1], "diameter")
-            for path in (across, *self._ranges(across)):
-                text = entry(self.data, path) if has(self.data, path) else None
-                typed = in_si(text) if isinstance(text, str) else _number(str(text))
-                if isclose(2.0 * value, typed, rel_tol=1e-9):
-                    return path, f"{shown(text)} is a radius of {fault.value} m, which{words}"
         return fault.path, fault.reason
 
     def _ranges(self, path: Path) -> Iterator[Path]:
