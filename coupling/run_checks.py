@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from coupling.interface import Interface
-from coupling.recording.frames import ChainFrames, Frames
+from coupling.recording.frames import Frames
 from coupling.results.ar_and_tof import SMALLEST_WAVE
 from coupling.results.findings import warn
 from coupling.results.missing_waves import end_of_push, short_record
@@ -90,11 +90,30 @@ def checked(interface: Interface, frames: Frames, interval: float, ledger: Frame
     findings += _of_energy(interface, ledger or frames)
     times = interval * np.arange(frames.rows)
     for number in range(len(interface.chains)):
-        findings += _of_record(interface, frames.chains[number], number, times)
+        where = "mid chain" if len(interface.chains) == 1 else f"the middle of chain {number}"
+        findings += _of_record(interface.chains[number], frames.chains[number].contact_force, times, where)
     findings += yields(interface.chains, [_greatest(own.contact_force) for own in frames.chains])
     findings += check_structures(interface, frames, interval)
     warn(findings)
     return laws + findings
+
+
+def check_guest(chain: MovingChain, contact_force: Vector, work: Vector, times: Vector) -> list[str]:
+    """The findings on a chain that another program ran: contact forces, N, work on the surface, J, at times, s."""
+    forces = _greatest(contact_force)
+    laws, deep = chain.cautions(chain.approach(forces))
+    findings = [*check_before([chain], float(times[-1])), *laws, *deep, *_of_passivity(work, chain.energy)]
+    return [*findings, *_of_record(chain, contact_force, times, "mid chain"), *yields([chain], [forces])]
+
+
+def _of_passivity(work: Vector, scale: float) -> list[str]:
+    """A finding if a structure gave back more work, J, than it was given: then it creates energy. scale, J."""
+    if not work.min() < -LARGE * scale:
+        return []
+    return [
+        f"energy: the structure gave back more than it was given, by {-100.0 * work.min() / scale:.2g} % of the impact "
+        "energy; check the units of its displacement and force, and its time stepping"
+    ]
 
 
 def _is_driven(chain: MovingChain) -> bool:
@@ -132,7 +151,8 @@ def _of_energy(interface: Interface, frames: Frames) -> list[str]:
             kept = kept + interface.static[k] * frames.saved.surface[k]
     total = _worst(kept - kept[0], interface)
     if not total > LARGE:
-        return []
+        unknown = work[np.isnan(known).any(axis=1)]
+        return [finding for one in unknown for finding in _of_passivity(one, interface.impact_energy)][:1]
     exchange, stepper = frames.saved.given - frames.saved.work, work - known - frames.damped
     parts = {
         "the exchange, see interface_mismatch; take shorter windows, or a scheme that iterates": exchange,
@@ -150,13 +170,12 @@ def _worst(energy: Vector, interface: Interface) -> float:
     return float(abs(energy).max()) / interface.impact_energy
 
 
-def _of_record(interface: Interface, own: ChainFrames, number: int, times: Any) -> list[str]:
+def _of_record(chain: MovingChain, contact_force: Vector, times: Any, where: str) -> list[str]:
     """A finding if a record ends before a reflected wave can be back in mid chain; for a chain struck by a body."""
-    chain = interface.chains[number]
     if chain.surface is None or chain.behind is not None or _is_driven(chain) or not chain.chain.speed > 0.0:
         return []
-    last, middle = own.contact_force.shape[1] - 1, own.contact_force.shape[1] // 2
-    force = own.contact_force[:, middle] - chain.static_force[middle]
+    last, middle = contact_force.shape[1] - 1, contact_force.shape[1] // 2
+    force = contact_force[:, middle] - chain.static_force[middle]
     top = float(force.max())
     first = int((force >= 0.5 * top).argmax()) if top > 0.0 else 0
     silent = np.flatnonzero(force[first:] < SILENT * top)
@@ -165,11 +184,10 @@ def _of_record(interface: Interface, own: ChainFrames, number: int, times: Any) 
     # The wave is at mid chain when half of the way is behind it; before that, by theory.
     reached = float(times[first]) * last / middle if silent.size and first else chain.transit_time
     hop = reached / last
-    push = own.contact_force[:, -1] - chain.static_force[-1]
+    push = contact_force[:, -1] - chain.static_force[-1]
     leaves = end_of_push(times, push, 0.05 * max(top, 0.0), reached + 3.0 * hop)
     slower = SMALLEST_WAVE ** (-1.0 / 6.0)
     if times[-1] >= leaves + slower * (reached - float(times[first]) if silent.size else 0.5 * reached):
         return []
     needed = leaves + slower * reached
-    where = "mid chain" if len(interface.chains) == 1 else f"the middle of chain {number}"
     return [f"record: {short_record(float(times[-1]), needed, where).removeprefix('the record ')}"]

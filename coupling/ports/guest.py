@@ -12,6 +12,10 @@ from structures.checks import finite, instance, positive
 from structures.structure import Vector
 from structures.surface import Surface
 
+ROUNDING = 1e-12
+"""A force below this part of the chain's force scale is rounding, and exactly zero: programs that divide by the change
+of a force that stays so small, as relative convergence measures do, get no number."""
+
 
 class GuestState(NamedTuple):
     """The complete state at the end of a window; a checkpoint is this state.
@@ -50,6 +54,7 @@ def advance(moving: MovingChain, state: GuestState, surface: float, window: floa
     if bad.any():
         raise FloatingPointError(f"bead {int(bad.argmax())} is no longer finite at t = {chain.time:.6g} s; check dt")
     rate = (surface - state.surface) / window
+    mean_force = mean_force if abs(mean_force) > ROUNDING * moving.force_scale else 0.0
     return GuestState(chain, surface, mean_force, _contact_force(moving, chain, surface, rate))
 
 
@@ -57,4 +62,5 @@ def _contact_force(moving: MovingChain, state: ChainState, surface: float, rate:
     force = np.zeros(moving.mass.size)
     kernels.contact_forces(state.position, state.velocity, moving.constants, state.time, surface, rate, force)
     dynamic: Vector = force - moving.static_force
+    dynamic[abs(dynamic) <= ROUNDING * moving.force_scale] = 0.0
     return dynamic

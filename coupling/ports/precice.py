@@ -1,9 +1,11 @@
-"""The chain as a participant of a preCICE coupling; optional: needs preCICE 3 and its Python bindings, pyprecice.
+"""The chain as a participant of a preCICE coupling; optional: needs preCICE 3 and its Python bindings, pyprecice."""
 
-Written from the documented interface and tested with a substitute that follows it; never run against a live preCICE.
-"""
-
-from collections.abc import Mapping, Sequence
+import logging
+import re
+import signal
+import threading
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from math import ceil, inf
 from pathlib import Path
 from types import ModuleType
@@ -13,9 +15,12 @@ import numpy as np
 import xarray as xr
 
 from coupling.paths import path_of
+from coupling.plan import FEWEST_PER_CONTACT, SAME_TIME
 from coupling.ports.guest import GuestState, advance, guest_chain, start
-from coupling.results.provenance import provenance
+from coupling.results.findings import warn, with_warnings
+from coupling.results.provenance import provenance, version_of
 from coupling.results.schema import variable
+from coupling.run_checks import check_guest
 from particles.chain import Chain
 from particles.moving import MovingChain
 from structures.checks import each, finite, instance, one_of, positive, short
@@ -24,6 +29,18 @@ from structures.surface import Surface
 
 DEFAULT_NAMES = {"participant": "Chain", "mesh": "Chain-Mesh", "displacement": "Displacement", "force": "Force"}
 """Default names in the configuration: of the chain, its mesh, the data that it reads and the data that it writes."""
+
+STEPS_PER_CONTACT = 64
+"""Steps of the chain in a contact, where neither preCICE nor the user says how long they are."""
+
+SCHEME = re.compile(r"<coupling-scheme:(?P<kind>[\w-]+)[^>]*>.*?</coupling-scheme:(?P=kind)>", re.DOTALL)
+"""A coupling scheme of a configuration."""
+
+MOST_ITERATIONS = re.compile(r"<max-iterations\b[^>]*\bvalue\s*=\s*[\"'](\d+)[\"']")
+
+COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
+
+log = logging.getLogger("hertzlink.precice")
 
 
 def run_in_precice(
@@ -61,7 +78,8 @@ def run_in_precice(
         Position of the vertex, m; by default the origin.
     window : float, optional
         Longest step of the chain, s. The surface moves linearly over a step: preCICE's window, or an equal part of it
-        no longer than `window`, which suits a displacement of waveform-degree 2 or more.
+        no longer than `window`, which suits a displacement of waveform-degree 2 or more. By default preCICE's window;
+        but 1/64 of a contact if that is longer than 1/8 of one, or left to the chain (method "first-participant").
     flexibility : float
         Compliance in series with the contact, m/N; `structure.flexibility` for a Structure.
     dt : float, optional
@@ -70,7 +88,11 @@ def run_in_precice(
     Returns
     -------
     xarray.Dataset
-        A Dataset for `reflections` and the other measures, without energies.
+        A Dataset for `reflections` and the other measures. Of the energies it holds the work on the surface alone.
+        `evaluations` counts how often a window was tried, and `residual` is the last change of its force. The attribute
+        `warnings` holds the findings: windows that took all iterations that the configuration allows, which preCICE
+        accepts although they may not have converged; windows that are coarse; and those of every run. The attribute
+        `precice` names the version of preCICE.
 
     Raises
     ------
@@ -79,8 +101,13 @@ def run_in_precice(
     ValueError
         For bad input.
     FloatingPointError
-        If the state of a bead is no longer finite. Errors of preCICE are passed on. The other participant notices an
-        error when this process ends.
+        If the state of a bead is no longer finite. Errors of preCICE are passed on.
+
+    Notes
+    -----
+    After an error the coupling is ended, so that the other participant stops too. An error before the coupling begins,
+    such as a wrong direction, is shown at once; then the chain waits for the other participant, to end it. While
+    preCICE waits, Ctrl-C ends the process.
 
     References
     ----------
@@ -99,41 +126,140 @@ def run_in_precice(
     """
     precice = _bindings()
     moving = guest_chain(chain, surface, flexibility, dt)
-    longest = inf if window is None else positive("window", window, "s")
+    longest = None if window is None else positive("window", window, "s")
     called = DEFAULT_NAMES | _names(names or {})
     file = path_of("configuration", configuration, "name of a file")
     if not file.is_file():
         raise ValueError(f"configuration = {short(str(configuration))}: must be preCICE's configuration file")
-    interface = _Interface(precice, str(file), called, direction, position)
-    states = _exchange(moving, interface, longest)
-    given = {"chain": chain.describe(), "configuration": str(configuration), "names": called}
-    return _dataset(moving, states, {**given, "window": window})
+    participant = precice.Participant(called["participant"], str(file), 0, 1)
+    try:
+        interface = _Interface(participant, called, direction, position)
+    except (ValueError, RuntimeError) as error:
+        _release(participant, called["mesh"], error)
+        raise
+    try:
+        windows = _exchange(moving, interface, longest)
+    except BaseException:
+        # Otherwise the other participant waits until this one is deleted.
+        _finalize(participant)
+        raise
+    participant.finalize()
+    given = {"chain": chain.describe(), "configuration": str(configuration), "names": called, "window": window}
+    data = _dataset(moving, windows, given).assign_attrs(precice=_version(precice))
+    findings = windows.findings(moving, _most_iterations(file, called["participant"]))
+    findings += check_guest(moving, data.contact_force.values, data.interface_work.values, data.time.values)
+    warn(findings)
+    return with_warnings(data, findings)
 
 
-def _exchange(moving: MovingChain, interface: "_Interface", longest: float) -> list[GuestState]:
-    """The states at the ends of all accepted steps, the start first."""
-    coupling, states, first = interface.participant, [start(moving)], 0
+class _Windows:
+    """States at the ends of all accepted steps, the start first; and how each window of preCICE went.
+
+    At the end of a window, zero at that of other steps: how often the window was tried, and the residual, N, which is
+    the last change of its mean force.
+    """
+
+    def __init__(self, begin: GuestState) -> None:
+        self.states, self.evaluations, self.residual = [begin], [0], [0.0]
+        self.longest, self.first, self.tries, self.force = 0.0, 0, 1, 0.0
+
+    def mean_force(self) -> float:
+        """Over the window so far, N."""
+        states = self.states[self.first :]
+        spans = np.diff([state.chain.time for state in states])
+        return float(spans @ [state.mean_force for state in states[1:]] / spans.sum())
+
+    def repeat(self) -> None:
+        """Back to the begin of the window."""
+        self.tries, self.force = self.tries + 1, self.mean_force()
+        del self.states[self.first + 1 :]
+
+    def accept(self) -> None:
+        """The next window begins."""
+        force, inner = self.mean_force(), [0] * (len(self.states) - self.first - 2)
+        self.longest = max(self.longest, self.states[-1].chain.time - self.states[self.first].chain.time)
+        self.evaluations += [*inner, self.tries]
+        self.residual += [*inner, abs(force - self.force)]
+        self.first, self.tries, self.force = len(self.states) - 1, 1, force
+
+    def findings(self, moving: MovingChain, most: float) -> list[str]:
+        """Windows that are coarse, or took as many iterations as they may."""
+        found, coarse = [], moving.contact_time / FEWEST_PER_CONTACT
+        if self.longest > coarse * (1.0 + SAME_TIME):
+            size = f"time-window-size = {self.longest:.3g} s"
+            found.append(f"{size}: is coarse compared with a contact; take at most {coarse:.3g} s")
+        if last := sum(tries >= most for tries in self.evaluations):
+            count = sum(tries > 0 for tries in self.evaluations)
+            found.append(
+                f"max-iterations = {most}: {last} of {count} windows took them all and may not have converged, which "
+                "preCICE accepts; raise it, or change the acceleration or the convergence measures"
+            )
+        return found
+
+
+def _most_iterations(configuration: Path, participant: str) -> float:
+    """The max-iterations of the participant's coupling scheme, infinite where none are given."""
+    text = COMMENT.sub("", configuration.read_text(encoding="utf-8", errors="replace"))
+    schemes = [
+        found[0] for found in SCHEME.finditer(text) if re.search(rf"[\"']{re.escape(participant)}[\"']", found[0])
+    ]
+    return min((int(most) for scheme in schemes for most in MOST_ITERATIONS.findall(scheme)), default=inf)
+
+
+def _exchange(moving: MovingChain, interface: "_Interface", longest: float | None) -> _Windows:
+    """Run to the end."""
+    coupling, windows = interface.participant, _Windows(start(moving))
     interface.initialize()
     while coupling.is_coupling_ongoing():
         # All states are kept, so there is nothing to write; but preCICE stops a participant that does not ask.
         coupling.requires_writing_checkpoint()
         left = coupling.get_max_time_step_size()
-        step = left / max(1, ceil(left / longest * (1.0 - 1e-9)))
-        states.append(advance(moving, states[-1], interface.read(step), step))
-        interface.write(_mean_force(states[first:]))
-        coupling.advance(step)
+        if longest is None:
+            coarse = left > moving.contact_time / FEWEST_PER_CONTACT * (1.0 + SAME_TIME)
+            longest = moving.contact_time / STEPS_PER_CONTACT if coarse else inf
+        step = left / max(1, ceil(left / longest * (1.0 - SAME_TIME)))
+        windows.states.append(advance(moving, windows.states[-1], interface.read(step), step))
+        interface.write(windows.mean_force())
+        with _interruptible():
+            coupling.advance(step)
         if coupling.requires_reading_checkpoint():
-            del states[first + 1 :]
+            windows.repeat()
         elif coupling.is_time_window_complete():
-            first = len(states) - 1
-    coupling.finalize()
-    return states
+            windows.accept()
+    return windows
 
 
-def _mean_force(states: list[GuestState]) -> float:
-    """Over all steps from the first state to the last, N."""
-    spans = np.diff([state.chain.time for state in states])
-    return float(spans @ [state.mean_force for state in states[1:]] / spans.sum())
+def _release(participant: Any, mesh: str, error: Exception) -> None:
+    """End the other participant after an error before the coupling began: it waits for this one, in vain."""
+    log.warning("%s; waiting for the other participant, to end it", error)
+    with suppress(RuntimeError):
+        participant.set_mesh_vertices(mesh, np.zeros((1, participant.get_mesh_dimensions(mesh))))
+    with suppress(RuntimeError), _interruptible():
+        participant.requires_initial_data()
+        participant.initialize()
+    _finalize(participant)
+
+
+def _finalize(participant: Any) -> None:
+    """End the coupling after an error, which must not be hidden by another."""
+    with suppress(RuntimeError), _interruptible():
+        participant.finalize()
+
+
+@contextmanager
+def _interruptible() -> Iterator[None]:
+    """Within this context Ctrl-C ends the process: Python itself would see it only when preCICE returns."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    handler = signal.getsignal(signal.SIGINT)
+    if handler is signal.default_int_handler:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+    try:
+        yield
+    finally:
+        if handler is signal.default_int_handler:
+            signal.signal(signal.SIGINT, handler)
 
 
 class _Interface:
@@ -141,13 +267,12 @@ class _Interface:
 
     def __init__(
         self,
-        precice: ModuleType,
-        configuration: str,
+        participant: Any,
         names: Mapping[str, str],
         direction: Sequence[float] | None,
         position: Sequence[float] | None,
     ) -> None:
-        self.names, self.participant = names, precice.Participant(names["participant"], configuration, 0, 1)
+        self.names, self.participant = names, participant
         dimensions = self.participant.get_mesh_dimensions(names["mesh"])
         vertex = np.zeros(dimensions) if position is None else _vector("position", position, dimensions)
         sizes = [
@@ -163,7 +288,8 @@ class _Interface:
         """The initial force, if preCICE requires it, is zero: everything is in static equilibrium."""
         if self.participant.requires_initial_data():
             self.write(0.0)
-        self.participant.initialize()
+        with _interruptible():
+            self.participant.initialize()
 
     def read(self, step: float) -> float:
         """Displacement of the surface (m) at the end of the step (s)."""
@@ -218,17 +344,31 @@ def _bindings() -> Any:
     return precice
 
 
-def _dataset(moving: MovingChain, states: list[GuestState], given: dict[str, Any]) -> xr.Dataset:
+def _version(precice: ModuleType) -> str:
+    """Of preCICE, as far as it is known, and of its bindings."""
+    information = getattr(precice, "get_version_information", str)()
+    text = information.decode() if isinstance(information, bytes) else str(information)
+    return f"preCICE {text.split(';')[0] or 'unknown'}, pyprecice {version_of('pyprecice')}"
+
+
+def _dataset(moving: MovingChain, windows: _Windows, given: dict[str, Any]) -> xr.Dataset:
+    states = windows.states
     force = np.array([state.contact_force for state in states]) + moving.static_force
+    surface, times = (np.array(one) for one in zip(*((s.surface, s.chain.time) for s in states), strict=True))
+    mean_force = np.array([state.mean_force for state in states])[1:]
     values = {
         "displacement": (np.array([state.chain.position for state in states]) - moving.rest)[:, : moving.mass.size],
         "velocity": np.array([state.chain.velocity for state in states])[:, : moving.mass.size],
         "contact_force": force,
-        "surface_displacement": np.array([state.surface for state in states]),
+        "surface_displacement": surface,
+        "interface_work": np.cumsum([0.0, *(mean_force * np.diff(surface))]),
+        "interface_impulse": np.cumsum([0.0, *(mean_force * np.diff(times))]),
+        "evaluations": np.array(windows.evaluations, float),
+        "residual": np.array(windows.residual),
     }
     variables = {name: variable(name, data) for name, data in values.items()}
     coordinates = {
-        "time": ("time", np.array([state.chain.time for state in states]), {"units": "s"}),
+        "time": ("time", times, {"units": "s"}),
         "bead": ("bead", np.arange(moving.mass.size)),
         "contact": ("contact", np.arange(1, moving.mass.size + 1)),
         "centre": ("bead", moving.chain.centres, {"units": "m", "long_name": "centre, from the struck end"}),

@@ -1,8 +1,11 @@
 """The chain in preCICE, against a double of its Python bindings: the order of calls, numbers, bad input.
 
-No live preCICE is needed, and none was tried.
+The double has what a live preCICE 3.4.1 was seen to do: it divides as Aitken's formula does, counts as zero what is
+below 1e-14, accepts a window after max-iterations without a word, and leaves the other participant waiting where this
+one does not end the coupling.
 """
 
+import signal
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -14,16 +17,18 @@ import xarray as xr
 from numpy.typing import NDArray
 
 import hertzlink as hl
+from coupling.ports.guest import advance, start
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 CHAIN = hl.Chain([BEAD] * 20, striker=BEAD, impact_speed=0.31, gravity=9.81, dissipation=hl.LinearDashpot(5.0))
 SURFACE = hl.Surface(hl.ACRYLIC)
 ROD = hl.reduce(hl.rod([hl.Layer(hl.ACRYLIC, 0.0762, 0.0191)]), until=8e-4)
 WINDOW = 1e-6
+ZERO = 1e-14
 MOVING = hl.stepping.MovingChain(CHAIN, SURFACE)
 
 
-class OutOfOrder(Exception):
+class OutOfOrder(RuntimeError):
     """preCICE stops with an error of its own."""
 
 
@@ -32,7 +37,8 @@ class Double:
 
     (Documentation of the Python bindings 3, and of preCICE, "couple your code".) Displacements are linear over a window
     and the force counts that was written last, as with waveform-degree 1 and 0. Implicit: the window is repeated, with
-    Aitken's relaxation of the force, until the force changes by less than the tolerance.
+    Aitken's relaxation of the force, until the force changes by less than the tolerance. With the chain first, the
+    displacement is relaxed, until force and displacement change by less than that part of themselves (`relative`).
     """
 
     def __init__(self, name: str, configuration: str, rank: int, size: int) -> None:
@@ -43,14 +49,18 @@ class Double:
         self.wrote = self.asked_to_write = self.asked_to_read = self.must_read = False
         self.structure = hl.stepping.MovingStructure(ROD)
         self.before, self.surface, self.used, self.factor, self.last = self.structure.start(), 0.0, 0.0, 0.5, 0.0
-        self.force, self.count = 0.0, 0
-        self.moved, self.end = self.structure.advance(self.before, 0.0, WINDOW)
+        self.force, self.count, self.before_last = 0.0, 0, 0.0
+        self.interrupts: set[object] = set()
+        assert self.tolerance > ZERO, "limits of 1e-14 and below are refused"
+        self.moved, self.end = self.structure.advance(self.before, 0.0, self.window)
         type(self).latest = self
 
     # What a test chooses.
     implicit, dimensions, until, tolerance, initial, axis = True, 3, 8e-4, 1e-11 * MOVING.force_scale, False, 2
     called: tuple[str, ...] = ("Chain", "Chain-Mesh", "Displacement", "Force")
     sizes = (1, 1)
+    most, scale, window, always_complete = 50, 1.0, WINDOW, False
+    relative: float | None = None
     latest: "Double"
 
     def _call(self, name: str, *states: str) -> None:
@@ -82,6 +92,7 @@ class Double:
 
     def initialize(self) -> None:
         self._call("initialize", "made")
+        self.interrupts.add(signal.getsignal(signal.SIGINT))
         if not hasattr(self, "positions"):
             raise OutOfOrder("initialize before set_mesh_vertices")
         if self.initial and not self.wrote:
@@ -104,18 +115,18 @@ class Double:
 
     def is_time_window_complete(self) -> bool:
         self._call("is_time_window_complete", "running", "over")
-        return self.elapsed == 0.0 and self.count == 0
+        return self.always_complete or (self.elapsed == 0.0 and self.count == 0)
 
     def get_max_time_step_size(self) -> float:
         self._call("get_max_time_step_size", "running")
-        return WINDOW - self.elapsed
+        return self.window - self.elapsed
 
     def read_data(self, mesh: str, data: str, ids: NDArray[np.int32], time: float) -> NDArray[np.float64]:
         self._call("read_data", "running")
         assert (mesh, data, ids.tolist()) == (*self.called[1:3], [7])
-        if not 0.0 <= time <= (WINDOW - self.elapsed) * (1.0 + 1e-12):
+        if not 0.0 <= time <= (self.window - self.elapsed) * (1.0 + 1e-12):
             raise OutOfOrder(f"read_data at {time} s, beyond the window")
-        value = self.surface + (self.end - self.surface) * (self.elapsed + time) / WINDOW
+        value = self.scale * (self.surface + (self.end - self.surface) * (self.elapsed + time) / self.window)
         if self.sizes[0] == 1:
             return np.array([value])
         vector = np.zeros((1, self.dimensions))
@@ -131,41 +142,78 @@ class Double:
 
     def advance(self, step: float) -> None:
         self._call("advance", "running")
+        self.interrupts.add(signal.getsignal(signal.SIGINT))
         if not self.wrote:
             raise OutOfOrder("advance without data")
         if self.implicit and not self.asked_to_write and self.elapsed == 0.0 and self.count == 0:
             raise OutOfOrder("advance before requires_writing_checkpoint")
-        assert 0.0 < step <= (WINDOW - self.elapsed) * (1.0 + 1e-12)
+        assert 0.0 < step <= (self.window - self.elapsed) * (1.0 + 1e-12)
         self.elapsed += step
         self.wrote = self.asked_to_write = self.asked_to_read = self.must_read = False
-        if self.elapsed > WINDOW * (1.0 - 1e-9):
+        if self.elapsed > self.window * (1.0 - 1e-9):
             self.elapsed = 0.0
             self._iterate() if self.implicit else self._accept()
 
     def _iterate(self) -> None:
         self.count += 1
-        assert self.count < 50
+        assert self.count <= 50
+        if self.relative is None:
+            self._relax_force()
+        else:
+            self._relax_displacement(self.relative)
+        self.must_read = self.count != 0
+
+    def _relax_force(self) -> None:
         residual = self.force - self.used
-        if abs(residual) <= self.tolerance:
+        if abs(residual) <= self.tolerance or self.count == self.most:
             self._accept()
             return
-        if self.count > 1 and residual != self.last:
-            self.factor *= -self.last / (residual - self.last)
+        if self.count > 1:
+            self._aitken(residual)
         self.used, self.last = self.used + self.factor * residual, residual
-        self.moved, self.end = self.structure.advance(self.before, self.used, WINDOW)
-        self.must_read = True
+        self.moved, self.end = self.structure.advance(self.before, self.used, self.window)
+
+    def _relax_displacement(self, relative: float) -> None:
+        felt = self.force if abs(self.force) > ZERO else 0.0
+        self.moved, end = self.structure.advance(self.before, felt, self.window)
+        residual, change, self.before_last = end - self.end, self.force - self.before_last, self.force
+        if abs(residual) <= relative * abs(end) and abs(change) <= relative * abs(self.force):
+            self._accept()
+            return
+        if self.count > 1:
+            self._aitken(residual)
+        self.end, self.last = self.end + self.factor * residual, residual
+
+    def _aitken(self, residual: float) -> None:
+        """Aitken's factor; where nothing changes it is 0/0."""
+        with np.errstate(invalid="ignore", divide="ignore"):
+            self.factor = float(-self.factor * np.divide(self.last, residual - self.last))
 
     def _accept(self) -> None:
-        """The next window begins with the force of this one."""
+        """The next window begins with the force of this one, or with the displacement at its end."""
         self.before, self.surface, self.used, self.factor, self.count = self.moved, self.end, self.force, 0.5, 0
-        self.moved, self.end = self.structure.advance(self.before, self.used, WINDOW)
+        if self.relative is None:
+            self.moved, self.end = self.structure.advance(self.before, self.used, self.window)
         self.windows += 1
-        if self.windows == round(self.until / WINDOW):
+        if self.windows == round(self.until / self.window):
             self.state = "over"
 
     def finalize(self) -> None:
-        self._call("finalize", "over")
+        self._call("finalize", "made", "running", "over")
         self.state = "finalized"
+
+
+CONFIGURATION = """<precice-configuration>
+  <coupling-scheme:serial-implicit>
+    <participants first="Fluid" second="Solid" /> <max-iterations value="1" />
+  </coupling-scheme:serial-implicit>
+  <coupling-scheme:serial-implicit>
+    <participants first="Structure" second="Chain" />
+    <!-- <max-iterations value="1" /> -->
+    <max-iterations value="{}" />
+  </coupling-scheme:serial-implicit>
+</precice-configuration>
+"""
 
 
 @pytest.fixture
@@ -174,6 +222,7 @@ def double(monkeypatch: pytest.MonkeyPatch) -> type[Double]:
     kind = type("Participant", (Double,), {})
     module = ModuleType("precice")
     module.Participant = kind  # type: ignore[attr-defined]
+    module.get_version_information = lambda: b"3.4.1;revision;"  # type: ignore[attr-defined]
     monkeypatch.setitem(sys.modules, "precice", module)
     return kind
 
@@ -243,6 +292,94 @@ def test_a_scalar_and_a_vector_by_other_names(
     check_same(run, cosimulation.isel(time=slice(401)), 1e-9)
 
 
+def test_relative_measures_with_the_chain_first(
+    double: type[Double], configuration: Path, cosimulation: xr.Dataset
+) -> None:
+    """At rest a force of rounding, 4e-16 N, would change by all of itself, and Aitken's factor would be no number."""
+    double.relative, double.until = 1e-12, 4e-4
+    run = hl.ports.run_in_precice(CHAIN, SURFACE, configuration)
+    check_same(run, cosimulation.isel(time=slice(401)), 1e-9)
+    assert (run.contact_force.isel(time=slice(1, 3), contact=-1) == run.static_force[-1]).all()
+
+
+def test_forces_of_rounding_are_zero() -> None:
+    state = advance(MOVING, start(MOVING), 0.0, WINDOW)
+    assert state.mean_force == 0.0
+    assert not state.contact_force[5:].any()
+    assert state.contact_force[0] > 0.0
+
+
+def test_windows_that_do_not_converge_are_counted(
+    double: type[Double], configuration: Path, cosimulation: xr.Dataset
+) -> None:
+    """preCICE accepts them without a word after max-iterations; AR is then off by 5e-4."""
+    double.most = 2
+    configuration.write_text(CONFIGURATION.format(2))
+    with pytest.warns(hl.HertzlinkWarning, match=r"^max-iterations = 2: 564 of 800 windows took them all and may not"):
+        run = hl.ports.run_in_precice(CHAIN, SURFACE, configuration)
+    assert "max-iterations" in run.attrs["warnings"]
+    assert run.evaluations.max() == 2
+    wrong, right = (float(hl.amplitude_ratio(one, sensor=7)) for one in (run, cosimulation))
+    assert abs(wrong / right - 1.0) > 2e-4
+    double.most = 50
+    configuration.write_text(CONFIGURATION.format(50))
+    run = hl.ports.run_in_precice(CHAIN, SURFACE, configuration)
+    assert "max-iterations" not in run.attrs["warnings"]
+    assert run.evaluations.sum() == double.latest.calls.count("advance")
+    assert 0.0 < run.residual.max() < 1e-4 * MOVING.force_scale
+    for name in ("interface_work", "interface_impulse"):
+        scale = float(abs(cosimulation[name]).max())
+        assert run[name].values == pytest.approx(cosimulation[name].values, abs=1e-9 * scale)
+
+
+def test_a_coarse_window_is_reported(double: type[Double], configuration: Path) -> None:
+    """As CoSimulation does: fewer than eight in a contact. The chain's steps within are 1/64 of a contact."""
+    double.window, double.until = 1e-5, 2e-4
+    with pytest.warns(hl.HertzlinkWarning, match=r"time-window-size = 1e-05 s: is coarse .* take at most 4\.63e-06 s"):
+        run = hl.ports.run_in_precice(CHAIN, SURFACE, configuration)
+    assert np.diff(run.time.values).max() <= MOVING.contact_time / 64
+    assert run.evaluations.values[1:18].tolist() == [0.0] * 17
+
+
+def test_the_chain_chooses_the_window_where_precice_leaves_it(double: type[Double], configuration: Path) -> None:
+    """With the method first-participant, preCICE gives the time that is left."""
+    double.implicit, double.until, double.window = False, 4e-4, 4e-4
+    double.always_complete = True
+    run = hl.ports.run_in_precice(CHAIN, SURFACE, configuration)
+    assert np.diff(run.time.values) == pytest.approx(MOVING.contact_time / 64, rel=0.02)
+    assert "coarse" not in run.attrs["warnings"]
+
+
+def test_findings_of_every_run_are_reported(double: type[Double], configuration: Path) -> None:
+    double.until = 5e-5
+    with pytest.warns(hl.HertzlinkWarning, match="record: ends at 50 µs"):
+        run = hl.ports.run_in_precice(CHAIN, SURFACE, configuration)
+    assert run.attrs["precice"] == "preCICE 3.4.1, pyprecice not installed"
+
+
+def test_a_partner_that_creates_energy_is_reported(double: type[Double], configuration: Path) -> None:
+    """It moves against the force."""
+    double.scale, double.implicit = -1.0, False
+    with pytest.warns(hl.HertzlinkWarning, match="energy: the structure gave back more than it was given"):
+        hl.ports.run_in_precice(CHAIN, SURFACE, configuration)
+
+
+def test_ctrl_c_ends_the_process_while_precice_waits(double: type[Double], configuration: Path) -> None:
+    """Python's own handler would wait for preCICE to return."""
+    double.until = 2e-6
+    hl.ports.run_in_precice(CHAIN, SURFACE, configuration)
+    assert double.latest.interrupts == {signal.SIG_DFL}
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+@pytest.mark.filterwarnings("ignore:overflow:RuntimeWarning", "ignore:invalid:RuntimeWarning")
+def test_an_error_of_the_chain_ends_the_partner_too(double: type[Double], configuration: Path) -> None:
+    double.scale = -1e300
+    with pytest.raises(FloatingPointError, match="is no longer finite"):
+        hl.ports.run_in_precice(CHAIN, SURFACE, configuration)
+    assert double.latest.state == "finalized"
+
+
 def test_explicit_coupling_answers_one_window_later(double: type[Double], configuration: Path) -> None:
     """Each window the structure moves under the force of the window before."""
     double.implicit, double.until = False, 2e-4
@@ -306,6 +443,14 @@ def test_bad_input(double: type[Double], configuration: Path, changed: dict[str,
     given: dict[str, Any] = {"chain": CHAIN, "surface": SURFACE, "configuration": configuration, **changed}
     with pytest.raises(ValueError, match=message):
         hl.ports.run_in_precice(**given)
+    check_ended(double)
+
+
+def check_ended(double: type[Double]) -> None:
+    """A partner that waits for the connection gets it, and then its end."""
+    if hasattr(double, "latest"):
+        assert double.latest.calls[-2:] == ["initialize", "finalize"]
+        assert double.latest.state == "finalized"
 
 
 @pytest.mark.parametrize(
@@ -321,6 +466,7 @@ def test_bad_direction(double: type[Double], configuration: Path, direction: Any
     double.sizes = (3, 3)
     with pytest.raises(ValueError, match=message):
         hl.ports.run_in_precice(CHAIN, SURFACE, configuration, direction=direction)
+    check_ended(double)
 
 
 def test_missing_and_old_bindings_are_named(monkeypatch: pytest.MonkeyPatch, configuration: Path) -> None:
