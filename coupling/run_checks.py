@@ -11,9 +11,9 @@ from coupling.results.ar_and_tof import SMALLEST_WAVE
 from coupling.results.findings import warn
 from coupling.results.missing_waves import end_of_push, short_record
 from coupling.structure_checks import check_structures
+from coupling.yield_check import yields
 from particles import kernels
 from particles.moving import MovingChain
-from particles.yielding import yields
 from structures.checks import duration
 from structures.structure import Vector
 
@@ -92,7 +92,8 @@ def checked(interface: Interface, frames: Frames, interval: float, ledger: Frame
     for number in range(len(interface.chains)):
         where = "mid chain" if len(interface.chains) == 1 else f"the middle of chain {number}"
         findings += _of_record(interface.chains[number], frames.chains[number].contact_force, times, where)
-    findings += yields(interface.chains, [_greatest(own.contact_force) for own in frames.chains])
+    peaks = [_greatest(own.contact_force) for own in frames.chains]
+    findings += yields(interface.chains, frames.chains, peaks, times)
     findings += check_structures(interface, frames, interval)
     warn(findings)
     return laws + findings

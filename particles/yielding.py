@@ -1,8 +1,9 @@
 """Contact pressures beyond yield: where beads would dent, which elastic contact laws leave out."""
 
-from collections.abc import Sequence
 from functools import lru_cache
 from math import inf, pi, sqrt
+
+import numpy as np
 
 from particles.bead import Bead, Cylinder
 from particles.moving import MovingChain
@@ -16,45 +17,60 @@ OF_HERTZ = 1.0 / 3.0
 """Power of the force in the pressure of a round or elliptic contact."""
 
 
-def yields(chains: Sequence[MovingChain], forces: Sequence[Vector]) -> list[str]:
-    """A finding where peak contact forces, N, of each chain, press any body beyond yield; of the worst contact."""
-    worst, beyond, known = (1.0, "", ""), 0, dict[tuple[int, int], tuple[float, float, float]]()
-    for number, (chain, force) in enumerate(zip(chains, forces, strict=True)):
-        for i, pair in enumerate(chain.pairs):
-            # Contacts whose law yields leave nothing out.
-            if pair is None or (chain.yielding is not None and chain.yielding[i] is not None):
-                continue
-            key = id(pair[0]), id(pair[1])
-            if key not in known:
-                known[key] = _pressure(*pair)
-            unit, power, limit = known[key]
-            if not force[i] > 0.0 or limit == inf:
-                continue
-            pressure = unit * float(force[i]) ** power
-            beyond += pressure > limit
-            if pressure / limit > worst[0]:
-                where = f"contact {i + 1}" + (f" of chain {number}" if len(chains) > 1 else "")
-                weaker = _weaker(*pair)
-                text = (
-                    f"{1e-9 * pressure:.2g} GPa at {where} is {pressure / limit:.3g} times the pressure at which "
-                    f"{weaker.name or 'the weaker material'} begins to yield"
-                )
-                worst = pressure / limit, text, _cure(chain, power, pressure / limit, weaker, where)
-    if not beyond:
-        return []
-    count = sum(pair is not None for chain in chains for pair in chain.pairs)
-    many = f"{beyond} of {count} contacts {'is' if beyond == 1 else 'are'} beyond yield, and bodies would be dented"
-    return [f"yield: {worst[1]}; {many} there; {worst[2]}"]
+def overloads(chain: MovingChain, force: Vector) -> Vector:
+    """The pressure of each contact at these forces, N, over that at which it yields; zero where nothing is left out."""
+    ratios, known = np.zeros(len(chain.pairs)), dict[tuple[int, int], tuple[float, float, float]]()
+    for i, pair in enumerate(chain.pairs):
+        # Contacts whose law yields leave nothing out.
+        if pair is None or not force[i] > 0.0 or (chain.yielding is not None and chain.yielding[i] is not None):
+            continue
+        key = id(pair[0]), id(pair[1])
+        if key not in known:
+            known[key] = _pressure(*pair)
+        unit, power, limit = known[key]
+        ratios[i] = unit * float(force[i]) ** power / limit
+    return ratios
 
 
-def _cure(chain: MovingChain, power: float, ratio: float, weaker: Material, where: str) -> str:
+def unknown_strengths(chain: MovingChain) -> list[str]:
+    """A finding for each contact of a law of yielding that takes the strength of the one body for both."""
+    found = dict[str, None]()
+    for i, contact in enumerate(chain.yielding or ()):
+        pair = chain.pairs[i]
+        if pair is None or contact is None or contact.law.yield_strength is not None:
+            continue
+        taken = contact.bodies.material
+        for material in _materials(pair):
+            if material.yield_strength is None:
+                found[
+                    f"strength: that of {material.name or 'a body'} is not known, and that of "
+                    f"{taken.name or 'the other body'}, {1e-6 * contact.bodies.strength:.4g} MPa, is taken where they "
+                    "touch; give Material(..., yield_strength=)"
+                ] = None
+    return list(found)
+
+
+def _materials(pair: tuple[Side, Side]) -> list[Material]:
+    return [(side if isinstance(side, Surface) else side.surface).material for side in pair]
+
+
+def slower(chain: MovingChain, contact: int, ratio: float) -> str:
     """What keeps a contact from yielding, whose pressure is so many times the one at which it begins."""
-    strength = f"{where} needs a yield strength of {1e-9 * ratio * float(weaker.yield_strength or 0.0):.2g} GPa"
+    pair = chain.pairs[contact]
+    assert pair is not None
+    power = _pressure(*pair)[1]
     # Forces of Hertz grow with the speed's power 6/5; a preload, or another law, has no such rule.
     if power != OF_HERTZ or not chain.chain.speed > 0.0 or chain.static_force.any():
-        return strength
-    speed = chain.chain.speed * ratio ** (-5.0 / (6.0 * power))
-    return f"none yields below an impact speed of about {speed:.2g} m/s; {strength}"
+        strength = 1e-9 * ratio * float(weaker(chain, contact).yield_strength or 0.0)
+        return f"a yield strength of {strength:.2g} GPa would bear it"
+    return f"none yields below an impact speed of about {chain.chain.speed * ratio ** (-5.0 / (6.0 * power)):.2g} m/s"
+
+
+def weaker(chain: MovingChain, contact: int) -> Material:
+    """The material that yields first."""
+    pair = chain.pairs[contact]
+    assert pair is not None
+    return min(_materials(pair), key=yield_pressure)
 
 
 def _pressure(first: Side, second: Side) -> tuple[float, float, float]:
@@ -79,9 +95,3 @@ def _pressure_of_surfaces(one: Surface, other: Surface, length: float) -> tuple[
         return hertz_pressure(one, other, 1.0), OF_HERTZ, limit
     modulus = 1.0 / (1.0 / one.material.contact_modulus + 1.0 / other.material.contact_modulus)
     return sqrt(modulus * sharp / (pi * length)), 0.5, limit
-
-
-def _weaker(first: Side, second: Side) -> Material:
-    """The material that yields first."""
-    materials = [(side if isinstance(side, Surface) else side.surface).material for side in (first, second)]
-    return min(materials, key=yield_pressure)

@@ -67,14 +67,15 @@ def run_case(case: str, changes: tuple[str, ...], output: Path | None, force: bo
     sensor.
     """
     from hertzlink.cases.report import report
-    from hertzlink.cases.running import run_task, task_of
+    from hertzlink.cases.running import task_of
+    from hertzlink.cases.yielding import run_both
 
     whole, source = read_case(case, changes)
     with located(source):
         task = task_of(whole)
 
         def work() -> Done:
-            data = run_task(task, jobs)
+            data = run_both(task, jobs)
             return Done(data, *report(task, data))
 
         _written(case, output, force, whole, work, task.sensors)

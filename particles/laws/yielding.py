@@ -239,12 +239,19 @@ class JacksonGreen(YieldingLaw):
     def loading(self, bodies: RoundContact, x: Vector) -> Vector:
         x = np.asarray(x, float)
         hertz = np.expm1(HERTZ * np.log1p(x))
-        y = np.maximum(1.0 + x, ONSET)
+        # Where bodies are strong for their modulus, the fit begins below Hertz's force, and is raised to it.
+        raised = max(1.0, ONSET**HERTZ / float(self._fit(bodies, np.array(ONSET))))
+        fit = raised * self._fit(bodies, np.maximum(1.0 + x, ONSET))
+        return np.where(1.0 + x < ONSET, hertz, np.minimum(hertz, fit - 1.0))
+
+    def _fit(self, bodies: RoundContact, y: Vector) -> Vector:
+        """F/F_c beyond y = 1.9."""
         factor = 1.295 * np.exp(0.736 * bodies.material.poisson_ratio)
         hardness = 2.84 * -np.expm1(-0.82 * self._radius(bodies, y) ** -0.7)
         elastic = y**HERTZ * np.exp(-0.25 * y ** (5.0 / 12.0))
         plastic = 4.0 * hardness / factor * y * -np.expm1(-(y ** (5.0 / 9.0)) / 25.0)
-        return np.where(1.0 + x < ONSET, hertz, np.minimum(hertz, elastic + plastic - 1.0))
+        force: Vector = elastic + plastic
+        return force
 
     def dent(self, bodies: RoundContact, x: Vector) -> Vector:
         part = 1.02 * -np.expm1(-0.54 * np.log1p(np.asarray(x, float) / 6.9))

@@ -139,6 +139,16 @@ def test_curves_meet_hertz_and_each_other(law: YieldingLaw) -> None:
     assert float(found.approach(np.array(force[-1]))) == pytest.approx(overlaps[-1], rel=1e-9)
 
 
+@pytest.mark.parametrize("modulus", [30e9, 40e9, 200e9])
+def test_jackson_and_greens_curve_rises_under_a_hard_bead_on_a_soft_wall(modulus: float) -> None:
+    """At S/E* = 0.07 the fit begins below Hertz's force, which it must not leave by a fall."""
+    wall = hl.half_space(hl.Material(modulus, 0.2, 2400.0))
+    contact = hl.laws.JacksonGreen(1.9e9).contact(hl.Sphere(4.76e-3, hl.STEEL_440C), wall.surface)
+    force = contact.force(contact.overlap * np.linspace(0.5, 50.0, 2000))
+    assert np.all(np.diff(force) > 0.0)
+    assert np.diff(force).max() < 0.1 * force[40]
+
+
 @pytest.mark.parametrize("law", LAWS)
 def test_dissipated_work_is_the_area_of_the_loop(law: YieldingLaw) -> None:
     found = contact(law)

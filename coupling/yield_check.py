@@ -1,0 +1,144 @@
+"""What yielding would change of a run with elastic contacts: an estimate from a table, by Jackson and Green's law."""
+
+import csv
+from collections.abc import Sequence
+from functools import cache
+from importlib.resources import files
+from math import inf
+
+import numpy as np
+from scipy.interpolate import RegularGridInterpolator
+
+from coupling.recording.frames import ChainFrames
+from coupling.results.ar_and_tof import SMALLEST_WAVE
+from coupling.results.waves_of_runs import Series, find_waves
+from particles.deformable.chain import DeformableChain
+from particles.laws.yielding import JacksonGreen
+from particles.moving import MovingChain
+from particles.yielding import overloads, slower, unknown_strengths, weaker
+from structures.structure import Vector
+
+TABLE = "yield_effect.csv"
+"""Over the peak force of a contact, in units of that at which it yields; `benchmarks/yield_effect.py` computes it."""
+
+ERROR = 0.05
+"""Of the estimated AR, in 75 of 77 runs on rods, walls and plates; docs/yield.md."""
+
+NEGLIGIBLE = 0.005
+"""A change of AR of which the user is not warned: contacts just beyond yield."""
+
+LOST = 0.02
+"""Part of the incident force that beads lose without a warning: a striker dents the first ones a little."""
+
+FEW = 2.0
+"""The first contact's force, in units of that at which it yields, up to which no beads lose much."""
+
+WALL = 4.0
+"""The force on the wall, in units of that at which it yields, over that between beads, from which the wall matters."""
+
+CURE = "law=hl.laws.JacksonGreen() in Chain computes it"
+
+
+def yields(
+    chains: Sequence[MovingChain], frames: Sequence[ChainFrames | None], peaks: Sequence[Vector], times: Vector
+) -> list[str]:
+    """A finding on the contact that is pressed farthest beyond yield, where that matters.
+
+    frames: of each chain, None for beads that take no law of contacts. peaks: of the contact forces, N.
+    """
+    worst, words = 1.0, ""
+    for number, (chain, own, peak) in enumerate(zip(chains, frames, peaks, strict=True)):
+        ratios = overloads(chain, peak)
+        contact = int(ratios.argmax())
+        if not ratios[contact] > worst:
+            continue
+        change = None if own is None else _change(chain, own, peak, times)
+        if change == "":
+            continue
+        where = f"contact {contact + 1}" + (f" of chain {number}" if len(chains) > 1 else "")
+        worst, what = float(ratios[contact]), weaker(chain, contact).name or "the softer body"
+        words = (
+            f"yield: {where} presses {what} to {worst:.3g} times the pressure at which it yields; "
+            f"{change or slower(chain, contact, worst)}"
+        )
+    unknown = dict.fromkeys(strength for chain in chains for strength in unknown_strengths(chain))
+    return [*([words] if words else []), *unknown]
+
+
+def _yield_forces(chain: MovingChain) -> Vector | None:
+    """The force, N, at which each contact begins to yield by Jackson and Green's law, infinite where it does not.
+
+    None for a chain that does not take this law, or has another.
+    """
+    if isinstance(chain.chain, DeformableChain) or chain.chain.law is not None:
+        return None
+    law, known, forces = JacksonGreen(), dict[tuple[int, int], float](), np.full(len(chain.pairs), inf)
+    for i, (pair, elastic) in enumerate(zip(chain.pairs, chain.laws, strict=True)):
+        if pair is None or elastic is None:
+            continue
+        key = id(pair[0]), id(pair[1])
+        if key not in known:
+            try:
+                contact = law.of_law(*pair, elastic)
+            except ValueError:  # bodies that do not touch in a circle
+                return None
+            known[key] = inf if contact is None or contact.overlap == inf else contact.yield_force
+        forces[i] = known[key]
+    return forces
+
+
+def _change(chain: MovingChain, own: ChainFrames, peaks: Vector, times: Vector) -> str | None:
+    """What yielding would change, and the cure; empty where that is little, None where the law does not apply."""
+    limits = _yield_forces(chain)
+    if limits is None:
+        return None
+    beyond, sensor = peaks / limits, (len(chain.chain.beads) + 1) // 2
+    between = float(np.median(beyond[1 : sensor + 1]))
+    left = float(_table("force")((1.0, _within(between))))
+    change: str | None = ""
+    if beyond[-1] > max(1.0, WALL * between):
+        change = _of_wall(chain, own, sensor, float(beyond[-1]), times) if chain.behind is None else None
+    elif 1.0 - left > LOST:
+        change = f"the force at bead {sensor} would be about {left:.2g} times this run's, and AR would differ"
+    elif beyond[0] > FEW:
+        change = None
+    return "" if change == "" else f"{change or 'its dent is left out'}; {CURE}"
+
+
+def _of_wall(chain: MovingChain, own: ChainFrames, sensor: int, beyond: float, times: Vector) -> str | None:
+    """What a dent in the wall would change of the wave that returns; None where there is none.
+
+    beyond: the peak force on the wall, in units of that at which it yields.
+    """
+    force, static = own.contact_force[None, :, sensor - 1 :], chain.static_force[None, sensor - 1 :]
+    waves = find_waves(times, Series(force, static, own.velocity[None, :, sensor]), SMALLEST_WAVE, 2)
+    if waves.found[0] < 2:
+        return None
+    elastic, hop = float(waves.amplitude_ratio[0, 0]), float(waves.arrival[0, 0]) / sensor
+    place = min(elastic, 1.0), _within(beyond)
+    ratio, delay = (float(_table(what)(place)) for what in ("AR", "delay"))
+    if elastic * (1.0 - ratio) < NEGLIGIBLE:
+        return ""
+    way = (len(chain.chain.beads) - sensor) * elastic ** (-1.0 / 6.0)
+    later = hop * (delay + way * (ratio ** (-1.0 / 6.0) - 1.0))
+    return (
+        f"on a fresh spot AR at bead {sensor} would be about {elastic * ratio:.2f} ± {ERROR:g} instead of "
+        f"{elastic:.2f}, and TOF {1e6 * later:.0f} µs longer"
+    )
+
+
+def _within(beyond: float) -> float:
+    """The logarithm of a force, in the range of the table."""
+    return float(np.log(np.clip(beyond, 1.0, 1e3)))
+
+
+@cache
+def _table(what: str) -> RegularGridInterpolator:
+    """Values over the elastic AR and the logarithm of the force."""
+    head, *lines = csv.reader((files("coupling") / TABLE).read_text(encoding="utf-8").splitlines())
+    rows = [[float(one) for one in line[1:]] for line in lines if line[0] == what]
+    ratios, values = [row[0] for row in rows], [row[1:] for row in rows]
+    # Below its smallest AR, and above the largest, the table is continued as it ends.
+    grid = [0.0, *ratios, 1.0] if len(rows) > 1 else [0.0, 1.0]
+    known = [values[0], *values, values[-1]] if len(rows) > 1 else [values[0]] * 2
+    return RegularGridInterpolator((grid, np.log([float(one) for one in head[2:]])), np.array(known))

@@ -1,0 +1,83 @@
+"""What yielding changes of a case with elastic contacts: the case runs once more, with Jackson and Green's law."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import product
+from math import isnan
+
+import xarray as xr
+
+from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
+from coupling.results.findings import findings_of, with_warnings
+from coupling.yield_check import CURE
+from hertzlink.cases.faults import YIELDING
+from hertzlink.cases.running import Task, of_chain, run_task, task_of
+from structures.caution import caution, collected
+
+MOST = 4
+"""Critical distances of one finding."""
+
+
+def run_both(task: Task, jobs: int | None = None) -> xr.Dataset:
+    """Run a task; where contacts are beyond yield, once more with a law of yielding, and the findings say what changes.
+
+    A sweep is not repeated: its findings hold estimates.
+    """
+    with collected() as said:
+        data = run_task(task, jobs)
+        if task.kind != "sweep" and any(map(_is_of_yield, (*findings_of(data), *said))):
+            words = _changes(task, data, jobs)
+            said[:] = dict.fromkeys(_with(said, words))
+            data = with_warnings(data, _with(findings_of(data), words))
+    for one in said:
+        caution(one)
+    return data
+
+
+def _is_of_yield(finding: str) -> bool:
+    return finding.startswith("yield: ") and CURE in finding
+
+
+def _with(findings: Iterable[str], words: str) -> list[str]:
+    """The findings, with computed changes in the place of estimated ones."""
+    return [f"{one.split('; ')[0]}; {words}" if words and _is_of_yield(one) else one for one in findings]
+
+
+def _changes(task: Task, data: xr.Dataset, jobs: int | None) -> str:
+    """What the law changes, in words; empty where the case with the law cannot run."""
+    many = task.case.model.chain
+    paths = [f"chain[{i}].law" for i in range(len(many))] if isinstance(many, list) else ["chain.law"]
+    law = {"kind": "jackson_green"}
+    with collected():  # The user was warned of the same in the first run.
+        try:
+            dented = run_task(task_of(task.case.changed(dict.fromkeys(paths, law))), jobs)
+        except ValueError:
+            return ""
+        read = _waves if task.along is None else _distances
+        return f"with {YIELDING}, {', '.join(read(task, data, dented))}"
+
+
+def _waves(task: Task, data: xr.Dataset, dented: xr.Dataset) -> Iterator[str]:
+    for sensor in task.sensors:
+        chain = task.case.model.measure.chain
+        runs = [of_chain(one, chain) for one in (dented, data)]
+        ratios, flights = ([float(read(one, sensor)) for one in runs] for read in (amplitude_ratio, time_of_flight))
+        yield f"AR at bead {sensor} is {_instead(ratios, '.3f')}"
+        yield f"TOF {_instead([1e6 * one for one in flights], '.1f')} µs"
+
+
+def _distances(task: Task, data: xr.Dataset, dented: xr.Dataset) -> Iterator[str]:
+    assert task.along is not None
+    for number, places in enumerate(product(*(range(len(one.values)) for one in task.others))):
+        if number == MOST:
+            yield "and so on"
+            return
+        at = {one.name: i for one, i in zip(task.others, places, strict=True)}
+        where = [f"{one.head} {one.shown(one.values[i])}" for one, i in zip(task.others, places, strict=True)]
+        found = [float(one.critical_distance.isel(at)) / task.along.size for one in (dented, data)]
+        words = f"the critical distance is {_instead(found, '.4g')} {task.along.unit}".strip()
+        yield f"{words} ({', '.join(where)})" if where else words
+
+
+def _instead(values: Sequence[float], digits: str) -> str:
+    new, old = ("none" if isnan(one) else f"{one:{digits}}" for one in values)
+    return f"{new} instead of {old}"
