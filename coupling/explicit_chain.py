@@ -12,7 +12,7 @@ from coupling.results.findings import warn, with_warnings
 from coupling.results.provenance import provenance
 from coupling.results.schema import VARIABLES, variable
 from coupling.run_checks import check_before
-from coupling.yield_check import yields
+from coupling.yield_check import Motion, yields
 from particles.bead import Bead
 from particles.chain import Chain
 from particles.deformable import explicit_kernels as kernels
@@ -286,6 +286,7 @@ def _dataset(chain: Chain, frames: _Frames, given: dict[str, Any], mesh: dict[st
         "seconds": frames.seconds,
     }  # fmt: skip
     findings = _findings(chain.beads[0], saved.contact_force, given["rigid_wall"])
-    findings += yields([MovingChain(chain, None)], [None], [saved.contact_force.max(axis=0)], np.empty(0))
+    motion = Motion(saved.contact_force, None, saved.contact_force.max(axis=0))
+    findings += yields([MovingChain(chain, None)], [motion], np.empty(0))
     warn(findings)
     return with_warnings(xr.Dataset(variables, coordinates, {**provenance(given), **attributes}), findings)

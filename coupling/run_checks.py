@@ -11,7 +11,7 @@ from coupling.results.ar_and_tof import SMALLEST_WAVE
 from coupling.results.findings import warn
 from coupling.results.missing_waves import end_of_push, short_record
 from coupling.structure_checks import check_structures
-from coupling.yield_check import yields
+from coupling.yield_check import Motion, yields
 from particles import kernels
 from particles.moving import MovingChain
 from structures.checks import duration
@@ -88,23 +88,23 @@ def checked(interface: Interface, frames: Frames, interval: float, ledger: Frame
         laws += known
         findings += deep
     findings += _of_energy(interface, ledger or frames)
-    times = interval * np.arange(frames.rows)
+    times = interval * np.arange(frames.rows, dtype=float)
     for number in range(len(interface.chains)):
         where = "mid chain" if len(interface.chains) == 1 else f"the middle of chain {number}"
         findings += _of_record(interface.chains[number], frames.chains[number].contact_force, times, where)
-    peaks = [_greatest(own.contact_force) for own in frames.chains]
-    findings += yields(interface.chains, frames.chains, peaks, times)
+    motions = [Motion(own.contact_force, own.velocity, _greatest(own.contact_force)) for own in frames.chains]
+    findings += yields(interface.chains, motions, times)
     findings += check_structures(interface, frames, interval)
     warn(findings)
     return laws + findings
 
 
-def check_guest(chain: MovingChain, contact_force: Vector, work: Vector, times: Vector) -> list[str]:
-    """The findings on a chain that another program ran: contact forces, N, work on the surface, J, at times, s."""
-    forces = _greatest(contact_force)
-    laws, deep = chain.cautions(chain.approach(forces))
+def check_guest(chain: MovingChain, contact_force: Vector, velocity: Vector, work: Vector, times: Vector) -> list[str]:
+    """The findings on a chain that another program ran: contact forces, N, velocities, m/s, work on the surface, J."""
+    motion = Motion(contact_force, velocity, _greatest(contact_force))
+    laws, deep = chain.cautions(chain.approach(motion.peaks))
     findings = [*check_before([chain], float(times[-1])), *laws, *deep, *_of_passivity(work, chain.energy)]
-    return [*findings, *_of_record(chain, contact_force, times, "mid chain"), *yields([chain], [forces])]
+    return [*findings, *_of_record(chain, contact_force, times, "mid chain"), *yields([chain], [motion], times)]
 
 
 def _of_passivity(work: Vector, scale: float) -> list[str]:

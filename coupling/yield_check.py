@@ -5,11 +5,11 @@ from collections.abc import Sequence
 from functools import cache
 from importlib.resources import files
 from math import inf
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import RegularGridInterpolator
 
-from coupling.recording.frames import ChainFrames
 from coupling.results.ar_and_tof import SMALLEST_WAVE
 from coupling.results.waves_of_runs import Series, find_waves
 from particles.deformable.chain import DeformableChain
@@ -39,20 +39,26 @@ WALL = 4.0
 CURE = "law=hl.laws.JacksonGreen() in Chain computes it"
 
 
-def yields(
-    chains: Sequence[MovingChain], frames: Sequence[ChainFrames | None], peaks: Sequence[Vector], times: Vector
-) -> list[str]:
+class Motion(NamedTuple):
+    """The contact forces, N, and the bodies' velocities, m/s, of a chain at saved times, and each force's peak, N."""
+
+    force: Vector
+    velocity: Vector | None
+    peaks: Vector
+
+
+def yields(chains: Sequence[MovingChain], motions: Sequence[Motion], times: Vector) -> list[str]:
     """A finding on the contact that is pressed farthest beyond yield, where that matters.
 
-    frames: of each chain, None for beads that take no law of contacts. peaks: of the contact forces, N.
+    Beads that take no law of contacts have motions without velocity.
     """
     worst, words = 1.0, ""
-    for number, (chain, own, peak) in enumerate(zip(chains, frames, peaks, strict=True)):
-        ratios = overloads(chain, peak)
+    for number, (chain, own) in enumerate(zip(chains, motions, strict=True)):
+        ratios = overloads(chain, own.peaks)
         contact = int(ratios.argmax())
         if not ratios[contact] > worst:
             continue
-        change = None if own is None else _change(chain, own, peak, times)
+        change = None if own.velocity is None else _change(chain, own, times)
         if change == "":
             continue
         where = f"contact {contact + 1}" + (f" of chain {number}" if len(chains) > 1 else "")
@@ -87,12 +93,12 @@ def _yield_forces(chain: MovingChain) -> Vector | None:
     return forces
 
 
-def _change(chain: MovingChain, own: ChainFrames, peaks: Vector, times: Vector) -> str | None:
+def _change(chain: MovingChain, own: Motion, times: Vector) -> str | None:
     """What yielding would change, and the cure; empty where that is little, None where the law does not apply."""
     limits = _yield_forces(chain)
     if limits is None:
         return None
-    beyond, sensor = peaks / limits, (len(chain.chain.beads) + 1) // 2
+    beyond, sensor = own.peaks / limits, (len(chain.chain.beads) + 1) // 2
     between = float(np.median(beyond[1 : sensor + 1]))
     left = float(_table("force")((1.0, _within(between))))
     change: str | None = ""
@@ -105,12 +111,13 @@ def _change(chain: MovingChain, own: ChainFrames, peaks: Vector, times: Vector) 
     return "" if change == "" else f"{change or 'its dent is left out'}; {CURE}"
 
 
-def _of_wall(chain: MovingChain, own: ChainFrames, sensor: int, beyond: float, times: Vector) -> str | None:
+def _of_wall(chain: MovingChain, own: Motion, sensor: int, beyond: float, times: Vector) -> str | None:
     """What a dent in the wall would change of the wave that returns; None where there is none.
 
     beyond: the peak force on the wall, in units of that at which it yields.
     """
-    force, static = own.contact_force[None, :, sensor - 1 :], chain.static_force[None, sensor - 1 :]
+    force, static = own.force[None, :, sensor - 1 :], chain.static_force[None, sensor - 1 :]
+    assert own.velocity is not None
     waves = find_waves(times, Series(force, static, own.velocity[None, :, sensor]), SMALLEST_WAVE, 2)
     if waves.found[0] < 2:
         return None

@@ -147,7 +147,8 @@ def run_in_precice(
     given = {"chain": chain.describe(), "configuration": str(configuration), "names": called, "window": window}
     data = _dataset(moving, windows, given).assign_attrs(precice=_version(precice))
     findings = windows.findings(moving, _most_iterations(file, called["participant"]))
-    findings += check_guest(moving, data.contact_force.values, data.interface_work.values, data.time.values)
+    forces, velocity = data.contact_force.values, data.velocity.values
+    findings += check_guest(moving, forces, velocity, data.interface_work.values, data.time.values)
     warn(findings)
     return with_warnings(data, findings)
 
