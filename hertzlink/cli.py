@@ -29,7 +29,8 @@ from hertzlink.terminal import complain, set_up, show, written
 from structures.caution import collected
 
 WRONG_INPUT, FAILED, STOPPED = 2, 1, 130
-"""Exit codes: for input that cannot be used, for a computation that failed, and after Ctrl-C."""
+"""Exit codes: for input that cannot be used, for a computation that failed, and after Ctrl-C. A command may return one
+of its own, as `hertzlink identify` does."""
 
 LISTING = "files.txt"
 """The file that lists all others in a folder of results with their SHA-256, as the program sha256sum does.

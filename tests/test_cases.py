@@ -78,14 +78,14 @@ def command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Capt
     """The command line in this process; what it prints."""
     monkeypatch.chdir(tmp_path)
 
-    def run(*arguments: str) -> str:
+    def run(*arguments: str, code: int = 0) -> str:
         handler, form = signal.getsignal(signal.SIGTERM), warnings.formatwarning
         with warnings.catch_warnings(), pytest.raises(SystemExit) as end:
             main(arguments)
         signal.signal(signal.SIGTERM, handler)
         warnings.formatwarning = form
         out, err = capsys.readouterr()
-        assert not end.value.code, err
+        assert (end.value.code or 0) == code, err
         return out
 
     return run
@@ -649,6 +649,44 @@ def test_identify_finds_a_rods_modulus(tmp_path: Path, command: Callable[..., st
     # The result becomes a case again, which asks the same of the same file.
     assert "next: hertzlink identify third.toml tap.csv" in command("new", "rod-found/results.nc", "third.toml")
     assert Path("third.toml").read_text() == Path("rod-found/case.toml").read_text()
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "code"),
+    [
+        pytest.param("1 GPa", "10 GPa", 0, id="fits", marks=pytest.mark.thorough),
+        pytest.param("6 GPa", "10 GPa", 3, id="range above the truth"),
+    ],
+)
+def test_a_model_that_does_not_fit_is_identified_nowhere(
+    tmp_path: Path, command: Callable[..., str], low: str, high: str, code: int
+) -> None:
+    """In the table, the CSV file, the report, the files' names and the exit code."""
+    text = (
+        template("wall")
+        .replace("beads = 20", "beads = 10")
+        .replace("1.5 ms", "0.6 ms")
+        .replace("sensor = 7", "sensor = 5")
+    )
+    asked = f"""
+        [identify]
+        sensors = {{ 5 = 1 }}
+        unit = "N"
+        starts = 1
+        unknowns = {{ "structure.material.youngs_modulus" = ["{low}", "{high}"] }}
+        nuisances = ["gain", "chain.impact_speed"]
+    """
+    Path("wall.toml").write_text(text + asked.replace("        ", ""))
+    true = case_of(text).changed({"structure.material.youngs_modulus": "3 GPa"})
+    Path("tap.csv").write_text(trace(true, 0.01, 4, 0.0, {5: 1.0}).replace("(V)", ""))
+    said = command("identify", "wall.toml", "tap.csv", code=code)
+    rows = [line.split(",") for line in Path("wall-found/unknowns.csv").read_text().splitlines()]
+    verdicts = {row[0]: row[4] for row in rows[1:]}
+    shown = said + Path("wall-found/report.html").read_text()
+    assert verdicts.pop("chain.impact_speed") == verdicts.pop("gain 5") == "nuisance"
+    assert list(verdicts.values()) == ["identified" if code == 0 else "not trusted: the model does not fit"]
+    assert ("identified (" in shown) == ("identified.toml" in said) == (code == 0)
+    assert ("not trusted" in shown) == ("best_fit.toml" in said) == (float(rows[1][5]) > 1.5) == (code == 3)
 
 
 @pytest.mark.thorough

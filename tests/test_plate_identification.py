@@ -103,9 +103,13 @@ def test_identify_finds_an_edge_of_a_small_thin_plate() -> None:
     assert "standard deviations" in " ".join(tables(question, found, remarks)[0].split())
 
 
-@pytest.mark.parametrize(("verdict", "count"), [("blind", 1), ("identified", 0)])
-def test_a_place_that_one_edge_does_not_determine_is_named(verdict: str, count: int) -> None:
-    unknown = hl.results.Unknown(PLACE, 0.06, (0.0, 0.2), verdict)
+@pytest.mark.parametrize(("low", "verdict", "count"), [
+    (0.0, "blind", 1), (0.055, "identified", 0), (0.0, "not trusted: the model does not fit", 1),
+    (0.055, "not trusted: the model does not fit", 0),
+])  # fmt: skip
+def test_a_place_that_one_edge_does_not_determine_is_named(low: float, verdict: str, count: int) -> None:
+    """Whether or not one edge explains a signal that has echoes of others."""
+    unknown = hl.results.Unknown(PLACE, 0.06, (low, 0.07), verdict)
     first = hl.results.Identification(
         {PLACE: unknown}, xr.DataArray(), xr.Dataset(), 1.0, True, [], True, 1,
     )  # fmt: skip

@@ -14,7 +14,10 @@ from coupling.results.provenance import provenance
 from structures.checks import short
 from structures.html_table import html_table
 
-IDENTIFIED, BLIND, AT_END = "identified", "blind", "at the end of its range"
+IDENTIFIED, BLIND, AT_END, NUISANCE = "identified", "blind", "at the end of its range", "nuisance"
+
+NOT_TRUSTED = "not trusted: the model does not fit"
+"""The verdict of every unknown where the model does not explain the signal."""
 
 HALF = 0.5
 """An unknown is blind if half of its 95 % interval exceeds this part of its value, or it this part of its range."""
@@ -37,7 +40,9 @@ class Unknown:
         95 % interval.
     verdict : str
         "identified"; "blind": the interval is wider than ± half of the value, or than half of the range, so that the
-        value means little and the interval is what is known; "at the end of its range": the range may be too narrow.
+        value means little and the interval is what is known; "at the end of its range": the range may be too narrow;
+        "nuisance": it was said to be of no interest; "not trusted: the model does not fit": no value can be trusted,
+        whatever its interval.
     range : tuple of float, optional
         The range that was searched.
     unit : str
@@ -63,8 +68,8 @@ class Unknown:
 
     @property
     def identifiable(self) -> bool:
-        """Whether the signal determines it."""
-        return self.verdict != BLIND
+        """Whether the signal determines it, by a model that explains the signal."""
+        return self.verdict not in (BLIND, NOT_TRUSTED)
 
     @property
     def error(self) -> float:
@@ -79,14 +84,16 @@ class Unknown:
     def row(self) -> tuple[str, str, str, str]:
         """Name with the unit, value and interval in this unit, and verdict, as text."""
         value, low, high, error = (number / self.unit_size for number in (self.value, *self.interval, self.error))
-        if not self.identifiable:
+        if self.verdict == BLIND:
             return self.head, "-", f"{low:.4g} to {high:.4g}", f"blind; best fit {value:.3g}"
         # Of a time zero or an offset near zero a percentage means nothing.
         small = self.error > HALF * abs(self.value)
         part = f"{error:.2g} {self.unit}".rstrip() if small else f"{100.0 * self.error / abs(self.value):.2g} %"
         digits = _digits(error)
         interval = " to ".join(_rounded(x, digits) for x in (low, high))
-        return self.head, _rounded(value, digits), interval, f"{self.verdict} (± {part})"
+        # An error of a model that does not fit means nothing; what follows a colon is the last line of the table.
+        verdict = NOT_TRUSTED.partition(":")[0] if self.verdict == NOT_TRUSTED else f"{self.verdict} (± {part})"
+        return self.head, _rounded(value, digits), interval, verdict
 
 
 @dataclass(frozen=True)
@@ -141,6 +148,11 @@ class Identification:
     warnings: list[str] = field(default_factory=list)
     input: dict[str, Any] = field(default_factory=dict)
     _draws: Callable[[int, int], xr.Dataset] | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def identified(self) -> bool:
+        """Whether every unknown that is no nuisance is identified, by a model that explains the signal."""
+        return self.explained and all(one.verdict in (IDENTIFIED, NUISANCE) for one in self.unknowns.values())
 
     def posterior(self, runs: int = 20_000, seed: int = 0) -> xr.Dataset:
         """Draws of the unknowns from their posterior distribution, by an ensemble of walkers (emcee).
@@ -267,15 +279,22 @@ def unknowns_of(data: xr.Dataset) -> list[Unknown]:
     ]
 
 
-def verdict_of(value: float, interval: tuple[float, float], ends: tuple[float, float] | None) -> str:
-    """Blind by half of the interval; at the end if the value is there."""
-    half = 0.5 * (interval[1] - interval[0])
-    width = np.inf if ends is None else ends[1] - ends[0]
-    if half > HALF * abs(value) or 2.0 * half > HALF * width:
+def verdict_of(value: float, interval: tuple[float, float], ends: tuple[float, float]) -> str:
+    """The verdict where the model explains the signal."""
+    if is_blind(value, interval, ends):
         return BLIND
-    if ends is not None and min(value - ends[0], ends[1] - value) < 1e-6 * width:
-        return AT_END
-    return IDENTIFIED
+    return AT_END if is_at_end(value, ends) else IDENTIFIED
+
+
+def is_blind(value: float, interval: tuple[float, float], ends: tuple[float, float]) -> bool:
+    """Whether half of an interval exceeds a part of the value, or the interval that part of the range."""
+    half = 0.5 * (interval[1] - interval[0])
+    return half > HALF * abs(value) or 2.0 * half > HALF * (ends[1] - ends[0])
+
+
+def is_at_end(value: float, ends: tuple[float, float]) -> bool:
+    """Whether a value is at an end of its range."""
+    return min(value - ends[0], ends[1] - value) < 1e-6 * (ends[1] - ends[0])
 
 
 def _digits(error: float) -> float:

@@ -111,19 +111,20 @@ def identify(
     Warns
     -----
     HertzlinkWarning
-        If the model does not explain the signal, an unknown is at the end of its range, or several fits are as good.
+        If the model does not explain the signal, so that no verdict stands, an unknown is at the end of its range, or several fits are as good.
 
     Notes
     -----
     The misfit is the sum of squares of (measured − gain · predicted − offset)/noise. Intervals come from its curvature;
     where they are wide, or unknowns are correlated, from its profile: the other unknowns are fitted anew at each value.
     Noise that was estimated is estimated again from the residual, if that is white. If it is correlated, the model does
-    not explain the signal, and the covariance is a sandwich estimate with Bartlett's weights, which is never smaller.
+    not explain the signal, no unknown is "identified", and the covariance is that of least squares under noise with the
+    autocorrelation of the residual over the whole record, its quiet lead included; it is never smaller than for white
+    noise.
 
     References
     ----------
-    Golub and Pereyra, Inverse Problems 19 (2003) R1, on gains and offsets that are projected out. Newey and West,
-    Econometrica 55 (1987) 703, on correlated residuals.
+    Golub and Pereyra, Inverse Problems 19 (2003) R1, on gains and offsets that are projected out.
 
     Examples
     --------
@@ -154,7 +155,7 @@ def identify(
     lines = [k for k, one in enumerate(wanted) if one.name not in names] or list(range(len(wanted)))
     start = _guess(guess, wanted)
     search = Search(misfit, whole("starts", starts), count, whole("seed", seed, 0), start, lines)
-    judgement = Judgement(search, not_negative("discrepancy", discrepancy))
+    judgement = Judgement(search, not_negative("discrepancy", discrepancy), names)
     if start is None:
         _warn_of_time(prediction, count + 2 * ON_LINE * len(lines) + starts * RUNS_OF_START * len(wanted))
     given = {"unknowns": dict(ranges), "nuisances": names, "until": prediction.until, "seed": seed, "compare": compare}

@@ -10,7 +10,15 @@ from scipy.signal import fftconvolve
 from scipy.stats import chi2, t
 
 from coupling.identification.features import Features
-from coupling.identification.found import BLIND, Identification, Unknown, verdict_of
+from coupling.identification.found import (
+    AT_END,
+    NOT_TRUSTED,
+    NUISANCE,
+    Identification,
+    Unknown,
+    is_at_end,
+    verdict_of,
+)
 from coupling.identification.misfit import GAIN, OFFSET, TIME_CONSTANT, TIME_ZERO, Point
 from coupling.identification.posterior import sampled
 from coupling.identification.search import Search, Solution, inverse
@@ -34,6 +42,9 @@ LEAST_RISE, LARGEST_RISE = 0.9, 1.1
 off by about half of the difference.
 """
 
+INDEPENDENT, MOST_TAKEN = 0.1, 0.5
+"""Samples are independent where their correlation is below this; the largest part of them that a fit takes."""
+
 CORRELATED = 0.25
 """Standard deviation of the Gaussian by which a discrepancy is correlated in time, in contact times."""
 
@@ -52,10 +63,13 @@ UNITS = {TIME_ZERO: ("µs", 1e-6), TIME_CONSTANT: ("ms", 1e-3), OFFSET: ("N", 1.
 
 
 class Judgement:
-    """What follows from the minima that a search found. discrepancy: of the model, as a part of each peak."""
+    """What follows from the minima that a search found.
 
-    def __init__(self, search: Search, discrepancy: float) -> None:
-        self.search, self.discrepancy = search, discrepancy
+    discrepancy: of the model, as a part of each peak; nuisances: names of what is of no interest.
+    """
+
+    def __init__(self, search: Search, discrepancy: float, nuisances: Sequence[str]) -> None:
+        self.search, self.discrepancy, self.nuisances = search, discrepancy, nuisances
         self.misfit, self.ranges = search.misfit, search.ranges
 
     def result(self, given: dict[str, Any]) -> Identification:
@@ -65,7 +79,7 @@ class Judgement:
         covariance, misfit, explained, reach = self._covariance(point)
         scale = misfit**2 if explained and not self.misfit.measured.given else max(misfit**2, 1.0)
         modes = self._modes(best, solutions, covariance, scale)
-        unknowns = self._unknowns(best, point, covariance, reach, scale, modes)
+        unknowns = self._unknowns(best, point, covariance, reach, scale, modes, explained)
         notes = [*self.misfit.prediction.warnings]
         if not explained:
             notes.append(
@@ -73,7 +87,9 @@ class Judgement:
                 "more than their intervals"
             )
         notes += [
-            f"{one.name}: {one.verdict}; widen it" for one in unknowns.values() if one.verdict.startswith("at the")
+            f"{one.name}: {AT_END}; widen it"
+            for one in unknowns.values()
+            if one.range is not None and is_at_end(one.value, one.range)
         ]
         notes += [
             f"{one.name} is negative: this sensor's sign is reversed; give it a negative calibration, or turn its wires"
@@ -106,20 +122,34 @@ class Judgement:
         level = 1.0 if self.misfit.measured.given else ratio
         if self.misfit.is_white(point.residual) and ratio < (1.0 + 4.0 * np.sqrt(2.0 / degrees)) * level:
             return level * white + lacking, float(np.sqrt(ratio)), True, 1.959964
-        spread, independent = np.zeros_like(white), 0.0
-        begin = 0
-        for used in self.misfit.used:
-            rows = slice(begin, begin + int(used.sum()))
-            begin = rows.stop
-            part, share = _correlated(point.columns[rows], point.residual[rows])
-            spread += part
-            independent += share
-        sandwich = white @ spread @ white
+        spread, independent = self._correlated(point, white)
         left = max(independent - point.columns.shape[1], 3.0)
-        sandwich *= independent / left if independent > left else 1.0
-        larger = np.maximum(np.diag(sandwich), ratio * np.diag(white)) + np.diag(lacking)
+        larger = np.maximum(np.diag(white @ spread @ white), ratio * np.diag(white)) + np.diag(lacking)
         scale = np.sqrt(larger / np.diag(white))
         return scale[:, None] * white * scale, float(np.sqrt(ratio)), False, float(t.ppf(0.975, left))
+
+    def _correlated(self, point: Point, white: Vector) -> tuple[Vector, float]:
+        """Covariance of columnsᵀ · residual for noise correlated in time, and the number of independent samples.
+
+        The correlation is that of the whole record: where the columns are large, the fit has suppressed it.
+        """
+        spread, independent, begin = np.zeros_like(white), 0.0, 0
+        for row, used in enumerate(self.misfit.used):
+            residual = self.misfit.of_record(point, row)
+            columns = np.zeros((residual.size, len(white)))
+            columns[used] = point.columns[begin : begin + int(used.sum())]
+            begin += int(used.sum())
+            covariance, count = correlation_of(residual)
+            lags = np.concatenate([covariance[:0:-1], covariance])
+            part = columns.T @ fftconvolve(columns, lags[:, None], mode="same", axes=0)
+            # What the fit took from the residual is missing in its correlation.
+            taken = min(float(np.trace(white @ part)) / covariance[0], MOST_TAKEN * count)
+            spread += part * count / (count - taken)
+            along = covariance / covariance[0]
+            below = np.flatnonzero(along < INDEPENDENT)
+            width = int(below[0]) if below.size else along.size
+            independent += count / (1.0 + 2.0 * float(along[1:width].sum()))
+        return spread, independent
 
     def _of_features(
         self, misfit: Features, white: Vector, point: Point, degrees: int
@@ -148,8 +178,9 @@ class Judgement:
         return found
 
     def _unknowns(
-        self, best: Solution, point: Point, covariance: Vector, reach: float, scale: float, modes: list[Vector]
-    ) -> dict[str, Unknown]:
+        self, best: Solution, point: Point, covariance: Vector, reach: float, scale: float, modes: list[Vector],
+        explained: bool,
+    ) -> dict[str, Unknown]:  # fmt: skip
         errors = reach * np.sqrt(np.diag(covariance))
         correlated = abs(covariance / np.sqrt(np.outer(np.diag(covariance), np.diag(covariance))) - np.eye(len(errors)))
         found = {}
@@ -166,7 +197,8 @@ class Judgement:
             ends = min(ends[0], *(mode[k] for mode in modes)), max(ends[1], *(mode[k] for mode in modes))
             low, high = (one.value(end) for end in ends)
             bounds = one.low, one.high
-            verdict = verdict_of(value, (low, high), bounds)
+            verdict = verdict_of(value, (low, high), bounds) if explained else NOT_TRUSTED
+            verdict = NUISANCE if one.name in self.nuisances else verdict
             found[one.name] = Unknown(one.name, value, (low, high), verdict, bounds)
         return found | self._of_sensors(best, point, errors)
 
@@ -202,10 +234,8 @@ class Judgement:
             ends = (value - half, value + half)
             if name == TIME_CONSTANT:
                 ends = value * np.exp(-min(half, 50.0)), value * np.exp(min(half, 50.0))
-            blind = name == TIME_CONSTANT and half > 1.0
             unit, size = UNITS.get(name.partition(" ")[0], ("", 1.0))
-            verdict = BLIND if blind else "nuisance"
-            found[name] = Unknown(name, value, ends, verdict, unit=unit, unit_size=size)
+            found[name] = Unknown(name, value, ends, NUISANCE, unit=unit, unit_size=size)
         return found
 
     def _profile(self, best: Solution, k: int, half: float, inflation: float, ridge: Vector) -> tuple[float, float]:
@@ -258,18 +288,10 @@ class Judgement:
         )
 
 
-def _correlated(columns: Vector, residual: Vector) -> tuple[Vector, float]:
-    """Covariance of columnsᵀ · residual for residuals correlated in time, and the number of independent samples."""
-    count, square = residual.size, float(residual @ residual)
-    lags = min(count - 1, 4096)
-    spectrum = np.fft.rfft(residual, 2 * count)
-    along = np.fft.irfft(abs(spectrum) ** 2)[: lags + 1] / max(square, 1e-300)
-    below = np.flatnonzero(along < 0.1)
-    width = 2 * int(below[0]) if below.size else lags
-    scores = columns * residual[:, None]
-    found = scores.T @ scores
-    for lag in range(1, width + 1):
-        part = scores[lag:].T @ scores[:-lag]
-        found += (1.0 - lag / (width + 1.0)) * (part + part.T)
-    independent = count / max(1.0 + 2.0 * float(along[1 : width + 1].clip(0.0).sum()), 1.0)
-    return found, independent
+def correlation_of(residual: Vector) -> tuple[Vector, int]:
+    """The mean product of samples by the steps between them, and the number of samples; NaN is left out."""
+    there = np.isfinite(residual)
+    values = np.where(there, residual, 0.0)
+    size = 2 * residual.size
+    sums, pairs = (np.fft.irfft(abs(np.fft.rfft(one, size)) ** 2, size)[: residual.size] for one in (values, there))
+    return sums / np.maximum(pairs, 1.0), int(there.sum())

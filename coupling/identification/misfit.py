@@ -105,16 +105,21 @@ class Misfit:
         return unknown and self.is_white(self.residual(p))
 
     def is_white(self, residual: Vector) -> bool:
-        """Whether it is not correlated over a contact time: Ljung and Box's sum, four standard deviations."""
-        begin, total, count = 0, 0.0, 0.0
+        """Whether it is not correlated over a contact time, to four standard deviations.
+
+        Ljung and Box's sum of squares sees correlations of any kind; the plain sum sees a small offset, hum or drift,
+        whose correlations are small and all positive.
+        """
+        begin, total, count, drift = 0, 0.0, 0.0, 0.0
         lags = max(2, int(self.unit / self.measured.step))
         for used in self.used:
             own = residual[begin : begin + int(used.sum())]
             begin += own.size
             along = np.array([own[lag:] @ own[:-lag] for lag in range(1, lags + 1)]) / (own @ own)
             total += own.size * float((along**2).sum())
+            drift += float(np.sqrt(own.size) * along.sum())
             count += lags
-        return bool(total < count + 4.0 * np.sqrt(2.0 * count))
+        return bool(total < count + 4.0 * np.sqrt(2.0 * count) and drift < 4.0 * np.sqrt(count))
 
     def bounds(self) -> tuple[Vector, Vector]:
         """Lower and upper bounds of p."""
@@ -287,6 +292,16 @@ class Misfit:
             p, np.concatenate(residuals), np.concatenate(projected), np.concatenate(full), np.array(gains),
             np.array(offsets), fitted,
         )  # fmt: skip
+
+    def of_record(self, point: Point, row: int) -> Vector:
+        """What the fit leaves of a sensor's record over noise, up to the last sample that counts: also of what comes
+        before the impact; NaN elsewhere.
+        """
+        used, force = self.used[row], self.measured.force[row]
+        left = (force - float(point.offsets[row])) / float(self.measured.noise[row])
+        left[used] = (force[used] - point.fitted[row]) / float(self.measured.noise[row])
+        left[int(np.flatnonzero(used)[-1]) + 1 :] = np.nan
+        return left
 
     def data(self, point: Point) -> xr.Dataset:
         """What was measured and what is fitted, over sensor and time."""

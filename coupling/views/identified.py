@@ -19,8 +19,8 @@ FEATURE = "feature"
 BLIND = "blind"
 """The verdict of an unknown that the signal does not determine."""
 
-VERDICTS = {"identified": COLOURS[2], BLIND: COLOURS[1], "at the end of its range": COLOURS[4]}
-"""The colour of each verdict."""
+VERDICTS = {"identified": COLOURS[2], BLIND: COLOURS[1], "at the end of its range": COLOURS[4], "nuisance": COLOURS[5]}
+"""The colour of each verdict; of what is not trusted it is PALE."""
 
 BLIND_PERCENT = 50.0
 """An interval of more than ± this part of the value is blind, %."""
@@ -144,8 +144,8 @@ def intervals(found: object, ax: "Axes | None" = None) -> "Axes":
     Returns
     -------
     Axes
-        One bar for each unknown, with its value and its verdict, on a logarithmic axis. Unknowns of value 0 have no
-        bar.
+        One bar for each unknown, with its value and its verdict, on a logarithmic axis: green where it is identified,
+        grey where the model does not fit. Unknowns of value 0 have no bar.
 
     Raises
     ------

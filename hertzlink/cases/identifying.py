@@ -23,6 +23,9 @@ from structures.caution import collected
 MOST_ELEMENTS = 400
 """Elements of a layer whose mesh is the same for all values."""
 
+OF_UNKNOWNS = ("unknown", "value (SI)", "low", "high", "verdict", "residual over noise")
+"""The columns of unknowns.csv; the last is that of the fit, the same in all rows."""
+
 
 def answer(question: Question, signal: xr.Dataset) -> tuple[Identification, list[str]]:
     """What the signal says about the unknowns, in the units of the case, and remarks on how it was found."""
@@ -72,7 +75,7 @@ def _same_mesh(case: Case, question: Question) -> dict[str, Any]:
 
 def tables(question: Question, found: Identification, remarks: list[str]) -> tuple[str, dict[str, str]]:
     """The text for the terminal, and files by name."""
-    plain = [[name, one.value, *one.interval, one.verdict] for name, one in found.unknowns.items()]
+    plain = [[name, one.value, *one.interval, one.verdict, found.misfit] for name, one in found.unknowns.items()]
     head = ["unknown", "value", "95 % interval", "verdict"]
     lines = table(head, [one.row() for one in found.unknowns.values()], "unknowns.csv")
     notes = str(found).splitlines()[1 + len(found.unknowns) :]
@@ -84,9 +87,11 @@ def tables(question: Question, found: Identification, remarks: list[str]) -> tup
     fit = np.column_stack([data.time.values, *columns]).tolist()
     values = {name: found[name].value for name in question.ranges}
     return text, {
-        "unknowns.csv": csv_text(["unknown", "value (SI)", "low", "high", "verdict"], plain),
+        "unknowns.csv": csv_text(OF_UNKNOWNS, plain),
         "fit.csv": csv_text(["time (s)", *names], fit),
-        "identified.toml": question.case.changed(texts(question, values)).to_toml(),
+        "identified.toml" if found.explained else "best_fit.toml": question.case.changed(
+            texts(question, values)
+        ).to_toml(),
     }
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import xarray as xr
 
-from coupling.identification.found import Identification
+from coupling.identification.found import Identification, is_blind
 from hertzlink.cases.plate_accuracy import Fit, frequency_of
 from hertzlink.cases.plate_models import BAND, FREQUENCY, TOLERANCE, AroundGuess, one_edge, scales
 from hertzlink.cases.questions import Builder, Question, identified, texts
@@ -83,7 +83,8 @@ def _searched(question: Question, signal: xr.Dataset, common: dict[str, Any]) ->
 def warn_of_blind(question: Question, first: Identification) -> None:
     """Say that the fits of a plate with one edge do not know where the chain stands on the whole one."""
     places = [name for name in question.ranges if question.paths[name][:2] == ("structure", "at")]
-    if blind := [name for name in places if not first[name].identifiable]:
+    fits = [first[name] for name in places]
+    if blind := [one.name for one in fits if is_blind(one.value, one.interval, question.ranges[one.name])]:
         caution(
             f"search: the nearest edge alone does not determine {' and '.join(blind)}, so the whole plate was searched "
             'only near one guess, and intervals may be too short; measure at more beads, or take search = "full"'

@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from hertzlink.cases.case import Case
     from hertzlink.cases.reading import Source
 
+NOT_IDENTIFIED = 3
+"""Exit code of `hertzlink identify` where results are written, but an unknown is not identified."""
+
 CASE = click.argument("case", metavar="CASE.toml", type=click.Path())
 CHANGES = click.option(
     "--set", "changes", metavar="ENTRY=VALUE", multiple=True,
@@ -82,12 +85,13 @@ def run_case(case: str, changes: tuple[str, ...], output: Path | None, force: bo
 
 
 class Done(NamedTuple):
-    """A Dataset, its text, CSV files by name, and what to sketch where the Dataset does not hold it."""
+    """A Dataset, its text, CSV files by name, what to sketch where the Dataset does not hold it, and the exit code."""
 
     data: "Dataset"
     text: str
     files: dict[str, str]
     sketched: "CoSimulation | None" = None
+    code: int = 0
 
 
 def _written(
@@ -97,8 +101,10 @@ def _written(
     case: "Case",
     work: Callable[[], Done],
     sensors: Sequence[int] | None = None,
-) -> None:
-    """Do the work, write its Dataset, CSV files, table and report into a new folder, and print the table."""
+) -> int:
+    """Do the work, write its Dataset, CSV files, table and report into a new folder, and print the table; the exit
+    code.
+    """
     from coupling.results.findings import findings_of, one_of_each, warn, with_warnings
     from hertzlink.cases.faults import of_case
     from hertzlink.cases.pages import page
@@ -135,6 +141,7 @@ def _written(
     write_folder(folder, write, force)
     show(done.text)
     written(folder)
+    return done.code
 
 
 @click.command("check", short_help="Check a case without running it; estimate its time.")
@@ -156,8 +163,11 @@ def check_case(case: str, changes: tuple[str, ...]) -> None:
 @CHANGES
 @output_option("CASE-found")
 @FORCE
-def identify_case(case: str, trace: Path, changes: tuple[str, ...], output: Path | None, force: bool) -> None:
+def identify_case(case: str, trace: Path, changes: tuple[str, ...], output: Path | None, force: bool) -> int:
     """Find the unknowns of a case from a measured trace, with 95 % intervals.
+
+    The exit code is 3 where results are written, but an unknown is not identified: the model does not fit, the signal
+    does not determine the unknown, or it is at the end of its range.
 
     TRACE.csv is a text file of an oscilloscope: times in one column, the voltage or force of a sensor in each of the
     others. The section [identify] of the case names the columns and the unknowns; `hertzlink new identify` writes an
@@ -179,9 +189,10 @@ def identify_case(case: str, trace: Path, changes: tuple[str, ...], output: Path
             except ValueError as error:
                 raise of_file(error, trace) from None
             data = found.to_dataset().assign_attrs({"case": whole.to_toml(), TRACE: printable(str(trace.absolute()))})
-            return Done(data, *tables(question, found, remarks), simulation_of(question, found))
+            code = 0 if found.identified else NOT_IDENTIFIED
+            return Done(data, *tables(question, found, remarks), simulation_of(question, found), code)
 
-        _written(case, output or Path(f"{Path(case).stem}-found"), force, whole, work)
+        return _written(case, output or Path(f"{Path(case).stem}-found"), force, whole, work)
 
 
 @click.command("new", short_help="Write a first case file, with comments.")
