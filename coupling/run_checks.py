@@ -9,7 +9,7 @@ from coupling.interface import Interface
 from coupling.recording.frames import Frames
 from coupling.results.ar_and_tof import SMALLEST_WAVE
 from coupling.results.findings import warn
-from coupling.results.missing_waves import end_of_push, short_record
+from coupling.results.missing_waves import RECORD, end_of_push, short_record
 from coupling.structure_checks import check_structures
 from coupling.yield_check import Motion, yields
 from particles import kernels
@@ -191,4 +191,4 @@ def _of_record(chain: MovingChain, contact_force: Vector, times: Any, where: str
     if times[-1] >= leaves + slower * (reached - float(times[first]) if silent.size else 0.5 * reached):
         return []
     needed = leaves + slower * reached
-    return [f"record: {short_record(float(times[-1]), needed, where).removeprefix('the record ')}"]
+    return [f"record: {short_record(float(times[-1]), needed, where).removeprefix(RECORD)}"]

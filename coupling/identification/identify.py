@@ -111,7 +111,8 @@ def identify(
     Warns
     -----
     HertzlinkWarning
-        If the model does not explain the signal, so that no verdict stands, an unknown is at the end of its range, or several fits are as good.
+        If the model does not explain the signal, so that no verdict stands, an unknown is at the end of its range, or
+        several fits are as good.
 
     Notes
     -----

@@ -7,12 +7,12 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from coupling.results.missing_waves import short_record, warn_of_ends
-from coupling.results.peaks import Peak, waves_of_signal
+from coupling.results.missing_waves import RECORD, cut_record, warn_of_ends
+from coupling.results.peaks import Peak, ends_rising, waves_of_signal
 from coupling.results.reading import Reading
 from coupling.results.sensor import bridged
 from coupling.results.waves import NoWave, ReflectedWave, Reflections, Wave
-from coupling.results.waves_of_runs import BEGINS, Series, WavesOfRuns, find_waves, measured, series_of, why_none
+from coupling.results.waves_of_runs import BEGINS, Series, WavesOfRuns, find_waves, measured, series_of, why_missing
 from structures.caution import caution
 from structures.checks import duration, one_of, positive, whole
 from structures.structure import Vector
@@ -50,7 +50,7 @@ def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE) -
     -----
     HertzlinkWarning
         If the sensor is fewer than five beads from an end of the chain, or if the record ends before a reflected wave
-        can be back.
+        can be back, or within one.
 
     Notes
     -----
@@ -112,13 +112,15 @@ def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE) -
         return Reflections(NoWave("incident", none), NoWave("primary", none), NoWave("secondary", none))
     if len(back) > 1:
         return Reflections(incident, back[0], back[1])
-    if back or reading.is_signal:
-        second = "second " if back else ""
-        reason = f"no {second}one above {100.0 * smallest:.3g} % of the incident one is in the record"
+    second = "second " if back else ""
+    reason = f"no {second}one above {100.0 * smallest:.3g} % of the incident one is in the record"
+    if reading.is_signal:
+        if ends_rising(bridged(_one(measured(reading, sensor))), incident.amplitude, smallest):
+            reason = cut_record(float(reading.time[-1]), float("nan"), f"bead {sensor}")
     else:
-        reason, needed = why_none(reading.time, series, 0, smallest, sensor, reading.beads)
-        if needed > reading.time[-1]:
-            caution(f"record: {reason.removeprefix('the record ')}")
+        reason = why_missing(reading.time, series, 0, smallest, sensor, reading.beads, bool(back))[0] or reason
+    if reason.startswith(RECORD):
+        caution(f"record: {reason.removeprefix(RECORD)}")
     return Reflections(incident, back[0] if back else NoWave("primary", reason), NoWave("secondary", reason))
 
 
@@ -254,7 +256,7 @@ def _over_axes(run: xr.Dataset, sensor: int, wave: str, what: str, units: str, l
         values = many.amplitude_ratio if what == "amplitude_ratio" else many.time_of_flight
         found = series.over_axes(values[:, place])
         _warn_of_ends(reading, sensor)
-        _warn_of_short_record(reading, sensor, series, many)
+        _warn_of_short_record(reading, sensor, series, many, 2 + place)
     found.attrs = {"units": units, "long_name": f"{label}, bead {sensor}"}
     result: xr.DataArray = found.rename(what)
     return result
@@ -332,14 +334,17 @@ def _as_waves(peaks: Sequence[Peak], begins: Iterable[str]) -> tuple[Wave | None
     ]
 
 
-def _warn_of_short_record(reading: Reading, sensor: int, series: Series, many: WavesOfRuns) -> None:
-    """One warning for all runs whose record ends before a reflected wave can be back."""
-    silent = np.flatnonzero(many.found == 1).tolist()
-    needed = [why_none(reading.time, series, run, SMALLEST_WAVE, sensor, reading.beads)[1] for run in silent]
-    if late := [until for until in needed if until > reading.time[-1]]:
+def _warn_of_short_record(reading: Reading, sensor: int, series: Series, many: WavesOfRuns, wanted: int) -> None:
+    """One warning for all runs whose record ends before a wave that is wanted can be back, or within it."""
+    late = list[tuple[float, str]]()
+    for run in np.flatnonzero((many.found > 0) & (many.found < wanted)).tolist():
+        back = bool(many.found[run] > 1)
+        reason, until = why_missing(reading.time, series, run, SMALLEST_WAVE, sensor, reading.beads, back)
+        if until > reading.time[-1]:
+            late.append((until, reason.removeprefix(RECORD)))
+    if late:
         several = f", in {len(late)} of {many.found.size} runs" if many.found.size > 1 else ""
-        reason = short_record(float(reading.time[-1]), max(late), f"bead {sensor}")
-        caution(f"record: {reason.removeprefix('the record ')}{several}")
+        caution(f"record: {max(late)[1]}{several}")
 
 
 def _warn_of_ends(reading: Reading, sensor: int) -> None:

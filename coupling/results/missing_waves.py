@@ -1,20 +1,27 @@
 """Why a sensor has no reflected wave: the record ends too early, or the sensor is too near to an end of the chain."""
 
-from math import ceil, floor, log10
+from itertools import pairwise
+from math import ceil, floor, isfinite, log10
 
 import numpy as np
 
-from coupling.results.peaks import hops
+from coupling.results.peaks import hops, rises
 from coupling.results.wave_kernels import FIRST_WAVE
 from structures.caution import caution
 from structures.checks import duration
 from structures.structure import Vector
+
+RECORD = "the record "
+"""With these words a reason begins that a longer record removes."""
 
 WAVE_LENGTH = 5
 """Beads that a solitary wave is long (Nesterenko, J. Appl. Mech. Tech. Phys. 24 (1983) 733)."""
 
 TAIL = 0.01
 """A push on the structure ends where it falls below this part of its greatest force."""
+
+NEAR = 3
+"""Contacts of a bead and beyond it, where a wave that comes is looked for: one farther away may never arrive."""
 
 PUSH = 3.0
 """Hops that a push on a half-space lasts; until it is known, that on any structure."""
@@ -62,6 +69,34 @@ def end_of_push(time: Vector, force: Vector, least: float, otherwise: float) -> 
     return float(time[ends]) if ends > begins else float(time[-1])
 
 
+def cut_off(time: Vector, force: Vector, smallest: float) -> float:
+    """The time, s, that would hold a wave which the record's end cuts off on its way back over a bead; NaN for none.
+
+    force, contacts × time: dynamic, the bead's two contacts first. Such a wave has risen at a contact, and not yet, or
+    later, at the one before, which the last wave there does not explain. It takes the time of a weak wave over the
+    length of a wave.
+    """
+    taken = hops(time, force)
+    if not np.isfinite(taken).all():
+        return float("nan")
+    pace = float(np.median(taken)) * float(smallest ** (-1.0 / 6.0))
+    found = [rises(time, one, smallest * float(one.max(initial=0.0))) for one in force[:NEAR]]
+    for away, ((near, near_open), (far, far_open)) in enumerate(pairwise(found)):
+        lasts = (away + WAVE_LENGTH) * pace
+        if not far.size or time[-1] - far[-1] >= lasts:
+            continue
+        nearest = int(abs(near - far[-1]).argmin()) if near.size else -1
+        together = nearest >= 0 and int(abs(far - near[nearest]).argmin()) == far.size - 1
+        if together:
+            still = (near_open and nearest == near.size - 1) or far_open
+            comes = still and near[nearest] > far[-1]
+        else:
+            comes = not near.size or near[-1] <= far[-1]
+        if comes:
+            return float(far[-1]) + lasts
+    return float("nan")
+
+
 def rounded_up(value: float) -> float:
     """A number to give instead, rounded up to two digits."""
     step = 10.0 ** (floor(log10(value)) - 1)
@@ -77,9 +112,15 @@ def until_of(seconds: float) -> str:
 def short_record(ends: float, needed: float, where: str) -> str:
     """In words; ends and needed: the record's end, and the one that would hold the wave, s."""
     return (
-        f"the record ends at {duration(ends)}, before a reflected wave can be back at {where}; {until_of(needed)} "
+        f"{RECORD}ends at {duration(ends)}, before a reflected wave can be back at {where}; {until_of(needed)} "
         "would hold it"
     )
+
+
+def cut_record(ends: float, needed: float, where: str) -> str:
+    """The same of a record that ends within a wave; needed: NaN for a signal."""
+    cure = f"{until_of(needed)} would hold it" if isfinite(needed) else "record longer"
+    return f"{RECORD}ends at {duration(ends)}, within a wave that comes back to {where}; {cure}"
 
 
 def reason_for_none(time: Vector, force: Vector, smallest: float, sensor: int, complete: bool) -> tuple[str, float]:

@@ -101,6 +101,28 @@ def waves_of_signal(time: Vector, force: Vector, smallest: float) -> list[Peak]:
     return [_fitted(time, force, smooth, level, *place) for place in _valleys(smooth, peaks)]
 
 
+def ends_rising(force: Vector, incident: float, smallest: float) -> bool:
+    """Whether a signal ends within a wave, whose peak is not known: as `waves_of_signal` reads it."""
+    smooth, noise, _ = smoothed(force)
+    least = max(smallest * incident, CLEAR * noise + resolution(force))
+    return rises(np.arange(smooth.size, dtype=float), smooth, least)[1]
+
+
+def rises(time: Vector, force: Vector, least: float) -> tuple[Vector, bool]:
+    """When each wave of a force has risen by `least`, s, also one that the end of the record cuts off; whether it does.
+
+    A wave is a peak of that height that rises by as much on both sides.
+    """
+    peaks = scipy.signal.find_peaks(force, height=least, prominence=least)[0]
+    edges, found = [0, *map(int, peaks)], list[float]()
+    for start, stop in zip(edges, [*map(int, peaks), force.size - 1], strict=True):
+        valley = start + int(force[start : stop + 1].argmin())
+        above = np.flatnonzero(force[valley : stop + 1] >= max(force[valley] + least, least))
+        if least > 0.0 and above.size:
+            found.append(float(time[valley + int(above[0])]))
+    return np.array(found), len(found) > len(peaks)
+
+
 def _valleys(force: Vector, peaks: Vector) -> list[tuple[int, tuple[int, int]]]:
     """Each peak with the lowest samples before and after it, between it and its neighbours or the ends."""
     edges = [0, *map(int, peaks), force.size - 1]

@@ -9,7 +9,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from coupling.results import wave_kernels
-from coupling.results.missing_waves import reason_for_none
+from coupling.results.missing_waves import cut_off, cut_record, reason_for_none
 from coupling.results.reading import Reading, without_padding
 from structures.structure import Vector
 
@@ -76,15 +76,21 @@ def find_waves(time: Vector, series: Series, smallest: float, most: int) -> Wave
     return WavesOfRuns(waves[..., 0], waves[..., 1], np.nan_to_num(waves[..., 2]).astype(np.int64), found)
 
 
-def why_none(
-    time: Vector, series: Series, run: int, smallest: float, sensor: int, beads: Sequence[int]
+def why_missing(
+    time: Vector, series: Series, run: int, smallest: float, sensor: int, beads: Sequence[int], back: bool
 ) -> tuple[str, float]:
-    """Why no wave came back in a run, and the `until` (s) that would hold it; NaN where time is not short.
+    """Why a run has no wave that came back, or no further one, and the `until` (s) that would hold it; empty and NaN
+    where neither is known.
 
-    beads: the number of beads of each chain.
+    beads: the number of beads of each chain; back: whether a wave came back.
     """
     force = series.dynamic(run)
-    return reason_for_none(time, force, smallest, sensor, len(force) - 2 + sensor in beads)
+    reason, needed = "", float("nan")
+    if not back:
+        reason, needed = reason_for_none(time, force, smallest, sensor, len(force) - 2 + sensor in beads)
+    if not needed > time[-1] and (cut := cut_off(time, force, smallest)) > time[-1]:
+        return cut_record(float(time[-1]), cut, f"bead {sensor}"), cut
+    return reason, needed
 
 
 def series_of(reading: Reading, sensor: int) -> Series:

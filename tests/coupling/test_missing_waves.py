@@ -70,6 +70,54 @@ def test_the_until_that_is_named_holds_the_wave(run: xr.Dataset, sensor: int) ->
         assert messages(caught) == [message]
 
 
+@pytest.fixture(scope="module")
+def layered() -> xr.Dataset:
+    """Steel on PTFE: the second wave follows the first one."""
+    rod = [hl.Layer(hl.STEEL_440C, 6.35e-3, 9.5e-3), hl.Layer(hl.PTFE, 25.4e-3, 9.5e-3)]
+    return hl.CoSimulation(CHAIN, hl.rod(rod)).run(1.2e-3)
+
+
+@pytest.fixture(scope="module")
+def edged() -> xr.Dataset:
+    """A plate whose edge sends a weak second wave."""
+    return hl.CoSimulation(CHAIN, hl.half_plane(4.76e-3, hl.ALUMINIUM_6061, "clamped", 0.06, 1.1e-3)).run(1.1e-3)
+
+
+@pytest.mark.parametrize("of", ["layered", "edged"])
+@pytest.mark.parametrize("sensor", [7, 12])
+@pytest.mark.parametrize("before", [15e-6, 5e-6, -5e-6])
+def test_a_record_that_ends_within_a_second_wave_says_so(
+    of: str, sensor: int, before: float, request: pytest.FixtureRequest
+) -> None:
+    """Before and after its peak; the `until` that is named holds it. A signal of the same force ends rising, too."""
+    run: xr.Dataset = request.getfixturevalue(of)
+    second = hl.reflections(run, sensor).secondary
+    short = upto(run, second.arrival - before)
+    with pytest.warns(hl.HertzlinkWarning, match=f"within a wave that comes back to bead {sensor}; until = ") as caught:
+        waves = hl.reflections(short, sensor)
+    assert waves.primary
+    with pytest.raises(ValueError, match=r"no secondary wave; the record ends at .* within a wave"):
+        _ = waves.secondary.amplitude_ratio
+    needed = float(messages(caught)[0].split("until = ")[1].split()[0])
+    assert hl.reflections(upto(run, needed), sensor).secondary == second
+    with pytest.warns(hl.HertzlinkWarning) as again:
+        assert np.isnan(hl.amplitude_ratio(short, sensor, "secondary"))
+    assert messages(again) == messages(caught)
+    if before > 0.0:
+        signal = hl.as_signal(short.time.values, {sensor: hl.sensor_force(short, sensor).values})
+        with pytest.warns(hl.HertzlinkWarning, match="record: ends at .*; record longer"):
+            assert not hl.reflections(signal, sensor).secondary
+
+
+def test_a_record_that_ends_between_waves_says_nothing_of_a_second(run: xr.Dataset) -> None:
+    """On a hard wall nothing follows the first wave for 100 µs but its return from the struck end, which goes on."""
+    arrives = hl.reflections(run, 7).primary.arrival
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for until in np.arange(arrives + 40e-6, arrives + 1e-4, 10e-6):
+            assert "no second one above 1 %" in hl.reflections(upto(run, until), 7).secondary.reason
+
+
 def test_a_wave_that_was_taken_is_no_short_record(damped: xr.Dataset) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
