@@ -119,9 +119,9 @@ def identify(
     The misfit is the sum of squares of (measured − gain · predicted − offset)/noise. Intervals come from its curvature;
     where they are wide, or unknowns are correlated, from its profile: the other unknowns are fitted anew at each value.
     Noise that was estimated is estimated again from the residual, if that is white. If it is correlated, the model does
-    not explain the signal, no unknown is "identified", and the covariance is that of least squares under noise with the
-    autocorrelation of the residual over the whole record, its quiet lead included; it is never smaller than for white
-    noise.
+    not explain the signal, and no unknown is "identified". The covariance is then that of least squares under noise
+    with the autocorrelation of the residual over the whole record, its quiet lead included; it is never smaller than
+    for white noise.
 
     References
     ----------

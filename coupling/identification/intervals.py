@@ -120,13 +120,15 @@ class Judgement:
         ratio = point.misfit / degrees
         lacking = white @ self._lacking(point) @ white
         level = 1.0 if self.misfit.measured.given else ratio
-        if self.misfit.is_white(point.residual) and ratio < (1.0 + 4.0 * np.sqrt(2.0 / degrees)) * level:
+        enough = ratio < (1.0 + 4.0 * np.sqrt(2.0 / degrees)) * level
+        explained = bool(enough and self.misfit.is_white(point.residual))
+        if explained and not self.misfit.drifts(point.residual):
             return level * white + lacking, float(np.sqrt(ratio)), True, 1.959964
         spread, independent = self._correlated(point, white)
         left = max(independent - point.columns.shape[1], 3.0)
         larger = np.maximum(np.diag(white @ spread @ white), ratio * np.diag(white)) + np.diag(lacking)
         scale = np.sqrt(larger / np.diag(white))
-        return scale[:, None] * white * scale, float(np.sqrt(ratio)), False, float(t.ppf(0.975, left))
+        return scale[:, None] * white * scale, float(np.sqrt(ratio)), explained, float(t.ppf(0.975, left))
 
     def _correlated(self, point: Point, white: Vector) -> tuple[Vector, float]:
         """Covariance of columnsᵀ · residual for noise correlated in time, and the number of independent samples.

@@ -105,21 +105,30 @@ class Misfit:
         return unknown and self.is_white(self.residual(p))
 
     def is_white(self, residual: Vector) -> bool:
-        """Whether it is not correlated over a contact time, to four standard deviations.
+        """Whether it is not correlated over a contact time: Ljung and Box's sum, four standard deviations."""
+        found = self._correlations(residual)
+        count = float(sum(along.size for _, along in found))
+        total = float(sum(size * (along**2).sum() for size, along in found))
+        return total < count + 4.0 * float(np.sqrt(2.0 * count))
 
-        Ljung and Box's sum of squares sees correlations of any kind; the plain sum sees a small offset, hum or drift,
-        whose correlations are small and all positive.
+    def drifts(self, residual: Vector) -> bool:
+        """Whether its correlations over a contact time are positive together, by four standard deviations.
+
+        So are those of an offset, hum or drift of a sixth of the noise, which the sum of squares does not see.
         """
-        begin, total, count, drift = 0, 0.0, 0.0, 0.0
+        found = self._correlations(residual)
+        count = float(sum(along.size for _, along in found))
+        return float(sum(np.sqrt(size) * along.sum() for size, along in found)) > 4.0 * float(np.sqrt(count))
+
+    def _correlations(self, residual: Vector) -> list[tuple[int, Vector]]:
+        """The samples of each sensor, and their correlations over the steps of a contact time."""
+        found, begin = list[tuple[int, Vector]](), 0
         lags = max(2, int(self.unit / self.measured.step))
         for used in self.used:
             own = residual[begin : begin + int(used.sum())]
             begin += own.size
-            along = np.array([own[lag:] @ own[:-lag] for lag in range(1, lags + 1)]) / (own @ own)
-            total += own.size * float((along**2).sum())
-            drift += float(np.sqrt(own.size) * along.sum())
-            count += lags
-        return bool(total < count + 4.0 * np.sqrt(2.0 * count) and drift < 4.0 * np.sqrt(count))
+            found.append((own.size, np.array([own[lag:] @ own[:-lag] for lag in range(1, lags + 1)]) / (own @ own)))
+        return found
 
     def bounds(self) -> tuple[Vector, Vector]:
         """Lower and upper bounds of p."""
@@ -298,7 +307,7 @@ class Misfit:
         before the impact; NaN elsewhere.
         """
         used, force = self.used[row], self.measured.force[row]
-        left = (force - float(point.offsets[row])) / float(self.measured.noise[row])
+        left: Vector = (force - float(point.offsets[row])) / float(self.measured.noise[row])
         left[used] = (force[used] - point.fitted[row]) / float(self.measured.noise[row])
         left[int(np.flatnonzero(used)[-1]) + 1 :] = np.nan
         return left

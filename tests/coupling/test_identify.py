@@ -362,18 +362,37 @@ def test_errors_under_correlated_noise_are_those_of_its_covariance(correlation: 
 
 
 @pytest.mark.parametrize(
-    ("lacking", "white"),
-    [("nothing", True), ("an offset", False), ("a ramp", False), ("hum", False), ("correlation", False)],
-)
-def test_small_slow_errors_are_not_white(lacking: str, white: bool) -> None:
-    """Of a sixth of the noise: the sum of squares of the correlations does not see them."""
+    ("lacking", "white", "drifts"),
+    [
+        ("nothing", True, False), ("an offset", True, True), ("a ramp", True, True), ("hum", True, True),
+        ("correlation", False, True),
+    ],
+)  # fmt: skip
+def test_small_slow_errors_widen_intervals_and_correlation_takes_the_verdict(
+    lacking: str, white: bool, drifts: bool
+) -> None:
+    """Slow ones of a sixth of the noise: the sum of squares of the correlations does not see them."""
     time = np.arange(0.0, 1e-3, STEP)
     draw = noisy(np.full(time.size, 100.0), 3.0 if lacking == "correlation" else 0.0, 0) - 100.0
     slow = {"an offset": np.full(time.size, 0.17), "a ramp": 340.0 * time, "hum": 0.25 * np.sin(600.0 * np.pi * time)}
     residual = draw + slow.get(lacking, 0.0)
     prediction = Prediction(wall, [Range("modulus", 2e9, 4e9)], [5], UNTIL)
-    measured = Measured(time, residual[None], [5], np.array([1.0]))
-    assert Misfit(prediction, measured, ["gain"], UNTIL).is_white(residual) == white
+    misfit = Misfit(prediction, Measured(time, residual[None], [5], np.array([1.0])), ["gain"], UNTIL)
+    assert (misfit.is_white(residual), misfit.drifts(residual)) == (white, drifts)
+
+
+def test_a_small_offset_widens_the_interval() -> None:
+    """By the shift that it causes, of 0.2 times the noise."""
+    time = np.arange(0.0, LEAD + UNTIL, STEP)
+    clean = tap(wall(3e9), noise=0.0).sensor_force.values[:, 0]
+    fits = [
+        hl.identify(hl.as_signal(time[: clean.size], {5: noisy(clean, 0.0, 0) + offset}), wall, until=UNTIL,
+                    guess={"modulus": 3e9}, modulus=(2e9, 4.5e9))
+        for offset in (0.0, 0.002 * clean.max())
+    ]  # fmt: skip
+    assert [one["modulus"].verdict for one in fits] == ["identified"] * 2
+    shift = abs(fits[1]["modulus"].value - fits[0]["modulus"].value)
+    assert fits[1]["modulus"].error ** 2 > fits[0]["modulus"].error ** 2 + shift**2
 
 
 SIGNAL = hl.as_signal(np.arange(0.0, 6e-4, 1e-6), {5: 40.0 * np.exp(-(((np.arange(600) - 300) / 20.0) ** 2))})
