@@ -188,6 +188,8 @@ def kirchhoff_panel(
     highest_frequency: float = HIGHEST_FREQUENCY,
     additions: Sequence[Addition] = (),
     scale: float | None = None,
+    merge: float | None = None,
+    tags: str | None = None,
 ) -> Plate:
     """A thin plate of any shape in Kirchhoff's theory, on Morley's triangles; the contact force acts at a point.
 
@@ -212,6 +214,10 @@ def kirchhoff_panel(
         What is fixed to the plate; stiffeners are refused.
     scale : float, optional
         Length of a unit of the mesh, m. By default 1, and meshes that seem to be in millimetres are refused.
+    merge : float, optional
+        Distance, m, within which points of the mesh become one: it joins parts whose points coincide.
+    tags : str, optional
+        Name of the data of cells whose whole numbers name the edges; needed where a file has several.
 
     Returns
     -------
@@ -235,7 +241,7 @@ def kirchhoff_panel(
     'Kirchhoff panel'
     """
     section = section_of(thickness, material)
-    found = _shape(shape, section, scale)
+    found = _shape(shape, section, scale, merge, tags, supports)
     if isinstance(found, FlatMesh) and found.quadrilateral:
         raise ValueError("mesh: has quadrilaterals; Morley's elements are triangles, mindlin_panel takes both")
     likely("frequency", "kirchhoff_panel", "highest_frequency", positive("highest_frequency", highest_frequency, "Hz"))
@@ -252,6 +258,8 @@ def mindlin_panel(
     highest_frequency: float = HIGHEST_FREQUENCY,
     additions: Sequence[Addition] = (),
     scale: float | None = None,
+    merge: float | None = None,
+    tags: str | None = None,
 ) -> Plate:
     """A plate of any shape in Mindlin's theory, on triangles or quadrilaterals of order 4.
 
@@ -259,7 +267,7 @@ def mindlin_panel(
     ----------
     shape : Outline, path or meshio.Mesh
         An Outline, meshed with triangles that are finest at the contact (needs `pip install hertzlink[mesh]`). Or a
-        flat mesh of triangles or quadrilaterals: a file that meshio reads (gmsh's .msh, .vtu, Abaqus' .inp) or a
+        flat mesh of triangles or quadrilaterals, in any plane: a file (.inp, .msh, .vtu, ...; see `solid`) or a
         meshio.Mesh. All contacts share it; cells at the contact should be no larger than twice the thickness.
         Midpoints of curved cells are dropped.
     thickness : float or None
@@ -281,6 +289,10 @@ def mindlin_panel(
         Stiffeners along any straight line; Weakened is exact where cells end at the region's edges.
     scale : float, optional
         Length of a unit of the mesh, m. By default 1, and meshes that seem to be in millimetres are refused.
+    merge : float, optional
+        Distance, m, within which points of the mesh become one: it joins parts whose points coincide.
+    tags : str, optional
+        Name of the data of cells whose whole numbers name the edges; needed where a file has several.
 
     Returns
     -------
@@ -301,7 +313,7 @@ def mindlin_panel(
     0.002
     """
     section = section_of(thickness, material, shear_correction)
-    found = _shape(shape, section, scale)
+    found = _shape(shape, section, scale, merge, tags, supports)
     element = Mindlin(_patch(section, patch_radius))
     likely("frequency", "mindlin_panel", "highest_frequency", positive("highest_frequency", highest_frequency, "Hz"))
     return Plate(found, section, _named(supports), element, highest_frequency, additions, _made_of(material))
@@ -335,13 +347,24 @@ def _patch(section: Section, given: float | None) -> float:
     return patch
 
 
-def _shape(given: PanelShape, section: Section, scale: float | None) -> Outline | FlatMesh:
+def _shape(
+    given: PanelShape,
+    section: Section,
+    scale: float | None,
+    merge: float | None,
+    tags: str | None,
+    supports: Mapping[Tag, Support] | None,
+) -> Outline | FlatMesh:
     if isinstance(given, tuple | list):
         raise ValueError(f"shape = {short(given)}: must be an Outline(corners), the path of a mesh, or a meshio.Mesh")
     if not isinstance(given, Outline):
-        return FlatMesh(given, section.thickness, scale)
-    if scale is not None:
-        raise ValueError(f"scale = {scale!r}: an Outline is in m; scale is for meshes")
+        found = FlatMesh(given, section.thickness, scale, merge, tags)
+        for name in _named(supports):
+            found.check_edge(name)
+        return found
+    for name, value in (("scale", scale), ("merge", merge), ("tags", tags)):
+        if value is not None:
+            raise ValueError(f"{name} = {value!r}: an Outline is in m; {name} is for meshes")
     return given
 
 

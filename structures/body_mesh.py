@@ -4,25 +4,26 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from skfem import ElementHex2, ElementTetP2, MeshHex1, MeshHex2, MeshTet1, MeshTet2
+from skfem import ElementHex2, ElementTetP2, FacetBasis, MeshHex1, MeshHex2, MeshTet1, MeshTet2
 
 from structures.caution import caution
 from structures.checks import instance, positive
 from structures.material import Material
+from structures.mesh_files import read_mesh
 from structures.mesh_reading import (
     Numbers,
     Tag,
-    check_whole,
+    Tags,
+    hint_of,
     joined,
-    known,
     names,
     near,
     points_of,
-    read_mesh,
     tagged,
     tagged_facets,
     used,
 )
+from structures.mesh_topology import HEXAHEDRON, TETRAHEDRON, check_joined, merged, once
 from structures.structure import Vector
 
 LONGEST_SIDE, SHORTEST_EDGE = 10.0, 0.02
@@ -32,6 +33,11 @@ SHORTEST_EDGE (a quarter of the wavelength of a shear wave of 40 kHz in steel).
 
 FLAT_JACOBIAN = 1e-9
 """A cell is flat if its Jacobian at a corner is below this fraction of the cube of its size."""
+
+JACOBIAN_STEPS, NEARLY_FOLDED = (2, 12), 0.3
+"""Steps along an edge at whose ends the Jacobian of a curved cell is checked: first all cells, then those in which it
+falls below this part of its largest value.
+"""
 
 CELL_TYPES: dict[str, tuple[Any, Any, int, int]] = {
     "tetra": (MeshTet1, ElementTetP2, 4, 4),
@@ -58,26 +64,33 @@ class BodyMesh:
     """A body of one type of cells, as a scikit-fem mesh in m.
 
     cells, facets: by tag, the numbers of the cells and of the boundary facets that have it. source: a file or a
-    meshio.Mesh. scale: m per unit of the mesh; None means 1 and is accepted only for bodies of plausible size. Raises
-    ValueError, or warns, if a mesh cannot be a body.
+    meshio.Mesh. scale: m per unit of the mesh; None means 1 and is accepted only for bodies of plausible size. merge:
+    distance, m, within which points become one. tags: name of the data that numbers the cells. Raises ValueError, or
+    warns, if a mesh cannot be a body.
     """
 
-    def __init__(self, source: Any, scale: float | None = None) -> None:
+    def __init__(
+        self, source: Any, scale: float | None = None, merge: float | None = None, tags: str | None = None
+    ) -> None:
         self.scale = 1.0 if scale is None else positive("scale", scale, "m per unit of the mesh")
         read = read_mesh(source)
         self.kind, blocks = _volumes(read)
         make, self.element, corners, self.order = CELL_TYPES[self.kind]
-        points, cells, self._number = used(self.scale * points_of(read), joined(read, blocks, self.kind), corners)
+        points, cells = self.scale * points_of(read), joined(read, blocks, self.kind)
+        alias = merged(points, cells, _edges(points, cells[:, :corners]), merge)
+        cells, renumbered = once(alias[cells], corners)
+        points, cells, number = used(points, cells, corners, alias)
         edges = _edges(points, cells[:, :corners])
         _check_scale(points, edges, scale)
         _check_shapes(points, cells[:, :corners])
-        check_whole(cells)
+        check_joined(points, cells[:, :corners], HEXAHEDRON if corners == 8 else TETRAHEDRON, float(edges.min()))
         self.longest_edge, self.shortest_side = float(edges.max()), float(np.ptp(points, axis=0).min())
         order = _hexahedron_order(cells.shape[1]) if corners == 8 else np.arange(cells.shape[1])
         self.mesh = make(np.ascontiguousarray(points.T), np.ascontiguousarray(cells.T[order]))
         self._check_curves()
-        self.cells = tagged(read, blocks, dimension=3)
-        self.facets = tagged_facets(read, self.mesh, self._number, FACET_CORNERS)
+        groups = {tag: np.unique(renumbered[members]) for tag, members in tagged(read, blocks, 3, tags).items()}
+        self.cells = Tags(groups, hint_of(read, tags))
+        self.facets = tagged_facets(read, self.mesh, number, FACET_CORNERS, tags)
 
     def materials(self, given: Material | Mapping[Tag, Material]) -> tuple[list[Material], Numbers]:
         """The materials, and for each cell the index of its material."""
@@ -88,38 +101,52 @@ class BodyMesh:
         owner, tags = np.full(count, -1), list(given)
         for i, tag in enumerate(tags):
             instance(f"material[{tag!r}]", given[tag], Material, "a Material; MATERIALS[name] gives one by name")
-            cells = self.cells[known("material", tag, self.cells)]
+            cells = self.cells.of("material", tag)
             if np.any(owner[cells] >= 0):
                 other = tags[int(owner[cells].max())]
                 raise ValueError(f"material: {other!r} and {tag!r} share cells, and a cell has one material")
             owner[cells] = i
         bare = np.flatnonzero(owner < 0)
         if bare.size:
-            missing = [tag for tag, cells in self.cells.items() if np.isin(cells, bare).any()]
+            missing = [tag for tag, cells in self.cells.groups.items() if np.isin(cells, bare).any()]
             raise ValueError(f"material: {bare.size} of {count} cells have none; their tags are {names(missing)}")
         return list(given.values()), owner
 
-    def boundary(self, name: str, tag: Tag) -> Numbers:
-        """The boundary facets that have the tag; name: of the argument to which the tag was given."""
-        facets = self.facets[known(name, tag, self.facets)]
-        if not facets.size:
-            raise ValueError(f"{name} = {tag!r}: holds no whole facet of the boundary")
-        return facets
+    def area(self, facets: Numbers) -> float:
+        """The area of facets, m²."""
+        return float(FacetBasis(self.mesh, self.element(), facets=facets, intorder=self.order).dx.sum())
 
     def _check_curves(self) -> None:
-        """Raise a ValueError if the midpoints of a curved cell turn it inside out."""
+        """Raise a ValueError if the midpoints of a curved cell turn a part of it inside out, such as a corner."""
         if self.kind not in ("tetra10", "hexahedron27"):
             return
-        from skfem import Basis
+        suspects = np.arange(self.mesh.nelements)
+        for steps in JACOBIAN_STEPS:
+            jacobian = self._jacobians(steps, suspects)
+            least, largest = jacobian.min(axis=1), jacobian.max(axis=1)
+            size = np.maximum(np.abs(least), np.abs(largest))
+            bad = (least <= FLAT_JACOBIAN * size) & (largest >= -FLAT_JACOBIAN * size)
+            if bad.any():
+                first = int(suspects[bad][0])
+                at = self.mesh.mapping().F(
+                    _lattice(steps, self.mesh)[:, jacobian[bad][0].argsort()[:1]], np.array([first])
+                )
+                raise ValueError(
+                    f"mesh: the midpoints of {bad.sum()} of {self.mesh.nelements} cells fold them, the first (cell "
+                    f"{first + 1}) near {near(at[:, 0].T)}"
+                )
+            suspects = suspects[np.minimum(np.abs(least), np.abs(largest)) < NEARLY_FOLDED * size]
 
-        basis = Basis(self.mesh, self.element(), intorder=self.order)
-        jacobian = self.mesh.mapping().detDF(basis.X)
-        bad = np.flatnonzero((jacobian.min(axis=1) <= 0.0) & (jacobian.max(axis=1) >= 0.0))
-        if bad.size:
-            place = near(self.mesh.p[:, self.mesh.t[:, bad[0]]].T)
-            raise ValueError(
-                f"mesh: the midpoints of {bad.size} of {self.mesh.nelements} cells fold them, the first near {place}"
-            )
+    def _jacobians(self, steps: int, cells: Numbers) -> Vector:
+        """At points of a lattice in each cell."""
+        return np.asarray(self.mesh.mapping().detDF(_lattice(steps, self.mesh), cells))
+
+
+def _lattice(steps: int, mesh: Any) -> Vector:
+    """Local coordinates of points that divide the edges of a cell in equal steps, its corners included."""
+    line = np.linspace(0.0, 1.0, steps + 1)
+    points = np.array(np.meshgrid(line, line, line, indexing="ij")).reshape(3, -1)
+    return points if mesh.t.shape[0] == 8 else points[:, points.sum(axis=0) <= 1.0 + 1e-9]
 
 
 def _volumes(source: Any) -> tuple[str, list[int]]:

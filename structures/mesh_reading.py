@@ -1,110 +1,69 @@
-"""Reading mesh files by meshio: points, cells and tags become checked arrays, for solid bodies and for plates."""
+"""Points, cells and tags of a meshio.Mesh as checked arrays, for solid bodies and for plates."""
 
-import re
 from collections.abc import Collection, Mapping
-from contextlib import redirect_stderr, redirect_stdout
-from io import StringIO
-from pathlib import Path
-from typing import Any, TypeAlias
+from difflib import get_close_matches
+from types import MappingProxyType
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
-from scipy.sparse.csgraph import connected_components
 
 from structures.caution import caution
 from structures.checks import one_of
-from structures.hdf5 import check_hdf5
 from structures.structure import Vector
-
-HDF5 = b"\x89HDF\r\n\x1a\n"
-"""The first bytes of every HDF5 file."""
-
-DATA_ITEM = re.compile(r"""<DataItem(?=[^>]*Format\s*=\s*["'](?:HDF|Binary))[^>]*>([^<:]+)""")
-
-NAMES_A_FILE = {
-    ".inp": re.compile(r"^[ \t]*\*(?=[ \t]*INCLUDE\b|[^*\n]*\bINPUT[ \t]*=).*=(.*)$", re.IGNORECASE | re.MULTILINE),
-    ".xdmf": DATA_ITEM,
-    ".xmf": DATA_ITEM,
-}
-"""How a mesh that is a text names other files."""
 
 Numbers: TypeAlias = NDArray[np.int64]
 Tag: TypeAlias = str | int
 Groups: TypeAlias = dict[Tag, Numbers]
 
 
-def known(name: str, tag: Tag, groups: Collection[Tag]) -> Tag:
+LARGEST_TAG = 2.0**53
+"""Larger numbers are no tags."""
+
+UNTAGGED = int(np.iinfo(np.int64).min)
+"""The number of a cell that no group holds."""
+
+
+class Tags(NamedTuple):
+    """Groups of cells or of facets by tag.
+
+    hint: what else the mesh has that could be tags. left: what of a tag is no facet of the boundary, in words.
+    """
+
+    groups: Groups
+    hint: str = ""
+    left: Mapping[Tag, str] = MappingProxyType({})
+
+    def of(self, name: str, tag: Tag) -> Numbers:
+        """The members of a tag; name: of the argument to which the tag was given."""
+        members = self.groups[known(name, tag, self.groups, self.hint)]
+        if not members.size:
+            raise ValueError(f"{name} = {tag!r}: holds no whole facet of the boundary")
+        if tag in self.left:
+            caution(f"{name} = {tag!r}: {self.left[tag]}")
+        return members
+
+
+def known(name: str, tag: Tag, groups: Collection[Tag], hint: str = "") -> Tag:
     """`tag`; otherwise a ValueError that lists the existing tags and the nearest one; name: of the argument."""
     if isinstance(tag, str | int) and tag in groups:
         return tag
     if not groups:
-        raise ValueError(f"{name} = {tag!r}: the mesh has no tags for it")
-    if isinstance(tag, str):
-        one_of(name, tag, [str(one) for one in groups])
-    raise ValueError(f"{name} = {tag!r}: must be one of {names(groups)}")
+        raise ValueError(f"{name} = {tag!r}: the mesh has no tags for it{hint}")
+    near_ones = get_close_matches(tag, [str(one) for one in groups], n=1) if isinstance(tag, str) else []
+    meant = f" (did you mean {near_ones[0]!r}?)" if near_ones else ""
+    raise ValueError(f"{name} = {tag!r}: must be one of {names(groups)}{meant}{hint}")
 
 
-def source_of(mesh: Any) -> str:
-    """What a structure's origin says of its mesh: the file, wherever it is read again from, or "meshio.Mesh"."""
-    return str(Path(mesh).absolute()) if isinstance(mesh, str | Path) else "meshio.Mesh"
-
-
-def read_mesh(source: Any) -> Any:
-    """The meshio.Mesh of a file. meshio itself prints a message and ends the process if it cannot read a file."""
-    import meshio  # type: ignore[import-untyped]
-
-    if isinstance(source, meshio.Mesh):
-        return source
-    if not isinstance(source, str | Path):
-        raise ValueError(f"mesh = {source!r}: must be the path of a file, or a meshio.Mesh")
-    if not Path(source).is_file():
-        raise ValueError(f"mesh = {str(source)!r}: there is no such file")
-    _check_inside(Path(source), str(source), set())
-    said, reason = StringIO(), ""
-    try:
-        with redirect_stdout(said), redirect_stderr(said):
-            return meshio.read(source)
-    except (meshio.ReadError, SystemExit) as error:
-        reason = said.getvalue() or str(error)
-    except (ArithmeticError, AssertionError, AttributeError, EOFError, ImportError, LookupError, OSError) as error:
-        reason = repr(error)
-    except (MemoryError, RuntimeError, SyntaxError, TypeError, ValueError) as error:
-        reason = repr(error)
-    raise ValueError(
-        f"mesh = {str(source)!r}: meshio cannot read it ({' '.join(reason.split())}); "
-        "gmsh's .msh, .vtu and Abaqus' .inp are known to work"
-    )
-
-
-def _check_inside(path: Path, named: str, seen: set[Path]) -> None:
-    """A ValueError for a mesh that would read files outside its folder: by a link of HDF5, of XDMF or of Abaqus."""
-    if path.resolve() in seen:
-        return
-    seen.add(path.resolve())
-    with path.open("rb") as file:
-        start = file.read(len(HDF5))
-    if start == HDF5:
-        check_hdf5(path, f"mesh = {named!r}")
-        return
-    finder = NAMES_A_FILE.get(path.suffix.lower())
-    for found in finder.findall(path.read_text(encoding="utf-8", errors="replace")) if finder else ():
-        other, folder = Path(found.strip()), path.resolve().parent
-        # meshio takes some names from the current folder, if there is such a file.
-        places = [folder / other, *([other.resolve()] if other.exists() else [])]
-        if any(not place.resolve().is_relative_to(folder) for place in places):
-            raise ValueError(
-                f"mesh = {named!r}: names {found.strip()!r}, which lies outside its folder; it was not read"
-            )
-        if (folder / other).is_file():
-            _check_inside(folder / other, named, seen)
-
-
-def points_of(source: Any) -> Vector:
-    """Points, p × 3; a ValueError if they are not finite."""
+def points_of(source: Any, flat: bool = False) -> Vector:
+    """Points, p × 3; a ValueError if they are not finite. Two coordinates suffice for a flat mesh, which has z = 0."""
     points = np.asarray(source.points, dtype=float)
+    if flat and points.ndim == 2 and points.shape[1] == 2:
+        points = np.column_stack([points, np.zeros(len(points))])
     if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
-        raise ValueError(f"mesh: has points of shape {points.shape}; must be finite, with three coordinates each")
+        raise ValueError(
+            f"mesh: has points of shape {points.shape}; must be finite, with {'two or ' * flat}three coordinates each"
+        )
     return points
 
 
@@ -119,54 +78,86 @@ def joined(source: Any, blocks: list[int], kind: str) -> Numbers:
     return cells
 
 
-def used(points: Vector, cells: Numbers, corners: int) -> tuple[Vector, Numbers, Numbers]:
-    """Points and cells without unused points, corners first; and the new number of each point, or −1."""
+def used(points: Vector, cells: Numbers, corners: int, alias: Numbers) -> tuple[Vector, Numbers, Numbers]:
+    """Points and cells without unused points, corners first; and the new number of each point, or −1.
+
+    alias: for each point the one that stands for it.
+    """
     first = np.unique(cells[:, :corners])
     kept = np.concatenate([first, np.setdiff1d(cells, first)])
-    if kept.size < len(points):
-        caution(f"mesh: {len(points) - kept.size} of {len(points)} points belong to no cell and are dropped")
     number = np.full(len(points), -1)
     number[kept] = np.arange(kept.size)
+    number = number[alias]
+    if (number < 0).any():
+        caution(f"mesh: {(number < 0).sum()} of {len(points)} points belong to no cell and are dropped")
     return points[kept], number[cells], number
 
 
-def check_whole(cells: Numbers) -> None:
-    """Raise a ValueError if the body is not connected, as in assemblies whose parts share no points."""
-    first, others = np.repeat(cells[:, :1], cells.shape[1] - 1, axis=1).ravel(), cells[:, 1:].ravel()
-    size = int(cells.max()) + 1
-    pieces = connected_components(sparse.coo_array((np.ones(first.size), (first, others)), shape=(size, size)))[0]
-    if pieces > 1:
-        raise ValueError(f"mesh: consists of {pieces} pieces that share no points; merge coincident points")
+def tagged(source: Any, blocks: list[int], dimension: int, field: str | None) -> Groups:
+    """By name and by number: the members of the blocks, numbered consecutively through all blocks.
 
-
-def tagged(source: Any, blocks: list[int], dimension: int) -> Groups:
-    """By name and by number: the members of the blocks, numbered consecutively through all blocks."""
+    field: the name of the data of cells that numbers them; None is the only such data of the file.
+    """
     starts = np.cumsum([0] + [len(source.cells[i].data) for i in blocks])
     groups: Groups = {}
     for name, parts in source.cell_sets.items():
-        here = [(start, i) for start, i in zip(starts[:-1], blocks, strict=True) if i < len(parts)]
-        members = [start + np.asarray(parts[i], dtype=np.int64) for start, i in here if parts[i] is not None]
-        if not name.startswith("gmsh:") and members:
-            groups[name] = np.concatenate(members)
-    numbers = _numbers(source, blocks)
-    groups.update({int(tag): np.flatnonzero(numbers == tag) for tag in np.unique(numbers)})
+        if isinstance(name, str) and name.startswith("gmsh:"):
+            continue
+        if len(parts) != len(source.cells):
+            raise ValueError(
+                f"mesh: the set {name!r} has {len(parts)} blocks of members for {len(source.cells)} blocks of cells, "
+                "and which is not known; give the path of the file in place of meshio.read(path)"
+            )
+        members = [_members(name, parts[i], len(source.cells[i].data)) for i in blocks if parts[i] is not None]
+        offsets = [start for start, i in zip(starts[:-1], blocks, strict=True) if parts[i] is not None]
+        if members:
+            groups[name] = np.concatenate([start + one for start, one in zip(offsets, members, strict=True)])
+    numbers = _numbers(source, blocks, field)
+    groups.update({int(tag): np.flatnonzero(numbers == tag) for tag in np.unique(numbers) if tag != UNTAGGED})
     for name, (tag, its_dimension) in source.field_data.items():
         if its_dimension == dimension and int(tag) in groups:
             groups.setdefault(name, groups[int(tag)])
     return {tag: members for tag, members in groups.items() if members.size}
 
 
-def _numbers(source: Any, blocks: list[int]) -> Numbers:
-    """The number of each cell of the blocks: gmsh's physical group, or otherwise the only integers in the file."""
-    whole = [
-        name
-        for name, parts in source.cell_data.items()
-        if all(np.asarray(part).dtype.kind in "iu" and np.ndim(part) == 1 for part in parts)
-    ]
-    chosen = "gmsh:physical" if "gmsh:physical" in whole else whole[0] if len(whole) == 1 else None
+def tag_fields(source: Any) -> list[str]:
+    """The names of the data that may number cells: one whole number for each. Integers come before other numbers."""
+    kinds: dict[str, list[str]] = {"iu": [], "f": []}
+    for name, parts in source.cell_data.items():
+        arrays = [np.asarray(part) for part in parts]
+        single = all(array.size == len(array) for array in arrays)
+        for kind, names_of_kind in kinds.items():
+            if single and all(array.dtype.kind in kind and _are_whole(array) for array in arrays):
+                names_of_kind.append(name)
+    return kinds["iu"] or kinds["f"]
+
+
+def _are_whole(array: Any) -> bool:
+    whole = array.dtype.kind != "f" or (np.isfinite(array).all() and (array == np.round(array)).all())
+    return bool(whole and (array.size == 0 or np.abs(array.astype(float)).max() < LARGEST_TAG))
+
+
+def hint_of(source: Any, field: str | None) -> str:
+    """What an error adds where several data number the cells, and none of them was chosen."""
+    fields = tag_fields(source)
+    if field is not None or len(fields) < 2 or "gmsh:physical" in fields:
+        return ""
+    return f"; its cells are numbered by {names(fields)}, of which tags= names the one that counts"
+
+
+def _numbers(source: Any, blocks: list[int], field: str | None) -> Numbers:
+    """The number of each cell of the blocks in the field; in gmsh's physical groups, or in the only field there is."""
+    fields = tag_fields(source)
+    if field is not None and field not in fields:
+        if fields:
+            one_of("tags", field, fields)
+        raise ValueError(f"tags = {field!r}: the mesh has no data that numbers its cells")
+    chosen = field or ("gmsh:physical" if "gmsh:physical" in fields else fields[0] if len(fields) == 1 else None)
     if chosen is None or not blocks:
         return np.zeros(0, dtype=np.int64)
-    return np.concatenate([np.asarray(source.cell_data[chosen][i], dtype=np.int64) for i in blocks])
+    numbers = np.concatenate([np.asarray(source.cell_data[chosen][i]).ravel() for i in blocks]).astype(np.int64)
+    # gmsh writes a group that is turned over as a negative number, and cells of no group as 0.
+    return np.where(numbers == 0, UNTAGGED, np.abs(numbers)) if chosen == "gmsh:physical" else numbers
 
 
 def near(corners: Vector) -> str:
@@ -177,11 +168,11 @@ def names(items: Collection[Tag]) -> str:
     return ", ".join(map(repr, items))
 
 
-def tagged_facets(source: Any, mesh: Any, number: Numbers, kinds: Mapping[str, int]) -> Groups:
+def tagged_facets(source: Any, mesh: Any, number: Numbers, kinds: Mapping[str, int], field: str | None) -> Tags:
     """By tag: boundary facets that the file lists as cells, and those whose corners all belong to a set of points.
 
     mesh: scikit-fem's. number: the mesh's number of each of the file's points, or −1. kinds: meshio's types of facets,
-    and their numbers of corners.
+    and their numbers of corners. field: as in `tagged`.
     """
     boundary = mesh.boundary_facets()
     corners = np.sort(mesh.facets[:, boundary], axis=0).T
@@ -189,9 +180,31 @@ def tagged_facets(source: Any, mesh: Any, number: Numbers, kinds: Mapping[str, i
     blocks = [i for i, block in enumerate(source.cells) if block.type in kinds]
     listed = [np.sort(number[source.cells[i].data[:, : kinds[source.cells[i].type]]]) for i in blocks]
     found = np.array([place.get(tuple(key), -1) for block in listed for key in block.tolist()], dtype=np.int64)
-    groups = {tag: found[members] for tag, members in tagged(source, blocks, mesh.dim() - 1).items()}
+    groups, left = {}, {}
+    for tag, members in tagged(source, blocks, mesh.dim() - 1, field).items():
+        facets = found[members]
+        groups[tag] = np.unique(facets[facets >= 0])
+        if (facets < 0).any():
+            left[tag] = (
+                f"{(facets < 0).sum()} of its {facets.size} facets lie inside the mesh or on no cell, and are left"
+            )
     for tag, members in source.point_sets.items():
-        inside = np.zeros(len(number) + 1, dtype=bool)
-        inside[number[np.asarray(members, dtype=np.int64)]] = True
-        groups.setdefault(tag, boundary[inside[corners].all(axis=1)])
-    return {tag: np.unique(facets[facets >= 0]) for tag, facets in groups.items()}
+        if tag in groups:
+            continue
+        points = np.unique(number[_members(tag, members, len(number))])
+        inside = np.isin(corners, points[points >= 0])
+        groups[tag] = boundary[inside.all(axis=1)]
+        alone = np.setdiff1d(points, np.unique(corners[inside.all(axis=1)]))
+        # Midpoints of curved facets are no corners.
+        alone = np.intersect1d(alone, np.unique(mesh.t)) if alone.size else alone
+        if alone.size:
+            left[tag] = f"{alone.size} of its {points.size} points are corners of no facet that it holds, and are left"
+    return Tags(groups, hint_of(source, field), left)
+
+
+def _members(name: Tag, members: Any, count: int) -> Numbers:
+    """The members of a set, each less than the count; a ValueError for others."""
+    numbers = np.asarray(members)
+    if numbers.size and (numbers.dtype.kind not in "iu" or numbers.min() < 0 or numbers.max() >= count):
+        raise ValueError(f"mesh: the set {name!r} has a member that is none of {count} cells or points")
+    return numbers.astype(np.int64).ravel()

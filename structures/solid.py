@@ -16,7 +16,8 @@ from structures.checks import finite, positive
 from structures.elastic_field import elastic_field
 from structures.elasticity import HIGHEST_FREQUENCY, body_matrices, shear_speed
 from structures.material import Material
-from structures.mesh_reading import Numbers, Tag, source_of
+from structures.mesh_files import source_of
+from structures.mesh_reading import Numbers, Tag
 from structures.structure import Structure, Vector
 from structures.surface import Surface
 
@@ -65,6 +66,8 @@ def solid(
     patch_radius: float | None = None,
     scale: float | None = None,
     curvature: float = 0.0,
+    merge: float | None = None,
+    tags: str | None = None,
 ) -> Structure:
     """A body of tetrahedra or hexahedra, struck at a point of its surface along the inward normal.
 
@@ -73,19 +76,19 @@ def solid(
     Parameters
     ----------
     mesh : str, Path or meshio.Mesh
-        A file that meshio reads (.msh of gmsh, .vtu, .inp of Abaqus) or a mesh. Curved cells (tetra10, hexahedron27)
-        stay curved; hexahedron20 loses its midpoints. Straight cells approximate a round body by a polyhedron, which is
-        smaller.
+        A file (.inp of Abaqus and CalculiX, .msh of gmsh, .vtu, .vtk, .xdmf, .med, .unv, .bdf) or a mesh. Curved
+        cells (tetra10, hexahedron27) stay curved; hexahedron20 loses its midpoints. Straight cells approximate a round
+        body by a polyhedron, which is smaller.
     material : Material or mapping
         One material for all cells, or one for each tag of cells. A tag is the name or number of a physical group
-        (gmsh), an ELSET (Abaqus), or a number in the only integer cell data of other files.
+        (gmsh), an ELSET or an instance (Abaqus), or a whole number in the data of cells of other files; see `tags`.
     contact : sequence of float
         Point of contact, three coordinates, m, at most a tenth of `patch_radius` off the surface.
     normal : sequence of float, optional
         Outward normal at the contact; by default that of the surface.
     fixed : str or int, optional
-        Tag of facets, or of a set of points (NSET of Abaqus), that are held in all directions; None leaves the body
-        free.
+        Tag of facets, of a surface, or of a set of points (NSET of Abaqus), that are held in all directions; None
+        leaves the body free. `origin` of the structure says how many facets it holds, and their area.
     patch_radius : float, optional
         Radius a, m, of the circle that carries the force with the pressure 2 (1 − r²/a²)/π a². The displacement of the
         contact is the mean with the same weights. The compliance of a half-space under this load, `patch_compliance`,
@@ -97,6 +100,10 @@ def solid(
     curvature : float
         Curvature of the surface at the contact for Hertz's law, 1/m; 1/R for a sphere, and the mean of the principal
         curvatures of other surfaces. A warning tells that of the mesh where it differs.
+    merge : float, optional
+        Distance, m, within which points become one: it joins parts whose points coincide. None joins nothing.
+    tags : str, optional
+        Name of the data of cells whose whole numbers are the tags, such as "part"; needed where a file has several.
 
     Returns
     -------
@@ -124,7 +131,7 @@ def solid(
     >>> round(float(body.mass.sum()) / 3.0 * 1e3, 2)  # g; each of the three directions holds the whole mass
     21.54
     """
-    body = BodyMesh(mesh, scale)
+    body = BodyMesh(mesh, scale, merge, tags)
     materials, owner = body.materials(material)
     _check_waves(body, materials)
     curvature = finite("curvature", curvature, "1/m")
@@ -135,7 +142,8 @@ def solid(
     if basis.N > MANY_DEGREES_OF_FREEDOM:
         log.warning("mesh: %d degrees of freedom take minutes and gigabytes to reduce; 30 000 mostly do", basis.N)
     mass, stiffness = body_matrices(basis, materials, owner)
-    kept = _kept(body, basis, fixed, patch)
+    facets = None if fixed is None else body.facets.of("fixed", fixed)
+    kept = _kept(basis, fixed, facets, patch)
     origin = {
         "kind": "solid",
         "mesh": source_of(mesh),
@@ -143,8 +151,11 @@ def solid(
         "contact": list(patch.place),
         "normal": patch.normal.tolist(),
         "fixed": fixed,
+        **({} if facets is None else {"fixed_facets": facets.size, "fixed_area": body.area(facets)}),
         "patch_radius": radius,
         "scale": body.scale,
+        **({} if merge is None else {"merge": merge}),
+        **({} if tags is None else {"tags": tags}),
         "materials": [asdict(one) for one in materials],
     }
     struck = materials[owner[patch.cell]]
@@ -156,11 +167,11 @@ def solid(
     return Structure(mass, stiffness, None, spread, -patch_compliance(struck, radius), surface, origin, field=field)
 
 
-def _kept(body: BodyMesh, basis: Any, fixed: Tag | None, patch: "_Patch") -> Numbers:
+def _kept(basis: Any, fixed: Tag | None, facets: Numbers | None, patch: "_Patch") -> Numbers:
     """The degrees of freedom that move."""
-    if fixed is None:
+    if facets is None:
         return np.arange(basis.N)
-    held = basis.get_dofs(body.boundary("fixed", fixed)).all()
+    held = basis.get_dofs(facets).all()
     if np.any(patch.spread[held] != 0.0):
         raise ValueError(f"fixed = {fixed!r}: holds part of the patch about the contact {patch.place} m")
     return np.setdiff1d(np.arange(basis.N), held)

@@ -167,6 +167,9 @@ def _facts(structure: Structure) -> list[tuple[str, str]]:
         ("contacts", f"{structure.contacts}"),
         ("damping", "none" if structure.damping is None else "viscous"),
     ]
+    if "fixed_facets" in structure.origin:
+        held = structure.origin
+        facts.append(("fixed", f"{held['fixed']!r}, {held['fixed_facets']} facets, {held['fixed_area']:.4g} m²"))
     if structure.valid_until < inf:
         facts.append(("reduced for", f"{structure.valid_until:.4g} s"))
     return facts

@@ -347,6 +347,8 @@ class Solid(Body):
     patch_radius: Length | None = None
     scale: Number | None = None
     curvature: Annotated[float, Unit("1/m", "a curvature", "50 1/m")] | None = None
+    merge: Length | None = Field(None, description="points of the mesh that lie closer become one")
+    tags: str | None = Field(None, description="the data of the mesh that number its cells")
 
     def make(self, world: World) -> Structure:
         rest: dict[str, Any] = self.given("kind", "mesh", "material", "contact", "normal", *OF_ALL)

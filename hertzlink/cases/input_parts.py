@@ -223,7 +223,8 @@ def _solid(data: Data) -> None:
     materials = data.pop("materials")
     if data["mesh"] == "meshio.Mesh" or len(materials) != 1:
         raise refused("structure.mesh", "a mesh in memory, or of several materials")
-    data.pop("cells")
+    for name in ("cells", "fixed_facets", "fixed_area"):
+        data.pop(name, None)
     data["material"] = _material(materials[0], "structure.materials[0]")
 
 
@@ -243,6 +244,7 @@ def _plate(data: Data) -> None:
             raise refused("structure.mesh", "a mesh in memory")
         if "mesh" in data:
             data.pop("cells")
+            data.pop("edges")
     data["additions"] = [_addition(one, data) for one in data.get("additions", [])]
     if data.get("opening") == []:
         del data["opening"], data["preload"]

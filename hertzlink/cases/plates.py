@@ -286,6 +286,8 @@ class Panel(PlateBody):
     edges: str | list[str] | None = Field(None, description="a name for each side, or one for all")
     mesh: str | None = Field(None, description='the file of a mesh, such as "panel.msh"')
     scale: Number | None = None
+    merge: Length | None = Field(None, description="points of the mesh that lie closer become one")
+    tags: str | None = Field(None, description="the data of the mesh that number its sides")
     supports: dict[str, Edge] = Field(default_factory=dict)
 
     def shaped(self, world: World, *names: str) -> dict[str, Any]:
@@ -294,7 +296,7 @@ class Panel(PlateBody):
         if len(given) != 1:
             what = "is missing; give corners, circle or mesh" if not given else f"give {' or '.join(given)} alone"
             raise Fault((given[-1] if given else "corners",), what)
-        own = self.settings(world, "scale", *names)
+        own = self.settings(world, "scale", "merge", "tags", *names)
         own["shape"] = file_of(self.mesh, world) if self.mesh is not None else self._outline()
         own["supports"] = {name: edge_of(one, world, "supports", name) for name, one in self.supports.items()}
         return own

@@ -10,19 +10,9 @@ from plates.shapes.mesh_geometry import tangents
 from plates.shapes.shape import Cells, PlateMesh
 from structures.caution import caution
 from structures.checks import positive
-from structures.mesh_reading import (
-    Numbers,
-    Tag,
-    check_whole,
-    joined,
-    names,
-    near,
-    points_of,
-    read_mesh,
-    source_of,
-    tagged_facets,
-    used,
-)
+from structures.mesh_files import read_mesh, source_of
+from structures.mesh_reading import Numbers, Tag, Tags, joined, names, near, points_of, tagged_facets, used
+from structures.mesh_topology import QUADRILATERAL, TRIANGLE, check_joined, merged, once
 from structures.structure import Vector
 
 LONGEST_SIDE, THINNEST = 10.0, 2e-4
@@ -34,6 +24,9 @@ OUT_OF_PLANE = 1e-6
 
 FOLDED = 1e-9
 """Cells with an angle at a corner below this, rad, or above half a turn, are flat or folded."""
+
+STEEPEST = 0.9
+"""Component of the normal along the x axis of the mesh above which the plate's x axis is the mesh's y axis."""
 
 TOO_LONG = 1.5
 """Sides of a mesh from a file may be longer than the coarsest cell that the waves require by this factor."""
@@ -47,27 +40,42 @@ LINES = {"line": 2, "line3": 2}
 class FlatMesh:
     """A flat mesh of triangles or quadrilaterals from a file or a meshio.Mesh, for a plate of a thickness in m.
 
-    scale: m per unit of the mesh; None is 1, for meshes whose size is plausible in m. Raises ValueError for a mesh that
-    cannot be a plate.
+    scale: m per unit of the mesh; None is 1, for meshes whose size is plausible in m. merge: distance, m, within which
+    points become one. tags: name of the data that numbers the sides. A mesh in another plane than that of x and y is
+    turned into it; triangles and quadrilaterals together become triangles. Raises ValueError for a mesh that cannot be
+    a plate.
     """
 
-    def __init__(self, source: Any, thickness: float, scale: float | None = None) -> None:
+    def __init__(
+        self,
+        source: Any,
+        thickness: float,
+        scale: float | None = None,
+        merge: float | None = None,
+        tags: str | None = None,
+    ) -> None:
         self.scale = 1.0 if scale is None else positive("scale", scale, "m per unit of the mesh")
+        self.merge, self.tags = merge, tags
         self.source = source_of(source)
         read = read_mesh(source)
-        kind, blocks = _faces(read)
-        count = CELLS[kind]
-        if kind not in ("triangle", "quad"):
-            caution(f"mesh: midpoints of {kind} are dropped, so edges become straight between corners")
-        cells = joined(read, blocks, kind)[:, :count]
-        points, cells, number = used(self.scale * points_of(read), cells, count)
-        _check_flat(points, thickness, scale)
+        points = self.scale * points_of(read, flat=True)
+        cells = _faces(read, points)
+        count = cells.shape[1]
+        alias = merged(points, cells, _edges(points, cells), merge)
+        cells = once(alias[cells], count)[0]
+        points, cells, number = used(points, cells, count, alias)
+        _check_size(points, thickness, scale)
+        points = _in_its_plane(points)
         cells = _upright(points, cells)
-        check_whole(cells)
+        check_joined(points, cells, TRIANGLE if count == 3 else QUADRILATERAL, float(_edges(points, cells).min()))
         make = MeshTri if count == 3 else MeshQuad
         mesh = make(np.ascontiguousarray(points[:, :2].T), np.ascontiguousarray(cells.T))
-        _check_sides(mesh)
-        self._mesh = PlateMesh(mesh, tagged_facets(read, mesh, number, LINES))
+        self._tags: Tags = tagged_facets(read, mesh, number, LINES, tags)
+        self._mesh = PlateMesh(mesh, self._tags.groups)
+
+    def check_edge(self, name: Tag) -> None:
+        """A ValueError for an edge that does not exist or has no side; a warning where it leaves sides out."""
+        self._tags.of("supports", name)
 
     @property
     def quadrilateral(self) -> bool:
@@ -99,7 +107,8 @@ class FlatMesh:
     def area(self) -> float:
         """m²."""
         x, y = self._mesh.mesh.p[:, self._mesh.mesh.t]
-        return float((x * np.roll(y, -1, axis=0) - y * np.roll(x, -1, axis=0)).sum() / 2.0)
+        # scikit-fem sorts the corners of triangles, so that some are clockwise.
+        return float(np.abs((x * np.roll(y, -1, axis=0) - y * np.roll(x, -1, axis=0)).sum(axis=0)).sum() / 2.0)
 
     def directions(self, name: Tag) -> Vector:
         """Angles of the sides of an edge from the x axis, rad."""
@@ -119,7 +128,16 @@ class FlatMesh:
 
     def described(self) -> dict[str, Any]:
         """The source of the mesh, as plain data."""
-        return {"mesh": self.source, "scale": self.scale, "cells": self._mesh.mesh.nelements}
+        edges = {str(name): self._sides(name) for name in self._mesh.edges}
+        said: dict[str, Any] = {
+            "mesh": self.source, "scale": self.scale, "cells": self._mesh.mesh.nelements, "edges": edges,
+        }  # fmt: skip
+        return said | {name: value for name, value in (("merge", self.merge), ("tags", self.tags)) if value is not None}
+
+    def _sides(self, name: Tag) -> str:
+        """The number of sides of an edge, and their length."""
+        ends = self._mesh.mesh.p[:, self._mesh.mesh.facets[:, self._mesh.edges[name]]]
+        return f"{ends.shape[2]} sides, {np.linalg.norm(ends[:, 1] - ends[:, 0], axis=0).sum():.4g} m"
 
     def summary(self) -> str:
         """Size and mesh in a few words."""
@@ -130,60 +148,96 @@ class FlatMesh:
         return f"<FlatMesh: {self.summary()}, from {self.source}>"
 
 
-def _faces(source: Any) -> tuple[str, list[int]]:
-    """The type of the cells that fill the plate, and their blocks."""
+def _faces(source: Any, points: Vector) -> Numbers:
+    """The corners of the cells that fill the plate; triangles where the file has quadrilaterals as well."""
     kinds = {block.type for block in source.cells if block.type not in ("vertex", *LINES) and len(block.data)}
     solid = sorted(kinds - set(CELLS))
     if solid:
         raise ValueError(f"mesh: has cells of type {names(solid)}; a panel's mesh is flat, see solid(...) for bodies")
     if not kinds:
         raise ValueError("mesh: has neither triangles nor quadrilaterals; mesh the surface, and save it")
-    if len(kinds) > 1:
-        raise ValueError(f"mesh: mixes cells of type {names(sorted(kinds))}; must have one type")
-    kind = kinds.pop()
-    return kind, [i for i, block in enumerate(source.cells) if block.type == kind]
+    for kind in sorted(kinds - {"triangle", "quad"}):
+        caution(f"mesh: midpoints of {kind} are dropped, so edges become straight between corners")
+    found: dict[int, list[Numbers]] = {3: [], 4: []}
+    for i, block in enumerate(source.cells):
+        if block.type in kinds:
+            found[CELLS[block.type]].append(joined(source, [i], block.type)[:, : CELLS[block.type]])
+    if not (found[3] and found[4]):
+        return np.concatenate(found[3] or found[4])
+    quadrilaterals = np.concatenate(found[4])
+    caution(f"mesh: its {len(quadrilaterals)} quadrilaterals are split, as it has triangles as well")
+    at = points[quadrilaterals]
+    first, second = (np.linalg.norm(at[:, i] - at[:, i + 2], axis=1) for i in (0, 1))
+    parts = [
+        np.where((first <= second)[:, None], quadrilaterals[:, one], quadrilaterals[:, other])
+        for one, other in (([0, 1, 2], [0, 1, 3]), ([0, 2, 3], [1, 2, 3]))
+    ]
+    return np.concatenate([*found[3], *parts])
 
 
-def _check_flat(points: Vector, thickness: float, scale: float | None) -> None:
+def _edges(points: Vector, cells: Numbers) -> Vector:
+    """Lengths of the sides of each cell, m."""
+    return np.asarray(np.linalg.norm(points[cells] - points[np.roll(cells, 1, axis=1)], axis=2))
+
+
+def _check_size(points: Vector, thickness: float, scale: float | None) -> None:
     sides = np.ptp(points, axis=0)
-    box = " × ".join(f"{side:.3g}" for side in sides)
-    if sides[2] > OUT_OF_PLANE * sides.max():
-        raise ValueError(f"mesh: is not flat, its box is {box} m; must lie in a plane of constant z")
     if scale is None and (sides.max() > LONGEST_SIDE or thickness < THINNEST * sides.max()):
         raise ValueError(
-            f"mesh: its box is {box} m, with a thickness of {thickness:.3g} m: in millimetres? "
+            f"mesh: its box is {_box(sides)} m, with a thickness of {thickness:.3g} m: in millimetres? "
             "Give scale=1e-3, or scale=1.0 if it is in m"
         )
 
 
+def _box(sides: Vector) -> str:
+    return " × ".join(f"{side:.3g}" for side in sides)
+
+
+def _in_its_plane(points: Vector) -> Vector:
+    """The points with x and y in the plane of the mesh, m; a ValueError where they lie in none.
+
+    The x axis of the plate is that of the mesh, seen along the normal of the plane, and its y axis points to larger
+    coordinates. A plane that is almost normal to the mesh's x axis takes the y axis in its place.
+    """
+    sides = np.ptp(points, axis=0)
+    if sides[2] <= OUT_OF_PLANE * sides.max():
+        return points
+    normal = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2][2]
+    if np.ptp(points @ normal) > OUT_OF_PLANE * sides.max():
+        raise ValueError(f"mesh: is not flat, its box is {_box(sides)} m; must lie in a plane")
+    # Axes of coordinates in the plane stay exact.
+    normal = np.where(np.abs(normal) < OUT_OF_PLANE, 0.0, normal)
+    normal = normal / np.linalg.norm(normal)
+    along = np.eye(3)[0 if abs(normal[0]) < STEEPEST else 1]
+    x = along - (along @ normal) * normal
+    x = x / np.linalg.norm(x)
+    y = np.cross(normal, x)
+    y = y * np.sign(y[np.abs(y).argmax()])
+    caution(
+        f"mesh: lies in the plane through {near(points[:1])} with the normal {_direction(np.cross(x, y))}; the plate's "
+        f"x axis is {_direction(x)} of the mesh, and its y axis {_direction(y)}"
+    )
+    return np.column_stack([points @ x, points @ y, np.zeros(len(points))])
+
+
+def _direction(axis: Vector) -> str:
+    return f"({', '.join(f'{part + 0.0:.3g}' for part in np.round(axis, 9))})"
+
+
 def _upright(points: Vector, cells: Numbers) -> Numbers:
-    """The cells anticlockwise; a ValueError where some are flat, folded, or turned over."""
+    """The cells anticlockwise; a ValueError where some are flat or folded."""
     at = points[cells][:, :, :2]
     back, ahead = np.roll(at, 1, axis=1) - at, np.roll(at, -1, axis=1) - at
     sine = ahead[..., 0] * back[..., 1] - ahead[..., 1] * back[..., 0]
     sine = sine / np.maximum(np.linalg.norm(back, axis=2) * np.linalg.norm(ahead, axis=2), np.finfo(float).tiny)
     upright, inverted = (sine > FOLDED).all(axis=1), (sine < -FOLDED).all(axis=1)
-    for bad, what in (
-        (~upright & ~inverted, "flat or folded"),
-        (inverted & upright.any(), "inverted (numbered clockwise)"),
-    ):
-        if bad.any():
-            first = near(points[cells[np.flatnonzero(bad)[0]]])
-            raise ValueError(f"mesh: {bad.sum()} of {len(at)} cells are {what}, the first near {first}")
-    return cells[:, ::-1] if inverted.all() else cells
-
-
-def _check_sides(mesh: Any) -> None:
-    """A ValueError where more than two cells share a side, or overlap."""
-    shared = np.bincount(mesh.t2f.ravel(), minlength=mesh.nfacets)
-    if shared.max() > 2:
-        place = near(mesh.p[:, mesh.facets[:, shared.argmax()]].T)
-        raise ValueError(f"mesh: {shared.max()} cells share a side near {place}; cells must not lie on each other")
-    inside = np.flatnonzero(mesh.f2t[1] >= 0)
-    start, end = mesh.p[:, mesh.facets[:, inside]].transpose(1, 0, 2)
-    middles = mesh.p[:, mesh.t].mean(axis=1)[:, mesh.f2t[:, inside]]
-    (along, up), away = end - start, middles - start[:, None]
-    offset = along * away[1] - up * away[0]
-    if (offset[0] * offset[1] >= 0.0).any():
-        place = near(mesh.p[:, mesh.facets[:, inside[(offset[0] * offset[1]).argmax()]]].T)
-        raise ValueError(f"mesh: both cells of a side lie on the same side of it near {place}; it is folded there")
+    bad = np.flatnonzero(~upright & ~inverted)
+    if bad.size:
+        raise ValueError(
+            f"mesh: {bad.size} of {len(at)} cells are flat or folded, the first near {near(points[cells[bad[0]]])}"
+        )
+    if inverted.any() and upright.any():
+        caution(
+            f"mesh: {inverted.sum()} of {len(at)} cells are numbered clockwise, the others not; they are turned over"
+        )
+    return np.where(inverted[:, None], cells[:, ::-1], cells)

@@ -1,0 +1,167 @@
+"""Reads a mesh file by gmsh or meshio in a process of its own: `python -P mesh_process.py FILE SECONDS BYTES`.
+
+A damaged file may make these libraries crash, hang, or take all memory. The process ends after SECONDS of the processor
+or above BYTES of memory. It writes the mesh to standard output as a pickle, for the process that started it.
+"""
+
+import os
+import pickle
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+BY_GMSH = (".msh", ".unv", ".med", ".bdf", ".nas")
+"""Formats that gmsh reads, where it is installed."""
+
+BY_MESHIO = {
+    ".msh": "gmsh", ".med": "med", ".bdf": "nastran", ".nas": "nastran",
+    ".vtu": "vtu", ".vtk": "vtk", ".xdmf": "xdmf", ".xmf": "xdmf",
+}  # fmt: skip
+"""Formats that meshio reads, and its names for them."""
+
+NEEDS_GMSH = 3
+"""Exit status where gmsh is missing."""
+
+KINDS = {
+    1: "line", 2: "triangle", 3: "quad", 4: "tetra", 5: "hexahedron", 6: "wedge", 7: "pyramid", 8: "line3",
+    9: "triangle6", 10: "quad9", 11: "tetra10", 12: "hexahedron27", 15: "vertex", 16: "quad8", 17: "hexahedron20",
+    18: "wedge15",
+}  # fmt: skip
+"""gmsh's numbers of cell types, and meshio's names."""
+
+ORDER = {
+    "tetra10": (0, 1, 2, 3, 4, 5, 6, 7, 9, 8),
+    "hexahedron20": (0, 1, 2, 3, 4, 5, 6, 7, 8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15),
+    "hexahedron27": (
+        *(0, 1, 2, 3, 4, 5, 6, 7, 8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15),
+        *(22, 23, 21, 24, 20, 25, 26),
+    ),
+}
+"""Points of cells in meshio's order, as indices into gmsh's order."""
+
+
+def main(path: str, seconds: str, memory: str) -> int:
+    """Writes the mesh, or leaves the reason as the last line of the standard error."""
+    answer = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # libraries print
+    limit(int(seconds), int(memory))
+    suffix = Path(path).suffix.lower()
+    if suffix in BY_GMSH and _gmsh_works():
+        mesh = by_gmsh(path)
+    elif suffix in BY_MESHIO:
+        mesh = by_meshio(path, BY_MESHIO[suffix])
+    else:
+        return NEEDS_GMSH
+    with answer:
+        pickle.dump(mesh, answer)
+    return 0
+
+
+def limit(seconds: int, memory: int) -> None:
+    """Bounds the processor time, s, and the memory, B, of this process."""
+    try:
+        import resource
+    except ImportError:  # Windows
+        return
+    resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 1))
+    resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+
+
+def _gmsh_works() -> bool:
+    if find_spec("gmsh") is None:
+        return False
+    try:
+        import gmsh  # noqa: F401
+    except OSError:  # a library that gmsh draws with, such as libGLU, is missing
+        return False
+    return True
+
+
+def by_gmsh(path: str) -> dict[str, Any]:
+    """Points, cells and groups; where the file has no groups, the numbers of its bodies and faces."""
+    import gmsh
+    import numpy as np
+
+    gmsh.initialize(readConfigFiles=False, interruptible=False)
+    for option, value in (("General.Terminal", 0.0), ("General.NumThreads", 1.0)):
+        gmsh.option.setNumber(option, value)
+    gmsh.logger.start()
+    gmsh.merge(path)
+    wrong = [line for line in gmsh.logger.get() if line.startswith("Error")]
+    if wrong:
+        raise ValueError(wrong[0])
+    tags, places, _ = gmsh.model.mesh.getNodes()
+    order = np.argsort(tags, kind="stable")
+    cells: list[tuple[str, Any]] = []
+    block_of: dict[tuple[int, int], list[int]] = {}
+    for dimension, entity in gmsh.model.getEntities():
+        for kind, _, nodes in zip(*gmsh.model.mesh.getElements(dimension, entity), strict=True):
+            called, _, _, count, *_ = gmsh.model.mesh.getElementProperties(kind)
+            at = np.searchsorted(tags, nodes, sorter=order)
+            at = order[np.minimum(at, len(order) - 1)].reshape(-1, count)
+            if len(tags) == 0 or (tags[at].ravel() != nodes).any():
+                raise ValueError("a cell has a point that is not defined")
+            name = KINDS.get(int(kind), str(called))
+            cells.append((name, at[:, ORDER[name]] if name in ORDER else at))
+            block_of.setdefault((dimension, entity), []).append(len(cells) - 1)
+    groups = [
+        (dimension, number, gmsh.model.getEntitiesForPhysicalGroup(dimension, number))
+        for dimension, number in gmsh.model.getPhysicalGroups()
+    ]
+    named = [
+        (gmsh.model.getPhysicalName(dimension, number).strip(), dimension, members)
+        for dimension, number, members in groups
+    ]
+    sets: dict[Any, set[int]] = {}
+    for tag, dimension, members in (
+        *((number, dimension, members) for dimension, number, members in groups),
+        *((name, dimension, members) for name, dimension, members in named if name),
+        *(() if groups else ((entity, dimension, [entity]) for dimension, entity in block_of)),
+    ):
+        sets.setdefault(tag, set()).update(i for one in members for i in block_of.get((dimension, int(one)), ()))
+    return {
+        "points": places.reshape(-1, 3),
+        "cells": cells,
+        "cell_sets": {
+            tag: [np.arange(len(block) if i in blocks else 0) for i, (_, block) in enumerate(cells)]
+            for tag, blocks in sets.items()
+        },
+    }
+
+
+def by_meshio(path: str, kind: str) -> dict[str, Any]:
+    """Points, cells, sets and fields of cells."""
+    import meshio  # type: ignore[import-untyped]
+    import numpy as np
+
+    mesh = meshio.read(path, file_format=kind)
+    cells = [(block.type, np.asarray(block.data)) for block in mesh.cells]
+    cell_sets = {name: list(parts) for name, parts in mesh.cell_sets.items()}
+    point_sets = dict(mesh.point_sets)
+    # Families of MED, which are groups' names by number.
+    for family, names in getattr(mesh, "cell_tags", {}).items():
+        for name in names:
+            parts = [np.flatnonzero(np.asarray(part) == family) for part in mesh.cell_data["cell_tags"]]
+            before = cell_sets.setdefault(name, [np.zeros(0, dtype=int)] * len(parts))
+            cell_sets[name] = [np.concatenate(both) for both in zip(before, parts, strict=True)]
+    for family, names in getattr(mesh, "point_tags", {}).items():
+        for name in names:
+            part = np.flatnonzero(np.asarray(mesh.point_data["point_tags"]) == family)
+            point_sets[name] = np.concatenate([point_sets.get(name, np.zeros(0, dtype=int)), part])
+    fields = {
+        name: [np.asarray(part) for part in parts] for name, parts in mesh.cell_data.items() if name != "cell_tags"
+    }
+    return {
+        "points": np.asarray(mesh.points),
+        "cells": cells,
+        "cell_sets": cell_sets,
+        "point_sets": point_sets,
+        "cell_data": fields,
+        "field_data": {name: np.asarray(pair) for name, pair in mesh.field_data.items()},
+    }
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))

@@ -1,0 +1,164 @@
+"""How the cells of a mesh hang together: cells listed twice, points that coincide, cells that overlap, and hinges."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from structures.caution import caution
+from structures.checks import positive
+from structures.mesh_reading import Numbers, near
+from structures.structure import Vector
+
+Sides = Sequence[Sequence[int]]
+
+TETRAHEDRON: Sides = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2))
+HEXAHEDRON: Sides = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
+TRIANGLE: Sides = ((0, 1), (1, 2), (2, 0))
+QUADRILATERAL: Sides = ((0, 1), (1, 2), (2, 3), (3, 0))
+"""Corners of the sides of a cell in meshio's order, seen from outside in the same sense."""
+
+COINCIDENT = 1e-6
+"""Points coincide that lie closer than this part of the shortest edge."""
+
+LARGEST_MERGE = 0.5
+"""`merge` is at most this part of the shortest edge, so that no cell loses an edge."""
+
+MOST_PAIRS = 20
+"""Pairs of points within `merge`, for each point of the mesh; more are no two parts that touch."""
+
+
+def merged(points: Vector, cells: Numbers, edges: Vector, distance: float | None) -> Numbers:
+    """For each point the one that stands for it, after points of cells within a distance, m, were joined."""
+    alias = np.arange(len(points))
+    if distance is None:
+        return alias
+    shortest = float(edges.min())
+    if positive("merge", distance, "m") > LARGEST_MERGE * shortest:
+        raise ValueError(
+            f"merge = {distance!r}: must be below {LARGEST_MERGE * shortest:.3g} m, half the shortest edge of the mesh"
+        )
+    used = np.unique(cells)
+    tree = cKDTree(points[used])
+    if tree.count_neighbors(tree, distance) > MOST_PAIRS * used.size:
+        raise ValueError(
+            f"merge = {distance!r}: joins more than {MOST_PAIRS} points into each; are parts listed twice?"
+        )
+    pairs = tree.query_pairs(distance, output_type="ndarray")
+    if not len(pairs):
+        caution(f"merge = {distance:g}: no two points of the mesh lie so close, and none are joined")
+    graph = sparse.coo_array((np.ones(len(pairs)), pairs.T), shape=(used.size, used.size))
+    group = connected_components(graph, directed=False)[1]
+    first = np.unique(group, return_index=True)[1]
+    alias[used] = used[first[group]]
+    return alias
+
+
+def once(cells: Numbers, corners: int) -> tuple[Numbers, Numbers]:
+    """The cells without those that are listed again, and the new number of each cell."""
+    _, first, number = _equal(np.sort(cells[:, :corners], axis=1))
+    kept = np.sort(first)
+    if kept.size < len(cells):
+        caution(
+            f"mesh: {len(cells) - kept.size} of {len(cells)} cells are listed again with the same points; each counts "
+            "once, with all its tags"
+        )
+    return cells[kept], np.searchsorted(kept, first[number])
+
+
+def check_joined(points: Vector, corners: Numbers, sides: Sides, shortest: float) -> None:
+    """Raise a ValueError for cells that overlap and for parts that are not joined; warn of hinges and open seams.
+
+    corners: of each cell, all numbered in the same sense. shortest: the shortest edge, m.
+    """
+    place = np.array(sides)
+    facets = corners[:, place].reshape(-1, place.shape[1])
+    owner = np.repeat(np.arange(len(corners)), len(place))
+    order, first, same = _equal(np.sort(facets, axis=1))
+    times = np.bincount(same)
+    if times.max() > 2:
+        raise ValueError(
+            f"mesh: {times.max()} cells share a side near {near(points[facets[first[times.argmax()]]])}; cells must "
+            "not lie on each other"
+        )
+    ends = np.cumsum(times)[times == 2]
+    one, other = order[ends - 2], order[ends - 1]
+    folded = np.flatnonzero(_sense(facets[one]) == _sense(facets[other]))
+    if folded.size:
+        raise ValueError(
+            f"mesh: both cells of a side lie on the same side of it near {near(points[facets[one[folded[0]]]])}; "
+            f"{folded.size} cells overlap others"
+        )
+    boundary = np.unique(facets[first[times == 1]])
+    _check_parts(points, corners, owner[one], owner[other], boundary, shortest)
+    _check_hinges(points, corners, np.tile(place, (len(corners), 1)), facets, owner, one, other)
+
+
+def _equal(rows: Numbers) -> tuple[Numbers, Numbers, Numbers]:
+    """Rows in an order in which equal ones follow each other; the first of each kind; and the kind of each row."""
+    order = np.lexsort(rows.T[::-1])
+    new = np.concatenate([[True], (rows[order[1:]] != rows[order[:-1]]).any(axis=1)])
+    kind = np.empty(len(rows), dtype=np.int64)
+    kind[order] = np.cumsum(new) - 1
+    return order, order[new], kind
+
+
+def _sense(facets: Numbers) -> Numbers:
+    """Whether the corners of a facet, begun at the least one, go on to the larger of its neighbours."""
+    at = facets.argmin(axis=1)
+    rows, width = np.arange(len(facets)), facets.shape[1]
+    return np.asarray(facets[rows, (at + 1) % width] > facets[rows, at - 1] if width > 2 else at == 0)
+
+
+def _pieces(size: int, one: Numbers, other: Numbers) -> tuple[int, Numbers]:
+    graph = sparse.coo_array((np.ones(one.size, dtype=bool), (one, other)), shape=(size, size))
+    count, label = connected_components(graph, directed=False)
+    return int(count), label
+
+
+def _check_parts(
+    points: Vector, corners: Numbers, one: Numbers, other: Numbers, boundary: Numbers, shortest: float
+) -> None:
+    """Whether all cells are joined by whole sides, and whether points of the boundary coincide."""
+    parts, part = _pieces(len(corners), one, other)
+    distance = COINCIDENT * shortest
+    close = cKDTree(points[boundary]).query(points[boundary], k=2)[0][:, 1] < distance
+    seam = ""
+    if close.any():
+        seam = f"{close.sum()} points coincide with others, the first at {near(points[boundary[close]][:1])}"
+    join = f"merge={distance:.1g} joins them" if seam else "mesh them as one body"
+    if parts > 1:
+        first, rest = np.repeat(corners[:, :1], corners.shape[1] - 1, axis=1).ravel(), corners[:, 1:].ravel()
+        pieces = _pieces(len(points), first, rest)[0] - (len(points) - np.unique(corners).size)
+        if pieces > 1:
+            raise ValueError(
+                f"mesh: consists of {pieces} pieces that share no points; {seam or 'none of their points coincide'}: "
+                f"{join}"
+            )
+        sizes = np.bincount(part)
+        small = np.unique(corners[part == sizes.argmin()])
+        common = small[np.isin(small, corners[part != sizes.argmin()])]
+        raise ValueError(
+            f"mesh: {parts} parts of the body share no side of a cell and meet only at points or lines, near "
+            f"{near(points[common])}, as at a hinge; {seam + ': ' if seam else ''}{join}"
+        )
+    if seam:
+        caution(f"mesh: {seam}, and are not joined: a crack, or parts that touch; {join}")
+
+
+def _check_hinges(
+    points: Vector, corners: Numbers, local: Numbers, facets: Numbers, owner: Numbers, one: Numbers, other: Numbers
+) -> None:
+    """Warn where cells about a point do not hang together by sides that contain it."""
+    corner = owner[:, None] * corners.shape[1] + local
+    corner = np.take_along_axis(corner, np.argsort(facets, axis=1), axis=1)
+    fans = _pieces(corners.size, corner[one].ravel(), corner[other].ravel())[1]
+    about = np.unique(np.stack([corners.ravel(), fans], axis=1), axis=0)[:, 0]
+    hinges = np.flatnonzero(np.bincount(about) > 1)
+    if hinges.size:
+        caution(
+            f"mesh: at {hinges.size} points cells meet without a common side, the first at {near(points[hinges[:1]])}; "
+            "a body can turn there as at a hinge"
+        )

@@ -1,0 +1,528 @@
+"""Mesh files as programs write them: what a file states is read, or refused with its line; formats give one body."""
+
+import warnings
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import meshio
+import numpy as np
+import pytest
+from skfem import Basis
+
+import hertzlink as hl
+from structures.body_mesh import BodyMesh
+from structures.mesh_files import FORMATS, read_mesh
+
+SIDE, CELLS = 0.02, 3
+TOP = (SIDE / 2.0, SIDE / 2.0, SIDE)
+BRICK = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+LINE = np.arange(CELLS + 1) * SIDE / CELLS
+POINTS = np.array(list(product(LINE, LINE, LINE)))
+NUMBER = np.arange(len(POINTS)).reshape(3 * (CELLS + 1,))
+BRICKS = np.array(
+    [[NUMBER[tuple(np.add(first, corner))] for corner in BRICK] for first in product(range(CELLS), repeat=3)]
+)
+BASE = np.flatnonzero(POINTS[:, 2] == 0.0)
+VOLUME, AREA, FACETS = SIDE**3, SIDE**2, CELLS**2
+
+
+def rows(items: Any, first: int = 1) -> str:
+    return "".join(f"{i}, {', '.join(map(str, item))}\n" for i, item in enumerate(items, first))
+
+
+def listed(numbers: Any, end: str = "\n") -> str:
+    """Numbers of points, four in a line."""
+    texts = [str(number + 1) for number in numbers]
+    return "".join(", ".join(texts[i : i + 4]) + end for i in range(0, len(texts), 4))
+
+
+NODES = "*NODE\n" + rows(POINTS.tolist())
+HEXAHEDRA = "*ELEMENT, TYPE=C3D8, ELSET=all\n" + rows(BRICKS + 1)
+HELD = "*NSET, NSET=base\n" + listed(BASE)
+FLAT = NODES + HEXAHEDRA
+
+
+def body(path: Path, text: str, **keywords: Any) -> BodyMesh:
+    (path / "m.inp").write_text(text, encoding="utf-8")
+    return BodyMesh(path / "m.inp", **keywords)
+
+
+def volume(mesh: BodyMesh, cells: Any = None) -> float:
+    return float(Basis(mesh.mesh, mesh.element(), intorder=4, elements=cells).dx.sum())
+
+
+def measures(mesh: BodyMesh, name: Any) -> list[float]:
+    """The volume of the body; the number and the area of the facets of a set."""
+    facets = mesh.facets.of("fixed", name)
+    return [volume(mesh), facets.size, mesh.area(facets)]
+
+
+ORDINARY = pytest.approx([VOLUME, FACETS, AREA])
+
+SETS = {
+    "plain": HELD,
+    "comment": "*NSET, NSET=base\n" + listed(BASE[:8]) + "** rest\n\n" + listed(BASE[8:]),
+    "two blocks": "*NSET, NSET=base\n" + listed(BASE[:9]) + "*NSET, NSET=base\n" + listed(BASE[5:]),
+    "a name in it": "*NSET, NSET=a\n" + listed(BASE[:9]) + "*NSET, NSET=base\n" + listed(BASE[9:]) + "A\n",
+    "commas at ends": "*NSET, NSET=base\n" + listed(BASE, " ,\n"),
+    "the keyword goes on": "*NSET,\n NSET=base\n" + listed(BASE),
+    "lower case and blanks": " * nset , nset = base\n" + listed(BASE),
+    "generate": f"*NSET, NSET=base, GENERATE\n1, {BASE[-1] + 1}, {CELLS + 1}\n",
+    "generate down": f"*NSET, NSET=base, GENERATE\n{BASE[-1] + 1}, 1, -{CELLS + 1}\n",
+    "generate two numbers": f"*NSET, NSET=all, GENERATE\n1, {len(POINTS)}\n" + HELD,
+    "several generate": "*NSET, NSET=base, GENERATE\n" + "".join(f"{number + 1}, {number + 1}\n" for number in BASE),
+    "surface of faces": "*SURFACE, NAME=base\n" + "".join(f"{1 + CELLS * i}, S1\n" for i in range(FACETS)),
+    "surface of a set": f"*ELSET, ELSET=low, GENERATE\n1, {CELLS**3}, {CELLS}\n*SURFACE, NAME=base\nlow, S1\n",
+    "surface of nodes": "*NSET, NSET=n\n" + listed(BASE) + "*SURFACE, TYPE=NODE, NAME=base\nn, 1.\n",
+}
+
+
+@pytest.mark.parametrize("text", SETS.values(), ids=SETS)
+def test_sets_of_nodes(text: str, tmp_path: Path) -> None:
+    assert measures(body(tmp_path, FLAT + text), "base") == ORDINARY
+
+
+def low_nodes() -> str:
+    numbers = iter(BASE + 1)
+    return "*NODE, NSET=base\n" + "".join(f"{next(numbers)}, {x}, {y}, {z}\n" for x, y, z in POINTS[BASE].tolist())
+
+
+def high_nodes() -> str:
+    rest = np.setdiff1d(np.arange(len(POINTS)), BASE)
+    return "*NODE\n" + "".join(f"{i + 1}, {', '.join(map(str, POINTS[i].tolist()))}\n" for i in rest)
+
+
+POLAR = np.column_stack([np.hypot(*POINTS[:, :2].T), np.degrees(np.arctan2(POINTS[:, 1], POINTS[:, 0])), POINTS[:, 2]])
+TURNED = POINTS[:, [1, 2, 0]]  # in axes x' = y, y' = z, z' = x
+BRICK_ROWS = rows(BRICKS + 1).splitlines(keepends=True)
+
+WRITINGS = {
+    "comments among elements": FLAT.replace(BRICK_ROWS[9], "** lower part\n" + BRICK_ROWS[9]) + HELD,
+    "elements over two lines": NODES
+    + "*ELEMENT, TYPE=C3D8\n"
+    + "".join(row.replace(",", ",\n", 4).replace(",\n", ",", 3) for row in BRICK_ROWS)
+    + HELD,
+    "several blocks of nodes": low_nodes() + high_nodes() + HEXAHEDRA,
+    "a set on *NODE, repeated": NODES + low_nodes() + HEXAHEDRA,
+    "elements before nodes": HEXAHEDRA + NODES + HELD,
+    "Fortran's exponents": NODES.replace("0.02", "2.0D-2") + HEXAHEDRA + HELD,
+    "cylindrical": "*NODE, SYSTEM=C\n" + rows(POLAR.tolist()) + HEXAHEDRA + HELD,
+    "system moved": "*SYSTEM\n1., 0., 0.\n" + NODES.replace("*NODE\n", "*NODE\n") + "*SYSTEM\n" + HEXAHEDRA + HELD,
+    "system turned": "*SYSTEM\n0., 0., 0., 0., 1., 0.\n0., 0., 1.\n*NODE\n" + rows(TURNED.tolist()) + HEXAHEDRA + HELD,
+    "gaps in numbers": "*NODE\n"
+    + "".join(f"{7 * i + 11}, {x}, {y}, {z}\n" for i, (x, y, z) in enumerate(POINTS.tolist()))
+    + "*ELEMENT, TYPE=C3D8R\n"
+    + rows(7 * BRICKS + 11, 1000)
+    + "*NSET, NSET=base\n"
+    + "".join(f"{7 * i + 11},\n" for i in BASE),
+    "byte order mark": "\ufeff*HEADING\nof any text\n" + FLAT + HELD,
+    "part without an instance": "*PART, NAME=P\n" + FLAT + HELD + "*END PART\n",
+}
+
+
+@pytest.mark.filterwarnings("ignore:.*no .INSTANCE places its part")
+@pytest.mark.parametrize("text", WRITINGS.values(), ids=WRITINGS)
+def test_nodes_and_elements(text: str, tmp_path: Path) -> None:
+    found = body(tmp_path, text)
+    assert measures(found, "base") == ORDINARY
+    start = 1.0 if "*SYSTEM\n1." in text else 0.0
+    assert found.mesh.p.min(axis=1) == pytest.approx([start, 0.0, 0.0], abs=1e-12)
+
+
+def test_spherical_coordinates(tmp_path: Path) -> None:
+    """r, the angle from the x axis, and the angle above the plane of x and y, in degrees."""
+    at = POINTS + 0.01
+    flat = np.hypot(at[:, 0], at[:, 1])
+    angles = np.degrees([np.arctan2(at[:, 1], at[:, 0]), np.arctan2(at[:, 2], flat)])
+    nodes = "*NODE, SYSTEM=S\n" + rows(np.column_stack([np.linalg.norm(at, axis=1), *angles]).tolist())
+    found = body(tmp_path, nodes + HEXAHEDRA + HELD)
+    assert found.mesh.p == pytest.approx(at.T)
+
+
+def test_included_files(tmp_path: Path) -> None:
+    """By *INCLUDE, also inside of a block, and by INPUT= of a keyword."""
+    (tmp_path / "sub").mkdir()
+    (tmp_path / "sub" / "nodes.txt").write_text(rows(POINTS.tolist()), encoding="utf-8")
+    (tmp_path / "cells.txt").write_text(rows(BRICKS + 1), encoding="utf-8")
+    text = '*NODE\n*INCLUDE, INPUT="sub/nodes.txt"\n*ELEMENT, TYPE=C3D8, INPUT=cells.txt\n' + HELD
+    assert measures(body(tmp_path, text), "base") == ORDINARY
+
+
+def part(name: str, text: str = "") -> str:
+    return f"*PART, NAME={name}\n{FLAT}{HELD}*NSET, NSET=only_{name}\n1\n{text}*END PART\n"
+
+
+def instance(name: str, of: str, *placing: str) -> str:
+    return f"*INSTANCE, NAME={name}, PART={of}\n" + "".join(f"{row}\n" for row in placing) + "*END INSTANCE\n"
+
+
+def test_parts_and_instances(tmp_path: Path) -> None:
+    """A part twice, the second on the first, turned by half a turn about an axis: joined, and each with its sets."""
+    text = part("P") + "*ASSEMBLY, NAME=A\n" + instance("low", "p")
+    text += instance("high", "P", f"{SIDE}, 0., 0.", f"{SIDE}, 0., {SIDE}, {SIDE}, 1., {SIDE}, 180.")
+    text += (
+        f"*NSET, NSET=held, INSTANCE=low\nbase\n*NSET, NSET=both\nlow.base, high.base\n{part('never')}*END ASSEMBLY\n"
+    )
+    with pytest.raises(ValueError, match=r"2 pieces that share no points; .* points coincide .*: merge=.* joins them"):
+        body(tmp_path, text)
+    found = body(tmp_path, text, merge=1e-6)
+    assert measures(found, "held") == pytest.approx([2.0 * VOLUME, FACETS, AREA])
+    assert measures(found, "low.base") == measures(found, "held")
+    assert measures(found, "both")[1:] == pytest.approx([2 * FACETS, 2.0 * AREA])
+    assert {name: volume(found, cells) for name, cells in found.cells.groups.items()} == pytest.approx(
+        dict.fromkeys(["low", "high", "low.all", "high.all"], VOLUME)
+    )
+    assert found.mesh.p.min(axis=1) == pytest.approx([0.0, 0.0, 0.0])
+    assert found.mesh.p.max(axis=1) == pytest.approx([SIDE, SIDE, 2.0 * SIDE])
+    with pytest.raises(ValueError, match=r"fixed = 'base': must be one of .*'low\.base'"):
+        found.facets.of("fixed", "base")
+
+
+def test_parts_are_struck_as_one_body(tmp_path: Path) -> None:
+    """Two materials by instance, against the same body in one piece, with a set that says what it holds."""
+    moved = instance("up", "P", f"0., 0., {SIDE}")
+    (tmp_path / "m.inp").write_text(part("P") + instance("low", "P") + moved, encoding="utf-8")
+    steel, soft, radius = hl.STEEL_440C, hl.NYLON, 10.001e-3
+    two = hl.solid(
+        tmp_path / "m.inp", {"low": soft, "up": steel}, (*TOP[:2], 2 * SIDE), fixed="low.base", patch_radius=radius,
+        merge=1e-6,
+    )  # fmt: skip
+    free = hl.solid(
+        tmp_path / "m.inp", {"low": soft, "up": steel}, (*TOP[:2], 2 * SIDE), patch_radius=radius, merge=1e-6
+    )
+    assert float(free.mass.sum()) / 3.0 == pytest.approx(VOLUME * (steel.density + soft.density))
+    assert (two.origin["fixed_facets"], two.origin["fixed_area"]) == pytest.approx((FACETS, AREA))
+    assert f"'low.base', {FACETS} facets, 0.0004 m²" in repr(two)
+
+
+SPRINGS = "*ELEMENT, TYPE=SPRING1, ELSET=springs\n901, 1\n*ELEMENT, TYPE=MASS\n902, 2\n*ELEMENT, TYPE=SPRING1\n903, 1\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (SPRINGS, r"m\.inp', line 94: elements of type SPRING1 are not read \(2\)"),
+        (SPRINGS, r"m\.inp', line 96: elements of type MASS are not read \(1\)"),
+        ("*NSET, NSET=b\n1, 9001, 9002\n", r"line 95: 2 of the nodes of the set 'b' do not exist, the first 9001"),
+        ("*ELSET, ELSET=b, GENERATE\n1, 99\n", "line 95: 72 of the elements of the set 'b' do not exist, the first 28"),
+        ("*TIE, NAME=t\na, b\n", r"\*TIE \(line 94\): not read"),
+        ("*SURFACE, NAME=s\nall, SPOS\n", "line 95: the face 'SPOS' of a surface is not understood"),
+    ],
+)
+def test_what_is_no_part_of_a_mesh_is_said(text: str, message: str, tmp_path: Path) -> None:
+    with pytest.warns(hl.HertzlinkWarning, match=message):
+        found = body(tmp_path, FLAT + text)
+    assert volume(found) == pytest.approx(VOLUME)
+
+
+REFUSED = {
+    "*NODE\n1, 0., x, 0.\n": r"line 2: 'x' must be a number",
+    "*NODE\n1, 0., nan, 0.\n": r"line 2: 'nan' must be a finite number",
+    "*NODE\n1.5, 0., 0., 0.\n": r"line 2: '1\.5' must be a whole number",
+    "*NODE\n,\n": "line 2: '' must be a whole number",
+    "*NODE\n1 0. 0. 0.\n": "line 2: '1 0. 0. 0.' must be a whole number",
+    "*NODE\n0, 0., 0., 0.\n": "line 2: 0 is no number of a node",
+    "*NODE\n1, 0., 0., 0.\n1, 0., 0., 1.\n": "line 3: node 1 is defined a second time, at another place",
+    "*NODE, SYSTEM=X\n1, 0., 0., 0.\n": "line 1: SYSTEM=X must be R, C or S",
+    "*NODE, OFFSET=3\n1, 0., 0., 0.\n": "line 1: .NODE has the parameter OFFSET, which is not understood",
+    FLAT + "*ELEMENT, TYPE=C3D8\n99, 1, 2, 3\n": "line 95: C3D8 has 8 nodes, but this element has 3",
+    FLAT + "*ELEMENT, TYPE=C3D4\n99, 1, 2, 3, 4, 5\n": "line 95: C3D4 has 4 nodes, but this element has 5",
+    FLAT + "*ELEMENT, TYPE=C3D4\n99, 1, 2, 3, 999\n": "line 95: element 99 has the node 999, which is not defined",
+    FLAT + "*ELEMENT, TYPE=C3D4\n1, 1, 2, 3, 4\n": "line 95: element 1 is defined a second time, with other nodes",
+    FLAT + "*ELEMENT\n1, 1, 2, 3, 4\n": "line 94: .ELEMENT needs TYPE=",
+    FLAT + "*NSET\n1\n": "line 94: .NSET needs NSET=",
+    FLAT + "*NSET, NSET=a\nb\n": "line 95: 'b' is no node, and no set that is defined",
+    FLAT + "*NSET, NSET=a\na\n": "line 95: the set 'a' contains itself",
+    FLAT + "*NSET, NSET=a, GENERATE\n1, 9, 0\n": "line 95: GENERATE from 1 to 9 in steps of 0 makes no number",
+    FLAT + "*NSET, NSET=a, GENERATE\n9, 1\n": "line 95: GENERATE from 9 to 1 in steps of 1 makes no number",
+    FLAT + "*NSET, NSET=a, GENERATE\n9\n": "line 95: GENERATE takes first, last and step",
+    FLAT + "*NSET, NSET=a, INSTANCE=I\n1\n": "line 95: the instance 'I' is not defined",
+    FLAT + "*NGEN\n1, 9\n": "line 94: .NGEN makes or moves nodes by a rule",
+    FLAT + "*INCLUDE, INPUT=none.txt\n": r"line 94: there is no file 'none\.txt'",
+    FLAT + "*INCLUDE, INPUT=m.inp\n": "includes more than 100 files, or itself",
+    "*SYSTEM\n0., 0., 0., 0., 0., 1.\n" + FLAT: "line 1: .SYSTEM with an x axis that leaves the plane",
+    "*SYSTEM\n0., 0., 0., 1., 0., 0.\n2., 0., 0.\n" + FLAT: "line 1: the points of .SYSTEM lie on one line",
+    "*PART, NAME=P\n" + FLAT: "line 1: .PART does not end",
+    "*END PART\n": "line 1: .END PART ends nothing",
+    "*INSTANCE, NAME=I, PART=P\n": "line 1: .INSTANCE places the part 'P', which is not defined above",
+    part("P") + part("P"): "line 103: .PART defines 'P' a second time",
+    part("P") + part("Q"): "has parts, but no .INSTANCE that places them",
+    part("P") + instance("I", "P", "0., 0."): "line 104: .INSTANCE takes a translation of three numbers",
+    part("P") + instance("I", "P", "0., 0., 0.", "0., 0., 0., 0., 0., 0., 9."): "line 105: the axis .* has no length",
+    "1, 0., 0., 0.\n": r"line 1: stands before the first keyword",
+    "*HEADING\n": r"m\.inp': has no \*NODE or no \*ELEMENT",
+}
+
+
+@pytest.mark.parametrize("text", REFUSED, ids=range(len(REFUSED)))
+def test_what_is_not_understood_is_refused_with_its_line(text: str, tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=f"^mesh = .*{REFUSED[text]}"):
+        body(tmp_path, text)
+
+
+def cube() -> meshio.Mesh:
+    """The cube with its base, as gmsh's physical groups number them."""
+    quads = BRICKS[np.isclose(POINTS[BRICKS[:, 0], 2], 0.0)][:, :4]
+    mesh = meshio.Mesh(POINTS, [("hexahedron", BRICKS), ("quad", quads)])
+    mesh.cell_data = {"part": [np.full(len(BRICKS), 5), np.full(len(quads), 3)]}
+    return mesh
+
+
+def in_format(suffix: str, path: Path) -> Path:
+    """The cube, written by meshio, or by gmsh from gmsh's own format."""
+    mesh, file = cube(), path / f"cube{suffix}"
+    if suffix in (".vtu", ".vtk", ".xdmf", ".xmf", ".inp"):
+        if suffix == ".inp":
+            mesh.cell_sets = {"5": [np.arange(len(BRICKS)), []], "3": [[], np.arange(FACETS)]}
+        meshio.write(file, mesh, file_format={".xmf": "xdmf", ".vtk": "vtk42", ".inp": "abaqus"}.get(suffix))
+        return file
+    numbers = mesh.cell_data.pop("part")
+    mesh.cell_data = {"gmsh:physical": numbers, "gmsh:geometrical": numbers}
+    meshio.write(path / "cube.msh", mesh, file_format="gmsh22", binary=False)
+    if suffix != ".msh":
+        gmsh = pytest.importorskip("gmsh")
+        gmsh.initialize(readConfigFiles=False, interruptible=False)
+        try:
+            gmsh.option.setNumber("General.Terminal", 0.0)
+            gmsh.option.setNumber("Mesh.BdfFieldFormat", 0.0)
+            gmsh.merge(str(path / "cube.msh"))
+            gmsh.write(str(path / "cube.bdf" if suffix == ".nas" else file))
+        finally:
+            gmsh.finalize()
+        if suffix == ".nas":
+            (path / "cube.bdf").rename(file)
+    return file
+
+
+def quick(*suffixes: str) -> list[Any]:
+    """All formats; a process reads each, which takes its time, so that only some are quick tests."""
+    return [one if one in suffixes else pytest.param(one, marks=pytest.mark.thorough) for one in FORMATS]
+
+
+@pytest.mark.parametrize("suffix", quick(".inp", ".msh", ".vtu"))
+def test_every_format_gives_the_same_body(suffix: str, tmp_path: Path) -> None:
+    if suffix == ".unv":
+        pytest.importorskip("gmsh")
+    found = BodyMesh(in_format(suffix, tmp_path))
+    base = next(tag for tag in (3, "3", "G_2D_3") if tag in found.facets.groups)
+    assert measures(found, base) == pytest.approx([VOLUME, FACETS, AREA], rel=1e-4)
+    assert [len(members) for tag, members in found.cells.groups.items() if tag in (5, "5", "G_3D_5")] == [len(BRICKS)]
+
+
+@pytest.mark.parametrize("suffix", [*quick(".inp", ".msh", ".med", ".bdf"), ".su2"])
+def test_a_file_that_is_none(suffix: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """One line that names the file, and nothing printed; formats that nobody of the field uses are not tried."""
+    path = tmp_path / f"none{suffix}"
+    path.write_bytes(b"\x00\x01 no mesh at all")
+    with pytest.raises(ValueError, match=rf"^mesh = .*none\{suffix}'") as raised:
+        read_mesh(path)
+    assert "\n" not in str(raised.value)
+    assert "Traceback" not in str(raised.value)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_header_that_claims_more_than_the_file_holds(tmp_path: Path) -> None:
+    """Two hundred million points in 132 bytes: refused within the memory that its size allows."""
+    path = tmp_path / "claims.msh"
+    path.write_text("$MeshFormat\n2.2 1 8\n" + "\1\0\0\0\n$EndMeshFormat\n$Nodes\n200000000\n1234", encoding="latin-1")
+    with pytest.raises(
+        ValueError, match=r"claims\.msh': cannot be read as a \.msh file of gmsh; it is damaged, cut short"
+    ):
+        read_mesh(path)
+
+
+BULK = "GRID,1,{},0.,0.,0.\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    [
+        ("m.msh", "SystemCall 'touch gone';\n", "is no .msh file of gmsh, which begins with"),
+        ("m.bdf", "GRID           1       7      0.      0.      0.\n", "line 1: GRID in the coordinate system 7"),
+        ("m.bdf", BULK.format("") + BULK.format(9), "line 2: GRID in the coordinate system 9"),
+        ("m.nas", "INCLUDE 'a.bdf'\n", "line 1: INCLUDE is not read"),
+        (
+            "m.unv",
+            "    -1\n  2420\n 1\nname\n 1 0 8\nCS\n 1 0 0\n 0 1 0\n 0 0 1\n 5 0 0\n    -1\n",
+            "line 5: has a coord",
+        ),
+    ],
+)
+def test_coordinates_that_would_be_misread(name: str, text: str, message: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_text(text, encoding="utf-8")
+    with pytest.raises(ValueError, match=message):
+        read_mesh(tmp_path / name)
+    assert not (tmp_path / "gone").exists()
+
+
+ENTITIES = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n"
+
+
+@pytest.mark.parametrize("all_cells", [1, pytest.param(0, marks=pytest.mark.thorough)])
+def test_groups_of_msh_41(all_cells: int, tmp_path: Path) -> None:
+    """A face turned over, a face in two groups, and cells of no group ("Save all")."""
+    gmsh = pytest.importorskip("gmsh")
+    gmsh.initialize(readConfigFiles=False, interruptible=False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0.0)
+        gmsh.model.occ.addBox(0, 0, 0, SIDE, SIDE, SIDE)
+        gmsh.model.occ.synchronize()
+        faces = dict(zip(("x", "", "y", "", "z"), [tag for _, tag in gmsh.model.getEntities(2)], strict=False))
+        gmsh.model.addPhysicalGroup(3, [1], 1, "Körper 1")
+        gmsh.model.addPhysicalGroup(2, [faces["z"], -faces["x"]], 7, "held")
+        gmsh.model.addPhysicalGroup(2, [faces["x"]], 8, "side")
+        gmsh.option.setNumber("Mesh.MeshSizeMin", SIDE)
+        gmsh.model.mesh.generate(3)
+        gmsh.option.setNumber("Mesh.SaveAll", all_cells)
+        gmsh.write(str(tmp_path / "m.msh"))
+    finally:
+        gmsh.finalize()
+    found = BodyMesh(tmp_path / "m.msh", scale=1.0)
+    found_areas = [found.area(found.facets.of("fixed", name)) for name in ("held", 8)]
+    assert [volume(found), *found_areas] == pytest.approx([VOLUME, 2.0 * AREA, AREA])
+    assert volume(found, found.cells.of("material", "Körper 1")) == pytest.approx(VOLUME)
+
+
+def with_fields(**fields: Any) -> meshio.Mesh:
+    return meshio.Mesh(POINTS, [("hexahedron", BRICKS)], cell_data={name: [field] for name, field in fields.items()})
+
+
+ONES = np.ones(len(BRICKS), dtype=int)
+
+
+@pytest.mark.parametrize(
+    ("fields", "tags"),
+    [
+        ({"part": ONES}, None),
+        ({"part": ONES[:, None]}, None),
+        ({"part": ONES.astype(float)}, None),
+        ({"part": ONES, "stress": ONES + 0.5}, None),
+        ({"part": ONES, "temperature": 20.0 * ONES}, None),
+        ({"part": ONES, "vtkOriginalCellIds": np.arange(len(BRICKS))}, "part"),
+        ({"part": ONES.astype(float), "other": 2.0 * ONES}, "part"),
+    ],
+)
+def test_numbers_of_cells(fields: Any, tags: str | None) -> None:
+    mesh = with_fields(**fields)
+    assert BodyMesh(mesh, tags=tags).cells.of("material", 1).size == len(BRICKS)
+    if len(fields) > 1 and tags:
+        with pytest.raises(ValueError, match=r"its cells are numbered by 'part', .*tags= names the one"):
+            BodyMesh(mesh).cells.of("material", 1)
+        with pytest.raises(ValueError, match=r"tags = 'prt': must be one of 'part'.*did you mean 'part'"):
+            BodyMesh(mesh, tags="prt")
+
+
+def test_a_field_of_no_whole_numbers() -> None:
+    with pytest.raises(ValueError, match="tags = 'stress': the mesh has no data that numbers its cells"):
+        BodyMesh(with_fields(stress=ONES + 0.5), tags="stress")
+
+
+def test_sets_whose_blocks_are_lost() -> None:
+    """As meshio reads .inp with a block without a set before one with it."""
+    mesh = cube()
+    mesh.cell_sets = {"base": [np.arange(3)]}
+    with pytest.raises(ValueError, match=r"set 'base' has 1 blocks of members for 2 blocks .*path of the file"):
+        BodyMesh(mesh)
+
+
+def two_cubes(gap: float, joined: list[int]) -> meshio.Mesh:
+    """One on the other, with a gap, m; points of the interface joined that have these places in it."""
+    top, low = np.flatnonzero(POINTS[:, 2] == SIDE), BASE
+    number = np.arange(len(POINTS)) + len(POINTS)
+    number[low[joined]] = top[joined]
+    points = np.concatenate([POINTS, POINTS + [0.0, 0.0, SIDE + gap]])
+    return meshio.Mesh(points, [("hexahedron", np.concatenate([BRICKS, number[BRICKS]]))])
+
+
+EVERY, HALF = list(range((CELLS + 1) ** 2)), list(range(2 * (CELLS + 1)))
+
+
+@pytest.mark.filterwarnings("ignore:.*belong to no cell")
+@pytest.mark.parametrize(
+    ("joined", "message"),
+    [
+        ([], r"2 pieces that share no points; 32 points coincide with others, the first at \(.* m: merge=7e-09 joins"),
+        ([0], r"2 parts of the body share no side of a cell and meet only at points or lines, near \(0, 0, 0\.02\) m"),
+        (HALF[:4], "2 parts of the body share no side"),
+    ],
+)
+def test_parts_that_are_not_joined(joined: list[int], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        BodyMesh(two_cubes(0.0, joined))
+    assert volume(BodyMesh(two_cubes(0.0, joined), merge=1e-9)) == pytest.approx(2.0 * VOLUME)
+
+
+@pytest.mark.filterwarnings("ignore:.*belong to no cell")
+def test_parts_that_are_joined_in_part() -> None:
+    with pytest.warns(
+        hl.HertzlinkWarning, match="16 points coincide with others, .* are not joined: a crack, or parts"
+    ):
+        BodyMesh(two_cubes(0.0, HALF))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        warnings.filterwarnings("ignore", ".*belong to no cell")
+        BodyMesh(two_cubes(0.0, EVERY))
+
+
+@pytest.mark.parametrize(
+    ("merge", "message"),
+    [
+        (0.0, r"merge = 0\.0: must be a positive number of m"),
+        (4e-3, r"merge = 0\.004: must be below 0\.00333 m, half the shortest edge"),
+        ("x", "merge = 'x'"),
+    ],
+)
+def test_bad_distances(merge: Any, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        BodyMesh(cube(), merge=merge)
+
+
+def test_a_distance_that_joins_nothing_is_said() -> None:
+    with pytest.warns(hl.HertzlinkWarning, match="merge = 1e-09: no two points of the mesh lie so close"):
+        BodyMesh(cube(), merge=1e-9)
+
+
+def test_a_hinge_inside_a_body() -> None:
+    """A ring of bricks without its middle, and without one that leaves two others with an edge in common."""
+    ring = BRICKS[[i for i in range(27) if i % 3 == 0 and i not in (0, 12)]]
+    with pytest.warns(hl.HertzlinkWarning, match="at 2 points cells meet without a common side"):
+        BodyMesh(meshio.Mesh(POINTS, [("hexahedron", np.concatenate([ring, BRICKS[[i + 1 for i in (6, 15)]]]))]))
+
+
+def test_cells_that_are_listed_twice() -> None:
+    """As MSH 2.2 writes a volume of two groups: once each, with both tags."""
+    twice = np.concatenate([BRICKS, BRICKS[::3, ::-1][:, [3, 2, 1, 0, 7, 6, 5, 4]]])
+    mesh = meshio.Mesh(POINTS, [("hexahedron", twice)], cell_data={"part": [np.repeat([1, 2], [27, 9])]})
+    with pytest.warns(hl.HertzlinkWarning, match="9 of 36 cells are listed again with the same points"):
+        found = BodyMesh(mesh)
+    assert [found.cells.of("material", tag).size for tag in (1, 2)] == [27, 9]
+    assert volume(found) == pytest.approx(VOLUME)
+
+
+def test_cells_that_overlap() -> None:
+    """A brick that fills two others; and one that lies on the same side of a face as another."""
+    lower = [NUMBER[tuple(np.add((0, 0, 0), (2 * x, y, z)))] for x, y, z in BRICK]
+    with pytest.raises(ValueError, match=r"3 cells share a side near|both cells of a side lie on the same side"):
+        BodyMesh(meshio.Mesh(POINTS, [("hexahedron", np.concatenate([BRICKS, [lower]]))]))
+
+
+def test_a_set_that_is_partly_inside(tmp_path: Path) -> None:
+    found = body(tmp_path, FLAT + HELD + f"{NUMBER[1, 1, 1] + 1}\n")
+    with pytest.warns(hl.HertzlinkWarning, match="fixed = 'base': 1 of its 17 points are corners of no facet"):
+        found.facets.of("fixed", "base")
+
+
+@pytest.mark.parametrize("share", [1.02, 1.2])
+def test_a_curved_cell_that_folds_at_a_corner(share: float) -> None:
+    """A tetrahedron whose edge of length L has its midpoint at 3/4 L and beyond: the Jacobian at the far end is 0."""
+    points = 0.01 * np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    middles = [points[[i, j]].mean(axis=0) for i, j in ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))]
+    middles[0] = points[0] + 0.75 * share * (points[1] - points[0])
+    mesh = meshio.Mesh(np.concatenate([points, middles]), [("tetra10", np.arange(10)[None])])
+    with pytest.raises(
+        ValueError, match=r"midpoints of 1 of 1 cells fold them, the first \(cell 1\) near \(0\.01, 0, 0\)"
+    ):
+        BodyMesh(mesh)
+    mesh.points[4, 0] = 0.0074
+    assert volume(BodyMesh(mesh)) > 0.0
