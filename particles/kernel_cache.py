@@ -1,39 +1,135 @@
-"""The cache of compiled kernels: a folder where Numba finds none, and a line that says when kernels are compiled.
+"""The cache of compiled kernels: what is damaged there is compiled anew, and where it cannot be kept, the run goes on.
 
-Numba finds no folder in a read-only installation of a user without a home folder.
+Numba ends with an error where a file of its cache is empty or cut, where the disk is full, and where it has no folder,
+as in a read-only installation of a user without a home folder. A line says when kernels are compiled.
 """
 
 import atexit
 import logging
+import os
 import shutil
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from functools import cache
+from hashlib import sha256
+from io import BytesIO
+from pathlib import Path
 from tempfile import mkdtemp
 from typing import Any
 
 import numba
 from numba.core import event
-from numba.core.caching import FunctionCache
+from numba.core.caching import FunctionCache, IndexDataCacheFile
 
 log = logging.getLogger("hertzlink.kernels")
+
+SUM = 32
+"""Bytes of the checksum at the end of each file."""
 
 
 def provide() -> None:
     """Make sure that Numba can cache kernels.
 
     Numba refuses to define a cached function where it can write neither next to the source, nor into the user's cache,
-    nor into NUMBA_CACHE_DIR. A private folder takes their place until the process ends. It must not be shared: Numba
-    runs what it finds there.
+    nor into NUMBA_CACHE_DIR.
     """
     try:
-        FunctionCache(provide)  # type: ignore[no-untyped-call]
+        FunctionCache(provide)
     except RuntimeError:
-        folder = mkdtemp(prefix="hertzlink-kernels-")
-        atexit.register(shutil.rmtree, folder, ignore_errors=True)
-        numba.config.CACHE_DIR = folder  # type: ignore[attr-defined]
-        log.warning(
-            "No folder for compiled kernels can be written, so each process compiles them anew (about half a minute); "
-            "set NUMBA_CACHE_DIR to a folder of your own"
-        )
+        private_folder("No folder for compiled kernels can be written")
+
+
+_private = list[str]()
+"""The folder of this process, once it has one."""
+
+
+def private_folder(reason: str) -> str:
+    """A folder for kernels that lasts as long as this process, also for processes that it starts; says why, once.
+
+    It must not be shared with other users: Numba runs what it finds there.
+    """
+    if _private:
+        return _private[0]
+    folder = mkdtemp(prefix="hertzlink-kernels-")
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    os.environ["NUMBA_CACHE_DIR"] = folder
+    numba.config.CACHE_DIR = folder  # type: ignore[attr-defined]
+    log.warning(
+        "%s, so each run compiles them anew (up to a minute); set NUMBA_CACHE_DIR to a folder of your own with room",
+        reason,
+    )
+    _private.append(folder)
+    return folder
+
+
+@cache
+def _say_once(message: str) -> None:
+    log.warning("%s", message)
+
+
+class CheckedFile(IndexDataCacheFile):  # type: ignore[misc]
+    """The files of one kernel, each with a checksum at its end: what is cut or changed counts as not there."""
+
+    def load(self, key: Any) -> Any:
+        """What was kept under a key, or None. Two processes that begin at once may give two keys one name."""
+        found = super().load(key)
+        return found[1] if found is not None and found[0] == key else None
+
+    def save(self, key: Any, data: Any) -> None:
+        """Keep data under a key, in the private folder where this one is full; else go on without."""
+        try:
+            super().save(key, (key, data))
+        except OSError as error:
+            reason = f"Compiled kernels cannot be kept in {self._cache_path} ({error.strerror})"
+            with suppress(OSError):
+                self._move(private_folder(reason))
+                super().save(key, (key, data))
+
+    def _move(self, folder: str) -> None:
+        name = Path(self._index_path).name
+        self._cache_path, self._index_path = folder, str(Path(folder, name))
+
+    def _load_index(self) -> Any:
+        return super()._load_index() if self._is_whole(self._index_path) else {}
+
+    def _load_data(self, name: str) -> Any:
+        if not self._is_whole(self._data_path(name)):
+            raise FileNotFoundError(name)  # which Numba takes for a file that was deleted, and compiles
+        return super()._load_data(name)
+
+    def _is_whole(self, path: str) -> bool:
+        try:
+            content = Path(path).read_bytes()
+        except FileNotFoundError:
+            return False
+        except OSError as error:
+            _say_once(f"The kernel cache in {self._cache_path} cannot be read ({error.strerror}); kernels are compiled")
+            return False
+        whole = sha256(content[:-SUM]).digest() == content[-SUM:]
+        if not whole:
+            _say_once(f"The kernel cache in {self._cache_path} is damaged; what is damaged is compiled anew")
+        return whole
+
+    @contextmanager
+    def _open_for_write(self, filepath: str) -> Iterator[BytesIO]:
+        content = BytesIO()
+        yield content
+        with super()._open_for_write(filepath) as file:
+            file.write(content.getvalue() + sha256(content.getvalue()).digest())
+
+
+def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
+    """Numba's decorator, whose kernels are kept in files with a checksum."""
+
+    def compiled(function: Callable[..., Any]) -> Any:
+        kernel = numba.njit(**options)(function)
+        kept = kernel._cache._cache_file
+        # Another name than Numba's own: its files have no checksum.
+        name = kept._index_name.removesuffix(".nbi") + ".checked"
+        kernel._cache._cache_file = CheckedFile(kept._cache_path, name, kept._source_stamp)
+        return kernel
+
+    return compiled
 
 
 COMPILING = "compiling kernels that this machine has not compiled yet: up to a minute, once"
@@ -58,10 +154,10 @@ _announcement = Announcement()
 
 def announce() -> None:
     """Say when the first kernel of this process is compiled."""
-    event.register("numba:compile", _announcement)  # type: ignore[no-untyped-call]
+    event.register("numba:compile", _announcement)
 
 
 def stop() -> None:
     """Say no more, if not yet so."""
     with suppress(ValueError):
-        event.unregister("numba:compile", _announcement)  # type: ignore[no-untyped-call]
+        event.unregister("numba:compile", _announcement)

@@ -15,7 +15,8 @@ from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+
+from particles.kernel_cache import njit
 
 VERLET, DRIVEN_VERLET, VISCOUS_VERLET, LOSSY_VERLET, RK4, YIELDING_VERLET = 0, 1, 2, 3, 4, 5
 """How a window is advanced. VERLET: Hertz's contacts, free striker; DRIVEN_VERLET: all but losses; VISCOUS_VERLET: as

@@ -7,9 +7,8 @@ Peaks are those of `scipy.signal.find_peaks(force, height=least, prominence=leas
 from math import sqrt
 
 import numpy as np
-from numba import njit
 
-import particles  # noqa: F401 - it provides a folder for compiled kernels
+from particles.kernel_cache import njit
 
 FIRST_WAVE = 0.05
 """The incident wave rises by at least this part of the greatest force: waves of a heavy striker pile up later."""

@@ -7,7 +7,8 @@ Contacts 0 … N − 1 lie between body c and body c + 1; the last one, N, is wi
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+
+from particles.kernel_cache import njit
 
 LANES = 8
 """Bodies that one instruction may move."""
