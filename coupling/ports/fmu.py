@@ -13,6 +13,7 @@ from coupling.paths import path_of
 from coupling.ports.fmu_content import pack
 from coupling.ports.guest import guest_chain
 from particles.chain import Chain
+from structures.caution import caution
 from structures.checks import instance, short
 from structures.surface import Surface
 
@@ -25,6 +26,20 @@ unique.
 
 CONTENT_FILE = "chain.data"
 """File with the chain and the surface that it faces, next to the unit: plain data."""
+
+DOCUMENTATION = """<!doctype html>
+<html lang="en"><meta charset="utf-8"><title>hertzlink: a chain of beads</title>
+<h1>A chain of beads and its contact with a surface</h1>
+<p>Written by hertzlink, which must be installed in the Python that runs this unit.</p>
+<p>Input: <code>surface_displacement</code>, m, at the end of the next step, from static equilibrium, positive away from
+the chain. The surface moves linearly during the step.</p>
+<p>Outputs, N, above the static forces: <code>mean_contact_force</code> over the step, and at its end
+<code>contact_force</code> and <code>sensor_force[1]</code>, … Drive the structure with the mean force: then the
+interface creates no energy.</p>
+<p>Parameter, if the striker has one: <code>impact_speed</code>, m/s. It is fixed once the unit is initialised.</p>
+</html>
+"""
+"""The page that the standard foresees as documentation/index.html."""
 
 TRUSTED_FILE = "chain.trusted"
 """The same, where classes of the user's own are in it as pickles."""
@@ -43,8 +58,13 @@ def write_fmu(
     Input: `surface_displacement`, m, at the end of the next step, from static equilibrium; the surface moves linearly
     during the step. Outputs, N, relative to the static forces: `mean_contact_force` over the step, with which the
     interface creates no energy, and `contact_force` and `sensor_force[1…N]` at its end. Parameter: `impact_speed`, m/s,
-    if the striker has one. Steps may have any length, and may be repeated from a saved state. An impossible step is
-    refused (fmi2Discard) and changes nothing; its reason is written to the log, which the opening program must enable.
+    if the striker has one; it is fixed once the unit is initialised. Steps may have any length, and may be repeated
+    from a saved state. An impossible step is refused (fmi2Discard) and changes nothing; its reason is written to the
+    log, which the opening program must enable. Every step is refused after an attempt to set what cannot be set.
+
+    The folder in which a program unpacks the FMU must have a path of letters from A to Z, digits, blanks and -._~
+    alone: pythonfmu's library crashes in any other. A warning is given if the FMU's folder, or that of temporary files,
+    is such a one.
 
     The FMU runs in the Python of the opening program, where this version of hertzlink must be installed. It holds the
     chain as plain data and hertzlink's script: like any FMU it is a program, so open only files that you trust. An
@@ -93,16 +113,21 @@ def write_fmu(
     builder = _builder()
     guest_chain(chain, surface, flexibility, dt)
     target = _target(path)
+    _warn_of_folders(target.parent, Path(tempfile.gettempdir()))
     content = pack(chain, surface, flexibility, dt, instance("trust", trust, bool, "True or False"))
     content_file = TRUSTED_FILE if trust else CONTENT_FILE
     with whole_file_by_name(target) as part:
         script = Path(shutil.copy(UNIT_SCRIPT, part.with_name(f"{UNIT_MODULE}.py")))
         part.with_name(content_file).write_bytes(content)
+        documentation = part.with_name("documentation")
+        documentation.mkdir()
+        (documentation / "index.html").write_text(DOCUMENTATION, encoding="utf-8")
         with _imports_restored():
             builder.build_FMU(
                 script,
                 dest=part,
                 project_files=[part.with_name(content_file)],
+                documentation_folder=documentation,
                 canGetAndSetFMUstate=True,
                 canSerializeFMUstate=True,
             )
@@ -133,6 +158,16 @@ def _target(path: str | Path) -> Path:
             return whole
     except OSError as error:
         raise ValueError(f"path = {str(path)!r}: its folder cannot be written; {error.strerror}") from error
+
+
+def _warn_of_folders(*folders: Path) -> None:
+    """Warn of folders in which an FMU may be unpacked, and which its library cannot find."""
+    for folder in folders:
+        if "%" in folder.resolve().as_uri().replace("%20", ""):
+            caution(
+                f"{str(folder)!r}: a program that unpacks the FMU in this folder crashes, because pythonfmu's library "
+                "cannot find it; use a path of letters from A to Z, digits, blanks and -._~ alone"
+            )
 
 
 @contextmanager

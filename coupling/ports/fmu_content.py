@@ -3,7 +3,8 @@
 import importlib.metadata
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from math import isfinite
+from typing import Any, NamedTuple
 
 from coupling.files import plain
 from coupling.ports.guest import GuestState, guest_chain
@@ -44,7 +45,20 @@ TYPES = plain.own_types(
 )  # fmt: skip
 """Everything that a chain consists of, unless a user defines a class of his own."""
 
-STATE_TYPES = plain.own_types(GuestState, ChainState)
+
+class UnitState(NamedTuple):
+    """The complete state of a unit: of its chain, its input, its parameter (None without one), its start time, s, and
+    whether it is initialised.
+    """
+
+    guest: GuestState
+    surface_displacement: float
+    impact_speed: float | None
+    begin: float
+    initialised: bool
+
+
+STATE_TYPES = plain.own_types(UnitState, GuestState, ChainState)
 
 
 def pack(chain: Chain, surface: Surface, flexibility: float, dt: float | None, trust: bool) -> bytes:
@@ -80,16 +94,20 @@ def unpack(data: bytes, trust: bool) -> tuple[Chain, dict[str, Any]]:
     return {"Chain": Chain, "DeformableChain": DeformableChain}[kind](**given), facing
 
 
-def state_bytes(state: tuple[GuestState, float]) -> bytes:
+def state_bytes(state: UnitState) -> bytes:
     """The state of a unit as bytes."""
     return plain.to_bytes(state, STATE_TYPES)
 
 
-def state_from(data: bytes) -> tuple[GuestState, float]:
+def state_from(data: bytes) -> UnitState:
     """The state in bytes. Raises ValueError for anything else."""
     state = plain.from_bytes(data, STATE_TYPES)
-    if not (isinstance(state, tuple) and len(state) == 2 and isinstance(state[0], GuestState)):
+    if not (isinstance(state, UnitState) and isinstance(state.guest, GuestState)):
         raise ValueError("state: is none of this unit")
+    speed = state.impact_speed
+    numbers = (state.surface_displacement, state.begin, *([] if speed is None else [speed]))
+    if not all(isinstance(one, int | float) and isfinite(one) for one in numbers):
+        raise ValueError("state: holds no finite displacement, start time or impact speed")
     return state
 
 

@@ -169,6 +169,22 @@ def test_fmpy_finds_no_fault_in_it(written: Path) -> None:
     assert {units[f"sensor_force[{bead}]"] for bead in range(1, 21)} == {"N"}
 
 
+def test_the_description_says_what_is_calculated(written: Path) -> None:
+    """Outputs depend on the parameter, also at the start."""
+    description = fmpy.read_model_description(str(written))
+    outputs = [one.variable.name for one in description.outputs]
+    assert len(outputs) == 22
+    assert [one.variable.name for one in description.initialUnknowns] == outputs
+    initial = {one.name: (one.initial, one.start is None) for one in description.modelVariables}
+    assert {initial[name] for name in outputs} == {("calculated", True)}
+    assert initial["impact_speed"] == ("exact", False)
+    experiment, moving = description.defaultExperiment, hl.stepping.MovingChain(CHAIN, SURFACE)
+    assert float(experiment.stopTime) == pytest.approx(4.0 * moving.transit_time, rel=0.05)
+    assert 0.0 < float(experiment.tolerance) <= 1e-3
+    with zipfile.ZipFile(written) as archive:
+        assert b"surface_displacement" in archive.read("documentation/index.html")
+
+
 def test_fmpy_runs_it_alone(written: Path) -> None:
     """Against a surface that stands still, with FMPy's own loop and the step that the FMU proposes."""
     found = fmpy.simulate_fmu(str(written), stop_time=3e-4, output=["sensor_force[7]"])
@@ -198,6 +214,53 @@ def test_a_state_survives_as_bytes_in_another_instance(unit: Unit, written: Path
         other.fmu.setFMUstate(other.fmu.deSerializeFMUstate(text))
         assert other.get("surface_displacement") == 1e-7
         assert other.step(1e-5, 1e-6, 2e-7) == expected
+
+
+def test_a_state_carries_the_parameter(unit: Unit, written: Path, tmp_path: Path) -> None:
+    """In a unit with another impact speed the chain goes on as before, and so do its steps."""
+    with opened(written, tmp_path / "fast", impact_speed=0.9) as fast:
+        fast.step(0.0, 1e-5, 0.0)
+        text = fast.fmu.serializeFMUstate(fast.fmu.getFMUstate())
+        expected = fast.step(1e-5, 1e-4, 1e-7), fast.get("sensor_force[3]")
+    unit.fmu.setFMUstate(unit.fmu.deSerializeFMUstate(text))
+    assert unit.get("impact_speed") == 0.9
+    assert (unit.step(1e-5, 1e-4, 1e-7), unit.get("sensor_force[3]")) == expected
+
+
+@pytest.mark.parametrize("text", [b"", b"{}\n", b"another program's state"])
+def test_bytes_that_are_no_state_are_refused(unit: Unit, text: bytes) -> None:
+    unit.fmu.setFMUstate(unit.fmu.deSerializeFMUstate(text))
+    assert any(status == 3 and message.startswith("state: ") for status, message in unit.log)
+    with pytest.raises(FMICallException) as refused:
+        unit.step(0.0, 1e-6, 0.0)
+    assert refused.value.status == DISCARD
+
+
+def test_a_state_of_another_chain_is_refused(unit: Unit, tmp_path: Path) -> None:
+    short = hl.ports.write_fmu(hl.Chain([BEAD] * 3, BEAD, impact_speed=0.5), SURFACE, tmp_path / "short.fmu")
+    with opened(short, tmp_path / "short") as other:
+        text = other.fmu.serializeFMUstate(other.fmu.getFMUstate())
+    good = unit.fmu.getFMUstate()
+    unit.fmu.setFMUstate(unit.fmu.deSerializeFMUstate(text))
+    assert any("state: is none of this chain" in message for _, message in unit.log)
+    assert unit.get("impact_speed") == 0.31
+    unit.fmu.setFMUstate(good)
+    unit.step(0.0, 1e-6, 0.0)
+
+
+@pytest.mark.parametrize("start", [0.0, 1.0])
+@pytest.mark.parametrize("rest", [5e-20, 1e-18])
+def test_a_rest_of_rounding_is_no_step(written: Path, tmp_path: Path, start: float, rest: float) -> None:
+    """The opening program's clock ends a little beside its stop time, and the unit's own elsewhere."""
+    with opened(written, tmp_path / "unit") as unit:
+        unit.fmu.reset()
+        unit.fmu.setupExperiment(startTime=start)
+        unit.fmu.enterInitializationMode()
+        unit.fmu.exitInitializationMode()
+        for n in range(30):
+            last = unit.step(start + n * 1e-7, 1e-7, 1e-9 * n)
+        assert unit.step(start + 30 * 1e-7, rest, 5e-8) == last
+        assert np.isfinite(unit.step(start + 30 * 1e-7 + rest, 1e-7, 6e-8))
 
 
 def test_two_units_and_a_reset_do_not_disturb_each_other(unit: Unit, tmp_path: Path) -> None:
@@ -257,6 +320,59 @@ def test_a_parameter_that_cannot_be_is_told_and_refuses_all_steps(written: Path,
         unit.begin(impact_speed=1.0)
         unit.step(0.0, 1e-6, 0.0)
         assert unit.get("sensor_force[1]") > 0.0
+
+
+ILLEGAL: dict[str, Callable[[Unit], Any]] = {
+    "impact_speed = 0.9: is fixed once the unit is initialised": lambda unit: unit.set("impact_speed", 0.9),
+    "contact_force = 1.0: cannot be set": lambda unit: unit.set("contact_force", 1.0),
+    "sensor_force[7] = 1.0: cannot be set": lambda unit: unit.set("sensor_force[7]", 1.0),
+    "variable 99 = 1.0: cannot be set": lambda unit: unit.fmu.setReal([99], [1.0]),
+    "variable 99: is none of this unit": lambda unit: unit.fmu.getReal([99]),
+    "variable 0: is no fmi2Integer": lambda unit: unit.fmu.setInteger([0], [1]),
+    "variable 0: is no fmi2Boolean": lambda unit: unit.fmu.getBoolean([0]),
+    "variable 3: is no fmi2String": lambda unit: unit.fmu.setString([3], ["1"]),
+}
+
+
+@pytest.mark.parametrize("message", ILLEGAL)
+def test_what_cannot_be_set_is_refused_and_no_step_follows(unit: Unit, message: str) -> None:
+    """Nothing changes; a state from before ends it."""
+    before, force = unit.fmu.getFMUstate(), unit.get("contact_force")
+    ILLEGAL[message](unit)
+    assert any(status == 3 and message in text for status, text in unit.log)
+    assert (unit.get("impact_speed"), unit.get("contact_force")) == (0.31, force)
+    with pytest.raises(FMICallException) as refused:
+        unit.step(0.0, 1e-6, 0.0)
+    assert refused.value.status == DISCARD
+    unit.fmu.setFMUstate(before)
+    unit.step(0.0, 1e-6, 0.0)
+
+
+def test_outputs_follow_the_parameter_during_the_initialisation(written: Path, tmp_path: Path) -> None:
+    unit = Unit(written, tmp_path / "unit")
+    unit.fmu.setupExperiment(startTime=0.0)
+    unit.fmu.enterInitializationMode()
+    first = unit.get("sensor_force[1]")
+    unit.set("impact_speed", 1.0)
+    assert unit.get("sensor_force[1]") > 2.0 * first > 0.0
+    unit.fmu.exitInitializationMode()
+    unit.fmu.freeInstance()
+
+
+@pytest.mark.parametrize("name", ["ü", "50 %", "it's", "a#b", 'a"b', "日本"])
+def test_folders_in_which_it_cannot_be_unpacked_are_named(tmp_path: Path, name: str) -> None:
+    folder = tmp_path / name
+    folder.mkdir()
+    with pytest.warns(hl.HertzlinkWarning, match="a program that unpacks the FMU in this folder crashes") as caught:
+        hl.ports.write_fmu(CHAIN, SURFACE, folder / "chain.fmu")
+    assert str(caught[0].message).startswith(repr(str(folder.resolve())))
+
+
+def test_the_folder_of_temporary_files_counts_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "ü").mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "ü"))
+    with pytest.warns(hl.HertzlinkWarning, match="a program that unpacks the FMU in this folder crashes"):
+        hl.ports.write_fmu(CHAIN, SURFACE, tmp_path / "chain.fmu")
 
 
 @pytest.mark.thorough
