@@ -392,11 +392,12 @@ class _Reader:
     _elset = _nset
 
     def _surface(self, card: Card) -> None:
-        kind = card.options.get("TYPE", "ELEMENT").upper()
-        self.scope.surfaces[card.required("NAME").upper()] = (card.options["NAME"], card.rows if kind != "NODE" else [])
-        if kind == "NODE":
-            members = self.scope.members("NSET", card.options["NAME"])
+        name = card.required("NAME")
+        if card.options.get("TYPE", "ELEMENT").upper() == "NODE":
+            members = self.scope.members("NSET", name)
             members.others += [(line, "", line.first) for line in card.rows]
+        else:
+            self.scope.surfaces[name.upper()] = (name, card.rows)
 
 
 ACTIONS = {"PART", "END PART", "INSTANCE", "END INSTANCE", "SYSTEM", "NODE", "ELEMENT", "NSET", "ELSET", "SURFACE"}

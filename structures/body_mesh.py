@@ -14,8 +14,8 @@ from structures.mesh_reading import (
     Numbers,
     Tag,
     Tags,
+    cells_of,
     hint_of,
-    joined,
     names,
     near,
     points_of,
@@ -23,7 +23,8 @@ from structures.mesh_reading import (
     tagged_facets,
     used,
 )
-from structures.mesh_topology import HEXAHEDRON, TETRAHEDRON, check_joined, merged, once
+from structures.mesh_topology import check_joined, merged, once
+from structures.split_cells import BY_CORNERS, edge_lengths, tetrahedra
 from structures.structure import Vector
 
 LONGEST_SIDE, SHORTEST_EDGE = 10.0, 0.02
@@ -51,6 +52,9 @@ CELL_TYPES: dict[str, tuple[Any, Any, int, int]] = {
 FACET_CORNERS = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4, "quad9": 4}
 """meshio's types of facets and their numbers of corners."""
 
+SPLIT = {"wedge": 6, "wedge15": 6, "wedge18": 6, "pyramid": 5, "pyramid13": 5, "pyramid14": 5}
+"""Further types of cells, which are split into tetrahedra, and their numbers of corners."""
+
 IGNORED_CELL_TYPES = {"vertex", "line", "line3", *FACET_CORNERS}
 
 CORNER_NEIGHBOURS = {
@@ -61,7 +65,7 @@ CORNER_NEIGHBOURS = {
 
 
 class BodyMesh:
-    """A body of one type of cells, as a scikit-fem mesh in m.
+    """A body as a scikit-fem mesh in m, of one type of cells; several types are split into tetrahedra.
 
     cells, facets: by tag, the numbers of the cells and of the boundary facets that have it. source: a file or a
     meshio.Mesh. scale: m per unit of the mesh; None means 1 and is accepted only for bodies of plausible size. merge:
@@ -74,21 +78,29 @@ class BodyMesh:
     ) -> None:
         self.scale = 1.0 if scale is None else positive("scale", scale, "m per unit of the mesh")
         read = read_mesh(source)
-        self.kind, blocks = _volumes(read)
+        points = self.scale * points_of(read)
+        blocks, listed, self.kind = _volumes(read)
         make, self.element, corners, self.order = CELL_TYPES[self.kind]
-        points, cells = self.scale * points_of(read), joined(read, blocks, self.kind)
-        alias = merged(points, cells, _edges(points, cells[:, :corners]), merge)
-        cells, renumbered = once(alias[cells], corners)
+        shortest = min(
+            float(edge_lengths(points, cells[:, : _corners(read.cells[i].type)]).min())
+            for i, cells in zip(blocks, listed, strict=True)
+        )
+        alias = merged(points, np.unique(np.concatenate([cells.ravel() for cells in listed])), shortest, merge)
+        cells, parent = _as_one_type(points, [alias[cells] for cells in listed], self.kind)
+        cells, renumbered = once(cells, corners)
         points, cells, number = used(points, cells, corners, alias)
-        edges = _edges(points, cells[:, :corners])
+        edges = edge_lengths(points, cells[:, :corners])
         _check_scale(points, edges, scale)
         _check_shapes(points, cells[:, :corners])
-        check_joined(points, cells[:, :corners], HEXAHEDRON if corners == 8 else TETRAHEDRON, float(edges.min()))
+        check_joined(points, cells[:, :corners], BY_CORNERS[corners], float(edges.min()))
         self.longest_edge, self.shortest_side = float(edges.max()), float(np.ptp(points, axis=0).min())
         order = _hexahedron_order(cells.shape[1]) if corners == 8 else np.arange(cells.shape[1])
         self.mesh = make(np.ascontiguousarray(points.T), np.ascontiguousarray(cells.T[order]))
         self._check_curves()
-        groups = {tag: np.unique(renumbered[members]) for tag, members in tagged(read, blocks, 3, tags).items()}
+        groups = {
+            tag: np.unique(renumbered[np.isin(parent, members)])
+            for tag, members in tagged(read, blocks, 3, tags).items()
+        }
         self.cells = Tags(groups, hint_of(read, tags))
         self.facets = tagged_facets(read, self.mesh, number, FACET_CORNERS, tags)
 
@@ -149,29 +161,49 @@ def _lattice(steps: int, mesh: Any) -> Vector:
     return points if mesh.t.shape[0] == 8 else points[:, points.sum(axis=0) <= 1.0 + 1e-9]
 
 
-def _volumes(source: Any) -> tuple[str, list[int]]:
-    """The type of the cells that fill the body, and their blocks."""
-    kinds = {block.type for block in source.cells if block.type not in IGNORED_CELL_TYPES and len(block.data)}
+def _corners(kind: str) -> int:
+    """The number of corners of a cell of a type."""
+    return CELL_TYPES[kind][2] if kind in CELL_TYPES else SPLIT[kind]
+
+
+def _volumes(source: Any) -> tuple[list[int], list[Numbers], str]:
+    """The blocks of cells that fill the body, their cells, and the one type that they have or are split into."""
+    blocks = [i for i, block in enumerate(source.cells) if block.type not in IGNORED_CELL_TYPES and len(block.data)]
+    kinds = sorted({source.cells[i].type for i in blocks})
     if not kinds:
         raise ValueError("mesh: has no tetrahedra or hexahedra; mesh the volume, and save it (in gmsh as a group)")
-    if not kinds <= set(CELL_TYPES):
-        raise ValueError(
-            f"mesh: has cells of type {names(sorted(kinds - set(CELL_TYPES)))}; must be one of {names(CELL_TYPES)}"
-        )
-    if len(kinds) > 1:
-        raise ValueError(f"mesh: mixes cells of type {names(sorted(kinds))}; must have one type")
-    kind = kinds.pop()
-    return kind, [i for i, block in enumerate(source.cells) if block.type == kind]
+    unknown = [kind for kind in kinds if kind not in (*CELL_TYPES, *SPLIT)]
+    if unknown:
+        raise ValueError(f"mesh: has cells of type {names(unknown)}; must be one of {names((*CELL_TYPES, *SPLIT))}")
+    listed = [cells_of(source, i) for i in blocks]
+    corners = [cells[:, : _corners(source.cells[i].type)] for i, cells in zip(blocks, listed, strict=True)]
+    collapsed = any((np.diff(np.sort(cells, axis=1), axis=1) == 0).any() for cells in corners if cells.shape[1] > 4)
+    if len(kinds) > 1 or kinds[0] in SPLIT or collapsed:
+        what = "cells that lack corners, or are of type" if collapsed else "cells of type"
+        caution(f"mesh: its {what} {names(kinds)} are split into straight tetrahedra")
+        return blocks, corners, "tetra"
+    if kinds[0] == "hexahedron20":
+        caution("mesh: midpoints of hexahedron20 are dropped, so edges become straight; hexahedron27 keeps them")
+        return blocks, corners, "hexahedron20"
+    return blocks, listed, kinds[0]
 
 
-def _edges(points: Vector, corners: Numbers) -> Vector:
-    """Lengths of the edges of each cell, m: of a tetrahedron those at its first corner and those of the opposite
-    face.
-    """
-    frames = CORNER_NEIGHBOURS[8] if corners.shape[1] == 8 else ((0, 1, 2, 3), (1, 2, 3), (2, 3))
-    pairs = np.array([(start, other) for start, *others in frames for other in others])
-    lengths: Vector = np.linalg.norm(points[corners[:, pairs[:, 0]]] - points[corners[:, pairs[:, 1]]], axis=2)
-    return lengths
+def _as_one_type(points: Vector, listed: list[Numbers], kind: str) -> tuple[Numbers, Numbers]:
+    """The cells of all blocks, split where they have another type, and for each the cell that it is part of."""
+    if all(cells.shape[1] == listed[0].shape[1] for cells in listed) and (kind != "tetra" or listed[0].shape[1] == 4):
+        cells = np.concatenate(listed)
+        return cells, np.arange(len(cells))
+    parts = [tetrahedra(cells) for cells in listed]
+    starts = np.cumsum([0, *(len(cells) for cells in listed)])
+    cells = np.concatenate([part for part, _ in parts])
+    parent = np.concatenate([start + owner for (_, owner), start in zip(parts, starts[:-1], strict=True)])
+    # A cell that lacks a corner has tetrahedra without volume.
+    solid = (np.diff(np.sort(cells, axis=1), axis=1) > 0).all(axis=1)
+    cells, parent = cells[solid], parent[solid]
+    edges = points[cells[:, 1:]] - points[cells[:, :1]]
+    turned = np.linalg.det(edges) < 0.0
+    cells[turned] = cells[turned][:, [0, 2, 1, 3]]
+    return cells, parent
 
 
 def _check_scale(points: Vector, edges: Vector, scale: float | None) -> None:

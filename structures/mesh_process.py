@@ -103,7 +103,9 @@ def by_gmsh(path: str) -> dict[str, Any]:
             at = order[np.minimum(at, len(order) - 1)].reshape(-1, count)
             if len(tags) == 0 or (tags[at].ravel() != nodes).any():
                 raise ValueError("a cell has a point that is not defined")
-            name = KINDS.get(int(kind), str(called))
+            if int(kind) not in KINDS:
+                raise ValueError(f"cells of type {called}, which no body here is made of")
+            name = KINDS[int(kind)]
             cells.append((name, at[:, ORDER[name]] if name in ORDER else at))
             block_of.setdefault((dimension, entity), []).append(len(cells) - 1)
     groups = [

@@ -6,16 +6,19 @@ from types import MappingProxyType
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from structures.caution import caution
 from structures.checks import one_of
+from structures.split_cells import Numbers as Numbers
+from structures.split_cells import triangles
 from structures.structure import Vector
 
-Numbers: TypeAlias = NDArray[np.int64]
 Tag: TypeAlias = str | int
 Groups: TypeAlias = dict[Tag, Numbers]
 
+
+FARTHEST = 1e12
+"""Coordinates are smaller, in any unit of length."""
 
 LARGEST_TAG = 2.0**53
 """Larger numbers are no tags."""
@@ -60,21 +63,19 @@ def points_of(source: Any, flat: bool = False) -> Vector:
     points = np.asarray(source.points, dtype=float)
     if flat and points.ndim == 2 and points.shape[1] == 2:
         points = np.column_stack([points, np.zeros(len(points))])
-    if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
+    if points.ndim != 2 or points.shape[1] != 3 or not (np.abs(points) < FARTHEST).all():
         raise ValueError(
-            f"mesh: has points of shape {points.shape}; must be finite, with {'two or ' * flat}three coordinates each"
+            f"mesh: has points of shape {points.shape}; must be finite numbers below {FARTHEST:g}, with "
+            f"{'two or ' * flat}three coordinates each"
         )
     return points
 
 
-def joined(source: Any, blocks: list[int], kind: str) -> Numbers:
-    """All cells, one row of points each."""
-    cells = np.concatenate([np.asarray(source.cells[i].data, dtype=np.int64) for i in blocks])
-    if cells.min() < 0 or cells.max() >= len(source.points):
+def cells_of(source: Any, block: int) -> Numbers:
+    """The cells of a block, one row of points each; a ValueError where points do not exist."""
+    cells = np.asarray(source.cells[block].data, dtype=np.int64)
+    if cells.size and (cells.min() < 0 or cells.max() >= len(source.points)):
         raise ValueError(f"mesh: has a cell with point {cells.max()}, but only {len(source.points)} points")
-    if kind == "hexahedron20":
-        caution("mesh: midpoints of hexahedron20 are dropped, so edges become straight; hexahedron27 keeps them")
-        cells = cells[:, :8]
     return cells
 
 
@@ -178,8 +179,14 @@ def tagged_facets(source: Any, mesh: Any, number: Numbers, kinds: Mapping[str, i
     corners = np.sort(mesh.facets[:, boundary], axis=0).T
     place = {tuple(key): facet for key, facet in zip(corners.tolist(), boundary.tolist(), strict=True)}
     blocks = [i for i, block in enumerate(source.cells) if block.type in kinds]
-    listed = [np.sort(number[source.cells[i].data[:, : kinds[source.cells[i].type]]]) for i in blocks]
-    found = np.array([place.get(tuple(key), -1) for block in listed for key in block.tolist()], dtype=np.int64)
+    parts: tuple[list[int], list[int]] = ([], [])
+    for i in blocks:
+        facets = number[cells_of(source, i)[:, : kinds[source.cells[i].type]]]
+        # Both triangles of a quadrilateral where cells were split.
+        halves = triangles(facets) if facets.shape[1] > corners.shape[1] else (facets, facets)
+        for part, half in zip(parts, halves, strict=True):
+            part += [place.get(tuple(key), -1) for key in np.sort(half).tolist()]
+    found = np.array(parts, dtype=np.int64).T.reshape(-1, 2)
     groups, left = {}, {}
     for tag, members in tagged(source, blocks, mesh.dim() - 1, field).items():
         facets = found[members]

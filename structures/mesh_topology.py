@@ -1,7 +1,5 @@
 """How the cells of a mesh hang together: cells listed twice, points that coincide, cells that overlap, and hinges."""
 
-from collections.abc import Sequence
-
 import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
@@ -10,15 +8,8 @@ from scipy.spatial import cKDTree
 from structures.caution import caution
 from structures.checks import positive
 from structures.mesh_reading import Numbers, near
+from structures.split_cells import Sides
 from structures.structure import Vector
-
-Sides = Sequence[Sequence[int]]
-
-TETRAHEDRON: Sides = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2))
-HEXAHEDRON: Sides = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
-TRIANGLE: Sides = ((0, 1), (1, 2), (2, 0))
-QUADRILATERAL: Sides = ((0, 1), (1, 2), (2, 3), (3, 0))
-"""Corners of the sides of a cell in meshio's order, seen from outside in the same sense."""
 
 COINCIDENT = 1e-6
 """Points coincide that lie closer than this part of the shortest edge."""
@@ -30,17 +21,18 @@ MOST_PAIRS = 20
 """Pairs of points within `merge`, for each point of the mesh; more are no two parts that touch."""
 
 
-def merged(points: Vector, cells: Numbers, edges: Vector, distance: float | None) -> Numbers:
-    """For each point the one that stands for it, after points of cells within a distance, m, were joined."""
+def merged(points: Vector, used: Numbers, shortest: float, distance: float | None) -> Numbers:
+    """For each point the one that stands for it, after those used by cells were joined within a distance, m.
+
+    shortest: the shortest edge, m.
+    """
     alias = np.arange(len(points))
     if distance is None:
         return alias
-    shortest = float(edges.min())
     if positive("merge", distance, "m") > LARGEST_MERGE * shortest:
         raise ValueError(
             f"merge = {distance!r}: must be below {LARGEST_MERGE * shortest:.3g} m, half the shortest edge of the mesh"
         )
-    used = np.unique(cells)
     tree = cKDTree(points[used])
     if tree.count_neighbors(tree, distance) > MOST_PAIRS * used.size:
         raise ValueError(

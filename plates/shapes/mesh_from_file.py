@@ -11,8 +11,9 @@ from plates.shapes.shape import Cells, PlateMesh
 from structures.caution import caution
 from structures.checks import positive
 from structures.mesh_files import read_mesh, source_of
-from structures.mesh_reading import Numbers, Tag, Tags, joined, names, near, points_of, tagged_facets, used
-from structures.mesh_topology import QUADRILATERAL, TRIANGLE, check_joined, merged, once
+from structures.mesh_reading import Numbers, Tag, Tags, cells_of, names, near, points_of, tagged_facets, used
+from structures.mesh_topology import check_joined, merged, once
+from structures.split_cells import QUADRILATERAL, TRIANGLE, triangles
 from structures.structure import Vector
 
 LONGEST_SIDE, THINNEST = 10.0, 2e-4
@@ -59,9 +60,9 @@ class FlatMesh:
         self.source = source_of(source)
         read = read_mesh(source)
         points = self.scale * points_of(read, flat=True)
-        cells = _faces(read, points)
+        cells = _faces(read)
         count = cells.shape[1]
-        alias = merged(points, cells, _edges(points, cells), merge)
+        alias = merged(points, np.unique(cells), float(_edges(points, cells).min()), merge)
         cells = once(alias[cells], count)[0]
         points, cells, number = used(points, cells, count, alias)
         _check_size(points, thickness, scale)
@@ -148,7 +149,7 @@ class FlatMesh:
         return f"<FlatMesh: {self.summary()}, from {self.source}>"
 
 
-def _faces(source: Any, points: Vector) -> Numbers:
+def _faces(source: Any) -> Numbers:
     """The corners of the cells that fill the plate; triangles where the file has quadrilaterals as well."""
     kinds = {block.type for block in source.cells if block.type not in ("vertex", *LINES) and len(block.data)}
     solid = sorted(kinds - set(CELLS))
@@ -161,18 +162,12 @@ def _faces(source: Any, points: Vector) -> Numbers:
     found: dict[int, list[Numbers]] = {3: [], 4: []}
     for i, block in enumerate(source.cells):
         if block.type in kinds:
-            found[CELLS[block.type]].append(joined(source, [i], block.type)[:, : CELLS[block.type]])
+            found[CELLS[block.type]].append(cells_of(source, i)[:, : CELLS[block.type]])
     if not (found[3] and found[4]):
         return np.concatenate(found[3] or found[4])
     quadrilaterals = np.concatenate(found[4])
     caution(f"mesh: its {len(quadrilaterals)} quadrilaterals are split, as it has triangles as well")
-    at = points[quadrilaterals]
-    first, second = (np.linalg.norm(at[:, i] - at[:, i + 2], axis=1) for i in (0, 1))
-    parts = [
-        np.where((first <= second)[:, None], quadrilaterals[:, one], quadrilaterals[:, other])
-        for one, other in (([0, 1, 2], [0, 1, 3]), ([0, 2, 3], [1, 2, 3]))
-    ]
-    return np.concatenate([*found[3], *parts])
+    return np.concatenate([*found[3], *triangles(quadrilaterals)])
 
 
 def _edges(points: Vector, cells: Numbers) -> Vector:

@@ -432,7 +432,7 @@ def changed(**changes: Any) -> meshio.Mesh:
         (changed(times=1e3), r"in millimetres\? Give scale=1e-3"),
         (changed(point=(4, (2.0, 2.0, 0.0))), "both cells of a side lie on the same side"),
         (changed(point=(4, (0.5, 0.5, 0.1))), r"is not flat, its box is 1 × 1 × 0\.1 m; must lie in a plane"),
-        (changed(point=(4, (np.nan, 0.5, 0.0))), "must be finite"),
+        (changed(point=(4, (np.nan, 0.5, 0.0))), "must be finite numbers"),
         (changed(kind="tetra"), r"has cells of type 'tetra'; a panel's mesh is flat, see solid"),
         (changed(lines=True), "has neither triangles nor quadrilaterals"),
         ("no_such_file.msh", "there is no such file"),

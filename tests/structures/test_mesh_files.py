@@ -526,3 +526,48 @@ def test_a_curved_cell_that_folds_at_a_corner(share: float) -> None:
         BodyMesh(mesh)
     mesh.points[4, 0] = 0.0074
     assert volume(BodyMesh(mesh)) > 0.0
+
+
+WEDGES = [[0, 1, 2, 4, 5, 6], [0, 2, 3, 4, 6, 7]]
+PYRAMIDS = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
+
+
+def in_kinds(kinds: dict[str, Any]) -> meshio.Mesh:
+    """The cube of bricks, those of some layers along x in other types of cells; "first" is the first type."""
+    points, blocks = POINTS, []
+    layers = np.split(BRICKS, CELLS)
+    for layer, kind in zip(layers, kinds, strict=True):
+        if kind == "wedge":
+            cells = np.concatenate([layer[:, wedge] for wedge in WEDGES])
+        elif kind == "pyramid":
+            middle = len(points) + np.arange(len(layer))[:, None]
+            points = np.concatenate([points, POINTS[layer].mean(axis=1)])
+            cells = np.concatenate([np.column_stack([layer[:, base], middle]) for base in PYRAMIDS])
+        elif kind == "collapsed":
+            kind, cells = (
+                "hexahedron",
+                np.concatenate([layer[:, [a, b, c, c, d, e, f, f]] for a, b, c, d, e, f in WEDGES]),
+            )
+        else:
+            cells = layer
+        blocks.append((kind, cells))
+    quads = BRICKS[np.isclose(POINTS[BRICKS[:, 0], 2], 0.0)][:, :4]
+    sets = {"first": [np.arange(len(blocks[0][1])), [], [], []], "base": [[], [], [], np.arange(len(quads))]}
+    return meshio.Mesh(points, [*blocks, ("quad", quads)], cell_sets=sets)
+
+
+@pytest.mark.parametrize(
+    "kinds",
+    [
+        ("wedge", "wedge ", "wedge"),
+        ("hexahedron", "wedge", "hexahedron"),
+        ("wedge", "hexahedron", "pyramid"),
+        ("collapsed", "hexahedron", "collapsed"),
+    ],
+)
+def test_cells_of_several_types_are_split(kinds: Any) -> None:
+    """Into tetrahedra that fit, with the sets of their cells and of quadrilaterals on the boundary."""
+    with pytest.warns(hl.HertzlinkWarning, match="cells .*are split into straight tetrahedra"):
+        found = BodyMesh(in_kinds([kind.strip() for kind in kinds]))
+    assert measures(found, "base") == pytest.approx([VOLUME, 2 * FACETS, AREA])
+    assert volume(found, found.cells.of("material", "first")) == pytest.approx(VOLUME / CELLS)
