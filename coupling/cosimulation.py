@@ -17,7 +17,7 @@ from coupling.recording.dataset import dataset, summary
 from coupling.recording.frames import Frames
 from coupling.recording.trace import Trace
 from coupling.results.findings import warn
-from coupling.run_checks import check_before, checked
+from coupling.run_checks import MOST_OF_A_RUN, check_before, check_effort, checked
 from coupling.schemes.condensed import Condensed
 from coupling.schemes.iterated import Aitken
 from coupling.schemes.scheme import Scheme, check_scheme
@@ -69,6 +69,9 @@ class CoSimulation:
         The default window and dt. "screening" takes 40 windows and 160 steps in the shortest contact, about a fifth of
         the time: AR changes by at most 1e-4 on rods, plates and half-spaces, by 5e-4 where a light tip chatters, and
         energy by 1e-4. "reference" has four times the windows and steps of the default, so a sixteenth of its error.
+    most_steps : float
+        Steps of beads, summed over them, above which a run is refused before it begins. The default, 1e9, takes some
+        minutes, and is mostly exceeded by a time in another unit.
 
     Raises
     ------
@@ -100,6 +103,7 @@ class CoSimulation:
         waveform: str = "linear",
         behind: Facing | Sequence[Facing] = None,
         accuracy: str = "default",
+        most_steps: float = MOST_OF_A_RUN,
     ) -> None:
         several = not isinstance(chain, Chain) and isinstance(chain, Iterable)
         if several:
@@ -112,7 +116,7 @@ class CoSimulation:
         dt = None if dt is None else positive("dt", dt, "s")
         facing = for_each("structure", structure, len(chains), several)
         back = for_each("behind", behind, len(chains), several)
-        self.accuracy = accuracy_of(accuracy)
+        self.accuracy, self.most_steps = accuracy_of(accuracy), positive("most_steps", most_steps)
         self.interface = Interface(chains, facing, back, waveform == "quadratic", dt, self.accuracy.steps)
         closing = any(isinstance(box.participant, Closing) for box in self.interface.boxes)
         self.scheme: Scheme = (Aitken() if closing else Condensed()) if scheme is None else scheme
@@ -126,7 +130,7 @@ class CoSimulation:
         self._given: dict[str, Any] = {
             "chain": chains if several else chains[0], "structure": facing if several else facing[0], "scheme": scheme,
             "window": window, "dt": dt, "substeps": substeps, "waveform": waveform,
-            "behind": back if several else back[0], "accuracy": accuracy,
+            "behind": back if several else back[0], "accuracy": accuracy, "most_steps": most_steps,
         }  # fmt: skip
 
     @property
@@ -187,8 +191,6 @@ class CoSimulation:
         warn(findings)
         plan = self.plan(until, save_every)
         findings += warn_if_coarse(plan, self.interface, isinstance(self.window, Adaptive))
-        for chain in self.interface.chains:
-            chain.steps(until)
         waveform = {"waveform": WAVEFORMS[self.interface.quadratic]}
         given = {**self.describe(), "until": until, **plan.describe(self.interface, self.window), **waveform}
         clock = Trace() if instance("trace", trace, bool, "True or False") else None
@@ -208,7 +210,11 @@ class CoSimulation:
         return run if clock is None else run.assign_attrs(trace=clock.report())
 
     def plan(self, until: float, save_every: float | None = None) -> Plan:
-        """The division of a run into windows and saved times, or a ValueError for times that do not fit."""
+        """The division of a run into windows and saved times, or a ValueError for times that do not fit.
+
+        Nor does a run of more steps than `most_steps`.
+        """
+        check_effort(self.interface.chains, until, self.most_steps)
         given = self.window, self.substeps, until, save_every, self.accuracy.windows
         return plan_run(self.interface, self.scheme, *given)
 
@@ -279,7 +285,8 @@ class CoSimulation:
 
     def describe(self) -> dict[str, Any]:
         """The full input as plain data."""
-        return {**self.interface.describe(), "scheme": repr(self.scheme)}
+        asked = {} if self.most_steps == MOST_OF_A_RUN else {"most_steps": self.most_steps}
+        return {**self.interface.describe(), "scheme": repr(self.scheme), **asked}
 
     def start(self) -> CoupledState:
         """The state at time zero: strikers touch their first beads."""

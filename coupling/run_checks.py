@@ -23,6 +23,9 @@ LARGE = 1e-3
 LONG = 200.0
 """A record is too long if a wave could run to the structure and back so many times."""
 
+MOST_OF_A_RUN = 1e9
+"""Steps of beads in a run that nobody asked for: some minutes."""
+
 SHORTER = (1e-3, 1e-6)
 """What `until` is multiplied by where ms or µs may be meant."""
 
@@ -45,6 +48,29 @@ def check_before(chains: Sequence[MovingChain], until: float) -> list[str]:
     return [*_of_length(chains, until), *_of_losses(chains, until)]
 
 
+def check_effort(chains: Sequence[MovingChain], until: float, most: float) -> None:
+    """A ValueError for a run of more than so many steps of beads, which names what makes them many."""
+    steps = float(sum(one.steps(until) * one.mass.size for one in chains))
+    if steps <= most:
+        return
+    given = chains[0].dt
+    name = f"until = {until!r}" if given is None else f"dt = {given!r}"
+    asked = f"give most_steps = {float(f'{1.1 * steps:.1e}'):g} if it is meant"
+    raise ValueError(f"{name}: takes {steps:.2g} steps of beads; {asked}{_meant(chains, until)}")
+
+
+def _meant(chains: Sequence[MovingChain], until: float) -> str:
+    """The question whether a record that is far too long is in another unit; empty for another one."""
+    scale = max(_there_and_back(chains), *(one.chain.excitation.duration for one in chains))
+    meant = [factor * until for factor in SHORTER if factor * until <= LONG * scale < until]
+    return f"; did you mean until = {meant[0]:.4g} ({duration(meant[0])})?" if meant else ""
+
+
+def _there_and_back(chains: Sequence[MovingChain]) -> float:
+    """The time that a wave takes through the longest chain and back, s."""
+    return max(2.0 * one.transit_time + one.contact_time for one in chains)
+
+
 def _of_losses(chains: Sequence[MovingChain], until: float) -> list[str]:
     """A finding for each loss so strong that its coefficient may be in another unit."""
     findings = dict[str, None]()
@@ -64,15 +90,12 @@ def _of_losses(chains: Sequence[MovingChain], until: float) -> list[str]:
 
 def _of_length(chains: Sequence[MovingChain], until: float) -> list[str]:
     """A finding before the run where it is so long that another unit may be meant."""
-    there_and_back = max(2.0 * chain.transit_time + chain.contact_time for chain in chains)
-    scale = max(there_and_back, *(one.chain.excitation.duration for one in chains))
-    if until <= LONG * scale:
+    once = _there_and_back(chains)
+    if until <= LONG * max(once, *(one.chain.excitation.duration for one in chains)):
         return []
-    meant = [factor * until for factor in SHORTER if factor * until <= LONG * scale]
-    question = f"; did you mean until = {meant[0]:.4g} ({duration(meant[0])})?" if meant else ""
     return [
-        f"until = {until:g} s: is {until / there_and_back:.2g} times the {duration(there_and_back)} that a wave takes "
-        f"through the chain and back{question}"
+        f"until = {until:g} s: is {until / once:.2g} times the {duration(once)} that a wave takes "
+        f"through the chain and back{_meant(chains, until)}"
     ]
 
 

@@ -352,6 +352,7 @@ def test_a_wrong_case_is_one_line(
         ("run.window=-2 us", 'run.window: "-2 us" must be a positive number of s'),
         ("run.until=1" + "0" * 400, "is not finite; must be a time, such as 1.5 ms"),
         ("run.until=1" + "0" * 5000, "has no unit; must be a time, such as 1.5 ms"),
+        ("run.until=150 s", 'run.until: "150 s": takes 6.'),
         ("chain.bead.diameter=9.53 Mm", '"9.53 Mm": half of it must lie between 1e-09 and 1e+06 m'),
         ("chain.bead.diameter=9.53e6", "9530000.0: half of it must lie between 1e-09 and 1e+06 m"),
         ("structure.layers[0].radius=1e9", "structure.layers[0].radius: "),

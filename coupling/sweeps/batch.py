@@ -332,8 +332,6 @@ def _plan(simulation: CoSimulation, until: float, interval: float) -> Plan:
             f"runs: holds {simulation!r}, which the compiled loop cannot run; a batch needs a scheme that repeats, in "
             "windows of one substep, and linear structures that are small; use reduce, or sweep"
         )
-    for chain in simulation.interface.chains:
-        chain.steps(until)
     return plan
 
 

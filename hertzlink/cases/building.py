@@ -56,6 +56,7 @@ def simulation_of(
         return CoSimulation(
             chains if many else chains[0], facing if many else facing[0], scheme, window, run.dt, substeps=run.substeps,
             waveform=run.waveform, behind=behind if many else behind[0], accuracy=run.accuracy,
+            most_steps=run.most_steps,
         )  # fmt: skip
     except ValueError as error:
         raise _fault(str(error)) from error

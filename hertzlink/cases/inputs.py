@@ -25,7 +25,7 @@ ACCURACIES = ("default", "screening", "reference")
 
 KNOWN = {
     "chain", "structure", "chains", "structures", "contacts", "scheme", "until", "window", "substeps", "save_every",
-    "steps", "waveform",
+    "steps", "waveform", "most_steps",
 }  # fmt: skip
 """Entries of the input of a run: of one chain on one structure, or of several with their contacts."""
 
@@ -83,6 +83,8 @@ def from_input(given: str | Mapping[str, Any] | xr.Dataset) -> Case:
         run["scheme"] = scheme
     if data["waveform"] != "linear":
         run["waveform"] = data["waveform"]
+    if "most_steps" in data:
+        run["most_steps"] = data["most_steps"]
     return _planned(whole, run, data)
 
 

@@ -4,6 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 
+from coupling.run_checks import MOST_OF_A_RUN
 from coupling.schemes.condensed import Condensed
 from coupling.schemes.explicit import Explicit
 from coupling.schemes.iterated import IQN_ILS, Aitken, FixedPoint
@@ -125,6 +126,7 @@ class RunPart(Part):
     adaptive: AdaptivePart | None = None
     substeps: Annotated[int, Field(ge=1)] | None = None
     waveform: Literal["linear", "quadratic"] = "linear"
+    most_steps: Annotated[float, Unit("", "a number of steps of beads", "1e10")] = MOST_OF_A_RUN
 
 
 class Steps(Part):

@@ -12,7 +12,7 @@ from coupling.results.measures import sensor_force
 from coupling.sweeps.critical_search import find_critical_distance
 from coupling.sweeps.sweep import sweep
 from hertzlink.cases.axes import Axis, axes_of, path_of
-from hertzlink.cases.case import Case, run_once
+from hertzlink.cases.case import Case, of_run, run_once
 from hertzlink.cases.faults import Fault
 from hertzlink.cases.paths import Path, put, written
 
@@ -151,7 +151,8 @@ def run_task(task: Task, jobs: int | None = None) -> xr.Dataset:
         build = Build(case, task.axes)
         measure = Measure(task.sensors, case.model.measure.traces, case.model.measure.chain)
         axes: dict[str, Any] = {one.name: one.values for one in task.axes}
-        data = sweep(build, case.until, jobs=jobs, measure=measure, **axes)
+        with of_run():
+            data = sweep(build, case.until, jobs=jobs, measure=measure, **axes)
     else:
         data = _critical(task, jobs)
     for axis in task.axes:

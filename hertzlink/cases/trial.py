@@ -30,6 +30,8 @@ def trial(task: Task) -> str:
         begin = perf_counter()
         simulation = first.simulation()
         building = perf_counter() - begin
+        with of_run():
+            plan = simulation.plan(first.until, first.model.run.save_every if not task.axes else None)
         short = first.until / PART
     # Of a short run warnings mean little.
     with collected():
@@ -48,8 +50,6 @@ def trial(task: Task) -> str:
     chains, structures = simulation.interface.chains, simulation.interface.structures
     lines += [f"{_numbered('chain', i, chains)}: {one.chain!r}" for i, one in enumerate(chains)]
     lines += [f"{_numbered('structure', i, structures)}: {_structure(one)}" for i, one in enumerate(structures)]
-    with of_run():
-        plan = simulation.plan(first.until, first.model.run.save_every if not task.axes else None)
     lines.append(f"record: {1e3 * first.until:g} ms, saved every {1e6 * plan.interval:.3g} µs, {plan.rows} times")
     of = f" of chain {first.model.measure.chain}" if len(chains) > 1 else ""
     lines.append(f"sensors: bead {', '.join(map(str, task.sensors))}{of}")

@@ -78,7 +78,9 @@ def test_only_the_process_that_started_others_sees_ctrl_c() -> None:
     assert signal.pthread_sigmask(signal.SIG_BLOCK, []) == before
 
 
-@pytest.mark.parametrize(("name", "silent"), [("LokyProcess-1", False), ("LokyProcess-2", True), ("LokyProcess-11", True)])
+@pytest.mark.parametrize(
+    ("name", "silent"), [("LokyProcess-1", False), ("LokyProcess-2", True), ("LokyProcess-11", True)]
+)
 def test_one_process_says_that_it_compiles(monkeypatch: pytest.MonkeyPatch, name: str, silent: bool) -> None:
     """Those of a sweep compile the same kernels at the same time."""
     calls: list[bool] = []

@@ -114,6 +114,38 @@ def test_a_run_that_is_far_too_long_is_warned_of_before_it_begins(
     assert message.endswith(f"; did you mean until = {meant}?")
 
 
+MANY = (
+    r"until = 1.5: takes 1\.\de\+09 steps of beads; give most_steps = 1\.\de\+09 if it is meant; did you mean .*1.5 ms"
+)
+
+
+@pytest.mark.filterwarnings("ignore::hertzlink.HertzlinkWarning")
+def test_a_run_of_too_many_steps_is_refused_unless_asked_for() -> None:
+    """One rule for runs, batches and sweeps; a step that is too short is named instead of the time."""
+    chain = hl.Chain([BEAD] * 20, BEAD, 0.3)
+    simulation = hl.CoSimulation(chain, None)
+    for run in (
+        lambda: simulation.run(1.5),
+        lambda: simulation.plan(1.5),
+        lambda: hl.batch([chain], 1.5, save_every=1e-3),
+        lambda: hl.sweep(lambda n: simulation, 1.5, jobs=1, n=[1]),
+    ):
+        with pytest.raises(ValueError, match=MANY):
+            run()
+    with pytest.raises(ValueError, match=r"dt = 1e-13: takes 2\.1e\+11 steps of beads; give most_steps = 2\.3e\+11 if"):
+        hl.CoSimulation(chain, None, dt=1e-13).run(1e-3)
+    with pytest.raises(ValueError, match=r"most_steps = 0: must be a positive number"):
+        simulation.replace(most_steps=0)
+    asked = simulation.replace(most_steps=1e4)
+    with pytest.raises(ValueError, match="give most_steps = "):
+        asked.run(1e-3)
+    assert simulation.replace(most_steps=2e9).plan(1.5).rows > 1e6
+    run = hl.CoSimulation(chain, None, most_steps=1e8).run(2e-4)
+    case = hl.from_input(run.attrs["input"])
+    assert case.data["run"]["most_steps"] == 1e8
+    assert case.run().identical(run)
+
+
 def test_batches_and_explicit_chains_warn_of_their_length_too(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("coupling.sweeps.batch.run_thin", None)
     monkeypatch.setattr("coupling.explicit_chain.explicit_bead", None)
