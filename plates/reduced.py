@@ -209,7 +209,7 @@ class ReducedPlate:
             for name, value in (("x", one.x), ("y", one.y)):
                 self._check_inside(name + one.number, value, getattr(self, name))
         loads = self.basis.contact(np.column_stack([one.sign * self._vector(one.x, one.y) for one in contacts]))
-        modes = compressed(self.basis.square, loads, self.size * len(contacts))
+        modes = compressed(self.basis, loads, self.size * len(contacts))
         report: dict[str, Any] = {"size": modes.square.size, "tolerance": self.tolerance}
         (pulse, error), *shorter = self.basis.errors
         report |= {"pulse": pulse, "error_estimate": error, "shorter_pulses": shorter, "shared": self._shared}

@@ -28,14 +28,13 @@ PULSE_HALVINGS = 3
 """
 
 EXPANSION_POINT = 2.0 * np.pi * 35.0e3
-"""Real expansion point s of the Krylov space, 1/s, in the upper half of the band that steel beads excite. Of 15 to 80
-kHz, tried on plates and rods, it needs the fewest vectors for records of 1.5 to 3.5 ms.
+"""Real expansion point s of the Krylov space, 1/s, for the default pulse, in the upper half of the band that steel
+beads excite. Of 15 to 80 kHz, tried on plates and rods, it needs the fewest vectors for records of 1.5 to 3.5 ms. For
+other pulses it is inversely proportional to their length, so that a body ten times as large needs the same vectors.
 """
 
-LONG_PULSE, LONGEST_PULSE = 100e-6, 10e-3
-"""s. Between them the expansion point falls as the band that the pulse excites: a rubber ball that is pressed for 2 ms
-needs 50 vectors instead of more than 400. It falls no further, so that K + s²M of a free body stays far from singular.
-"""
+LONGEST_PULSE = 2.5e-3
+"""s. For longer pulses the expansion point falls no further, so that K + s²M of a free body stays far from singular."""
 
 WEIGHT_DECAY = 4.0
 """The error is weighted with e^(−4 t/until) in time: the contact meets the first echoes, not the last ones."""
@@ -53,7 +52,8 @@ LEAST_ARM_STIFFNESS = 1e-14
 """A direction gets no arm if the stiffness of the arm there is below this fraction of its largest stiffness."""
 
 NEGATIVE_ROUNDING = 1e-9
-"""A negative square of an angular frequency above −NEGATIVE_ROUNDING · SHIFT² is attributed to rounding."""
+"""A negative square of an angular frequency above −NEGATIVE_ROUNDING s² is attributed to rounding. s: the expansion
+point, at least that of the default pulse."""
 
 RANDOM_PROBES = 3
 """Random vectors for the comparison with α M + β K: two coefficients are fitted, and three vectors of n numbers leave
@@ -145,7 +145,7 @@ def reduce(
     field = known_field(structure) if keep_field else None
     if structure.mass.count_nonzero() == 0:
         return structure
-    krylov = _Krylov(structure, min(largest, size), _expansion_point(pulse))
+    krylov = _Krylov(structure, min(largest, size), expansion_point(pulse))
     before, modes, estimate = None, None, np.inf
     answers = list[Vector]()
     while estimate > tolerance and krylov.grow(VECTORS_PER_BLOCK * structure.contacts):
@@ -167,9 +167,9 @@ def reduce(
     return _made_of(modes, structure, report, until, kept)
 
 
-def _expansion_point(pulse: float) -> float:
+def expansion_point(pulse: float) -> float:
     """The expansion point for a pulse of this length, 1/s."""
-    return EXPANSION_POINT * (LONG_PULSE / min(max(pulse, LONG_PULSE), LONGEST_PULSE))
+    return EXPANSION_POINT * (DEFAULT_PULSE / min(pulse, LONGEST_PULSE))
 
 
 class Modes(NamedTuple):
@@ -218,7 +218,7 @@ class _Body:
     """
 
     def __init__(self, structure: Structure, point: float) -> None:
-        self.mass, self.stiffness = structure.mass, structure.stiffness
+        self.mass, self.stiffness, self.point = structure.mass, structure.stiffness, point
         self.contact = structure.contact.reshape(structure.size, -1)
         self.solve, damping, arms = (
             shifted_solve(structure, point),
@@ -244,7 +244,7 @@ class _Body:
         """The matrix, compared with M and K by their products with random vectors, in units that suit Hermite
         elements.
         """
-        scale = 1.0 / np.sqrt(self.stiffness.diagonal() + EXPANSION_POINT**2 * self.mass.diagonal())[:, None]
+        scale = 1.0 / np.sqrt(self.stiffness.diagonal() + self.point**2 * self.mass.diagonal())[:, None]
         probe = scale * np.random.default_rng(0).normal(size=(scale.size, RANDOM_PROBES))
         units = np.column_stack([(scale * (self.mass @ probe)).ravel(), (scale * self.elastic(probe)).ravel()])
         found = (scale * apply(probe)).ravel()
@@ -330,7 +330,7 @@ class _Krylov:
         basis = self.basis[: self.size]
         square, vectors = eigh(self.stiffness[: self.size, : self.size])
         contact = vectors.T @ (basis @ self.body.contact)
-        if square.size and square[0] < -NEGATIVE_ROUNDING * EXPANSION_POINT**2:
+        if square.size and square[0] < -NEGATIVE_ROUNDING * max(self.body.point, EXPANSION_POINT) ** 2:
             raise ValueError(
                 "stiffness: must have no negative eigenvalue, but there is a motion that grows as "
                 f"e^(t/τ) with τ = {1.0 / np.sqrt(-square[0]):.3g} s"

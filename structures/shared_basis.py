@@ -8,7 +8,7 @@ from scipy.linalg import eigh
 
 from structures.factor import Matrices
 from structures.one_thread import one_thread
-from structures.reduction import EXPANSION_POINT, LEAST_NEW_PART, Modes, change, pulse_answer
+from structures.reduction import LEAST_NEW_PART, Modes, change, expansion_point, pulse_answer
 from structures.structure import Vector
 
 Whole = NDArray[np.intp]
@@ -64,7 +64,7 @@ def shared_basis(
     checks: n × p, vectors at whose direct responses and responses to each other the error is estimated, by its change
     over the last ten blocks or more, until it is below the tolerance for the first of the pulses, s.
     """
-    krylov = _Block(matrices, min(largest, loads.shape[0]))
+    krylov = _Block(matrices, min(largest, loads.shape[0]), expansion_point(pulses[0]))
     krylov.start(loads)
     modes, error = krylov.modes(checks), np.inf
     before, answer = modes, pulse_answer(modes, until, pulses[0])
@@ -77,12 +77,12 @@ def shared_basis(
     return SharedBasis(modes.square, rows, krylov.basis[: krylov.size, rows].T @ modes.vectors, errors)
 
 
-def compressed(square: Vector, contact: Vector, size: int) -> Modes:
-    """At most `size` oscillators with the response of many (ω² m, contact vectors m × p): block Lanczos in their space.
+def compressed(basis: SharedBasis, contact: Vector, size: int) -> Modes:
+    """At most `size` oscillators with the response of a basis (contact vectors m × p): block Lanczos in its space.
 
     The number of vectors, not a tolerance, ends it, so the result is a smooth function of the contact vectors.
     """
-    return _projected(_vectors(square, contact, size), square, contact)
+    return _projected(_vectors(basis, contact, size), basis.square, contact)
 
 
 def needed_size(basis: SharedBasis, contacts: Vector, until: float, tolerance: float) -> tuple[int, SharedBasis]:
@@ -91,7 +91,7 @@ def needed_size(basis: SharedBasis, contacts: Vector, until: float, tolerance: f
     """
     most, size, pulse = basis.square.size, COMPRESSION_STEP, basis.errors[0][0]
     for contact in contacts.T[:, :, None]:
-        vectors = _vectors(basis.square, contact, most)
+        vectors = _vectors(basis, contact, most)
         whole = pulse_answer(Modes(basis.square, contact, None, [], contact), until, pulse)
         high = most
         while high - size > COMPRESSION_STEP:
@@ -101,15 +101,16 @@ def needed_size(basis: SharedBasis, contacts: Vector, until: float, tolerance: f
         size = high
     added = np.zeros(len(basis.errors))
     for contact in contacts.T[:, :, None]:
-        both = compressed(basis.square, contact, size), Modes(basis.square, contact, None, [], contact)
+        both = compressed(basis, contact, size), Modes(basis.square, contact, None, [], contact)
         added = np.maximum(added, [_error(*both, until, pulse) for pulse, _ in basis.errors])
     errors = [(pulse, error + float(more)) for (pulse, error), more in zip(basis.errors, added, strict=True)]
     return size, basis._replace(errors=errors)
 
 
-def _vectors(square: Vector, contact: Vector, size: int) -> Vector:
+def _vectors(shared: SharedBasis, contact: Vector, size: int) -> Vector:
     """Orthonormal Krylov vectors of oscillators, started at the contacts, in rows."""
-    count, weight = min(size, square.size), 1.0 / (square + EXPANSION_POINT**2)
+    square, point = shared.square, expansion_point(shared.errors[0][0])
+    count, weight = min(size, square.size), 1.0 / (square + point**2)
     basis, pending, done = np.empty((count, square.size)), list(contact.T), 0
     near = 2 * contact.shape[1]
     while pending and done < count:
@@ -137,9 +138,9 @@ def _error(before: Modes, modes: Modes, until: float, pulse: float) -> float:
 class _Block:
     """The growing M-orthonormal basis, rows of `basis`; `weighted`: rows M v; and the projection of K."""
 
-    def __init__(self, matrices: Matrices, largest: int) -> None:
+    def __init__(self, matrices: Matrices, largest: int, point: float) -> None:
         self.mass, self.elastic = matrices.mass, matrices.stiffness
-        self.solve = matrices.shifted_solve(EXPANSION_POINT)
+        self.solve = matrices.shifted_solve(point)
         n = self.mass.shape[0]
         self.basis, self.weighted = np.empty((largest, n)), np.empty((largest, n))
         self.stiffness = np.empty((largest, largest))
