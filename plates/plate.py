@@ -368,7 +368,7 @@ class Plate:
             "supports": edges,
             "patch_radius": self.element.patch_radius or None,
             **self.element.described(),
-            "highest_frequency": self.highest_frequency,
+            "highest_frequency": None if self.shape.fixed else self.highest_frequency,
             "additions": [asdict(one) for one in self.additions],
             **contacts_data(contacts),
         }

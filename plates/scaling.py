@@ -145,7 +145,7 @@ def _origin(origin: Mapping[str, Any], section: Section, faster: float) -> dict[
         "thickness": section.thickness,
         "material": asdict(section.struck),
         "section": section_data(section),
-        "highest_frequency": faster * origin["highest_frequency"],
+        "highest_frequency": origin["highest_frequency"] and faster * origin["highest_frequency"],
         "scaled_from": {"thickness": origin["thickness"], "material": origin["material"]},
     }
     if "reduction" in origin:

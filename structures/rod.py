@@ -20,6 +20,9 @@ ELEMENT_TRAVEL_TIME = 1.0e-6
 """Time, s, that a wave needs to cross one quadratic element by default: 1/30 of the contact time of 9.5 mm steel beads.
 """
 
+ELEMENTS_PER_WAVE = 4.0
+"""Elements in the shortest wave that a mesh resolves."""
+
 FEWEST_ELEMENTS = 8
 """In each layer, so that short layers still deform."""
 
@@ -161,7 +164,11 @@ def rod(
     if base == "fixed":
         kept = np.setdiff1d(np.arange(size), [bottom])
         mass, stiffness, contact = mass[kept][:, kept], stiffness[kept][:, kept], contact[kept]
-    origin = {"kind": "rod", "base": base, "elements": counts, "layers": [asdict(layer) for layer in layers]}
+    crossing = max(layer.length / layer.material.bar_speed / count for layer, count in zip(layers, counts, strict=True))
+    origin = {
+        "kind": "rod", "base": base, "elements": counts, "layers": [asdict(layer) for layer in layers],
+        "highest_frequency": 1.0 / (ELEMENTS_PER_WAVE * crossing),
+    }  # fmt: skip
     if cut:
         origin["cracks"] = cut
     return Structure(mass, stiffness, damping, contact, 0.0, surfaces[0] if len(surfaces) == 1 else surfaces, origin)

@@ -1,7 +1,7 @@
 """Solids of any shape, from a mesh file: three-dimensional linear elasticity with quadratic displacements."""
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict
 from itertools import combinations
 from math import pi, sqrt
@@ -14,7 +14,7 @@ from structures.body_mesh import BodyMesh
 from structures.caution import caution
 from structures.checks import finite, positive
 from structures.elastic_field import elastic_field
-from structures.elasticity import HIGHEST_FREQUENCY, body_matrices, shear_speed
+from structures.elasticity import body_matrices, shear_speed
 from structures.material import Material
 from structures.mesh_files import source_of
 from structures.mesh_reading import Numbers, Tag
@@ -24,6 +24,9 @@ from structures.surface import Surface
 log = logging.getLogger("hertzlink.solid")
 
 Point = tuple[float, float, float]
+
+EDGES_PER_WAVE = 4.0
+"""Edges in the shortest shear wave that a mesh resolves."""
 
 PATCH_DIVISOR = 12.0
 """The default radius of the patch is the shortest side of the bounding box divided by this number: a sixth of the
@@ -133,7 +136,6 @@ def solid(
     """
     body = BodyMesh(mesh, scale, merge, tags)
     materials, owner = body.materials(material)
-    _check_waves(body, materials)
     curvature = finite("curvature", curvature, "1/m")
     radius = body.shortest_side / PATCH_DIVISOR if patch_radius is None else positive("patch_radius", patch_radius, "m")
     patch = _Patch(body, _point("contact", contact), None if normal is None else _point("normal", normal), radius)
@@ -156,6 +158,7 @@ def solid(
         "scale": body.scale,
         **({} if merge is None else {"merge": merge}),
         **({} if tags is None else {"tags": tags}),
+        "highest_frequency": min(map(shear_speed, materials)) / (EDGES_PER_WAVE * body.longest_edge),
         "materials": [asdict(one) for one in materials],
     }
     struck = materials[owner[patch.cell]]
@@ -296,16 +299,6 @@ def _check_fine(corners: Vector, radius: float) -> None:
         raise ValueError(
             f"mesh: edges of {longest:.3g} m at the contact are too long for patch_radius = {radius:.3g} m; refine "
             f"them to {radius / PATCH_RADIUS_PER_EDGE:.3g} m, or use at least {PATCH_RADIUS_PER_EDGE * longest:.3g} m"
-        )
-
-
-def _check_waves(body: BodyMesh, materials: Sequence[Material]) -> None:
-    """Warn if cells are too large for the waves that beads excite."""
-    wave = min(shear_speed(material) for material in materials) / HIGHEST_FREQUENCY
-    if body.longest_edge > wave / 2.0:
-        caution(
-            f"mesh: edges of up to {body.longest_edge:.3g} m are too long for the shear waves of {wave:.3g} m that "
-            f"beads excite; refine them to {wave / 2.0:.3g} m"
         )
 
 

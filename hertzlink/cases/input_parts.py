@@ -204,6 +204,7 @@ def _damping(given: Mapping[str, Any], path: str) -> Data:
 
 
 def _rod(data: Data) -> None:
+    data.pop("highest_frequency", None)
     counts = set(data.pop("elements"))
     if len(counts) == 1:
         data["elements"] = counts.pop()
@@ -223,7 +224,7 @@ def _solid(data: Data) -> None:
     materials = data.pop("materials")
     if data["mesh"] == "meshio.Mesh" or len(materials) != 1:
         raise refused("structure.mesh", "a mesh in memory, or of several materials")
-    for name in ("cells", "fixed_facets", "fixed_area"):
+    for name in ("cells", "fixed_facets", "fixed_area", "highest_frequency"):
         data.pop(name, None)
     data["material"] = _material(materials[0], "structure.materials[0]")
 

@@ -6,9 +6,12 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from math import pi, sqrt
+from typing import Any
 
 import numpy as np
 import pytest
+import skfem
+import skfem.io.meshio
 import xarray as xr
 
 import hertzlink as hl
@@ -329,15 +332,44 @@ def test_a_push_that_is_too_short_for_the_reduction() -> None:
     assert second[1] == pytest.approx(second[2], rel=0.01)
 
 
-def test_a_push_that_is_too_short_for_the_mesh() -> None:
+def half_plane(frequency: float) -> hl.Structure:
+    return hl.half_plane(1e-3, hl.ALUMINIUM_6061, "clamped", 0.015, 1e-4, highest_frequency=frequency)
+
+
+def strip(frequency: float) -> hl.Structure:
+    """A strip of aluminium, 5 mm × 1 mm."""
+    return hl.beams.beam(0.1, 0.029, 0.0135, hl.ALUMINIUM_6061, at=0.04, highest_frequency=frequency)
+
+
+def cube_of_cells(count: int) -> hl.Structure:
+    line = np.linspace(0.0, 20e-3, count + 1)
+    mesh = skfem.io.meshio.to_meshio(skfem.MeshHex.init_tensor(line, line, line))
+    return hl.solid(mesh, hl.PTFE, contact=(10e-3, 10e-3, 20e-3), patch_radius=9.9e-3)
+
+
+@pytest.mark.parametrize(
+    ("make", "coarse", "cure", "enough"),
+    [
+        (lambda frequency: plate(1e-3, frequency), 4e4, r"highest_frequency=(\S+) suits it", None),
+        (lambda frequency: half_plane(frequency), 4e4, r"highest_frequency=(\S+) suits it", None),
+        (lambda frequency: strip(frequency), 4e4, r"highest_frequency=(\S+) suits it", None),
+        (lambda count: hl.rod([hl.Layer(HARD, 0.3, 9e-3)], elements=int(count)), 4, r"elements=(\d+) suits it", None),
+        (lambda count: cube_of_cells(int(count)), 4, r"a mesh (\S+) times as fine suits it", 6),
+    ],
+    ids=["plate", "half-plane", "beam", "rod", "solid"],
+)
+def test_a_push_that_is_too_short_for_the_mesh(make: Any, coarse: float, cure: str, enough: float | None) -> None:
+    """Every mesh that a push may be too short for says so, and with what it names, or less, there is no warning."""
     bead = hl.Sphere(0.5e-3, HARD)
     chain = hl.Chain([bead] * 14, bead, 0.4)
-    run = hl.CoSimulation(chain, hl.reduce(plate(1e-3), 1e-4, pulse=7e-6)).run(1e-4)
-    (finding,) = found(run, "mesh")
-    frequency = float(finding.split("highest_frequency=")[1].split()[0])
-    assert 1e5 < frequency < 2e5
-    finer = hl.CoSimulation(chain, hl.reduce(plate(1e-3, frequency), 1e-4, pulse=7e-6)).run(1e-4)
-    assert not found(finer, "mesh")
+
+    def warned(knob: float) -> list[str]:
+        return found(hl.CoSimulation(chain, hl.reduce(make(knob), 1e-4, pulse=7e-6)).run(1e-4), "mesh")
+
+    (finding,) = warned(coarse)
+    value = re.search(cure, finding)
+    assert value
+    assert not warned(enough or float(value[1]))
 
 
 def test_the_length_of_a_push() -> None:

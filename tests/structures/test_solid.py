@@ -275,13 +275,6 @@ def test_cells_numbered_the_other_way_round() -> None:
     assert found.contact.sum() == pytest.approx(-1.0)
 
 
-def test_cells_longer_than_half_a_wave() -> None:
-    with pytest.warns(
-        hl.HertzlinkWarning, match=r"edges of up to 0\.00693 m are too long for the shear waves of 0\.0123 m"
-    ):
-        solid(box(), hl.PTFE, TOP, patch_radius=WIDE)
-
-
 def test_more_degrees_of_freedom_than_are_wise(caplog: pytest.LogCaptureFixture, monkeypatch: Any) -> None:
     monkeypatch.setattr("structures.solid.MANY_DEGREES_OF_FREEDOM", 3992)
     solid(box(), hl.NYLON, TOP, patch_radius=WIDE)
