@@ -1,0 +1,161 @@
+"""Similarity: without gravity and losses of their own time, all lengths and times n times as large change no ratio.
+
+Stress, speed and force/length² stay; nothing in a builder, a reduction or a run may contain a length or a time.
+"""
+
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+import skfem
+import skfem.io.meshio
+
+import hertzlink as hl
+
+STEEL, PTFE, ALLOY = hl.STEEL_440C, hl.PTFE, hl.ALUMINIUM_6061
+CLAMPED = hl.Supports("clamped", "clamped", "clamped", "clamped")
+PULSE, UNTIL, FREQUENCY = 40e-6, 6e-4, 30e3
+RUBBER = hl.Material(4e6, 0.49, 1100.0)
+
+
+def layers(n: float) -> list[hl.Layer]:
+    return [hl.Layer(STEEL, 6e-3 * n, 9e-3 * n), hl.Layer(PTFE, 10e-3 * n, 9e-3 * n)]
+
+
+def up_to(n: float) -> dict[str, float]:
+    return {"highest_frequency": FREQUENCY / n}
+
+
+def rectangle(n: float, additions: list[Any] | None = None, supports: hl.Supports = CLAMPED) -> hl.Structure:
+    plate = hl.kirchhoff_plate(0.1 * n, 0.08 * n, 2e-3 * n, ALLOY, supports, additions=additions or [], **up_to(n))
+    return plate.at(0.04 * n, 0.03 * n)
+
+
+def cross_ply(n: float) -> hl.Structure:
+    carbon = hl.laminates.OrthotropicMaterial(135e9, 9e9, 0.3, 5e9, 5e9, 3.2e9, 1560.0)
+    wall = hl.laminates.Laminate([hl.laminates.Ply(carbon, 0.5e-3 * n, angle) for angle in (0.0, 1.5, 1.5, 0.0)])
+    return hl.kirchhoff_plate(0.1 * n, 0.08 * n, None, wall, CLAMPED, **up_to(n)).at(0.04 * n, 0.03 * n)
+
+
+def disc(make: Callable[..., Any], n: float) -> hl.Structure:
+    outline = hl.Outline(hl.circle(0.04 * n), edges=("rim",) * 96)
+    made = make(outline, 3e-3 * n, ALLOY, {"rim": "clamped"}, **up_to(n)).at(0.01 * n, 0.0)
+    assert isinstance(made, hl.Structure)
+    return made
+
+
+def cube(n: float) -> hl.Structure:
+    line = np.linspace(0.0, 20e-3 * n, 7)
+    mesh = skfem.io.meshio.to_meshio(skfem.MeshHex.init_tensor(line, line, line))
+    return hl.solid(mesh, hl.ACRYLIC, contact=(10e-3 * n, 10e-3 * n, 20e-3 * n), patch_radius=6e-3 * n, scale=1.0)
+
+
+def delaminated(n: float) -> hl.stepping.Closing:
+    flaw = hl.laminates.Delamination(tuple(edge * n for edge in (0.03, 0.05, 0.02, 0.04)), depth=0.3)
+    body = hl.reduce(rectangle(n, [flaw]), UNTIL * n, pulse=PULSE * n)
+    return hl.stepping.Closing(body, opening=[1e-6 * n] * 9)
+
+
+def cracked(n: float) -> hl.stepping.Closing:
+    body = hl.rod([hl.Layer(STEEL, 30e-3 * n, 9e-3 * n)] * 2, elements=20, cracks=[0])
+    return hl.stepping.Closing(hl.reduce(body, UNTIL * n, pulse=PULSE * n), opening=[2e-7 * n])
+
+
+BUILDERS: dict[str, Callable[[float], Any]] = {
+    "half-space": lambda n: hl.half_space(PTFE),
+    "rod": lambda n: hl.rod(layers(n), elements=20),
+    "viscous rod": lambda n: hl.damping.standard_linear_solid(hl.rod(layers(n), elements=12), 0.4, 2e-5 * n),
+    "damped rod": lambda n: hl.damping.rayleigh(hl.rod(layers(n), elements=20), 100.0 / n, 1e-7 * n),
+    "cracked rod": cracked,
+    "cylinder": lambda n: hl.layered_cylinder(layers(n), **up_to(n)),
+    "cylinder on ground": lambda n: hl.layered_cylinder(layers(n), base=hl.Foundation(1e12 / n), **up_to(n)),
+    "absorbing cylinder": lambda n: hl.layered_cylinder(layers(n), base="absorbing", **up_to(n)),
+    "shell": lambda n: hl.shells.spherical_shell(33e-3 * n, 3e-3 * n, ALLOY, **up_to(n)),
+    "ball": lambda n: hl.shells.spherical_shell(
+        33e-3 * n, 3.5e-3 * n, RUBBER, pressure=80e3, patch_radius=2.2e-3 * n, highest_frequency=3e3 / n
+    ),
+    "solid": cube,
+    "thin plate": rectangle,
+    "plate with additions": lambda n: rectangle(
+        n,
+        [
+            hl.PointMass(0.06 * n, 0.06 * n, 0.02 * n**3),
+            hl.Weakened((0.01 * n, 0.03 * n, 0.01 * n, 0.02 * n), 0.5),
+            hl.Stiffener((0.02 * n, 0.05 * n), (0.08 * n, 0.05 * n), 10.0 * n**4, 2.0 * n**4, 0.1 * n**2),
+            hl.laminates.Prestress(xx=5e4 * n),
+        ],
+    ),
+    "elastic edges": lambda n: rectangle(n, supports=hl.Supports(hl.ElasticEdge(1e6, 1e2 * n**2), "simple", "free")),
+    "laminate": cross_ply,
+    "delaminated plate": delaminated,
+    "thick plate": lambda n: hl.mindlin_plate(0.1 * n, 0.08 * n, 4e-3 * n, ALLOY, CLAMPED, **up_to(n)).at(
+        0.04 * n, 0.03 * n
+    ),
+    "thin panel": lambda n: disc(hl.kirchhoff_panel, n),
+    "thick panel": lambda n: disc(hl.mindlin_panel, n),
+    "any position": lambda n: hl.ReducedPlate(
+        hl.kirchhoff_plate(0.1 * n, 0.08 * n, 2e-3 * n, ALLOY, CLAMPED, **up_to(n)),
+        UNTIL * n, (0.03 * n, 0.05 * n), 0.03 * n, pulse=PULSE * n,
+    ).at(0.042 * n, 0.03 * n),
+    "half-plane": lambda n: hl.half_plane(2e-3 * n, ALLOY, "clamped", 0.03 * n, UNTIL * n, **up_to(n)),
+    "infinite plate": lambda n: hl.infinite_plate(2e-3 * n, ALLOY),
+    "beam": lambda n: hl.beams.beam(
+        0.1 * n, 0.9 * n**4, 0.05 * n**2, ALLOY, 0.04 * n, axial_force=200.0 * n**2, foundation=1e5, **up_to(n)
+    ),
+}  # fmt: skip
+
+TIES = {"thin panel", "thick panel", "delaminated plate"}
+"""Rounding decides which of two equal triangles is made, or which of two equal directions is left out: only for powers
+of two are their numbers those of another size."""
+
+
+LONG = {*TIES, "solid", "thick plate", "shell", "ball", "any position", "absorbing cylinder", "cylinder on ground"}
+
+
+def ratios(build: Callable[[float], Any], n: float) -> list[float]:
+    """AR, TOF/n, and of the force at a sensor, over n²: largest value, mean and middle."""
+    body = build(n)
+    if isinstance(body, hl.Structure) and body.size > 100:
+        body = hl.reduce(body, UNTIL * n, pulse=PULSE * n)
+    bead = hl.Sphere(4e-3 * n, STEEL)
+    chain = hl.Chain([bead] * 10, bead, impact_speed=0.2, gravity=9.81 / n, dissipation=hl.LinearDashpot(2.0 * n**2))
+    run = hl.CoSimulation(chain, body).run(UNTIL * n)
+    force = hl.sensor_force(run, 5).values / n**2
+    middle = float(force @ np.linspace(0.0, 1.0, force.size) / force.sum())
+    wave = hl.reflections(run, sensor=5).primary
+    found = [wave.amplitude_ratio, wave.time_of_flight / n] if wave else [0.0, 0.0]
+    return [*found, float(force.max()), float(force.mean()), middle]
+
+
+@pytest.mark.filterwarnings("ignore::hertzlink.HertzlinkWarning")
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.thorough] if name in LONG else []) for name in BUILDERS]
+)
+def test_all_lengths_and_times_multiplied(name: str) -> None:
+    expected = ratios(BUILDERS[name], 1.0)
+    for n in (1.0 / 16.0, 16.0) if name in TIES else (0.1, 10.0):
+        assert ratios(BUILDERS[name], n) == pytest.approx(expected, rel=1e-7)
+
+
+DEFAULTS: dict[str, Callable[[float], hl.Structure]] = {
+    "rod": lambda n: hl.rod(layers(n)),
+    "cylinder": lambda n: hl.layered_cylinder(layers(n)),
+    "plate": lambda n: hl.kirchhoff_plate(0.1 * n, 0.08 * n, 2e-3 * n, ALLOY, CLAMPED).at(0.04 * n, 0.03 * n),
+    "half-plane": lambda n: hl.half_plane(2e-3 * n, ALLOY, "clamped", 0.03 * n, UNTIL * n),
+    "beam": lambda n: hl.beams.beam(0.1 * n, 0.9 * n**4, 0.05 * n**2, ALLOY, 0.04 * n),
+}
+
+
+@pytest.mark.parametrize("name", DEFAULTS)
+def test_defaults_are_exact_enough_or_the_run_warns(name: str) -> None:
+    """Within 0.5 % of the greatest force, where meshes are for 40 kHz however short the push is."""
+    wanted = ratios(DEFAULTS[name], 10.0)
+    for n in (1.0, 0.3, 0.1):
+        with warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always")
+            found = ratios(DEFAULTS[name], n)
+        if not any(str(one.message).startswith("mesh: ") for one in said):
+            assert found[0] == pytest.approx(wanted[0], abs=5e-3)
+            assert found[2:] == pytest.approx(wanted[2:], rel=5e-3)
