@@ -55,6 +55,10 @@ LIKELY = {
     "beam": Likely(0.0, 1e6, "N m²", "", "N mm²"),
     # A standard deviation; noise as large as the force leaves nothing to see.
     "noise": Likely(0.0, 1.0, "times the greatest force", "", "%"),
+    # Beads of 1 to 40 mm: 10 mN to some kN.
+    "measured force": Likely(1e-3, 1e4, "N", "kN or V", "mN or mV"),
+    # A solitary wave of steel beads lasts 20 to 200 µs, one of soft beads a few ms.
+    "wave": Likely(1e-6, 0.01, "s", "ms or µs", "µs or ms"),
     # A run lasts a few ms; a process that takes more than a second does not show in it.
     "time": Likely(0.0, 1.0, "s", "", "µs or ms"),
 }

@@ -4,6 +4,7 @@ import math
 import re
 from decimal import Decimal
 from functools import cache
+from tokenize import TokenError
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -16,6 +17,10 @@ UNIT_TEXT = re.compile(r"[A-Za-zµμΩ°][\w µμΩ°·*/^²³⁴⁻¹-]{0,40}")
 
 LARGEST_POWER = re.compile(r"(\*\*|\^)\s*-?\d{2,}|\d{3,}")
 """Powers of two digits: no unit has them."""
+
+
+NO_UNIT = (ArithmeticError, AssertionError, AttributeError, KeyError, SyntaxError, TokenError, TypeError, ValueError)
+"""What pint raises, in addition to its own errors, for text that is no unit."""
 
 
 @cache
@@ -39,8 +44,21 @@ def factor(text: str, unit: str) -> Decimal:
         return Decimal(registry.Quantity(Decimal(1), found).to(wanted).magnitude)
     except pint.DimensionalityError:
         raise ValueError(f'"{text}" is no unit of this quantity') from None
-    except (pint.PintError, AttributeError, ArithmeticError, KeyError, TypeError, ValueError):
+    except (pint.PintError, *NO_UNIT):
         raise ValueError(f'"{text}" is no unit') from None
+
+
+@cache
+def is_unit(text: str) -> str:
+    """The full name of a unit, such as "microsecond" of "us", or "" for text that is no unit."""
+    import pint
+
+    if not UNIT_TEXT.fullmatch(text) or LARGEST_POWER.search(text):
+        return ""
+    try:
+        return str(_registry().parse_units(text))
+    except (pint.PintError, *NO_UNIT):
+        return ""
 
 
 def in_si(text: str) -> float:
@@ -54,5 +72,5 @@ def in_si(text: str) -> float:
     try:
         quantity = registry.Quantity(Decimal(found[1].replace("_", "")), registry.parse_units(found[2]))
         return float(quantity.to_base_units().magnitude)
-    except (pint.PintError, AttributeError, ArithmeticError, KeyError, TypeError, ValueError):
+    except (pint.PintError, *NO_UNIT):
         return math.nan

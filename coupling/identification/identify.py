@@ -15,11 +15,11 @@ from coupling.identification.measured import measured_signal
 from coupling.identification.misfit import GAIN, OF_SENSORS, TIME_ZERO, Misfit
 from coupling.identification.prediction import Prediction, Range, range_of
 from coupling.identification.search import ON_LINE, Search
-from coupling.results.signals import SECONDS
 from structures.caution import caution
 from structures.checks import duration, finite, not_negative, one_of, positive, short, whole
 from structures.one_thread import one_thread
 from structures.structure import Vector
+from structures.units import factor
 
 FROM_IMPACT = 4.0
 """Length of the prediction by default, in times that a wave takes through the chain: later ones depend on chance."""
@@ -228,7 +228,7 @@ def _check_record(prediction: Prediction, step: float, record: float) -> None:
 def _other_unit(step: float, record: float, contact: float, wave: float) -> str:
     """The unit in which the times of a signal that is too coarse would suit the chain, as a question."""
     for unit in ("ms", "us"):
-        size = SECONDS[unit]
+        size = float(factor(unit, "s"))
         if size * step <= contact / COARSEST and size * record >= 0.5 * wave:
             return f", or are its times in {unit.replace('u', 'µ')}? Then give time_unit = {unit!r}"
     return ""

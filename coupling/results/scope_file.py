@@ -1,121 +1,262 @@
-"""An oscilloscope's text file as numbers: encodings, delimiters, decimal commas, unit rows, saturated samples."""
+"""An oscilloscope's text file as columns of numbers: encodings, delimiters, decimal commas, words in their place."""
 
 import csv
 import re
-from collections.abc import Sequence
-from itertools import chain, pairwise
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from decimal import Decimal, InvalidOperation
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from coupling.results.binary_formats import refuse_binary
+from coupling.results.scope_header import Header
 from coupling.results.sensor import FEWEST_SAMPLES
 from structures.structure import Vector
 
-DELIMITERS = (";", "\t", ",", None)
+DELIMITERS = (";", "\t", "|", ",", None)
 
-SATURATED = re.compile(r"([+-]?)\s*(∞|inf|infinity|over|overflow|clip|clipped)", re.IGNORECASE)
-"""What scopes print for a sample beyond their range."""
+MINUS = str.maketrans({"−": "-", "–": "-", "‐": "-", "‑": "-", "﹣": "-", "－": "-", "\xa0": " ", "\u202f": " "})
+"""Signs and blanks of typeset numbers."""
 
-UNITS = {
-    "s": ("s", "sec", "second", "seconds"),
-    "ms": ("ms", "millisecond", "milliseconds"),
-    "us": ("us", "µs", "\u03bcs", "microsecond", "microseconds"),
-    "ns": ("ns", "nanosecond", "nanoseconds"),
-    "V": ("V", "volt", "volts"),
-    "mV": ("mV", "millivolt", "millivolts"),
-    "N": ("N", "newton", "newtons"),
-}
-"""Names of the units in header rows. Single words are compared without regard to case; symbols are not."""
-
-TIME_UNITS, FORCE_UNITS = ("s", "ms", "us", "ns"), ("V", "mV", "N")
-
-MOST_KEYS = 40
-"""Lines at the beginning that may hold "Vertical Units,V" before data or within them, as Tektronix scopes write."""
-
+HUGE = 1e30
+"""Scopes print 9.9E+37 and the like for a sample beyond their range."""
 
 LONGEST_LINE = 80
 """Characters of a line in a message."""
 
+CHUNK = 100_000
+"""Lines that are split at a time."""
 
-class ScopeTable(NamedTuple):
-    """The columns asked for, time first; inf marks a saturated sample."""
+TRIED = 400
+"""Lines that the delimiter is found from."""
 
-    values: Vector
-    lines: list[int]
-    units: list[str | None]
-    """What the header says, for each column; None where it says nothing."""
+MOST_KEYS = 60
+"""Lines at the beginning that may state something."""
+
+WINDOW, WINDOWS = 40, 3
+"""Lines at some places in which a column of times increases."""
+
+FEW, FEW_SHARE = 20, 0.01
+"""So many damaged lines, or this part of all, are left out; a file with more is refused."""
+
+COMMA_GROUPS = re.compile(r"[-+]?[1-9]\d{0,2}(,\d{3})+(\.\d*)?")
+DECIMAL_COMMA = re.compile(r"[-+]?(\d{1,3}([. '’]\d{3})+|\d*),\d*([eE][-+]?\d+)?")
+BLANK_GROUPS = re.compile(r"(?<=\d)[ '’](?=\d{3})")
+"""Thousands."""
+
+DATE_OR_CLOCK = re.compile(r"(?:.*[ T])?(\d{1,2}):(\d\d):(\d\d(?:[.,]\d+)?)\s*(?:Z|UTC)?$")
 
 
-def read_table(path: Path, columns: Sequence[int]) -> ScopeTable:
-    """The numbers of each sample, a column each, the line each stands on, and the units that the file names."""
-    text = decoded(path.read_bytes()).replace("\r\n", "\n").replace("\r", "\n")
-    lines = text.split("\n")
-    while lines and not lines[-1].strip():
-        lines.pop()
-    starts = ((i, d) for i, line in enumerate(lines) for d in DELIMITERS if _numbers(line, d, columns) is not None)
-    first, delimiter = next(starts, (len(lines), None))
-    if first == len(lines):
-        raise ValueError(f"{path}: {_unreadable(lines, columns)}")
-    rows, cells = [], len(_cells(lines[first], delimiter))
-    for i, line in enumerate(lines[first:], start=first + 1):
-        numbers = _numbers(line, delimiter, columns)
-        if numbers is None or len(_cells(line, delimiter)) < cells:
-            wanted = f"must hold {cells} columns, with numbers in {list(columns)}"
-            raise ValueError(f"{path}, line {i}: {line[:LONGEST_LINE]!r} {wanted}")
-        if np.isnan(numbers).any():
-            raise ValueError(f"{path}, line {i}: {line[:LONGEST_LINE]!r} must hold finite numbers")
-        rows.append(numbers)
-    if len(rows) < FEWEST_SAMPLES:
-        raise ValueError(f"{path}: holds {len(rows)} samples, must hold {FEWEST_SAMPLES} or more")
-    if not text.endswith("\n") and len(lines[-1]) < min(map(len, lines[first:-1])):
-        raise ValueError(
-            f"{path}, line {len(lines)}: {lines[-1]!r} looks cut off: shorter than all others, no line end"
+class Samples(NamedTuple):
+    """Numbers by column, NaN for what is no number, with the line of each row, and the lines that are no samples."""
+
+    header: Header
+    columns: dict[int, Vector]
+    cells: dict[int, list[str]]
+    lines: NDArray[np.int64]
+    no_samples: list[tuple[int, str]]
+    blank: int
+
+
+class ScopeFile:
+    """The text of a file: its lines that are not blank, and how cells are separated."""
+
+    def __init__(self, path: Path, columns: Sequence[int]) -> None:
+        """columns: those that are asked for. A ValueError where no line holds numbers there."""
+        self.path = path
+        content = path.read_bytes()
+        refuse_binary(path, content)
+        text = decoded(content).translate(MINUS).replace("\r\n", "\n").replace("\r", "\n")
+        every = re.sub(r"(?<=[^\n])\x1a", "\n\x1a", text.replace("\0", "")).split("\n")
+        self.numbers = [i for i, line in enumerate(every, start=1) if line.strip()]
+        self.lines = [every[i - 1] for i in self.numbers]
+        self._is_cut = bool(every[-1].strip())
+        self._quoted, self._doubled = '"' in text, False
+        tried = self._spread(TRIED)
+        scores = [sum(_holds(self._cells(line, d), columns) for line in tried) for d in DELIMITERS]
+        if not max(scores):
+            raise ValueError(f"{path}: {self._unreadable(columns)}")
+        self.delimiter = DELIMITERS[int(np.argmax(scores))]
+        rows = [self._cells(line, self.delimiter) for line in tried]
+        self.width = Counter(len(row) for row in rows if _holds(row, columns)).most_common(1)[0][0]
+        self._doubled = self.delimiter == "," and self._halves(rows)
+        if self._doubled:
+            self.width //= 2
+
+    @property
+    def states_interval(self) -> bool:
+        """Whether one of the first lines states the interval between samples."""
+        return self._header(0).interval() is not None
+
+    @property
+    def increasing(self) -> list[int]:
+        """The columns that increase from line to line, as times and numbers of samples do."""
+        places = np.linspace(0, max(0, len(self.lines) - WINDOW), WINDOWS + 2).astype(int)[1:-1]
+        windows = [next(self._rows(self.lines[place : place + WINDOW])) for place in places]
+        found = []
+        for column in range(self.width):
+            numbers = [
+                self._numbers([row[column] if len(row) > column else "" for row in rows], True) for rows in windows
+            ]
+            rises = [rise for one in numbers if (rise := _rise(one[np.isfinite(one)])) > 0.0]
+            if len(rises) >= WINDOWS - 1 and max(rises) < 1.5 * min(rises):
+                found.append(column)
+        return found
+
+    def samples(self, columns: Sequence[int], times: Sequence[int]) -> Samples:
+        """The numbers in these columns. times: those of them that hold times: a sample has a number there."""
+        cells: dict[int, list[str]] = {column: [] for column in columns}
+        widths: list[int] = []
+        for rows in self._rows(self.lines):
+            widths += map(len, rows)
+            for column, column_cells in cells.items():
+                column_cells += [row[column] if len(row) > column else "" for row in rows]
+        values = {c: self._numbers(one, c in times) for c, one in cells.items()}
+        self._forget_cut_cells(values, np.array(widths), columns)
+        known: NDArray[np.bool_] = np.any(np.isfinite(np.stack([values[c] for c in (times or columns)])), axis=0)
+        first, last = (int(known.argmax()), known.size - int(known[::-1].argmax())) if known.any() else (0, 0)
+        # Without times each line is a sample, also where its numbers are missing.
+        if not times:
+            known[first:last] = True
+        lost = [i for i in range(first, len(self.lines)) if not known[i]]
+        inside = [i for i in lost if i < last]
+        if len(inside) > max(FEW, FEW_SHARE * (last - first)):
+            wanted = f"must hold {self.width} columns, with numbers in {sorted(columns)}"
+            raise ValueError(
+                f"{self.path}, line {self.numbers[inside[0]]}: {self.lines[inside[0]][:LONGEST_LINE]!r} {wanted}"
+            )
+        if int(known.sum()) < FEWEST_SAMPLES:
+            raise ValueError(f"{self.path}: holds {int(known.sum())} samples, must hold {FEWEST_SAMPLES} or more")
+        lines = np.array(self.numbers)
+        header = self._header(first)
+        kept = known.nonzero()[0]
+        return Samples(
+            header, {c: one[kept] for c, one in values.items()},
+            {c: [one[i] for i in kept] for c, one in cells.items()}, lines[kept],
+            [(self.numbers[i], self.lines[i]) for i in lost],
+            int(lines[last - 1] - lines[first] + 1 - (last - first)),
+        )  # fmt: skip
+
+    def _header(self, above: int) -> Header:
+        """What the lines above the samples state, and the first ones."""
+        first = [_header_cells(line, self.delimiter) for line in self.lines[: max(above, MOST_KEYS)]]
+        return Header(first[:above], first[:MOST_KEYS], self.width)
+
+    def _forget_cut_cells(self, values: dict[int, Vector], widths: NDArray[np.int64], columns: Sequence[int]) -> None:
+        """The last cell of a line that is cut off is no number: of few short lines, and of a last line without end."""
+        short = (widths < self.width) & (widths > 0)
+        if short.sum() <= max(FEW, FEW_SHARE * short.size):
+            for column in columns:
+                values[column][short & (widths == column + 1)] = np.nan
+        usual = [len(line) for line in self.lines[-20:-1]]
+        if self._is_cut and usual and len(self.lines[-1]) < min(usual):
+            for one in values.values():
+                one[-1] = np.nan
+
+    def _rows(self, lines: Sequence[str]) -> Iterator[list[list[str]]]:
+        """The cells of each line, in pieces that fit the memory."""
+        for place in range(0, len(lines), CHUNK):
+            piece = lines[place : place + CHUNK]
+            quoted = self._quoted and self.delimiter is not None
+            rows = _quoted(piece, self.delimiter) if quoted else [line.split(self.delimiter) for line in piece]
+            yield [_joined(row) for row in rows] if self._doubled else rows
+
+    def _cells(self, line: str, delimiter: str | None) -> list[str]:
+        cells = _split(line, delimiter)
+        return _joined(cells) if self._doubled else cells
+
+    def _spread(self, most: int) -> list[str]:
+        """Some lines, from all over the file."""
+        return (
+            [self.lines[i] for i in np.unique(np.linspace(0, len(self.lines) - 1, most).astype(int))]
+            if self.lines
+            else []
         )
-    header = [_cells(line, delimiter) for line in lines[:first]]
-    keys = [_cells(line, delimiter) for line in lines[:MOST_KEYS]]
-    units = [_unit(header, keys, column, TIME_UNITS if k == 0 else FORCE_UNITS) for k, column in enumerate(columns)]
-    values = np.array(rows)
-    if (scale := _start_and_increment(header)) and (np.diff(values[:, 0]) >= 1.0).all():
-        values[:, 0] = scale[0] + scale[1] * values[:, 0]
-        units[0] = "s"
-    return ScopeTable(values, list(range(first + 1, len(lines) + 1)), units)
 
+    def _halves(self, rows: list[list[str]]) -> bool:
+        """Whether decimal commas have cut each number of unquoted columns in two, such as "-100,0,0,0540"."""
+        if self.width % 2 or self._quoted:
+            return False
+        full = [row for row in rows if len(row) == self.width and re.fullmatch(r"\s*[-+]?\d+\s*", row[0])]
+        ends = [cell.strip() for row in full for cell in row[1::2]]
+        if (
+            not full
+            or any("." in cell for row in full for cell in row)
+            or not all(re.fullmatch(r"\d+([eE][-+]?\d+)?", e) for e in ends)
+        ):
+            return False
+        heads = [row for row in rows[:3] if len(row) < self.width]
+        return any(2 * len(row) == self.width for row in heads) or any(len(e) > 1 and e[0] == "0" for e in ends)
 
-def _unreadable(lines: list[str], columns: Sequence[int]) -> str:
-    """What a file holds, of which no line has numbers in the columns, and what it must hold."""
-    wanted = f"must hold a line for each sample, with numbers in columns {', '.join(map(str, sorted(columns)))}"
-    kept = [(i, line) for i, line in enumerate(lines, start=1) if line.strip()]
-    if not kept:
-        return f"is empty; {wanted}, counted from 0"
-    i, line, numbers = max(((i, line, _columns(line)) for i, line in kept[:MOST_KEYS]), key=lambda one: len(one[2]))
-    if not numbers:
-        return f"holds no numbers, but text such as {line[:LONGEST_LINE]!r} in line {i}; {wanted}, counted from 0"
-    known = f"column{'s' * (len(numbers) > 1)} {', '.join(map(str, numbers))}"
-    comma = "; where decimals have commas, columns need another delimiter" if "," in line and "." not in line else ""
-    return f"line {i}, {line[:LONGEST_LINE]!r}, has numbers in {known} only; {wanted}, counted from 0{comma}"
+    def _numbers(self, cells: list[str], is_time: bool = False) -> Vector:
+        """Numbers, NaN for what is none and for marks of a sample beyond the range."""
+        try:
+            values = np.array([*map(float, cells)])
+        except ValueError:
+            values = np.array([_number(cell) for cell in self.plain(cells)])
+            if is_time and np.isnan(values).sum() > 0.5 * values.size:
+                values = np.array([_clock(cell) for cell in cells])
+        values[~(np.abs(values) < HUGE)] = np.nan
+        return values
 
+    def plain(self, cells: list[str]) -> list[str]:
+        """Cells with decimal points, and without commas, points, blanks and apostrophes between thousands."""
+        bare = [cell.strip().strip('"').strip() for cell in cells]
+        if any("," in cell for cell in bare):
+            groups = self._commas_group(bare)
+            bare = [cell.replace(",", "") if groups else _with_point(cell) for cell in bare]
+        return [BLANK_GROUPS.sub("", cell) for cell in bare]
 
-def _columns(line: str) -> list[int]:
-    """The columns of a line that hold numbers, with the delimiter that gives the most; none of a line of words."""
-    found: list[list[int]] = [[]]
-    for delimiter in DELIMITERS:
-        cells = _cells(line, delimiter)
-        numbers = [k for k, cell in enumerate(cells) if _is_number(cell)]
-        found.append(numbers if 2 * len(numbers) >= len(cells) else [])
-    return max(found, key=len)
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        _number(cell)
-    except ValueError:
+    def _commas_group(self, cells: list[str]) -> bool:
+        """Whether commas separate thousands: "1,048" among "54". A ValueError where nothing shows what they do."""
+        with_commas = [cell for cell in cells if "," in cell and re.fullmatch(r"[-+\d.,eE]+", cell)]
+        if not with_commas or not all(COMMA_GROUPS.fullmatch(cell) for cell in with_commas):
+            return False
+        if any("." in cell or cell.count(",") > 1 for cell in with_commas):
+            return True
+        if any("," not in cell and np.isfinite(_number(cell)) for cell in cells):
+            return True
+        if self.delimiter == ",":
+            raise ValueError(
+                f"{self.path}: {with_commas[0]!r} may be {with_commas[0].replace(',', '.')} or "
+                f"{with_commas[0].replace(',', '')}; export the trace with decimal points and no commas in numbers"
+            )
         return False
-    return True
+
+    def _unreadable(self, columns: Sequence[int]) -> str:
+        """What a file holds, of which no line has numbers in the columns, and what it must hold."""
+        wanted = f"must hold a line for each sample, with numbers in columns {', '.join(map(str, sorted(columns)))}"
+        if not self.lines:
+            return f"is empty; {wanted}, counted from 0"
+        kept = [*zip(self.numbers, self.lines, strict=True)][:40]
+        i, line, numbers = max(((i, line, _columns(line)) for i, line in kept), key=lambda one: len(one[2]))
+        if not numbers:
+            return f"holds no numbers, but text such as {line[:LONGEST_LINE]!r} in line {i}; {wanted}, counted from 0"
+        known = f"column{'s' * (len(numbers) > 1)} {', '.join(map(str, numbers))}"
+        comma = (
+            "; where decimals have commas, columns need another delimiter" if "," in line and "." not in line else ""
+        )
+        return f"line {i}, {line[:LONGEST_LINE]!r}, has numbers in {known} only; {wanted}, counted from 0{comma}"
+
+
+def from_first(cells: list[str], known: NDArray[np.bool_]) -> tuple[Vector, str]:
+    """Times less the first one, subtracted as decimals, and the text of the first."""
+    first = cells[int(known.argmax())]
+    try:
+        zero = Decimal(first.strip())
+        return np.array(
+            [float(Decimal(c.strip()) - zero) if k else np.nan for c, k in zip(cells, known, strict=True)]
+        ), first
+    except InvalidOperation:
+        values = np.array([_number(cell) for cell in cells])
+        return values - values[known][0], first
 
 
 def decoded(content: bytes) -> str:
-    """Text in UTF-8 or UTF-16, with or without a byte order mark, else in Latin-1."""
+    """Text in UTF-8 or UTF-16, with or without a byte order mark, else in the code page of Western Windows."""
     if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return content.decode("utf-16", errors="replace")
     beginning = content[:200]
@@ -125,64 +266,88 @@ def decoded(content: bytes) -> str:
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:
-        return content.decode("latin-1")
+        return content.decode("cp1252", errors="replace")
 
 
-def _cells(line: str, delimiter: str | None) -> list[str]:
-    if '"' in line and delimiter is not None:
-        return next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))
-    return line.split(delimiter)
+def _split(line: str, delimiter: str | None) -> list[str]:
+    return _quoted([line], delimiter)[0] if '"' in line and delimiter is not None else line.split(delimiter)
 
 
-def _numbers(line: str, delimiter: str | None, columns: Sequence[int]) -> list[float] | None:
-    """The numbers in these columns, the time first; None where one of them is no number."""
-    cells = _cells(line, delimiter)
+def _header_cells(line: str, delimiter: str | None) -> list[str]:
+    """Cells of a line above the samples, which may have another delimiter than these."""
+    if delimiter is None or delimiter not in line:
+        delimiter = next((one for one in DELIMITERS if one and one in line), None) or delimiter
+    return _split(line, delimiter)
+
+
+def _quoted(lines: Sequence[str], delimiter: str | None) -> list[list[str]]:
+    """Cells of lines with quotes; without them where one opens and is not closed."""
     try:
-        numbers = [_number(cells[column]) for column in columns]
-    except (ValueError, IndexError):
-        return None
-    return None if np.isinf(numbers[0]) else numbers
+        rows = [*csv.reader(lines, delimiter=delimiter or ",", skipinitialspace=True)]
+    except csv.Error:
+        rows = []
+    return rows if len(rows) == len(lines) else [line.replace('"', "").split(delimiter) for line in lines]
+
+
+def _with_point(cell: str) -> str:
+    """A number with a decimal point for its comma, without points between thousands."""
+    return cell.replace(".", "").replace(",", ".") if DECIMAL_COMMA.fullmatch(cell) else cell
+
+
+def _joined(cells: list[str]) -> list[str]:
+    """Pairs of cells as numbers with decimal points; a header stays as it is."""
+    if len(cells) % 2 or not re.fullmatch(r"\s*[-+]?\d+\s*", cells[0]):
+        return cells
+    return [f"{a.strip()}.{b.strip()}" for a, b in zip(cells[::2], cells[1::2], strict=True)]
+
+
+def _holds(cells: Sequence[str], columns: Sequence[int]) -> bool:
+    """Whether a line has numbers in these columns."""
+    return all(column < len(cells) and np.isfinite(_loose_number(cells[column])) for column in columns)
+
+
+def _columns(line: str) -> list[int]:
+    """The columns of a line that hold numbers, with the delimiter that gives the most; none of a line of words."""
+    found: list[list[int]] = [[]]
+    for delimiter in DELIMITERS:
+        cells = _split(line, delimiter)
+        numbers = [k for k, cell in enumerate(cells) if np.isfinite(_loose_number(cell))]
+        found.append(numbers if 2 * len(numbers) >= len(cells) else [])
+    return max(found, key=len)
+
+
+def _rise(values: Vector) -> float:
+    """The step of numbers that increase evenly, perhaps rounded; 0 for others."""
+    if values.size < WINDOW // 4:
+        return 0.0
+    steps, rise = np.diff(values), float(values[-1] - values[0]) / (values.size - 1)
+    off = np.abs(values - values[0] - rise * np.arange(values.size))
+    return rise if (steps >= 0.0).all() and off.max() <= 1.01 * steps.max() else 0.0
 
 
 def _number(cell: str) -> float:
-    """A number with a decimal point or comma; ±inf for a sample beyond the scope's range."""
+    """A number with a decimal point, or NaN."""
     try:
         return float(cell)
     except ValueError:
-        if saturated := SATURATED.fullmatch(cell.strip()):
-            return float(f"{saturated[1]}inf")
-        if cell.count(",") != 1:
-            raise
-        return float(cell.replace(",", "."))
+        if re.fullmatch(r"[-+]?[\d.]+[dD][-+]?\d+", cell):  # as Fortran writes exponents
+            return float(cell.upper().replace("D", "E")) if cell.count(".") < 2 else np.nan
+        return np.nan
 
 
-def _unit(header: list[list[str]], keys: list[list[str]], column: int, known: Sequence[str]) -> str | None:
-    """The unit of a column: of the nearest row above the data that names one, or of a line such as Vertical Units,V."""
-    key = "horizontal units" if known is TIME_UNITS else "vertical units"
-    cells = (row[column] for row in reversed(header) if len(row) > column)
-    named = (row[1] for row in keys if len(row) > 1 and row[0].strip().lower() == key)
-    found = (_known(cell, known) for cell in chain(cells, named))
-    return next((unit for unit in found if unit), None)
+def _loose_number(cell: str) -> float:
+    """A number, whatever its commas mean, or NaN."""
+    bare = cell.strip().strip('"').strip()
+    value = _number(bare)
+    if np.isnan(value) and re.fullmatch(r"[-+]?\d*([.,' ]\d+)*([eE][-+]?\d+)?", bare):
+        return _number(re.sub(r"[.,' ]", "", bare))
+    return value if not np.isnan(value) else _clock(cell)
 
 
-def _known(cell: str, known: Sequence[str]) -> str | None:
-    """The unit in "(ms)", "Time [ms]" or "Second"."""
-    bracketed = re.search(r"[(\[]\s*([^()\[\]]+?)\s*[)\]]\s*$", cell)
-    word = bracketed[1] if bracketed else cell.strip().strip('"')
-    for unit in known:
-        if word in UNITS[unit] or (len(word) > 2 and word.lower() in UNITS[unit]):
-            return unit
-    return None
-
-
-def _start_and_increment(header: list[list[str]]) -> tuple[float, float] | None:
-    """First time and interval, s, of a Rigol scope's file, whose first column counts the samples."""
-    for names, values in pairwise(header):
-        words = [name.strip().lower() for name in names]
-        if "start" in words and "increment" in words:
-            try:
-                start, increment = (_number(values[words.index(word)]) for word in ("start", "increment"))
-            except (ValueError, IndexError):
-                return None
-            return start, increment
-    return None
+def _clock(cell: str) -> float:
+    """A time of day, s: of "10:23:11.000005" or a date with it; NaN for other text."""
+    found = DATE_OR_CLOCK.match(cell.strip().strip('"'))
+    if not found:
+        return np.nan
+    hours, minutes, seconds = found.groups()
+    return float(3600 * int(hours) + 60 * int(minutes) + Decimal(seconds.replace(",", ".")))

@@ -27,6 +27,9 @@ LARGE = 0.2
 """A large pulse rises by at least this part of the range of a trace: ten standard deviations of the rough noise, where
 the greatest of 10 000 noises rises by 7.8 from valley to peak."""
 
+REVERSED = 2.0
+"""Pulses are negative if the deepest valley is this many times the highest peak."""
+
 FOOT = 0.01
 """An impact begins where the trace last exceeds this part of its greatest value."""
 
@@ -123,6 +126,12 @@ def bridged(values: Vector) -> Vector:
         return values
     places = np.arange(values.size)
     return np.asarray(np.interp(places, places[known], values[known]))
+
+
+def is_reversed(values: Vector) -> bool:
+    """Whether the pulses of a trace are negative."""
+    quiet = float(np.median(values))
+    return quiet - float(values.min()) > REVERSED * (float(values.max()) - quiet)
 
 
 def noise_level(values: Vector) -> float:

@@ -11,15 +11,13 @@ from numpy.typing import ArrayLike
 
 from coupling.results.provenance import provenance
 from coupling.results.schema import variable
-from coupling.results.scope_file import read_table
-from coupling.results.sensor import FEWEST_SAMPLES, bridged, quiet_lead, trace
-from structures.caution import caution
-from structures.checks import duration, finite, instance, not_negative, one_of, whole
+from coupling.results.scope_header import FORCE, TIME, quantity_of
+from coupling.results.sensor import bridged, is_reversed, quiet_lead, smoothed, trace
+from coupling.results.signal_file import Sampling, read_trace
+from structures.caution import caution, collected
+from structures.checks import duration, finite, instance, not_negative, one_of, positive, short, whole
+from structures.plausible import likely
 from structures.structure import Vector
-
-SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
-
-VOLTS = {"V": 1.0, "mV": 1e-3}
 
 Where = Callable[[int], str]
 
@@ -81,12 +79,15 @@ def as_signal(
 def read_signal(
     path: str | Path,
     sensors: Mapping[int, int],
-    time_column: int = 0,
+    time_column: int | None = None,
     time_unit: str | None = None,
     unit: str | None = None,
     calibration: float | Mapping[int, float] | None = None,
     baseline: float | str = "lead",
     positions: Mapping[int, float] | None = None,
+    interval: float | None = None,
+    start: float | None = None,
+    segment: int | None = None,
 ) -> xr.Dataset:
     """The Dataset of a measured signal from an oscilloscope's text file, for `reflections` and the other measures.
 
@@ -94,16 +95,17 @@ def read_signal(
     ----------
     path : path
         The file: lines of any kind, then one line for each sample. Commas, semicolons, tabs or blanks separate the
-        columns; numbers have decimal points, or decimal commas unless commas separate unquoted columns. Trigger
-        times below zero are allowed. Samples beyond the scope's range (inf, -∞, OVER) become NaN, with a warning.
+        columns; numbers have decimal points or commas. Trigger times below zero are allowed. What is no number
+        (9.9E+37, OVER, an empty cell) becomes NaN, and lines that are no samples are left out, each with a warning.
     sensors : mapping
         Sensor number → column, counted from 0.
-    time_column : int
-        The column of the time, counted from 0.
-    time_unit : {"s", "ms", "us", "ns"}, optional
-        The unit of the time; by default what the header names, such as "(ms)", else "s".
-    unit : {"V", "mV", "N"}, optional
-        The unit of the columns; by default what the header names, such as "(mV)", else "V".
+    time_column : int, optional
+        The column of the time, counted from 0; by default, for each sensor, the nearest column to the left that
+        increases from line to line.
+    time_unit : str, optional
+        The unit of the time, such as "us"; by default what the header names, such as "(ms)", else "s".
+    unit : str, optional
+        The unit of the columns, a voltage or a force, such as "mV" or "N"; by default what the header names, else "V".
     calibration : float or mapping, optional
         κ, N/V, for voltages: one for all sensors, or sensor number → κ; negative for a sensor that is wired the other
         way round. `calibration_factor` measures it.
@@ -112,24 +114,34 @@ def read_signal(
         0 leaves the force as it is.
     positions : mapping, optional
         Sensor number → distance along the chain, m; `wave_speed` needs it.
+    interval : float, optional
+        Time from sample to sample, s, of a file without a column of times; a column of times is then not read. By
+        default what the header states, such as "Increment".
+    start : float, optional
+        Time of the first sample, s, of a file without a column of times; by default what the header states, else 0.
+    segment : int, optional
+        Which segment of a sequence to read, counted from 1.
 
     Returns
     -------
     Dataset
-        sensor_force, N, over time and sensor.
+        sensor_force, N, over time and sensor. The attribute ``reading`` holds what was left out or assumed, one
+        sentence a line.
 
     Raises
     ------
     OSError
         If the file cannot be read.
     ValueError
-        If there is no such file; with the line, if it is truncated or garbled, has gaps, numbers that are not finite,
-        times that do not increase, or a constant column; if a unit differs from the one that the header names.
+        If there is no such file; if it is no text, with its format; with the line, if many lines are garbled, times do
+        not increase or have gaps; for a constant column; if a unit is not understood, or differs from the one that the
+        header names; for a sequence, if no segment is chosen.
 
     Warns
     -----
     HertzlinkWarning
-        If samples are beyond the scope's range.
+        If lines were left out, samples are missing or beyond the scope's range, times have too few digits, all waves
+        are negative, or times and forces are so large or small that a unit may be wrong.
 
     Examples
     --------
@@ -147,60 +159,82 @@ def read_signal(
     if not sensors:
         raise ValueError("sensors = {}: must name at least one sensor, such as {7: 1}")
     column_of = {whole("sensor", sensor): whole(f"sensors[{sensor}]", column, 0) for sensor, column in sensors.items()}
-    time_column = whole("time_column", time_column, 0)
-    if time_column in column_of.values():
-        raise ValueError(f"sensors = {dict(sensors)!r}: column {time_column} is the time column")
+    sampling = _sampling(time_column, time_unit, interval, start, segment)
+    if sampling.column in column_of.values():
+        raise ValueError(f"sensors = {dict(sensors)!r}: column {sampling.column} is the time column")
     if len(set(column_of.values())) < len(column_of):
         raise ValueError(f"sensors = {dict(sensors)!r}: two of them read the same column")
-    for name, given_unit, known in (("time_unit", time_unit, SECONDS), ("unit", unit, (*VOLTS, "N"))):
-        if given_unit is not None:
-            one_of(name, given_unit, known)
     if unit is not None:
-        _newtons(unit, calibration, list(column_of))
+        _newtons(_si("unit", unit, FORCE), calibration, list(column_of))
     if not Path(path).is_file():
         raise ValueError(f"path = {str(path)!r}: must be the name of a file that exists")
-    table, lines, named = read_table(Path(path), [time_column, *column_of.values()])
-    _check_order(f"{path}, ", table, lines, time_column, list(column_of.values()))
-    second = SECONDS[_agreed(str(path), "time_unit", time_unit, named[0], time_column) or "s"]
-    rows = {}
-    for k, (sensor, column) in enumerate(column_of.items(), start=1):
-        its = _agreed(str(path), "unit", unit, named[k], column) or "V"
-        rows[sensor] = _without_saturated(
-            _newtons(its, calibration, [sensor])[sensor] * table[:, k], f"{path}: sensor {sensor}"
-        )
+    found = read_trace(Path(path), column_of, sampling, unit)
+    rows = {
+        sensor: _newtons(found.units[sensor], calibration, [sensor])[sensor] * row
+        for sensor, row in found.columns.items()
+    }
     given = {
         "signal": str(path), "sensors": column_of, "time_column": time_column, "time_unit": time_unit, "unit": unit,
-        "calibration": calibration, "baseline": baseline, "units_of_header": named,
+        "calibration": calibration, "baseline": baseline, "interval": interval, "start": start, "segment": segment,
+        "units_of_columns": found.units,
     }  # fmt: skip
-    return _dataset(
-        second * table[:, 0], rows, positions, baseline, given, lambda i: f"{path}, line {lines[i]}", f"{path}: "
-    )
+    data = _dataset(found.time, rows, positions, baseline, given, lambda i: f"sample {i}", f"{path}: ")
+    notes = [*found.notes, *_doubts(data)]
+    for note in notes:
+        caution(f"{path}: {note}")
+    return data.assign_attrs(reading="\n".join(notes))
 
 
-def _agreed(path: str, name: str, given: str | None, named: str | None, column: int) -> str | None:
-    """The unit that was given or that the header names, or a ValueError where they differ."""
-    if given is not None and named is not None and given != named:
-        raise ValueError(
-            f"{path}: {name} = {given!r}, but the header gives {named!r} for column {column}; leave {name} out to use "
-            "that, or correct the header"
+def _sampling(
+    column: int | None, unit: str | None, interval: float | None, start: float | None, segment: int | None
+) -> Sampling:
+    """The arguments of read_signal on the time, checked."""
+    if unit is not None:
+        _si("time_unit", unit, TIME)
+    if interval is not None and column is not None:
+        raise ValueError(f"interval = {interval!r}: is for a file without times; leave out time_column or interval")
+    return Sampling(
+        None if column is None else whole("time_column", column, 0), unit,
+        None if interval is None else positive("interval", interval, "s"),
+        None if start is None else finite("start", start, "s"),
+        None if segment is None else whole("segment", segment),
+    )  # fmt: skip
+
+
+def _si(name: str, unit: str, wanted: str) -> str:
+    """The SI unit of a unit of time, or of a voltage or force; a ValueError for other text."""
+    found = quantity_of(unit, wanted) if isinstance(unit, str) else None
+    if found is None:
+        such = (
+            "a time, such as 's', 'ms' or 'us'" if wanted == TIME else "a voltage or a force, such as 'V', 'mV' or 'N'"
         )
-    return given or named
+        raise ValueError(f"{name} = {short(unit)}: must be a unit of {such}")
+    return found.si
 
 
-def _without_saturated(force: Vector, where: str) -> Vector:
-    """The force with NaN for samples that the scope printed as beyond its range, and a warning."""
-    beyond = np.isinf(force)
-    count = int(beyond.sum())
-    if force.size - count < FEWEST_SAMPLES:
-        raise ValueError(f"{where}: only {force.size - count} of {force.size} samples are within the scope's range")
-    if count:
-        caution(f"{where}: {count} samples are beyond the scope's range, and are NaN; choose a wider range")
-    return np.where(beyond, np.nan, force)
+def _doubts(data: xr.Dataset) -> list[str]:
+    """What of a signal suggests a wrong unit, or sensors that are wired the other way round."""
+    doubts: list[str] = []
+    negative = []
+    step = float(data.time[1] - data.time[0])
+    for sensor, row in zip(data.sensor.values.tolist(), data.sensor_force.values.T, strict=True):
+        force = bridged(row)
+        if is_reversed(force):
+            negative.append(sensor)
+        _, _, width = smoothed(-force if is_reversed(force) else force)
+        with collected() as said:
+            likely("measured force", f"sensor {sensor}:", "greatest force", float(np.abs(force).max()))
+            likely("wave", f"sensor {sensor}:", "width of a wave", width * step)
+        doubts += said
+    if negative:
+        whose = "all sensors" if len(negative) == data.sensor.size else f"sensor {', '.join(map(str, negative))}"
+        doubts.append(f"the waves of {whose} are negative: the polarity is reversed; give a negative calibration")
+    return doubts
 
 
 def _newtons(unit: str, calibration: float | Mapping[int, float] | None, sensors: list[int]) -> dict[int, float]:
     """Newtons for each sensor's unit."""
-    if one_of("unit", unit, [*VOLTS, "N"]) == "N":
+    if unit == "N":
         if calibration is not None:
             raise ValueError(f"calibration = {calibration!r}: must be None where the unit is N")
         return dict.fromkeys(sensors, 1.0)
@@ -211,21 +245,8 @@ def _newtons(unit: str, calibration: float | Mapping[int, float] | None, sensors
             raise ValueError(
                 f"calibration = {calibration!r}: must give κ for sensor {sensor}, a number of N/V, not zero"
             )
-        factors[sensor] = VOLTS[unit] * float(factor)
+        factors[sensor] = float(factor)
     return factors
-
-
-def _check_order(where: str, table: Vector, lines: list[int], time_column: int, columns: list[int]) -> None:
-    """A ValueError where it is not the time column that increases."""
-    wrong = np.flatnonzero(np.diff(table[:, 0]) <= 0.0)
-    if not wrong.size:
-        return
-    i = int(wrong[0]) + 1
-    text = f"{where}line {lines[i]}: time {table[i, 0]:g} after {table[i - 1, 0]:g}, must increase"
-    for k, column in enumerate(columns, start=1):
-        if (np.diff(table[:, k]) > 0.0).all():
-            text += f"; time_column = {time_column!r}: are the columns swapped? Column {column} increases"
-    raise ValueError(text)
 
 
 def _dataset(
@@ -283,7 +304,8 @@ def _baseline(time: Vector, force: Vector, baseline: float | str, where: str) ->
     if isinstance(baseline, str):
         one_of("baseline", baseline, ["lead"])
         try:
-            return float(np.median(force[: quiet_lead(f"{where}, baseline = {baseline!r}", force)]))
+            upright = -force if is_reversed(force) else force
+            return float(np.median(force[: quiet_lead(f"{where}, baseline = {baseline!r}", upright)]))
         except ValueError as error:
             lasts = duration(float(time[-1] - time[0]))
             raise ValueError(f"{error}; the record lasts {lasts}, {time.size} samples") from None

@@ -2,7 +2,7 @@
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag
+from pydantic import Discriminator, Field, Tag
 
 from coupling.run_checks import MOST_OF_A_RUN
 from coupling.schemes.condensed import Condensed
@@ -76,11 +76,6 @@ AnyMaterialPart = Annotated[
 ]
 
 Range = Annotated[list[Any], Field(min_length=2, max_length=2)]
-
-
-def _plain_micro(unit: Any) -> Any:
-    """µs as us."""
-    return unit.replace("µ", "u").replace("μ", "u") if isinstance(unit, str) else unit
 
 
 class SchemePart(Part):
@@ -183,7 +178,7 @@ class IdentifyPart(Part):
     """What is found from a measured signal."""
 
     sensors: dict[str, Annotated[int, Field(ge=0)]] = Field(
-        description="a table of beads and columns, such as { 7 = 1 } for bead 7 in column 1 (the time is column 0)"
+        description="a table of beads and columns, such as { 7 = 1 } for bead 7 in column 1, counted from 0"
     )
     unknowns: dict[str, Range] = Field(
         description='a table of paths and ranges, such as { "structure.thickness" = ["1 mm", "6 mm"] }'
@@ -191,9 +186,12 @@ class IdentifyPart(Part):
     calibration: ManyCalibrations | None = None
     nuisances: list[str] = Field(default_factory=lambda: ["gain", "time_zero"])
     until: Duration | None = None
-    time_column: Annotated[int, Field(ge=0)] = 0
-    time_unit: Annotated[Literal["s", "ms", "us", "ns"], BeforeValidator(_plain_micro)] | None = None
-    unit: Literal["V", "mV", "N"] | None = None
+    time_column: Annotated[int, Field(ge=0)] | None = None
+    time_unit: str | None = None
+    unit: str | None = None
+    interval: Duration | None = None
+    start: Duration | None = None
+    segment: Annotated[int, Field(ge=1)] | None = None
     mains: Frequency | None = None
     condition: bool = True
     noise: Annotated[float, Unit("N", "a force", "0.2 N")] | None = None

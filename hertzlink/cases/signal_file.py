@@ -15,7 +15,8 @@ from structures.caution import collected
 from structures.checks import duration
 
 NAMES: dict[str, Path] = {
-    name: ("identify", name) for name in ("calibration", "time_unit", "unit", "time_column", "sensors")
+    name: ("identify", name)
+    for name in ("calibration", "time_unit", "unit", "time_column", "sensors", "interval", "start", "segment")
 }
 """Arguments of read_signal that are entries of a case."""
 
@@ -50,7 +51,10 @@ def _read(question: Question, file: File, baseline: float | str) -> xr.Dataset:
     calibration: Any = part.calibration
     if isinstance(calibration, Mapping):
         calibration = {int(name): value for name, value in calibration.items() if name.isdigit()}
-    return read_signal(file, question.columns, part.time_column, part.time_unit, part.unit, calibration, baseline)
+    return read_signal(
+        file, question.columns, part.time_column, part.time_unit, part.unit, calibration, baseline, None,
+        part.interval, part.start, part.segment,
+    )  # fmt: skip
 
 
 def _too_short(question: Question, file: File) -> str:

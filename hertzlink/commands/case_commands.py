@@ -170,8 +170,8 @@ def identify_case(case: str, trace: Path, changes: tuple[str, ...], output: Path
     does not determine the unknown, or it is at the end of its range.
 
     TRACE.csv is a text file of an oscilloscope: times in one column, the voltage or force of a sensor in each of the
-    others. The section [identify] of the case names the columns and the unknowns; `hertzlink new identify` writes an
-    example of both files.
+    others, or the interval between samples by --set identify.interval="0.5 us". The section [identify] of the case
+    names the columns and the unknowns; `hertzlink new identify` writes an example of both files.
     """
     from hertzlink.cases.again import TRACE
     from hertzlink.cases.identifying import answer, simulation_of, tables

@@ -3,6 +3,7 @@
 The forms follow what the makers' manuals describe; the numbers are our own.
 """
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -50,16 +51,47 @@ FORMS: dict[str, tuple[list[str], int, int]] = {
         [line.replace(";", ",") for line in ['"t (s)";"U (V)"', *commas(table('"{t:.8f}";"{v:.6f}"'))]], 0, 1,
     ),
     "trailing commas": (["time,CH1,", *table("{t:.8f},{v:.6f},")], 0, 1),
+    "t/µs": (["t/µs,CH1/mV", *table("{t:.8f},{v:.6f}", 1e6, 1e3)], 0, 1),
+    "in": (["in s,C1 in mV", *table("{t:.8e},{v:.6f}", 1, 1e3)], 0, 1),
+    "_us": (["time_us,CH1_uV", *table("{t:.8f},{v:.6f}", 1e6, 1e6)], 0, 1),
+    "usec": (["TIME (USEC),CH1 (VOLT)", *table("{t:.8f},{v:.6f}", 1e6)], 0, 1),
+    "msec": (["Zeit (msec);Kanal A [mVolt]", *commas(table("{t:.8f};{v:.6f}", 1e3, 1e3))], 0, 1),
+    "min": (["Time (min),CH1 (V)", *table("{t:.12e},{v:.6f}", 1 / 60.0)], 0, 1),
+    "last word": (["Time ms,Channel A", *table("{t:.8f},{v:.6f}", 1e3)], 0, 1),
+    "blanks": (["# Time (us)  CH1 (mV)", *table("{t:.8f}  {v:.6f}", 1e6, 1e3)], 0, 1),
+    "kV": (["Time (s),CH1 (kV) filtered", *table("{t:.9f},{v:.8f}", 1, 1e-3)], 0, 1),
+    "comma before units": (["time, s,CH1, mV,CH2, mV", *table("{t:.9f},{v:.6f},0", 1, 1e3)], 0, 1),
+    "typeset minus": ([row.replace("-", "−") for row in table("{t:.9f},{v:.6f}")], 0, 1),
+    "decimal commas that double the columns": (["Zeit (µs),Kanal 1 (V)", *commas(table("{t:.1f},{v:.6f}", 1e6))], 0, 1),
+    "thousands": (['"t (us)","ch (mV)"', *table('"{t:,.1f}","{v:,.1f}"', 1e6, 1e3)], 0, 1),
+    "thousands with blanks": (
+        ["t (us);ch (mV)", *commas([row.replace(",", " ") for row in table("{t:.1f};{v:,.1f}", 1e6, 1e3)])],
+        0, 1,
+    ),
+    "exponents of Fortran": ([row.replace("e", "D") for row in table("{t:.6e} {v:.9e}")], 0, 1),
+    "a counter and a time": (
+        ["Sample,Time (s),CH1 (V)", *(f"{k},{row}" for k, row in enumerate(table("{t:.9f},{v:.6f}")))], 1, 2,
+    ),
+    "LabVIEW": (["LabVIEW Measurement", "X_Columns\tMulti", "***End_of_Header***", "X_Value\tVoltage\tComment",
+                 *table("{t:.9f}\t{v:.6f}")], 0, 1),
+    "interval stands alone": (["time,CH1", "Sample Interval,1e-6", *table("{t:.2f},{v:.6f}", 1e6)], 0, 1),
+    "bars": (["Time (s)|CH1 (V)", *table("{t:.9f}|{v:.6f}")], 0, 1),
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("form", FORMS)
-@pytest.mark.parametrize("encoding", ["utf-8", "latin-1", "utf-16", "utf-16-le", "utf-8-sig"])
+@pytest.mark.parametrize(
+    ("form", "encoding"),
+    [
+        *((form, "utf-8") for form in FORMS),
+        *(("pico, German", encoding) for encoding in ("latin-1", "utf-16", "utf-16-le", "utf-8-sig")),
+    ],
+)
 def test_forms(tmp_path: Path, form: str, encoding: str) -> None:
     lines, time_column, column = FORMS[form]
     path = tmp_path / "scope.csv"
     path.write_bytes("\r\n".join([*lines, ""]).encode(encoding))
     data = hl.read_signal(path, {7: column}, time_column=time_column, calibration=10.0)
+    assert data.time.values.tolist() == hl.read_signal(path, {7: column}, calibration=10.0).time.values.tolist()
     assert data.time.values == pytest.approx(TIME, abs=1e-9)
     assert data.sensor_force.sel(sensor=7).values == pytest.approx(10.0 * (VOLTS - 0.25), abs=2e-3)
     assert float(hl.amplitude_ratio(data, 7)) == pytest.approx(0.4, abs=1e-3)
@@ -100,7 +132,7 @@ def test_saturated_samples(tmp_path: Path, word: str) -> None:
 def test_all_samples_saturated(tmp_path: Path) -> None:
     path = tmp_path / "over.csv"
     path.write_text("\n".join([*(f"{t},OVER" for t in TIME), ""]))
-    with pytest.raises(ValueError, match="only 0 of 1000 samples are within the scope's range"):
+    with pytest.raises(ValueError, match="has numbers in column 0 only"):
         hl.read_signal(path, {7: 1}, calibration=1.0)
 
 
@@ -110,3 +142,179 @@ def test_clipped_samples_matter_only_at_the_peaks_that_are_needed() -> None:
         hl.amplitude_ratio(data.where(abs(data.time - 4.9e-4) > 5e-6), 7)
     elsewhere = data.where(abs(data.time - 3e-4) > 5e-6)
     assert float(hl.amplitude_ratio(elsewhere, 7)) == pytest.approx(float(hl.amplitude_ratio(data, 7)), abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("header", "given", "message"),
+    [
+        ("Time (s),CH1 (pC)", {}, "the header gives 'pC' for column 1, which is no unit of a voltage or a force"),
+        ("Time (s),CH1 [A]", {}, "gives 'A' for column 1"),
+        ("Time (s),CH1_mA", {}, "gives 'mA' for column 1"),
+        ("Time (s),CH1 (g)", {}, "gives 'g' for column 1"),
+        ("Time (s),CH1 dBV", {}, "gives 'dBV' for column 1"),
+        ("Time (s),CH1 (counts)", {}, "gives 'counts' for column 1"),
+        ("Time (s),CH1 (s)", {}, "gives 's' for column 1"),
+        ("Time (s),CH1 (V) (mV)", {}, r"gives 'CH1 \(V\) \(mV\)' for column 1"),
+        ("Time (10^-6 s),CH1 (V)", {}, "gives '10\\^-6 s' for column 0, which is no unit of a time; give time_unit="),
+        ("Frequency (Hz),CH1 (V)", {}, "gives 'Hz' for column 0"),
+        ("s,A", {}, "gives 'A' for column 1"),
+        ("Vertical Units,A\nTIME,CH1", {}, "gives 'A' for column 1"),
+        ("Vertical Units,V\nTIME,CH1 (mV)", {}, "gives .*mV.* and .*V.* for column 1"),
+        ("Time (s),CH1 (bead 7)", {}, "gives 'bead 7' for column 1, .*; give unit="),
+        ("Time (s),CH1 (pC)", {"unit": "V"}, "gives 'pC' for column 1"),
+    ],
+)
+def test_units_that_are_refused(tmp_path: Path, header: str, given: dict, message: str) -> None:
+    path = tmp_path / "scope.csv"
+    path.write_text("\n".join([header, *table("{t:.9f},{v:.6f}"), ""]))
+    with pytest.raises(ValueError, match=message):
+        hl.read_signal(path, {7: 1}, calibration=10.0, **given)
+
+
+@pytest.mark.parametrize(
+    ("header", "given"),
+    [
+        ("Time (scaled),CH1 (bead 7)", {"time_unit": "s", "unit": "V"}),
+        ("x,Channel A", {}),
+        ("t,a", {}),
+        ("Date/Time,min", {}),
+        ("time,CH1/CH2", {"unit": "volts", "time_unit": "sec"}),
+    ],
+)
+def test_words_that_are_no_units(tmp_path: Path, header: str, given: dict) -> None:
+    path = tmp_path / "scope.csv"
+    path.write_text("\n".join([header, *table("{t:.9f},{v:.6f}"), ""]))
+    data = hl.read_signal(path, {7: 1}, calibration=10.0, **given)
+    assert hl.reflections(data, 7).incident.amplitude == pytest.approx(30.0, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("lines", "given"),
+    [
+        (table("{v:.6f}"), {"interval": 1e-6, "start": -1e-4}),
+        (table("{v:.6f},"), {"interval": 1e-6, "start": -1e-4}),
+        (["CH1,Start,Increment", "Volt,-1e-4,1e-6", *table("{v:.6f},")], {}),
+        (["XInc;1e-6", "XZero;-1e-4", "CH1 (V)", *commas(table("{v:.6f};"))], {}),
+        (["HResolution,1.0e-06", "HOffset,-1.0e-04", "CH1", *table("{v:.6f}")], {}),
+        (["Sample Rate: 1 MSa/s", "CH1 (V)", *table("{v:.6f}")], {"start": -1e-4}),
+        (["Sampling interval (us),1", "CH1 (V)", *table("{v:.6f}")], {"start": -1e-4}),
+        (["Sample Interval,1,us", "CH1 (V)", *table("{v:.6f}")], {"start": -1e-4}),
+        (["Delta_X\t0.000001", "X0\t-0.0001", "***End_of_Header***", "Voltage", *table("{v:.6f}")], {}),
+    ],
+)
+def test_files_without_times(tmp_path: Path, lines: list[str], given: dict) -> None:
+    path = tmp_path / "values.csv"
+    path.write_text("\n".join([*lines, ""]))
+    data = hl.read_signal(path, {7: 0}, calibration=10.0, **given)
+    assert data.time.values == pytest.approx(TIME, abs=1e-12)
+    assert data.sensor_force.sel(sensor=7).values == pytest.approx(10.0 * (VOLTS - 0.25), abs=2e-3)
+
+
+def test_no_times_and_no_interval(tmp_path: Path) -> None:
+    path = tmp_path / "values.csv"
+    path.write_text("\n".join([*table("{v:.6f}"), ""]))
+    with pytest.raises(ValueError, match=r"values.csv: holds no column of times, and no interval .*; give interval="):
+        hl.read_signal(path, {7: 0}, calibration=10.0)
+
+
+@pytest.mark.parametrize("shift", [0.0, 4e-5, 1.25e-6])
+def test_a_time_column_for_each_sensor(tmp_path: Path, shift: float) -> None:
+    path = tmp_path / "two.csv"
+    path.write_text("".join(f"{t:.9f},{v:.7f},{t + shift:.9f},{v:.7f}\n" for t, v in zip(TIME, VOLTS, strict=True)))
+    data = hl.read_signal(path, {7: 1, 13: 3}, calibration=10.0)
+    first, second = (hl.reflections(data, sensor).incident for sensor in (7, 13))
+    assert second.arrival - first.arrival == pytest.approx(shift, abs=1e-9)
+    assert second.amplitude == pytest.approx(first.amplitude, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("lines", "said"),
+    [
+        (table("{t:.5f},{v:.6f}"), "stamps of time resolve 10 µs, and .* µs apart: even sampling is taken"),
+        (
+            [f"{1709287871 + t:.6f},{v}" for t, v in zip(TIME, VOLTS, strict=True)],
+            "count from the first .* 1709287870.9",
+        ),
+        ([f"10:23:{11 + t:.6f},{v}" for t, v in zip(TIME, VOLTS, strict=True)], ""),
+        ([f"{t},{v + e}" for t, v in zip(TIME, VOLTS, strict=True) for e in (-0.1, 0.1)], "each time stands twice"),
+        (
+            ["Sample Interval,1e-6", *table("{t:.9f},{v:.6f}", 1e3)],
+            "the time is read in ms, from the header's interval",
+        ),
+        (["Sample Interval,5e-7", *table("{t:.9f},{v:.6f}")], "states an interval of 0.5 µs, but the times are 1 µs"),
+        (
+            [f"{t},{v:.6f}" if abs(t) > 3e-6 else f"{t}," for t, v in zip(TIME, VOLTS, strict=True)],
+            "7 samples are beyond",
+        ),
+        ([f"{t},{-v}" for t, v in zip(TIME, VOLTS, strict=True)], "the waves of all sensors are negative"),
+        (table("{t:.9f},{v:.6f}", 1e3), "width of a wave = 0.0.*: is read as 0.0.* s; is it in µs or ms"),
+        (table("{t:.9f},{v:.6f}", 1, 1e5), r"greatest force = 3e\+06: is read as 3e\+06 N; is it in mN or mV"),
+    ],
+)
+def test_what_is_said(tmp_path: Path, lines: list[str], said: str, recwarn: pytest.WarningsRecorder) -> None:
+    path = tmp_path / "said.csv"
+    path.write_text("\n".join([*lines, ""]))
+    data = hl.read_signal(path, {7: 1}, calibration=10.0)
+    assert np.diff(data.time.values) == pytest.approx(float(data.time[1] - data.time[0]), abs=1e-9)
+    assert re.search(said, data.reading)
+    assert "\n".join(str(one.message).removeprefix(f"{path}: ") for one in recwarn) == data.reading
+
+
+@pytest.mark.parametrize("word", ["9.9E+37", "-1.#IND", "OL", "****", "", "nan", "#N/A", "1.#INF", "---"])
+def test_words_in_place_of_numbers(tmp_path: Path, word: str) -> None:
+    lines = [f"{t},{word}" if v > 2.0 else f"{t},{v}" for t, v in zip(TIME, VOLTS, strict=True)]
+    path = tmp_path / "over.csv"
+    path.write_text("\n".join([*lines, ""]))
+    with pytest.warns(
+        hl.HertzlinkWarning, match=f"sensor 7: {(VOLTS > 2.0).sum()} samples are beyond the scope's range"
+    ):
+        data = hl.read_signal(path, {7: 1}, calibration=1.0)
+    assert np.array_equal(np.isnan(data.sensor_force.sel(sensor=7)), VOLTS > 2.0)
+
+
+def test_rows_without_values_at_the_ends(tmp_path: Path) -> None:
+    lines = table("{t:.9f},{v:.6f}")
+    lines[:5] = [row.split(",")[0] + "," for row in lines[:5]]
+    lines[-3:] = [row.split(",")[0] + ",," for row in lines[-3:]]
+    path = tmp_path / "ends.csv"
+    path.write_text("\n".join([*lines, ""]))
+    with pytest.warns(hl.HertzlinkWarning, match="the first 5 and the last 3 samples hold no values"):
+        data = hl.read_signal(path, {7: 1}, calibration=1.0)
+    assert data.time.values == pytest.approx(TIME[5:-3], abs=1e-9)
+
+
+def test_segments_of_a_sequence_are_taps(tmp_path: Path) -> None:
+    path = tmp_path / "sequence.csv"
+    noise = np.random.default_rng(1).normal(0.0, 0.05, (4, TIME.size))
+    path.write_text(
+        "Segments,4,SegmentSize,1000\nTime,Ampl\n"
+        + "".join(f"{t:.9f},{v + e:.6f}\n" for row in noise for t, v, e in zip(TIME, VOLTS, row, strict=True))
+    )
+    taps = [hl.read_signal(path, {7: 1}, calibration=10.0, segment=k) for k in range(1, 5)]
+    assert not np.array_equal(taps[0].sensor_force, taps[1].sensor_force)
+    mean = hl.average_taps(taps)
+    assert float(mean.noise.sel(sensor=7)) == pytest.approx(0.25, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"PK\x03\x04..xl/worksheets", r"an Excel workbook \(.xlsx\), not text; save the sheet as CSV"),
+        (b"PK\x03\x04....", "a zip archive, not text; unpack it first"),
+        (b"\x1f\x8b\x08....", "compressed by gzip, not text; unpack it first"),
+        (b"RIFF\x00\x00\x00\x00WAVEfmt", r"a sound file \(.wav\), not text; read it with scipy.io.wavfile"),
+        (b"MATLAB 5.0 MAT-file", r"a file of MATLAB \(.mat\), not text; read it with scipy.io.loadmat"),
+        (b"\x89HDF\r\n\x1a\n", "an HDF5 file, not text; read it with h5py or xarray"),
+        (b"TDSm\x0e\x00\x00", "a TDMS file of LabVIEW, not text; export it as CSV"),
+        (b"\x0f\x0f:WFM#003", r"a waveform of Tektronix \(.wfm\), not text; export"),
+        (b"#9000002500WAVEDESC" + bytes(90), r"a binary waveform of LeCroy \(.trc\), not text; export"),
+        (b":WFMP:BYT_N 2;:CURV #520000" + bytes(90), r"a binary waveform of Tektronix \(.isf\), not text"),
+        (b"\x89PNG\r\n", r"a picture \(.png\), not text; it shows the screen"),
+        (bytes(range(32)) * 9, r"a binary file, not text; export the trace as CSV"),
+    ],
+)
+def test_binary_files_are_named(tmp_path: Path, content: bytes, message: str) -> None:
+    path = tmp_path / "trace"
+    path.write_bytes(content)
+    with pytest.raises(ValueError, match=f"trace: is {message}"):
+        hl.read_signal(path, {7: 1}, calibration=1.0)

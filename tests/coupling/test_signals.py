@@ -132,32 +132,63 @@ FIELDS = rows()[102 - 6].split(",")
 @pytest.mark.parametrize(
     ("lines", "message"),
     [
-        (garbled({102: "-4e-06,#OVERFLOW,0.1"}), r"line 102: '-4e-06,#OVERFLOW,0.1' must hold"),
-        (garbled({102: "-4e-06"}), "line 102: '-4e-06' must hold"),
-        (garbled({102: ",".join(FIELDS[:2])}), "line 102: .* must hold 3 columns"),
-        (garbled({102: ""}), "line 102: '' must hold"),
-        (garbled({102: f"{FIELDS[0]},nan,0.1"}), "line 102: .* finite"),
-        (garbled({102: f"inf,{FIELDS[1]},0.1"}), "line 102: .* must hold"),
-        (garbled({102: rows()[101 - 6]}), "line 102: time .* must increase"),
-        (garbled({102: rows()[0]}), "line 102: time .* must increase"),
-        (garbled({102: None}), "line 102: .* a gap; the usual step is 1e-06 s"),
         (garbled({}, last=12), "scope.csv: holds 7 samples, must hold 16 or more"),
-        (HEADER, "has numbers in column 1 only; must hold a line for each sample"),
+        (HEADER, "scope.csv: holds 2 samples, must hold 16 or more"),
         (HEADER[-1:], "scope.csv: holds no numbers, but text such as .TIME,CH1,CH2. in line 1"),
-        ([], "scope.csv: is empty; must hold a line for each sample, with numbers in columns 0, 1"),
+        ([], "scope.csv: is empty; must hold a line for each sample, with numbers in columns 1"),
         (["", " "], "scope.csv: is empty"),
         ([f"{k}e-6" for k in range(50)], "line 1, '0e-6', has numbers in column 0 only; must hold a line for each"),
-        (["0,001;0,5"] * 50, "line 2: time 0.001 after 0.001, must increase"),
+        (["0,001;0,5"] * 50, "line 2: time 0.001 s after 0.001 s, must increase"),
         ([f"{k}e-6,1.0,2.0" for k in range(50)], "sensor 7: the signal is constant, 20 N"),
         ([f"0.1,{k}e-6,2.0" for k in range(50)], "are the columns swapped"),
         ([f"{k + (k > 25) * 0.4 * (k - 25)}e-6,{k % 7}" for k in range(50)], "times must be evenly spaced"),
+        ([*rows()[:400], *rows()[500:]], "line 401: time 0.0004 s after 0.000299 s: a gap; the usual step is 1e-06 s"),
+        ([*rows()[:400], *rows()[300:]], "line 401: time 0.0002 s after 0.000299 s, must increase"),
+        ([*rows()[:400], *["text"] * 30, *rows()[400:]], "line 401: 'text' must hold 3 columns, with numbers in"),
+        ([*rows(), *rows()], r"holds 2 segments, .* read each with segment=1 to 2, such as average_taps"),
+        (["No,V,I", *(f"{k},{k % 7},1" for k in range(99))], "column 0 counts samples; give time_column"),
+        ([f"{k % 5},{k % 7}" for k in range(99)], "must increase"),
+        (['"t","U"', *(f'{k}e-6,"{k % 7 + 1},{100 + k}"' for k in range(99))], r"'1,1\d\d' may be 1\.1\d\d or 11\d\d"),
+        ([row if k % 3 == 0 else row.split(",")[0] + ",***,1" for k, row in enumerate(rows())], "only 334 of 1000"),
     ],
-)
+)  # fmt: skip
 def test_garbled_files_are_refused_with_their_line(tmp_path: Path, lines: list[str], message: str) -> None:
     path = write(tmp_path / "scope.csv", lines)
     with pytest.raises(ValueError, match=message) as caught:
         read_signal(path, {7: 1}, calibration=20.0)
     assert str(path) in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("lines", "said", "lost"),
+    [
+        (garbled({102: "-4e-06,#OVERFLOW,0.1"}), "1 samples are beyond .*: '#OVERFLOW' from line 102 on", 1),
+        (garbled({102: f"{FIELDS[0]},nan,0.1"}), "1 samples are beyond .*: 'nan' from line 102 on", 1),
+        (garbled({102: "-4e-06"}), "1 lines are no samples, and were left out: line 102 '-4e-06'", 1),
+        (garbled({102: ",".join(FIELDS[:2])}), "1 samples are beyond .* from line 102 on", 1),
+        (garbled({102: ""}), "1 samples are lost and are NaN, the first after line 101", 1),
+        (garbled({102: f"inf,{FIELDS[1]},0.1"}), "1 lines are no samples, and were left out: line 102 'inf", 1),
+        (garbled({102: rows()[101 - 6]}), "1 times do not fit .*: line 102", 1),
+        (garbled({102: rows()[0]}), "1 times do not fit .*: line 102", 1),
+        (garbled({102: rows()[102 - 6].replace("e-06", "e-01", 1)}), "1 times do not fit .*: line 102", 1),
+        (garbled({102: None}), "1 samples are lost and are NaN, the first after line 101", 1),
+        (garbled({102: "# a remark\n" + rows()[102 - 6]}), "1 lines are no samples, .*: line 102 '# a remark'", 0),
+        (garbled({}, last=905), "the header states 1000 samples, and 900 are in the file: was it cut off", 0),
+        ([*HEADER, *(row + "\n" for row in rows())], "999 blank lines were left out", 0),
+        ([*HEADER, *rows(), ",,", "\x1a"], "2 lines are no samples, .*: line 1006 ',,', line 1007", 0),
+    ],
+)
+def test_a_damaged_line_is_named_and_left_out(tmp_path: Path, lines: list[str], said: str, lost: int) -> None:
+    path = write(tmp_path / "scope.csv", lines)
+    with pytest.warns(hl.HertzlinkWarning, match=said):
+        data = read_signal(path, {7: 1}, calibration=1.0)
+    whole = read_signal(write(tmp_path / "good.csv", [*HEADER, *rows()]), {7: 1}, calibration=1.0)
+    assert int(np.isnan(data.sensor_force).sum()) == lost
+    here = whole.sensor_force.isel(time=slice(0, data.time.size))
+    assert data.time.values == pytest.approx(here.time.values, abs=1e-15)
+    assert np.nanmax(np.abs(data.sensor_force.values - here.values)) < 1e-12
+    assert said.split(" ")[-1] in data.reading
 
 
 def test_a_signal_that_is_no_file(tmp_path: Path) -> None:
@@ -171,8 +202,8 @@ def test_a_signal_that_is_no_file(tmp_path: Path) -> None:
 @pytest.mark.parametrize("last", ["0.000899,", "0.000899,3.1e-", "0.000899,3.1,", "0.00089", "0.000899,1,2"])
 def test_a_truncated_last_line(tmp_path: Path, last: str) -> None:
     path = write(tmp_path / "scope.csv", [*HEADER, *rows()[:-1], last], end="")
-    with pytest.raises(ValueError, match=f"line {len(HEADER) + 1000}:"):
-        read_signal(path, {7: 2}, calibration=20.0)
+    with pytest.warns(hl.HertzlinkWarning, match="line 1005|last 1 samples hold no values"):
+        assert read_signal(path, {7: 2}, calibration=20.0).time.size == 999
 
 
 def test_a_whole_file_without_a_last_line_end(tmp_path: Path) -> None:
@@ -187,10 +218,21 @@ def test_a_whole_file_without_a_last_line_end(tmp_path: Path) -> None:
         ({"sensors": [7]}, r"sensors = \[7\]: must be a mapping"),
         ({"sensors": {0: 1}}, "sensor = 0"),
         ({"sensors": {7: -1}}, r"sensors\[7\] = -1"),
-        ({"sensors": {7: 0}}, "column 0 is the time column"),
-        ({"sensors": {7: 9}}, "has numbers in columns 0, 1, 2 only; must hold a line for each sample, with .* 0, 9,"),
-        ({"time_unit": "min"}, "time_unit = 'min': must be one of"),
-        ({"unit": "volts"}, "unit = 'volts': must be one of 'V', 'mV', 'N'"),
+        ({"sensors": {7: 0}}, "column 0 increases from line to line, .*: are the columns swapped"),
+        ({"sensors": {7: 0}, "time_column": 0}, "column 0 is the time column"),
+        ({"sensors": {7: 1, 8: 1}}, "two of them read the same column"),
+        (
+            {"sensors": {7: 9}},
+            "has numbers in columns 0, 1, 2 only; must hold a line for each sample, with .* columns 9,",
+        ),
+        ({"time_unit": "mV"}, "time_unit = 'mV': must be a unit of a time"),
+        ({"unit": "pC"}, "unit = 'pC': must be a unit of a voltage or a force"),
+        ({"unit": 1.0}, "unit = 1.0: must be a unit"),
+        ({"interval": 0.0}, "interval = 0.0: must be a positive number"),
+        ({"interval": 1e-6, "time_column": 0}, "interval = 1e-06: is for a file without times"),
+        ({"start": "x"}, "start = 'x': must be a finite number"),
+        ({"segment": 0}, "segment = 0: must be a whole number"),
+        ({"segment": 2}, "segment = 2: must be at most 1"),
         ({"unit": "N"}, "calibration = 20.0: must be None"),
         ({"calibration": None}, "calibration = None: must give κ for sensor 7"),
         ({"calibration": 0.0}, "calibration = 0.0"),

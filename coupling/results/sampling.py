@@ -1,0 +1,163 @@
+"""Even sampling from the time stamps of a file: few digits, lost and doubled samples, segments, pairs of extremes."""
+
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from coupling.results.sensor import FEWEST_SAMPLES
+from structures.checks import duration
+from structures.structure import Vector
+
+NEAR = 0.25
+"""Stamps of samples that follow each other differ by one interval, up to this part of it."""
+
+UNEVEN = 1.0
+"""Intervals that a time may lie off even ones."""
+
+SAID = 0.02
+"""Stamps that lie off even times by more intervals than this are mentioned."""
+
+FEW, FEW_SHARE = 20, 0.01
+"""So many samples, or this part of all, may be lost."""
+
+FAR = 0.2
+"""A time that lies off the others by this part of the record is damaged, such as 1e3 among 1e-3."""
+
+Rows = NDArray[np.int64]
+
+
+class Even(NamedTuple):
+    """Even times, the row of each (-1 for a lost sample), rows that are no samples, and what is to be said."""
+
+    time: Vector
+    rows: Rows
+    left_out: Rows
+    notes: list[str]
+
+
+class Unsampled(ValueError):
+    """Times that no sampling rate gives; row: where."""
+
+    def __init__(self, row: int, reason: str) -> None:
+        super().__init__(reason)
+        self.row = row
+
+
+def even_sampling(time: Vector) -> Even:
+    """Even times from stamps, which may be NaN; raises Unsampled."""
+    rows = np.flatnonzero(np.isfinite(time))
+    if rows.size < FEWEST_SAMPLES:
+        raise Unsampled(0, f"holds {rows.size} times, must hold {FEWEST_SAMPLES} or more")
+    if (coarse := _coarse(time, rows)) is not None:
+        return coarse
+    kept = _without_misfits(time, rows)
+    steps = np.diff(time[kept])
+    usual = float(np.median(steps))
+    counts = np.maximum(np.round(steps / usual), 1.0).astype(np.int64)
+    lost = counts - 1
+    if lost.sum() > max(FEW, FEW_SHARE * kept.size):
+        at = int(lost.argmax())
+        raise Unsampled(int(kept[at + 1]), f"{_after(time, kept, at)}: a gap; the usual step is {usual:.3g} s")
+    places = np.concatenate(([0], np.cumsum(counts)))
+    even, off = _line(places, time[kept], int(places[-1]) + 1)
+    if off.max() > UNEVEN * usual:
+        raise Unsampled(int(kept[off.argmax()]), "times must be evenly spaced, as one sampling rate gives them")
+    rows_of = np.full(even.size, -1)
+    rows_of[places] = kept
+    notes = []
+    if off.max() > SAID * usual:
+        notes.append(f"times lie up to {duration(float(off.max()))} off even sampling, which is taken")
+    return Even(even, rows_of, np.setdiff1d(rows, kept), notes)
+
+
+def segments(time: Vector) -> list[slice]:
+    """The rows of each segment of a sequence, where times begin anew; one slice for a usual record."""
+    known = np.flatnonzero(np.isfinite(time))
+    if known.size < 2 * FEWEST_SAMPLES:
+        return [slice(0, time.size)]
+    steps = np.diff(time[known])
+    back = known[1:][steps < -0.5 * np.ptp(time[known])]
+    ends = [0, *back.tolist(), time.size]
+    lengths = np.diff(ends)
+    if lengths.min() < max(FEWEST_SAMPLES, 0.5 * lengths.max()):
+        return [slice(0, time.size)]
+    return [slice(first, end) for first, end in pairwise(ends)]
+
+
+def is_of_pairs(time: Vector, columns: list[Vector]) -> bool:
+    """Whether each time stands twice, with the least and the greatest value."""
+    if time.size % 2 or time.size < 2 * FEWEST_SAMPLES or not (time[::2] == time[1::2]).all():
+        return False
+    if not (np.diff(time[::2]) > 0.0).all():
+        return False
+    rises = [one[1::2] - one[::2] for one in columns]
+    return all((one[np.isfinite(one)] >= 0.0).all() or (one[np.isfinite(one)] <= 0.0).all() for one in rises)
+
+
+def _coarse(time: Vector, rows: Rows) -> Even | None:
+    """Even times where several samples have the same stamp, because it has too few digits; None elsewhere."""
+    steps = np.diff(time[rows])
+    if not (steps == 0.0).sum() > max(FEW, FEW_SHARE * steps.size) or (steps < 0.0).any() or not (steps > 0.0).any():
+        return None
+    digit = float(np.median(steps[steps > 0.0]))
+    even, off = _line(rows, time[rows], time.size, straight=True)
+    step = float(even[1] - even[0])
+    if not step > 0.0:
+        return None
+    if off.max() > 1.01 * max(digit, step):
+        at = int(off.argmax())
+        raise Unsampled(int(rows[at]), "times must be evenly spaced, as one sampling rate gives them")
+    text = f"stamps of time resolve {duration(digit)}, and samples are {duration(step)} apart: even sampling is taken"
+    return Even(even, np.arange(time.size), np.array([], dtype=np.int64), [text])
+
+
+def _without_misfits(time: Vector, rows: Rows) -> Rows:
+    """The rows whose times increase, without single ones far off; raises Unsampled where these are many."""
+    steps = np.diff(time[rows])
+    third = rows.size // 3
+    usual = float(np.median(time[rows[-third:]]) - np.median(time[rows[:third]])) / (rows.size - third)
+    if usual > 0.0:
+        order = np.arange(rows.size)
+        off = time[rows] - usual * order
+        rows_kept = rows[np.abs(off - np.median(off)) <= usual * max(FEW, FAR * rows.size)]
+        rows_kept = _without_spikes(time, rows_kept, usual)
+    else:
+        rows_kept = rows
+    if rows_kept.size:
+        highest = np.maximum.accumulate(time[rows_kept])
+        rows_kept = rows_kept[np.concatenate(([True], time[rows_kept][1:] > highest[:-1]))]
+    if rows.size - rows_kept.size > max(FEW, FEW_SHARE * rows.size) or rows_kept.size < FEWEST_SAMPLES:
+        wrong = np.flatnonzero(steps <= 0.0)
+        at = int(wrong[0]) if wrong.size else int(np.abs(steps - usual).argmax())
+        reason = "must increase" if wrong.size else "must be evenly spaced, as one sampling rate gives them"
+        raise Unsampled(int(rows[at + 1]), f"{_after(time, rows, at)}, {reason}")
+    return rows_kept
+
+
+def _without_spikes(time: Vector, rows: Rows, usual: float) -> Rows:
+    """Without single rows off an even step from both neighbours, which are two steps apart."""
+    if rows.size < FEWEST_SAMPLES:
+        return rows
+    t = time[rows]
+    normal = np.abs(np.diff(t) - usual) <= NEAR * usual
+    across = np.abs(t[2:] - t[:-2] - 2.0 * usual) <= NEAR * usual
+    inside = ~normal[:-1] & ~normal[1:] & across
+    return rows[~np.concatenate(([False], inside, [False]))]
+
+
+def _line(places: Rows, time: Vector, count: int, straight: bool = False) -> tuple[Vector, Vector]:
+    """Even times through stamps, and how far off each stamp is."""
+    even = np.linspace(time[0], time[0] + (time[-1] - time[0]) * (count - 1) / max(1, places[-1] - places[0]), count)
+    off = np.abs(time - even[places])
+    if straight or off.max() > SAID * (even[1] - even[0]):
+        middle = places.mean()
+        rise = float(((places - middle) @ (time - time.mean())) / ((places - middle) @ (places - middle)))
+        even = time.mean() + rise * (np.arange(count) - middle)
+        off = np.abs(time - even[places])
+    return even, off
+
+
+def _after(time: Vector, rows: Rows, at: int) -> str:
+    return f"time {time[rows[at + 1]]:.9g} s after {time[rows[at]]:.9g} s"

@@ -1,0 +1,270 @@
+"""What the lines above the samples of an oscilloscope's file state: units, interval, start, and number of samples."""
+
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from functools import cache
+from typing import NamedTuple
+
+from structures.units import factor, is_unit
+
+TIME, FORCE, OTHER, UNKNOWN = "time", "voltage or force", "other", "unknown"
+
+SI = {"s": TIME, "V": FORCE, "N": FORCE}
+"""The SI units that columns are read in."""
+
+NAMES_OF_LINES = 3
+"""Lines directly above the samples that may name columns and their units."""
+
+INTERVALS = {
+    *("increment", "xinc", "xincr", "xincrement", "timeincrement", "deltax", "dx", "deltat", "dt", "hresolution"),
+    *("sampleinterval", "samplinginterval", "sampleperiod", "samplingperiod", "sampletime", "samplingtime", "timestep"),
+    *("timeinterval", "horizinterval", "horizontalinterval", "tinc", "timebaseinterval", "timeresolution"),
+}
+RATES = {"samplerate", "samplingrate", "samplefrequency", "samplingfrequency", "samplingfreq", "fs", "sampfreq"}
+STARTS = {
+    *("start", "xzero", "x0", "xorigin", "xorg", "xstart", "hoffset", "starttime", "horizoffset", "horizontaloffset"),
+    *("timestart", "tstart", "t0"),
+}
+COUNTS = {
+    *("recordlength", "segmentsize", "memorylength", "blocksize", "samplecount", "numberofsamples", "samples"),
+    *("points", "npoints", "numberofpoints", "numpoints", "recordsize", "noofsamples", "noofpoints"),
+}
+TIME_UNITS = {"horizontalunits", "horizontalunit", "xunits", "xunit", "hunit", "timeunit", "timeunits", "xunitlabel"}
+FORCE_UNITS = {
+    *("verticalunits", "verticalunit", "yunits", "yunit", "vunit", "yunitlabel", "amplitudeunit", "signalunit"),
+    "unit",
+    "units",
+}
+KEYS = INTERVALS | RATES | STARTS | COUNTS | TIME_UNITS | FORCE_UNITS
+"""Words of lines such as "Sample Interval,5e-07", without blanks and signs."""
+
+COUNTERS = {"sample", "samples", "sampleno", "samplenumber", "index", "no", "nr", "n", "point", "count", "sequence"}
+"""Names of columns that count samples."""
+
+NUMBER_AND_UNIT = re.compile(r"\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*(\S*)\s*")
+"""A value such as "2 MSa/s"."""
+
+BETWEEN_WORDS = re.compile(r"[\s,;:]+")
+
+SECOND = re.compile(r"(se[ck](unde|onde?)?[ns]?\.?)$", re.IGNORECASE)
+"""Seconds as people abbreviate and translate them."""
+
+
+class Unit(NamedTuple):
+    """A unit as a header writes it, its quantity, the SI unit, its size in that, and its full name."""
+
+    text: str
+    quantity: str
+    si: str = ""
+    size: float = 1.0
+    name: str = ""
+
+    @property
+    def of_table(self) -> tuple[str, float]:
+        return self.si, self.size
+
+
+class Header:
+    """The lines above the samples, and entries such as "Vertical Units,V" above or beside these, cell by cell."""
+
+    def __init__(self, rows: Sequence[Sequence[str]], first: Sequence[Sequence[str]], columns: int) -> None:
+        """rows: those above the samples; first: the first of the file; columns: the number of cells of a sample."""
+        self._rows = [_cells(row, columns) for row in rows]
+        self._first = [_cells(row, 0, join=False) for row in first]
+        self._columns = columns
+
+    def unit(self, column: int, wanted: str) -> Unit | None:
+        """The unit of a column; a Unit of another quantity where the header states one."""
+        near = [row for row in self._rows if any(row) and _key(row[0]) not in KEYS][-NAMES_OF_LINES:]
+        found = [_stated(row[column], wanted, _is_row_of_units(row)) for row in reversed(near) if len(row) > column]
+        keyed = [*self._keyed(TIME_UNITS if wanted == TIME else FORCE_UNITS, column)]
+        stated = [one for one in [*found, *keyed] if one is not None]
+        if not stated:  # cells that do not stand above the columns
+            loose = {one for row in near if len(row) != self._columns for one in _loose(row, wanted)}
+            stated = [*loose] if len({one.of_table for one in loose}) == 1 else []
+        if len({one.of_table for one in stated}) > 1:
+            texts = " and ".join(dict.fromkeys(repr(one.text) for one in stated))
+            return Unit(texts, UNKNOWN)
+        return stated[0] if stated else None
+
+    def counts_samples(self, column: int) -> bool:
+        """Whether a column is named as the number of the sample."""
+        return any(len(row) > column and _key(row[column]) in COUNTERS for row in self._rows[-NAMES_OF_LINES:])
+
+    def is_time(self, column: int) -> bool:
+        """Whether a column is named as a time."""
+        unit = self.unit(column, TIME)
+        return unit is not None and unit.quantity == TIME
+
+    def interval(self) -> float | None:
+        """The interval between samples, s."""
+        intervals = [value * self._second(text) for text, value in self._numbers(INTERVALS)]
+        rates = [1.0 / (value * _hertz(text)) for text, value in self._numbers(RATES) if value > 0.0]
+        return next((one for one in [*intervals, *rates] if one > 0.0), None)
+
+    def start(self) -> float:
+        """The time of the first sample, s; 0 where the header states none."""
+        return next((value * self._second(text) for text, value in self._numbers(STARTS)), 0.0)
+
+    def count(self) -> int | None:
+        """The number of samples."""
+        return next((int(value) for _, value in self._numbers(COUNTS) if value >= 1.0), None)
+
+    def _second(self, text: str) -> float:
+        keyed = next(iter(self._keyed(TIME_UNITS, 1)), None)
+        unit = _unit_of(text, TIME) if text else keyed
+        return unit.size if unit is not None and unit.quantity == TIME else 1.0
+
+    def _keyed(self, names: set[str], column: int) -> Iterator[Unit]:
+        """Units of lines such as "Vertical Units,V"."""
+        wanted = TIME if names is TIME_UNITS else FORCE
+        for row in self._first:
+            if not row or _key(row[0]) not in names:
+                continue
+            values = [cell for cell in row[1:] if cell and not _is_number(cell)]
+            texts = values if len(set(values)) == 1 else row[column : column + 1] if len(row) > column else values[:1]
+            yield from (_unit_of(text, wanted) or Unit(text, UNKNOWN) for text in texts[:1] if text)
+
+    def _numbers(self, names: set[str]) -> Iterator[tuple[str, float]]:
+        """Unit and value of each entry with one of these names: in the next cell, or in the line below."""
+        for row, below in zip(self._first, [*self._first[1:], []], strict=True):
+            for k, cell in enumerate(row):
+                word, _, rest = re.sub(r"[:=]", "\0", cell, count=1).partition("\0")
+                if _key(word) not in names:
+                    continue
+                beside, under = [*row, "", ""][k + 1 : k + 3], [*below, *[""] * (k + 2)][k : k + 2]
+                for text, after in ((rest, ""), beside, under):
+                    value = NUMBER_AND_UNIT.fullmatch(text.replace(",", "."))
+                    if value and _is_number(value[1]):
+                        yield value[2] or _bracketed(word) or ("" if _is_number(after) else after), float(value[1])
+                        break
+
+
+def quantity_of(text: str, wanted: str) -> Unit | None:
+    """A unit of a quantity, as an argument gives it; None where it is none."""
+    found = _unit_of(text, wanted)
+    return found if found is not None and found.quantity == wanted else None
+
+
+def _cells(row: Sequence[str], columns: int, join: bool = True) -> list[str]:
+    """Cells without comment signs and quotes; a cell that only holds a unit joins the name before it if there are
+    too many cells."""
+    cells = [cell.strip().strip('"').strip() for cell in row]
+    if cells:
+        cells[0] = cells[0].lstrip("#%/* ").strip()
+    if join and cells and not cells[0] and len(cells) > columns:
+        cells = cells[1:]
+    while cells and not cells[-1]:
+        cells.pop()
+    if not join or len(cells) <= columns or any(map(_is_number, cells)):
+        return cells
+    joined: list[str] = []
+    for cell in cells:
+        bare = cell.strip("()[] ")
+        if joined and _unit_of(bare, TIME) is not None and _unit_of(joined[-1], TIME) is None:
+            joined[-1] += f" ({bare})"
+        else:
+            joined.append(cell)
+    return joined if len(joined) == columns else cells
+
+
+def _key(cell: str) -> str:
+    return re.sub(r"[^a-z0-9]", "", re.split(r"[(\[:=]", cell.lower())[0])
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def _hertz(text: str) -> float:
+    """Hz, kHz, MSa/s, or nothing, in Hz."""
+    rate = re.sub(r"(samples?|sa|s)(/s(ec)?|ps)$", "Hz", text.strip(), flags=re.IGNORECASE)
+    try:
+        return float(factor(rate, "Hz")) if rate else 1.0
+    except ValueError:
+        return 1.0
+
+
+def _bracketed(cell: str) -> str:
+    found = re.search(r"[(\[<{]([^()\[\]<>{}]*)[)\]>}]", cell)
+    return found[1].strip() if found else ""
+
+
+def _is_row_of_units(row: Iterable[str]) -> bool:
+    """Whether each cell is a unit, and one of them a time: "s,V" or "second,Volt"."""
+    units = [_unit_of(cell.strip("()[] "), TIME) for cell in row if cell]
+    return len(units) > 1 and all(units) and any(one and one.name.endswith("second") for one in units)
+
+
+def _loose(row: Iterable[str], wanted: str) -> Iterator[Unit]:
+    for cell in row:
+        unit = _stated(cell, wanted, False)
+        if unit is not None and unit.quantity == wanted:
+            yield unit
+
+
+def _stated(cell: str, wanted: str, in_row_of_units: bool) -> Unit | None:
+    """The unit that a cell states: "(ms)", "Time [ms]", "Time in ms", "t/ms", "time_ms", "Time ms", "ms"."""
+    if not cell or _is_number(cell):
+        return None
+    if brackets := re.findall(r"[(\[<{]\s*([^()\[\]<>{}]+?)\s*[)\]>}]", cell):
+        found = [_first_unit(text, wanted) for text in brackets]
+        fitting = [one for one in found if one.quantity == wanted] or found[-1:]
+        return fitting[0] if len({one.of_table for one in fitting}) == 1 else Unit(cell, UNKNOWN)
+    if word := re.search(r"\bin\s+(\S+)$", cell):
+        return _unit_of(word[1], wanted) or Unit(word[1], UNKNOWN)
+    if in_row_of_units:
+        return _unit_of(cell, wanted)
+    if (word := re.search(r"\w\s*/\s*([^/\s]+)$", cell)) and cell.lower() != "n/a":
+        return _unit_of(word[1], wanted)
+    last = re.split(r"[\s,;:=_-]+", cell)[-1]
+    if last.startswith("dB"):
+        return Unit(last, UNKNOWN)
+    unit = _unit_of(last, wanted)
+    return unit if unit is not None and _is_sure(unit, wanted) else None
+
+
+def _first_unit(text: str, wanted: str) -> Unit:
+    """The unit in brackets: one word, or the only unit among words without digits."""
+    if unit := _unit_of(text, wanted):
+        return unit
+    words = [one for one in BETWEEN_WORDS.split(text) if one]
+    units = [one for one in (_unit_of(word, wanted) for word in words) if one is not None and one.quantity == wanted]
+    return units[0] if len(units) == 1 and not re.search(r"\d", text) else Unit(text, UNKNOWN)
+
+
+def _is_sure(unit: Unit, wanted: str) -> bool:
+    """Whether a word without brackets is surely a unit: "Channel A" holds no ampere, and "max/min" no minute."""
+    names = r".*(second|volt|newton|force_\w+|dyne)$" if unit.quantity == wanted else "(milli|micro|nano|pico|kilo)"
+    return unit.quantity in (wanted, OTHER) and re.match(names, unit.name) is not None
+
+
+@cache
+def _unit_of(text: str, wanted: str) -> Unit | None:
+    """A unit by its name; of several readings, such as S for siemens and seconds, that of the quantity wanted."""
+    word = SECOND.sub("second", text.strip().strip(".").replace("Âµ", "µ"))
+    if not word or _is_number(word):
+        return None
+    words = dict.fromkeys([word, word.lower(), word[:-1].lower() + word[-1].upper()])
+    units = [
+        Unit(text, quantity_, si, size, is_unit(w))
+        for w in words
+        for si, quantity_ in SI.items()
+        if (size := _size(w, si))
+    ]
+    if best := [one for one in units if one.quantity == wanted]:
+        return best[0]
+    if (name := is_unit(word)) and not (units and units[0].name == name):
+        return Unit(text, OTHER, name=name)
+    return units[0] if units else None
+
+
+def _size(word: str, si: str) -> float:
+    try:
+        return float(factor(word, si))
+    except ValueError:
+        return 0.0

@@ -1,0 +1,308 @@
+"""The trace of an oscilloscope's file: evenly sampled columns in SI units, and what was left out or assumed."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from coupling.results.sampling import Even, Rows, Unsampled, even_sampling, is_of_pairs, segments
+from coupling.results.scope_file import LONGEST_LINE, Samples, ScopeFile, from_first
+from coupling.results.scope_header import FORCE, OTHER, TIME, Header, Unit, quantity_of
+from coupling.results.sensor import FEWEST_SAMPLES, bridged
+from structures.checks import duration
+from structures.structure import Vector
+
+NAMED = 3
+"""Lines that a message names."""
+
+SAME = 0.02
+"""Intervals of the header and of the time column differ by less than this part."""
+
+FEWEST_SHARE = 0.5
+"""A column holds at least this part of numbers."""
+
+PREFIXES = {1e-3: "ms", 1e-6: "us", 1e-9: "ns"}
+"""Units of time that scopes use without saying so."""
+
+
+class Sampling(NamedTuple):
+    """How samples lie in time: a column (None: the usual one), its unit, or the interval and the start, s; segment."""
+
+    column: int | None = None
+    unit: str | None = None
+    interval: float | None = None
+    start: float | None = None
+    segment: int | None = None
+
+
+class Trace(NamedTuple):
+    """Times, s; the columns in SI units, NaN where a sample is missing, by sensor; their units; what is to be said."""
+
+    time: Vector
+    columns: dict[int, Vector]
+    units: dict[int, str]
+    notes: list[str]
+
+
+def read_trace(path: Path, column_of: Mapping[int, int], sampling: Sampling, unit: str | None) -> Trace:
+    """The columns of sensors of a file. A ValueError that names the file, the line and the way out."""
+    columns = [*column_of.values()]
+    explicit = [] if sampling.column is None else [sampling.column]
+    file = ScopeFile(path, [*explicit, *columns])
+    time_of = _time_columns(file, column_of, sampling)
+    times = sorted({column for column in time_of.values() if column is not None})
+    samples = file.samples([*times, *columns], times)
+    unit_of = {sensor: _unit(path, samples.header, column, FORCE, unit) for sensor, column in column_of.items()}
+    notes = [*_left_out(samples), *_counted(samples)]
+    pieces = {}
+    for column in dict.fromkeys(time_of.values()):
+        own = {sensor: samples.columns[column_of[sensor]] for sensor, its in time_of.items() if its == column}
+        if column is None:
+            piece = _by_interval(path, samples, sampling)
+        else:
+            piece, own = _by_column(path, file, samples, column, sampling, own)
+        notes += [one for one in piece.notes if one not in notes]
+        known = piece.rows >= 0
+        pieces[column] = (
+            piece.time,
+            {sensor: np.where(known, values[np.where(known, piece.rows, 0)], np.nan) for sensor, values in own.items()},
+        )
+    time, values = _common(path, pieces, notes)
+    for sensor, column in column_of.items():
+        notes += _missing(path, samples, sensor, column, values[sensor])
+    first, last = _span(values)
+    if first or last < time.size:
+        notes.append(f"the first {first} and the last {time.size - last} samples hold no values, and were left out")
+    scaled = {sensor: unit_of[sensor].size * values[sensor][first:last] for sensor in column_of}
+    return Trace(time[first:last], scaled, {s: one.si for s, one in unit_of.items()}, notes)
+
+
+def _time_columns(file: ScopeFile, column_of: Mapping[int, int], sampling: Sampling) -> dict[int, int | None]:
+    """The column of the time of each sensor: the nearest to the left that increases; None where there is none."""
+    if sampling.interval is not None:
+        return dict.fromkeys(column_of, None)
+    increasing = file.increasing
+    swapped = [column for column in column_of.values() if column in increasing]
+    if swapped:
+        raise ValueError(
+            f"{file.path}: column {swapped[0]} increases from line to line, as a time does: are the columns swapped? "
+            "sensors = {bead: column}, counted from 0; the time is time_column"
+        )
+    if sampling.column is not None:
+        return dict.fromkeys(column_of, sampling.column)
+    found: dict[int, int | None] = {}
+    for sensor, column in column_of.items():
+        left = [one for one in increasing if one < column] or increasing[:1]
+        found[sensor] = left[-1] if left else (None if 0 in column_of.values() or file.states_interval else 0)
+    return found
+
+
+def _by_interval(path: Path, samples: Samples, sampling: Sampling) -> Even:
+    """Times from an interval, of the user or of the header."""
+    count = samples.lines.size
+    interval, start = sampling.interval, sampling.start
+    if interval is None:
+        interval, start = samples.header.interval(), samples.header.start() if start is None else start
+    if interval is None:
+        raise ValueError(
+            f"{path}: holds no column of times, and no interval in its header; give interval=, s, such as 5e-7"
+        )
+    time: Vector = (start or 0.0) + interval * np.arange(count, dtype=float)
+    return Even(time, np.arange(count), np.array([], dtype=int), [])
+
+
+def _by_column(
+    path: Path, file: ScopeFile, samples: Samples, column: int, sampling: Sampling, values: dict[int, Vector]
+) -> tuple[Even, dict[int, Vector]]:
+    """Times from a column."""
+    time, notes = samples.columns[column], []
+    known = np.isfinite(time)
+    steps = np.diff(time[known])
+    if np.spacing(np.abs(time[known]).max()) > 1e-3 * abs(float(np.median(steps))) > 0.0:
+        time, first = from_first(file.plain(samples.cells[column]), known)
+        notes.append(f"times count from the first sample, {first.strip()}")
+    interval, stated = samples.header.interval(), samples.header.unit(column, TIME)
+    rows = np.arange(time.size)
+    parts = segments(time)
+    if len(parts) > 1 and sampling.segment is None:
+        raise ValueError(
+            f"{path}: holds {len(parts)} segments, whose times begin anew; read each with segment=1 to {len(parts)}, "
+            f"such as average_taps([read_signal(…, segment=k) for k in range(1, {len(parts) + 1})])"
+        )
+    if sampling.segment is not None:
+        if sampling.segment > len(parts):
+            raise ValueError(
+                f"{path}: segment = {sampling.segment!r}: must be at most {len(parts)}, the number of segments"
+            )
+        rows = rows[parts[sampling.segment - 1]]
+    if is_of_pairs(time[rows], [one[rows] for one in values.values()]):
+        values = {sensor: _means(one, rows) for sensor, one in values.items()}
+        rows = rows[::2]
+        notes.append("each time stands twice, with the least and the greatest value; their mean is taken")
+    try:
+        even = even_sampling(time[rows])
+    except Unsampled as error:
+        line = samples.lines[rows[error.row]]
+        raise ValueError(f"{path}, line {line}: {error}") from None
+    counts = interval is not None and stated is None and bool((np.diff(time[known]) == 1.0).all())
+    second = 1.0
+    if counts and interval is not None:
+        even = even._replace(time=samples.header.start() + interval * even.time)
+    elif samples.header.counts_samples(column) and stated is None:
+        raise ValueError(
+            f"{path}: column {column} counts samples; give time_column, the column of the time, or interval=, s"
+        )
+    else:
+        unit = _unit(path, samples.header, column, TIME, sampling.unit)
+        second = unit.size
+        if interval is not None:
+            second, more = _checked_second(float(even.time[1] - even.time[0]), unit, interval, stated or sampling.unit)
+            notes += more
+    misfits = [f"line {samples.lines[rows[row]]}" for row in even.left_out[:NAMED].tolist()]
+    if misfits:
+        notes.append(
+            f"{even.left_out.size} times do not fit the others, and their samples were left out: {', '.join(misfits)}"
+        )
+    lost = int((even.rows < 0).sum())
+    if lost:
+        at = int((even.rows < 0).argmax())
+        before = samples.lines[rows[even.rows[at - 1]]]
+        notes.append(f"{lost} samples are lost and are NaN, the first after line {before}")
+    rows_of = np.where(even.rows >= 0, rows[np.maximum(even.rows, 0)], -1)
+    return Even(second * even.time, rows_of, even.left_out, [*notes, *even.notes]), values
+
+
+def _means(values: Vector, rows: Rows) -> Vector:
+    """The column with the mean of each pair in the place of its first."""
+    found = values.copy()
+    found[rows[::2]] = 0.5 * (values[rows[::2]] + values[rows[1::2]])
+    return found
+
+
+def _checked_second(step: float, unit: Unit, interval: float, stated: object) -> tuple[float, list[str]]:
+    """The size of the time column's unit, s, which the header's interval confirms, and what is to be said."""
+    ratio = interval / step
+    if abs(ratio / unit.size - 1.0) < SAME:
+        return unit.size, []
+    fitting = [size for size in PREFIXES if abs(ratio / size - 1.0) < SAME]
+    if stated is None and fitting:
+        return fitting[0], [
+            f"the time is read in {PREFIXES[fitting[0]]}, from the header's interval, {duration(interval)}"
+        ]
+    return unit.size, [
+        f"the header states an interval of {duration(interval)}, but the times are {duration(step * unit.size)} apart"
+    ]
+
+
+def _unit(path: Path, header: Header, column: int, wanted: str, given: str | None) -> Unit:
+    """The unit of a column: the header's or the given one; a ValueError where these differ or mean nothing here."""
+    stated = header.unit(column, wanted)
+    name = "time_unit" if wanted == TIME else "unit"
+    own = quantity_of(given, wanted) if given is not None else None
+    if stated is None:
+        default = quantity_of("s" if wanted == TIME else "V", wanted)
+        assert default is not None
+        return own or default
+    if stated.quantity == wanted:
+        if own is not None and own.of_table != stated.of_table:
+            raise ValueError(
+                f"{path}: {name} = {given!r}, but the header gives {stated.text!r} for column {column}; leave {name} "
+                "out to use that, or correct the header"
+            )
+        return stated
+    if own is not None and stated.quantity not in (TIME, FORCE, OTHER):
+        return own
+    kind = "a time" if wanted == TIME else "a voltage or a force"
+    cure = (
+        f"give {name}="
+        if stated.quantity not in (TIME, FORCE, OTHER)
+        else "convert the column, or correct the header if the scope was set wrongly"
+    )
+    raise ValueError(
+        f"{path}: the header gives {stated.text!r} for column {column}, which is no unit of {kind}; {cure}"
+    )
+
+
+def _left_out(samples: Samples) -> list[str]:
+    """Lines that are no samples, in words."""
+    said = []
+    if samples.blank:
+        said.append(f"{samples.blank} blank lines were left out")
+    if samples.no_samples:
+        shown = ", ".join(f"line {i} {text[:LONGEST_LINE]!r}" for i, text in samples.no_samples[:NAMED])
+        more = len(samples.no_samples) - NAMED
+        shown += f" and {more} more" if more > 0 else ""
+        said.append(f"{len(samples.no_samples)} lines are no samples, and were left out: {shown}")
+    return said
+
+
+def _counted(samples: Samples) -> list[str]:
+    """A file that holds fewer or more samples than its header states."""
+    stated = samples.header.count()
+    held = samples.lines.size
+    if stated is None or stated < FEWEST_SAMPLES or held % stated == 0 or abs(held - stated) <= 1:
+        return []
+    return [f"the header states {stated} samples, and {held} are in the file: was it cut off?"]
+
+
+def _missing(path: Path, samples: Samples, sensor: int, column: int, values: Vector) -> list[str]:
+    """Samples that are no numbers, in words; a ValueError where these are most."""
+    where, cells = f"{path}: sensor {sensor}", samples.cells[column]
+    count = int(np.isfinite(values).sum())
+    bad = np.flatnonzero(~np.isfinite(samples.columns[column]))
+    words = [*dict.fromkeys(cells[i].strip() or "an empty cell" for i in bad.tolist())]
+    if count < max(FEWEST_SAMPLES, FEWEST_SHARE * values.size):
+        such = f", but text such as {words[0]!r}" if words else ""
+        raise ValueError(f"{where}: only {count} of {values.size} samples are within the scope's range{such}")
+    inside = np.isfinite(bridged(values))
+    ends = np.flatnonzero(np.isfinite(values))
+    lost = int((~np.isfinite(values[ends[0] : ends[-1] + 1])).sum())
+    if not lost or not words or not inside.any():
+        return []
+    return [
+        f"sensor {sensor}: {lost} samples are beyond the scope's range or missing, and are NaN: "
+        f"{', '.join(map(repr, words[:NAMED]))} from line {samples.lines[bad[0]]} on"
+    ]
+
+
+def _span(values: Mapping[int, Vector]) -> tuple[int, int]:
+    """First and last sample with a value of any sensor."""
+    known: NDArray[np.bool_] = np.any(np.isfinite(np.stack([*values.values()])), axis=0)
+    return int(known.argmax()), known.size - int(known[::-1].argmax())
+
+
+def _common(
+    path: Path, pieces: Mapping[int | None, tuple[Vector, dict[int, Vector]]], notes: list[str]
+) -> tuple[Vector, dict[int, Vector]]:
+    """Columns over one time: those with times of their own are taken where all overlap."""
+    every = [*pieces.values()]
+    time = every[0][0]
+    if len(every) == 1 or all(np.array_equal(time, other) for other, _ in every[1:]):
+        return time, {sensor: row for _, rows in every for sensor, row in rows.items()}
+    step = float(time[1] - time[0])
+    if any(abs(float(other[1] - other[0]) - step) > 1e-3 * step for other, _ in every):
+        raise ValueError(
+            f"{path}: columns {[*pieces]} hold times of different intervals; read their sensors separately"
+        )
+    first = max(float(other[0]) for other, _ in every)
+    last = min(float(other[-1]) for other, _ in every)
+    inside = (time >= first - 1e-3 * step) & (time <= last + 1e-3 * step)
+    if inside.sum() < FEWEST_SAMPLES:
+        raise ValueError(f"{path}: columns {[*pieces]} hold times that do not overlap; read their sensors separately")
+    time = time[inside]
+    notes.append(
+        f"sensors have times of their own, which begin up to {duration(first - min(float(o[0]) for o, _ in every))} "
+        f"apart; the {duration(float(time[-1] - time[0]))} that all hold are read"
+    )
+    return time, {sensor: _at(time, other, row) for other, rows in every for sensor, row in rows.items()}
+
+
+def _at(time: Vector, other: Vector, row: Vector) -> Vector:
+    """A column at times of another column: whole samples later, or between samples by a straight line."""
+    step = float(other[1] - other[0])
+    shift = float(time[0] - other[0]) / step
+    if abs(shift - round(shift)) < SAME and round(shift) + time.size <= row.size:
+        return row[round(shift) : round(shift) + time.size]
+    return np.asarray(np.interp(time, other, row))
