@@ -423,7 +423,7 @@ def samples(count: int, step: str = "e-6", begins: int = 0) -> str:
 
 SIGNALS = [
     (None, "trace.csv: there is no such file; give the trace of an oscilloscope as text, such as CSV"),
-    ("", "trace.csv: is empty; must hold a line for each sample, with numbers in columns 0, 1, 2, counted from 0"),
+    ("", "trace.csv: is empty; must hold a line for each sample, with numbers in columns 1, 2, counted from 0"),
     ("one\ntwo\n", "trace.csv: holds no numbers, but text such as 'one' in line 1; must hold a line for each sample, "),
     ("0,1\n1,2\n" * 20, "trace.csv: line 1, '0,1', has numbers in columns 0, 1 only; must hold a line for each "),
     (samples(9), "trace.csv: holds 9 samples, must hold 16 or more"),
