@@ -22,6 +22,9 @@ FOLDER = "references"
 
 PARTICIPANT = pytest.StashKey[tuple[str, Callable[[], Any]]]()
 
+PUSHED = pytest.StashKey[str]()
+"""How the participant moves where it is pushed, in words."""
+
 BEFORE = pytest.StashKey["str | None"]()
 
 
@@ -31,6 +34,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         "--update-references", action="store_true", help="write the references of hertzlink.testing, compare nothing"
     )
     group.addoption("--participant", metavar="MODULE:FUNCTION", help="makes what hertzlink.conformance checks")
+    group.addoption("--mass", type=float, metavar="KG", help="of the participant at its contact, to a factor of three")
+    group.addoption("--stiffness", type=float, metavar="N/M", help="of it there, static, to a factor of three")
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -40,6 +45,10 @@ def pytest_configure(config: pytest.Config) -> None:
     named = config.getoption("participant")
     if named:
         config.stash[PARTICIPANT] = (named, _named(named))
+    for what in ("mass", "stiffness"):
+        value = config.getoption(what)
+        if value is not None and not (named and 0.0 < value < float("inf")):
+            raise pytest.UsageError(f"--{what} {value}: must be a positive number, and needs --participant")
 
 
 def pytest_unconfigure(config: pytest.Config) -> None:
@@ -55,6 +64,8 @@ def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> Non
     """A run that compared nothing must not look like one that did."""
     if config.getoption("update_references"):
         terminalreporter.write_line("hertzlink: references were written, and nothing was compared with them")
+    if PUSHED in config.stash:
+        terminalreporter.write_line(f"hertzlink: {config.stash[PARTICIPANT][0]} {config.stash[PUSHED]}")
 
 
 @pytest.fixture

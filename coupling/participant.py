@@ -16,6 +16,9 @@ from structures.surface import Surface
 ROUNDING = 1e-9
 """Part of a negligible displacement that is rounding."""
 
+LEAST_RESISTANCE = 1.0
+"""Force over velocity, kg/s, with which a structure resists at first: half of that of 0.2 mm of aluminium, 4√(D·m)."""
+
 LARGEST_DISPLACEMENT = 1e3
 """Largest displacement, m: no structure moves so far, and the forces of the chain would overflow."""
 
@@ -96,6 +99,9 @@ class BlackBox:
             self.flexibilities = self.structure.flexibilities[: self.contacts]
             self.valid_until = self.structure.valid_until
         self.last_forces = np.zeros(self.contacts)
+        self.inertias: list[float] = []
+        """Of each contact point, kg: the mass that moves as far as it from rest; known once `check` has pushed it."""
+        self.first_window = 0.0
         self.passive = getattr(participant, "passive", True)
         if not isinstance(self.passive, bool | np.bool_):
             raise ValueError(f"{self.name}.passive = {short(self.passive)}: must be True or False")
@@ -170,9 +176,22 @@ class BlackBox:
         """
         self.check_rest(self.move(self.start(), np.zeros(self.contacts), window)[1], negligible)
         self.check_repeats(self.start(), np.full(self.contacts, force), window)
+        places = [self._pushed(number, force, window) for number in range(self.contacts)]
         if self.passive:
-            for number in range(self.contacts):
-                self._check_direction(number, force, window, ROUNDING * negligible)
+            for number, place in enumerate(places):
+                self._check_direction(number, force, place, ROUNDING * negligible)
+        self.first_window = window
+        self.inertias = [force * window**2 / (2.0 * place) if place > 0.0 else inf for place in places]
+
+    def findings(self) -> list[str]:
+        """A finding where a user's participant moved more easily than a foil: its units may be others."""
+        light = min(self.inertias, default=inf)
+        if self.closing is not None or not light < LEAST_RESISTANCE * self.first_window:
+            return []
+        return [
+            f"units: {self.name} moves in a first window of {self.first_window:.3g} s like {light:.3g} kg, more easily "
+            "than a foil; check its units of force, time and displacement, and that it returns a displacement"
+        ]
 
     def check_rest(self, places: Vector, negligible: float) -> None:
         """A ValueError where a first window without force did not end at rest, at displacements (m)."""
@@ -196,11 +215,14 @@ class BlackBox:
                 "return a new state that holds all that changes, or use the scheme Explicit(tolerance=None)"
             )
 
-    def _check_direction(self, number: int, force: float, window: float, rounding: float) -> None:
-        """From rest, a point that is pushed alone cannot move towards the chain: the structure would create energy."""
+    def _pushed(self, number: int, force: float, window: float) -> float:
+        """Where a point is, m, that was pushed alone from rest over a window."""
         forces = np.zeros(self.contacts)
         forces[number] = force
-        place = float(self.move(self.start(), forces, window)[1][number])
+        return float(self.move(self.start(), forces, window)[1][number])
+
+    def _check_direction(self, number: int, force: float, place: float, rounding: float) -> None:
+        """From rest, a point that is pushed alone cannot move towards the chain: the structure would create energy."""
         if place < -rounding:
             point = f"contact point {number}" if self.contacts > 1 else "the contact point"
             raise ValueError(

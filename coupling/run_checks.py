@@ -118,6 +118,7 @@ def checked(interface: Interface, frames: Frames, interval: float, ledger: Frame
     motions = [Motion(own.contact_force, own.velocity, _greatest(own.contact_force)) for own in frames.chains]
     findings += yields(interface.chains, motions, times)
     findings += check_structures(interface, frames, interval)
+    findings += [finding for box in interface.boxes for finding in box.findings()]
     warn(findings)
     return laws + findings
 
@@ -175,8 +176,7 @@ def _of_energy(interface: Interface, frames: Frames) -> list[str]:
             kept = kept + interface.static[k] * frames.saved.surface[k]
     total = _worst(kept - kept[0], interface)
     if not total > LARGE:
-        unknown = work[np.isnan(known).any(axis=1)]
-        return [finding for one in unknown for finding in _of_passivity(one, interface.impact_energy)][:1]
+        return []
     exchange, stepper = frames.saved.given - frames.saved.work, work - known - frames.damped
     parts = {
         "the exchange, see interface_mismatch; take shorter windows, or a scheme that iterates": exchange,

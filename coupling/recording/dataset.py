@@ -7,9 +7,10 @@ import numpy as np
 import xarray as xr
 
 from coupling.interface import Interface
+from coupling.participant import BlackBox
 from coupling.recording.frames import Frames
 from coupling.results.findings import as_attribute
-from coupling.results.provenance import provenance
+from coupling.results.provenance import as_text, provenance
 from coupling.results.schema import END_NAMES, LAST, VARIABLES, Contact, variable
 from particles.deformable.chain import MovingDeformableChain
 from structures.structure import Vector
@@ -38,7 +39,22 @@ def dataset(
         else:
             variables[name] = variable(name, np.stack(_filled(many, bodies * bool(known.bodies)), axis=1), known.owner)
     coordinates = _coordinates(interface, interval * np.arange(frames.rows), bodies)
-    return xr.Dataset(variables, coordinates, provenance(given) | as_attribute(findings))
+    attributes = provenance(given) | as_attribute(findings) | _of_participants(interface, frames, interval)
+    return xr.Dataset(variables, coordinates, attributes)
+
+
+def _of_participants(interface: Interface, frames: Frames, interval: float) -> dict[str, str]:
+    """How a user's participants moved: the inertia of each contact point from rest, and its mean compliance."""
+    found = []
+    for place, box in enumerate(interface.structures):
+        if not isinstance(box, BlackBox) or box.closing is not None or not box.inertias:
+            continue
+        points = interface.touched_by(place)
+        impulse = frames.saved.impulse[points][:, -1]
+        moved = frames.saved.surface[points].mean(axis=1) * interval * (frames.rows - 1)
+        compliance = np.divide(moved, impulse, out=np.full(impulse.size, np.nan), where=impulse != 0.0)
+        found.append({"name": box.name, "inertia (kg)": box.inertias, "compliance (m/N)": compliance.tolist()})
+    return {"participants": as_text({"participants": found})} if found else {}
 
 
 def _of_chain(interface: Interface, frames: Frames, number: int) -> dict[str, Vector]:

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import hertzlink as hl
+from coupling.participant import LEAST_RESISTANCE
 from structures.checks import short
 
 Answers = NDArray[np.float64]
@@ -28,6 +29,12 @@ WINDOW, FORCE, MOTION = 1e-6, 10.0, 2e-6
 
 SHORT = 1e-7
 """s, of a window whose halves are compared with it."""
+
+HELD = 4e-4
+"""s, for which a force is held that shows the compliance."""
+
+MARGIN = 3.0
+"""Factor to which the user need know a mass or a stiffness; a wrong unit is off by a thousand."""
 
 WINDOWS = 48
 
@@ -134,13 +141,70 @@ def check_passive(participant: Any, window: float = WINDOW, size: float | None =
     )
 
 
-def check_structure(make: Callable[[], Any], window: float = WINDOW, size: float | None = None) -> None:
-    """All of them, for a structure."""
+def push(participant: Any, window: float = WINDOW, size: float | None = None) -> tuple[float, float]:
+    """The inertia (kg) and the compliance (m/N) of a structure that a constant force pushes at all its points.
+
+    The inertia is that of a mass which would move as far as the first point in the first SHORT s. The compliance is the
+    mean displacement of that point over HELD s, over the force.
+    """
+    force = FORCE if size is None else size
+    free, drive = (_shaped(participant, np.full(_points(participant), one)) for one in (0.0, force))
+    begin, end = (float(np.atleast_1d(_one(participant, participant.start(), one, SHORT))[0]) for one in (free, drive))
+    first = end - begin
+    places = _run(participant, [drive] * max(1, round(HELD / window)), window)[:, 0] - begin
+    return (force * SHORT**2 / (2.0 * first) if first else np.inf), float(places.mean()) / force
+
+
+def check_units(
+    participant: Any,
+    window: float = WINDOW,
+    size: float | None = None,
+    mass: float | None = None,
+    stiffness: float | None = None,
+) -> tuple[float, float]:
+    """A structure in other units (mm, kN, ms), or with another quantity (a velocity, an impulse), moves otherwise.
+
+    mass, kg, is that which moves first at the contact point; stiffness, N/m, is the static one there. Each need only be
+    right to a factor of MARGIN; from it that of the participant may not differ by more. Without them only what would
+    move more easily than a foil is wrong. Returns inertia and compliance, see `push`.
+    """
+    inertia, compliance = push(participant, window, size)
+    resistance = inertia / SHORT
+    _require(
+        not 0.0 <= resistance < LEAST_RESISTANCE,
+        f"moves in the first {SHORT:g} s like {inertia:.3g} kg, more easily than a foil; check the units of force, "
+        "time and displacement, and that it returns a displacement",
+    )
+    units = "check the units: N, m, s"
+    if mass is not None:
+        _require(
+            _near(inertia, mass), f"moves in the first {SHORT:g} s like {inertia:.3g} kg, not {mass:g} kg; {units}"
+        )
+    if stiffness is not None:
+        found = f"has a compliance of {compliance:.3g} m/N over {HELD:g} s, not {1.0 / stiffness:.3g} m/N"
+        _require(_near(compliance * stiffness, 1.0), f"{found}; {units}")
+    return inertia, compliance
+
+
+def check_structure(
+    make: Callable[[], Any],
+    window: float = WINDOW,
+    size: float | None = None,
+    mass: float | None = None,
+    stiffness: float | None = None,
+) -> None:
+    """All of them, for a structure; mass and stiffness as in check_units."""
     for check in (check_repeatable, check_independent, check_pickles, check_finite, check_passive):
         check(make(), window, size)
     check_deterministic(make, window, size)
     check_starts_at_rest(make(), window)
     check_splits(make(), min(window, SHORT), size)
+    check_units(make(), window, size, mass, stiffness)
+
+
+def _near(found: float, expected: float) -> bool:
+    """Whether it is; what is no number is not for the check of units to find."""
+    return not (found < expected / MARGIN or found > expected * MARGIN)
 
 
 def _require(held: bool, otherwise: str) -> None:

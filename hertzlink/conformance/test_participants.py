@@ -55,11 +55,30 @@ def _participants(config: pytest.Config) -> tuple[Mapping[str, Make], Mapping[st
     return PARTICIPANTS, CHAINS
 
 
+def _units(config: pytest.Config) -> Callable[[Make], None]:
+    """The check that knows what the user expects, and whose findings are shown at the end."""
+    from hertzlink_pytest import PUSHED
+
+    expected = {what: config.getoption(what) for what in ("mass", "stiffness")}
+
+    def check(make: Make) -> None:
+        inertia, compliance = checks.check_units(make(), **expected)
+        config.stash[PUSHED] = (
+            f"moves in the first {1e9 * checks.SHORT:.0f} ns like {inertia:.3g} kg, and has a compliance of "
+            f"{compliance:.3g} m/N over {1e6 * checks.HELD:.0f} µs; a steel bead of 9.5 mm has 0.0035 kg"
+        )
+
+    return check
+
+
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     structures, chains = _participants(metafunc.config)
+    config = metafunc.config
+    by_user = config.getoption("participant", None) is not None
+    owed_by_structures = OF_STRUCTURES | ({"units": _units(config)} if by_user else {})
     cases = [
         pytest.param(make, check, id=f"{name}-{what}")
-        for makers, owed in ((structures, OF_STRUCTURES), (chains, OF_CHAINS))
+        for makers, owed in ((structures, owed_by_structures), (chains, OF_CHAINS))
         for name, make in makers.items()
         for what, check in owed.items()
     ]

@@ -1,5 +1,6 @@
 """Each broken participant is caught by the check that is meant for its fault, and by no other."""
 
+import json
 import runpy
 import subprocess
 import sys
@@ -154,7 +155,91 @@ CHECKS: dict[str, Callable[[Callable[[], Any]], None]] = {
     "finite": lambda make: checks.check_finite(make()),
     "at rest": lambda make: checks.check_starts_at_rest(make()),
     "passive": lambda make: checks.check_passive(make()),
+    "units": lambda make: checks.check_units(make(), mass=0.01, stiffness=2e7) and None,
 }
+
+
+class InMillimetres(Sound):
+    def advance(self, state: Any, force: float, window: float) -> tuple[Any, float]:
+        end, answer = super().advance(state, force, window)
+        return end, 1e3 * answer
+
+
+class InKilonewtons(Sound):
+    """It takes the newtons that it is given for kN."""
+
+    def advance(self, state: Any, force: float, window: float) -> tuple[Any, float]:
+        return super().advance(state, 1e3 * force, window)
+
+
+class InMilliseconds(Sound):
+    """It takes ms, and would be given s."""
+
+    def advance(self, state: Any, force: float, window: float) -> tuple[Any, float]:
+        return super().advance(state, force, 1e3 * window)
+
+
+class ReturnsAVelocity(Sound):
+    def advance(self, state: Any, force: float, window: float) -> tuple[Any, float]:
+        end, _ = super().advance(state, force, window)
+        return end, end[1]
+
+
+class TakesAnImpulse(Sound):
+    def advance(self, state: Any, force: float, window: float) -> tuple[Any, float]:
+        return super().advance(state, force / window, window)
+
+
+WRONG_UNITS = [InMillimetres, InKilonewtons, InMilliseconds, ReturnsAVelocity, TakesAnImpulse]
+
+
+@pytest.mark.parametrize("wrong", WRONG_UNITS)
+def test_another_unit_or_quantity_is_caught(wrong: type) -> None:
+    """A thousandth of a mass or a stiffness, or less; the user's own may be wrong by a factor of two."""
+    for expected in ({"mass": 0.01}, {"mass": 0.02, "stiffness": 4e7}, {"stiffness": 1e7}):
+        with pytest.raises(AssertionError, match=r"check the units"):
+            checks.check_units(wrong(), **expected)
+        checks.check_units(Sound(), **expected)
+
+
+@pytest.mark.parametrize("wrong", [InMilliseconds, ReturnsAVelocity, TakesAnImpulse])
+def test_what_moves_more_easily_than_a_foil_is_caught(wrong: type) -> None:
+    """Without any number of the user's."""
+    with pytest.raises(AssertionError, match=r"more easily than a foil; check the units"):
+        checks.check_units(wrong())
+
+
+BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
+
+
+def run_of(participant: Any, scheme: Any = None) -> Any:
+    chain = hl.Chain([BEAD] * 6, BEAD, 0.3)
+    return hl.CoSimulation(chain, participant, scheme=scheme or hl.Aitken()).run(until=4e-4)
+
+
+def test_a_run_says_how_its_participant_moves() -> None:
+    run = run_of(Sound())
+    (found,) = json.loads(run.attrs["participants"])["participants"]
+    assert found["name"] == "Sound"
+    assert found["inertia (kg)"] == pytest.approx([Sound.mass], rel=1e-2)
+    assert found["compliance (m/N)"] == pytest.approx([1.0 / Sound.stiffness], rel=0.5)
+    assert "participants" not in run_of(Sound(), hl.Explicit(tolerance=None)).attrs
+    (found,) = json.loads(run_of(InMillimetres()).attrs["participants"])["participants"]
+    assert found["inertia (kg)"] == pytest.approx([1e-3 * Sound.mass], rel=1e-2)
+
+
+@pytest.mark.parametrize("wrong", [ReturnsAVelocity, TakesAnImpulse])
+def test_a_run_warns_of_what_moves_more_easily_than_a_foil(wrong: type) -> None:
+    with pytest.warns(hl.HertzlinkWarning, match=f"units: {wrong.__name__} moves in a first window of .* than a foil"):
+        run = run_of(wrong())
+    assert "units: " in run.attrs["warnings"]
+
+
+def test_inertia_and_compliance_are_those_of_the_mass_and_the_spring() -> None:
+    inertia, compliance = checks.push(Sound())
+    assert inertia == pytest.approx(Sound.mass, rel=1e-2)
+    assert compliance == pytest.approx(1.0 / Sound.stiffness, rel=0.1)
+
 
 FAULTS = {
     ChangesTheOldState: "repeatable",
@@ -178,10 +263,10 @@ def test_a_fault_is_caught_by_its_own_check_alone(broken: type, name: str) -> No
         CHECKS[name](broken)
 
 
-def asked_for(name: str, folder: Path) -> Any:
+def asked_for(name: str, folder: Path, *options: str) -> Any:
     """The suite by its option, from a folder."""
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "hertzlink_pytest"]
-    suite = ["--pyargs", "hertzlink.conformance", "--participant", name]
+    suite = ["--pyargs", "hertzlink.conformance", "--participant", name, *options]
     return subprocess.run([*command, *suite], cwd=folder, capture_output=True, text=True)
 
 
@@ -214,18 +299,27 @@ def test_what_is_no_answer_is_told_as_in_a_run(name: str, returned: Any) -> None
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize(("damping", "code"), [(40.0, 0), (-40.0, 1)])
-def test_a_users_participant_by_the_option(damping: float, code: int, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("damping", "options", "code"),
+    [(40.0, [], 0), (-40.0, [], 1), (40.0, ["--mass", "0.02", "--stiffness=1e7"], 0), (40.0, ["--mass", "10"], 1)],
+)
+def test_a_users_participant_by_the_option(damping: float, options: list[str], code: int, tmp_path: Path) -> None:
     """From the folder of the module that makes it."""
     here = Path(__file__).parent
     (tmp_path / "plant.py").write_text(
         f"import sys\nsys.path.insert(0, {str(here)!r})\nfrom test_broken_participants import Sound\n\n\n"
         f"def make():\n    made = Sound()\n    made.damping = {damping}\n    return made\n"
     )
-    done = asked_for("plant:make", tmp_path)
+    done = asked_for("plant:make", tmp_path, *options)
     assert done.returncode == code, done.stdout
-    assert ("gives back more than it was given" in done.stdout) == bool(code)
-    assert ("8 passed" in done.stdout) != bool(code)
+    assert ("gives back more than it was given" in done.stdout) == (damping < 0.0)
+    assert ("like 0.01 kg, not 10 kg; check the units" in done.stdout) == ("10" in options)
+    assert ("9 passed" in done.stdout) != bool(code)
+    if code == 0:
+        assert (
+            "hertzlink: plant:make moves in the first 100 ns like 0.01 kg, and has a compliance of 5.09e-08 m/N"
+            in done.stdout
+        )
     assert "skipped" not in done.stdout
 
 
