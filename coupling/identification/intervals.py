@@ -9,6 +9,7 @@ import xarray as xr
 from scipy.signal import fftconvolve
 from scipy.stats import chi2, t
 
+from coupling.identification.dented import with_yielding
 from coupling.identification.features import Features
 from coupling.identification.found import (
     AT_END,
@@ -80,7 +81,8 @@ class Judgement:
         scale = misfit**2 if explained and not self.misfit.measured.given else max(misfit**2, 1.0)
         modes = self._modes(best, solutions, covariance, scale)
         unknowns = self._unknowns(best, point, covariance, reach, scale, modes, explained)
-        notes = [*self.misfit.prediction.warnings]
+        said = with_yielding(self.search, best, point.residual.size - point.columns.shape[1])
+        notes = [*said]
         if not explained:
             notes.append(
                 f"the residual is {misfit:.3g} times the noise: the model lacks something, and values may be biased by "
@@ -100,7 +102,7 @@ class Judgement:
             notes.append(f"{len(modes)} different fits are as good; the intervals contain all of them")
         if failed := self.misfit.prediction.failed:
             notes.append(f"{failed} of {self.misfit.prediction.runs} runs failed, and were left out")
-        for note in notes[len(self.misfit.prediction.warnings) :]:
+        for note in notes[len(said) :]:
             caution(f"identify: {note}")
         return Identification(
             unknowns, self._correlation(covariance), self.misfit.data(point), misfit, explained,

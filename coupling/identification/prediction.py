@@ -99,7 +99,7 @@ class Prediction:
         self.build, self.ranges, self.sensors, self.until = build, list(ranges), list(sensors), until
         self.runs, self.failed, self._said = 0, 0, dict[str, str]()
         self._quick = False
-        self.first = self._made(**self.values(np.full(len(self.ranges), 0.5)))
+        self.first = self.made(**self.values(np.full(len(self.ranges), 0.5)))
         # A builder that chooses its windows, or a coarser accuracy, keeps them.
         quick = self.first.replace(accuracy=ACCURACY)
         self._quick = self.first.longest_window < 0.999 * quick.longest_window and not self.first.interface.boxes
@@ -122,7 +122,7 @@ class Prediction:
         """The unknowns at places from 0 to 1."""
         return {one.name: one.value(place) for one, place in zip(self.ranges, places, strict=True)}
 
-    def _made(self, **values: Any) -> CoSimulation:
+    def made(self, **values: Any) -> CoSimulation:
         made = instance("build(...)", self.build(**values), CoSimulation, "a CoSimulation")
         if len(made.interface.chains) > 1:
             raise ValueError("build(...): has several chains; must have one")
@@ -144,13 +144,13 @@ class Prediction:
         """The traces of many runs in the compiled loop."""
         # A function without unknowns is of no use, so there is at least one.
         columns: dict[str, Any] = {one.name: [row[one.name] for row in rows] for one in self.ranges}
-        runs = batch(self._made, self.until, save_every=self.interval, sensors=self.sensors, threads=1, **columns)
+        runs = batch(self.made, self.until, save_every=self.interval, sensors=self.sensors, threads=1, **columns)
         return self._forces(runs)
 
     def _alone(self, row: dict[str, float]) -> Vector:
         """The traces of a run that only its own scheme can do, such as one with a user's structure."""
         try:
-            return self._forces(self._made(**row).run(self.until, save_every=self.interval))
+            return self._forces(self.made(**row).run(self.until, save_every=self.interval))
         except (ArithmeticError, RuntimeError, ValueError) as error:
             caution(f"run: failed for {row}: {error}")
             return np.full((len(self.sensors), self.time.size), np.nan)

@@ -85,6 +85,13 @@ class Search:
                 break
         return solutions
 
+    def nearest(self, alone: bool) -> Solution:
+        """The minimum nearest to the guess; unless alone, a better one on the lines along the ranges through it."""
+        solutions = self.solutions()
+        if alone or self.misfit.explains(solutions[0].misfit, solutions[0].p):
+            return solutions[0]
+        return min([*solutions, *map(self.solved, self._along_lines(solutions))], key=lambda one: one.misfit)
+
     def _scanned(self, places: Vector) -> list[tuple[float, Vector]]:
         """χ² and p at places that can be run, the best first."""
         traces = self.misfit.prediction.traces(list(places))

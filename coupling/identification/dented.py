@@ -1,0 +1,64 @@
+"""How far yielding would move what an elastic model found: the fit continued with Jackson and Green's law."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+from coupling.cosimulation import CoSimulation
+from coupling.identification.features import Features
+from coupling.identification.misfit import Misfit
+from coupling.identification.prediction import Prediction
+from coupling.identification.search import Search, Solution
+from coupling.results.findings import findings_of
+from coupling.yield_check import CURE
+from particles.laws.yielding import JacksonGreen
+from structures.caution import caution, collected
+
+LEAST = 1e-3
+"""Part of a value that is not worth words."""
+
+
+@dataclass(frozen=True)
+class Dented:
+    """A builder whose contacts yield."""
+
+    build: Callable[..., CoSimulation]
+
+    def __call__(self, **values: Any) -> CoSimulation:
+        made = self.build(**values)
+        return made.replace(chain=replace(made.chain.chain, law=JacksonGreen()))
+
+
+def with_yielding(search: Search, best: Solution, degrees: int) -> list[str]:
+    """The warnings of a search's runs; of contacts beyond yield that of the best run, and how far they move the result.
+
+    The user is warned of it.
+    """
+    elastic = search.misfit.prediction
+    said = [one for one in elastic.warnings if not one.startswith("yield: ")]
+    if len(said) == len(elastic.warnings):
+        return said
+    with collected():
+        run = elastic.made(**elastic.values(best.p[: len(search.ranges)])).run(elastic.until)
+    for one in findings_of(run):
+        if one.startswith("yield: "):
+            known = CURE in one and not isinstance(search.misfit, Features)
+            words = f"{one.split('; ')[0]}; {_moved(search, best, degrees)}; {CURE}" if known else one
+            caution(f"identify: {words}")
+            said.append(words)
+    return said
+
+
+def _moved(search: Search, best: Solution, degrees: int) -> str:
+    """What a fit with the law, begun at the best one, finds; in words."""
+    elastic, ranges = search.misfit.prediction, search.ranges
+    prediction = Prediction(Dented(elastic.build), ranges, elastic.sensors, elastic.until)
+    misfit = Misfit(prediction, search.misfit.measured, search.misfit.free, search.misfit.until)
+    own = Search(misfit, 1, 0, search.seed, best.p[: len(ranges)], search.lines)
+    found = own.nearest(search.misfit.explains(best.misfit, best.p))
+    old, new = (elastic.values(one.p[: len(ranges)]) for one in (best, found))
+    changes = {one.name: new[one.name] / old[one.name] - 1.0 for one in ranges if old[one.name]}
+    moves = [f"{name} by {100.0 * change:+.2g} %" for name, change in changes.items() if abs(change) > LEAST]
+    sizes = [(one.misfit / degrees) ** 0.5 for one in (best, found)]
+    moved = f"moves {', '.join(moves)}" if moves else "moves nothing"
+    return f"a model that yields {moved}, and its residual is {sizes[1]:.3g} times the noise instead of {sizes[0]:.3g}"

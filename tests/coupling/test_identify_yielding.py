@@ -1,0 +1,71 @@
+"""Elastic models of taps that yield: `identify` says how far that moves the result."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import hertzlink as hl
+
+BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
+JACKSON_GREEN = hl.laws.JacksonGreen()
+
+
+def signal_of(run: xr.Dataset, sensor: int) -> xr.Dataset:
+    """A trace with 1 % of noise, every microsecond."""
+    times = np.arange(0.0, float(run.time[-1]), 1e-6)
+    force = np.interp(times, run.time.values, hl.sensor_force(run, sensor).values)
+    noise = np.random.default_rng(3).normal(0.0, 0.01 * force.max(), times.size)
+    return hl.as_signal(times, {sensor: force + noise})
+
+
+def on_wall(modulus: float, law: hl.laws.JacksonGreen | None = None, beads: int = 10) -> hl.CoSimulation:
+    wall = hl.half_space(replace(hl.ALUMINIUM_6061, youngs_modulus=modulus))
+    return hl.CoSimulation(hl.Chain([BEAD] * beads, BEAD, 0.3, law=law), wall)
+
+
+def moved(found: hl.results.Identification, name: str) -> float:
+    """The change of an unknown, as a part of it, that a model with the law would bring."""
+    (note,) = [one for one in found.warnings if one.startswith("yield: ")]
+    assert note.endswith("law=hl.laws.JacksonGreen() in Chain computes it")
+    return 0.01 * float(re.search(rf"{name} by ([-+][\d.e+]+) %", note)[1])
+
+
+def test_a_modulus_that_an_elastic_model_finds_of_a_wall_that_yields() -> None:
+    signal = signal_of(on_wall(60e9, JACKSON_GREEN).run(6e-4), 5)
+    with pytest.warns(hl.HertzlinkWarning, match="identify: yield: .* a model that yields moves modulus by"):
+        found = hl.identify(signal, on_wall, modulus=(5e9, 300e9), guess={"modulus": 40e9})
+    assert abs(found["modulus"].value / 60e9 - 1.0) > 0.2
+    assert found["modulus"].value * (1.0 + moved(found, "modulus")) == pytest.approx(60e9, rel=0.03)
+
+
+def test_nothing_is_said_of_yield_where_the_best_fit_does_not() -> None:
+    """Though fast strikers at the other end of the range would dent the wall."""
+
+    def build(impact_speed: float) -> hl.CoSimulation:
+        wall = hl.half_space(hl.STEEL_440C)
+        return hl.CoSimulation(hl.Chain([BEAD] * 10, BEAD, impact_speed), wall)
+
+    found = hl.identify(signal_of(build(0.1).run(8e-4), 5), build, impact_speed=(0.05, 3.0), scan=8, starts=1)
+    assert found["impact_speed"].value == pytest.approx(0.1, rel=0.02)
+    assert not [one for one in found.warnings if "yield" in one]
+
+
+@pytest.mark.thorough
+def test_an_edge_that_an_elastic_model_sees_too_far_away() -> None:
+    """4.1 mm of aluminium, 24 mm from its edge; an elastic model finds 32 mm."""
+
+    def build(thickness: float, distance: float, law: hl.laws.JacksonGreen | None = None) -> hl.CoSimulation:
+        plate = hl.half_plane(thickness, hl.ALUMINIUM_6061, "clamped", distance, until=1.6e-3)
+        return hl.CoSimulation(hl.Chain([BEAD] * 20, BEAD, 0.33, law=law), plate)
+
+    signal = signal_of(build(4.1e-3, 24e-3, JACKSON_GREEN).run(1.0e-3), 7)
+    with pytest.warns(hl.HertzlinkWarning, match="identify: yield: "):
+        found = hl.identify(
+            signal, build, ["gain", "time_zero"], thickness=(3e-3, 6e-3), distance=(15e-3, 60e-3),
+            guess={"thickness": 4e-3, "distance": 32e-3},
+        )  # fmt: skip
+    assert found["distance"].value > 28e-3
+    assert found["distance"].value * (1.0 + moved(found, "distance")) == pytest.approx(24e-3, rel=0.02)
