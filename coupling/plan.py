@@ -4,6 +4,7 @@ from math import ceil, log2
 from typing import Any, NamedTuple
 
 from coupling.interface import Interface
+from coupling.participant import BlackBox
 from coupling.results.findings import warn
 from coupling.schemes.scheme import Scheme
 from coupling.schemes.windows import Adaptive
@@ -121,9 +122,17 @@ def warn_if_coarse(plan: Plan, interface: Interface, adaptive: bool) -> list[str
 
 def _check_validity(interface: Interface, until: float) -> None:
     for structure in interface.structures:
-        valid = (structure.structure if isinstance(structure, MovingStructure) else structure).valid_until
+        valid = valid_until(structure)
         if until > valid * (1.0 + SAME_TIME):
-            raise ValueError(f"until = {until!r}: the structure was reduced for runs of at most {valid} s")
+            raise ValueError(
+                f"until = {until!r}: the structure was reduced for runs of at most {valid} s; make it with that until, "
+                "or take a shorter one"
+            )
+
+
+def valid_until(structure: MovingStructure | BlackBox) -> float:
+    """The longest run that a structure was made for, s; infinite where there is no limit."""
+    return float((structure.structure if isinstance(structure, MovingStructure) else structure).valid_until)
 
 
 def _saved_times(interface: Interface, intervals: float, save_every: float | None = None) -> int:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from coupling.identification.prediction import Curves, features_of
+from coupling.identification.prediction import Curves, Prediction
 from coupling.identification.search import inverse
 from structures.structure import Vector
 
@@ -64,12 +64,15 @@ class Changes:
         early, time = moments <= until, design.measured.time
         grid = time[time <= until]
         here = design.here[rows]
-        spread = spread_of_features(grid, Curves(here, design.prediction.interval).at(grid), sensors,
+        spread = spread_of_features(design.prediction, grid, Curves(here, design.prediction.interval).at(grid), sensors,
                                     design.measured.noise[rows], draws)  # fmt: skip
         columns = np.zeros((spread.size, design.places.size))
         # Traces that change in proportion are exact enough for derivatives, and need no runs.
         for k, slope in enumerate(self.slopes[:, rows]):
-            ends = [features_of(moments[early], (here + step * slope)[:, early], sensors) for step in (STEP, -STEP)]
+            ends = [
+                design.prediction.primaries(moments[early], (here + step * slope)[:, early], sensors)
+                for step in (STEP, -STEP)
+            ]
             columns[:, k] = (ends[0] - ends[1]) / (2.0 * STEP) / spread
         columns = columns[np.isfinite(columns).all(axis=1)]
         names = list(design.values)
@@ -94,10 +97,15 @@ class Changes:
         return {name: inf if unseen[k] else float(np.sqrt(covariance[k, k])) for k, name in enumerate(free)}
 
 
-def spread_of_features(time: Vector, clean: Vector, sensors: Sequence[int], noise: Vector, draws: int) -> Vector:
+def spread_of_features(
+    prediction: Prediction, time: Vector, clean: Vector, sensors: Sequence[int], noise: Vector, draws: int
+) -> Vector:
     """Standard deviations of AR and TOF at each sensor; NaN where no wave, or not in every draw one, is found."""
     random = np.random.default_rng(SEED)
-    noisy = [features_of(time, clean + random.normal(size=clean.shape) * noise[:, None], sensors) for _ in range(draws)]
+    sized = clean.shape
+    noisy = [
+        prediction.primaries(time, clean + random.normal(size=sized) * noise[:, None], sensors) for _ in range(draws)
+    ]
     found = np.array(noisy)
     with np.errstate(invalid="ignore"):
         spread = found.std(axis=0)

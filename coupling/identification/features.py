@@ -5,10 +5,6 @@ import xarray as xr
 
 from coupling.identification.misfit import Measured, Misfit, Point
 from coupling.identification.prediction import Curves, Prediction
-from coupling.results.ar_and_tof import reflections
-from coupling.results.signals import as_signal
-from coupling.results.waves import NoWave, ReflectedWave
-from structures.caution import collected
 from structures.structure import Vector
 
 FEW_DRAWS, DRAWS, SEED = 20, 100, 20
@@ -37,7 +33,7 @@ class Features(Misfit):
         super().__init__(prediction, measured, [], until)
         sensors = measured.sensors
         self._noise = measured.noise / np.nanmax(abs(measured.force), axis=-1)
-        here = waves_of(measured.time, measured.force, sensors)
+        here = prediction.waves(measured.time, measured.force, sensors)
         scattered = self._scattered(measured.time, measured.force, FEW_DRAWS)
         usual = np.isfinite(here) & (np.isfinite(scattered).mean(axis=0) > USUAL)
         # Waves that return after the end of the prediction are not compared.
@@ -65,7 +61,7 @@ class Features(Misfit):
         random = np.random.default_rng(SEED)
         size = (self._noise * np.nanmax(abs(forces), axis=-1))[:, None]
         draws = [forces + size * random.normal(size=forces.shape) for _ in range(number)]
-        return np.array([waves_of(time, draw, self.measured.sensors) for draw in draws])
+        return np.array([self.prediction.waves(time, draw, self.measured.sensors) for draw in draws])
 
     def _spread(self, scattered: Vector) -> Vector:
         found: Vector = np.hypot(np.nanstd(scattered[:, self.usable], axis=0), NUMERICAL * abs(self.known))
@@ -100,7 +96,7 @@ class Features(Misfit):
         return moments, Curves(traces, self.prediction.interval).at(moments)
 
     def _clean(self, traces: Vector) -> Vector:
-        found: Vector = waves_of(*self._sampled(traces), self.measured.sensors)[self.usable]
+        found: Vector = self.prediction.waves(*self._sampled(traces), self.measured.sensors)[self.usable]
         return found
 
     def _waves(self, traces: Vector) -> Vector:
@@ -151,15 +147,3 @@ class Features(Misfit):
             },
             {"feature": self.features},
         )
-
-
-def waves_of(time: Vector, forces: Vector, sensors: list[int]) -> Vector:
-    """AR and TOF (s) of the primary, then of the secondary wave, sensor by sensor; NaN where a wave is missing."""
-
-    def pair(wave: ReflectedWave | NoWave) -> tuple[float, float]:
-        return (wave.amplitude_ratio, wave.time_of_flight) if wave else (np.nan, np.nan)
-
-    with collected():
-        signal = as_signal(time, dict(zip(sensors, forces, strict=True)))
-        found = [reflections(signal, n) for n in sensors]
-    return np.array([pair(wave) for one in found for wave in (one.primary, one.secondary)]).ravel()

@@ -13,16 +13,13 @@ from coupling.identification.found import Identification
 from coupling.identification.intervals import Judgement
 from coupling.identification.measured import measured_signal
 from coupling.identification.misfit import GAIN, OF_SENSORS, TIME_ZERO, Misfit
-from coupling.identification.prediction import Prediction, Range, range_of
+from coupling.identification.prediction import Prediction, Range, range_of, usual_length
 from coupling.identification.search import ON_LINE, Search
 from structures.caution import caution
 from structures.checks import duration, finite, not_negative, one_of, positive, short, whole
 from structures.one_thread import one_thread
 from structures.structure import Vector
 from structures.units import factor
-
-FROM_IMPACT = 4.0
-"""Length of the prediction by default, in times that a wave takes through the chain: later ones depend on chance."""
 
 SCANNED = {1: 32, 2: 64}
 """Points of the scan over all ranges by the number of unknowns; MOST_SCANNED for more."""
@@ -71,7 +68,7 @@ def identify(
         Beads whose traces are compared; by default all of a signal. A run needs them.
     until : float, optional
         The record counts up to this time after the impact, s; by default four times what a wave takes through the
-        chain. Later records depend on beads that rattle.
+        chain, or what the structure was made for. Later records depend on beads that rattle.
     noise : float or mapping, optional
         Standard deviation of a sample, N, of all sensors or sensor → value. By default the variable `noise` of the
         signal, else it is estimated from the quiet lead, or from differences of neighbouring samples.
@@ -145,8 +142,8 @@ def identify(
         raise ValueError("ranges: name at least one unknown of the builder, such as thickness=(1e-3, 6e-3)")
     measured = measured_signal(signal, sensors, noise)
     record = float(measured.time[-1] - measured.time[0])
-    length = positive("until", until, "s") if until is not None else None
-    prediction = Prediction(build, wanted, measured.sensors, _length(length, record, build, wanted))
+    length = positive("until", until, "s") if until is not None else usual_length(build, wanted, record)
+    prediction = Prediction(build, wanted, measured.sensors, length)
     _check_record(prediction, measured.step, record)
     if one_of("compare", compare, COMPARE) == "features":
         misfit: Misfit = Features(prediction, measured, prediction.until)
@@ -200,14 +197,6 @@ def _guess(guess: Any, ranges: Sequence[Range]) -> Vector | None:
         if not one.low <= finite(f"guess[{one.name!r}]", guess[one.name]) <= one.high:
             raise ValueError(f"guess[{one.name!r}] = {guess[one.name]!r}: must be from {one.low:g} to {one.high:g}")
     return np.array([one.place(guess[one.name]) for one in ranges])
-
-
-def _length(until: float | None, record: float, build: Callable[..., Any], ranges: Sequence[Range]) -> float:
-    """Of the prediction, s."""
-    if until is not None:
-        return until
-    first = Prediction(build, ranges, [], record).first
-    return min(record, FROM_IMPACT * first.chain.transit_time)
 
 
 def _check_record(prediction: Prediction, step: float, record: float) -> None:

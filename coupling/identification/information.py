@@ -12,9 +12,9 @@ import xarray as xr
 from coupling.cosimulation import CoSimulation
 from coupling.identification.changes import DRAWS, SEED, STEP, Changes
 from coupling.identification.found import BLIND, HALF, IDENTIFIED, LINE
-from coupling.identification.identify import COMPARE, FROM_IMPACT, nuisances_of
+from coupling.identification.identify import COMPARE, nuisances_of
 from coupling.identification.misfit import GAIN, TIME_ZERO, Measured, Misfit
-from coupling.identification.prediction import Prediction, Range, check_samples, features_of
+from coupling.identification.prediction import Prediction, Range, check_samples, usual_length
 from coupling.identification.search import inverse
 from structures.checks import finite, listed, one_of, positive, short, whole
 from structures.html_table import html_table
@@ -271,7 +271,7 @@ class Design:
         ranges = [Range(name, v - 0.5 * abs(v), v + 0.5 * abs(v)) for name, v in self.values.items()]
         numbers = sorted({whole("sensors", n) for n in listed("sensors", sensors, object, "one bead number or more")})
         if until is None:
-            until = FROM_IMPACT * Prediction(build, ranges, [], 1e-3).first.chain.transit_time
+            until = usual_length(build, ranges)
         self.prediction = Prediction(build, ranges, numbers, positive("until", until, "s"))
         likely("noise", "information", "noise", noise)
         self.noise, self.step = noise, positive("sample_every", sample_every, "s")
@@ -328,16 +328,18 @@ class Design:
         grid = np.arange(0.0, self.prediction.until, self.step)
         clean = np.stack([np.interp(grid, moments, trace) for trace in self.here])
         noisy = [
-            features_of(grid, clean + draws.normal(size=clean.shape) * self.measured.noise[:, None], numbers)
+            self.prediction.primaries(
+                grid, clean + draws.normal(size=clean.shape) * self.measured.noise[:, None], numbers
+            )
             for _ in range(DRAWS)
         ]
-        here = features_of(grid, clean, numbers)
+        here = self.prediction.primaries(grid, clean, numbers)
         spread = np.nanstd(np.array(noisy), axis=0)
         usable = np.isfinite(here) & np.isfinite(spread) & (spread > 0.0)
 
         def at(places: Vector) -> Vector:
             trace = self.prediction.traces([places])[0]
-            return features_of(moments, trace, numbers)
+            return self.prediction.primaries(moments, trace, numbers)
 
         kept: list[Vector] = []
 

@@ -98,6 +98,10 @@ class Judgement:
             for one in unknowns.values()
             if one.name.startswith(f"{GAIN} ") and one.interval[1] < 0.0
         ]
+        if explained and isinstance(self.misfit, Features) and self.misfit.samples <= len(self.ranges):
+            notes.append(
+                f"{self.misfit.samples} values of AR and TOF determine as many unknowns: a wrong model goes unnoticed"
+            )
         if len(modes) > 1:
             notes.append(f"{len(modes)} different fits are as good; the intervals contain all of them")
         if failed := self.misfit.prediction.failed:

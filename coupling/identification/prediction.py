@@ -1,7 +1,7 @@
 """What a builder of co-simulations predicts for the sensors of a measured signal, at many values of the unknowns."""
 
 from collections.abc import Callable, Sequence
-from math import log
+from math import inf, log
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,13 +11,15 @@ from scipy.signal import lfilter
 
 from coupling.cosimulation import CoSimulation
 from coupling.loops import is_compiled
+from coupling.plan import valid_until
 from coupling.results.ar_and_tof import reflections
 from coupling.results.findings import kind
 from coupling.results.signals import as_signal
+from coupling.results.waves import ReflectedWave
 from coupling.sweeps.batch import batch
 from coupling.sweeps.sweep import check_build
 from structures.caution import caution, collected
-from structures.checks import finite, instance, short
+from structures.checks import duration, finite, instance, short
 from structures.structure import Vector
 
 SAVED_PER_CONTACT = 48.0
@@ -34,6 +36,15 @@ MOST_SAMPLES = 1e6
 
 NUMERICAL = 1e-4
 """That difference; noise below it is not believed."""
+
+EARLY = 0.8
+"""A wave comes back after this part of the time that theory gives: in compressed chains after 0.86 or more."""
+
+FROM_IMPACT = 4.0
+"""Length of the prediction by default, in times that a wave takes through the chain: later ones depend on chance."""
+
+SHORT = 0.75
+"""A structure made for less than this part of that length is warned of; a record may hold so long a lead."""
 
 
 class Range(NamedTuple):
@@ -85,6 +96,23 @@ def check_samples(name: str, value: float, samples: float) -> None:
         )
 
 
+def usual_length(build: Callable[..., CoSimulation], ranges: Sequence[Range], record: float = inf) -> float:
+    """Of the prediction where the user gives none, s: four times what a wave takes through the chain, but not longer
+    than a record, s, or than the structure was reduced for.
+    """
+    check_build(build, {one.name: None for one in ranges}, "build", "unknowns")
+    middle = {one.name: one.value(0.5) for one in ranges}
+    made = instance("build(...)", build(**middle), CoSimulation, "a CoSimulation")
+    wanted = min(record, FROM_IMPACT * made.chain.transit_time)
+    valid = min((valid_until(one) for one in made.interface.structures), default=inf)
+    if valid < SHORT * wanted:
+        caution(
+            f"until: the structure was made for runs of {duration(valid)}, so that later samples do not count; "
+            f"make it for {duration(wanted)}"
+        )
+    return min(wanted, valid)
+
+
 class Prediction:
     """Runs of a builder, as traces at sensors: runs × sensors × times, N, from the impact on.
 
@@ -112,6 +140,29 @@ class Prediction:
         self.time = self.interval * np.arange(int(until / self.interval * (1.0 + 1e-9)) + 1)
         plan = self.first.plan(until, self.interval)
         self._compiled = is_compiled(self.first.interface, self.first.scheme, plan)
+
+    def waves(self, time: Vector, forces: Vector, sensors: Sequence[int]) -> Vector:
+        """AR and TOF (s) of the primary, then of the secondary wave, sensor by sensor; NaN where a wave is missing.
+
+        What comes before a wave can have run to the structure and back is the tail of the incident one.
+        """
+        moving = self.first.chain
+        hop = moving.transit_time / (beads := len(moving.chain.beads))
+        found = list[float]()
+        with collected():
+            signal = as_signal(time, dict(zip(sensors, forces, strict=True)))
+            for n in sensors:
+                waves = reflections(signal, n, earliest=EARLY * 2.0 * (beads - n) * hop)
+                for one in (waves.primary, waves.secondary):
+                    found += (
+                        [one.amplitude_ratio, one.time_of_flight] if isinstance(one, ReflectedWave) else [np.nan] * 2
+                    )
+        return np.array(found)
+
+    def primaries(self, time: Vector, forces: Vector, sensors: Sequence[int]) -> Vector:
+        """The same of the primary waves alone."""
+        primaries: Vector = self.waves(time, forces, sensors).reshape(-1, 2, 2)[:, 0].ravel()
+        return primaries
 
     @property
     def warnings(self) -> list[str]:
@@ -223,12 +274,3 @@ class Curves:
         inside = (moments >= 0.0) & (moments <= self._end)
         rates: Vector = self._spline(np.clip(moments, 0.0, self._end), 1) * inside
         return rates
-
-
-def features_of(time: Vector, forces: Vector, sensors: Sequence[int]) -> Vector:
-    """AR and TOF at each sensor, one after the other; NaN where a wave is missing."""
-    with collected():
-        signal = as_signal(time, dict(zip(sensors, forces, strict=True)))
-        waves = [reflections(signal, n).primary for n in sensors]
-    pairs = [(one.amplitude_ratio, one.time_of_flight) if one else (np.nan, np.nan) for one in waves]
-    return np.array(pairs).ravel()

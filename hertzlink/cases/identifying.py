@@ -9,7 +9,7 @@ import xarray as xr
 
 from coupling.cosimulation import CoSimulation
 from coupling.identification.found import Identification
-from coupling.identification.identify import FROM_IMPACT
+from coupling.identification.prediction import FROM_IMPACT
 from coupling.sweeps.batch import batch
 from hertzlink.cases.bodies import LayeredCylinder, Rod
 from hertzlink.cases.case import Case

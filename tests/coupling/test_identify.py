@@ -1,6 +1,7 @@
 """Unknowns from signals: truths found within their intervals, blind ones named, and bad input refused."""
 
 import re
+import warnings
 from collections.abc import Mapping
 from typing import Any
 
@@ -513,6 +514,43 @@ def test_amplitude_ratio_and_time_of_flight_alone_contain_the_truth(draws: int) 
     assert [str(name) for name in found.data.feature.values][:2] == ["primary AR at bead 3", "primary TOF at bead 3"]
     known = hl.information(wall, sensors=[3, 7], until=LONGER, compare="features", modulus=3e9)
     assert 0.5 < found["modulus"].error / 1.96 / known.bounds["modulus"] < 2.0
+
+
+def test_features_of_a_compressed_chain_are_those_of_the_reflected_wave() -> None:
+    """The incident wave has a tail, of which AR and TOF say nothing of the plate."""
+
+    def build(thickness: float) -> hl.CoSimulation:
+        facing = hl.infinite_plate(thickness, hl.ALUMINIUM_6061)
+        return hl.CoSimulation(hl.Chain([BEAD] * 16, BEAD, 0.31, preload=3.0), facing)
+
+    signal = tap(build(4e-3), (8,), noise=0.003, until=LONGER, lead=0.0)
+    found = hl.identify(signal, build, until=LONGER, guess={"thickness": 3.7e-3}, compare="features",
+                        thickness=(2e-3, 6e-3))  # fmt: skip
+    assert found["thickness"].verdict == "identified"
+    assert abs(found["thickness"].value - 4e-3) < 1.5 * found["thickness"].error
+    assert hl.information(build, sensors=[8], until=LONGER, compare="features", thickness=4e-3).verdict(
+        "thickness"
+    ) == "identified"  # fmt: skip
+
+
+@pytest.mark.parametrize(("made_for", "lead", "warned"), [(6e-4, 1e-4, False), (3e-4, 2e-4, True)])
+def test_a_prediction_is_no_longer_than_the_structure_was_made_for(made_for: float, lead: float, warned: bool) -> None:
+    """However long the record is, whose quiet lead is not known before the fit."""
+
+    def build(thickness: float) -> hl.CoSimulation:
+        plate = hl.half_plane(thickness, hl.ALUMINIUM_6061, "clamped", 0.05, made_for)
+        return hl.CoSimulation(hl.Chain([BEAD] * 10, BEAD, 0.31), plate)
+
+    signal = tap(build(4e-3), until=made_for, lead=lead)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        found = hl.identify(signal, build, guess={"thickness": 3.9e-3}, thickness=(2e-3, 6e-3))
+    assert found.input["until"] == made_for
+    assert any("made for runs of" in str(one.message) for one in caught) == warned
+    with pytest.warns(hl.HertzlinkWarning, match="made for runs of .*; make it for"):
+        assert np.isfinite(hl.information(build, sensors=[5], thickness=4e-3).bounds["thickness"])
+    with pytest.raises(ValueError, match=r"reduced for runs of at most .*; make it with that until, or take a shorter"):
+        hl.identify(signal, build, until=1.1 * made_for, thickness=(2e-3, 6e-3))
 
 
 @pytest.mark.thorough
