@@ -78,6 +78,10 @@ class Features(Misfit):
             self.bias = np.nanmean(scattered[:, self.usable], axis=0) - clean
             self.spread = self._spread(scattered)
 
+    def is_numerical(self, residual: Vector) -> bool:
+        """The scatter of features is known, and never that small."""
+        return False
+
     @property
     def samples(self) -> int:
         """The number of values that are compared."""

@@ -22,6 +22,7 @@ from coupling.identification.found import (
 )
 from coupling.identification.misfit import GAIN, OFFSET, TIME_CONSTANT, TIME_ZERO, Point
 from coupling.identification.posterior import sampled
+from coupling.identification.prediction import NUMERICAL
 from coupling.identification.search import Search, Solution, inverse
 from structures.caution import caution
 from structures.structure import Vector
@@ -78,7 +79,8 @@ class Judgement:
         solutions = self.search.solutions()
         best, point = self.search.refined(solutions[0])
         covariance, misfit, explained, reach = self._covariance(point)
-        scale = misfit**2 if explained and not self.misfit.measured.given else max(misfit**2, 1.0)
+        size_known = self.misfit.measured.given or not explained or self.misfit.is_numerical(point.residual)
+        scale = max(misfit**2, 1.0) if size_known else misfit**2
         modes = self._modes(best, solutions, covariance, scale)
         unknowns = self._unknowns(best, point, covariance, reach, scale, modes, explained)
         said = with_yielding(self.search, best, point.residual.size - point.columns.shape[1])
@@ -124,17 +126,21 @@ class Judgement:
         if isinstance(self.misfit, Features):
             return self._of_features(self.misfit, white, point, degrees)
         ratio = point.misfit / degrees
-        lacking = white @ self._lacking(point) @ white
+        numerical = self.misfit.is_numerical(point.residual)
+        # What runs are inexact by is correlated, as all that a model lacks.
+        lacking = white @ self._lacking(point, max(self.discrepancy, NUMERICAL * numerical)) @ white
         level = 1.0 if self.misfit.measured.given else ratio
         enough = ratio < (1.0 + 4.0 * np.sqrt(2.0 / degrees)) * level
-        explained = bool(enough and self.misfit.is_white(point.residual))
-        if explained and not self.misfit.drifts(point.residual):
+        white_noise = bool(enough and self.misfit.is_white(point.residual))
+        if white_noise and not self.misfit.drifts(point.residual):
             return level * white + lacking, float(np.sqrt(ratio)), True, 1.959964
+        if numerical:
+            return white + lacking, float(np.sqrt(ratio)), True, 1.959964
         spread, independent = self._correlated(point, white)
         left = max(independent - point.columns.shape[1], 3.0)
         larger = np.maximum(np.diag(white @ spread @ white), ratio * np.diag(white)) + np.diag(lacking)
         scale = np.sqrt(larger / np.diag(white))
-        return scale[:, None] * white * scale, float(np.sqrt(ratio)), explained, float(t.ppf(0.975, left))
+        return scale[:, None] * white * scale, float(np.sqrt(ratio)), white_noise, float(t.ppf(0.975, left))
 
     def _correlated(self, point: Point, white: Vector) -> tuple[Vector, float]:
         """Covariance of columnsᵀ · residual for noise correlated in time, and the number of independent samples.
@@ -169,10 +175,10 @@ class Judgement:
         lacking = white @ ((size * point.columns).T @ (size * point.columns)) @ white
         return (1.0 if explained else ratio) * white + lacking, float(np.sqrt(ratio)), explained, 1.959964
 
-    def _lacking(self, point: Point) -> Vector:
-        """Covariance of columnsᵀ · residual by what the model lacks, of unit noise."""
+    def _lacking(self, point: Point, discrepancy: float) -> Vector:
+        """Covariance of columnsᵀ · residual by what the model lacks, in parts of each peak, of unit noise."""
         found = np.zeros((point.columns.shape[1],) * 2)
-        if self.discrepancy == 0.0:
+        if discrepancy == 0.0:
             return found
         measured, begin = self.misfit.measured, 0
         width = CORRELATED * self.misfit.unit / measured.step
@@ -181,7 +187,7 @@ class Judgement:
         for used, fitted, noise in zip(self.misfit.used, point.fitted, measured.noise, strict=True):
             columns = point.columns[begin : begin + int(used.sum())]
             begin += len(columns)
-            size = self.discrepancy * float(abs(fitted).max()) / noise
+            size = discrepancy * float(abs(fitted).max()) / noise
             found += size**2 * columns.T @ fftconvolve(columns, kernel, mode="same", axes=0)
         return found
 

@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 from scipy.signal import correlate
 
-from coupling.identification.prediction import Curves, Prediction, high_passed
+from coupling.identification.prediction import NUMERICAL, Curves, Prediction, high_passed
 from structures.structure import Vector
 
 GAIN, OFFSET, TIME_ZERO, TIME_CONSTANT = "gain", "offset", "time_zero", "time_constant"
@@ -103,6 +103,16 @@ class Misfit:
             return True
         unknown = not self.measured.given and misfit < UNDERESTIMATED * degrees
         return unknown and self.is_white(self.residual(p))
+
+    def is_numerical(self, residual: Vector) -> bool:
+        """Whether it is within what runs are exact to, at each sensor, as where a run is taken for a signal."""
+        begin = 0
+        for used, force, noise in zip(self.used, self.measured.force, self.measured.noise, strict=True):
+            own = residual[begin : begin + int(used.sum())] * noise
+            begin += own.size
+            if np.sqrt((own**2).mean()) > NUMERICAL * np.nanmax(abs(force)):
+                return False
+        return True
 
     def is_white(self, residual: Vector) -> bool:
         """Whether it is not correlated over a contact time: Ljung and Box's sum, four standard deviations."""

@@ -67,6 +67,8 @@ def test_truth_is_within_the_intervals_whatever_gain_and_time_zero_are() -> None
 def test_without_noise_the_truth_is_found_to_what_runs_are_exact_to() -> None:
     found = hl.identify(tap(wall(3e9), noise=0.0), wall, until=UNTIL, scan=16, starts=1, modulus=(1e9, 20e9))
     assert found["modulus"].value == pytest.approx(3e9, rel=2e-3)
+    assert found["modulus"].verdict == "identified"
+    assert found["modulus"].interval[0] < 3e9 < found["modulus"].interval[1]
 
 
 def test_the_same_input_gives_the_same_bits() -> None:
