@@ -5,12 +5,13 @@ import pickle
 import re
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from structures.abaqus_file import read_abaqus
 from structures.hdf5 import check_hdf5
-from structures.mesh_process import NEEDS_GMSH
+from structures.mesh_process import BY_GMSH, NEEDS_GMSH
 
 FORMATS = {
     ".inp": "Abaqus and CalculiX",
@@ -99,12 +100,16 @@ def answer_of(status: int, answer: bytes, said: bytes, path: Path, name: str) ->
     if status != 0:
         raise ValueError(
             f"mesh = {name!r}: cannot be read as a {suffix} file of {FORMATS[suffix]}; it is damaged, cut short, or "
-            f"holds what is not understood{_words(said)}"
+            f"holds what is not understood{_words(said) or _hint(suffix)}"
         )
     mesh: dict[str, Any] = pickle.loads(answer)
     if not mesh["cells"]:
         raise ValueError(f"mesh = {name!r}: holds no cells that are read from a {suffix} file of {FORMATS[suffix]}")
     return mesh
+
+
+def _hint(suffix: str) -> str:
+    return "; gmsh reads more: pip install hertzlink[mesh]" if suffix in BY_GMSH and find_spec("gmsh") is None else ""
 
 
 def _words(said: bytes) -> str:

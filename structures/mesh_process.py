@@ -138,6 +138,8 @@ def by_meshio(path: str, kind: str) -> dict[str, Any]:
     import meshio  # type: ignore[import-untyped]
     import numpy as np
 
+    if kind == "gmsh":
+        _check_groups(Path(path).read_bytes())
     mesh = meshio.read(path, file_format=kind)
     cells = [(block.type, np.asarray(block.data)) for block in mesh.cells]
     cell_sets = {name: list(parts) for name, parts in mesh.cell_sets.items()}
@@ -163,6 +165,24 @@ def by_meshio(path: str, kind: str) -> dict[str, Any]:
         "cell_data": fields,
         "field_data": {name: np.asarray(pair) for name, pair in mesh.field_data.items()},
     }
+
+
+def _check_groups(data: bytes) -> None:
+    """A ValueError for a file of gmsh's version 4 with an entity of several groups: meshio takes the first of them.
+
+    $Entities counts points, curves, surfaces and volumes, and lists for each its number, its place or box, the number
+    of its groups, and the groups.
+    """
+    version, kind = data.split(b"\n", 2)[1].split()[:2]
+    if not version.startswith(b"4"):
+        return
+    if kind != b"0":
+        raise ValueError("a binary file of version 4, which gmsh reads: pip install hertzlink[mesh]")
+    lines = data.partition(b"$Entities")[2].partition(b"$EndEntities")[0].split(b"\n")[1:-1]
+    points = int(lines[0].split()[0]) if lines and version != b"4" else 0
+    for i, line in enumerate(lines[1:]):
+        if int(line.split()[4 if i < points else 7]) > 1:
+            raise ValueError("a body or face in several groups, which gmsh reads: pip install hertzlink[mesh]")
 
 
 if __name__ == "__main__":

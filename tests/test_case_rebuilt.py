@@ -8,6 +8,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import meshio
+import numpy as np
 import pytest
 
 import hertzlink as hl
@@ -322,3 +324,20 @@ def test_a_check_names_all_chains_and_structures(command: Callable[..., str], tm
     assert "structure 0: half-space" in said
     assert "structure 1: rod" in said
     assert "sensors: bead 2 of chain 0" in said
+
+
+@pytest.mark.filterwarnings("ignore:mesh. edges of up to")
+def test_a_mesh_in_two_parts_comes_back(tmp_path: Path) -> None:
+    """`merge` and `tags` are part of the case, which joins the parts again."""
+    line = [0.0, 5e-3, 0.01]
+    points = np.array([(x, y, 0.0) for x in line for y in line])
+    cells = np.array([(i, i + 3, i + 4, i + 1) for i in (0, 1, 3, 4)])
+    twice = np.concatenate([points, points + [0.01, 0.0, 0.0]])
+    mesh = meshio.Mesh(twice, [("quad", np.concatenate([cells, cells + 9]))])
+    mesh.cell_data = {"part": [np.ones(8, dtype=int)], "other": [np.ones(8, dtype=int)]}
+    mesh.write(tmp_path / "plate.vtu")
+    panel = hl.mindlin_panel(tmp_path / "plate.vtu", 2e-3, hl.PTFE, merge=1e-6, tags="part")
+    run = hl.CoSimulation(CHAIN, panel.at(6e-3, 5e-3)).run(until=2e-5)
+    text = hl.from_input(run.attrs["input"]).to_toml()
+    assert tomllib.loads(text)["structure"]["tags"] == "part"
+    assert Case(tomllib.loads(text)).run().identical(run)

@@ -556,3 +556,98 @@ def test_cells_on_the_same_side_of_their_side() -> None:
     folded = meshio.Mesh(points, [("triangle", np.array([[0, 1, 2], [0, 1, 3]]))])
     with pytest.raises(ValueError, match="both cells of a side lie on the same side of it"):
         hl.mindlin_panel(folded, 1e-3, MATERIAL)
+
+
+def in_plane(axes: tuple[int, int]) -> meshio.Mesh:
+    mesh = grid(4)
+    points = np.zeros_like(mesh.points)
+    points[:, axes] = mesh.points[:, :2]
+    return meshio.Mesh(points, mesh.cells, cell_sets=mesh.cell_sets)
+
+
+def turned_out_of_plane(mesh: meshio.Mesh, angle: float) -> meshio.Mesh:
+    """About the x axis."""
+    turn = np.array([[1, 0, 0], [0, np.cos(angle), -np.sin(angle)], [0, np.sin(angle), np.cos(angle)]])
+    return meshio.Mesh(mesh.points @ turn.T + [0.0, 0.3, 2.0], mesh.cells, cell_sets=mesh.cell_sets)
+
+
+@pytest.mark.parametrize(
+    ("mesh", "message"),
+    [
+        (in_plane((0, 2)), r"x axis is \(1, 0, 0\) of the mesh, and its y axis \(0, 0, 1\)"),
+        (in_plane((1, 2)), r"x axis is \(0, 1, 0\) of the mesh, and its y axis \(0, 0, 1\)"),
+        (turned_out_of_plane(grid(4), 0.5), r"normal \(0, -0\.479, 0\.878\); .* its y axis \(0, 0\.878, 0\.479\)"),
+    ],
+)
+def test_plates_in_other_planes(mesh: meshio.Mesh, message: str) -> None:
+    """The plate's axes are said; its edges keep their names, and its answer is that in the plane of x and y."""
+    with pytest.warns(hl.HertzlinkWarning, match=message):
+        panel = hl.mindlin_panel(mesh, 0.02, MATERIAL, SUPPORTS)
+    left, right, low, high = panel.shape.box
+    assert (right - left, high - low, panel.shape.area) == pytest.approx((1.0, 1.0, 1.0))
+    plain = hl.mindlin_panel(grid(4), 0.02, MATERIAL, SUPPORTS)
+    assert found(panel, 3, (left + 0.6, low + 0.45)) == pytest.approx(found(plain, 3, (0.6, 0.45)), rel=1e-9)
+
+
+def test_points_of_two_coordinates() -> None:
+    mesh = grid(2)
+    flat = meshio.Mesh(mesh.points[:, :2], mesh.cells, cell_sets=mesh.cell_sets)
+    panel = hl.mindlin_panel(flat, 0.02, MATERIAL, SUPPORTS)
+    plain = hl.mindlin_panel(mesh, 0.02, MATERIAL, SUPPORTS)
+    assert found(panel, 3, (0.5, 0.5)) == pytest.approx(found(plain, 3, (0.5, 0.5)), rel=1e-12)
+
+
+@pytest.mark.parametrize("quads", [False, True])
+def test_area_and_sides(quads: bool) -> None:
+    panel = hl.mindlin_panel(grid(3, 0.3, quads), 0.02, MATERIAL)
+    assert panel.shape.area == pytest.approx(1.0)
+    assert panel.at(0.3, 0.6).origin["edges"]["left"] == "3 sides, 1 m"
+
+
+def test_cells_that_are_numbered_clockwise() -> None:
+    with pytest.warns(hl.HertzlinkWarning, match="1 of 8 cells are numbered clockwise, the others not"):
+        panel = hl.mindlin_panel(changed(turned=[0]), 0.02, MATERIAL)
+    assert found(panel, 5, (0.5, 0.5)) == pytest.approx(found(hl.mindlin_panel(FLAT, 0.02, MATERIAL), 5, (0.5, 0.5)))
+
+
+def test_triangles_and_quadrilaterals() -> None:
+    """The left half of quadrilaterals, which are split: the same triangles as in the other half."""
+    mesh = grid(2, quads=True)
+    quads = mesh.cells[0].data
+    left = mesh.points[quads].mean(axis=1)[:, 0] < 0.5
+    halves = np.concatenate([quads[~left][:, three] for three in ([0, 1, 2], [0, 2, 3])])
+    none = [[], [], []]
+    sets = {name: [*none[:2], parts[1]] for name, parts in mesh.cell_sets.items()}
+    mixed = meshio.Mesh(mesh.points, [("quad", quads[left]), ("triangle", halves), mesh.cells[1]], cell_sets=sets)
+    with pytest.warns(hl.HertzlinkWarning, match="its 2 quadrilaterals are split, as it has triangles as well"):
+        panel = hl.kirchhoff_panel(mixed, 0.02, MATERIAL, {"left": "clamped"})
+    assert panel.shape.area == pytest.approx(1.0)
+    assert panel.at(0.5, 0.5).origin["cells"] == 8
+
+
+def test_edges_that_hold_no_side() -> None:
+    """A set of one point held nothing without a word; a set with a point inside holds the sides it has."""
+    mesh = grid(2)
+    points = np.flatnonzero(np.isclose(mesh.points[:, 0], 0.0))
+    mesh.point_sets = {
+        "corner": points[:1],
+        "more": np.append(points, np.flatnonzero((mesh.points[:, :2] == 0.5).all(axis=1))),
+    }
+    with pytest.raises(ValueError, match="supports = 'corner': holds no whole facet of the boundary"):
+        hl.mindlin_panel(mesh, 0.02, MATERIAL, {"corner": "clamped"})
+    with pytest.warns(hl.HertzlinkWarning, match="supports = 'more': 1 of its 4 points are corners of no facet"):
+        hl.mindlin_panel(mesh, 0.02, MATERIAL, {"more": "clamped"})
+
+
+def test_parts_of_a_plate_that_touch() -> None:
+    one, moved = grid(2), grid(2).points + [1.0, 0.0, 0.0]
+    cells = one.cells[0].data
+    two = meshio.Mesh(
+        np.concatenate([one.points, moved]), [("triangle", np.concatenate([cells, cells + len(one.points)]))]
+    )
+    with pytest.raises(ValueError, match=r"2 pieces that share no points; 6 points coincide .* merge=5e-07 joins them"):
+        hl.mindlin_panel(two, 0.02, MATERIAL)
+    panel = hl.mindlin_panel(two, 0.02, MATERIAL, merge=1e-6)
+    assert panel.shape.area == pytest.approx(2.0)
+    with pytest.raises(ValueError, match="merge = 1e-06: an Outline is in m; merge is for meshes"):
+        hl.mindlin_panel(hl.Outline([(0, 0), (1, 0), (0, 1)]), 0.02, MATERIAL, merge=1e-6)

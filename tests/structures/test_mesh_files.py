@@ -11,6 +11,7 @@ import pytest
 from skfem import Basis
 
 import hertzlink as hl
+from structures import mesh_process
 from structures.body_mesh import BodyMesh
 from structures.mesh_files import FORMATS, read_mesh
 
@@ -356,9 +357,6 @@ def test_coordinates_that_would_be_misread(name: str, text: str, message: str, t
     assert not (tmp_path / "gone").exists()
 
 
-ENTITIES = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n"
-
-
 @pytest.mark.parametrize("all_cells", [1, pytest.param(0, marks=pytest.mark.thorough)])
 def test_groups_of_msh_41(all_cells: int, tmp_path: Path) -> None:
     """A face turned over, a face in two groups, and cells of no group ("Save all")."""
@@ -378,10 +376,29 @@ def test_groups_of_msh_41(all_cells: int, tmp_path: Path) -> None:
         gmsh.write(str(tmp_path / "m.msh"))
     finally:
         gmsh.finalize()
+    with pytest.raises(ValueError, match="in several groups, which gmsh reads"):
+        mesh_process.by_meshio(str(tmp_path / "m.msh"), "gmsh")
     found = BodyMesh(tmp_path / "m.msh", scale=1.0)
     found_areas = [found.area(found.facets.of("fixed", name)) for name in ("held", 8)]
     assert [volume(found), *found_areas] == pytest.approx([VOLUME, 2.0 * AREA, AREA])
     assert volume(found, found.cells.of("material", "Körper 1")) == pytest.approx(VOLUME)
+
+
+@pytest.mark.parametrize(
+    ("name", "tag"),
+    [("cylinder.msh", "base"), ("cube.msh", 3), pytest.param("cube.med", "G_2D_3", marks=pytest.mark.thorough)],
+)
+def test_the_same_without_gmsh(name: str, tag: Any, tmp_path: Path) -> None:
+    """What meshio reads in its place has the same groups and facets."""
+    path = Path(__file__).parent / "data" / name
+    if not path.exists():
+        path = in_format(path.suffix, tmp_path)
+    kind = mesh_process.BY_MESHIO[path.suffix]
+    areas = []
+    for parts in (read_mesh(path), meshio.Mesh(**mesh_process.by_meshio(str(path), kind))):
+        found = BodyMesh(parts)
+        areas.append([volume(found), found.area(found.facets.of("fixed", tag))])
+    assert areas[0] == pytest.approx(areas[1], rel=1e-6)
 
 
 def with_fields(**fields: Any) -> meshio.Mesh:
