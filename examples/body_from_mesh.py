@@ -1,4 +1,4 @@
-"""A cube of acrylic from a mesh, on a table and free, compared with a half-space; docs/meshes.md lists the files that may stand in its place."""
+"""A cube of acrylic from a mesh, on a table and free, compared with a half-space; see docs/meshes.md for files."""
 
 import numpy as np
 from skfem import MeshHex  # type: ignore[import-untyped]

@@ -201,7 +201,7 @@ def _as_one_type(points: Vector, listed: list[Numbers], kind: str) -> tuple[Numb
     solid = (np.diff(np.sort(cells, axis=1), axis=1) > 0).all(axis=1)
     cells, parent = cells[solid], parent[solid]
     edges = points[cells[:, 1:]] - points[cells[:, :1]]
-    turned = np.linalg.det(edges) < 0.0
+    turned = _volumes_of(edges) < 0.0
     cells[turned] = cells[turned][:, [0, 2, 1, 3]]
     return cells, parent
 
@@ -221,7 +221,7 @@ def _check_shapes(points: Vector, corners: Numbers) -> None:
     frames = [
         np.stack([at[:, i] - at[:, start] for i in others], 1) for start, *others in CORNER_NEIGHBOURS[corners.shape[1]]
     ]
-    volumes, least = np.linalg.det(np.array(frames)), FLAT_JACOBIAN * np.ptp(at, axis=1).max(axis=1) ** 3
+    volumes, least = _volumes_of(np.array(frames)), FLAT_JACOBIAN * np.ptp(at, axis=1).max(axis=1) ** 3
     upright, inverted = (volumes > least).all(axis=0), (volumes < -least).all(axis=0)
     for bad, what in (
         (~upright & ~inverted, "flat or folded"),
@@ -232,6 +232,11 @@ def _check_shapes(points: Vector, corners: Numbers) -> None:
             raise ValueError(f"mesh: {bad.sum()} of {len(at)} cells are {what}, the first near {first}")
     if inverted.all():
         caution("mesh: all cells are inverted (negative Jacobian); they are read with reversed numbering")
+
+
+def _volumes_of(edges: Vector) -> Vector:
+    """The volumes that three edges span, ... × 3 × 3, with their signs."""
+    return np.asarray((np.cross(edges[..., 0, :], edges[..., 1, :]) * edges[..., 2, :]).sum(axis=-1))
 
 
 def _hexahedron_order(points: int) -> Numbers:

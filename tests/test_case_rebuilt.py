@@ -337,7 +337,7 @@ def test_a_mesh_in_two_parts_comes_back(tmp_path: Path) -> None:
     mesh.cell_data = {"part": [np.ones(8, dtype=int)], "other": [np.ones(8, dtype=int)]}
     mesh.write(tmp_path / "plate.vtu")
     panel = hl.mindlin_panel(tmp_path / "plate.vtu", 2e-3, hl.PTFE, merge=1e-6, tags="part")
-    run = hl.CoSimulation(CHAIN, panel.at(6e-3, 5e-3)).run(until=2e-5)
+    run = hl.CoSimulation(CHAIN, hl.reduce(panel.at(6e-3, 5e-3), until=UNTIL)).run(until=UNTIL)
     text = hl.from_input(run.attrs["input"]).to_toml()
     assert tomllib.loads(text)["structure"]["tags"] == "part"
     assert Case(tomllib.loads(text)).run().identical(run)
