@@ -8,6 +8,7 @@ import sysconfig
 import textwrap
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import fields, is_dataclass
+from functools import cache
 from hashlib import sha256
 from pathlib import Path
 from types import CellType, CodeType, FunctionType, ModuleType
@@ -16,6 +17,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 from scipy import sparse
+
+from structures.caution import OWN_CODE
 
 LONGEST_TEXT = 200
 """Characters of a value's JSON that are kept as they are; a longer one is kept as its SHA-256."""
@@ -29,8 +32,8 @@ CHANGING = {
 class Outside(NamedTuple):
     """The JSON of each value that functions use from outside, by its name, and the SHA-256 of their code.
 
-    Functions and classes of the same module that they name count too. A value that the code itself changes, such as a
-    cache, is left out. The code is None where the source of one is missing.
+    Functions and classes that they name count too, unless they are installed. A value that the code itself changes,
+    such as a cache, is left out. The code is None where the source of one is missing.
     """
 
     data: dict[str, str]
@@ -41,14 +44,14 @@ def outside_of(functions: Iterable[Callable[..., Any]]) -> Outside:
     """What these functions use."""
     search = _Search()
     for function in functions:
-        search.visit(function, function.__module__)
+        search.visit(function)
     data = {label: _text(value) for label, (names, value) in search.values.items() if not names & search.changed}
     code = "\n".join(sorted(map(str, search.sources)))
     return Outside(data, None if None in search.sources else sha256(code.encode()).hexdigest())
 
 
 class _Search:
-    """Goes from functions to all that they name in their module."""
+    """Goes from functions to all that they name."""
 
     def __init__(self) -> None:
         self.seen: set[int] = set()
@@ -56,10 +59,10 @@ class _Search:
         self.sources: list[str | None] = []
         self.changed: set[str] = set()
 
-    def visit(self, function: Any, module: str) -> None:
-        """A function; of one that keeps results, such as functools.cache makes, the function within."""
+    def visit(self, function: Any) -> None:
+        """A user's function; of one that keeps results, such as functools.cache makes, the function within."""
         function = inspect.unwrap(function)
-        if not isinstance(function, FunctionType) or id(function) in self.seen:
+        if not isinstance(function, FunctionType) or id(function) in self.seen or not _is_users(function.__module__):
             return
         self.seen.add(id(function))
         names, values = set(_names(function.__code__)), dict(_defaults(function))
@@ -68,43 +71,60 @@ class _Search:
         values |= {name: cell.cell_contents for name, cell in cells if _is_full(cell)}
         tree = _tree(function)
         self.sources.append(None if tree is None else ast.unparse(tree))
-        # Without its source, nobody knows whether it changes them.
+        # Without its source, nobody knows whether it changes them. A constructor only sets what it makes.
         changeable = (name for name, value in values.items() if isinstance(value, list | dict | set))
-        self.changed.update(changeable if tree is None else _changed(tree))
+        if function.__name__ != "__init__":
+            self.changed.update(changeable if tree is None else _changed(tree))
         for name, value in sorted(values.items()):
-            self._take(name, function.__name__, value, names, module)
+            self._take(f"{name} of {function.__name__}", {name}, value, names)
 
-    def _take(self, name: str, user: str, value: Any, names: set[str], module: str) -> None:
+    def _take(self, label: str, path: set[str], value: Any, names: set[str]) -> None:
+        """A value that code with these names reaches by a path of names."""
         if isinstance(value, ModuleType):
-            for inner in sorted(names & vars(value).keys()) if _is_of_user(value) else ():
-                if not callable(vars(value)[inner]) and not isinstance(vars(value)[inner], ModuleType):
-                    self.values[f"{name}.{inner}"] = {name, inner}, vars(value)[inner]
+            self._parts(value, label, path, names if _is_users(value.__name__) else set())
         elif isinstance(value, type):
-            self._of_class(value, module)
-        elif isinstance(inspect.unwrap(value) if callable(value) else value, FunctionType):
-            if value.__module__ == module:
-                self.visit(value, module)
+            self._of_class(value)
+        elif callable(value) and isinstance(inspect.unwrap(value), FunctionType):
+            self.visit(value)
         else:
-            self.values[f"{name} of {user}"] = {name}, value
-            self._of_class(type(value), module)
+            self.values[label] = path, value
+            for inner in (
+                value.values() if isinstance(value, dict) else value if isinstance(value, list | tuple) else ()
+            ):
+                self.visit(inner)
+            if not is_dataclass(value):
+                own = _is_users(type(value).__module__)
+                self._parts(value, label, path, getattr(value, "__dict__", {}).keys() if own else names)
+            self._of_class(type(value))
 
-    def _of_class(self, kind: type, module: str) -> None:
+    def _parts(self, value: Any, label: str, path: set[str], names: Iterable[str]) -> None:
+        """The attributes of a module or an object that have one of the names."""
+        found = getattr(value, "__dict__", {})
+        for name in sorted(set(names) & found.keys()):
+            if id(found[name]) not in self.seen and not isinstance(found[name], ModuleType):
+                self._take(f"{label.partition(' of ')[0]}.{name}", {*path, name}, found[name], set())
+
+    def _of_class(self, kind: type) -> None:
         """The constants and methods of a class."""
-        if kind.__module__ != module or id(kind) in self.seen:
+        if id(kind) in self.seen or not _is_users(kind.__module__):
             return
         self.seen.add(id(kind))
         for name, value in vars(kind).items():
             method = getattr(value, "fget", None) or getattr(value, "__func__", value)
             if isinstance(method, FunctionType):
-                self.visit(method, module)
+                self.visit(method)
             elif not name.startswith("_") and not callable(value) and not hasattr(value, "__get__"):
                 self.values[f"{kind.__name__}.{name}"] = {name}, value
 
 
-def _is_of_user(module: ModuleType) -> bool:
-    """Whether a module is neither Python's nor installed."""
-    file = getattr(module, "__file__", None) or sys.prefix
-    return not any(Path(file).is_relative_to(folder) for folder in {*sysconfig.get_paths().values()})
+@cache
+def _is_users(module: str) -> bool:
+    """Whether a module is neither Python's nor hertzlink's, nor installed."""
+    file = getattr(sys.modules.get(module), "__file__", None)
+    if file is None:
+        return module == "__main__"
+    installed = any(Path(file).is_relative_to(folder) for folder in {*sysconfig.get_paths().values()})
+    return not installed and not file.startswith(OWN_CODE)
 
 
 def _names(code: CodeType) -> Iterator[str]:
@@ -179,15 +199,17 @@ def _plain(value: Any) -> Any:
     if isinstance(value, set | frozenset):
         return sorted(json.dumps(_plain(one), sort_keys=True) for one in value)
     kind = f"{type(value).__module__}.{type(value).__qualname__}"
-    if isinstance(value, np.ndarray) and value.dtype != object:
+    if isinstance(value, np.ndarray):
+        if value.dtype == object:
+            return [kind, _plain(value.tolist())]
         return [value.dtype.str, value.shape, sha256(np.ascontiguousarray(value).tobytes()).hexdigest()]
     if sparse.issparse(value):
         rows = sparse.csr_array(value)
         return [kind, rows.shape, *map(_plain, (rows.data, rows.indices, rows.indptr))]
     if isinstance(value, xr.Dataset):
         return [kind, {str(name): _plain(variable.values) for name, variable in value.variables.items()}]
-    if isinstance(value, xr.DataArray):
-        return [kind, _plain(value.values)]
+    if hasattr(value, "__array__") and not isinstance(value, type):
+        return [kind, _plain(np.asarray(value))]
     if is_dataclass(value) and not isinstance(value, type):
         return [kind, {field.name: _plain(getattr(value, field.name)) for field in fields(value) if field.init}]
     return kind

@@ -225,9 +225,9 @@ def _compare(path: Path, manifest: Mapping[str, Any]) -> tuple[str, ...]:
     for name in [name for name in manifest if name not in ("data", "code")]:
         _same(path, name, stored[name], manifest[name])
     for name in sorted(stored["data"].keys() & manifest["data"].keys()):
-        pair = stored["data"][name], manifest["data"][name]
-        if pair[0] != pair[1]:
-            change = next(differences(json.loads(pair[0]), json.loads(pair[1]), name), name)
+        before, now = stored["data"][name], manifest["data"][name]
+        change = None if before == now else next(differences(json.loads(before), json.loads(now), name), None)
+        if change is not None:
             raise ValueError(f"store: {path} was made with other data: {change}; use another folder")
     if None in (stored["code"], manifest["code"]) or stored["code"] == manifest["code"]:
         return ()

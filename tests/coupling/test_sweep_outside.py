@@ -13,6 +13,7 @@ import hertzlink as hl
 
 OUTSIDE = """
 from functools import cache
+from types import SimpleNamespace
 import hertzlink as hl
 import numpy as np
 import settings
@@ -29,12 +30,26 @@ class Part:
         return hl.Sphere(radius * self.scale, hl.STEEL_440C)
 
 
+class Wall:
+    def __init__(self, thickness):
+        self.thickness, self.made = thickness, []
+
+    def note(self):
+        self.made.append(self.thickness)
+
+
+WALL, NAMES = Wall(0.1), SimpleNamespace(limit=7)
+TOOLS = {"half": lambda number: 0.5 * number}
+
+
 def factory(preload):
     def build(length):
         '''Of a length.'''
         global calls
         calls += 1
         CACHE[length] = calls
+        WALL.note()
+        assert TOOLS["half"](settings.double(NAMES.limit)) > 0.0
         chain = hl.Chain([Part().bead()] * 2, Part().bead(), SPEED, preload=preload)
         return hl.CoSimulation(chain, MASS if length > settings.LIMIT else wall())
     return build
@@ -53,6 +68,10 @@ THRESHOLD = {"of": np.float64(2.0)}
 build = factory(1.0)
 # settings.py
 LIMIT = OTHER = 0.5
+TWO = 2.0
+
+def double(number):
+    return TWO * number
 """
 
 
@@ -72,6 +91,12 @@ LIMIT = OTHER = 0.5
         ("factory(1.0)", "factory(2.0)", r"preload of build = 1\.0 there"),
         ("LIMIT = OTHER = 0.5", "LIMIT = OTHER = 0.6", r"settings\.LIMIT = 0\.5 there and 0\.6 here"),
         ("settings.LIMIT", "settings.OTHER", None),
+        ("Wall(0.1)", "Wall(0.2)", r"WALL\.thickness = 0\.1 there"),
+        ("limit=7", "limit=8", r"NAMES\.limit = 7 there"),
+        ("TWO = 2.0", "TWO = 3.0", r"TWO of double = 2\.0 there"),
+        ("TWO = 2.0", "TWO = 2", ""),
+        ("0.5 * number", "number / 2", None),
+        ("self.made = thickness, []", "self.made = thickness, [3.0]", None),
         ("1.0, 50", "1.1, 50", r"LEVELS of measure\[2\] not the same"),
         ("float64(2.0)", "float64(3.0)", r"THRESHOLD of measure\.of = 2\.0 there"),
         ("length > settings", "length < settings", None),
