@@ -67,15 +67,29 @@ def listed(name: str, value: object, kind: type, what: str) -> list[Any]:
     many = isinstance(value, Iterable) and not isinstance(value, str | bytes) and getattr(value, "ndim", 1) > 0
     items = list(value) if many else []  # type: ignore[call-overload]
     if not items or not all(isinstance(item, kind) for item in items):
-        raise ValueError(f"{name} = {short(value)}: must be a list of {what}")
+        classes = "".join({_of_class(item): None for item in items})
+        raise ValueError(f"{name} = {short(value)}: must be a list of {what}{classes}")
     return items
 
 
 def instance(name: str, value: object, kind: type[Kind], what: str) -> Kind:
     """`value`; a ValueError if it is not of the kind."""
     if not isinstance(value, kind):
-        raise ValueError(f"{name} = {short(value)}: must be {what}")
+        raise ValueError(f"{name} = {short(value)}: must be {what}{_of_class(value)}")
     return value
+
+
+def function(name: str, value: Any, count: int, what: str) -> Any:
+    """`value`; a ValueError if it is no function of so many arguments. A class is none: its object is meant."""
+    if not callable(value) or isinstance(value, type):
+        raise ValueError(f"{name} = {short(value)}: must be {what}{_of_class(value)}")
+    takes(f"{name} = {short(value)}", value, count, what)
+    return value
+
+
+def _of_class(value: object) -> str:
+    """What to write where a class was given for an object of it."""
+    return f"; {value.__name__} is a class, so write {value.__name__}(...)" if isinstance(value, type) else ""
 
 
 def takes(name: str, function: Callable[..., object], count: int, what: str) -> None:
@@ -97,7 +111,7 @@ def has_members(
     shown, needed = shown or short(value), (*attributes, *methods)
     lacking = [one for one in needed if not hasattr(value, one)]
     if isinstance(value, type) or len(lacking) == len(needed):
-        raise ValueError(f"{name} = {shown}: must be {what}")
+        raise ValueError(f"{name} = {shown}: must be {what}{_of_class(value)}")
     if lacking:
         raise ValueError(f"{name} = {shown}: has no {' and no '.join(lacking)}; must be {what}")
     for method, count in methods.items():

@@ -119,6 +119,7 @@ def modal(structure: Structure, ratio: ArrayLike) -> Structure:
         bad = True
     if bad or ratios.shape not in ((), (structure.size,)):
         raise ValueError(f"ratio = {ratio!r}: must be zero or positive, one number or {structure.size}")
+    likely("ratio", "modal", "ratio", float(ratios.max(initial=0.0)))
     rates = 2.0 * ratios * np.sqrt(structure.stiffness.diagonal())
     if not rates.any():
         return structure
@@ -224,6 +225,7 @@ def standard_linear_solid(
     instance("structure", structure, Structure, "a Structure")
     share, time = positive("share", share), positive("time", time, "s")
     likely("time", "standard_linear_solid", "time", time)
+    likely("share", "standard_linear_solid", "share", share)
     one_of("modulus", modulus, MODULI)
     if modulus == "instantaneous" and share >= 1.0:
         raise ValueError(f"share = {share!r}: must be below 1 of the instantaneous modulus")

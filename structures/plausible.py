@@ -59,6 +59,12 @@ LIKELY = {
     "measured force": Likely(1e-3, 1e4, "N", "kN or V", "mN or mV"),
     # A solitary wave of steel beads lasts 20 to 200 µs, one of soft beads a few ms.
     "wave": Likely(1e-6, 0.01, "s", "ms or µs", "µs or ms"),
+    # An arm as stiff as the bead itself relaxes half of it; polymers have arms of up to a few times their slow modulus.
+    "share": Likely(0.0, 10.0, "times the modulus", "", "%"),
+    # Part of the critical damping: steel has 0.001, rubber 0.1.
+    "ratio": Likely(0.0, 1.0, "times the critical damping", "", "%"),
+    # Oscilloscopes take 1 µs; a contact of soft beads lasts a few ms.
+    "sample": Likely(0.0, 1e-3, "s", "", "µs or ms"),
     # A run lasts a few ms; a process that takes more than a second does not show in it.
     "time": Likely(0.0, 1.0, "s", "", "µs or ms"),
 }

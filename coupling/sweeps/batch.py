@@ -26,7 +26,7 @@ from coupling.sweeps.store import ERROR_VARIABLE, Failure
 from coupling.sweeps.sweep import axis_labels, check_build
 from particles.chain import Chain
 from structures.caution import collected
-from structures.checks import instance, listed, positive, short, takes, whole
+from structures.checks import function, instance, listed, positive, short, whole
 from structures.one_thread import one_thread
 from structures.structure import Structure
 
@@ -133,9 +133,7 @@ def batch(
     """
     until = positive("until", until, "s")
     if measure is not None:
-        if not callable(measure):
-            raise ValueError(f"measure = {short(measure)}: must be a function of a Dataset of runs")
-        takes(f"measure = {short(measure)}", measure, 1, "a function of a Dataset of runs")
+        function("measure", measure, 1, "a function of a Dataset of runs")
     family = _family(runs, structure, dt, parameters)
     kept = _kept(sensors, family.beads)
     if save_every is None:

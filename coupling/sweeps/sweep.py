@@ -20,7 +20,7 @@ from coupling.sweeps.processes import Batch, Outcome, Work, in_processes
 from coupling.sweeps.progress import Progress, Stopped
 from coupling.sweeps.store import ERROR_VARIABLE, Failure, Point, Store, describe_point, open_store
 from structures.caution import caution
-from structures.checks import instance, listed, positive, short, whole
+from structures.checks import function, instance, listed, positive, short, whole
 from structures.structure import Vector
 
 if TYPE_CHECKING:
@@ -114,8 +114,8 @@ def sweep(
     [0.99, 0.92]
     """
     until = positive("until", until, "s")
-    if measure is not None and not callable(measure):
-        raise ValueError(f"measure = {short(measure)}: must be a function of a run's Dataset")
+    if measure is not None:
+        function("measure", measure, 1, "a function of a run's Dataset")
     if instance("retry", retry, bool, "True or False") and store is None:
         raise ValueError("retry = True: needs the store that records which points failed")
     if cluster is not None:

@@ -207,6 +207,7 @@ def new_case(kind: str, path: Path | None) -> None:
       deformable         beads that deform, vibrate and lose energy
       two-chains         chains on both faces of a plate
       rod, layered-rod   beads against a rod of one or two layers
+      beam               beads against a beam that they bend
       cylinder           beads against a solid cylinder of a soft material
       wall               beads against a thick wall
       plate              beads against a thin rectangular plate

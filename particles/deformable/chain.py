@@ -24,12 +24,14 @@ from particles.laws.formulas import NARROWEST, SAMPLES, contact_law
 from particles.laws.law import ContactLaw, TabulatedLaw
 from particles.laws.yielding import YieldingLaw
 from particles.moving import MovingChain
-from structures.checks import short, whole
+from structures.checks import function, short, whole
 from structures.structure import Vector
 from structures.surface import Surface
 
 MOST_MODES = 20
 """More take time and change little: eight and sixteen modes give the same wave to 0.01 % (docs/deformable.md)."""
+
+DAMPING = "hl.damping.Modal, Rayleigh or StandardLinearSolid, a function of a bead that returns one, or None"
 
 STEPS_PER_VIBRATION = 30
 """Steps in the shortest period of a bead's modes."""
@@ -108,13 +110,9 @@ class DeformableChain(Chain):
             raise ValueError(f"modes = {self.modes!r}: must be at most {MOST_MODES}")
         if isinstance(self.law, YieldingLaw):
             raise ValueError(f"law = {self.law!r}: needs rigid beads; give a Chain, not a DeformableChain")
-        if not callable(self.vibrations):
-            raise ValueError(f"vibrations = {self.vibrations!r}: must be a function of a bead and a number of modes")
-        if not (self.damping is None or isinstance(self.damping, Viscous) or callable(self.damping)):
-            raise ValueError(
-                f"damping = {short(self.damping)}: must be hl.damping.Modal, Rayleigh or StandardLinearSolid, a "
-                "function of a bead that returns one, or None"
-            )
+        function("vibrations", self.vibrations, 2, "a function of a bead and a number of modes")
+        if self.damping is not None and not isinstance(self.damping, Viscous):
+            function("damping", self.damping, 1, DAMPING)
         if self.damping is not None and self.modes == 1:
             raise ValueError("damping: acts on vibrations, which modes = 1 leaves out; take more modes")
         for i, bead in enumerate(self.beads):

@@ -171,6 +171,7 @@ class StandardLinearSolid(Viscous):
         positive("share", self.share)
         positive("time", self.time, "s")
         likely("time", "StandardLinearSolid", "time", self.time)
+        likely("share", "StandardLinearSolid", "share", self.share)
         one_of("modulus", self.modulus, ("relaxed", "instantaneous"))
         if self.modulus == "instantaneous" and self.share >= 1.0:
             raise ValueError(f"share = {self.share!r}: must be below 1 of the instantaneous modulus")

@@ -14,8 +14,8 @@ from hertzlink.cases.case import Case
 from hertzlink.cases.faults import CaseError
 
 KINDS = (
-    "chain", "deformable", "two-chains", "rod", "layered-rod", "cylinder", "wall", "plate", "thick-plate", "laminate",
-    "half-plane", "shell", "sweep", "critical-distance", "identify",
+    "chain", "deformable", "two-chains", "rod", "layered-rod", "beam", "cylinder", "wall", "plate", "thick-plate",
+    "laminate", "half-plane", "shell", "sweep", "critical-distance", "identify",
 )  # fmt: skip
 
 TRUE = {"structure.thickness": "3.18 mm", "structure.distance": "42 mm", "chain.impact_speed": "0.33 m/s"}
