@@ -9,7 +9,8 @@ from scipy import sparse
 from plates.elements.hermite import Beam, Hermite
 from plates.prestress import GROUND
 from plates.shapes.grading import graded
-from structures.buckling import buckling_factor
+from structures.buckling import buckling_factor, check_buckling
+from structures.caution import caution
 from structures.checks import finite, instance, not_negative, one_of, positive
 from structures.elasticity import HIGHEST_FREQUENCY
 from structures.material import Material, check_stress
@@ -18,6 +19,9 @@ from structures.structure import Structure
 from structures.surface import Surface
 
 ENDS = ("clamped", "simple", "free", "symmetry")
+
+HARD_GROUND = 10.0
+"""Stiffness of the ground per length over the modulus of the beam: no ground is so hard."""
 
 BUCKLES = 4.0
 """Waves along the beam that the mesh resolves at least, so that buckling is exact to some 1e-4."""
@@ -96,6 +100,11 @@ def beam(
     if place > length:
         raise ValueError(f"at = {at!r}: must lie on the beam, between 0 and {length:g} m")
     _check_ends(supports)
+    if ground > HARD_GROUND * material.youngs_modulus:
+        caution(
+            f"beam foundation = {ground:g} N/m²: is more than {HARD_GROUND:g} times the beam's own modulus; no ground "
+            "is so stiff; check its unit"
+        )
     check_stress(
         f"axial_force = {force:g} N", force * material.density / heavy, material,
         "axial_force is in N, and the area is taken as mass_per_length over density",
@@ -114,8 +123,8 @@ def beam(
     if force < 0.0:
         weak = GROUND * stiff / (heavy * length**4)
         factor = buckling_factor(matrix(mass), matrix(plain), matrix(pulled), weak)
-        if factor <= 1.0:
-            raise ValueError(f"axial_force = {axial_force!r}: the beam buckles at {factor:.4g} times this force")
+        refused = f"axial_force = {axial_force!r}: the beam buckles at {factor:.4g} times this force"
+        check_buckling(factor, f"beam axial_force = {force:g} N", refused)
     origin = {
         "kind": "beam", "length": length, "bending_stiffness": stiff, "mass_per_length": heavy,
         "material": asdict(material), "at": place, "supports": list(supports), "axial_force": force,

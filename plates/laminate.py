@@ -198,6 +198,16 @@ class Laminate:
             sums += [stiffness * ((high**n - low**n) / n) for n in (1, 2, 3)]
         return Stiffnesses(*sums)
 
+    def stresses(self, forces: Vector) -> list[tuple[Material, Vector]]:
+        """The stresses (xx, yy, xy), Pa, in each ply of an isotropic material under forces per length, N/m.
+
+        The plies share the forces by their moduli, and the plate stays flat.
+        """
+        strain = np.linalg.solve(self.stiffnesses.extension, forces)
+        return [
+            (ply.material, _plane_stiffness(ply) @ strain) for ply in self.plies if isinstance(ply.material, Material)
+        ]
+
     def section(self, shear_correction: float = SHEAR_CORRECTION) -> Section:
         """The bending and shear stiffness and the mass that a plate's theory uses.
 

@@ -18,7 +18,7 @@ from plates.shapes.place import check_place, mirrors
 from plates.shapes.rectangle import SIDES
 from plates.shapes.shape import MIRROR, Cells, PlateMesh, Shape
 from plates.support import ElasticEdge, Support, Supports, check_support, summary
-from structures.buckling import buckling_factor
+from structures.buckling import buckling_factor, check_buckling
 from structures.caution import caution
 from structures.checks import instance, positive, short
 from structures.elasticity import HIGHEST_FREQUENCY
@@ -27,6 +27,7 @@ from structures.field import Field
 from structures.html_table import html_table
 from structures.material import Material, check_stress
 from structures.mesh_reading import Tag, known
+from structures.plausible import units_of_one
 from structures.structure import Structure
 from structures.surface import Surface
 
@@ -148,11 +149,19 @@ class Plate:
         for i, one in enumerate(self.additions):
             if objection := self.element.objection(one):
                 raise ValueError(f"additions[{i}] = {one!r}: {objection}")
-        if not isinstance(self.material, Laminate):  # whose plies share the force by their moduli
-            (xx, xy), (_, yy) = forces_in_plane(self.additions)
-            mises = sqrt(xx**2 - xx * yy + yy**2 + 3.0 * xy**2) / section.thickness
-            means = "Prestress takes forces per length, N/m: stress × thickness"
-            check_stress("additions", mises, section.struck, means)
+        means = "Prestress takes forces per length, N/m: stress × thickness"
+        for material, stress in self._stresses():
+            check_stress("additions", stress, material, means)
+
+    def _stresses(self) -> list[tuple[Material, float]]:
+        """The material of each isotropic layer, and von Mises's stress in it by the prestress, Pa."""
+        (xx, xy), (_, yy) = forces_in_plane(self.additions)
+        forces = np.array([xx, yy, xy])
+        if isinstance(self.material, Laminate):
+            layers = self.material.stresses(forces)
+        else:
+            layers = [(self.section.struck, forces / self.section.thickness)]
+        return [(one, sqrt(x**2 - x * y + y**2 + 3.0 * s**2)) for one, (x, y, s) in layers]
 
     @property
     def kind(self) -> str:
@@ -245,10 +254,9 @@ class Plate:
     def meshed(self, contacts: Sequence[Contact]) -> tuple[PlateMesh, Assembled, Matrices, list[Touch]]:
         """The mesh for these contacts, the plate on it, its matrices, and the contacts on the mesh."""
         self._check_size()
-        if self.buckling_factor <= 1.0:
-            raise ValueError(
-                f"additions: the plate buckles at {self.buckling_factor:.4g} times this prestress; give less than that"
-            )
+        factor = self.buckling_factor
+        refused = f"additions: the plate buckles at {factor:.4g} times this prestress; give less than that"
+        check_buckling(factor, "additions: a plate with this prestress", refused)
         mesh = self.shape.mesh([one.x for one in contacts], [one.y for one in contacts], self._cells)
         held = {name: one for name, one in {MIRROR: "symmetry", **self._edges}.items() if _has(mesh, name)}
         touches = [self._touch(mesh, held, one) for one in contacts]
@@ -279,7 +287,8 @@ class Plate:
         cells = replace(cells, finest=cells.coarsest, halved=(False, False))
         mesh = self.shape.mesh([], [], cells)
         held = {name: one for name, one in self._edges.items() if _has(mesh, name)}
-        whole = [Prestress(forces[0, 0], forces[1, 1], forces[0, 1]), *fixed]
+        with units_of_one():  # the user was warned of each part
+            whole = [Prestress(forces[0, 0], forces[1, 1], forces[0, 1]), *fixed]
         plain, pressed = (self.element.assemble(mesh, self.section, held, some) for some in (fixed, whole))
         ground = GROUND * softest / (self.section.mass * side**4)
         return buckling_factor(plain.mass, plain.stiffness, pressed.stiffness - plain.stiffness, ground)

@@ -6,6 +6,7 @@ import numpy as np
 
 from structures.checks import finite, instance, positive, within
 from structures.material import Material
+from structures.plausible import likely, units_of_one
 from structures.structure import Vector
 
 GROUND = 1e-9
@@ -48,6 +49,8 @@ class Prestress:
     def __post_init__(self) -> None:
         for name in ("xx", "yy", "xy"):
             object.__setattr__(self, name, finite(name, getattr(self, name), "N/m"))
+        name = max(("xx", "yy", "xy"), key=lambda one: abs(getattr(self, one)))
+        likely("force per length", "Prestress", name, round(getattr(self, name), 6))  # no rest of rounding
 
     @property
     def forces(self) -> Vector:
@@ -96,6 +99,7 @@ def thermal_prestress(rise: float, expansion: float, thickness: float, material:
     """
     instance("material", material, Material, "a Material; MATERIALS[name] gives one by name")
     rise, expansion = finite("rise", rise, "K"), within("expansion", expansion, 1e-9, 1e-3, "1/K")
-    stiffness = material.youngs_modulus * positive("thickness", thickness, "m") / (1.0 - material.poisson_ratio)
-    force = -stiffness * expansion * rise
-    return Prestress(force, force)
+    likely("ply", "thermal_prestress", "thickness", positive("thickness", thickness, "m"))
+    force = -material.youngs_modulus * thickness / (1.0 - material.poisson_ratio) * expansion * rise
+    with units_of_one():  # a small rise makes a small force
+        return Prestress(force, force)

@@ -7,9 +7,23 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import ArpackError, ArpackNoConvergence, LinearOperator, eigsh, splu
 
+from structures.caution import caution
+
 RIGID = 1e-13
 """Energy of a motion over that of its parts, below which nothing bends: rounding leaves 6e-16 or less, and a beam of
 240 elements that buckles has 1e-10."""
+
+
+NEAR = 1.05
+"""Below this factor deflections are 20 times those without prestress, and depend on errors of it by as much."""
+
+
+def check_buckling(factor: float, what: str, refused: str) -> None:
+    """Raise a ValueError, refused, for a factor up to 1, and warn where the structure is near to buckling."""
+    if factor <= 1.0:
+        raise ValueError(refused)
+    if factor < NEAR:
+        caution(f"{what}: buckles at {factor:.5g} times this; small errors of the load change results much")
 
 
 def buckling_factor(mass: Any, stiffness: Any, more: Any, ground: float) -> float:

@@ -36,6 +36,10 @@ LIKELY = {
     "ply modulus": Likely(1e4, inf, "Pa", "GPa or MPa"),
     # Foams yield at some 100 kPa, hard steel at 2 GPa.
     "strength": Likely(1e4, inf, "Pa", "MPa or GPa"),
+    # 10 MPa in a foil of 10 µm are 100 N/m.
+    "force per length": Likely(50.0, inf, "N/m", "N/mm, or a stress in MPa"),
+    # A balloon has some kPa, a tennis ball 80.
+    "pressure": Likely(500.0, inf, "Pa", "kPa, bar or MPa"),
     # The lightest foams that carry load have about 30 kg/m³; no solid has more than 22.6 g/cm³.
     "density": Likely(25.0, inf, "kg/m³", "g/cm³"),
     # A chain is struck at 1 m/s or less; steel yields above a few m/s.

@@ -10,7 +10,7 @@ import numpy as np
 from scipy import sparse
 from skfem import Basis, ElementQuad0, ElementQuad2, ElementVector, FacetBasis, MeshQuad, MeshQuad2
 
-from structures.buckling import buckling_factor
+from structures.buckling import buckling_factor, check_buckling
 from structures.caution import caution
 from structures.checks import finite, instance, one_of, positive, up_to, whole
 from structures.elastic_field import elastic_field
@@ -129,6 +129,8 @@ def spherical_shell(
     wall = _Wall(radius, thickness, material, base, seat, patch_radius, highest_frequency, cells)
     pressure = finite("pressure", pressure, "Pa")
     outside = up_to("ambient", ambient, LARGEST_AMBIENT, "Pa")
+    likely("pressure", "spherical_shell", "pressure", pressure)
+    likely("pressure", "spherical_shell", "ambient", outside)
     ratio = up_to("heat_capacity_ratio", heat_capacity_ratio, LARGEST_RATIO)
     if pressure < -outside:
         raise ValueError(f"pressure = {pressure!r}: must be at least -{outside:g} Pa, as ambient is {outside:g} Pa")
@@ -315,10 +317,8 @@ class _Wall:
             kept = np.setdiff1d(kept, self.basis.get_dofs(self.inner).all(["u^2"])[:1])
         mass, elastic, stressed = (one[kept][:, kept] for one in (mass, elastic, stressed))
         factor = buckling_factor(mass, elastic, stressed, 0.0)
-        if factor <= 1.0:
-            raise ValueError(
-                f"pressure = {pressure!r}: must be above {factor * pressure:.4g} Pa, at which the wall buckles"
-            )
+        refused = f"pressure = {pressure!r}: must be above {factor * pressure:.4g} Pa, at which the wall buckles"
+        check_buckling(factor, f"spherical_shell pressure = {pressure:g} Pa", refused)
 
 
 def _plate_speed(material: Material, thickness: float) -> float:

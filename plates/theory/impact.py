@@ -17,6 +17,7 @@ import numpy as np
 from plates.plate import Plate
 from plates.section import point_rigidity
 from plates.theory import zener
+from structures.caution import caution
 from structures.checks import each, instance, not_negative, positive
 from structures.layers import BEAD_TRANSIT
 from structures.layers import contact_time as contact_time_half_space
@@ -108,6 +109,12 @@ def point_impedance(plate: Plate) -> float:
     174.76
     """
     instance("plate", plate, Plate, "a Plate, as kirchhoff_plate or mindlin_plate make")
+    if plate.additions:
+        names = ", ".join(dict.fromkeys(type(one).__name__ for one in plate.additions))
+        caution(
+            f"additions: laws of a plain plate leave out {names}; runs include them, and find_critical_distance "
+            "searches with them"
+        )
     return float(8.0 * (point_rigidity(plate.section) * plate.mass_per_area) ** 0.5)
 
 

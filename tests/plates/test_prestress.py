@@ -1,5 +1,6 @@
 """Plates under forces in their plane: closed forms, published buckling loads, limits, energy."""
 
+from collections.abc import Callable
 from math import inf, pi
 
 import numpy as np
@@ -122,6 +123,43 @@ def test_plies_share_the_stress_so_the_struck_one_tells_nothing(recwarn: pytest.
     stress = hl.laminates.Prestress(xx=50e6 * 2e-3)
     hl.kirchhoff_plate(SIDE, SIDE, None, hl.laminates.Laminate(plies), held, additions=[stress])
     assert not [one for one in recwarn if "yield" in str(one.message)]
+
+
+def test_the_ply_that_yields_is_told(recwarn: pytest.WarningsRecorder) -> None:
+    """Steel between aluminium bears 3·193/(193 + 2·68.9) = 1.75 times the mean stress: 204 MPa at 117, 208 at 119."""
+    metals = [hl.Material(e, 0.3, 2700.0, name, y) for e, name, y in ((193e9, "steel", 205e6), (68.9e9, "soft", 2e9))]
+    plies = [hl.laminates.Ply(metals[i], 1e-3) for i in (1, 0, 1)]
+    held = hl.Supports(*["clamped"] * 4)
+    for stress, told in ((116e6, 0), (119e6, 1)):
+        prestress = hl.laminates.Prestress(xx=stress * 3e-3)
+        hl.kirchhoff_plate(SIDE, SIDE, None, hl.laminates.Laminate(plies), held, additions=[prestress])
+        found = [str(one.message) for one in recwarn]
+        assert len(found) == told
+        assert all("stresses steel to 208 MPa, beyond its yield strength of 205 MPa" in one for one in found)
+        recwarn.clear()
+
+
+@pytest.mark.parametrize(
+    ("what", "make"),
+    [
+        (
+            "additions: a plate with this prestress",
+            lambda part: square("kirchhoff", -2.0 * part * EULER, -2.0 * part * EULER, cells=(12, 12)).at(0.1, 0.1),
+        ),
+        (
+            "beam axial_force",
+            lambda part: hl.beams.beam(0.8, 120.0, 1.5, ALUMINIUM, at=0.3, axial_force=-part * pi**2 * 120.0 / 0.64),
+        ),
+    ],
+)
+def test_near_buckling_is_told(what: str, make: Callable[[float], object], recwarn: pytest.WarningsRecorder) -> None:
+    """π²D/b² twice, and Euler's π²EI/L²; at 0.9 of them nothing is said."""
+    for part, told in ((0.9, 0), (0.999, 1)):
+        make(part)
+        found = [str(one.message) for one in recwarn if "times this; small errors" in str(one.message)]
+        assert len(found) == told
+        assert all(one.startswith(f"{what}") and "buckles at 1.001" in one for one in found)
+        recwarn.clear()
 
 
 def test_no_prestress_is_the_plain_plate() -> None:

@@ -69,6 +69,15 @@ UNLIKELY: list[tuple[Callable[[], object], str]] = [
     (lambda: hl.half_plane(2e-3, STEEL, "clamped", 20, until=1e-4), r"half_plane distance = 20: .* m; is it in mm\?"),
     (lambda: hl.reduce(hl.half_space(STEEL), 1e-4, pulse=25), r"reduce pulse = 25: .* s; is it in µs or ms\?"),
     (lambda: hl.reduce(hl.half_space(STEEL), 600), r"reduce until = 600: .* s; is it in µs or ms\?"),
+    (lambda: hl.laminates.Prestress(20), r"Prestress xx = 20: is read as 20 N/m; is it in N/mm, or a stress in MPa\?"),
+    (lambda: hl.laminates.Prestress(0.0, -20.0, 1.0), r"Prestress yy = -20: .* MPa\?"),
+    (lambda: hl.laminates.thermal_prestress(5.0, 23e-6, 1, STEEL), r"thermal_prestress thickness = 1: .* mm\?"),
+    (lambda: hl.shells.spherical_shell(0.1, 2e-3, STEEL, pressure=6), r"spherical_shell pressure = 6: .* bar or MPa\?"),
+    (lambda: hl.shells.spherical_shell(0.1, 2e-3, STEEL, pressure=6e5, ambient=1), r"ambient = 1: .* bar or MPa\?"),
+    (
+        lambda: hl.beams.beam(0.5, 300.0, 1.6, STEEL, at=0.2, foundation=1e15),
+        r"beam foundation = 1e\+15 N/m²: is more than 10 times the beam's own modulus",
+    ),
     (lambda: hl.laws.Thornton(300), r"Thornton yield_strength = 300: is read as 300 Pa; is it in MPa or GPa\?"),
     (
         lambda: hl.information(tapped, noise=5.0, sensors=[5], until=2e-4, modulus=3e9),
