@@ -1,0 +1,39 @@
+"""What the packages import is declared: an installation does not depend on what other packages happen to need."""
+
+import ast
+import re
+import sys
+import tomllib
+from importlib.metadata import packages_distributions
+from pathlib import Path
+
+HOME = Path(__file__).parent.parent
+
+ROOMS = ("hertzlink", "coupling", "particles", "plates", "structures")
+
+DECLARED_AS = {"precice": "pyprecice", "skfem": "scikit-fem", "imageio_ffmpeg": "imageio-ffmpeg"}
+"""Packages that need not be installed here, by the modules that they bring."""
+
+
+def imported() -> set[str]:
+    """The first parts of all modules that the packages import, also where they are needed first."""
+    found = set[str]()
+    for room in ROOMS:
+        for file in (HOME / room).rglob("*.py"):
+            for node in ast.walk(ast.parse(file.read_text("utf-8"))):
+                if isinstance(node, ast.Import):
+                    found |= {one.name.partition(".")[0] for one in node.names}
+                elif isinstance(node, ast.ImportFrom) and not node.level:
+                    found.add(str(node.module).partition(".")[0])
+    return found - set(sys.stdlib_module_names) - {*ROOMS, "hertzlink_pytest"}
+
+
+def test_what_is_imported_is_declared() -> None:
+    project = tomllib.loads((HOME / "pyproject.toml").read_text("utf-8"))["project"]
+    groups = [project["dependencies"], *project["optional-dependencies"].values()]
+    declared = {re.split(r"[\[<>=!~ ;]", one)[0].lower() for group in groups for one in group}
+    distributions = packages_distributions()
+    known = {
+        name: {one.lower() for one in distributions.get(name, [DECLARED_AS.get(name, name)])} for name in imported()
+    }
+    assert {name: names for name, names in known.items() if not names & declared} == {}
