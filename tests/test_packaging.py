@@ -11,8 +11,11 @@ HOME = Path(__file__).parent.parent
 
 ROOMS = ("hertzlink", "coupling", "particles", "plates", "structures")
 
-DECLARED_AS = {"precice": "pyprecice", "skfem": "scikit-fem", "imageio_ffmpeg": "imageio-ffmpeg"}
+DECLARED_AS = {"precice": "pyprecice", "imageio_ffmpeg": "imageio-ffmpeg"}
 """Packages that need not be installed here, by the modules that they bring."""
+
+PARTS_OF = {"pydantic_core": "pydantic", "vtkmodules": "pyvista"}
+"""Modules whose package and version another one determines, of which they are a part."""
 
 
 def imported() -> set[str]:
@@ -32,8 +35,6 @@ def test_what_is_imported_is_declared() -> None:
     project = tomllib.loads((HOME / "pyproject.toml").read_text("utf-8"))["project"]
     groups = [project["dependencies"], *project["optional-dependencies"].values()]
     declared = {re.split(r"[\[<>=!~ ;]", one)[0].lower() for group in groups for one in group}
-    distributions = packages_distributions()
-    known = {
-        name: {one.lower() for one in distributions.get(name, [DECLARED_AS.get(name, name)])} for name in imported()
-    }
-    assert {name: names for name, names in known.items() if not names & declared} == {}
+    distributions, others = packages_distributions(), DECLARED_AS | PARTS_OF
+    names = {one: {*map(str.lower, distributions.get(one, [])), others.get(one, one)} for one in imported()}
+    assert {one: known for one, known in names.items() if not known & declared} == {}
