@@ -23,6 +23,9 @@ LARGE = 1e-3
 LONG = 200.0
 """A record is too long if a wave could run to the structure and back so many times."""
 
+ROUNDING = 4.0 * float(np.finfo(float).eps)
+"""Part of a stored energy that each contact may add to the rounding of their sum, with some margin."""
+
 MOST_OF_A_RUN = 1e9
 """Steps of beads in a run that nobody asked for: some minutes."""
 
@@ -177,6 +180,14 @@ def _of_energy(interface: Interface, frames: Frames) -> list[str]:
     total = _worst(kept - kept[0], interface)
     if not total > LARGE:
         return []
+    # A faint wave in a pressed chain: no step would save what rounding takes from the energy that the preload stores.
+    stored = max(own.contact_force.shape[1] * float(abs(own.potential).max()) for own in frames.chains)
+    rounding = ROUNDING * stored / interface.impact_energy
+    if total < LARGE + rounding:
+        return [
+            "energy: cannot be checked; rounding of the energy that the preload stores is up to "
+            f"{100.0 * rounding:.2g} % of the impact energy"
+        ]
     exchange, stepper = frames.saved.given - frames.saved.work, work - known - frames.damped
     parts = {
         "the exchange, see interface_mismatch; take shorter windows, or a scheme that iterates": exchange,
