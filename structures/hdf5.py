@@ -38,7 +38,7 @@ def check_hdf5(source: str | Path | BytesIO, name: str) -> None:
                     fault = f"claims {claimed:.3g} bytes, more than its file can hold{' in all' * (claimed < limit)}"
                 if fault:
                     raise ValueError(f"{name}: {path} {fault}; it was not read")
-    except (OSError, RuntimeError, KeyError) as error:
+    except (OSError, RuntimeError, KeyError, TypeError, UnicodeDecodeError) as error:
         raise ValueError(f"{name}: is no HDF5 file that can be read ({error})") from error
 
 

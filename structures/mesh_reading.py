@@ -115,9 +115,12 @@ def tagged(source: Any, blocks: list[int], dimension: int, field: str | None) ->
             groups[name] = np.concatenate([start + one for start, one in zip(offsets, members, strict=True)])
     numbers = _numbers(source, blocks, field)
     groups.update({int(tag): np.flatnonzero(numbers == tag) for tag in np.unique(numbers) if tag != UNTAGGED})
-    for name, (tag, its_dimension) in source.field_data.items():
-        if its_dimension == dimension and int(tag) in groups:
-            groups.setdefault(name, groups[int(tag)])
+    # gmsh's names: a number and a dimension each. Files of VTK have data of other meanings there.
+    named = source.field_data if "gmsh:physical" in source.cell_data else {}
+    for name, pair in named.items():
+        tag, its_dimension = (*np.ravel(pair).tolist(), None, None)[:2]
+        if its_dimension == dimension and tag in groups:
+            groups.setdefault(name, groups[tag])
     return {tag: members for tag, members in groups.items() if members.size}
 
 

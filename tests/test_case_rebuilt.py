@@ -326,6 +326,7 @@ def test_a_check_names_all_chains_and_structures(command: Callable[..., str], tm
     assert "sensors: bead 2 of chain 0" in said
 
 
+@pytest.mark.thorough
 @pytest.mark.filterwarnings("ignore:mesh. edges of up to")
 def test_a_mesh_in_two_parts_comes_back(tmp_path: Path) -> None:
     """`merge` and `tags` are part of the case, which joins the parts again."""

@@ -588,3 +588,10 @@ def test_cells_of_several_types_are_split(kinds: Any) -> None:
         found = BodyMesh(in_kinds([kind.strip() for kind in kinds]))
     assert measures(found, "base") == pytest.approx([VOLUME, 2 * FACETS, AREA])
     assert volume(found, found.cells.of("material", "first")) == pytest.approx(VOLUME / CELLS)
+
+
+def test_data_of_the_file_that_are_no_names() -> None:
+    """VTK keeps anything there: three numbers, or a time."""
+    mesh = cube()
+    mesh.field_data = {"TIME": np.array([0.5, np.nan, 1.0]), "pair": np.array([5, 3])}
+    assert list(BodyMesh(mesh).cells.groups) == [5]
