@@ -86,6 +86,11 @@ def styled(ax: "Axes", xlabel: str, ylabel: str) -> None:
     ax.set_axisbelow(True)
 
 
+def from_zero(ax: "Axes") -> None:
+    """A vertical axis from zero, with room for the highest markers."""
+    ax.set_ylim(0.0, 1.08 * max(ax.dataLim.y1, 0.01))
+
+
 def legend_below(ax: "Axes", title: str = "") -> None:
     """The legend below the axes and their label, where it covers nothing; long entries are wrapped.
 
@@ -103,6 +108,11 @@ def legend_below(ax: "Axes", title: str = "") -> None:
         handles, texts, title=title or None, title_fontsize=SMALL, alignment="left", loc="upper left",
         bbox_to_anchor=(0.0, 0.0), bbox_transform=below, frameon=False, fontsize=SMALL, borderaxespad=0.0,
     )  # fmt: skip
+
+
+def in_words(name: str) -> str:
+    """The name of an argument or a parameter as a text has it: Young's modulus for youngs_modulus."""
+    return name.replace("_", " ").replace("youngs ", "Young's ").replace("poisson ratio", "Poisson's ratio")
 
 
 def plain(text: str) -> str:

@@ -9,6 +9,7 @@ import xarray as xr
 
 from coupling.views.canvas import INK, ROW, SMALL, axes_for, plain, resized, width_of
 from coupling.views.setup_structures import Drawn, front_view, side_view
+from coupling.views.swept import varied, words_of
 from structures.checks import short
 
 if TYPE_CHECKING:
@@ -60,6 +61,8 @@ def setup(run: Any, ax: "Axes | None" = None) -> "Axes":
     rows = _rows(described_input(run))
     ax = axes_for(ax, SKETCH_WIDTH)
     drawn = Drawn(ax)
+    for name, values in varied(run).items() if isinstance(run, xr.Dataset) else ():
+        drawn.note(f"drawn is the first run; varied: {words_of(run[name])}, {values}")
     bottom = 0.0
     for row in rows:
         bottom = _draw_row(drawn, row, bottom) - 6.0
@@ -143,9 +146,10 @@ def _draw_row(drawn: Drawn, row: Mapping[str, Any], top: float) -> float:
     high = max([high, *(side_view(None, one) for one, _ in (last, first) if one is not None)])
     y = top - high
     if row.get("name"):
-        y -= 5.0
-        drawn.text(0.0, top - 1.0, str(row["name"]), ha="right", va="top")
+        y -= 9.0
     x = _draw_beads(drawn, chain["beads"], y)
+    if row.get("name"):
+        drawn.text(x, top - 1.0, str(row["name"]), ha="left", va="top")
     if first[0] is None:
         _draw_striker(drawn, chain, x, y)
     else:
@@ -154,7 +158,7 @@ def _draw_row(drawn: Drawn, row: Mapping[str, Any], top: float) -> float:
         drawn.note("the last bead faces nothing")
         return y - high
     right = side_view(drawn, last[0], 0.0, y)
-    return min(y - high, front_view(drawn, last[0], last[1], right, y))
+    return min(y - high, front_view(drawn, last[0], last[1], right, y, top))
 
 
 def _draw_beads(drawn: Drawn, beads: list[Any], y: float) -> float:

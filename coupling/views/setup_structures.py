@@ -161,8 +161,8 @@ def _plate_from_side(drawn: Drawn | None, given: Mapping[str, Any], kind: str, x
     return x + way * thick
 
 
-def front_view(drawn: Drawn, structure: Any, point: int, x: float, y: float) -> float:
-    """A plate as seen along the chain, right of x; returns its lowest y. Other structures have no such view."""
+def front_view(drawn: Drawn, structure: Any, point: int, x: float, y: float, top: float) -> float:
+    """A plate as seen along the chain, right of x and below `top`; returns its lowest y. Others have no such view."""
     kind = structure.get("kind") if isinstance(structure, Mapping) else None
     if kind == "spherical shell" or not isinstance(structure, Mapping) or "thickness" not in structure:
         return y - SPACE
@@ -171,10 +171,11 @@ def front_view(drawn: Drawn, structure: Any, point: int, x: float, y: float) -> 
         return _without_outline(drawn, structure, x, y)
     everywhere = [place for ring, _ in rings for place in ring]
     left, right = (pick(px for px, _ in everywhere) for pick in (min, max))
-    low, top = (pick(py for _, py in everywhere) for pick in (min, max))
+    low, high = (pick(py for _, py in everywhere) for pick in (min, max))
     chain = abs(drawn.ax.dataLim.x0) if drawn.ax.dataLim.x0 < 0.0 else 100.0
-    factor = min(1.0, max(chain, 100.0) / max(right - left, top - low))
-    x0, y0 = x + 12.0, y - 0.5 * factor * (top - low)
+    factor = min(1.0, max(chain, 100.0) / max(right - left, high - low))
+    half = 0.5 * factor * (high - low)
+    x0, y0 = x + 12.0, min(y, top - half) - half
 
     def to_sketch(px: float, py: float) -> tuple[float, float]:
         return x0 + factor * (px - left), y0 + factor * (py - low)
@@ -190,7 +191,7 @@ def front_view(drawn: Drawn, structure: Any, point: int, x: float, y: float) -> 
             xs, ys = zip(*ends, strict=True)
             drawn.line(xs, ys, f"edge: {kind}", solid_capstyle="butt", **look)
     _marks(drawn, structure, point, to_sketch)
-    drawn.note(_caption(right - left, top - low, factor))
+    drawn.note(_caption(right - left, high - low, factor))
     return y0
 
 

@@ -11,7 +11,7 @@ from coupling.results.findings import NUMBER
 from coupling.results.reading import Reading
 from coupling.results.schema import axes_of, kind_of
 from coupling.results.waves import NoWave
-from coupling.views.canvas import COLOURS, axes_for, handy, legend_below, plain, styled
+from coupling.views.canvas import COLOURS, axes_for, from_zero, handy, in_words, legend_below, plain, styled
 from structures.checks import instance, one_of, whole
 
 if TYPE_CHECKING:
@@ -107,7 +107,7 @@ def swept(
         style = "-" if values[along].dtype.kind in "iuf" else "none"
         ax.plot(
             x, factor * one, MARKERS[number], linestyle=style, color=COLOURS[number], markersize=4.0, linewidth=1.1,
-            label=words or f"at bead {sensor}" if sensor else words or f"{wave} wave",
+            label=words or (f"{wave} wave at bead {sensor}" if sensor else f"{wave} wave"),
         )  # fmt: skip
         gaps = [place for place in places if place in missing]
         if gaps:
@@ -124,10 +124,38 @@ def swept(
     if not np.isfinite(values.values).any():
         ax.set_yticks([])
     elif measure == "amplitude_ratio":
-        ax.set_ylim(bottom=0.0)
+        from_zero(ax)
     styled(ax, label, name)
-    legend_below(ax, f"{wave} wave")
+    legend_below(ax, f"{wave} wave" if curves else "")
     return ax
+
+
+def words_of(values: xr.DataArray) -> str:
+    """What a parameter is, in words: its attribute `long_name`, or its name."""
+    return plain(str(values.attrs.get("long_name") or in_words(str(values.name))))
+
+
+def label_of(values: xr.DataArray) -> str:
+    """The label of an axis for a parameter, or the head of a column: words and unit."""
+    unit = parameter(values)[1]
+    return f"{words_of(values)} ({unit})" if unit else words_of(values)
+
+
+def varied(runs: xr.Dataset) -> dict[str, str]:
+    """The parameters of a sweep by name, each with its values in words, such as "5 to 125 mm"."""
+    shown = next((name for name in ("contact_force", *MEASURES) if name in runs), None)
+    found = {}
+    for name in axes_of(runs[shown]) if shown else []:
+        if name not in runs.coords or name == "wave":
+            continue
+        values = runs[name]
+        factor, unit = parameter(values)
+        if values.dtype.kind in "iuf" and values.size > 1:
+            low, high = factor * values.values.min(), factor * values.values.max()
+            found[name] = f"{low:.6g} to {high:.6g} {unit}".rstrip()
+        elif values.dtype.kind not in "iuf":
+            found[name] = ", ".join(map(str, values.values))
+    return found
 
 
 def parameter(values: xr.DataArray) -> tuple[float, str]:
@@ -140,16 +168,16 @@ def parameter(values: xr.DataArray) -> tuple[float, str]:
 
 def _places(values: xr.DataArray) -> tuple[np.ndarray, str]:
     """Where points lie on the horizontal axis, and its label; names lie at 0, 1, 2."""
-    words = plain(str(values.attrs.get("long_name", values.name)).replace("_", " "))
     if values.dtype.kind not in "iuf":
-        return np.arange(values.size, dtype=float), words
-    factor, unit = parameter(values)
-    return factor * values.values.astype(float), f"{words} ({unit})" if unit else words
+        return np.arange(values.size, dtype=float), words_of(values)
+    return parameter(values)[0] * values.values.astype(float), label_of(values)
 
 
 def _values(runs: Any, sensor: int | None, measure: str, wave: str) -> xr.DataArray:
     """The measure over the parameters."""
     data = instance("runs", runs, xr.Dataset, "the Dataset of a sweep")
+    if f"{wave}_{measure}" in data:  # as cases keep the secondary wave
+        return data[f"{wave}_{measure}"].reset_coords(drop=True)
     if measure in data:
         values = data[measure]
         if "wave" in values.dims:
@@ -174,7 +202,7 @@ def _curves(values: xr.DataArray, along: str, others: list[str]) -> Iterator[tup
         return
     factor, unit = parameter(values[others[0]])
     for number, name in enumerate(values[others[0]].values):
-        words = f"{others[0].replace('_', ' ')} {factor * name:.4g} {unit}" if np.isreal(name) else str(name)
+        words = f"{words_of(values[others[0]])} {factor * name:.4g} {unit}" if np.isreal(name) else str(name)
         places: list[tuple[int, ...]] = [(i, number) if axes[0] == along else (number, i) for i in range(count)]
         yield words.strip(), values.isel({others[0]: number}).values, places
 

@@ -21,6 +21,9 @@ WAVE_MARKERS = {"incident": "v", "primary": "o", "secondary": "s"}
 MAP_COLUMNS = 1200
 """A map of forces has at most this number of columns; each shows the greatest force in its time."""
 
+WEAK = 0.5
+"""Colours of a map follow this power of the force, so that an echo of 1 % of the greatest force can be seen."""
+
 SPECTRUM_ENDS = 1e-3
 """A spectrum is shown up to the highest frequency at which it exceeds this part of its peak."""
 
@@ -78,7 +81,7 @@ def traces(run: xr.Dataset, sensors: int | Iterable[int] | None = None, ax: "Axe
         ax.plot(1e6 * force.time.values, force.values, color=colour, linewidth=1.1, label=f"force at bead {number}")
         _mark_waves(ax, run, number, colour, f"bead {number}, " if len(numbers) > 1 else "")
     ax.axhline(0.0, color=INK, linewidth=0.4)
-    ax.margins(x=0.0)
+    ax.margins(x=0.0, y=0.1)
     styled(ax, "time (µs)", "force above the preload (N)")
     legend_below(ax)
     return ax
@@ -120,12 +123,14 @@ def contact_map(run: xr.Dataset, ax: "Axes | None" = None) -> "Axes":
     values, time = force.values, reading.time
     every = max(1, -(-time.size // MAP_COLUMNS))
     starts = np.arange(0, time.size, every)
+    from matplotlib.colors import PowerNorm
     from matplotlib.ticker import MaxNLocator
 
     ax = axes_for(ax)
     mesh = ax.pcolormesh(
         1e6 * time[starts], force.contact.values, np.maximum.reduceat(values, starts, axis=1), cmap="magma_r",
         shading="nearest", rasterized=True,
+        norm=PowerNorm(WEAK, vmin=0.0, vmax=float(values.max()) or 1.0),
     )  # fmt: skip
     ax.invert_yaxis()
     ax.yaxis.set_major_locator(MaxNLocator(integer=True))

@@ -4,18 +4,21 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from decimal import Decimal
+from itertools import pairwise
 from math import floor, prod
 from typing import Any
 
 from pydantic import BaseModel
 
 from coupling.results.schema import OF_RUNS
+from coupling.views.canvas import in_words
 from hertzlink.cases.case import Case
 from hertzlink.cases.checking import checked, value_at
 from hertzlink.cases.faults import Fault
 from hertzlink.cases.model import Steps
 from hertzlink.cases.parts import notes_of
 from hertzlink.cases.paths import Path, parsed, put, written
+from hertzlink.cases.plates import RectanglePlate
 from hertzlink.cases.units import Unit, shown
 from structures.units import NUMBER, factor
 
@@ -25,13 +28,19 @@ MOST_POINTS = 100_000
 OWN_NAMES = OF_RUNS | {"sensor", "distance", "within", "end", "error"}
 """Names that results use themselves."""
 
+PLACES = {0: "distance from the left edge", 1: "distance from the bottom edge"}
+"""The two numbers of the place `at` of a contact on a rectangular plate."""
+
 SECTIONS = ("chain", "structure", "behind", "materials")
 """What can be varied. The section [run] holds for all runs."""
 
 
 @dataclass(frozen=True)
 class Axis:
-    """An entry that varies: its path, its name in results, its values (SI), the unit of tables and its size in SI."""
+    """An entry that varies: its path, its name in results, its values (SI), the unit of tables and its size in SI.
+
+    words: what it is, for figures.
+    """
 
     path: Path
     name: str
@@ -39,6 +48,7 @@ class Axis:
     unit: str = ""
     size: float = 1.0
     si: str = ""
+    words: str = ""
 
     @property
     def is_number(self) -> bool:
@@ -69,7 +79,7 @@ def axes_of(case: Case) -> list[Axis]:
         values = _steps(case, path, key, entry) if isinstance(entry, Steps) else _values(case, path, key, entry)
         texts = [*(case.data["sweep"][key] if isinstance(entry, list) else case.data["sweep"][key].values())]
         unit, size, si = unit_at(case, path, values[0], texts)
-        axes.append(Axis(path, _name(path, axes), values, unit, size, si))
+        axes.append(Axis(path, _name(path, axes), values, unit, size, si, words_of(case, path)))
     if (count := prod(len(one.values) for one in axes)) > MOST_POINTS:
         raise Fault(("sweep",), f"has {count} points; at most {MOST_POINTS}")
     return sorted(axes, key=lambda one: one.path[0] == "chain")
@@ -156,6 +166,20 @@ def _steps(case: Case, path: Path, key: str, given: Steps) -> list[Any]:
     if whole and all(one == int(one) for one in values):
         return [int(one) for one in values]
     return [float(one) for one in values]
+
+
+def words_of(case: Case, path: Path) -> str:
+    """The entry at a path in words, such as "layer 2 Young's modulus"."""
+    rectangle = "at" in path and isinstance(value_at(case.model, path[: path.index("at")]), RectanglePlate)
+    words = [] if path[0] in ("chain", "structure", "measure") else [str(path[0])]
+    for before, part in pairwise(path):
+        if isinstance(part, int) and before == "at" and part in PLACES:
+            words[-1:] = [PLACES[part] if rectangle else "xy"[part]]
+        elif isinstance(part, int):
+            words[-1:] = [f"{str(before).removesuffix('s')} {part + 1}"]
+        elif part != "material" or part == path[-1]:
+            words.append(in_words(part))
+    return " ".join(words)
 
 
 def _label(path: Path) -> str:

@@ -32,7 +32,8 @@ def world_of(model: CaseModel, folder: File) -> World:
     sheets: dict[str, OrthotropicMaterial] = {}
     for name, one in model.materials.items():
         material = made(one, World(own), ("materials", name))
-        material = material if material.name else replace(material, name=name)
+        # The name under which the user knows it, not that of the material it is like.
+        material = material if one.name else replace(material, name=name)
         (sheets if isinstance(material, OrthotropicMaterial) else own)[name] = material
     return World(own, folder, model.run.until, sheets)
 

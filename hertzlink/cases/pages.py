@@ -13,9 +13,10 @@ import xarray as xr
 
 from coupling.cosimulation import CoSimulation
 from coupling.results.findings import findings_of, one_of_each
-from coupling.views.canvas import COLOURS, handy, legend_below, styled
-from coupling.views.swept import MARKERS, MEASURES, MOST_CURVES, parameter, swept
-from hertzlink.reports.of_results import of_input, of_setup, page_of
+from coupling.views.canvas import COLOURS, from_zero, handy, legend_below, styled
+from coupling.views.swept import MARKERS, MEASURES, MOST_CURVES, label_of, parameter, swept, words_of
+from hertzlink.reports import in_a_sentence
+from hertzlink.reports.of_results import page_of, with_setup
 from hertzlink.reports.page import Page, Picture, Section, Table, table, usual_facts
 from hertzlink.reports.svg import drawn
 
@@ -43,18 +44,28 @@ def page(
     if "amplitude_ratio" not in data:  # one run, or an identification
         return page_of(data, title, sensors, sketched, took)
     tables = [_table(name, text) for name, text in files.items() if name.endswith(".csv") and name not in NOT_SHOWN]
-    sections = [
-        Section("Warnings", warnings=one_of_each([str(one) for one in findings_of(data)])),
-        Section("Results", tables=tables, pictures=_pictures(data)),
-        of_setup(data),
-        of_input(data),
-    ]
-    axes = ", ".join(f"{str(name).replace('_', ' ')} ({data.sizes[name]})" for name in data.amplitude_ratio.dims)
-    return Page(title, [f"Runs over {axes}."], sections, usual_facts(took))
+    warnings = one_of_each([str(one) for one in findings_of(data)])
+    sections = with_setup([Section("Results", tables=tables, pictures=_pictures(data))], data, None, warnings)
+    if "bracket" in data:
+        summary = [in_a_sentence.of_critical(data)]
+    else:
+        ratios = {int(one): data.amplitude_ratio.sel(sensor=one) for one in data.sensor.values}
+        summary = [in_a_sentence.of_sweep(data, ratio, sensor) for sensor, ratio in ratios.items()]
+    summary.append(in_a_sentence.DEFINED)
+    return Page(title, summary, sections, usual_facts(took))
 
 
 def _pictures(data: xr.Dataset) -> list[Picture]:
     """AR and TOF over the axis of the most numbers; a figure for each combination of all but one other."""
+    found = list[Picture]()
+    for wave, prefix in (("primary", ""), ("secondary", "secondary_")):
+        if f"{prefix}amplitude_ratio" in data and bool(data[f"{prefix}amplitude_ratio"].notnull().any()):
+            found += _of_wave(data, wave)
+    return found
+
+
+def _of_wave(data: xr.Dataset, wave: str) -> list[Picture]:
+    """AR and TOF of a wave."""
     ratio = data.amplitude_ratio
     names = sorted(map(str, ratio.dims), key=lambda name: (ratio[name].dtype.kind not in "iuf", -ratio.sizes[name]))
     along, others = names[0], [name for name in names[1:] if ratio.sizes[name] > 1]
@@ -64,20 +75,20 @@ def _pictures(data: xr.Dataset) -> list[Picture]:
     found = list[Picture]()
     for place in islice(combinations, MOST_PICTURES // len(MEASURES)):
         part = data.isel(dict(zip(fixed, place, strict=True)))
-        where = "".join(f", {_shown(name, part[name])}" for name in fixed)
+        where = "".join(f", {_shown(part[name])}" for name in fixed)
         for measure, words in (("amplitude_ratio", "Amplitude ratio AR"), ("time_of_flight", "Time of flight TOF")):
-            caption = f"{words} of the primary wave{where}."
-            name = "-".join([measure, *map(str, place)])
+            caption = f"{words} of the {wave} wave{where}."
+            name = "-".join([wave, measure, *map(str, place)])
             draw = _sampled if "sampled" in part else _draw
-            found.append(drawn(name, caption, partial(draw, part, measure, along)))
+            found.append(drawn(name, caption, partial(draw, part, measure, along, wave)))
     return found
 
 
-def _draw(part: xr.Dataset, measure: str, along: str, ax: Any) -> None:
-    swept(part, None, measure, along, ax=ax)
+def _draw(part: xr.Dataset, measure: str, along: str, wave: str, ax: Any) -> None:
+    swept(part, None, measure, along, wave, ax)
 
 
-def _sampled(part: xr.Dataset, measure: str, along: str, ax: Any) -> None:
+def _sampled(part: xr.Dataset, measure: str, along: str, wave: str, ax: Any) -> None:
     """The refined samples of each curve, and its critical distance; each curve has places of its own."""
     words, factor, _ = MEASURES[measure]
     scale, unit = parameter(part[along])
@@ -85,7 +96,7 @@ def _sampled(part: xr.Dataset, measure: str, along: str, ax: Any) -> None:
     for number in range(part.sizes[curves] if curves else 1):
         one = part.isel({curves: number}) if curves else part
         one = one.isel({along: one.sampled.values.astype(bool)})
-        label = _shown(curves, one[curves]) if curves else "runs"
+        label = _shown(one[curves]) if curves else "runs"
         style = {"color": COLOURS[number], "marker": MARKERS[number], "markersize": 4.0, "linewidth": 1.1}
         ax.plot(scale * one[along].values, factor * one[measure].values, label=label, **style)
         low, high = scale * one.bracket.values.ravel()
@@ -93,14 +104,14 @@ def _sampled(part: xr.Dataset, measure: str, along: str, ax: Any) -> None:
             span = f"critical: {low:.4g} to {high:.4g} {unit}"
             ax.axvspan(low, high, color=COLOURS[number], alpha=0.35, label=span)
     if measure == "amplitude_ratio":
-        ax.set_ylim(bottom=0.0)
-    styled(ax, f"{along.replace('_', ' ')} ({unit})", words)
-    legend_below(ax, "primary wave")
+        from_zero(ax)
+    styled(ax, label_of(part[along]), words)
+    legend_below(ax, f"{wave} wave")
 
 
-def _shown(name: str, value: xr.DataArray) -> str:
-    """A name with its value."""
-    words = name.replace("_", " ")
+def _shown(value: xr.DataArray) -> str:
+    """A parameter with its value."""
+    words = words_of(value)
     if value.dtype.kind not in "iuf":
         return f"{words} {value.item()}"
     factor, unit = parameter(value)

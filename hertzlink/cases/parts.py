@@ -96,7 +96,8 @@ class OwnMaterial(Part):
                 raise Fault(("like",), unknown(self.like, world.materials))
             before = {name: getattr(base, name) for name in type(self).model_fields if name != "like"}
             same = all(before[name] == value for name, value in own.items())
-            return base if same else Material(**{**before, "name": f"like {base.name}", **own})
+            name = base.name if base in world.materials.values() else f"like {base.name}"
+            return base if same else Material(**{**before, "name": name, **own})
         for name in ("youngs_modulus", "poisson_ratio", "density"):
             if name not in own:
                 raise Fault((name,), f"is missing; {hint_of(type(self), name)}, or name another material by like")

@@ -157,7 +157,8 @@ def run_task(task: Task, jobs: int | None = None) -> xr.Dataset:
         data = _critical(task, jobs)
     for axis in task.axes:
         name = "distance" if axis is task.along else axis.name
-        data[name].attrs.update({"path": written(axis.path)} | ({"units": axis.si} if axis.si else {}))
+        words = {"path": written(axis.path), "long_name": axis.words}
+        data[name].attrs.update(words | ({"units": axis.si} if axis.si else {}))
     return data.assign_attrs(case=case.to_toml())
 
 

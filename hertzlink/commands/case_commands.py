@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
+from hertzlink.studies.writing import FORMATS
 from hertzlink.terminal import printable, say, show, written
 
 if TYPE_CHECKING:
@@ -29,6 +30,9 @@ CHANGES = click.option(
     help='Change an entry of the case, such as structure.thickness="1 mm". May be repeated.',
 )  # fmt: skip
 FORCE = click.option("--force", is_flag=True, help="Replace the output folder if it holds earlier results.")
+FIGURES = click.option(
+    "--figures", "form", type=click.Choice(list(FORMATS)), help="Also write the figures of the report as files."
+)
 JOBS = click.option(
     "--jobs", metavar="NUMBER", type=click.IntRange(min=1), help="Number of processes; by default one for each core."
 )
@@ -63,7 +67,10 @@ def read_case(path: str, changes: tuple[str, ...]) -> tuple["Case", "Source"]:
 @output_option("CASE")
 @FORCE
 @JOBS
-def run_case(case: str, changes: tuple[str, ...], output: Path | None, force: bool, jobs: int | None) -> None:
+@FIGURES
+def run_case(
+    case: str, changes: tuple[str, ...], output: Path | None, force: bool, jobs: int | None, form: str | None
+) -> None:
     """Run a case: one run, a sweep or a critical distance. Writes netCDF, CSV and a report, and prints a table.
 
     AR is the amplitude ratio of a reflected wave to the incident one, TOF the time of flight between them at the
@@ -81,7 +88,7 @@ def run_case(case: str, changes: tuple[str, ...], output: Path | None, force: bo
             data = run_both(task, jobs)
             return Done(data, *report(task, data))
 
-        _written(case, output, force, whole, work, task.sensors)
+        _written(case, output, force, whole, work, task.sensors, form)
 
 
 class Done(NamedTuple):
@@ -101,9 +108,12 @@ def _written(
     case: "Case",
     work: Callable[[], Done],
     sensors: Sequence[int] | None = None,
+    form: str | None = None,
 ) -> int:
     """Do the work, write its Dataset, CSV files, table and report into a new folder, and print the table; the exit
     code.
+
+    form: of the report's figures as files; None for no such files.
     """
     from coupling.results.findings import findings_of, one_of_each, warn, with_warnings
     from hertzlink.cases.faults import of_case
@@ -126,12 +136,13 @@ def _written(
 
     # Measures that warn of what the result says already must not warn again.
     with collected():
-        whole = html(
-            page(data, done.files, case.model.title or printable(Path(name).stem), took, sensors, done.sketched)
-        )
+        title = case.model.title or printable(Path(name).stem)
+        shown = page(data, done.files, title, took, sensors, done.sketched)
 
     def write(into: Path) -> None:
-        (into / "report.html").write_text(whole, encoding="utf-8")
+        (into / "report.html").write_text(html(shown), encoding="utf-8")
+        for picture in shown.pictures if form else ():
+            picture.figure.savefig(into / f"{picture.name}.{form}")
         (into / "results.nc").write_bytes(data.to_netcdf(engine="h5netcdf"))
         (into / "table.txt").write_text(printable(done.text) + "\n", encoding="utf-8")
         (into / "case.toml").write_text(case.to_toml(), encoding="utf-8")
@@ -163,7 +174,10 @@ def check_case(case: str, changes: tuple[str, ...]) -> None:
 @CHANGES
 @output_option("CASE-found")
 @FORCE
-def identify_case(case: str, trace: Path, changes: tuple[str, ...], output: Path | None, force: bool) -> int:
+@FIGURES
+def identify_case(
+    case: str, trace: Path, changes: tuple[str, ...], output: Path | None, force: bool, form: str | None
+) -> int:
     """Find the unknowns of a case from a measured trace, with 95 % intervals.
 
     The exit code is 3 where results are written, but an unknown is not identified: the model does not fit, the signal
@@ -192,7 +206,7 @@ def identify_case(case: str, trace: Path, changes: tuple[str, ...], output: Path
             code = 0 if found.identified else NOT_IDENTIFIED
             return Done(data, *tables(question, found, remarks), simulation_of(question, found), code)
 
-        return _written(case, output or Path(f"{Path(case).stem}-found"), force, whole, work)
+        return _written(case, output or Path(f"{Path(case).stem}-found"), force, whole, work, form=form)
 
 
 @click.command("new", short_help="Write a first case file, with comments.")

@@ -4,11 +4,10 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from decimal import Decimal
-from itertools import pairwise
 from math import ceil, floor, log10
 from typing import Any
 
-from hertzlink.cases.axes import Axis, unit_at
+from hertzlink.cases.axes import Axis, unit_at, words_of
 from hertzlink.cases.bodies import HalfSpace, LayeredCylinder, Rod, Solid
 from hertzlink.cases.building import world_of
 from hertzlink.cases.case import Case
@@ -38,9 +37,13 @@ NUMBER = re.compile(r"-?\d{1,15}(\.\d{1,15})?([eE][-+]?\d{1,2})?")
 
 @dataclass(frozen=True)
 class Slider:
-    """What a user moves: an entry of the case, its range and first value in a unit; or choices by their texts."""
+    """What a user moves: an entry of the case, its range and first value in a unit; or choices by their texts.
+
+    label: what it moves, in words.
+    """
 
     path: Path
+    label: str
     unit: str
     low: Decimal
     high: Decimal
@@ -54,18 +57,6 @@ class Slider:
     def name(self) -> str:
         """The path as text, which no other slider has."""
         return written(self.path)
-
-    @property
-    def label(self) -> str:
-        """What it moves, in words."""
-        words = [] if self.path[0] in ("chain", "structure", "measure") else [str(self.path[0])]
-        for before, part in pairwise(self.path):
-            if isinstance(part, int):
-                place = "xy"[part] if before == "at" and part < 2 else f"{str(before).removesuffix('s')} {part + 1}"
-                words[-1:] = [place]
-            elif part != "material" or part == self.path[-1]:
-                words.append("Young's modulus" if part == "youngs_modulus" else part.replace("_", " "))
-        return " ".join(words)
 
     def read(self, text: str) -> Any:
         """The entry of the case that a text from the page means; a ValueError for what is none."""
@@ -128,7 +119,7 @@ def sliders_of(task: Task, start: Case) -> list[Slider]:
     if SENSOR not in known:
         count = start.model.only_chain("the page").count
         sensor = Decimal(start.data["measure"]["sensor"])
-        found.append(Slider(SENSOR, "", Decimal(1), Decimal(count), sensor, whole=True))
+        found.append(Slider(SENSOR, "sensor", "", Decimal(1), Decimal(count), sensor, whole=True))
     return found
 
 
@@ -165,12 +156,12 @@ def _of_axis(axis: Axis, start: Case) -> Slider:
     own = _value(start.model, axis.path)
     if not axis.is_number:
         texts = {str(one): one for one in axis.values}
-        return Slider(axis.path, "", Decimal(0), Decimal(0), _text_of(own, texts), choices=texts)
+        return Slider(axis.path, axis.words, "", Decimal(0), Decimal(0), _text_of(own, texts), choices=texts)
     size = Decimal(repr(axis.size))
     low, high, first = (_digits(one / axis.size) for one in (min(axis.values), max(axis.values), own))
     whole = all(isinstance(one, int) for one in axis.values)
     step = Decimal(1) if whole else _step(float(high - low) / STEPS, low)
-    return Slider(axis.path, axis.unit, low, high, first, step, size, whole)
+    return Slider(axis.path, axis.words, axis.unit, low, high, first, step, size, whole)
 
 
 def _text_of(own: Any, texts: Mapping[str, Any]) -> str:
@@ -188,7 +179,8 @@ def _around(case: Case, path: Path, value: float, parts: tuple[float, float], mo
     top = first * Decimal(parts[1])
     if most < float("inf"):
         top = min(top, Decimal(most / number))
-    return Slider(path, unit, min(low, first), max(floor(top / step) * step, first), first, step, Decimal(repr(number)))
+    high = max(floor(top / step) * step, first)
+    return Slider(path, words_of(case, path), unit, min(low, first), high, first, step, Decimal(repr(number)))
 
 
 def _digits(value: float) -> Decimal:

@@ -2,6 +2,8 @@
 
 import json
 from collections.abc import Iterable, Sequence
+from contextlib import nullcontext, suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +14,11 @@ from coupling.identification.found import Identification
 from coupling.results.findings import findings_of, one_of_each
 from coupling.results.schema import BATCH, RUN, SIGNAL, SWEEP, kind_of
 from coupling.views import identified, setup
-from hertzlink.reports import setup_in_words
+from coupling.views.swept import varied, words_of
+from hertzlink.reports import in_a_sentence, setup_in_words
 from hertzlink.reports.of_identifications import of_identification
 from hertzlink.reports.of_runs import of_many, of_one
-from hertzlink.reports.page import Page, Section, html, usual_facts
+from hertzlink.reports.page import Page, Section, Table, html, table, usual_facts
 from hertzlink.reports.svg import drawn
 from structures.caution import collected
 from structures.checks import not_negative, short
@@ -99,28 +102,38 @@ def page_of(
         one = kind in (RUN, SIGNAL)
         name = {RUN: "Run", SIGNAL: "Measured signal", SWEEP: "Sweep", BATCH: "Batch"}[kind]
         summary, sections = of_one(data, sensors) if one else of_many(data, sensors)
+        summary = [*summary, in_a_sentence.DEFINED]
     warnings = one_of_each([*findings_of(data), *said])
-    parts = [
-        Section("Warnings", warnings=warnings),
-        *sections,
-        of_setup(data if sketched is None else sketched, sketched is not None),
-        of_input(data),
-    ]
+    parts = with_setup(sections, data, sketched, warnings)
     known = _parsed(data.attrs.get("versions"))
     return Page(title or name, summary, parts, usual_facts(took, {str(k): str(v) for k, v in known.items()} or None))
 
 
-def of_setup(given: Any, wanted: bool = False) -> Section:
-    """The sketch and the tables of the input, where the result holds it."""
-    try:
-        known = setup.described_input(given, "setup")
-    except ValueError:
-        if wanted:
-            raise
-        return Section("Set-up")
-    words = "The set-up to scale."
-    sketch = drawn("setup", words, lambda ax: setup.setup(given, ax))
-    return Section("Set-up", pictures=[sketch], tables=setup_in_words.input_tables(known))
+def with_setup(
+    sections: Sequence[Section],
+    data: xr.Dataset,
+    sketched: Any = None,
+    warnings: Sequence[str] = (),
+    first: bool = True,
+) -> list[Section]:
+    """All sections: warnings, the results, among whose first pictures is a sketch of the set-up, and the input.
+
+    sketched: what to sketch where the Dataset does not hold it. first: whether the sketch comes before other pictures.
+    """
+    source = data if sketched is None else sketched
+    known: dict[str, Any] = {}
+    with nullcontext() if sketched is not None else suppress(ValueError):
+        known = setup.described_input(source, "setup")
+    results, *others = sections
+    tables: list[Table] = []
+    if known:
+        sketch = drawn("setup", "The set-up to scale.", lambda ax: setup.setup(source, ax))
+        pictures = [sketch, *results.pictures] if first else [*results.pictures, sketch]
+        results = replace(results, pictures=pictures)
+        rows = [(words_of(data[name]), values) for name, values in varied(data).items()]
+        tables = [table("Varied", ("parameter", "values"), rows)] if rows else []
+        tables += setup_in_words.input_tables(known, " of the first run" if rows else "")
+    return [Section("Warnings", warnings=warnings), results, *others, Section("Set-up", tables=tables), of_input(data)]
 
 
 def of_input(data: xr.Dataset) -> Section:

@@ -13,6 +13,7 @@ from coupling.results.reading import Reading
 from coupling.results.schema import RUN, kind_of
 from coupling.results.waves import NoWave, ReflectedWave
 from coupling.views import swept, traces
+from hertzlink.reports import in_a_sentence
 from hertzlink.reports.page import Picture, Section, Table, table
 from hertzlink.reports.svg import drawn
 
@@ -22,22 +23,25 @@ MOST_POINTS = 60
 MEASURES = (("AR", 1.0, amplitude_ratio), ("TOF (µs)", 1e6, time_of_flight))
 
 
+ABOVE_ONE = "above 1: the beads on the two sides of the sensor differ, or the next wave is merged with it"
+
+
 def of_one(data: xr.Dataset, sensors: Any) -> tuple[list[str], list[Section]]:
     """A run or a signal; of several chains each by itself."""
     reading = Reading(data)
     is_run, numbers = kind_of(data) == RUN, traces.sensors_of(reading, sensors)
+    several = data.sizes.get("chain", 1) > 1
+    parts = {f"chain {i}": data.isel(chain=i) for i in range(data.sizes["chain"])} if several else {"": data}
+    summary = [in_a_sentence.of_run(part, numbers[0], who) for who, part in parts.items()]
+    sections = [_chain(part, numbers, who) for who, part in parts.items()]
     length = f"{1e6 * (reading.time[-1] - reading.time[0]):.6g} µs in {reading.time.size} samples"
-    summary = [f"{'Simulated' if is_run else 'Measured'}: {length}."]
-    chains = range(data.sizes.get("chain", 1))
-    if len(chains) > 1:
-        sections = [_chain(data.isel(chain=i), numbers, f"chain {i}") for i in chains]
-    else:
-        sections = [_chain(data, numbers, "")]
+    record = f"The record is {'simulated' if is_run else 'measured'}: {length}."
     if is_run and "kinetic_energy" in data:
-        summary.append(f"The energy changes by {float(energy_error(data)):.1g} of the impact energy.")
+        change = f"The energy changes by {float(energy_error(data)):.1g} of the impact energy."
         words = "Where the energy is over time. The sum must not change."
-        sections.append(Section("Energy", pictures=[drawn("energy", words, lambda ax: traces.energy(data, ax))]))
-    return summary, sections
+        picture = drawn("energy", words, lambda ax: traces.energy(data, ax))
+        return summary, [*sections, Section("Record and energy", [record, change], pictures=[picture])]
+    return summary, [*sections, Section("Record", [record])]
 
 
 def _chain(data: xr.Dataset, numbers: list[int], who: str) -> Section:
@@ -77,7 +81,8 @@ def _waves(data: xr.Dataset, sensor: int) -> Iterator[tuple[str, ...]]:
         peak = (f"{wave.amplitude:.2f}", f"{1e6 * wave.arrival:.2f}")
         if isinstance(wave, ReflectedWave):
             begins = "" if wave.begins == "unknown" else f"begins at the {wave.begins}"
-            yield words, *peak, f"{wave.amplitude_ratio:.4f}", f"{1e6 * wave.time_of_flight:.2f}", begins
+            remark = "; ".join(filter(None, (begins, ABOVE_ONE * (wave.amplitude_ratio > 1.0))))
+            yield words, *peak, f"{wave.amplitude_ratio:.4f}", f"{1e6 * wave.time_of_flight:.2f}", remark
         else:
             yield words, *peak, "", "", ""
 
@@ -87,9 +92,7 @@ def of_many(data: xr.Dataset, sensors: Any) -> tuple[list[str], list[Section]]:
     reading = Reading(data)
     numbers = traces.sensors_of(reading, sensors)
     sections = [_bead(data, number) for number in numbers]
-    ratio = amplitude_ratio(data, numbers[0])
-    axes = ", ".join(f"{str(name).replace('_', ' ')} ({size})" for name, size in ratio.sizes.items())
-    return [f"{ratio.size} runs over {axes}."], sections
+    return [in_a_sentence.of_sweep(data, amplitude_ratio(data, one), one) for one in numbers], sections
 
 
 def _bead(data: xr.Dataset, number: int) -> Section:
@@ -132,9 +135,7 @@ def _points(data: xr.Dataset, sensor: int) -> Table:
         ]
         found = [factor * float(one.values[place]) for _, factor, one in values]
         rows.append((*texts, *("none" if np.isnan(one) else f"{one:.4g}" for one in found)))
-    head = [
-        f"{name.replace('_', ' ')} ({units[name][1]})" if units[name][1] else name.replace("_", " ") for name in axes
-    ]
+    head = [swept.label_of(values[0][2][name]) for name in axes]
     left = values[0][2].size - len(rows)
     caption = f"AR and TOF at bead {sensor}" + (f"; {left} more runs are left out" if left else "")
     return table(caption, (*head, *(name for name, _, _ in values)), rows)

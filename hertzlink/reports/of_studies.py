@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import xarray as xr
 
 from coupling.results.findings import findings_of, one_of_each
-from hertzlink.reports.of_results import of_input, of_setup
+from hertzlink.reports.of_results import with_setup
 from hertzlink.reports.page import Line, Page, Section, Table, html, usual_facts
 from hertzlink.reports.svg import picture
 from hertzlink.studies import ABOUT
@@ -31,21 +31,13 @@ def study_report(
     comparison = Table(f"Numbers of {'the thesis, of ' if thesis else ''}theory and of hertzlink", tuple(head), lines)
     known = json.loads(data.attrs.get("versions", "{}"))
     took = data.attrs.get("time_taken")
-    return html(
-        Page(
-            f"Study {name}",
-            [ABOUT[name]],
-            [
-                Section("Warnings", warnings=one_of_each(findings_of(data))),
-                Section("Figures", pictures=[picture(one, key, caption(name, key)) for key, one in figures.items()]),
-                Section("Comparison", footnotes(rows, thesis), tables=[comparison]),
-                of_setup(data),
-                of_input(data),
-            ],
-            usual_facts(None if took is None else float(took), known or None),
-            remark,
-        )
-    )
+    results = [
+        Section("Figures", pictures=[picture(one, key, caption(name, key)) for key, one in figures.items()]),
+        Section("Comparison", footnotes(rows, thesis), tables=[comparison]),
+    ]
+    sections = with_setup(results, data, None, one_of_each(findings_of(data)), first=False)
+    facts = usual_facts(None if took is None else float(took), known or None)
+    return html(Page(f"Study {name}", [ABOUT[name]], sections, facts, remark))
 
 
 def caption(study: str, figure: str) -> str:

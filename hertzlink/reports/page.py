@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from functools import cache
 from importlib.resources import files
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from coupling.results.provenance import versions
 
@@ -14,6 +14,9 @@ if TYPE_CHECKING:
 
 HERE, TEMPLATE, STYLE = "hertzlink.reports", "report.html.j2", "report.css"
 """The package that holds the template and the style sheet, and their names."""
+
+MOST_OPEN = 12
+"""Tables of more rows are folded."""
 
 
 @dataclass(frozen=True)
@@ -25,6 +28,10 @@ class Picture:
     alternative: str
     width: float
     """Width at which its letters have their size, CSS pixels."""
+    name: str = ""
+    """That of a file of it."""
+    figure: Any = None
+    """The figure of matplotlib."""
 
 
 @dataclass(frozen=True)
@@ -37,16 +44,17 @@ class Line:
 
 @dataclass(frozen=True)
 class Table:
-    """A table: a caption, the names of its columns, and rows whose first cell names them."""
+    """A table: a caption, the names of its columns, and rows whose first cell names them. folded: opened by a click."""
 
     caption: str
     head: tuple[str, ...]
     rows: Sequence[Line]
+    folded: bool = False
 
 
 @dataclass(frozen=True)
 class Section:
-    """A part of the page under a title: sentences, warnings, tables, pictures, and long text that is folded."""
+    """A part of the page under a title: sentences, warnings, pictures, tables, and long text that is folded."""
 
     title: str
     sentences: Sequence[str] = ()
@@ -73,6 +81,11 @@ class Page:
     remark: str = ""
     """What stands in a box at the top, as for a quick run."""
 
+    @property
+    def pictures(self) -> list[Picture]:
+        """All pictures."""
+        return [picture for section in self.sections for picture in section.pictures]
+
 
 def html(page: Page) -> str:
     """The page as HTML, with its style. Text is escaped; pictures are SVG of our own making."""
@@ -95,9 +108,10 @@ def usual_facts(took: float | None, known: dict[str, str] | None = None) -> list
     return facts
 
 
-def table(caption: str, head: Sequence[str], rows: Sequence[Sequence[str]]) -> Table:
-    """A table of plain rows without notes."""
-    return Table(caption, tuple(head), [Line(tuple(row)) for row in rows])
+def table(caption: str, head: Sequence[str], rows: Sequence[Sequence[str]], folded: bool | None = None) -> Table:
+    """A table of plain rows without notes; a long one is folded, unless it is said."""
+    fold = len(rows) > MOST_OPEN if folded is None else folded
+    return Table(caption, tuple(head), [Line(tuple(row)) for row in rows], fold)
 
 
 @cache

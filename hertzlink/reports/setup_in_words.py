@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from math import pi
 from typing import Any
 
-from coupling.views.canvas import handy
+from coupling.views.canvas import handy, in_words
 from hertzlink.reports.page import Table, table
 
 UNITS = {
@@ -29,17 +29,16 @@ MOST_ITEMS = 12
 """Lists of more items are given by their number."""
 
 
-def input_tables(known: Mapping[str, Any]) -> list[Table]:
-    """Tables of the chains, the structures and the rest."""
+def input_tables(known: Mapping[str, Any], of: str = "") -> list[Table]:
+    """Tables of the chains, the structures and the rest. of: whose they are, where a result has several runs."""
     rest = {name: value for name, value in known.items() if name not in ("chain", "chains", "structure", "structures")}
     groups: list[tuple[str, Any]] = []
     for one, many in (("chain", "chains"), ("structure", "structures")):
         if one in known:
             groups.append((one.capitalize(), known[one]))
         groups += [(f"{one.capitalize()} {i}", part) for i, part in enumerate(known.get(many, []))]
-    tables = [table(title, ("argument", "value"), list(rows_of(given))) for title, given in groups if given is not None]
-    rows = list(rows_of(rest))
-    return [*tables, table("Run", ("argument", "value"), rows)] if rows else tables
+    groups = [(title, list(rows_of(given))) for title, given in [*groups, ("Run", rest)] if given is not None]
+    return [table(title + of, ("argument", "value"), rows, folded=True) for title, rows in groups if rows]
 
 
 def rows_of(given: Any) -> Iterator[tuple[str, str]]:
@@ -61,7 +60,7 @@ def rows_of(given: Any) -> Iterator[tuple[str, str]]:
             for i, ply in enumerate(value["plies"], start=1):
                 yield f"ply {i}", _in_words(ply)
         else:
-            yield name.replace("_", " "), _value(name, value)
+            yield in_words(name), _value(name, value)
 
 
 def counted(texts: list[str]) -> list[str]:

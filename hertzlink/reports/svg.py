@@ -50,7 +50,7 @@ def picture(figure: "Figure", name: str, caption: str) -> Picture:
     words = in_words(figure)
     title = f'<title id="{prefix}-words">{escape(words)}</title>'
     svg = f'{head} role="img" aria-labelledby="{prefix}-words">{title}{rest}'
-    return Picture(svg.strip(), caption, words, figure.get_figwidth() * PIXELS_PER_INCH)
+    return Picture(svg.strip(), caption, words, figure.get_figwidth() * PIXELS_PER_INCH, prefix, figure)
 
 
 def in_words(figure: "Figure") -> str:

@@ -153,7 +153,51 @@ def test_swept_takes_measured_values_and_names() -> None:
     ax = hl.plots.swept(data, wave="secondary")
     assert [one.get_text() for one in ax.get_xticklabels()] == ["steel", "PTFE"]
     np.testing.assert_array_equal(line(ax, "secondary wave")[1], [np.nan, 0.3])
+    assert ax.get_legend().get_title().get_text() == ""  # not the words of the curve again
     assert "no secondary wave: no such wave was found (1 point)" in words(ax)
+
+
+@pytest.mark.parametrize(
+    ("name", "attrs", "label"),
+    [
+        ("youngs_modulus", {}, "Young's modulus (GPa)"),
+        ("layer_youngs_modulus", {}, "layer Young's modulus (GPa)"),
+        ("poisson_ratio", {}, "Poisson's ratio"),
+        ("wall_thickness", {}, "wall thickness (GPm)"),
+        ("x", {"units": "m", "long_name": "distance from the left edge"}, "distance from the left edge (Gm)"),
+    ],
+)
+def test_labels_of_axes_are_words(name: str, attrs: dict[str, str], label: str) -> None:
+    places = (name, [1e9, 2e9, 4e9], attrs)
+    data = xr.Dataset(
+        {"amplitude_ratio": (name, [0.9, 0.5, 0.3]), "secondary_amplitude_ratio": (name, [0.1, 0.2, 0.0])}
+    )
+    data = data.assign_coords({name: places})
+    ax = hl.plots.swept(data)
+    assert ax.get_xlabel() == label.replace("GPm", "Gm")
+    assert ax.get_ylim()[1] > 1.05 * 0.9  # the highest marker is not cut
+    np.testing.assert_array_equal(line(hl.plots.swept(data, wave="secondary"), "secondary wave")[1], [0.1, 0.2, 0.0])
+
+
+def test_map_shows_weak_echoes() -> None:
+    """A hundredth of the greatest force takes a tenth of the scale."""
+    assert hl.plots.contact_map(run()).collections[0].norm(0.01 * float(run().contact_force.max())) == pytest.approx(
+        0.1
+    )
+
+
+def test_setup_of_chains_on_a_plate_draws_nothing_over_another() -> None:
+    bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    plate = hl.kirchhoff_plate(0.3, 0.2, 3e-3, hl.PTFE, hl.Supports(left="clamped"), cells=(4, 4))
+    both = plate.at([0.1, 0.2], [0.1, 0.1])
+    ax = hl.plots.setup(hl.CoSimulation([hl.Chain([bead] * 12, bead, 0.1)] * 2, both))
+    rings = [one.get_ydata() for one in ax.lines if one.get_linewidth() in (0.9, 3.0) and len(one.get_ydata()) == 2]
+    first, second = np.ravel(rings[:4]), np.ravel(rings[-4:])
+    assert first.min() > second.max()
+    named = [one for one in ax.texts if one.get_text().startswith("chain ")]
+    left = ax.get_xlim()[0]
+    assert len(named) == 2
+    assert all(one.get_ha() == "left" and one.get_position()[0] >= left for one in named)
 
 
 def test_setup_of_a_rod_is_to_scale() -> None:

@@ -69,6 +69,11 @@ def test_report_of_a_run(tmp_path: Path) -> None:
     assert f"{waves.primary.amplitude_ratio:.4f}" in shown
     assert f"{1e6 * waves.primary.time_of_flight:.2f}" in shown
     assert any(EVIL.split()[0] in one for one in shown)  # the material
+    assert page.text["p"][0].startswith(f"At bead 6 the primary wave has AR {hl.amplitude_ratio(run(), 6):.3f} and TOF")
+    assert page.text["p"][1].startswith("AR, the amplitude ratio, is")
+    assert page.text["figcaption"][0] == "The set-up to scale."
+    assert page.text["figcaption"][1] == "Force at beads 6, 7, and its waves."
+    assert {"Chain", "Structure", "Run"} <= set(page.text["summary"])  # tables that are folded
     assert page.tags.count("svg") == 5
     assert "12.3 s" in page.text["dd"]
     assert any("hertzlink" in one for one in page.text["dd"])
@@ -97,12 +102,15 @@ def test_report_of_a_sweep_shows_each_run(tmp_path: Path) -> None:
     assert np.isnan(ratios).any()
     assert "none" in shown
     assert any("no primary wave" in one for one in page.text["title"])
+    assert page.text["p"][0].startswith("6 runs over modulus (0.1 to 200 GPa); speed (0.1 to 0.3 m/s): AR")
+    assert any("drawn is the first run; varied: modulus, " in one for one in page.text["title"])
+    assert {"Varied", "Chain of the first run"} <= {*page.text["caption"], *page.text["summary"]}
 
 
 def test_report_of_a_batch_and_of_a_signal(tmp_path: Path) -> None:
     chains = [hl.Chain([BEAD] * 12, BEAD, speed) for speed in (0.1, 0.2)]
     batch = hl.batch(chains, until=5e-4, sensors=[6], structure=hl.half_space(hl.PTFE))
-    assert "2 runs over run" in check_page(made(tmp_path, batch, sensors=6)).text["p"][0]
+    assert "2 runs over run: no run has a primary wave." in check_page(made(tmp_path, batch, sensors=6)).text["p"][0]
     page = check_page(made(tmp_path, signal(), setup=build(3e9, 0.3)))
     assert page.text["h1"] == ["Measured signal"]
     assert any("half-space" in one for one in page.text["title"])
@@ -137,7 +145,7 @@ def test_report_of_two_chains_shows_each(tmp_path: Path) -> None:
     chains = [hl.Chain([BEAD] * count, BEAD, 0.3) for count in (4, 6)]
     two = hl.CoSimulation(chains, [hl.ContactPoint(rod, 0), hl.ContactPoint(rod, 1)]).run(until=1e-4)
     page = check_page(made(tmp_path, two, sensors=2))
-    assert {"Waves of chain 0", "Waves of chain 1", "Energy", "Set-up"} <= set(page.text["h2"])
+    assert {"Waves of chain 0", "Waves of chain 1", "Record and energy", "Set-up"} <= set(page.text["h2"])
     assert page.tags.count("svg") == 8
     with pytest.raises(ValueError, match="choose one chain with"):
         hl.plots.traces(two, 2)
