@@ -26,11 +26,11 @@ author = "the hertzlink developers"
 project_copyright = "2026, the hertzlink developers"
 release = version = hertzlink.__version__
 
-extensions = ["myst_parser", "mathml", "sphinx.ext.autodoc", "numpydoc", "sphinx_gallery.gen_gallery"]
+extensions = ["myst_parser", "formulas", "sphinx.ext.autodoc", "numpydoc", "sphinx_gallery.gen_gallery"]
 source_suffix = {".rst": "restructuredtext", ".md": "markdown"}
 exclude_patterns = ["_examples", "_build"]
 html_theme = "furo"
-html_math_renderer = "mathml"
+html_math_renderer = "drawn"
 html_static_path = ["site/static"]
 html_css_files = ["site.css"]
 html_title = f"hertzlink {release}"

@@ -359,7 +359,10 @@ def test_a_run_from_the_command_line(tmp_path: Path, command: Callable[..., str]
     assert float(rows[2].split(",")[4]) == waves.primary.amplitude_ratio
     assert len((folder / "traces.csv").read_text().splitlines()) == data.sizes["time"] + 1
     # The case in the folder, and the result, run again.
-    command("run", "rod/case.toml", "--output", "again")
+    command("run", "rod/case.toml", "--output", "again", "--figures", "png")
+    pictures = {f"{name}.png" for name in ("setup", "traces", "map", "spectrum", "energy")}
+    assert {path.name for path in Path("again").iterdir()} == names | pictures
+    assert all(Path("again", name).read_bytes().startswith(b"\x89PNG") for name in pictures)
     command("new", "rod/results.nc", "third.toml")
     assert Path("third.toml").read_text() == (folder / "case.toml").read_text()
     assert Path("again/waves.csv").read_text() == (folder / "waves.csv").read_text()
@@ -392,11 +395,13 @@ def test_a_sweep_from_the_command_line(tmp_path: Path, command: Callable[..., st
     with xr.open_dataset("out/results.nc") as data:
         np.testing.assert_array_equal(data.amplitude_ratio.sel(sensor=7), hl.amplitude_ratio(runs, 7))
         np.testing.assert_array_equal(data.sensor_force.sel(sensor=7), hl.sensor_force(runs, 7))
-        assert data.length.attrs == {"path": "structure.layers[0].length", "units": "m"}
+        assert data.length.attrs == {
+            "path": "structure.layers[0].length", "units": "m", "long_name": "layer 1 length"
+        }  # fmt: skip
     first = Path("out/points.csv").read_text().splitlines()[1].split(",")
     assert float(first[3]) == hl.amplitude_ratio(runs, 7).values[0, 0]
     page = Path("out/report.html").read_text()
-    assert page.count("<figure") == 3  # AR, TOF and the set-up
+    assert page.count("<figure") == 5  # the set-up; AR and TOF of the primary and the secondary wave
     assert "material acrylic" in page
     cells = check_page(page)
     assert {f"{float(first[3]):.5g}", f"{1e6 * float(first[4]):.5g}"} <= set(cells.text["td"])

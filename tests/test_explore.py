@@ -5,9 +5,11 @@ import os
 import re
 import signal
 import threading
+import tomllib
 import urllib.request
 import warnings
 from collections.abc import Iterator
+from contextlib import suppress
 from decimal import Decimal
 from http.client import HTTPConnection
 from pathlib import Path
@@ -218,6 +220,47 @@ def test_other_hosts_and_methods_are_refused(server: Server) -> None:
     assert got(server, place + "&a=1" * 200)[0] == 400
 
 
+def test_the_page_gets_a_sketch_and_a_case_at_its_values(server: Server) -> None:
+    code, sketch = asked(server, "/sketch", structure__thickness="3")
+    assert code == 200
+    assert "3 mm of aluminium 6061" in sketch["svg"]
+    assert "<script" not in sketch["svg"]
+    code, case = asked(server, "/case", structure__thickness="3")
+    assert code == 200
+    assert tomllib.loads(case["case"])["structure"]["thickness"] == "3 mm"
+    assert asked(server, "/case", structure__thickness="1000")[0] == 400
+
+
+def test_the_end_waits_for_the_running_answer(server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Afterwards no answer begins: a thread in compiled code that outlives the program ends it badly."""
+    explorer = Explorer(server.explorer.case, server.explorer.sliders)
+    begun, go, events = threading.Event(), threading.Event(), list[str]()
+
+    def slow(case: Any) -> Any:
+        begun.set()
+        go.wait(10.0)
+        events.append("answered")
+        raise RuntimeError("long enough")
+
+    monkeypatch.setattr(explorer, "run", slow)
+
+    def ask() -> None:
+        with suppress(RuntimeError):
+            explorer.answer({})
+
+    asking = threading.Thread(target=ask, daemon=True)
+    asking.start()
+    assert begun.wait(10.0)
+    threading.Timer(0.05, go.set).start()
+    explorer.close()
+    events.append("closed")
+    late = threading.Thread(target=ask, daemon=True)
+    late.start()
+    late.join(0.05)
+    assert late.is_alive()
+    assert events == ["answered", "closed"]
+
+
 def test_the_page_loads_nothing_and_escapes_its_words(server: Server) -> None:
     with urllib.request.urlopen(server.address) as reply:
         page, policy = reply.read().decode(), reply.headers["Content-Security-Policy"]
@@ -263,7 +306,9 @@ def test_moduli_of_layers_have_sliders(tmp_path: Path) -> None:
 
 def test_a_basis_serves_plates_at_all_values(tmp_path: Path) -> None:
     explorer = explorer_of(tmp_path, PLATE)
-    assert [one.label for one in explorer.sliders] == ["x", "thickness", "impact speed", "sensor"]
+    assert [one.label for one in explorer.sliders] == [
+        "distance from the left edge", "thickness", "impact speed", "sensor"
+    ]  # fmt: skip
     assert has_basis(explorer.case, explorer.sliders)
     values = {"structure.at[0]": "14.5", "structure.thickness": "2.6"}
     own = explorer.answer(values)["waves"]["primary"]

@@ -91,6 +91,13 @@ def from_zero(ax: "Axes") -> None:
     ax.set_ylim(0.0, 1.08 * max(ax.dataLim.y1, 0.01))
 
 
+def mark_missing(ax: "Axes", x: Any, number: int, **look: Any) -> None:
+    """A cross at the bottom for each place of a curve without a value, which no point drawn as 0 could say."""
+    height = np.full(len(x), 0.03 + 0.05 * number)
+    look = dict[str, Any](color=COLOURS[number], markersize=6.0, linestyle="none") | look
+    ax.plot(x, height, marker="x", transform=ax.get_xaxis_transform(), **look)
+
+
 def legend_below(ax: "Axes", title: str = "") -> None:
     """The legend below the axes and their label, where it covers nothing; long entries are wrapped.
 

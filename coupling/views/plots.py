@@ -8,7 +8,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+from coupling.views.canvas import COLOURS as COLOURS
+from coupling.views.canvas import mark_missing as mark_missing
+
 FEW = 6
 """Curves of fewer points have markers."""
 

@@ -11,7 +11,17 @@ from coupling.results.findings import NUMBER
 from coupling.results.reading import Reading
 from coupling.results.schema import axes_of, kind_of
 from coupling.results.waves import NoWave
-from coupling.views.canvas import COLOURS, axes_for, from_zero, handy, in_words, legend_below, plain, styled
+from coupling.views.canvas import (
+    COLOURS,
+    axes_for,
+    from_zero,
+    handy,
+    in_words,
+    legend_below,
+    mark_missing,
+    plain,
+    styled,
+)
 from structures.checks import instance, one_of, whole
 
 if TYPE_CHECKING:
@@ -111,11 +121,9 @@ def swept(
         )  # fmt: skip
         gaps = [place for place in places if place in missing]
         if gaps:
-            ax.plot(
-                [x[place[axes.index(along)]] for place in gaps], np.full(len(gaps), 0.03 + 0.05 * number), "x",
-                color=COLOURS[number], transform=ax.get_xaxis_transform(), markersize=6.0,
-                label=_counted(gaps, missing, wave),
-            )  # fmt: skip
+            mark_missing(
+                ax, [x[place[axes.index(along)]] for place in gaps], number, label=_counted(gaps, missing, wave)
+            )
     if values[along].dtype.kind not in "iuf":
         ax.set_xticks(x, [plain(str(one)) for one in values[along].values])
     elif len(x) > 2 and np.all(x > 0.0) and x.max() > 20.0 * x.min():

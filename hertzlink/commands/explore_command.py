@@ -1,5 +1,6 @@
 """`hertzlink explore`: a case with sliders, in the browser."""
 
+import os
 import threading
 import webbrowser
 from collections.abc import Iterator
@@ -45,6 +46,10 @@ def explore_case(case: str, changes: tuple[str, ...], port: int, no_browser: boo
         try:
             server.serve_forever()
         except KeyboardInterrupt:
+            try:
+                server.explorer.close()
+            except KeyboardInterrupt:  # a user who does not want to wait for the running answer
+                os._exit(130)
             say("ended")
 
 

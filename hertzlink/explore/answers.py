@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from threading import Lock
 from time import perf_counter
 from typing import Any
@@ -10,15 +11,18 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from coupling.cosimulation import CoSimulation
 from coupling.results.ar_and_tof import reflections
 from coupling.results.findings import one_of_each
 from coupling.results.measures import sensor_force
+from coupling.views.setup import setup
 from hertzlink.cases.building import simulation_of, world_of
 from hertzlink.cases.case import Case, run_once
 from hertzlink.cases.paths import put
 from hertzlink.cases.running import sensors_of
 from hertzlink.explore.plates import PlateBasis
 from hertzlink.explore.sliders import Slider
+from hertzlink.reports.svg import drawn
 from structures.caution import collected
 from structures.structure import Structure
 
@@ -52,16 +56,16 @@ class Explorer:
 
     def answer(self, values: Mapping[str, str]) -> dict[str, Any]:
         """What the page shows; a ValueError for wrong values, and errors of runs that fail."""
-        case = self.changed(values)
-        sensor = case.data["measure"]["sensor"]
-        sensors_of(case, case)
-        began = perf_counter()
         # Structures are kept between runs, so two runs at once would disturb each other.
         with self._one_at_a_time, collected() as findings:
+            case = self.changed(values)
+            sensor = case.data["measure"]["sensor"]
+            sensors_of(case, case)
+            began = perf_counter()
             run = self.run(case)
             waves = reflections(run, sensor)
             force = sensor_force(run, sensor)
-        took = perf_counter() - began
+            took = perf_counter() - began
         shown = {"incident": waves.incident, "primary": waves.primary, "secondary": waves.secondary}
         times, forces = thinned(force)
         return {
@@ -74,12 +78,30 @@ class Explorer:
             "took": took,
         }
 
+    def sketch(self, values: Mapping[str, str]) -> dict[str, str]:
+        """The set-up at values, as an SVG file."""
+        with self._one_at_a_time, collected():
+            return {"svg": drawn("setup", "", partial(setup, self.simulation(self.changed(values)))).svg}
+
+    def text(self, values: Mapping[str, str]) -> dict[str, str]:
+        """The case at values, as a file for `hertzlink run`."""
+        with self._one_at_a_time:
+            return {"case": self.changed(values).to_toml()}
+
+    def close(self) -> None:
+        """Wait for the running answer; later ones never begin. A thread that computes must not outlive the program."""
+        self._one_at_a_time.acquire()
+
     def run(self, case: Case) -> xr.Dataset:
         """Run the case at some values."""
+        return run_once(case, self.simulation(case))
+
+    def simulation(self, case: Case) -> CoSimulation:
+        """The co-simulation of the case at some values."""
         known: dict[str, Structure | None] = {}
         if self.basis is not None:
             known["structure"] = self.basis.structure(case.model, world_of(case.model, case.folder))
-        return run_once(case, simulation_of(case.model, case.folder, known))
+        return simulation_of(case.model, case.folder, known)
 
 
 def _wave(wave: Any) -> dict[str, Any]:

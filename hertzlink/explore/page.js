@@ -47,18 +47,19 @@ async function ask() {
   wanted = true;
   if (running) return;
   running = true;
+  curve.at += 1;
   while (wanted) {
     wanted = false;
     byId("took").textContent = "computing …";
     await once();
   }
   running = false;
+  sketch();
 }
 
 async function once() {
   try {
-    const query = new URLSearchParams([...values, ["token", token]]);
-    const reply = await fetch("/answer?" + query, { cache: "no-store" });
+    const reply = await asked("/answer");
     if (reply.status === 403) throw new Error("hertzlink was started again: open the address that it printed");
     const answer = await reply.json();
     if (!reply.ok) throw new Error(answer.error);
@@ -101,46 +102,99 @@ function ticks(low, high, count) {
   return Array.from({ length: Math.max(0, last - first + 1) }, (_, i) => +((first + i) * step).toPrecision(12));
 }
 
-function draw() {
-  if (!shown) return;
-  const svg = byId("trace"), width = svg.clientWidth, height = svg.clientHeight;
-  if (!width || !height) return;
-  const left = 52, right = 24, top = 26, bottom = 44, all = kept ? [shown, kept] : [shown];
-  const far = 1e6 * Math.max(...all.map((one) => one.until)), forces = all.flatMap((one) => one.force);
-  const least = Math.min(0, ...forces), most = 1.1 * Math.max(1e-12, ...forces);
-  const x = (time) => left + (width - left - right) * time / far;
-  const y = (force) => height - bottom - (height - top - bottom) * (force - least) / (most - least);
-  const parts = [];
+// Axes from (low, least) to (far, most) on an empty drawing; returns how to place points, and how to add parts.
+function axes(svg, low, far, least, most, across, up) {
+  const width = svg.clientWidth, height = svg.clientHeight, left = 52, right = 24, top = 26, bottom = 44, parts = [];
+  if (!width || !height) return null;
+  const x = (value) => left + (width - left - right) * (value - low) / (far - low);
+  const y = (value) => height - bottom - (height - top - bottom) * (value - least) / (most - least);
   const part = (name, attributes, text) => {
     const one = document.createElementNS("http://www.w3.org/2000/svg", name);
     for (const [key, value] of Object.entries(attributes)) one.setAttribute(key, value);
     if (text !== undefined) one.textContent = text;
     parts.push(one);
   };
-  for (const time of ticks(0, far, width / 110)) {
-    part("line", { class: "grid", x1: x(time), x2: x(time), y1: top, y2: height - bottom });
-    part("text", { x: x(time), y: height - bottom + 17, "text-anchor": "middle" }, time);
+  for (const value of ticks(low, far, width / 110)) {
+    part("line", { class: "grid", x1: x(value), x2: x(value), y1: top, y2: height - bottom });
+    part("text", { x: x(value), y: height - bottom + 17, "text-anchor": "middle" }, value);
   }
-  for (const force of ticks(least, most, height / 60)) {
-    part("line", { class: "grid", x1: left, x2: width - right, y1: y(force), y2: y(force) });
-    part("text", { x: left - 7, y: y(force) + 4, "text-anchor": "end" }, force);
+  for (const value of ticks(least, most, height / 60)) {
+    part("line", { class: "grid", x1: left, x2: width - right, y1: y(value), y2: y(value) });
+    part("text", { x: left - 7, y: y(value) + 4, "text-anchor": "end" }, value);
   }
-  part("text", { x: width - right, y: height - 8, "text-anchor": "end" }, "time, µs");
-  part("text", { x: 4, y: 14 }, `force at bead ${shown.sensor}, N` + (kept ? "; dashed: the curve that was kept" : ""));
+  part("text", { x: width - right, y: height - 8, "text-anchor": "end" }, across);
+  part("text", { x: 4, y: 14 }, up);
+  return { x, y, part, width, finish: () => svg.replaceChildren(...parts) };
+}
+
+function draw() {
+  if (!shown) return;
+  const svg = byId("trace"), all = kept ? [shown, kept] : [shown], forces = all.flatMap((one) => one.force);
+  const far = 1e6 * Math.max(...all.map((one) => one.until));
+  const least = Math.min(0, ...forces), most = 1.1 * Math.max(1e-12, ...forces);
+  const up = `force at bead ${shown.sensor}, N` + (kept ? "; dashed: the curve that was kept" : "");
+  const at = axes(svg, 0, far, least, most, "time, µs", up);
+  if (!at) return;
+  const { x, y, part, width } = at;
   const line = (one) => one.time.map((time, i) => x(1e6 * time).toFixed(1) + "," + y(one.force[i]).toFixed(1)).join(" ");
   if (kept) part("polyline", { class: "kept", points: line(kept) });
   part("polyline", { class: "curve", points: line(shown) });
   for (const [name, wave] of Object.entries(shown.waves)) {
     if (wave.reason) continue;
-    const at = x(1e6 * wave.arrival), up = y(wave.amplitude);
-    part("circle", { class: "peak", cx: at, cy: up, r: 4 });
-    const end = at > width - 90 ? "end" : "start";
-    part("text", { x: at + (end === "end" ? -8 : 8), y: up - 6, "text-anchor": end }, name);
+    const place = x(1e6 * wave.arrival), high = y(wave.amplitude);
+    part("circle", { class: "peak", cx: place, cy: high, r: 4 });
+    const end = place > width - 90 ? "end" : "start";
+    part("text", { x: place + (end === "end" ? -8 : 8), y: high - 6, "text-anchor": end }, name);
   }
   const words = Object.entries(shown.waves).filter(([, wave]) => wave.amplitude_ratio !== undefined)
     .map(([name, wave]) => `${name} wave AR ${wave.amplitude_ratio.toFixed(3)}`);
   svg.setAttribute("aria-label", [`Force at bead ${shown.sensor} over time`, ...words].join("; "));
-  svg.replaceChildren(...parts);
+  at.finish();
+}
+
+const asked = (place, changes = {}) =>
+  fetch(place + "?" + new URLSearchParams([...new Map([...values, ...Object.entries(changes)]), ["token", token]]), { cache: "no-store" });
+
+async function sketch() {
+  const reply = await asked("/sketch").catch(() => null);
+  if (reply && reply.ok && !running) byId("sketch").src = "data:image/svg+xml," + encodeURIComponent((await reply.json()).svg);
+}
+
+// AR at eleven values of a slider, the others as they are; a value that is moved meanwhile ends it.
+const curve = { slider: null, points: [], at: 0 };
+
+async function over() {
+  const slider = sliders[byId("along").value], round = ++curve.at, count = 11;
+  Object.assign(curve, { slider, points: [] });
+  const low = +slider.low, span = +slider.high - low;
+  const places = Array.from({ length: count }, (_, i) => low + span * i / (count - 1));
+  for (const place of new Set(slider.whole ? places.map(Math.round) : places.map((one) => +one.toPrecision(9)))) {
+    const reply = await asked("/answer", { [slider.name]: String(Math.min(place, +slider.high)) }).catch(() => null);
+    if (round !== curve.at) return;
+    if (reply && reply.ok) curve.points.push([place, (await reply.json()).waves.primary.amplitude_ratio]);
+    drawCurve();
+  }
+}
+
+function drawCurve() {
+  const { slider, points } = curve, known = points.filter(([, ratio]) => ratio !== undefined);
+  if (!slider || !points.length) return;
+  byId("curve").classList.remove("empty");
+  const most = 1.1 * Math.max(0.1, ...known.map(([, ratio]) => ratio));
+  const across = slider.label + (slider.unit ? ", " + slider.unit : "");
+  const at = axes(byId("curve"), +slider.low, +slider.high, 0, most, across, "AR of the primary wave");
+  if (!at) return;
+  at.part("polyline", { class: "curve", points: known.map(([x, y]) => at.x(x) + "," + at.y(y)).join(" ") });
+  for (const [x, y] of known) at.part("circle", { class: "peak", cx: at.x(x), cy: at.y(y), r: 3 });
+  at.finish();
+}
+
+async function save() {
+  const reply = await asked("/case").catch(() => null), answer = reply ? await reply.json() : { error: "hertzlink does not answer" };
+  if (!reply || !reply.ok) return fail(answer.error);
+  const file = URL.createObjectURL(new Blob([answer.case], { type: "application/toml" }));
+  made("a", { href: file, download: "case.toml" }).click();
+  setTimeout(() => URL.revokeObjectURL(file), 1e3);
 }
 
 byId("keep").onclick = () => {
@@ -151,5 +205,9 @@ byId("keep").onclick = () => {
 byId("reset").onclick = () => { sliders.forEach((one) => one.set(one.start)); ask(); };
 byId("sliders").onsubmit = (event) => event.preventDefault();
 byId("sliders").append(...sliders.map(control));
+byId("export").onclick = save;
+byId("over").onclick = over;
+byId("along").append(...sliders.flatMap((one, i) => one.choices.length ? [] : [made("option", { value: i }, one.label)]));
 new ResizeObserver(draw).observe(byId("trace"));
+new ResizeObserver(drawCurve).observe(byId("curve"));
 ask();

@@ -4,6 +4,7 @@ import json
 import os
 import socketserver
 import sys
+from collections.abc import Callable
 from functools import cached_property
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
@@ -106,13 +107,14 @@ class Handler(BaseHTTPRequestHandler):
         if place == "/":
             nonce = token_urlsafe(16)
             return self._send(200, "text/html", self.server.page(nonce), nonce)
-        if place == "/answer":
-            return self._run(given)
+        explorer = self.server.explorer
+        if place in (answers := {"/answer": explorer.answer, "/sketch": explorer.sketch, "/case": explorer.text}):
+            return self._run(answers[place], given)
         return self._send(404, "text/plain", "There is no such page.\n")
 
-    def _run(self, given: dict[str, str]) -> None:
+    def _run(self, answer: Callable[[dict[str, str]], dict[str, Any]], given: dict[str, str]) -> None:
         try:
-            self._answer(200, self.server.explorer.answer(given))
+            self._answer(200, answer(given))
         except ValueError as error:
             self._answer(400, {"error": " ".join(str(error).split())})
         except FAILURES as error:

@@ -4,7 +4,7 @@ import numpy as np
 import xarray as xr
 
 from coupling.results.ar_and_tof import reflections
-from coupling.results.waves import ReflectedWave
+from coupling.results.waves import NoWave, ReflectedWave
 from coupling.views.canvas import handy
 from coupling.views.swept import varied, words_of
 
@@ -23,7 +23,7 @@ def of_run(data: xr.Dataset, sensor: int, who: str = "") -> str:
     except ValueError as error:
         return f"{where} no AR and TOF can be read: {error}."
     found = {name: wave for name, wave in waves._asdict().items() if isinstance(wave, ReflectedWave)}
-    if not found:
+    if isinstance(waves.primary, NoWave):
         return f"{where} no reflected wave is found: {waves.primary.reason}."
     texts = [
         f"the {name} wave has AR {wave.amplitude_ratio:.3f} and TOF {1e6 * wave.time_of_flight:.1f} µs"

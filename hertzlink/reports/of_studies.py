@@ -20,12 +20,14 @@ if TYPE_CHECKING:
 
 def study_report(
     name: str, data: xr.Dataset, rows: Sequence[Row], figures: Mapping[str, "Figure"], remark: str = "",
-    thesis: bool = True,
+    own: str = "",
 ) -> str:  # fmt: skip
-    """The report of a study as HTML. remark: what stands in a box at the top; thesis: whether the table has its column.
+    """The report of a study as HTML. remark: what stands in a box at the top; own: the user's parameters in words, with
+    which the table has no column of the thesis.
 
     The time that it took, s, is the attribute `time_taken` of the data.
     """
+    thesis = not own
     head, cells = head_and_cells(rows, thesis)
     lines = [Line(tuple(line), row.reason) for line, row in zip(cells, rows, strict=True)]
     comparison = Table(f"Numbers of {'the thesis, of ' if thesis else ''}theory and of hertzlink", tuple(head), lines)
@@ -37,7 +39,8 @@ def study_report(
     ]
     sections = with_setup(results, data, None, one_of_each(findings_of(data)), first=False)
     facts = usual_facts(None if took is None else float(took), known or None)
-    return html(Page(f"Study {name}", [ABOUT[name]], sections, facts, remark))
+    summary = [ABOUT[name], *([f"{own[0].upper()}{own[1:]}."] if own else [])]
+    return html(Page(f"Study {name}", summary, sections, facts, remark))
 
 
 def caption(study: str, figure: str) -> str:

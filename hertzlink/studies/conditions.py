@@ -206,11 +206,12 @@ class Conditions:
     def remark(self) -> str:
         """What differs from the thesis, in words; empty if nothing does."""
         options = self.options()
+        shown = {name: options[name].shown for name in self.differing()}
         parts = [
-            f"{_words(name)} {options[name].shown(getattr(self, name))} (not {options[name].shown(self.thesis(name))})"
-            for name in self.differing()
+            f"{_words(name)} {show(getattr(self, name))} (thesis: {show(self.thesis(name))})"
+            for name, show in shown.items()
         ]
-        return f"differs from the thesis: {'; '.join(parts)}" if parts else ""
+        return f"own parameters: {'; '.join(parts)}" if parts else ""
 
     def marked(self, data: xr.Dataset) -> xr.Dataset:
         """The results with the parameters that differ in their attributes."""

@@ -1,6 +1,7 @@
 """Beyond section 6.2.2: other kinds of edges, and Mindlin's theory, compared with the clamped thin plates."""
 
 from functools import lru_cache
+from math import isnan
 from typing import TYPE_CHECKING
 
 import xarray as xr
@@ -92,9 +93,10 @@ def table(data: xr.Dataset) -> list[Row]:
     rows = []
     nearest = float(data.edge_distance[0])
     for edge in data.edge.values:
-        of = data.edge_amplitude_ratio.sel(edge=edge, edge_bead=DIAMETERS[1]).fillna(0.0)
-        reason = f"Kirchhoff; at {float(data.edge_distance[-1]) * 1e3:.0f} mm {float(of[-1]):.3f}"
-        rows.append(Row(f"AR, {edge}, {nearest * 1e3:.0f} mm, D 9.53, t 2.29", "", float(of[0]), "", reason))
+        near, far = data.edge_amplitude_ratio.sel(edge=edge, edge_bead=DIAMETERS[1]).values[[0, -1]].tolist()
+        reason = f"Kirchhoff; at {float(data.edge_distance[-1]) * 1e3:.0f} mm {_shown(far)}"
+        row = Row(f"AR, {edge}, {nearest * 1e3:.0f} mm, D 9.53, t 2.29", "", _shown(near), "", reason)
+        rows.append(row if isnan(near) else row._replace(computed=near))
     for thickness in data.wall.values:
         for bead in data.small_bead.values:
             of = data.theory_amplitude_ratio.sel(wall=thickness, small_bead=bead, near=float(data.near[-1]))
@@ -105,6 +107,11 @@ def table(data: xr.Dataset) -> list[Row]:
     return rows
 
 
+def _shown(ratio: float) -> str:
+    """AR, or that there is no wave."""
+    return "no wave" if isnan(ratio) else f"{ratio:.3f}"
+
+
 def figure(data: xr.Dataset) -> "Figure":
     """AR against the distance for each kind of edge, one panel for each bead."""
     from coupling.views import plots
@@ -112,13 +119,14 @@ def figure(data: xr.Dataset) -> "Figure":
     drawn, axes = plots.panels(data.sizes["edge_bead"], width=3.6)
     for axis, bead in zip(axes, data.edge_bead.values, strict=True):
         for i, edge in enumerate(data.edge.values):
-            curve = data.edge_amplitude_ratio.sel(edge=edge, edge_bead=bead).fillna(0.0)
+            curve = data.edge_amplitude_ratio.sel(edge=edge, edge_bead=bead)
+            plots.mark_missing(axis, data.edge_distance.values[curve.isnull().values] * 1e3, i)
             axis.plot(
                 data.edge_distance * 1e3, curve, plots.MARKERS[i], color=plots.COLOURS[i], linestyle="-",
                 markersize=4.0, linewidth=1.0, label=str(edge),
             )  # fmt: skip
         axis.set(title=f"D = {bead * 1e3:.2f} mm, t = {THICKNESS * 1e3:.2f} mm", ylim=(0.0, 1.0))
-        axis.set_xlabel("distance from the edge (mm)")
+        axis.set_xlabel("distance from the edge (mm); ×: no wave")
     axes[0].set_ylabel("amplitude ratio AR")
     axes[-1].legend(frameon=False, fontsize="small")
     return drawn

@@ -36,10 +36,11 @@ class Written:
 
     def __init__(self, name: str, study: Study, data: xr.Dataset, form: str = "png") -> None:
         self.name, self.data, self.form = name, data, form
-        self.remark = str(data.attrs.get("comment", ""))
-        self._thesis = not data.attrs.get(DIFFERS)
+        self._comment, self._own = (str(data.attrs.get(name, "")) for name in ("comment", DIFFERS))
+        # What marks figures as preliminary. Parameters of the user's are no fault: table and report name them once.
+        self._remark = "\n".join(line for line in self._comment.splitlines() if line != self._own)
         self._rows, self._figures = study.table(data), study.figures(data)
-        self.table = (f"{fill(self.remark)}\n\n" if self.remark else "") + text(self._rows, self._thesis)
+        self.table = (f"{fill(self._comment)}\n\n" if self._comment else "") + text(self._rows, not self._own)
         self.shown = study.summary(data) if isinstance(study, LongStudy) else self.table
         """What a terminal shows."""
 
@@ -55,14 +56,14 @@ class Written:
     def _write_drawn(self, into: Path, data: xr.Dataset) -> None:
         (into / TABLE).write_text(self.table + "\n", encoding="utf-8")
         for title, figure in self._figures.items():
-            if self.remark:
-                stamp(figure, self.remark)
-            noted = {FORMATS[self.form]: self.remark} if self.remark else None
+            if self._remark:
+                stamp(figure, self._remark)
+            noted = {FORMATS[self.form]: self._comment} if self._comment else None
             figure.savefig(into / f"{title}.{self.form}", metadata=noted)
         # Here: other commands need no report.
         from hertzlink.reports.of_studies import study_report
 
-        page = study_report(self.name, data, self._rows, self._figures, self.remark, self._thesis)
+        page = study_report(self.name, data, self._rows, self._figures, self._remark, self._own)
         (into / REPORT).write_text(page, encoding="utf-8")
 
 
