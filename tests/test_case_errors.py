@@ -179,7 +179,7 @@ WRONG_RODS = [
     ('kind = "rod"', 'kind = "rod"\ncracks = [{ after = 0, opening = "-1 um" }]', 9, 'structure.cracks[0].opening: "-1 um" must lie between 0 and 0.01 m'),
     ('kind = "rod"', 'kind = "rod"\ncracks = [{ after = 0, opening = "1 um", preload = "3 N" }]', 9, 'structure.cracks[0].preload: "3 N" must be 0 where the gap is open'),
     ('kind = "rod"', 'kind = "rod"\ncracks = [{ after = 0 }]\nstepper = "newmark"', 10, "structure.stepper: "),
-    ('until = "0.1 ms"', 'until = "-1 ms"', 15, 'run.until: "-1 ms" must be a positive number of s'),
+    ('until = "0.1 ms"', 'until = "-1 ms"', 15, 'run.until: "-1 ms" must be positive'),
     ('until = "0.1 ms"', 'until = "0.1 ms"\nsave_every = "1 s"', 16, 'run.save_every: "1 s" must not be longer than the run'),
     ('until = "0.1 ms"', 'until = "0.1 ms"\nwindow = "1 s"', 16, 'run.window: "1 s" must not be longer than the run'),
     ('until = "0.1 ms"', 'until = "0.1 ms"\nsubsteps = 4', 16, "run.substeps: 4: divide a window; give window"),

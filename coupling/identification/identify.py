@@ -177,14 +177,23 @@ def nuisances_of(given: Iterable[str], ranges: Mapping[str, Any]) -> list[str]:
 
 def _warn_of_time(prediction: Prediction, runs: int) -> None:
     """Warn of builders so slow that the user would wonder."""
-    begin = perf_counter()
-    prediction.traces([np.full(len(prediction.ranges), 0.5)])
-    spent = perf_counter() - begin
+    if _seconds(prediction, [0.5]) * runs < LONG_TIME:
+        return
+    # The first run loads code and fills caches; those after it say what a fit takes.
+    spent = _seconds(prediction, [0.3, 0.4, 0.6])
     if spent * runs > LONG_TIME:
         caution(
             f"identify: building and running take {spent:.2g} s; about {runs} runs will take {spent * runs / 60.0:.0f} "
-            "minutes. A builder with half_plane, ReducedPlate or scaled is faster; guess= needs few runs"
+            "minutes. A builder with half_plane, ReducedPlate or scaled is faster; guess= needs few runs; for a "
+            "rectangular plate a case file with [identify] does all this by itself (hertzlink new identify)"
         )
+
+
+def _seconds(prediction: Prediction, places: Sequence[float]) -> float:
+    """What a run at these places of all ranges takes, s."""
+    begin = perf_counter()
+    prediction.traces([np.full(len(prediction.ranges), place) for place in places])
+    return (perf_counter() - begin) / len(places)
 
 
 def _guess(guess: Any, ranges: Sequence[Range]) -> Vector | None:

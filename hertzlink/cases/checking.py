@@ -73,6 +73,7 @@ def _wrong_type(kind: str, context: Mapping[str, Any], message: str) -> str:
         "int_type": "must be a whole number",
         "bool_type": "must be true or false",
         "list_type": "must be a list",
+        "greater_than": "must be positive" if context.get("gt") == 0 else f"must be more than {context.get('gt')}",
         "greater_than_equal": f"must be at least {context.get('ge')}",
         "less_than_equal": f"must be at most {context.get('le')}",
     }

@@ -111,7 +111,7 @@ class AdaptivePart(Part):
 class RunPart(Part):
     """The record, and how finely it is computed."""
 
-    until: Duration
+    until: Annotated[Duration, Field(gt=0.0)]
     save_every: Duration | None = None
     accuracy: Literal["default", "screening", "reference"] = "default"
     reduce: Reduce = True
