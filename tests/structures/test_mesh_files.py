@@ -517,11 +517,28 @@ def test_cells_that_are_listed_twice() -> None:
     assert volume(found) == pytest.approx(VOLUME)
 
 
-def test_cells_that_overlap() -> None:
-    """A brick that fills two others; and one that lies on the same side of a face as another."""
-    lower = [NUMBER[tuple(np.add((0, 0, 0), (2 * x, y, z)))] for x, y, z in BRICK]
-    with pytest.raises(ValueError, match=r"3 cells share a side near|both cells of a side lie on the same side"):
-        BodyMesh(meshio.Mesh(POINTS, [("hexahedron", np.concatenate([BRICKS, [lower]]))]))
+APEXES = 0.01 * np.array([[0.2, 0.2, 1.0], [0.3, 0.3, 0.8], [0.2, 0.2, -1.0]])
+
+
+@pytest.mark.parametrize(
+    ("apexes", "message"),
+    [([0, 1, 2], "3 cells share a side near"), ([0, 1], "both cells of a side lie on the same side of it near")],
+)
+def test_cells_that_overlap(apexes: list[int], message: str) -> None:
+    """Tetrahedra over one triangle."""
+    points = np.concatenate([0.01 * np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]), APEXES[apexes]])
+    cells = [[0, 1, 2, 3 + i] if APEXES[apex, 2] > 0.0 else [0, 2, 1, 3 + i] for i, apex in enumerate(apexes)]
+    with pytest.raises(ValueError, match=message):
+        BodyMesh(meshio.Mesh(points, [("tetra", cells)]))
+
+
+def test_groups_of_gmsh_that_meshio_read() -> None:
+    """A face that is turned over has a negative number; cells of no group have 0."""
+    mesh = cube()
+    mesh.cell_data = {"gmsh:physical": [np.zeros(len(BRICKS), dtype=int), np.repeat([-7, 7], [4, 5])]}
+    found = BodyMesh(mesh)
+    assert measures(found, 7) == ORDINARY
+    assert found.cells.groups == {}
 
 
 def test_a_set_that_is_partly_inside(tmp_path: Path) -> None:
