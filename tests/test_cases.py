@@ -646,6 +646,9 @@ def test_identify_finds_a_rods_modulus(tmp_path: Path, command: Callable[..., st
             assert set(one.row()) <= set(shown)
             assert all(cell in said for cell in one.row()[1:])
     assert any("youngs_modulus, GPa" in one for one in shown)
+    # And where the signal comes from: its file, columns, units, rate and conditioning.
+    assert {"file", "tap.csv", "7: 1, 13: 2", "7: 25.0, 13: 25.0"} <= set(shown)
+    assert any(one.endswith("2 MHz, 1 ms") for one in shown)
     notes = [" ".join(one.split()) for one in page.text["li"]]
     for words in ("at which it yields", "gain 13 is negative: this sensor's sign is reversed"):
         assert any(words in one for one in notes)

@@ -1,5 +1,6 @@
 """Unknowns of a structure from measured signals: a global search, least squares, intervals and verdicts."""
 
+import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from time import perf_counter
 from typing import Any
@@ -157,6 +158,10 @@ def identify(
     if start is None:
         _warn_of_time(prediction, count + 2 * ON_LINE * len(lines) + starts * RUNS_OF_START * len(wanted))
     given = {"unknowns": dict(ranges), "nuisances": names, "until": prediction.until, "seed": seed, "compare": compare}
+    if "sensor_force" in signal:
+        given["signal"] = json.loads(str(signal.attrs.get("input", "{}"))) | {
+            "conditioning": str(signal.attrs.get("conditioning", "")).splitlines()
+        }
     with one_thread:
         return judgement.result(given)
 

@@ -37,6 +37,7 @@ def by_one_edge(question: Question, signal: xr.Dataset, common: dict[str, Any]) 
 def _searched(question: Question, signal: xr.Dataset, common: dict[str, Any]) -> tuple[Identification, list[str]]:
     first = identified(question, signal, Builder(question, one_edge), common)
     remarks = [f"found in {first.runs} runs on a plate with its nearest edge alone, then on the whole plate"]
+    runs = [first.runs]
     warn_of_blind(question, first)
     shared = scales(question.case.model, question.of_structure)
     frequency = frequency_of(question.case)
@@ -56,12 +57,14 @@ def _searched(question: Question, signal: xr.Dataset, common: dict[str, Any]) ->
         else:
             build = Builder(question)
             fit = Fit(question, identified(question, signal, build, common, guess), build, frequency)
+        runs.append(fit.found.runs)
         if best is None or fit.found.misfit < best.found.misfit:
             best = fit
     assert best is not None
     if not best.found.explained and shared:
         remarks.append(f"no fit nearby explained the signal; all within {100.0 * WIDER:.0f} % of the best was searched")
         fit = _nearby(question, signal, common, best.values, frequency)
+        runs.append(fit.found.runs)
         best = fit if fit.found.misfit < best.found.misfit else best
     for _ in range(DOUBLINGS):
         if not shared or not best.finer():
@@ -72,12 +75,13 @@ def _searched(question: Question, signal: xr.Dataset, common: dict[str, Any]) ->
         }
         around = AroundGuess(near, errors, question.of_structure, frequency, tolerance=TOLERANCE)
         best = _on_basis(question, signal, common, around, best.values)
+        runs.append(best.found.runs)
     if len(first.modes) > 1:
         remarks.append(f"that plate has {len(first.modes)} different fits; the best of {FOLLOWED} was taken")
     remarks += best.remarks()
     if not best.found.explained:
         remarks.append('search = "full" in [identify] searches the whole plate, in some minutes')
-    return best.found, remarks
+    return replace(best.found, runs=sum(runs)), remarks
 
 
 def warn_of_blind(question: Question, first: Identification) -> None:

@@ -1,5 +1,6 @@
 """What a report shows of an identification."""
 
+import json
 from collections.abc import Callable
 from typing import Any
 
@@ -10,6 +11,21 @@ from coupling.identification.found import Unknown, unknowns_of
 from coupling.views import identified
 from hertzlink.reports.page import Section, Table, table
 from hertzlink.reports.svg import WIDTH, drawn
+
+OF_FILE = {
+    "signal": "file",
+    "sensors": "columns of the sensors",
+    "time_column": "column of the time",
+    "time_unit": "unit of the time",
+    "unit": "unit of the columns",
+    "units_of_columns": "units in the file",
+    "calibration": "calibration, N/V",
+    "baseline": "zero of the force",
+    "interval": "interval, s",
+    "start": "start, s",
+    "segment": "segment",
+}
+"""What the input of a signal says of its file, and the words of the report."""
 
 
 def of_identification(data: xr.Dataset) -> tuple[list[str], list[Section]]:
@@ -40,7 +56,25 @@ def of_identification(data: xr.Dataset) -> tuple[list[str], list[Section]]:
         ):
             pictures.append(drawn(f"{name}-{number}", words, _of_sensor(draw, data, number)))
     values = Section("Values", tables=tables, pictures=[known, together])
-    return summary, [values, Section("Fit", pictures=pictures)]
+    return summary, [values, Section("Fit", pictures=pictures), _measurement(data)]
+
+
+def _measurement(data: xr.Dataset) -> Section:
+    """From which file the signal comes, how it was read, and what was done to it; empty where that is not known."""
+    read = json.loads(str(data.attrs.get("input", "{}"))).get("identify", {}).get("signal") or {}
+    rows = [
+        (words, _in_words(read[name])) for name, words in OF_FILE.items() if read.get(name) not in (None, "", {}, [])
+    ]
+    if rows and "time" in data.dims:
+        step = float(data.time[-1] - data.time[0]) / (data.time.size - 1)
+        rows.append(("samples", f"{data.time.size}, {1e-6 / step:.6g} MHz, {1e3 * step * (data.time.size - 1):.6g} ms"))
+    tables = [table("The signal, and how it was read", ("", ""), rows)] if rows else []
+    return Section("Measurement", tables=tables, sentences=read.get("conditioning", []))
+
+
+def _in_words(value: Any) -> str:
+    """A value of the input; of a mapping from sensor to value all of them."""
+    return ", ".join(f"{key}: {one}" for key, one in value.items()) if isinstance(value, dict) else str(value)
 
 
 def _other_fits(data: xr.Dataset, unknowns: list[Unknown]) -> list[Table]:
