@@ -30,6 +30,12 @@ LONGEST_LINE = 80
 CHUNK = 100_000
 """Lines that are split at a time."""
 
+PIECE = 1000
+"""Cells that are read at once, unless one of them is no plain number."""
+
+BARE = '" \t'
+"""What may stand around a number."""
+
 TRIED = 400
 """Lines that the delimiter is found from."""
 
@@ -193,26 +199,27 @@ class ScopeFile:
 
     def _numbers(self, cells: list[str], is_time: bool = False) -> Vector:
         """Numbers, NaN for what is none and for marks of a sample beyond the range."""
-        try:
-            values = np.array([*map(float, cells)])
-        except ValueError:
-            values = np.array([_number(cell) for cell in self.plain(cells)])
-            if is_time and np.isnan(values).sum() > 0.5 * values.size:
-                values = np.array([_clock(cell) for cell in cells])
+        values, groups = np.empty(len(cells)), None
+        for place in range(0, len(cells), PIECE):
+            piece = cells[place : place + PIECE]
+            try:
+                values[place : place + PIECE] = [*map(float, piece)]
+            except ValueError:  # a header, a word, or commas
+                groups = self._commas_group(cells) if groups is None else groups
+                values[place : place + PIECE] = [_number(cell) for cell in _plain(piece, groups)]
+        if is_time and np.isnan(values).sum() > 0.5 * values.size:
+            values = np.array([_clock(cell) for cell in cells])
         values[~(np.abs(values) < HUGE)] = np.nan
         return values
 
     def plain(self, cells: list[str]) -> list[str]:
         """Cells with decimal points, and without commas, points, blanks and apostrophes between thousands."""
-        bare = [cell.strip().strip('"').strip() for cell in cells]
-        if any("," in cell for cell in bare):
-            groups = self._commas_group(bare)
-            bare = [cell.replace(",", "") if groups else _with_point(cell) for cell in bare]
-        return [BLANK_GROUPS.sub("", cell) for cell in bare]
+        return _plain(cells, self._commas_group(cells))
 
     def _commas_group(self, cells: list[str]) -> bool:
         """Whether commas separate thousands: "1,048" among "54". A ValueError where nothing shows what they do."""
-        with_commas = [cell for cell in cells if "," in cell and re.fullmatch(r"[-+\d.,eE]+", cell)]
+        bare = [cell.strip(BARE) for cell in cells if "," in cell]
+        with_commas = [cell for cell in bare if re.fullmatch(r"[-+\d.,eE]+", cell)]
         if not with_commas or not all(COMMA_GROUPS.fullmatch(cell) for cell in with_commas):
             return False
         if any("." in cell or cell.count(",") > 1 for cell in with_commas):
@@ -289,9 +296,16 @@ def _quoted(lines: Sequence[str], delimiter: str | None) -> list[list[str]]:
     return rows if len(rows) == len(lines) else [line.replace('"', "").split(delimiter) for line in lines]
 
 
+def _plain(cells: list[str], groups: bool) -> list[str]:
+    """groups: whether commas separate thousands."""
+    bare = [cell.strip(BARE) for cell in cells]
+    pointed = [cell.replace(",", "") if groups else _with_point(cell) for cell in bare]
+    return [BLANK_GROUPS.sub("", cell) for cell in pointed]
+
+
 def _with_point(cell: str) -> str:
     """A number with a decimal point for its comma, without points between thousands."""
-    return cell.replace(".", "").replace(",", ".") if DECIMAL_COMMA.fullmatch(cell) else cell
+    return cell.replace(".", "").replace(",", ".") if "," in cell and DECIMAL_COMMA.fullmatch(cell) else cell
 
 
 def _joined(cells: list[str]) -> list[str]:

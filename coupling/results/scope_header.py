@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from functools import cache
+from math import isfinite
 from typing import NamedTuple
 
 from structures.units import factor, is_unit
@@ -173,11 +174,11 @@ def _key(cell: str) -> str:
 
 
 def _is_number(cell: str) -> bool:
+    """Whether a cell is a finite number."""
     try:
-        float(cell)
+        return isfinite(float(cell))
     except ValueError:
         return False
-    return True
 
 
 def _hertz(text: str) -> float:

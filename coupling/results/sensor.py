@@ -27,6 +27,9 @@ LARGE = 0.2
 """A large pulse rises by at least this part of the range of a trace: ten standard deviations of the rough noise, where
 the greatest of 10 000 noises rises by 7.8 from valley to peak."""
 
+WIDE = 64.0
+"""Standard deviation of a Gaussian, in samples, beyond which Fourier transforms are faster than sums."""
+
 REVERSED = 2.0
 """Pulses are negative if the deepest valley is this many times the highest peak."""
 
@@ -188,7 +191,12 @@ def _sigma(noise: float, target: float, samples: int) -> float:
 def _blurred(values: Vector, sigma: float) -> Vector:
     from scipy.ndimage import gaussian_filter1d
 
-    return np.asarray(gaussian_filter1d(values, sigma)) if sigma > 0.25 else values
+    if sigma <= WIDE:
+        return np.asarray(gaussian_filter1d(values, sigma)) if sigma > 0.25 else values
+    reach = min(int(4.0 * sigma + 0.5), values.size)
+    weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) / sigma) ** 2)
+    padded = np.pad(values, reach, mode="symmetric")
+    return np.asarray(scipy.signal.fftconvolve(padded, weights / weights.sum(), mode="valid"))
 
 
 def _vertex(time: Vector, values: Vector) -> float:
