@@ -98,12 +98,30 @@ def test_the_gallery_knows_its_examples(monkeypatch: pytest.MonkeyPatch, tmp_pat
     import gallery_pages
 
     scripts = {path.stem for path in (ROOT / "examples").glob("*.py")}
-    assert set(gallery_pages.RUN) <= scripts
+    assert not set(gallery_pages.RUN) & set(gallery_pages.SLOW)
+    assert set(gallery_pages.RUN) | set(gallery_pages.SLOW) == scripts
     gallery_pages.write(ROOT / "examples", tmp_path)
     for name in scripts:
         page = (tmp_path / f"{name}.py").read_text(encoding="utf-8")
         compile(page, name, "exec")
-        assert ("shown without its output" in page) == (name not in gallery_pages.RUN)
+        stored = gallery_pages.STORED / f"{name}.png"
+        assert (f"/site/stored/{name}.png" in page) == stored.is_file() == (name in gallery_pages.SLOW)
+
+
+def test_stored_output_of_the_gallery_is_that_of_the_examples(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same numbers as those that the tests of the examples expect; each example has a picture of its own."""
+    from test_examples import NUMBERS
+
+    monkeypatch.syspath_prepend(str(DOCS / "site"))
+    import gallery_pages
+
+    for name in gallery_pages.SLOW:
+        text = (gallery_pages.STORED / f"{name}.txt").read_text(encoding="utf-8")
+        expected, tolerance = NUMBERS[f"{name}.py"]
+        found = [float(number) for number in re.findall(r"(?<![\w.])\d+\.\d+", text)]
+        assert found[: len(expected)] == pytest.approx(expected, rel=tolerance), name
+    pictures = {path.read_bytes() for path in gallery_pages.STORED.glob("*.png")}
+    assert len(pictures) == len(gallery_pages.SLOW)
 
 
 def test_every_public_name_has_a_page(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -1,13 +1,25 @@
-"""The gallery of the site: copies of examples/*.py with a title, a remark where they are not run, and some pictures."""
+"""The gallery of the site: copies of examples/*.py with a title, what they print, and a picture.
+
+Examples that take long are not run when the site is built. What they print and draw is stored below `stored`;
+`python docs/site/gallery_pages.py NAME ...` runs them and stores it anew.
+"""
 
 import ast
+import contextlib
+import io
+import os
 import re
 import shutil
+import sys
+import tempfile
 from pathlib import Path
 from typing import Any
 
+HERE = Path(__file__).resolve().parent
+STORED = HERE / "stored"
+
 RUN = {
-    "body_from_mesh": "",
+    "body_from_mesh": "hl.plots.traces(run, sensors=10)",
     "closing_crack": """import matplotlib.pyplot as plt
 
 figure, axes = plt.subplots(figsize=(5.0, 3.2), layout="constrained")
@@ -56,10 +68,38 @@ axes.legend(frameon=False)""",
 
 PATTERN = rf"/({'|'.join(RUN)})\.py$"
 
-NOT_RUN = """
-.. note::
-   This example takes longer than the building of these pages may. It is shown without its output.
-   A test runs it and checks its numbers.
+SHOW_FILE = """import matplotlib.pyplot as plt
+
+figure, axes = plt.subplots(figsize=(7.0, 5.0), layout="constrained")
+axes.imshow(plt.imread("{}"))
+axes.axis("off")"""
+
+SLOW = {
+    "bead_stress": SHOW_FILE.format("peak.png"),
+    "chain_between_plates": (
+        "hl.plots.setup(hl.CoSimulation([striking, between], [front, second], behind=[None, back]))"
+    ),
+    "deformable_beads": "hl.plots.traces(run, sensors=7)",
+    "plate_edge": "hl.plots.swept(runs, sensor=7)",
+    "prestress": "",
+    "resumed_sweep": "hl.plots.swept(runs, sensor=7, over='length')",
+    "rod_materials": "hl.plots.swept(runs, sensor=7)",
+    "solid_view": SHOW_FILE.format("von_mises.png"),
+}
+"""The examples whose output is stored, and lines that draw a picture."""
+
+STORED_OUTPUT = """
+# sphinx_gallery_thumbnail_path = "site/stored/{name}.png"
+
+# %%
+# It prints:
+#
+# .. code-block:: text
+#
+{lines}
+#
+# .. image:: /site/stored/{name}.png
+#    :alt: What the example shows.
 """
 
 HEADER = """Gallery
@@ -67,7 +107,7 @@ HEADER = """Gallery
 
 Each example is a script that runs as it stands: ``examples/`` in the sources holds them all.
 Tests check the numbers that they print.
-Here the quick ones were run when the page was built. The others are shown without their output, and say so.
+The quick ones were run when the page was built. Of the others the output is stored.
 
 Most of them also warn of `yield`: a steel bead at these speeds presses steel slightly beyond first yield.
 The contact laws are elastic, unless the chain has a law of yielding.
@@ -100,8 +140,31 @@ def page(path: Path) -> str:
     picture = RUN.get(path.stem, "")
     if picture:
         code += f"\n# %%\n# And a picture:\n\n{picture}\n"
-    remark = "" if path.stem in RUN else NOT_RUN
-    return f'"""\n{title}\n{"=" * len(title)}\n\n{said}\n{remark}"""\n\n{code}'
+    if path.stem in SLOW:
+        lines = (STORED / f"{path.stem}.txt").read_text(encoding="utf-8").splitlines()
+        code += STORED_OUTPUT.format(name=path.stem, lines="\n".join(f"#    {line}" for line in lines))
+    return f'"""\n{title}\n{"=" * len(title)}\n\n{said}\n"""\n\n{code}'
+
+
+def store(example: Path) -> None:
+    """Run an example in a folder of its own; store what it prints, and its last figure."""
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    from matplotlib import pyplot
+
+    code = example.read_text(encoding="utf-8") + "\n" + SLOW[example.stem]
+    printed, before = io.StringIO(), Path.cwd()
+    with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(printed):
+        os.chdir(folder)
+        try:
+            exec(compile(code, str(example), "exec"), {"__name__": "__main__", "__file__": str(Path(folder) / "x.py")})
+        finally:
+            os.chdir(before)
+    STORED.mkdir(exist_ok=True)
+    (STORED / f"{example.stem}.txt").write_text(printed.getvalue(), encoding="utf-8")
+    pyplot.gcf().savefig(STORED / f"{example.stem}.png", dpi=100)
+    pyplot.close("all")
 
 
 def link(app: Any, name: str, source: list[str]) -> None:
@@ -118,3 +181,8 @@ def link(app: Any, name: str, source: list[str]) -> None:
         more = sorted(path.stem for path in Path(app.srcdir).glob("*.md") if path.stem not in {*listed, name})
         if more:
             source[0] += "\n".join(["\n```{toctree}", ":caption: More", ":maxdepth: 1", "", *more, "```\n"])
+
+
+if __name__ == "__main__":
+    for name in sys.argv[1:] or SLOW:
+        store(HERE.parent.parent / "examples" / f"{name}.py")
