@@ -108,7 +108,7 @@ class ScopeFile:
                 self._numbers([row[column] if len(row) > column else "" for row in rows], True) for rows in windows
             ]
             rises = [rise for one in numbers if (rise := _rise(one[np.isfinite(one)])) > 0.0]
-            if len(rises) >= WINDOWS - 1 and max(rises) < 1.5 * min(rises):
+            if sum(rise < 1.5 * min(rises) for rise in rises) >= WINDOWS - 1:  # lost lines may lie in a window
                 found.append(column)
         return found
 

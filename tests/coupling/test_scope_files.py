@@ -318,3 +318,11 @@ def test_binary_files_are_named(tmp_path: Path, content: bytes, message: str) ->
     path.write_bytes(content)
     with pytest.raises(ValueError, match=f"trace: is {message}"):
         hl.read_signal(path, {7: 1}, calibration=1.0)
+
+
+def test_lost_lines_of_a_counter_are_seen(tmp_path: Path) -> None:
+    lines = FORMS["rigol"][0]
+    path = tmp_path / "rigol.csv"
+    path.write_text("\n".join([*lines[:500], *lines[557:], ""]))
+    with pytest.raises(ValueError, match=r"line 501: time 555 s after 497 s: a gap"):
+        hl.read_signal(path, {7: 1}, calibration=10.0)
