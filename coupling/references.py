@@ -165,7 +165,7 @@ def _input(old: xr.Dataset, run: xr.Dataset) -> str:
 def _json(text: object) -> Any:
     try:
         return json.loads(str(text)) if text else None
-    except ValueError:
+    except (ValueError, RecursionError):
         return str(text)
 
 

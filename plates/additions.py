@@ -7,7 +7,7 @@ from math import hypot
 import numpy as np
 
 from plates.prestress import Prestress
-from structures.checks import finite, listed, not_negative, positive, short, whole
+from structures.checks import finite, listed, not_negative, positive, several, short, whole
 from structures.plausible import likely
 from structures.structure import Vector
 
@@ -343,10 +343,7 @@ def extent(one: Addition) -> tuple[tuple[float, ...], tuple[float, ...]]:
 
 def _numbers(name: str, values: object, names: Sequence[str]) -> tuple[float, ...]:
     """The values as a tuple of floats in m, as many as the names, or a ValueError."""
-    columns = (
-        isinstance(values, Sequence | np.ndarray) and not isinstance(values, str) and getattr(values, "ndim", 1) != 0
-    )
-    items = list(values) if columns else []  # type: ignore[call-overload]
+    items = list(values) if several(values) else []
     if len(items) != len(names):
         raise ValueError(f"{name} = {short(values)}: must be ({', '.join(names)}), in m")
     return tuple(finite(f"{name}[{i}]", value, "m") for i, value in enumerate(items))

@@ -4,8 +4,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
-import numpy as np
-
 from plates.additions import Addition
 from plates.elements.hermite import Hermite
 from plates.elements.mindlin import Mindlin
@@ -17,7 +15,7 @@ from plates.shapes.mesh_from_file import FlatMesh
 from plates.shapes.outline import Outline
 from plates.shapes.rectangle import Rectangle
 from plates.support import Support, Supports
-from structures.checks import instance, positive, short, whole
+from structures.checks import instance, positive, several, short, whole
 from structures.elasticity import HIGHEST_FREQUENCY
 from structures.material import Material
 from structures.mesh_reading import Tag
@@ -329,7 +327,7 @@ def _check_sides(builder: str, length: float, width: float, highest_frequency: f
 def _cells(given: tuple[int, int] | None) -> tuple[int, int] | None:
     if given is None:
         return None
-    if not isinstance(given, Sequence | np.ndarray) or isinstance(given, str) or len(given) != 2:
+    if not several(given) or len(given) != 2:
         raise ValueError(f"cells = {short(given)}: must be two whole numbers, along x and along y")
     along, across = whole("cells[0]", given[0]), whole("cells[1]", given[1])
     if along * across > MOST_CELLS:

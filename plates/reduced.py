@@ -16,7 +16,7 @@ from plates.elements.theory import Touch
 from plates.plate import Plate
 from plates.scaling import scaled
 from structures.caution import caution
-from structures.checks import finite, instance, positive, short, whole, within
+from structures.checks import finite, instance, positive, several, short, whole, within
 from structures.material import Material
 from structures.plausible import likely
 from structures.reduction import DEFAULT_PULSE, PULSE_HALVINGS, PULSE_RANGE
@@ -246,7 +246,7 @@ class ReducedPlate:
 
 def _range(name: str, given: Any) -> tuple[float, float]:
     """Least and greatest coordinate, or a ValueError."""
-    ends = tuple(given) if isinstance(given, Sequence | np.ndarray) and not isinstance(given, str) else (given, given)
+    ends = tuple(given) if several(given) else (given, given)
     if len(ends) != 2:
         raise ValueError(f"{name} = {short(given)}: must be one coordinate, or the least and the greatest, m")
     low, high = (finite(name, one, "m") for one in ends)

@@ -2,10 +2,10 @@
 
 import inspect
 import math
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from decimal import Decimal
 from difflib import get_close_matches
-from typing import Any, TypeVar
+from typing import Any, TypeGuard, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,14 @@ NO_NUMBERS = (str, bytes, bool, Decimal, np.bool_, np.complexfloating, np.dateti
 """Types that float() accepts, but that are no numbers, lose a part, or cannot be multiplied with a float."""
 
 
-def finite(name: str, value: float, unit: str = "") -> float:
+SMALLEST, LARGEST = 1e-100, 1e100
+"""No quantity in SI units is larger, and products of three stay within floating point; a smaller one counts as zero."""
+
+MOST = 2**53
+"""The largest count: larger floats hold no single whole numbers."""
+
+
+def _number(name: str, value: float, unit: str) -> float:
     """`value` as a float; a ValueError if it is not a finite number. See NO_NUMBERS; nor are arrays numbers."""
     try:
         number = math.nan if isinstance(value, NO_NUMBERS) or getattr(value, "ndim", 0) != 0 else float(value)
@@ -30,17 +37,28 @@ def finite(name: str, value: float, unit: str = "") -> float:
     return number
 
 
+def finite(name: str, value: float, unit: str = "") -> float:
+    """`value` as a float; a ValueError if it is not a finite number, or larger than any quantity can be."""
+    number = _number(name, value, unit)
+    if abs(number) > LARGEST:
+        raise ValueError(f"{name} = {short(value)}: must be at most {LARGEST:g} in size{_of(unit)}")
+    return number if abs(number) >= SMALLEST else 0.0
+
+
 def positive(name: str, value: float, unit: str = "") -> float:
     """`value` as a float; a ValueError if it is not positive and finite."""
     number = finite(name, value, unit)
     if number <= 0.0:
-        raise ValueError(f"{name} = {value!r}: must be a positive number{_of(unit)}")
+        least = f", at least {SMALLEST:g}" if value > 0.0 else ""
+        raise ValueError(f"{name} = {value!r}: must be a positive number{_of(unit)}{least}")
     return number
 
 
 def within(name: str, value: float, low: float, high: float, unit: str = "") -> float:
     """`value` as a float; a ValueError if it lies outside the range that physics and floating point allow."""
-    number = positive(name, value, unit)
+    number = _number(name, value, unit)
+    if number <= 0.0:
+        raise ValueError(f"{name} = {value!r}: must be a positive number{_of(unit)}")
     if not low <= number <= high:
         raise ValueError(f"{name} = {value!r}: must lie between {low:g} and {high:g}{' ' + unit if unit else ''}")
     return number
@@ -60,6 +78,13 @@ def up_to(name: str, value: float, largest: float, unit: str = "") -> float:
     if number > largest:
         raise ValueError(f"{name} = {value!r}: must be at most {largest:g}{' ' + unit if unit else ''}")
     return number
+
+
+def several(value: object) -> TypeGuard[Sequence[Any]]:
+    """Whether it is a sequence of any length, or an array that is no single number; text is none."""
+    if isinstance(value, np.ndarray):
+        return value.ndim > 0
+    return isinstance(value, Sequence) and not isinstance(value, str | bytes)
 
 
 def listed(name: str, value: object, kind: type, what: str) -> list[Any]:
@@ -144,11 +169,13 @@ def one_of(name: str, value: str, choices: Collection[str]) -> str:
     return value
 
 
-def whole(name: str, value: int, smallest: int = 1) -> int:
-    """`value` as an int; a ValueError if it is not a whole number of at least `smallest`."""
+def whole(name: str, value: int, smallest: int = 1, largest: int = MOST) -> int:
+    """`value` as an int; a ValueError if it is not a whole number from `smallest` to `largest`."""
     number = finite(name, value)
     if number != int(number) or number < smallest:
         raise ValueError(f"{name} = {value!r}: must be a whole number, {smallest} or more")
+    if number > largest:
+        raise ValueError(f"{name} = {value!r}: must be a whole number, at most {largest}")
     return int(number)
 
 

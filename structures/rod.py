@@ -260,7 +260,9 @@ def _mesh(layers: list[Layer], elements: int | None) -> tuple[list[int], Basis, 
     """The number of elements in each layer, their basis, and the index of the layer of each element."""
     counts = [_count(layer) if elements is None else whole("elements", elements) for layer in layers]
     if sum(counts) > MOST_ELEMENTS:
-        raise ValueError(f"elements: {sum(counts)} are too many; use at most {MOST_ELEMENTS}, or shorter layers")
+        raise ValueError(
+            f"elements: {float(sum(counts)):.10g} are too many; use at most {MOST_ELEMENTS}, or shorter layers"
+        )
     faces = np.concatenate([[0.0], np.cumsum([layer.length for layer in layers])])
     nodes = [np.linspace(faces[i], faces[i + 1], count + 1)[:-1] for i, count in enumerate(counts)]
     basis = Basis(MeshLine(np.append(np.concatenate(nodes), faces[-1])), ElementLineP2())

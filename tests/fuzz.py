@@ -47,6 +47,8 @@ NUMBERS: tuple[Any, ...] = (
     *(math.nan, math.inf, -math.inf, 0, 0.0, -1.0, 1e-300, 1e-30, 1e-12, 1e-6, 1e-3, 0.5, 1, 1.5, 2, 7),
     *(1e3, 1e6, 1e9, 1e12, 1e30, 1e300, 10**400, 10**9, -(10**9), np.float32(0.1), np.int64(3), True, np.bool_(False)),
     *(Fraction(1, 3), Decimal("0.1"), 1.0 + 0.0j, np.float64(math.nan), "0.1"),
+    *(5e-324, 1e-160, 1e160, 1.7e308, 2**53 + 1, 2**63, -(2**63), np.uint64(2**63), np.int64(-(2**63))),
+    *(Fraction(7), Fraction(10**400), np.array(7), np.array(0.05), np.array([0.05]), np.float16(0.1)),
 )
 TEXTS: tuple[Any, ...] = ("", "x", "nan", "FREE", "\n", "é" * 1000, "../x", "\0", b"free")
 WRONG: tuple[Any, ...] = (

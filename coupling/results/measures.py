@@ -108,6 +108,7 @@ def contact_to_sensor_ratio(run: xr.Dataset, sensor: int) -> float | xr.DataArra
 
 def passing(reading: Reading, sensor: int) -> tuple[xr.DataArray, ...]:
     """The two contact forces of a bead of a run above the preload, and the bead's velocity."""
+    reading.check_holds(("velocity",), "a run with velocities")
     return (*reading.contact_pair(sensor), reading.data.velocity.sel(bead=int(sensor)).reset_coords(drop=True))
 
 

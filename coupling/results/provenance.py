@@ -29,6 +29,17 @@ def as_text(given: Mapping[str, Any]) -> str:
     return json.dumps(json.loads(text, parse_constant=str), ensure_ascii=False, allow_nan=False)
 
 
+def stored(text: object) -> dict[str, Any]:
+    """Input or versions from the text that a Dataset holds; empty where it is nothing that `as_text` wrote."""
+    if isinstance(text, Mapping):
+        return dict(text)
+    try:
+        found = json.loads(text)  # type: ignore[arg-type]
+    except (TypeError, ValueError, RecursionError):
+        return {}
+    return found if isinstance(found, dict) else {}
+
+
 def differences(first: Any, second: Any, name: str = "") -> Iterator[str]:
     """The differences of two pieces of plain data, in words."""
     if isinstance(first, dict) and isinstance(second, dict):

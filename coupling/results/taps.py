@@ -10,7 +10,7 @@ from coupling.results.peaks import waves_of_signal
 from coupling.results.sensor import bridged, resolution
 from coupling.results.signals import as_signal
 from structures.caution import caution
-from structures.checks import listed, positive
+from structures.checks import listed, positive, whole
 from structures.structure import Vector
 
 FEWEST_TAPS, MOST_TAPS = 2, 10_000
@@ -83,7 +83,7 @@ def average_taps(
     if len(taps) < FEWEST_TAPS:
         raise ValueError(f"signals: hold {len(taps)} whole tap(s), must hold at least {FEWEST_TAPS}")
     numbers = taps[0].sensor.values.tolist()
-    chosen = numbers[0] if sensor is None else sensor
+    chosen = numbers[0] if sensor is None else whole("sensor", sensor)
     step = _common_step(taps, numbers, chosen)
     peaks = [_incident(one, chosen, k) for k, one in enumerate(taps)]
     first = max(float(one.time[0]) - at for one, (_, at) in zip(taps, peaks, strict=True))
@@ -122,7 +122,7 @@ def _cut(signal: xr.Dataset, length: float | None, sensor: int | None) -> list[x
     time = np.asarray(signal.time.values)
     if seconds < 100.0 * (time[1] - time[0]):
         raise ValueError(f"length = {length!r}: must be at least 100 samples, {100.0 * (time[1] - time[0]):.3g} s")
-    chosen = signal.sensor.values.tolist()[0] if sensor is None else sensor
+    chosen = signal.sensor.values.tolist()[0] if sensor is None else whole("sensor", sensor)
     force = bridged(_row(signal, chosen))
     high = time[np.abs(force - np.median(force)) > INCIDENT * np.abs(force - np.median(force)).max()]
     taps, free = [], float(time[0])

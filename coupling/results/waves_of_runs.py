@@ -96,6 +96,7 @@ def why_missing(
 def series_of(reading: Reading, sensor: int) -> Series:
     """What shows the waves over a bead of a run, a sweep or a batch, in plain arrays."""
     number = reading.checked_sensor(sensor)
+    reading.check_holds(("contact_force", "velocity"))
     variables = reading.data.variables
     contacts, beads = (variables[name].values.tolist() for name in ("contact", "bead"))
     if number not in beads:

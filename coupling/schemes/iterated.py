@@ -17,6 +17,10 @@ MOST_RELAXATION = 2.0
 """From here on no fixed-point iteration converges, however stiff the structure."""
 
 
+MOST_REPETITIONS = 100_000
+"""Of a window, whose differences are all kept."""
+
+
 class Iteration(ABC):
     """The loop of the iterated schemes, and its end.
 
@@ -38,7 +42,7 @@ class Iteration(ABC):
         object.__setattr__(self, "relaxation", positive("relaxation", self.relaxation))
         if self.relaxation >= MOST_RELAXATION:
             raise ValueError(f"relaxation = {self.relaxation!r}: must lie between 0 and {MOST_RELAXATION:g}")
-        object.__setattr__(self, "largest_count", whole("largest_count", self.largest_count))
+        object.__setattr__(self, "largest_count", whole("largest_count", self.largest_count, largest=MOST_REPETITIONS))
 
     def start(self, interface: Interface) -> Any:
         """What the first window starts from."""

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from coupling.results.provenance import as_text, differences, provenance
+from coupling.results.provenance import as_text, differences, provenance, stored
 from coupling.results.reading import Reading
 from coupling.results.schema import END_NAMES, OF_RUNS
 from coupling.views.motion import motion_dataset, nearest_rows
@@ -146,7 +146,7 @@ class _Run:
         reading.check_one_chain(*BEAD_VARIABLES)
         if "time" not in run.dims or not run.time.size:
             raise ValueError("run: holds no time")
-        given_input: dict[str, Any] = {} if set(run.coords) - OF_RUNS else json.loads(run.attrs.get("input") or "{}")
+        given_input: dict[str, Any] = {} if set(run.coords) - OF_RUNS else stored(run.attrs.get("input"))
         _check_same(run, chain, given_input)
         self.ends = {"behind": _surface("behind", behind), "structure": _surface("structure", structure)}
         faced = _faced(run)

@@ -8,7 +8,7 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from coupling.results.contact_forces import contact_forces
-from coupling.results.provenance import provenance
+from coupling.results.provenance import provenance, stored
 from structures.checks import instance
 from structures.field import Grid
 from structures.moving import MovingStructure
@@ -113,13 +113,13 @@ def _contacts_of(given: object, structure: Structure) -> tuple[int, Vector, Vect
 
 def _check_same(run: xr.Dataset, structure: Structure, place: int) -> None:
     """Raise a ValueError if the input of the run describes another structure."""
-    given = json.loads(run.attrs.get("input", "{}"))
-    stored = given["structures"][place] if "structures" in given else given.get("structure")
+    given = stored(run.attrs.get("input"))
+    theirs = given["structures"][place] if "structures" in given else given.get("structure")
     mine = json.loads(json.dumps(dict(structure.origin), default=repr))
-    if not isinstance(stored, dict):
+    if not isinstance(theirs, dict):
         return
-    for key in sorted((stored.keys() | mine.keys()) - {"reduction", "stepper"}):
-        if stored.get(key) != mine.get(key):
+    for key in sorted((theirs.keys() | mine.keys()) - {"reduction", "stepper"}):
+        if theirs.get(key) != mine.get(key):
             raise ValueError(f"structure: is not that of the run, whose {key} is another; give the one that was run")
 
 

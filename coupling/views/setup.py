@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
+from coupling.results.provenance import stored
 from coupling.views.canvas import INK, ROW, SMALL, axes_for, plain, resized, width_of
 from coupling.views.setup_structures import Drawn, front_view, side_view
 from coupling.views.swept import varied, words_of
@@ -104,21 +105,11 @@ def described_input(run: Any, name: str = "run") -> dict[str, Any]:
     given = run.attrs.get("input", "") if isinstance(run, xr.Dataset) else None
     if given is None:
         raise ValueError(f"{name} = {short(run)}: must be a CoSimulation, or the Dataset of its run")
-    known = _parsed(given)
-    known = known if _has_chain(known) else _parsed(known.get("first_run", ""))
+    known = stored(given)
+    known = known if _has_chain(known) else stored(known.get("first_run", ""))
     if not _has_chain(known):
         raise ValueError(f"{name}: does not hold the input of a run; must be a CoSimulation, or the Dataset of its run")
     return known
-
-
-def _parsed(text: Any) -> dict[str, Any]:
-    if isinstance(text, Mapping):
-        return dict(text)
-    try:
-        found = json.loads(text)
-    except (TypeError, ValueError):
-        return {}
-    return found if isinstance(found, dict) else {}
 
 
 def _has_chain(known: Mapping[str, Any]) -> bool:

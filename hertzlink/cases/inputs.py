@@ -107,7 +107,7 @@ def _plain(given: Any) -> dict[str, Any]:
     if isinstance(given, str):
         try:
             given = json.loads(given)
-        except ValueError:
+        except (ValueError, RecursionError):
             raise ValueError('given: is no JSON; take run.attrs["input"]') from None
     if not isinstance(given, Mapping):
         raise ValueError('given: must be the input of a run, run.attrs["input"], or the run')

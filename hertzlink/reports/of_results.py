@@ -12,6 +12,7 @@ import xarray as xr
 from coupling.files.writing import write_whole
 from coupling.identification.found import Identification
 from coupling.results.findings import findings_of, one_of_each
+from coupling.results.provenance import stored
 from coupling.results.schema import BATCH, RUN, SIGNAL, SWEEP, kind_of
 from coupling.views import identified, setup
 from coupling.views.swept import varied, words_of
@@ -105,7 +106,7 @@ def page_of(
         summary = [*summary, in_a_sentence.DEFINED]
     warnings = one_of_each([*findings_of(data), *said])
     parts = with_setup(sections, data, sketched, warnings)
-    known = _parsed(data.attrs.get("versions"))
+    known = stored(data.attrs.get("versions"))
     return Page(title or name, summary, parts, usual_facts(took, {str(k): str(v) for k, v in known.items()} or None))
 
 
@@ -138,14 +139,6 @@ def with_setup(
 
 def of_input(data: xr.Dataset) -> Section:
     """The whole input as it is in the Dataset."""
-    known = _parsed(data.attrs.get("input"))
+    known = stored(data.attrs.get("input"))
     text = json.dumps(known, indent=1, ensure_ascii=False)
     return Section("Input", folded=[("The whole input, as the result holds it", text)] if known else [])
-
-
-def _parsed(text: Any) -> dict[str, Any]:
-    try:
-        found = json.loads(text)
-    except (TypeError, ValueError):
-        return {}
-    return found if isinstance(found, dict) else {}

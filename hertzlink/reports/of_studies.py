@@ -1,12 +1,12 @@
 """What a report shows of a study: its table with reasons, its figures, the set-up of its first run."""
 
-import json
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import xarray as xr
 
 from coupling.results.findings import findings_of, one_of_each
+from coupling.results.provenance import stored
 from hertzlink.reports.of_results import with_setup
 from hertzlink.reports.page import Line, Page, Section, Table, html, usual_facts
 from hertzlink.reports.svg import picture
@@ -31,7 +31,7 @@ def study_report(
     head, cells = head_and_cells(rows, thesis)
     lines = [Line(tuple(line), row.reason) for line, row in zip(cells, rows, strict=True)]
     comparison = Table(f"Numbers of {'the thesis, of ' if thesis else ''}theory and of hertzlink", tuple(head), lines)
-    known = json.loads(data.attrs.get("versions", "{}"))
+    known = stored(data.attrs.get("versions"))
     took = data.attrs.get("time_taken")
     results = [
         Section("Figures", pictures=[picture(one, key, caption(name, key)) for key, one in figures.items()]),

@@ -12,6 +12,7 @@ from typing import Any, Self
 
 import xarray as xr
 
+from coupling.results.provenance import stored
 from hertzlink.studies.quantities import material, printed, quantity
 from structures.checks import short
 from structures.material import MATERIALS, Material
@@ -178,7 +179,7 @@ class Conditions:
     @classmethod
     def read(cls, data: xr.Dataset) -> Self:
         """Those with which the results were computed."""
-        return cls(**json.loads(data.attrs.get(OWN, "{}")))
+        return cls(**stored(data.attrs.get(OWN)))
 
     @classmethod
     def options(cls) -> dict[str, Option]:

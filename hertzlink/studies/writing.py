@@ -1,6 +1,5 @@
 """The files of a study: netCDF, table, figures and report, from a new run or drawn again from its netCDF file."""
 
-import json
 from pathlib import Path
 from textwrap import wrap
 from typing import TYPE_CHECKING
@@ -8,6 +7,7 @@ from typing import TYPE_CHECKING
 import xarray as xr
 
 from coupling.files.reading import read_netcdf
+from coupling.results.provenance import stored
 from hertzlink.studies import STUDIES, LongStudy, Study
 from hertzlink.studies.conditions import DIFFERS
 from hertzlink.studies.table import WIDTH, text
@@ -89,10 +89,7 @@ def fill(words: str, width: int = WIDTH) -> str:
 def read_study(file: Path) -> tuple[str, xr.Dataset]:
     """The name and the data of a study from the netCDF file that it wrote; a ValueError for any other file."""
     data = read_netcdf(file)
-    try:
-        name = json.loads(data.attrs.get("input", "{}")).get("study")
-    except (ValueError, AttributeError):
-        name = None
+    name = stored(data.attrs.get("input")).get("study")
     if name not in STUDIES:
         raise ValueError(f"{file}: was not written by a study; give the .nc file of `hertzlink study`")
     return str(name), data

@@ -1,6 +1,6 @@
 """Outlines of plates: polygons with holes, whose sides have names; meshed with triangles, fine at the contact."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from math import cos, hypot, pi, sin, sqrt
 from typing import Any
@@ -12,7 +12,7 @@ from plates.shapes.gmsh_triangles import Place, Ring, triangles
 from plates.shapes.grading import SAME
 from plates.shapes.mesh_geometry import distances
 from plates.shapes.shape import Cells, PlateMesh
-from structures.checks import finite, instance, positive, short, whole
+from structures.checks import finite, instance, positive, several, short, whole
 from structures.mesh_reading import Tag
 from structures.plausible import likely
 from structures.structure import Vector
@@ -245,7 +245,7 @@ def circle(radius: float, centre: Place = (0.0, 0.0), corners: int = ROUND) -> t
 
 
 def _corners(name: str, given: Any) -> tuple[Place, ...]:
-    if not _listed(given) or len(given) < 3:
+    if not several(given) or len(given) < 3:
         raise ValueError(f"{name} = {short(given)}: must be three corners (x, y) in m, or more")
     if len(given) > MOST_CORNERS:
         raise ValueError(f"{name}: {len(given)} corners, must be at most {MOST_CORNERS}")
@@ -253,14 +253,9 @@ def _corners(name: str, given: Any) -> tuple[Place, ...]:
 
 
 def _place(name: str, given: Any) -> Place:
-    if not _listed(given) or len(given) != 2:
+    if not several(given) or len(given) != 2:
         raise ValueError(f"{name} = {short(given)}: must be (x, y) in m")
     return finite(f"{name}[0]", given[0], "m"), finite(f"{name}[1]", given[1], "m")
-
-
-def _listed(given: Any) -> bool:
-    """Whether it is a sequence or an array, but no text and no array without dimensions."""
-    return isinstance(given, Sequence | np.ndarray) and not isinstance(given, str) and getattr(given, "ndim", 1) > 0
 
 
 def _names(given: Any, count: int) -> tuple[str, ...]:

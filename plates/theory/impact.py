@@ -9,7 +9,6 @@ Functions take a number, or an array where the type says so, and return the same
 ValueError that names the argument if a number is not finite or out of its range.
 """
 
-from collections.abc import Sequence
 from typing import NamedTuple, Protocol, TypeVar
 
 import numpy as np
@@ -18,7 +17,7 @@ from plates.plate import Plate
 from plates.section import point_rigidity
 from plates.theory import zener
 from structures.caution import caution
-from structures.checks import each, instance, not_negative, positive
+from structures.checks import each, instance, not_negative, positive, several
 from structures.layers import BEAD_TRANSIT
 from structures.layers import contact_time as contact_time_half_space
 from structures.material import Material
@@ -389,7 +388,7 @@ def critical_distance_bounds(
         if not isinstance(plate.material, Material):
             raise ValueError(f"plate.material = {plate.material!r}: must be a Material, with one speed √(E/ρ)")
         wave_speeds = A0_OVER_BAR_SPEED * plate.material.bar_speed, RAYLEIGH_OVER_BAR_SPEED * plate.material.bar_speed
-    if not isinstance(wave_speeds, Sequence | np.ndarray) or len(wave_speeds) != 2:
+    if not several(wave_speeds) or len(wave_speeds) != 2:
         raise ValueError(f"wave_speeds = {wave_speeds!r}: must be two speeds, m/s")
     slow, fast = (positive("wave_speeds", speed, "m/s") for speed in wave_speeds)
     return slow * duration / 2.0, fast * duration / 2.0

@@ -30,7 +30,7 @@ from structures.structure import Vector
 
 Number = TypeVar("Number", float, Vector)
 
-LARGEST_PULSE = 1e8
+SMALLEST_PULSE, LARGEST_PULSE = 1e-20, 1e8
 """Ω = π f t / c_T beyond which the search for a wave leaves the range of floating point."""
 
 TRIAL_WAVE_NUMBERS = 257
@@ -325,8 +325,8 @@ class _Curve(NamedTuple):
         return (not self.symmetric) & (np.maximum(np.abs(x), np.abs(y)) < LONG_BENDING)
 
 
-def _highest(material: Material, thickness: float) -> float:
-    return LARGEST_PULSE * shear_speed(material) / (pi * thickness)
+def _limit(pulse: float, material: Material, thickness: float) -> str:
+    return f"{pulse * shear_speed(material) / (pi * thickness):.3g} Hz"
 
 
 def _forward(material: Material, thickness: float, frequency: Number, mode: str) -> tuple[Vector, Vector]:
@@ -334,7 +334,11 @@ def _forward(material: Material, thickness: float, frequency: Number, mode: str)
     frequencies, curve = each(positive, "frequency", frequency, "Hz").ravel(), _curve(material, mode)
     pulse = pi * frequencies * positive("thickness", thickness, "m") / shear_speed(material)
     if (pulse > LARGEST_PULSE).any():
-        raise ValueError(f"frequency = {frequencies.max():g}: must be at most {_highest(material, thickness):.3g} Hz")
+        most = _limit(LARGEST_PULSE, material, thickness)
+        raise ValueError(f"frequency = {frequencies.max():g}: must be at most {most}")
+    if (pulse < SMALLEST_PULSE).any():
+        least = _limit(SMALLEST_PULSE, material, thickness)
+        raise ValueError(f"frequency = {frequencies.min():g}: must be at least {least}")
     top = pulse
     while (short := curve.below(top, pulse) > curve.number).any():
         top = np.where(short, 2.0 * top, top)

@@ -161,7 +161,7 @@ def test_bad_arguments(builder: tuple[Any, Mapping[str, Any]], changes: dict[str
         (lambda: hl.impact.point_impedance(None), "plate = None"),  # type: ignore[arg-type]
         (lambda: hl.critical_distance_bounds(None, PLATE, 0.3), "bead = None"),  # type: ignore[arg-type]
         (lambda: hl.critical_distance_bounds(hl.half_space(MATERIAL), PLATE, 0.3), "bead = "),  # type: ignore[arg-type]
-        (lambda: hl.lamb.frequency(MATERIAL, 1e300, [1e300]), r"wave_number = \[1e\+300\]: times thickness = 1e\+300"),
+        (lambda: hl.lamb.frequency(MATERIAL, 1e300, [1e300]), r"thickness = 1e\+300: must be at most 1e\+100"),
         (lambda: hl.critical_distance_bounds(BEAD, PLATE, impact_speed=0.0), "impact_speed = 0"),
         (lambda: hl.kirchhoff_plate(300.0, 200.0, 2e-3, MATERIAL, hl.Supports()).at(150.0, 100.0), "in millimetres"),
         (lambda: hl.mindlin_plate(300.0, 200.0, 2e-3, MATERIAL, hl.Supports()).at(150.0, 100.0), "in millimetres"),

@@ -1,0 +1,59 @@
+"""Numbers beyond those of any quantity, and kinds of numbers: an error that names the argument, or the usual result."""
+
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hertzlink as hl
+
+STEEL = hl.STEEL_440C
+PLATE = hl.kirchhoff_plate(0.1, 0.1, 2e-3, hl.ALUMINIUM_6061, hl.Supports(left="clamped"), cells=(8, 8))
+TIME = np.linspace(0.0, 4e-4, 801)
+TAP = hl.as_signal(TIME, {7: np.exp(-(((TIME - 1e-4) / 1e-5) ** 2))})
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: hl.Layer(STEEL, 1e308, 1e-2), r"length = 1e\+308: must be at most 1e\+100"),
+        (lambda: hl.FixedPoint(largest_count=5e10), r"largest_count = .*: must be a whole number, at most 100000"),
+        (lambda: hl.Aitken(largest_count=10**400), r"largest_count = .*: must be"),
+        (lambda: hl.lamb.group_speed(STEEL, 2e-3, 5e-324), r"frequency = 5e-324: must be a positive number"),
+        (lambda: hl.lamb.group_speed(STEEL, 2e-3, 1e-90), r"frequency = 1e-90: must be at least"),
+        (
+            lambda: hl.laminates.OrthotropicMaterial(135e9, 9e9, 0.3, 5e-324, 5e9, 3.2e9, 1560.0),
+            r"shear_modulus = 5e-324: must be a positive number of Pa, at least 1e-100",
+        ),
+        (lambda: hl.average_taps([TAP, TAP], sensor=7.5), r"sensor = 7\.5: must be a whole number"),
+    ],
+)
+def test_numbers_beyond_any_quantity(call: Callable[[], Any], words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        call()
+
+
+def test_kinds_of_numbers() -> None:
+    """A fraction, and an array without dimensions, are numbers."""
+    assert hl.average_taps([TAP, TAP], sensor=Fraction(7)).sensor.item() == 7
+    assert hl.ReducedPlate(PLATE, 1e-4, x=0.03, y=np.array(0.05)).y == 0.05
+
+
+def test_a_long_beam_on_ground_buckles_in_no_time() -> None:
+    """2 √(EI · foundation), and half of it where an end is free (Hetényi, Beams on Elastic Foundation, 1946)."""
+    load = (100.0 * 1e5) ** 0.5
+    assert hl.beams.beam_buckling_force(1000.0, 100.0, foundation=1e5) == pytest.approx(2.0 * load, rel=1e-3)
+    free = hl.beams.beam_buckling_force(1000.0, 100.0, ("free", "free"), foundation=1e5)
+    assert free == pytest.approx(load, rel=1e-3)
+
+
+def test_deep_input_and_what_is_not_there(tmp_path: Any) -> None:
+    """A result whose input is no input of ours is reported without it; measures name the variable that they lack."""
+    bead = hl.Sphere(4.76e-3, STEEL)
+    run = hl.CoSimulation(hl.Chain([bead] * 12, bead, 0.3), hl.half_space(STEEL)).run(5e-4)
+    deep = run.assign_attrs(input="[" * 100_000 + "]" * 100_000)
+    assert hl.plots.report(deep, tmp_path / "deep.html").exists()
+    with pytest.raises(ValueError, match="run: holds no velocity"):
+        hl.reflections(run.drop_vars("velocity"), 6)
