@@ -8,7 +8,6 @@ from math import inf
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import RegularGridInterpolator
 
 from coupling.results.ar_and_tof import SMALLEST_WAVE
 from coupling.results.waves_of_runs import Series, find_waves
@@ -100,7 +99,7 @@ def _change(chain: MovingChain, own: Motion, times: Vector) -> str | None:
         return None
     beyond, sensor = own.peaks / limits, (len(chain.chain.beads) + 1) // 2
     between = float(np.median(beyond[1 : sensor + 1]))
-    left = float(_table("force")((1.0, _within(between))))
+    left = _estimate("force", 1.0, _within(between))
     change: str | None = ""
     if beyond[-1] > max(1.0, WALL * between):
         change = _of_wall(chain, own, sensor, float(beyond[-1]), times) if chain.behind is None else None
@@ -122,8 +121,7 @@ def _of_wall(chain: MovingChain, own: Motion, sensor: int, beyond: float, times:
     if waves.found[0] < 2:
         return None
     elastic, hop = float(waves.amplitude_ratio[0, 0]), float(waves.arrival[0, 0]) / sensor
-    place = min(elastic, 1.0), _within(beyond)
-    ratio, delay = (float(_table(what)(place)) for what in ("AR", "delay"))
+    ratio, delay = (_estimate(what, elastic, _within(beyond)) for what in ("AR", "delay"))
     if elastic * (1.0 - ratio) < NEGLIGIBLE:
         return ""
     way = (len(chain.chain.beads) - sensor) * elastic ** (-1.0 / 6.0)
@@ -139,13 +137,15 @@ def _within(beyond: float) -> float:
     return float(np.log(np.clip(beyond, 1.0, 1e3)))
 
 
+def _estimate(what: str, elastic: float, force: float) -> float:
+    """A value of the table at an elastic AR and the logarithm of a force; where AR lies beyond it, that at its end."""
+    logarithms, ratios, rows = _table(what)
+    return float(np.interp(elastic, ratios, [np.interp(force, logarithms, row) for row in rows]))
+
+
 @cache
-def _table(what: str) -> RegularGridInterpolator:
-    """Values over the elastic AR and the logarithm of the force."""
+def _table(what: str) -> tuple[Vector, list[float], list[list[float]]]:
+    """The logarithms of the forces, the elastic AR, and a row of values for each of these."""
     head, *lines = csv.reader((files("coupling") / TABLE).read_text(encoding="utf-8").splitlines())
     rows = [[float(one) for one in line[1:]] for line in lines if line[0] == what]
-    ratios, values = [row[0] for row in rows], [row[1:] for row in rows]
-    # Below its smallest AR, and above the largest, the table is continued as it ends.
-    grid = [0.0, *ratios, 1.0] if len(rows) > 1 else [0.0, 1.0]
-    known = [values[0], *values, values[-1]] if len(rows) > 1 else [values[0]] * 2
-    return RegularGridInterpolator((grid, np.log([float(one) for one in head[2:]])), np.array(known))
+    return np.log([float(one) for one in head[2:]]), [row[0] for row in rows], [row[1:] for row in rows]
