@@ -31,8 +31,8 @@ def against_distance(
 ) -> Figure:
     """A variable over the distance: one panel for each bead, one curve for each plate; missing waves leave gaps.
 
-    Dotted lines mark the critical distances for a tolerance, open triangles their lower bounds. A ratio has a factor
-    of 1.
+    Bands are the brackets of the critical distances for a tolerance, open triangles their lower bounds. A ratio has a
+    factor of 1.
     """
     ratio, missing = factor == 1.0, False
     figure, axes = panels(data.sizes["diameter"], sharey=ratio)
@@ -52,7 +52,7 @@ def against_distance(
         here = data.sel(diameter=diameter)
         missing = missing or bool((here.sampled & here[name].isnull()).any())
     axes[0].set_ylabel(label)
-    axes[0].plot([], [], ":", color="grey", linewidth=1.0, label="critical distance")
+    axes[0].fill_between([], [], color="grey", alpha=0.35, linewidth=0.0, label="critical distance")
     axes[0].plot([], [], ">", color="grey", markersize=5.0, markerfacecolor="white", label="its lower bound")
     if missing:
         axes[0].plot([], [], linestyle="none", label="no marker: no wave in the record")
@@ -64,7 +64,7 @@ def against_distance(
 
 
 def _mark_crossing(axis: Axes, one: xr.Dataset, colour: str) -> None:
-    """The critical distance as a dotted line, a lower bound as an open triangle on the x axis."""
+    """The bracket of the critical distance as a band, a lower bound as an open triangle on the x axis."""
     if one.lower_bound:
         low = one.bracket.sel(end="low") * 1e3
         axis.plot(
@@ -72,7 +72,7 @@ def _mark_crossing(axis: Axes, one: xr.Dataset, colour: str) -> None:
             transform=axis.get_xaxis_transform(), clip_on=False, zorder=3.0,
         )  # fmt: skip
     elif one.critical_distance.notnull():
-        axis.axvline(float(one.critical_distance) * 1e3, color=colour, linestyle=":", linewidth=1.0)
+        axis.axvspan(*(one.bracket.values * 1e3), color=colour, alpha=0.35, linewidth=0.0)
 
 
 def critical_distances(data: xr.Dataset, tolerance: float) -> Figure:
@@ -95,10 +95,12 @@ def critical_distances(data: xr.Dataset, tolerance: float) -> Figure:
         at = data.sel(thickness=thickness, within=tolerance)
         x = diameters + apart * (i - 0.5 * (plates - 1))
         low, high = (at.bracket.sel(end=end).values * 1e3 for end in ("low", "high"))
-        found, bound = at.critical_distance.values * 1e3, at.lower_bound.values
+        bound = at.lower_bound.values
+        # The value between two runs is no better than their distance, so the middle stands for both.
+        middle = np.where(bound, np.nan, 0.5 * (low + high))
         axis.errorbar(
-            x, found, np.where(bound, 0.0, [found - low, high - found]), fmt=MARKERS[i], color=COLOURS[i],
-            markersize=5.0, capsize=2.5, linewidth=0.8, label=f"t = {thickness * 1e3:.2f} mm",
+            x, middle, np.where(bound, 0.0, high - middle), fmt=MARKERS[i], color=COLOURS[i],
+            markersize=3.5, capsize=5.0, linewidth=0.8, label=f"t = {thickness * 1e3:.2f} mm",
         )  # fmt: skip
         axis.errorbar(
             x[bound], low[bound], 8.0, lolims=True, fmt=MARKERS[i], color=COLOURS[i], markersize=5.0,

@@ -9,7 +9,7 @@ from coupling.cosimulation import CoSimulation
 from coupling.results.ar_and_tof import amplitude_ratio
 from coupling.sweeps.critical_search import find_critical_distance
 from coupling.sweeps.sweep import sweep
-from hertzlink.studies.table import Row
+from hertzlink.studies.table import Row, bracketed
 from particles.bead import Sphere
 from particles.chain import Chain
 from plates.builders import kirchhoff_plate
@@ -159,12 +159,11 @@ def table(data: xr.Dataset) -> list[Row]:
     rows, length = [], float(data.corner_length)
     for corner, edges in CORNERS.items():
         alone = data.corner_edge_critical_distance.sel(corner_edge=list(edges)) / length
-        value = float(data.corner_critical_distance.sel(corner=corner)) / length
-        half = 0.5 * float(data.corner_bracket.sel(corner=corner).diff("end").squeeze()) / length
+        low, high = data.corner_bracket.sel(corner=corner).values / length
         errors = [worst(data, corner, nearest) for nearest in REPORTED_FROM]
         rows.append(
             Row(
-                f"critical distance over ℓ from both edges, corner {corner}", "", f"{value:.2f} ± {half:.2f}", "",
+                f"critical distance over ℓ from both edges, corner {corner}", "", bracketed(low, high), "",
                 "theory: that of the edge alone, the greater of the two. Superposing both edges gives AR within "
                 f"{errors[0]:.3f} from {REPORTED_FROM[0]:g} ℓ on, and within {errors[1]:.3f} from "
                 f"{REPORTED_FROM[1]:g} ℓ on",

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from hertzlink.studies.on_plates import BEADS, SENSOR, OnPlate
-from hertzlink.studies.table import Row
+from hertzlink.studies.table import Row, bracketed
 from plates.critical_distance import critical_distance_law
 from plates.theory.impact import amplitude_ratio as plate_amplitude_ratio
 from plates.theory.impact import inelasticity_parameter
@@ -23,15 +23,11 @@ def rows(data: xr.Dataset, of: OnPlate, tolerances: Sequence[float]) -> list[Row
 
 
 def printed(at: xr.Dataset) -> str:
-    """A critical distance in mm, with the digits that its bracket supports."""
+    """Between which distances, mm, the critical one lies."""
     low, high = at.bracket.values * 1e3
     if at.lower_bound:
         return f"> {low:.0f}"
-    if np.isnan(at.critical_distance):
-        return "no wave"
-    half = 0.5 * (high - low)
-    digits = max(0, -int(np.floor(np.log10(half))))
-    return f"{float(at.critical_distance) * 1e3:.{digits}f} ± {half:.{digits}f}"
+    return "no wave" if np.isnan(at.critical_distance) else bracketed(low, high)
 
 
 def named(one: xr.Dataset) -> str:

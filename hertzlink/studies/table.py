@@ -4,6 +4,7 @@ import re
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from itertools import zip_longest
+from math import floor, log10
 from textwrap import wrap
 from types import MappingProxyType
 from typing import NamedTuple
@@ -11,7 +12,7 @@ from typing import NamedTuple
 WIDTH = 80
 """Columns of a table."""
 
-NUMBER_WIDTH = 13
+NUMBER_WIDTH = 14
 """Largest width of a number in columns; longer text is wrapped."""
 
 GAP, INDENT = "  ", "    "
@@ -54,6 +55,12 @@ class Row(NamedTuple):
     within: float = 0.0
     otherwise: Mapping[str, float | str] = MappingProxyType({})
     holds: bool | None = None
+
+
+def bracketed(low: float, high: float) -> str:
+    """A value that lies between two runs, with the digits of half their distance, or < high where low is 0."""
+    digits = max(0, -floor(log10(0.5 * (high - low))))
+    return f"{low:.{digits}f} to {high:.{digits}f}" if low > 0.0 else f"< {high:.{digits}f}"
 
 
 def text(rows: Sequence[Row], thesis: bool = True) -> str:

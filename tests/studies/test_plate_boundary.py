@@ -9,7 +9,7 @@ from printed import check
 
 import hertzlink as hl
 from hertzlink.studies import plate_boundary as study
-from hertzlink.studies.table import text
+from hertzlink.studies.table import bracketed, text
 
 THOROUGH_FIXTURES = ("quick",)
 
@@ -112,7 +112,18 @@ def test_heavy_beads_have_a_lower_bound(quick: xr.Dataset) -> None:
     assert np.isinf(heavy.bracket.sel(end="high")[:2]).all()
     row = next(row for row in study.table(quick) if row.quantity == "critical distance, D 19.05, t 2.29")
     assert row.computed == "> 60"
+    light = next(row for row in study.table(quick) if row.quantity == "critical distance, D 4.76, t 4.83")
+    low, high = quick.sel(diameter=4.76e-3, thickness=4.83e-3, within=0.02).bracket.values * 1e3
+    assert light.computed == f"{low:.0f} to {high:.0f}"
     assert "a lower bound" in row.reason
+
+
+@pytest.mark.parametrize(
+    ("ends", "text"),
+    [((4.52, 5.42), "4.5 to 5.4"), ((5.262, 5.319), "5.26 to 5.32"), ((60.4, 65.4), "60 to 65"), ((0.0, 5.4), "< 5")],
+)
+def test_a_critical_distance_is_printed_as_its_bracket(ends: tuple[float, float], text: str) -> None:
+    assert bracketed(*ends) == text
 
 
 def test_table_is_honest(quick: xr.Dataset) -> None:
