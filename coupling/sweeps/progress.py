@@ -11,10 +11,17 @@ from contextlib import contextmanager
 from types import TracebackType
 from typing import Any, TypeVar
 
+import numpy as np
 from tqdm import tqdm
 
 LOG_INTERVAL = 10.0
 """Shortest time between two lines of the log, s."""
+
+FORMAT = "{desc} |{bar}| {elapsed}"
+"""Of a bar: the text of the log, and what of the line is left."""
+
+FEWEST = 3
+"""Points after the first one from which a remaining time is estimated."""
 
 Item = TypeVar("Item")
 
@@ -34,7 +41,7 @@ class Stopped(KeyboardInterrupt, SystemExit):
 
 class Progress:
     """Counts the points of a sweep. Points from earlier runs (`done`) count, but do not enter the estimate of the
-    speed. Within `one_bar` they count there.
+    speed, nor does the first one, which loads or compiles code. Within `one_bar` all points count there.
 
     clock: returns the time, s.
     """
@@ -49,6 +56,7 @@ class Progress:
     ) -> None:
         self.total, self.done, self.failed, self._before, self._clock = total, done, failed, done, clock
         self._begin = self._told = clock()
+        self._first = float("nan")
         self._whole = _shared[-1] if _shared else None
         self._label = label
         if self._whole:
@@ -74,18 +82,32 @@ class Progress:
             return
         if self.done > self.total:
             self.total = self._bar.total = self.done
+        now = self._clock()
+        if np.isnan(self._first):
+            self._first = now
+        self._bar.set_description_str(self.text(), refresh=False)
         self._bar.update()
-        if self._bar.disable and self._clock() - self._told >= LOG_INTERVAL:
-            self._told = self._clock()
-            left = tqdm.format_interval(self.left())
-            log.info(
-                "%s: %d of %d points, %d failed, about %s left", self._label, self.done, self.total, self.failed, left
-            )
+        if self._bar.disable and now - self._told >= LOG_INTERVAL:
+            self._told = now
+            log.info(self.text())
+
+    def text(self) -> str:
+        """How far it is, and about how long it takes where that is known."""
+        left = self.left()
+        failed = f", {self.failed} failed" if self.failed else ""
+        about = "" if np.isnan(left) else f", about {tqdm.format_interval(left)} left"
+        return f"{self._label}: {self.done} of {self.total} points{failed}{about}"
 
     def left(self) -> float:
-        """Estimate of the remaining time, s; NaN before the first point."""
-        run = self.done - self._before
-        return (self._clock() - self._begin) * (self.total - self.done) / run if run else float("nan")
+        """Estimate of the remaining time, s; NaN until points come steadily, and at the end.
+
+        Processes begin together, each with its first point, so that points count once as long again has passed.
+        """
+        later = self.done - self._before - 1
+        spent = self._clock() - self._first
+        if later < FEWEST or self.done >= self.total or not spent >= self._first - self._begin:
+            return float("nan")
+        return spent * (self.total - self.done) / later
 
     def _joined(self, total: int, done: int) -> None:
         """Another sweep counts here: more points than were expected make the total larger."""
@@ -117,7 +139,7 @@ def watched(items: Iterable[Item], total: int | None = None) -> Iterator[Item]:
 
 def _bar(label: str, total: int, done: int) -> Any:
     """Of tqdm; in a notebook its widget where there are widgets, otherwise text."""
-    given: dict[str, Any] = {"total": total, "initial": done, "unit": "run", "leave": False, "desc": label}
+    given: dict[str, Any] = {"total": total, "initial": done, "leave": False, "desc": label, "bar_format": FORMAT}
     if not _in_notebook():
         return tqdm(disable=None, **given)
     if importlib.util.find_spec("ipywidgets") is None:

@@ -467,6 +467,26 @@ def test_progress_estimates_the_time_left(caplog: pytest.LogCaptureFixture) -> N
     assert len(caplog.records) == 1
 
 
+@pytest.mark.parametrize(
+    ("times", "left"),
+    [
+        ([39.0], None),  # of 25 points; the first one compiled for 39 s, so the others take nothing like 24 times that
+        ([39.0, 41.0, 43.0, 45.0], None),  # it is not yet steady
+        ([39.0 + 2.0 * i for i in range(21)], 4 * 2.0),
+        ([10.0, 10.0, 10.0, 10.1, 10.1], None),  # four processes, each with its first point
+        ([10.0, 10.0, 10.0, 10.1, 20.0, 20.0, 20.0, 20.1], 10.1 * 17 / 7),
+        ([1.0 * i for i in range(1, 26)], None),  # nothing is left
+    ],
+)
+def test_time_left_is_not_stated_before_points_come_steadily(times: list[float], left: float | None) -> None:
+    now = [0.0]
+    with Progress(25, clock=lambda: now[0]) as progress:
+        for now[0] in times:
+            progress.advance()
+        assert progress.left() == pytest.approx(left, rel=1e-9) if left else np.isnan(progress.left())
+        assert ("left" in progress.text()) == (left is not None)
+
+
 def test_sweeps_of_one_task_share_its_bar(capsys: pytest.CaptureFixture[str]) -> None:
     """Three points more than were expected make the total larger; those that an earlier sweep left count as done."""
     with one_bar("plates", 6):
@@ -491,7 +511,7 @@ def test_a_task_that_is_redirected_reports_in_lines(caplog: pytest.LogCaptureFix
     ):
         now[0] = 20.0
         progress.advance()
-    assert [record.getMessage() for record in caplog.records] == ["plates: 1 of 4 points, 0 failed, about 01:00 left"]
+    assert [record.getMessage() for record in caplog.records] == ["plates: 1 of 4 points"]
 
 
 def stopping_late(material: hl.Material, radius: float) -> hl.CoSimulation:
