@@ -456,7 +456,25 @@ def test_check_says_what_would_run(tmp_path: Path, command: Callable[..., str]) 
     assert "a mesh of" in said
     assert "record: 0.5 ms" in said
     assert "measured" in said
+    assert "to start" in said
+    assert "identify" not in said
     assert sorted(path.name for path in tmp_path.iterdir()) == ["identify-edge.toml", "plate-boundary.toml"]
+
+
+@pytest.mark.parametrize(
+    ("path", "changes", "wanted"),
+    [
+        ("i.toml", [], "identify: 3 unknowns, likely about 720 runs, "),
+        ("i.toml", ["identify.nuisances=[]"], "identify: 2 unknowns, likely about 600 runs, "),
+        ("identify-edge.toml", [], "on the plate with its nearest edge alone, then fits on the whole plate"),
+    ],
+)
+def test_check_knows_what_identify_takes(
+    path: str, changes: list[str], wanted: str, tmp_path: Path, command: Callable[..., str]
+) -> None:
+    boundary(tmp_path)
+    (tmp_path / "i.toml").write_text(template("identify"), encoding="utf-8")
+    assert wanted in command("check", path, *(word for one in changes for word in ("--set", one)))
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -53,6 +53,8 @@ def _moved(search: Search, best: Solution, degrees: int) -> str:
     """What a fit with the law, begun at the best one, finds; in words."""
     elastic, ranges = search.misfit.prediction, search.ranges
     prediction = Prediction(Dented(elastic.build), ranges, elastic.sensors, elastic.until)
+    prediction.progress = elastic.progress
+    prediction.stage("yielding")
     misfit = Misfit(prediction, search.misfit.measured, search.misfit.free, search.misfit.until)
     own = Search(misfit, 1, 0, search.seed, best.p[: len(ranges)], search.lines)
     found = own.nearest(search.misfit.explains(best.misfit, best.p))

@@ -15,7 +15,8 @@ from coupling.identification.intervals import Judgement
 from coupling.identification.measured import measured_signal
 from coupling.identification.misfit import GAIN, OF_SENSORS, TIME_ZERO, Misfit
 from coupling.identification.prediction import Prediction, Range, range_of, usual_length
-from coupling.identification.search import ON_LINE, Search
+from coupling.identification.search import Search
+from coupling.sweeps.progress import Progress
 from structures.caution import caution
 from structures.checks import duration, finite, not_negative, one_of, positive, short, whole
 from structures.one_thread import one_thread
@@ -33,8 +34,13 @@ COARSEST = 4.0
 COMPARE = ("waveform", "features")
 """What of a signal can be compared."""
 
-RUNS_OF_START, LONG_TIME = 60, 300.0
-"""Runs of a start of least squares for each unknown, roughly, and the time (s) of which the user is warned."""
+RUNS_OF_ONE, RUNS_OF_MORE, RUNS_OF_NUISANCE, RUNS_NEARBY = 200, 400, 120, 16
+"""Runs of typical fits with three starts: of the first unknown of interest, of each further one, of each nuisance of
+the model; and of each unknown where there is a guess. 22 fits without one took 0.6 to 1.8 times as many, and with a
+guess five took as many and one four times."""
+
+LONG_TIME = 300.0
+"""The time (s) of which the user is warned."""
 
 
 def identify(
@@ -155,15 +161,20 @@ def identify(
     start = _guess(guess, wanted)
     search = Search(misfit, whole("starts", starts), count, whole("seed", seed, 0), start, lines)
     judgement = Judgement(search, not_negative("discrepancy", discrepancy), names)
+    more = max(0, count - MOST_SCANNED)
+    runs = more + likely_runs(len(lines), len(wanted) - len(lines), starts, start is not None)
     if start is None:
-        _warn_of_time(prediction, count + 2 * ON_LINE * len(lines) + starts * RUNS_OF_START * len(wanted))
+        _warn_of_time(prediction, runs)
     given = {"unknowns": dict(ranges), "nuisances": names, "until": prediction.until, "seed": seed, "compare": compare}
     if "sensor_force" in signal:
         given["signal"] = json.loads(str(signal.attrs.get("input", "{}"))) | {
             "conditioning": str(signal.attrs.get("conditioning", "")).splitlines()
         }
-    with one_thread:
-        return judgement.result(given)
+    with one_thread, Progress(runs, label="identify", likely=True) as prediction.progress:
+        try:
+            return judgement.result(given)
+        finally:
+            prediction.progress = None
 
 
 def nuisances_of(given: Iterable[str], ranges: Mapping[str, Any]) -> list[str]:
@@ -180,22 +191,29 @@ def nuisances_of(given: Iterable[str], ranges: Mapping[str, Any]) -> list[str]:
     return names
 
 
+def likely_runs(unknowns: int, nuisances: int = 0, starts: int = 3, guess: bool = False) -> int:
+    """Runs of a typical fit; nuisances: that the model has."""
+    if guess:
+        return RUNS_NEARBY * (unknowns + nuisances)
+    return (RUNS_OF_ONE + RUNS_OF_MORE * (unknowns - 1) + RUNS_OF_NUISANCE * nuisances) * max(starts, 3) // 3
+
+
 def _warn_of_time(prediction: Prediction, runs: int) -> None:
     """Warn of builders so slow that the user would wonder."""
-    if _seconds(prediction, [0.5]) * runs < LONG_TIME:
+    if seconds_of_run(prediction, [0.5]) * runs < LONG_TIME:
         return
     # The first run loads code and fills caches; those after it say what a fit takes.
-    spent = _seconds(prediction, [0.3, 0.4, 0.6])
+    spent = seconds_of_run(prediction, [0.3, 0.4, 0.6])
     if spent * runs > LONG_TIME:
         caution(
-            f"identify: building and running take {spent:.2g} s; about {runs} runs will take {spent * runs / 60.0:.0f} "
+            f"identify: building and running take {spent:.2g} s; likely about {runs} runs, {spent * runs / 60.0:.0f} "
             "minutes. A builder with half_plane, ReducedPlate or scaled is faster; guess= needs few runs; for a "
             "rectangular plate a case file with [identify] does all this by itself (hertzlink new identify)"
         )
 
 
-def _seconds(prediction: Prediction, places: Sequence[float]) -> float:
-    """What a run at these places of all ranges takes, s."""
+def seconds_of_run(prediction: Prediction, places: Sequence[float]) -> float:
+    """What building and running take at these places of all ranges, s."""
     begin = perf_counter()
     prediction.traces([np.full(len(prediction.ranges), place) for place in places])
     return (perf_counter() - begin) / len(places)

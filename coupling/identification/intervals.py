@@ -76,7 +76,10 @@ class Judgement:
 
     def result(self, given: dict[str, Any]) -> Identification:
         """Scan, solve, and judge."""
+        prediction = self.misfit.prediction
+        prediction.stage("search")
         solutions = self.search.solutions()
+        prediction.stage("intervals")
         best, point = self.search.refined(solutions[0])
         covariance, misfit, explained, reach = self._covariance(point)
         size_known = self.misfit.measured.given or not explained or self.misfit.is_numerical(point.residual)

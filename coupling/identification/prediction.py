@@ -17,6 +17,7 @@ from coupling.results.findings import kind
 from coupling.results.signals import as_signal
 from coupling.results.waves import ReflectedWave
 from coupling.sweeps.batch import batch
+from coupling.sweeps.progress import Progress
 from coupling.sweeps.sweep import check_build
 from structures.caution import caution, collected
 from structures.checks import duration, finite, instance, short
@@ -126,6 +127,7 @@ class Prediction:
         check_build(build, {one.name: None for one in ranges}, "build", "unknowns")
         self.build, self.ranges, self.sensors, self.until = build, list(ranges), list(sensors), until
         self.runs, self.failed, self._said = 0, 0, dict[str, str]()
+        self.progress: Progress | None = None
         self._quick = False
         self.first = self.made(**self.values(np.full(len(self.ranges), 0.5)))
         # A builder that chooses its windows, or a coarser accuracy, keeps them.
@@ -173,8 +175,15 @@ class Prediction:
         """The unknowns at places from 0 to 1."""
         return {one.name: one.value(place) for one, place in zip(self.ranges, places, strict=True)}
 
+    def stage(self, name: str) -> None:
+        """What the next runs are for, where the user sees it."""
+        if self.progress is not None:
+            self.progress.stage(name)
+
     def made(self, **values: Any) -> CoSimulation:
         made = instance("build(...)", self.build(**values), CoSimulation, "a CoSimulation")
+        if self.progress is not None:
+            self.progress.advance()
         if len(made.interface.chains) > 1:
             raise ValueError("build(...): has several chains; must have one")
         return made.reduced(self.until, **({"accuracy": ACCURACY} if self._quick else {}))

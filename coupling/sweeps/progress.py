@@ -43,7 +43,8 @@ class Progress:
     """Counts the points of a sweep. Points from earlier runs (`done`) count, but do not enter the estimate of the
     speed, nor does the first one, which loads or compiles code. Within `one_bar` all points count there.
 
-    clock: returns the time, s.
+    likely: whether the total is only that; then the points are runs of one task by itself, in stages. clock: returns
+    the time, s.
     """
 
     def __init__(
@@ -53,12 +54,13 @@ class Progress:
         failed: int = 0,
         clock: Callable[[], float] = time.monotonic,
         label: str = "sweep",
+        likely: bool = False,
     ) -> None:
         self.total, self.done, self.failed, self._before, self._clock = total, done, failed, done, clock
         self._begin = self._told = clock()
         self._first = float("nan")
-        self._whole = _shared[-1] if _shared else None
-        self._label = label
+        self._whole = _shared[-1] if _shared and not likely else None
+        self._label, self._likely, self._stage = label, likely, ""
         if self._whole:
             self._whole._joined(total, done)
         else:
@@ -81,7 +83,8 @@ class Progress:
             self._whole.advance(failed)
             return
         if self.done > self.total:
-            self.total = self._bar.total = self.done
+            self._bar.total = self.done
+            self.total = self.total if self._likely else self.done
         now = self._clock()
         if np.isnan(self._first):
             self._first = now
@@ -91,11 +94,19 @@ class Progress:
             self._told = now
             log.info(self.text())
 
+    def stage(self, name: str) -> None:
+        """What the next runs are for."""
+        self._stage = name
+        self._bar.set_description_str(self.text())
+
     def text(self) -> str:
         """How far it is, and about how long it takes where that is known."""
         left = self.left()
         failed = f", {self.failed} failed" if self.failed else ""
         about = "" if np.isnan(left) else f", about {tqdm.format_interval(left)} left"
+        if self._likely:
+            of = f" of about {self.total}" if self.done < self.total else ""
+            return f"{self._label}: {self._stage} {self.done}{of} runs{failed}{about}"
         return f"{self._label}: {self.done} of {self.total} points{failed}{about}"
 
     def left(self) -> float:

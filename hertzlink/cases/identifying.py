@@ -1,6 +1,7 @@
 """Unknowns of a case from a measured signal: the section [identify]."""
 
 from dataclasses import replace
+from math import inf
 from textwrap import fill
 from typing import Any
 
@@ -36,28 +37,35 @@ def answer(question: Question, signal: xr.Dataset) -> tuple[Identification, list
     return replace(found, unknowns=shown), remarks
 
 
-def _found(question: Question, signal: xr.Dataset) -> tuple[Identification, list[str]]:
-    case = question.case
-    middle, until = question.middle, question.part.until
+def prepared(question: Question, record: float = inf) -> tuple[Question, float]:
+    """The question of a case whose runs are as long as its signal counts, and that length, s. record: s."""
+    until = question.part.until
     if until is None:
         with collected():
-            chain = Builder(question)(**middle).chain
-        record = float(signal.time[-1] - signal.time[0])
+            chain = Builder(question)(**question.middle).chain
         until = min(record, FROM_IMPACT * chain.transit_time)
-    data = case.changed({"run.until": until, "run.accuracy": "default"})
-    question = replace(question, case=Case(_same_mesh(data, question), case.folder))
+    data = question.case.changed({"run.until": until, "run.accuracy": "default"})
+    return replace(question, case=Case(_same_mesh(data, question), question.case.folder)), until
+
+
+def has_edge(question: Question) -> bool:
+    """Whether a plate with one edge stands for the structure."""
+    edge = edge_of(question.case.changed(texts(question, question.middle)).model)
+    return edge is not None and bool(question.of_structure)
+
+
+def _found(question: Question, signal: xr.Dataset) -> tuple[Identification, list[str]]:
+    question, until = prepared(question, float(signal.time[-1] - signal.time[0]))
     common = {"until": until}
-    edge = edge_of(Builder(question).question.case.changed(texts(question, middle)).model)
-    if question.part.search == "full" or edge is None or not question.of_structure:
-        # The first batch loads compiled code, which identify would count as the time of a run.
-        rows: dict[str, Any] = {name: [value] for name, value in middle.items()}
-        with collected():
-            batch(Builder(question), until, threads=1, sensors=list(question.columns), **rows)
-        found = identified(question, signal, Builder(question), common)
-        if edge is None or not question.of_structure:
-            return found, []
-        return found, Fit(question, found, Builder(question), frequency_of(case)).remarks()
-    return by_one_edge(question, signal, common)
+    if question.part.search != "full" and has_edge(question):
+        return by_one_edge(question, signal, common)
+    # The first batch loads compiled code, which identify would count as the time of a run.
+    rows: dict[str, Any] = {name: [value] for name, value in question.middle.items()}
+    with collected():
+        batch(Builder(question), until, threads=1, sensors=list(question.columns), **rows)
+    found = identified(question, signal, Builder(question), common)
+    fit = Fit(question, found, Builder(question), frequency_of(question.case)) if has_edge(question) else None
+    return found, fit.remarks() if fit else []
 
 
 def _same_mesh(case: Case, question: Question) -> dict[str, Any]:

@@ -1,15 +1,21 @@
 """What a case would do, and about how long it takes, measured by building and running a part of it."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from importlib import import_module
 from math import prod
-from time import perf_counter
-from typing import Any
+from time import perf_counter, process_time
+from typing import Any, TypeVar
 
 import joblib
 import numpy as np
 
+from coupling.identification.identify import likely_runs, seconds_of_run
+from coupling.identification.prediction import Prediction, range_of
 from coupling.participant import BlackBox
 from hertzlink.cases.case import of_run
+from hertzlink.cases.identifying import has_edge, prepared
+from hertzlink.cases.plate_models import one_edge
+from hertzlink.cases.questions import Builder, Question, question_of
 from hertzlink.cases.running import Task
 from structures.caution import collected
 from structures.moving import MovingStructure
@@ -22,27 +28,30 @@ REFINED = 8
 
 AXIS_WIDTH = 60
 
+Result = TypeVar("Result")
+
 
 def trial(task: Task) -> str:
     """Lines of text: runs, chain, structure, mesh, record, time. Builds the first structure; raises what it raises."""
+    # What this process did so far: load its code.
+    loading = process_time() + timed(lambda: import_module("hertzlink.cases.pages"))[0]
     first = task.first
     with collected() as warnings:
-        begin = perf_counter()
-        simulation = first.simulation()
-        building = perf_counter() - begin
+        building, simulation = timed(first.simulation)
         with of_run():
             plan = simulation.plan(first.until, first.model.run.save_every if not task.axes else None)
         short = first.until / PART
     # Of a short run warnings mean little.
     with collected():
-        simulation.run(short)  # compiles what is not compiled yet
-        begin = perf_counter()
-        simulation.run(short)
-        running = PART * (perf_counter() - begin)
+        # The first run loads code, or compiles what is not compiled yet.
+        starting, _ = timed(lambda: simulation.run(short))
+        part, _ = timed(lambda: simulation.run(short))
+    starting, running = loading + max(0.0, starting - part), PART * part
     runs, built = prod(len(one.values) for one in task.axes), _structures(task)
     refined = REFINED * prod(len(one.values) for one in task.others) if task.along is not None else 0
     jobs = 1 if task.kind == "run" else min(joblib.cpu_count(), max(1, runs))
-    seconds = ((built + refined) * building + (runs + refined) * running) / jobs
+    # Processes start as this one does.
+    seconds = (1 + (jobs > 1)) * starting + ((built + refined) * building + (runs + refined) * running) / jobs
     lines = [_what(task, runs, refined)]
     for axis in task.axes:
         ends = axis.shown(axis.values[0]), axis.shown(axis.values[-1])
@@ -54,10 +63,42 @@ def trial(task: Task) -> str:
     of = f" of chain {first.model.measure.chain}" if len(chains) > 1 else ""
     lines.append(f"sensors: bead {', '.join(map(str, task.sensors))}{of}")
     many = f", {jobs} processes" if jobs > 1 else ""
-    lines.append(f"time: about {in_words(seconds)} (measured: {in_words(building)} to build a structure,")
+    lines.append(
+        f"time: about {in_words(seconds)} (measured: {in_words(starting)} to start, {in_words(building)} to build a "
+        "structure,"
+    )
     lines.append(f"  {in_words(running)} for a run, from a tenth of one{many})")
+    if task.case.model.identify is not None:
+        lines += _identification(question_of(task.case))
     lines += [f"warning: {one}" for one in dict.fromkeys(warnings) if "record" not in one and "until" not in one]
     return "\n".join(lines)
+
+
+def _identification(question: Question) -> list[str]:
+    """What `hertzlink identify` likely takes; on a plate its search with one edge, and the fits that follow."""
+    question, until = prepared(question)
+    short_way = question.part.search != "full" and has_edge(question)
+    names = [name for name in question.ranges if name not in question.nuisances]
+    unknowns = len(names) or len(question.ranges)
+    runs = likely_runs(unknowns, len(question.ranges) - unknowns, question.part.starts)
+    ranges = [range_of(name, ends) for name, ends in question.ranges.items()]
+    with collected():
+        build = Builder(question, one_edge if short_way else None)
+        prediction = Prediction(build, ranges, list(question.columns), until)
+        starting = seconds_of_run(prediction, [0.5])
+        each = seconds_of_run(prediction, [0.3, 0.4, 0.6])
+    return [
+        f"identify: {len(ranges)} unknowns, likely about {runs} runs, {in_words(starting + runs * each)}",
+        f"  (measured: {in_words(each)} to build and run)",
+        *["  on the plate with its nearest edge alone, then fits on the whole plate"] * short_way,
+    ]
+
+
+def timed(do: Callable[[], Result]) -> tuple[float, Result]:
+    """The seconds that something takes, and what it returns."""
+    begin = perf_counter()
+    result = do()
+    return perf_counter() - begin, result
 
 
 def _numbered(word: str, number: int, many: Sequence[Any]) -> str:

@@ -1,5 +1,6 @@
 """Unknowns from signals: truths found within their intervals, blind ones named, and bad input refused."""
 
+import logging
 import re
 import warnings
 from collections.abc import Mapping
@@ -15,6 +16,7 @@ from scipy.signal import lfilter
 from threadpoolctl import threadpool_info, threadpool_limits
 
 import hertzlink as hl
+from coupling.identification.identify import likely_runs
 from coupling.identification.measured import estimated
 from coupling.identification.misfit import Measured, Misfit
 from coupling.identification.prediction import Curves, Prediction, Range, high_passed, range_of
@@ -624,3 +626,27 @@ def test_an_interval_does_not_depend_on_how_the_unknown_is_written() -> None:
     expected = [3e9 * (1.0 + end) for end in other["change"].interval]
     # The two parabolas differ by 0.1 of the error.
     assert one["modulus"].interval == pytest.approx(expected, abs=0.05 * one["modulus"].error)
+
+
+def test_a_fit_says_its_stage_and_count(caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of about as many runs as it likely takes; the count is that of the result, and the first runs of each name."""
+    monkeypatch.setattr("coupling.sweeps.progress.LOG_INTERVAL", 0.0)
+    with caplog.at_level(logging.INFO, "hertzlink.sweep"):
+        found = hl.identify(tap(wall(3e9)), wall, until=UNTIL, modulus=(2e9, 4.5e9))
+    said = [record.getMessage() for record in caplog.records]
+    assert said[0] == "identify: search 1 of about 200 runs"
+    assert {line.split()[1] for line in said} >= {"search", "intervals"}
+    assert abs(int(said[-1].split()[2]) - found.runs) <= 0.1 * found.runs
+
+
+@pytest.mark.parametrize(
+    ("given", "runs"),
+    [
+        ({"unknowns": 1}, (184, 234)), ({"unknowns": 1, "nuisances": 1}, (304, 558)),
+        ({"unknowns": 2}, (576, 1066)), ({"unknowns": 2, "nuisances": 1}, (875, 1201)),
+        ({"unknowns": 3}, (939, 1265)), ({"unknowns": 1, "nuisances": 1, "guess": True}, (30, 34)),
+    ],
+)  # fmt: skip
+def test_likely_runs_are_those_of_fits(given: dict[str, Any], runs: tuple[int, int]) -> None:
+    """Least and most that fits of rods, plates, an edge, a bond and losses took."""
+    assert runs[0] / 1.25 < likely_runs(**given) < runs[1] * 1.25

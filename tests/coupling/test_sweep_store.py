@@ -487,6 +487,16 @@ def test_time_left_is_not_stated_before_points_come_steadily(times: list[float],
         assert ("left" in progress.text()) == (left is not None)
 
 
+def test_a_total_that_is_only_likely_is_left_out_once_it_is_passed() -> None:
+    with one_bar("plates", 6), Progress(2, label="fit", likely=True) as progress:
+        progress.stage("search")
+        assert progress.text() == "fit: search 0 of about 2 runs"
+        for _ in range(3):
+            progress.advance()
+        progress.stage("intervals")
+        assert progress.text() == "fit: intervals 3 runs"
+
+
 def test_sweeps_of_one_task_share_its_bar(capsys: pytest.CaptureFixture[str]) -> None:
     """Three points more than were expected make the total larger; those that an earlier sweep left count as done."""
     with one_bar("plates", 6):
