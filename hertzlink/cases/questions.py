@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import xarray as xr
+from pydantic import BaseModel
 
 from coupling.cosimulation import CoSimulation
 from coupling.identification.found import Identification
@@ -23,6 +24,12 @@ from structures.structure import Structure
 
 WIDE = 2.0
 """The range of a nuisance without one: from its value over this factor to its value times it."""
+
+OF_MATERIALS = ("youngs_modulus", "poisson_ratio", "density")
+"""Numbers of a material that a case names."""
+
+MOST_NAMES = 20
+"""Paths that a message lists."""
 
 Structures = Callable[[CaseModel, World], Structure | None]
 
@@ -125,10 +132,48 @@ def question_of(case: Case) -> Question:
 
 
 def _number(case: Case, key: str, given: Any, at: Path, place: Path) -> float:
-    found = si_value(case, path_of(key, place), given, at)
+    path = path_of(key, place)
+    try:
+        found = si_value(case, path, given, at)
+    except Fault:
+        names = [written(one) for one in numbers_of(case, str(path[0]))]
+        if is_entry(case, path) or written(path) in names:
+            raise
+        more = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
+        words = f"[{path[0]}] has {', '.join(names[:MOST_NAMES]) or 'none'}{more}"
+        raise Fault(place, f'"{key}" is no number of this case; {words}') from None
     if not isinstance(found, int | float):
         raise Fault(at, f"{found!r} is no number; only numbers can be unknown")
     return float(found)
+
+
+def is_entry(case: Case, path: Path) -> bool:
+    """Whether a case may have a number at a path."""
+    try:
+        value = value_at(case.model, path)
+    except (AttributeError, KeyError, IndexError, TypeError):
+        return False
+    return value is None or isinstance(value, int | float | str)
+
+
+def numbers_of(case: Case, section: str) -> list[Path]:
+    """The paths of the numbers, other than counts, that a section of the case holds."""
+    found: list[Path] = []
+
+    def walk(value: Any, path: Path) -> None:
+        if isinstance(value, float):
+            found.append(path)
+        elif path[-1] == "material" and isinstance(value, str):
+            found.extend((*path, name) for name in OF_MATERIALS)
+        elif isinstance(value, BaseModel):
+            for name, field in type(value).model_fields.items():
+                walk(getattr(value, name), (*path, field.alias or name))
+        elif isinstance(value, list | tuple | dict):
+            for part, one in value.items() if isinstance(value, dict) else enumerate(value):
+                walk(one, (*path, part))
+
+    walk(getattr(case.model, section), (section,))
+    return found
 
 
 def _value(case: Case, key: str, place: Path) -> float:
