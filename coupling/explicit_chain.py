@@ -26,6 +26,7 @@ from structures.caution import caution
 from structures.checks import instance, positive
 from structures.structure import Vector
 from structures.surface import hertz_stiffness, relative_curvatures
+from structures.units import readable
 
 CELLS = 4
 """Over the radius of a contact that holds all of the impact energy; three then lie over that of the wave's contacts."""
@@ -147,7 +148,10 @@ def explicit_chain(
     radius = _widest_contact(bead, chain.impact_energy, rigid_wall)
     size = radius / CELLS if spacing is None else positive("spacing", spacing, "m")
     if size * FEWEST > radius:
-        caution(f"spacing = {size:.3g} m: leaves contacts fewer than {FEWEST} cells; take {radius / CELLS:.3g} m")
+        caution(
+            f"spacing = {readable(size, 'm')}: leaves contacts fewer than {FEWEST} cells; take "
+            f"{readable(radius / CELLS, 'm')}"
+        )
     interval, rows = _saved_times(chain, until, save_every)
     reach = max(MARGIN * radius, size)
     for _ in range(TRIES):
@@ -255,7 +259,10 @@ def _findings(bead: Bead, force: Vector, wall: bool) -> list[str]:
     worst = int(part.argmax())
     if part[worst] <= SMALL_CONTACT:
         return []
-    return [f"strains: contact {worst + 1} has a radius of {radius[worst]:.3g} m, so wide that strains are not small"]
+    return [
+        f"strains: contact {worst + 1} has a radius of {readable(float(radius[worst]), 'm')}, so wide that "
+        "strains are not small"
+    ]
 
 
 def _dataset(chain: Chain, frames: _Frames, given: dict[str, Any], mesh: dict[str, float]) -> xr.Dataset:

@@ -11,6 +11,7 @@ from coupling.schemes.windows import Adaptive
 from structures.caution import caution
 from structures.checks import positive
 from structures.moving import MovingStructure
+from structures.units import readable
 
 FEWEST_PER_CONTACT = 8
 """The user is warned of fewer substeps or saved times in a contact: on a PTFE rod AR is off by 0.2 % at 3.5 of them, by
@@ -114,7 +115,10 @@ def warn_if_coarse(plan: Plan, interface: Interface, adaptive: bool) -> list[str
     name = "window" if plan.substeps == 1 else "window / substeps"
     for what, interval in ((name, plan.length), ("save_every", plan.interval)):
         if interval > coarse * (1.0 + SAME_TIME) and not (what == name and adaptive):
-            finding = f"{what} = {interval:.3g} s: is coarse compared with a contact; take at most {coarse:.3g} s"
+            finding = (
+                f"{what} = {readable(interval, 's')}: is coarse compared with a contact; take at most "
+                f"{readable(coarse, 's')}"
+            )
             warn([finding])
             return [finding]
     return []

@@ -14,8 +14,8 @@ from coupling.structure_checks import check_structures
 from coupling.yield_check import Motion, yields
 from particles import kernels
 from particles.moving import MovingChain
-from structures.checks import duration
 from structures.structure import Vector
+from structures.units import readable
 
 LARGE = 1e-3
 """Part of the impact energy that a run may create or lose without a warning."""
@@ -66,7 +66,7 @@ def _meant(chains: Sequence[MovingChain], until: float) -> str:
     """The question whether a record that is far too long is in another unit; empty for another one."""
     scale = max(_there_and_back(chains), *(one.chain.excitation.duration for one in chains))
     meant = [factor * until for factor in SHORTER if factor * until <= LONG * scale < until]
-    return f"; did you mean until = {meant[0]:.4g} ({duration(meant[0])})?" if meant else ""
+    return f"; did you mean until = {meant[0]:.4g} ({readable(meant[0], 's', 4)})?" if meant else ""
 
 
 def _there_and_back(chains: Sequence[MovingChain]) -> float:
@@ -97,8 +97,8 @@ def _of_length(chains: Sequence[MovingChain], until: float) -> list[str]:
     if until <= LONG * max(once, *(one.chain.excitation.duration for one in chains)):
         return []
     return [
-        f"until = {until:g} s: is {until / once:.2g} times the {duration(once)} that a wave takes "
-        f"through the chain and back{_meant(chains, until)}"
+        f"until = {until:g} s: is {until / once:.2g} times the {readable(once, 's', 4)} that a "
+        f"wave takes through the chain and back{_meant(chains, until)}"
     ]
 
 

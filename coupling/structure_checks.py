@@ -13,6 +13,7 @@ from coupling.results.missing_waves import rounded_up
 from coupling.results.schema import LAST
 from structures.reduction import error_for_pulse
 from structures.structure import Vector
+from structures.units import readable
 
 LARGE_DEFLECTION = 0.5
 """Thicknesses; the stretching of the middle plane is then some tenth of the bending (Timoshenko and Woinowsky-Krieger,
@@ -81,8 +82,8 @@ def _of_deflection(origin: Any, moved: float) -> Iterator[Doubt]:
     if thickness and held and moved > LARGE_DEFLECTION * thickness:
         what, then = ("shell", "softens it") if shell else ("plate", "stiffens it")
         words = (
-            f"the {what} moves by {moved:.2g} m at the contact, more than half its thickness of {thickness:.2g} m; "
-            f"linear theory neglects the stretching that then {then}"
+            f"the {what} moves by {readable(moved, 'm', 2)} at the contact, more than half its thickness of "
+            f"{readable(thickness, 'm')}; linear theory neglects the stretching that then {then}"
         )
         yield Doubt("deflection", moved / thickness, words)
 
@@ -95,9 +96,9 @@ def _of_reduction(origin: Any, length: float) -> Iterator[Doubt]:
     error, allowed = error_for_pulse(report, length), report["tolerance"]
     if error > EXCEEDED * allowed:
         words = (
-            f"its estimated error is {100.0 * error:.2g} % for this run's push of {1e6 * length:.2g} µs, its tolerance "
-            f"{100.0 * allowed:.2g} % for pulses of {1e6 * report['pulse']:.2g} µs; late and secondary waves may be "
-            f"wrong; reduce(..., pulse={length:.1e}) suits this push"
+            f"its estimated error is {100.0 * error:.2g} % for this run's push of {readable(length, 's', 2)}, "
+            f"its tolerance {100.0 * allowed:.2g} % for pulses of {readable(report['pulse'], 's', 2)}; late and "
+            f"secondary waves may be wrong; reduce(..., pulse={length:.1e}) suits this push"
         )
         yield Doubt("reduction", error / allowed, words)
 
@@ -107,8 +108,9 @@ def _of_mesh(origin: Any, length: float) -> Iterator[Doubt]:
     frequency = 0.0 if origin.get("kind") in GRADED else _number(origin, "highest_frequency")
     if frequency and length * frequency < FEWEST_CYCLES:
         words = (
-            f"it resolves waves up to {1e-3 * frequency:.3g} kHz, and this run's push of {1e6 * length:.2g} µs excites "
-            f"higher ones; late and secondary waves may be wrong; {_finer(origin, ENOUGH_CYCLES / length)} suits it"
+            f"it resolves waves up to {readable(frequency, 'Hz')}, and this run's push of "
+            f"{readable(length, 's', 2)} excites higher ones; late and secondary waves may be "
+            f"wrong; {_finer(origin, ENOUGH_CYCLES / length)} suits it"
         )
         yield Doubt("mesh", 1.0 / (length * frequency), words)
 

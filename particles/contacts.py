@@ -14,6 +14,7 @@ from particles.laws.law import ContactLaw, PowerLaw, TabulatedLaw, check_contact
 from particles.laws.yielding import YieldingContact, YieldingLaw
 from structures.structure import Vector
 from structures.surface import Surface
+from structures.units import readable
 
 Pair = tuple[Bead, Bead | Surface]
 Laws = Sequence[ContactLaw | None]
@@ -166,8 +167,8 @@ def cautions(pairs: Sequence[Pair | None], groups: Groups, deepest: Vector) -> t
         worst = contacts[int(deepest[contacts].argmax())]
         if deepest[worst] > law.largest:
             beyond.append(
-                f"contact law: the approach of {deepest[worst]:.3g} m at contact {worst + 1} is beyond "
-                f"{law.largest:.3g} m, up to which its law ({law.name}) is trusted"
+                f"contact law: the approach of {readable(float(deepest[worst]), 'm')} at contact {worst + 1} is beyond "
+                f"{readable(law.largest, 'm')}, up to which its law ({law.name}) is trusted"
             )
         if isinstance(law, ComputedLaw) and law.formula > 0.0:
             beyond += _foreign(pairs, law, contacts.tolist())

@@ -30,6 +30,7 @@ from structures.mesh_reading import Tag, known
 from structures.plausible import units_of_one
 from structures.structure import Structure
 from structures.surface import Surface
+from structures.units import readable
 
 MEMBERS = (
     "name", "thin", "patch_radius", "unknowns", "described", "wavelength", "cells", "objection", "assemble",
@@ -142,8 +143,8 @@ class Plate:
             raise ValueError(f"thickness = {section.thickness!r}: exceeds the plate's shorter side, {shorter:.6g} m")
         if self.element.thin and section.thickness > THICK * shorter:
             caution(
-                f"thickness = {section.thickness:g} m: exceeds a tenth of the plate's shorter side; Kirchhoff's theory "
-                "is for thin plates, mindlin_plate and mindlin_panel for thicker ones"
+                f"thickness = {readable(section.thickness, 'm', 6)}: exceeds a tenth of the plate's shorter "
+                "side; Kirchhoff's theory is for thin plates, mindlin_plate and mindlin_panel for thicker ones"
             )
         object.__setattr__(self, "additions", check_additions(self.additions, box))
         for i, one in enumerate(self.additions):

@@ -15,6 +15,7 @@ from structures.field import Field, Sampler
 from structures.material import Material
 from structures.structure import Structure
 from structures.surface import Surface
+from structures.units import readable
 
 SAME_RATIO = 1e-12
 """Poisson's ratios that differ by less than this are equal."""
@@ -129,8 +130,8 @@ def _check_thickness(origin: Mapping[str, Any], thickness: float) -> None:
         raise ValueError(f"thickness = {thickness!r}: exceeds the plate's shorter side, {min(sides):.6g} m")
     if sides and thickness > THICK * min(sides):
         caution(
-            f"thickness = {thickness:g} m: exceeds a tenth of the plate's shorter side; Kirchhoff's theory is for thin "
-            "plates, mindlin_plate for thicker ones"
+            f"thickness = {readable(thickness, 'm', 6)}: exceeds a tenth of the plate's shorter side; "
+            "Kirchhoff's theory is for thin plates, mindlin_plate for thicker ones"
         )
 
 

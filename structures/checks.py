@@ -155,11 +155,6 @@ def short(value: object) -> str:
     return text if len(text) <= LONGEST_VALUE_TEXT else f"{text[:LONGEST_VALUE_TEXT]}…"
 
 
-def duration(seconds: float) -> str:
-    """A time in a message, in µs, or from 1 ms on in ms."""
-    return f"{1e6 * seconds:.4g} µs" if seconds < 1e-3 else f"{1e3 * seconds:.4g} ms"
-
-
 def one_of(name: str, value: str, choices: Collection[str]) -> str:
     """`value`; otherwise a ValueError that lists the choices and the nearest one."""
     if not isinstance(value, str) or value not in choices:

@@ -22,6 +22,7 @@ from structures.pressure import AIR, ATMOSPHERE, following_stiffness, ring_openi
 from structures.structure import Structure, Vector
 from structures.surface import Surface
 from structures.thin_sphere import sizes
+from structures.units import readable
 
 BASES = ("fixed", "free", "contact")
 
@@ -303,11 +304,14 @@ class _Wall:
             )
         if abs(strain) > LARGE_STRETCH:
             caution(
-                f"spherical_shell pressure = {pressure:g}: stretches the wall by {100.0 * strain:.2g} %; give radius, "
-                "thickness and modulus at this stretch, and check the unit"
+                f"spherical_shell pressure = {readable(pressure, 'Pa', 6)}: stretches the wall by "
+                f"{100.0 * strain:.2g} %; give radius, thickness and "
+                "modulus at this stretch, and check the unit"
             )
         if m.yield_strength is not None:
-            check_stress(f"spherical_shell pressure = {pressure:g}", stress, m, "check the unit, and the wall")
+            check_stress(
+                f"spherical_shell pressure = {readable(pressure, 'Pa', 6)}", stress, m, "check the unit, and the wall"
+            )
 
     def check_buckling(self, pressure: float, mass: Any, elastic: Any, stressed: Any) -> None:
         """Raise a ValueError if the wall buckles under less than this pressure."""
@@ -318,7 +322,7 @@ class _Wall:
         mass, elastic, stressed = (one[kept][:, kept] for one in (mass, elastic, stressed))
         factor = buckling_factor(mass, elastic, stressed, 0.0)
         refused = f"pressure = {pressure!r}: must be above {factor * pressure:.4g} Pa, at which the wall buckles"
-        check_buckling(factor, f"spherical_shell pressure = {pressure:g} Pa", refused)
+        check_buckling(factor, f"spherical_shell pressure = {readable(pressure, 'Pa', 6)}", refused)
 
 
 def _plate_speed(material: Material, thickness: float) -> float:

@@ -2,10 +2,14 @@
 
 import math
 import re
+from collections.abc import Iterable
 from decimal import Decimal
 from functools import cache
 from tokenize import TokenError
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     import pint
@@ -21,6 +25,10 @@ LARGEST_POWER = re.compile(r"(\*\*|\^)\s*-?\d{2,}|\d{3,}")
 
 NO_UNIT = (ArithmeticError, AssertionError, AttributeError, KeyError, SyntaxError, TokenError, TypeError, ValueError)
 """What pint raises, in addition to its own errors, for text that is no unit."""
+
+PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
+
+WITHOUT_PREFIX = ("", "1", "rad", "N")
 
 
 @cache
@@ -74,3 +82,23 @@ def in_si(text: str) -> float:
         return float(quantity.to_base_units().magnitude)
     except (pint.PintError, *NO_UNIT):
         return math.nan
+
+
+def handy(values: Iterable[float] | NDArray[np.float64], unit: str) -> tuple[float, str]:
+    """The factor and the unit with a prefix in which the greatest of the values is a handy number, from 1 on."""
+    known = np.abs(np.asarray(values, dtype=float))
+    known = known[np.isfinite(known)]
+    top = float(known.max(initial=0.0))
+    # Nor have m/s and kg/m³ one.
+    if unit in WITHOUT_PREFIX or set("/ ²") & set(unit) or top == 0.0:
+        return 1.0, "" if unit == "1" else unit
+    size, letter = next((one for one in PREFIXES if top >= one[0]), PREFIXES[-1])
+    return 1.0 / size, f"{letter}{unit}"
+
+
+def readable(value: float, unit: str, digits: int = 3) -> str:
+    """A quantity in a message, with the prefix in which its number is handy: "2.29 mm"; the value is in SI units."""
+    # Rounded first: 999.9 µs is 1 ms, and two digits of 120 µs are no power of ten.
+    rounded = float(f"{value:.{digits}g}")
+    factor, unit = handy([rounded], unit)
+    return f"{factor * rounded:.6g} {unit}".rstrip()

@@ -18,10 +18,10 @@ from coupling.identification.prediction import Prediction, Range, range_of, usua
 from coupling.identification.search import Search
 from coupling.sweeps.progress import Progress
 from structures.caution import caution
-from structures.checks import duration, finite, not_negative, one_of, positive, short, whole
+from structures.checks import finite, not_negative, one_of, positive, short, whole
 from structures.one_thread import one_thread
 from structures.structure import Vector
-from structures.units import factor
+from structures.units import factor, readable
 
 SCANNED = {1: 32, 2: 64}
 """Points of the scan over all ranges by the number of unknowns; MOST_SCANNED for more."""
@@ -235,13 +235,15 @@ def _check_record(prediction: Prediction, step: float, record: float) -> None:
     contact, wave = prediction.contact_time, prediction.first.chain.transit_time
     if step > contact / COARSEST:
         raise ValueError(
-            f"signal: has a sample every {duration(step)}, too coarse for contacts of {duration(contact)}; "
+            f"signal: has a sample every {readable(step, 's', 4)}, too coarse for contacts of "
+            f"{readable(contact, 's', 4)}; "
             f"sample at {1e-6 * COARSEST / contact:.2g} MHz or more{_other_unit(step, record, contact, wave)}"
         )
     longest = min(record, prediction.until)
     if longest < 0.5 * wave:
         raise ValueError(
-            f"signal: {duration(longest)} are compared, but the wave needs about {duration(wave)} through the chain; "
+            f"signal: {readable(longest, 's', 4)} are compared, but the wave needs about "
+            f"{readable(wave, 's', 4)} through the chain; "
             "record longer, or give a longer until"
         )
 

@@ -20,8 +20,9 @@ from coupling.sweeps.batch import batch
 from coupling.sweeps.progress import Progress
 from coupling.sweeps.sweep import check_build
 from structures.caution import caution, collected
-from structures.checks import duration, finite, instance, short
+from structures.checks import finite, instance, short
 from structures.structure import Vector
+from structures.units import readable
 
 SAVED_PER_CONTACT = 48.0
 """Saved times in the shortest contact: cubic splines between them are exact to 1e-5 of a pulse."""
@@ -108,8 +109,8 @@ def usual_length(build: Callable[..., CoSimulation], ranges: Sequence[Range], re
     valid = min((valid_until(one) for one in made.interface.structures), default=inf)
     if valid < SHORT * wanted:
         caution(
-            f"until: the structure was made for runs of {duration(valid)}, so that later samples do not count; "
-            f"make it for {duration(wanted)}"
+            f"until: the structure was made for runs of {readable(valid, 's', 4)}, so that later samples do not count; "
+            f"make it for {readable(wanted, 's', 4)}"
         )
     return min(wanted, valid)
 

@@ -26,6 +26,7 @@ from particles.moving import MovingChain
 from structures.checks import each, finite, instance, one_of, positive, short
 from structures.structure import Vector
 from structures.surface import Surface
+from structures.units import readable
 
 DEFAULT_NAMES = {"participant": "Chain", "mesh": "Chain-Mesh", "displacement": "Displacement", "force": "Force"}
 """Default names in the configuration: of the chain, its mesh, the data that it reads and the data that it writes."""
@@ -187,8 +188,8 @@ class _Windows:
         """Windows that are coarse, or took as many iterations as they may."""
         found, coarse = [], moving.contact_time / FEWEST_PER_CONTACT
         if self.longest > coarse * (1.0 + SAME_TIME):
-            size = f"time-window-size = {self.longest:.3g} s"
-            found.append(f"{size}: is coarse compared with a contact; take at most {coarse:.3g} s")
+            size = f"time-window-size = {readable(self.longest, 's')}"
+            found.append(f"{size}: is coarse compared with a contact; take at most {readable(coarse, 's')}")
         if last := sum(tries >= most for tries in self.evaluations):
             count = sum(tries > 0 for tries in self.evaluations)
             found.append(

@@ -14,8 +14,9 @@ from coupling.results.sensor import bridged
 from coupling.results.waves import NoWave, ReflectedWave, Reflections, Wave
 from coupling.results.waves_of_runs import BEGINS, Series, WavesOfRuns, find_waves, measured, series_of, why_missing
 from structures.caution import caution
-from structures.checks import duration, not_negative, one_of, positive, whole
+from structures.checks import not_negative, one_of, positive, whole
 from structures.structure import Vector
+from structures.units import readable
 
 SMALLEST_WAVE = 0.01
 """Waves below this part of the incident one are not reported: beads that rattle after a wave make such peaks."""
@@ -120,7 +121,7 @@ def reflections(run: xr.Dataset, sensor: int, smallest: float = SMALLEST_WAVE, e
     _warn_of_ends(reading, sensor)
     if incident is None:
         where = "stands out of the signal's noise" if reading.is_signal else f"runs over bead {sensor} to the structure"
-        none = f"none {where} within the record, {duration(reading.time[-1])}"
+        none = f"none {where} within the record, {readable(reading.time[-1], 's', 4)}"
         return Reflections(NoWave("incident", none), NoWave("primary", none), NoWave("secondary", none))
     if len(back) > 1:
         if reading.is_signal:
@@ -324,9 +325,9 @@ def _warn_of_tail(back: Sequence[ReflectedWave], sensor: int) -> None:
     if strongest.amplitude > TAIL * first.amplitude:
         caution(
             f"sensor {sensor}: the first wave after the incident one, AR = {first.amplitude_ratio:.3g} after "
-            f"{duration(first.time_of_flight)}, is weaker than a later one, AR = {strongest.amplitude_ratio:.3g} after "
-            f"{duration(strongest.time_of_flight)}; in a compressed chain it may be the tail of the incident wave, "
-            "which reflections(..., earliest=...) leaves out"
+            f"{readable(first.time_of_flight, 's', 4)}, is weaker than a later one, AR = "
+            f"{strongest.amplitude_ratio:.3g} after {readable(strongest.time_of_flight, 's', 4)}; in a compressed "
+            "chain it may be the tail of the incident wave, which reflections(..., earliest=...) leaves out"
         )
 
 

@@ -12,6 +12,7 @@ from coupling.results.schema import Contact
 from structures.caution import caution
 from structures.checks import positive
 from structures.structure import Vector
+from structures.units import readable
 
 SMALLEST_GAP = 1e-3
 """Gaps and contacts below this part of the greatest approach are not reported: rounding makes them at rest."""
@@ -113,7 +114,7 @@ def _warn_of_hidden(time: Vector, opened: Flags, pushed: Flags, interface: int) 
     if hidden.size:
         caution(
             f"save_every: interface {interface} closes and opens again between saved times, first after "
-            f"t = {time[hidden[0]]:.4g} s; save the run more often"
+            f"t = {readable(float(time[hidden[0]]), 's', 4)}; save the run more often"
         )
 
 

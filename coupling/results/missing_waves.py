@@ -8,8 +8,8 @@ import numpy as np
 from coupling.results.peaks import hops, rises
 from coupling.results.wave_kernels import FIRST_WAVE
 from structures.caution import caution
-from structures.checks import duration
 from structures.structure import Vector
+from structures.units import readable
 
 RECORD = "the record "
 """With these words a reason begins that a longer record removes."""
@@ -106,13 +106,13 @@ def rounded_up(value: float) -> float:
 def until_of(seconds: float) -> str:
     """What to give for `until`, s, rounded up to two digits, and the same in words."""
     value = rounded_up(seconds)
-    return f"until = {value:g} ({duration(value)})"
+    return f"until = {value:g} ({readable(value, 's', 4)})"
 
 
 def short_record(ends: float, needed: float, where: str) -> str:
     """In words; ends and needed: the record's end, and the one that would hold the wave, s."""
     return (
-        f"{RECORD}ends at {duration(ends)}, before a reflected wave can be back at {where}; {until_of(needed)} "
+        f"{RECORD}ends at {readable(ends, 's', 4)}, before a reflected wave can be back at {where}; {until_of(needed)} "
         "would hold it"
     )
 
@@ -120,7 +120,7 @@ def short_record(ends: float, needed: float, where: str) -> str:
 def cut_record(ends: float, needed: float, where: str) -> str:
     """The same of a record that ends within a wave; needed: NaN for a signal."""
     cure = f"{until_of(needed)} would hold it" if isfinite(needed) else "record longer"
-    return f"{RECORD}ends at {duration(ends)}, within a wave that comes back to {where}; {cure}"
+    return f"{RECORD}ends at {readable(ends, 's', 4)}, within a wave that comes back to {where}; {cure}"
 
 
 def reason_for_none(time: Vector, force: Vector, smallest: float, sensor: int, complete: bool) -> tuple[str, float]:
@@ -136,5 +136,5 @@ def reason_for_none(time: Vector, force: Vector, smallest: float, sensor: int, c
         return f"bead {sensor} is {distance} beads from the structure, where incident and reflected waves merge", np.nan
     return (
         f"none above {100.0 * smallest:.3g} % of the incident one (smallest = {smallest:g}) is back by the end of the "
-        f"record, {duration(time[-1])}: the structure took it, or it is weaker"
+        f"record, {readable(time[-1], 's', 4)}: the structure took it, or it is weaker"
     ), np.nan

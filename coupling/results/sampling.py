@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from coupling.results.sensor import FEWEST_SAMPLES
-from structures.checks import duration
 from structures.structure import Vector
+from structures.units import readable
 
 NEAR = 0.25
 """Stamps of samples that follow each other differ by one interval, up to this part of it."""
@@ -68,7 +68,7 @@ def even_sampling(time: Vector) -> Even:
     rows_of[places] = kept
     notes = []
     if off.max() > SAID * usual:
-        notes.append(f"times lie up to {duration(float(off.max()))} off even sampling, which is taken")
+        notes.append(f"times lie up to {readable(float(off.max()), 's', 4)} off even sampling, which is taken")
     return Even(even, rows_of, np.setdiff1d(rows, kept), notes)
 
 
@@ -109,7 +109,10 @@ def _coarse(time: Vector, rows: Rows) -> Even | None:
     if off.max() > 1.01 * max(digit, step):
         at = int(off.argmax())
         raise Unsampled(int(rows[at]), "times must be evenly spaced, as one sampling rate gives them")
-    text = f"stamps of time resolve {duration(digit)}, and samples are {duration(step)} apart: even sampling is taken"
+    text = (
+        f"stamps of time resolve {readable(digit, 's', 4)}, and samples are {readable(step, 's', 4)} apart: "
+        "even sampling is taken"
+    )
     return Even(even, np.arange(time.size), np.array([], dtype=np.int64), [text])
 
 

@@ -11,8 +11,8 @@ from coupling.results.sampling import Even, Rows, Unsampled, even_sampling, is_o
 from coupling.results.scope_file import LONGEST_LINE, Samples, ScopeFile, from_first
 from coupling.results.scope_header import FORCE, OTHER, TIME, Header, Unit, quantity_of
 from coupling.results.sensor import FEWEST_SAMPLES, bridged
-from structures.checks import duration
 from structures.structure import Vector
+from structures.units import readable
 
 NAMED = 3
 """Lines that a message names."""
@@ -189,10 +189,11 @@ def _checked_second(step: float, unit: Unit, interval: float, stated: object) ->
     fitting = [size for size in PREFIXES if abs(ratio / size - 1.0) < SAME]
     if stated is None and fitting:
         return fitting[0], [
-            f"the time is read in {PREFIXES[fitting[0]]}, from the header's interval, {duration(interval)}"
+            f"the time is read in {PREFIXES[fitting[0]]}, from the header's interval, {readable(interval, 's', 4)}"
         ]
     return unit.size, [
-        f"the header states an interval of {duration(interval)}, but the times are {duration(step * unit.size)} apart"
+        f"the header states an interval of {readable(interval, 's', 4)}, but the times are "
+        f"{readable(step * unit.size, 's', 4)} apart"
     ]
 
 
@@ -293,8 +294,9 @@ def _common(
         raise ValueError(f"{path}: columns {[*pieces]} hold times that do not overlap; read their sensors separately")
     time = time[inside]
     notes.append(
-        f"sensors have times of their own, which begin up to {duration(first - min(float(o[0]) for o, _ in every))} "
-        f"apart; the {duration(float(time[-1] - time[0]))} that all hold are read"
+        "sensors have times of their own, which begin up to "
+        f"{readable(first - min(float(o[0]) for o, _ in every), 's', 4)} apart; "
+        f"the {readable(float(time[-1] - time[0]), 's', 4)} that all hold are read"
     )
     return time, {sensor: _at(time, other, row) for other, rows in every for sensor, row in rows.items()}
 

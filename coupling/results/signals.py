@@ -15,9 +15,10 @@ from coupling.results.scope_header import FORCE, TIME, quantity_of
 from coupling.results.sensor import bridged, is_reversed, quiet_lead, smoothed, trace
 from coupling.results.signal_file import Sampling, read_trace
 from structures.caution import caution, collected
-from structures.checks import duration, finite, instance, not_negative, one_of, positive, short, whole
+from structures.checks import finite, instance, not_negative, one_of, positive, short, whole
 from structures.plausible import likely
 from structures.structure import Vector
+from structures.units import readable
 
 Where = Callable[[int], str]
 
@@ -307,7 +308,7 @@ def _baseline(time: Vector, force: Vector, baseline: float | str, where: str) ->
             upright = -force if is_reversed(force) else force
             return float(np.median(force[: quiet_lead(f"{where}, baseline = {baseline!r}", upright)]))
         except ValueError as error:
-            lasts = duration(float(time[-1] - time[0]))
+            lasts = readable(float(time[-1] - time[0]), "s", 4)
             raise ValueError(f"{error}; the record lasts {lasts}, {time.size} samples") from None
     seconds = not_negative("baseline", baseline, "s")
     if seconds == 0.0:

@@ -22,6 +22,7 @@ from coupling.sweeps.store import Point
 from coupling.sweeps.sweep import axis_labels, axis_values, check_build, named
 from structures.checks import each, finite, instance, listed, not_negative, positive, short, whole, within
 from structures.structure import Vector
+from structures.units import readable
 
 DEFAULT_BRACKET = 0.2e-3
 """m. Between samples this close, linear interpolation of AR is far more accurate than any measured distance."""
@@ -259,6 +260,6 @@ def _upper_bound(found: xr.Dataset, smallest: float) -> list[str]:
     if smallest == 0.0 or not bool((found.bracket.sel(end="low") == 0.0).any()):
         return []
     return [
-        f"{LABEL}: AR is within the tolerance at all distances, so the smallest, {smallest:g} m, is an upper bound; "
-        "give smaller distances"
+        f"{LABEL}: AR is within the tolerance at all distances, so the smallest, {readable(smallest, 'm', 6)}, "
+        "is an upper bound; give smaller distances"
     ]

@@ -1,13 +1,11 @@
-"""What all plots of results share: axes to draw on, colours, legends below, and units in which numbers are handy."""
+"""What all plots of results share: axes to draw on, colours, legends below."""
 
-from collections.abc import Iterable
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from structures.checks import instance
-from structures.structure import Vector
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,10 +32,6 @@ UNDER = 0.48
 
 OWN = "hertzlink"
 """The name of figures that the plots made, and may resize."""
-
-PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
-
-WITHOUT_PREFIX = ("", "1", "rad", "N")
 
 
 def axes_for(ax: Any, width: float = WIDTH, height: float = HEIGHT) -> "Axes":
@@ -125,15 +119,3 @@ def in_words(name: str) -> str:
 def plain(text: str) -> str:
     """Text of a user that matplotlib must not read as a formula."""
     return text.replace("$", r"\$")
-
-
-def handy(values: Iterable[float] | Vector, unit: str) -> tuple[float, str]:
-    """The factor and the unit with a prefix in which the greatest of the values is a handy number, from 1 on."""
-    known = np.abs(np.asarray(values, dtype=float))
-    known = known[np.isfinite(known)]
-    top = float(known.max(initial=0.0))
-    # Nor have m/s and kg/m³ one.
-    if unit in WITHOUT_PREFIX or set("/ ²") & set(unit) or top == 0.0:
-        return 1.0, "" if unit == "1" else unit
-    size, letter = next((one for one in PREFIXES if top >= one[0]), PREFIXES[-1])
-    return 1.0 / size, f"{letter}{unit}"

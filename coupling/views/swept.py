@@ -15,7 +15,6 @@ from coupling.views.canvas import (
     COLOURS,
     axes_for,
     from_zero,
-    handy,
     in_words,
     legend_below,
     mark_missing,
@@ -23,6 +22,7 @@ from coupling.views.canvas import (
     styled,
 )
 from structures.checks import instance, one_of, whole
+from structures.units import handy
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -10,8 +10,9 @@ from coupling.results.ar_and_tof import reflections
 from coupling.results.measures import energy_error, sensor_force
 from coupling.results.reading import Reading
 from coupling.results.waves import NoWave, ReflectedWave, Reflections
-from coupling.views.canvas import COLOURS, INK, axes_for, handy, legend_below, styled
+from coupling.views.canvas import COLOURS, INK, axes_for, legend_below, styled
 from structures.checks import whole
+from structures.units import handy
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -12,7 +12,7 @@ from hertzlink.cases.faults import Fault, fault_of
 from hertzlink.cases.paths import Path
 from hertzlink.cases.questions import Builder, Question
 from structures.caution import collected
-from structures.checks import duration
+from structures.units import readable
 
 NAMES: dict[str, Path] = {
     name: ("identify", name)
@@ -70,6 +70,7 @@ def _too_short(question: Question, file: File) -> str:
     if record >= needed:
         return ""
     return (
-        f"its record of {duration(record)} is too short: the wave is back at bead {bead} about {duration(needed)} "
+        f"its record of {readable(record, 's', 4)} is too short: the wave is back at bead {bead} about "
+        f"{readable(needed, 's', 4)} "
         "after the impact; record longer, from before the impact on"
     )

@@ -5,8 +5,8 @@ import xarray as xr
 
 from coupling.results.ar_and_tof import reflections
 from coupling.results.waves import NoWave, ReflectedWave
-from coupling.views.canvas import handy
 from coupling.views.swept import varied, words_of
+from structures.units import handy
 
 DEFINED = (
     "AR, the amplitude ratio, is the peak force of a reflected wave over that of the incident wave. TOF, the time of "

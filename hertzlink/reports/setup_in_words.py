@@ -4,8 +4,9 @@ from collections.abc import Iterator, Mapping
 from math import pi
 from typing import Any
 
-from coupling.views.canvas import handy, in_words
+from coupling.views.canvas import in_words
 from hertzlink.reports.page import Table, table
+from structures.units import handy
 
 UNITS = {
     "radius": "m", "inner_radius": "m", "length": "m", "width": "m", "thickness": "m", "distance": "m",

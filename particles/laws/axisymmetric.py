@@ -18,6 +18,7 @@ from particles.laws.law import PowerLaw, TabulatedLaw
 from structures.checks import one_of, positive
 from structures.structure import Vector
 from structures.surface import Surface, hertz_stiffness, relative_curvatures
+from structures.units import readable
 
 ELEMENTS = 30
 """Over the radius of the widest contact: 10 µm for the thesis's thickest hollow spheres, pressed by 20 µm."""
@@ -143,7 +144,7 @@ class _Contact(ComputedContact):
         error, order = error_and_order(fine, *(self.steps(approach, size, coarser, fewest=1) for coarser in (2.0, 4.0)))
         found = self._doubts(approach)
         if error > LARGE_ERROR:
-            found.append(f"cells of {size:.3g} m leave the force off by some {100.0 * error:.2g} %")
+            found.append(f"cells of {readable(size, 'm')} leave the force off by some {100.0 * error:.2g} %")
         return self.made(fine, approach, error, order, found)
 
     def up_to_force(self, force: float) -> ComputedLaw:
@@ -210,8 +211,10 @@ class _Contact(ComputedContact):
         """Where strains or turns are no longer small."""
         doubts, radius = [], self.widest(approach)
         if radius * self.sharpest > SMALL_CONTACT:
-            doubts.append(f"a contact of {radius:.3g} m radius is too wide for small strains")
+            doubts.append(f"a contact of {readable(radius, 'm')} radius is too wide for small strains")
         for _, bead in self.beads:
             if isinstance(bead, HollowSphere) and approach > THIN * (bead.radius - bead.inner_radius):
-                doubts.append(f"an approach of {approach:.3g} m turns a wall so thin by more than small angles")
+                doubts.append(
+                    f"an approach of {readable(approach, 'm')} turns a wall so thin by more than small angles"
+                )
         return list(dict.fromkeys(doubts))

@@ -21,6 +21,7 @@ from particles.laws.solid import midplane_correction
 from structures.checks import finite, instance, positive, short, whole
 from structures.structure import Vector
 from structures.surface import NEARLY_ROUND, Surface, hertz_stiffness, relative_curvatures
+from structures.units import readable
 
 CELLS = 64
 """Along each side of the grid: the force is right to 1.2e-4."""
@@ -290,10 +291,13 @@ class _Pair(ComputedContact):
             doubts.append(f"R'/R'' = {ratio:.4g}: as long as between cylinders below 10°, where half-space theory ends")
         for body in self.bodies:
             if isinstance(body, Cylinder) and along > 0.5 * body.length:
-                doubts.append(f"a contact {2.0 * along:.3g} m long is longer than a cylinder, {body.length:.3g} m")
+                doubts.append(
+                    f"a contact {readable(2.0 * along, 'm')} long is longer than a cylinder, "
+                    f"{readable(body.length, 'm')}"
+                )
         for axis, sharpest in zip((along, across), self.sharpest, strict=True):
             if axis * sharpest > SMALL_CONTACT:
-                doubts.append(f"a contact of {axis:.3g} m half-width is too wide for small strains")
+                doubts.append(f"a contact of {readable(axis, 'm')} half-width is too wide for small strains")
         return list(dict.fromkeys(doubts))
 
 

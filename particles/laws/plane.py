@@ -22,6 +22,7 @@ from structures.factor import compliance_at
 from structures.material import Material
 from structures.structure import Vector
 from structures.surface import relative_curvatures
+from structures.units import readable
 
 STATES = ("strain", "stress")
 
@@ -151,7 +152,7 @@ class _Line(ComputedContact):
         error, order = error_and_order(fine, *coarser, highest=LEAST_ORDER)
         doubts = []
         if widest * self.curvature > SMALL_CONTACT:
-            doubts.append(f"a contact of {widest:.3g} m half-width is too wide for small strains")
+            doubts.append(f"a contact of {readable(widest, 'm')} half-width is too wide for small strains")
         return self.made(fine, float(fine[0][-1]), error, order, doubts)
 
     def steps(self, reach: float, size: float, coarser: float = 1.0) -> Points:

@@ -26,6 +26,7 @@ from structures.checks import positive, short
 from structures.factor import compliance_at, factorise
 from structures.solid import PATCH_ORDER, patch_compliance
 from structures.structure import Vector
+from structures.units import readable
 
 ELEMENTS = {Cylinder: 20.0, Sphere: 6.0}
 """Half-width, or radius, of the widest contact over the size of the cells at the pole; those at its edge are larger."""
@@ -168,9 +169,11 @@ class _Pair(ComputedContact):
         error = float(np.abs(coarse / forces - 1.0).max()) / (2.0**ORDER - 1.0)
         found = []
         if self.width(approach) > SMALL_CONTACT * 0.5 * self.bead.radius:
-            found.append(f"a contact of {self.width(approach):.3g} m to its edge is too wide for small strains")
+            found.append(
+                f"a contact of {readable(self.width(approach), 'm')} to its edge is too wide for small strains"
+            )
         if error > LARGE_ERROR:
-            found.append(f"cells of {size:.3g} m leave the force off by some {100.0 * error:.2g} %")
+            found.append(f"cells of {readable(size, 'm')} leave the force off by some {100.0 * error:.2g} %")
         return self.made((approaches, forces), approach, error, nan, found)
 
     def up_to_force(self, force: float) -> ComputedLaw:

@@ -28,6 +28,7 @@ from plates.support import ElasticEdge, Support
 from structures.caution import caution
 from structures.mesh_reading import Numbers, Tag
 from structures.structure import Vector
+from structures.units import readable
 
 TWO_WAYS = 1e-6
 """s is held in two directions d where the smaller eigenvalue of the sum of d dᵀ exceeds this part of the larger one:
@@ -102,8 +103,9 @@ class Mindlin:
         """The force spread over the patch, and the displacement's mean over it."""
         if (size := cell_size(mesh, touch.place)) > COARSEST_PATCH * self.patch_radius:
             caution(
-                f"mesh: cells of {size:.3g} m at the contact are too large for a patch of {self.patch_radius:.3g} m; "
-                f"refine them to {COARSEST_PATCH * self.patch_radius:.3g} m"
+                f"mesh: cells of {readable(size, 'm')} at the contact are too large for a patch of "
+                f"{readable(self.patch_radius, 'm')}; refine them to "
+                f"{readable(COARSEST_PATCH * self.patch_radius, 'm')}"
             )
         points, weights = disc(touch.place, self.patch_radius, touch.mirrors)
         return np.asarray(functions.mean(points, weights, bending_by_poisson(touch.wall, self.patch_radius)) @ kept)

@@ -15,6 +15,7 @@ from structures.mesh_reading import Numbers, Tag, Tags, cells_of, names, near, p
 from structures.mesh_topology import check_joined, merged, once
 from structures.split_cells import QUADRILATERAL, TRIANGLE, triangles
 from structures.structure import Vector
+from structures.units import readable
 
 LONGEST_SIDE, THINNEST = 10.0, 2e-4
 """A mesh longer than the first, m, or of a plate thinner than the second part of its length, is probably in
@@ -122,8 +123,8 @@ class FlatMesh:
         longest = float(np.linalg.norm(np.diff(mesh.p[:, mesh.facets], axis=1)[:, 0], axis=0).max())
         if longest > TOO_LONG * cells.coarsest:
             caution(
-                f"mesh: edges of up to {longest:.3g} m are too long for the waves that beads excite; refine them to "
-                f"{cells.coarsest:.3g} m"
+                f"mesh: edges of up to {readable(longest, 'm')} are too long for the waves that beads excite; "
+                f"refine them to {readable(cells.coarsest, 'm')}"
             )
         return self._mesh
 

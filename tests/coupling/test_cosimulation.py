@@ -257,9 +257,9 @@ def test_results_carry_their_input_and_go_to_netcdf(tmp_path) -> None:  # type: 
 
 
 def test_coarse_windows_are_warned_of() -> None:
-    with pytest.warns(hl.HertzlinkWarning, match="window = 2e-05 s: is coarse compared with a contact"):
+    with pytest.warns(hl.HertzlinkWarning, match="window = 20 µs: is coarse compared with a contact"):
         run = hl.CoSimulation(CHAIN, None, window=2e-5, substeps=1).run(until=1e-4)
-    assert "window = 2e-05 s: is coarse" in run.attrs["warnings"]
+    assert "window = 20 µs: is coarse" in run.attrs["warnings"]
 
 
 def test_a_run_ends_with_the_last_whole_window() -> None:

@@ -335,7 +335,7 @@ def test_windows_that_do_not_converge_are_counted(
 def test_a_coarse_window_is_reported(double: type[Double], configuration: Path) -> None:
     """As CoSimulation does: fewer than eight in a contact. The chain's steps within are 1/64 of a contact."""
     double.window, double.until = 1e-5, 2e-4
-    with pytest.warns(hl.HertzlinkWarning, match=r"time-window-size = 1e-05 s: is coarse .* take at most 4\.63e-06 s"):
+    with pytest.warns(hl.HertzlinkWarning, match=r"time-window-size = 10 µs: is coarse .* take at most 4\.63 µs"):
         run = hl.ports.run_in_precice(CHAIN, SURFACE, configuration)
     assert np.diff(run.time.values).max() <= MOVING.contact_time / 64
     assert run.evaluations.values[1:18].tolist() == [0.0] * 17

@@ -363,7 +363,7 @@ def test_a_law_beyond_its_range_is_warned_of_once() -> None:
     (finding,) = [
         line for line in run.attrs["warnings"].splitlines() if line.startswith("contact law: the approach of")
     ]
-    assert "at contact 1 is beyond 1e-06 m, up to which its law (power law) is trusted" in finding
+    assert "at contact 1 is beyond 1 µm, up to which its law (power law) is trusted" in finding
     assert [str(one.message) for one in caught].count(finding) == 1
     quiet = hl.CoSimulation(hl.Chain([bead] * 5, bead, 0.3), None).run(until=2e-4)
     assert "contact law" not in quiet.attrs.get("warnings", "")
