@@ -431,7 +431,10 @@ SIGNALS = [
     (None, "trace.csv: there is no such file; give the trace of an oscilloscope as text, such as CSV"),
     ("", "trace.csv: is empty; must hold a line for each sample, with numbers in columns 1, 2, counted from 0"),
     ("one\ntwo\n", "trace.csv: holds no numbers, but text such as 'one' in line 1; must hold a line for each sample, "),
-    ("0,1\n1,2\n" * 20, "trace.csv: line 1, '0,1', has numbers in columns 0, 1 only; must hold a line for each "),
+    (
+        "0,1\n1,2\n" * 20,
+        "trace.csv: has columns 0 to 1, counted from 0, and no column 2; line 1 is '0,1'; where decimals ",
+    ),
     (samples(9), "trace.csv: holds 9 samples, must hold 16 or more"),
     (samples(100, begins=61), "trace.csv: its record of 38 µs is too short: the wave is back at bead 3 about "),
     (samples(900, begins=70), "trace.csv: sensor 3, baseline = 'lead': has no quiet lead to take the baseline from, "),

@@ -59,6 +59,8 @@ EXPLAINED = 0.9999
 LARGEST_CORRELATION = 0.98
 """So do those of unknowns that are more correlated than this."""
 
+PARTS, NEAR = "mµn", 1.5
+"""Prefixes of units 10³, 10⁶ and 10⁹ times smaller; a gain within this factor of these numbers is remarked."""
 
 UNITS = {TIME_ZERO: ("µs", 1e-6), TIME_CONSTANT: ("ms", 1e-3), OFFSET: ("N", 1.0)}
 """Units in which the sensors' nuisances are shown, and their sizes."""
@@ -103,6 +105,7 @@ class Judgement:
             for one in unknowns.values()
             if one.name.startswith(f"{GAIN} ") and one.interval[1] < 0.0
         ]
+        notes += self._other_units(point)
         if explained and isinstance(self.misfit, Features) and self.misfit.samples <= len(self.ranges):
             notes.append(
                 f"{self.misfit.samples} values of AR and TOF determine as many unknowns: a wrong model goes unnoticed"
@@ -118,6 +121,26 @@ class Judgement:
             [self.misfit.prediction.values(mode) for mode in modes], best.converged, self.misfit.prediction.runs, notes,
             given, partial(sampled, self.search, best.p, self._flatness(point, covariance)),
         )  # fmt: skip
+
+    def _other_units(self, point: Point) -> list[str]:
+        """Sensors whose force is about 10³, 10⁶, 10⁻³ … times what the model expects, as in another unit."""
+        if isinstance(self.misfit, Features):  # these do not depend on gains
+            return []
+        said = []
+        for row, (sensor, used) in enumerate(zip(self.misfit.measured.sensors, self.misfit.used, strict=True)):
+            heights = float(np.ptp(self.misfit.measured.force[row][used])), float(np.ptp(point.fitted[row]))
+            gain = abs(float(point.gains[row])) if GAIN in self.misfit.free else heights[0] / (heights[1] or np.inf)
+            thousands = round(np.log10(gain or 1.0) / 3.0)
+            size = 1e3**thousands
+            if not 1 <= abs(thousands) <= len(PARTS) or not 1.0 / NEAR < gain / size < NEAR:
+                continue
+            units = "V or N", " or ".join(PARTS[abs(thousands) - 1] + one for one in "VN")
+            read, true = units if thousands > 0 else units[::-1]
+            said.append(
+                f"sensor {sensor}: its force is {gain:.4g} times what the model expects, near {size:g}: "
+                f"was it measured in {true}, and read in {read}? Check unit and calibration"
+            )
+        return said
 
     def _flatness(self, point: Point, covariance: Vector) -> float:
         """By how much variances exceed those of white noise of the size that is known."""

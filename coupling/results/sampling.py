@@ -69,7 +69,7 @@ def even_sampling(time: Vector) -> Even:
     notes = []
     if off.max() > SAID * usual:
         notes.append(f"times lie up to {readable(float(off.max()), 's', 4)} off even sampling, which is taken")
-    return Even(even, rows_of, np.setdiff1d(rows, kept), notes)
+    return Even(even, rows_of, np.setdiff1d(rows, kept, assume_unique=True), notes)
 
 
 def segments(time: Vector) -> list[slice]:

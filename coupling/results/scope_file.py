@@ -3,8 +3,10 @@
 import csv
 import re
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from decimal import Decimal, InvalidOperation
+from functools import partial
+from itertools import compress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -27,11 +29,8 @@ HUGE = 1e30
 LONGEST_LINE = 80
 """Characters of a line in a message."""
 
-CHUNK = 100_000
-"""Lines that are split at a time."""
-
 PIECE = 1000
-"""Cells that are read at once, unless one of them is no plain number."""
+"""Lines that are read at once, unless one of them holds something else than plain numbers."""
 
 BARE = '" \t'
 """What may stand around a number."""
@@ -48,20 +47,24 @@ WINDOW, WINDOWS = 40, 3
 FEW, FEW_SHARE = 20, 0.01
 """So many damaged lines, or this part of all, are left out; a file with more is refused."""
 
+OF_NUMBER = re.compile(r"[-+\d.,eE]+")
 COMMA_GROUPS = re.compile(r"[-+]?[1-9]\d{0,2}(,\d{3})+(\.\d*)?")
 DECIMAL_COMMA = re.compile(r"[-+]?(\d{1,3}([. '’]\d{3})+|\d*),\d*([eE][-+]?\d+)?")
 BLANK_GROUPS = re.compile(r"(?<=\d)[ '’](?=\d{3})")
 """Thousands."""
 
+LETTER = re.compile(r"[^\W\dDEde_]")
+"""One that no number has."""
+
 DATE_OR_CLOCK = re.compile(r"(?:.*[ T])?(\d{1,2}):(\d\d):(\d\d(?:[.,]\d+)?)\s*(?:Z|UTC)?$")
 
 
 class Samples(NamedTuple):
-    """Numbers by column, NaN for what is no number, with the line of each row, and the lines that are no samples."""
+    """Numbers by column, NaN for what is no number, with the place and line of each, and the lines that are none."""
 
     header: Header
     columns: dict[int, Vector]
-    cells: dict[int, list[str]]
+    places: NDArray[np.int64]
     lines: NDArray[np.int64]
     no_samples: list[tuple[int, str]]
     blank: int
@@ -75,9 +78,11 @@ class ScopeFile:
         self.path = path
         content = path.read_bytes()
         refuse_binary(path, content)
-        text = decoded(content).translate(MINUS).replace("\r\n", "\n").replace("\r", "\n")
-        every = re.sub(r"(?<=[^\n])\x1a", "\n\x1a", text.replace("\0", "")).split("\n")
-        self.numbers = [i for i, line in enumerate(every, start=1) if line.strip()]
+        text = decoded(content)
+        text = text if text.isascii() else text.translate(MINUS)
+        text = text.replace("\r\n", "\n").replace("\r", "\n").replace("\0", "")
+        every = (re.sub(r"(?<=[^\n])\x1a", "\n\x1a", text) if "\x1a" in text else text).split("\n")
+        self.numbers = [*compress(range(1, len(every) + 1), map(str.strip, every))]
         self.lines = [every[i - 1] for i in self.numbers]
         self._is_cut = bool(every[-1].strip())
         self._quoted, self._doubled = '"' in text, False
@@ -91,6 +96,8 @@ class ScopeFile:
         self._doubled = self.delimiter == "," and self._halves(rows)
         if self._doubled:
             self.width //= 2
+        self._with_decimal_commas = {c for c in range(self.width) if self._has_decimal_commas(rows, c)}
+        self._with_grouping_commas: dict[int, bool] = {}
 
     @property
     def states_interval(self) -> bool:
@@ -101,12 +108,11 @@ class ScopeFile:
     def increasing(self) -> list[int]:
         """The columns that increase from line to line, as times and numbers of samples do."""
         places = np.linspace(0, max(0, len(self.lines) - WINDOW), WINDOWS + 2).astype(int)[1:-1]
-        windows = [next(self._rows(self.lines[place : place + WINDOW])) for place in places]
+        windows = [self._rows(self.lines[place : place + WINDOW]) for place in places]
         found = []
         for column in range(self.width):
-            numbers = [
-                self._numbers([row[column] if len(row) > column else "" for row in rows], True) for rows in windows
-            ]
+            pieces = [_column(rows, column) for rows in windows]
+            numbers = [_in_range(_or_clocks(_numbers(cells, self._commas_group), cells)) for cells in pieces]
             rises = [rise for one in numbers if (rise := _rise(one[np.isfinite(one)])) > 0.0]
             if sum(rise < 1.5 * min(rises) for rise in rises) >= WINDOWS - 1:  # lost lines may lie in a window
                 found.append(column)
@@ -114,20 +120,18 @@ class ScopeFile:
 
     def samples(self, columns: Sequence[int], times: Sequence[int]) -> Samples:
         """The numbers in these columns. times: those of them that hold times: a sample has a number there."""
-        cells: dict[int, list[str]] = {column: [] for column in columns}
-        widths: list[int] = []
-        for rows in self._rows(self.lines):
-            widths += map(len, rows)
-            for column, column_cells in cells.items():
-                column_cells += [row[column] if len(row) > column else "" for row in rows]
-        values = {c: self._numbers(one, c in times) for c, one in cells.items()}
-        self._forget_cut_cells(values, np.array(widths), columns)
+        values = self._values(columns)
+        for column in times:
+            if np.isnan(values[column]).sum() > 0.5 * len(self.lines):
+                values[column] = _or_clocks(values[column], self.texts(column))
+        values = {column: _in_range(one) for column, one in values.items()}
+        self._forget_cut_cells(values, columns)
         known: NDArray[np.bool_] = np.any(np.isfinite(np.stack([values[c] for c in (times or columns)])), axis=0)
         first, last = (int(known.argmax()), known.size - int(known[::-1].argmax())) if known.any() else (0, 0)
         # Without times each line is a sample, also where its numbers are missing.
         if not times:
             known[first:last] = True
-        lost = [i for i in range(first, len(self.lines)) if not known[i]]
+        lost = (first + np.flatnonzero(~known[first:])).tolist()
         inside = [i for i in lost if i < last]
         if len(inside) > max(FEW, FEW_SHARE * (last - first)):
             wanted = f"must hold {self.width} columns, with numbers in {sorted(columns)}"
@@ -140,19 +144,56 @@ class ScopeFile:
         header = self._header(first)
         kept = known.nonzero()[0]
         return Samples(
-            header, {c: one[kept] for c, one in values.items()},
-            {c: [one[i] for i in kept] for c, one in cells.items()}, lines[kept],
+            header, {c: one[kept] for c, one in values.items()}, kept, lines[kept],
             [(self.numbers[i], self.lines[i]) for i in lost],
             int(lines[last - 1] - lines[first] + 1 - (last - first)),
         )  # fmt: skip
+
+    def texts(self, column: int, places: Iterable[int] | None = None) -> list[str]:
+        """The cells of a column: of lines at some places, or of all."""
+        lines = self.lines if places is None else [self.lines[i] for i in places]
+        pieces = (lines[first : first + PIECE] for first in range(0, len(lines), PIECE))
+        return [cell for piece in pieces for cell in _column(self._rows(piece), column)]
+
+    def _values(self, columns: Sequence[int]) -> dict[int, Vector]:
+        """The numbers in these columns: of plain lines at once, of others cell by cell."""
+        values = {column: np.empty(len(self.lines)) for column in columns}
+        for first in range(0, len(self.lines), PIECE):
+            piece = self.lines[first : first + PIECE]
+            numbers = self._plain_numbers(piece, columns)
+            if numbers is None:
+                rows = self._rows(piece)
+                numbers = {c: _numbers(_column(rows, c), partial(self._group, c)) for c in columns}
+            for column, one in numbers.items():
+                values[column][first : first + PIECE] = one
+        return values
+
+    def _plain_numbers(self, lines: list[str], columns: Sequence[int]) -> dict[int, Vector] | None:
+        """The numbers in these columns, None where a line holds something else."""
+        if self._doubled:
+            return None
+        numbers: dict[int, Vector] = {}
+        for its in (set(columns) & self._with_decimal_commas, set(columns) - self._with_decimal_commas):
+            if not its:
+                continue
+            pointed = [line.replace(",", ".") for line in lines] if its <= self._with_decimal_commas else lines
+            try:
+                rows = np.loadtxt(pointed, delimiter=self.delimiter, comments=None, usecols=[*its], ndmin=2)
+            except ValueError:
+                return None
+            if len(rows) < len(lines):
+                return None
+            numbers |= zip(its, rows.T, strict=True)
+        return numbers
 
     def _header(self, above: int) -> Header:
         """What the lines above the samples state, and the first ones."""
         first = [_header_cells(line, self.delimiter) for line in self.lines[: max(above, MOST_KEYS)]]
         return Header(first[:above], first[:MOST_KEYS], self.width)
 
-    def _forget_cut_cells(self, values: dict[int, Vector], widths: NDArray[np.int64], columns: Sequence[int]) -> None:
+    def _forget_cut_cells(self, values: dict[int, Vector], columns: Sequence[int]) -> None:
         """The last cell of a line that is cut off is no number: of few short lines, and of a last line without end."""
+        widths = np.array(self._widths())
         short = (widths < self.width) & (widths > 0)
         if short.sum() <= max(FEW, FEW_SHARE * short.size):
             for column in columns:
@@ -162,13 +203,18 @@ class ScopeFile:
             for one in values.values():
                 one[-1] = np.nan
 
-    def _rows(self, lines: Sequence[str]) -> Iterator[list[list[str]]]:
-        """The cells of each line, in pieces that fit the memory."""
-        for place in range(0, len(lines), CHUNK):
-            piece = lines[place : place + CHUNK]
-            quoted = self._quoted and self.delimiter is not None
-            rows = _quoted(piece, self.delimiter) if quoted else [line.split(self.delimiter) for line in piece]
-            yield [_joined(row) for row in rows] if self._doubled else rows
+    def _widths(self) -> list[int]:
+        """The number of cells of each line."""
+        if self.delimiter is not None and not self._quoted and not self._doubled:
+            return [line.count(self.delimiter) + 1 for line in self.lines]
+        pieces = (self.lines[first : first + PIECE] for first in range(0, len(self.lines), PIECE))
+        return [len(row) for piece in pieces for row in self._rows(piece)]
+
+    def _rows(self, lines: Sequence[str]) -> list[list[str]]:
+        """The cells of each line."""
+        quoted = self._quoted and self.delimiter is not None
+        rows = _quoted(lines, self.delimiter) if quoted else [line.split(self.delimiter) for line in lines]
+        return [_joined(row) for row in rows] if self._doubled else rows
 
     def _cells(self, line: str, delimiter: str | None) -> list[str]:
         cells = _split(line, delimiter)
@@ -197,29 +243,27 @@ class ScopeFile:
         heads = [row for row in rows[:3] if len(row) < self.width]
         return any(2 * len(row) == self.width for row in heads) or any(len(e) > 1 and e[0] == "0" for e in ends)
 
-    def _numbers(self, cells: list[str], is_time: bool = False) -> Vector:
-        """Numbers, NaN for what is none and for marks of a sample beyond the range."""
-        values, groups = np.empty(len(cells)), None
-        for place in range(0, len(cells), PIECE):
-            piece = cells[place : place + PIECE]
-            try:
-                values[place : place + PIECE] = [*map(float, piece)]
-            except ValueError:  # a header, a word, or commas
-                groups = self._commas_group(cells) if groups is None else groups
-                values[place : place + PIECE] = [_number(cell) for cell in _plain(piece, groups)]
-        if is_time and np.isnan(values).sum() > 0.5 * values.size:
-            values = np.array([_clock(cell) for cell in cells])
-        values[~(np.abs(values) < HUGE)] = np.nan
-        return values
-
     def plain(self, cells: list[str]) -> list[str]:
         """Cells with decimal points, and without commas, points, blanks and apostrophes between thousands."""
         return _plain(cells, self._commas_group(cells))
 
+    def _has_decimal_commas(self, rows: list[list[str]], column: int) -> bool:
+        """Whether one of these cells shows that commas of this column stand before decimals."""
+        bare = [cell.strip(BARE) for cell in _column(rows, column) if "," in cell]
+        return any(OF_NUMBER.fullmatch(cell) and not COMMA_GROUPS.fullmatch(cell) for cell in bare)
+
+    def _group(self, column: int, cells: list[str]) -> bool:
+        """Whether commas of this column separate thousands, which matters to these cells of it."""
+        if column in self._with_decimal_commas or not any("," in cell and not LETTER.search(cell) for cell in cells):
+            return False
+        if column not in self._with_grouping_commas:
+            self._with_grouping_commas[column] = self._commas_group(self.texts(column))
+        return self._with_grouping_commas[column]
+
     def _commas_group(self, cells: list[str]) -> bool:
         """Whether commas separate thousands: "1,048" among "54". A ValueError where nothing shows what they do."""
         bare = [cell.strip(BARE) for cell in cells if "," in cell]
-        with_commas = [cell for cell in bare if re.fullmatch(r"[-+\d.,eE]+", cell)]
+        with_commas = [cell for cell in bare if OF_NUMBER.fullmatch(cell)]
         if not with_commas or not all(COMMA_GROUPS.fullmatch(cell) for cell in with_commas):
             return False
         if any("." in cell or cell.count(",") > 1 for cell in with_commas):
@@ -238,15 +282,26 @@ class ScopeFile:
         wanted = f"must hold a line for each sample, with numbers in columns {', '.join(map(str, sorted(columns)))}"
         if not self.lines:
             return f"is empty; {wanted}, counted from 0"
-        kept = [*zip(self.numbers, self.lines, strict=True)][:40]
-        i, line, numbers = max(((i, line, _columns(line)) for i, line in kept), key=lambda one: len(one[2]))
+        first = self.lines[:40]
+        place = max(range(len(first)), key=lambda k: len(_columns(first[k])))
+        line, numbers = first[place], _columns(first[place])
+        i, shown = self.numbers[place], repr(line[:LONGEST_LINE])
         if not numbers:
-            return f"holds no numbers, but text such as {line[:LONGEST_LINE]!r} in line {i}; {wanted}, counted from 0"
-        known = f"column{'s' * (len(numbers) > 1)} {', '.join(map(str, numbers))}"
+            return f"holds no numbers, but text such as {shown} in line {i}; {wanted}, counted from 0"
         comma = (
             "; where decimals have commas, columns need another delimiter" if "," in line and "." not in line else ""
         )
-        return f"line {i}, {line[:LONGEST_LINE]!r}, has numbers in {known} only; {wanted}, counted from 0{comma}"
+        delimiter = _delimiter(line)
+        width = len(_split(line, delimiter))
+        beyond = sorted({column for column in columns if column >= width})
+        if beyond:
+            above = (_split(one, delimiter) for one in first[:place] if not _columns(one))
+            names = next((", ".join(cell.strip(BARE) for cell in cells) for cells in above if len(cells) == width), "")
+            last = f"columns 0 to {width - 1}" if width > 1 else "column 0 only"
+            named = f" ({names[:LONGEST_LINE]})" if names else ""
+            return f"has {last}{named}, counted from 0, and no column {beyond[0]}; line {i} is {shown}{comma}"
+        known = f"column{'s' * (len(numbers) > 1)} {', '.join(map(str, numbers))}"
+        return f"line {i}, {shown}, has numbers in {known} only; {wanted}, counted from 0{comma}"
 
 
 def from_first(cells: list[str], known: NDArray[np.bool_]) -> tuple[Vector, str]:
@@ -288,9 +343,10 @@ def _header_cells(line: str, delimiter: str | None) -> list[str]:
 
 
 def _quoted(lines: Sequence[str], delimiter: str | None) -> list[list[str]]:
-    """Cells of lines with quotes; without them where one opens and is not closed."""
+    """Cells of lines with quotes; of a line where one opens and is not closed without them."""
+    closed = [line if line.count('"') % 2 == 0 else line.replace('"', "") for line in lines]
     try:
-        rows = [*csv.reader(lines, delimiter=delimiter or ",", skipinitialspace=True)]
+        rows = [*csv.reader(closed, delimiter=delimiter or ",", skipinitialspace=True)]
     except csv.Error:
         rows = []
     return rows if len(rows) == len(lines) else [line.replace('"', "").split(delimiter) for line in lines]
@@ -320,14 +376,20 @@ def _holds(cells: Sequence[str], columns: Sequence[int]) -> bool:
     return all(column < len(cells) and np.isfinite(_loose_number(cells[column])) for column in columns)
 
 
+def _delimiter(line: str) -> str | None:
+    """The one that gives the most numbers."""
+    return max(DELIMITERS, key=lambda one: len(_with_numbers(_split(line, one))))
+
+
 def _columns(line: str) -> list[int]:
-    """The columns of a line that hold numbers, with the delimiter that gives the most; none of a line of words."""
-    found: list[list[int]] = [[]]
-    for delimiter in DELIMITERS:
-        cells = _split(line, delimiter)
-        numbers = [k for k, cell in enumerate(cells) if np.isfinite(_loose_number(cell))]
-        found.append(numbers if 2 * len(numbers) >= len(cells) else [])
-    return max(found, key=len)
+    """The columns of a line that hold numbers; none of a line of words."""
+    return _with_numbers(_split(line, _delimiter(line)))
+
+
+def _with_numbers(cells: Sequence[str]) -> list[int]:
+    """Which cells are numbers; none among words."""
+    numbers = [k for k, cell in enumerate(cells) if np.isfinite(_loose_number(cell))]
+    return numbers if 2 * len(numbers) >= len(cells) else []
 
 
 def _rise(values: Vector) -> float:
@@ -337,6 +399,29 @@ def _rise(values: Vector) -> float:
     steps, rise = np.diff(values), float(values[-1] - values[0]) / (values.size - 1)
     off = np.abs(values - values[0] - rise * np.arange(values.size))
     return rise if (steps >= 0.0).all() and off.max() <= 1.01 * steps.max() else 0.0
+
+
+def _column(rows: list[list[str]], column: int) -> list[str]:
+    """Cells one above the other, empty where a line is too short."""
+    return [row[column] if len(row) > column else "" for row in rows]
+
+
+def _numbers(cells: list[str], group: Callable[[list[str]], bool]) -> Vector:
+    """Numbers, NaN for what is none. group: whether commas of such cells separate thousands."""
+    try:
+        return np.array([*map(float, cells)])
+    except ValueError:  # a header, a word, or commas
+        return np.array([_number(cell) for cell in _plain(cells, group(cells))])
+
+
+def _or_clocks(values: Vector, cells: list[str]) -> Vector:
+    """Times of day in place of numbers, if most of these are none."""
+    return np.array([_clock(cell) for cell in cells]) if np.isnan(values).sum() > 0.5 * values.size else values
+
+
+def _in_range(values: Vector) -> Vector:
+    """Numbers without marks of a sample beyond the range."""
+    return np.where(np.abs(values) < HUGE, values, np.nan)
 
 
 def _number(cell: str) -> float:

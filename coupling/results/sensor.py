@@ -160,10 +160,11 @@ def smoothed(values: Vector) -> tuple[Vector, float, float]:
     """
     noise, span = noise_level(values), float(np.ptp(values))
     rough = _blurred(values, _sigma(noise, ROUGH_NOISE * span, values.size))
-    peaks, found = scipy.signal.find_peaks(rough, prominence=0.0)
+    peaks, rises = _peaks_above(float(rough.min()) + 0.999 * LARGE * span, rough)  # no large pulse has a lower top
+    if not (rises >= LARGE * span).any():
+        peaks, rises = _peaks_above(-np.inf, rough)
     if not peaks.size:
         return values, noise, 0.0
-    rises = found["prominences"]
     large = rises >= min(LARGE * span, rises.max())
     width = float(scipy.signal.peak_widths(rough, peaks[large], rel_height=0.5)[0].min())
     left = noise / sqrt(1.0 + 2.0 * sqrt(pi) * SMOOTHING * width)
@@ -181,6 +182,18 @@ def quiet_lead(name: str, values: Vector) -> int:
     if lead < max(8.0, 0.5 * width):
         raise ValueError(f"{name}: has no quiet lead to take the baseline from, must begin before the first wave")
     return lead // 2
+
+
+def _peaks_above(level: float, values: Vector) -> tuple[NDArray[np.intp], Vector]:
+    """The peaks of a trace above a level, and by how much each rises from its valleys.
+
+    Of samples below the level that follow each other only the least counts: noise has too many to look at each.
+    """
+    peaks = scipy.signal.find_peaks(values, height=level)[0]
+    high = values >= level
+    begins = np.flatnonzero(np.append(True, high[1:] | high[:-1]))
+    least = np.minimum.reduceat(values, begins)
+    return peaks, scipy.signal.peak_prominences(least, np.searchsorted(begins, peaks))[0]
 
 
 def _sigma(noise: float, target: float, samples: int) -> float:

@@ -71,7 +71,7 @@ def read_trace(path: Path, column_of: Mapping[int, int], sampling: Sampling, uni
         )
     time, values = _common(path, pieces, notes)
     for sensor, column in column_of.items():
-        notes += _missing(path, samples, sensor, column, values[sensor])
+        notes += _missing(file, samples, sensor, column, values[sensor])
     first, last = _span(values)
     if first or last < time.size:
         notes.append(f"the first {first} and the last {time.size - last} samples hold no values, and were left out")
@@ -121,7 +121,7 @@ def _by_column(
     known = np.isfinite(time)
     steps = np.diff(time[known])
     if np.spacing(np.abs(time[known]).max()) > 1e-3 * abs(float(np.median(steps))) > 0.0:
-        time, first = from_first(file.plain(samples.cells[column]), known)
+        time, first = from_first(file.plain(file.texts(column, samples.places)), known)
         notes.append(f"times count from the first sample, {first.strip()}")
     interval, stated = samples.header.interval(), samples.header.unit(column, TIME)
     rows = np.arange(time.size)
@@ -248,12 +248,12 @@ def _counted(samples: Samples) -> list[str]:
     return [f"the header states {stated} samples, and {held} are in the file: was it cut off?"]
 
 
-def _missing(path: Path, samples: Samples, sensor: int, column: int, values: Vector) -> list[str]:
+def _missing(file: ScopeFile, samples: Samples, sensor: int, column: int, values: Vector) -> list[str]:
     """Samples that are no numbers, in words; a ValueError where these are most."""
-    where, cells = f"{path}: sensor {sensor}", samples.cells[column]
+    where = f"{file.path}: sensor {sensor}"
     count = int(np.isfinite(values).sum())
     bad = np.flatnonzero(~np.isfinite(samples.columns[column]))
-    words = [*dict.fromkeys(cells[i].strip() or "an empty cell" for i in bad.tolist())]
+    words = [*dict.fromkeys(cell.strip() or "an empty cell" for cell in file.texts(column, samples.places[bad]))]
     if count < max(FEWEST_SAMPLES, FEWEST_SHARE * values.size):
         such = f", but text such as {words[0]!r}" if words else ""
         raise ValueError(f"{where}: only {count} of {values.size} samples are within the scope's range{such}")

@@ -220,6 +220,29 @@ def test_an_unknown_at_the_end_of_its_range_is_said_to_be_there() -> None:
     assert found["modulus"].verdict == "at the end of its range"
 
 
+@pytest.mark.parametrize(
+    ("gain", "nuisances", "words"),
+    [
+        (1003.0, ["gain", "time_zero"], "near 1000: was it measured in mV or mN, and read in V or N"),
+        (-9.2e-4, ["gain", "time_zero"], "near 0.001: was it measured in V or N, and read in mV or mN"),
+        (1.2e6, ["gain", "time_zero"], r"near 1e\+06: was it measured in µV or µN, and read in V or N"),
+        (1.1e3, ["time_zero"], "near 1000: was it measured in mV or mN, and read in V or N"),
+        (1.7, ["gain", "time_zero"], ""),
+        (30.0, ["gain", "time_zero"], ""),
+        (2e-3, ["gain", "time_zero"], ""),
+    ],
+)
+def test_a_force_that_is_a_thousand_times_the_models_may_be_in_another_unit(
+    gain: float, nuisances: list[str], words: str
+) -> None:
+    found = hl.identify(tap(wall(3e9), gain=gain), wall, nuisances, until=UNTIL, guess={"modulus": 3e9},
+                        modulus=(2e9, 4e9))  # fmt: skip
+    notes = [note for note in found.warnings if "what the model expects" in note]
+    assert len(notes) == bool(words)
+    assert re.search(words, " ".join(notes))
+    assert not words or str(found).count("what the model") == 1
+
+
 def test_runs_that_fail_are_left_out() -> None:
     def build(modulus: float) -> hl.CoSimulation:
         if modulus > 5e9:
