@@ -230,7 +230,7 @@ def test_a_time_column_for_each_sensor(tmp_path: Path, shift: float) -> None:
 @pytest.mark.parametrize(
     ("lines", "said"),
     [
-        (table("{t:.5f},{v:.6f}"), "stamps of time resolve 10 µs, and .* µs apart: even sampling is taken"),
+        (table("{t:.5f},{v:.6f}"), "stamps of time resolve 10 µs, and .* apart: even sampling is taken"),
         (
             [f"{1709287871 + t:.6f},{v}" for t, v in zip(TIME, VOLTS, strict=True)],
             "count from the first .* 1709287870.9",
