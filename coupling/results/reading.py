@@ -126,7 +126,8 @@ class Reading:
     def check_holds(self, names: Sequence[str], source: str = "a run") -> None:
         """A ValueError where a variable is missing; source: what makes a Dataset with these variables."""
         if missing := [name for name in names if name not in self.data.data_vars]:
-            raise ValueError(f"run: holds no {' and '.join(missing)}; must be the Dataset of {source}")
+            what = "is a measured signal and " if self.is_signal else ""
+            raise ValueError(f"run: {what}holds no {' and '.join(missing)}; must be the Dataset of {source}")
 
     def check_one_run(self, *names: str) -> None:
         """A ValueError where variables have the axes of a sweep."""

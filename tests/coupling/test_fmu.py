@@ -291,7 +291,7 @@ REFUSED: dict[str, Callable[[Unit], Any]] = {
     "surface displacement = nan: must be a finite number": lambda unit: unit.step(0.0, 1e-6, np.nan),
     "window = -1e-06: must be a positive number": lambda unit: unit.step(0.0, -1e-6, 0.0),
     "current_time = 0.001: must be where the last step ended": lambda unit: unit.step(1e-3, 1e-6, 0.0),
-    "is no longer finite": lambda unit: unit.step(0.0, 1e-6, -1e300),
+    "is no longer finite": lambda unit: unit.step(0.0, 1e-6, -1e99),
 }
 
 
