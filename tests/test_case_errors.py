@@ -438,7 +438,7 @@ SIGNALS = [
     (samples(9), "trace.csv: holds 9 samples, must hold 16 or more"),
     (samples(100, begins=61), "trace.csv: its record of 38 µs is too short: the wave is back at bead 3 about "),
     (samples(900, begins=70), "trace.csv: sensor 3, baseline = 'lead': has no quiet lead to take the baseline from, "),
-    (samples(900, ""), "trace.csv: has a sample every 1000 ms, too coarse for contacts of "),
+    (samples(900, ""), "trace.csv: has a sample every 1 s, too coarse for contacts of "),
 ]
 """Contents of a file, and how the message begins."""
 

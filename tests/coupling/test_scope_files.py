@@ -241,7 +241,7 @@ def test_a_time_column_for_each_sensor(tmp_path: Path, shift: float) -> None:
             ["Sample Interval,1e-6", *table("{t:.9f},{v:.6f}", 1e3)],
             "the time is read in ms, from the header's interval",
         ),
-        (["Sample Interval,5e-7", *table("{t:.9f},{v:.6f}")], "states an interval of 0.5 µs, but the times are 1 µs"),
+        (["Sample Interval,5e-7", *table("{t:.9f},{v:.6f}")], "states an interval of 500 ns, but the times are 1 µs"),
         (
             [f"{t},{v:.6f}" if abs(t) > 3e-6 else f"{t}," for t, v in zip(TIME, VOLTS, strict=True)],
             "7 samples are beyond",
