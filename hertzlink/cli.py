@@ -1,5 +1,6 @@
 """The command line: cases, `hertzlink study NAME`, `hertzlink draw FILE` and `hertzlink info`."""
 
+import errno
 import hashlib
 import re
 import signal
@@ -64,7 +65,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
         # It begins with the line of a case file, where editors and terminals look for it.
         complain(str(error), "")
         code = WRONG_INPUT
-    except (ValueError, OSError) as error:
+    except OSError as error:
+        complain(_in_words(error))
+        code = WRONG_INPUT
+    except ValueError as error:
         complain(str(error))
         code = WRONG_INPUT
     except (FloatingPointError, NotConverged) as error:
@@ -75,6 +79,16 @@ def main(arguments: Sequence[str] | None = None) -> None:
         complain(str(error.__cause__ or error) or "stopped; nothing was written")
         code = STOPPED
     sys.exit(code)
+
+
+def _in_words(error: OSError) -> str:
+    """What could not be used, and why, without the number of the error."""
+    if error.strerror is None:
+        return str(error)
+    # What is printed has no name; a full disk under a file of results does, see `whole_folder`.
+    of_print = error.errno == errno.ENOSPC and error.filename is None
+    place = "standard output" if of_print else error.filename
+    return error.strerror if place is None else f"{place}: {error.strerror}"
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})

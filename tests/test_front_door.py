@@ -279,3 +279,12 @@ def test_an_interrupt_while_modules_load_is_one_line(tmp_path: Path) -> None:
     done = subprocess.run([sys.executable, "-c", INTERRUPTED], cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 130
     assert done.stderr == "hertzlink: stopped; nothing was written\n"
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
+def test_a_full_disk_under_what_is_printed_is_said_in_words() -> None:
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "hertzlink", "info"], stdout=full, stderr=subprocess.PIPE, text=True, check=False
+        )
+    assert (done.returncode, done.stderr) == (2, "hertzlink: standard output: No space left on device\n")

@@ -16,14 +16,14 @@ UNITS = {
     "youngs_modulus_along": "Pa", "youngs_modulus_across": "Pa", "shear_modulus": "Pa", "shear_modulus_along": "Pa",
     "shear_modulus_across": "Pa", "axial_force": "N", "bending_stiffness": "N m²", "mass_per_length": "kg/m",
     "region": "m", "xx": "N/m", "yy": "N/m", "xy": "N/m", "time": "s", "stiffness_time": "s", "mass_rate": "1/s",
-    "pressure": "Pa", "ambient": "Pa",
+    "pressure": "Pa", "ambient": "Pa", "pulse": "s",
 }  # fmt: skip
 """Units by the names of arguments. They are shown with a prefix in which the number is handy: mm, µs, GPa."""
 
 DEGREES = ("inclination", "angle", "seat")
 """Angles, which are shown in degrees."""
 
-LEFT_OUT = ("beads", "section", "steps", "substeps", "waveform")
+LEFT_OUT = ("beads", "section", "steps", "substeps", "waveform", "shorter_pulses")
 """What the table does not show; the full input is below it."""
 
 MOST_ITEMS = 12
@@ -100,7 +100,7 @@ def _in_words(given: Any) -> str:
     if given.get("name") and "youngs_modulus_along" in given:
         moduli = (_value(f"youngs_modulus_{way}", given[f"youngs_modulus_{way}"]) for way in ("along", "across"))
         return f"{given['name']} (E {' along, '.join(moduli)} across)"
-    known = {name: value for name, value in given.items() if value is not None and name != "class"}
+    known = {name: value for name, value in given.items() if value is not None and name not in ("class", *LEFT_OUT)}
     parts = "; ".join(f"{name.replace('_', ' ')} {_value(name, value)}" for name, value in known.items())
     # The class is missing in files of earlier versions.
     return ": ".join(filter(None, (str(given.get("class", "")), parts))) or "nothing"
