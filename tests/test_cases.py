@@ -445,6 +445,17 @@ def test_a_material_may_be_named_by_its_only_beginning() -> None:
         assert case_of(text.replace("brass 360", "steel")).model
 
 
+@pytest.mark.parametrize("name", ["chain", "rod"])
+def test_a_ratio_above_one_is_remarked(command: Callable[..., str], name: str) -> None:
+    """In the table too, not in the report alone."""
+    Path("case.toml").write_text(template(name))
+    said = " ".join(command("run", "case.toml").split())
+    rows = Path("case/waves.csv").read_text().splitlines()[1:]
+    above = any(float(row.split(",")[4] or 0.0) > 1.0 for row in rows)
+    assert above == (name == "chain")
+    assert ("AR above 1: the beads on the two sides of the sensor differ" in said) == above
+
+
 def test_check_says_what_would_run(tmp_path: Path, command: Callable[..., str]) -> None:
     boundary(tmp_path)
     given = ["structure.length=200 mm", "structure.width=200 mm", "structure.at[1]=100 mm", "run.until=0.5 ms"]

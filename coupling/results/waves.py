@@ -5,6 +5,9 @@ from typing import NamedTuple, NoReturn
 
 from structures.html_table import html_table
 
+ABOVE_ONE = "above 1: the beads on the two sides of the sensor differ, or the next wave is merged with it"
+"""What reports and tables remark of such an AR."""
+
 
 @dataclass(frozen=True)
 class Wave:

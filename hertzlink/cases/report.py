@@ -4,6 +4,7 @@ import csv
 import io
 from collections.abc import Iterable, Sequence
 from itertools import product
+from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ import xarray as xr
 
 from coupling.results.ar_and_tof import reflections
 from coupling.results.measures import energy_error, sensor_force
-from coupling.results.waves import NoWaveError
+from coupling.results.waves import ABOVE_ONE, NoWaveError
 from hertzlink.cases.axes import Axis
 from hertzlink.cases.running import Task, of_chain
 
@@ -74,12 +75,18 @@ def _run(task: Task, data: xr.Dataset) -> tuple[list[str], dict[str, str]]:
     if len(chains) == 1:
         head, heads, shown, rows = head[1:], heads[1:], [row[1:] for row in shown], [row[1:] for row in rows]
     error = float(energy_error(data))
-    lines = [*table(head, shown, "waves.csv"), f"energy created or lost: {error:.1e} of the impact's"]
+    above = _above_one(row[-2] for row in rows)
+    lines = [*table(head, shown, "waves.csv"), *above, f"energy created or lost: {error:.1e} of the impact's"]
     columns = np.column_stack([data.time.values, *(one.values for one in forces)])
     return lines, {
         "waves.csv": csv_text(heads, rows),
         "traces.csv": csv_text(["time (s)", *names], columns.tolist()),
     }
+
+
+def _above_one(ratios: Iterable[float]) -> list[str]:
+    """A remark where an AR exceeds 1."""
+    return [fill(f"AR {ABOVE_ONE}", WIDTH)] if any(one > 1.0 for one in ratios) else []
 
 
 def _waves(run: xr.Dataset, sensor: int) -> Any:
@@ -113,7 +120,10 @@ def _sweep(task: Task, data: xr.Dataset) -> tuple[list[str], dict[str, str]]:
             shown.append([*texts, str(sensor), *map(_cell, found, ("", "µs", "", "µs"))])
     head = [*(one.head for one in task.axes), "bead", "AR", "TOF, µs", "AR, 2nd", "TOF, µs"]
     wide = ["amplitude ratio", "time of flight (s)", "secondary amplitude ratio", "secondary time of flight (s)"]
-    return table(head, shown, "points.csv"), {"points.csv": csv_text([*_heads(task.axes), "bead", *wide], rows)}
+    above = _above_one(one for row in rows for one in (row[-4], row[-2]))
+    return [*table(head, shown, "points.csv"), *above], {
+        "points.csv": csv_text([*_heads(task.axes), "bead", *wide], rows)
+    }
 
 
 def _critical(task: Task, data: xr.Dataset) -> tuple[list[str], dict[str, str]]:

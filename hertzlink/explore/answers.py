@@ -18,6 +18,7 @@ from coupling.results.measures import sensor_force
 from coupling.views.setup import setup
 from hertzlink.cases.building import simulation_of, world_of
 from hertzlink.cases.case import Case, run_once
+from hertzlink.cases.faults import of_case
 from hertzlink.cases.paths import put
 from hertzlink.cases.running import sensors_of
 from hertzlink.explore.plates import PlateBasis
@@ -74,7 +75,7 @@ class Explorer:
             "time": times.tolist(),
             "force": forces.tolist(),
             "until": case.until,
-            "warnings": one_of_each(findings),
+            "warnings": one_of_each([of_case(one) for one in findings]),
             "took": took,
         }
 

@@ -11,7 +11,7 @@ from coupling.results.ar_and_tof import amplitude_ratio, reflections, time_of_fl
 from coupling.results.measures import energy_error
 from coupling.results.reading import Reading
 from coupling.results.schema import RUN, kind_of
-from coupling.results.waves import NoWave, ReflectedWave
+from coupling.results.waves import ABOVE_ONE, NoWave, ReflectedWave
 from coupling.views import swept, traces
 from hertzlink.reports import in_a_sentence
 from hertzlink.reports.page import Picture, Section, Table, table
@@ -21,9 +21,6 @@ MOST_POINTS = 60
 """A table of a sweep has at most this number of rows."""
 
 MEASURES = (("AR", 1.0, amplitude_ratio), ("TOF (µs)", 1e6, time_of_flight))
-
-
-ABOVE_ONE = "above 1: the beads on the two sides of the sensor differ, or the next wave is merged with it"
 
 
 def of_one(data: xr.Dataset, sensors: Any) -> tuple[list[str], list[Section]]:
