@@ -17,6 +17,7 @@ for show, highest in (("von_mises", 3e6), ("displacement", None)):
 print("written:", hl.views.animation(motion, "wave.gif"), "and", hl.views.write_vtu(motion, "paraview"))
 
 deepest = 1e6 * float(abs(motion.displacement).max())
-depth = -1e3 * motion.position.sel(component="z")
-lower = 1e-6 * float(motion.von_mises.where(depth > 12.7).max())
-print(f"greatest displacement {deepest:.3f} um; greatest von Mises stress below the steel {lower:.3f} MPa")
+x, y, z = (1e3 * motion.position.sel(component=name) for name in "xyz")
+# At the rim, where PTFE is bonded to the base, the stress has no bound: a finer mesh shows a greater one.
+lower = 1e-3 * float(motion.von_mises.where((np.hypot(x, y) < 1e-6) & (z < -12.7)).max())
+print(f"greatest displacement {deepest:.3f} um; greatest von Mises stress on the axis below the steel {lower:.1f} kPa")
