@@ -111,7 +111,8 @@ TIES = {"thin panel", "thick panel", "delaminated plate"}
 of two are their numbers those of another size."""
 
 
-LONG = {*TIES, "solid", "thick plate", "shell", "ball", "any position", "absorbing cylinder", "cylinder on ground"}
+LONG = {*TIES, "cracked rod", "solid", "thick plate", "shell", "ball", "any position", "absorbing cylinder"}
+LONG |= {"cylinder on ground"}
 
 
 def ratios(build: Callable[[float], Any], n: float) -> list[float]:
