@@ -5,10 +5,21 @@ from functools import wraps
 from threading import Lock
 from typing import Any, ParamSpec, TypeVar
 
-from threadpoolctl import threadpool_limits
+import threadpoolctl
 
 Given = ParamSpec("Given")
 Result = TypeVar("Result")
+
+
+def _take_control() -> None:
+    """Let this thread set the limit, or any later one.
+
+    Newer threadpoolctl passes OpenBLAS the limits of one Python thread alone, and ignores those of others without a
+    word: reductions in a thread took several threads of linear algebra, and gave other last bits.
+    """
+    clear = getattr(getattr(threadpoolctl, "OpenBLASController", None), "clear_controlling_thread", None)
+    if clear is not None:
+        clear(force=True)
 
 
 class _OneThread:
@@ -21,19 +32,22 @@ class _OneThread:
 
     def __init__(self) -> None:
         self._lock, self._inside = Lock(), 0
-        self._limit: threadpool_limits | None = None
+        self._limit: threadpoolctl.threadpool_limits | None = None
 
     def __enter__(self) -> None:
         with self._lock:
             if self._inside == 0:
-                self._limit = threadpool_limits(1, "blas")
+                _take_control()
+                self._limit = threadpoolctl.threadpool_limits(1, "blas")
             self._inside += 1
 
     def __exit__(self, *_: Any) -> None:
         with self._lock:
             self._inside -= 1
             if self._inside == 0 and self._limit is not None:
+                _take_control()
                 self._limit.restore_original_limits()
+                _take_control()
 
     def __call__(self, function: Callable[Given, Result]) -> Callable[Given, Result]:
         # contextlib.ContextDecorator would do; but warnings would name its line, where they skip this module's.

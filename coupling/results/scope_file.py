@@ -58,6 +58,11 @@ LETTER = re.compile(r"[^\W\dDEde_]")
 
 DATE_OR_CLOCK = re.compile(r"(?:.*[ T])?(\d{1,2}):(\d\d):(\d\d(?:[.,]\d+)?)\s*(?:Z|UTC)?$")
 
+SHIFTED = re.compile("[\u3000\u3100\u3200\u3300\u3400\u3500\u3600\u3700\u3800\u3900]")
+"""What the digits of UTF-16 become where a byte is missing before them: signs that hardly occur in a text."""
+
+MOST_SHIFTED = 5
+
 
 class Samples(NamedTuple):
     """Numbers by column, NaN for what is no number, with the place and line of each, and the lines that are none."""
@@ -79,6 +84,8 @@ class ScopeFile:
         content = path.read_bytes()
         refuse_binary(path, content)
         text = decoded(content)
+        if len(SHIFTED.findall(text)) > MOST_SHIFTED:
+            raise ValueError(f"{path}: is text in UTF-16 that lost or gained a byte; export it again, as UTF-8")
         text = text if text.isascii() else text.translate(MINUS)
         text = text.replace("\r\n", "\n").replace("\r", "\n").replace("\0", "")
         every = (re.sub(r"(?<=[^\n])\x1a", "\n\x1a", text) if "\x1a" in text else text).split("\n")

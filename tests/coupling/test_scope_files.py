@@ -97,6 +97,16 @@ def test_forms(tmp_path: Path, form: str, encoding: str) -> None:
     assert float(hl.amplitude_ratio(data, 7)) == pytest.approx(0.4, abs=1e-3)
 
 
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-16-be"])
+@pytest.mark.parametrize("place", [6001, 12_000])
+def test_lost_byte_of_utf_16(tmp_path: Path, encoding: str, place: int) -> None:
+    content = "\r\n".join([*FORMS["pico, German"][0], ""]).encode(encoding)
+    path = tmp_path / "scope.csv"
+    path.write_bytes(content[:place] + content[place + 1 :])
+    with pytest.raises(ValueError, match="is text in UTF-16 that lost or gained a byte; export it again, as UTF-8"):
+        hl.read_signal(path, {7: 1}, calibration=10.0)
+
+
 @pytest.mark.parametrize(
     ("given", "message"),
     [
