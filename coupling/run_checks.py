@@ -56,8 +56,9 @@ def check_effort(chains: Sequence[MovingChain], until: float, most: float) -> No
     steps = float(sum(one.steps(until) * one.mass.size for one in chains))
     if steps <= most:
         return
+    losses = [one.strongest_loss[0] for one in chains if one.dt is None and _is_sudden(one)]
     given = chains[0].dt
-    name = f"until = {until!r}" if given is None else f"dt = {given!r}"
+    name = [*losses, f"until = {until!r}" if given is None else f"dt = {given!r}"][0]
     asked = f"give most_steps = {float(f'{1.1 * steps:.1e}'):g} if it is meant"
     raise ValueError(f"{name}: takes {steps:.2g} steps of beads; {asked}{_meant(chains, until)}")
 
@@ -74,11 +75,16 @@ def _there_and_back(chains: Sequence[MovingChain]) -> float:
     return max(2.0 * one.transit_time + one.contact_time for one in chains)
 
 
+def _is_sudden(chain: MovingChain) -> bool:
+    """Whether a loss ends motion so soon that its coefficient may be in another unit; it then sets the step."""
+    return chain.contact_time > SUDDEN * chain.damping_time
+
+
 def _of_losses(chains: Sequence[MovingChain], until: float) -> list[str]:
     """A finding for each loss so strong that its coefficient may be in another unit."""
     findings = dict[str, None]()
     for one in chains:
-        if one.contact_time <= SUDDEN * one.damping_time:
+        if not _is_sudden(one):
             continue
         name, in_contact = one.strongest_loss
         steps, ratio = until / one.longest_step, one.contact_time / one.damping_time

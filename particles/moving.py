@@ -343,9 +343,9 @@ class MovingChain:
         step = self.longest_step if self.dt is None else self.dt
         count = window / step * (1.0 - 1e-9) if step > 0.0 else inf
         if count * self.mass.size > MOST_STEPS:
-            raise ValueError(
-                f"dt = {step:.3g}: takes {count:.3g} steps in {window:.3g} s; give a longer dt, or a weaker dissipation"
-            )
+            name = self.strongest_loss[0] if self.dt is None else f"dt = {step:.3g}"
+            cure = "a weaker loss" if self.dt is None else "a longer dt"
+            raise ValueError(f"{name}: takes {count:.3g} steps in {window:.3g} s; give {cure}")
         return max(1, ceil(count))
 
     @cached_property

@@ -148,6 +148,10 @@ def test_a_run_of_too_many_steps_is_refused_unless_asked_for() -> None:
             run()
     with pytest.raises(ValueError, match=r"dt = 1e-13: takes 2\.1e\+11 steps of beads; give most_steps = 2\.3e\+11 if"):
         hl.CoSimulation(chain, None, dt=1e-13).run(1e-3)
+    for loss in (hl.PowerDashpot(1e9), hl.PowerDashpot(1e12)):
+        lossy = hl.Chain([BEAD] * 20, BEAD, 0.3, dissipation=loss)
+        with pytest.raises(ValueError, match=r"^dissipation = PowerDashpot\(.*: takes .* steps"):
+            hl.CoSimulation(lossy, None).plan(6e-4)
     with pytest.raises(ValueError, match=r"most_steps = 0: must be a positive number"):
         simulation.replace(most_steps=0)
     asked = simulation.replace(most_steps=1e4)

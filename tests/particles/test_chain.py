@@ -233,7 +233,7 @@ def test_runs_that_would_not_end_are_refused() -> None:
     with pytest.raises(ValueError, match=r"dt = 1e-16: takes .* steps in 0\.0001 s; give a longer dt"):
         hl.CoSimulation(uniform(), hl.half_space(hl.STEEL_440C), dt=1e-16).run(until=1e-4)
     for loss in (hl.LinearDashpot(1e30), hl.MassProportional(1e15)):
-        with pytest.raises(ValueError, match="a weaker dissipation"):
+        with pytest.raises(ValueError, match="give a weaker loss"):
             hl.CoSimulation(uniform(dissipation=loss), hl.half_space(hl.STEEL_440C)).run(until=1e-4)
 
 
