@@ -233,7 +233,7 @@ def test_no_wave_anywhere() -> None:
 
 
 def test_an_upper_bound_is_announced() -> None:
-    with pytest.warns(hl.HertzlinkWarning, match=r"0\.005 m, is an upper bound"):
+    with pytest.warns(hl.HertzlinkWarning, match="the smallest, 5 mm, is an upper bound"):
         found = find(partial(sampled, lambda d: 0.5, []))
     assert "upper bound" in found.attrs["warnings"]
     np.testing.assert_allclose(found.bracket, [0.0, 0.005])

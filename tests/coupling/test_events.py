@@ -147,7 +147,7 @@ def test_a_contact_between_saved_times_is_warned_of() -> None:
         seen = hl.contact_events(run.isel(time=rows))
     assert seen.sizes["event"] == 9
     (message,) = [str(one.message) for one in caught]
-    assert "interface 0 closes and opens again between saved times, first after t = 0.000302" in message
+    assert "interface 0 closes and opens again between saved times, first after t = 302 µs" in message
     assert message.endswith("save the run more often")
 
 

@@ -283,7 +283,7 @@ def test_strains_that_are_not_small_are_warned_of(wall: bool) -> None:
     modulus = 0.5 * BEAD.material.youngs_modulus / (1.0 - BEAD.material.poisson_ratio**2)
     radius = (0.75 * float(run.contact_force.sel(contact=1).max()) * 0.5 * BEAD.radius / modulus) ** (1.0 / 3.0)
     assert radius > 0.2 * 0.5 * BEAD.radius
-    warning = f"strains: contact 1 has a radius of {radius:.3g} m, so wide that strains are not small"
+    warning = f"strains: contact 1 has a radius of {1e6 * radius:.3g} µm, so wide that strains are not small"
     assert run.warnings.splitlines().count(warning) == 1
     assert [str(one.message) for one in caught].count(warning) == 1
 

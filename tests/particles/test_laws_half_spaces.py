@@ -329,7 +329,7 @@ def test_bad_input(first: object, second: object, asked: dict[str, object], word
     ("degrees", "asked", "words"),
     [
         (5.0, {"max_force": 10.0}, "half-space theory ends"),
-        (1.0, {"max_force": 100.0}, "m long is longer than a cylinder, 0.00476 m"),
+        (1.0, {"max_force": 100.0}, "mm long is longer than a cylinder, 4.76 mm"),
         (90.0, {"max_approach": 2e-4}, "small strains"),
     ],
 )

@@ -220,7 +220,7 @@ def test_a_held_ball_is_stiffer_where_more_of_it_is_held() -> None:
 
 
 def test_what_may_mislead_is_said() -> None:
-    with pytest.warns(hl.HertzlinkWarning, match="pressure = 300000: stretches the wall by 18 %"):
+    with pytest.warns(hl.HertzlinkWarning, match="pressure = 300 kPa: stretches the wall by 18 %"):
         ball(3e5)
     # p R/2t with the mean radius R of the wall.
     for radius, wall, pressure, told in ((0.1, 1e-3, 1e7, "498 MPa"), (0.01, 3e-3, -2e8, "283 MPa")):
