@@ -343,8 +343,11 @@ class MovingChain:
         step = self.longest_step if self.dt is None else self.dt
         count = window / step * (1.0 - 1e-9) if step > 0.0 else inf
         if count * self.mass.size > MOST_STEPS:
-            name = self.strongest_loss[0] if self.dt is None else f"dt = {step:.3g}"
-            cure = "a weaker loss" if self.dt is None else "a longer dt"
+            name, cure = f"until = {window:.3g}", "a shorter time"
+            if self.dt is not None:
+                name, cure = f"dt = {step:.3g}", "a longer dt"
+            elif self.damping_time < self.contact_time:
+                name, cure = self.strongest_loss[0], "a weaker loss"
             raise ValueError(f"{name}: takes {count:.3g} steps in {window:.3g} s; give {cure}")
         return max(1, ceil(count))
 

@@ -11,7 +11,7 @@ from dataclasses import fields, is_dataclass
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
-from types import CellType, CodeType, FunctionType, ModuleType
+from types import CellType, CodeType, FunctionType, MemberDescriptorType, ModuleType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -94,15 +94,16 @@ class _Search:
                 self.visit(inner)
             if not is_dataclass(value):
                 own = _is_users(type(value).__module__)
-                self._parts(value, label, path, getattr(value, "__dict__", {}).keys() if own else names)
+                self._parts(value, label, path, _attributes(value).keys() if own else names)
             self._of_class(type(value))
 
     def _parts(self, value: Any, label: str, path: set[str], names: Iterable[str]) -> None:
         """The attributes of a module or an object that have one of the names."""
-        found = getattr(value, "__dict__", {})
-        for name in sorted(set(names) & found.keys()):
-            if id(found[name]) not in self.seen and not isinstance(found[name], ModuleType):
-                self._take(f"{label.partition(' of ')[0]}.{name}", {*path, name}, found[name], set())
+        attributes = _attributes(value)
+        for name in sorted(set(names) & attributes.keys()):
+            inner = attributes[name]
+            if id(inner) not in self.seen and not isinstance(inner, ModuleType):
+                self._take(f"{label.partition(' of ')[0]}.{name}", {*path, name}, inner, set())
 
     def _of_class(self, kind: type) -> None:
         """The constants and methods of a class."""
@@ -113,8 +114,22 @@ class _Search:
             method = getattr(value, "fget", None) or getattr(value, "__func__", value)
             if isinstance(method, FunctionType):
                 self.visit(method)
-            elif not name.startswith("_") and not callable(value) and not hasattr(value, "__get__"):
+            elif _is_data(name, value):
                 self.values[f"{kind.__name__}.{name}"] = {name}, value
+
+
+def _is_data(name: str, value: Any) -> bool:
+    return not name.startswith("_") and not callable(value) and not hasattr(value, "__get__")
+
+
+def _attributes(value: Any) -> dict[str, Any]:
+    """The names of a module, or the data of an object: in its dictionary, in slots, and what its class holds for it."""
+    attributes: dict[str, Any] = dict(getattr(value, "__dict__", {}))
+    for kind in type(value).__mro__ if _is_users(type(value).__module__) else ():
+        for name, content in vars(kind).items():
+            if (isinstance(content, MemberDescriptorType) or _is_data(name, content)) and hasattr(value, name):
+                attributes.setdefault(name, getattr(value, name))
+    return attributes
 
 
 @cache

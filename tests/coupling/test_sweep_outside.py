@@ -38,6 +38,16 @@ class Wall:
         self.made.append(self.thickness)
 
 
+class Setup:
+    speed = 0.2
+
+
+class Slotted:
+    __slots__ = ("level",)
+
+
+SETUP, SLOTTED = Setup(), Slotted()
+SLOTTED.level = 1.0
 WALL, NAMES = Wall(0.1), SimpleNamespace(limit=7)
 TOOLS = {"half": lambda number: 0.5 * number}
 
@@ -50,6 +60,7 @@ def factory(preload):
         CACHE[length] = calls
         WALL.note()
         assert TOOLS["half"](settings.double(NAMES.limit)) > 0.0
+        assert SETUP.speed + SLOTTED.level > 0.0
         chain = hl.Chain([Part().bead()] * 2, Part().bead(), SPEED, preload=preload)
         return hl.CoSimulation(chain, MASS if length > settings.LIMIT else wall())
     return build
@@ -93,6 +104,8 @@ def double(number):
         ("settings.LIMIT", "settings.OTHER", None),
         ("Wall(0.1)", "Wall(0.2)", r"WALL\.thickness = 0\.1 there"),
         ("limit=7", "limit=8", r"NAMES\.limit = 7 there"),
+        ("SLOTTED.level = 1.0", "SLOTTED.level = 2.0", r"SLOTTED\.level = 1\.0 there and 2\.0 here"),
+        ("WALL, NAMES", "SETUP.speed = 0.3\nWALL, NAMES", r"SETUP\.speed = 0\.2 there and 0\.3 here"),
         ("TWO = 2.0", "TWO = 3.0", r"TWO of double = 2\.0 there"),
         ("TWO = 2.0", "TWO = 2", ""),
         ("0.5 * number", "number / 2", None),
