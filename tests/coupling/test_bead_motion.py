@@ -287,9 +287,7 @@ def test_another_structure_is_told() -> None:
     chain, rest = hl.DeformableChain([BEAD] * 2, None, 0.3, modes=3), hl.half_space(STEEL)
     run = hl.CoSimulation(chain, ROD).run(until=2e-6)
     short = hl.rod([hl.Layer(STEEL, 20e-3, 5e-3)])
-    message = (
-        "structure: is not that of the run: layers[0].length = 0.03 there and 0.02 here; give the one that was run"
-    )
+    message = "structure: is not that of the run: layers[0].length = 0.03 there and 0.02 here"
     with pytest.raises(ValueError, match=re.escape(message)):
         hl.views.bead_motion(run, chain, 1e-6, 1, structure=short)
     with pytest.raises(ValueError, match=r"behind = .*: must be None, as nothing was there"):
