@@ -75,8 +75,8 @@ def _named(path: Path, head: bytes, content: bytes) -> tuple[str, str] | None:
     if head[:2] == b"PK" and b"xl/" in content:
         return "an Excel workbook (.xlsx)", TABLE
     for place, start, name, out in SIGNATURES:
-        printable = start.isalnum() and len(start) < 4  # BM and PK may begin a text
-        if head[place : place + len(start)] == start and not (printable and _is_text(head)):
+        # Letters and digits, such as BM, PK or AG10, may begin a text.
+        if head[place : place + len(start)] == start and not (start.isalnum() and _is_text(head)):
             return name, out
     if not _is_text(head):
         for word, name in HEADS:
