@@ -330,6 +330,13 @@ def test_binary_files_are_named(tmp_path: Path, content: bytes, message: str) ->
         hl.read_signal(path, {7: 1}, calibration=1.0)
 
 
+@pytest.mark.parametrize("word", ["AG10", "BM", "PK", "Channel WAVE", "Time CH WAVE"])
+def test_a_text_may_begin_as_a_binary_format_does(tmp_path: Path, word: str) -> None:
+    path = tmp_path / "scope.csv"
+    path.write_text("\n".join([f"{word},x", "Time (s),CH1 (V)", *table("{t:.9f},{v:.6f}")]))
+    assert float(hl.amplitude_ratio(hl.read_signal(path, {7: 1}, calibration=10.0), 7)) == pytest.approx(0.4, abs=1e-3)
+
+
 def test_lost_lines_of_a_counter_are_seen(tmp_path: Path) -> None:
     lines = FORMS["rigol"][0]
     path = tmp_path / "rigol.csv"
