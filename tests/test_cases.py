@@ -534,7 +534,8 @@ def test_walls_that_yield_get_the_line_of_their_law() -> None:
 def test_a_run_on_brass_says_what_yielding_changes(tmp_path: Path, command: Callable[..., str]) -> None:
     """Distances of independent runs with the law: 24.87 mm instead of 19.46; AR 0.068 instead of 0.181."""
     (tmp_path / "brass.toml").write_text(BRASS, encoding="utf-8")
-    command("run", "brass.toml")
+    table = command("run", "brass.toml")
+    assert "bead 7 is 0.068 instead of 0.181" in " ".join(table.split())
     with xr.open_dataset(tmp_path / "brass" / "results.nc") as data:
         (said,) = [one for one in findings_of(data) if one.startswith("yield: ")]
     assert 'with law = { kind = "jackson_green" } in [chain], AR at bead 7 is 0.068 instead of 0.181, TOF 69' in said

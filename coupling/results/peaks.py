@@ -113,7 +113,9 @@ def rises(time: Vector, force: Vector, least: float) -> tuple[Vector, bool]:
 
     A wave is a peak of that height that rises by as much on both sides.
     """
-    peaks = scipy.signal.find_peaks(force, height=least, prominence=least)[0]
+    # Compiled, because each run asks for it: scipy.signal takes half a second to import.
+    samples = np.empty(force.size // 2 + 1, np.int64)
+    peaks = samples[: wave_kernels.peaks_of(np.ascontiguousarray(force), least, samples)]
     edges, found = [0, *map(int, peaks)], list[float]()
     for start, stop in zip(edges, [*map(int, peaks), force.size - 1], strict=True):
         valley = start + int(force[start : stop + 1].argmin())

@@ -15,6 +15,7 @@ from coupling.results.measures import energy_error, sensor_force
 from coupling.results.waves import ABOVE_ONE, NoWaveError
 from hertzlink.cases.axes import Axis
 from hertzlink.cases.running import Task, of_chain
+from hertzlink.cases.yielding import WITH_YIELDING
 
 WIDTH = 80
 MOST_ROWS = 40
@@ -49,6 +50,7 @@ def csv_text(head: Sequence[str], rows: Iterable[Row]) -> str:
 def report(task: Task, data: xr.Dataset) -> tuple[str, dict[str, str]]:
     """The text for the terminal, and CSV files by name."""
     lines, files = {"run": _run, "sweep": _sweep, "critical distance": _critical}[task.kind](task, data)
+    lines += [fill(data.attrs[WITH_YIELDING], WIDTH)] if data.attrs.get(WITH_YIELDING) else []
     title = [task.case.model.title, ""] if task.case.model.title else []
     return "\n".join([*title, *lines]), files
 

@@ -13,6 +13,9 @@ from hertzlink.cases.faults import YIELDING
 from hertzlink.cases.running import Task, of_chain, run_task, task_of
 from structures.caution import caution, collected
 
+WITH_YIELDING = "with_yielding"
+"""The attribute of a result that says what yielding changes, for its table."""
+
 MOST = 4
 """Critical distances of one finding."""
 
@@ -27,7 +30,7 @@ def run_both(task: Task, jobs: int | None = None) -> xr.Dataset:
         if task.kind != "sweep" and any(map(_is_of_yield, (*findings_of(data), *said))):
             words = _changes(task, data, jobs)
             said[:] = dict.fromkeys(_with(said, words))
-            data = with_warnings(data, _with(findings_of(data), words))
+            data = with_warnings(data, _with(findings_of(data), words)).assign_attrs({WITH_YIELDING: words})
     for one in said:
         caution(one)
     return data

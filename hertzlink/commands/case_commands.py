@@ -132,7 +132,7 @@ def _written(
     finally:
         warn(one_of_each([of_case(one) for one in findings]))
     found = [of_case(one) for one in (*findings_of(done.data), *findings)]
-    data, took = with_warnings(done.data, found), perf_counter() - began
+    data, text, took = with_warnings(done.data, found), of_case(done.text), perf_counter() - began
 
     # Measures that warn of what the result says already must not warn again.
     with collected():
@@ -144,13 +144,13 @@ def _written(
         for picture in shown.pictures if form else ():
             picture.figure.savefig(into / f"{picture.name}.{form}")
         (into / "results.nc").write_bytes(data.to_netcdf(engine="h5netcdf"))
-        (into / "table.txt").write_text(printable(done.text) + "\n", encoding="utf-8")
+        (into / "table.txt").write_text(printable(text) + "\n", encoding="utf-8")
         (into / "case.toml").write_text(case.to_toml(), encoding="utf-8")
         for file, content in done.files.items():
             (into / file).write_text(content, encoding="utf-8")
 
     write_folder(folder, write, force)
-    show(done.text)
+    show(text)
     written(folder)
     return done.code
 
