@@ -477,7 +477,12 @@ def test_check_says_what_would_run(tmp_path: Path, command: Callable[..., str]) 
     [
         ("i.toml", [], "identify: 3 unknowns, likely about 720 runs, "),
         ("i.toml", ["identify.nuisances=[]"], "identify: 2 unknowns, likely about 600 runs, "),
-        ("identify-edge.toml", [], "on the plate with its nearest edge alone, then fits on the whole plate"),
+        pytest.param(
+            "identify-edge.toml",
+            [],
+            "on the plate with its nearest edge alone, then fits on the whole plate",
+            marks=pytest.mark.thorough,
+        ),
     ],
 )
 def test_check_knows_what_identify_takes(

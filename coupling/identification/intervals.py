@@ -185,10 +185,7 @@ class Judgement:
             # What the fit took from the residual is missing in its correlation.
             taken = min(float(np.trace(white @ part)) / covariance[0], MOST_TAKEN * count)
             spread += part * count / (count - taken)
-            along = covariance / covariance[0]
-            below = np.flatnonzero(along < INDEPENDENT)
-            width = int(below[0]) if below.size else along.size
-            independent += count / (1.0 + 2.0 * float(along[1:width].sum()))
+            independent += independent_samples(covariance, count)
         return spread, independent
 
     def _of_features(
@@ -335,3 +332,11 @@ def correlation_of(residual: Vector) -> tuple[Vector, int]:
     size = 2 * residual.size
     sums, pairs = (np.fft.irfft(abs(np.fft.rfft(one, size)) ** 2, size)[: residual.size] for one in (values, there))
     return sums / np.maximum(pairs, 1.0), int(there.sum())
+
+
+def independent_samples(covariance: Vector, count: int) -> float:
+    """How many independent samples scatter as much in their mean as `count` with this autocovariance."""
+    along = covariance / covariance[0]
+    below = np.flatnonzero(along < INDEPENDENT)
+    width = int(below[0]) if below.size else along.size
+    return count / (1.0 + 2.0 * float(along[1:width].sum()))

@@ -17,6 +17,7 @@ from threadpoolctl import threadpool_info, threadpool_limits
 
 import hertzlink as hl
 from coupling.identification.identify import likely_runs
+from coupling.identification.intervals import independent_samples
 from coupling.identification.measured import estimated
 from coupling.identification.misfit import Measured, Misfit
 from coupling.identification.prediction import Curves, Prediction, Range, high_passed, range_of
@@ -673,3 +674,12 @@ def test_a_fit_says_its_stage_and_count(caplog: pytest.LogCaptureFixture, monkey
 def test_likely_runs_are_those_of_fits(given: dict[str, Any], runs: tuple[int, int]) -> None:
     """Least and most that fits of rods, plates, an edge, a bond and losses took."""
     assert runs[0] / 1.25 < likely_runs(**given) < runs[1] * 1.25
+
+
+@pytest.mark.parametrize("decay", [0.0, 0.5, 0.9, 0.99])
+def test_independent_samples_of_correlated_noise(decay: float) -> None:
+    """n (1 − a)/(1 + a) where the correlation is aᵏ: a geometric series."""
+    covariance = 3.0 * decay ** np.arange(2000.0)
+    expected = 1e4 * (1.0 - decay) / (1.0 + decay)
+    # Correlations below a tenth are left out.
+    assert independent_samples(covariance, 10_000) == pytest.approx(expected, rel=0.15)

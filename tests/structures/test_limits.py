@@ -19,6 +19,7 @@ TAP = hl.as_signal(TIME, {7: np.exp(-(((TIME - 1e-4) / 1e-5) ** 2))})
     ("call", "words"),
     [
         (lambda: hl.Layer(STEEL, 1e308, 1e-2), r"length = 1e\+308: must be at most 1e\+100"),
+        (lambda: hl.Layer(STEEL, 1e101, 1e-2), r"length = 1e\+101: must be at most 1e\+100"),
         (lambda: hl.FixedPoint(largest_count=5e10), r"largest_count = .*: must be a whole number, at most 100000"),
         (lambda: hl.Aitken(largest_count=10**400), r"largest_count = .*: must be"),
         (lambda: hl.lamb.group_speed(STEEL, 2e-3, 5e-324), r"frequency = 5e-324: must be a positive number"),
