@@ -45,21 +45,25 @@ class Unsampled(ValueError):
         self.row = row
 
 
-def even_sampling(time: Vector) -> Even:
-    """Even times from stamps, which may be NaN; raises Unsampled."""
+def even_sampling(time: Vector, second: float | None = 1.0) -> Even:
+    """Even times from stamps, which may be NaN; raises Unsampled.
+
+    second: the size of the stamps' unit, s, for messages; None for a counter.
+    """
     rows = np.flatnonzero(np.isfinite(time))
     if rows.size < FEWEST_SAMPLES:
         raise Unsampled(0, f"holds {rows.size} times, must hold {FEWEST_SAMPLES} or more")
-    if (coarse := _coarse(time, rows)) is not None:
+    if (coarse := _coarse(time, rows, second)) is not None:
         return coarse
-    kept = _without_misfits(time, rows)
+    kept = _without_misfits(time, rows, second)
     steps = np.diff(time[kept])
     usual = float(np.median(steps))
     counts = np.maximum(np.round(steps / usual), 1.0).astype(np.int64)
     lost = counts - 1
     if lost.sum() > max(FEW, FEW_SHARE * kept.size):
         at = int(lost.argmax())
-        raise Unsampled(int(kept[at + 1]), f"{_after(time, kept, at)}: a gap; the usual step is {usual:.3g} s")
+        gap = f"{_after(time, kept, at, second)}: a gap; the usual step is {_shown(usual, second)}"
+        raise Unsampled(int(kept[at + 1]), gap)
     places = np.concatenate(([0], np.cumsum(counts)))
     even, off = _line(places, time[kept], int(places[-1]) + 1)
     if off.max() > UNEVEN * usual:
@@ -68,7 +72,7 @@ def even_sampling(time: Vector) -> Even:
     rows_of[places] = kept
     notes = []
     if off.max() > SAID * usual:
-        notes.append(f"times lie up to {readable(float(off.max()), 's', 4)} off even sampling, which is taken")
+        notes.append(f"times lie up to {_shown(float(off.max()), second)} off even sampling, which is taken")
     return Even(even, rows_of, np.setdiff1d(rows, kept, assume_unique=True), notes)
 
 
@@ -96,7 +100,7 @@ def is_of_pairs(time: Vector, columns: list[Vector]) -> bool:
     return all((one[np.isfinite(one)] >= 0.0).all() or (one[np.isfinite(one)] <= 0.0).all() for one in rises)
 
 
-def _coarse(time: Vector, rows: Rows) -> Even | None:
+def _coarse(time: Vector, rows: Rows, second: float | None) -> Even | None:
     """Even times where several samples have the same stamp, because it has too few digits; None elsewhere."""
     steps = np.diff(time[rows])
     if not (steps == 0.0).sum() > max(FEW, FEW_SHARE * steps.size) or (steps < 0.0).any() or not (steps > 0.0).any():
@@ -110,13 +114,13 @@ def _coarse(time: Vector, rows: Rows) -> Even | None:
         at = int(off.argmax())
         raise Unsampled(int(rows[at]), "times must be evenly spaced, as one sampling rate gives them")
     text = (
-        f"stamps of time resolve {readable(digit, 's', 4)}, and samples are {readable(step, 's', 4)} apart: "
+        f"stamps of time resolve {_shown(digit, second)}, and samples are {_shown(step, second)} apart: "
         "even sampling is taken"
     )
     return Even(even, np.arange(time.size), np.array([], dtype=np.int64), [text])
 
 
-def _without_misfits(time: Vector, rows: Rows) -> Rows:
+def _without_misfits(time: Vector, rows: Rows, second: float | None) -> Rows:
     """The rows whose times increase, without single ones far off; raises Unsampled where these are many."""
     steps = np.diff(time[rows])
     third = rows.size // 3
@@ -135,7 +139,7 @@ def _without_misfits(time: Vector, rows: Rows) -> Rows:
         wrong = np.flatnonzero(steps <= 0.0)
         at = int(wrong[0]) if wrong.size else int(np.abs(steps - usual).argmax())
         reason = "must increase" if wrong.size else "must be evenly spaced, as one sampling rate gives them"
-        raise Unsampled(int(rows[at + 1]), f"{_after(time, rows, at)}, {reason}")
+        raise Unsampled(int(rows[at + 1]), f"{_after(time, rows, at, second)}, {reason}")
     return rows_kept
 
 
@@ -162,5 +166,10 @@ def _line(places: Rows, time: Vector, count: int, straight: bool = False) -> tup
     return even, off
 
 
-def _after(time: Vector, rows: Rows, at: int) -> str:
-    return f"time {time[rows[at + 1]]:.9g} s after {time[rows[at]]:.9g} s"
+def _after(time: Vector, rows: Rows, at: int, second: float | None) -> str:
+    before, after = (_shown(float(time[rows[i]]), second, 9) for i in (at, at + 1))
+    return f"time {after} after {before}"
+
+
+def _shown(stamp: float, second: float | None, digits: int = 4) -> str:
+    return f"{stamp:.{digits}g}" if second is None else readable(second * stamp, "s", digits)

@@ -141,21 +141,22 @@ def _by_column(
         values = {sensor: _means(one, rows) for sensor, one in values.items()}
         rows = rows[::2]
         notes.append("each time stands twice, with the least and the greatest value; their mean is taken")
+    counts = interval is not None and stated is None and bool((np.diff(time[known]) == 1.0).all())
+    is_counter = counts or (stated is None and samples.header.counts_samples(column))
+    unit = _unit(path, samples.header, column, TIME, sampling.unit)
     try:
-        even = even_sampling(time[rows])
+        even = even_sampling(time[rows], None if is_counter else unit.size)
     except Unsampled as error:
         line = samples.lines[rows[error.row]]
         raise ValueError(f"{path}, line {line}: {error}") from None
-    counts = interval is not None and stated is None and bool((np.diff(time[known]) == 1.0).all())
     second = 1.0
     if counts and interval is not None:
         even = even._replace(time=samples.header.start() + interval * even.time)
-    elif samples.header.counts_samples(column) and stated is None:
+    elif is_counter:
         raise ValueError(
             f"{path}: column {column} counts samples; give time_column, the column of the time, or interval=, s"
         )
     else:
-        unit = _unit(path, samples.header, column, TIME, sampling.unit)
         second = unit.size
         if interval is not None:
             second, more = _checked_second(float(even.time[1] - even.time[0]), unit, interval, stated or sampling.unit)

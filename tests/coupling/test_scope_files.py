@@ -337,9 +337,21 @@ def test_a_text_may_begin_as_a_binary_format_does(tmp_path: Path, word: str) -> 
     assert float(hl.amplitude_ratio(hl.read_signal(path, {7: 1}, calibration=10.0), 7)) == pytest.approx(0.4, abs=1e-3)
 
 
+@pytest.mark.parametrize(("unit", "size"), [("s", 1.0), ("ms", 1e3), ("us", 1e6)])
+def test_times_in_messages_have_the_unit_of_the_header(tmp_path: Path, unit: str, size: float) -> None:
+    path = tmp_path / "scope.csv"
+    rows = [f"{size * round(t, 5):.9g},{v:.6f}" for t, v in zip(TIME, VOLTS, strict=True)]
+    path.write_text("\n".join([f"Time ({unit}),CH1 (V)", *rows]))
+    with pytest.warns(hl.HertzlinkWarning, match="stamps of time resolve 10 µs, and samples are 999.8 ns apart"):
+        hl.read_signal(path, {7: 1}, calibration=10.0)
+    path.write_text("\n".join([f"Time ({unit}),CH1 (V)", *(f"{-size * t:.9g},0.1" for t in TIME)]))
+    with pytest.raises(ValueError, match="line 3: time 99 µs after 100 µs, must increase"):
+        hl.read_signal(path, {7: 1}, calibration=10.0)
+
+
 def test_lost_lines_of_a_counter_are_seen(tmp_path: Path) -> None:
     lines = FORMS["rigol"][0]
     path = tmp_path / "rigol.csv"
     path.write_text("\n".join([*lines[:500], *lines[557:], ""]))
-    with pytest.raises(ValueError, match=r"line 501: time 555 s after 497 s: a gap"):
+    with pytest.raises(ValueError, match=r"line 501: time 555 after 497: a gap"):
         hl.read_signal(path, {7: 1}, calibration=10.0)
