@@ -52,8 +52,8 @@ class CoSimulation:
         own solver. Several chains take a list of as many, or one structure with as many contact points; a
         ContactPoint(structure, number) is one of them.
     scheme : Scheme, optional
-        How both sides agree on the mean forces of a window. By default Condensed(), which needs linear structures, and
-        Aitken() for structures whose gaps close; use Aitken() for black boxes too.
+        How both sides agree on the mean forces of a window. By default Condensed(), for structures that are linear but
+        for gaps that close; use Aitken() for black boxes.
     window : float or Adaptive, optional
         The time after which both sides have agreed, s, or Adaptive(tolerance). By default the scheme determines it.
     dt : float, optional
@@ -118,8 +118,7 @@ class CoSimulation:
         back = for_each("behind", behind, len(chains), several)
         self.accuracy, self.most_steps = accuracy_of(accuracy), positive("most_steps", most_steps)
         self.interface = Interface(chains, facing, back, waveform == "quadratic", dt, self.accuracy.steps)
-        closing = any(isinstance(box.participant, Closing) for box in self.interface.boxes)
-        self.scheme: Scheme = (Aitken() if closing else Condensed()) if scheme is None else scheme
+        self.scheme: Scheme = Condensed() if scheme is None else scheme
         self.scheme.start(self.interface)
         self.window = window if window is None or isinstance(window, Adaptive) else positive("window", window, "s")
         self.substeps = None if substeps is None else whole("substeps", substeps)

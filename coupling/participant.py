@@ -9,7 +9,6 @@ import numpy as np
 from coupling.state import NotConverged
 from structures.checks import short
 from structures.closing import Closing
-from structures.moving import Propagator
 from structures.structure import Vector, surfaces_of
 from structures.surface import Surface
 
@@ -121,10 +120,20 @@ class BlackBox:
         """Of our own one."""
         return None if self.closing is None else self.closing.moving.stepper
 
-    def propagator(self, window: float) -> Propagator:
-        """A window (s) of our own one while no gap presses, as arrays; its last contacts are the gaps."""
+    @property
+    def size(self) -> int:
+        """The number of degrees of freedom of our own one."""
+        return 0 if self.structure is None else self.structure.size
+
+    def window(self, length: float) -> Any:
+        """A window (s) of our own one while no gap presses, as a piece; its last contacts are the gaps."""
         assert self.closing is not None
-        return self.closing.moving.propagator(window)
+        return self.closing.moving.window(length)
+
+    def compliance(self, window: float) -> Vector:
+        """Displacements of our own one's contacts at the end of the window for 1 N of mean force, m/N, gaps open."""
+        assert self.closing is not None
+        return self.closing.moving.compliance(window)[: self.contacts, : self.contacts]
 
     def energies(self, state: Any) -> tuple[float, float, float]:
         """Kinetic, elastic and lost energy, J; NaN of a user's participant."""

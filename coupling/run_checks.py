@@ -12,7 +12,7 @@ from coupling.results.findings import warn
 from coupling.results.missing_waves import RECORD, end_of_push, short_record
 from coupling.structure_checks import check_structures
 from coupling.yield_check import Motion, yields
-from particles import kernels
+from particles.kernels.drives import MOVED, PUSHED
 from particles.moving import MovingChain
 from structures.structure import Vector
 from structures.units import readable
@@ -151,7 +151,7 @@ def _of_passivity(work: Vector, scale: float) -> list[str]:
 
 
 def _is_driven(chain: MovingChain) -> bool:
-    return chain.chain.excitation.drive.kind in (kernels.PUSHED, kernels.MOVED)
+    return chain.chain.excitation.drive.kind in (PUSHED, MOVED)
 
 
 def _deepest(interface: Interface, frames: Frames, number: int) -> Vector:

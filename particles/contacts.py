@@ -6,9 +6,9 @@ from math import inf
 
 import numpy as np
 
-from particles import kernels
 from particles.bead import Bead
 from particles.chain import Chain
+from particles.kernels.laws import NEVER, Yielding
 from particles.laws.computed import ComputedLaw, force_by_formula
 from particles.laws.law import ContactLaw, PowerLaw, TabulatedLaw, check_contact_law, unchanging
 from particles.laws.yielding import YieldingContact, YieldingLaw
@@ -82,30 +82,28 @@ def yielding_of(chain: Chain, pairs: Sequence[Pair | None], laws: Laws) -> tuple
     return tuple(None if pair is None else known[id(pair[0]), id(pair[1])] for pair in pairs)
 
 
-def kernel_yielding(
-    contacts: Sequence[YieldingContact | None], first_row: int
-) -> tuple[kernels.Yielding, list[Vector]]:
-    """What the compiled loops take of contacts that yield, and its tables, which begin at a row."""
-    tables: list[Vector] = []
-    rows: dict[YieldingContact, tuple[int, int]] = {}
-    for contact in contacts:
-        if contact is not None and contact.overlap < inf and contact not in rows:
-            places = []
-            for table in contact.tables:
-                places.append(first_row + sum(map(len, tables)))
-                tables.append(table)
-            rows[contact] = places[0], places[1]
-    yields = [contact if contact in rows else None for contact in contacts]
-    return kernels.Yielding(
-        np.array([kernels.NEVER if contact is None else contact.overlap for contact in yields]),
-        np.array([0.0 if contact is None else contact.yield_force for contact in yields]),
-        *(np.array([0 if one is None else rows[one][k] for one in yields], dtype=np.int64) for k in range(2)),
-    ), tables
+def kernel_yielding(contacts: Sequence[YieldingContact | None], stiffness: Vector) -> Yielding:
+    """The contacts that yield as a piece of the compiled loops."""
+    yields = [one if one is not None and one.overlap < inf else None for one in contacts]
+    different = list(dict.fromkeys(one for one in yields if one is not None))
+    tables = [table for one in different for table in one.tables] or [np.zeros((1, 6))]
+    starts = np.cumsum([0, *map(len, tables)])
+    first = [0 if one is None else 2 * different.index(one) for one in yields]
+    memory = np.zeros(0)
+    return Yielding(
+        stiffness,
+        np.array([NEVER if one is None else one.overlap for one in yields]),
+        np.array([0.0 if one is None else one.yield_force for one in yields]),
+        starts[first],
+        starts[np.add(first, 1)],
+        np.concatenate(tables),
+        *(memory, memory, memory),
+    )
 
 
 def unloading(contacts: Sequence[YieldingContact | None], stiffness: Vector, overlaps: Vector) -> Vector:
-    """What contacts that were pressed so far (m) remember, one array after the other; see `kernels.Yielding`."""
-    limit, hard, dent = np.full(stiffness.size, kernels.NEVER), stiffness.copy(), np.zeros(stiffness.size)
+    """What contacts that were pressed so far (m) remember, one array after the other; see particles.kernels.laws.Yielding."""
+    limit, hard, dent = np.full(stiffness.size, NEVER), stiffness.copy(), np.zeros(stiffness.size)
     for i, contact in enumerate(contacts):
         if contact is not None and contact.overlap < inf:
             limit[i] = max(contact.overlap, overlaps[i])
@@ -149,11 +147,12 @@ def tables_of(laws: Laws) -> dict[ContactLaw, Vector]:
     return {law: table for law in different if (table := law.kernel[1]) is not None}
 
 
-def first_rows(laws: Laws, table_of: dict[ContactLaw, Vector], tables: Sequence[Vector]) -> Vector:
-    """Row at which each contact's table begins in all of them one after the other; −1 for Hertz's law."""
+def joined_tables(laws: Laws, table_of: dict[ContactLaw, Vector]) -> tuple[Vector, Vector]:
+    """The row at which each contact's table begins, −1 for Hertz's law; and all tables, one after the other."""
+    tables = list({id(table): table for table in table_of.values()}.values())
     starts = dict(zip(map(id, tables), np.cumsum([0, *map(len, tables)]), strict=False))
     first = {law: starts[id(table)] for law, table in table_of.items()}
-    return np.array([-1 if law is None else first.get(law, -1) for law in laws])
+    return np.array([-1 if law is None else first.get(law, -1) for law in laws]), np.concatenate(tables)
 
 
 def cautions(pairs: Sequence[Pair | None], groups: Groups, deepest: Vector) -> tuple[list[str], list[str]]:

@@ -7,24 +7,19 @@ pull. The drag and the thesis's form of the power law act on single bodies and d
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from math import cos, cosh
+from typing import Any
 
 import numpy as np
 
-from particles import kernels
+from particles.kernels.losses import BodyLoss, Dashpot, Drag, SecantLoss, TangentLoss
 from structures.checks import not_negative, one_of, short, within
 from structures.plausible import likely
 from structures.structure import Vector
 
 FORMS = ("pairwise", "thesis")
 
-KINDS = {
-    "DASHPOT": kernels.DASHPOT,
-    "TANGENT": kernels.TANGENT,
-    "SECANT": kernels.SECANT,
-    "GLOBAL": kernels.GLOBAL,
-    "DRAG": kernels.DRAG,
-}
-"""The forms of a loss that the compiled loops know."""
+PIECES = Dashpot, TangentLoss, SecantLoss, BodyLoss, Drag
+"""The forms of a loss that the compiled loops have."""
 
 NEIGHBOURS = 4.0
 """Largest damping rate of equation 4.1 over that of one contact: a body has two, and each contact joins two bodies."""
@@ -33,15 +28,16 @@ NEIGHBOURS = 4.0
 class Dissipation(ABC):
     """A loss of energy. Derive a class from it for a loss of your own.
 
-    The compiled loops know five forms of a loss, numbers in `particles.kernels`; a subclass names one as its `kind` and
-    gives the coefficients. With the approach rate δ̇ and the elastic force F, the force of a closed contact is
-    c δ̇^α (DASHPOT), c F′ δ̇^α (TANGENT) or c √((F′ + F/δ)/2) δ̇^α (SECANT). GLOBAL is the thesis's equation 4.1, and
-    DRAG a force c m v on each body.
+    A subclass gives the coefficients c, and names the form of the force, a class of `particles.kernels.losses`. With
+    the approach rate δ̇ and the elastic force F, a closed contact has the force c δ̇^α (Dashpot), c F′ δ̇^α (TangentLoss)
+    or c √((F′ + F/δ)/2) δ̇^α (SecantLoss). BodyLoss is the thesis's equation 4.1, and Drag a force c m v on each body.
+    A form of your own is a NamedTuple of `coefficient` and `exponent` with a compiled function, see
+    docs/extending.md.
 
     Attributes
     ----------
-    kind : int
-        Form of the loss: DASHPOT, TANGENT, SECANT, GLOBAL or DRAG of `particles.kernels`.
+    piece : type
+        Form of the force.
     exponent : float
         Power α of the rate; 1 unless a subclass defines it.
 
@@ -51,11 +47,11 @@ class Dissipation(ABC):
 
     >>> import hertzlink as hl
     >>> from dataclasses import dataclass
-    >>> from particles import kernels
+    >>> from particles.kernels.losses import TangentLoss
     >>> @dataclass(frozen=True)
     ... class HeavierIsSlower(hl.Dissipation):
     ...     time_per_mass: float  # s/kg
-    ...     kind = kernels.TANGENT
+    ...     piece = TangentLoss
     ...
     ...     def coefficients(self, mass):
     ...         return self.time_per_mass * mass
@@ -63,7 +59,7 @@ class Dissipation(ABC):
     >>> chain = hl.Chain([bead] * 10, bead, impact_speed=0.4, dissipation=HeavierIsSlower(1e-4))
     """
 
-    kind: int
+    piece: type
 
     @property
     def exponent(self) -> float:
@@ -80,21 +76,35 @@ class Dissipation(ABC):
         mass, kg: reduced masses; tangent, secant, N/m: F′ and F/δ where contacts are deepest; speed, m/s: of the
         bodies.
         """
-        if self.kind == kernels.TANGENT:
+        if self.piece is TangentLoss:
             grown = tangent
-        elif self.kind == kernels.SECANT:
+        elif self.piece is SecantLoss:
             grown = np.sqrt(0.5 * (tangent + secant))
         else:
-            grown = np.full_like(tangent, NEIGHBOURS if self.kind == kernels.GLOBAL else 1.0)
+            grown = np.full_like(tangent, NEIGHBOURS if self.piece is BodyLoss else 1.0)
         rates: Vector = coefficients_of(self, mass) * grown * speed ** (self.exponent - 1.0)
-        return rates if self.kind == kernels.DRAG else rates / mass
+        return rates if self.piece is Drag else rates / mass
+
+
+def kernel_loss(loss: Dissipation, mass: Vector, present: Vector) -> Any:
+    """The loss as a piece of the compiled loops. present: whether there is a contact, for each of the masses."""
+    coefficients = coefficients_of(loss, mass)
+    if loss.piece is Drag:
+        return Drag(coefficients)
+    if loss.piece is BodyLoss:
+        return BodyLoss(coefficients, loss.exponent, present.astype(float))
+    return loss.piece(np.where(present, coefficients, 0.0), loss.exponent)
 
 
 def coefficients_of(loss: Dissipation, mass: Vector) -> Vector:
     """The coefficients of a loss at contacts of these reduced masses, kg; a ValueError where a user's are none."""
-    name, kind = type(loss).__name__, getattr(loss, "kind", None)
-    if not isinstance(kind, int) or kind not in KINDS.values():
-        raise ValueError(f"{name}.kind = {kind!r}: must be one of {', '.join(KINDS)} of particles.kernels")
+    name, piece = type(loss).__name__, getattr(loss, "piece", None)
+    if piece not in PIECES and not hasattr(piece, "force_with_loss"):
+        named = ", ".join(one.__name__ for one in PIECES)
+        raise ValueError(
+            f"{name}.piece = {short(piece)}: must be one of {named} of particles.kernels.losses, or a NamedTuple with a "
+            "compiled function force_with_loss"
+        )
     given = mass.copy()
     found = np.asarray(loss.coefficients(given))
     if not np.array_equal(given, mass):
@@ -140,7 +150,7 @@ class LinearDashpot(Dissipation):
     """
 
     coefficient: float
-    kind = kernels.DASHPOT
+    piece = Dashpot
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "coefficient", not_negative("coefficient", self.coefficient, "N s/m"))
@@ -199,9 +209,9 @@ class PowerDashpot(Dissipation):
         one_of("form", self.form, FORMS)
 
     @property
-    def kind(self) -> int:  # type: ignore[override]
-        """Of the form."""
-        return kernels.DASHPOT if self.form == "pairwise" else kernels.GLOBAL
+    def piece(self) -> type:  # type: ignore[override]
+        """Form of the force."""
+        return Dashpot if self.form == "pairwise" else BodyLoss
 
     def coefficients(self, mass: Vector) -> Vector:
         """γ at each contact, or on each body."""
@@ -234,7 +244,7 @@ class MassProportional(Dissipation):
     """
 
     rate: float
-    kind = kernels.DRAG
+    piece = Drag
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "rate", not_negative("rate", self.rate, "1/s"))
@@ -270,7 +280,7 @@ class KuwabaraKono(Dissipation):
     """
 
     time: float
-    kind = kernels.TANGENT
+    piece = TangentLoss
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "time", not_negative("time", self.time, "s"))
@@ -309,7 +319,7 @@ class Tsuji(Dissipation):
     """
 
     coefficient: float
-    kind = kernels.SECANT
+    piece = SecantLoss
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "coefficient", not_negative("coefficient", self.coefficient))
@@ -348,7 +358,7 @@ class Restitution(Dissipation):
     """
 
     coefficient: float
-    kind = kernels.SECANT
+    piece = SecantLoss
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "coefficient", within("coefficient", self.coefficient, 0.01, 1.0))

@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from particles import kernels
 from particles.bead import Bead, check_bead, likely_bead
+from particles.kernels.drives import FREE, MOVED, PUSHED, STEADY
 from structures.checks import finite, instance, not_negative, positive, short
 from structures.plausible import likely
 from structures.structure import Vector
@@ -21,14 +21,14 @@ from structures.surface import Surface
 STILL = 1e-2
 """m/s, the scale of speeds in a chain that is at rest."""
 
-KINDS = {"FREE": kernels.FREE, "PUSHED": kernels.PUSHED, "MOVED": kernels.MOVED, "STEADY": kernels.STEADY}
+KINDS = {"FREE": FREE, "PUSHED": PUSHED, "MOVED": MOVED, "STEADY": STEADY}
 """What body 0 may be in the compiled loops."""
 
 
 class Drive(NamedTuple):
     """An excitation as the compiled loops know it.
 
-    kind: what body 0 is, one of the kernels' FREE, PUSHED, MOVED and STEADY. history: 3 × n, times (s), values (N or m)
+    kind: what body 0 is, one of FREE, PUSHED, MOVED and STEADY. history: 3 × n, times (s), values (N or m)
     and rates of the drive. spring (N/m) pushes body 0 until `left` (m) of its compression is gone.
     """
 
@@ -111,7 +111,7 @@ class FreeStriker(Excitation):
     @property
     def drive(self) -> Drive:
         """A free body."""
-        return Drive(kernels.FREE)
+        return Drive(FREE)
 
     def speed(self, gravity: float) -> float:
         """The impact speed, m/s."""
@@ -132,7 +132,7 @@ class FirstBeadMoves(Excitation):
     @property
     def drive(self) -> Drive:
         """None."""
-        return Drive(kernels.STEADY)
+        return Drive(STEADY)
 
     def speed(self, gravity: float) -> float:
         """The first bead's, m/s."""
@@ -205,7 +205,7 @@ class SpringLoaded(Excitation):
     @property
     def drive(self) -> Drive:
         """A free body, and the spring behind it."""
-        return Drive(kernels.FREE, spring=self.stiffness, left=self.left)
+        return Drive(FREE, spring=self.stiffness, left=self.left)
 
     @property
     def left(self) -> float:
@@ -279,7 +279,7 @@ class PushedBead(Excitation):
     @property
     def drive(self) -> Drive:
         """The force history."""
-        return Drive(kernels.PUSHED, np.array(self.history))
+        return Drive(PUSHED, np.array(self.history))
 
     def energy(self, mass: float, gravity: float) -> float:
         """½ J²/m of the history's impulse J, J."""
@@ -347,7 +347,7 @@ class Piston(Excitation):
     @property
     def drive(self) -> Drive:
         """The motion."""
-        return Drive(kernels.MOVED, np.array(self.history))
+        return Drive(MOVED, np.array(self.history))
 
     def energy(self, mass: float, gravity: float) -> float:
         """That of the first bead at twice the greatest speed, J; for a piston at rest ½ m (10 mm/s)²."""
@@ -376,15 +376,15 @@ def check_excitation(own: Excitation, bead: Bead, gravity: float) -> None:
     instance(f"{name}.faces(bead)", faced, Surface | None, "a Surface, or None")  # type: ignore[arg-type]
     drive = instance(f"{name}.drive", own.drive, Drive, "a Drive(kind, history)")
     _check_drive(f"{name}.drive", drive)
-    if drive.kind == kernels.FREE and own.body is None:
+    if drive.kind == FREE and own.body is None:
         raise ValueError(f"{name}.body = None: must be a bead if the kind of drive is FREE")
-    if drive.kind == kernels.MOVED and faced is None:
+    if drive.kind == MOVED and faced is None:
         raise ValueError(f"{name}.faces(bead) = None: must be a Surface, which the first bead touches, for MOVED")
 
 
 def _check_drive(name: str, drive: Drive) -> None:
     if isinstance(drive.kind, bool) or drive.kind not in KINDS.values():
-        raise ValueError(f"{name}.kind = {short(drive.kind)}: must be {', '.join(KINDS)} of particles.kernels")
+        raise ValueError(f"{name}.kind = {short(drive.kind)}: must be {', '.join(KINDS)} of particles.kernels.drives")
     history = np.asarray(drive.history)
     if history.dtype.kind not in "iuf" or history.ndim != 2 or len(history) != 3 or not history.size:
         raise ValueError(f"{name}.history = {short(drive.history)}: must be 3 × n numbers: times, values, rates")

@@ -9,10 +9,15 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.special import gamma
 
-from particles import contacts, kernels, statics
+from particles import contacts, statics
 from particles.bead import Bead
 from particles.chain import Chain
-from particles.dissipation import coefficients_of
+from particles.dissipation import kernel_loss
+from particles.kernels import chain as kernels
+from particles.kernels.drives import FREE, MOVED, Driven, Free
+from particles.kernels.laws import Hertz, Tabulated
+from particles.kernels.losses import NoLoss
+from particles.kernels.vibrations import Rigid
 from particles.laws.formulas import contact_law
 from particles.laws.law import ContactLaw, unchanging
 from particles.laws.yielding import YieldingContact
@@ -34,7 +39,7 @@ STEPS_PER_DAMPING = 40
 class ChainState(NamedTuple):
     """Positions from touching, unloaded beads (m) and velocities (m/s) of striker, or the surface behind, and beads.
 
-    Where contacts yield, behind the positions is what they remember, see `kernels.Yielding`.
+    Where contacts yield, behind the positions is what they remember, see particles.kernels.laws.Yielding.
     lost: energy lost so far (J); time: s from the first contact; driven: work of a force history or piston so far (J).
     """
 
@@ -237,11 +242,6 @@ class MovingChain:
         """What the kernels take for the contacts' laws."""
         return self.laws
 
-    @property
-    def vibrations(self) -> kernels.Vibrations | None:
-        """What the kernels know of the bodies' vibrations: here they are rigid."""
-        return None
-
     def poles(self, position: Vector) -> tuple[Vector, Vector]:
         """Where the bodies' poles are, of the struck side and the other, saved times × bodies, m; see `ChainState`."""
         places = position[:, : self.mass.size]
@@ -278,7 +278,7 @@ class MovingChain:
             (start, start_behind), (end, end_behind) = motion
             y[0], v[0] = self.rest[0] - start_behind, (start_behind - end_behind) / window
         force, force_behind, lost, driven = kernels.advance(
-            y, v, self.constants, self.method or None, self.steps(window), state.time, window, start, end
+            self.model, y, v, self.work_space(), state.time, window, start, end, self.steps(window), 0
         )
         moved = ChainState(y, v, state.lost + lost, state.time + window, state.driven + driven)
         if self.behind is None:
@@ -286,57 +286,58 @@ class MovingChain:
         y[0] = self.rest[0] - end_behind
         return moved, np.array([force, force_behind]) - self.static_force[[-1, 0]]
 
+    def work_space(self) -> Vector:
+        """Rows of numbers that the compiled loops write to."""
+        return np.zeros((kernels.WORK_ROWS, self.rest.size))
+
     @cached_property
-    def constants(self) -> kernels.Constants:
-        """What the kernels call `chain`."""
-        chain, tables = self.chain, self.tables
-        loss, drive = chain.dissipation, chain.excitation.drive
-        history = np.array(drive.history, dtype=float)
-        yielding = None
-        if self.yielding is not None:
-            yielding, more = contacts.kernel_yielding(self.yielding, sum(map(len, tables)) or 1)
-            tables = [*(tables or [np.zeros((1, 6))]), *more]
-        if drive.kind == kernels.MOVED:
-            history[1] += self.rest[0]
-        numbers = kernels.Numbers(
-            loss.kind if loss else kernels.NO_LOSS,
-            loss.exponent if loss else 1.0,
-            chain.gravity_along,
-            float(self.flexibility),
-            float(self.behind_flexibility),
-            statics.dead_load(chain, self.behind is not None),
-            drive.spring,
-            float(self.rest[0] + drive.left) if drive.spring else 0.0,
-            drive.kind,
-        )
-        damping = coefficients_of(loss, self.reduced_mass) if loss else np.zeros_like(self.mass)
-        rows = np.concatenate(tables) if tables else np.zeros((1, 6))
-        return kernels.Constants(
+    def model(self) -> kernels.ChainModel:
+        """The chain as the compiled loops take it."""
+        chain, drive = self.chain, self.chain.excitation.drive
+        preload = statics.dead_load(chain, self.behind is not None)
+        piece: Any = Free()
+        if drive.kind != FREE or preload > 0.0 or drive.spring > 0.0:
+            history = np.array(drive.history, dtype=float)
+            if drive.kind == MOVED:
+                history[1] += self.rest[0]
+            end = float(self.rest[0] + drive.left) if drive.spring else 0.0
+            piece = Driven(drive.kind, history, preload, drive.spring, end, self.laws[0] is None)
+        present = np.array([law is not None for law in self.laws])
+        loss = NoLoss() if chain.dissipation is None else kernel_loss(chain.dissipation, self.reduced_mass, present)
+        free = np.isfinite(self.mass)
+        return kernels.ChainModel(
+            self._scheme(loss),
+            self._law,
+            loss,
+            piece,
+            self._vibrations,
             1.0 / self.mass,
-            self.stiffness,
-            contacts.first_rows(self.local_laws, self._table_of, self.tables),
-            rows,
-            damping,
-            history,
-            self.vibrations,
-            yielding,
-            numbers,
+            np.where(free, chain.gravity_along, 0.0),
+            (float(self.behind_flexibility), float(self.flexibility)),
+            float(self.rest[0]),
+            not self.rest[: self.mass.size].any(),
         )
 
     @cached_property
-    def method(self) -> int:
-        """What the kernels call `method`."""
-        if self.chain.integrator == "rk4":
-            return kernels.RK4
-        numbers = self.constants.numbers
-        driven = numbers.drive != kernels.FREE or numbers.preload > 0.0 or numbers.spring > 0.0
-        plain = not driven and not np.any(self.constants.table >= 0)
-        if np.any(self.constants.damping > 0.0):
-            viscous = numbers.loss in (kernels.DASHPOT, kernels.TANGENT, kernels.SECANT) and numbers.exponent == 1.0
-            return kernels.VISCOUS_VERLET if plain and viscous and self.yielding is None else kernels.LOSSY_VERLET
+    def _law(self) -> Any:
+        """The contact laws as a piece; the memory of contacts that yield lies in the state."""
         if self.yielding is not None:
-            return kernels.YIELDING_VERLET if plain else kernels.LOSSY_VERLET
-        return kernels.VERLET if plain else kernels.DRIVEN_VERLET
+            return contacts.kernel_yielding(self.yielding, self.stiffness)
+        table_of = contacts.tables_of(self.local_laws)
+        if not table_of:
+            return Hertz(self.stiffness)
+        return Tabulated(self.stiffness, *contacts.joined_tables(self.local_laws, table_of))
+
+    @property
+    def _vibrations(self) -> Any:
+        """The vibrations of the bodies as a piece."""
+        return Rigid()
+
+    def _scheme(self, loss: Any) -> Any:
+        """The steps in time as a piece."""
+        if self.chain.integrator == "rk4":
+            return kernels.RungeKutta()
+        return kernels.Verlet() if isinstance(loss, NoLoss) else kernels.DampedVerlet()
 
     def steps(self, window: float) -> int:
         """Steps in a window."""
@@ -401,15 +402,6 @@ class MovingChain:
     def _groups(self) -> contacts.Groups:
         """The different laws and their contacts."""
         return contacts.grouped(self.laws)
-
-    @cached_property
-    def tables(self) -> list[Vector]:
-        """The different tables of the contact laws."""
-        return list({id(table): table for table in self._table_of.values()}.values())
-
-    @cached_property
-    def _table_of(self) -> dict[ContactLaw, Vector]:
-        return contacts.tables_of(self.local_laws)
 
     def _check_behind(self) -> None:
         """A surface behind the chain has the place of a striker."""

@@ -1,11 +1,12 @@
 """A structure in time, as a participant: state in, state out, driven by the mean force over a window."""
 
 from functools import cached_property, partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from structures.checks import instance, one_of, short, takes, within
+from structures.kernels import linear
 from structures.modes import modes_of
 from structures.oscillators import Oscillators
 from structures.step_checks import check_step
@@ -46,26 +47,6 @@ def _described(stepper: str | Stepper) -> Any:
     if isinstance(stepper, partial) and stepper.func in names and not stepper.args:
         return {"name": names[stepper.func], **stepper.keywords}
     return stepper
-
-
-class Propagator(NamedTuple):
-    """A window of a linear structure as arrays, for the compiled window loop.
-
-    The state is s·B numbers, component i of block k at i·B + k. It holds displacement and velocity of each of B
-    oscillators, or, if all degrees of freedom are coupled, one block with all displacements first. spread: s × s·B, the
-    effect of component j on component i of its own block, at (j, i·B + k). response: K rows, the states after 1 N from
-    rest at each contact. contact: K rows, b of the first entries. stiffness, mass: of the displacements and of the
-    velocities after them; one row if they are diagonal. rate: K rows, b of the velocities. damping: C of the
-    displacements; one row if it is diagonal, none without damping.
-    """
-
-    spread: Vector
-    response: Vector
-    contact: Vector
-    stiffness: Vector
-    mass: Vector
-    rate: Vector
-    damping: Vector
 
 
 class MovingStructure:
@@ -129,6 +110,11 @@ class MovingStructure:
         return self.structure.surfaces
 
     @property
+    def size(self) -> int:
+        """The number of degrees of freedom."""
+        return self.structure.size
+
+    @property
     def conservative(self) -> bool:
         """Whether the structure is undamped, so that it loses energy only through its stepper."""
         return self.structure.damping is None
@@ -140,7 +126,7 @@ class MovingStructure:
 
     @property
     def compact(self) -> bool:
-        """Whether a window is a small Propagator: oscillators, or a few degrees of freedom that damping couples."""
+        """Whether the compiled loop takes it: oscillators, or a few degrees of freedom that damping couples."""
         return self.stepper == "midpoint" and self.small
 
     @property
@@ -154,28 +140,39 @@ class MovingStructure:
         self._examine()
         return modes_of(self.structure)
 
-    def propagator(self, window: float) -> Propagator:
-        """A window as arrays; for a coupled structure, the effect of the step on each displacement and velocity in
-        turn.
-        """
-        step, structure, size = self.step(window), self.structure, self.structure.size
+    def window(self, length: float) -> linear.Oscillators | linear.Coupled:
+        """A window of this length, s, as a piece of the compiled loop."""
+        step, structure, size = self.step(length), self.structure, self.structure.size
         if isinstance(step, Oscillators):
             return _of_oscillators(step, structure)
         if self._modes is not None:
-            return _of_oscillators(Oscillators(self._modes, window, exact=False), self._modes)
-        displacement, velocity, _ = self.response(window)
+            return _of_oscillators(Oscillators(self._modes, length, exact=False), self._modes)
+        displacement, velocity, _ = self.response(length)
         # Nothing depends on the velocity of a massless degree of freedom, such as a Maxwell arm.
         moving = np.flatnonzero(abs(structure.mass).sum(axis=0))
         at_rest, straight = np.zeros(size), np.eye(size)
         starts = [StructureState(unit, at_rest) for unit in straight]
         starts += [StructureState(at_rest, unit) for unit in straight[moving]]
         # One by one: solving for all at once may take much longer, because the solver's threads block each other.
-        spread = np.array([np.append(u, v[moving]) for u, v, _ in map(step.free, starts)])
-        stiffness, mass = structure.stiffness.toarray(), structure.mass.toarray()[np.ix_(moving, moving)]
-        response = np.concatenate([displacement, velocity[moving]]).T
-        contact = structure.contact_vectors.T
-        damping = np.zeros((0, size)) if structure.damping is None else structure.damping.toarray()
-        return Propagator(spread, response, contact, stiffness, mass, contact[:, moving], damping)
+        columns = [np.append(u, v[moving]) for u, v, _ in map(step.free, starts)]
+        contact, still = structure.contact_vectors.T, np.zeros((self._contacts, size))
+        parts = (
+            np.array(columns).T,
+            structure.stiffness.toarray(),
+            structure.mass.toarray()[np.ix_(moving, moving)],
+        )
+        layout = np.array([(0, 0, 0, 0), (len(columns), *(part.size for part in parts))])
+        return linear.Coupled(
+            parts[0].ravel(),
+            np.concatenate([displacement, velocity[moving]]).T.copy(),
+            np.concatenate([contact, still[:, : moving.size]], axis=1),
+            np.concatenate([still, contact[:, moving]], axis=1),
+            parts[1].ravel(),
+            parts[2].ravel(),
+            np.zeros(0) if structure.damping is None else structure.damping.toarray().ravel(),
+            layout,
+            np.array([size]),
+        )
 
     def __repr__(self) -> str:
         stepper = self.stepper if isinstance(self.stepper, str) else getattr(self.stepper, "__name__", "own stepper")
@@ -303,9 +300,13 @@ class MovingStructure:
         return self._steps[window]
 
 
-def _of_oscillators(step: Oscillators, modes: Structure) -> Propagator:
-    size = modes.size
-    spread = step.rows.reshape(2, 2, size).transpose(1, 0, 2).reshape(2, 2 * size)
-    square, unit, contact = modes.stiffness.diagonal()[None], np.ones((1, size)), modes.contact_vectors.T
-    damping = np.zeros((0, size)) if modes.damping is None else modes.damping.diagonal()[None]
-    return Propagator(spread, np.concatenate(step.response[:2]).T, contact, square, unit, contact, damping)
+def _of_oscillators(step: Oscillators, modes: Structure) -> linear.Oscillators:
+    rates = np.zeros(0) if modes.damping is None else modes.damping.diagonal()
+    return linear.Oscillators(
+        np.ascontiguousarray(step.rows),
+        np.ascontiguousarray(np.concatenate(step.response[:2]).T),
+        np.ascontiguousarray(modes.contact_vectors.T),
+        modes.stiffness.diagonal(),
+        rates,
+        np.array([0, modes.size]),
+    )

@@ -24,7 +24,7 @@ from coupling.participant import BlackBox
 from coupling.recording.frames import Counts, Frames
 from coupling.results.provenance import as_text, differences, versions
 from coupling.state import REMEMBERED, CoupledState, Differences, Ledger, Node
-from particles import kernels
+from coupling.kernels.agreement import Run
 from particles.moving import ChainState
 from structures.stepping import StructureState
 
@@ -46,7 +46,7 @@ the number of saved times."""
 PROBE = 0.01
 """Part of the greatest force with which structures are pushed: their response identifies them."""
 
-OWN_TYPES = plain.own_types(CoupledState, ChainState, StructureState, Ledger, Node, Counts, Differences, kernels.Run)
+OWN_TYPES = plain.own_types(CoupledState, ChainState, StructureState, Ledger, Node, Counts, Differences, Run)
 """Types that a checkpoint may hold besides those of the states of the run's own participants."""
 
 TRUST = "then open only files of your own"
@@ -106,7 +106,7 @@ class Keeper:
         kept, self.kept = self.kept, None
         try:
             row, (state, done, *_) = kept["row"], kept["progress"]
-            ended = done if isinstance(state, kernels.Run) else done // self.stride
+            ended = done if isinstance(state, Run) else done // self.stride
             if not 0 <= row == ended < frames.rows or not _fits(kept["progress"], progress):
                 raise ValueError
             frames.restore(row, kept["frames"])
@@ -282,12 +282,10 @@ def _fits(found: Any, like: Any) -> bool:
     return type(now.structures) is tuple and len(now.structures) == len(start.structures) and plain.fits(*both)
 
 
-def _within_bounds(run: kernels.Run) -> bool:
+def _within_bounds(run: Run) -> bool:
     """Whether the numbers by which the compiled loop counts stay within its arrays."""
-    rows, (nodes, *tried) = run.remembered[:, 0], run.counts
-    most = run.memory.shape[2]
-    counted = bool(np.all((rows >= 0) & (rows <= most) & (rows == np.floor(rows))))
-    return counted and 0 <= nodes <= len(run.node_time) and min(tried) >= 0
+    nodes, *tried = run.counts
+    return 0 <= nodes <= len(run.node_time) and min(tried) >= 0
 
 
 def _sum_of_rest(file: Any) -> bytes:
@@ -299,7 +297,7 @@ def _sums(interface: Interface, answer: Any) -> dict[str, str]:
 
     answer: of the structures to a first push over a substep, which stands for a user's participant.
     """
-    chains = [(c.constants, c.rest, c.static_force, c.method, c.impact_energy or 0.0) for c in interface.chains]
+    chains = [(c.model, c.rest, c.static_force, c.impact_energy or 0.0) for c in interface.chains]
     one_by_one = [s.structure for s in interface.structures if s.structure is not None]
     matrices = [m for s in one_by_one for m in (s.mass, s.stiffness, s.damping) if m is not None]
     arrays = [[m.data, m.indices, m.indptr] for m in matrices] + [[s.contact] for s in one_by_one]

@@ -1,13 +1,14 @@
 """The arrays that a run fills, one column for each saved time."""
 
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from coupling.interface import Interface
 from coupling.state import CoupledState
-from particles import kernels
+from coupling.kernels.recorders import Everything, Traces
+from particles.kernels import chain as kernels
 from structures.moving import MovingStructure
 from structures.structure import Vector
 
@@ -45,8 +46,8 @@ class ChainFrames(NamedTuple):
 class Frames:
     """Saved times from row 0, the start, on.
 
-    saved: all arrays, as the compiled window loop fills them; energies of structures are NaN where not known. thin:
-    with rows for velocities, contact forces and surfaces only. damped: structures × saved times, what their damping
+    saved: all arrays, as the compiled window loop fills them; energies of structures are NaN where not known. thin: with velocities,
+    contact forces and surfaces of one chain only. damped: structures × saved times, what their damping
     and gaps took, J, NaN where not known. chains: the parts of each chain.
     """
 
@@ -54,14 +55,19 @@ class Frames:
         self.rows, self.thin = rows, thin
         ends = np.cumsum([(0, 0)] + [(chain.rest.size, chain.mass.size) for chain in interface.chains], axis=0)
         coordinates, bodies = ends[-1]
-        other = 0 if thin else rows
+        if thin:
+            self.saved: Any = Traces(
+                np.zeros((rows, coordinates)), np.zeros((rows, bodies)), np.zeros((interface.size, rows))
+            )
+            none = np.zeros(0)
+            self.chains = [ChainFrames(none, *self.saved[:2], *(none for _ in range(4)))]
+            return
         of_chains, of_contacts, of_structures = (
-            (number, other) for number in (len(interface.chains), interface.size, len(interface.structures))
+            (number, rows) for number in (len(interface.chains), interface.size, len(interface.structures))
         )
-        tall = [np.zeros((other, coordinates)), np.zeros((rows, coordinates)), np.zeros((rows, bodies))]
-        shapes = [of_chains] * 4 + [(interface.size, rows)] + [of_contacts] * 3 + [of_structures] * 2 + [(other,)] * 3
-        shapes.append(of_structures)
-        self.saved = kernels.Saved(*tall, *(np.zeros(shape) for shape in shapes))
+        tall = [np.zeros((rows, coordinates)), np.zeros((rows, coordinates)), np.zeros((rows, bodies))]
+        shapes = [of_chains] * 4 + [of_contacts] * 4 + [of_structures] * 2 + [(rows,)] * 3 + [of_structures]
+        self.saved = Everything(*tall, *(np.zeros(shape) for shape in shapes))
         self.damped = self.saved.taken
         self.chains = [
             ChainFrames(
@@ -82,9 +88,9 @@ class Frames:
             wall, rate = float(state.surface[seat]), 0.0
             if past:
                 rate = (wall - float(past[-2].surface[seat] if len(past) > 1 else 0.0)) / past[-1].length
-            into.kinetic[row], into.potential[row] = kernels.frame(
-                y, v, chain.constants, time, wall, rate, into.contact_force[row]
-            )
+            work, forces = chain.work_space(), into.contact_force[row]
+            kernels.contact_forces(chain.model, y, v, time, wall, rate, forces, work)
+            into.kinetic[row], into.potential[row] = kernels.energies(chain.model, y, v, wall, work)
             into.position[row], into.velocity[row] = y, v
             into.lost[row], into.driven[row] = lost, driven
         saved = self.saved

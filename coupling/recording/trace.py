@@ -15,8 +15,8 @@ from structures.moving import MovingStructure
 
 PARTS: dict[type, tuple[str, tuple[str, ...]]] = {
     MovingChain: ("chains", ("advance",)),
-    MovingStructure: ("structures", ("move", "free", "pushed", "dissipated", "propagator")),
-    BlackBox: ("structures", ("move", "propagator")),
+    MovingStructure: ("structures", ("move", "free", "pushed", "dissipated", "window")),
+    BlackBox: ("structures", ("move", "window")),
     Frames: ("saving", ("record",)),
     Keeper: ("checkpoint", ("begin", "keep")),
 }

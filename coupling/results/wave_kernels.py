@@ -8,7 +8,7 @@ from math import sqrt
 
 import numpy as np
 
-from particles.kernel_cache import njit
+from structures.kernel_cache import njit
 
 FIRST_WAVE = 0.05
 """The incident wave rises by at least this part of the greatest force: waves of a heavy striker pile up later."""

@@ -13,7 +13,10 @@ from structures.structure import Vector
 TOLERANCES = 1e-14, 1.0
 """Limits of a scheme's tolerance; below them lies rounding."""
 
-MOST_TRIALS = 40
+STILL = 1e-14
+"""Of the greatest approach, a way of a surface that gives no slope."""
+
+MOST_TRIALS = 60
 """Evaluations of Newton's method before the window is halved; it takes three or four."""
 
 
@@ -54,8 +57,8 @@ class Condensed:
 
     def start(self, interface: Interface) -> Vector:
         """The secant slope of each contact."""
-        if interface.boxes:
-            name = interface.boxes[0].name
+        if foreign := [box for box in interface.boxes if box.closing is None]:
+            name = foreign[0].name
             raise ValueError(f"scheme = {self!r}: needs a Structure; use Aitken() for a solver of your own ({name})")
         return np.zeros(interface.size)
 
@@ -66,21 +69,19 @@ class Condensed:
     def _solved(self, interface: Interface, state: CoupledState, length: float) -> CoupledState:
         """Newton's method on r(F) = G(w_free + C F) − F with G the chains' mean forces, its slopes by secants."""
         tolerance = self.tolerance * interface.force_scale
-        free = [s.free(one, length) for s, one in zip(interface.structures, state.structures, strict=True)]
-        at_rest, compliance = interface.read(free), interface.compliance(length)
+        compliance = interface.compliance(length)
         slope, identity = state.memory.copy(), np.eye(interface.size)
         force = trial_force(interface, state, length)
-        last_surface, last_answer = at_rest, force
+        last_surface, last_answer = state.surface, force
         for count in range(1, MOST_TRIALS + 1):
-            surface = at_rest + compliance @ force
+            pushed, surface = interface.push(state.structures, force, length)
             moved, answer, work = interface.follow(state.chains, state.past, surface, length)
             residual = answer - force
             if not abs(residual).max() > tolerance:
-                pushed = interface.pushed(free, force, length)
                 return interface.next(state, length, moved, pushed, surface, force, (answer, work), slope, count)
             if count > 1:
                 way = surface - last_surface
-                moved_enough = abs(way) > 1e-14 * interface.indentation_scale
+                moved_enough = abs(way) > STILL * interface.indentation_scale
                 slope[moved_enough] = np.minimum((answer - last_answer)[moved_enough] / way[moved_enough], 0.0)
             last_surface, last_answer = surface, answer
             force = force + np.linalg.solve(identity - slope[:, None] * compliance, residual)

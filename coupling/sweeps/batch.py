@@ -12,7 +12,7 @@ from joblib.externals.loky.process_executor import TerminatedWorkerError
 from numpy.typing import NDArray
 
 from coupling.cosimulation import CoSimulation
-from coupling.flat import FlatWindows
+from coupling.engine import StructureWindows
 from coupling.loops import Work, is_compiled, run_thin
 from coupling.plan import Plan, warn_if_coarse
 from coupling.recording.frames import Frames
@@ -325,10 +325,10 @@ def _simulation(name: str, given: Any, structure: Structure | None, dt: float | 
 def _plan(simulation: CoSimulation, until: float, interval: float) -> Plan:
     """With all checks of its times."""
     plan = simulation.plan(until, interval)
-    if not is_compiled(simulation.interface, simulation.scheme, plan):
+    if not is_compiled(simulation.interface, simulation.scheme):
         raise ValueError(
-            f"runs: holds {simulation!r}, which the compiled loop cannot run; a batch needs a scheme that repeats, in "
-            "windows of one substep, and linear structures that are small; use reduce, or sweep"
+            f"runs: holds {simulation!r}, which the compiled loop cannot run; a batch needs Condensed(), and "
+            "linear structures that are small; use reduce, or sweep"
         )
     return plan
 
@@ -365,7 +365,7 @@ class _Rows:
     """What is kept of the runs of a part."""
 
     def __init__(self, part: _Part) -> None:
-        self.part, self.windows = part, FlatWindows()
+        self.part, self.windows = part, StructureWindows()
         count, contacts, bodies = part.family.number, part.kept.contacts.size, part.kept.bodies.size
         self.force = np.full((count, part.rows, contacts), np.nan)
         self.velocity = np.full((count, part.rows, bodies), np.nan)

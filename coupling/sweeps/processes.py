@@ -23,7 +23,7 @@ from joblib.externals.loky.process_executor import TerminatedWorkerError
 from coupling.cosimulation import CoSimulation
 from coupling.results.findings import findings_of, with_warnings
 from coupling.sweeps.store import Failure, Point, Store
-from particles import kernel_cache
+from structures import kernel_cache
 from structures.caution import collected
 from structures.checks import instance, short
 

@@ -13,7 +13,7 @@ from coupling.results.provenance import as_text, differences, provenance, stored
 from coupling.results.reading import Reading
 from coupling.results.schema import END_NAMES, OF_RUNS
 from coupling.views.motion import motion_dataset, nearest_rows
-from particles import kernels
+from particles.kernels import drives
 from particles.bead import Bead
 from particles.deformable.bead_field import BeadField, Push
 from particles.deformable.chain import DeformableChain
@@ -159,7 +159,7 @@ class _Run:
         self.amplitude = run.vibration_amplitude.values[:, :count, :elastic]
         self.bodies: tuple[Any, ...] = (chain.body, *chain.beads)
         # If nothing touches the first bead, contact 1 holds an external force, which acts on the bead as a whole.
-        if chain.excitation.drive.kind == kernels.PUSHED and "first bead" not in faced:
+        if chain.excitation.drive.kind == drives.PUSHED and "first bead" not in faced:
             self.force, self.static = self.force.copy(), self.static.copy()
             self.force[:, 0] = self.static[0] = 0.0
 

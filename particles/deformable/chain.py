@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from particles import contacts, kernels
+from particles import contacts
 from particles.bead import Bead
 from particles.chain import Chain
 from particles.deformable.vibration import Vibration, vibration
@@ -23,6 +23,8 @@ from particles.laws.axisymmetric_mesh import body_of
 from particles.laws.formulas import NARROWEST, SAMPLES, contact_law
 from particles.laws.law import ContactLaw, TabulatedLaw
 from particles.laws.yielding import YieldingLaw
+from particles.kernels.chain import DampedVerlet, Verlet
+from particles.kernels.vibrations import Vibrating
 from particles.moving import MovingChain
 from structures.checks import function, short, whole
 from structures.structure import Vector
@@ -140,8 +142,8 @@ class MovingDeformableChain(MovingChain):
         return tuple(None if body is None else known[body] for body in bodies)
 
     @cached_property
-    def vibrations(self) -> kernels.Vibrations:
-        """What the kernels know of the bodies' vibrations."""
+    def vibrations(self) -> Vibrating:
+        """The vibrations of the bodies as a piece of the compiled loops."""
         bodies, elastic = len(self.shapes), self.chain.modes - 1
         stiffness, struck, far, rate, arm, relaxation = (np.zeros((bodies, elastic)) for _ in range(6))
         cross = np.zeros(bodies)
@@ -155,7 +157,7 @@ class MovingDeformableChain(MovingChain):
         if not arm.any():
             arm = relaxation = none
             rate = rate if rate.any() else none
-        return kernels.Vibrations(stiffness, struck, far, cross, rate, arm, relaxation)
+        return Vibrating(stiffness, struck, far, cross, rate, arm, relaxation)
 
     @cached_property
     def losses(self) -> tuple[Viscous | None, ...]:
@@ -188,12 +190,13 @@ class MovingDeformableChain(MovingChain):
             local.append(None if law is None else known[id(law), in_modes])
         return tuple(local)
 
-    @cached_property
-    def method(self) -> int:
-        """What the kernels call `method`."""
-        if self.chain.modes == 1:
-            return super().method
-        return kernels.RK4 if self.chain.integrator == "rk4" else kernels.LOSSY_VERLET
+    @property
+    def _vibrations(self) -> Any:
+        return super()._vibrations if self.chain.modes == 1 else self.vibrations
+
+    def _scheme(self, loss: Any) -> Any:
+        scheme = super()._scheme(loss)
+        return DampedVerlet() if isinstance(scheme, Verlet) and self.chain.modes > 1 else scheme
 
     @cached_property
     def damping_time(self) -> float:

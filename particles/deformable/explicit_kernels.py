@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from particles.kernel_cache import njit
+from structures.kernel_cache import njit
 
 LANES = 8
 """Bodies that one instruction may move."""

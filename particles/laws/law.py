@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from particles import kernels
+from particles.kernels import laws as kernels
 from structures.checks import finite, instance, positive, short, within
 from structures.html_table import html_table
 from structures.structure import Vector

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from particles import kernels
+from particles.kernels.laws import table_energies
 from particles.bead import Bead
 from particles.laws.formulas import NEARLY_ROUND_CONTACT
 from particles.laws.law import ContactLaw, PowerLaw, kernel_table
@@ -315,7 +315,7 @@ class YieldingContact:
             return np.zeros_like(largest)
         depth = np.maximum(largest - self.overlap, 0.0)
         work = self.elastic.energy(np.array(self.overlap)) + self.yield_force * depth
-        work = work + kernels.table_energies(self.tables[0], depth)
+        work = work + table_energies(self.tables[0], depth)
         returned = 0.4 * self._loading(largest) * (largest - self.dent(largest))
         return np.where(depth > 0.0, work - returned, 0.0)
 

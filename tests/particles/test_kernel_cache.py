@@ -15,7 +15,7 @@ import numba
 import pytest
 from numba.core.caching import IndexDataCacheFile
 
-from particles import kernel_cache
+from structures import kernel_cache
 
 
 def test_without_a_folder_kernels_get_a_private_one(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -46,7 +46,7 @@ def test_a_folder_that_works_stays(monkeypatch: pytest.MonkeyPatch, tmp_path: Pa
 
 
 TWICE = """
-from particles.kernel_cache import njit
+from structures.kernel_cache import njit
 
 @njit(cache=True)
 def twice(x):

@@ -118,6 +118,22 @@ class CheckedFile(IndexDataCacheFile):  # type: ignore[misc]
             file.write(content.getvalue() + sha256(content.getvalue()).digest())
 
 
+ROOMS = "structures", "particles", "coupling"
+"""The packages whose folders `kernels` hold functions that call each other."""
+
+
+@cache
+def stamp(file: str) -> str:
+    """Return a checksum of the sources on which the kernels of a file depend: all folders `kernels`, and the file.
+
+    Numba itself looks at the file of the kernel only, and would not notice that one changed which it calls.
+    """
+    root, found = Path(__file__).parent.parent, sha256(numba.__version__.encode())
+    for source in (*sorted(path for room in ROOMS for path in root.glob(f"{room}/kernels/*.py")), Path(file)):
+        found.update(source.read_bytes())
+    return found.hexdigest()
+
+
 def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     """Numba's decorator, whose kernels are kept in files with a checksum."""
 
@@ -126,10 +142,19 @@ def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
         kept = kernel._cache._cache_file
         # Another name than Numba's own: its files have no checksum.
         name = kept._index_name.removesuffix(".nbi") + ".checked"
-        kernel._cache._cache_file = CheckedFile(kept._cache_path, name, kept._source_stamp)
+        kernel._cache._cache_file = CheckedFile(kept._cache_path, name, stamp(function.__code__.co_filename))
         return kernel
 
     return compiled
+
+
+def inner(**options: Any) -> Callable[[Callable[..., Any]], Any]:
+    """Numba's decorator for a kernel that other kernels call, not Python.
+
+    It allocates no memory and counts no references, so that small functions cost nothing; and it is compiled without
+    the code that takes arguments from Python, which for groups of arrays is longer than the kernel.
+    """
+    return njit(cache=True, _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True, **options)
 
 
 COMPILING = "compiling kernels that this machine has not compiled yet: up to a minute, once"

@@ -1,0 +1,274 @@
+"""The compiled window loop of a run: its pieces, its state, and windows that fail or are too long."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from coupling.interface import FIRST, Interface
+from coupling.kernels import loop
+from coupling.kernels.agreement import PIECES, Contacts, OneContact, Run, Search, Trial
+from coupling.plan import Plan
+from coupling.schemes.condensed import MOST_TRIALS, STILL, Condensed
+from coupling.schemes.windows import FINEST, MOST_HALVINGS, TAKEN_AS_ONE, allowed, error
+from coupling.state import Node, NotConverged
+from particles.kernels.chain import WORK_ROWS
+from structures.closing import PARTS, Closing
+from structures.kernels.gaps import Gaps, Span
+from structures.kernels.linear import joined
+from structures.structure import Vector
+
+MOST_WINDOWS = 64
+"""Windows of structures that are kept at a time."""
+
+
+class StructureWindows:
+    """Windows of structures that were asked for last: thousands of runs meet the same structure in equal windows."""
+
+    def __init__(self) -> None:
+        self._known: dict[Any, tuple[Sequence[Any], tuple[Any, Vector]]] = {}
+
+    def of(self, interface: Interface, structures: Sequence[Any], length: float) -> tuple[Any, Vector]:
+        """Return the structures over a window, s, as a piece, and their compliance at the contacts, m/N."""
+        seats = tuple(tuple(one) for one in interface.of_structure)
+        key = (*((id(one.structure), one.stepper) for one in structures), seats, length)
+        if key not in self._known:
+            made = structure_piece(interface, structures, length)
+            for old in list(self._known)[: -MOST_WINDOWS or None]:
+                self._known.pop(old, None)
+            # With the structures: another object could get the number of one that is gone.
+            self._known[key] = [one.structure for one in structures], made
+        return self._known[key][1]
+
+
+def structure_piece(interface: Interface, structures: Sequence[Any], length: float) -> tuple[Any, Vector]:
+    """Return the structures over a window, s, as a piece, and their compliance at the contacts, m/N."""
+    size, rows = interface.size, interface.of_structure
+    if interface.boxes:
+        gaps = gaps_piece(interface.boxes[0].closing, list(rows[0]), size, structures[0].window, length)
+        linear, points = gaps.window.structure, gaps.window.structure.response.shape[0] - gaps.opening.size
+        return gaps, compliance_of(linear, points)
+    piece = joined([one.window(length) for one in structures], list(rows), size)
+    return piece, compliance_of(piece, size)
+
+
+def compliance_of(structure: Any, contacts: int) -> Vector:
+    """Return the displacement of each contact for 1 N of mean force on each over a window, K × K, m/N."""
+    from structures.kernels.linear import Both
+
+    parts = [structure.oscillators, structure.coupled] if isinstance(structure, Both) else [structure]
+    found = np.zeros((contacts, contacts))
+    for part in parts:
+        reads = part.contact[:contacts]
+        found += reads @ part.response[:contacts, : reads.shape[1]].T
+    return found
+
+
+def gaps_piece(closing: Closing, seats: list[int], size: int, window: Any, length: float) -> Gaps:
+    """Return a structure whose gaps close, over a window, s. window: returns the piece of a length."""
+    count = closing.opening.size
+    rows = [[*seats, *range(size, size + count)]]
+    spans = []
+    for part in (length, length / PARTS):
+        linear = joined([window(part)], rows, size + count)
+        rate = linear.contact if not hasattr(linear, "rate") else linear.rate
+        velocities = linear.response[size:, linear.response.shape[1] - rate.shape[1] :]
+        softness = rate[size:] @ velocities.T
+        spans.append(Span(part, linear, 0.5 * (softness + softness.T)))
+    state = spans[0].structure.response.shape[1]
+    work, states = np.zeros((6 + count, count)), np.zeros((2, state))
+    return Gaps(spans[0], spans[1], PARTS, closing.opening, closing.preload, work, states)
+
+
+class Engine:
+    """The compiled window loop of one run.
+
+    A structure without degrees of freedom never moves. Windows against such structures may have any length: they are
+    as long as a saved interval, and take the steps of the windows that it would hold.
+
+    adaptive: the tolerance of adaptive windows. known: windows of structures that other runs know already.
+    """
+
+    def __init__(
+        self,
+        interface: Interface,
+        scheme: Condensed,
+        plan: Plan,
+        recorder: Any,
+        adaptive: float | None = None,
+        clock: Any = None,
+        known: StructureWindows | None = None,
+    ) -> None:
+        self.interface, self.plan, self.recorder, self.adaptive = interface, plan, recorder, adaptive
+        rigid = adaptive is None and not any(one.size for one in interface.structures)
+        self.joined = plan.stride if rigid else 1
+        """Windows of the plan that are one."""
+        self.length, self.stride = plan.length * self.joined, plan.stride // self.joined
+        self.quadratic = interface.quadratic and not rigid
+        self.search = Search(
+            scheme.tolerance * interface.force_scale, STILL * interface.indentation_scale, MOST_TRIALS
+        )
+        self.chains = tuple(chain.model for chain in interface.chains)
+        self.structures = interface.structures if clock is None else [clock.watch(one) for one in interface.structures]
+        self.finest = interface.contact_time / FINEST
+        self.kernel: Any = loop.run_windows if clock is None else clock.timed("compiled loop", loop.run_windows)
+        self.windows = known or StructureWindows()
+        sizes = [(chain.rest.size, len(seats), chain.mass.size) for chain, seats in self._chains_and_seats()]
+        self.begin = np.cumsum([(0, 0, 0), *sizes], axis=0)
+        self._lengths: dict[float, tuple[Any, Any]] = {}
+        self.trial = self._trial()
+
+    def _chains_and_seats(self) -> Any:
+        return zip(self.interface.chains, self.interface.of_chain, strict=True)
+
+    @property
+    def _state_size(self) -> int:
+        structure, _ = self._of_length(self.length)
+        parts = structure if isinstance(structure, Gaps) else None
+        linear = parts.window.structure if parts is not None else structure
+        both = [linear.oscillators, linear.coupled] if hasattr(linear, "coupled") else [linear]
+        return int(sum(part.response.shape[1] for part in both))
+
+    def _trial(self) -> Trial:
+        """Return the work space."""
+        interface, state, coordinates = self.interface, self._state_size, int(self.begin[-1, 0])
+        contacts, chains, gaps = interface.size, len(self.chains), self._gaps
+        of_contacts, of_chains = [np.zeros(contacts) for _ in range(5)], [np.zeros(chains) for _ in range(2)]
+        return Trial(
+            np.zeros(coordinates),
+            np.zeros(coordinates),
+            np.zeros(state),
+            np.zeros(state if gaps else 0),
+            np.zeros(gaps),
+            *of_contacts,
+            *of_chains,
+            np.zeros((WORK_ROWS, coordinates)),
+            np.zeros((5 + PIECES + contacts, contacts)),
+        )
+
+    @property
+    def _gaps(self) -> int:
+        return int(self.interface.boxes[0].closing.opening.size) if self.interface.boxes else 0
+
+    def start(self) -> Run:
+        """Return the run at time zero, in static equilibrium."""
+        starts = [chain.start() for chain in self.interface.chains]
+        contacts, chains = self.interface.size, len(starts)
+        closing = self.interface.boxes[0].closing if self.interface.boxes else None
+        return Run(
+            np.concatenate([state.position for state in starts]),
+            np.concatenate([state.velocity for state in starts]),
+            np.zeros(self._state_size),
+            np.zeros(contacts),
+            np.zeros(contacts),
+            *(np.zeros(3), np.zeros(3), np.zeros((3, contacts)), np.zeros((3, contacts))),
+            *(np.zeros(chains), np.zeros(chains)),
+            *(np.zeros(contacts), np.zeros(contacts), np.zeros(contacts)),
+            np.zeros(3, dtype=np.int64),
+            np.zeros(1),
+            np.zeros(0) if closing is None else closing.start().pressed,
+            np.zeros(1),
+        )
+
+    def advance(self, run: Run, first: int, last: int, halvings: int = 0) -> None:
+        """Move the run on from the end of one window to that of another, in place.
+
+        halvings: of the windows. They have been halved because a whole one failed, and save nothing.
+        """
+        stride = 0 if halvings else self.stride
+        while first < last:
+            failed = self._try(run, first, last, halvings, stride)
+            if failed is None:
+                return
+            done, residual = failed
+            if halvings == MOST_HALVINGS:
+                length = self.length / 2**halvings
+                raise NotConverged(
+                    f"window {(done - 1) // 2**halvings + 1}, t = {(done - 1) * length:.6g} s, {length:.3g} s long: "
+                    f"residual {residual:.3g} N after {self.search.most} iterations, tolerance "
+                    f"{self.search.tolerance:.3g} N"
+                )
+            self.advance(run, 2 * (done - 1), 2 * done, halvings + 1)
+            if stride and done % stride == 0:
+                self.save(run, done)
+            first = done
+
+    def adapt(self, run: Run, first: int, last: int) -> None:
+        """Move the run on by windows whose error is within the tolerance; every whole window is saved."""
+        for done in range(first + 1, last + 1):
+            self._adapted(run, done, 0)
+            if done % self.stride == 0:
+                self.save(run, done)
+
+    def _adapted(self, run: Run, done: int, halvings: int) -> None:
+        """Move on by one window, or by its halves, in place."""
+        assert self.adaptive is not None
+        length = self.length / 2**halvings
+        finest = length <= self.finest
+        if finest or length <= allowed(self.interface, past(run), self.adaptive) * TAKEN_AS_ONE:
+            before = [part.copy() for part in run]
+            failed = self._try(run, done - 1, done, halvings, 0)
+            if failed is None and (finest or error(self.interface, past(run)) <= self.adaptive):
+                return
+            if finest:
+                self.advance(run, 2 * (done - 1), 2 * done, halvings + 1)
+                return
+            tried = run.counts[1]
+            for part, old in zip(run, before, strict=True):
+                part[...] = old
+            run.counts[1] = tried
+        self._adapted(run, 2 * done - 1, halvings + 1)
+        self._adapted(run, 2 * done, halvings + 1)
+
+    def _try(self, run: Run, first: int, last: int, halvings: int, stride: int) -> tuple[int, float] | None:
+        """Move the run on as far as it goes; return the window that failed, and its residual (N)."""
+        length = self.length / 2**halvings
+        structure, contacts = self._of_length(length)
+        problem, done, detail, place = self.kernel(
+            run, self.chains, structure, contacts, self.search, self.recorder, self.trial, self.begin, length,
+            (first + 1, last, stride),
+        )  # fmt: skip
+        if problem == loop.NON_FINITE:
+            raise non_finite(self.interface, place, done * length, int(detail))
+        return None if problem == loop.OK else (done, detail)
+
+    def save(self, run: Run, done: int, recorder: Any = None, row: int | None = None) -> None:
+        """Save the end of a whole window, in its own row or in another."""
+        structure, _ = self._of_length(self.length)
+        loop.save(
+            self.recorder if recorder is None else recorder, done // self.stride if row is None else row,
+            done * self.length, run, self.chains, structure, self.begin, self.trial.chain,
+        )  # fmt: skip
+
+    def _of_length(self, length: float) -> tuple[Any, Any]:
+        """Return the structures and the contacts over a window of a length, s, as pieces."""
+        if length not in self._lengths:
+            structure, compliance = self.windows.of(self.interface, self.structures, length)
+            parts = length, length / PIECES
+            steps = np.array(
+                [[chain.steps(part / self.joined) * self.joined for part in parts] for chain in self.interface.chains]
+            )
+            self._lengths[length] = structure, self._contacts(compliance, steps)
+        return self._lengths[length]
+
+    def _contacts(self, compliance: Vector, steps: Vector) -> Any:
+        interface = self.interface
+        if interface.size == 1 and not self.quadratic and interface.contacts[0].end != FIRST:
+            return OneContact(interface.static, compliance, steps)
+        behind = np.array([contact.end == FIRST for contact in interface.contacts])
+        return Contacts(interface.static, compliance, steps, behind, self.begin, self.quadratic)
+
+
+def past(run: Run) -> list[Node]:
+    """Return the last nodes, newest last."""
+    columns = run.node_time, run.node_length, run.node_surface, run.node_force
+    return [Node(*(column[i] for column in columns)) for i in reversed(range(int(run.counts[0])))]
+
+
+def non_finite(interface: Interface, bead: int, time: float, number: int = 0) -> FloatingPointError:
+    """Return the error that names the body whose state is no longer finite."""
+    chain = interface.chains[number].chain
+    first = "the striker (bead 0)" if chain.body else "what moves the first bead (bead 0)"
+    what = first if bead == 0 else f"bead {bead}" if bead <= len(chain.beads) else "the structure's surface"
+    of = f" of chain {number}" if len(interface.chains) > 1 else ""
+    return FloatingPointError(f"{what}{of} is no longer finite at t = {time:.6g} s; check dt and the structure")

@@ -1,0 +1,346 @@
+"""A chain as the compiled loops take it, and its steps in time."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from particles.kernels.drives import (
+    drives,
+    energy_of_loads,
+    mean_rate,
+    moves,
+    outer_forces,
+    place_and_speed,
+    replaces_contact,
+)
+from particles.kernels.laws import copy_limits, force_of_step, lost_to_yielding, overlap_on_spring, with_memory
+from particles.kernels.losses import lose_on_bodies
+from particles.kernels.vibrations import accelerate_modes, energies_between, forces_between
+from structures.kernel_cache import inner, njit
+from structures.kernels.pieces import by_type
+from structures.structure import Vector
+
+WORK_ROWS = 9
+"""Rows of work space, each as long as the coordinates."""
+
+
+class ChainModel(NamedTuple):
+    """All of a chain that does not change during a run. Its first five fields are pieces."""
+
+    scheme: Any
+    """Verlet, DampedVerlet or RungeKutta."""
+    law: Any
+    loss: Any
+    drive: Any
+    vibrations: Any
+    inverse_mass: Vector
+    """N + 1, 1/kg; zero for a body with a prescribed motion."""
+    gravity: Vector
+    """N + 1, along the chain, m/s²; zero for such a body."""
+    springs: tuple[float, float]
+    """Flexibility of the structure behind the chain and of that at its end, m/N: massless springs at the contacts."""
+    rest: float
+    """m, where body 0 is at rest."""
+    quiet: bool
+    """Whether bodies ahead of a wave are at rest at zero: the chain bears no static load."""
+
+
+@by_type()
+def integrate(
+    scheme: Any, chain: Any, y: Vector, v: Vector, work: Vector, t: float, wall: float, rate: float, dt: float,
+    steps: int, first: int,
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """Move a chain on by some steps; return the impulses on structure and body 0, the loss and the drive's work.
+
+    first: 0 moves all bodies. Else only body `first` and those ahead of it are moved; the body behind `first` follows
+    the positions that the last call with 0 put into the first row of `work`, see `reach`.
+    """
+    raise NotImplementedError
+
+
+@by_type()
+def bodies_per_step(scheme: Any) -> int:
+    """Return by how many bodies a step passes on the motion of the surface; 0 where it reaches all at once."""
+    raise NotImplementedError
+
+
+@njit(cache=True, _nrt=False)
+def reach(chain: Any, coordinates: int, steps: int) -> int:
+    """Return the first body that the motion of the surface can reach within a window; 0 for all.
+
+    Contacts that yield remember what a trial did to them, so that all are moved again.
+    """
+    bodies, passed = chain.inverse_mass.size, bodies_per_step(chain.scheme) * (steps + 1)
+    return bodies - passed if 0 < passed < bodies == coordinates else 0
+
+
+@njit(cache=True, _nrt=False)
+def advance(
+    chain: Any, y: Vector, v: Vector, work: Vector, t: float, window: float, wall: float, wall_end: float, steps: int,
+    first: int,
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """Move y, v on by one window from time t in place, see `integrate`.
+
+    Returns the mean forces on the structure and on body 0 where it is no striker (else zero), N, the energy lost and
+    the drive's work, J.
+    """
+    dt, rate = window / steps, (wall_end - wall) / window
+    ahead, behind, lost, driven = integrate(chain.scheme, chain, y, v, work, t, wall, rate, dt, steps, first)
+    return ahead / window, behind / window if chain.inverse_mass[0] == 0.0 else 0.0, lost, driven
+
+
+class Verlet(NamedTuple):
+    """Velocity Verlet for forces that depend on positions only, its inner half-kicks joined; second order."""
+
+    @staticmethod
+    def bodies_per_step(scheme: Any) -> int:
+        """Return one: neighbours act on each other."""
+        return 1
+
+    @staticmethod
+    def integrate(
+        scheme: Any, chain: Any, y: Vector, v: Vector, work: Vector, t: float, wall: float, rate: float, dt: float,
+        steps: int, first: int,
+    ) -> tuple[float, float, float, float]:  # fmt: skip
+        """Move the bodies on in one pass a step, which the compiler turns into vector instructions."""
+        inverse_mass, gravity, drive, spring = chain.inverse_mass, chain.gravity, chain.drive, chain.springs[1]
+        law, past, limits = with_memory(chain.law, y), work[0], work[1]
+        last, reached = inverse_mass.size - 1, reach(chain, y.size, steps)
+        if first == 0:
+            copy_limits(law, limits)
+        front, source = front_of(chain, y, v), 0 if moves(drive) else 1
+        impulse, impulse_behind, driven = 0.0, 0.0, 0.0
+        for step in range(steps + 1):
+            kick, drift = dt if 0 < step < steps else 0.5 * dt, dt if step < steps else 0.0
+            # Before the pass: after it, the scalar load would wait for the pass's vector stores.
+            overlap = y[last] - (wall + step * dt * rate)
+            if spring != 0.0:
+                overlap = overlap_on_spring(law, last, overlap, spring)
+            wall_force = force_of_step(law, last, overlap)
+            impulse += kick * wall_force
+            behind, begin, end = 0.0, first, min(front + 1, last)
+            if first > 0:
+                behind = force_of_step(law, first - 1, past[step] - y[first])
+            elif reached > 0:
+                past[step] = y[reached - 1]
+            push, before = 0.0, 0.0
+            if drives(drive) and first == 0:
+                before = dt * v[source] if step > 0 else 0.0
+                behind, push = move_first(chain, law, y, v, t + step * dt, kick, drift)
+                impulse_behind += kick * behind
+                begin = 1
+            for i in range(begin, end):
+                ahead = force_of_step(law, i, y[i] - y[i + 1])
+                v[i] += kick * (inverse_mass[i] * (behind - ahead) + gravity[i])
+                y[i] += drift * v[i]
+                behind = ahead
+            v[end] += kick * (inverse_mass[end] * (behind - wall_force) + gravity[end])
+            y[end] += drift * v[end]
+            front = end if v[end] != 0.0 else front
+            # The drive works on body 0 if that is moved, else on bead 1: its force times half the way before and after.
+            driven += 0.5 * push * (before + drift * v[source])
+        return impulse, impulse_behind, lost_to_yielding(law, limits), driven
+
+
+@inner()
+def front_of(chain: Any, y: Vector, v: Vector) -> int:
+    """Return the last body that a wave has reached; all bodies where static loads act."""
+    front = chain.inverse_mass.size - 1
+    while chain.quiet and front > 0 and v[front] == 0.0 and y[front] == 0.0:
+        front -= 1
+    return front
+
+
+@inner()
+def move_first(
+    chain: Any, law: Any, y: Vector, v: Vector, t: float, kick: float, drift: float
+) -> tuple[float, float]:
+    """Move body 0 and push bead 1; return the force of the contact between them and that which does work, N."""
+    overlap = y[0] - y[1]
+    if chain.springs[0] != 0.0:
+        overlap = overlap_on_spring(law, 0, overlap, chain.springs[0])
+    contact = force_of_step(law, 0, overlap)
+    on_striker, on_bead, push = outer_forces(chain.drive, y[0], t)
+    v[0] += kick * (chain.inverse_mass[0] * (on_striker - contact) + chain.gravity[0])
+    v[1] += kick * chain.inverse_mass[1] * on_bead
+    if moves(chain.drive):
+        v[0], push = mean_rate(chain.drive, t, drift), contact
+    y[0] += drift * v[0]
+    return contact, push
+
+
+@inner()
+def accelerations(
+    chain: Any, law: Any, y: Vector, v: Vector, wall: float, rate: float, on_striker: float, on_bead: float, a: Vector,
+    work: Vector,
+) -> float:  # fmt: skip
+    """Put accelerations into `a` and contact forces into the first row of `work`; return the power of losses, W.
+
+    on_striker, on_bead: forces on body 0 and bead 1 from outside, N. work: three rows.
+    """
+    bodies = chain.inverse_mass.size
+    forces = work[0, :bodies]
+    power = forces_between(chain.vibrations, law, chain.loss, chain.springs, y, v, wall, rate, forces, work[1:])
+    behind = 0.0
+    for i in range(bodies):
+        a[i] = chain.inverse_mass[i] * (behind - forces[i]) + chain.gravity[i]
+        behind = forces[i]
+    a[0] += chain.inverse_mass[0] * on_striker
+    a[1] += chain.inverse_mass[1] * on_bead
+    power += lose_on_bodies(chain.loss, y, v, wall, rate, chain.inverse_mass, a)
+    return power + accelerate_modes(chain.vibrations, y, v, chain.loss, forces, a)
+
+
+@inner()
+def remember(chain: Any, law: Any, y: Vector, wall: float) -> None:
+    """Let contacts that yield remember the overlaps that they have now."""
+    last = chain.inverse_mass.size - 1
+    for i in range(last + 1):
+        overlap, spring = y[i] - (y[i + 1] if i < last else wall), 0.0
+        if i == last or i == 0:
+            spring = chain.springs[1 if i == last else 0]
+        force_of_step(law, i, overlap_on_spring(law, i, overlap, spring) if spring != 0.0 else overlap)
+
+
+class DampedVerlet(NamedTuple):
+    """Velocity Verlet whose losses depend on the velocity predicted for the step's end: second order."""
+
+    @staticmethod
+    def bodies_per_step(scheme: Any) -> int:
+        """Return zero: all bodies are moved again."""
+        return 0
+
+    @staticmethod
+    def integrate(
+        scheme: Any, chain: Any, y: Vector, v: Vector, work: Vector, t: float, wall: float, rate: float, dt: float,
+        steps: int, first: int,
+    ) -> tuple[float, float, float, float]:  # fmt: skip
+        """Move the bodies on."""
+        drive, law, last = chain.drive, with_memory(chain.law, y), chain.inverse_mass.size - 1
+        forces, a, half, limits = work[0], work[3], work[4], work[5]
+        copy_limits(law, limits)
+        on_striker, on_bead, push = 0.0, 0.0, 0.0
+        impulse, impulse_behind, lost, driven = 0.0, 0.0, 0.0, 0.0
+        for i in range(last + 1):
+            forces[i] = 0.0
+        for step in range(steps + 1):
+            now, weight = t + step * dt, dt if 0 < step < steps else 0.5 * dt
+            place, before = y[0], forces[0]
+            if step > 0:
+                for i in range(y.size):
+                    half[i] = v[i] + 0.5 * dt * a[i]
+                    v[i] = half[i] + 0.5 * dt * a[i]
+                    y[i] += dt * half[i]
+            if drives(drive):
+                if moves(drive):
+                    y[0], v[0] = place_and_speed(drive, now)
+                    half[0] = v[0]
+                on_striker, on_bead, push = outer_forces(drive, y[0], now)
+            wall_now = wall + step * dt * rate
+            lost += weight * accelerations(chain, law, y, v, wall_now, rate, on_striker, on_bead, a, work)
+            remember(chain, law, y, wall_now)
+            if step > 0:
+                for i in range(y.size):
+                    v[i] = half[i] + 0.5 * dt * a[i]
+            impulse += weight * forces[last]
+            impulse_behind += weight * forces[0]
+            driven += weight * push * v[1]
+            if moves(drive) and step > 0:
+                # By its way, not its speed, which may jump at the history's ends.
+                driven += 0.5 * (before + forces[0]) * (y[0] - place)
+        return impulse, impulse_behind, lost + lost_to_yielding(law, limits), driven
+
+
+class RungeKutta(NamedTuple):
+    """The classical method of order four; impulse, loss and work are integrated with the same weights."""
+
+    @staticmethod
+    def bodies_per_step(scheme: Any) -> int:
+        """Return zero: all bodies are moved again."""
+        return 0
+
+    @staticmethod
+    def integrate(
+        scheme: Any, chain: Any, y: Vector, v: Vector, work: Vector, t: float, wall: float, rate: float, dt: float,
+        steps: int, first: int,
+    ) -> tuple[float, float, float, float]:  # fmt: skip
+        """Move the bodies on."""
+        drive, law, last = chain.drive, with_memory(chain.law, y), chain.inverse_mass.size - 1
+        forces, a, limits = work[0], work[3], work[5]
+        stage_y, stage_v, sum_v, sum_a = work[4], work[6], work[7], work[8]
+        copy_limits(law, limits)
+        on_striker, on_bead, push = 0.0, 0.0, 0.0
+        impulse, impulse_behind, lost, driven = 0.0, 0.0, 0.0, 0.0
+        for i in range(last + 1):
+            forces[i] = 0.0
+        for step in range(steps):
+            place, impulse_before = y[0], impulse_behind
+            for i in range(y.size):
+                stage_y[i], stage_v[i], sum_v[i], sum_a[i] = y[i], v[i], 0.0, 0.0
+            for stage in range(4):
+                ahead = dt * (0.0 if stage == 0 else 1.0 if stage == 3 else 0.5)
+                weight = dt / 6.0 * (2.0 if 0 < stage < 3 else 1.0)
+                if stage > 0:
+                    for i in range(y.size):
+                        stage_y[i] = y[i] + ahead * stage_v[i]
+                        stage_v[i] = v[i] + ahead * a[i]
+                now = step * dt + ahead
+                if drives(drive):
+                    if moves(drive):
+                        stage_y[0], stage_v[0] = place_and_speed(drive, t + now)
+                    on_striker, on_bead, push = outer_forces(drive, stage_y[0], t + now)
+                power = accelerations(
+                    chain, law, stage_y, stage_v, wall + now * rate, rate, on_striker, on_bead, a, work
+                )
+                impulse += weight * forces[last]
+                impulse_behind += weight * forces[0]
+                lost += weight * power
+                driven += weight * push * stage_v[1]
+                for i in range(y.size):
+                    sum_v[i] += weight * stage_v[i]
+                    sum_a[i] += weight * a[i]
+            for i in range(y.size):
+                y[i] += sum_v[i]
+                v[i] += sum_a[i]
+            if moves(drive):
+                y[0], v[0] = place_and_speed(drive, t + (step + 1) * dt)
+                driven += (impulse_behind - impulse_before) / dt * (y[0] - place)
+            remember(chain, law, y, wall + (step + 1) * dt * rate)
+        return impulse, impulse_behind, lost + lost_to_yielding(law, limits), driven
+
+
+@njit(cache=True, _nrt=False)
+def contact_forces(
+    chain: Any, y: Vector, v: Vector, t: float, wall: float, rate: float, forces: Vector, work: Vector
+) -> None:
+    """Put the forces of all contacts into `forces`, N; a force history stands for contact 1 where there is none."""
+    for i in range(forces.size):
+        forces[i] = 0.0
+    law = with_memory(chain.law, y)
+    forces_between(chain.vibrations, law, chain.loss, chain.springs, y, v, wall, rate, forces, work)
+    if replaces_contact(chain.drive):
+        forces[0] = outer_forces(chain.drive, y[0], t)[2]
+
+
+@njit(cache=True, _nrt=False)
+def energies(chain: Any, y: Vector, v: Vector, wall: float, work: Vector) -> tuple[float, float]:
+    """Return the kinetic energy, and the potential energy of contacts, gravity, dead load and spring, J."""
+    bodies, law = chain.inverse_mass.size, with_memory(chain.law, y)
+    forces = work[0, :bodies]
+    for i in range(bodies):
+        forces[i] = 0.0
+    kinetic, potential = energies_between(chain.vibrations, law, chain.springs, y, v, wall, forces, work[1:])
+    for i in range(bodies):
+        if chain.inverse_mass[i] > 0.0:
+            kinetic += 0.5 * v[i] * v[i] / chain.inverse_mass[i]
+            potential -= chain.gravity[i] * y[i] / chain.inverse_mass[i]
+    return kinetic, potential + energy_of_loads(chain.drive, y)
+
+
+@njit(cache=True, _nrt=False)
+def first_bad(y: Vector, v: Vector, wall: float) -> int:
+    """Return the first coordinate that is not finite; their number where only the surface is not; −1 for none."""
+    for i in range(y.size):
+        if not (np.isfinite(y[i]) and np.isfinite(v[i])):
+            return i
+    return -1 if np.isfinite(wall) else y.size

@@ -1,0 +1,400 @@
+"""Contact laws as pieces: the force of a contact over its overlap, its slope and its energy."""
+
+from math import sqrt
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from structures.kernel_cache import inner, njit
+from structures.kernels.pieces import by_type
+from structures.structure import Vector
+
+NEGLIGIBLE = 1e-60
+"""m. The front of a solitary wave falls off doubly exponentially; below this it would end in slow subnormal numbers."""
+
+NEVER = 1e300
+"""m, the overlap at which a contact yields that does not."""
+
+BUCKETS, LOWEST, OCTAVES = 32, -60, 57
+"""Cubics in an octave of the overlap, and where tables begin and end: 2^-60 m to 2^-3 m."""
+
+BUCKET_BITS = 5
+MANTISSA_BITS, EXPONENT_BIAS = 52, 1023
+
+MOST_ITERATIONS = 50
+"""Of Newton's method for a contact on a spring, which takes three to five."""
+
+
+@by_type()
+def force(law: Any, i: int, overlap: float) -> float:
+    """Return the elastic force of contact i, N; zero where it is open."""
+    raise NotImplementedError
+
+
+@by_type()
+def slope(law: Any, i: int, overlap: float) -> float:
+    """Return dF/dδ of contact i, N/m."""
+    raise NotImplementedError
+
+
+@by_type()
+def energy(law: Any, i: int, overlap: float) -> float:
+    """Return the energy that contact i gives back as it opens, J."""
+    raise NotImplementedError
+
+
+def _whole_overlap(law: Any, i: int, overlap: float) -> float:
+    return overlap
+
+
+def _forgets(law: Any, y: Vector) -> Any:
+    return law
+
+
+def _pure_force(law: Any, i: int, overlap: float) -> float:
+    return force(law, i, overlap)
+
+
+def _no_limits(law: Any, limits: Vector) -> None:
+    return None
+
+
+def _no_loss(law: Any, limits: Vector) -> float:
+    return 0.0
+
+
+@by_type(_whole_overlap)
+def elastic_overlap(law: Any, i: int, overlap: float) -> float:
+    """Return the part of the overlap that contact i gives back, m; negative where its faces are apart."""
+    raise NotImplementedError
+
+
+@by_type(_forgets)
+def with_memory(law: Any, y: Vector) -> Any:
+    """Return the law with what its contacts remember, which lies behind the positions."""
+    raise NotImplementedError
+
+
+@by_type(_pure_force)
+def force_of_step(law: Any, i: int, overlap: float) -> float:
+    """Return the force at an overlap that contact i really has, and remember this overlap."""
+    raise NotImplementedError
+
+
+@by_type(_no_limits)
+def copy_limits(law: Any, limits: Vector) -> None:
+    """Copy the overlaps beyond which contacts yield further."""
+    raise NotImplementedError
+
+
+@by_type(_no_loss)
+def lost_to_yielding(law: Any, limits: Vector) -> float:
+    """Return the energy that contacts lost by yielding since these were their limits, J."""
+    raise NotImplementedError
+
+
+def _newton_on_spring(law: Any, i: int, approach: float, flexibility: float) -> float:
+    overlap = approach
+    if approach <= NEGLIGIBLE:
+        return overlap
+    for _ in range(MOST_ITERATIONS):
+        excess = overlap + flexibility * force(law, i, overlap) - approach
+        change = excess / (1.0 + flexibility * slope(law, i, overlap))
+        overlap -= change
+        if not abs(change) > 1e-15 * overlap:
+            break
+    return overlap
+
+
+@by_type(_newton_on_spring)
+def overlap_on_spring(law: Any, i: int, approach: float, flexibility: float) -> float:
+    """Return the contact's own part δ_h of an approach shared with a linear spring: δ = δ_h + f F(δ_h)."""
+    raise NotImplementedError
+
+
+@inner()
+def hertz_on_spring(scale: float, approach: float) -> float:
+    """Return δ_h of δ = δ_h + scale δ_h^1.5: with g = √(δ_h/δ) and z = scale √δ, g² + z g³ = 1."""
+    if approach <= NEGLIGIBLE:
+        return approach
+    z = scale * sqrt(approach)
+    # Newton's first step from g = 1; its sequence ends in a few more for a spring stiffer than the contact.
+    part = 1.0 - z / (2.0 + 3.0 * z)
+    for _ in range(MOST_ITERATIONS):
+        change = (part * part * (1.0 + z * part) - 1.0) / (part * (2.0 + 3.0 * z * part))
+        part -= change
+        # It converges quadratically: after a change so small the next would be rounding.
+        if not abs(change) > 1e-9 * part:
+            break
+    return part * part * approach
+
+
+class Hertz(NamedTuple):
+    """F = k δ^1.5."""
+
+    stiffness: Vector
+    """k of each contact, N/m^1.5; zero where nothing is."""
+
+    @staticmethod
+    def force(law: Any, i: int, overlap: float) -> float:
+        """Return the force, N."""
+        closed = overlap if overlap > NEGLIGIBLE else 0.0
+        return law.stiffness[i] * closed * sqrt(closed)
+
+    @staticmethod
+    def slope(law: Any, i: int, overlap: float) -> float:
+        """Return the slope, N/m."""
+        return float(1.5 * law.stiffness[i] * sqrt(overlap if overlap > NEGLIGIBLE else 0.0))
+
+    @staticmethod
+    def energy(law: Any, i: int, overlap: float) -> float:
+        """Return ∫F dδ, J."""
+        closed = overlap if overlap > NEGLIGIBLE else 0.0
+        return law.stiffness[i] * (0.4 * closed * closed * sqrt(closed))
+
+    @staticmethod
+    def overlap_on_spring(law: Any, i: int, approach: float, flexibility: float) -> float:
+        """Return the contact's own part of the approach, m."""
+        return hertz_on_spring(law.stiffness[i] * flexibility, approach)
+
+
+@inner(forceinline=True)
+def bucket(overlap: float) -> int:
+    """Return which cubic holds an overlap: exponent and leading bits of a float count the buckets."""
+    bits = np.float64(overlap).view(np.int64) >> (MANTISSA_BITS - BUCKET_BITS)
+    return min(max(bits - ((EXPONENT_BIAS + LOWEST) << BUCKET_BITS), 0), BUCKETS * OCTAVES - 1)
+
+
+@inner(forceinline=True)
+def cubic(rows: Vector, row: int, overlap: float) -> float:
+    """Return the value of a cubic of a table."""
+    t = overlap - rows[row, 0]
+    return rows[row, 1] + t * (rows[row, 2] + t * (rows[row, 3] + t * rows[row, 4]))
+
+
+@inner(forceinline=True)
+def cubic_slope(rows: Vector, row: int, overlap: float) -> float:
+    """Return the slope of a cubic of a table."""
+    t = overlap - rows[row, 0]
+    return rows[row, 2] + t * (2.0 * rows[row, 3] + t * 3.0 * rows[row, 4])
+
+
+@inner(forceinline=True)
+def cubic_integral(rows: Vector, row: int, overlap: float) -> float:
+    """Return the integral of a table from zero to an overlap."""
+    t = overlap - rows[row, 0]
+    return rows[row, 5] + t * (
+        rows[row, 1] + t * (rows[row, 2] / 2.0 + t * (rows[row, 3] / 3.0 + t * rows[row, 4] / 4.0))
+    )
+
+
+def table_edges() -> Vector:
+    """Return where the cubics of a table begin and end, m."""
+    i = np.arange(BUCKETS * OCTAVES + 1)
+    edges: Vector = 2.0 ** (LOWEST + i // BUCKETS) * (1.0 + (i % BUCKETS) / BUCKETS)
+    return edges
+
+
+@njit(cache=True, _nrt=False)
+def integrate_table(rows: Vector, overlap: Vector, out: Vector) -> None:
+    """Put the integrals of a table into `out`."""
+    for i in range(overlap.size):
+        out[i] = cubic_integral(rows, bucket(overlap[i]), overlap[i]) if overlap[i] > NEGLIGIBLE else 0.0
+
+
+def table_energies(rows: Vector, overlap: Vector) -> Vector:
+    """Return ∫F dδ of a tabulated contact, J, at overlaps of any shape."""
+    flat = np.ascontiguousarray(overlap, dtype=float).reshape(-1)
+    out = np.empty_like(flat)
+    integrate_table(rows, flat, out)
+    return out.reshape(np.shape(overlap))
+
+
+class Tabulated(NamedTuple):
+    """F = k f(δ), f a table of cubics, or δ^1.5."""
+
+    stiffness: Vector
+    """k of each contact."""
+    first: Vector
+    """The first row of each contact's table; −1 for δ^1.5."""
+    rows: Vector
+    """Rows of δ₀, f, f′, c₂, c₃ and ∫f dδ; see particles.laws.formulas.kernel_table."""
+
+    @staticmethod
+    def force(law: Any, i: int, overlap: float) -> float:
+        """Return the force, N."""
+        if overlap <= NEGLIGIBLE:
+            return 0.0
+        if law.first[i] < 0:
+            return law.stiffness[i] * overlap * sqrt(overlap)
+        return law.stiffness[i] * cubic(law.rows, law.first[i] + bucket(overlap), overlap)
+
+    @staticmethod
+    def slope(law: Any, i: int, overlap: float) -> float:
+        """Return the slope, N/m."""
+        if overlap <= NEGLIGIBLE:
+            return 0.0
+        if law.first[i] < 0:
+            return float(1.5 * law.stiffness[i] * sqrt(overlap))
+        return law.stiffness[i] * cubic_slope(law.rows, law.first[i] + bucket(overlap), overlap)
+
+    @staticmethod
+    def energy(law: Any, i: int, overlap: float) -> float:
+        """Return ∫F dδ, J."""
+        if overlap <= NEGLIGIBLE:
+            return 0.0
+        if law.first[i] < 0:
+            return float(0.4 * law.stiffness[i] * overlap * overlap * sqrt(overlap))
+        return law.stiffness[i] * cubic_integral(law.rows, law.first[i] + bucket(overlap), overlap)
+
+    @staticmethod
+    def overlap_on_spring(law: Any, i: int, approach: float, flexibility: float) -> float:
+        """Return the contact's own part of the approach, m."""
+        if law.first[i] < 0:
+            return hertz_on_spring(law.stiffness[i] * flexibility, approach)
+        return _newton(law, i, approach, flexibility)
+
+
+_newton = inner()(_newton_on_spring)
+
+
+class Yielding(NamedTuple):
+    """Contacts that yield; see particles.laws.yielding.
+
+    A contact follows Hertz's law up to the overlap at which it yields, then a loading curve. Unloaded, it follows
+    Hertz's law again, with another stiffness and from the dent on that is left. Both depend on the largest overlap so
+    far. What it remembers lies behind the positions: N + 1 overlaps (m) beyond which the contacts yield further, then
+    N + 1 of these stiffnesses (N/m^1.5), then N + 1 dents (m).
+    """
+
+    stiffness: Vector
+    """Of the first, elastic loading, N/m^1.5."""
+    begin: Vector
+    """The overlap at which each contact yields, m; NEVER where it does not."""
+    yield_force: Vector
+    """The force there, N."""
+    loading: Vector
+    """First row in `rows` of the force above that one, over the overlap beyond that one."""
+    indentation: Vector
+    """First row of the dent, m, over the largest overlap beyond that one."""
+    rows: Vector
+    limit: Vector
+    """The memory: see above."""
+    hard: Vector
+    dent: Vector
+
+    @staticmethod
+    def with_memory(law: Any, y: Vector) -> Any:
+        """Return the law with views of the memory."""
+        n = law.begin.size
+        return Yielding(
+            law.stiffness, law.begin, law.yield_force, law.loading, law.indentation, law.rows,
+            y[n : 2 * n], y[2 * n : 3 * n], y[3 * n : 4 * n],
+        )  # fmt: skip
+
+    @staticmethod
+    def force(law: Any, i: int, overlap: float) -> float:
+        """Return the force, N."""
+        if overlap > law.limit[i]:
+            return loading_force(law, i, overlap)
+        elastic = overlap - law.dent[i]
+        return float(law.hard[i] * elastic * sqrt(elastic)) if elastic > NEGLIGIBLE else 0.0
+
+    @staticmethod
+    def slope(law: Any, i: int, overlap: float) -> float:
+        """Return the slope of unloading, N/m, which losses see."""
+        hard, dent = unloading(law, i, overlap)
+        return float(1.5 * hard * sqrt(overlap - dent)) if overlap - dent > NEGLIGIBLE else 0.0
+
+    @staticmethod
+    def energy(law: Any, i: int, overlap: float) -> float:
+        """Return the energy that the contact would give back, J."""
+        hard, dent = unloading(law, i, overlap)
+        elastic = overlap - dent if overlap - dent > NEGLIGIBLE else 0.0
+        return float(hard * (0.4 * elastic * elastic * sqrt(elastic)))
+
+    @staticmethod
+    def elastic_overlap(law: Any, i: int, overlap: float) -> float:
+        """Return the overlap above the dent, m."""
+        return float(overlap - unloading(law, i, overlap)[1])
+
+    @staticmethod
+    def force_of_step(law: Any, i: int, overlap: float) -> float:
+        """Return the force, N, and remember an overlap that is the largest so far."""
+        if overlap > law.limit[i]:
+            law.limit[i] = overlap
+            law.hard[i], law.dent[i] = unloading_after(law, i, overlap)
+            return loading_force(law, i, overlap)
+        elastic = overlap - law.dent[i]
+        return float(law.hard[i] * elastic * sqrt(elastic)) if elastic > NEGLIGIBLE else 0.0
+
+    @staticmethod
+    def copy_limits(law: Any, limits: Vector) -> None:
+        """Copy the limits."""
+        for i in range(law.limit.size):
+            limits[i] = law.limit[i]
+
+    @staticmethod
+    def lost_to_yielding(law: Any, limits: Vector) -> float:
+        """Return the energy lost since then, J."""
+        lost = 0.0
+        for i in range(law.limit.size):
+            if law.limit[i] > limits[i]:
+                lost += max(plastic_work(law, i, law.limit[i]) - plastic_work(law, i, limits[i]), 0.0)
+        return lost
+
+    @staticmethod
+    def overlap_on_spring(law: Any, i: int, approach: float, flexibility: float) -> float:
+        """Return the contact's own part of the approach, m; by Newton's method as it yields."""
+        overlap = law.dent[i] + hertz_on_spring(law.hard[i] * flexibility, approach - law.dent[i])
+        if not overlap > law.limit[i]:
+            return float(overlap)
+        overlap = approach
+        for _ in range(MOST_ITERATIONS):
+            depth = overlap - law.begin[i]
+            rise = cubic_slope(law.rows, law.loading[i] + bucket(depth), depth)
+            excess = overlap + flexibility * loading_force(law, i, overlap) - approach
+            change = excess / (1.0 + flexibility * rise)
+            overlap = max(overlap - change, law.begin[i])
+            if not abs(change) > 1e-15 * overlap:
+                break
+        return float(overlap)
+
+
+@inner(forceinline=True)
+def loading_force(law: Any, i: int, overlap: float) -> float:
+    """Return the force of a contact that is being pressed further than ever, N."""
+    depth = overlap - law.begin[i]
+    return law.yield_force[i] + cubic(law.rows, law.loading[i] + bucket(depth), depth)
+
+
+@inner(forceinline=True)
+def unloading_after(law: Any, i: int, largest: float) -> tuple[float, float]:
+    """Return stiffness (N/m^1.5) and dent (m) of a contact after its largest overlap, beyond that at which it yields."""
+    depth = largest - law.begin[i]
+    dent = cubic(law.rows, law.indentation[i] + bucket(depth), depth)
+    return loading_force(law, i, largest) / ((largest - dent) * sqrt(largest - dent)), dent
+
+
+@inner(forceinline=True)
+def unloading(law: Any, i: int, overlap: float) -> tuple[float, float]:
+    """Return stiffness and dent: those that the contact remembers, or those after this overlap if it is larger."""
+    if overlap > law.limit[i]:
+        return unloading_after(law, i, overlap)
+    return law.hard[i], law.dent[i]
+
+
+@inner(forceinline=True)
+def plastic_work(law: Any, i: int, largest: float) -> float:
+    """Return the energy that a contact has lost after its largest overlap, J."""
+    begin = law.begin[i]
+    if not largest > begin:
+        return 0.0
+    depth = largest - begin
+    beyond = cubic_integral(law.rows, law.loading[i] + bucket(depth), depth)
+    hard, dent = unloading_after(law, i, largest)
+    elastic = largest - dent
+    loaded = law.stiffness[i] * (0.4 * begin * begin * sqrt(begin)) + law.yield_force[i] * depth + beyond
+    return max(loaded - hard * (0.4 * elastic * elastic * sqrt(elastic)), 0.0)
+
+

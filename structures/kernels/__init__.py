@@ -1,0 +1,1 @@
+"""Compiled functions of structures: the motion of oscillators and of coupled degrees of freedom, and gaps that close."""

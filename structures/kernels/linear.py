@@ -1,0 +1,296 @@
+"""Linear structures as pieces: how they move over a window of one length."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from structures.kernel_cache import inner
+from structures.kernels.pieces import by_type
+from structures.structure import Vector
+
+SMALLEST = 1e-180
+"""The rest of an old motion that damping leaves would end in subnormal numbers, which are slow: it becomes zero."""
+
+
+@by_type()
+def let_go(structure: Any, state: Vector, free: Vector) -> None:
+    """Put the state at the end of a window in which no force acts into `free`."""
+    raise NotImplementedError
+
+
+@by_type()
+def read(structure: Any, k: int, state: Vector) -> float:
+    """Return the displacement of contact k, m."""
+    raise NotImplementedError
+
+
+@by_type()
+def read_rate(structure: Any, k: int, state: Vector) -> float:
+    """Return the velocity of contact k, m/s."""
+    raise NotImplementedError
+
+
+@by_type()
+def push(structure: Any, k: int, force: float, state: Vector) -> None:
+    """Add what a mean force on contact k, N, adds to the state within a window."""
+    raise NotImplementedError
+
+
+@by_type()
+def energies_of_structure(structure: Any, s: int, state: Vector) -> tuple[float, float]:
+    """Return the kinetic and the elastic energy of structure s, J."""
+    raise NotImplementedError
+
+
+@by_type()
+def dissipated(structure: Any, before: Vector, after: Vector, window: float) -> float:
+    """Return the energy that damping takes in a window between two states, J, by the midpoint's mean velocity."""
+    raise NotImplementedError
+
+
+@inner(fastmath={"contract", "reassoc"})
+def dot(a: Vector, b: Vector) -> float:
+    """Return the sum of products with the first entries of b, as many as a has."""
+    total = 0.0
+    for i in range(a.size):
+        total += a[i] * b[i]
+    return total
+
+
+@inner()
+def quadratic_form(matrix: Vector, x: Vector) -> float:
+    """Return ½ xᵀ M x of a flattened matrix."""
+    total, n = 0.0, x.size
+    for i in range(n):
+        total += x[i] * dot(matrix[i * n : (i + 1) * n], x)
+    return 0.5 * total
+
+
+@inner(fastmath={"contract"})
+def add(row: Vector, force: float, state: Vector) -> None:
+    """Add a response to a state; what is negligible becomes zero."""
+    for i in range(row.size):
+        value = state[i] + force * row[i]
+        state[i] = value if abs(value) >= SMALLEST else 0.0
+
+
+class Oscillators(NamedTuple):
+    """Structures whose degrees of freedom are oscillators. The state is n displacements, then n velocities."""
+
+    rows: Vector
+    """4 × n: the end of a window is u = r₀ u + r₁ v, v = r₂ u + r₃ v where no force acts."""
+    response: Vector
+    """K × 2n: the state after 1 N at each contact from rest."""
+    contact: Vector
+    """K × n."""
+    squares: Vector
+    """n, squares of the angular frequencies, 1/s²."""
+    rates: Vector
+    """n, damping rates c of c v, 1/s."""
+    begin: Vector
+    """S + 1: where the oscillators of each structure begin."""
+
+    @staticmethod
+    def let_go(structure: Any, state: Vector, free: Vector) -> None:
+        """Put the state at the end into `free`, in one pass that the compiler turns into vector instructions."""
+        rows, n = structure.rows, structure.squares.size
+        for i in range(n):
+            free[i] = rows[0, i] * state[i] + rows[1, i] * state[n + i]
+            free[n + i] = rows[2, i] * state[i] + rows[3, i] * state[n + i]
+
+    @staticmethod
+    def read(structure: Any, k: int, state: Vector) -> float:
+        """Return the displacement, m."""
+        return dot(structure.contact[k], state)
+
+    @staticmethod
+    def read_rate(structure: Any, k: int, state: Vector) -> float:
+        """Return the velocity, m/s."""
+        return dot(structure.contact[k], state[structure.squares.size :])
+
+    @staticmethod
+    def push(structure: Any, k: int, force: float, state: Vector) -> None:
+        """Add the response."""
+        add(structure.response[k], force, state)
+
+    @staticmethod
+    def energies_of_structure(structure: Any, s: int, state: Vector) -> tuple[float, float]:
+        """Return the energies, J."""
+        kinetic, elastic, n = 0.0, 0.0, structure.squares.size
+        for i in range(structure.begin[s], structure.begin[s + 1]):
+            kinetic += 0.5 * state[n + i] * state[n + i]
+            elastic += 0.5 * structure.squares[i] * state[i] * state[i]
+        return kinetic, elastic
+
+    @staticmethod
+    def dissipated(structure: Any, before: Vector, after: Vector, window: float) -> float:
+        """Return the energy, J."""
+        total = 0.0
+        for i in range(structure.rates.size):
+            total += structure.rates[i] * (after[i] - before[i]) ** 2
+        return total / window
+
+
+class Coupled(NamedTuple):
+    """Structures whose degrees of freedom act on each other: each has a dense matrix.
+
+    The state of a structure is its displacements, then the velocities of those that have mass; that of all structures
+    lies one after the other. Matrices are flattened in the same way.
+    """
+
+    transition: Vector
+    """The end of a window over its begin where no force acts."""
+    response: Vector
+    """K × state: the state after 1 N at each contact from rest."""
+    contact: Vector
+    """K × state, zero for velocities."""
+    rate: Vector
+    """K × state, zero for displacements: it reads the velocities of the contacts."""
+    stiffness: Vector
+    mass: Vector
+    """Of the displacements that have mass."""
+    damping: Vector
+    layout: Vector
+    """S + 1 rows: where the state, the transition, the stiffness and the mass of each structure begin."""
+    sizes: Vector
+    """S: the number of displacements."""
+
+    @staticmethod
+    def let_go(structure: Any, state: Vector, free: Vector) -> None:
+        """Put the state at the end into `free`."""
+        for s in range(structure.sizes.size):
+            first, last, matrix = structure.layout[s, 0], structure.layout[s + 1, 0], structure.layout[s, 1]
+            size = last - first
+            for i in range(size):
+                begin = matrix + i * size
+                free[first + i] = dot(structure.transition[begin : begin + size], state[first:last])
+
+    @staticmethod
+    def read(structure: Any, k: int, state: Vector) -> float:
+        """Return the displacement, m."""
+        return dot(structure.contact[k], state)
+
+    @staticmethod
+    def read_rate(structure: Any, k: int, state: Vector) -> float:
+        """Return the velocity, m/s."""
+        return dot(structure.rate[k], state)
+
+    @staticmethod
+    def push(structure: Any, k: int, force: float, state: Vector) -> None:
+        """Add the response."""
+        add(structure.response[k], force, state)
+
+    @staticmethod
+    def energies_of_structure(structure: Any, s: int, state: Vector) -> tuple[float, float]:
+        """Return the energies, J."""
+        layout, now, then = structure.layout, structure.layout[s], structure.layout[s + 1]
+        middle = now[0] + structure.sizes[s]
+        kinetic = quadratic_form(structure.mass[now[3] : then[3]], state[middle : then[0]])
+        return kinetic, quadratic_form(structure.stiffness[now[2] : then[2]], state[now[0] : middle])
+
+    @staticmethod
+    def dissipated(structure: Any, before: Vector, after: Vector, window: float) -> float:
+        """Return the energy, J."""
+        total, n = 0.0, structure.sizes[0]
+        for i in range(n if structure.damping.size > 0 else 0):
+            for j in range(n):
+                total += (after[i] - before[i]) * structure.damping[i * n + j] * (after[j] - before[j])
+        return total / window
+
+
+class Both(NamedTuple):
+    """Oscillators and coupled structures; their states lie one after the other."""
+
+    oscillators: Oscillators
+    coupled: Coupled
+    place: Vector
+    """S: the number of each structure among those of its kind; of coupled ones −1 − that number."""
+
+    @staticmethod
+    def let_go(structure: Any, state: Vector, free: Vector) -> None:
+        """Put the state at the end into `free`."""
+        n = 2 * structure.oscillators.squares.size
+        let_go(structure.oscillators, state[:n], free[:n])
+        let_go(structure.coupled, state[n:], free[n:])
+
+    @staticmethod
+    def read(structure: Any, k: int, state: Vector) -> float:
+        """Return the displacement, m."""
+        n = 2 * structure.oscillators.squares.size
+        return read(structure.oscillators, k, state[:n]) + read(structure.coupled, k, state[n:])
+
+    @staticmethod
+    def push(structure: Any, k: int, force: float, state: Vector) -> None:
+        """Add the response."""
+        n = 2 * structure.oscillators.squares.size
+        push(structure.oscillators, k, force, state[:n])
+        push(structure.coupled, k, force, state[n:])
+
+    @staticmethod
+    def energies_of_structure(structure: Any, s: int, state: Vector) -> tuple[float, float]:
+        """Return the energies, J."""
+        n, place = 2 * structure.oscillators.squares.size, structure.place[s]
+        if place < 0:
+            return energies_of_structure(structure.coupled, -1 - place, state[n:])
+        return energies_of_structure(structure.oscillators, place, state[:n])
+
+
+def joined_oscillators(parts: list[Oscillators], rows: list[Any], contacts: int) -> Oscillators:
+    """Return several structures of oscillators as one piece; rows: the contact of each row of each part."""
+    sizes = [part.squares.size for part in parts]
+    begin = np.cumsum([0, *sizes])
+    n = int(begin[-1])
+    response, contact = np.zeros((contacts, 2 * n)), np.zeros((contacts, n))
+    for part, first, size, seats in zip(parts, begin, sizes, rows, strict=False):
+        for row, seat in enumerate(seats):
+            if seat >= 0:
+                contact[seat, first : first + size] = part.contact[row]
+                response[seat, first : first + size] = part.response[row, :size]
+                response[seat, n + first : n + first + size] = part.response[row, size:]
+    rates = [part.rates if part.rates.size else np.zeros(size) for part, size in zip(parts, sizes, strict=True)]
+    return Oscillators(
+        np.concatenate([part.rows for part in parts], axis=1), response, contact,
+        np.concatenate([part.squares for part in parts]), np.concatenate(rates), begin,
+    )  # fmt: skip
+
+
+def joined_coupled(parts: list[Coupled], rows: list[Any], contacts: int) -> Coupled:
+    """Return several coupled structures as one piece; rows: the contact of each row of each part."""
+    steps = np.array([part.layout[1] for part in parts])
+    layout = np.concatenate([np.zeros((1, 4), dtype=np.int64), steps.cumsum(axis=0)])
+    wide = [np.zeros((contacts, int(layout[-1, 0]))) for _ in range(3)]
+    for part, now, then, seats in zip(parts, layout[:-1], layout[1:], rows, strict=True):
+        for row, seat in enumerate(seats):
+            if seat >= 0:
+                for target, source in zip(wide, (part.response, part.contact, part.rate), strict=True):
+                    target[seat, now[0] : then[0]] = source[row]
+    flat = [np.concatenate([getattr(part, name) for part in parts]) for name in ("transition", "stiffness", "mass")]
+    damping = parts[0].damping if len(parts) == 1 else np.zeros(0)
+    return Coupled(flat[0], *wide, flat[1], flat[2], damping, layout, np.concatenate([part.sizes for part in parts]))
+
+
+def joined(parts: list[Any], rows: list[Any], contacts: int) -> Any:
+    """Return the structures of a run as one piece.
+
+    Parameters
+    ----------
+    parts : list of Oscillators or Coupled
+        A window of each structure.
+    rows : list of sequences of int
+        For each structure the contacts of the run at its contact points; −1 where nothing touches.
+    contacts : int
+        The number of contacts of the run.
+
+    Returns
+    -------
+    Oscillators, Coupled or Both
+        The piece.
+    """
+    modal = [i for i, part in enumerate(parts) if isinstance(part, Oscillators)]
+    dense = [i for i, part in enumerate(parts) if not isinstance(part, Oscillators)]
+    one = joined_oscillators([parts[i] for i in modal], [rows[i] for i in modal], contacts) if modal else None
+    other = joined_coupled([parts[i] for i in dense], [rows[i] for i in dense], contacts) if dense else None
+    if one is None or other is None:
+        return one or other
+    place = [modal.index(i) if i in modal else -1 - dense.index(i) for i in range(len(parts))]
+    return Both(one, other, np.array(place))

@@ -1,0 +1,100 @@
+"""Pieces: a piece is a NamedTuple of arrays, whose class holds compiled functions. The type chooses the function.
+
+A run compiles the functions of its own pieces only, for the CPU and, with the extra `gpu`, for a GPU.
+"""
+
+from collections.abc import Callable
+from inspect import signature
+from typing import Any
+
+from numba.extending import overload
+
+Function = Callable[..., Any]
+
+OPTIONS = {"forceinline": True, "_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+
+
+def by_type(default: Function | None = None) -> Callable[[Function], Function]:
+    """Return a decorator of a function that is chosen by the class of its first argument.
+
+    Parameters
+    ----------
+    default : callable, optional
+        The function for classes that do not define it.
+
+    Returns
+    -------
+    callable
+        A decorator. In compiled code the decorated function stands for the static method of the same name, with the
+        same names of arguments, of the first argument's class. Called from Python it does the same.
+
+    Examples
+    --------
+    >>> from typing import NamedTuple
+    >>> import numpy as np
+    >>> class Spring(NamedTuple):
+    ...     stiffness: np.ndarray
+    ...
+    ...     @staticmethod
+    ...     def force(law, i, overlap):
+    ...         return law.stiffness[i] * overlap
+    >>> @by_type()
+    ... def force(law, i, overlap):
+    ...     "Force of contact i, N."
+    >>> float(force(Spring(np.array([2.0])), 0, 3.0))
+    6.0
+    """
+
+    def decorate(function: Function) -> Function:
+        name, parameters = function.__name__, signature(function)
+
+        def of(piece: type) -> Function:
+            method: Function | None = getattr(piece, name, default)
+            if method is None:
+                raise TypeError(f"{piece.__name__}: needs a static method {name}{parameters}")
+            return method
+
+        def call(*arguments: Any) -> Any:
+            return of(type(arguments[0]))(*arguments)
+
+        def choose(*arguments: Any) -> Function:
+            return of(arguments[0].instance_class)
+
+        call.__name__, call.__doc__, call.__module__ = name, function.__doc__, function.__module__
+        call.__signature__ = choose.__signature__ = parameters  # type: ignore[attr-defined]
+        overload(call, target="generic", jit_options=OPTIONS)(choose)
+        return call
+
+    return decorate
+
+
+def for_each(function: Function) -> Function:
+    """Return a function that calls another one for each entry of a tuple, whose types may differ.
+
+    Parameters
+    ----------
+    function : callable
+        A compiled function of an entry, its number and more.
+
+    Returns
+    -------
+    callable
+        A function of the tuple, the number of its first entry, and the same more, for compiled code.
+    """
+
+    def each(entries: Any, first: int, *more: Any) -> None:
+        for number, entry in enumerate(entries):
+            function.py_func(entry, first + number, *more)  # type: ignore[attr-defined]
+
+    def choose(entries: Any, first: int, *more: Any) -> None:
+        def last(entries: Any, first: int, *more: Any) -> None:
+            function(entries[0], first, *more)
+
+        def rest(entries: Any, first: int, *more: Any) -> None:
+            function(entries[0], first, *more)
+            each(entries[1:], first + 1, *more)
+
+        return last if len(entries) == 1 else rest  # type: ignore[return-value]
+
+    overload(each, target="generic", jit_options=OPTIONS)(choose)
+    return each
