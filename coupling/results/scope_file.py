@@ -109,7 +109,7 @@ class ScopeFile:
     @property
     def states_interval(self) -> bool:
         """Whether one of the first lines states the interval between samples."""
-        return self._header(0).interval() is not None
+        return bool(self._header(0).intervals())
 
     @property
     def increasing(self) -> list[int]:

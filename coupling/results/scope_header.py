@@ -1,7 +1,7 @@
 """What the lines above the samples of an oscilloscope's file state: units, interval, start, and number of samples."""
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cache
 from math import isfinite
 from typing import NamedTuple
@@ -65,6 +65,14 @@ class Unit(NamedTuple):
         return self.si, self.size
 
 
+class Stated(NamedTuple):
+    """An entry such as "Sample Rate,2 MSa/s": its name, its text, and its value in SI, None if not understood."""
+
+    name: str
+    text: str
+    value: float | None
+
+
 class Header:
     """The lines above the samples, and entries such as "Vertical Units,V" above or beside these, cell by cell."""
 
@@ -97,24 +105,27 @@ class Header:
         unit = self.unit(column, TIME)
         return unit is not None and unit.quantity == TIME
 
-    def interval(self) -> float | None:
-        """The interval between samples, s."""
-        intervals = [value * self._second(text) for text, value in self._numbers(INTERVALS)]
-        rates = [1.0 / (value * _hertz(text)) for text, value in self._numbers(RATES) if value > 0.0]
-        return next((one for one in [*intervals, *rates] if one > 0.0), None)
+    def intervals(self) -> list[Stated]:
+        """The intervals between samples, s, that entries state, also as rates."""
+        rates = [one._replace(value=1.0 / one.value if one.value else None) for one in self._entries(RATES, _hertz)]
+        every = [*self._entries(INTERVALS, self._second), *rates]
+        return [one if one.value and one.value > 0.0 else one._replace(value=None) for one in every]
 
-    def start(self) -> float:
-        """The time of the first sample, s; 0 where the header states none."""
-        return next((value * self._second(text) for text, value in self._numbers(STARTS)), 0.0)
+    def starts(self) -> list[Stated]:
+        """The times of the first sample, s, that entries state."""
+        return [*self._entries(STARTS, self._second)]
 
     def count(self) -> int | None:
         """The number of samples."""
-        return next((int(value) for _, value in self._numbers(COUNTS) if value >= 1.0), None)
+        counts = (one.value for one in self._entries(COUNTS, lambda _: 1.0))
+        return next((int(value) for value in counts if value is not None and value >= 1.0), None)
 
-    def _second(self, text: str) -> float:
+    def _second(self, text: str) -> float | None:
+        """The size of a unit of time, s; of no text that of "Horizontal Units". None of other text."""
         keyed = next(iter(self._keyed(TIME_UNITS, 1)), None)
         unit = _unit_of(text, TIME) if text else keyed
-        return unit.size if unit is not None and unit.quantity == TIME else 1.0
+        fits = unit is not None and unit.quantity == TIME
+        return unit.size if unit is not None and fits else None if text else 1.0
 
     def _keyed(self, names: set[str], column: int) -> Iterator[Unit]:
         """Units of lines such as "Vertical Units,V"."""
@@ -126,19 +137,32 @@ class Header:
             texts = values if len(set(values)) == 1 else row[column : column + 1] if len(row) > column else values[:1]
             yield from (_unit_of(text, wanted) or Unit(text, UNKNOWN) for text in texts[:1] if text)
 
-    def _numbers(self, names: set[str]) -> Iterator[tuple[str, float]]:
-        """Unit and value of each entry with one of these names: in the next cell, or in the line below."""
+    def _entries(self, names: set[str], size_of: Callable[[str], float | None]) -> Iterator[Stated]:
+        """Each entry with one of these names, whose value stands in the next cell, or in the line below.
+
+        A unit that is attached to the name or the value, or that stands alone after these, must be one.
+        """
         for row, below in zip(self._first, [*self._first[1:], []], strict=True):
             for k, cell in enumerate(row):
                 word, _, rest = re.sub(r"[:=]", "\0", cell, count=1).partition("\0")
                 if _key(word) not in names:
                     continue
                 beside, under = [*row, "", ""][k + 1 : k + 3], [*below, *[""] * (k + 2)][k : k + 2]
-                for text, after in ((rest, ""), beside, under):
+                aside = "" if _key(beside[0]) in KEYS else beside[0]
+                alone = sum(map(bool, row)) <= len(("name", "value", "unit"))
+                for text, after in ((rest, ""), beside, *([under] if k or not aside else [])):
                     value = NUMBER_AND_UNIT.fullmatch(text.replace(",", "."))
                     if value and _is_number(value[1]):
-                        yield value[2] or _bracketed(word) or ("" if _is_number(after) else after), float(value[1])
+                        unit = value[2] or _bracketed(word)
+                        later = "" if unit or _is_number(after) else after
+                        size = size_of(unit or later)
+                        if size is None and later and not (alone and text is beside[0]):
+                            size = size_of("")
+                        shown = f"{text} {later}".strip()
+                        yield Stated(word.strip(), shown, None if size is None else size * float(value[1]))
                         break
+                else:
+                    yield Stated(word.strip(), rest.strip() or aside or (under[0] if k else ""), None)
 
 
 def quantity_of(text: str, wanted: str) -> Unit | None:
@@ -181,13 +205,13 @@ def _is_number(cell: str) -> bool:
         return False
 
 
-def _hertz(text: str) -> float:
-    """Hz, kHz, MSa/s, or nothing, in Hz."""
+def _hertz(text: str) -> float | None:
+    """Hz, kHz, MSa/s, or nothing, in Hz; None of other text."""
     rate = re.sub(r"(samples?|sa|s)(/s(ec)?|ps)$", "Hz", text.strip(), flags=re.IGNORECASE)
     try:
         return float(factor(rate, "Hz")) if rate else 1.0
     except ValueError:
-        return 1.0
+        return None
 
 
 def _bracketed(cell: str) -> str:

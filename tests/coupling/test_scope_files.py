@@ -227,6 +227,39 @@ def test_no_times_and_no_interval(tmp_path: Path) -> None:
         hl.read_signal(path, {7: 0}, calibration=10.0)
 
 
+@pytest.mark.parametrize(
+    ("head", "fault"),
+    [
+        (["CH1,Start,Increment", "Volt,-1e-4,1e-6e"], "Increment = '1e-6e' is no interval"),
+        (["CH1,Start,Increment", "Volt,-1e-4,"], "Increment = '' is no interval"),
+        (["Sample Rate: 2 MFoo", "CH1"], "Sample Rate = '2 MFoo' is no interval"),
+        (["Sample Interval,1,furlong", "CH1"], "Sample Interval = '1 furlong' is no interval"),
+        (["Sampling interval (kg),1", "CH1"], r"Sampling interval \(kg\) = '1' is no interval"),
+        (["Sample Interval,none", "CH1"], "Sample Interval = 'none' is no interval"),
+        (["XInc,-1e-6", "CH1"], "XInc = '-1e-6' is no interval"),
+        (
+            ["XInc,1e-6", "Sample Rate,2e6", "CH1"],
+            "XInc = '1e-6' and Sample Rate = '2e6' are different intervals between samples",
+        ),
+    ],
+)
+@pytest.mark.parametrize("counter", [False, True])
+def test_an_interval_that_is_not_understood(tmp_path: Path, head: list[str], fault: str, counter: bool) -> None:
+    path = tmp_path / "interval.csv"
+    path.write_text("\n".join([*head, *(f"{k},{v:.6f}" if counter else f"{v:.6f}" for k, v in enumerate(VOLTS)), ""]))
+    with pytest.raises(ValueError, match=rf"interval.csv: the header's {fault}.*; give interval=, s, such as 5e-7"):
+        hl.read_signal(path, {7: int(counter)}, calibration=10.0)
+
+
+@pytest.mark.parametrize(("head", "said"), [("5e-7", "500 ns"), ("none", "'none' is no interval")])
+def test_an_interval_that_differs_from_the_argument(tmp_path: Path, head: str, said: str) -> None:
+    path = tmp_path / "interval.csv"
+    path.write_text("\n".join([f"Sample Interval,{head}", "CH1", *table("{v:.6f}"), ""]))
+    with pytest.warns(hl.HertzlinkWarning, match=said):
+        data = hl.read_signal(path, {7: 0}, calibration=10.0, interval=1e-6)
+    assert float(data.time[1]) == pytest.approx(1e-6)
+
+
 @pytest.mark.parametrize("shift", [0.0, 4e-5, 1.25e-6])
 def test_a_time_column_for_each_sensor(tmp_path: Path, shift: float) -> None:
     path = tmp_path / "two.csv"
@@ -251,7 +284,28 @@ def test_a_time_column_for_each_sensor(tmp_path: Path, shift: float) -> None:
             ["Sample Interval,1e-6", *table("{t:.9f},{v:.6f}", 1e3)],
             "the time is read in ms, from the header's interval",
         ),
-        (["Sample Interval,5e-7", *table("{t:.9f},{v:.6f}")], "states an interval of 500 ns, but the times are 1 µs"),
+        (["Sample Interval,5e-7", *table("{t:.9f},{v:.6f}")], r"interval of 500 ns \(.*\), but the times are 1 µs"),
+        (
+            ["Sample Interval,auto", *table("{t:.9f},{v:.6f}")],
+            "header's Sample Interval = 'auto' is no interval that is",
+        ),
+        (
+            ["Sample Interval,1e-6", "Sample Rate,2 MHz", *table("{t:.9f},{v:.6f}")],
+            r"interval of 500 ns \(Sample Rate\), but the times are 1 µs",
+        ),
+        (
+            ["X,CH1,Start,Increment", "Sequence,Volt,-1z-4,1e-6", *(f"{k},{v}" for k, v in enumerate(VOLTS))],
+            "header's Start = '-1z-4' is not taken: the record begins at 0 s",
+        ),
+        (
+            [
+                "XZero,1e-3",
+                "X,CH1,Start,Increment",
+                "Sequence,Volt,-1e-4,1e-6",
+                *(f"{k},{v}" for k, v in enumerate(VOLTS)),
+            ],
+            "header's Start = '-1e-4' is not taken: the record begins at 1 ms",
+        ),
         (
             [f"{t},{v:.6f}" if abs(t) > 3e-6 else f"{t}," for t, v in zip(TIME, VOLTS, strict=True)],
             "7 samples are beyond",
