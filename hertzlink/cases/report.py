@@ -2,7 +2,7 @@
 
 import csv
 import io
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import product
 from textwrap import fill
 from typing import Any
@@ -16,10 +16,16 @@ from coupling.results.waves import ABOVE_ONE, NoWaveError
 from hertzlink.cases.axes import Axis
 from hertzlink.cases.running import Task, of_chain
 from hertzlink.cases.yielding import WITH_YIELDING
+from structures.caution import collected
 
 WIDTH = 80
 MOST_ROWS = 40
 """Rows of a table on the terminal; the file has all."""
+
+TRACES, TRACES_YIELDING = "traces.csv", "traces_yielding.csv"
+
+CONTACT_LAWS = ("elastic", "Jackson-Green")
+"""Of the rows of CSV files, where the metal yields."""
 
 Row = Sequence[Any]
 
@@ -47,12 +53,29 @@ def csv_text(head: Sequence[str], rows: Iterable[Row]) -> str:
     return file.getvalue()
 
 
-def report(task: Task, data: xr.Dataset) -> tuple[str, dict[str, str]]:
-    """The text for the terminal, and CSV files by name."""
-    lines, files = {"run": _run, "sweep": _sweep, "critical distance": _critical}[task.kind](task, data)
+def report(task: Task, data: xr.Dataset, dented: xr.Dataset | None = None) -> tuple[str, dict[str, str]]:
+    """The text for the terminal, and CSV files by name. dented: the result with a law of yielding."""
+    of = {"run": _run, "sweep": _sweep, "critical distance": _critical}[task.kind]
+    lines, files = of(task, data)
     lines += [fill(data.attrs[WITH_YIELDING], WIDTH)] if data.attrs.get(WITH_YIELDING) else []
     title = [task.case.model.title, ""] if task.case.model.title else []
+    if dented is not None:
+        with collected():  # The warnings of a run are those of its elastic contacts.
+            files = _both(files, of(task, dented)[1])
     return "\n".join([*title, *lines]), files
+
+
+def _both(elastic: Mapping[str, str], dented: Mapping[str, str]) -> dict[str, str]:
+    """CSV files of both contact laws: a last column says which; traces, whose times differ, are two files."""
+    files = dict(elastic)
+    for name, text in dented.items():
+        if name == TRACES:
+            files[TRACES_YIELDING] = text
+            continue
+        rows = [*csv.reader(io.StringIO(elastic[name]))], [*csv.reader(io.StringIO(text))]
+        both = [[*row, law] for law, (_, *some) in zip(CONTACT_LAWS, rows, strict=True) for row in some]
+        files[name] = csv_text([*rows[0][0], "contact law"], both)
+    return files
 
 
 def _run(task: Task, data: xr.Dataset) -> tuple[list[str], dict[str, str]]:
@@ -82,7 +105,7 @@ def _run(task: Task, data: xr.Dataset) -> tuple[list[str], dict[str, str]]:
     columns = np.column_stack([data.time.values, *(one.values for one in forces)])
     return lines, {
         "waves.csv": csv_text(heads, rows),
-        "traces.csv": csv_text(["time (s)", *names], columns.tolist()),
+        TRACES: csv_text(["time (s)", *names], columns.tolist()),
     }
 
 
