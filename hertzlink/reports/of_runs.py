@@ -45,10 +45,8 @@ def _chain(data: xr.Dataset, numbers: list[int], who: str) -> Section:
     """The waves of one chain, or of a signal. who: which of several chains."""
     rows = [row for number in numbers for row in _waves(data, number)]
     head = ("sensor and wave", "peak (N)", "arrival (µs)", "AR", "TOF (µs)", "remark")
-    name = who.replace(" ", "-")
-
     def shown(kind: str, words: str, draw: Callable[[Any], Any]) -> Picture:
-        return drawn(f"{kind}{name}", f"Of {who}: {words}" if who else words, draw)
+        return drawn("-".join([kind, *who.split()]), f"Of {who}: {words}" if who else words, draw)
 
     words = f"Force at bead{'s' * (len(numbers) > 1)} {', '.join(map(str, numbers))}, and its waves."
     pictures = [shown("traces", words, lambda ax: traces.traces(data, numbers, ax))]

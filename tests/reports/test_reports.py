@@ -103,7 +103,7 @@ def test_report_of_a_sweep_shows_each_run(tmp_path: Path) -> None:
     assert "none" in shown
     assert any("no primary wave" in one for one in page.text["title"])
     assert page.text["p"][0].startswith("6 runs over modulus (0.1 to 200 GPa); speed (0.1 to 0.3 m/s): AR")
-    assert any("drawn is the first run; varied: modulus, " in one for one in page.text["title"])
+    assert any("varied, drawn is the first run: modulus, " in one for one in page.text["title"])
     assert {"Varied", "Chain of the first run"} <= {*page.text["caption"], *page.text["summary"]}
 
 
