@@ -45,6 +45,7 @@ def _chain(data: xr.Dataset, numbers: list[int], who: str) -> Section:
     """The waves of one chain, or of a signal. who: which of several chains."""
     rows = [row for number in numbers for row in _waves(data, number)]
     head = ("sensor and wave", "peak (N)", "arrival (µs)", "AR", "TOF (µs)", "remark")
+
     def shown(kind: str, words: str, draw: Callable[[Any], Any]) -> Picture:
         return drawn("-".join([kind, *who.split()]), f"Of {who}: {words}" if who else words, draw)
 
