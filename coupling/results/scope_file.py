@@ -56,7 +56,12 @@ BLANK_GROUPS = re.compile(r"(?<=\d)[ '’](?=\d{3})")
 LETTER = re.compile(r"[^\W\dDEde_]")
 """One that no number has."""
 
-DATE_OR_CLOCK = re.compile(r"(?:.*[ T])?(\d{1,2}):(\d\d):(\d\d(?:[.,]\d+)?)\s*(?:Z|UTC)?$")
+LOOSE_NUMBER = re.compile(r"[-+]?([1-9]\d{0,2}([.,' ])\d{3}(\2\d{3})*|\d*)([.,]\d*)?([eE][-+]?\d+)?")
+"""A number, whatever its commas mean."""
+
+DATE_OR_CLOCK = re.compile(
+    r"(?:.*[ T])?(\d{1,2}):(\d\d):(\d\d(?:[.,]\d+)?)\s*(?:Z|UTC|([AP])M|[-+]\d\d:?\d\d)?$", re.IGNORECASE
+)
 
 SHIFTED = re.compile("[\u3000\u3100\u3200\u3300\u3400\u3500\u3600\u3700\u3800\u3900]")
 """What the digits of UTF-16 become where a byte is missing before them: signs that hardly occur in a text."""
@@ -94,7 +99,7 @@ class ScopeFile:
         self._is_cut = bool(every[-1].strip())
         self._quoted, self._doubled = '"' in text, False
         tried = self._spread(TRIED)
-        scores = [sum(_holds(self._cells(line, d), columns) for line in tried) for d in DELIMITERS]
+        scores = [sum(_share(self._cells(line, d), columns) for line in tried) for d in DELIMITERS]
         if not max(scores):
             raise ValueError(f"{path}: {self._unreadable(columns)}")
         self.delimiter = DELIMITERS[int(np.argmax(scores))]
@@ -104,6 +109,8 @@ class ScopeFile:
         if self._doubled:
             self.width //= 2
         self._with_decimal_commas = {c for c in range(self.width) if self._has_decimal_commas(rows, c)}
+        begins = Counter(_is_word(row[0]) for row in rows if _holds(row, columns))
+        self._begins_with_words = begins[True] > begins[False]
         self._with_grouping_commas: dict[int, bool] = {}
 
     @property
@@ -135,8 +142,10 @@ class ScopeFile:
         self._forget_cut_cells(values, columns)
         known: NDArray[np.bool_] = np.any(np.isfinite(np.stack([values[c] for c in (times or columns)])), axis=0)
         first, last = (int(known.argmax()), known.size - int(known[::-1].argmax())) if known.any() else (0, 0)
-        # Without times each line is a sample, also where its numbers are missing.
         if not times:
+            first = self._after_entries(first)
+            known[:first] = False
+            # Without times each line is a sample, also where its numbers are missing.
             known[first:last] = True
         lost = (first + np.flatnonzero(~known[first:])).tolist()
         inside = [i for i in lost if i < last]
@@ -155,6 +164,14 @@ class ScopeFile:
             [(self.numbers[i], self.lines[i]) for i in lost],
             int(lines[last - 1] - lines[first] + 1 - (last - first)),
         )  # fmt: skip
+
+    def _after_entries(self, place: int) -> int:
+        """The first line, from this one on, that is no entry of the header such as "Points,1000"."""
+        if not self._begins_with_words:
+            for k, row in enumerate(self._rows(self.lines[place : place + MOST_KEYS])):
+                if not _is_word(row[0]):
+                    return place + k
+        return place
 
     def texts(self, column: int, places: Iterable[int] | None = None) -> list[str]:
         """The cells of a column: of lines at some places, or of all."""
@@ -239,16 +256,17 @@ class ScopeFile:
         """Whether decimal commas have cut each number of unquoted columns in two, such as "-100,0,0,0540"."""
         if self.width % 2 or self._quoted:
             return False
-        full = [row for row in rows if len(row) == self.width and re.fullmatch(r"\s*[-+]?\d+\s*", row[0])]
+        full = [row for row in rows if len(row) == self.width and len(_with_numbers(row)) == self.width]
         ends = [cell.strip() for row in full for cell in row[1::2]]
         if (
             not full
             or any("." in cell for row in full for cell in row)
+            or not all(re.fullmatch(r"\s*[-+]?\d+\s*", row[0]) for row in full)
             or not all(re.fullmatch(r"\d+([eE][-+]?\d+)?", e) for e in ends)
         ):
             return False
-        heads = [row for row in rows[:3] if len(row) < self.width]
-        return any(2 * len(row) == self.width for row in heads) or any(len(e) > 1 and e[0] == "0" for e in ends)
+        heads = [row for row in rows[:3] if len(_with_numbers(row)) < len(row)]
+        return any(2 * len(row) == self.width for row in heads[-1:]) or any(len(e) > 1 and e[0] == "0" for e in ends)
 
     def plain(self, cells: list[str]) -> list[str]:
         """Cells with decimal points, and without commas, points, blanks and apostrophes between thousands."""
@@ -383,6 +401,18 @@ def _holds(cells: Sequence[str], columns: Sequence[int]) -> bool:
     return all(column < len(cells) and np.isfinite(_loose_number(cells[column])) for column in columns)
 
 
+def _share(cells: Sequence[str], columns: Sequence[int]) -> float:
+    """The part of cells that are numbers, of a line that has numbers in these columns."""
+    if not _holds(cells, columns):
+        return 0.0
+    filled = [cell for cell in cells if cell.strip(BARE)]
+    return sum(bool(np.isfinite(_loose_number(cell))) for cell in filled) / len(filled)
+
+
+def _is_word(cell: str) -> bool:
+    return bool(cell.strip(BARE)) and not np.isfinite(_loose_number(cell))
+
+
 def _delimiter(line: str) -> str | None:
     """The one that gives the most numbers."""
     return max(DELIMITERS, key=lambda one: len(_with_numbers(_split(line, one))))
@@ -445,7 +475,7 @@ def _loose_number(cell: str) -> float:
     """A number, whatever its commas mean, or NaN."""
     bare = cell.strip().strip('"').strip()
     value = _number(bare)
-    if np.isnan(value) and re.fullmatch(r"[-+]?\d*([.,' ]\d+)*([eE][-+]?\d+)?", bare):
+    if np.isnan(value) and LOOSE_NUMBER.fullmatch(bare):
         return _number(re.sub(r"[.,' ]", "", bare))
     return value if not np.isnan(value) else _clock(cell)
 
@@ -455,5 +485,6 @@ def _clock(cell: str) -> float:
     found = DATE_OR_CLOCK.match(cell.strip().strip('"'))
     if not found:
         return np.nan
-    hours, minutes, seconds = found.groups()
-    return float(3600 * int(hours) + 60 * int(minutes) + Decimal(seconds.replace(",", ".")))
+    hours, minutes, seconds, half = found.groups()
+    hour = int(hours) % 12 + 12 * (half.upper() == "P") if half else int(hours)
+    return float(3600 * hour + 60 * int(minutes) + Decimal(seconds.replace(",", ".")))

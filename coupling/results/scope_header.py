@@ -30,9 +30,29 @@ COUNTS = {
     *("recordlength", "segmentsize", "memorylength", "blocksize", "samplecount", "numberofsamples", "samples"),
     *("points", "npoints", "numberofpoints", "numpoints", "recordsize", "noofsamples", "noofpoints"),
 }
-TIME_UNITS = {"horizontalunits", "horizontalunit", "xunits", "xunit", "hunit", "timeunit", "timeunits", "xunitlabel"}
+TIME_UNITS = {
+    "horizontalunits",
+    "horizontalunit",
+    "xunits",
+    "xunit",
+    "xaxisunit",
+    "hunit",
+    "timeunit",
+    "timeunits",
+    "xunitlabel",
+}
 FORCE_UNITS = {
-    *("verticalunits", "verticalunit", "yunits", "yunit", "vunit", "yunitlabel", "amplitudeunit", "signalunit"),
+    *(
+        "verticalunits",
+        "verticalunit",
+        "yunits",
+        "yunit",
+        "yaxisunit",
+        "vunit",
+        "yunitlabel",
+        "amplitudeunit",
+        "signalunit",
+    ),
     "unit",
     "units",
 }
@@ -46,6 +66,9 @@ NUMBER_AND_UNIT = re.compile(r"\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*(\S*)\s*")
 """A value such as "2 MSa/s"."""
 
 BETWEEN_WORDS = re.compile(r"[\s,;:]+")
+
+FACTOR = re.compile(r"\bx\s*1[0eE]\S*\s+\S|\w\s*[×*·]\s*\d|\d\s*[×*·]")
+"""A factor beside a name or a unit, as in "t*1000 (s)"."""
 
 SECOND = re.compile(r"(se[ck](unde|onde?)?[ns]?\.?)$", re.IGNORECASE)
 """Seconds as people abbreviate and translate them."""
@@ -133,8 +156,11 @@ class Header:
         for row in self._first:
             if not row or _key(row[0]) not in names:
                 continue
+            if (rest := re.split(r"[:=]", row[0], maxsplit=1)[1:]) and rest[0].strip():
+                row = [row[0], rest[0].strip(), *row[1:]]
             values = [cell for cell in row[1:] if cell and not _is_number(cell)]
             texts = values if len(set(values)) == 1 else row[column : column + 1] if len(row) > column else values[:1]
+            texts = [re.sub(r"^\w+\s*:\s*", "", text).strip("()[] ") for text in texts]  # "CH1:V"
             yield from (_unit_of(text, wanted) or Unit(text, UNKNOWN) for text in texts[:1] if text)
 
     def _entries(self, names: set[str], size_of: Callable[[str], float | None]) -> Iterator[Stated]:
@@ -184,9 +210,11 @@ def _cells(row: Sequence[str], columns: int, join: bool = True) -> list[str]:
     if not join or len(cells) <= columns or any(map(_is_number, cells)):
         return cells
     joined: list[str] = []
+    bracketed = any(re.fullmatch(r"[(\[].*[)\]]", cell) for cell in cells)
     for cell in cells:
         bare = cell.strip("()[] ")
-        if joined and _unit_of(bare, TIME) is not None and _unit_of(joined[-1], TIME) is None:
+        is_unit_of_name = bare != cell if bracketed else bool(joined) and _unit_of(joined[-1], TIME) is None
+        if joined and is_unit_of_name and _unit_of(bare, TIME) is not None:
             joined[-1] += f" ({bare})"
         else:
             joined.append(cell)
@@ -222,7 +250,7 @@ def _bracketed(cell: str) -> str:
 def _is_row_of_units(row: Iterable[str]) -> bool:
     """Whether each cell is a unit, and one of them a time: "s,V" or "second,Volt"."""
     units = [_unit_of(cell.strip("()[] "), TIME) for cell in row if cell]
-    return len(units) > 1 and all(units) and any(one and one.name.endswith("second") for one in units)
+    return len(units) > 1 and all(units) and any(one and re.fullmatch(r"[a-z]*second", one.name) for one in units)
 
 
 def _loose(row: Iterable[str], wanted: str) -> Iterator[Unit]:
@@ -233,9 +261,11 @@ def _loose(row: Iterable[str], wanted: str) -> Iterator[Unit]:
 
 
 def _stated(cell: str, wanted: str, in_row_of_units: bool) -> Unit | None:
-    """The unit that a cell states: "(ms)", "Time [ms]", "Time in ms", "t/ms", "time_ms", "Time ms", "ms"."""
+    """The unit that a cell states: "(ms)", "Time [ms]", "Time in ms", "t/ms", "time_ms", "Time ms", "timeMs", "ms"."""
     if not cell or _is_number(cell):
         return None
+    if FACTOR.search(cell):
+        return Unit(cell, UNKNOWN)
     if brackets := re.findall(r"[(\[<{]\s*([^()\[\]<>{}]+?)\s*[)\]>}]", cell):
         found = [_first_unit(text, wanted) for text in brackets]
         fitting = [one for one in found if one.quantity == wanted] or found[-1:]
@@ -246,11 +276,11 @@ def _stated(cell: str, wanted: str, in_row_of_units: bool) -> Unit | None:
         return _unit_of(cell, wanted)
     if (word := re.search(r"\w\s*/\s*([^/\s]+)$", cell)) and cell.lower() != "n/a":
         return _unit_of(word[1], wanted)
-    last = re.split(r"[\s,;:=_-]+", cell)[-1]
-    if last.startswith("dB"):
-        return Unit(last, UNKNOWN)
-    unit = _unit_of(last, wanted)
-    return unit if unit is not None and _is_sure(unit, wanted) else None
+    words = [word for word in re.split(r"[\s,;:=_.-]+|(?<=[a-z]{2})(?=[UMN]s$)", cell) if word]
+    if words and words[-1].startswith("dB"):
+        return Unit(words[-1], UNKNOWN)
+    units = [unit for word in (*words[-1:], *words[:1]) if (unit := _unit_of(word, wanted))]
+    return next((unit for unit in units if _is_sure(unit, wanted)), None)
 
 
 def _first_unit(text: str, wanted: str) -> Unit:

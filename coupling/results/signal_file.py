@@ -27,6 +27,9 @@ PREFIXES = {1e-3: "ms", 1e-6: "us", 1e-9: "ns"}
 """Units of time that scopes use without saying so."""
 
 
+WHOLE_VOLTS = "all values are whole numbers of V; are they a digitiser's counts? Then calibration is N per count"
+
+
 class Sampling(NamedTuple):
     """How samples lie in time: a column (None: the usual one), its unit, or the interval and the start, s; segment."""
 
@@ -76,6 +79,7 @@ def read_trace(path: Path, column_of: Mapping[int, int], sampling: Sampling, uni
     if first or last < time.size:
         notes.append(f"the first {first} and the last {time.size - last} samples hold no values, and were left out")
     scaled = {sensor: unit_of[sensor].size * values[sensor][first:last] for sensor in column_of}
+    notes += [f"sensor {s}: {WHOLE_VOLTS}" for s, one in unit_of.items() if one.si == "V" and _are_whole(scaled[s])]
     return Trace(time[first:last], scaled, {s: one.si for s, one in unit_of.items()}, notes)
 
 
@@ -190,7 +194,8 @@ def _by_column(
     if counts:
         interval, start, more = _interval_and_start(path, header)
         assert interval is not None
-        even, notes = even._replace(time=start + interval * even.time), [*notes, *more]
+        first = even.time[0] if header.starts() else 0.0
+        even, notes = even._replace(time=start + interval * (even.time - first)), [*notes, *more]
     elif is_counter:
         raise ValueError(
             f"{path}: column {column} counts samples; give time_column, the column of the time, or interval=, s"
@@ -209,7 +214,16 @@ def _by_column(
         before = samples.lines[rows[even.rows[at - 1]]]
         notes.append(f"{lost} samples are lost and are NaN, the first after line {before}")
     rows_of = np.where(even.rows >= 0, rows[np.maximum(even.rows, 0)], -1)
-    return Even(second * even.time, rows_of, even.left_out, [*notes, *even.notes]), values
+    time = second * even.time
+    if sampling.start is not None:
+        time = time + (sampling.start - time[0])
+    return Even(time, rows_of, even.left_out, [*notes, *even.notes]), values
+
+
+def _are_whole(values: Vector) -> bool:
+    """Whether all samples are whole numbers, as a digitiser's counts are."""
+    present = values[np.isfinite(values)]
+    return bool((present == np.round(present)).all())
 
 
 def _means(values: Vector, rows: Rows) -> Vector:

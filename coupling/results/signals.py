@@ -119,7 +119,8 @@ def read_signal(
         Time from sample to sample, s, of a file without a column of times; a column of times is then not read. By
         default what the header states, such as "Increment".
     start : float, optional
-        Time of the first sample, s, of a file without a column of times; by default what the header states, else 0.
+        Time of the first sample, s; by default as the column of times, or else the header, states it, and 0 without
+        either.
     segment : int, optional
         Which segment of a sequence to read, counted from 1.
 

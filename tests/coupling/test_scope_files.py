@@ -75,6 +75,18 @@ FORMS: dict[str, tuple[list[str], int, int]] = {
     "LabVIEW": (["LabVIEW Measurement", "X_Columns\tMulti", "***End_of_Header***", "X_Value\tVoltage\tComment",
                  *table("{t:.9f}\t{v:.6f}")], 0, 1),
     "interval stands alone": (["time,CH1", "Sample Interval,1e-6", *table("{t:.2f},{v:.6f}", 1e6)], 0, 1),
+    "keys of each channel": (
+        ["Sample Interval,0.000001", "Vertical Units,CH1:mV,CH2:V", "Source,CH1,CH2", "Time,CH1,CH2",
+         *table("{t:.9f},{v:.6f},0", 1, 1e3)],
+        0, 1,
+    ),
+    "keys with colons": (["Points:  1000", "XUnits:  second", "YUnits:  mVolt", "Data:",
+                          *table("{t:.8E}, {v:.5E}", 1, 1e3)], 0, 1),
+    "names that are units, too": (["t / ms,U / mV", *table("{t:.8f},{v:.6f}", 1e3, 1e3)], 0, 1),
+    "blanks and names that are units": (["  Time (ms)   U (mV)", *table("  {t:.8f}   {v:.6f}", 1e3, 1e3)], 0, 1),
+    "units within words": (["timeUs,mV CH1", *table("{t:.8f},{v:.6f}", 1e6, 1e3)], 0, 1),
+    "a point before the unit": (["time.us,CH1.mV", *table("{t:.8f},{v:.6f}", 1e6, 1e3)], 0, 1),
+    "a title above few whole numbers": (["Taps", "t (ms),U (mV)", *table("{t:.4g},{v:.4f}", 1e3, 1e3)], 0, 1),
     "bars": (["Time (s)|CH1 (V)", *table("{t:.9f}|{v:.6f}")], 0, 1),
 }  # fmt: skip
 
@@ -172,6 +184,10 @@ def test_clipped_samples_matter_only_at_the_peaks_that_are_needed() -> None:
         ("Vertical Units,V\nTIME,CH1 (mV)", {}, "gives .*mV.* and .*V.* for column 1"),
         ("Time (s),CH1 (bead 7)", {}, "gives 'bead 7' for column 1, .*; give unit="),
         ("Time (s),CH1 (pC)", {"unit": "V"}, "gives 'pC' for column 1"),
+        ("XUnits: second\nYUnits: Ampere\nData:", {}, "gives 'Ampere' for column 1"),
+        ("Units: ms mV\nTime,CH1", {}, "gives 'ms mV' for column 1"),
+        ("t*1000 (s),U (V)", {}, r"gives 't\*1000 \(s\)' for column 0"),
+        ("Time x1e-6 s,U (V)", {}, "gives 'Time x1e-6 s' for column 0"),
     ],
 )
 def test_units_that_are_refused(tmp_path: Path, header: str, given: dict, message: str) -> None:
@@ -210,12 +226,34 @@ def test_words_that_are_no_units(tmp_path: Path, header: str, given: dict) -> No
         (["Sampling interval (us),1", "CH1 (V)", *table("{v:.6f}")], {"start": -1e-4}),
         (["Sample Interval,1,us", "CH1 (V)", *table("{v:.6f}")], {"start": -1e-4}),
         (["Delta_X\t0.000001", "X0\t-0.0001", "***End_of_Header***", "Voltage", *table("{v:.6f}")], {}),
+        (["#size=1000", "CH1 (V),CH2 (V)", *table("{v:.5f},{v:.5f}")], {"interval": 1e-6, "start": -1e-4}),
+        (
+            ["XInc:  1E-6", "XOrg:  -1E-4", "index,U (V)", *(f"{k},{v:.6f}" for k, v in enumerate(VOLTS, 1))],
+            {"column": 1},
+        ),
+        (
+            ["Time interval :,1us", "index,U (V)", *(f"{k},{v:.6f}" for k, v in enumerate(VOLTS, 1))],
+            {"column": 1, "start": -1e-4},
+        ),
+        (['"HResolution",1.0e-06', '"HOffset",-1.0e-04', '"VUnit","V"', *table(",{v:.6E}")], {"column": 1}),
+        (
+            [
+                "Samples\t1000\t1000",
+                "X0\t-1E-4\t-1E-4",
+                "Delta_X\t1E-6\t1E-6",
+                "***End_of_Header***",
+                "X_Value\tA\tB",
+                *table("\t{v:.6f}\t0"),
+            ],
+            {"column": 1},
+        ),
     ],
 )
 def test_files_without_times(tmp_path: Path, lines: list[str], given: dict) -> None:
     path = tmp_path / "values.csv"
     path.write_text("\n".join([*lines, ""]))
-    data = hl.read_signal(path, {7: 0}, calibration=10.0, **given)
+    given = dict(given)
+    data = hl.read_signal(path, {7: given.pop("column", 0)}, calibration=10.0, **given)
     assert data.time.values == pytest.approx(TIME, abs=1e-12)
     assert data.sensor_force.sel(sensor=7).values == pytest.approx(10.0 * (VOLTS - 0.25), abs=2e-3)
 
@@ -279,6 +317,12 @@ def test_a_time_column_for_each_sensor(tmp_path: Path, shift: float) -> None:
             "count from the first .* 1709287870.9",
         ),
         ([f"10:23:{11 + t:.6f},{v}" for t, v in zip(TIME, VOLTS, strict=True)], ""),
+        ([f"11:59:{59.9995 + t:.6f} AM,{v}" for t, v in zip(TIME[:400], VOLTS[:400], strict=True)], ""),
+        ([f"2024-03-01T10:23:{11 + t:.6f}+01:00,{v}" for t, v in zip(TIME, VOLTS, strict=True)], ""),
+        (
+            [f"{t},{50.0 * v:.0f}" for t, v in zip(TIME, VOLTS, strict=True)],
+            "whole numbers of V; are they a digitiser's counts",
+        ),
         ([f"{t},{v + e}" for t, v in zip(TIME, VOLTS, strict=True) for e in (-0.1, 0.1)], "each time stands twice"),
         (
             ["Sample Interval,1e-6", *table("{t:.9f},{v:.6f}", 1e3)],
