@@ -180,7 +180,7 @@ class Header:
                     value = NUMBER_AND_UNIT.fullmatch(text.replace(",", "."))
                     if value and _is_number(value[1]):
                         unit = value[2] or _bracketed(word)
-                        later = "" if unit or _is_number(after) else after
+                        later = "" if unit or _is_number(after.replace(",", ".")) else after
                         size = size_of(unit or later)
                         if size is None and later and not (alone and text is beside[0]):
                             size = size_of("")

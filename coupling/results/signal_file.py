@@ -194,8 +194,8 @@ def _by_column(
     if counts:
         interval, start, more = _interval_and_start(path, header)
         assert interval is not None
-        first = even.time[0] if header.starts() else 0.0
-        even, notes = even._replace(time=start + interval * (even.time - first)), [*notes, *more]
+        before = even.time[0] if header.starts() else 0.0
+        even, notes = even._replace(time=start + interval * (even.time - before)), [*notes, *more]
     elif is_counter:
         raise ValueError(
             f"{path}: column {column} counts samples; give time_column, the column of the time, or interval=, s"

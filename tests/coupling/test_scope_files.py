@@ -247,6 +247,7 @@ def test_words_that_are_no_units(tmp_path: Path, header: str, given: dict) -> No
             ],
             {"column": 1},
         ),
+        (["X0\t-1,0E-4\t-1,0E-4", "Delta_X\t1E-6\t1E-6", "A\tB", *commas(table("\t{v:.6f}\t0"))], {"column": 1}),
     ],
 )
 def test_files_without_times(tmp_path: Path, lines: list[str], given: dict) -> None:
