@@ -6,7 +6,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from structures.caution import caution
-from structures.checks import positive
+from structures.checks import count_of, positive
 from structures.mesh_reading import Numbers, near
 from structures.split_cells import Sides
 from structures.structure import Vector
@@ -81,7 +81,7 @@ def check_joined(points: Vector, corners: Numbers, sides: Sides, shortest: float
     if folded.size:
         raise ValueError(
             f"mesh: both cells of a side lie on the same side of it near {near(points[facets[one[folded[0]]]])}; "
-            f"{folded.size} cells overlap others"
+            f"{count_of(folded.size, 'cell overlaps', 'cells overlap')} others"
         )
     boundary = np.unique(facets[first[times == 1]])
     _check_parts(points, corners, owner[one], owner[other], boundary, shortest)
@@ -119,7 +119,8 @@ def _check_parts(
     close = cKDTree(points[boundary]).query(points[boundary], k=2)[0][:, 1] < distance
     seam = ""
     if close.any():
-        seam = f"{close.sum()} points coincide with others, the first at {near(points[boundary[close]][:1])}"
+        coincide = count_of(int(close.sum()), "point coincides", "points coincide")
+        seam = f"{coincide} with others, the first at {near(points[boundary[close]][:1])}"
     join = f"merge={distance:.1g} joins them" if seam else "mesh them as one body"
     if parts > 1:
         first, rest = np.repeat(corners[:, :1], corners.shape[1] - 1, axis=1).ravel(), corners[:, 1:].ravel()
@@ -151,6 +152,6 @@ def _check_hinges(
     hinges = np.flatnonzero(np.bincount(about) > 1)
     if hinges.size:
         caution(
-            f"mesh: at {hinges.size} points cells meet without a common side, the first at {near(points[hinges[:1]])}; "
-            "a body can turn there as at a hinge"
+            f"mesh: at {count_of(hinges.size, 'point')} cells meet without a common side, the first at "
+            f"{near(points[hinges[:1]])}; a body can turn there as at a hinge"
         )

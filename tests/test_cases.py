@@ -459,11 +459,17 @@ def test_a_ratio_above_one_is_remarked(command: Callable[..., str], name: str) -
 
 def test_check_says_what_would_run(tmp_path: Path, command: Callable[..., str]) -> None:
     boundary(tmp_path)
-    given = ["structure.length=200 mm", "structure.width=200 mm", "structure.at[1]=100 mm", "run.until=0.5 ms"]
+    given = [
+        "structure.length=200 mm",
+        "structure.width=200 mm",
+        "structure.at[1]=100 mm",
+        "run.until=0.5 ms",
+        'sweep."structure.at[0]".to=100 mm',
+    ]
     said = command("check", "plate-boundary.toml", *(word for one in given for word in ("--set", one)))
-    assert "a critical distance from 60 runs" in said
+    assert "a critical distance from 30 runs" in said
     assert "thickness, mm: 3 values, 2.29 to 4.83" in said
-    assert "x, mm: 20 values, 10 to 200" in said
+    assert "x, mm: 10 values, 10 to 100" in said
     assert "Chain(20 Sphere" in said
     assert "a mesh of" in said
     assert "record: 0.5 ms" in said
@@ -471,6 +477,15 @@ def test_check_says_what_would_run(tmp_path: Path, command: Callable[..., str]) 
     assert "to start" in said
     assert "identify" not in said
     assert sorted(path.name for path in tmp_path.iterdir()) == ["identify-edge.toml", "plate-boundary.toml"]
+
+
+def test_check_looks_at_all_values_of_a_sweep(command: Callable[..., str]) -> None:
+    """Not at the first alone: one later was given in mm."""
+    sweep = '[sweep]\n"chain.bead.diameter" = ["4.76 mm", "9.53 mm", 19.05]\n'
+    Path("case.toml").write_text(template("wall").replace("[run]", f"{sweep}[run]").replace("1.5 ms", "0.1 ms"))
+    said = command("check", "case.toml")
+    assert "warning: Sphere radius = 9.525: is read as 9.525 m; is it in mm?" in said
+    assert said.count("is it in mm?") == 1
 
 
 @pytest.mark.parametrize(

@@ -6,11 +6,18 @@ import re
 from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
+from itertools import zip_longest
 from typing import Any
 
-from structures.checks import LONGEST_VALUE_TEXT
+from structures.checks import LONGEST_VALUE_TEXT, count_of
 
 PACKAGES = ("hertzlink", "numpy", "scipy", "numba", "scikit-fem", "xarray")
+
+DIGEST = re.compile("(SHA-256 )?[0-9a-f]{64}")
+"""What stands for long lists of numbers."""
+
+BEFORE = 15
+"""Letters that a message shows before the first difference of two long texts."""
 
 ADDRESS = re.compile(" at 0x[0-9a-fA-F]+")
 
@@ -48,9 +55,23 @@ def differences(first: Any, second: Any, name: str = "") -> Iterator[str]:
     elif isinstance(first, list) and isinstance(second, list) and len(first) == len(second):
         for number, pair in enumerate(zip(first, second, strict=True)):
             yield from differences(*pair, f"{name}[{number}]")
+    elif isinstance(first, list) and isinstance(second, list):
+        yield f"{name} has {count_of(len(first), 'entry')} there and {len(second)} here"
+    elif first != second and DIGEST.fullmatch(str(first)):
+        yield f"{name} not the same, of which only a checksum is stored"
     elif first != second:
-        short = len(f"{first}{second}") <= LONGEST_VALUE_TEXT
-        yield f"{name} = {first!r} there and {second!r} here" if short else f"{name} not the same"
+        there, here = _apart(repr(first), repr(second))
+        yield f"{name} = {there} there and {here} here"
+
+
+def _apart(first: str, second: str) -> list[str]:
+    """Two texts, of long ones the part where they begin to differ."""
+    if len(first + second) <= LONGEST_VALUE_TEXT:
+        return [first, second]
+    apart = next(i for i, (one, other) in enumerate(zip_longest(first, second)) if one != other)
+    start = max(0, apart - BEFORE)
+    cut = LONGEST_VALUE_TEXT // 2
+    return [f"{'…' * (start > 0)}{one[start : start + cut]}{'…' * (len(one) > start + cut)}" for one in (first, second)]
 
 
 @cache

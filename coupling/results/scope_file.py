@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from coupling.results.binary_formats import refuse_binary
 from coupling.results.scope_header import Header
 from coupling.results.sensor import FEWEST_SAMPLES
+from structures.checks import count_of
 from structures.structure import Vector
 
 DELIMITERS = (";", "\t", "|", ",", None)
@@ -155,7 +156,9 @@ class ScopeFile:
                 f"{self.path}, line {self.numbers[inside[0]]}: {self.lines[inside[0]][:LONGEST_LINE]!r} {wanted}"
             )
         if int(known.sum()) < FEWEST_SAMPLES:
-            raise ValueError(f"{self.path}: holds {int(known.sum())} samples, must hold {FEWEST_SAMPLES} or more")
+            raise ValueError(
+                f"{self.path}: holds {count_of(int(known.sum()), 'sample')}, must hold {FEWEST_SAMPLES} or more"
+            )
         lines = np.array(self.numbers)
         header = self._header(first)
         kept = known.nonzero()[0]

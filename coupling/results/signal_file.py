@@ -11,6 +11,7 @@ from coupling.results.sampling import Even, Rows, Unsampled, even_sampling, is_o
 from coupling.results.scope_file import LONGEST_LINE, Samples, ScopeFile, from_first
 from coupling.results.scope_header import FORCE, OTHER, TIME, Header, Unit, quantity_of
 from coupling.results.sensor import FEWEST_SAMPLES, bridged
+from structures.checks import count_of
 from structures.structure import Vector
 from structures.units import readable
 
@@ -206,13 +207,14 @@ def _by_column(
     misfits = [f"line {samples.lines[rows[row]]}" for row in even.left_out[:NAMED].tolist()]
     if misfits:
         notes.append(
-            f"{even.left_out.size} times do not fit the others, and their samples were left out: {', '.join(misfits)}"
+            f"{count_of(even.left_out.size, 'time does', 'times do')} not fit the others, and their samples were left "
+            f"out: {', '.join(misfits)}"
         )
     lost = int((even.rows < 0).sum())
     if lost:
         at = int((even.rows < 0).argmax())
         before = samples.lines[rows[even.rows[at - 1]]]
-        notes.append(f"{lost} samples are lost and are NaN, the first after line {before}")
+        notes.append(f"{count_of(lost, 'sample is', 'samples are')} lost and NaN, the first after line {before}")
     rows_of = np.where(even.rows >= 0, rows[np.maximum(even.rows, 0)], -1)
     time = second * even.time
     if sampling.start is not None:
@@ -280,12 +282,13 @@ def _left_out(samples: Samples) -> list[str]:
     """Lines that are no samples, in words."""
     said = []
     if samples.blank:
-        said.append(f"{samples.blank} blank lines were left out")
+        said.append(count_of(samples.blank, "blank line was left out", "blank lines were left out"))
     if samples.no_samples:
         shown = ", ".join(f"line {i} {text[:LONGEST_LINE]!r}" for i, text in samples.no_samples[:NAMED])
         more = len(samples.no_samples) - NAMED
         shown += f" and {more} more" if more > 0 else ""
-        said.append(f"{len(samples.no_samples)} lines are no samples, and were left out: {shown}")
+        are = "line is no sample, and was left out", "lines are no samples, and were left out"
+        said.append(f"{count_of(len(samples.no_samples), *are)}: {shown}")
     return said
 
 
@@ -312,8 +315,9 @@ def _missing(file: ScopeFile, samples: Samples, sensor: int, column: int, values
     lost = int((~np.isfinite(values[ends[0] : ends[-1] + 1])).sum())
     if not lost or not words or not inside.any():
         return []
+    samples_are = count_of(lost, "sample is", "samples are")
     return [
-        f"sensor {sensor}: {lost} samples are beyond the scope's range or missing, and are NaN: "
+        f"sensor {sensor}: {samples_are} beyond the scope's range or missing, and NaN: "
         f"{', '.join(map(repr, words[:NAMED]))} from line {samples.lines[bad[0]]} on"
     ]
 

@@ -14,6 +14,8 @@ from typing import Any, TypeVar
 import numpy as np
 from tqdm import tqdm
 
+from structures.checks import count_of
+
 LOG_INTERVAL = 10.0
 """Shortest time between two lines of the log, s."""
 
@@ -107,7 +109,7 @@ class Progress:
         if self._likely:
             of = f" of about {self.total}" if self.done < self.total else ""
             return f"{self._label}: {self._stage} {self.done}{of} runs{failed}{about}"
-        return f"{self._label}: {self.done} of {self.total} points{failed}{about}"
+        return f"{self._label}: {self.done} of {count_of(self.total, 'point')}{failed}{about}"
 
     def left(self) -> float:
         """Estimate of the remaining time, s; NaN until points come steadily, and at the end.

@@ -18,7 +18,7 @@ from particles.bead import Bead
 from particles.deformable.bead_field import BeadField, Push
 from particles.deformable.chain import DeformableChain
 from particles.deformable.vibration import vibration
-from structures.checks import instance, listed, short, whole
+from structures.checks import count_of, instance, listed, short, whole
 from structures.field import Grid, von_mises
 from structures.structure import Structure, Vector
 from structures.surface import Surface, hertz_stiffness, relative_curvatures
@@ -259,7 +259,7 @@ def _check_same(run: xr.Dataset, chain: DeformableChain, given: Mapping[str, Any
     bodies = Reading(run).beads[0] + 1
     if bodies != len(chain.beads) + 1:
         raise ValueError(
-            f"chain: has {len(chain.beads)} beads, that of the run {bodies - 1}; give the one that was run"
+            f"chain: has {count_of(len(chain.beads), 'bead')}, that of the run {bodies - 1}; give the one that was run"
         )
     modes = 1 + np.count_nonzero(~np.isnan(run.vibration_amplitude.values[0, 1]))
     if modes != chain.modes:

@@ -11,7 +11,7 @@ from coupling.results.provenance import stored
 from coupling.views.canvas import INK, ROW, SMALL, axes_for, legend_texts, resized, width_of
 from coupling.views.setup_structures import Drawn, front_view, side_view
 from coupling.views.swept import varied, words_of
-from structures.checks import short
+from structures.checks import count_of, short
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -169,7 +169,7 @@ def _draw_beads(drawn: Drawn, beads: list[Any], y: float) -> float:
             gap = 2.0 * _size(bead)[0]
             dots = [x - share * gap for share in (0.25, 0.5, 0.75)]
             mark: dict[str, Any] = {"color": INK, "marker": ".", "markersize": 3.0, "linestyle": "none"}
-            drawn.line(dots, [y] * 3, f"{left_out} beads that are not drawn", **mark)
+            drawn.line(dots, [y] * 3, count_of(left_out, "bead that is not drawn", "beads that are not drawn"), **mark)
             x -= gap
         width, tall = _size(bead)
         middle = (x - 0.5 * width, y)

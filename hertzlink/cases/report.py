@@ -17,6 +17,7 @@ from hertzlink.cases.axes import Axis
 from hertzlink.cases.running import Task, of_chain
 from hertzlink.cases.yielding import WITH_YIELDING
 from structures.caution import collected
+from structures.checks import count_of
 
 WIDTH = 80
 MOST_ROWS = 40
@@ -182,7 +183,7 @@ def _critical(task: Task, data: xr.Dataset) -> tuple[list[str], dict[str, str]]:
     lines = [*table(head, shown, "critical_distance.csv"), *sorted(remarks)]
     share = f"{100.0 * wanted.tolerance:g} %" if wanted.relative else f"± {wanted.tolerance:g}"
     lines.append(f"beyond the critical distance AR stays within {share} of AR far away")
-    lines.append(f"AR at bead {task.sensors[0]} in {len(samples)} runs: points.csv")
+    lines.append(f"AR at bead {task.sensors[0]} in {count_of(len(samples), 'run')}: points.csv")
     within = f"tolerance of AR{', as a part of AR far away' * wanted.relative}"
     head = [*heads, f"critical {axis}", "low (m)", "high (m)", "AR far away", within]
     return lines, {

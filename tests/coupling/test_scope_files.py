@@ -147,7 +147,7 @@ def test_saturated_samples(tmp_path: Path, word: str) -> None:
         data = hl.read_signal(path, {7: 1}, calibration=1.0)
     assert np.array_equal(np.isnan(data.sensor_force.sel(sensor=7)), high)
     for measure in (hl.amplitude_ratio, hl.reflections, hl.time_of_flight):
-        with pytest.raises(ValueError, match=r"sensor 7: .* samples of the peak at .* µs are clipped"):
+        with pytest.raises(ValueError, match=r"sensor 7: the peak at .* µs has .* clipped samples?"):
             measure(data, 7)
 
 
@@ -160,7 +160,7 @@ def test_all_samples_saturated(tmp_path: Path) -> None:
 
 def test_clipped_samples_matter_only_at_the_peaks_that_are_needed() -> None:
     data = hl.as_signal(TIME, {7: VOLTS - 0.25})
-    with pytest.raises(ValueError, match="samples of the peak at 500 µs are clipped"):
+    with pytest.raises(ValueError, match=r"the peak at 500 µs has .* clipped samples?"):
         hl.amplitude_ratio(data.where(abs(data.time - 4.9e-4) > 5e-6), 7)
     elsewhere = data.where(abs(data.time - 3e-4) > 5e-6)
     assert float(hl.amplitude_ratio(elsewhere, 7)) == pytest.approx(float(hl.amplitude_ratio(data, 7)), abs=1e-4)

@@ -122,6 +122,18 @@ WRITINGS = {
 }
 
 
+def test_a_set_is_found_whatever_its_case(tmp_path: Path) -> None:
+    """Abaqus does not tell CONTACT from Contact; of two that differ in case alone, neither is taken for the other."""
+    found = body(tmp_path, FLAT + HELD.replace("=base", "=Base"))
+    assert measures(found, "BASE") == measures(found, "base") == measures(found, "Base") == ORDINARY
+    with pytest.raises(ValueError, match=r"fixed = 'BASIS': must be one of .*\(did you mean 'Base'\?\)"):
+        measures(found, "BASIS")
+    both = found.facets._replace(groups={"Top": np.array([1]), "TOP": np.array([2])})
+    assert both.of("fixed", "TOP").tolist() == [2]
+    with pytest.raises(ValueError, match="fixed = 'top': must be one of 'Top', 'TOP'"):
+        both.of("fixed", "top")
+
+
 @pytest.mark.filterwarnings("ignore:.*no .INSTANCE places its part")
 @pytest.mark.parametrize("text", WRITINGS.values(), ids=WRITINGS)
 def test_nodes_and_elements(text: str, tmp_path: Path) -> None:
