@@ -33,6 +33,9 @@ CHEAP = (
 )
 """Targets of the quick test, of which a call takes about a millisecond."""
 
+ROOMS = ("solitary.", "lamb.", "zener.", "hertz.", "layers.", "impact.", "Sphere", "HollowSphere", "Cylinder")
+"""Beginnings of the names of closed forms."""
+
 ELSEWHERE = {
     # Protocols and bases of a user's own parts: test_own_parts, test_own_step, hertzlink.conformance.
     *("Bead", "ContactLaw", "Dissipation", "Excitation", "Participant", "Scheme", "stepping.Step", "damping.Viscous"),
@@ -103,6 +106,23 @@ def test_bad_calls_of_cheap_functions(data: Any) -> None:
     bad_call(data, [*CHEAP])
 
 
+def test_extreme_values_of_each_number_of_closed_forms() -> None:
+    """Each of `fuzz.extremes` in place of each number; `python tests/fuzz.py every` tries the whole API."""
+    table = {name: one for name, one in targets().items() if name in CHEAP or name.startswith(ROOMS)}
+    faults = [
+        (*call, fault) for call in fuzz.every(table) if (fault := fuzz.attempt(table[call[0]], call[1], parameters()))
+    ]
+    assert faults == []
+
+
+def test_numbers_are_seen_in_signatures() -> None:
+    """Those that a good call leaves out, too: of a type that holds a number, with their default or 1."""
+
+    def call(size: float, count: int = 3, times: list[float] | None = None, speed: float | None = None) -> None: ...
+
+    assert fuzz.numbers(fuzz.Target(call, {"size": 2.0})) == {"size": 2.0, "count": 3, "speed": 1.0}
+
+
 @pytest.mark.parametrize("count", [QUICK, pytest.param(MANY, marks=pytest.mark.thorough)])
 def test_wrong_cases(count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Read, and checked; `python tests/fuzz_cases.py` builds them, too."""
@@ -154,8 +174,7 @@ def test_bad_calls(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     inside = tmp_path / "inside"
     inside.mkdir()
     monkeypatch.chdir(inside)  # some targets write files
-    rooms = ("solitary.", "lamb.", "zener.", "hertz.", "layers.", "impact.", "Sphere", "HollowSphere", "Cylinder")
-    closed_forms = [name for name in targets() if name.startswith(rooms)]
+    closed_forms = [name for name in targets() if name.startswith(ROOMS)]
 
     @given(st.data())
     @settings(max_examples=MANY, suppress_health_check=list(HealthCheck))
