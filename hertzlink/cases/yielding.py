@@ -8,6 +8,7 @@ import xarray as xr
 
 from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
 from coupling.results.findings import findings_of, with_warnings
+from coupling.sweeps.progress import labelled
 from coupling.yield_check import CURE
 from hertzlink.cases.faults import YIELDING
 from hertzlink.cases.running import Task, of_chain, run_task, task_of
@@ -52,7 +53,8 @@ def _dented(task: Task, jobs: int | None) -> xr.Dataset | None:
     many = task.case.model.chain
     paths = [f"chain[{i}].law" for i in range(len(many))] if isinstance(many, list) else ["chain.law"]
     law = {"kind": "jackson_green"}
-    with collected():  # The user was warned of the same in the first run.
+    # The user was warned of the same in the first run.
+    with collected(), labelled("contacts that yield"):
         try:
             return run_task(task_of(task.case.changed(dict.fromkeys(paths, law))), jobs)
         except ValueError:

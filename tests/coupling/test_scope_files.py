@@ -408,18 +408,38 @@ def test_segments_of_a_sequence_are_taps(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (b"PK\x03\x04..xl/worksheets", r"an Excel workbook \(.xlsx\), not text; save the sheet as CSV"),
-        (b"PK\x03\x04....", "a zip archive, not text; unpack it first"),
-        (b"\x1f\x8b\x08....", "compressed by gzip, not text; unpack it first"),
-        (b"RIFF\x00\x00\x00\x00WAVEfmt", r"a sound file \(.wav\), not text; read it with scipy.io.wavfile"),
-        (b"MATLAB 5.0 MAT-file", r"a file of MATLAB \(.mat\), not text; read it with scipy.io.loadmat"),
-        (b"\x89HDF\r\n\x1a\n", "an HDF5 file, not text; read it with h5py or xarray"),
-        (b"TDSm\x0e\x00\x00", "a TDMS file of LabVIEW, not text; export it as CSV"),
-        (b"\x0f\x0f:WFM#003", r"a waveform of Tektronix \(.wfm\), not text; export"),
-        (b"#9000002500WAVEDESC" + bytes(90), r"a binary waveform of LeCroy \(.trc\), not text; export"),
-        (b":WFMP:BYT_N 2;:CURV #520000" + bytes(90), r"a binary waveform of Tektronix \(.isf\), not text"),
-        (b"\x89PNG\r\n", r"a picture \(.png\), not text; it shows the screen"),
-        (bytes(range(32)) * 9, r"a binary file, not text; export the trace as CSV"),
+        (b"PK\x03\x04..xl/worksheets", r"an Excel workbook \(.xlsx\), not a text of samples; save the sheet as CSV"),
+        (b"PK\x03\x04....", "a zip archive, not a text of samples; unpack it first"),
+        (b"\x1f\x8b\x08....", "compressed by gzip, not a text of samples; unpack it first"),
+        (
+            b"RIFF\x00\x00\x00\x00WAVEfmt",
+            r"a sound file \(.wav\), not a text of samples; read it with scipy.io.wavfile",
+        ),
+        (b"MATLAB 5.0 MAT-file", r"a file of MATLAB \(.mat\), not a text of samples; read it with scipy.io.loadmat"),
+        (b"\x89HDF\r\n\x1a\n", "an HDF5 file, not a text of samples; read it with h5py or xarray"),
+        (b"TDSm\x0e\x00\x00", "a TDMS file of LabVIEW, not a text of samples; export it as CSV"),
+        (b"\x0f\x0f:WFM#003", r"a waveform of Tektronix \(.wfm\), not a text of samples; export"),
+        (b"#9000002500WAVEDESC" + bytes(90), r"a binary waveform of LeCroy \(.trc\), not a text of samples; export"),
+        (b":WFMP:BYT_N 2;:CURV #520000" + bytes(90), r"a binary waveform of Tektronix \(.isf\), not a text of samples"),
+        (b"\x89PNG\r\n", r"a picture \(.png\), not a text of samples; it shows the screen"),
+        (
+            b'<?xml version="1.0"?>\n<!-- by hand -->\n<svg width="4"/>',
+            r"a picture \(.svg\), not a text of samples; it shows",
+        ),
+        (b'\xef\xbb\xbf<svg xmlns="x"><path d="M 0 1"/></svg>', r"a picture \(.svg\), not"),
+        (b"<!DOCTYPE html>\n<html><table><tr><td>1</td></tr></table>", r"a web page \(HTML\), not"),
+        ("<?xml version='1.0'?><trace><t>0</t></trace>".encode("utf-16"), "an XML file, not"),
+        (b"<Waveform rate='1'>\n0.0,1.0\n</Waveform>", "an XML file, not"),
+        (b'{"time": [0, 1], "force": [0, 2]}', "a JSON file, not a text of samples; read it with json"),
+        (b"[[0.0, 1.0], [1e-6, 2.0]]", "a JSON file, not"),
+        (b"{\\rtf1\\ansi 0,1}", r"a document \(.rtf\), not"),
+        (
+            b"PK\x03\x04..mimetypeapplication/vnd.oasis.opendocument.spreadsheet",
+            r"a sheet of LibreOffice \(.ods\), not",
+        ),
+        (b"PK\x03\x04..arr_0.npy", r"arrays of numpy \(.npz\), not a text of samples; load"),
+        (b"RIFF\x00\x00\x00\x00WEBPVP8", r"a picture \(.webp\), not"),
+        (bytes(range(32)) * 9, r"a binary file, not a text of samples; export the trace as CSV"),
     ],
 )
 def test_binary_files_are_named(tmp_path: Path, content: bytes, message: str) -> None:
@@ -429,7 +449,7 @@ def test_binary_files_are_named(tmp_path: Path, content: bytes, message: str) ->
         hl.read_signal(path, {7: 1}, calibration=1.0)
 
 
-@pytest.mark.parametrize("word", ["AG10", "BM", "PK", "Channel WAVE", "Time CH WAVE"])
+@pytest.mark.parametrize("word", ["AG10", "BM", "PK", "Channel WAVE", "Time CH WAVE", "[Header]", "[1] 5", "<Trace 1>"])
 def test_a_text_may_begin_as_a_binary_format_does(tmp_path: Path, word: str) -> None:
     path = tmp_path / "scope.csv"
     path.write_text("\n".join([f"{word},x", "Time (s),CH1 (V)", *table("{t:.9f},{v:.6f}")]))
