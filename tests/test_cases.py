@@ -26,6 +26,7 @@ from hertzlink.cases.case import Case, read
 from hertzlink.cases.lines import lines_of
 from hertzlink.cases.parts import World
 from hertzlink.cases.paths import parsed, written
+from hertzlink.cases.report import table
 from hertzlink.cases.schema import schema
 from hertzlink.cases.templates import KINDS, template
 from hertzlink.cases.toml import as_toml
@@ -477,6 +478,24 @@ def test_check_says_what_would_run(tmp_path: Path, command: Callable[..., str]) 
     assert "to start" in said
     assert "identify" not in said
     assert sorted(path.name for path in tmp_path.iterdir()) == ["identify-edge.toml", "plate-boundary.toml"]
+
+
+@pytest.mark.parametrize(
+    ("head", "row", "lines"),
+    [
+        (["bead", "AR"], ["7", "0.3"], ["bead   AR", "---------", "   7  0.3"]),
+        (["unknown", "value"], [f"{60 * 'm'}.length, mm", 18 * "1"], ["unknown", f"  {13 * ' '}value", "-" * 20, f"{60 * 'm'}.length, mm", f"  {18 * '1'}"]),
+        ([50 * "a", 50 * "b"], ["1", "2"], [50 * "a", f"  {50 * 'b'}", "-" * 52, "1", f"  {49 * ' '}2"]),
+        ([40 * "a", 40 * "b", 41 * "c"], ["1", "2", "3"], [f"{40 * 'a'}: 1;", f"  {40 * 'b'}: 2;", f"  {41 * 'c'}: 3"]),
+    ],
+)  # fmt: skip
+def test_a_table_fits_the_terminal(head: list[str], row: list[str], lines: list[str]) -> None:
+    """Of a wide one the widest column stands above each row; of a wider one each row is a sentence."""
+    shown = "\n".join(table(head, [row], "points.csv")).splitlines()
+    assert shown == lines
+    assert max(map(len, shown)) <= 80
+    many = table(head, [row] * 50, "points.csv")
+    assert many[-1] == "... and 10 more in points.csv"
 
 
 def test_check_looks_at_all_values_of_a_sweep(command: Callable[..., str]) -> None:

@@ -29,8 +29,6 @@ PART = 10
 REFINED = 8
 """Runs that refine a critical distance, roughly: a scan of 10 mm down to 0.2 mm."""
 
-AXIS_WIDTH = 60
-
 Result = TypeVar("Result")
 
 
@@ -60,7 +58,7 @@ def trial(task: Task) -> str:
     lines = [_what(task, runs, refined)]
     for axis in task.axes:
         ends = axis.shown(axis.values[0]), axis.shown(axis.values[-1])
-        lines.append(f"  {axis.head}: {count_of(len(axis.values), 'value')}, {ends[0]} to {ends[1]}"[: AXIS_WIDTH + 18])
+        lines.append(f"  {axis.head}: {count_of(len(axis.values), 'value')}, {ends[0]} to {ends[1]}")
     chains, structures = simulation.interface.chains, simulation.interface.structures
     lines += [f"{_numbered('chain', i, chains)}: {one.chain!r}" for i, one in enumerate(chains)]
     lines += [f"{_numbered('structure', i, structures)}: {_structure(one)}" for i, one in enumerate(structures)]

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import hertzlink as hl
+from coupling.results.binary_formats import refuse_binary
 
 TIME = 1e-6 * np.arange(-100, 900)
 VOLTS = 0.25 + sum(a * np.exp(-(((TIME - at) / 2e-5) ** 2)) for a, at in ((3.0, 1e-4), (1.2, 5e-4)))
@@ -449,7 +450,14 @@ def test_binary_files_are_named(tmp_path: Path, content: bytes, message: str) ->
         hl.read_signal(path, {7: 1}, calibration=1.0)
 
 
-@pytest.mark.parametrize("word", ["AG10", "BM", "PK", "Channel WAVE", "Time CH WAVE", "[Header]", "[1] 5", "<Trace 1>"])
+@pytest.mark.parametrize(
+    "text", ["[Header]\nrate 1\n0,1", "[1] 5 6", "<Trace 1>\n0 1", "< 5 V\n0 1", "{0} 1", "[0 1", ""]
+)
+def test_a_text_with_brackets_is_no_markup(text: str) -> None:
+    refuse_binary(Path("scope.csv"), text.encode())
+
+
+@pytest.mark.parametrize("word", ["AG10", "BM", "PK", "Channel WAVE", "Time CH WAVE"])
 def test_a_text_may_begin_as_a_binary_format_does(tmp_path: Path, word: str) -> None:
     path = tmp_path / "scope.csv"
     path.write_text("\n".join([f"{word},x", "Time (s),CH1 (V)", *table("{t:.9f},{v:.6f}")]))
