@@ -6,12 +6,15 @@ import re
 from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
-from itertools import zip_longest
+from itertools import groupby, zip_longest
 from typing import Any
 
 from structures.checks import LONGEST_VALUE_TEXT, count_of
 
 PACKAGES = ("hertzlink", "numpy", "scipy", "numba", "scikit-fem", "xarray")
+
+MOST_BEADS = 1_000_000
+"""Of a chain in a file."""
 
 DIGEST = re.compile("(SHA-256 )?[0-9a-f]{64}")
 """What stands for long lists of numbers."""
@@ -28,20 +31,56 @@ def provenance(given: Mapping[str, Any]) -> dict[str, str]:
 
 
 def as_text(given: Mapping[str, Any]) -> str:
-    """Input as JSON, the same in every process: what is no plain data by its repr, without addresses."""
-    text = json.dumps(given, default=lambda value: ADDRESS.sub("", repr(value)), ensure_ascii=False)
+    """Input as JSON, the same in every process: what is no plain data by its repr, without addresses; see `folded`."""
+    text = json.dumps(folded(given), default=lambda value: ADDRESS.sub("", repr(value)), ensure_ascii=False)
     if "NaN" not in text and "Infinity" not in text:
         return text
     # JSON knows neither: they become text.
     return json.dumps(json.loads(text, parse_constant=str), ensure_ascii=False, allow_nan=False)
 
 
+def folded(given: Any) -> Any:
+    """Plain data in which equal neighbours among the beads of a chain stand once, with their count."""
+    if isinstance(given, Mapping):
+        return {
+            name: _rows(value) if name == "beads" and isinstance(value, list) else folded(value)
+            for name, value in given.items()
+        }
+    return [folded(one) for one in given] if isinstance(given, list | tuple) else given
+
+
+def _rows(beads: list[Any]) -> list[Any]:
+    # By their text: numbers that are equal may differ in sign or type.
+    groups = [list(many) for _, many in groupby(beads, repr)]
+    return [one[0] if len(one) == 1 else {"count": len(one), "bead": one[0]} for one in groups]
+
+
+def unfolded(given: Any) -> Any:
+    """What `folded` was given; a ValueError for more beads than any chain has."""
+    if isinstance(given, Mapping):
+        return {
+            name: _all_beads(value) if name == "beads" and isinstance(value, list) else unfolded(value)
+            for name, value in given.items()
+        }
+    return [unfolded(one) for one in given] if isinstance(given, list) else given
+
+
+def _all_beads(rows: list[Any]) -> list[Any]:
+    counts = [
+        row["count"]
+        if isinstance(row, Mapping) and row.keys() == {"count", "bead"} and type(row["count"]) is int
+        else 0
+        for row in rows
+    ]
+    if sum(counts) > MOST_BEADS:
+        raise ValueError(f"beads: has {sum(counts)} beads; must be at most {MOST_BEADS}")
+    return [bead for row, n in zip(rows, counts, strict=True) for bead in ([row["bead"]] * n if n > 0 else [row])]
+
+
 def stored(text: object) -> dict[str, Any]:
     """Input or versions from the text that a Dataset holds; empty where it is nothing that `as_text` wrote."""
-    if isinstance(text, Mapping):
-        return dict(text)
     try:
-        found = json.loads(text)  # type: ignore[arg-type]
+        found = unfolded(text if isinstance(text, Mapping) else json.loads(text))  # type: ignore[arg-type]
     except (TypeError, ValueError, RecursionError):
         return {}
     return found if isinstance(found, dict) else {}

@@ -86,8 +86,6 @@ def read_trace(path: Path, column_of: Mapping[int, int], sampling: Sampling, uni
 
 def _time_columns(file: ScopeFile, column_of: Mapping[int, int], sampling: Sampling) -> dict[int, int | None]:
     """The column of the time of each sensor: the nearest to the left that increases; None where there is none."""
-    if sampling.interval is not None:
-        return dict.fromkeys(column_of, None)
     increasing = file.increasing
     swapped = [column for column in column_of.values() if column in increasing]
     if swapped:
@@ -95,8 +93,8 @@ def _time_columns(file: ScopeFile, column_of: Mapping[int, int], sampling: Sampl
             f"{file.path}: column {swapped[0]} increases from line to line, as a time does: are the columns swapped? "
             "sensors = {bead: column}, counted from 0; the time is time_column"
         )
-    if sampling.column is not None:
-        return dict.fromkeys(column_of, sampling.column)
+    if sampling.interval is not None or sampling.column is not None:
+        return dict.fromkeys(column_of, None if sampling.interval is not None else sampling.column)
     found: dict[int, int | None] = {}
     for sensor, column in column_of.items():
         left = [one for one in increasing if one < column] or increasing[:1]

@@ -1,6 +1,5 @@
 """The motion of the beads of a deformable chain: displacement and stress inside them at chosen times of a run."""
 
-import json
 from collections.abc import Mapping, Sequence
 from math import sqrt
 from typing import Any, NamedTuple
@@ -295,6 +294,6 @@ def _check_end(name: str, facing: object, place: int | None, given: Mapping[str,
 
 def _refuse(name: str, theirs: Mapping[str, Any], mine: Mapping[str, Any], advice: str) -> None:
     """Raise a ValueError if this differs from the input of the run, as plain data."""
-    if differing := list(differences(theirs, json.loads(as_text(mine)))):
+    if differing := list(differences(theirs, stored(as_text(mine)))):
         more = f" and {len(differing) - MOST_LISTED} more" if len(differing) > MOST_LISTED else ""
         raise ValueError(f"{name}: is not that of the run: {', '.join(differing[:MOST_LISTED])}{more}; {advice}")

@@ -218,6 +218,10 @@ def test_a_whole_file_without_a_last_line_end(tmp_path: Path) -> None:
         ({"sensors": [7]}, r"sensors = \[7\]: must be a mapping"),
         ({"sensors": {0: 1}}, "sensor = 0"),
         ({"sensors": {7: -1}}, r"sensors\[7\] = -1"),
+        (
+            {"sensors": {7: 0}, "interval": 1e-6},
+            "column 0 increases from line to line, as a time does: are the columns swapped",
+        ),
         ({"sensors": {7: 0}}, "column 0 increases from line to line, .*: are the columns swapped"),
         ({"sensors": {7: 0}, "time_column": 0}, "column 0 is the time column"),
         ({"sensors": {7: 1, 8: 1}}, "two of them read the same column"),
