@@ -10,6 +10,7 @@ from structures.checks import count_of, positive
 from structures.mesh_reading import Numbers, near
 from structures.split_cells import Sides
 from structures.structure import Vector
+from structures.units import readable
 
 COINCIDENT = 1e-6
 """Points coincide that lie closer than this part of the shortest edge."""
@@ -31,16 +32,17 @@ def merged(points: Vector, used: Numbers, shortest: float, distance: float | Non
         return alias
     if positive("merge", distance, "m") > LARGEST_MERGE * shortest:
         raise ValueError(
-            f"merge = {distance!r}: must be below {LARGEST_MERGE * shortest:.3g} m, half the shortest edge of the mesh"
+            f"merge = {readable(distance, 'm')}: must be below {readable(LARGEST_MERGE * shortest, 'm')}, half the "
+            "shortest edge of the mesh"
         )
     tree = cKDTree(points[used])
     if tree.count_neighbors(tree, distance) > MOST_PAIRS * used.size:
         raise ValueError(
-            f"merge = {distance!r}: joins more than {MOST_PAIRS} points into each; are parts listed twice?"
+            f"merge = {readable(distance, 'm')}: joins more than {MOST_PAIRS} points into each; are parts listed twice?"
         )
     pairs = tree.query_pairs(distance, output_type="ndarray")
     if not len(pairs):
-        caution(f"merge = {distance:g}: no two points of the mesh lie so close, and none are joined")
+        caution(f"merge = {readable(distance, 'm')}: no two points of the mesh lie so close, and none are joined")
     graph = sparse.coo_array((np.ones(len(pairs)), pairs.T), shape=(used.size, used.size))
     group = connected_components(graph, directed=False)[1]
     first = np.unique(group, return_index=True)[1]

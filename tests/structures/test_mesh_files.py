@@ -498,7 +498,7 @@ def test_parts_that_are_joined_in_part() -> None:
     ("merge", "message"),
     [
         (0.0, r"merge = 0\.0: must be a positive number of m"),
-        (4e-3, r"merge = 0\.004: must be below 0\.00333 m, half the shortest edge"),
+        (4e-3, "merge = 4 mm: must be below 3.33 mm, half the shortest edge"),
         ("x", "merge = 'x'"),
     ],
 )
@@ -508,7 +508,7 @@ def test_bad_distances(merge: Any, message: str) -> None:
 
 
 def test_a_distance_that_joins_nothing_is_said() -> None:
-    with pytest.warns(hl.HertzlinkWarning, match="merge = 1e-09: no two points of the mesh lie so close"):
+    with pytest.warns(hl.HertzlinkWarning, match="merge = 1 nm: no two points of the mesh lie so close"):
         BodyMesh(cube(), merge=1e-9)
 
 
