@@ -165,12 +165,12 @@ def short(value: object) -> str:
     return text if len(text) <= LONGEST_VALUE_TEXT else f"{text[:LONGEST_VALUE_TEXT]}…"
 
 
-def near(word: object, choices: Iterable[str], least: float = LIKENESS) -> list[str]:
+def near(word: object, choices: Iterable[str]) -> list[str]:
     """The choices that a wrong word may mean, whatever its case: the one most like it; or those that have it, or a word
     like it, as one of their words: steel 316 and steel 440C for "steal".
     """
     guess, lower = str(word).lower(), {one.lower(): one for one in choices}
-    if found := [guess] if guess in lower else get_close_matches(guess, lower, 1, least):
+    if found := [guess] if guess in lower else get_close_matches(guess, lower, 1, LIKENESS):
         return [lower[found[0]]]
     words = {one: re.split(r"[\W_]+", one) for one in lower}
     part = get_close_matches(guess, sorted({part for parts in words.values() for part in parts}), 1, PART_LIKENESS)

@@ -11,10 +11,6 @@ LARGE_STRAIN = 0.1
 """Strain beyond which the stress in a material of unknown yield strength was probably given in another unit."""
 
 
-FAINT = 0.5
-"""Likeness of names that the message about an unknown material has."""
-
-
 @dataclass(frozen=True)
 class Material:
     """A linear elastic, isotropic solid.
@@ -100,7 +96,7 @@ class MaterialTable(Mapping[str, Material]):
         meant = self.meant(name)
         if len(meant) == 1:
             return meant[0]
-        names = ", ".join(map(repr, near(name, self, FAINT) or self))
+        names = ", ".join(map(repr, near(name, self) or self))
         raise UnknownMaterial(f"material = {name!r}: unknown; the nearest names are {names}")
 
     def meant(self, name: str) -> list[Material]:
