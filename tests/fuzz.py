@@ -316,7 +316,7 @@ def main(calls: Callable[[Mapping[str, Target], list[Any]], Calls], only: list[s
         table, others = targets(), things()
     names = {name for target in table.values() for name in argument_names(target)}
     found, slow = {}, []
-    chosen = {name: one for name, one in table.items() if not only or any(part in name for part in only)}
+    chosen = {name: one for name, one in table.items() if not only or name.startswith(tuple(only))}
     os.chdir(tempfile.mkdtemp(prefix="fuzz"))
     faulthandler.enable()
     print(f"the call that runs is in {os.getcwd()}/call, should the process end", flush=True)

@@ -140,7 +140,7 @@ class ScopeFile:
             if np.isnan(values[column]).sum() > 0.5 * len(self.lines):
                 values[column] = _or_clocks(values[column], self.texts(column))
         values = {column: _in_range(one) for column, one in values.items()}
-        self._forget_cut_cells(values, columns)
+        self._forget_damaged_cells(values, columns)
         known: NDArray[np.bool_] = np.any(np.isfinite(np.stack([values[c] for c in (times or columns)])), axis=0)
         first, last = (int(known.argmax()), known.size - int(known[::-1].argmax())) if known.any() else (0, 0)
         if not times:
@@ -218,15 +218,25 @@ class ScopeFile:
         first = [_header_cells(line, self.delimiter) for line in self.lines[: max(above, MOST_KEYS)]]
         return Header(first[:above], first[:MOST_KEYS], self.width)
 
-    def _forget_cut_cells(self, values: dict[int, Vector], columns: Sequence[int]) -> None:
-        """The last cell of a line that is cut off is no number: of few short lines, and of a last line without end."""
+    def _forget_damaged_cells(self, values: dict[int, Vector], columns: Sequence[int]) -> None:
+        """The last cell of a line that is cut off is no number: of few short lines, and of a last line without end.
+        Nor are the cells of few lines with numbers beyond the others' width, where a line break was lost."""
         widths = np.array(self._widths())
+        few = max(FEW, FEW_SHARE * widths.size)
         short = (widths < self.width) & (widths > 0)
-        if short.sum() <= max(FEW, FEW_SHARE * short.size):
+        if short.sum() <= few:
             for column in columns:
                 values[column][short & (widths == column + 1)] = np.nan
-        usual = [len(line) for line in self.lines[-20:-1]]
-        if self._is_cut and usual and len(self.lines[-1]) < min(usual):
+        longer = [i for i in np.flatnonzero(widths > self.width).tolist() if i >= MOST_KEYS]
+        if 0 < len(longer) <= few:
+            usual = Counter(max(_with_numbers(row), default=-1) for row in self._rows(self._spread(TRIED)))
+            beyond = usual.most_common(1)[0][0] + 1
+            rows = self._rows([self.lines[i] for i in longer])
+            joined = [i for i, row in zip(longer, rows, strict=True) if _holds_number(row[beyond:])]
+            for column in columns:
+                values[column][joined] = np.nan
+        before = [len(line) for line in self.lines[-20:-1]]
+        if self._is_cut and before and len(self.lines[-1]) < min(before):
             for one in values.values():
                 one[-1] = np.nan
 
@@ -397,6 +407,10 @@ def _joined(cells: list[str]) -> list[str]:
     if len(cells) % 2 or not re.fullmatch(r"\s*[-+]?\d+\s*", cells[0]):
         return cells
     return [f"{a.strip()}.{b.strip()}" for a, b in zip(cells[::2], cells[1::2], strict=True)]
+
+
+def _holds_number(cells: Sequence[str]) -> bool:
+    return any(np.isfinite(_loose_number(cell)) for cell in cells)
 
 
 def _holds(cells: Sequence[str], columns: Sequence[int]) -> bool:

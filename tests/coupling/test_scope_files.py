@@ -382,6 +382,22 @@ def test_words_in_place_of_numbers(tmp_path: Path, word: str) -> None:
     assert np.array_equal(np.isnan(data.sensor_force.sel(sensor=7)), VOLTS > 2.0)
 
 
+@pytest.mark.parametrize(
+    ("form", "joint", "said"),
+    [
+        ("{t:.9f},{v:.6f}", ",", "1 line is no sample, and was left out: line 502"),
+        ("{v:.6f},", "", "1 sample is beyond .* from line 502 on"),
+        ("{v:.6f},{v:.6f},", "", "1 sample is beyond .* from line 502 on"),
+    ],
+)
+def test_a_line_break_that_is_lost_is_seen(tmp_path: Path, form: str, joint: str, said: str) -> None:
+    rows = table(form)
+    path = tmp_path / "joined.csv"
+    path.write_text("\n".join(["XInc,1e-6", *rows[:500], rows[500] + joint + rows[501], *rows[502:], ""]))
+    with pytest.warns(hl.HertzlinkWarning, match=said):
+        hl.read_signal(path, {7: int("t" in form)}, calibration=10.0)
+
+
 def test_rows_without_values_at_the_ends(tmp_path: Path) -> None:
     lines = table("{t:.9f},{v:.6f}")
     lines[:5] = [row.split(",")[0] + "," for row in lines[:5]]
