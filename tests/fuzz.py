@@ -104,7 +104,8 @@ def numbers(target: Target) -> dict[str, float]:
         parameters = inspect.signature(target.call).parameters.values()
     except (TypeError, ValueError):  # of functions that take any arguments
         return good
-    left_out = [one for one in parameters if one.name not in target.good and NUMBER.search(str(one.annotation))]
+    named = [one for one in parameters if one.kind is not one.VAR_KEYWORD and one.kind is not one.VAR_POSITIONAL]
+    left_out = [one for one in named if one.name not in target.good and NUMBER.search(str(one.annotation))]
     return good | {one.name: one.default if is_number(one.default) else 1.0 for one in left_out}
 
 
