@@ -13,7 +13,7 @@ from coupling.state import REMEMBERED, CoupledState, Ledger, Node
 from particles.chain import Chain
 from particles.deformable.chain import moving_chain
 from particles.moving import ChainState, MovingChain
-from structures.checks import has_members, instance, whole
+from structures.checks import count_of, has_members, instance, whole
 from structures.moving import MovingStructure
 from structures.structure import Structure, Vector, half_space, surfaces_of
 from structures.surface import Surface
@@ -364,7 +364,7 @@ def for_each(name: str, given: Any, count: int, several: bool) -> list[Any]:
     elif isinstance(given, Iterable) and not isinstance(given, str | ContactPoint):
         entries = list(given)
         if len(entries) != count:
-            raise ValueError(f"{name}: has {len(entries)} entries, must have one for each of {count} chains")
+            raise ValueError(f"{name}: has {count_of(len(entries), 'entry')}, must have one for each of {count} chains")
         return entries
     raise ValueError(
         f"{name}: must be a list of {count}, or one structure with {count} contact points, such as "

@@ -14,7 +14,7 @@ from coupling.files.writing import write_whole
 from coupling.paths import path_of
 from coupling.results import same_waves
 from coupling.results.findings import one_of_each, warn
-from coupling.results.provenance import differences, version_of, versions
+from coupling.results.provenance import differences, unfolded, version_of, versions
 from coupling.results.reading import Reading
 from structures.caution import collected
 from structures.checks import instance, not_negative, one_of, short, whole
@@ -164,7 +164,7 @@ def _input(old: xr.Dataset, run: xr.Dataset) -> str:
 
 def _json(text: object) -> Any:
     try:
-        return json.loads(str(text)) if text else None
+        return unfolded(json.loads(str(text))) if text else None
     except (ValueError, RecursionError):
         return str(text)
 

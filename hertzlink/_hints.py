@@ -2,9 +2,10 @@
 
 import inspect
 from collections.abc import Callable, Collection, Mapping
-from difflib import get_close_matches
 from functools import wraps
 from typing import Any
+
+from structures.checks import near
 
 OTHER_WORDS = {
     "at": "position place x",
@@ -64,33 +65,25 @@ CONVERTED = {
 }
 """How the value changes with the name."""
 
-LIKENESS = 0.6
-"""The least likeness of a misspelt word, from 0 to 1."""
 
-
-def meant(word: object, names: Collection[str], others: Mapping[str, str] = OTHER_WORDS) -> str | None:
-    """The name that a wrong guess probably means: another word for it, a misspelt one, or a part of it."""
+def meant(word: object, names: Collection[str], others: Mapping[str, str] = OTHER_WORDS) -> list[str]:
+    """The names that a wrong guess may mean: another word for one, a misspelt one, or a part of one."""
     guess = str(word).lower()
-    lower = {name.lower(): name for name in names}
-    if guess in lower:
-        return lower[guess]
     for name, words in others.items():
-        if name in names and guess in words.split():
-            return name
-    near = get_close_matches(guess, lower, n=1, cutoff=LIKENESS)
-    if near:
-        return lower[near[0]]
+        if name in names and name.lower() != guess and guess in words.split():
+            return [name]
+    if found := near(word, names):
+        return found
     parts = set(guess.split("_"))
-    shared = [name for low, name in lower.items() if set(low.split("_")) <= parts]
-    return next(iter(shared or names), None) if shared or len(names) == 1 else None
+    shared = [name for name in names if set(name.lower().split("_")) <= parts]
+    return shared[:1] or list(names) * (len(names) == 1)
 
 
 def nearest(word: object, choices: Collection[str], many: int = 12) -> str:
-    """The end of a message: the name that is meant, or all of them where none is near and they are few."""
-    name = meant(word, choices)
-    if name is not None:
-        how = CONVERTED.get((str(word).lower(), name))
-        return f"did you mean {name}, {how}?" if how else f"did you mean {name}?"
+    """The end of a message: the names that may be meant, or all of them where none is near and they are few."""
+    if found := meant(word, choices):
+        how = CONVERTED.get((str(word).lower(), found[0]))
+        return f"did you mean {' or '.join(found)}{f', {how}' if how else ''}?"
     return f"must be one of {', '.join(choices)}" if len(choices) <= many else "see `hertzlink schema`"
 
 

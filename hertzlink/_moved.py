@@ -149,9 +149,9 @@ def _hint(name: str, space: str) -> str:
     """Where the name is now, what is meant by it, or the nearest one; upper and lower case count the same."""
     if name.startswith("_"):
         return ""
-    inner = meant(name, namespaces()[space], {}) if space else None
+    inner = meant(name, namespaces()[space], {}) if space else []
     if inner:
-        return f"; did you mean hertzlink.{space}.{inner}?"
+        return f"; did you mean hertzlink.{space}.{inner[0]}?"
     if name in MOVED:
         return f"; it is now hertzlink.{MOVED[name]}"
     if name.lower() in ELSEWHERE:
@@ -161,5 +161,5 @@ def _hint(name: str, space: str) -> str:
         places |= {known.lower(): f"{outer}.{known}" for known in names}
     places |= {public.lower(): public for public in PUBLIC}
     places |= {usual.lower(): place for usual, place in OTHER_NAMES.items()}
-    near = meant(name, places, {})
-    return f"; did you mean hertzlink.{places[near]}?" if near else ""
+    found = meant(name, places, {})
+    return f"; did you mean hertzlink.{places[found[0]]}?" if found else ""

@@ -1,7 +1,6 @@
 """`hertzlink study NAME`: one command for each study, with options for its own parameters."""
 
 from collections.abc import Callable
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +9,7 @@ import click
 from hertzlink.studies import ABOUT, STUDIES, study
 from hertzlink.studies.conditions import Conditions, Option, WrongValue
 from hertzlink.studies.writing import FORMATS
+from structures.checks import did_you_mean
 
 OWN_NOTE = """A number without a unit is in SI units; with a unit it is written as "1 mm". Several values are separated
 by commas, or the option is repeated. Brackets hold the defaults, which are the values of the thesis. If a value differs
@@ -81,8 +81,8 @@ class Studies(click.Group):
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """The command, or a message with the nearest names."""
         if args[0] not in STUDIES and not ctx.resilient_parsing:
-            near = get_close_matches(args[0], STUDIES, n=2) or STUDIES
-            raise click.UsageError(f"study {args[0]!r} is not one of the studies; did you mean {' or '.join(near)}?")
+            meant = did_you_mean(args[0], STUDIES, str) or f"there are {', '.join(STUDIES)}"
+            raise click.UsageError(f"study {args[0]!r} is not one of the studies; {meant}")
         return super().resolve_command(ctx, args)
 
 

@@ -17,6 +17,7 @@ from structures.material import Material, check_stress
 from structures.plausible import likely
 from structures.structure import Structure
 from structures.surface import Surface
+from structures.units import readable
 
 ENDS = ("clamped", "simple", "free", "symmetry")
 
@@ -105,8 +106,8 @@ def beam(
     _check_ends(supports)
     if ground > HARD_GROUND * material.youngs_modulus:
         caution(
-            f"beam foundation = {ground:g} N/m²: is more than {HARD_GROUND:g} times the beam's own modulus; no ground "
-            "is so stiff; check its unit"
+            f"beam foundation = {ground:g} N/m²: is {readable(ground, 'Pa')}, more than {HARD_GROUND:g} times the "
+            f"beam's own modulus, {readable(material.youngs_modulus, 'Pa')}; no ground is so stiff; check its unit"
         )
     check_stress(
         f"axial_force = {force:g} N", force * material.density / heavy, material,

@@ -16,11 +16,12 @@ from scipy.interpolate import PchipInterpolator
 from plates.half_plane import EDGES
 from plates.plate import Plate
 from plates.theory.impact import Bead, inelasticity_parameter, wall_stiffness
+from structures.caution import caution
 from structures.checks import finite, instance, one_of, within
 from structures.layers import contact_time as contact_time_half_space
 from structures.material import Material
 from structures.structure import Vector
-from structures.surface import hertz_stiffness
+from structures.surface import Surface, hertz_pressure, hertz_stiffness, yield_pressure
 
 TABLE = "edge_ratios.csv"
 """AR over edge, ratio of contact stiffnesses, λ and distance; `benchmarks/edge_ratios.py` computes it."""
@@ -113,11 +114,25 @@ def critical_distance_law(
         raise ValueError(f"tolerance = {tolerance!r}: must lie between {low:g} and {high:g}, the range of the table")
     within("impact_speed", impact_speed, SLOWEST, FASTEST, "m/s")
     parameter = float(inelasticity_parameter(bead, plate, impact_speed))
-    instance("plate.material", plate.material, Material, "a Material: the law is for isotropic plates")
+    wall: Material = instance("plate.material", plate.material, Material, "a Material: the law is for isotropic plates")
     stiffness_ratio = wall_stiffness(bead, plate) / hertz_stiffness(bead.surface, bead.surface)
+    _check_yield(bead, plate, wall, impact_speed)
     length = edge_length(bead, plate, impact_speed)
     scaled = scaled_critical_distance(edge, stiffness_ratio, parameter, tolerance)
     return CriticalDistanceEstimate(*(length * one for one in scaled))
+
+
+def _check_yield(bead: Bead, plate: Plate, wall: Material, impact_speed: float) -> None:
+    """Warns where a bead of that speed would dent the plate, which the law's elastic runs leave out."""
+    force = wall_stiffness(bead, plate) ** 0.4 * (1.25 * bead.mass * impact_speed**2) ** 0.6  # of Hertz's impact
+    weaker = min(bead.surface.material, wall, key=yield_pressure)
+    ratio = hertz_pressure(bead.surface, Surface(wall), force) / yield_pressure(weaker)
+    if ratio > 1.0:
+        caution(
+            f"yield: the law is elastic, and the bead presses {weaker.name or 'a body'} to about {ratio:.2g} times the "
+            "pressure at which it yields, which moves the critical distance; find_critical_distance with "
+            "law=hl.laws.JacksonGreen() in Chain computes it"
+        )
 
 
 def scaled_critical_distance(

@@ -124,9 +124,10 @@ class Plate:
         box, section = self.shape.box, self.section
         object.__setattr__(self, "highest_frequency", positive("highest_frequency", self.highest_frequency, "Hz"))
         if not isinstance(self.supports, Supports):
-            instance("supports", self.supports, Mapping, 'Supports, or a dictionary such as {"rim": "clamped"}')
+            given = instance("supports", self.supports, Mapping, 'Supports, or a dictionary such as {"rim": "clamped"}')
+            named = {known("supports", name, self.shape.names): support for name, support in given.items()}
+            object.__setattr__(self, "supports", named)
         for name, support in self._edges.items():
-            known("supports", name, self.shape.names)
             check_support(f"supports[{name!r}]", support)
             if support == "symmetry" and self._shears_along(name):
                 raise ValueError(

@@ -8,6 +8,13 @@ from scipy import sparse
 from scipy.sparse.linalg import ArpackError, ArpackNoConvergence, LinearOperator, eigsh, splu
 
 from structures.caution import caution
+from structures.symmetric import has_positive_pivots
+
+LEAST, MOST = 1e-6, 1e6
+"""Range in which a factor is sought by halving; a larger one counts as infinite."""
+
+PRECISION = 1e-6
+"""Relative error of a factor that is found by halving."""
 
 RIGID = 1e-13
 """Energy of a motion over that of its parts, below which nothing bends: rounding leaves 6e-16 or less, and a beam of
@@ -41,7 +48,8 @@ def buckling_factor(mass: Any, stiffness: Any, more: Any, ground: float) -> floa
     try:
         values, modes = eigsh(opposite, 1, M=base, Minv=solve, which="LA", v0=start)
     except ArpackNoConvergence:
-        raise
+        # Tension in one direction stiffens by orders more than the little compression in another one softens.
+        return _by_pivots(base, opposite)
     except ArpackError:
         # Earlier versions of ARPACK fail where one motion is softer than all others by ten orders: one that only the
         # weak ground holds.
@@ -52,3 +60,14 @@ def buckling_factor(mass: Any, stiffness: Any, more: Any, ground: float) -> floa
     # All springs of the scaled matrix are one: a motion that bends none has nothing but their rounding.
     rigid = float(mode @ (base @ mode)) < RIGID * float(mode @ mode)
     return 0.0 if rigid else 1.0 / float(values[0])
+
+
+def _by_pivots(base: Any, opposite: Any) -> float:
+    """The least load λ at which base − λ · opposite is not positive definite, by halving: it is at all smaller ones."""
+    if has_positive_pivots(base - MOST * opposite):
+        return inf
+    low, high = LEAST, MOST
+    while high > (1.0 + PRECISION) * low:
+        middle = (low * high) ** 0.5
+        low, high = (middle, high) if has_positive_pivots(base - middle * opposite) else (low, middle)
+    return high

@@ -2,6 +2,7 @@
 
 import inspect
 import math
+import re
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from decimal import Decimal
 from difflib import get_close_matches
@@ -18,6 +19,9 @@ LONGEST_VALUE_TEXT = 100
 NO_NUMBERS = (str, bytes, bool, Decimal, np.bool_, np.complexfloating, np.datetime64, np.timedelta64)
 """Types that float() accepts, but that are no numbers, lose a part, or cannot be multiplied with a float."""
 
+
+LIKENESS, PART_LIKENESS = 0.6, 0.75
+"""The least likeness of a misspelt word, and of one that is a part of a name, from 0 to 1."""
 
 SMALLEST, LARGEST = 1e-100, 1e100
 """No quantity in SI units is larger, and products of three stay within floating point; a smaller one counts as zero."""
@@ -146,6 +150,12 @@ def has_members(
         takes(full, found, count, f"a method of {count} arguments besides self")
 
 
+def count_of(number: int, word: str, many: str = "") -> str:
+    """A number and what it counts: "1 entry", "2 entries". many: the plural, where more than its ending differs."""
+    plural = many or (f"{word[:-1]}ies" if word.endswith("y") else f"{word}s")
+    return f"{number} {word if number == 1 else plural}"
+
+
 def short(value: object) -> str:
     """A value as a short text on one line; the value may be a whole chain."""
     try:
@@ -155,12 +165,29 @@ def short(value: object) -> str:
     return text if len(text) <= LONGEST_VALUE_TEXT else f"{text[:LONGEST_VALUE_TEXT]}…"
 
 
+def near(word: object, choices: Iterable[str]) -> list[str]:
+    """The choices that a wrong word may mean, whatever its case: the one most like it; or those that have it, or a word
+    like it, as one of their words: steel 316 and steel 440C for "steal".
+    """
+    guess, lower = str(word).lower(), {one.lower(): one for one in choices}
+    if found := [guess] if guess in lower else get_close_matches(guess, lower, 1, LIKENESS):
+        return [lower[found[0]]]
+    words = {one: re.split(r"[\W_]+", one) for one in lower}
+    part = get_close_matches(guess, sorted({part for parts in words.values() for part in parts}), 1, PART_LIKENESS)
+    return [lower[one] for one, parts in words.items() if part and part[0] in parts]
+
+
+def did_you_mean(word: object, choices: Iterable[str], shown: Callable[[str], str] = repr) -> str:
+    """The question for the end of a message; empty where nothing is near."""
+    found = near(word, choices)
+    return f"did you mean {' or '.join(map(shown, found))}?" if found else ""
+
+
 def one_of(name: str, value: str, choices: Collection[str]) -> str:
-    """`value`; otherwise a ValueError that lists the choices and the nearest one."""
+    """`value`; otherwise a ValueError that lists the choices and the nearest ones."""
     if not isinstance(value, str) or value not in choices:
-        near = get_close_matches(str(value), choices, n=1)
-        hint = f" (did you mean {near[0]!r}?)" if near else ""
-        raise ValueError(f"{name} = {value!r}: must be one of {', '.join(map(repr, choices))}{hint}")
+        hint = did_you_mean(value, choices)
+        raise ValueError(f"{name} = {value!r}: must be one of {', '.join(map(repr, choices))}{hint and f' ({hint})'}")
     return value
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
-from structures.checks import each, finite, instance, short
+from structures.checks import count_of, each, finite, instance, short
 from structures.moving import MovingStructure
 from structures.oscillators import Oscillators
 from structures.stepping import ImplicitMidpoint, Step, StructureState, energies
@@ -123,14 +123,16 @@ class Closing:
         widths = _each("opening", opening, "m", LARGEST_OPENING)
         forces = np.zeros(len(widths)) if preload is None else _each("preload", preload, "N", LARGEST_PRELOAD)
         if len(forces) != len(widths):
-            raise ValueError(f"preload: has {len(forces)} numbers, must have {len(widths)}, one for each opening")
+            raise ValueError(
+                f"preload: has {count_of(len(forces), 'number')}, must have {len(widths)}, one for each opening"
+            )
         if ((widths > 0.0) & (forces > 0.0)).any():
             gap = int(np.flatnonzero((widths > 0.0) & (forces > 0.0))[0])
             raise ValueError(f"preload[{gap}] = {forces[gap]:g}: {NO_PRELOAD}")
         if len(widths) >= structure.contacts:
             raise ValueError(
-                f"opening: has {len(widths)} numbers, must have fewer than the structure's {structure.contacts} "
-                "contacts; the first contact is the chain's, and rod(layers, cracks=[0]) adds one for a gap"
+                f"opening: has {count_of(len(widths), 'number')}, must have fewer than the structure's "
+                f"{structure.contacts} contacts; the first is the chain's, and rod(layers, cracks=[0]) adds another"
             )
         massless = abs(structure.mass).sum(axis=0) == 0.0
         gaps = structure.contact_vectors[:, structure.contacts - len(widths) :]

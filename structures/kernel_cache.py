@@ -137,6 +137,9 @@ def stamp(file: str) -> str:
 def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     """Numba's decorator, whose kernels are kept in files with a checksum."""
 
+    if numba.config.DISABLE_JIT:
+        raise ImportError("hertzlink's kernels must be compiled, and NUMBA_DISABLE_JIT forbids it: unset it")
+
     def compiled(function: Callable[..., Any]) -> Any:
         kernel = numba.njit(**options)(function)
         kept = kernel._cache._cache_file

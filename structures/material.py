@@ -2,10 +2,9 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from difflib import get_close_matches
 
 from structures.caution import caution
-from structures.checks import finite, instance, positive
+from structures.checks import finite, instance, near, positive
 from structures.plausible import likely
 
 LARGE_STRAIN = 0.1
@@ -97,8 +96,7 @@ class MaterialTable(Mapping[str, Material]):
         meant = self.meant(name)
         if len(meant) == 1:
             return meant[0]
-        near = get_close_matches(name_key(name), self._by_key, n=3, cutoff=0.5) or list(self._by_key)
-        names = ", ".join(repr(self._by_key[key].name) for key in near)
+        names = ", ".join(map(repr, near(name, self) or self))
         raise UnknownMaterial(f"material = {name!r}: unknown; the nearest names are {names}")
 
     def meant(self, name: str) -> list[Material]:

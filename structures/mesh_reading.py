@@ -1,14 +1,13 @@
 """Points, cells and tags of a meshio.Mesh as checked arrays, for solid bodies and for plates."""
 
 from collections.abc import Collection, Mapping
-from difflib import get_close_matches
 from types import MappingProxyType
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from structures.caution import caution
-from structures.checks import one_of
+from structures.checks import did_you_mean, one_of
 from structures.split_cells import Numbers as Numbers
 from structures.split_cells import triangles
 from structures.structure import Vector
@@ -48,14 +47,18 @@ class Tags(NamedTuple):
 
 
 def known(name: str, tag: Tag, groups: Collection[Tag], hint: str = "") -> Tag:
-    """`tag`; otherwise a ValueError that lists the existing tags and the nearest one; name: of the argument."""
+    """`tag`, or the only one that differs from it in case, which Abaqus and Windows do not tell apart; otherwise a
+    ValueError that lists the existing tags and the nearest one; name: of the argument.
+    """
     if isinstance(tag, str | int) and tag in groups:
         return tag
+    folded = [one for one in groups if isinstance(one, str) and one.casefold() == str(tag).casefold()]
+    if len(folded) == 1:
+        return folded[0]
     if not groups:
         raise ValueError(f"{name} = {tag!r}: the mesh has no tags for it{hint}")
-    near_ones = get_close_matches(tag, [str(one) for one in groups], n=1) if isinstance(tag, str) else []
-    meant = f" (did you mean {near_ones[0]!r}?)" if near_ones else ""
-    raise ValueError(f"{name} = {tag!r}: must be one of {names(groups)}{meant}{hint}")
+    meant = did_you_mean(tag, map(str, groups)) if isinstance(tag, str) else ""
+    raise ValueError(f"{name} = {tag!r}: must be one of {names(groups)}{meant and f' ({meant})'}{hint}")
 
 
 def points_of(source: Any, flat: bool = False) -> Vector:

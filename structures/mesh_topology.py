@@ -6,10 +6,11 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from structures.caution import caution
-from structures.checks import positive
+from structures.checks import count_of, positive
 from structures.mesh_reading import Numbers, near
 from structures.split_cells import Sides
 from structures.structure import Vector
+from structures.units import readable
 
 COINCIDENT = 1e-6
 """Points coincide that lie closer than this part of the shortest edge."""
@@ -31,16 +32,17 @@ def merged(points: Vector, used: Numbers, shortest: float, distance: float | Non
         return alias
     if positive("merge", distance, "m") > LARGEST_MERGE * shortest:
         raise ValueError(
-            f"merge = {distance!r}: must be below {LARGEST_MERGE * shortest:.3g} m, half the shortest edge of the mesh"
+            f"merge = {readable(distance, 'm')}: must be below {readable(LARGEST_MERGE * shortest, 'm')}, half the "
+            "shortest edge of the mesh"
         )
     tree = cKDTree(points[used])
     if tree.count_neighbors(tree, distance) > MOST_PAIRS * used.size:
         raise ValueError(
-            f"merge = {distance!r}: joins more than {MOST_PAIRS} points into each; are parts listed twice?"
+            f"merge = {readable(distance, 'm')}: joins more than {MOST_PAIRS} points into each; are parts listed twice?"
         )
     pairs = tree.query_pairs(distance, output_type="ndarray")
     if not len(pairs):
-        caution(f"merge = {distance:g}: no two points of the mesh lie so close, and none are joined")
+        caution(f"merge = {readable(distance, 'm')}: no two points of the mesh lie so close, and none are joined")
     graph = sparse.coo_array((np.ones(len(pairs)), pairs.T), shape=(used.size, used.size))
     group = connected_components(graph, directed=False)[1]
     first = np.unique(group, return_index=True)[1]
@@ -81,7 +83,7 @@ def check_joined(points: Vector, corners: Numbers, sides: Sides, shortest: float
     if folded.size:
         raise ValueError(
             f"mesh: both cells of a side lie on the same side of it near {near(points[facets[one[folded[0]]]])}; "
-            f"{folded.size} cells overlap others"
+            f"{count_of(folded.size, 'cell overlaps', 'cells overlap')} others"
         )
     boundary = np.unique(facets[first[times == 1]])
     _check_parts(points, corners, owner[one], owner[other], boundary, shortest)
@@ -119,7 +121,8 @@ def _check_parts(
     close = cKDTree(points[boundary]).query(points[boundary], k=2)[0][:, 1] < distance
     seam = ""
     if close.any():
-        seam = f"{close.sum()} points coincide with others, the first at {near(points[boundary[close]][:1])}"
+        coincide = count_of(int(close.sum()), "point coincides", "points coincide")
+        seam = f"{coincide} with others, the first at {near(points[boundary[close]][:1])}"
     join = f"merge={distance:.1g} joins them" if seam else "mesh them as one body"
     if parts > 1:
         first, rest = np.repeat(corners[:, :1], corners.shape[1] - 1, axis=1).ravel(), corners[:, 1:].ravel()
@@ -151,6 +154,6 @@ def _check_hinges(
     hinges = np.flatnonzero(np.bincount(about) > 1)
     if hinges.size:
         caution(
-            f"mesh: at {hinges.size} points cells meet without a common side, the first at {near(points[hinges[:1]])}; "
-            "a body can turn there as at a hinge"
+            f"mesh: at {count_of(hinges.size, 'point')} cells meet without a common side, the first at "
+            f"{near(points[hinges[:1]])}; a body can turn there as at a hinge"
         )

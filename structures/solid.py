@@ -20,6 +20,7 @@ from structures.mesh_files import source_of
 from structures.mesh_reading import Numbers, Tag
 from structures.structure import Structure, Vector
 from structures.surface import Surface
+from structures.units import readable
 
 log = logging.getLogger("hertzlink.solid")
 
@@ -229,8 +230,8 @@ class _Patch:
         wrong, (least, part) = abs(own - given), LARGEST_CURVATURE_ERROR
         if wrong > least and wrong > part * max(abs(own), abs(given)):
             caution(
-                f"solid curvature = {given:g}: the surface of the mesh has {own:.3g} 1/m at the contact, and a bead's "
-                "contact is stiffer on a flat surface than on a convex one; give that curvature"
+                f"solid curvature = {_curved(given)}: the surface of the mesh has {_curved(own)} at the contact, and a "
+                "bead's contact is stiffer on a flat surface than on a convex one; give that curvature"
             )
 
     def _vector(self, body: BodyMesh, facets: Numbers, radius: float) -> Vector:
@@ -248,6 +249,12 @@ class _Patch:
             )
         x, y, z = self.normal
         return np.asarray(_push.assemble(faces, pressure=pressure / total, normal_x=x, normal_y=y, normal_z=z))
+
+
+def _curved(curvature: float) -> str:
+    """A curvature with its radius."""
+    radius = f"radius {readable(1.0 / curvature, 'm')}" if curvature else "flat"
+    return f"{curvature:.3g} 1/m ({radius})"
 
 
 def _nearest(corners: Vector, point: Vector) -> tuple[Vector, Vector]:

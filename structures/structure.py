@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from structures.checks import each, finite, instance, listed
+from structures.checks import each, finite, instance, listed, positive
 from structures.factor import Matrices, numbers, symmetric
 from structures.field import Field
 from structures.html_table import html_table
@@ -107,8 +107,8 @@ class Structure:
             object.__setattr__(self, "flexibility", _flexibilities(self.flexibility, self.contacts))
             object.__setattr__(self, "surface", _surfaces(self.surface, self.contacts))
         instance("origin", self.origin, Mapping, 'a mapping such as {"kind": "block"}')
-        if not isinstance(self.valid_until, int | float) or not self.valid_until > 0.0:
-            raise ValueError(f"valid_until = {self.valid_until!r}: must be a positive number of s")
+        if not (isinstance(self.valid_until, float) and self.valid_until == inf):
+            object.__setattr__(self, "valid_until", positive("valid_until", self.valid_until, "s"))
         if self.field is not None:
             instance("field", self.field, Field, "a Field")
             if self.field.size > n:

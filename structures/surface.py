@@ -161,11 +161,14 @@ def hertz_pressure(first: Surface, second: Surface, force: float) -> float:
     if flat <= 1e-12 * sharp:
         raise ValueError(f"curvature: {flat:.3g} in one direction, so the surfaces touch along a line")
     compliance = 1.0 / first.material.contact_modulus + 1.0 / second.material.contact_modulus
-    cube, ratio = 0.75 * not_negative("force", force, "N") * compliance / sqrt(flat * sharp), sharp / flat
+    pressing = not_negative("force", force, "N")
+    if not pressing:
+        return 0.0
+    cube, ratio = 0.75 * pressing * compliance / sqrt(flat * sharp), sharp / flat
     if ratio - 1.0 >= NEARLY_ROUND:
         square = _axis_square(ratio, "exact")
         cube *= square**0.75 * 4.0 / (pi * (1.0 - square)) * _root(square)
-    return float(1.5 * force / (pi * cube ** (2.0 / 3.0))) if force > 0.0 else 0.0
+    return float(1.5 * pressing / (pi * cube ** (2.0 / 3.0)))
 
 
 def yield_pressure(material: Material) -> float:

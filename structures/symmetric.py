@@ -106,8 +106,13 @@ def _dense(matrix: sparse.csr_array, scale: Vector, raised: Vector) -> bool:
 def _sparse(matrix: sparse.csr_array, scale: Vector, raised: Vector) -> bool:
     """The same by A = L D Lᵀ, whose pivots have the signs of the eigenvalues (Sylvester)."""
     spread = sparse.diags_array(scale)
+    return has_positive_pivots(spread @ matrix @ spread + sparse.diags_array(raised))
+
+
+def has_positive_pivots(matrix: sparse.sparray) -> bool:
+    """Whether a symmetric matrix is positive definite; see `_sparse`."""
     try:
-        factor, _ = decomposition(spread @ matrix @ spread + sparse.diags_array(raised))
+        factor, _ = decomposition(matrix)
     except RuntimeError:  # a pivot is zero
         return False
     return bool((factor.U.diagonal() > 0.0).all()) and np.array_equal(factor.perm_r, factor.perm_c)

@@ -5,7 +5,8 @@ A bad call may return a finite result, or raise a ValueError or TypeError that t
 an argument. Everything else is a fault: any other exception, an error that numpy or Python raises on its own, NaN or
 infinity in a result, more than half a minute, more than 2 GB of memory.
 
-    python tests/fuzz.py 10000 [seed]    reports all faults, each kind once
+    python tests/fuzz.py 10000 [seed] [names]    reports all faults of calls drawn at random, each kind once
+    python tests/fuzz.py every [names]           puts each of the extreme values in place of each number
 """
 
 import faulthandler
@@ -57,6 +58,9 @@ WRONG: tuple[Any, ...] = (
     *(xr.Dataset(), xr.DataArray([1.0]), Path("nowhere"), range(3), [[1.0, 2.0], [3.0]], np.datetime64("2020"), 0, -1),
     *(math.nan, math.inf, 1e300, 10**9, object(), np.ma.masked, [math.nan], [1e300, 1e300], (1, 2, 3), {1: 2}),
 )
+EXTREMES = (0, -1, math.nan, math.inf, -math.inf, 1e-300, 1e300, 10**400, True, "3", None, np.array([]))
+"""What `every` puts in place of each number; `extremes` adds the good number in other types, and 1000 times as large
+and small."""
 SHORT = reprlib.Repr()
 """Prints lists of a million elements by their first ones."""
 SHORT.maxstring = SHORT.maxother = 400
@@ -91,6 +95,34 @@ class Fault:
 
 class Hangs(BaseException):
     """Raised by the alarm; no `except Exception` catches it."""
+
+
+def numbers(target: Target) -> dict[str, float]:
+    """The arguments that take a number, with a good one: those of the good call, and those that it leaves out."""
+    good = {name: one for name, one in target.good.items() if is_number(one)}
+    try:
+        parameters = inspect.signature(target.call).parameters.values()
+    except (TypeError, ValueError):  # of functions that take any arguments
+        return good
+    named = [one for one in parameters if one.kind is not one.VAR_KEYWORD and one.kind is not one.VAR_POSITIONAL]
+    left_out = [one for one in named if one.name not in target.good and NUMBER.search(str(one.annotation))]
+    return good | {one.name: one.default if is_number(one.default) else 1.0 for one in left_out}
+
+
+NUMBER = re.compile(r"(?<!\[)\b(float|int)\b(?!\])")
+"""An annotation that takes a number by itself: no list[float]."""
+
+
+def is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def extremes(target: Target, name: str, good: float) -> list[Any]:
+    """Extreme values of an argument, without those of which a warning says that they take long."""
+    low, high = (target.lasting or {}).get(name, (1.0, 0.0))
+    types = (np.float64(good), np.float32(good), np.int64(int(good)), np.array(good))
+    every = [*EXTREMES, *types, 1000 * good, good / 1000]
+    return [one for one in every if not (is_number(one) and low <= one <= high)]
 
 
 def of_kind(good: Any) -> list[Any]:
@@ -251,7 +283,32 @@ def argument_names(target: Target) -> set[str]:
         return set(target.good)
 
 
-def main(tries: int, seed: int) -> int:
+Calls = Iterator[tuple[str, dict[str, Any]]]
+
+
+def at_random(tries: int, seed: int) -> Callable[[Mapping[str, Target], list[Any]], Calls]:
+    """Names of targets and changes of their arguments, drawn."""
+
+    def drawn(table: Mapping[str, Target], others: list[Any]) -> Calls:
+        draw, names = random.Random(seed), [name for name, target in table.items() if target.good]
+        for _ in range(tries):
+            name = draw.choice(names)
+            target = table[name]
+            arguments = draw.sample(list(target.good), min(len(target.good), draw.choice((1, 1, 1, 2))))
+            yield name, {one: draw.choice(target.values(one, others)) for one in arguments}
+
+    return drawn
+
+
+def every(table: Mapping[str, Target], _: list[Any] | None = None) -> Calls:
+    """Names of targets, with each extreme value of each number."""
+    for name, target in table.items():
+        for argument, good in numbers(target).items():
+            for value in extremes(target, argument, good):
+                yield name, {argument: value}
+
+
+def main(calls: Callable[[Mapping[str, Target], list[Any]], Calls], only: list[str]) -> int:
     """Reports each kind of fault once."""
     from fuzz_targets import targets, things
 
@@ -259,21 +316,16 @@ def main(tries: int, seed: int) -> int:
         warnings.simplefilter("ignore")
         table, others = targets(), things()
     names = {name for target in table.values() for name in argument_names(target)}
-    drawn, found, slow = random.Random(seed), {}, []
-    only = sys.argv[3:]
-    chosen = [name for name in table if not only or any(one in name for one in only)]
+    found, slow = {}, []
+    chosen = {name: one for name, one in table.items() if not only or name.startswith(tuple(only))}
     os.chdir(tempfile.mkdtemp(prefix="fuzz"))
     faulthandler.enable()
     print(f"the call that runs is in {os.getcwd()}/call, should the process end", flush=True)
-    for done in range(tries):
+    done = 0
+    for done, (name, changes) in enumerate(calls(chosen, others), 1):
         if done % 1000 == 0:
             print(f"{done} calls", flush=True)
-        name = drawn.choice(chosen)
         target = table[name]
-        if not target.good:
-            continue
-        arguments = drawn.sample(list(target.good), min(len(target.good), drawn.choice((1, 1, 1, 2))))
-        changes = {one: drawn.choice(target.values(one, others)) for one in arguments}
         Path("call").write_text(f"{name}({SHORT.repr(changes)})")
         began = time.process_time()
         fault = attempt(target, changes, names)
@@ -283,15 +335,17 @@ def main(tries: int, seed: int) -> int:
             slow.append((taken, name, SHORT.repr(changes)[:200]))
         if fault:
             place = re.search(r"\[.*?\]$", fault.text)
-            key = (name, fault.kind, place.group() if place else tuple(arguments))
+            key = (name, fault.kind, place.group() if place else tuple(changes))
             if key not in found:
                 found[key] = fault
                 print(f"{name}({SHORT.repr(changes)[:160]})\n    {fault.kind}: {fault.text}", flush=True)
-    print(f"{tries} calls, {len(found)} kinds of fault")
+    print(f"{done} calls, {len(found)} kinds of fault")
     for row in sorted(slow, reverse=True)[:20]:
         print("slow: {:.1f} s {} {}".format(*row))
     return 1 if found else 0
 
 
 if __name__ == "__main__":
-    sys.exit(main(int(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 0))
+    if sys.argv[1] == "every":
+        sys.exit(main(every, sys.argv[2:]))
+    sys.exit(main(at_random(int(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 0), sys.argv[3:]))

@@ -5,12 +5,13 @@ A fault is any other exception, a message of several lines or without the file's
 processor, more than 3 GB of memory, and a body whose volume, area or sets cannot be. Files that are read by libraries
 are read here in a fork with the same limits: it starts faster than the process that users start.
 
-    python tests/fuzz_meshes.py 20000 [seed]    reports all faults, each kind once
+    python tests/fuzz_meshes.py 20000 [seed] [folder of other files]    reports all faults, each kind once
 """
 
 import os
 import random
 import resource
+import shutil
 import signal
 import sys
 import tempfile
@@ -21,7 +22,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import meshio
 import numpy as np
@@ -54,6 +55,15 @@ STRANGE = (
 )
 
 Written = tuple[str, bytes]
+
+
+class Seed(NamedTuple):
+    """A file that is changed: its name in the folder of the tries, its bytes, the file that is read, body or plate."""
+
+    name: str
+    data: bytes
+    read: str
+    plate: bool
 
 
 def seeds(folder: Path, only_text: bool = False) -> list[Written]:
@@ -126,6 +136,25 @@ def converted(folder: Path, name: str) -> list[Written]:
     finally:
         gmsh.finalize()
     return files
+
+
+def of_folder(files: Path, folder: Path) -> list[Seed]:
+    """Files of a folder, copied; the data of an .xdmf file lie in the .h5 file that has its name."""
+    copies = [Path(shutil.copy(file, folder)) for file in sorted(files.iterdir()) if file.is_file()]
+    for file in copies:
+        file.chmod(0o644)
+    read = {file.name: file.with_suffix(".xdmf") if file.suffix == ".h5" else file for file in copies}
+    plates = {path: _is_plate(path) for path in set(read.values())}
+    return [Seed(file.name, file.read_bytes(), read[file.name].name, plates[read[file.name]]) for file in copies]
+
+
+def _is_plate(path: Path) -> bool:
+    """Whether a panel can be made of a file as it stands; one that is refused counts as a body."""
+    try:
+        FlatMesh(path, 1e-3)
+    except ValueError:
+        return False
+    return True
 
 
 def mutated(draw: random.Random, data: bytes) -> bytes:
@@ -229,13 +258,13 @@ def bounded() -> Iterator[None]:
         signal.signal(signal.SIGPROF, before)
 
 
-def fault_of(path: Path) -> str | None:
-    """What is wrong with the way a file is read, or None."""
+def fault_of(path: Path, plate: bool) -> str | None:
+    """What is wrong with the way a file is read as a body or a plate, or None."""
     began = time.process_time(), resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
     try:
         with bounded(), warnings.catch_warnings(record=True) as said:
             warnings.simplefilter("always")
-            found = _measured(path)
+            found = _measured(path, plate)
     except ValueError as error:
         text = str(error)
         last = traceback.extract_tb(error.__traceback__)[-1]
@@ -259,9 +288,9 @@ def fault_of(path: Path) -> str | None:
     return f"raw warning {raw[0].message}" if raw else found
 
 
-def _measured(path: Path) -> str | None:
+def _measured(path: Path, plate: bool) -> str | None:
     """Whether the volume or area is positive and fits the box, and each set lies within the body."""
-    if path.name.startswith("cube"):
+    if not plate:
         body = BodyMesh(path)
         size = float(Basis(body.mesh, body.element(), intorder=body.order).dx.sum())
         box, sets = float(np.ptp(body.mesh.p, axis=1).prod()), body.cells.groups
@@ -272,9 +301,9 @@ def _measured(path: Path) -> str | None:
         if any(cells.max() >= body.mesh.nelements for cells in sets.values()):
             return "a set has cells that do not exist"
     else:
-        plate = FlatMesh(path, 1e-3)
-        left, right, low, high = plate.box
-        size, box = plate.area, (right - left) * (high - low)
+        flat = FlatMesh(path, 1e-3)
+        left, right, low, high = flat.box
+        size, box = flat.area, (right - left) * (high - low)
     # Cells that lie apart may overlap in space; a body of one piece mostly does not.
     return None if np.isfinite(size) and 0.0 < size <= 2.0 * box else f"size {size:.3g} in a box of {box:.3g}"
 
@@ -290,32 +319,43 @@ def by_forks() -> Iterator[None]:
         mesh_files.in_a_process = before
 
 
-def tries(folder: Path, count: int, seed: int, only_text: bool = False) -> Iterator[tuple[str, str | None]]:
-    """The name of the file that was changed, and the fault, for each try."""
-    draw, files = random.Random(seed), seeds(folder, only_text)
+def tries(
+    folder: Path, count: int, seed: int, only_text: bool = False, files: Path | None = None
+) -> Iterator[tuple[Seed, bytes, str | None]]:
+    """The file that was changed, its bytes as changed, and the fault, for each try."""
+    draw = random.Random(seed)
+    written = [] if files else seeds(folder, only_text)
+    chosen = [Seed(name, data, name, name.startswith("square")) for name, data in written]
+    chosen += of_folder(files, folder) if files else []
     for _ in range(count):
-        name, data = draw.choice(files)
-        path = folder / f"{name.split('.')[0].split('-')[0]}-try{Path(name).suffix}"
-        path.write_bytes(mutated(draw, data))
-        yield name, fault_of(path)
+        file = draw.choice(chosen)
+        changed = mutated(draw, file.data)
+        (folder / file.name).write_bytes(changed)
+        yield file, changed, fault_of(folder / file.read, file.plate)
+        (folder / file.name).write_bytes(file.data)
 
 
-def main(count: int, seed: int) -> int:
+def main(count: int, seed: int, files: Path | None) -> int:
     """Reports each kind of fault once, with the file that shows it."""
-    folder, found, ends = Path(tempfile.mkdtemp(prefix="fuzz_meshes")), {}, Counter[str]()
+    folder, found, slowest = Path(tempfile.mkdtemp(prefix="fuzz_meshes")), Counter[tuple[str, str]](), 0.0
+    began = time.process_time(), resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
     with by_forks():
-        for i, (name, fault) in enumerate(tries(folder, count, seed)):
-            ends["fault" if fault else "right"] += 1
-            key = (Path(name).suffix, (fault or "")[:60])
-            if fault and key not in found:
-                found[key] = fault
-                shown = folder / f"fault{len(found)}-{name}"
-                shown.write_bytes((folder / f"{name.split('.')[0].split('-')[0]}-try{Path(name).suffix}").read_bytes())
+        for i, (file, changed, fault) in enumerate(tries(folder, count, seed, files=files), 1):
+            ended = time.process_time(), resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+            slowest, began = max(slowest, ended[0] - began[0] + ended[1] - began[1]), ended
+            key = (Path(file.name).suffix, (fault or "")[:60])
+            found[key] += bool(fault)
+            if found[key] == 1:
+                shown = folder / f"fault{i}-{file.name}"
+                shown.write_bytes(changed)
                 print(f"{i} {shown}: {fault}", flush=True)
-            if i % 1000 == 999:
-                print(f"{i + 1} files, {dict(ends)}", flush=True)
-    return 1 if found else 0
+            if i % 1000 == 0:
+                print(f"{i} files, {sum(found.values())} faults, slowest {slowest:.1f} s", flush=True)
+    memory = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024**2
+    print(f"{count} files, faults {dict(+found)}, slowest {slowest:.1f} s, at most {memory:.2f} GB")
+    return 1 if +found else 0
 
 
 if __name__ == "__main__":
-    sys.exit(main(int(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 0))
+    others = Path(sys.argv[3]) if len(sys.argv) > 3 else None
+    sys.exit(main(int(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 0, others))

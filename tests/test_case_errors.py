@@ -116,6 +116,8 @@ WRONG_RODS = [
     ('material = "PTFE", length = "20 mm"', 'material = "PTFE"', 11, "structure.layers[1].length: is missing; give a length"),
     # Materials.
     ('"PTFE"', '"PFTE"', 11, 'structure.layers[1].material: "PFTE" is no material; did you mean PTFE?'),
+    ('"PTFE"', '"steal"', 11, '"steal" is no material; did you mean steel 316 or steel 440C?'),
+    ('"PTFE"', '"Alluminium"', 11, '"Alluminium" is no material; did you mean aluminium 6061?'),
     ('"PTFE"', '"unobtainium"', 11, '"unobtainium" is no material; must be one of steel 316, steel 440C'),
     ('"PTFE"', "7", 11, "structure.layers[1].material: 7 must be the name of a material"),
     ('"PTFE"', '{ like = "stel 316", density = 8000 }', 11, 'layers[1].material.like: "stel 316" is no material; did you mean steel 316?'),
@@ -141,6 +143,8 @@ WRONG_RODS = [
     ('"0.1 ms"', '"20 degC"', 15, 'run.until: "20 degC": "degC" is no unit of this quantity'),
     # Kinds.
     ('kind = "rod"', 'kind = "rood"', 8, 'structure.kind: "rood" is no kind; did you mean rod?'),
+    ('kind = "rod"', 'kind = "plate"', 8, '"plate" is no kind; did you mean kirchhoff_plate or mindlin_plate or infinite_plate?'),
+    ('kind = "rod"', 'kind = "Cylindr"', 8, '"Cylindr" is no kind; did you mean layered_cylinder?'),
     ('kind = "rod"', 'kind = "drum"', 8, 'structure.kind: "drum" is no kind; must be one of nothing, half_space'),
     ('kind = "rod"', "kind = 7", 8, "structure.kind"),
     ('shape = "sphere"', 'shape = "spere"', 3, 'chain.bead.shape: "spere" is no shape; did you mean sphere?'),
@@ -242,7 +246,7 @@ WRONG_PLATES = [
     ('left = "clamped"', 'left = "glued"', 12, 'structure.supports.left: "glued" is not possible; must be one of clamped, simple'),
     ('left = "clamped"', "left = 3", 12, 'structure.supports.left: 3 must be "clamped", "simple"'),
     ('left = "clamped"', 'lft = "clamped"', 12, "structure.supports.lft: is no entry here; did you mean left?"),
-    ('at = ["60 mm", "100 mm"]', 'at = ["60 mm"]', 13, "structure.at: ['60 mm'] has 1 entries; must have 2"),
+    ('at = ["60 mm", "100 mm"]', 'at = ["60 mm"]', 13, "structure.at: ['60 mm'] has 1 entry; must have 2"),
     ('at = ["60 mm", "100 mm"]', 'at = ["60 mm", "900 mm"]', 13, "structure.at"),
     ('at = ["60 mm", "100 mm"]', 'at = "middle"', 13, 'structure.at: "middle" must be a list'),
     ('at = ["60 mm", "100 mm"]', "", 6, "structure.at: is missing; give the point that is struck"),
@@ -278,7 +282,7 @@ WRONG_QUESTIONS = [
     ('"25 N/V"', '"25 V/N"', 28, 'identify.calibration: "25 V/N": "V/N" is no unit of this quantity'),
     ('"25 N/V"', '"-0 N/V"', 28, "identify.calibration"),
     ('["1 mm", "6 mm"]', '["6 mm", "1 mm"]', 29, 'identify.unknowns."structure.thickness": the lowest value comes first'),
-    ('["1 mm", "6 mm"]', '["1 mm"]', 29, 'identify.unknowns."structure.thickness": [\'1 mm\'] has 1 entries; must have 2'),
+    ('["1 mm", "6 mm"]', '["1 mm"]', 29, 'identify.unknowns."structure.thickness": [\'1 mm\'] has 1 entry; must have 2'),
     ('["1 mm", "6 mm"]', '["1 mm", "6 s"]', 29, 'identify.unknowns."structure.thickness"[1]: "6 s": "s" is no unit of this quantity'),
     ('"structure.thickness" = ["1', '"structure.thicknes" = ["1', 29, '"structure.thicknes" is no number of this case; [structure] has structure.thickness, '),
     ('"structure.thickness" = ["1', '"structure.x" = ["1', 29, 'structure.thickness, structure.material.youngs_modulus, structure.material.poisson_ratio, structure.material.density, structure.at[0], structure.at[1]'),
@@ -525,6 +529,26 @@ def test_a_result_without_a_case_says_what_to_do(
         ("other", "must be the input of a run"),
     ):
         assert words in complaint(capsys, "new", f"{name}.nc")
+
+
+@pytest.mark.parametrize(
+    ("word", "message"),
+    [
+        ("rod/table.txt", "is neither a kind of case nor a result; did you mean rod/results.nc?"),
+        ("rod/", "is neither a kind of case nor a result; did you mean rod/results.nc?"),
+        ("gone/report.html", "is neither a kind of case nor a result; give results.nc of a run, or one of chain, "),
+        ("my.toml", "is a case file already; `hertzlink run my.toml` runs it"),
+        ("roud", "is no kind of case; did you mean rod?"),
+        ("", "is no kind of case; must be one of chain, "),
+    ],
+)
+def test_new_names_what_is_neither_kind_nor_result(
+    word: str, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "rod").mkdir()
+    (tmp_path / "rod" / "results.nc").touch()
+    assert f'"{word}" {message}' in complaint(capsys, "new", word)
 
 
 def test_new_writes_no_file_twice(

@@ -33,6 +33,9 @@ CHEAP = (
 )
 """Targets of the quick test, of which a call takes about a millisecond."""
 
+ROOMS = ("solitary.", "lamb.", "zener.", "hertz.", "layers.", "impact.", "Sphere", "HollowSphere", "Cylinder")
+"""Beginnings of the names of closed forms."""
+
 ELSEWHERE = {
     # Protocols and bases of a user's own parts: test_own_parts, test_own_step, hertzlink.conformance.
     *("Bead", "ContactLaw", "Dissipation", "Excitation", "Participant", "Scheme", "stepping.Step", "damping.Viscous"),
@@ -103,6 +106,23 @@ def test_bad_calls_of_cheap_functions(data: Any) -> None:
     bad_call(data, [*CHEAP])
 
 
+def test_extreme_values_of_each_number_of_closed_forms() -> None:
+    """Each of `fuzz.extremes` in place of each number; `python tests/fuzz.py every` tries the whole API."""
+    table = {name: one for name, one in targets().items() if name in CHEAP or name.startswith(ROOMS)}
+    faults = [
+        (*call, fault) for call in fuzz.every(table) if (fault := fuzz.attempt(table[call[0]], call[1], parameters()))
+    ]
+    assert faults == []
+
+
+def test_numbers_are_seen_in_signatures() -> None:
+    """Those that a good call leaves out, too: of a type that holds a number, with their default or 1."""
+
+    def call(size: float, count: int = 3, times: list[float] | None = None, speed: float | None = None) -> None: ...
+
+    assert fuzz.numbers(fuzz.Target(call, {"size": 2.0})) == {"size": 2.0, "count": 3, "speed": 1.0}
+
+
 @pytest.mark.parametrize("count", [QUICK, pytest.param(MANY, marks=pytest.mark.thorough)])
 def test_wrong_cases(count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Read, and checked; `python tests/fuzz_cases.py` builds them, too."""
@@ -154,8 +174,7 @@ def test_bad_calls(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     inside = tmp_path / "inside"
     inside.mkdir()
     monkeypatch.chdir(inside)  # some targets write files
-    rooms = ("solitary.", "lamb.", "zener.", "hertz.", "layers.", "impact.", "Sphere", "HollowSphere", "Cylinder")
-    closed_forms = [name for name in targets() if name.startswith(rooms)]
+    closed_forms = [name for name in targets() if name.startswith(ROOMS)]
 
     @given(st.data())
     @settings(max_examples=MANY, suppress_health_check=list(HealthCheck))
@@ -167,22 +186,22 @@ def test_bad_calls(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_changed_mesh_files(tmp_path: Path) -> None:
     """Of .inp, which no library reads."""
-    faults = {fault for _, fault in fuzz_meshes.tries(tmp_path, QUICK, 0, only_text=True) if fault}
+    faults = {fault for *_, fault in fuzz_meshes.tries(tmp_path, QUICK, 0, only_text=True) if fault}
     assert faults == set()
 
 
 def test_a_fault_of_a_mesh_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "cube.inp"
     path.write_bytes(fuzz_meshes.seeds(tmp_path, only_text=True)[0][1])
-    assert fuzz_meshes.fault_of(path) is None
+    assert fuzz_meshes.fault_of(path, plate=False) is None
     wrong = {
-        "KeyError": lambda _: {}["x"],
-        "raw ValueError": lambda _: float("x"),
-        "size -1": lambda _: "size -1",
+        "KeyError": lambda *_: {}["x"],
+        "raw ValueError": lambda *_: float("x"),
+        "size -1": lambda *_: "size -1",
     }
     for kind, read in wrong.items():
         monkeypatch.setattr(fuzz_meshes, "_measured", read)
-        assert (fuzz_meshes.fault_of(path) or "").startswith(kind)
+        assert (fuzz_meshes.fault_of(path, plate=False) or "").startswith(kind)
 
 
 @pytest.mark.thorough

@@ -5,6 +5,7 @@ import xarray as xr
 
 from coupling.identification.misfit import Measured, Misfit, Point
 from coupling.identification.prediction import Curves, Prediction
+from structures.checks import count_of
 from structures.structure import Vector
 
 FEW_DRAWS, DRAWS, SEED = 20, 100, 20
@@ -50,8 +51,8 @@ class Features(Misfit):
             )
         if len(self.features) < self.size:
             raise ValueError(
-                f"compare = 'features': {len(self.features)} values ({', '.join(self.features)}) cannot determine "
-                f"{self.size} unknowns; name fewer, add a sensor, or compare the waveform"
+                f"compare = 'features': {count_of(len(self.features), 'value')} ({', '.join(self.features)}) cannot "
+                f"determine {count_of(self.size, 'unknown')}; name fewer, add a sensor, or compare the waveform"
             )
         self.known, self.bias = here[usual], np.zeros(int(usual.sum()))
         self.spread = self._spread(scattered)

@@ -212,7 +212,8 @@ class Identification:
         said = "the model explains the signal" if self.explained else "the model does NOT explain the signal"
         lines.append(f"{said}: its residual is {self.misfit:.3g} times the noise; {self.runs} runs")
         for other in self.modes[1:]:
-            lines.append("fits as well: " + ", ".join(self._in_words(name, value) for name, value in other.items()))
+            also = ", ".join(self._in_words(name, value) for name, value in other.items())
+            lines.append(fill(f"fits as well: {also}", LINE, subsequent_indent="  "))
         lines += [fill(f"note: {warning}", LINE, subsequent_indent="  ") for warning in self.warnings]
         return "\n".join(line.rstrip() for line in lines)
 

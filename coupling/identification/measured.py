@@ -10,7 +10,7 @@ from coupling.identification.prediction import NUMERICAL
 from coupling.results.measures import sensor_force
 from coupling.results.schema import kind_of
 from coupling.results.sensor import FEWEST_SAMPLES
-from structures.checks import instance, listed, positive, whole
+from structures.checks import count_of, instance, listed, positive, whole
 from structures.structure import Vector
 
 LEAD = 0.05
@@ -45,7 +45,7 @@ def measured_signal(
         known = row[np.isfinite(row)]
         if known.size < FEWEST_SAMPLES:
             raise ValueError(
-                f"signal: sensor {number} has {known.size} samples that are numbers; needs {FEWEST_SAMPLES}"
+                f"signal: sensor {number} has {count_of(known.size, 'sample')} with a number; needs {FEWEST_SAMPLES}"
             )
         if np.ptp(known) == 0.0:
             raise ValueError(f"signal: sensor {number} is constant, {known[0]:g} N; must hold a wave")

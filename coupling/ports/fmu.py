@@ -4,18 +4,22 @@ import shutil
 import sys
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
+
+import numpy as np
 
 from coupling.files.writing import whole_file_by_name
 from coupling.paths import path_of
 from coupling.ports.fmu_content import pack
 from coupling.ports.guest import guest_chain
 from particles.chain import Chain
+from particles.moving import MovingChain
+from particles.yielding import overloads, weaker
 from structures.caution import caution
 from structures.checks import instance, short
-from structures.surface import Surface
+from structures.surface import Surface, hertz_stiffness
 
 UNIT_SCRIPT = Path(__file__).with_name("fmu_unit.py")
 
@@ -111,7 +115,7 @@ def write_fmu(
     'chain.fmu'
     """
     builder = _builder()
-    guest_chain(chain, surface, flexibility, dt)
+    _warn_of_yield(guest_chain(chain, surface, flexibility, dt))
     target = _target(path)
     _warn_of_folders(target.parent, Path(tempfile.gettempdir()))
     content = pack(chain, surface, flexibility, dt, instance("trust", trust, bool, "True or False"))
@@ -132,6 +136,24 @@ def write_fmu(
                 canSerializeFMUstate=True,
             )
     return Path(path).expanduser()
+
+
+def _warn_of_yield(moving: MovingChain) -> None:
+    """Warns where a bead of the impact's speed would dent the surface: other programs show no findings of a run."""
+    bead, surface = moving.chain.beads[-1], moving.pairs[-1]
+    if surface is None or moving.laws[-1] is None or not moving.chain.speed > 0.0:
+        return
+    forces = np.zeros(len(moving.pairs))
+    with suppress(ValueError):  # bodies that touch in no point
+        stiffness = hertz_stiffness(bead.surface, cast(Surface, surface[1]))
+        forces[-1] = stiffness**0.4 * (1.25 * bead.mass * moving.chain.speed**2) ** 0.6  # of Hertz's impact
+    ratio = float(overloads(moving, forces)[-1])
+    if ratio > 1.0:
+        name = weaker(moving, len(forces) - 1).name or "the softer body"
+        caution(
+            f"yield: the last bead presses {name} to about {ratio:.2g} times the pressure at which it yields; its dent "
+            "is left out; law=hl.laws.JacksonGreen() in Chain computes it"
+        )
 
 
 def _builder() -> Any:

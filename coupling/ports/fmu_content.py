@@ -17,7 +17,7 @@ from particles.dissipation import KuwabaraKono, LinearDashpot, MassProportional,
 from particles.excitation import Piston, PushedBead, SpringLoaded
 from particles.laws.computed import ComputedLaw
 from particles.laws.law import ContactLaw, PowerLaw, TabulatedLaw
-from particles.laws.yielding import YieldingLaw
+from particles.laws.yielding import JacksonGreen, Thornton, YieldingLaw
 from particles.moving import ChainState
 from structures.checks import short
 from structures.material import Material
@@ -41,7 +41,7 @@ class KnownLaws:
 TYPES = plain.own_types(
     Chain, DeformableChain, Sphere, HollowSphere, Ellipsoid, Cylinder, Material, Surface, SpringLoaded, PushedBead,
     Piston, LinearDashpot, PowerDashpot, MassProportional, KuwabaraKono, Tsuji, Restitution, PowerLaw, TabulatedLaw,
-    ComputedLaw, KnownLaws, Modal, Rayleigh, StandardLinearSolid,
+    ComputedLaw, KnownLaws, JacksonGreen, Thornton, Modal, Rayleigh, StandardLinearSolid,
 )  # fmt: skip
 """Everything that a chain consists of, unless a user defines a class of his own."""
 

@@ -22,7 +22,7 @@ from coupling.files.writing import companion, remove_left, whole_file
 from coupling.interface import Interface
 from coupling.participant import BlackBox
 from coupling.recording.frames import Counts, Frames
-from coupling.results.provenance import as_text, differences, versions
+from coupling.results.provenance import as_text, differences, unfolded, versions
 from coupling.state import REMEMBERED, CoupledState, Differences, Ledger, Node
 from coupling.kernels.agreement import Run
 from particles.moving import ChainState
@@ -180,7 +180,7 @@ class Keeper:
     def _input_in(self, stored: str) -> dict[str, Any]:
         """The run's input as the file holds it; a ValueError where it holds something else."""
         try:
-            found = json.loads(stored)
+            found = unfolded(json.loads(stored))
         except (ValueError, RecursionError):
             found = None
         if not isinstance(found, dict) or not found:
@@ -202,7 +202,7 @@ class Keeper:
         file.seek(len(HEAD) + SUM)
         stored = file.readline().decode(errors="replace").rstrip("\n")
         if stored != self.run:
-            other = list(differences(self._input_in(stored), json.loads(self.run)))
+            other = list(differences(self._input_in(stored), unfolded(json.loads(self.run))))
             named = ", ".join([text for text in other if not text.startswith("numbers")] or other)
             raise ValueError(
                 f"{self.name}: belongs to another run: {named}; name another file, or remove it to begin anew"

@@ -14,7 +14,7 @@ from coupling.results.sensor import bridged
 from coupling.results.waves import NoWave, ReflectedWave, Reflections, Wave
 from coupling.results.waves_of_runs import BEGINS, Series, WavesOfRuns, find_waves, measured, series_of, why_missing
 from structures.caution import caution
-from structures.checks import not_negative, one_of, positive, whole
+from structures.checks import count_of, not_negative, one_of, positive, whole
 from structures.structure import Vector
 from structures.units import readable
 
@@ -340,8 +340,8 @@ def _check_peak(time: Vector, known: Vector, unknown: NDArray[np.bool_], peak: P
     upper = slice(int(before[-1]) if before.size else 0, int(after[0]) if after.size else time.size)
     if count := int(unknown[upper].sum()):
         raise ValueError(
-            f"run: sensor {sensor}: {count} samples of the peak at {1e6 * arrival:.4g} µs are clipped (NaN), so its "
-            "height is unknown; record it with a wider range"
+            f"run: sensor {sensor}: the peak at {1e6 * arrival:.4g} µs has {count_of(count, 'clipped sample')} "
+            "(NaN), so its height is unknown; record it with a wider range"
         )
 
 

@@ -1,5 +1,6 @@
-"""Files that are no text: their formats by the first bytes, and how to get a text or an array from each."""
+"""Files that are no tables of text: their formats by how they begin, and how to get a text or an array from each."""
 
+import re
 from pathlib import Path
 
 EXPORT = "export the trace as CSV in the scope's software"
@@ -26,6 +27,7 @@ SIGNATURES: tuple[tuple[int, bytes, str, str], ...] = (
     (0, b"CDF\x02", "a netCDF file", HDF5),
     (0, b"CDF\x05", "a netCDF file", HDF5),
     (8, b"WAVE", "a sound file (.wav)", f"read it with scipy.io.wavfile, {ARRAYS}"),
+    (8, b"WEBP", "a picture (.webp)", PICTURE),
     (0, b"RIFF", "a RIFF file", EXPORT),
     (0, b"TDSm", "a TDMS file of LabVIEW", "export it as CSV, or read it with the package npTDMS"),
     (0, b"\x93NUMPY", "an array of numpy", f"load it with numpy.load, {ARRAYS}"),
@@ -43,7 +45,14 @@ SIGNATURES: tuple[tuple[int, bytes, str, str], ...] = (
     (0, b"GIF8", "a picture (.gif)", PICTURE),
     (0, b"BM", "a picture (.bmp)", PICTURE),
     (0, b"II*\x00", "a picture (.tif)", PICTURE),
+    (4, b"ftyp", "a picture or a film (.heic, .mp4)", PICTURE),
     (0, b"%PDF", "a PDF file", PICTURE),
+    (257, b"ustar", "a tar archive", UNPACK),
+    (0, b"\x04\x22\x4d\x18", "compressed by lz4", UNPACK),
+    (0, b"ARROW1", "a Feather file of Arrow", f"read it with pandas, {ARRAYS}"),
+    (0, b"SIMPLE  =", "a FITS file", f"read it with astropy, {ARRAYS}"),
+    (0, b"OggS", "a sound file (.ogg)", EXPORT),
+    (0, b"fLaC", "a sound file (.flac)", EXPORT),
 )  # fmt: skip
 """Place and bytes at the beginning, what the file is, and the way out."""
 
@@ -54,6 +63,24 @@ HEADS: tuple[tuple[bytes, str], ...] = (
     (b"BYT_NR", "a binary waveform of Tektronix (.isf)"),
 )
 """Words near the beginning of waveforms that start as text."""
+
+IN_ARCHIVES: tuple[tuple[bytes, str, str], ...] = (
+    (b"xl/", "an Excel workbook (.xlsx)", TABLE),
+    (b"opendocument.spreadsheet", "a sheet of LibreOffice (.ods)", TABLE),
+    (b".npy", "arrays of numpy (.npz)", f"load them with numpy.load, {ARRAYS}"),
+    (b"word/", "a document of Word (.docx)", EXPORT),
+)
+"""What a zip archive is that holds files of these names."""
+
+MARKUP: tuple[tuple[str, str, str], ...] = (
+    (r"(<\?xml.*?\?>\s*|<!--.*?-->\s*|<!doctype svg.*?>\s*)*<(\w+:)?svg\b", "a picture (.svg)", PICTURE),
+    (r"(<\?xml.*?\?>\s*|<!--.*?-->\s*)*<(!doctype html|html|head|body)\b", "a web page (HTML)", "save the file itself"),
+    (r"<\?xml|<!doctype|<!--|<[a-z][\w:.-]*(\s[^<>]*)?>.*</", "an XML file", EXPORT),
+    (r"\{\s*[\"}]|\[\s*([\[{\"]|-?\d[\d.e+-]*\s*,)", "a JSON file", f"read it with json, {ARRAYS}"),
+    (r"\{\\rtf", "a document (.rtf)", EXPORT),
+    (r"%!ps", "a picture (PostScript)", PICTURE),
+)
+"""How texts begin that are no tables, in small letters."""
 
 SUFFIXES = (".trc", ".wfm", ".isf", ".bin", ".tdms", ".wdf", ".psdata", ".mat", ".wav", ".spe", ".dat", ".h5", ".sgy")
 
@@ -66,14 +93,15 @@ TEXT_CONTROLS = b"\t\n\r\f\x1a"
 
 
 def refuse_binary(path: Path, content: bytes) -> None:
-    """A ValueError that names the format of a file that is no text, and the way out."""
+    """A ValueError that names the format of a file that is no table of text, and the way out."""
     if found := _named(path, content[:HEAD], content):
-        raise ValueError(f"{path}: is {found[0]}, not text; {found[1]}")
+        raise ValueError(f"{path}: is {found[0]}, not a text of samples; {found[1]}")
 
 
 def _named(path: Path, head: bytes, content: bytes) -> tuple[str, str] | None:
-    if head[:2] == b"PK" and b"xl/" in content:
-        return "an Excel workbook (.xlsx)", TABLE
+    for name_inside, name, out in IN_ARCHIVES if head[:4] == b"PK\x03\x04" else ():
+        if name_inside in content:
+            return name, out
     for place, start, name, out in SIGNATURES:
         # Letters and digits, such as BM, PK or AG10, may begin a text.
         if head[place : place + len(start)] == start and not (start.isalnum() and _is_text(head)):
@@ -84,7 +112,13 @@ def _named(path: Path, head: bytes, content: bytes) -> tuple[str, str] | None:
                 return name, EXPORT
         kind = f" ({path.suffix})" if path.suffix.lower() in SUFFIXES else ""
         return f"a binary file{kind}", EXPORT
-    return None
+    return _markup(head)
+
+
+def _markup(head: bytes) -> tuple[str, str] | None:
+    """What a text is by its first letters; UTF-16 counts as its letters."""
+    text = head.replace(b"\0", b"").lstrip(b"\xef\xbb\xbf\xff\xfe \t\r\n").lower().decode("latin-1")
+    return next(((name, out) for start, name, out in MARKUP if re.match(start, text, re.DOTALL)), None)
 
 
 def _is_text(head: bytes) -> bool:

@@ -9,7 +9,7 @@ import xarray as xr
 from coupling.results.schema import SIGNAL, kind_of
 from coupling.results.sensor import FEWEST_SAMPLES, bridged, noise_level, quiet_lead, resolution
 from structures.caution import caution
-from structures.checks import instance, positive
+from structures.checks import count_of, instance, positive
 from structures.structure import Vector
 
 HARMONICS = 5
@@ -99,7 +99,7 @@ def condition(signal: xr.Dataset, mains: float | None = None) -> xr.Dataset:
         force = np.asarray(signal.sensor_force.sel(sensor=sensor).values, dtype=float)
         if (count := int(np.isfinite(force).sum())) < FEWEST_SAMPLES:
             raise ValueError(
-                f"signal: sensor {sensor} has {count} samples that are not clipped, must have {FEWEST_SAMPLES}"
+                f"signal: sensor {sensor} has {count_of(count, 'sample')} without clipping, must have {FEWEST_SAMPLES}"
             )
         found[sensor] = _conditioned(time, force, frequency)
     sentences = []
@@ -177,7 +177,9 @@ def _clipped(time: Vector, force: Vector, quiet: float, step: float, noise: floa
     """Which samples are clipped or NaN already, and a sentence on each level."""
     clipped, texts = ~np.isfinite(force), []
     if clipped.any():
-        texts.append(f"{clipped.sum()} samples were missing or beyond the scope's range; they are NaN")
+        texts.append(
+            f"{count_of(int(clipped.sum()), 'sample is', 'samples are')} missing or beyond the scope's range, and NaN"
+        )
     known = np.where(clipped, quiet, force)
     for level in (float(known.max()), float(known.min())):
         if abs(level - quiet) < CLEAR_OF_ZERO * np.ptp(known):
@@ -193,8 +195,8 @@ def _clipped(time: Vector, force: Vector, quiet: float, step: float, noise: floa
         if here.any():
             span = time[here]
             texts.append(
-                f"{here.sum()} samples are clipped at {level - quiet:.4g} N, from {1e6 * span[0]:.4g} to "
-                f"{1e6 * span[-1]:.4g} µs; they are NaN, and the height of that peak is unknown"
+                f"{count_of(int(here.sum()), 'sample is', 'samples are')} clipped at {level - quiet:.4g} N, from "
+                f"{1e6 * span[0]:.4g} to {1e6 * span[-1]:.4g} µs; it is NaN there, and the peak's height is unknown"
             )
             clipped = clipped | here
     return clipped, texts

@@ -16,7 +16,7 @@ from numpy.polynomial import Polynomial
 
 from coupling.results import wave_kernels
 from coupling.results.sensor import noise_level, resolution, smoothed
-from coupling.results.wave_kernels import FIRST_WAVE
+from coupling.results.wave_kernels import FIRST_WAVE, plain
 from structures.structure import Vector
 
 ORDER = 4
@@ -52,8 +52,7 @@ def incident_passage(above: Vector, below: Vector, velocity: Vector) -> Passage 
     if top <= 0.0:
         return None
     found = np.empty((above.size // 2 + 1, 4), dtype=np.int64)
-    contacts, speed = [np.ascontiguousarray(one) for one in (above, below)], np.ascontiguousarray(velocity)
-    count = wave_kernels.passages(contacts[0], contacts[1], speed, FIRST_WAVE * top, found)
+    count = wave_kernels.passages(plain(above), plain(below), plain(velocity), FIRST_WAVE * top, found)
     forward = found[:count][found[:count, 3] > 0]
     return Passage(*map(int, forward[0, :3])) if len(forward) else None
 
@@ -64,7 +63,7 @@ def hops(time: Vector, force: Vector) -> Vector:
     A soft structure delays it at the last contact, and beads that move as one pass it on at once. Neither is the time
     of another wave; the median limits both.
     """
-    taken: Vector = wave_kernels.hops(time, np.ascontiguousarray(force))
+    taken: Vector = wave_kernels.hops(plain(time), plain(force))
     return taken
 
 
@@ -77,8 +76,7 @@ def traced(
     units of `hops`.
     """
     begins, path = np.cumsum([0] + [len(one) for one in peaks]), np.empty(len(peaks))
-    times, taken = np.concatenate(peaks), np.ascontiguousarray(hops)
-    count = wave_kernels.trace_back(times, begins, taken, row, now, left, pace, first, path)
+    count = wave_kernels.trace_back(np.concatenate(peaks), begins, plain(hops), row, now, left, pace, first, path)
     return [float(one) for one in path[:count]]
 
 
@@ -115,7 +113,7 @@ def rises(time: Vector, force: Vector, least: float) -> tuple[Vector, bool]:
     """
     # Compiled, because each run asks for it: scipy.signal takes half a second to import.
     samples = np.empty(force.size // 2 + 1, np.int64)
-    peaks = samples[: wave_kernels.peaks_of(np.ascontiguousarray(force), least, samples)]
+    peaks = samples[: wave_kernels.peaks_of(plain(force), least, samples)]
     edges, found = [0, *map(int, peaks)], list[float]()
     for start, stop in zip(edges, [*map(int, peaks), force.size - 1], strict=True):
         valley = start + int(force[start : stop + 1].argmin())
@@ -137,7 +135,7 @@ def interpolated(time: Vector, force: Vector, peak: int) -> Peak:
     begin = max(0, peak - wave_kernels.NEAR)
     near = slice(begin, peak + wave_kernels.NEAR + 1)
     amplitude, arrival = wave_kernels.spline_peak(
-        np.ascontiguousarray(time[near]), np.ascontiguousarray(force[near]), peak - begin, time[1] - time[0]
+        plain(time[near]), plain(force[near]), peak - begin, time[1] - time[0]
     )
     return float(amplitude), float(arrival)
 

@@ -6,11 +6,21 @@ import re
 from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
+from itertools import groupby, zip_longest
 from typing import Any
 
-from structures.checks import LONGEST_VALUE_TEXT
+from structures.checks import LONGEST_VALUE_TEXT, count_of
 
 PACKAGES = ("hertzlink", "numpy", "scipy", "numba", "scikit-fem", "xarray")
+
+MOST_BEADS = 1_000_000
+"""Of a chain in a file."""
+
+DIGEST = re.compile("(SHA-256 )?[0-9a-f]{64}")
+"""What stands for long lists of numbers."""
+
+BEFORE = 15
+"""Letters that a message shows before the first difference of two long texts."""
 
 ADDRESS = re.compile(" at 0x[0-9a-fA-F]+")
 
@@ -21,20 +31,56 @@ def provenance(given: Mapping[str, Any]) -> dict[str, str]:
 
 
 def as_text(given: Mapping[str, Any]) -> str:
-    """Input as JSON, the same in every process: what is no plain data by its repr, without addresses."""
-    text = json.dumps(given, default=lambda value: ADDRESS.sub("", repr(value)), ensure_ascii=False)
+    """Input as JSON, the same in every process: what is no plain data by its repr, without addresses; see `folded`."""
+    text = json.dumps(folded(given), default=lambda value: ADDRESS.sub("", repr(value)), ensure_ascii=False)
     if "NaN" not in text and "Infinity" not in text:
         return text
     # JSON knows neither: they become text.
     return json.dumps(json.loads(text, parse_constant=str), ensure_ascii=False, allow_nan=False)
 
 
+def folded(given: Any) -> Any:
+    """Plain data in which equal neighbours among the beads of a chain stand once, with their count."""
+    if isinstance(given, Mapping):
+        return {
+            name: _rows(value) if name == "beads" and isinstance(value, list) else folded(value)
+            for name, value in given.items()
+        }
+    return [folded(one) for one in given] if isinstance(given, list | tuple) else given
+
+
+def _rows(beads: list[Any]) -> list[Any]:
+    # By their text: numbers that are equal may differ in sign or type.
+    groups = [list(many) for _, many in groupby(beads, repr)]
+    return [one[0] if len(one) == 1 else {"count": len(one), "bead": one[0]} for one in groups]
+
+
+def unfolded(given: Any) -> Any:
+    """What `folded` was given; a ValueError for more beads than any chain has."""
+    if isinstance(given, Mapping):
+        return {
+            name: _all_beads(value) if name == "beads" and isinstance(value, list) else unfolded(value)
+            for name, value in given.items()
+        }
+    return [unfolded(one) for one in given] if isinstance(given, list) else given
+
+
+def _all_beads(rows: list[Any]) -> list[Any]:
+    counts = [
+        row["count"]
+        if isinstance(row, Mapping) and row.keys() == {"count", "bead"} and type(row["count"]) is int
+        else 0
+        for row in rows
+    ]
+    if sum(counts) > MOST_BEADS:
+        raise ValueError(f"beads: has {sum(counts)} beads; must be at most {MOST_BEADS}")
+    return [bead for row, n in zip(rows, counts, strict=True) for bead in ([row["bead"]] * n if n > 0 else [row])]
+
+
 def stored(text: object) -> dict[str, Any]:
     """Input or versions from the text that a Dataset holds; empty where it is nothing that `as_text` wrote."""
-    if isinstance(text, Mapping):
-        return dict(text)
     try:
-        found = json.loads(text)  # type: ignore[arg-type]
+        found = unfolded(text if isinstance(text, Mapping) else json.loads(text))  # type: ignore[arg-type]
     except (TypeError, ValueError, RecursionError):
         return {}
     return found if isinstance(found, dict) else {}
@@ -48,9 +94,23 @@ def differences(first: Any, second: Any, name: str = "") -> Iterator[str]:
     elif isinstance(first, list) and isinstance(second, list) and len(first) == len(second):
         for number, pair in enumerate(zip(first, second, strict=True)):
             yield from differences(*pair, f"{name}[{number}]")
+    elif isinstance(first, list) and isinstance(second, list):
+        yield f"{name} has {count_of(len(first), 'entry')} there and {len(second)} here"
+    elif first != second and DIGEST.fullmatch(str(first)):
+        yield f"{name} not the same, of which only a checksum is stored"
     elif first != second:
-        short = len(f"{first}{second}") <= LONGEST_VALUE_TEXT
-        yield f"{name} = {first!r} there and {second!r} here" if short else f"{name} not the same"
+        there, here = _apart(repr(first), repr(second))
+        yield f"{name} = {there} there and {here} here"
+
+
+def _apart(first: str, second: str) -> list[str]:
+    """Two texts, of long ones the part where they begin to differ."""
+    if len(first + second) <= LONGEST_VALUE_TEXT:
+        return [first, second]
+    apart = next(i for i, (one, other) in enumerate(zip_longest(first, second)) if one != other)
+    start = max(0, apart - BEFORE)
+    cut = LONGEST_VALUE_TEXT // 2
+    return [f"{'…' * (start > 0)}{one[start : start + cut]}{'…' * (len(one) > start + cut)}" for one in (first, second)]
 
 
 @cache

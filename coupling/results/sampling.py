@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from coupling.results.sensor import FEWEST_SAMPLES
+from structures.checks import count_of
 from structures.structure import Vector
 from structures.units import readable
 
@@ -52,7 +53,7 @@ def even_sampling(time: Vector, second: float | None = 1.0) -> Even:
     """
     rows = np.flatnonzero(np.isfinite(time))
     if rows.size < FEWEST_SAMPLES:
-        raise Unsampled(0, f"holds {rows.size} times, must hold {FEWEST_SAMPLES} or more")
+        raise Unsampled(0, f"holds {count_of(rows.size, 'time')}, must hold {FEWEST_SAMPLES} or more")
     if (coarse := _coarse(time, rows, second)) is not None:
         return coarse
     kept = _without_misfits(time, rows, second)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from coupling.results.binary_formats import refuse_binary
 from coupling.results.scope_header import Header
 from coupling.results.sensor import FEWEST_SAMPLES
+from structures.checks import count_of
 from structures.structure import Vector
 
 DELIMITERS = (";", "\t", "|", ",", None)
@@ -56,7 +57,12 @@ BLANK_GROUPS = re.compile(r"(?<=\d)[ '’](?=\d{3})")
 LETTER = re.compile(r"[^\W\dDEde_]")
 """One that no number has."""
 
-DATE_OR_CLOCK = re.compile(r"(?:.*[ T])?(\d{1,2}):(\d\d):(\d\d(?:[.,]\d+)?)\s*(?:Z|UTC)?$")
+LOOSE_NUMBER = re.compile(r"[-+]?([1-9]\d{0,2}([.,' ])\d{3}(\2\d{3})*|\d*)([.,]\d*)?([eE][-+]?\d+)?")
+"""A number, whatever its commas mean."""
+
+DATE_OR_CLOCK = re.compile(
+    r"(?:.*[ T])?(\d{1,2}):(\d\d):(\d\d(?:[.,]\d+)?)\s*(?:Z|UTC|([AP])M|[-+]\d\d:?\d\d)?$", re.IGNORECASE
+)
 
 SHIFTED = re.compile("[\u3000\u3100\u3200\u3300\u3400\u3500\u3600\u3700\u3800\u3900]")
 """What the digits of UTF-16 become where a byte is missing before them: signs that hardly occur in a text."""
@@ -94,7 +100,7 @@ class ScopeFile:
         self._is_cut = bool(every[-1].strip())
         self._quoted, self._doubled = '"' in text, False
         tried = self._spread(TRIED)
-        scores = [sum(_holds(self._cells(line, d), columns) for line in tried) for d in DELIMITERS]
+        scores = [sum(_share(self._cells(line, d), columns) for line in tried) for d in DELIMITERS]
         if not max(scores):
             raise ValueError(f"{path}: {self._unreadable(columns)}")
         self.delimiter = DELIMITERS[int(np.argmax(scores))]
@@ -104,12 +110,14 @@ class ScopeFile:
         if self._doubled:
             self.width //= 2
         self._with_decimal_commas = {c for c in range(self.width) if self._has_decimal_commas(rows, c)}
+        begins = Counter(_is_word(row[0]) for row in rows if _holds(row, columns))
+        self._begins_with_words = begins[True] > begins[False]
         self._with_grouping_commas: dict[int, bool] = {}
 
     @property
     def states_interval(self) -> bool:
         """Whether one of the first lines states the interval between samples."""
-        return self._header(0).interval() is not None
+        return bool(self._header(0).intervals())
 
     @property
     def increasing(self) -> list[int]:
@@ -132,11 +140,13 @@ class ScopeFile:
             if np.isnan(values[column]).sum() > 0.5 * len(self.lines):
                 values[column] = _or_clocks(values[column], self.texts(column))
         values = {column: _in_range(one) for column, one in values.items()}
-        self._forget_cut_cells(values, columns)
+        self._forget_damaged_cells(values, columns)
         known: NDArray[np.bool_] = np.any(np.isfinite(np.stack([values[c] for c in (times or columns)])), axis=0)
         first, last = (int(known.argmax()), known.size - int(known[::-1].argmax())) if known.any() else (0, 0)
-        # Without times each line is a sample, also where its numbers are missing.
         if not times:
+            first = self._after_entries(first)
+            known[:first] = False
+            # Without times each line is a sample, also where its numbers are missing.
             known[first:last] = True
         lost = (first + np.flatnonzero(~known[first:])).tolist()
         inside = [i for i in lost if i < last]
@@ -146,7 +156,9 @@ class ScopeFile:
                 f"{self.path}, line {self.numbers[inside[0]]}: {self.lines[inside[0]][:LONGEST_LINE]!r} {wanted}"
             )
         if int(known.sum()) < FEWEST_SAMPLES:
-            raise ValueError(f"{self.path}: holds {int(known.sum())} samples, must hold {FEWEST_SAMPLES} or more")
+            raise ValueError(
+                f"{self.path}: holds {count_of(int(known.sum()), 'sample')}, must hold {FEWEST_SAMPLES} or more"
+            )
         lines = np.array(self.numbers)
         header = self._header(first)
         kept = known.nonzero()[0]
@@ -155,6 +167,14 @@ class ScopeFile:
             [(self.numbers[i], self.lines[i]) for i in lost],
             int(lines[last - 1] - lines[first] + 1 - (last - first)),
         )  # fmt: skip
+
+    def _after_entries(self, place: int) -> int:
+        """The first line, from this one on, that is no entry of the header such as "Points,1000"."""
+        if not self._begins_with_words:
+            for k, row in enumerate(self._rows(self.lines[place : place + MOST_KEYS])):
+                if not _is_word(row[0]):
+                    return place + k
+        return place
 
     def texts(self, column: int, places: Iterable[int] | None = None) -> list[str]:
         """The cells of a column: of lines at some places, or of all."""
@@ -198,15 +218,25 @@ class ScopeFile:
         first = [_header_cells(line, self.delimiter) for line in self.lines[: max(above, MOST_KEYS)]]
         return Header(first[:above], first[:MOST_KEYS], self.width)
 
-    def _forget_cut_cells(self, values: dict[int, Vector], columns: Sequence[int]) -> None:
-        """The last cell of a line that is cut off is no number: of few short lines, and of a last line without end."""
+    def _forget_damaged_cells(self, values: dict[int, Vector], columns: Sequence[int]) -> None:
+        """The last cell of a line that is cut off is no number: of few short lines, and of a last line without end.
+        Nor are the cells of few lines with numbers beyond the others' width, where a line break was lost."""
         widths = np.array(self._widths())
+        few = max(FEW, FEW_SHARE * widths.size)
         short = (widths < self.width) & (widths > 0)
-        if short.sum() <= max(FEW, FEW_SHARE * short.size):
+        if short.sum() <= few:
             for column in columns:
                 values[column][short & (widths == column + 1)] = np.nan
-        usual = [len(line) for line in self.lines[-20:-1]]
-        if self._is_cut and usual and len(self.lines[-1]) < min(usual):
+        longer = [i for i in np.flatnonzero(widths > self.width).tolist() if i >= MOST_KEYS]
+        if 0 < len(longer) <= few:
+            usual = Counter(max(_with_numbers(row), default=-1) for row in self._rows(self._spread(TRIED)))
+            beyond = usual.most_common(1)[0][0] + 1
+            rows = self._rows([self.lines[i] for i in longer])
+            joined = [i for i, row in zip(longer, rows, strict=True) if _holds_number(row[beyond:])]
+            for column in columns:
+                values[column][joined] = np.nan
+        before = [len(line) for line in self.lines[-20:-1]]
+        if self._is_cut and before and len(self.lines[-1]) < min(before):
             for one in values.values():
                 one[-1] = np.nan
 
@@ -239,16 +269,17 @@ class ScopeFile:
         """Whether decimal commas have cut each number of unquoted columns in two, such as "-100,0,0,0540"."""
         if self.width % 2 or self._quoted:
             return False
-        full = [row for row in rows if len(row) == self.width and re.fullmatch(r"\s*[-+]?\d+\s*", row[0])]
+        full = [row for row in rows if len(row) == self.width and len(_with_numbers(row)) == self.width]
         ends = [cell.strip() for row in full for cell in row[1::2]]
         if (
             not full
             or any("." in cell for row in full for cell in row)
+            or not all(re.fullmatch(r"\s*[-+]?\d+\s*", row[0]) for row in full)
             or not all(re.fullmatch(r"\d+([eE][-+]?\d+)?", e) for e in ends)
         ):
             return False
-        heads = [row for row in rows[:3] if len(row) < self.width]
-        return any(2 * len(row) == self.width for row in heads) or any(len(e) > 1 and e[0] == "0" for e in ends)
+        heads = [row for row in rows[:3] if len(_with_numbers(row)) < len(row)]
+        return any(2 * len(row) == self.width for row in heads[-1:]) or any(len(e) > 1 and e[0] == "0" for e in ends)
 
     def plain(self, cells: list[str]) -> list[str]:
         """Cells with decimal points, and without commas, points, blanks and apostrophes between thousands."""
@@ -378,9 +409,25 @@ def _joined(cells: list[str]) -> list[str]:
     return [f"{a.strip()}.{b.strip()}" for a, b in zip(cells[::2], cells[1::2], strict=True)]
 
 
+def _holds_number(cells: Sequence[str]) -> bool:
+    return any(np.isfinite(_loose_number(cell)) for cell in cells)
+
+
 def _holds(cells: Sequence[str], columns: Sequence[int]) -> bool:
     """Whether a line has numbers in these columns."""
     return all(column < len(cells) and np.isfinite(_loose_number(cells[column])) for column in columns)
+
+
+def _share(cells: Sequence[str], columns: Sequence[int]) -> float:
+    """The part of cells that are numbers, of a line that has numbers in these columns."""
+    if not _holds(cells, columns):
+        return 0.0
+    filled = [cell for cell in cells if cell.strip(BARE)]
+    return sum(bool(np.isfinite(_loose_number(cell))) for cell in filled) / len(filled)
+
+
+def _is_word(cell: str) -> bool:
+    return bool(cell.strip(BARE)) and not np.isfinite(_loose_number(cell))
 
 
 def _delimiter(line: str) -> str | None:
@@ -445,7 +492,7 @@ def _loose_number(cell: str) -> float:
     """A number, whatever its commas mean, or NaN."""
     bare = cell.strip().strip('"').strip()
     value = _number(bare)
-    if np.isnan(value) and re.fullmatch(r"[-+]?\d*([.,' ]\d+)*([eE][-+]?\d+)?", bare):
+    if np.isnan(value) and LOOSE_NUMBER.fullmatch(bare):
         return _number(re.sub(r"[.,' ]", "", bare))
     return value if not np.isnan(value) else _clock(cell)
 
@@ -455,5 +502,6 @@ def _clock(cell: str) -> float:
     found = DATE_OR_CLOCK.match(cell.strip().strip('"'))
     if not found:
         return np.nan
-    hours, minutes, seconds = found.groups()
-    return float(3600 * int(hours) + 60 * int(minutes) + Decimal(seconds.replace(",", ".")))
+    hours, minutes, seconds, half = found.groups()
+    hour = int(hours) % 12 + 12 * (half.upper() == "P") if half else int(hours)
+    return float(3600 * hour + 60 * int(minutes) + Decimal(seconds.replace(",", ".")))

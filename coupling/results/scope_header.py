@@ -1,7 +1,7 @@
 """What the lines above the samples of an oscilloscope's file state: units, interval, start, and number of samples."""
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cache
 from math import isfinite
 from typing import NamedTuple
@@ -30,9 +30,29 @@ COUNTS = {
     *("recordlength", "segmentsize", "memorylength", "blocksize", "samplecount", "numberofsamples", "samples"),
     *("points", "npoints", "numberofpoints", "numpoints", "recordsize", "noofsamples", "noofpoints"),
 }
-TIME_UNITS = {"horizontalunits", "horizontalunit", "xunits", "xunit", "hunit", "timeunit", "timeunits", "xunitlabel"}
+TIME_UNITS = {
+    "horizontalunits",
+    "horizontalunit",
+    "xunits",
+    "xunit",
+    "xaxisunit",
+    "hunit",
+    "timeunit",
+    "timeunits",
+    "xunitlabel",
+}
 FORCE_UNITS = {
-    *("verticalunits", "verticalunit", "yunits", "yunit", "vunit", "yunitlabel", "amplitudeunit", "signalunit"),
+    *(
+        "verticalunits",
+        "verticalunit",
+        "yunits",
+        "yunit",
+        "yaxisunit",
+        "vunit",
+        "yunitlabel",
+        "amplitudeunit",
+        "signalunit",
+    ),
     "unit",
     "units",
 }
@@ -46,6 +66,9 @@ NUMBER_AND_UNIT = re.compile(r"\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*(\S*)\s*")
 """A value such as "2 MSa/s"."""
 
 BETWEEN_WORDS = re.compile(r"[\s,;:]+")
+
+FACTOR = re.compile(r"\bx\s*1[0eE]\S*\s+\S|\w\s*[×*·]\s*\d|\d\s*[×*·]")
+"""A factor beside a name or a unit, as in "t*1000 (s)"."""
 
 SECOND = re.compile(r"(se[ck](unde|onde?)?[ns]?\.?)$", re.IGNORECASE)
 """Seconds as people abbreviate and translate them."""
@@ -63,6 +86,14 @@ class Unit(NamedTuple):
     @property
     def of_table(self) -> tuple[str, float]:
         return self.si, self.size
+
+
+class Stated(NamedTuple):
+    """An entry such as "Sample Rate,2 MSa/s": its name, its text, and its value in SI, None if not understood."""
+
+    name: str
+    text: str
+    value: float | None
 
 
 class Header:
@@ -97,24 +128,27 @@ class Header:
         unit = self.unit(column, TIME)
         return unit is not None and unit.quantity == TIME
 
-    def interval(self) -> float | None:
-        """The interval between samples, s."""
-        intervals = [value * self._second(text) for text, value in self._numbers(INTERVALS)]
-        rates = [1.0 / (value * _hertz(text)) for text, value in self._numbers(RATES) if value > 0.0]
-        return next((one for one in [*intervals, *rates] if one > 0.0), None)
+    def intervals(self) -> list[Stated]:
+        """The intervals between samples, s, that entries state, also as rates."""
+        rates = [one._replace(value=1.0 / one.value if one.value else None) for one in self._entries(RATES, _hertz)]
+        every = [*self._entries(INTERVALS, self._second), *rates]
+        return [one if one.value and one.value > 0.0 else one._replace(value=None) for one in every]
 
-    def start(self) -> float:
-        """The time of the first sample, s; 0 where the header states none."""
-        return next((value * self._second(text) for text, value in self._numbers(STARTS)), 0.0)
+    def starts(self) -> list[Stated]:
+        """The times of the first sample, s, that entries state."""
+        return [*self._entries(STARTS, self._second)]
 
     def count(self) -> int | None:
         """The number of samples."""
-        return next((int(value) for _, value in self._numbers(COUNTS) if value >= 1.0), None)
+        counts = (one.value for one in self._entries(COUNTS, lambda _: 1.0))
+        return next((int(value) for value in counts if value is not None and value >= 1.0), None)
 
-    def _second(self, text: str) -> float:
+    def _second(self, text: str) -> float | None:
+        """The size of a unit of time, s; of no text that of "Horizontal Units". None of other text."""
         keyed = next(iter(self._keyed(TIME_UNITS, 1)), None)
         unit = _unit_of(text, TIME) if text else keyed
-        return unit.size if unit is not None and unit.quantity == TIME else 1.0
+        fits = unit is not None and unit.quantity == TIME
+        return unit.size if unit is not None and fits else None if text else 1.0
 
     def _keyed(self, names: set[str], column: int) -> Iterator[Unit]:
         """Units of lines such as "Vertical Units,V"."""
@@ -122,23 +156,39 @@ class Header:
         for row in self._first:
             if not row or _key(row[0]) not in names:
                 continue
+            if (rest := re.split(r"[:=]", row[0], maxsplit=1)[1:]) and rest[0].strip():
+                row = [row[0], rest[0].strip(), *row[1:]]
             values = [cell for cell in row[1:] if cell and not _is_number(cell)]
             texts = values if len(set(values)) == 1 else row[column : column + 1] if len(row) > column else values[:1]
+            texts = [re.sub(r"^\w+\s*:\s*", "", text).strip("()[] ") for text in texts]  # "CH1:V"
             yield from (_unit_of(text, wanted) or Unit(text, UNKNOWN) for text in texts[:1] if text)
 
-    def _numbers(self, names: set[str]) -> Iterator[tuple[str, float]]:
-        """Unit and value of each entry with one of these names: in the next cell, or in the line below."""
+    def _entries(self, names: set[str], size_of: Callable[[str], float | None]) -> Iterator[Stated]:
+        """Each entry with one of these names, whose value stands in the next cell, or in the line below.
+
+        A unit that is attached to the name or the value, or that stands alone after these, must be one.
+        """
         for row, below in zip(self._first, [*self._first[1:], []], strict=True):
             for k, cell in enumerate(row):
                 word, _, rest = re.sub(r"[:=]", "\0", cell, count=1).partition("\0")
                 if _key(word) not in names:
                     continue
                 beside, under = [*row, "", ""][k + 1 : k + 3], [*below, *[""] * (k + 2)][k : k + 2]
-                for text, after in ((rest, ""), beside, under):
+                aside = "" if _key(beside[0]) in KEYS else beside[0]
+                alone = sum(map(bool, row)) <= len(("name", "value", "unit"))
+                for text, after in ((rest, ""), beside, *([under] if k or not aside else [])):
                     value = NUMBER_AND_UNIT.fullmatch(text.replace(",", "."))
                     if value and _is_number(value[1]):
-                        yield value[2] or _bracketed(word) or ("" if _is_number(after) else after), float(value[1])
+                        unit = value[2] or _bracketed(word)
+                        later = "" if unit or _is_number(after.replace(",", ".")) else after
+                        size = size_of(unit or later)
+                        if size is None and later and not (alone and text is beside[0]):
+                            size = size_of("")
+                        shown = f"{text} {later}".strip()
+                        yield Stated(word.strip(), shown, None if size is None else size * float(value[1]))
                         break
+                else:
+                    yield Stated(word.strip(), rest.strip() or aside or (under[0] if k else ""), None)
 
 
 def quantity_of(text: str, wanted: str) -> Unit | None:
@@ -160,9 +210,11 @@ def _cells(row: Sequence[str], columns: int, join: bool = True) -> list[str]:
     if not join or len(cells) <= columns or any(map(_is_number, cells)):
         return cells
     joined: list[str] = []
+    bracketed = any(re.fullmatch(r"[(\[].*[)\]]", cell) for cell in cells)
     for cell in cells:
         bare = cell.strip("()[] ")
-        if joined and _unit_of(bare, TIME) is not None and _unit_of(joined[-1], TIME) is None:
+        is_unit_of_name = bare != cell if bracketed else bool(joined) and _unit_of(joined[-1], TIME) is None
+        if joined and is_unit_of_name and _unit_of(bare, TIME) is not None:
             joined[-1] += f" ({bare})"
         else:
             joined.append(cell)
@@ -181,13 +233,13 @@ def _is_number(cell: str) -> bool:
         return False
 
 
-def _hertz(text: str) -> float:
-    """Hz, kHz, MSa/s, or nothing, in Hz."""
+def _hertz(text: str) -> float | None:
+    """Hz, kHz, MSa/s, or nothing, in Hz; None of other text."""
     rate = re.sub(r"(samples?|sa|s)(/s(ec)?|ps)$", "Hz", text.strip(), flags=re.IGNORECASE)
     try:
         return float(factor(rate, "Hz")) if rate else 1.0
     except ValueError:
-        return 1.0
+        return None
 
 
 def _bracketed(cell: str) -> str:
@@ -198,7 +250,7 @@ def _bracketed(cell: str) -> str:
 def _is_row_of_units(row: Iterable[str]) -> bool:
     """Whether each cell is a unit, and one of them a time: "s,V" or "second,Volt"."""
     units = [_unit_of(cell.strip("()[] "), TIME) for cell in row if cell]
-    return len(units) > 1 and all(units) and any(one and one.name.endswith("second") for one in units)
+    return len(units) > 1 and all(units) and any(one and re.fullmatch(r"[a-z]*second", one.name) for one in units)
 
 
 def _loose(row: Iterable[str], wanted: str) -> Iterator[Unit]:
@@ -209,9 +261,11 @@ def _loose(row: Iterable[str], wanted: str) -> Iterator[Unit]:
 
 
 def _stated(cell: str, wanted: str, in_row_of_units: bool) -> Unit | None:
-    """The unit that a cell states: "(ms)", "Time [ms]", "Time in ms", "t/ms", "time_ms", "Time ms", "ms"."""
+    """The unit that a cell states: "(ms)", "Time [ms]", "Time in ms", "t/ms", "time_ms", "Time ms", "timeMs", "ms"."""
     if not cell or _is_number(cell):
         return None
+    if FACTOR.search(cell):
+        return Unit(cell, UNKNOWN)
     if brackets := re.findall(r"[(\[<{]\s*([^()\[\]<>{}]+?)\s*[)\]>}]", cell):
         found = [_first_unit(text, wanted) for text in brackets]
         fitting = [one for one in found if one.quantity == wanted] or found[-1:]
@@ -222,11 +276,11 @@ def _stated(cell: str, wanted: str, in_row_of_units: bool) -> Unit | None:
         return _unit_of(cell, wanted)
     if (word := re.search(r"\w\s*/\s*([^/\s]+)$", cell)) and cell.lower() != "n/a":
         return _unit_of(word[1], wanted)
-    last = re.split(r"[\s,;:=_-]+", cell)[-1]
-    if last.startswith("dB"):
-        return Unit(last, UNKNOWN)
-    unit = _unit_of(last, wanted)
-    return unit if unit is not None and _is_sure(unit, wanted) else None
+    words = [word for word in re.split(r"[\s,;:=_.-]+|(?<=[a-z]{2})(?=[UMN]s$)", cell) if word]
+    if words and words[-1].startswith("dB"):
+        return Unit(words[-1], UNKNOWN)
+    units = [unit for word in (*words[-1:], *words[:1]) if (unit := _unit_of(word, wanted))]
+    return next((unit for unit in units if _is_sure(unit, wanted)), None)
 
 
 def _first_unit(text: str, wanted: str) -> Unit:

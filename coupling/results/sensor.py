@@ -7,7 +7,7 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from structures.arrays import in_si_units
-from structures.checks import one_of, positive
+from structures.checks import count_of, one_of, positive
 
 Vector = NDArray[np.float64]
 
@@ -89,7 +89,7 @@ def calibration_factor(
     momentum = share * positive("mass", mass, "kg") * positive("impact_speed", impact_speed, "m/s")
     t, v = trace("time", time, "s"), trace("voltage", voltage, "V")
     if t.size != v.size:
-        raise ValueError(f"voltage: holds {v.size} numbers, must be as many as time, {t.size}")
+        raise ValueError(f"voltage: holds {count_of(v.size, 'number')}, must be as many as time, {t.size}")
     if not (np.diff(t) > 0.0).all():
         raise ValueError("time: must increase from sample to sample")
     v = v - np.median(v[: quiet_lead("voltage", v)])

@@ -15,7 +15,7 @@ from coupling.results.reading import Reading
 from coupling.results.schema import RUN, SIGNAL, kind_of
 from coupling.results.sensor import trace
 from coupling.results.signals import as_signal
-from structures.checks import instance, listed, positive, whole
+from structures.checks import count_of, instance, listed, positive, whole
 from structures.structure import Vector
 
 Change = Callable[[ArrayLike, ArrayLike], Vector]
@@ -180,7 +180,7 @@ def _pair(time: ArrayLike, force: ArrayLike) -> tuple[Vector, Vector]:
     """Equal time steps and a force of as many numbers, or a ValueError."""
     moments, given = trace("time", time, "s"), trace("force", force, "N")
     if moments.size != given.size:
-        raise ValueError(f"force: holds {given.size} numbers, must be as many as time, {moments.size}")
+        raise ValueError(f"force: holds {count_of(given.size, 'number')}, must be as many as time, {moments.size}")
     steps = np.diff(moments)
     if not (steps > 0.0).all() or np.ptp(steps) > 1e-3 * steps.mean():
         raise ValueError("time: must have equal steps; resample the force first, for instance with numpy.interp")

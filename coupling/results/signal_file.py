@@ -11,6 +11,7 @@ from coupling.results.sampling import Even, Rows, Unsampled, even_sampling, is_o
 from coupling.results.scope_file import LONGEST_LINE, Samples, ScopeFile, from_first
 from coupling.results.scope_header import FORCE, OTHER, TIME, Header, Unit, quantity_of
 from coupling.results.sensor import FEWEST_SAMPLES, bridged
+from structures.checks import count_of
 from structures.structure import Vector
 from structures.units import readable
 
@@ -25,6 +26,9 @@ FEWEST_SHARE = 0.5
 
 PREFIXES = {1e-3: "ms", 1e-6: "us", 1e-9: "ns"}
 """Units of time that scopes use without saying so."""
+
+
+WHOLE_VOLTS = "all values are whole numbers of V; are they a digitiser's counts? Then calibration is N per count"
 
 
 class Sampling(NamedTuple):
@@ -76,13 +80,12 @@ def read_trace(path: Path, column_of: Mapping[int, int], sampling: Sampling, uni
     if first or last < time.size:
         notes.append(f"the first {first} and the last {time.size - last} samples hold no values, and were left out")
     scaled = {sensor: unit_of[sensor].size * values[sensor][first:last] for sensor in column_of}
+    notes += [f"sensor {s}: {WHOLE_VOLTS}" for s, one in unit_of.items() if one.si == "V" and _are_whole(scaled[s])]
     return Trace(time[first:last], scaled, {s: one.si for s, one in unit_of.items()}, notes)
 
 
 def _time_columns(file: ScopeFile, column_of: Mapping[int, int], sampling: Sampling) -> dict[int, int | None]:
     """The column of the time of each sensor: the nearest to the left that increases; None where there is none."""
-    if sampling.interval is not None:
-        return dict.fromkeys(column_of, None)
     increasing = file.increasing
     swapped = [column for column in column_of.values() if column in increasing]
     if swapped:
@@ -90,8 +93,8 @@ def _time_columns(file: ScopeFile, column_of: Mapping[int, int], sampling: Sampl
             f"{file.path}: column {swapped[0]} increases from line to line, as a time does: are the columns swapped? "
             "sensors = {bead: column}, counted from 0; the time is time_column"
         )
-    if sampling.column is not None:
-        return dict.fromkeys(column_of, sampling.column)
+    if sampling.interval is not None or sampling.column is not None:
+        return dict.fromkeys(column_of, None if sampling.interval is not None else sampling.column)
     found: dict[int, int | None] = {}
     for sensor, column in column_of.items():
         left = [one for one in increasing if one < column] or increasing[:1]
@@ -102,15 +105,51 @@ def _time_columns(file: ScopeFile, column_of: Mapping[int, int], sampling: Sampl
 def _by_interval(path: Path, samples: Samples, sampling: Sampling) -> Even:
     """Times from an interval, of the user or of the header."""
     count = samples.lines.size
-    interval, start = sampling.interval, sampling.start
+    interval, notes = sampling.interval, list[str]()
     if interval is None:
-        interval, start = samples.header.interval(), samples.header.start() if start is None else start
+        interval, first, notes = _interval_and_start(path, samples.header)
+    else:
+        first, notes = 0.0, _differing(samples.header, interval, f"interval = {readable(interval, 's', 4)} is given")
     if interval is None:
         raise ValueError(
             f"{path}: holds no column of times, and no interval in its header; give interval=, s, such as 5e-7"
         )
-    time: Vector = (start or 0.0) + interval * np.arange(count, dtype=float)
-    return Even(time, np.arange(count), np.array([], dtype=int), [])
+    start = first if sampling.start is None else sampling.start
+    time: Vector = start + interval * np.arange(count, dtype=float)
+    return Even(time, np.arange(count), np.array([], dtype=int), notes)
+
+
+def _interval_and_start(path: Path, header: Header) -> tuple[float | None, float, list[str]]:
+    """The interval and the time of the first sample, s, that a header states, and what is to be said.
+
+    A ValueError where entries of an interval are not understood, or differ. A start that is not understood only shifts
+    the record.
+    """
+    intervals, starts = header.intervals(), header.starts()
+    values = [one.value for one in intervals if one.value is not None]
+    unclear = [one for one in intervals if one.value is None][:1]
+    if unclear or any(abs(one / values[0] - 1.0) > SAME for one in values):
+        texts = " and ".join(f"{one.name} = {one.text!r}" for one in unclear or intervals)
+        what = "is no interval that is understood" if unclear else "are different intervals between samples"
+        raise ValueError(f"{path}: the header's {texts} {what}; give interval=, s, such as 5e-7")
+    first = next((one.value for one in starts if one.value is not None), 0.0)
+    notes = [
+        f"the header's {one.name} = {one.text!r} is not taken: the record begins at {readable(first, 's', 4)}"
+        for one in starts
+        if one.value != first and one.text
+    ]
+    return values[0] if values else None, first, notes
+
+
+def _differing(header: Header, interval: float, instead: str) -> list[str]:
+    """What is to be said of each interval that the header states otherwise, or that is not understood."""
+    return [
+        f"the header's {one.name} = {one.text!r} is no interval that is understood"
+        if one.value is None
+        else f"the header states an interval of {readable(one.value, 's', 4)} ({one.name}), but {instead}"
+        for one in header.intervals()
+        if one.text and (one.value is None or abs(one.value / interval - 1.0) > SAME)
+    ]
 
 
 def _by_column(
@@ -123,7 +162,7 @@ def _by_column(
     if np.spacing(np.abs(time[known]).max()) > 1e-3 * abs(float(np.median(steps))) > 0.0:
         time, first = from_first(file.plain(file.texts(column, samples.places)), known)
         notes.append(f"times count from the first sample, {first.strip()}")
-    interval, stated = samples.header.interval(), samples.header.unit(column, TIME)
+    header, stated = samples.header, samples.header.unit(column, TIME)
     rows = np.arange(time.size)
     parts = segments(time)
     if len(parts) > 1 and sampling.segment is None:
@@ -141,38 +180,50 @@ def _by_column(
         values = {sensor: _means(one, rows) for sensor, one in values.items()}
         rows = rows[::2]
         notes.append("each time stands twice, with the least and the greatest value; their mean is taken")
-    counts = interval is not None and stated is None and bool((np.diff(time[known]) == 1.0).all())
-    is_counter = counts or (stated is None and samples.header.counts_samples(column))
-    unit = _unit(path, samples.header, column, TIME, sampling.unit)
+    intervals = header.intervals()
+    counts = bool(intervals) and stated is None and bool((np.diff(time[known]) == 1.0).all())
+    is_counter = counts or (stated is None and header.counts_samples(column))
+    unit = _unit(path, header, column, TIME, sampling.unit)
     try:
         even = even_sampling(time[rows], None if is_counter else unit.size)
     except Unsampled as error:
         line = samples.lines[rows[error.row]]
         raise ValueError(f"{path}, line {line}: {error}") from None
     second = 1.0
-    if counts and interval is not None:
-        even = even._replace(time=samples.header.start() + interval * even.time)
+    if counts:
+        interval, start, more = _interval_and_start(path, header)
+        assert interval is not None
+        before = even.time[0] if header.starts() else 0.0
+        even, notes = even._replace(time=start + interval * (even.time - before)), [*notes, *more]
     elif is_counter:
         raise ValueError(
             f"{path}: column {column} counts samples; give time_column, the column of the time, or interval=, s"
         )
     else:
-        second = unit.size
-        if interval is not None:
-            second, more = _checked_second(float(even.time[1] - even.time[0]), unit, interval, stated or sampling.unit)
-            notes += more
+        second, more = _checked_second(float(even.time[1] - even.time[0]), unit, header, stated or sampling.unit)
+        notes += more
     misfits = [f"line {samples.lines[rows[row]]}" for row in even.left_out[:NAMED].tolist()]
     if misfits:
         notes.append(
-            f"{even.left_out.size} times do not fit the others, and their samples were left out: {', '.join(misfits)}"
+            f"{count_of(even.left_out.size, 'time does', 'times do')} not fit the others, and their samples were left "
+            f"out: {', '.join(misfits)}"
         )
     lost = int((even.rows < 0).sum())
     if lost:
         at = int((even.rows < 0).argmax())
         before = samples.lines[rows[even.rows[at - 1]]]
-        notes.append(f"{lost} samples are lost and are NaN, the first after line {before}")
+        notes.append(f"{count_of(lost, 'sample is', 'samples are')} lost and NaN, the first after line {before}")
     rows_of = np.where(even.rows >= 0, rows[np.maximum(even.rows, 0)], -1)
-    return Even(second * even.time, rows_of, even.left_out, [*notes, *even.notes]), values
+    time = second * even.time
+    if sampling.start is not None:
+        time = time + (sampling.start - time[0])
+    return Even(time, rows_of, even.left_out, [*notes, *even.notes]), values
+
+
+def _are_whole(values: Vector) -> bool:
+    """Whether all samples are whole numbers, as a digitiser's counts are."""
+    present = values[np.isfinite(values)]
+    return bool((present == np.round(present)).all())
 
 
 def _means(values: Vector, rows: Rows) -> Vector:
@@ -182,20 +233,18 @@ def _means(values: Vector, rows: Rows) -> Vector:
     return found
 
 
-def _checked_second(step: float, unit: Unit, interval: float, stated: object) -> tuple[float, list[str]]:
-    """The size of the time column's unit, s, which the header's interval confirms, and what is to be said."""
-    ratio = interval / step
-    if abs(ratio / unit.size - 1.0) < SAME:
-        return unit.size, []
-    fitting = [size for size in PREFIXES if abs(ratio / size - 1.0) < SAME]
-    if stated is None and fitting:
-        return fitting[0], [
-            f"the time is read in {PREFIXES[fitting[0]]}, from the header's interval, {readable(interval, 's', 4)}"
-        ]
-    return unit.size, [
-        f"the header states an interval of {readable(interval, 's', 4)}, but the times are "
-        f"{readable(step * unit.size, 's', 4)} apart"
-    ]
+def _checked_second(step: float, unit: Unit, header: Header, stated: object) -> tuple[float, list[str]]:
+    """The size of the time column's unit, s, which the header's intervals confirm, and what is to be said."""
+    size, notes = unit.size, list[str]()
+    intervals = [one.value for one in header.intervals() if one.value is not None]
+    if stated is None and intervals and not any(abs(one / (step * size) - 1.0) < SAME for one in intervals):
+        fitting = [one for one in PREFIXES if abs(intervals[0] / (step * one) - 1.0) < SAME]
+        if fitting:
+            size = fitting[0]
+            notes = [
+                f"the time is read in {PREFIXES[size]}, from the header's interval, {readable(intervals[0], 's', 4)}"
+            ]
+    return size, [*notes, *_differing(header, step * size, f"the times are {readable(step * size, 's', 4)} apart")]
 
 
 def _unit(path: Path, header: Header, column: int, wanted: str, given: str | None) -> Unit:
@@ -231,12 +280,13 @@ def _left_out(samples: Samples) -> list[str]:
     """Lines that are no samples, in words."""
     said = []
     if samples.blank:
-        said.append(f"{samples.blank} blank lines were left out")
+        said.append(count_of(samples.blank, "blank line was left out", "blank lines were left out"))
     if samples.no_samples:
         shown = ", ".join(f"line {i} {text[:LONGEST_LINE]!r}" for i, text in samples.no_samples[:NAMED])
         more = len(samples.no_samples) - NAMED
         shown += f" and {more} more" if more > 0 else ""
-        said.append(f"{len(samples.no_samples)} lines are no samples, and were left out: {shown}")
+        are = "line is no sample, and was left out", "lines are no samples, and were left out"
+        said.append(f"{count_of(len(samples.no_samples), *are)}: {shown}")
     return said
 
 
@@ -263,8 +313,9 @@ def _missing(file: ScopeFile, samples: Samples, sensor: int, column: int, values
     lost = int((~np.isfinite(values[ends[0] : ends[-1] + 1])).sum())
     if not lost or not words or not inside.any():
         return []
+    samples_are = count_of(lost, "sample is", "samples are")
     return [
-        f"sensor {sensor}: {lost} samples are beyond the scope's range or missing, and are NaN: "
+        f"sensor {sensor}: {samples_are} beyond the scope's range or missing, and NaN: "
         f"{', '.join(map(repr, words[:NAMED]))} from line {samples.lines[bad[0]]} on"
     ]
 

@@ -15,7 +15,7 @@ from coupling.results.scope_header import FORCE, TIME, quantity_of
 from coupling.results.sensor import bridged, is_reversed, quiet_lead, smoothed, trace
 from coupling.results.signal_file import Sampling, read_trace
 from structures.caution import caution, collected
-from structures.checks import finite, instance, not_negative, one_of, positive, short, whole
+from structures.checks import count_of, finite, instance, not_negative, one_of, positive, short, whole
 from structures.plausible import likely
 from structures.structure import Vector
 from structures.units import readable
@@ -72,7 +72,9 @@ def as_signal(
     rows = {whole("sensor", sensor): trace(f"forces[{sensor}]", force, "N") for sensor, force in forces.items()}
     for sensor, row in rows.items():
         if row.size != moments.size:
-            raise ValueError(f"forces[{sensor}]: holds {row.size} numbers, must be as many as time, {moments.size}")
+            raise ValueError(
+                f"forces[{sensor}]: holds {count_of(row.size, 'number')}, must be as many as time, {moments.size}"
+            )
     given = {"signal": "arrays", "sensors": sorted(rows), "baseline": baseline}
     return _dataset(moments, rows, positions, baseline, given, lambda i: f"sample {i}")
 
@@ -119,7 +121,8 @@ def read_signal(
         Time from sample to sample, s, of a file without a column of times; a column of times is then not read. By
         default what the header states, such as "Increment".
     start : float, optional
-        Time of the first sample, s, of a file without a column of times; by default what the header states, else 0.
+        Time of the first sample, s; by default as the column of times, or else the header, states it, and 0 without
+        either.
     segment : int, optional
         Which segment of a sequence to read, counted from 1.
 

@@ -9,6 +9,7 @@ from math import sqrt
 import numpy as np
 
 from structures.kernel_cache import njit
+from structures.structure import Vector
 
 FIRST_WAVE = 0.05
 """The incident wave rises by at least this part of the greatest force: waves of a heavy striker pile up later."""
@@ -36,6 +37,12 @@ NEAR = 4
 
 NOWHERE, STRUCTURE, CHAIN = 0, 1, 2
 """Where a reflected wave begins; NOWHERE for the incident wave, and where there is no wave."""
+
+
+def plain(values: Vector) -> Vector:
+    """An array of the type that all kernels take: for one that cannot be written, as the times of a run are, or of
+    another layout, they would be compiled again."""
+    return np.require(values, float, ["C", "W"])
 
 
 @njit(cache=True, error_model="numpy")

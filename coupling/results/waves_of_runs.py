@@ -71,8 +71,7 @@ def find_waves(time: Vector, series: Series, smallest: float, most: int) -> Wave
     """
     runs = len(series.force)
     waves, found = np.full((runs, most, 3), np.nan), np.zeros(runs, dtype=np.int64)
-    times, force, static, velocity = (np.ascontiguousarray(one, dtype=float) for one in (time, *series[:3]))
-    wave_kernels.waves_of_many(times, force, static, velocity, smallest, waves, found)
+    wave_kernels.waves_of_many(*map(wave_kernels.plain, (time, *series[:3])), smallest, waves, found)
     return WavesOfRuns(waves[..., 0], waves[..., 1], np.nan_to_num(waves[..., 2]).astype(np.int64), found)
 
 

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, TypeAlias
 import joblib
 import numpy as np
 import xarray as xr
-from joblib.externals.loky.process_executor import TerminatedWorkerError
+from joblib.externals.loky.process_executor import BrokenProcessPool, TerminatedWorkerError
 from numpy.typing import NDArray
 
 from coupling.cosimulation import CoSimulation
@@ -175,6 +175,11 @@ def _in_processes(
         yield from in_parallel(jobs, (joblib.delayed(part.run)(threads, measure) for part in parts))
     except TerminatedWorkerError as error:
         raise RuntimeError("a process of the batch died; perhaps memory ran out; take fewer jobs") from error
+    except BrokenProcessPool:
+        raise ValueError(
+            f"jobs = {jobs!r}: other processes cannot load the function or what it holds; define it in a module that "
+            "they can import, or take jobs=1"
+        ) from None
 
 
 class _Kept(NamedTuple):

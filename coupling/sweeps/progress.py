@@ -14,6 +14,8 @@ from typing import Any, TypeVar
 import numpy as np
 from tqdm import tqdm
 
+from structures.checks import count_of
+
 LOG_INTERVAL = 10.0
 """Shortest time between two lines of the log, s."""
 
@@ -31,6 +33,10 @@ _shared: list["Progress"] = []
 """The progress that all others join, while `one_bar` lasts."""
 
 
+_labels: list[str] = []
+"""What labels of progress say in addition, while `labelled` lasts."""
+
+
 class Stopped(KeyboardInterrupt, SystemExit):
     """Ctrl-C in a sweep that keeps its points. A script that does not catch it ends with its message, on one line."""
 
@@ -43,8 +49,8 @@ class Progress:
     """Counts the points of a sweep. Points from earlier runs (`done`) count, but do not enter the estimate of the
     speed, nor does the first one, which loads or compiles code. Within `one_bar` all points count there.
 
-    likely: whether the total is only that; then the points are runs of one task by itself, in stages. clock: returns
-    the time, s.
+    label: what is done; within `labelled` with more words. likely: whether the total is only that; then the points
+    are runs of one task by itself, in stages. clock: returns the time, s.
     """
 
     def __init__(
@@ -60,11 +66,11 @@ class Progress:
         self._begin = self._told = clock()
         self._first = float("nan")
         self._whole = _shared[-1] if _shared and not likely else None
-        self._label, self._likely, self._stage = label, likely, ""
+        self._label, self._likely, self._stage = ", ".join([label, *_labels]), likely, ""
         if self._whole:
             self._whole._joined(total, done)
         else:
-            self._bar = _bar(label, total, done)
+            self._bar = _bar(self._label, total, done)
 
     def __enter__(self) -> "Progress":
         return self
@@ -107,7 +113,7 @@ class Progress:
         if self._likely:
             of = f" of about {self.total}" if self.done < self.total else ""
             return f"{self._label}: {self._stage} {self.done}{of} runs{failed}{about}"
-        return f"{self._label}: {self.done} of {self.total} points{failed}{about}"
+        return f"{self._label}: {self.done} of {count_of(self.total, 'point')}{failed}{about}"
 
     def left(self) -> float:
         """Estimate of the remaining time, s; NaN until points come steadily, and at the end.
@@ -138,6 +144,16 @@ def one_bar(label: str, expected: int) -> Iterator[None]:
             yield
         finally:
             _shared.remove(progress)
+
+
+@contextmanager
+def labelled(words: str) -> Iterator[None]:
+    """All progress within says these words, too."""
+    _labels.append(words)
+    try:
+        yield
+    finally:
+        _labels.remove(words)
 
 
 def watched(items: Iterable[Item], total: int | None = None) -> Iterator[Item]:

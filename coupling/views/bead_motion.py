@@ -1,6 +1,5 @@
 """The motion of the beads of a deformable chain: displacement and stress inside them at chosen times of a run."""
 
-import json
 from collections.abc import Mapping, Sequence
 from math import sqrt
 from typing import Any, NamedTuple
@@ -18,7 +17,7 @@ from particles.bead import Bead
 from particles.deformable.bead_field import BeadField, Push
 from particles.deformable.chain import DeformableChain
 from particles.deformable.vibration import vibration
-from structures.checks import instance, listed, short, whole
+from structures.checks import count_of, instance, listed, short, whole
 from structures.field import Grid, von_mises
 from structures.structure import Structure, Vector
 from structures.surface import Surface, hertz_stiffness, relative_curvatures
@@ -259,7 +258,7 @@ def _check_same(run: xr.Dataset, chain: DeformableChain, given: Mapping[str, Any
     bodies = Reading(run).beads[0] + 1
     if bodies != len(chain.beads) + 1:
         raise ValueError(
-            f"chain: has {len(chain.beads)} beads, that of the run {bodies - 1}; give the one that was run"
+            f"chain: has {count_of(len(chain.beads), 'bead')}, that of the run {bodies - 1}; give the one that was run"
         )
     modes = 1 + np.count_nonzero(~np.isnan(run.vibration_amplitude.values[0, 1]))
     if modes != chain.modes:
@@ -295,6 +294,6 @@ def _check_end(name: str, facing: object, place: int | None, given: Mapping[str,
 
 def _refuse(name: str, theirs: Mapping[str, Any], mine: Mapping[str, Any], advice: str) -> None:
     """Raise a ValueError if this differs from the input of the run, as plain data."""
-    if differing := list(differences(theirs, json.loads(as_text(mine)))):
+    if differing := list(differences(theirs, stored(as_text(mine)))):
         more = f" and {len(differing) - MOST_LISTED} more" if len(differing) > MOST_LISTED else ""
         raise ValueError(f"{name}: is not that of the run: {', '.join(differing[:MOST_LISTED])}{more}; {advice}")

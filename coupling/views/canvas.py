@@ -1,5 +1,6 @@
 """What all plots of results share: axes to draw on, colours, legends below."""
 
+from collections.abc import Iterable
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
@@ -24,7 +25,7 @@ SMALL = 8.5
 LETTERS_PER_INCH = 12.2
 """Letters of a legend in an inch."""
 
-ROW = 0.175
+ROW = 0.19
 """Height of a line of a legend, inches."""
 
 UNDER = 0.48
@@ -102,13 +103,18 @@ def legend_below(ax: "Axes", title: str = "") -> None:
     figure: Any = ax.get_figure(root=True)
     below = ax.transAxes + ScaledTranslation(0.0, -UNDER, figure.dpi_scale_trans)
     handles, labels = ax.get_legend_handles_labels()
-    texts = [fill(plain(label), max(20, int(LETTERS_PER_INCH * width_of(ax)))) for label in labels]
-    rows = sum(text.count("\n") + 1 for text in texts) + bool(title)
-    resized(ax, HEIGHT / WIDTH * width_of(ax) + ROW * max(0, rows - 2))
+    texts, rows = legend_texts(ax, labels)
+    resized(ax, HEIGHT / WIDTH * width_of(ax) + ROW * max(0, rows + bool(title) - 2))
     ax.legend(
         handles, texts, title=title or None, title_fontsize=SMALL, alignment="left", loc="upper left",
         bbox_to_anchor=(0.0, 0.0), bbox_transform=below, frameon=False, fontsize=SMALL, borderaxespad=0.0,
     )  # fmt: skip
+
+
+def legend_texts(ax: "Axes", labels: Iterable[str]) -> tuple[list[str], int]:
+    """Entries of a legend that is as wide as the figure, with their number of lines."""
+    texts = [fill(plain(label), max(20, int(LETTERS_PER_INCH * width_of(ax)))) for label in labels]
+    return texts, sum(text.count("\n") + 1 for text in texts)
 
 
 def in_words(name: str) -> str:

@@ -145,7 +145,7 @@ def refinement(data: xr.Dataset, tolerance: float, edge: str = "clamped") -> Fig
         axis.set(title=f"D = {diameter * 1e3:.2f} mm", xlabel=f"distance from the {edge} edge (mm)", yscale="log")
         axis.set(ylim=(2e-3, 1.0), xlim=(0.0, 2.0 * farthest if farthest else 100.0))
     axes[0].set_ylabel("|AR − far value|")
-    axes[0].plot([], [], "--", color="grey", linewidth=0.8, label="first scan, straight lines")
+    axes[0].plot([], [], "--", color="grey", linewidth=0.8, label="first scan, AR interpolated")
     axes[0].fill_between([], [], color="grey", alpha=0.5, linewidth=0.0, label="bracket")
     lines = axes[0].get_legend_handles_labels()
     columns = min(len(lines[0]), 2 * len(axes))

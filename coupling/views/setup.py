@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import xarray as xr
 
 from coupling.results.provenance import stored
-from coupling.views.canvas import INK, ROW, SMALL, axes_for, plain, resized, width_of
+from coupling.views.canvas import INK, ROW, SMALL, axes_for, legend_texts, resized, width_of
 from coupling.views.setup_structures import Drawn, front_view, side_view
 from coupling.views.swept import varied, words_of
-from structures.checks import short
+from structures.checks import count_of, short
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -63,7 +63,7 @@ def setup(run: Any, ax: "Axes | None" = None) -> "Axes":
     ax = axes_for(ax, SKETCH_WIDTH)
     drawn = Drawn(ax)
     for name, values in varied(run).items() if isinstance(run, xr.Dataset) else ():
-        drawn.note(f"drawn is the first run; varied: {words_of(run[name])}, {values}")
+        drawn.note(f"varied, drawn is the first run: {words_of(run[name])}, {values}")
     bottom = 0.0
     for row in rows:
         bottom = _draw_row(drawn, row, bottom) - 6.0
@@ -82,14 +82,14 @@ def _laid_out(drawn: Drawn) -> None:
     (left, right), (low, top) = ax.get_xlim(), ax.get_ylim()
     width = width_of(ax)
     sketch = (width - 2.0 * EDGE) * (top - low) / (right - left)
-    under = ROW * len(labels) + EDGE
+    texts, rows = legend_texts(ax, labels)
+    under = ROW * rows + EDGE
     total = sketch + under + 3.0 * EDGE
     if resized(ax, total):
         ax.get_figure().set_layout_engine("none")  # type: ignore[union-attr]
         ax.set_position((EDGE / width, (under + EDGE) / total, 1.0 - 2.0 * EDGE / width, sketch / total))
     ax.legend(
-        handles, [plain(label) for label in labels],
-        loc="upper left", bbox_to_anchor=(0.0, -EDGE / sketch), frameon=False, fontsize=SMALL,
+        handles, texts, loc="upper left", bbox_to_anchor=(0.0, -EDGE / sketch), frameon=False, fontsize=SMALL,
         borderaxespad=0.0,
     )  # fmt: skip
 
@@ -169,7 +169,7 @@ def _draw_beads(drawn: Drawn, beads: list[Any], y: float) -> float:
             gap = 2.0 * _size(bead)[0]
             dots = [x - share * gap for share in (0.25, 0.5, 0.75)]
             mark: dict[str, Any] = {"color": INK, "marker": ".", "markersize": 3.0, "linestyle": "none"}
-            drawn.line(dots, [y] * 3, f"{left_out} beads that are not drawn", **mark)
+            drawn.line(dots, [y] * 3, count_of(left_out, "bead that is not drawn", "beads that are not drawn"), **mark)
             x -= gap
         width, tall = _size(bead)
         middle = (x - 0.5 * width, y)

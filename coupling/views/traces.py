@@ -25,7 +25,7 @@ MAP_COLUMNS = 1200
 WEAK = 0.5
 """Colours of a map follow this power of the force, so that an echo of 1 % of the greatest force can be seen."""
 
-SPECTRUM_ENDS = 1e-3
+SPECTRUM_ENDS = 1e-2
 """A spectrum is shown up to the highest frequency at which it exceeds this part of its peak."""
 
 FINER = 8
@@ -120,7 +120,7 @@ def contact_map(run: xr.Dataset, ax: "Axes | None" = None) -> "Axes":
     reading = Reading(run)
     reading.dynamic_force()
     reading.check_one_chain("contact_force")
-    force = run.contact_force.transpose("contact", "time")
+    force = run.contact_force.transpose("contact", "time").sel(contact=sorted(reading.kept))
     values, time = force.values, reading.time
     every = max(1, -(-time.size // MAP_COLUMNS))
     starts = np.arange(0, time.size, every)
@@ -158,7 +158,7 @@ def spectrum(run: xr.Dataset, sensor: int | None = None, ax: "Axes | None" = Non
     -------
     Axes
         Frequency in kHz, and ``|∫ F exp(-2πi f t) dt|`` in N/kHz, without a window. It ends where it has fallen to a
-        thousandth of its peak.
+        hundredth of its peak.
 
     Raises
     ------

@@ -13,6 +13,7 @@ from hertzlink.cases.model import CaseModel
 from hertzlink.cases.parts import hint_of
 from hertzlink.cases.paths import Path
 from hertzlink.cases.units import shown
+from structures.checks import count_of
 
 KINDS = ("kind", "shape")
 """Entries that say which of several tables one is."""
@@ -69,7 +70,9 @@ def _fault(error: ErrorDetails, data: Any) -> Fault:
 def _wrong_type(kind: str, context: Mapping[str, Any], message: str) -> str:
     if kind in ("too_short", "too_long"):
         count = context.get("min_length", context.get("max_length"))
-        return f"has {context['actual_length']} entries; must have {'at least ' if count == 1 else ''}{count}"
+        return (
+            f"has {count_of(context['actual_length'], 'entry')}; must have {'at least ' if count == 1 else ''}{count}"
+        )
     words = {
         "string_type": "must be a text in quotes",
         "int_type": "must be a whole number",

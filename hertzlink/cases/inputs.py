@@ -11,7 +11,7 @@ from typing import Any
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
-from coupling.results.provenance import as_text
+from coupling.results.provenance import as_text, stored, unfolded
 from hertzlink.cases.case import Case
 from hertzlink.cases.faults import Fault
 from hertzlink.cases.input_parts import chain_data, refused, structure_data
@@ -111,7 +111,7 @@ def _plain(given: Any) -> dict[str, Any]:
             raise ValueError('given: is no JSON; take run.attrs["input"]') from None
     if not isinstance(given, Mapping):
         raise ValueError('given: must be the input of a run, run.attrs["input"], or the run')
-    return dict(given)
+    return dict(unfolded(given))
 
 
 def _scheme(text: str) -> dict[str, Any]:
@@ -176,7 +176,7 @@ def _like(first: CoSimulation, case: Case) -> CoSimulation:
 
 def _compare(given: Mapping[str, Any], rebuilt: Mapping[str, Any]) -> None:
     """Refuse a case that does not describe itself as the run did."""
-    found = json.loads(as_text(rebuilt))
+    found = stored(as_text(rebuilt))
     for name in ("chain", "structure", "chains", "structures", "contacts"):
         if (name in given) != (name in found):
             raise refused(name, "an input of another form")

@@ -4,6 +4,8 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from structures.checks import count_of
+
 Path = tuple[str | int, ...]
 
 PART = re.compile(r"""(?:^|\.)(?:([A-Za-z0-9_-]+)|"([^"]*)")|\[(\d+)\]""")
@@ -67,7 +69,9 @@ def put(data: dict[str, Any], path: Path, value: Any) -> None:
             if not isinstance(at, list):
                 raise ValueError(f"{written(path[:i])} is no list, so it has no entry [{part}]")
             if part >= len(at):
-                raise ValueError(f"{written(path[:i])} has {len(at)} entries, counted from 0, so no [{part}]")
+                raise ValueError(
+                    f"{written(path[:i])} has {count_of(len(at), 'entry')}, counted from 0, so no [{part}]"
+                )
         elif not isinstance(at, dict):
             raise ValueError(f"{written(path[:i])} is no table, so it has no entry {part}")
         if last:

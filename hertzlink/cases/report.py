@@ -2,9 +2,9 @@
 
 import csv
 import io
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import product
-from textwrap import fill
+from textwrap import fill, wrap
 from typing import Any
 
 import numpy as np
@@ -16,25 +16,50 @@ from coupling.results.waves import ABOVE_ONE, NoWaveError
 from hertzlink.cases.axes import Axis
 from hertzlink.cases.running import Task, of_chain
 from hertzlink.cases.yielding import WITH_YIELDING
+from structures.caution import collected
+from structures.checks import count_of
 
 WIDTH = 80
+CONTINUED = "  "
+"""Before lines that belong to the one above."""
+
 MOST_ROWS = 40
 """Rows of a table on the terminal; the file has all."""
+
+TRACES, TRACES_YIELDING = "traces.csv", "traces_yielding.csv"
+
+CONTACT_LAWS = ("elastic", "Jackson-Green")
+"""Of the rows of CSV files, where the metal yields."""
 
 Row = Sequence[Any]
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]], file: str) -> list[str]:
-    """Lines of a table, numbers to the right; what is left out is said to be in the file."""
+    """Lines of a table, numbers to the right; what is left out is said to be in the file.
+
+    Of a table that is too wide the widest column stands on a line above each row; if that does not help, each row is
+    a sentence.
+    """
     shown = [*rows[:MOST_ROWS]]
-    widths = [max(len(row[i]) for row in (head, *shown)) for i in range(len(head))]
-    lines = ["  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)) for row in (head, *shown)]
-    if max(map(len, lines)) > WIDTH:
-        # Too many columns: each row is a line of names and values.
-        pairs = [", ".join(f"{name} {cell}" for name, cell in zip(head, row, strict=True)) for row in shown]
-        return [*pairs, *([f"... and {len(rows) - MOST_ROWS} more in {file}"] if len(rows) > MOST_ROWS else [])]
     more = [f"... and {len(rows) - MOST_ROWS} more in {file}"] if len(rows) > MOST_ROWS else []
-    return [lines[0], "-" * len(lines[0]), *lines[1:], *more]
+    first, *lines = _aligned(head, *shown)
+    if len(first) <= WIDTH:
+        return [first, "-" * len(first), *lines, *more]
+    sizes = [max(len(row[i]) for row in (head, *shown)) for i in range(len(head))]
+    widest = sizes.index(max(sizes))
+    first, *lines = _aligned(*([*row[:widest], *row[widest + 1 :]] for row in (head, *shown)))
+    if len(first) + len(CONTINUED) <= WIDTH:
+        both = zip(shown, lines, strict=True)
+        pairs = [line for row, rest in both for line in (*wrap(row[widest], WIDTH), CONTINUED + rest)]
+        return [head[widest], CONTINUED + first, "-" * (len(CONTINUED) + len(first)), *pairs, *more]
+    texts = ["; ".join(f"{name}: {cell}" for name, cell in zip(head, row, strict=True)) for row in shown]
+    return [*(fill(one, WIDTH, subsequent_indent=CONTINUED) for one in texts), *more]
+
+
+def _aligned(*rows: Sequence[str]) -> list[str]:
+    """Rows of cells as lines of the same length."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return ["  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)) for row in rows]
 
 
 def csv_text(head: Sequence[str], rows: Iterable[Row]) -> str:
@@ -47,12 +72,29 @@ def csv_text(head: Sequence[str], rows: Iterable[Row]) -> str:
     return file.getvalue()
 
 
-def report(task: Task, data: xr.Dataset) -> tuple[str, dict[str, str]]:
-    """The text for the terminal, and CSV files by name."""
-    lines, files = {"run": _run, "sweep": _sweep, "critical distance": _critical}[task.kind](task, data)
+def report(task: Task, data: xr.Dataset, dented: xr.Dataset | None = None) -> tuple[str, dict[str, str]]:
+    """The text for the terminal, and CSV files by name. dented: the result with a law of yielding."""
+    of = {"run": _run, "sweep": _sweep, "critical distance": _critical}[task.kind]
+    lines, files = of(task, data)
     lines += [fill(data.attrs[WITH_YIELDING], WIDTH)] if data.attrs.get(WITH_YIELDING) else []
-    title = [task.case.model.title, ""] if task.case.model.title else []
+    title = [fill(task.case.model.title, WIDTH), ""] if task.case.model.title else []
+    if dented is not None:
+        with collected():  # The warnings of a run are those of its elastic contacts.
+            files = _both(files, of(task, dented)[1])
     return "\n".join([*title, *lines]), files
+
+
+def _both(elastic: Mapping[str, str], dented: Mapping[str, str]) -> dict[str, str]:
+    """CSV files of both contact laws: a last column says which; traces, whose times differ, are two files."""
+    files = dict(elastic)
+    for name, text in dented.items():
+        if name == TRACES:
+            files[TRACES_YIELDING] = text
+            continue
+        rows = [*csv.reader(io.StringIO(elastic[name]))], [*csv.reader(io.StringIO(text))]
+        both = [[*row, law] for law, (_, *some) in zip(CONTACT_LAWS, rows, strict=True) for row in some]
+        files[name] = csv_text([*rows[0][0], "contact law"], both)
+    return files
 
 
 def _run(task: Task, data: xr.Dataset) -> tuple[list[str], dict[str, str]]:
@@ -82,7 +124,7 @@ def _run(task: Task, data: xr.Dataset) -> tuple[list[str], dict[str, str]]:
     columns = np.column_stack([data.time.values, *(one.values for one in forces)])
     return lines, {
         "waves.csv": csv_text(heads, rows),
-        "traces.csv": csv_text(["time (s)", *names], columns.tolist()),
+        TRACES: csv_text(["time (s)", *names], columns.tolist()),
     }
 
 
@@ -156,10 +198,10 @@ def _critical(task: Task, data: xr.Dataset) -> tuple[list[str], dict[str, str]]:
     heads = _heads(task.others)
     head = [*(one.head for one in task.others), f"critical distance{unit}", f"between{unit}", "AR far away"]
     axis = f"distance ({along.si})"
-    lines = [*table(head, shown, "critical_distance.csv"), *sorted(remarks)]
+    lines = [*table(head, shown, "critical_distance.csv"), *(fill(one, WIDTH) for one in sorted(remarks))]
     share = f"{100.0 * wanted.tolerance:g} %" if wanted.relative else f"± {wanted.tolerance:g}"
     lines.append(f"beyond the critical distance AR stays within {share} of AR far away")
-    lines.append(f"AR at bead {task.sensors[0]} in {len(samples)} runs: points.csv")
+    lines.append(f"AR at bead {task.sensors[0]} in {count_of(len(samples), 'run')}: points.csv")
     within = f"tolerance of AR{', as a part of AR far away' * wanted.relative}"
     head = [*heads, f"critical {axis}", "low (m)", "high (m)", "AR far away", within]
     return lines, {

@@ -1,6 +1,7 @@
 """What a case would do, and about how long it takes, measured by building and running a part of it."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from importlib import import_module
 from math import prod
 from time import perf_counter, process_time
@@ -9,6 +10,7 @@ from typing import Any, TypeVar
 import joblib
 import numpy as np
 
+from coupling.cosimulation import CoSimulation
 from coupling.identification.identify import likely_runs, seconds_of_run
 from coupling.identification.prediction import Prediction, range_of
 from coupling.participant import BlackBox
@@ -16,8 +18,9 @@ from hertzlink.cases.case import of_run
 from hertzlink.cases.identifying import has_edge, prepared
 from hertzlink.cases.plate_models import one_edge
 from hertzlink.cases.questions import Builder, Question, question_of
-from hertzlink.cases.running import Task
+from hertzlink.cases.running import Build, Task
 from structures.caution import collected
+from structures.checks import count_of
 from structures.moving import MovingStructure
 
 PART = 10
@@ -25,8 +28,6 @@ PART = 10
 
 REFINED = 8
 """Runs that refine a critical distance, roughly: a scan of 10 mm down to 0.2 mm."""
-
-AXIS_WIDTH = 60
 
 Result = TypeVar("Result")
 
@@ -41,6 +42,8 @@ def trial(task: Task) -> str:
         with of_run():
             plan = simulation.plan(first.until, first.model.run.save_every if not task.axes else None)
         short = first.until / PART
+        for build in _at_ends(task):
+            build()
     # Of a short run warnings mean little.
     with collected():
         # The first run loads code, or compiles what is not compiled yet.
@@ -55,7 +58,7 @@ def trial(task: Task) -> str:
     lines = [_what(task, runs, refined)]
     for axis in task.axes:
         ends = axis.shown(axis.values[0]), axis.shown(axis.values[-1])
-        lines.append(f"  {axis.head}: {len(axis.values)} values, {ends[0]} to {ends[1]}"[: AXIS_WIDTH + 18])
+        lines.append(f"  {axis.head}: {count_of(len(axis.values), 'value')}, {ends[0]} to {ends[1]}")
     chains, structures = simulation.interface.chains, simulation.interface.structures
     lines += [f"{_numbered('chain', i, chains)}: {one.chain!r}" for i, one in enumerate(chains)]
     lines += [f"{_numbered('structure', i, structures)}: {_structure(one)}" for i, one in enumerate(structures)]
@@ -74,6 +77,16 @@ def trial(task: Task) -> str:
     return "\n".join(lines)
 
 
+def _at_ends(task: Task) -> Iterator[Callable[[], CoSimulation]]:
+    """Builders at the least and the greatest value of each axis, at all that are no numbers, and else as the first."""
+    build, first = Build(task.case, task.axes), {one.name: one.values[0] for one in task.axes}
+    for axis in task.axes:
+        ends = [min(axis.values), max(axis.values)] if axis.is_number else axis.values
+        for value in ends:
+            if value != first[axis.name]:
+                yield partial(build, **{**first, axis.name: value})
+
+
 def _identification(question: Question) -> list[str]:
     """What `hertzlink identify` likely takes; on a plate its search with one edge, and the fits that follow."""
     question, until = prepared(question)
@@ -88,7 +101,7 @@ def _identification(question: Question) -> list[str]:
         starting = seconds_of_run(prediction, [0.5])
         each = seconds_of_run(prediction, [0.3, 0.4, 0.6])
     return [
-        f"identify: {len(ranges)} unknowns, likely about {runs} runs, {in_words(starting + runs * each)}",
+        f"identify: {count_of(len(ranges), 'unknown')}, likely about {runs} runs, {in_words(starting + runs * each)}",
         f"  (measured: {in_words(each)} to build and run)",
         *["  on the plate with its nearest edge alone, then fits on the whole plate"] * short_way,
     ]
@@ -110,8 +123,8 @@ def _what(task: Task, runs: int, refined: int) -> str:
     if task.kind == "run":
         return "one run"
     if task.along is None:
-        return f"a sweep of {runs} runs"
-    return f"a critical distance from {runs} runs, and about {refined} more that refine it"
+        return f"a sweep of {count_of(runs, 'run')}"
+    return f"a critical distance from {count_of(runs, 'run')}, and about {refined} more that refine it"
 
 
 def _structures(task: Task) -> int:
@@ -127,7 +140,7 @@ def _structure(moving: MovingStructure | BlackBox) -> str:
     if "reduction" in origin:
         of = origin["reduction"]["full_size"]
         return f"{kind}, a mesh of {of} unknowns, reduced to {moving.structure.size} oscillators"
-    return f"{kind}, {moving.structure.size} unknowns" if moving.structure.size else f"{kind}, no unknowns"
+    return f"{kind}, {count_of(moving.structure.size, 'unknown')}" if moving.structure.size else f"{kind}, no unknowns"
 
 
 def in_words(seconds: float) -> str:

@@ -8,6 +8,7 @@ import xarray as xr
 
 from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
 from coupling.results.findings import findings_of, with_warnings
+from coupling.sweeps.progress import labelled
 from coupling.yield_check import CURE
 from hertzlink.cases.faults import YIELDING
 from hertzlink.cases.running import Task, of_chain, run_task, task_of
@@ -20,20 +21,22 @@ MOST = 4
 """Critical distances of one finding."""
 
 
-def run_both(task: Task, jobs: int | None = None) -> xr.Dataset:
+def run_both(task: Task, jobs: int | None = None) -> tuple[xr.Dataset, xr.Dataset | None]:
     """Run a task; where contacts are beyond yield, once more with a law of yielding, and the findings say what changes.
 
-    A sweep is not repeated: its findings hold estimates.
+    The second result is that with the law, where there is one. A sweep is not repeated: its findings hold estimates.
     """
+    dented = None
     with collected() as said:
         data = run_task(task, jobs)
         if task.kind != "sweep" and any(map(_is_of_yield, (*findings_of(data), *said))):
-            words = _changes(task, data, jobs)
+            dented = _dented(task, jobs)
+            words = "" if dented is None else _changes(task, data, dented)
             said[:] = dict.fromkeys(_with(said, words))
             data = with_warnings(data, _with(findings_of(data), words)).assign_attrs({WITH_YIELDING: words})
     for one in said:
         caution(one)
-    return data
+    return data, dented
 
 
 def _is_of_yield(finding: str) -> bool:
@@ -45,16 +48,22 @@ def _with(findings: Iterable[str], words: str) -> list[str]:
     return [f"{one.split('; ')[0]}; {words}" if words and _is_of_yield(one) else one for one in findings]
 
 
-def _changes(task: Task, data: xr.Dataset, jobs: int | None) -> str:
-    """What the law changes, in words; empty where the case with the law cannot run."""
+def _dented(task: Task, jobs: int | None) -> xr.Dataset | None:
+    """The result with the law; none where the case with the law cannot run."""
     many = task.case.model.chain
     paths = [f"chain[{i}].law" for i in range(len(many))] if isinstance(many, list) else ["chain.law"]
     law = {"kind": "jackson_green"}
-    with collected():  # The user was warned of the same in the first run.
+    # The user was warned of the same in the first run.
+    with collected(), labelled("contacts that yield"):
         try:
-            dented = run_task(task_of(task.case.changed(dict.fromkeys(paths, law))), jobs)
+            return run_task(task_of(task.case.changed(dict.fromkeys(paths, law))), jobs)
         except ValueError:
-            return ""
+            return None
+
+
+def _changes(task: Task, data: xr.Dataset, dented: xr.Dataset) -> str:
+    """What the law changes, in words."""
+    with collected():
         read = _waves if task.along is None else _distances
         return f"with {YIELDING}, {', '.join(read(task, data, dented))}"
 

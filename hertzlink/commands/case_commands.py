@@ -85,8 +85,8 @@ def run_case(
         task = task_of(whole)
 
         def work() -> Done:
-            data = run_both(task, jobs)
-            return Done(data, *report(task, data))
+            data, dented = run_both(task, jobs)
+            return Done(data, *report(task, data, dented))
 
         _written(case, output, force, whole, work, task.sensors, form)
 

@@ -6,6 +6,7 @@ import xarray as xr
 from coupling.results.ar_and_tof import reflections
 from coupling.results.waves import NoWave, ReflectedWave
 from coupling.views.swept import varied, words_of
+from structures.checks import count_of
 from structures.units import handy
 
 DEFINED = (
@@ -35,7 +36,7 @@ def of_run(data: xr.Dataset, sensor: int, who: str = "") -> str:
 def of_sweep(data: xr.Dataset, ratio: xr.DataArray, sensor: int | None) -> str:
     """What was varied, and between which values AR lies."""
     over = "; ".join(f"{words_of(data[name])} ({values})" for name, values in varied(data).items())
-    runs = f"{ratio.size} runs over {over or ', '.join(map(str, ratio.dims))}"
+    runs = f"{count_of(ratio.size, 'run')} over {over or ', '.join(map(str, ratio.dims))}"
     values = ratio.values[np.isfinite(ratio.values)]
     if not values.size:
         return f"{runs}: no run has a primary wave."

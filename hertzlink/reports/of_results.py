@@ -12,7 +12,7 @@ import xarray as xr
 from coupling.files.writing import write_whole
 from coupling.identification.found import Identification
 from coupling.results.findings import findings_of, one_of_each
-from coupling.results.provenance import stored
+from coupling.results.provenance import folded, stored
 from coupling.results.schema import BATCH, RUN, SIGNAL, SWEEP, kind_of
 from coupling.views import identified, setup
 from coupling.views.swept import varied, words_of
@@ -140,5 +140,5 @@ def with_setup(
 def of_input(data: xr.Dataset) -> Section:
     """The whole input as it is in the Dataset."""
     known = stored(data.attrs.get("input"))
-    text = json.dumps(known, indent=1, ensure_ascii=False)
+    text = json.dumps(folded(known), indent=1, ensure_ascii=False)
     return Section("Input", folded=[("The whole input, as the result holds it", text)] if known else [])

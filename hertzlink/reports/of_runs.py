@@ -16,6 +16,7 @@ from coupling.views import swept, traces
 from hertzlink.reports import in_a_sentence
 from hertzlink.reports.page import Picture, Section, Table, table
 from hertzlink.reports.svg import drawn
+from structures.checks import count_of
 
 MOST_POINTS = 60
 """A table of a sweep has at most this number of rows."""
@@ -31,7 +32,7 @@ def of_one(data: xr.Dataset, sensors: Any) -> tuple[list[str], list[Section]]:
     parts = {f"chain {i}": data.isel(chain=i) for i in range(data.sizes["chain"])} if several else {"": data}
     summary = [in_a_sentence.of_run(part, numbers[0], who) for who, part in parts.items()]
     sections = [_chain(part, numbers, who) for who, part in parts.items()]
-    length = f"{1e6 * (reading.time[-1] - reading.time[0]):.6g} µs in {reading.time.size} samples"
+    length = f"{1e6 * (reading.time[-1] - reading.time[0]):.6g} µs in {count_of(reading.time.size, 'sample')}"
     record = f"The record is {'simulated' if is_run else 'measured'}: {length}."
     if is_run and "kinetic_energy" in data:
         change = f"The energy changes by {float(energy_error(data)):.1g} of the impact energy."
@@ -45,10 +46,9 @@ def _chain(data: xr.Dataset, numbers: list[int], who: str) -> Section:
     """The waves of one chain, or of a signal. who: which of several chains."""
     rows = [row for number in numbers for row in _waves(data, number)]
     head = ("sensor and wave", "peak (N)", "arrival (µs)", "AR", "TOF (µs)", "remark")
-    name = who.replace(" ", "-")
 
     def shown(kind: str, words: str, draw: Callable[[Any], Any]) -> Picture:
-        return drawn(f"{kind}{name}", f"Of {who}: {words}" if who else words, draw)
+        return drawn("-".join([kind, *who.split()]), f"Of {who}: {words}" if who else words, draw)
 
     words = f"Force at bead{'s' * (len(numbers) > 1)} {', '.join(map(str, numbers))}, and its waves."
     pictures = [shown("traces", words, lambda ax: traces.traces(data, numbers, ax))]
@@ -134,5 +134,7 @@ def _points(data: xr.Dataset, sensor: int) -> Table:
         rows.append((*texts, *("none" if np.isnan(one) else f"{one:.4g}" for one in found)))
     head = [swept.label_of(values[0][2][name]) for name in axes]
     left = values[0][2].size - len(rows)
-    caption = f"AR and TOF at bead {sensor}" + (f"; {left} more runs are left out" if left else "")
+    caption = f"AR and TOF at bead {sensor}" + (
+        f"; {count_of(left, 'more run is', 'more runs are')} left out" if left else ""
+    )
     return table(caption, (*head, *(name for name, _, _ in values)), rows)

@@ -6,7 +6,6 @@ A study declares them once, as fields of a subclass of Conditions; the command l
 import json
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, fields
-from difflib import get_close_matches
 from math import inf, isfinite
 from typing import Any, Self
 
@@ -14,7 +13,7 @@ import xarray as xr
 
 from coupling.results.provenance import stored
 from hertzlink.studies.quantities import material, printed, quantity
-from structures.checks import short
+from structures.checks import did_you_mean, short
 from structures.material import MATERIALS, Material
 
 OWN = "own_parameters"
@@ -170,10 +169,9 @@ class Conditions:
         known = cls.options()
         for name, value in own.items():
             if name not in known:
-                near = get_close_matches(name, known, n=1)
-                meant = f"did you mean {near[0]}? " if near else ""
+                meant = did_you_mean(name, known, str)
                 others = f"there are {', '.join(known)}" if known else "nothing can be changed"
-                raise WrongValue(name, value, f"no parameter of this study; {meant}{others}")
+                raise WrongValue(name, value, f"no parameter of this study; {f'{meant} '.lstrip()}{others}")
         return cls(**own)
 
     @classmethod

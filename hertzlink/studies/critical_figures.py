@@ -43,7 +43,7 @@ def collapse(data: xr.Dataset) -> "Figure":
     same = [name for name in data.pair.values if name in SAME_MATERIALS]
     for axis, edge in zip(axes, data.edge.values, strict=True):
         for i, parameter in enumerate(parameters):
-            colour = colormaps["viridis"](0.95 * i / max(1, len(parameters) - 1))
+            colour = colormaps["viridis"](0.85 * i / max(1, len(parameters) - 1))
             one = data.sel(edge=edge, inelasticity=parameter)
             label = f"λ = {parameter:g}"
             axis.plot(data.scaled_distance, one.amplitude_ratio, color=colour, linewidth=1.2, label=label)

@@ -85,7 +85,7 @@ class ComputedLaw(TabulatedLaw):
         for name, unit in (("smallest", "m"), ("error", ""), ("formula", "N")):
             object.__setattr__(self, name, not_negative(name, getattr(self, name), unit))
         # nan alone differs from itself.
-        if self.order == self.order:
+        if not (isinstance(self.order, float) and self.order != self.order):
             finite("order", self.order)
 
     def fit(self, lowest: float | None = None, highest: float | None = None, weighting: str = "relative") -> PowerFit:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from particles.kernels import laws as kernels
-from structures.checks import finite, instance, positive, short, within
+from structures.checks import count_of, finite, instance, positive, short, within
 from structures.html_table import html_table
 from structures.structure import Vector
 
@@ -458,5 +458,8 @@ def _pairs(law: TabulatedLaw) -> list[tuple[float, float]]:
             raise ValueError(f"{name}: must be a list of numbers")
         columns.append(list(values))
     if len(columns[0]) != len(columns[1]):
-        raise ValueError(f"forces: {len(columns[1])} values for {len(columns[0])} approaches; must be as many")
+        raise ValueError(
+            f"forces: {count_of(len(columns[1]), 'value')} for {count_of(len(columns[0]), 'approach', 'approaches')}; "
+            "must be as many"
+        )
     return list(zip(*columns, strict=True))

@@ -206,10 +206,18 @@ STEEL, SOFTER = (replace(CHAIN, law=lambda *_, k=k: hl.laws.PowerLaw(k, 1.5)) fo
         ({}, {"waveform": "quadratic"}, "waveform = 'linear' there and 'quadratic' here; name another file"),
         ({}, {"scheme": hl.Aitken()}, r"scheme = 'Condensed\(tolerance=1e-11\)' there and 'Aitken"),
         ({}, {"chain": replace(CHAIN, impact_speed=0.32)}, r"chain\.impact_speed = 0\.31 there and 0\.32 here"),
-        ({}, {"chain": replace(CHAIN, beads=[BEAD] * 5)}, r"chain\.beads not the same"),
+        ({}, {"chain": replace(CHAIN, beads=[BEAD] * 5)}, r"chain\.beads has \d+ entries there and 5 here"),
         ({}, {"behind": DAMPED, "chain": replace(CHAIN, striker=None)}, "contacts = None there"),
-        ({"chain": STEEL}, {"chain": SOFTER}, "another run: numbers of chains not the same, "),
-        ({}, {"structure": bumped(ROD)}, "another run: numbers of structures not the same; name"),
+        (
+            {"chain": STEEL},
+            {"chain": SOFTER},
+            "another run: numbers of chains not the same, of which only a checksum is stored, ",
+        ),
+        (
+            {},
+            {"structure": bumped(ROD)},
+            "another run: numbers of structures not the same, of which only a checksum is stored; name",
+        ),
         (
             {},
             {"structure": hl.stepping.MovingStructure(ROD, "newmark")},

@@ -60,7 +60,7 @@ def test_clipped_samples(level: float, step: float, sign: float) -> None:
     gone = np.isnan(found.sensor_force.sel(sensor=7).values)
     assert 80 < gone.sum() <= (force >= 40.0).sum()
     if sign > 0.0:
-        with pytest.raises(ValueError, match="samples of the peak at"):
+        with pytest.raises(ValueError, match=r"the peak at .* has .* clipped samples"):
             hl.amplitude_ratio(found, 7)
 
 
@@ -89,7 +89,7 @@ def test_bad_input() -> None:
         ((3,), "signal = 3: must be a signal"),
         ((good.drop_vars("sensor_force"),), "signal: must be one measured signal"),
         ((good, -50.0), "mains = -50.0"),
-        ((good.where(good.time < 1e-6),), "sensor 7 has 5 samples that are not clipped, must have 16"),
+        ((good.where(good.time < 1e-6),), "sensor 7 has 5 samples without clipping, must have 16"),
     ):
         with pytest.raises(ValueError, match=message) as caught:
             hl.condition(*arguments)

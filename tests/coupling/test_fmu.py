@@ -528,3 +528,13 @@ def test_a_missing_pythonfmu_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path:
     monkeypatch.setitem(sys.modules, "pythonfmu", None)
     with pytest.raises(ImportError, match=r'pip install "hertzlink\[fmu\]"'):
         hl.ports.write_fmu(CHAIN, SURFACE, tmp_path / "chain.fmu")
+
+
+@pytest.mark.parametrize(("law", "said"), [(None, 1), (hl.laws.JacksonGreen(), 0), (hl.laws.Thornton(), 0)])
+def test_metals_that_yield(law: Any, said: int, tmp_path: Path, recwarn: pytest.WarningsRecorder) -> None:
+    """An elastic unit warns with the law that cures it, and a unit takes that law as data."""
+    bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    chain = hl.Chain([bead] * 6, bead, 0.31, law=law)
+    assert hl.ports.write_fmu(chain, hl.Surface(hl.BRASS_360), tmp_path / "chain.fmu").is_file()
+    found = [str(one.message) for one in recwarn if "yield" in str(one.message)]
+    assert ["brass 360 to about 5.6 times" in one and "JacksonGreen()" in one for one in found] == [True] * said

@@ -430,7 +430,7 @@ SIGNAL = hl.as_signal(np.arange(0.0, 6e-4, 1e-6), {5: 40.0 * np.exp(-(((np.arang
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"signal": SIGNAL * np.nan}, "signal: sensor 5 has 0 samples that are numbers; needs 16"),
+        ({"signal": SIGNAL * np.nan}, "signal: sensor 5 has 0 samples with a number; needs 16"),
         ({"signal": SIGNAL * 0.0}, "signal: sensor 5 is constant, 0 N; must hold a wave"),
         ({"signal": 3}, "signal = 3: must be a signal of read_signal or as_signal, or a run"),
         ({"signal": SIGNAL.isel(time=slice(0, 40))}, r"signal: 39 µs are compared, but the wave needs about .* µs"),

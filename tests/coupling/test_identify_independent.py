@@ -4,6 +4,7 @@ Between the generator's clean traces and the runs of identification are at most 
 1 %. So the intervals must contain the truth as often as they say.
 """
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -21,6 +22,8 @@ RUNS = 1.5e-3
 """s: runs may become as long as the whole record, its quiet lead included."""
 RANGES = {"thickness": (1e-3, 6e-3), "distance": (5e-3, 0.3), "impact_speed": (0.2, 0.5)}
 NUISANCES = ["impact_speed", "gain", "time_zero"]
+ALUMINIUM = replace(hl.ALUMINIUM_6061, yield_strength=None)
+"""As elastic as the independent walls: no fit is made again with contacts that yield (test_identify_yielding.py)."""
 
 
 def chain(impact_speed: float) -> hl.Chain:
@@ -30,7 +33,7 @@ def chain(impact_speed: float) -> hl.Chain:
 @lru_cache(64)
 def plate(thickness: float, distance: float) -> hl.Structure:
     """The same one for all impact speeds."""
-    return hl.half_plane(thickness, hl.ALUMINIUM_6061, "clamped", distance, RUNS)
+    return hl.half_plane(thickness, ALUMINIUM, "clamped", distance, RUNS)
 
 
 def clamped(thickness: float, distance: float, impact_speed: float) -> hl.CoSimulation:

@@ -115,8 +115,8 @@ def test_spectrum_of_a_gaussian_pulse_is_the_closed_form() -> None:
     frequency, amplitude = line(ax, "force at bead 5")
     exact = peak * width * np.sqrt(2.0 * np.pi) * np.exp(-2.0 * (np.pi * 1e3 * frequency * width) ** 2)
     np.testing.assert_allclose(amplitude, 1e3 * exact, atol=1e-8 * 1e3 * exact[0])
-    # The end of the axis: exp(−2 π² f² σ²) = 1/1000.
-    assert ax.get_xlim()[1] == pytest.approx(1e-3 * np.sqrt(np.log(1e3) / 2.0) / (np.pi * width), rel=0.01)
+    # The end of the axis: exp(−2 π² f² σ²) = 1/100.
+    assert ax.get_xlim()[1] == pytest.approx(1e-3 * np.sqrt(np.log(1e2) / 2.0) / (np.pi * width), rel=0.01)
 
 
 def test_energies_add_up_to_the_impact_energy() -> None:
@@ -184,6 +184,28 @@ def test_map_shows_weak_echoes() -> None:
     assert hl.plots.contact_map(run()).collections[0].norm(0.01 * float(run().contact_force.max())) == pytest.approx(
         0.1
     )
+
+
+def test_of_chains_of_different_lengths_each_map_has_its_contacts() -> None:
+    """The shorter one is padded with NaN, which became the scale of its colours."""
+    chains = [hl.Chain([BEAD] * count, BEAD, 0.3) for count in (6, 3)]
+    both = hl.CoSimulation(chains, [WALL, hl.half_space(hl.PTFE)]).run(until=1e-4)
+    mesh = hl.plots.contact_map(both.isel(chain=1)).collections[0]
+    force = both.contact_force.isel(chain=1).values[:, :4]
+    np.testing.assert_allclose(np.asarray(mesh.get_array()).max(axis=1), force.max(axis=0))
+    assert mesh.norm.vmax == force.max() > 10.0
+
+
+def test_a_long_legend_of_a_sketch_is_inside_its_figure() -> None:
+    """Of many kinds of beads, of which one has a long name."""
+    long = hl.Material(
+        2e11, 0.3, 7800.0, "steel of the second batch, tempered twice, ground and polished by hand in March"
+    )
+    beads = [hl.Sphere(1e-3 * size, long if size == 5 else hl.STEEL_440C) for size in range(2, 20)]
+    ax = hl.plots.setup(hl.CoSimulation(hl.Chain(beads, BEAD, 0.1), WALL))
+    box, figure = ax.get_legend().get_window_extent(), ax.get_figure()
+    assert box.y0 >= 0.0
+    assert box.x1 <= figure.bbox.width
 
 
 def test_setup_of_chains_on_a_plate_draws_nothing_over_another() -> None:

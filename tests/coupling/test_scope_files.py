@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import hertzlink as hl
+from coupling.results.binary_formats import refuse_binary
 
 TIME = 1e-6 * np.arange(-100, 900)
 VOLTS = 0.25 + sum(a * np.exp(-(((TIME - at) / 2e-5) ** 2)) for a, at in ((3.0, 1e-4), (1.2, 5e-4)))
@@ -75,6 +76,18 @@ FORMS: dict[str, tuple[list[str], int, int]] = {
     "LabVIEW": (["LabVIEW Measurement", "X_Columns\tMulti", "***End_of_Header***", "X_Value\tVoltage\tComment",
                  *table("{t:.9f}\t{v:.6f}")], 0, 1),
     "interval stands alone": (["time,CH1", "Sample Interval,1e-6", *table("{t:.2f},{v:.6f}", 1e6)], 0, 1),
+    "keys of each channel": (
+        ["Sample Interval,0.000001", "Vertical Units,CH1:mV,CH2:V", "Source,CH1,CH2", "Time,CH1,CH2",
+         *table("{t:.9f},{v:.6f},0", 1, 1e3)],
+        0, 1,
+    ),
+    "keys with colons": (["Points:  1000", "XUnits:  second", "YUnits:  mVolt", "Data:",
+                          *table("{t:.8E}, {v:.5E}", 1, 1e3)], 0, 1),
+    "names that are units, too": (["t / ms,U / mV", *table("{t:.8f},{v:.6f}", 1e3, 1e3)], 0, 1),
+    "blanks and names that are units": (["  Time (ms)   U (mV)", *table("  {t:.8f}   {v:.6f}", 1e3, 1e3)], 0, 1),
+    "units within words": (["timeUs,mV CH1", *table("{t:.8f},{v:.6f}", 1e6, 1e3)], 0, 1),
+    "a point before the unit": (["time.us,CH1.mV", *table("{t:.8f},{v:.6f}", 1e6, 1e3)], 0, 1),
+    "a title above few whole numbers": (["Taps", "t (ms),U (mV)", *table("{t:.4g},{v:.4f}", 1e3, 1e3)], 0, 1),
     "bars": (["Time (s)|CH1 (V)", *table("{t:.9f}|{v:.6f}")], 0, 1),
 }  # fmt: skip
 
@@ -135,7 +148,7 @@ def test_saturated_samples(tmp_path: Path, word: str) -> None:
         data = hl.read_signal(path, {7: 1}, calibration=1.0)
     assert np.array_equal(np.isnan(data.sensor_force.sel(sensor=7)), high)
     for measure in (hl.amplitude_ratio, hl.reflections, hl.time_of_flight):
-        with pytest.raises(ValueError, match=r"sensor 7: .* samples of the peak at .* µs are clipped"):
+        with pytest.raises(ValueError, match=r"sensor 7: the peak at .* µs has .* clipped samples?"):
             measure(data, 7)
 
 
@@ -148,7 +161,7 @@ def test_all_samples_saturated(tmp_path: Path) -> None:
 
 def test_clipped_samples_matter_only_at_the_peaks_that_are_needed() -> None:
     data = hl.as_signal(TIME, {7: VOLTS - 0.25})
-    with pytest.raises(ValueError, match="samples of the peak at 500 µs are clipped"):
+    with pytest.raises(ValueError, match=r"the peak at 500 µs has .* clipped samples?"):
         hl.amplitude_ratio(data.where(abs(data.time - 4.9e-4) > 5e-6), 7)
     elsewhere = data.where(abs(data.time - 3e-4) > 5e-6)
     assert float(hl.amplitude_ratio(elsewhere, 7)) == pytest.approx(float(hl.amplitude_ratio(data, 7)), abs=1e-4)
@@ -172,6 +185,10 @@ def test_clipped_samples_matter_only_at_the_peaks_that_are_needed() -> None:
         ("Vertical Units,V\nTIME,CH1 (mV)", {}, "gives .*mV.* and .*V.* for column 1"),
         ("Time (s),CH1 (bead 7)", {}, "gives 'bead 7' for column 1, .*; give unit="),
         ("Time (s),CH1 (pC)", {"unit": "V"}, "gives 'pC' for column 1"),
+        ("XUnits: second\nYUnits: Ampere\nData:", {}, "gives 'Ampere' for column 1"),
+        ("Units: ms mV\nTime,CH1", {}, "gives 'ms mV' for column 1"),
+        ("t*1000 (s),U (V)", {}, r"gives 't\*1000 \(s\)' for column 0"),
+        ("Time x1e-6 s,U (V)", {}, "gives 'Time x1e-6 s' for column 0"),
     ],
 )
 def test_units_that_are_refused(tmp_path: Path, header: str, given: dict, message: str) -> None:
@@ -210,12 +227,35 @@ def test_words_that_are_no_units(tmp_path: Path, header: str, given: dict) -> No
         (["Sampling interval (us),1", "CH1 (V)", *table("{v:.6f}")], {"start": -1e-4}),
         (["Sample Interval,1,us", "CH1 (V)", *table("{v:.6f}")], {"start": -1e-4}),
         (["Delta_X\t0.000001", "X0\t-0.0001", "***End_of_Header***", "Voltage", *table("{v:.6f}")], {}),
+        (["#size=1000", "CH1 (V),CH2 (V)", *table("{v:.5f},{v:.5f}")], {"interval": 1e-6, "start": -1e-4}),
+        (
+            ["XInc:  1E-6", "XOrg:  -1E-4", "index,U (V)", *(f"{k},{v:.6f}" for k, v in enumerate(VOLTS, 1))],
+            {"column": 1},
+        ),
+        (
+            ["Time interval :,1us", "index,U (V)", *(f"{k},{v:.6f}" for k, v in enumerate(VOLTS, 1))],
+            {"column": 1, "start": -1e-4},
+        ),
+        (['"HResolution",1.0e-06', '"HOffset",-1.0e-04', '"VUnit","V"', *table(",{v:.6E}")], {"column": 1}),
+        (
+            [
+                "Samples\t1000\t1000",
+                "X0\t-1E-4\t-1E-4",
+                "Delta_X\t1E-6\t1E-6",
+                "***End_of_Header***",
+                "X_Value\tA\tB",
+                *table("\t{v:.6f}\t0"),
+            ],
+            {"column": 1},
+        ),
+        (["X0\t-1,0E-4\t-1,0E-4", "Delta_X\t1E-6\t1E-6", "A\tB", *commas(table("\t{v:.6f}\t0"))], {"column": 1}),
     ],
 )
 def test_files_without_times(tmp_path: Path, lines: list[str], given: dict) -> None:
     path = tmp_path / "values.csv"
     path.write_text("\n".join([*lines, ""]))
-    data = hl.read_signal(path, {7: 0}, calibration=10.0, **given)
+    given = dict(given)
+    data = hl.read_signal(path, {7: given.pop("column", 0)}, calibration=10.0, **given)
     assert data.time.values == pytest.approx(TIME, abs=1e-12)
     assert data.sensor_force.sel(sensor=7).values == pytest.approx(10.0 * (VOLTS - 0.25), abs=2e-3)
 
@@ -225,6 +265,39 @@ def test_no_times_and_no_interval(tmp_path: Path) -> None:
     path.write_text("\n".join([*table("{v:.6f}"), ""]))
     with pytest.raises(ValueError, match=r"values.csv: holds no column of times, and no interval .*; give interval="):
         hl.read_signal(path, {7: 0}, calibration=10.0)
+
+
+@pytest.mark.parametrize(
+    ("head", "fault"),
+    [
+        (["CH1,Start,Increment", "Volt,-1e-4,1e-6e"], "Increment = '1e-6e' is no interval"),
+        (["CH1,Start,Increment", "Volt,-1e-4,"], "Increment = '' is no interval"),
+        (["Sample Rate: 2 MFoo", "CH1"], "Sample Rate = '2 MFoo' is no interval"),
+        (["Sample Interval,1,furlong", "CH1"], "Sample Interval = '1 furlong' is no interval"),
+        (["Sampling interval (kg),1", "CH1"], r"Sampling interval \(kg\) = '1' is no interval"),
+        (["Sample Interval,none", "CH1"], "Sample Interval = 'none' is no interval"),
+        (["XInc,-1e-6", "CH1"], "XInc = '-1e-6' is no interval"),
+        (
+            ["XInc,1e-6", "Sample Rate,2e6", "CH1"],
+            "XInc = '1e-6' and Sample Rate = '2e6' are different intervals between samples",
+        ),
+    ],
+)
+@pytest.mark.parametrize("counter", [False, True])
+def test_an_interval_that_is_not_understood(tmp_path: Path, head: list[str], fault: str, counter: bool) -> None:
+    path = tmp_path / "interval.csv"
+    path.write_text("\n".join([*head, *(f"{k},{v:.6f}" if counter else f"{v:.6f}" for k, v in enumerate(VOLTS)), ""]))
+    with pytest.raises(ValueError, match=rf"interval.csv: the header's {fault}.*; give interval=, s, such as 5e-7"):
+        hl.read_signal(path, {7: int(counter)}, calibration=10.0)
+
+
+@pytest.mark.parametrize(("head", "said"), [("5e-7", "500 ns"), ("none", "'none' is no interval")])
+def test_an_interval_that_differs_from_the_argument(tmp_path: Path, head: str, said: str) -> None:
+    path = tmp_path / "interval.csv"
+    path.write_text("\n".join([f"Sample Interval,{head}", "CH1", *table("{v:.6f}"), ""]))
+    with pytest.warns(hl.HertzlinkWarning, match=said):
+        data = hl.read_signal(path, {7: 0}, calibration=10.0, interval=1e-6)
+    assert float(data.time[1]) == pytest.approx(1e-6)
 
 
 @pytest.mark.parametrize("shift", [0.0, 4e-5, 1.25e-6])
@@ -246,12 +319,39 @@ def test_a_time_column_for_each_sensor(tmp_path: Path, shift: float) -> None:
             "count from the first .* 1709287870.9",
         ),
         ([f"10:23:{11 + t:.6f},{v}" for t, v in zip(TIME, VOLTS, strict=True)], ""),
+        ([f"11:59:{59.9995 + t:.6f} AM,{v}" for t, v in zip(TIME[:400], VOLTS[:400], strict=True)], ""),
+        ([f"2024-03-01T10:23:{11 + t:.6f}+01:00,{v}" for t, v in zip(TIME, VOLTS, strict=True)], ""),
+        (
+            [f"{t},{50.0 * v:.0f}" for t, v in zip(TIME, VOLTS, strict=True)],
+            "whole numbers of V; are they a digitiser's counts",
+        ),
         ([f"{t},{v + e}" for t, v in zip(TIME, VOLTS, strict=True) for e in (-0.1, 0.1)], "each time stands twice"),
         (
             ["Sample Interval,1e-6", *table("{t:.9f},{v:.6f}", 1e3)],
             "the time is read in ms, from the header's interval",
         ),
-        (["Sample Interval,5e-7", *table("{t:.9f},{v:.6f}")], "states an interval of 500 ns, but the times are 1 µs"),
+        (["Sample Interval,5e-7", *table("{t:.9f},{v:.6f}")], r"interval of 500 ns \(.*\), but the times are 1 µs"),
+        (
+            ["Sample Interval,auto", *table("{t:.9f},{v:.6f}")],
+            "header's Sample Interval = 'auto' is no interval that is",
+        ),
+        (
+            ["Sample Interval,1e-6", "Sample Rate,2 MHz", *table("{t:.9f},{v:.6f}")],
+            r"interval of 500 ns \(Sample Rate\), but the times are 1 µs",
+        ),
+        (
+            ["X,CH1,Start,Increment", "Sequence,Volt,-1z-4,1e-6", *(f"{k},{v}" for k, v in enumerate(VOLTS))],
+            "header's Start = '-1z-4' is not taken: the record begins at 0 s",
+        ),
+        (
+            [
+                "XZero,1e-3",
+                "X,CH1,Start,Increment",
+                "Sequence,Volt,-1e-4,1e-6",
+                *(f"{k},{v}" for k, v in enumerate(VOLTS)),
+            ],
+            "header's Start = '-1e-4' is not taken: the record begins at 1 ms",
+        ),
         (
             [f"{t},{v:.6f}" if abs(t) > 3e-6 else f"{t}," for t, v in zip(TIME, VOLTS, strict=True)],
             "7 samples are beyond",
@@ -282,6 +382,22 @@ def test_words_in_place_of_numbers(tmp_path: Path, word: str) -> None:
     assert np.array_equal(np.isnan(data.sensor_force.sel(sensor=7)), VOLTS > 2.0)
 
 
+@pytest.mark.parametrize(
+    ("form", "joint", "said"),
+    [
+        ("{t:.9f},{v:.6f}", ",", "1 line is no sample, and was left out: line 502"),
+        ("{v:.6f},", "", "1 sample is beyond .* from line 502 on"),
+        ("{v:.6f},{v:.6f},", "", "1 sample is beyond .* from line 502 on"),
+    ],
+)
+def test_a_line_break_that_is_lost_is_seen(tmp_path: Path, form: str, joint: str, said: str) -> None:
+    rows = table(form)
+    path = tmp_path / "joined.csv"
+    path.write_text("\n".join(["XInc,1e-6", *rows[:500], rows[500] + joint + rows[501], *rows[502:], ""]))
+    with pytest.warns(hl.HertzlinkWarning, match=said):
+        hl.read_signal(path, {7: int("t" in form)}, calibration=10.0)
+
+
 def test_rows_without_values_at_the_ends(tmp_path: Path) -> None:
     lines = table("{t:.9f},{v:.6f}")
     lines[:5] = [row.split(",")[0] + "," for row in lines[:5]]
@@ -309,18 +425,38 @@ def test_segments_of_a_sequence_are_taps(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (b"PK\x03\x04..xl/worksheets", r"an Excel workbook \(.xlsx\), not text; save the sheet as CSV"),
-        (b"PK\x03\x04....", "a zip archive, not text; unpack it first"),
-        (b"\x1f\x8b\x08....", "compressed by gzip, not text; unpack it first"),
-        (b"RIFF\x00\x00\x00\x00WAVEfmt", r"a sound file \(.wav\), not text; read it with scipy.io.wavfile"),
-        (b"MATLAB 5.0 MAT-file", r"a file of MATLAB \(.mat\), not text; read it with scipy.io.loadmat"),
-        (b"\x89HDF\r\n\x1a\n", "an HDF5 file, not text; read it with h5py or xarray"),
-        (b"TDSm\x0e\x00\x00", "a TDMS file of LabVIEW, not text; export it as CSV"),
-        (b"\x0f\x0f:WFM#003", r"a waveform of Tektronix \(.wfm\), not text; export"),
-        (b"#9000002500WAVEDESC" + bytes(90), r"a binary waveform of LeCroy \(.trc\), not text; export"),
-        (b":WFMP:BYT_N 2;:CURV #520000" + bytes(90), r"a binary waveform of Tektronix \(.isf\), not text"),
-        (b"\x89PNG\r\n", r"a picture \(.png\), not text; it shows the screen"),
-        (bytes(range(32)) * 9, r"a binary file, not text; export the trace as CSV"),
+        (b"PK\x03\x04..xl/worksheets", r"an Excel workbook \(.xlsx\), not a text of samples; save the sheet as CSV"),
+        (b"PK\x03\x04....", "a zip archive, not a text of samples; unpack it first"),
+        (b"\x1f\x8b\x08....", "compressed by gzip, not a text of samples; unpack it first"),
+        (
+            b"RIFF\x00\x00\x00\x00WAVEfmt",
+            r"a sound file \(.wav\), not a text of samples; read it with scipy.io.wavfile",
+        ),
+        (b"MATLAB 5.0 MAT-file", r"a file of MATLAB \(.mat\), not a text of samples; read it with scipy.io.loadmat"),
+        (b"\x89HDF\r\n\x1a\n", "an HDF5 file, not a text of samples; read it with h5py or xarray"),
+        (b"TDSm\x0e\x00\x00", "a TDMS file of LabVIEW, not a text of samples; export it as CSV"),
+        (b"\x0f\x0f:WFM#003", r"a waveform of Tektronix \(.wfm\), not a text of samples; export"),
+        (b"#9000002500WAVEDESC" + bytes(90), r"a binary waveform of LeCroy \(.trc\), not a text of samples; export"),
+        (b":WFMP:BYT_N 2;:CURV #520000" + bytes(90), r"a binary waveform of Tektronix \(.isf\), not a text of samples"),
+        (b"\x89PNG\r\n", r"a picture \(.png\), not a text of samples; it shows the screen"),
+        (
+            b'<?xml version="1.0"?>\n<!-- by hand -->\n<svg width="4"/>',
+            r"a picture \(.svg\), not a text of samples; it shows",
+        ),
+        (b'\xef\xbb\xbf<svg xmlns="x"><path d="M 0 1"/></svg>', r"a picture \(.svg\), not"),
+        (b"<!DOCTYPE html>\n<html><table><tr><td>1</td></tr></table>", r"a web page \(HTML\), not"),
+        ("<?xml version='1.0'?><trace><t>0</t></trace>".encode("utf-16"), "an XML file, not"),
+        (b"<Waveform rate='1'>\n0.0,1.0\n</Waveform>", "an XML file, not"),
+        (b'{"time": [0, 1], "force": [0, 2]}', "a JSON file, not a text of samples; read it with json"),
+        (b"[[0.0, 1.0], [1e-6, 2.0]]", "a JSON file, not"),
+        (b"{\\rtf1\\ansi 0,1}", r"a document \(.rtf\), not"),
+        (
+            b"PK\x03\x04..mimetypeapplication/vnd.oasis.opendocument.spreadsheet",
+            r"a sheet of LibreOffice \(.ods\), not",
+        ),
+        (b"PK\x03\x04..arr_0.npy", r"arrays of numpy \(.npz\), not a text of samples; load"),
+        (b"RIFF\x00\x00\x00\x00WEBPVP8", r"a picture \(.webp\), not"),
+        (bytes(range(32)) * 9, r"a binary file, not a text of samples; export the trace as CSV"),
     ],
 )
 def test_binary_files_are_named(tmp_path: Path, content: bytes, message: str) -> None:
@@ -328,6 +464,13 @@ def test_binary_files_are_named(tmp_path: Path, content: bytes, message: str) ->
     path.write_bytes(content)
     with pytest.raises(ValueError, match=f"trace: is {message}"):
         hl.read_signal(path, {7: 1}, calibration=1.0)
+
+
+@pytest.mark.parametrize(
+    "text", ["[Header]\nrate 1\n0,1", "[1] 5 6", "<Trace 1>\n0 1", "< 5 V\n0 1", "{0} 1", "[0 1", ""]
+)
+def test_a_text_with_brackets_is_no_markup(text: str) -> None:
+    refuse_binary(Path("scope.csv"), text.encode())
 
 
 @pytest.mark.parametrize("word", ["AG10", "BM", "PK", "Channel WAVE", "Time CH WAVE"])

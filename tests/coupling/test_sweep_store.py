@@ -19,7 +19,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import hertzlink as hl
-from coupling.sweeps.progress import Progress, Stopped, one_bar, watched
+from coupling.sweeps.progress import Progress, Stopped, labelled, one_bar, watched
 from coupling.sweeps.store import _read, describe_point
 
 UNTIL = 1e-4
@@ -495,6 +495,8 @@ def test_a_total_that_is_only_likely_is_left_out_once_it_is_passed() -> None:
             progress.advance()
         progress.stage("intervals")
         assert progress.text() == "fit: intervals 3 runs"
+    with labelled("contacts that yield"), Progress(2, label="fit") as progress:
+        assert progress.text() == "fit, contacts that yield: 0 of 2 points"
 
 
 def test_sweeps_of_one_task_share_its_bar(capsys: pytest.CaptureFixture[str]) -> None:

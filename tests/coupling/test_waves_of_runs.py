@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import xarray as xr
+from numba import typeof
 from scipy.interpolate import CubicSpline
 from scipy.signal import find_peaks
 
@@ -88,3 +89,11 @@ def test_a_spline_is_that_of_scipy(samples: int) -> None:
     roots = spline.derivative().roots(extrapolate=False)
     best = max(roots, key=spline)
     assert interpolated(time, force, peak) == pytest.approx((float(spline(best)), best), rel=1e-12)
+
+
+@pytest.mark.parametrize("times", [np.linspace(0.0, 1.0, 9), np.linspace(0.0, 1.0, 17)[::2], np.arange(9)])
+def test_kernels_are_compiled_for_one_type_of_array(times: np.ndarray) -> None:
+    """Times of a run cannot be written, every second one is not contiguous, and counts are integers."""
+    times.flags.writeable = False
+    assert typeof(wave_kernels.plain(times)) == typeof(np.zeros(9))
+    assert np.array_equal(wave_kernels.plain(times), times)

@@ -171,3 +171,12 @@ def test_the_first_run_says_that_it_compiles(processes: list[subprocess.Complete
 def test_a_plain_run_compiles_no_other_integrator(processes: list[subprocess.CompletedProcess[str]]) -> None:
     """Nor anything for beads that vibrate, or for several contacts."""
     assert processes[0].stdout.splitlines() == ["['_verlet']"]
+
+
+def test_without_compilation() -> None:
+    """Numba's switch for debugging gives one sentence; it ended in an AttributeError of Numba's."""
+    done = subprocess.run(
+        [sys.executable, "-c", "import particles.kernels"],
+        env={**os.environ, "NUMBA_DISABLE_JIT": "1"}, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert "NUMBA_DISABLE_JIT forbids it: unset it" in done.stderr.splitlines()[-1]

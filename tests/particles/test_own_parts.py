@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import hertzlink as hl
+from coupling.results.provenance import stored
 from particles import kernels
 from particles.excitation import Drive
 from structures.structure import Vector
@@ -62,7 +63,7 @@ def test_a_users_body_like_a_sphere_is_one(body: hl.Bead) -> None:
     np.testing.assert_array_equal(own.contact_force.values, usual.contact_force.values)
     assert own.attrs["warnings"] == usual.attrs["warnings"]
     assert "yield" in own.attrs["warnings"]
-    first = json.loads(own.attrs["input"])["chain"]["beads"][0]
+    first = stored(own.attrs["input"])["chain"]["beads"][0]
     assert first.get("mass", BALL.mass) == BALL.mass
     assert hl.SpringLoaded(body, 200.0, 2e-3).body is body
     assert hl.contact_law(body, body) == hl.contact_law(BALL, BALL)

@@ -146,7 +146,7 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
         (lambda: hl.laws.PowerLaw(1e9, largest=-1.0), r"largest = -1\.0"),
         (lambda: hl.laws.PowerLaw(1e9, largest=float("nan")), "largest = nan"),
         (lambda: hl.laws.TabulatedLaw([1e-6], [1.0]), "approaches: must hold two points or more"),
-        (lambda: hl.laws.TabulatedLaw([1e-6, 2e-6], [1.0]), "forces: 1 values for 2 approaches"),
+        (lambda: hl.laws.TabulatedLaw([1e-6, 2e-6], [1.0]), "forces: 1 value for 2 approaches"),
         (lambda: hl.laws.TabulatedLaw([1e-6, 2e-6, 3e-6], [1.0, 3.0, 2.0]), r"must .*; \(3e-06, 2\.0\) follows"),
         (lambda: hl.laws.TabulatedLaw([2e-6, 1e-6], [1.0, 3.0]), "forces: must increase with the approaches"),
         (lambda: hl.laws.TabulatedLaw([1e-6, float("nan")], [1.0, 3.0]), "approaches = nan"),

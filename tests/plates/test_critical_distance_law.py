@@ -10,6 +10,7 @@ import pytest
 import hertzlink as hl
 from hertzlink.studies.edge_cases import Pair, ratios, tabulated_pair
 from plates import critical_distance as law
+from plates.additions import Addition
 
 TABLE = Path(law.__file__).with_name(law.TABLE)
 
@@ -129,15 +130,41 @@ STEEL_BEAD = bead(4.76e-3)
 )
 def test_laws_of_plain_plates_name_what_they_leave_out(law: Callable[[hl.Plate], object]) -> None:
     """The distance of a plate 1.5 mm thick under 200 MPa is 4 % larger than that of the law."""
-    additions = [hl.laminates.Prestress(xx=3e5), hl.PointMass(0.2, 0.2, 1e-3)]
+    additions: list[Addition] = [hl.laminates.Prestress(xx=3e5), hl.PointMass(0.2, 0.2, 1e-3)]
     sides = hl.Supports(left="clamped", right="clamped")
     loaded, plain = (
         hl.kirchhoff_plate(0.4, 0.4, 1.5e-3, hl.ALUMINIUM_6061, sides, additions=some) for some in (additions, [])
     )
     with pytest.warns(hl.HertzlinkWarning, match="leave out Prestress, PointMass; runs include them") as caught:
         found = law(loaded)
-    assert len(caught) == 1
+    assert sum("leave out" in str(one.message) for one in caught) == 1
     assert found == law(plain)
+
+
+RIB = hl.ALUMINIUM_6061.youngs_modulus * 3e-3 * 10e-3**3 / 12.0, 2.3, hl.ALUMINIUM_6061.density * 3e-5
+"""Bending and torsion stiffness, N m², and mass per length, kg/m, of a bar of 3 mm by 10 mm."""
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize(
+    ("additions", "near", "far"),
+    [
+        ([], 0.265, 0.246),
+        ([hl.PointMass(13.65e-3, 0.17, 1e-3)], 0.266, None),
+        ([hl.Stiffener((33.65e-3, 0.0), (33.65e-3, 0.3), *RIB)], 0.265, None),
+        ([hl.laminates.Prestress(xx=7.5e4)], 0.278, 0.255),
+        ([hl.laminates.Prestress(xx=3e5)], 0.317, 0.280),
+    ],
+)
+def test_what_the_law_leaves_out_changes_ar(additions: list[Addition], near: float, far: float | None) -> None:
+    """The table of docs/plate_edge.md."""
+    sides = hl.Supports(left="clamped", right="clamped")
+    loaded = hl.kirchhoff_plate(0.3, 0.3, 1.5e-3, hl.ALUMINIUM_6061, sides, additions=additions)
+    for x, expected in ((13.65e-3, near), (0.15, far)):
+        if expected is not None:
+            struck = hl.reduce(loaded.at(x, 0.15), until=1.3e-3)
+            run = hl.CoSimulation(hl.Chain([STEEL_BEAD] * 20, STEEL_BEAD, 0.31), struck).run(until=1.3e-3)
+            assert float(hl.amplitude_ratio(run, 10)) == pytest.approx(expected, abs=6e-4)
 
 
 @pytest.mark.parametrize(
@@ -164,3 +191,13 @@ def test_bad_input(change: dict[str, object], message: str) -> None:
         hl.critical_distance_law(**arguments)  # type: ignore[arg-type]
     assert "\n" not in str(error.value)
     assert ("find_critical_distance" in str(error.value)) == ("parameter of" in message or "ratio of" in message)
+
+
+@pytest.mark.parametrize(
+    ("material", "times"), [(hl.BRASS_360, "5.6"), (hl.ALUMINIUM_6061, "2.8"), (hl.STEEL_440C, "")]
+)
+def test_a_plate_that_yields_is_said(material: hl.Material, times: str, recwarn: pytest.WarningsRecorder) -> None:
+    """The pressures are those that runs against thick walls report at the last bead."""
+    hl.critical_distance_law(bead(9.52e-3), plate(2e-3, material), impact_speed=0.31)
+    said = [str(one.message) for one in recwarn]
+    assert [f"presses {material.name} to about {times} times" in one for one in said] == [True] * bool(times)

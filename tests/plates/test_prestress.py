@@ -6,8 +6,10 @@ from math import inf, pi
 import numpy as np
 import pytest
 from independent.plates import frequencies
+from scipy import sparse
 
 import hertzlink as hl
+from structures import buckling
 
 ALUMINIUM, SIDE, THICKNESS = hl.Material(70e9, 0.3, 2700.0), 0.2, 1e-3
 EULER = 70e9 * THICKNESS**3 / 12.0 / 0.91 * (pi / SIDE) ** 2
@@ -217,3 +219,17 @@ def test_energy_is_conserved() -> None:
 def test_bad_input(call: object, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         call()
+
+
+@pytest.mark.parametrize(("softer", "factor"), [(1e-3, 1e3), (5.0, 0.2), (1e-7, inf)])
+def test_a_factor_by_halving(softer: float, factor: float) -> None:
+    """Diagonal matrices, whose factor is known."""
+    softened = sparse.diags_array(np.concatenate([softer * np.linspace(0.9, 1.0, 20), -np.linspace(1.0, 1e6, 20)]))
+    assert buckling._by_pivots(sparse.eye_array(40), softened) == pytest.approx(factor, rel=2e-6)
+
+
+def test_a_plate_in_tension_with_a_little_shear() -> None:
+    loads = [hl.laminates.Prestress(1e6, -1e3, 10.0)]
+    sides = hl.Supports(left="clamped")
+    plate = hl.kirchhoff_plate(0.1, 0.1, 2e-3, hl.ALUMINIUM_6061, sides, additions=loads, cells=(4, 4))
+    assert plate.buckling_factor == inf

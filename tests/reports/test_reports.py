@@ -1,5 +1,6 @@
 """Reports: whole pages that load nothing, with words for every figure, escaped text, and named faults."""
 
+import json
 import stat
 import warnings
 from collections.abc import Callable
@@ -14,6 +15,7 @@ import xarray as xr
 from page_parser import check_page
 
 import hertzlink as hl
+from coupling.results.provenance import as_text, stored
 from hertzlink.reports import setup_in_words
 from hertzlink.reports.page import Line, Page, Section, Table, html
 
@@ -103,7 +105,7 @@ def test_report_of_a_sweep_shows_each_run(tmp_path: Path) -> None:
     assert "none" in shown
     assert any("no primary wave" in one for one in page.text["title"])
     assert page.text["p"][0].startswith("6 runs over modulus (0.1 to 200 GPa); speed (0.1 to 0.3 m/s): AR")
-    assert any("drawn is the first run; varied: modulus, " in one for one in page.text["title"])
+    assert any("varied, drawn is the first run: modulus, " in one for one in page.text["title"])
     assert {"Varied", "Chain of the first run"} <= {*page.text["caption"], *page.text["summary"]}
 
 
@@ -149,6 +151,37 @@ def test_report_of_two_chains_shows_each(tmp_path: Path) -> None:
     assert page.tags.count("svg") == 8
     with pytest.raises(ValueError, match="choose one chain with"):
         hl.plots.traces(two, 2)
+
+
+@pytest.mark.parametrize(
+    ("beads", "rows"),
+    [
+        (["a"] * 20, [{"count": 20, "bead": "a"}]),
+        (["a", "b", "b", "a"], ["a", {"count": 2, "bead": "b"}, "a"]),
+        ([{"radius": 0.0}, {"radius": -0.0}], [{"radius": 0.0}, {"radius": -0.0}]),
+        ([{"radius": 1}, {"radius": 1.0}], [{"radius": 1}, {"radius": 1.0}]),
+        (
+            [{"class": "Mine", "count": 3, "bead": 1}] * 2,
+            [{"count": 2, "bead": {"class": "Mine", "count": 3, "bead": 1}}],
+        ),
+        ([], []),
+    ],
+)
+def test_equal_neighbours_stand_once_in_the_input(beads: list[Any], rows: list[Any]) -> None:
+    given = {"chains": [{"beads": beads, "gravity": 0.0}], "until": 1e-3}
+    text = as_text(given)
+    assert json.loads(text)["chains"][0]["beads"] == rows
+    assert repr(stored(text)) == repr(given)
+    assert stored(json.dumps(given)) == given  # as earlier versions wrote it
+
+
+def test_a_page_lists_equal_beads_once_and_a_file_cannot_ask_for_endless_ones(tmp_path: Path) -> None:
+    text = made(tmp_path, run(), sensors=[7])
+    assert text.count("&#34;class&#34;: &#34;Sphere&#34;") <= 4
+    endless = {"chain": {"beads": [{"count": 10**6, "bead": 1}, {"count": 1, "bead": 2}]}}
+    assert stored(json.dumps(endless)) == {}
+    with pytest.raises(ValueError, match="beads: has 1000001 beads; must be at most 1000000"):
+        hl.from_input(endless)
 
 
 def test_input_is_told_with_units_and_equal_beads_once() -> None:

@@ -122,6 +122,18 @@ WRITINGS = {
 }
 
 
+def test_a_set_is_found_whatever_its_case(tmp_path: Path) -> None:
+    """Abaqus does not tell CONTACT from Contact; of two that differ in case alone, neither is taken for the other."""
+    found = body(tmp_path, FLAT + HELD.replace("=base", "=Base"))
+    assert measures(found, "BASE") == measures(found, "base") == measures(found, "Base") == ORDINARY
+    with pytest.raises(ValueError, match=r"fixed = 'BASIS': must be one of .*\(did you mean 'Base'\?\)"):
+        measures(found, "BASIS")
+    both = found.facets._replace(groups={"Top": np.array([1]), "TOP": np.array([2])})
+    assert both.of("fixed", "TOP").tolist() == [2]
+    with pytest.raises(ValueError, match="fixed = 'top': must be one of 'Top', 'TOP'"):
+        both.of("fixed", "top")
+
+
 @pytest.mark.filterwarnings("ignore:.*no .INSTANCE places its part")
 @pytest.mark.parametrize("text", WRITINGS.values(), ids=WRITINGS)
 def test_nodes_and_elements(text: str, tmp_path: Path) -> None:
@@ -486,7 +498,7 @@ def test_parts_that_are_joined_in_part() -> None:
     ("merge", "message"),
     [
         (0.0, r"merge = 0\.0: must be a positive number of m"),
-        (4e-3, r"merge = 0\.004: must be below 0\.00333 m, half the shortest edge"),
+        (4e-3, "merge = 4 mm: must be below 3.33 mm, half the shortest edge"),
         ("x", "merge = 'x'"),
     ],
 )
@@ -496,7 +508,7 @@ def test_bad_distances(merge: Any, message: str) -> None:
 
 
 def test_a_distance_that_joins_nothing_is_said() -> None:
-    with pytest.warns(hl.HertzlinkWarning, match="merge = 1e-09: no two points of the mesh lie so close"):
+    with pytest.warns(hl.HertzlinkWarning, match="merge = 1 nm: no two points of the mesh lie so close"):
         BodyMesh(cube(), merge=1e-9)
 
 

@@ -76,7 +76,7 @@ UNLIKELY: list[tuple[Callable[[], object], str]] = [
     (lambda: hl.shells.spherical_shell(0.1, 2e-3, STEEL, pressure=6e5, ambient=1), r"ambient = 1: .* bar or MPa\?"),
     (
         lambda: hl.beams.beam(0.5, 300.0, 1.6, STEEL, at=0.2, foundation=1e15),
-        r"beam foundation = 1e\+15 N/m²: is more than 10 times the beam's own modulus",
+        r"beam foundation = 1e\+15 N/m²: is 1e\+06 GPa, more than 10 times the beam's own modulus",
     ),
     (lambda: hl.laws.Thornton(300), r"Thornton yield_strength = 300: is read as 300 Pa; is it in MPa or GPa\?"),
     (

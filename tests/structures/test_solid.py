@@ -321,7 +321,10 @@ def test_the_curvature_of_the_mesh_is_told_where_another_is_given(
     solid(mesh, hl.NYLON, TOP, patch_radius=WIDE, curvature=given)
     found = [str(one.message) for one in recwarn if "curvature" in str(one.message)]
     assert len(found) == (told is not None)
-    assert all(f"solid curvature = {given:g}: the surface of the mesh has {told} 1/m" in one for one in found)
+    assert all(
+        f"solid curvature = {given:.3g} 1/m (" in one and f"): the surface of the mesh has {told} 1/m (" in one
+        for one in found
+    )
 
 
 def test_corners_on_one_side_tell_the_mean_curvature_too() -> None:

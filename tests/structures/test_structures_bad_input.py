@@ -147,6 +147,8 @@ BODY: Made = (
         (BODY, {"flexibility": "soft"}, "flexibility = 'soft': must be a finite number of m/N"),
         (BODY, {"surface": "flat"}, "surface = 'flat': must be a Surface"),
         (BODY, {"valid_until": 0.0}, r"valid_until = 0\.0: must be a positive number of s"),
+        (BODY, {"valid_until": 10**400}, "valid_until = 10+….*must be a finite number of s"),
+        (BODY, {"valid_until": True}, "valid_until = True: must be a finite number of s"),
     ],
 )
 def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> None:

@@ -28,8 +28,20 @@ NOISE, LEAD, VOLTS = 0.01, 50e-6, 25.0
 def template(kind: str) -> str:
     """The text of a first case file; a ValueError for an unknown kind."""
     if kind not in KINDS:
-        raise CaseError(f'hertzlink: new: "{kind}" is no kind of case; {nearest(kind, [*KINDS], len(KINDS))}')
+        raise CaseError(f'hertzlink: new: "{kind}" {_no_kind(kind)}')
     return (files(__name__) / f"{kind}.toml").read_text(encoding="utf-8")
+
+
+def _no_kind(kind: str) -> str:
+    """What a word is that is no kind, and what to give: files and folders are taken for places of results."""
+    place = Path(kind)
+    if not kind or (len(place.parts) == 1 and not place.suffix and not place.exists()):
+        return f"is no kind of case; {nearest(kind, [*KINDS], len(KINDS))}"
+    if place.suffix == ".toml":
+        return f"is a case file already; `hertzlink run {quote(kind)}` runs it"
+    result = (place if place.is_dir() else place.parent) / "results.nc"
+    cure = f"did you mean {result}?" if result.is_file() else f"give results.nc of a run, or one of {', '.join(KINDS)}"
+    return f"is neither a kind of case nor a result; {cure}"
 
 
 def write_new(kind: str, path: Path | None) -> list[str]:
