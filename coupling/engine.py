@@ -7,7 +7,8 @@ import numpy as np
 
 from coupling.interface import FIRST, Interface
 from coupling.kernels import loop
-from coupling.kernels.agreement import PIECES, Contacts, OneContact, Run, Search, Trial
+from coupling.kernels.agreement import PIECES, Contacts, OneContact
+from coupling.kernels.state import CHAIN, CONTACT, NODE, REMEMBERED, TOTALS, TRIED, WINDOW, Run, Search, Trial
 from coupling.plan import Plan
 from coupling.schemes.condensed import MOST_TRIALS, STILL, Condensed
 from coupling.schemes.windows import FINEST, MOST_HALVINGS, TAKEN_AS_ONE, allowed, error
@@ -133,15 +134,14 @@ class Engine:
         """Return the work space."""
         interface, state, coordinates = self.interface, self._state_size, int(self.begin[-1, 0])
         contacts, chains, gaps = interface.size, len(self.chains), self._gaps
-        of_contacts, of_chains = [np.zeros(contacts) for _ in range(5)], [np.zeros(chains) for _ in range(2)]
         return Trial(
             np.zeros(coordinates),
             np.zeros(coordinates),
             np.zeros(state),
             np.zeros(state if gaps else 0),
             np.zeros(gaps),
-            *of_contacts,
-            *of_chains,
+            np.zeros(contacts, TRIED),
+            np.zeros(chains, CHAIN),
             np.zeros((WORK_ROWS, coordinates)),
             np.zeros((5 + PIECES + contacts, contacts)),
         )
@@ -159,15 +159,12 @@ class Engine:
             np.concatenate([state.position for state in starts]),
             np.concatenate([state.velocity for state in starts]),
             np.zeros(self._state_size),
-            np.zeros(contacts),
-            np.zeros(contacts),
-            *(np.zeros(3), np.zeros(3), np.zeros((3, contacts)), np.zeros((3, contacts))),
-            *(np.zeros(chains), np.zeros(chains)),
-            *(np.zeros(contacts), np.zeros(contacts), np.zeros(contacts)),
-            np.zeros(3, dtype=np.int64),
-            np.zeros(1),
             np.zeros(0) if closing is None else closing.start().pressed,
-            np.zeros(1),
+            np.zeros(contacts, CONTACT),
+            np.zeros(chains, CHAIN),
+            np.zeros((REMEMBERED, contacts), NODE),
+            np.zeros(REMEMBERED, WINDOW),
+            np.zeros(1, TOTALS),
         )
 
     def advance(self, run: Run, first: int, last: int, halvings: int = 0) -> None:
@@ -213,10 +210,10 @@ class Engine:
             if finest:
                 self.advance(run, 2 * (done - 1), 2 * done, halvings + 1)
                 return
-            tried = run.counts[1]
+            tried = run.totals[0]["tried"]
             for part, old in zip(run, before, strict=True):
                 part[...] = old
-            run.counts[1] = tried
+            run.totals[0]["tried"] = tried
         self._adapted(run, 2 * done - 1, halvings + 1)
         self._adapted(run, 2 * done, halvings + 1)
 
@@ -226,7 +223,7 @@ class Engine:
         structure, contacts = self._of_length(length)
         problem, done, detail, place = self.kernel(
             run, self.chains, structure, contacts, self.search, self.recorder, self.trial, self.begin, length,
-            (first + 1, last, stride),
+            (first + 1, last, stride), -1,
         )  # fmt: skip
         if problem == loop.NON_FINITE:
             raise non_finite(self.interface, place, done * length, int(detail))
@@ -234,10 +231,10 @@ class Engine:
 
     def save(self, run: Run, done: int, recorder: Any = None, row: int | None = None) -> None:
         """Save the end of a whole window, in its own row or in another."""
-        structure, _ = self._of_length(self.length)
-        loop.save(
-            self.recorder if recorder is None else recorder, done // self.stride if row is None else row,
-            done * self.length, run, self.chains, structure, self.begin, self.trial.chain,
+        structure, contacts = self._of_length(self.length)
+        self.kernel(
+            run, self.chains, structure, contacts, self.search, self.recorder if recorder is None else recorder,
+            self.trial, self.begin, self.length, (done + 1, done, 0), done // self.stride if row is None else row,
         )  # fmt: skip
 
     def _of_length(self, length: float) -> tuple[Any, Any]:
@@ -261,8 +258,8 @@ class Engine:
 
 def past(run: Run) -> list[Node]:
     """Return the last nodes, newest last."""
-    columns = run.node_time, run.node_length, run.node_surface, run.node_force
-    return [Node(*(column[i] for column in columns)) for i in reversed(range(int(run.counts[0])))]
+    newest = reversed(range(int(run.totals[0]["remembered"])))
+    return [Node(*run.window[i].tolist(), run.node["surface"][i], run.node["force"][i]) for i in newest]
 
 
 def non_finite(interface: Interface, bead: int, time: float, number: int = 0) -> FloatingPointError:

@@ -13,7 +13,7 @@ from coupling.schemes.condensed import Condensed
 from coupling.schemes.scheme import Scheme
 from coupling.schemes.windows import Adaptive, Windows
 from coupling.state import CoupledState, NotConverged
-from particles.kernels.chain import first_bad
+from particles.kernels.chain import first_bad_body
 
 LARGEST_GAIN = 0.01
 """Part of the impact energy that a passive participant may have given back beyond what it received."""
@@ -155,7 +155,7 @@ def _check_rest(interface: Interface, first: CoupledState) -> None:
 def _check(interface: Interface, state: CoupledState) -> None:
     """FloatingPointError for a state that is no longer finite, ValueError for participants that create energy."""
     for number, chain in enumerate(state.chains):
-        bad = first_bad(chain.position, chain.velocity, state.surface[interface.of_chain[number][0]])
+        bad = first_bad_body(chain.position, chain.velocity, state.surface[interface.of_chain[number][0]])
         if bad >= 0:
             raise non_finite(interface, bad, state.time, number)
     for place, box in enumerate(interface.structures if interface.boxes else ()):

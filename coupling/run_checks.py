@@ -161,7 +161,7 @@ def _deepest(interface: Interface, frames: Frames, number: int) -> Vector:
         return chain.approach(_greatest(own.contact_force))
     place = own.position[:, : chain.mass.size]
     # The last one's without the spring behind it.
-    last = (place[:, -1] - frames.saved.surface[seat]).max() - chain.flexibility * own.contact_force[:, -1].max()
+    last = (place[:, -1] - frames.contact["surface"][seat]).max() - chain.flexibility * own.contact_force[:, -1].max()
     return np.append(_greatest(place[:, :-1] - place[:, 1:]), last)
 
 
@@ -176,25 +176,27 @@ def _greatest(values: Vector) -> Vector:
 
 def _of_energy(interface: Interface, frames: Frames) -> list[str]:
     """A finding if the run created or lost energy, as in `energy_error`, with the part of the run that did."""
-    known = frames.saved.structure_kinetic + frames.saved.structure_elastic
-    work = np.stack([frames.saved.work[interface.touched_by(place)].sum(axis=0) for place in range(len(known))])
-    kept = np.where(np.isnan(known), work, known + frames.damped).sum(axis=0)
+    structure = frames.saved.structure
+    known, damped = structure["kinetic"] + structure["elastic"], structure["taken"]
+    work = np.stack([frames.contact["work"][interface.touched_by(place)].sum(axis=0) for place in range(len(known))])
+    kept = np.where(np.isnan(known), work, known + damped).sum(axis=0)
     for number, own in enumerate(frames.chains):
-        kept = kept + own.kinetic + own.potential + own.lost - own.driven
+        energy = own.energy
+        kept = kept + energy["kinetic"] + energy["potential"] + energy["lost"] - energy["driven"]
         for k in interface.of_chain[number]:
-            kept = kept + interface.static[k] * frames.saved.surface[k]
+            kept = kept + interface.static[k] * frames.contact["surface"][k]
     total = _worst(kept - kept[0], interface)
     if not total > LARGE:
         return []
     # A faint wave in a pressed chain: no step would save what rounding takes from the energy that the preload stores.
-    stored = max(own.contact_force.shape[1] * float(abs(own.potential).max()) for own in frames.chains)
+    stored = max(own.contact_force.shape[1] * float(abs(own.energy["potential"]).max()) for own in frames.chains)
     rounding = ROUNDING * stored / interface.impact_energy
     if total < LARGE + rounding:
         return [
             "energy: cannot be checked; rounding of the energy that the preload stores is up to "
             f"{100.0 * rounding:.2g} % of the impact energy"
         ]
-    exchange, stepper = frames.saved.given - frames.saved.work, work - known - frames.damped
+    exchange, stepper = frames.contact["given"] - frames.contact["work"], work - known - damped
     parts = {
         "the exchange, see interface_mismatch; take shorter windows, or a scheme that iterates": exchange,
         "the structure's stepper, see structure_numerical_loss; take shorter windows, or the midpoint": stepper,

@@ -50,7 +50,7 @@ def check_structures(interface: Interface, frames: Frames, interval: float) -> l
             continue
         force = frames.chains[contact.chain].contact_force[:, -1 if contact.end == LAST else 0] - interface.static[k]
         origin, length = structure.structure.origin, push_length(force, interval)
-        doubts = [*_of_deflection(origin, float(abs(frames.saved.surface[k]).max()))]
+        doubts = [*_of_deflection(origin, float(abs(frames.contact["surface"][k]).max()))]
         if length > 0.0:
             doubts += [*_of_reduction(origin, length), *_of_mesh(origin, length)]
         for doubt in doubts:

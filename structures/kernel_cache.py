@@ -160,6 +160,11 @@ def inner(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     return njit(cache=True, _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True, **options)
 
 
+def entry(kernel: Any) -> Any:
+    """A kernel that Python calls, made of one that kernels call."""
+    return njit(cache=True, _nrt=False, nogil=True, no_cfunc_wrapper=True)(kernel.py_func)
+
+
 COMPILING = "compiling kernels that this machine has not compiled yet: up to a minute, once"
 
 

@@ -155,7 +155,7 @@ class _Writer:
             return {"complex": [self.node(value.real, where), self.node(value.imag, where)]}
         if kind is bytes:
             return {"bytes": self._array(np.frombuffer(value, np.uint8))}
-        if kind is np.ndarray and DTYPE.fullmatch(value.dtype.str):
+        if kind is np.ndarray and _is_plain(value.dtype):
             return {"array": self._array(value)}
         if isinstance(value, np.generic) and DTYPE.fullmatch(value.dtype.str):
             return {"number": self._array(np.array(value))}
@@ -173,7 +173,8 @@ class _Writer:
         if id(array) not in self.places:
             self.places[id(array)] = len(self.arrays)
             self.arrays.append(array)
-            self.headers.append((array.dtype.str, list(array.shape), _by_columns(array)))
+            kind = array.dtype.str if array.dtype.names is None else [list(field) for field in array.dtype.descr]
+            self.headers.append((kind, list(array.shape), _by_columns(array)))
         return self.places[id(array)]
 
     def _pickled(self, value: Any, where: str) -> dict[str, int]:
@@ -234,10 +235,18 @@ _MAKERS: dict[str, Any] = {
 
 def _header(given: Any) -> tuple[np.dtype[Any], tuple[int, ...], bool]:
     """Type, shape and order of an array."""
-    text, shape, columns = given
-    if not DTYPE.fullmatch(text) or any(type(size) is not int or size < 0 for size in shape):
-        raise Unreadable(f"holds an array of type {short(text)} and shape {short(shape)}")
-    return np.dtype(text), tuple(shape), bool(columns)
+    kind, shape, columns = given
+    fields = [("", kind)] if isinstance(kind, str) else [(str(name), text) for name, text in kind]
+    if not all(DTYPE.fullmatch(text) for _, text in fields) or any(type(size) is not int or size < 0 for size in shape):
+        raise Unreadable(f"holds an array of type {short(kind)} and shape {short(shape)}")
+    return np.dtype(kind if isinstance(kind, str) else fields), tuple(shape), bool(columns)
+
+
+def _is_plain(dtype: np.dtype[Any]) -> bool:
+    """Whether an array holds numbers or text, or records of them."""
+    if dtype.names is None:
+        return bool(DTYPE.fullmatch(dtype.str))
+    return all(len(field) == 2 and isinstance(field[1], str) and DTYPE.fullmatch(field[1]) for field in dtype.descr)
 
 
 def _array(file: BinaryIO, dtype: np.dtype[Any], shape: tuple[int, ...], columns: bool) -> NDArray[Any]:

@@ -2,6 +2,7 @@
 
 from typing import Any, NamedTuple
 
+from coupling.kernels.state import record_type
 from particles.kernels.chain import contact_forces, energies
 from structures.kernel_cache import inner
 from structures.kernels.gaps import copy
@@ -10,7 +11,7 @@ from structures.kernels.pieces import by_type, for_each
 from structures.structure import Vector
 
 
-@by_type()
+@by_type(small=False)
 def record(
     recorder: Any, row: int, t: float, run: Any, chains: Any, structure: Any, begin: Vector, work: Vector
 ) -> None:
@@ -21,35 +22,35 @@ def record(
     raise NotImplementedError
 
 
+CHAIN_FRAME = record_type("kinetic", "potential", "lost", "driven")
+"""Energies of a chain, J."""
+
+CONTACT_FRAME = record_type("surface", "work", "given", "impulse")
+"""Of a contact: displacement of the surface, m; works, J, and impulse, N s, since the start."""
+
+STRUCTURE_FRAME = record_type("kinetic", "elastic", "taken")
+"""Energies of a structure, J, and what its damping and the closing of its gaps took; NaN where not known."""
+
+TIME_FRAME = record_type("evaluations", "substeps", "residual")
+"""Since the last saved time: windows of the chains that were tried, windows, and the greatest residual, N."""
+
+
 class Everything(NamedTuple):
-    """All motion, forces and energies: a row for each saved time, or a column where arrays begin with a number."""
+    """All motion, forces and energies."""
 
     position: Vector
-    """Of all chains, one after the other; so are the next two."""
+    """Saved times × coordinates of all chains, one after the other; so is the next one."""
     velocity: Vector
     contact_force: Vector
-    kinetic: Vector
-    """C × saved times, energies of the chains, J; so are the next three."""
-    potential: Vector
-    lost: Vector
-    driven: Vector
-    surface: Vector
-    """K × saved times, displacement of the surfaces, m."""
-    work: Vector
-    """Work on the structures, J."""
-    given: Vector
-    """Work of the chains, J."""
-    impulse: Vector
-    structure_kinetic: Vector
-    """S × saved times, energies of the structures, J; so is the next one."""
-    structure_elastic: Vector
-    evaluations: Vector
-    """Windows of the chains that were tried since the last saved time."""
-    substeps: Vector
-    residual: Vector
-    """Greatest residual since then, N."""
-    taken: Vector
-    """S × saved times: what the damping of structures and the closing of their gaps took, J; NaN where not known."""
+    """Saved times × contacts of all chains."""
+    chain: Vector
+    """C × saved times records CHAIN_FRAME."""
+    contact: Vector
+    """K × saved times records CONTACT_FRAME."""
+    structure: Vector
+    """S × saved times records STRUCTURE_FRAME."""
+    time: Vector
+    """Saved times records TIME_FRAME."""
 
     @staticmethod
     def record(
@@ -59,29 +60,29 @@ class Everything(NamedTuple):
         copy(run.y, recorder.position[row])
         copy(run.v, recorder.velocity[row])
         record_chains(chains, 0, recorder, row, t, run, begin, work)
-        for s in range(recorder.structure_kinetic.shape[0]):
-            kinetic, elastic = energies_of_structure(structure, s, run.body)
-            recorder.structure_kinetic[s, row], recorder.structure_elastic[s, row] = kinetic, elastic
-        for k in range(run.work.size):
-            recorder.surface[k, row], recorder.work[k, row] = run.surface[k], run.work[k]
-            recorder.given[k, row], recorder.impulse[k, row] = run.given[k], run.impulse[k]
-        if run.pressed.size > 0:
-            recorder.taken[0, row] = run.taken[0]
-        recorder.evaluations[row], recorder.substeps[row] = run.counts[1], run.counts[2]
-        recorder.residual[row] = run.residual[0]
-        run.counts[1], run.counts[2], run.residual[0] = 0, 0, 0.0
+        for s in range(recorder.structure.shape[0]):
+            frame = recorder.structure[s, row]
+            frame.kinetic, frame.elastic = energies_of_structure(structure, s, run.body)
+            if run.pressed.size > 0:
+                frame.taken = run.totals[0].taken
+        for k in range(run.contact.size):
+            seen, contact = recorder.contact[k, row], run.contact[k]
+            seen.surface, seen.work = contact.surface, contact.work
+            seen.given, seen.impulse = contact.given, contact.impulse
+        totals, now = run.totals[0], recorder.time[row]
+        now.evaluations, now.substeps, now.residual = totals.tried, totals.windows, totals.residual
+        totals.tried, totals.windows, totals.residual = 0, 0, 0.0
 
 
 @inner()
 def record_chain(chain: Any, c: int, recorder: Any, row: int, t: float, run: Any, begin: Vector, work: Vector) -> None:
     """Fill forces and energies of chain c."""
     first, last, k = begin[c, 0], begin[c + 1, 0], begin[c, 1]
-    y, v, wall = run.y[first:last], run.v[first:last], run.surface[k]
-    scratch = work[:, first:last]
+    y, v, wall, frame = run.y[first:last], run.v[first:last], run.contact[k].surface, recorder.chain[c, row]
     forces = recorder.contact_force[row, begin[c, 2] : begin[c + 1, 2]]
-    contact_forces(chain, y, v, t, wall, rate_of(run, k), forces, scratch)
-    recorder.kinetic[c, row], recorder.potential[c, row] = energies(chain, y, v, wall, scratch)
-    recorder.lost[c, row], recorder.driven[c, row] = run.lost[c], run.driven[c]
+    contact_forces(chain, y, v, t, wall, rate_of(run, k), forces, work[:, first:last])
+    frame.kinetic, frame.potential = energies(chain, y, v, wall, work[:, first:last])
+    frame.lost, frame.driven = run.chain[c].lost, run.chain[c].driven
 
 
 record_chains = for_each(record_chain)
@@ -90,18 +91,24 @@ record_chains = for_each(record_chain)
 @inner()
 def rate_of(run: Any, k: int) -> float:
     """Return the velocity of a surface over the last window, m/s."""
-    return (run.surface[k] - run.node_surface[1, k]) / run.node_length[0] if run.counts[0] > 0 else 0.0
+    if run.totals[0].remembered == 0:
+        return 0.0
+    return (run.contact[k].surface - run.node[1, k].surface) / run.window[0].length
+
+
+TRACE_FRAME = record_type("surface")
+"""Displacement of the surface at a contact, m."""
 
 
 class Traces(NamedTuple):
-    """Velocities, contact forces and surfaces of one chain: a row for each saved time, a column for surfaces."""
+    """Velocities, contact forces and surfaces of one chain."""
 
     velocity: Vector
     """m/s."""
     contact_force: Vector
     """N."""
-    surface: Vector
-    """m."""
+    contact: Vector
+    """K × saved times records TRACE_FRAME."""
 
     @staticmethod
     def record(
@@ -109,7 +116,6 @@ class Traces(NamedTuple):
     ) -> None:
         """Fill a row of the traces."""
         copy(run.v, recorder.velocity[row])
-        for k in range(run.surface.size):
-            recorder.surface[k, row] = run.surface[k]
+        recorder.contact[0, row].surface = run.contact[0].surface
         forces = recorder.contact_force[row]
-        contact_forces(chains[0], run.y, run.v, t, run.surface[0], rate_of(run, 0), forces, work)
+        contact_forces(chains[0], run.y, run.v, t, run.contact[0].surface, rate_of(run, 0), forces, work)

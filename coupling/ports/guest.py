@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from particles.kernels.chain import contact_forces
+from particles.kernels.chain import forces_of_chain
 from particles.chain import Chain
 from particles.deformable.chain import moving_chain
 from particles.moving import ChainState, MovingChain
@@ -60,7 +60,7 @@ def advance(moving: MovingChain, state: GuestState, surface: float, window: floa
 
 def _contact_force(moving: MovingChain, state: ChainState, surface: float, rate: float) -> Vector:
     force = np.zeros(moving.mass.size)
-    contact_forces(
+    forces_of_chain(
         moving.model, state.position, state.velocity, state.time, surface, rate, force, moving.work_space()
     )
     dynamic: Vector = force - moving.static_force

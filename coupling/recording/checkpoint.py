@@ -24,7 +24,7 @@ from coupling.participant import BlackBox
 from coupling.recording.frames import Counts, Frames
 from coupling.results.provenance import as_text, differences, unfolded, versions
 from coupling.state import REMEMBERED, CoupledState, Differences, Ledger, Node
-from coupling.kernels.agreement import Run
+from coupling.kernels.state import Run
 from particles.moving import ChainState
 from structures.stepping import StructureState
 
@@ -284,8 +284,8 @@ def _fits(found: Any, like: Any) -> bool:
 
 def _within_bounds(run: Run) -> bool:
     """Whether the numbers by which the compiled loop counts stay within its arrays."""
-    nodes, *tried = run.counts
-    return 0 <= nodes <= len(run.node_time) and min(tried) >= 0
+    remembered, tried, windows, *_ = run.totals[0].tolist()
+    return 0 <= remembered <= len(run.window) and min(tried, windows) >= 0
 
 
 def _sum_of_rest(file: Any) -> bytes:

@@ -50,8 +50,8 @@ def _of_participants(interface: Interface, frames: Frames, interval: float) -> d
         if not isinstance(box, BlackBox) or box.closing is not None or not box.inertias:
             continue
         points = interface.touched_by(place)
-        impulse = frames.saved.impulse[points][:, -1]
-        moved = frames.saved.surface[points].mean(axis=1) * interval * (frames.rows - 1)
+        impulse = frames.contact["impulse"][points][:, -1]
+        moved = frames.contact["surface"][points].mean(axis=1) * interval * (frames.rows - 1)
         compliance = np.divide(moved, impulse, out=np.full(impulse.size, np.nan), where=impulse != 0.0)
         found.append({"name": box.name, "inertia (kg)": box.inertias, "compliance (m/N)": compliance.tolist()})
     return {"participants": as_text({"participants": found})} if found else {}
@@ -61,9 +61,10 @@ def _of_chain(interface: Interface, frames: Frames, number: int) -> dict[str, Ve
     """What belongs to one chain; contact energy with the work of the static forces on the surfaces."""
     chain, own = interface.chains[number], frames.chains[number]
     bodies = chain.mass.size
-    potential = own.potential.copy()
+    energy = {name: own.energy[name].copy() for name in own.energy.dtype.names or ()}
+    potential = energy["potential"]
     for k in interface.of_chain[number]:
-        potential += interface.static[k] * frames.saved.surface[k]
+        potential += interface.static[k] * frames.contact["surface"][k]
     deformed = {}
     if isinstance(chain, MovingDeformableChain):
         deformed = {
@@ -78,10 +79,10 @@ def _of_chain(interface: Interface, frames: Frames, number: int) -> dict[str, Ve
         "displacement": (own.position - chain.rest)[:, :bodies],
         "velocity": own.velocity[:, :bodies],
         "contact_force": own.contact_force,
-        "kinetic_energy": own.kinetic,
+        "kinetic_energy": energy["kinetic"],
         "contact_energy": potential - potential[0],
-        "dissipated_energy": own.lost,
-        "excitation_work": own.driven,
+        "dissipated_energy": energy["lost"],
+        "excitation_work": energy["driven"],
     }
 
 
@@ -93,29 +94,28 @@ def _gap(interface: Interface, frames: Frames, k: int) -> Vector:
     if contact.end != LAST:
         return np.asarray(struck[:, 1] - far[:, 0])
     return (
-        np.asarray(frames.saved.surface[k] - far[:, -1]) if chain.surface is not None else np.full(frames.rows, np.nan)
+        np.asarray(frames.contact["surface"][k] - far[:, -1]) if chain.surface is not None else np.full(frames.rows, np.nan)
     )
 
 
 def _of_both_sides(interface: Interface, frames: Frames) -> dict[str, Vector]:
     """What belongs to contacts, structures and the run: contacts or structures × saved times."""
-    energy = frames.saved.structure_kinetic + frames.saved.structure_elastic
-    work = np.stack([frames.saved.work[interface.touched_by(place)].sum(axis=0) for place in range(len(energy))])
+    contact, structure = ({name: one[name].copy() for name in one.dtype.names} for one in frames.saved[4:6])
+    energy, given = structure["kinetic"] + structure["elastic"], contact["given"]
+    work = np.stack([contact["work"][interface.touched_by(place)].sum(axis=0) for place in range(len(energy))])
     return {
-        "surface_displacement": frames.saved.surface,
-        "interface_work": frames.saved.work,
-        "interface_work_of_chain": frames.saved.given,
-        "interface_mismatch": frames.saved.given - frames.saved.work,
-        "interface_impulse": frames.saved.impulse,
+        "surface_displacement": contact["surface"],
+        "interface_work": contact["work"],
+        "interface_work_of_chain": given,
+        "interface_mismatch": given - contact["work"],
+        "interface_impulse": contact["impulse"],
         "structure_work": work,
-        "structure_kinetic_energy": frames.saved.structure_kinetic,
-        "structure_elastic_energy": frames.saved.structure_elastic,
+        "structure_kinetic_energy": structure["kinetic"],
+        "structure_elastic_energy": structure["elastic"],
         "structure_energy": energy,
-        "structure_dissipated_energy": frames.damped,
-        "structure_numerical_loss": work - energy - frames.damped,
-        "evaluations": frames.saved.evaluations,
-        "substeps": frames.saved.substeps,
-        "residual": frames.saved.residual,
+        "structure_dissipated_energy": structure["taken"],
+        "structure_numerical_loss": work - energy - structure["taken"],
+        **{name: frames.saved.time[name].copy() for name in frames.saved.time.dtype.names},
     }
 
 

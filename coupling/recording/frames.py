@@ -7,7 +7,15 @@ import numpy as np
 
 from coupling.interface import Interface
 from coupling.state import CoupledState
-from coupling.kernels.recorders import Everything, Traces
+from coupling.kernels.recorders import (
+    CHAIN_FRAME,
+    CONTACT_FRAME,
+    STRUCTURE_FRAME,
+    TIME_FRAME,
+    TRACE_FRAME,
+    Everything,
+    Traces,
+)
 from particles.kernels import chain as kernels
 from structures.moving import MovingStructure
 from structures.structure import Vector
@@ -30,51 +38,48 @@ class Counts(NamedTuple):
 
 
 class ChainFrames(NamedTuple):
-    """Of one chain: position (m) and velocity (m/s), saved times × coordinates, first those of the bodies;
-    contact_force (N), saved times × bodies; and, for each saved time, kinetic and potential energy, the energy lost,
-    and the excitation's work (J)."""
+    """The saved times of one chain.
+
+    position (m) and velocity (m/s): saved times × coordinates, first those of the bodies; contact_force (N): saved times ×
+    bodies; energy: records CHAIN_FRAME.
+    """
 
     position: Vector
     velocity: Vector
     contact_force: Vector
-    kinetic: Vector
-    potential: Vector
-    lost: Vector
-    driven: Vector
+    energy: Vector
 
 
 class Frames:
     """Saved times from row 0, the start, on.
 
     saved: all arrays, as the compiled window loop fills them; energies of structures are NaN where not known. thin: with velocities,
-    contact forces and surfaces of one chain only. damped: structures × saved times, what their damping
-    and gaps took, J, NaN where not known. chains: the parts of each chain.
+    contact forces and surfaces of one chain only. contact: its records of contacts. chains: the parts of each chain.
     """
 
     def __init__(self, interface: Interface, rows: int, thin: bool = False) -> None:
         self.rows, self.thin = rows, thin
         ends = np.cumsum([(0, 0)] + [(chain.rest.size, chain.mass.size) for chain in interface.chains], axis=0)
         coordinates, bodies = ends[-1]
-        if thin:
-            self.saved: Any = Traces(
-                np.zeros((rows, coordinates)), np.zeros((rows, bodies)), np.zeros((interface.size, rows))
+        tall = [np.zeros((rows, coordinates)), np.zeros((rows, bodies))]
+        contacts, chains, structures = interface.size, len(interface.chains), len(interface.structures)
+        self.saved: Any = Traces(*tall, np.zeros((contacts, rows), TRACE_FRAME))
+        if not thin:
+            self.saved = Everything(
+                np.zeros((rows, coordinates)),
+                *tall,
+                np.zeros((chains, rows), CHAIN_FRAME),
+                np.zeros((contacts, rows), CONTACT_FRAME),
+                np.zeros((structures, rows), STRUCTURE_FRAME),
+                np.zeros(rows, TIME_FRAME),
             )
-            none = np.zeros(0)
-            self.chains = [ChainFrames(none, *self.saved[:2], *(none for _ in range(4)))]
-            return
-        of_chains, of_contacts, of_structures = (
-            (number, rows) for number in (len(interface.chains), interface.size, len(interface.structures))
-        )
-        tall = [np.zeros((rows, coordinates)), np.zeros((rows, coordinates)), np.zeros((rows, bodies))]
-        shapes = [of_chains] * 4 + [of_contacts] * 4 + [of_structures] * 2 + [(rows,)] * 3 + [of_structures]
-        self.saved = Everything(*tall, *(np.zeros(shape) for shape in shapes))
-        self.damped = self.saved.taken
+        self.contact = self.saved.contact
         self.chains = [
             ChainFrames(
-                self.saved.position[:, place:end],
+                np.zeros((0, end - place)) if thin else self.saved.position[:, place:end],
                 self.saved.velocity[:, place:end],
                 self.saved.contact_force[:, body:last],
-                *(one[number] for one in self.saved[3:7]),
+                np.zeros(0, CHAIN_FRAME) if thin else self.saved.chain[number],
             )
             for number, ((place, body), (end, last)) in enumerate(pairwise(ends))
         ]
@@ -89,10 +94,9 @@ class Frames:
             if past:
                 rate = (wall - float(past[-2].surface[seat] if len(past) > 1 else 0.0)) / past[-1].length
             work, forces = chain.work_space(), into.contact_force[row]
-            kernels.contact_forces(chain.model, y, v, time, wall, rate, forces, work)
-            into.kinetic[row], into.potential[row] = kernels.energies(chain.model, y, v, wall, work)
+            kernels.forces_of_chain(chain.model, y, v, time, wall, rate, forces, work)
+            into.energy[row] = *kernels.energies_of_chain(chain.model, y, v, wall, work), lost, driven
             into.position[row], into.velocity[row] = y, v
-            into.lost[row], into.driven[row] = lost, driven
         saved = self.saved
         for number, structure in enumerate(interface.structures):
             now = state.structures[number]
@@ -101,11 +105,9 @@ class Frames:
                 lost = state.ledger.damped[number]
             else:
                 *energies, lost = structure.energies(now)
-            saved.structure_kinetic[number, row], saved.structure_elastic[number, row] = energies
-            self.damped[number, row] = lost
-        saved.surface[:, row] = state.surface
-        saved.work[:, row], saved.given[:, row], saved.impulse[:, row] = state.ledger[:3]
-        saved.evaluations[row], saved.substeps[row], saved.residual[row] = counts
+            saved.structure[number, row] = *energies, lost
+        saved.contact[:, row] = list(zip(state.surface, *state.ledger[:3], strict=True))
+        saved.time[row] = counts
 
     def count_damping(self, interface: Interface) -> None:
         """What the damping of linear structures took: the part of the work that is not in their energy.
@@ -113,12 +115,13 @@ class Frames:
         The midpoint rule keeps that identity.
         """
         for place in interface.damped:
-            work = self.saved.work[interface.touched_by(place)].sum(axis=0)
-            self.damped[place] = work - self.saved.structure_kinetic[place] - self.saved.structure_elastic[place]
+            work, frames = self.contact["work"][interface.touched_by(place)].sum(axis=0), self.saved.structure[place]
+            frames["taken"] = work - frames["kinetic"] - frames["elastic"]
 
     def upto(self, row: int) -> list[Vector]:
         """Everything up to a row, for a checkpoint: views, as copies of a long run may not fit in memory."""
-        return [array[..., : row + 1] if wide else array[: row + 1] for array, wide in self._arrays()]
+        *tall, chain, contact, structure, time = self.saved
+        return [*(one[: row + 1] for one in (*tall, time)), *(one[:, : row + 1] for one in (chain, contact, structure))]
 
     def restore(self, row: int, kept: list[Vector]) -> None:
         """Restore what `upto` returned for a row; a ValueError where it does not fit."""
@@ -126,8 +129,3 @@ class Frames:
             if not isinstance(values, np.ndarray) or values.shape != place.shape or values.dtype != place.dtype:
                 raise ValueError("frames: have another shape")
             place[...] = values
-
-    def _arrays(self) -> list[tuple[Vector, bool]]:
-        """All arrays, and whether the saved times are their last axis."""
-        tall = self.saved[:3]
-        return [(one, False) for one in tall] + [(one, True) for one in self.saved[3:]]

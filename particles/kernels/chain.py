@@ -16,7 +16,7 @@ from particles.kernels.drives import (
 from particles.kernels.laws import copy_limits, force_of_step, lost_to_yielding, overlap_on_spring, with_memory
 from particles.kernels.losses import lose_on_bodies
 from particles.kernels.vibrations import accelerate_modes, energies_between, forces_between
-from structures.kernel_cache import inner, njit
+from structures.kernel_cache import entry, inner
 from structures.kernels.pieces import by_type
 from structures.structure import Vector
 
@@ -45,7 +45,7 @@ class ChainModel(NamedTuple):
     """Whether bodies ahead of a wave are at rest at zero: the chain bears no static load."""
 
 
-@by_type()
+@by_type(small=False)
 def integrate(
     scheme: Any, chain: Any, y: Vector, v: Vector, work: Vector, t: float, wall: float, rate: float, dt: float,
     steps: int, first: int,
@@ -64,7 +64,7 @@ def bodies_per_step(scheme: Any) -> int:
     raise NotImplementedError
 
 
-@njit(cache=True, _nrt=False)
+@inner()
 def reach(chain: Any, coordinates: int, steps: int) -> int:
     """Return the first body that the motion of the surface can reach within a window; 0 for all.
 
@@ -74,7 +74,7 @@ def reach(chain: Any, coordinates: int, steps: int) -> int:
     return bodies - passed if 0 < passed < bodies == coordinates else 0
 
 
-@njit(cache=True, _nrt=False)
+@inner()
 def advance(
     chain: Any, y: Vector, v: Vector, work: Vector, t: float, window: float, wall: float, wall_end: float, steps: int,
     first: int,
@@ -309,7 +309,7 @@ class RungeKutta(NamedTuple):
         return impulse, impulse_behind, lost + lost_to_yielding(law, limits), driven
 
 
-@njit(cache=True, _nrt=False)
+@inner()
 def contact_forces(
     chain: Any, y: Vector, v: Vector, t: float, wall: float, rate: float, forces: Vector, work: Vector
 ) -> None:
@@ -322,7 +322,7 @@ def contact_forces(
         forces[0] = outer_forces(chain.drive, y[0], t)[2]
 
 
-@njit(cache=True, _nrt=False)
+@inner()
 def energies(chain: Any, y: Vector, v: Vector, wall: float, work: Vector) -> tuple[float, float]:
     """Return the kinetic energy, and the potential energy of contacts, gravity, dead load and spring, J."""
     bodies, law = chain.inverse_mass.size, with_memory(chain.law, y)
@@ -337,10 +337,15 @@ def energies(chain: Any, y: Vector, v: Vector, wall: float, work: Vector) -> tup
     return kinetic, potential + energy_of_loads(chain.drive, y)
 
 
-@njit(cache=True, _nrt=False)
+@inner()
 def first_bad(y: Vector, v: Vector, wall: float) -> int:
     """Return the first coordinate that is not finite; their number where only the surface is not; −1 for none."""
     for i in range(y.size):
         if not (np.isfinite(y[i]) and np.isfinite(v[i])):
             return i
     return -1 if np.isfinite(wall) else y.size
+
+
+# Kernels that Python calls: the chain as a participant of its own, and the energies and forces of a state.
+advance_chain, forces_of_chain, energies_of_chain = entry(advance), entry(contact_forces), entry(energies)
+first_bad_body = entry(first_bad)

@@ -14,7 +14,7 @@ SETTLED = 1e-13
 MOST_SWEEPS = 200
 
 
-@by_type()
+@by_type(small=False)
 def forces_between(
     vibrations: Any, law: Any, loss: Any, springs: Any, y: Vector, v: Vector, wall: float, rate: float, forces: Vector,
     work: Vector,
@@ -27,7 +27,7 @@ def forces_between(
     raise NotImplementedError
 
 
-@by_type()
+@by_type(small=False)
 def accelerate_modes(
     vibrations: Any, y: Vector, v: Vector, loss: Any, forces: Vector, a: Vector
 ) -> float:
@@ -35,7 +35,7 @@ def accelerate_modes(
     raise NotImplementedError
 
 
-@by_type()
+@by_type(small=False)
 def energies_between(
     vibrations: Any, law: Any, springs: Any, y: Vector, v: Vector, wall: float, forces: Vector, work: Vector
 ) -> tuple[float, float]:

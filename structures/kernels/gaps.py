@@ -54,9 +54,9 @@ class Gaps(NamedTuple):
     @staticmethod
     def surfaces(structure: Any, compliance: Vector, run: Any, trial: Any) -> float:
         """Move the structure; put the surfaces of the contacts into the trial; return what gaps and damping took, J."""
-        taken = close(structure, run.body, run.pressed, trial.free, trial.force, trial.after, trial.pressed)
-        for k in range(trial.force.size):
-            trial.surface[k] = read(structure.window.structure, k, trial.after)
+        taken = close(structure, run.body, run.pressed, trial.free, trial.contact, trial.after, trial.pressed)
+        for k in range(trial.contact.size):
+            trial.contact[k].surface = read(structure.window.structure, k, trial.after)
         return taken
 
     @staticmethod
@@ -76,13 +76,14 @@ class Gaps(NamedTuple):
 
 
 @inner()
-def close(gaps: Any, state: Vector, before: Vector, free: Vector, force: Vector, after: Vector, pressed: Vector) -> float:
+def close(gaps: Any, state: Vector, before: Vector, free: Vector, contact: Any, after: Vector, pressed: Vector) -> float:
     """Move the structure over a window, which is divided into parts if a gap closes in it.
 
     state, before: state and forces of the gaps at the beginning; after, pressed: at the end. free: the state at the end
-    where no force acts. force: of the contacts before the gaps. Returns the energy that damping and gaps took, J.
+    where no force acts. contact: records with the forces on the contacts before the gaps. Returns the energy that damping
+    and gaps took, J.
     """
-    taken = leap(gaps, gaps.window, state, before, free, force, after, pressed)
+    taken = leap(gaps, gaps.window, state, before, free, contact, after, pressed)
     if not switched(gaps, before, after, pressed):
         return taken
     taken, now, alone, forces, mean = 0.0, gaps.states[0], gaps.states[1], gaps.work[0], gaps.work[1]
@@ -92,7 +93,7 @@ def close(gaps: Any, state: Vector, before: Vector, free: Vector, force: Vector,
         mean[g] = 0.0
     for _ in range(gaps.parts):
         let_go(gaps.part.structure, now, alone)
-        taken += leap(gaps, gaps.part, now, forces, alone, force, after, pressed)
+        taken += leap(gaps, gaps.part, now, forces, alone, contact, after, pressed)
         copy(after, now)
         copy(pressed, forces)
         for g in range(mean.size):
@@ -105,14 +106,14 @@ def close(gaps: Any, state: Vector, before: Vector, free: Vector, force: Vector,
 
 @inner()
 def leap(
-    gaps: Any, span: Any, state: Vector, before: Vector, free: Vector, force: Vector, after: Vector, pressed: Vector
+    gaps: Any, span: Any, state: Vector, before: Vector, free: Vector, contact: Any, after: Vector, pressed: Vector
 ) -> float:
     """Take a step of the implicit midpoint rule in which each gap is open or presses; arguments as of `close`."""
     linear, count, rate, near = span.structure, gaps.opening.size, gaps.work[2], gaps.work[3]
     points, any_near = linear.response.shape[0] - count, False
     copy(free, after)
     for k in range(points):
-        push(linear, k, force[k], after)
+        push(linear, k, contact[k].force, after)
     for g in range(count):
         if gaps.preload[g] != 0.0:
             push(linear, points + g, -gaps.preload[g], after)

@@ -11,16 +11,18 @@ from numba.extending import overload
 
 Function = Callable[..., Any]
 
-OPTIONS = {"forceinline": True, "_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+OPTIONS = {"_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 
-def by_type(default: Function | None = None) -> Callable[[Function], Function]:
+def by_type(default: Function | None = None, small: bool = True) -> Callable[[Function], Function]:
     """Return a decorator of a function that is chosen by the class of its first argument.
 
     Parameters
     ----------
     default : callable, optional
         The function for classes that do not define it.
+    small : bool
+        Whether the function becomes a part of its callers, which costs nothing at each call and longer to compile.
 
     Returns
     -------
@@ -62,7 +64,7 @@ def by_type(default: Function | None = None) -> Callable[[Function], Function]:
 
         call.__name__, call.__doc__, call.__module__ = name, function.__doc__, function.__module__
         call.__signature__ = choose.__signature__ = parameters  # type: ignore[attr-defined]
-        overload(call, target="generic", jit_options=OPTIONS)(choose)
+        overload(call, target="generic", jit_options={**OPTIONS, "forceinline": small})(choose)
         return call
 
     return decorate

@@ -1,0 +1,94 @@
+"""The state of a run in the compiled loop, and the work space of a window.
+
+Numbers that belong to a contact, a chain, a window or a saved time are records with named fields: few arrays compile
+faster than many.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from structures.structure import Vector
+
+REMEMBERED = 3
+"""Windows whose forces predict those of the next one."""
+
+
+def record_type(*names: str) -> Any:
+    """Return the type of a record of numbers with these names."""
+    return np.dtype([(name, float) for name in names])
+
+
+CONTACT = record_type("surface", "slope", "work", "given", "impulse")
+"""Displacement (m) of a surface; slope that Newton's method starts from; since the start the work (J) of the contact's
+force on the structure, that given by the chain, and the impulse (N s)."""
+
+CHAIN = record_type("lost", "driven")
+"""Energy (J) that losses took, and work of the drive."""
+
+NODE = record_type("surface", "force")
+"""Displacement (m) of a surface at the end of a window, and mean force (N) that the chain answered."""
+
+WINDOW = record_type("end", "length")
+"""Of a window, s."""
+
+TOTALS = np.dtype([(name, np.int64) for name in ("remembered", "tried", "windows")] + [("residual", float), ("taken", float)])
+"""Windows remembered; since the last saved time trials of windows, windows, and the greatest residual (N); and what
+damping and the closing of gaps took from a structure with gaps since the start (J)."""
+
+TRIED = record_type("at_rest", "force", "answer", "surface", "work")
+"""Of a contact in a window: the surface where no force acts (m); the mean force above the static one on the structure,
+and that which the chain answers (N); the surface at the end (m); the work of the answer (J)."""
+
+
+class Run(NamedTuple):
+    """The state of a run at the end of a window: arrays that the loop changes in place. K contacts, C chains."""
+
+    y: Vector
+    """Positions of all chains, one after the other; and velocities."""
+    v: Vector
+    body: Vector
+    """The states of all structures."""
+    pressed: Vector
+    """G, N: the mean force across each gap over the last window, zero where it is open at its end."""
+    contact: Vector
+    """K records CONTACT."""
+    chain: Vector
+    """C records CHAIN."""
+    node: Vector
+    """REMEMBERED × K records NODE, newest first."""
+    window: Vector
+    """REMEMBERED records WINDOW."""
+    totals: Vector
+    """One record TOTALS."""
+
+
+class Trial(NamedTuple):
+    """Work space of a window, and what its last trial gave."""
+
+    y: Vector
+    v: Vector
+    free: Vector
+    """State of the structures at the window's end where no force acts."""
+    after: Vector
+    """State of a structure with gaps at the end, and the forces across these."""
+    pressed: Vector
+    contact: Vector
+    """K records TRIED."""
+    chain: Vector
+    """C records CHAIN."""
+    work: Vector
+    """Rows of work space of chains."""
+    rows: Vector
+    """Rows of K numbers of work space."""
+
+
+class Search(NamedTuple):
+    """The end of Newton's method."""
+
+    tolerance: float
+    """Of the force, N."""
+    still: float
+    """m: a way of a surface that gives no slope."""
+    most: int
+    """Trials, after which a window is halved."""
