@@ -24,7 +24,7 @@ from numba.core.caching import FunctionCache, IndexDataCacheFile
 log = logging.getLogger("hertzlink.kernels")
 
 SUM = 32
-"""Bytes of the checksum at the end of each file."""
+"""Bytes of the checksums at the end of each file: of the sources, and of all that comes before."""
 
 
 def provide() -> None:
@@ -105,17 +105,23 @@ class CheckedFile(IndexDataCacheFile):  # type: ignore[misc]
         except OSError as error:
             _say_once(f"The kernel cache in {self._cache_path} cannot be read ({error.strerror}); kernels are compiled")
             return False
-        whole = sha256(content[:-SUM]).digest() == content[-SUM:]
+        whole = len(content) > 2 * SUM and sha256(content[:-SUM]).digest() == content[-SUM:]
         if not whole:
             _say_once(f"The kernel cache in {self._cache_path} is damaged; what is damaged is compiled anew")
-        return whole
+        # Of other sources: their types may not even exist any more.
+        return whole and content[-2 * SUM : -SUM] == self._stamp
 
     @contextmanager
     def _open_for_write(self, filepath: str) -> Iterator[BytesIO]:
         content = BytesIO()
         yield content
+        stamped = content.getvalue() + self._stamp
         with super()._open_for_write(filepath) as file:
-            file.write(content.getvalue() + sha256(content.getvalue()).digest())
+            file.write(stamped + sha256(stamped).digest())
+
+    @property
+    def _stamp(self) -> bytes:
+        return bytes.fromhex(self._source_stamp)
 
 
 ROOMS = "structures", "particles", "coupling"

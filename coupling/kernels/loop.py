@@ -5,7 +5,6 @@ from typing import Any
 from coupling.kernels.agreement import agree
 from coupling.kernels.recorders import record
 from coupling.kernels.state import REMEMBERED
-from particles.kernels.chain import first_bad
 from structures.kernel_cache import inner, njit
 from structures.kernels.gaps import copy
 from structures.kernels.linear import let_go, push, read
@@ -58,8 +57,8 @@ def run_windows(
             contacts, run, chains, structure, search, (done - 1) * window, window, trial
         )
         run.totals[0].tried += tried
-        chain, body = not_finite(trial, begin)
-        if chain >= 0:
+        if not finite(trial):
+            chain, body = first_bad(trial, begin)
             return NON_FINITE, done, float(chain), body
         if abs(residual) > search.tolerance:
             return NOT_CONVERGED, done, residual, 0
@@ -77,13 +76,27 @@ def run_windows(
 
 
 @inner()
-def not_finite(trial: Any, begin: Vector) -> tuple[int, int]:
-    """Return the first chain that is no longer finite and the body; −1 where all are."""
+def finite(trial: Any) -> bool:
+    """Return whether all numbers of a trial are finite."""
+    total = 0.0
+    for i in range(trial.y.size):
+        total += 0.0 * trial.y[i] + 0.0 * trial.v[i]
+    for k in range(trial.contact.size):
+        total += 0.0 * trial.contact[k].surface
+    return total == 0.0
+
+
+@inner()
+def first_bad(trial: Any, begin: Vector) -> tuple[int, int]:
+    """Return the first chain that is no longer finite and the body; after all of its bodies comes the surface."""
     for c in range(begin.shape[0] - 1):
         first, last = begin[c, 0], begin[c + 1, 0]
-        bad = first_bad(trial.y[first:last], trial.v[first:last], trial.contact[begin[c, 1]].surface)
-        if bad >= 0:
-            return c, bad
+        for i in range(first, last):
+            if trial.y[i] - trial.y[i] != 0.0 or trial.v[i] - trial.v[i] != 0.0:
+                return c, i - first
+        surface = trial.contact[begin[c, 1]].surface
+        if surface - surface != 0.0:
+            return c, last - first
     return -1, 0
 
 

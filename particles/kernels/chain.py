@@ -7,7 +7,7 @@ import numpy as np
 from particles.kernels.drives import (
     drives,
     energy_of_loads,
-    mean_rate,
+    move_first,
     moves,
     outer_forces,
     place_and_speed,
@@ -126,7 +126,7 @@ class Verlet(NamedTuple):
             push, before = 0.0, 0.0
             if drives(drive) and first == 0:
                 before = dt * v[source] if step > 0 else 0.0
-                behind, push = move_first(chain, law, y, v, t + step * dt, kick, drift)
+                behind, push = move_first(drive, chain, law, y, v, t + step * dt, kick, drift)
                 impulse_behind += kick * behind
                 begin = 1
             for i in range(begin, end):
@@ -149,24 +149,6 @@ def front_of(chain: Any, y: Vector, v: Vector) -> int:
     while chain.quiet and front > 0 and v[front] == 0.0 and y[front] == 0.0:
         front -= 1
     return front
-
-
-@inner()
-def move_first(
-    chain: Any, law: Any, y: Vector, v: Vector, t: float, kick: float, drift: float
-) -> tuple[float, float]:
-    """Move body 0 and push bead 1; return the force of the contact between them and that which does work, N."""
-    overlap = y[0] - y[1]
-    if chain.springs[0] != 0.0:
-        overlap = overlap_on_spring(law, 0, overlap, chain.springs[0])
-    contact = force_of_step(law, 0, overlap)
-    on_striker, on_bead, push = outer_forces(chain.drive, y[0], t)
-    v[0] += kick * (chain.inverse_mass[0] * (on_striker - contact) + chain.gravity[0])
-    v[1] += kick * chain.inverse_mass[1] * on_bead
-    if moves(chain.drive):
-        v[0], push = mean_rate(chain.drive, t, drift), contact
-    y[0] += drift * v[0]
-    return contact, push
 
 
 @inner()

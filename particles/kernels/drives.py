@@ -4,6 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from particles.kernels.laws import force_of_step, overlap_on_spring
 from structures.kernel_cache import inner
 from structures.kernels.pieces import by_type
 from structures.structure import Vector
@@ -34,6 +35,14 @@ def place_and_speed(drive: Any, t: float) -> tuple[float, float]:
 @by_type()
 def outer_forces(drive: Any, place: float, t: float) -> tuple[float, float, float]:
     """Return the outer forces on body 0 and on bead 1, without gravity, and the history's part of the latter, N."""
+    raise NotImplementedError
+
+
+@by_type()
+def move_first(
+    drive: Any, chain: Any, law: Any, y: Vector, v: Vector, t: float, kick: float, drift: float
+) -> tuple[float, float]:
+    """Move body 0 and push bead 1; return the force of the contact between them and that which does work, N."""
     raise NotImplementedError
 
 
@@ -71,6 +80,13 @@ class Free(NamedTuple):
     def outer_forces(drive: Any, place: float, t: float) -> tuple[float, float, float]:
         """Return no forces."""
         return 0.0, 0.0, 0.0
+
+    @staticmethod
+    def move_first(
+        drive: Any, chain: Any, law: Any, y: Vector, v: Vector, t: float, kick: float, drift: float
+    ) -> tuple[float, float]:
+        """Return zeros, which nothing uses: body 0 moves with the others."""
+        return 0.0, 0.0
 
     @staticmethod
     def replaces_contact(drive: Any) -> bool:
@@ -118,6 +134,23 @@ class Driven(NamedTuple):
         """Return the forces of spring, load and history, N."""
         push = value_and_rate(drive.history, t)[0] if drive.kind == PUSHED else 0.0
         return drive.spring * max(drive.spring_end - place, 0.0), push + drive.preload, push
+
+    @staticmethod
+    def move_first(
+        drive: Any, chain: Any, law: Any, y: Vector, v: Vector, t: float, kick: float, drift: float
+    ) -> tuple[float, float]:
+        """Move body 0 and push bead 1."""
+        overlap = y[0] - y[1]
+        if chain.springs[0] != 0.0:
+            overlap = overlap_on_spring(law, 0, overlap, chain.springs[0])
+        contact = force_of_step(law, 0, overlap)
+        on_striker, on_bead, push = outer_forces(drive, y[0], t)
+        v[0] += kick * (chain.inverse_mass[0] * (on_striker - contact) + chain.gravity[0])
+        v[1] += kick * chain.inverse_mass[1] * on_bead
+        if moves(drive):
+            v[0], push = mean_rate(drive, t, drift), contact
+        y[0] += drift * v[0]
+        return contact, push
 
     @staticmethod
     def replaces_contact(drive: Any) -> bool:

@@ -75,15 +75,14 @@ class Rigid(NamedTuple):
     ) -> float:  # fmt: skip
         """Fill the forces, N; return the power of losses, W."""
         last, power = forces.size - 1, 0.0
-        for i in range(last):
+        for i in range(1, last):
             forces[i], taken = force_and_loss(law, loss, i, y[i] - y[i + 1], v[i] - v[i + 1], 0.0)
             power += taken
-        if springs[0] != 0.0:
-            power -= force_and_loss(law, loss, 0, y[0] - y[1], v[0] - v[1], 0.0)[1]
-            forces[0], taken = force_and_loss(law, loss, 0, y[0] - y[1], v[0] - v[1], springs[0])
+        for end in range(2):
+            i, ahead, speed = (0, y[1], v[1]) if end == 0 else (last, wall, rate)
+            forces[i], taken = force_and_loss(law, loss, i, y[i] - ahead, v[i] - speed, springs[end])
             power += taken
-        forces[last], taken = force_and_loss(law, loss, last, y[last] - wall, v[last] - rate, springs[1])
-        return power + taken
+        return power
 
     @staticmethod
     def accelerate_modes(vibrations: Any, y: Vector, v: Vector, loss: Any, forces: Vector, a: Vector) -> float:
