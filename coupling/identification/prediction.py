@@ -141,8 +141,7 @@ class Prediction:
         self.interval = self.contact_time / SAVED_PER_CONTACT
         check_samples("until", until, until / self.interval)
         self.time = self.interval * np.arange(int(until / self.interval * (1.0 + 1e-9)) + 1)
-        plan = self.first.plan(until, self.interval)
-        self._compiled = is_compiled(self.first.interface, self.first.scheme, plan)
+        self._compiled = is_compiled(self.first.interface, self.first.scheme)
 
     def waves(self, time: Vector, forces: Vector, sensors: Sequence[int]) -> Vector:
         """AR and TOF (s) of the primary, then of the secondary wave, sensor by sensor; NaN where a wave is missing.

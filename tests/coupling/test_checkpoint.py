@@ -47,6 +47,7 @@ KILLS = 3
 IMPORTED = (
     "coupling.cosimulation",
     "coupling.loops",
+    "coupling.kernels.loop",
     "plates.builders",
     "structures.damping",
     "xarray",

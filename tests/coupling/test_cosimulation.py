@@ -13,8 +13,10 @@ import xarray as xr
 from scipy import sparse
 
 import hertzlink as hl
-from coupling.loops import Work, non_finite
-from particles import kernels
+from coupling.engine import non_finite
+from coupling.kernels import loop
+from coupling.loops import Work
+from particles.kernels.chain import first_bad
 from structures.damping import standard_linear_solid
 from structures.rod import rod_parts
 
@@ -114,7 +116,7 @@ def test_any_number_of_chains_goes_through_the_compiled_loop(
     simulation = hl.CoSimulation(chain, structure, behind=behind[0] if behind else None, **how)
     compiled = simulation.run(until=2e-4)
     monkeypatch.setattr(Work, "compiled", False)
-    monkeypatch.setattr(kernels, "run_coupled", None)
+    monkeypatch.setattr(loop, "run_windows", None)
     other = simulation.run(until=2e-4)
     assert set(compiled.data_vars) == set(other.data_vars)
     scale = float(compiled.impact_energy.max())
@@ -133,23 +135,23 @@ def test_a_window_that_fails_in_the_compiled_loop_is_halved(
     """The halves are of the same order, so the results stay, and one saved time counts one substep more."""
 
     def failing(*given: Any) -> tuple[int, int, float, int]:
-        *before, (first, last), stride, saved = given
+        *before, (first, last, stride), row = given
         if not (stride and first <= 100 <= last):
             return real(*given)
         if first < 100:
-            real(*before, (first, 99), stride, saved)
-        return kernels.NOT_CONVERGED, 100, 1.0, 0
+            real(*before, (first, 99, stride), row)
+        return loop.NOT_CONVERGED, 100, 1.0, 0
 
-    real = kernels.run_coupled
+    real = loop.run_windows
     simulation = hl.CoSimulation(SHORT, [LAYERED, WALL])
     whole = simulation.run(2e-4, save_every)
-    monkeypatch.setattr(kernels, "run_coupled", failing)
+    monkeypatch.setattr(loop, "run_windows", failing)
     halved = simulation.run(2e-4, save_every)
     assert (halved.substeps - whole.substeps).values.nonzero()[0].tolist() == [100 // int(whole.substeps[1])]
     assert halved.substeps.sum() == whole.substeps.sum() + 1
     check_same(whole, halved, 1e-5)
     assert hl.energy_error(halved) == pytest.approx(hl.energy_error(whole), rel=0.1)
-    monkeypatch.setattr(kernels, "run_coupled", lambda *given: (kernels.NOT_CONVERGED, given[-3][0], 1.0, 0))
+    monkeypatch.setattr(loop, "run_windows", lambda *given: (loop.NOT_CONVERGED, given[-2][0], 1.0, 0))
     with pytest.raises(hl.NotConverged, match=r"t = 0 s, .* s long: residual 1 N"):
         simulation.run(2e-4, save_every)
 
@@ -325,9 +327,9 @@ def test_the_particle_that_broke_is_named(bead: int, name: str) -> None:
     y, v = np.zeros(21), np.zeros(21)
     y[bead : bead + 1] = np.nan
     wall = np.nan if bead == 21 else 0.0
-    error = non_finite(hl.CoSimulation(CHAIN, None).interface, kernels.first_bad(y, v, wall), 1e-4)
+    error = non_finite(hl.CoSimulation(CHAIN, None).interface, first_bad(y, v, wall), 1e-4)
     assert str(error).startswith(f"{name}")
-    assert kernels.first_bad(np.zeros(21), v, 0.0) == -1
+    assert first_bad(np.zeros(21), v, 0.0) == -1
 
 
 def test_no_agreement_names_window_time_and_residual() -> None:

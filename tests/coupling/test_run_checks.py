@@ -15,10 +15,10 @@ import skfem.io.meshio
 import xarray as xr
 
 import hertzlink as hl
+from coupling.kernels import loop
 from coupling.results.findings import findings_of
 from coupling.run_checks import BLOCK, _greatest, check_before
 from coupling.structure_checks import push_length
-from particles import kernels
 from particles.bead import Bead
 from particles.deformable.chain import moving_chain
 from particles.moving import MovingChain
@@ -110,7 +110,7 @@ def test_energy_that_the_stepper_loses() -> None:
 def test_a_run_that_is_far_too_long_is_warned_of_before_it_begins(
     until: float, meant: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("particles.kernels.run_coupled", None)
+    monkeypatch.setattr("coupling.kernels.loop.run_windows", None)
     with pytest.warns(hl.HertzlinkWarning) as caught, pytest.raises((TypeError, ValueError)):
         hl.CoSimulation(CHAIN, WALL).run(until)
     message, *_ = [str(one.message) for one in caught]  # a second one names the memory
@@ -406,9 +406,9 @@ def test_greatest_values_in_blocks(rows: int) -> None:
 def test_a_compiled_run_in_many_calls_has_the_same_bits(monkeypatch: pytest.MonkeyPatch) -> None:
     """Between the calls Ctrl-C ends a run."""
     whole = hl.CoSimulation(CHAIN, WALL).run(2e-4)
-    calls, loop = [], kernels.run_coupled
+    calls, real = [], loop.run_windows
     monkeypatch.setattr("coupling.loops.UNBROKEN", 1e4)
-    monkeypatch.setattr(kernels, "run_coupled", lambda *given: calls.append(given) or loop(*given))
+    monkeypatch.setattr(loop, "run_windows", lambda *given: calls.append(given) or real(*given))
     assert hl.CoSimulation(CHAIN, WALL).run(2e-4).identical(whole)
     assert len(calls) > 5
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 import hertzlink as hl
-from particles import kernels
+from particles.kernels.laws import Hertz, overlap_on_spring
 from particles.moving import ChainState
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
@@ -203,7 +203,7 @@ def test_a_loss_sees_the_contacts_own_part_of_the_approach(flexibility: float) -
 def test_the_share_of_a_spring_behind_hertz_is_exact(softness: float, approach: float) -> None:
     """δ = δ_h + c δ_h^1.5 to rounding, from springs so negative that they all but snap to such as take all of it."""
     scale = softness / np.sqrt(approach)
-    overlap = kernels._overlap_on_spring(2.0, -1, np.empty((0, 6)), approach, scale / 2.0)
+    overlap = overlap_on_spring(Hertz(np.array([2.0])), 0, approach, scale / 2.0)
     slope = 1.0 + 1.5 * scale * np.sqrt(overlap)
     error = overlap + scale * overlap**1.5 - approach
     assert abs(error) <= 1e-14 * (overlap + abs(scale) * overlap**1.5)

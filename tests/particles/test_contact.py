@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 from scipy.special import lambertw
 
 import hertzlink as hl
-from particles import kernels
+from particles.kernels.laws import table_edges
 from particles.laws.formulas import line_force
 from particles.laws.law import ContactLaw, kernel_table
 from structures.structure import Vector
@@ -245,7 +245,7 @@ def test_the_kernel_sees_the_law(law: ContactLaw) -> None:
     """The cubics of the table meet a power law to 2e-9 between edges; where splines meet, their curvature jumps."""
     table = kernel_table(law)
     approach = np.geomspace(3e-12, 1e-3, 1013)
-    row = np.searchsorted(kernels.table_edges(), approach, side="right") - 1
+    row = np.searchsorted(table_edges(), approach, side="right") - 1
     t = approach - table[row, 0]
     found = table[row, 1] + t * (table[row, 2] + t * (table[row, 3] + t * table[row, 4]))
     assert found == pytest.approx(

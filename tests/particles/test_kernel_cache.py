@@ -176,7 +176,7 @@ def test_a_plain_run_compiles_no_other_integrator(processes: list[subprocess.Com
 def test_without_compilation() -> None:
     """Numba's switch for debugging gives one sentence; it ended in an AttributeError of Numba's."""
     done = subprocess.run(
-        [sys.executable, "-c", "import particles.kernels"],
+        [sys.executable, "-c", "import particles.kernels.chain"],
         env={**os.environ, "NUMBA_DISABLE_JIT": "1"}, capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert "NUMBA_DISABLE_JIT forbids it: unset it" in done.stderr.splitlines()[-1]

@@ -12,8 +12,10 @@ import pytest
 
 import hertzlink as hl
 from coupling.results.provenance import stored
-from particles import kernels
 from particles.excitation import Drive
+from particles.kernels import drives
+from particles.kernels.losses import Dashpot
+from particles.laws.law import kernel_table
 from structures.structure import Vector
 
 STEEL = hl.STEEL_316
@@ -180,7 +182,7 @@ class OwnDashpot(hl.Dissipation):
     """LinearDashpot, as a user writes it."""
 
     viscosity: float
-    kind = kernels.DASHPOT
+    piece = Dashpot
 
     def coefficients(self, mass: Vector) -> Vector:
         return np.full_like(mass, self.viscosity)
@@ -193,7 +195,7 @@ class OwnPush(hl.Excitation):
 
     @property
     def drive(self) -> Drive:
-        return Drive(kernels.PUSHED, np.array([[0.0, self.duration], [20.0, 20.0], [0.0, 0.0]]))
+        return Drive(drives.PUSHED, np.array([[0.0, self.duration], [20.0, 20.0], [0.0, 0.0]]))
 
     def energy(self, mass: float, gravity: float) -> float:
         return 0.5 * (20.0 * self.duration) ** 2 / mass
@@ -299,7 +301,8 @@ def test_a_function_may_return_a_law_that_changes() -> None:
     usual = hl.CoSimulation(hl.Chain([BALL] * 4, BALL, 0.4, law=hl.laws.PowerLaw(1e10)), None)
     forces = [one.run(5e-5).contact_force.values for one in (simulation, usual)]
     assert forces[0] == pytest.approx(forces[1], abs=1e-6 * forces[1].max())
-    assert len(simulation.chain.tables) == 1
+    own, shared = simulation.chain.model.law, kernel_table(hl.laws.PowerLaw(1e10))
+    assert len(own.rows) == len(shared)
 
 
 def push(**members: Any) -> hl.Excitation:
@@ -320,18 +323,21 @@ STEADY_PUSH = np.array([[0.0, 1e-3], [20.0, 20.0], [0.0, 0.0]])
     [
         (push(drive=property(lambda self: None)), r"Own\.drive = None: must be a Drive\(kind, history\)"),
         (push(drive=property(lambda self: "push")), r"Own\.drive = 'push': must be a Drive"),
-        (drive("push"), r"Own\.drive\.kind = 'push': must be FREE, PUSHED, MOVED, STEADY of particles\.kernels"),
-        (drive(9), r"Own\.drive\.kind = 9"),
-        (drive(kernels.PUSHED, None), r"Own\.drive\.history = None: must be 3 × n numbers: times, values, rates"),
-        (drive(kernels.PUSHED, STEADY_PUSH[:2]), r"Own\.drive\.history = array.*: must be 3 × n numbers"),
-        (drive(kernels.PUSHED, "x"), r"Own\.drive\.history = 'x': must be 3 × n numbers"),
-        (drive(kernels.PUSHED, np.nan * STEADY_PUSH), r"Own\.drive\.history = .*: must hold finite numbers"),
-        (drive(kernels.PUSHED, 1.0 + STEADY_PUSH), r"Own\.drive\.history\[0\] = .*times, s, that increase from 0"),
-        (drive(kernels.PUSHED, STEADY_PUSH, spring=-1.0), r"Own\.drive\.spring = -1\.0: must be zero or a positive"),
-        (drive(kernels.PUSHED, STEADY_PUSH, left="x"), r"Own\.drive\.left = 'x': must be a finite number of m"),
-        (drive(kernels.FREE), r"Own\.body = None: must be a bead if the kind of drive is FREE"),
         (
-            drive(kernels.MOVED, 0.0 * STEADY_PUSH + [[0.0, 1.0]]),
+            drive("push"),
+            r"Own\.drive\.kind = 'push': must be FREE, PUSHED, MOVED, STEADY of particles\.kernels\.drives",
+        ),
+        (drive(9), r"Own\.drive\.kind = 9"),
+        (drive(drives.PUSHED, None), r"Own\.drive\.history = None: must be 3 × n numbers: times, values, rates"),
+        (drive(drives.PUSHED, STEADY_PUSH[:2]), r"Own\.drive\.history = array.*: must be 3 × n numbers"),
+        (drive(drives.PUSHED, "x"), r"Own\.drive\.history = 'x': must be 3 × n numbers"),
+        (drive(drives.PUSHED, np.nan * STEADY_PUSH), r"Own\.drive\.history = .*: must hold finite numbers"),
+        (drive(drives.PUSHED, 1.0 + STEADY_PUSH), r"Own\.drive\.history\[0\] = .*times, s, that increase from 0"),
+        (drive(drives.PUSHED, STEADY_PUSH, spring=-1.0), r"Own\.drive\.spring = -1\.0: must be zero or a positive"),
+        (drive(drives.PUSHED, STEADY_PUSH, left="x"), r"Own\.drive\.left = 'x': must be a finite number of m"),
+        (drive(drives.FREE), r"Own\.body = None: must be a bead if the kind of drive is FREE"),
+        (
+            drive(drives.MOVED, 0.0 * STEADY_PUSH + [[0.0, 1.0]]),
             r"Own\.faces\(bead\) = None: must be a Surface, which the first bead touches",
         ),
         (push(energy=lambda self, *given: None), r"Own\.energy\(mass, gravity\) = None: must be a finite number of J"),
@@ -353,32 +359,32 @@ def test_an_excitation_that_is_none_is_named(excitation: hl.Excitation, message:
 
 def test_the_history_of_a_users_excitation_may_be_lists_of_whole_numbers() -> None:
     forces = [
-        hl.CoSimulation(hl.Chain([BALL] * 3, drive(kernels.PUSHED, history)), None).run(1e-5).contact_force.values
+        hl.CoSimulation(hl.Chain([BALL] * 3, drive(drives.PUSHED, history)), None).run(1e-5).contact_force.values
         for history in ([[0, 1], [20, 20], [0, 0]], np.array([[0.0, 1.0], [20.0, 20.0], [0.0, 0.0]]))
     ]
     np.testing.assert_array_equal(*forces)
 
 
 @pytest.mark.parametrize(
-    ("kind", "coefficients", "message"),
+    ("piece", "coefficients", "message"),
     [
-        (kernels.DASHPOT, lambda mass: mass * np.nan, r"Own\.coefficients: must be finite and not negative.*nan"),
-        (kernels.DASHPOT, lambda mass: -5.0 + 0.0 * mass, r"Own\.coefficients: .*not np.float64\(-5\.0\)|not -5\.0"),
-        (kernels.DASHPOT, lambda mass: 5.0, r"Own\.coefficients: must return \d+ numbers"),
-        (kernels.DASHPOT, lambda mass: None, r"Own\.coefficients: must return \d+ numbers"),
-        (kernels.DASHPOT, lambda mass: mass + 1j, r"Own\.coefficients: must return \d+ numbers"),
-        (kernels.DASHPOT, lambda mass: mass[:-1], r"Own\.coefficients: must return \d+ numbers"),
-        (99, lambda mass: mass, r"Own\.kind = 99: must be one of DASHPOT, TANGENT"),
-        ("dashpot", lambda mass: mass, r"Own\.kind = 'dashpot': must be one of DASHPOT"),
-        (None, lambda mass: mass, r"Own\.kind = None: must be one of DASHPOT"),
+        (Dashpot, lambda mass: mass * np.nan, r"Own\.coefficients: must be finite and not negative.*nan"),
+        (Dashpot, lambda mass: -5.0 + 0.0 * mass, r"Own\.coefficients: .*not np.float64\(-5\.0\)|not -5\.0"),
+        (Dashpot, lambda mass: 5.0, r"Own\.coefficients: must return \d+ numbers"),
+        (Dashpot, lambda mass: None, r"Own\.coefficients: must return \d+ numbers"),
+        (Dashpot, lambda mass: mass + 1j, r"Own\.coefficients: must return \d+ numbers"),
+        (Dashpot, lambda mass: mass[:-1], r"Own\.coefficients: must return \d+ numbers"),
+        (99, lambda mass: mass, r"Own\.piece = 99: must be one of Dashpot, TangentLoss"),
+        ("dashpot", lambda mass: mass, r"Own\.piece = 'dashpot': must be one of Dashpot"),
+        (None, lambda mass: mass, r"Own\.piece = None: must be one of Dashpot"),
     ],
 )
-def test_a_loss_that_is_none_is_named(kind: Any, coefficients: Any, message: str) -> None:
+def test_a_loss_that_is_none_is_named(piece: Any, coefficients: Any, message: str) -> None:
     class Own(hl.Dissipation):
         def coefficients(self, mass: Any) -> Any:
             return coefficients(mass)
 
-    Own.kind = kind
+    Own.piece = piece
     bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
     with pytest.raises(ValueError, match=message):
         hl.CoSimulation(hl.Chain([bead] * 4, bead, 0.3, dissipation=Own()), None).run(1e-4)
@@ -388,7 +394,7 @@ def test_a_loss_that_changes_its_masses_is_refused() -> None:
     """The chain has the same array: it would run with other masses."""
 
     class Heavier(hl.Dissipation):
-        kind = kernels.DASHPOT
+        piece = Dashpot
 
         def coefficients(self, mass: Vector) -> Vector:
             mass *= 2.0
