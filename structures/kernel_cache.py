@@ -149,8 +149,10 @@ def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     def compiled(function: Callable[..., Any]) -> Any:
         kernel = numba.njit(**options)(function)
         kept = kernel._cache._cache_file
-        # Another name than Numba's own: its files have no checksum.
-        name = kept._index_name.removesuffix(".nbi") + ".checked"
+        # Another name than Numba's own, whose files have no checksum; and one for what Python may call: a kernel without
+        # the code that takes arguments from Python, called from there, ends the process.
+        kind = "inner" if options.get("no_cpython_wrapper") else "entry"
+        name = f"{kept._index_name.removesuffix('.nbi')}.{kind}.checked"
         kernel._cache._cache_file = CheckedFile(kept._cache_path, name, stamp(function.__code__.co_filename))
         return kernel
 
