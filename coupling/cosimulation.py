@@ -19,7 +19,6 @@ from coupling.recording.trace import Trace
 from coupling.results.findings import warn
 from coupling.run_checks import MOST_OF_A_RUN, check_before, check_effort, checked
 from coupling.schemes.condensed import Condensed
-from coupling.schemes.iterated import Aitken
 from coupling.schemes.scheme import Scheme, check_scheme
 from coupling.schemes.windows import Adaptive
 from coupling.state import CoupledState

@@ -3,14 +3,15 @@
 from collections.abc import Callable, Sequence
 from itertools import pairwise
 from math import inf
+from typing import Any
 
 import numpy as np
 
 from particles.bead import Bead
 from particles.chain import Chain
-from particles.kernels.laws import NEVER, Yielding
+from particles.kernels.laws import NEVER, Hertz, Mixed, Tabulated, Yielding
 from particles.laws.computed import ComputedLaw, force_by_formula
-from particles.laws.law import ContactLaw, PowerLaw, TabulatedLaw, check_contact_law, unchanging
+from particles.laws.law import ContactLaw, PowerLaw, TabulatedLaw, check_contact_law, filled, unchanging
 from particles.laws.yielding import YieldingContact, YieldingLaw
 from structures.structure import Vector
 from structures.surface import Surface
@@ -102,7 +103,7 @@ def kernel_yielding(contacts: Sequence[YieldingContact | None], stiffness: Vecto
 
 
 def unloading(contacts: Sequence[YieldingContact | None], stiffness: Vector, overlaps: Vector) -> Vector:
-    """What contacts that were pressed so far (m) remember, one array after the other; see particles.kernels.laws.Yielding."""
+    """What contacts that were pressed so far (m) remember, one array after the other; see `Yielding`."""
     limit, hard, dent = np.full(stiffness.size, NEVER), stiffness.copy(), np.zeros(stiffness.size)
     for i, contact in enumerate(contacts):
         if contact is not None and contact.overlap < inf:
@@ -155,6 +156,19 @@ def joined_tables(laws: Laws, table_of: dict[ContactLaw, Vector]) -> tuple[Vecto
     return np.array([-1 if law is None else first.get(law, -1) for law in laws]), np.concatenate(tables)
 
 
+def kernel_laws(laws: Laws) -> Any:
+    """The contact laws as a piece of the compiled loops: Hertz's and tables, or the pieces that laws bring."""
+    brought = dict.fromkeys(law.piece for law in laws if law is not None and law.piece is not None)
+    others = [None if law is None or law.piece is not None else law for law in laws]
+    stiffness, table_of = np.array([law.kernel[0] if law else 0.0 for law in others]), tables_of(others)
+    joined: Any = Tabulated(stiffness, *joined_tables(others, table_of)) if table_of else Hertz(stiffness)
+    for piece in brought:
+        chosen = [law if law is not None and law.piece is piece else None for law in laws]
+        own = filled(piece, chosen)
+        joined = own if all(chosen) else Mixed(own, joined, np.array([law is not None for law in chosen]))
+    return joined
+
+
 def cautions(pairs: Sequence[Pair | None], groups: Groups, deepest: Vector) -> tuple[list[str], list[str]]:
     """What a user must know of the laws: their own cautions; and where a run went beyond what a law is good for.
 
@@ -171,7 +185,7 @@ def cautions(pairs: Sequence[Pair | None], groups: Groups, deepest: Vector) -> t
             )
         if isinstance(law, ComputedLaw) and law.formula > 0.0:
             beyond += _foreign(pairs, law, contacts.tolist())
-        if not isinstance(law, PowerLaw | TabulatedLaw) and law.table_error > TABLE_ERROR:
+        if not isinstance(law, PowerLaw | TabulatedLaw) and not law.piece and law.table_error > TABLE_ERROR:
             beyond.append(
                 f"contact law: the table of {law.name} differs by {100.0 * law.table_error:.2g} % from its force; "
                 "give a law that is smooth, at least over a thirtieth of its approach"

@@ -6,13 +6,14 @@ pull. The drag and the thesis's form of the power law act on single bodies and d
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from inspect import getattr_static
 from math import cos, cosh
 from typing import Any
 
 import numpy as np
 
 from particles.kernels.losses import BodyLoss, Dashpot, Drag, SecantLoss, TangentLoss
-from structures.checks import not_negative, one_of, short, within
+from structures.checks import finite, not_negative, one_of, short, within
 from structures.plausible import likely
 from structures.structure import Vector
 
@@ -31,8 +32,8 @@ class Dissipation(ABC):
     A subclass gives the coefficients c, and names the form of the force, a class of `particles.kernels.losses`. With
     the approach rate δ̇ and the elastic force F, a closed contact has the force c δ̇^α (Dashpot), c F′ δ̇^α (TangentLoss)
     or c √((F′ + F/δ)/2) δ̇^α (SecantLoss). BodyLoss is the thesis's equation 4.1, and Drag a force c m v on each body.
-    A form of your own is a NamedTuple of `coefficient` and `exponent` with a compiled function, see
-    docs/extending.md.
+    A form of your own is a NamedTuple with the static method `force_with_loss`, see docs/extending.md. Its first field
+    is `coefficient`; the others have the names of the loss's numbers.
 
     Attributes
     ----------
@@ -93,18 +94,14 @@ def kernel_loss(loss: Dissipation, mass: Vector, present: Vector) -> Any:
         return Drag(coefficients)
     if loss.piece is BodyLoss:
         return BodyLoss(coefficients, loss.exponent, present.astype(float))
-    return loss.piece(np.where(present, coefficients, 0.0), loss.exponent)
+    return loss.piece(np.where(present, coefficients, 0.0), *(getattr(loss, name) for name in loss.piece._fields[1:]))
 
 
 def coefficients_of(loss: Dissipation, mass: Vector) -> Vector:
     """The coefficients of a loss at contacts of these reduced masses, kg; a ValueError where a user's are none."""
     name, piece = type(loss).__name__, getattr(loss, "piece", None)
-    if piece not in PIECES and not hasattr(piece, "force_with_loss"):
-        named = ", ".join(one.__name__ for one in PIECES)
-        raise ValueError(
-            f"{name}.piece = {short(piece)}: must be one of {named} of particles.kernels.losses, or a NamedTuple with a "
-            "compiled function force_with_loss"
-        )
+    if piece not in PIECES:
+        _check_own(name, piece, loss)
     given = mass.copy()
     found = np.asarray(loss.coefficients(given))
     if not np.array_equal(given, mass):
@@ -120,6 +117,22 @@ def coefficients_of(loss: Dissipation, mass: Vector) -> Vector:
             f"{name}.coefficients: must be finite and not negative, or the loss adds energy, not {found[wrong][0]!r}"
         )
     return found.astype(float)
+
+
+def _check_own(name: str, piece: Any, loss: Dissipation) -> None:
+    """A ValueError for a piece of a user's own that the compiled loops cannot take."""
+    method = "force_with_loss(loss, i, elastic, slope, overlap, rate)"
+    fields = getattr(piece, "_fields", ()) if isinstance(piece, type) else ()
+    if not fields or not isinstance(getattr_static(piece, "force_with_loss", None), staticmethod):
+        named = ", ".join(one.__name__ for one in PIECES)
+        raise ValueError(
+            f"{name}.piece = {short(piece)}: must be one of {named} of particles.kernels.losses, or a NamedTuple with "
+            f"the static method {method}"
+        )
+    if fields[0] != "coefficient":
+        raise ValueError(f"{name}.piece = {piece.__name__}: its first field must be coefficient, not {fields[0]}")
+    for field in fields[1:]:
+        finite(f"{name}.{field}, a field of its piece {piece.__name__},", getattr(loss, field, None))  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,6 @@ from particles.chain import Chain
 from particles.dissipation import kernel_loss
 from particles.kernels import chain as kernels
 from particles.kernels.drives import FREE, MOVED, Driven, Free
-from particles.kernels.laws import Hertz, Tabulated
 from particles.kernels.losses import NoLoss
 from particles.kernels.vibrations import Rigid
 from particles.laws.formulas import contact_law
@@ -323,10 +322,7 @@ class MovingChain:
         """The contact laws as a piece; the memory of contacts that yield lies in the state."""
         if self.yielding is not None:
             return contacts.kernel_yielding(self.yielding, self.stiffness)
-        table_of = contacts.tables_of(self.local_laws)
-        if not table_of:
-            return Hertz(self.stiffness)
-        return Tabulated(self.stiffness, *contacts.joined_tables(self.local_laws, table_of))
+        return contacts.kernel_laws(self.local_laws)
 
     @property
     def _vibrations(self) -> Any:

@@ -21,6 +21,8 @@ import numba
 from numba.core import event
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 
+from structures.kernel_key import OURS, key_of
+
 log = logging.getLogger("hertzlink.kernels")
 
 SUM = 32
@@ -72,11 +74,17 @@ class CheckedFile(IndexDataCacheFile):  # type: ignore[misc]
 
     def load(self, key: Any) -> Any:
         """What was kept under a key, or None. Two processes that begin at once may give two keys one name."""
+        if (types := key_of(key[0])) is None:
+            return None
+        key = types, *key[1:]
         found = super().load(key)
         return found[1] if found is not None and found[0] == key else None
 
     def save(self, key: Any, data: Any) -> None:
         """Keep data under a key, in the private folder where this one is full; else go on without."""
+        if (types := key_of(key[0])) is None:
+            return
+        key = types, *key[1:]
         try:
             super().save(key, (key, data))
         except OSError as error:
@@ -124,10 +132,6 @@ class CheckedFile(IndexDataCacheFile):  # type: ignore[misc]
         return bytes.fromhex(self._source_stamp)
 
 
-ROOMS = "structures", "particles", "coupling"
-"""The packages whose folders `kernels` hold functions that call each other."""
-
-
 @cache
 def stamp(file: str) -> str:
     """Return a checksum of the sources on which the kernels of a file depend: all folders `kernels`, and the file.
@@ -135,7 +139,7 @@ def stamp(file: str) -> str:
     Numba itself looks at the file of the kernel only, and would not notice that one changed which it calls.
     """
     root, found = Path(__file__).parent.parent, sha256(numba.__version__.encode())
-    for source in (*sorted(path for room in ROOMS for path in root.glob(f"{room}/kernels/*.py")), Path(file)):
+    for source in (*sorted(path for room in OURS for path in root.glob(f"{room}/kernels/*.py")), Path(file)):
         found.update(source.read_bytes())
     return found.hexdigest()
 
@@ -149,8 +153,8 @@ def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     def compiled(function: Callable[..., Any]) -> Any:
         kernel = numba.njit(**options)(function)
         kept = kernel._cache._cache_file
-        # Another name than Numba's own, whose files have no checksum; and one for what Python may call: a kernel without
-        # the code that takes arguments from Python, called from there, ends the process.
+        # Another name than Numba's own, whose files have no checksum; and one for kernels that Python may call: one
+        # without the code that takes arguments from Python would end the process.
         kind = "inner" if options.get("no_cpython_wrapper") else "entry"
         name = f"{kept._index_name.removesuffix('.nbi')}.{kind}.checked"
         kernel._cache._cache_file = CheckedFile(kept._cache_path, name, stamp(function.__code__.co_filename))

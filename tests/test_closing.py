@@ -16,6 +16,7 @@ from coupling.loops import Work, is_compiled
 from hertzlink.conformance import checks
 from hertzlink.stepping import Closing, ClosingState
 from structures.closing import _separating
+from structures.kernel_cache import entry
 from structures.kernels.gaps import separate
 
 STEEL = hl.STEEL_440C
@@ -298,7 +299,7 @@ def test_the_compiled_loop_does_what_the_structure_does_alone(name: str, monkeyp
 
 def test_forces_of_many_gaps_are_those_of_least_squares() -> None:
     """Also where some gaps open because others press, which a first guess does not know."""
-    random, several = np.random.default_rng(3), 0
+    random, several, alone = np.random.default_rng(3), 0, entry(separate)
     for count in (2, 5, 9, 25):
         for _ in range(40):
             root = random.normal(size=(count, count)) + 0.5
@@ -307,7 +308,7 @@ def test_forces_of_many_gaps_are_those_of_least_squares() -> None:
             near[0] = True
             expected, found, lower = np.zeros(count), np.empty(count), np.linalg.cholesky(softness[np.ix_(near, near)])
             expected[near] = nnls(lower.T, -np.linalg.solve(lower, rate[near]))[0]
-            separate.py_func(softness, rate, near.astype(float), found, np.zeros((2 + count, count)))
+            alone(softness, rate, near.astype(float), found, np.zeros((2 + count, count)))
             scale = abs(rate).max() / softness.diagonal().min()
             assert found == pytest.approx(expected, abs=1e-10 * scale)
             assert _separating(softness[np.ix_(near, near)], rate[near]) == pytest.approx(

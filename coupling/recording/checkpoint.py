@@ -20,11 +20,11 @@ from coupling.files import plain
 from coupling.files.locks import Lock, NoLocks
 from coupling.files.writing import companion, remove_left, whole_file
 from coupling.interface import Interface
+from coupling.kernels.state import Run
 from coupling.participant import BlackBox
 from coupling.recording.frames import Counts, Frames
 from coupling.results.provenance import as_text, differences, unfolded, versions
 from coupling.state import REMEMBERED, CoupledState, Differences, Ledger, Node
-from coupling.kernels.state import Run
 from particles.moving import ChainState
 from structures.stepping import StructureState
 

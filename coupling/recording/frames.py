@@ -6,7 +6,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from coupling.interface import Interface
-from coupling.state import CoupledState
 from coupling.kernels.recorders import (
     CHAIN_FRAME,
     CONTACT_FRAME,
@@ -16,6 +15,7 @@ from coupling.kernels.recorders import (
     Everything,
     Traces,
 )
+from coupling.state import CoupledState
 from particles.kernels import chain as kernels
 from structures.moving import MovingStructure
 from structures.structure import Vector

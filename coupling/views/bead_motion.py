@@ -12,11 +12,11 @@ from coupling.results.provenance import as_text, differences, provenance, stored
 from coupling.results.reading import Reading
 from coupling.results.schema import END_NAMES, OF_RUNS
 from coupling.views.motion import motion_dataset, nearest_rows
-from particles.kernels import drives
 from particles.bead import Bead
 from particles.deformable.bead_field import BeadField, Push
 from particles.deformable.chain import DeformableChain
 from particles.deformable.vibration import vibration
+from particles.kernels import drives
 from structures.checks import count_of, instance, listed, short, whole
 from structures.field import Grid, von_mises
 from structures.structure import Structure, Vector

@@ -18,13 +18,13 @@ from particles.bead import Bead
 from particles.chain import Chain
 from particles.deformable.vibration import Vibration, vibration
 from particles.deformable.viscous import Viscous
+from particles.kernels.chain import DampedVerlet, Verlet
+from particles.kernels.vibrations import Vibrating
 from particles.laws.axisymmetric import contact_law_fem
 from particles.laws.axisymmetric_mesh import body_of
 from particles.laws.formulas import NARROWEST, SAMPLES, contact_law
 from particles.laws.law import ContactLaw, TabulatedLaw
 from particles.laws.yielding import YieldingLaw
-from particles.kernels.chain import DampedVerlet, Verlet
-from particles.kernels.vibrations import Vibrating
 from particles.moving import MovingChain
 from structures.checks import function, short, whole
 from structures.structure import Vector

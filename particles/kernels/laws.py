@@ -258,6 +258,37 @@ class Tabulated(NamedTuple):
 _newton = inner()(_newton_on_spring)
 
 
+class Mixed(NamedTuple):
+    """Laws of a user's own at some contacts, others at the rest."""
+
+    own: Any
+    others: Any
+    is_own: Vector
+    """Whether a contact has a law of the user's own."""
+
+    @staticmethod
+    def force(law: Any, i: int, overlap: float) -> float:
+        """Return the force, N."""
+        return force(law.own, i, overlap) if law.is_own[i] else force(law.others, i, overlap)
+
+    @staticmethod
+    def slope(law: Any, i: int, overlap: float) -> float:
+        """Return the slope, N/m."""
+        return slope(law.own, i, overlap) if law.is_own[i] else slope(law.others, i, overlap)
+
+    @staticmethod
+    def energy(law: Any, i: int, overlap: float) -> float:
+        """Return ∫F dδ, J."""
+        return energy(law.own, i, overlap) if law.is_own[i] else energy(law.others, i, overlap)
+
+    @staticmethod
+    def overlap_on_spring(law: Any, i: int, approach: float, flexibility: float) -> float:
+        """Return the contact's own part of the approach, m."""
+        if law.is_own[i]:
+            return overlap_on_spring(law.own, i, approach, flexibility)
+        return overlap_on_spring(law.others, i, approach, flexibility)
+
+
 class Yielding(NamedTuple):
     """Contacts that yield; see particles.laws.yielding.
 
@@ -370,7 +401,7 @@ def loading_force(law: Any, i: int, overlap: float) -> float:
 
 @inner(forceinline=True)
 def unloading_after(law: Any, i: int, largest: float) -> tuple[float, float]:
-    """Return stiffness (N/m^1.5) and dent (m) of a contact after its largest overlap, beyond that at which it yields."""
+    """Return stiffness (N/m^1.5) and dent (m) of a contact after its largest overlap, which made it yield."""
     depth = largest - law.begin[i]
     dent = cubic(law.rows, law.indentation[i] + bucket(depth), depth)
     return loading_force(law, i, largest) / ((largest - dent) * sqrt(largest - dent)), dent
@@ -396,5 +427,3 @@ def plastic_work(law: Any, i: int, largest: float) -> float:
     elastic = largest - dent
     loaded = law.stiffness[i] * (0.4 * begin * begin * sqrt(begin)) + law.yield_force[i] * depth + beyond
     return max(loaded - hard * (0.4 * elastic * elastic * sqrt(elastic)), 0.0)
-
-

@@ -13,7 +13,9 @@ def _elastic_alone(loss: Any, i: int, elastic: float, slope: float, overlap: flo
     return elastic
 
 
-def _none_on_bodies(loss: Any, y: Vector, v: Vector, wall: float, rate: float, inverse_mass: Vector, a: Vector) -> float:
+def _none_on_bodies(
+    loss: Any, y: Vector, v: Vector, wall: float, rate: float, inverse_mass: Vector, a: Vector
+) -> float:
     return 0.0
 
 
@@ -28,9 +30,7 @@ def force_with_loss(loss: Any, i: int, elastic: float, slope: float, overlap: fl
 
 
 @by_type(_none_on_bodies)
-def lose_on_bodies(
-    loss: Any, y: Vector, v: Vector, wall: float, rate: float, inverse_mass: Vector, a: Vector
-) -> float:
+def lose_on_bodies(loss: Any, y: Vector, v: Vector, wall: float, rate: float, inverse_mass: Vector, a: Vector) -> float:
     """Add to the accelerations the losses that act on single bodies. Return the power that they take, W."""
     raise NotImplementedError
 

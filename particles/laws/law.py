@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from copy import copy, deepcopy
 from dataclasses import dataclass, field, is_dataclass
 from functools import cached_property, lru_cache
+from inspect import getattr_static
 from math import inf, log
 from typing import TYPE_CHECKING, Any
 
@@ -46,6 +47,10 @@ PROBES = {
 """The methods of a law, and three usual approaches (m), forces (N) or energies (J) that a check gives to each."""
 
 
+PIECE = {"force": ("force", 1e-6), "slope": ("tangent", 1e-3), "energy": ("energy", 1e-3)}
+"""The functions of a law's piece, the methods that give the same, and by how much they may differ."""
+
+
 class ContactLaw(ABC):
     """The force between two bodies against their approach. Derive a class from it for a law of your own.
 
@@ -63,6 +68,9 @@ class ContactLaw(ABC):
         Approach, m, up to which the law is trusted; beyond it a run warns. By default infinite.
     caution : str
         What a user of the law must know; the attribute `warnings` of each result lists it. By default empty.
+    piece : type or None
+        The law as compiled functions, which replace the table: a NamedTuple whose fields have the names of the law's
+        numbers, with the static methods `force`, `slope` and `energy`, see docs/extending.md. By default None.
 
     Examples
     --------
@@ -87,6 +95,7 @@ class ContactLaw(ABC):
     name: str = "contact law"
     largest: float = inf
     caution: str = ""
+    piece: type | None = None
 
     @abstractmethod
     def force(self, approach: Vector) -> Vector:
@@ -181,6 +190,35 @@ def _check_members(name: str, law: ContactLaw) -> None:
         if method != "force" and getattr(type(law), method) is getattr(ContactLaw, method):
             continue
         _check_answer(f"{own}.{method}", getattr(law, method), np.array(values))
+    if law.piece is not None:
+        _check_piece(own, law)
+
+
+def filled(piece: Any, laws: Sequence[ContactLaw | None]) -> Any:
+    """A piece whose fields hold the laws' attributes of the same names, a number for each contact; zero without law."""
+    return piece(*(np.array([getattr(law, name) if law else 0.0 for law in laws]) for name in piece._fields))
+
+
+def _check_piece(own: str, law: ContactLaw) -> None:
+    """A ValueError where the law's piece is none, or contradicts the law."""
+    piece: Any = law.piece
+    if not isinstance(piece, type) or not hasattr(piece, "_fields"):
+        raise ValueError(f"{own}.piece = {short(piece)}: must be a NamedTuple with static methods {', '.join(PIECE)}")
+    for name in PIECE:
+        if not isinstance(getattr_static(piece, name, None), staticmethod):
+            raise ValueError(f"{own}.piece = {piece.__name__}: has no static method {name}(law, i, overlap)")
+    for name in piece._fields:
+        finite(f"{own}.{name}, a field of its piece {piece.__name__},", getattr(law, name, None))  # type: ignore[arg-type]
+    alone = filled(piece, [law])
+    for name, (method, tolerance) in PIECE.items():
+        for approach in (*PROBES["force"], 0.0, -1e-6):
+            expected = float(getattr(law, method)(np.array([approach]))[0]) if approach > 0.0 else 0.0
+            answer = getattr(piece, name)(alone, 0, approach)
+            if not abs(finite(f"{piece.__name__}.{name}", answer) - expected) <= tolerance * abs(expected):
+                raise ValueError(
+                    f"{own}.piece: {piece.__name__}.{name} gives {answer:.6g} at an overlap of {approach:.3g} m, where "
+                    f"{type(law).__name__}.{method} gives {expected:.6g}"
+                )
 
 
 def _check_answer(name: str, method: Callable[[Vector], Vector], values: Vector) -> None:

@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from particles.kernels.laws import table_energies
 from particles.bead import Bead
+from particles.kernels.laws import table_energies
 from particles.laws.formulas import NEARLY_ROUND_CONTACT
 from particles.laws.law import ContactLaw, PowerLaw, kernel_table
 from structures.caution import collected

@@ -27,8 +27,8 @@ def by_type(default: Function | None = None, small: bool = True) -> Callable[[Fu
     Returns
     -------
     callable
-        A decorator. In compiled code the decorated function stands for the static method of the same name, with the
-        same names of arguments, of the first argument's class. Called from Python it does the same.
+        A decorator. In compiled code the decorated function stands for the static method of the same name of the first
+        argument's class. Called from Python it does the same.
 
     Examples
     --------
@@ -60,11 +60,13 @@ def by_type(default: Function | None = None, small: bool = True) -> Callable[[Fu
             return of(type(arguments[0]))(*arguments)
 
         def choose(*arguments: Any) -> Function:
-            return of(arguments[0].instance_class)
+            method = of(arguments[0].instance_class)
+            return getattr(method, "py_func", method)
 
         call.__name__, call.__doc__, call.__module__ = name, function.__doc__, function.__module__
         call.__signature__ = choose.__signature__ = parameters  # type: ignore[attr-defined]
-        overload(call, target="generic", jit_options={**OPTIONS, "forceinline": small})(choose)
+        # Not strict: annotations of a user's functions need not be ours.
+        overload(call, {**OPTIONS, "forceinline": small}, strict=False, target="generic")(choose)  # type: ignore[arg-type]
         return call
 
     return decorate

@@ -16,7 +16,7 @@ import hertzlink as hl
 from coupling.engine import non_finite
 from coupling.kernels import loop
 from coupling.loops import Work
-from particles.kernels.chain import first_bad
+from particles.kernels.chain import first_bad_body
 from structures.damping import standard_linear_solid
 from structures.rod import rod_parts
 
@@ -327,9 +327,9 @@ def test_the_particle_that_broke_is_named(bead: int, name: str) -> None:
     y, v = np.zeros(21), np.zeros(21)
     y[bead : bead + 1] = np.nan
     wall = np.nan if bead == 21 else 0.0
-    error = non_finite(hl.CoSimulation(CHAIN, None).interface, first_bad(y, v, wall), 1e-4)
+    error = non_finite(hl.CoSimulation(CHAIN, None).interface, first_bad_body(y, v, wall), 1e-4)
     assert str(error).startswith(f"{name}")
-    assert first_bad(np.zeros(21), v, 0.0) == -1
+    assert first_bad_body(np.zeros(21), v, 0.0) == -1
 
 
 def test_no_agreement_names_window_time_and_residual() -> None:

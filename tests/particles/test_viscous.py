@@ -11,7 +11,7 @@ from particles.bead import Bead
 from particles.deformable.chain import MovingDeformableChain, moving_chain
 from particles.deformable.vibration import Vibration, vibration
 from particles.deformable.viscous import ModeLoss
-from particles.kernels.chain import energies
+from particles.kernels.chain import energies_of_chain
 from particles.moving import ChainState
 
 BEAD = hl.Sphere(4.76e-3, hl.PTFE)
@@ -64,7 +64,7 @@ def free_mode(loss: hl.damping.Viscous, until: float, steps: int, integrator: st
 
 
 def _energies(side: MovingDeformableChain, state: ChainState) -> tuple[float, float]:
-    kinetic, potential = energies(side.model, state.position, state.velocity, 0.0, side.work_space())
+    kinetic, potential = energies_of_chain(side.model, state.position, state.velocity, 0.0, side.work_space())
     return float(kinetic), float(potential)
 
 
