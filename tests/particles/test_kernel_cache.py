@@ -2,6 +2,7 @@
 
 import atexit
 import errno
+import importlib
 import os
 import shutil
 import subprocess
@@ -12,10 +13,13 @@ from pathlib import Path
 from typing import Any
 
 import numba
+import numpy as np
 import pytest
+from numba import typeof
 from numba.core.caching import IndexDataCacheFile
 
 from structures import kernel_cache
+from structures.kernel_key import key_of
 
 
 def test_without_a_folder_kernels_get_a_private_one(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -141,15 +145,157 @@ def test_a_name_that_two_kernels_got_gives_no_wrong_kernel(tmp_path: Path, fresh
     assert found(fresh()) == 1
 
 
+KERNELS = """
+from structures.kernel_cache import entry, inner, njit
+from structures.kernels.pieces import by_type
+
+@by_type()
+def force(law, i, overlap):
+    pass
+
+@inner()
+def pressed(law, overlap):
+    return force(law, 0, overlap)
+
+@njit(cache=True)
+def both(law, overlap):
+    return pressed(law, overlap), force(law, 0, 2.0 * overlap)
+
+alone = entry(pressed)
+"""
+
+PIECE = """
+from typing import NamedTuple
+import numpy as np
+from helper import halved
+FACTOR = 2.0
+
+class Own(NamedTuple):
+    stiffness: np.ndarray
+
+    @staticmethod
+    def force(law, i, overlap):
+        return FACTOR * halved(law.stiffness[i]) * overlap
+"""
+
+HELPER = """
+from numba import njit
+
+@njit
+def halved(x):
+    return 0.5 * x
+"""
+
+MAIN = """
+import sys
+from own import Own, np
+from kernels import alone, both, pressed
+law = Own(np.array([4.0]))
+print(*map(float, (*both(law, 3.0), alone(law, 3.0))), sum(both.stats.cache_hits.values()))
+"""
+
+
+@pytest.fixture
+def printed(tmp_path: Path) -> Callable[..., list[float]]:
+    """What a process prints that runs these sources, some of them edited; their kernels are kept in one folder."""
+    settings = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "kept"), "PYTHONDONTWRITEBYTECODE": "1"}
+    sources = {"kernels": KERNELS, "own": PIECE, "helper": HELPER, "main": MAIN}
+
+    def run(**edited: str) -> list[float]:
+        for name, text in {**sources, **edited}.items():
+            (tmp_path / f"{name}.py").write_text(text)
+        done = subprocess.run(
+            [sys.executable, tmp_path / "main.py"], env=settings, capture_output=True, text=True, check=True
+        )
+        return [float(one) for one in done.stdout.split()]
+
+    return run
+
+
+@pytest.mark.thorough
+def test_an_edited_piece_of_a_user_is_compiled_anew(printed: Callable[..., list[float]]) -> None:
+    """Numba keeps a kernel by its types, in which the piece's functions have no part.
+
+    The process that finds its kernels also finds the one that Python calls, which has the same types.
+    """
+    assert printed() == [12.0, 24.0, 12.0, 0.0]
+    assert printed() == [12.0, 24.0, 12.0, 1.0]
+    assert printed(own=PIECE.replace("* overlap", "* overlap**2")) == [36.0, 144.0, 36.0, 0.0]
+    assert printed(helper=HELPER.replace("0.5", "0.25")) == [6.0, 12.0, 6.0, 0.0]
+    assert printed() == [12.0, 24.0, 12.0, 1.0]
+
+
+@pytest.mark.thorough
+def test_a_piece_of_the_main_script_is_compiled_in_each_process(printed: Callable[..., list[float]]) -> None:
+    """Another process does not find its class by a name."""
+    main = MAIN.replace("from own import Own, np", PIECE)
+    assert printed(main=main) == printed(main=main) == [12.0, 24.0, 12.0, 0.0]
+
+
+@pytest.fixture
+def key(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., str | None]:
+    """The key of a kernel for PIECE as a process finds it that begins, after an edit of the piece or of its helper."""
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+
+    def of(piece: str = PIECE, helper: str = HELPER, name: str = "own") -> str | None:
+        for module, text in (("helper", helper), ("own", piece)):
+            (tmp_path / f"{module}.py").write_text(text)
+            monkeypatch.delitem(sys.modules, module, raising=False)
+            importlib.invalidate_caches()
+        own = importlib.import_module("own").Own
+        own.__module__ = name
+        chain = typeof((own(np.ones(2)),)), typeof(1.0)
+        return key_of(chain)
+
+    return of
+
+
+EDITS: dict[str, dict[str, str]] = {
+    "code": {"piece": PIECE.replace("* overlap", "/ overlap")},
+    "constant in the code": {"piece": PIECE.replace("* overlap", "* 1.0 * overlap")},
+    "constant of the module": {"piece": PIECE.replace("FACTOR = 2.0", "FACTOR = 2.5")},
+    "array of the module": {"piece": PIECE.replace("FACTOR = 2.0", "FACTOR = np.ones(3)")},
+    "default": {"piece": PIECE.replace("overlap):", "overlap, power=2):")},
+    "name of a field": {"piece": PIECE.replace("stiffness", "hardness")},
+    "what it calls": {"helper": HELPER.replace("0.5", "0.25")},
+    "what it calls in a module": {
+        "piece": PIECE.replace("from helper import halved", "import helper").replace("halved(", "helper.halved("),
+        "helper": HELPER.replace("0.5", "0.25"),
+    },
+}
+
+
+@pytest.mark.parametrize("edit", EDITS)
+def test_the_key_of_a_kernel_holds_the_code_of_a_users_piece(edit: str, key: Callable[..., str | None]) -> None:
+    before = key(**{**EDITS[edit], "helper": HELPER})
+    assert None is not before == key(**{**EDITS[edit], "helper": HELPER})
+    assert None is not key(**EDITS[edit]) != key()
+    if "helper" in EDITS[edit]:
+        assert key(**EDITS[edit]) != before
+
+
+@pytest.mark.parametrize("name", ["__main__", "nowhere"])
+def test_what_cannot_be_imported_is_kept_nowhere(name: str, key: Callable[..., str | None]) -> None:
+    assert key(name=name) is None
+
+
+def test_a_kernel_that_kernels_call_runs_in_python_too(fresh: Callable[[], Any]) -> None:
+    """Compiled, it would end the process: it has no code that takes arguments from Python."""
+    twice = kernel_cache.inner()(fresh().py_func)
+    assert twice(4) == 8
+    assert not twice.signatures
+
+
 COMPILES = """
 import hertzlink as hl
-from particles import kernels
+from particles.kernels import chain
 bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
 simulation = hl.CoSimulation(hl.Chain([bead] * 2, bead, 0.3), hl.half_space(hl.STEEL_440C))
 for _ in range(2):
     simulation.run(2e-5, save_every=1e-6)
-names = "_verlet _driven_verlet _viscous_verlet _lossy_verlet _rk4 _accelerate_vibrating _agree".split()
-print([name for name in names if getattr(kernels, name).signatures])
+names = "accelerations remember advance contact_forces".split()
+print([name for name in names if getattr(chain, name).signatures])
 """
 
 
@@ -170,7 +316,7 @@ def test_the_first_run_says_that_it_compiles(processes: list[subprocess.Complete
 @pytest.mark.thorough
 def test_a_plain_run_compiles_no_other_integrator(processes: list[subprocess.CompletedProcess[str]]) -> None:
     """Nor anything for beads that vibrate, or for several contacts."""
-    assert processes[0].stdout.splitlines() == ["['_verlet']"]
+    assert processes[0].stdout.splitlines() == ["['advance', 'contact_forces']"]
 
 
 def test_without_compilation() -> None:

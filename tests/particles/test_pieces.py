@@ -1,0 +1,313 @@
+"""Pieces of the compiled loops, called from Python: closed formulas, and laws and losses of a user's own."""
+
+from dataclasses import dataclass
+from math import pi, sqrt
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+import hertzlink as hl
+from particles.kernels import drives, laws, losses, vibrations
+from particles.laws.law import kernel_table
+from structures.structure import Vector
+
+STEEL = hl.Sphere(4.76e-3, hl.STEEL_440C)
+WALL = hl.half_space(hl.STEEL_316)
+STIFFNESS = np.array([1e10, 3e9])
+CURVE = hl.laws.PowerLaw(2e8, 1.3)
+TABLE = kernel_table(CURVE)
+TABULATED = laws.Tabulated(np.array([0.5, 3e9]), np.array([0, -1]), TABLE)
+MIXED = laws.Mixed(laws.Hertz(STIFFNESS), TABULATED, np.array([False, True]))
+OVERLAPS = (1e-9, 3e-7, 2e-5)
+
+
+def yielding() -> laws.Yielding:
+    """A steel contact that yields, and remembers nothing yet."""
+    chain = hl.Chain([STEEL] * 2, STEEL, 1.0, law=hl.laws.Thornton(yield_strength=6e8))
+    moving = hl.stepping.MovingChain(chain, hl.Surface(hl.STEEL_316))
+    return laws.with_memory(moving.model.law, moving.start().position)  # type: ignore[no-any-return]
+
+
+LAWS: dict[str, tuple[Any, int, Any]] = {
+    "Hertz": (laws.Hertz(STIFFNESS), 1, lambda d: 3e9 * d**1.5),
+    "a table": (TABULATED, 0, lambda d: 0.5 * 2e8 * d**1.3),
+    "Hertz among tables": (TABULATED, 1, lambda d: 3e9 * d**1.5),
+    "a law of a user's own": (MIXED, 1, lambda d: 3e9 * d**1.5),
+    "the law next to it": (MIXED, 0, lambda d: 0.5 * 2e8 * d**1.3),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("overlap", OVERLAPS)
+def test_force_slope_and_energy_of_a_law(name: str, overlap: float) -> None:
+    piece, i, formula = LAWS[name]
+    assert laws.force(piece, i, overlap) == pytest.approx(formula(overlap), rel=3e-9)
+    slope = (formula(1.00001 * overlap) - formula(0.99999 * overlap)) / (2e-5 * overlap)
+    assert laws.slope(piece, i, overlap) == pytest.approx(slope, rel=1e-6)
+    assert laws.energy(piece, i, overlap) == pytest.approx(
+        quad(formula, 0.0, overlap, epsabs=0.0, epsrel=1e-11)[0], rel=1e-8
+    )
+    assert laws.force_of_step(piece, i, overlap) == laws.force(piece, i, overlap)
+    assert laws.elastic_overlap(piece, i, overlap) == overlap
+    for apart in (0.0, -overlap):
+        assert laws.force(piece, i, apart) == laws.slope(piece, i, apart) == laws.energy(piece, i, apart) == 0.0
+
+
+@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("flexibility", [3e-8, 1e-5, -1e-10])
+def test_a_law_on_a_spring(name: str, flexibility: float) -> None:
+    """δ = δ_h + f F(δ_h)."""
+    piece, i, formula = LAWS[name]
+    own = laws.overlap_on_spring(piece, i, 1e-6, flexibility)
+    assert own + flexibility * formula(own) == pytest.approx(1e-6, rel=1e-8)
+    assert laws.overlap_on_spring(piece, i, -1e-6, flexibility) == -1e-6
+
+
+def test_a_contact_that_yields() -> None:
+    """Hertz's law at first; then unloaded it follows Hertz's law from its dent on, and has lost the area between."""
+    piece, limits = yielding(), np.zeros(3)
+    begin, after = float(piece.begin[1]), 4.0 * float(piece.begin[1])
+    assert laws.force(piece, 1, 0.5 * begin) == pytest.approx(piece.stiffness[1] * (0.5 * begin) ** 1.5, rel=1e-12)
+    laws.copy_limits(piece, limits)
+    loading = quad(lambda d: laws.force(piece, 1, d), 0.0, after, points=[begin], epsabs=0.0, epsrel=1e-10)[0]
+    peak = laws.force_of_step(piece, 1, after)
+    assert (piece.limit[1], laws.force(piece, 1, after)) == (after, pytest.approx(peak, rel=1e-12))
+    dent, hard = float(piece.dent[1]), float(piece.hard[1])
+    assert 0.0 < dent < after
+    for overlap in (0.5 * (dent + after), 0.9 * after):
+        elastic = overlap - dent
+        assert laws.force(piece, 1, overlap) == pytest.approx(hard * elastic**1.5, rel=1e-12)
+        assert laws.slope(piece, 1, overlap) == pytest.approx(1.5 * hard * sqrt(elastic), rel=1e-12)
+        assert laws.energy(piece, 1, overlap) == pytest.approx(0.4 * hard * elastic**2.5, rel=1e-12)
+        assert laws.elastic_overlap(piece, 1, overlap) == pytest.approx(elastic, rel=1e-12)
+    assert laws.force(piece, 1, dent) == 0.0
+    given_back = laws.energy(piece, 1, after)
+    assert laws.lost_to_yielding(piece, limits) == pytest.approx(loading - given_back, rel=1e-6)
+    assert laws.force(piece, 0, begin) == pytest.approx(piece.yield_force[0], rel=1e-9)
+    own = laws.overlap_on_spring(piece, 1, 2.0 * after, 1e-8)
+    assert own + 1e-8 * laws.force(piece, 1, own) == pytest.approx(2.0 * after, rel=1e-12)
+
+
+COEFFICIENTS = np.array([0.0, 7.0])
+LOSSES: dict[str, tuple[Any, Any]] = {
+    "none": (losses.NoLoss(), lambda e, s, d, r: e),
+    "dashpot": (losses.Dashpot(COEFFICIENTS, 1.0), lambda e, s, d, r: e + 7.0 * r),
+    "power": (losses.Dashpot(COEFFICIENTS, 1.8), lambda e, s, d, r: e + 7.0 * np.sign(r) * abs(r) ** 1.8),
+    "tangent": (losses.TangentLoss(COEFFICIENTS, 1.0), lambda e, s, d, r: e + 7.0 * s * r),
+    "secant": (losses.SecantLoss(COEFFICIENTS, 1.0), lambda e, s, d, r: e + 7.0 * sqrt(0.5 * (s + e / d)) * r),
+}
+
+
+@pytest.mark.parametrize("name", LOSSES)
+@pytest.mark.parametrize("rate", [0.3, -0.01, -1e9])
+def test_the_force_with_a_loss(name: str, rate: float) -> None:
+    """The force never pulls; a contact without loss keeps its elastic force."""
+    piece, formula = LOSSES[name]
+    given = 40.0, 6e6, 1e-5, rate
+    assert losses.force_with_loss(piece, 1, *given) == pytest.approx(max(formula(*given), 0.0), rel=1e-12)
+    assert losses.force_with_loss(piece, 0, *given) == 40.0
+    assert losses.drag_rate(piece, 1) == 0.0
+
+
+def test_losses_of_single_bodies() -> None:
+    """A drag c m v, and γ s|δ̇ₙ − δ̇ₙ₊₁|^α of equation 4.1 where contacts are closed; with the power that they take."""
+    y, v, inverse_mass = np.array([2e-6, 1e-6, 0.0]), np.array([0.5, 0.2, -0.1]), np.array([0.0, 50.0, 25.0])
+    a = np.zeros(3)
+    drag = losses.Drag(np.array([3.0, 4.0, 5.0]))
+    assert losses.lose_on_bodies(drag, y, v, 0.0, 0.0, inverse_mass, a) == pytest.approx(
+        4.0 * 0.2**2 / 50 + 5.0 * 0.1**2 / 25
+    )
+    assert a == pytest.approx([0.0, -0.8, 0.5])
+    assert losses.drag_rate(drag, 2) == 5.0
+    body, a = losses.BodyLoss(np.array([2.0] * 3), 1.5, np.ones(3)), np.zeros(3)
+    # The approach rates are 0.3 and 0.3 behind and ahead of bead 1; 0.3 and −0.1 of bead 2, which touches the wall.
+    force = 2.0 * (0.3 + 0.1) ** 1.5
+    power = losses.lose_on_bodies(body, y, v, 0.0, 0.0, inverse_mass, a)
+    assert a == pytest.approx([0.0, 0.0, 25.0 * force])
+    assert power == pytest.approx(force * 0.1)
+    forward = np.array([0.5, 0.2, 0.1])  # by which the force would feed energy to bead 2
+    assert losses.lose_on_bodies(body, y, forward, 0.0, 0.2, inverse_mass, np.zeros(3)) == 0.0
+
+
+def test_drives() -> None:
+    """A history is cubic between its times and constant outside; a spring pushes body 0 to its end, a load bead 1."""
+    time = np.linspace(0.0, 1e-3, 9)
+    history = np.array([time, np.sin(pi * time / 1e-3), pi / 1e-3 * np.cos(pi * time / 1e-3)])
+    pushed = drives.Driven(drives.PUSHED, history, 2.0, 1e6, 3e-6, True)
+    for t in (0.0, 2.2e-4, 9.9e-4):
+        assert drives.outer_forces(pushed, 1e-6, t) == pytest.approx(
+            (2.0, 2.0 + np.sin(pi * t / 1e-3), np.sin(pi * t / 1e-3)), abs=1e-4
+        )
+    assert drives.outer_forces(pushed, 4e-6, 2e-3) == pytest.approx((0.0, 2.0, 0.0), abs=1e-12)
+    assert drives.energy_of_loads(pushed, np.array([1e-6, 1e-6])) == pytest.approx(0.5e6 * 4e-12 - 2e-6)
+    moved = pushed._replace(kind=drives.MOVED)
+    place, rate = drives.place_and_speed(moved, 2.2e-4)
+    assert place == pytest.approx(np.sin(0.22 * pi), abs=1e-4)
+    assert rate == pytest.approx(pi / 1e-3 * np.cos(0.22 * pi), rel=1e-3)
+    assert drives.mean_rate(moved, 2e-4, 1e-5) == pytest.approx(
+        (drives.place_and_speed(moved, 2.1e-4)[0] - drives.place_and_speed(moved, 2e-4)[0]) / 1e-5
+    )
+    assert (drives.moves(moved), drives.moves(pushed), drives.drives(drives.Free())) == (True, False, False)
+    assert (drives.replaces_contact(pushed), drives.replaces_contact(moved)) == (True, False)
+
+
+def test_rigid_bodies() -> None:
+    """Forces, the power of losses and the energy of a chain with springs at both ends."""
+    law, loss = laws.Hertz(np.array([1e10, 2e10, 3e10])), losses.Dashpot(np.full(3, 5.0), 1.0)
+    y, v, forces, work = np.array([3e-6, 2e-6, 1e-6]), np.array([0.3, 0.1, 0.2]), np.zeros(3), np.zeros((2, 3))
+    approach, rate, springs = np.array([1e-6, 1e-6, 0.5e-6]), np.array([0.2, -0.1, 0.2]), (2e-9, 3e-8)
+    own = [laws.overlap_on_spring(law, i, approach[i], f) for i, f in enumerate((springs[0], 0.0, springs[1]))]
+    power = vibrations.forces_between(vibrations.Rigid(), law, loss, springs, y, v, 0.5e-6, 0.0, forces, work)
+    elastic = law.stiffness * np.power(own, 1.5)
+    share = 1.0 / (1.0 + np.array([springs[0], 0.0, springs[1]]) * 1.5 * law.stiffness * np.sqrt(own))
+    assert forces == pytest.approx(elastic + share * 5.0 * share * rate, rel=1e-12)
+    assert power == pytest.approx(((forces - elastic) * rate).sum(), rel=1e-12)
+    kinetic, stored = vibrations.energies_between(vibrations.Rigid(), law, springs, y, v, 0.5e-6, forces, work)
+    assert kinetic == 0.0
+    assert stored == pytest.approx(
+        (0.4 * law.stiffness * np.power(own, 2.5)).sum()
+        + 0.5 * springs[0] * elastic[0] ** 2
+        + 0.5 * springs[1] * elastic[2] ** 2
+    )
+
+
+class Other(NamedTuple):
+    """No piece of a law and of a loss: what the tests of errors need."""
+
+    hardness: Any
+    force = slope = energy = force_with_loss = staticmethod(lambda *given: 0.0)
+
+
+class Cone(NamedTuple):
+    """A user's piece: F = k δ²."""
+
+    stiffness: Any
+
+    @staticmethod
+    def force(law, i, overlap):  # type: ignore[no-untyped-def]
+        return law.stiffness[i] * overlap**2 if overlap > laws.NEGLIGIBLE else 0.0
+
+    @staticmethod
+    def slope(law, i, overlap):  # type: ignore[no-untyped-def]
+        return 2.0 * law.stiffness[i] * overlap if overlap > laws.NEGLIGIBLE else 0.0
+
+    @staticmethod
+    def energy(law, i, overlap):  # type: ignore[no-untyped-def]
+        return law.stiffness[i] * overlap**3 / 3.0 if overlap > laws.NEGLIGIBLE else 0.0
+
+
+@dataclass(frozen=True)
+class Conical(hl.ContactLaw):
+    stiffness: float
+    piece = Cone
+
+    def force(self, approach: Vector) -> Vector:
+        return self.stiffness * np.maximum(approach, 0.0) ** 2
+
+
+class Soft(NamedTuple):
+    """A user's piece: a dashpot whose force saturates."""
+
+    coefficient: Any
+    scale: float
+
+    @staticmethod
+    def force_with_loss(loss, i, elastic, slope, overlap, rate):  # type: ignore[no-untyped-def]
+        return max(elastic + loss.coefficient[i] * rate / (1.0 + abs(rate) / loss.scale), 0.0)
+
+
+@dataclass(frozen=True)
+class Saturating(hl.Dissipation):
+    viscosity: float
+    scale: float
+    piece = Soft
+
+    def coefficients(self, mass: Vector) -> Vector:
+        return np.full_like(mass, self.viscosity)
+
+
+def test_a_users_pieces_run_as_those_built_in() -> None:
+    """In one run: a cone's law between beads, a table at one contact, Hertz's law at the wall; a saturating loss."""
+    small, table = hl.Sphere(3e-3, hl.BRASS_360), hl.laws.PowerLaw(2e8, 1.3)
+
+    def run(cone: hl.ContactLaw, loss: hl.Dissipation) -> Any:
+        def law(one: Any, other: Any) -> hl.ContactLaw:
+            if isinstance(other, hl.Surface):
+                return hl.contact_law(one, other)
+            return table if one is small else cone
+
+        chain = hl.Chain([STEEL] * 3 + [small] + [STEEL] * 4, STEEL, 0.1, law=law, dissipation=loss)
+        simulation = hl.CoSimulation(chain, WALL)
+        return simulation, simulation.run(2e-4)
+
+    own, found = run(Conical(2e14), Saturating(5.0, 1e12))
+    _, expected = run(hl.laws.PowerLaw(2e14, 2.0), hl.LinearDashpot(5.0))
+    assert isinstance(own.chain.model.law, laws.Mixed)
+    assert isinstance(own.chain.model.law.own, Cone)
+    assert own.chain.model.law.is_own.tolist() == [True] * 4 + [False] + [True] * 3 + [False]
+    assert isinstance(own.chain.model.loss, Soft)
+    assert found.contact_force.values == pytest.approx(
+        expected.contact_force.values, abs=1e-6 * float(expected.contact_force.max())
+    )
+    assert hl.energy_error(found) < 1e-5
+    assert float(found.dissipated_energy[-1]) == pytest.approx(float(expected.dissipated_energy[-1]), rel=1e-6)
+    assert not any("table" in one for one in found.warnings.splitlines())
+
+
+def test_a_chain_of_one_users_law_is_its_piece() -> None:
+    moving = hl.stepping.MovingChain(
+        hl.Chain([STEEL] * 3, STEEL, 0.1, law=lambda one, other: Conical(2e14)), STEEL.surface
+    )
+    assert isinstance(moving.model.law, Cone)
+    assert moving.model.law.stiffness.tolist() == [2e14] * 4
+
+
+def wrong_law(**members: Any) -> hl.ContactLaw:
+    """Conical with other functions in its piece, or another piece."""
+    if not {"force", "slope", "energy"} & set(members):
+        return type("Own", (Conical,), members)(2e14)  # type: ignore[no-any-return]
+    piece = type("Cut", (Cone,), {name: one and staticmethod(one) for name, one in members.items()})
+    return type("Own", (Conical,), {"piece": piece})(2e14)  # type: ignore[no-any-return]
+
+
+@pytest.mark.parametrize(
+    ("law", "message"),
+    [
+        (wrong_law(piece="cone"), r"Own\.piece = 'cone': must be a NamedTuple with static methods"),
+        (wrong_law(piece=dict), r"Own\.piece = <class 'dict'>: must be a NamedTuple"),
+        (wrong_law(slope=None), r"Own\.piece = Cut: has no static method slope\(law, i, overlap\)"),
+        (
+            wrong_law(force=lambda law, i, d: law.stiffness[i] * d**2),
+            r"Own\.piece: Cut\.force gives 200 at an overlap of -1e-06 m, where Own\.force gives 0",
+        ),
+        (
+            wrong_law(energy=lambda law, i, d: law.stiffness[i] * d**3 / 2.0 if d > 0.0 else 0.0),
+            r"Own\.piece: Cut\.energy gives 1e-07 at an overlap of 1e-07 m, where Own\.energy gives 6\.66\d*e-08",
+        ),
+        (wrong_law(slope=lambda law, i, d: None), r"Cut\.slope = None: must be a finite number"),
+    ],
+)  # fmt: skip
+def test_a_piece_that_is_no_law_is_named(law: hl.ContactLaw, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        hl.Chain([STEEL] * 3, STEEL, 0.3, law=law)
+
+
+def test_a_field_that_the_law_lacks_is_named() -> None:
+    with pytest.raises(ValueError, match=r"Own\.hardness, a field of its piece Other, = None: must be a finite number"):
+        hl.Chain([STEEL] * 3, STEEL, 0.3, law=wrong_law(piece=Other))
+
+
+@pytest.mark.parametrize(
+    ("members", "message"),
+    [
+        ({"piece": Cone}, r"Own\.piece = <class .*Cone'>: must be one of Dashpot, .* method force_with_loss\(loss"),
+        ({"scale": "x"}, r"Own\.scale, a field of its piece Soft, = 'x': must be a finite number"),
+        ({"piece": Other}, r"Own\.piece = Other: its first field must be coefficient, not hardness"),
+    ],
+)  # fmt: skip
+def test_a_piece_that_is_no_loss_is_named(members: dict[str, Any], message: str) -> None:
+    loss = type("Own", (Saturating,), members)(5.0, members.get("scale", 1.0))
+    with pytest.raises(ValueError, match=message):
+        hl.CoSimulation(hl.Chain([STEEL] * 3, STEEL, 0.3, dissipation=loss), None).run(1e-5)
