@@ -31,6 +31,9 @@ class StructureWindows:
 
     def of(self, interface: Interface, structures: Sequence[Any], length: float) -> tuple[Any, Vector]:
         """Return the structures over a window, s, as a piece, and their compliance at the contacts, m/N."""
+        if interface.boxes:
+            # Gaps have work space, which runs at the same time must not share; and each run its own openings.
+            return structure_piece(interface, structures, length)
         seats = tuple(tuple(one) for one in interface.of_structure)
         key = (*((id(one.structure), one.stepper) for one in structures), seats, length)
         if key not in self._known:
@@ -106,9 +109,7 @@ class Engine:
         """Windows of the plan that are one."""
         self.length, self.stride = plan.length * self.joined, plan.stride // self.joined
         self.quadratic = interface.quadratic and not rigid
-        self.search = Search(
-            scheme.tolerance * interface.force_scale, STILL * interface.indentation_scale, MOST_TRIALS
-        )
+        self.search = Search(scheme.tolerance * interface.force_scale, STILL * interface.indentation_scale, MOST_TRIALS)
         self.chains = tuple(chain.model for chain in interface.chains)
         self.structures = interface.structures if clock is None else [clock.watch(one) for one in interface.structures]
         self.finest = interface.contact_time / FINEST

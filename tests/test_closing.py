@@ -284,15 +284,14 @@ ALONE: dict[str, Any] = {
 
 @pytest.mark.parametrize("name", ALONE)
 def test_the_compiled_loop_does_what_the_structure_does_alone(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The same energy, loss, motion and force to rounding, by as many repetitions of each window."""
+    """The same energy, loss, motion and force to rounding, by other trials: of one contact the loop brackets the force."""
     simulation = hl.CoSimulation(hl.Chain([BEAD] * 4, BEAD, 0.3), ALONE[name])
     assert is_compiled(simulation.interface, simulation.scheme)
     compiled = simulation.run(1.5e-4)
     monkeypatch.setattr(Work, "compiled", False)
     other = simulation.run(1.5e-4)
     assert float(other.structure_dissipated_energy[-1]) > 1e-6 * float(other.impact_energy)
-    assert compiled.evaluations.equals(other.evaluations)
-    for one in set(other.data_vars) - {"residual"}:
+    for one in set(other.data_vars) - {"residual", "evaluations"}:
         size = float(other.impact_energy) if other[one].attrs["units"] == "J" else float(abs(other[one]).max())
         assert compiled[one].values == pytest.approx(other[one].values, rel=0.0, abs=1e-11 * size), one
 
