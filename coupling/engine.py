@@ -16,7 +16,7 @@ from coupling.state import Node, NotConverged
 from particles.kernels.chain import WORK_ROWS
 from structures.closing import PARTS, Closing
 from structures.kernels.gaps import Gaps, Span
-from structures.kernels.linear import joined
+from structures.kernels.linear import Both, joined
 from structures.structure import Vector
 
 MOST_WINDOWS = 64
@@ -48,8 +48,8 @@ class StructureWindows:
 def structure_piece(interface: Interface, structures: Sequence[Any], length: float) -> tuple[Any, Vector]:
     """Return the structures over a window, s, as a piece, and their compliance at the contacts, m/N."""
     size, rows = interface.size, interface.of_structure
-    if interface.boxes:
-        gaps = gaps_piece(interface.boxes[0].closing, list(rows[0]), size, structures[0].window, length)
+    if interface.closing is not None:
+        gaps = gaps_piece(interface.closing, list(rows[0]), size, structures[0].window, length)
         linear, points = gaps.window.structure, gaps.window.structure.response.shape[0] - gaps.opening.size
         return gaps, compliance_of(linear, points)
     piece = joined([one.window(length) for one in structures], list(rows), size)
@@ -58,9 +58,7 @@ def structure_piece(interface: Interface, structures: Sequence[Any], length: flo
 
 def compliance_of(structure: Any, contacts: int) -> Vector:
     """Return the displacement of each contact for 1 N of mean force on each over a window, K × K, m/N."""
-    from structures.kernels.linear import Both
-
-    parts = [structure.oscillators, structure.coupled] if isinstance(structure, Both) else [structure]
+    parts: list[Any] = [structure.oscillators, structure.coupled] if isinstance(structure, Both) else [structure]
     found = np.zeros((contacts, contacts))
     for part in parts:
         reads = part.contact[:contacts]
@@ -149,13 +147,13 @@ class Engine:
 
     @property
     def _gaps(self) -> int:
-        return int(self.interface.boxes[0].closing.opening.size) if self.interface.boxes else 0
+        return 0 if self.interface.closing is None else int(self.interface.closing.opening.size)
 
     def start(self) -> Run:
         """Return the run at time zero, in static equilibrium."""
         starts = [chain.start() for chain in self.interface.chains]
         contacts, chains = self.interface.size, len(starts)
-        closing = self.interface.boxes[0].closing if self.interface.boxes else None
+        closing = self.interface.closing
         return Run(
             np.concatenate([state.position for state in starts]),
             np.concatenate([state.velocity for state in starts]),
@@ -224,7 +222,7 @@ class Engine:
         structure, contacts = self._of_length(length)
         problem, done, detail, place = self.kernel(
             run, self.chains, structure, contacts, self.search, self.recorder, self.trial, self.begin, length,
-            (first + 1, last, stride), -1,
+            (first + 1, last, stride, -1),
         )  # fmt: skip
         if problem == loop.NON_FINITE:
             raise non_finite(self.interface, place, done * length, int(detail))
@@ -235,7 +233,7 @@ class Engine:
         structure, contacts = self._of_length(self.length)
         self.kernel(
             run, self.chains, structure, contacts, self.search, self.recorder if recorder is None else recorder,
-            self.trial, self.begin, self.length, (done + 1, done, 0), done // self.stride if row is None else row,
+            self.trial, self.begin, self.length, (done + 1, done, 0, done // self.stride if row is None else row),
         )  # fmt: skip
 
     def _of_length(self, length: float) -> tuple[Any, Any]:
@@ -259,8 +257,10 @@ class Engine:
 
 def past(run: Run) -> list[Node]:
     """Return the last nodes, newest last."""
-    newest = reversed(range(int(run.totals[0]["remembered"])))
-    return [Node(*run.window[i].tolist(), run.node["surface"][i], run.node["force"][i]) for i in newest]
+    ends, lengths = run.window["end"], run.window["length"]
+    surfaces, forces = run.node["surface"], run.node["force"]
+    newest = reversed(range(int(run.totals["remembered"][0])))
+    return [Node(float(ends[i]), float(lengths[i]), surfaces[i], forces[i]) for i in newest]
 
 
 def non_finite(interface: Interface, bead: int, time: float, number: int = 0) -> FloatingPointError:

@@ -14,6 +14,7 @@ from particles.chain import Chain
 from particles.deformable.chain import moving_chain
 from particles.moving import ChainState, MovingChain
 from structures.checks import count_of, has_members, instance, whole
+from structures.closing import Closing
 from structures.moving import MovingStructure
 from structures.structure import Structure, Vector, half_space, surfaces_of
 from structures.surface import Surface
@@ -132,6 +133,8 @@ class Interface:
         self.contact_time = min(chain.contact_time for chain in self.chains)
         self.impact_energy = sum(chain.chain.impact_energy for chain in self.chains)
         self.boxes = [structure for structure in self.structures if isinstance(structure, BlackBox)]
+        self.closing: Closing | None = self.boxes[0].closing if len(self.structures) == len(self.boxes) == 1 else None
+        """The only structure, if its gaps close."""
         self.damped = [
             place
             for place, one in enumerate(self.structures)
@@ -249,20 +252,6 @@ class Interface:
             float(abs(given - force).max()) if residual is None else residual,
             (*state.past[1 - REMEMBERED :], Node(state.time + length, length, surface, given)),
             memory,
-        )
-
-    def read(self, states: Sequence[Any]) -> Vector:
-        """The displacements of the contacts in states of Structures, m."""
-        surface = np.empty(self.size)
-        for number, (structure, state) in enumerate(zip(self.structures, states, strict=True)):
-            self._seated(surface, number, structure.read(state))
-        return surface
-
-    def pushed(self, free: Sequence[Any], force: Vector, length: float) -> tuple[Any, ...]:
-        """The states of Structures at the end of a substep, from those without force and the mean forces."""
-        return tuple(
-            structure.pushed(state, self.at(number, force), length)
-            for number, (structure, state) in enumerate(zip(self.structures, free, strict=True))
         )
 
     def compliance(self, length: float) -> Vector:

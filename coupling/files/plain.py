@@ -129,7 +129,7 @@ class _Writer:
     def __init__(self, types: Types, trust: bool) -> None:
         self.names, self.trust = {kind: name for name, kind in types.items()}, trust
         self.arrays: list[NDArray[Any]] = []
-        self.headers: list[tuple[str, list[int], bool]] = []
+        self.headers: list[tuple[Any, list[int], bool]] = []
         self.places: dict[int, int] = {}
 
     def node(self, value: Any, where: str) -> Any:
@@ -173,7 +173,9 @@ class _Writer:
         if id(array) not in self.places:
             self.places[id(array)] = len(self.arrays)
             self.arrays.append(array)
-            kind = array.dtype.str if array.dtype.names is None else [list(field) for field in array.dtype.descr]
+            kind: Any = array.dtype.str
+            if array.dtype.names is not None:
+                kind = [list(field) for field in array.dtype.descr]
             self.headers.append((kind, list(array.shape), _by_columns(array)))
         return self.places[id(array)]
 

@@ -93,9 +93,7 @@ class OneContact(NamedTuple):
                 y[i], v[i] = run.y[i], run.v[i]
             contact.force = tried - static
             taken = surfaces(structure, compliance, run, trial)
-            force, _, lost, driven = advance(
-                chain, y, v, trial.work, t, window, before, contact.surface, steps, first
-            )
+            force, _, lost, driven = advance(chain, y, v, trial.work, t, window, before, contact.surface, steps, first)
             if first == 0:
                 trial.chain[0].lost, trial.chain[0].driven = lost, driven
             first = reach(chain, y.size, steps)

@@ -30,18 +30,18 @@ def finish(structure: Any, run: Any, trial: Any) -> None:
 @njit(cache=True, nogil=True, _nrt=False, no_cfunc_wrapper=True)
 def run_windows(
     run: Any, chains: Any, structure: Any, contacts: Any, search: Any, recorder: Any, trial: Any, begin: Vector,
-    window: float, windows: tuple[int, int, int], row: int,
+    window: float, windows: tuple[int, int, int, int],
 ) -> tuple[int, int, float, int]:  # fmt: skip
     """Move a run on over windows, in place.
 
-    windows: the first one and the last one, counted from 1, and how many make a saved time; 0 saves nothing. row: where
-    the state is saved first, or −1.
+    windows: the first one and the last one, counted from 1; how many make a saved time, 0 saves nothing; and the row
+    where the state is saved first, or −1.
 
     A window that fails leaves the run as it began. Returns how the loop ended; the window; the chain, or the residual
     (N); and the body that is no longer finite.
     """
-    if row >= 0:
-        record(recorder, row, windows[1] * window, run, chains, structure, begin, trial.work)
+    if windows[3] >= 0:
+        record(recorder, windows[3], windows[1] * window, run, chains, structure, begin, trial.work)
     touched = False
     for i in range(run.body.size):
         touched = touched or run.body[i] != 0.0
@@ -53,9 +53,7 @@ def run_windows(
             let_go(structure, run.body, trial.free)
             for k in range(trial.contact.size):
                 trial.contact[k].at_rest = read(structure, k, trial.free)
-        tried, residual, taken = agree(
-            contacts, run, chains, structure, search, (done - 1) * window, window, trial
-        )
+        tried, residual, taken = agree(contacts, run, chains, structure, search, (done - 1) * window, window, trial)
         run.totals[0].tried += tried
         if not finite(trial):
             chain, body = first_bad(trial, begin)

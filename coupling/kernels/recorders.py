@@ -2,7 +2,7 @@
 
 from typing import Any, NamedTuple
 
-from coupling.kernels.state import record_type
+from coupling.kernels.state import Records, record_type
 from particles.kernels.chain import contact_forces, energies
 from structures.kernel_cache import inner
 from structures.kernels.gaps import copy
@@ -43,13 +43,13 @@ class Everything(NamedTuple):
     velocity: Vector
     contact_force: Vector
     """Saved times × contacts of all chains."""
-    chain: Vector
+    chain: Records
     """C × saved times records CHAIN_FRAME."""
-    contact: Vector
+    contact: Records
     """K × saved times records CONTACT_FRAME."""
-    structure: Vector
+    structure: Records
     """S × saved times records STRUCTURE_FRAME."""
-    time: Vector
+    time: Records
     """Saved times records TIME_FRAME."""
 
     @staticmethod
@@ -107,7 +107,7 @@ class Traces(NamedTuple):
     """m/s."""
     contact_force: Vector
     """N."""
-    contact: Vector
+    contact: Records
     """K × saved times records TRACE_FRAME."""
 
     @staticmethod

@@ -4,11 +4,15 @@ Numbers that belong to a contact, a chain, a window or a saved time are records 
 faster than many.
 """
 
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from structures.structure import Vector
+
+Records: TypeAlias = NDArray[Any]
+"""An array of records with named fields."""
 
 REMEMBERED = 3
 """Windows whose forces predict those of the next one."""
@@ -32,7 +36,9 @@ NODE = record_type("surface", "force")
 WINDOW = record_type("end", "length")
 """Of a window, s."""
 
-TOTALS = np.dtype([(name, np.int64) for name in ("remembered", "tried", "windows")] + [("residual", float), ("taken", float)])
+TOTALS = np.dtype(
+    [(name, np.int64) for name in ("remembered", "tried", "windows")] + [("residual", float), ("taken", float)]
+)
 """Windows remembered; since the last saved time trials of windows, windows, and the greatest residual (N); and what
 damping and the closing of gaps took from a structure with gaps since the start (J)."""
 
@@ -51,15 +57,15 @@ class Run(NamedTuple):
     """The states of all structures."""
     pressed: Vector
     """G, N: the mean force across each gap over the last window, zero where it is open at its end."""
-    contact: Vector
+    contact: Records
     """K records CONTACT."""
-    chain: Vector
+    chain: Records
     """C records CHAIN."""
-    node: Vector
+    node: Records
     """REMEMBERED × K records NODE, newest first."""
-    window: Vector
+    window: Records
     """REMEMBERED records WINDOW."""
-    totals: Vector
+    totals: Records
     """One record TOTALS."""
 
 
@@ -73,9 +79,9 @@ class Trial(NamedTuple):
     after: Vector
     """State of a structure with gaps at the end, and the forces across these."""
     pressed: Vector
-    contact: Vector
+    contact: Records
     """K records TRIED."""
-    chain: Vector
+    chain: Records
     """C records CHAIN."""
     work: Vector
     """Rows of work space of chains."""

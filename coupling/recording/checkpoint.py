@@ -285,7 +285,7 @@ def _fits(found: Any, like: Any) -> bool:
 def _within_bounds(run: Run) -> bool:
     """Whether the numbers by which the compiled loop counts stay within its arrays."""
     remembered, tried, windows, *_ = run.totals[0].tolist()
-    return 0 <= remembered <= len(run.window) and min(tried, windows) >= 0
+    return bool(0 <= remembered <= len(run.window) and min(tried, windows) >= 0)
 
 
 def _sum_of_rest(file: Any) -> bytes:

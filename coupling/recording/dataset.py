@@ -94,7 +94,9 @@ def _gap(interface: Interface, frames: Frames, k: int) -> Vector:
     if contact.end != LAST:
         return np.asarray(struck[:, 1] - far[:, 0])
     return (
-        np.asarray(frames.contact["surface"][k] - far[:, -1]) if chain.surface is not None else np.full(frames.rows, np.nan)
+        np.asarray(frames.contact["surface"][k] - far[:, -1])
+        if chain.surface is not None
+        else np.full(frames.rows, np.nan)
     )
 
 

@@ -15,6 +15,7 @@ from coupling.kernels.recorders import (
     Everything,
     Traces,
 )
+from coupling.kernels.state import Records
 from coupling.state import CoupledState
 from particles.kernels import chain as kernels
 from structures.moving import MovingStructure
@@ -40,34 +41,36 @@ class Counts(NamedTuple):
 class ChainFrames(NamedTuple):
     """The saved times of one chain.
 
-    position (m) and velocity (m/s): saved times × coordinates, first those of the bodies; contact_force (N): saved times ×
-    bodies; energy: records CHAIN_FRAME.
+    position (m) and velocity (m/s): saved times × coordinates, first those of the bodies; contact_force (N): saved
+    times × bodies; energy: records CHAIN_FRAME.
     """
 
     position: Vector
     velocity: Vector
     contact_force: Vector
-    energy: Vector
+    energy: Records
 
 
 class Frames:
     """Saved times from row 0, the start, on.
 
-    saved: all arrays, as the compiled window loop fills them; energies of structures are NaN where not known. thin: with velocities,
-    contact forces and surfaces of one chain only. contact: its records of contacts. chains: the parts of each chain.
+    saved: all arrays, as the compiled window loop fills them; energies of structures are NaN where not known. thin:
+    with velocities, contact forces and surfaces of one chain only. contact: its records of contacts. chains: the
+    parts of each chain.
     """
 
     def __init__(self, interface: Interface, rows: int, thin: bool = False) -> None:
         self.rows, self.thin = rows, thin
         ends = np.cumsum([(0, 0)] + [(chain.rest.size, chain.mass.size) for chain in interface.chains], axis=0)
         coordinates, bodies = ends[-1]
-        tall = [np.zeros((rows, coordinates)), np.zeros((rows, bodies))]
+        velocity, force = np.zeros((rows, coordinates)), np.zeros((rows, bodies))
         contacts, chains, structures = interface.size, len(interface.chains), len(interface.structures)
-        self.saved: Any = Traces(*tall, np.zeros((contacts, rows), TRACE_FRAME))
+        self.saved: Any = Traces(velocity, force, np.zeros((contacts, rows), TRACE_FRAME))
         if not thin:
             self.saved = Everything(
                 np.zeros((rows, coordinates)),
-                *tall,
+                velocity,
+                force,
                 np.zeros((chains, rows), CHAIN_FRAME),
                 np.zeros((contacts, rows), CONTACT_FRAME),
                 np.zeros((structures, rows), STRUCTURE_FRAME),

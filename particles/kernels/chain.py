@@ -45,16 +45,28 @@ class ChainModel(NamedTuple):
     """Whether bodies ahead of a wave are at rest at zero: the chain bears no static load."""
 
 
+class Span(NamedTuple):
+    """The steps of a window."""
+
+    t: float
+    """When it begins, s."""
+    wall: float
+    """Displacement of the surface then, m."""
+    rate: float
+    """Velocity of the surface, m/s."""
+    dt: float
+    """Length of a step, s."""
+    steps: int
+    first: int
+    """0 moves all bodies. Else only body `first` and those ahead of it are moved; the body behind `first` follows the
+    positions that the last window with 0 put into the first row of the work space, see `reach`."""
+
+
 @by_type(small=False)
 def integrate(
-    scheme: Any, chain: Any, y: Vector, v: Vector, work: Vector, t: float, wall: float, rate: float, dt: float,
-    steps: int, first: int,
-) -> tuple[float, float, float, float]:  # fmt: skip
-    """Move a chain on by some steps; return the impulses on structure and body 0, the loss and the drive's work.
-
-    first: 0 moves all bodies. Else only body `first` and those ahead of it are moved; the body behind `first` follows
-    the positions that the last call with 0 put into the first row of `work`, see `reach`.
-    """
+    scheme: Any, chain: Any, y: Vector, v: Vector, work: Vector, span: Any
+) -> tuple[float, float, float, float]:
+    """Move a chain on over a Span; return the impulses on structure and body 0, the loss and the drive's work."""
     raise NotImplementedError
 
 
@@ -85,7 +97,7 @@ def advance(
     the drive's work, J.
     """
     dt, rate = window / steps, (wall_end - wall) / window
-    ahead, behind, lost, driven = integrate(chain.scheme, chain, y, v, work, t, wall, rate, dt, steps, first)
+    ahead, behind, lost, driven = integrate(chain.scheme, chain, y, v, work, Span(t, wall, rate, dt, steps, first))
     return ahead / window, behind / window if chain.inverse_mass[0] == 0.0 else 0.0, lost, driven
 
 
@@ -99,10 +111,10 @@ class Verlet(NamedTuple):
 
     @staticmethod
     def integrate(
-        scheme: Any, chain: Any, y: Vector, v: Vector, work: Vector, t: float, wall: float, rate: float, dt: float,
-        steps: int, first: int,
-    ) -> tuple[float, float, float, float]:  # fmt: skip
+        scheme: Any, chain: Any, y: Vector, v: Vector, work: Vector, span: Any
+    ) -> tuple[float, float, float, float]:
         """Move the bodies on in one pass a step, which the compiler turns into vector instructions."""
+        t, wall, rate, dt, steps, first = span
         inverse_mass, gravity, drive, spring = chain.inverse_mass, chain.gravity, chain.drive, chain.springs[1]
         law, past, limits = with_memory(chain.law, y), work[0], work[1]
         last, reached = inverse_mass.size - 1, reach(chain, y.size, steps)
@@ -194,10 +206,10 @@ class DampedVerlet(NamedTuple):
 
     @staticmethod
     def integrate(
-        scheme: Any, chain: Any, y: Vector, v: Vector, work: Vector, t: float, wall: float, rate: float, dt: float,
-        steps: int, first: int,
-    ) -> tuple[float, float, float, float]:  # fmt: skip
+        scheme: Any, chain: Any, y: Vector, v: Vector, work: Vector, span: Any
+    ) -> tuple[float, float, float, float]:
         """Move the bodies on."""
+        t, wall, rate, dt, steps, _ = span
         drive, law, last = chain.drive, with_memory(chain.law, y), chain.inverse_mass.size - 1
         forces, a, half, limits = work[0], work[3], work[4], work[5]
         copy_limits(law, limits)
@@ -243,10 +255,10 @@ class RungeKutta(NamedTuple):
 
     @staticmethod
     def integrate(
-        scheme: Any, chain: Any, y: Vector, v: Vector, work: Vector, t: float, wall: float, rate: float, dt: float,
-        steps: int, first: int,
-    ) -> tuple[float, float, float, float]:  # fmt: skip
+        scheme: Any, chain: Any, y: Vector, v: Vector, work: Vector, span: Any
+    ) -> tuple[float, float, float, float]:
         """Move the bodies on."""
+        t, wall, rate, dt, steps, _ = span
         drive, law, last = chain.drive, with_memory(chain.law, y), chain.inverse_mass.size - 1
         forces, a, limits = work[0], work[3], work[5]
         stage_y, stage_v, sum_v, sum_a = work[4], work[6], work[7], work[8]

@@ -161,7 +161,7 @@ class Hertz(NamedTuple):
 @inner(forceinline=True)
 def bucket(overlap: float) -> int:
     """Return which cubic holds an overlap: exponent and leading bits of a float count the buckets."""
-    bits = np.float64(overlap).view(np.int64) >> (MANTISSA_BITS - BUCKET_BITS)
+    bits: Any = np.float64(overlap).view(np.int64) >> (MANTISSA_BITS - BUCKET_BITS)
     return min(max(bits - ((EXPONENT_BIAS + LOWEST) << BUCKET_BITS), 0), BUCKETS * OCTAVES - 1)
 
 
@@ -401,7 +401,7 @@ def loading_force(law: Any, i: int, overlap: float) -> float:
 
 @inner(forceinline=True)
 def unloading_after(law: Any, i: int, largest: float) -> tuple[float, float]:
-    """Return stiffness (N/m^1.5) and dent (m) of a contact after its largest overlap, which made it yield."""
+    """Return stiffness (N/m^1.5) and dent (m) of a contact after an overlap beyond that at which it yields."""
     depth = largest - law.begin[i]
     dent = cubic(law.rows, law.indentation[i] + bucket(depth), depth)
     return loading_force(law, i, largest) / ((largest - dent) * sqrt(largest - dent)), dent

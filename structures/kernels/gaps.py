@@ -76,12 +76,14 @@ class Gaps(NamedTuple):
 
 
 @inner()
-def close(gaps: Any, state: Vector, before: Vector, free: Vector, contact: Any, after: Vector, pressed: Vector) -> float:
+def close(
+    gaps: Any, state: Vector, before: Vector, free: Vector, contact: Any, after: Vector, pressed: Vector
+) -> float:
     """Move the structure over a window, which is divided into parts if a gap closes in it.
 
     state, before: state and forces of the gaps at the beginning; after, pressed: at the end. free: the state at the end
-    where no force acts. contact: records with the forces on the contacts before the gaps. Returns the energy that damping
-    and gaps took, J.
+    where no force acts. contact: records with the forces on the contacts before the gaps. Returns the energy that
+    damping and gaps took, J.
     """
     taken = leap(gaps, gaps.window, state, before, free, contact, after, pressed)
     if not switched(gaps, before, after, pressed):
@@ -219,7 +221,7 @@ def separate(softness: Vector, rate: Vector, near: Vector, pressed: Vector, work
 
 @inner()
 def go_towards(softness: Vector, rate: Vector, pressed: Vector, active: Vector, force: Vector, matrix: Vector) -> float:
-    """Go towards the forces of the active gaps until the first vanishes; such a gap opens. Return the part of the way."""
+    """Go towards the forces of the active gaps until the first vanishes, which opens; return the part of the way."""
     size, row, share = rate.size, 0, 1.0
     for g in range(size):
         if active[g] > 0.0:

@@ -183,7 +183,7 @@ class Coupled(NamedTuple):
     @staticmethod
     def energies_of_structure(structure: Any, s: int, state: Vector) -> tuple[float, float]:
         """Return the energies, J."""
-        layout, now, then = structure.layout, structure.layout[s], structure.layout[s + 1]
+        now, then = structure.layout[s], structure.layout[s + 1]
         middle = now[0] + structure.sizes[s]
         kinetic = quadratic_form(structure.mass[now[3] : then[3]], state[middle : then[0]])
         return kinetic, quadratic_form(structure.stiffness[now[2] : then[2]], state[now[0] : middle])
@@ -258,15 +258,18 @@ def joined_coupled(parts: list[Coupled], rows: list[Any], contacts: int) -> Coup
     """Return several coupled structures as one piece; rows: the contact of each row of each part."""
     steps = np.array([part.layout[1] for part in parts])
     layout = np.concatenate([np.zeros((1, 4), dtype=np.int64), steps.cumsum(axis=0)])
-    wide = [np.zeros((contacts, int(layout[-1, 0]))) for _ in range(3)]
+    response, contact, rate = (np.zeros((contacts, int(layout[-1, 0]))) for _ in range(3))
     for part, now, then, seats in zip(parts, layout[:-1], layout[1:], rows, strict=True):
         for row, seat in enumerate(seats):
             if seat >= 0:
-                for target, source in zip(wide, (part.response, part.contact, part.rate), strict=True):
+                for target, source in ((response, part.response), (contact, part.contact), (rate, part.rate)):
                     target[seat, now[0] : then[0]] = source[row]
-    flat = [np.concatenate([getattr(part, name) for part in parts]) for name in ("transition", "stiffness", "mass")]
+    transition, stiffness, mass = [
+        np.concatenate([getattr(part, name) for part in parts]) for name in ("transition", "stiffness", "mass")
+    ]
     damping = parts[0].damping if len(parts) == 1 else np.zeros(0)
-    return Coupled(flat[0], *wide, flat[1], flat[2], damping, layout, np.concatenate([part.sizes for part in parts]))
+    sizes = np.concatenate([part.sizes for part in parts])
+    return Coupled(transition, response, contact, rate, stiffness, mass, damping, layout, sizes)
 
 
 def joined(parts: list[Any], rows: list[Any], contacts: int) -> Any:

@@ -11,7 +11,7 @@ from numba.extending import overload
 
 Function = Callable[..., Any]
 
-OPTIONS = {"_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+OPTIONS: Any = {"_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 
 def by_type(default: Function | None = None, small: bool = True) -> Callable[[Function], Function]:
@@ -66,7 +66,7 @@ def by_type(default: Function | None = None, small: bool = True) -> Callable[[Fu
         call.__name__, call.__doc__, call.__module__ = name, function.__doc__, function.__module__
         call.__signature__ = choose.__signature__ = parameters  # type: ignore[attr-defined]
         # Not strict: annotations of a user's functions need not be ours.
-        overload(call, {**OPTIONS, "forceinline": small}, strict=False, target="generic")(choose)  # type: ignore[arg-type]
+        overload(call, OPTIONS | {"forceinline": small}, strict=False, target="generic")(choose)
         return call
 
     return decorate
