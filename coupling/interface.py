@@ -254,6 +254,20 @@ class Interface:
             memory,
         )
 
+    def read(self, states: Sequence[Any]) -> Vector:
+        """The displacements of the contacts in states of Structures, m."""
+        surface = np.empty(self.size)
+        for number, (structure, state) in enumerate(zip(self.structures, states, strict=True)):
+            self._seated(surface, number, structure.read(state))
+        return surface
+
+    def pushed(self, free: Sequence[Any], force: Vector, length: float) -> tuple[Any, ...]:
+        """The states of Structures at the end of a substep, from those without force and the mean forces."""
+        return tuple(
+            structure.pushed(state, self.at(number, force), length)
+            for number, (structure, state) in enumerate(zip(self.structures, free, strict=True))
+        )
+
     def compliance(self, length: float) -> Vector:
         """The displacement of each contact at the end for 1 N of mean force at each contact, m/N, K × K."""
         whole_matrix = np.zeros((self.size, self.size))

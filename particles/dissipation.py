@@ -8,7 +8,7 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from inspect import getattr_static
 from math import cos, cosh
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -89,12 +89,12 @@ class Dissipation(ABC):
 
 def kernel_loss(loss: Dissipation, mass: Vector, present: Vector) -> Any:
     """The loss as a piece of the compiled loops. present: whether there is a contact, for each of the masses."""
-    coefficients = coefficients_of(loss, mass)
-    if loss.piece is Drag:
+    coefficients, piece = coefficients_of(loss, mass), cast(Any, loss.piece)
+    if piece is Drag:
         return Drag(coefficients)
-    if loss.piece is BodyLoss:
+    if piece is BodyLoss:
         return BodyLoss(coefficients, loss.exponent, present.astype(float))
-    return loss.piece(np.where(present, coefficients, 0.0), *(getattr(loss, name) for name in loss.piece._fields[1:]))
+    return piece(np.where(present, coefficients, 0.0), *(getattr(loss, name) for name in piece._fields[1:]))
 
 
 def coefficients_of(loss: Dissipation, mass: Vector) -> Vector:

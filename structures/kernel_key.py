@@ -41,7 +41,7 @@ def pieces_in(kind: Any) -> Iterator[Any]:
     if isinstance(kind, types.BaseNamedTuple):
         yield kind.instance_class
     if isinstance(kind, tuple | types.BaseTuple):
-        for one in kind:
+        for one in kind:  # type: ignore[union-attr]
             yield from pieces_in(one)
 
 
