@@ -2,6 +2,8 @@
 
 from typing import Any, NamedTuple
 
+from numba.core.errors import NumbaError
+
 from coupling.engine import Engine, StructureWindows, non_finite
 from coupling.interface import Interface
 from coupling.participant import BlackBox
@@ -14,6 +16,7 @@ from coupling.schemes.scheme import Scheme
 from coupling.schemes.windows import Adaptive, Windows
 from coupling.state import CoupledState, NotConverged
 from particles.kernels.chain import first_bad_body
+from structures.kernels.pieces import check_compiled
 
 LARGEST_GAIN = 0.01
 """Part of the impact energy that a passive participant may have given back beyond what it received."""
@@ -54,7 +57,13 @@ class Work(NamedTuple):
 
     def do(self) -> None:
         """Fill the frames. Raises NotConverged, FloatingPointError and ValueError."""
-        (run_compiled if self.compiled else run_windows)(self)
+        try:
+            (run_compiled if self.compiled else run_windows)(self)
+        except NumbaError:
+            for chain in self.interface.chains:
+                check_compiled(chain.model.law, ("force", "slope", "energy"), 1)
+                check_compiled(chain.model.loss, ("force_with_loss",), 4)
+            raise
 
 
 def is_compiled(interface: Interface, scheme: Scheme) -> bool:

@@ -3,10 +3,12 @@
 A run compiles the functions of its own pieces only, for the CPU and, with the extra `gpu`, for a GPU.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from inspect import signature
 from typing import Any
 
+from numba import float64, int64, njit, typeof
+from numba.core.errors import NumbaError
 from numba.extending import overload
 
 Function = Callable[..., Any]
@@ -102,3 +104,21 @@ def for_each(function: Function) -> Function:
 
     overload(each, target="generic", jit_options=OPTIONS)(choose)
     return each
+
+
+def check_compiled(piece: Any, names: Sequence[str], numbers: int) -> None:
+    """Compile the functions of a piece alone, and of pieces in it; raise a ValueError that names the one that fails.
+
+    numbers: how many follow the piece and the number of a contact.
+    """
+    for field in piece:
+        if hasattr(field, "_fields"):
+            check_compiled(field, names, numbers)
+    for name in names:
+        function = getattr(getattr(piece, name, None), "py_func", getattr(piece, name, None))
+        try:
+            if function is not None:
+                njit(function).compile((typeof(piece), int64, *[float64] * numbers))
+        except NumbaError as error:
+            reason = [line.strip() for line in str(error).splitlines() if line.strip()][1:2]
+            raise ValueError(f"{type(piece).__name__}.{name}: Numba cannot compile it: {' '.join(reason)}") from None

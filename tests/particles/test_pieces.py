@@ -1,7 +1,7 @@
 """Pieces of the compiled loops, called from Python: closed formulas, and laws and losses of a user's own."""
 
 from dataclasses import dataclass
-from math import pi, sqrt
+from math import fsum, pi, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -311,3 +311,9 @@ def test_a_piece_that_is_no_loss_is_named(members: dict[str, Any], message: str)
     loss = type("Own", (Saturating,), members)(5.0, members.get("scale", 1.0))
     with pytest.raises(ValueError, match=message):
         hl.CoSimulation(hl.Chain([STEEL] * 3, STEEL, 0.3, dissipation=loss), None).run(1e-5)
+
+
+def test_a_piece_that_numba_cannot_compile_is_named() -> None:
+    law = wrong_law(force=lambda law, i, d: fsum([law.stiffness[i] * d**2]) if d > 0.0 else 0.0)
+    with pytest.raises(ValueError, match=r"^Cut\.force: Numba cannot compile it: \S.*$"):
+        hl.CoSimulation(hl.Chain([STEEL] * 3, STEEL, 0.3, law=law), None).run(1e-5)
