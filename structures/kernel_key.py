@@ -39,7 +39,7 @@ def key_of(signature: Any) -> str | None:
 def pieces_in(kind: Any) -> Iterator[Any]:
     """Return the classes of all pieces in a type, or in a tuple of types."""
     if isinstance(kind, types.BaseNamedTuple):
-        yield kind.instance_class
+        yield kind.instance_class  # type: ignore[attr-defined]
     if isinstance(kind, tuple | types.BaseTuple):
         for one in kind:  # type: ignore[union-attr]
             yield from pieces_in(one)
