@@ -17,9 +17,13 @@ from pathlib import Path
 from tempfile import mkdtemp
 from typing import Any
 
-import numba
-from numba.core import event
-from numba.core.caching import FunctionCache, IndexDataCacheFile
+try:
+    import numba
+    from numba.core import event
+    from numba.core.caching import FunctionCache, IndexDataCacheFile
+except ValueError as error:
+    switches = ", ".join(f"{name}={value}" for name, value in os.environ.items() if name.startswith("NUMBA_"))
+    raise ImportError(f"Numba does not start with {switches or 'this environment'} ({error}); unset it") from error
 
 log = logging.getLogger("hertzlink.kernels")
 
