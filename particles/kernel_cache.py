@@ -125,7 +125,7 @@ class CheckedFile(IndexDataCacheFile):  # type: ignore[misc]
 def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     """Numba's decorator, whose kernels are kept in files with a checksum."""
 
-    if numba.config.DISABLE_JIT:
+    if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
         raise ImportError("hertzlink's kernels must be compiled, and NUMBA_DISABLE_JIT forbids it: unset it")
 
     def compiled(function: Callable[..., Any]) -> Any:

@@ -253,7 +253,7 @@ def best_sensors(
     }
     for k, name in enumerate(named):
         data[name] = "rank", [row[2][k] for row in rows]
-    return xr.Dataset(data, {"rank": np.arange(1, len(rows) + 1)}, as_attribute(messages))
+    return xr.Dataset(data, {"rank": np.arange(1, len(rows) + 1)}, as_attribute([*messages]))
 
 
 def _with(build: Callable[..., CoSimulation], fixed: Mapping[str, Any]) -> Callable[..., CoSimulation]:
