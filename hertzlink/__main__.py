@@ -10,6 +10,9 @@ THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS")
 
 STREAMS = ("stdin", "stdout", "stderr")
 
+WRONG = 2
+"""Exit code where hertzlink cannot be loaded, as for wrong input."""
+
 STOPPED = 130
 """Exit code after Ctrl-C."""
 
@@ -32,6 +35,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         print("hertzlink: stopped; nothing was written", file=sys.stderr)  # noqa: T201
         sys.exit(STOPPED)
+    except ImportError as error:
+        print(f"hertzlink: {error}", file=sys.stderr)  # noqa: T201
+        sys.exit(WRONG)
     cli.main(arguments)
 
 

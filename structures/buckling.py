@@ -16,6 +16,9 @@ LEAST, MOST = 1e-6, 1e6
 PRECISION = 1e-6
 """Relative error of a factor that is found by halving."""
 
+RESOLVED = 1e-10
+"""Part of the strongest eigenvalue, of tension, below which rounding leaves fewer than six digits of another one."""
+
 RIGID = 1e-13
 """Energy of a motion over that of its parts, below which nothing bends: rounding leaves 6e-16 or less, and a beam of
 240 elements that buckles has 1e-10."""
@@ -47,6 +50,7 @@ def buckling_factor(mass: Any, stiffness: Any, more: Any, ground: float) -> floa
     start = np.random.default_rng(0).normal(size=base.shape[0])
     try:
         values, modes = eigsh(opposite, 1, M=base, Minv=solve, which="LA", v0=start)
+        strongest = eigsh(opposite, 1, M=base, Minv=solve, which="LM", v0=start, tol=0.01, return_eigenvectors=False)
     except ArpackNoConvergence:
         # Tension in one direction stiffens by orders more than the little compression in another one softens.
         return _by_pivots(base, opposite)
@@ -54,6 +58,9 @@ def buckling_factor(mass: Any, stiffness: Any, more: Any, ground: float) -> floa
         # Earlier versions of ARPACK fail where one motion is softer than all others by ten orders: one that only the
         # weak ground holds.
         return 0.0
+    rounding = RESOLVED * abs(float(strongest[0]))
+    if values[0] < rounding and rounding > 1.0 / MOST:
+        return _by_pivots(base, opposite)
     if values[0] <= 0.0:
         return inf
     mode = modes[:, 0]

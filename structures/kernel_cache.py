@@ -17,10 +17,14 @@ from pathlib import Path
 from tempfile import mkdtemp
 from typing import Any
 
-import numba
-from numba.core import event
-from numba.core.caching import FunctionCache, IndexDataCacheFile
-from numba.core.registry import CPUDispatcher
+try:
+    import numba
+    from numba.core import event
+    from numba.core.caching import FunctionCache, IndexDataCacheFile
+    from numba.core.registry import CPUDispatcher
+except ValueError as error:
+    switches = ", ".join(f"{name}={value}" for name, value in os.environ.items() if name.startswith("NUMBA_"))
+    raise ImportError(f"Numba does not start with {switches or 'this environment'} ({error}); unset it") from error
 
 from structures.kernel_key import OURS, key_of
 

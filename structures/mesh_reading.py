@@ -198,9 +198,9 @@ def tagged_facets(source: Any, mesh: Any, number: Numbers, kinds: Mapping[str, i
         facets = found[members]
         groups[tag] = np.unique(facets[facets >= 0])
         if (facets < 0).any():
-            left[tag] = (
-                f"{(facets < 0).sum()} of its {facets.size} facets lie inside the mesh or on no cell, and are left"
-            )
+            # Of a quadrilateral that was split there are two.
+            inside = (facets < 0).any(axis=1)
+            left[tag] = f"{inside.sum()} of its {inside.size} facets lie inside the mesh or on no cell, and are left"
     for tag, members in source.point_sets.items():
         if tag in groups:
             continue

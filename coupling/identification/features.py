@@ -5,6 +5,7 @@ import xarray as xr
 
 from coupling.identification.misfit import Measured, Misfit, Point
 from coupling.identification.prediction import Curves, Prediction
+from coupling.results.sensor import bridged, noise_level
 from structures.checks import count_of
 from structures.structure import Vector
 
@@ -33,9 +34,11 @@ class Features(Misfit):
     def __init__(self, prediction: Prediction, measured: Measured, until: float) -> None:
         super().__init__(prediction, measured, [], until)
         sensors = measured.sensors
-        self._noise = measured.noise / np.nanmax(abs(measured.force), axis=-1)
+        peaks = np.nanmax(abs(measured.force), axis=-1)
+        self._noise = measured.noise / peaks
+        self._seen = np.array([noise_level(bridged(force)) for force in measured.force]) / peaks
         here = prediction.waves(measured.time, measured.force, sensors)
-        scattered = self._scattered(measured.time, measured.force, FEW_DRAWS)
+        scattered = self._scattered(measured.time, measured.force, FEW_DRAWS, self._noise)
         usual = np.isfinite(here) & (np.isfinite(scattered).mean(axis=0) > USUAL)
         # Waves that return after the end of the prediction are not compared.
         moving = prediction.first.chain
@@ -57,10 +60,10 @@ class Features(Misfit):
         self.known, self.bias = here[usual], np.zeros(int(usual.sum()))
         self.spread = self._spread(scattered)
 
-    def _scattered(self, time: Vector, forces: Vector, number: int) -> Vector:
-        """Waves of traces with noise in parts of their peaks: draws × values."""
+    def _scattered(self, time: Vector, forces: Vector, number: int, noise: Vector) -> Vector:
+        """Waves of traces with noise, in parts of their peaks: draws × values."""
         random = np.random.default_rng(SEED)
-        size = (self._noise * np.nanmax(abs(forces), axis=-1))[:, None]
+        size = (noise * np.nanmax(abs(forces), axis=-1))[:, None]
         draws = [forces + size * random.normal(size=forces.shape) for _ in range(number)]
         return np.array([self.prediction.waves(time, draw, self.measured.sensors) for draw in draws])
 
@@ -69,15 +72,22 @@ class Features(Misfit):
         return found
 
     def refresh(self, p: Vector, final: bool = True) -> None:
-        """Noise makes peaks too high on average, and the reader smooths what is noisy: by how much, near p."""
+        """Noise makes peaks too high on average, and the reader smooths what is noisy: by how much, near p.
+
+        The reader smooths by the noise that it sees in the signal, so that is the noise of the bias, whatever was
+        stated: a signal without noise is read without bias.
+        """
         traces = self._traces(p)
         clean = self._clean(traces) if np.isfinite(traces).all() else np.array([np.nan])
         if not np.isfinite(clean).all():
             return
-        scattered = self._scattered(*self._sampled(traces), DRAWS if final else FEW_DRAWS)
-        if np.isfinite(scattered[:, self.usable]).mean(axis=0).min() > USUAL:
-            self.bias = np.nanmean(scattered[:, self.usable], axis=0) - clean
-            self.spread = self._spread(scattered)
+        seen, stated = (
+            self._scattered(*self._sampled(traces), DRAWS if final else FEW_DRAWS, noise)
+            for noise in (self._seen, self._noise)
+        )
+        if min(np.isfinite(draws[:, self.usable]).mean(axis=0).min() for draws in (seen, stated)) > USUAL:
+            self.bias = np.nanmean(seen[:, self.usable], axis=0) - clean
+            self.spread = self._spread(stated)
 
     def is_numerical(self, residual: Vector) -> bool:
         """The scatter of features is known, and never that small."""

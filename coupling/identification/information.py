@@ -16,6 +16,8 @@ from coupling.identification.identify import COMPARE, nuisances_of
 from coupling.identification.misfit import GAIN, TIME_ZERO, Measured, Misfit
 from coupling.identification.prediction import Prediction, Range, check_samples, usual_length
 from coupling.identification.search import inverse
+from coupling.results.findings import as_attribute
+from structures.caution import caution
 from structures.checks import finite, listed, one_of, positive, short, whole
 from structures.html_table import html_table
 from structures.one_thread import one_thread
@@ -131,6 +133,11 @@ def information(
     ValueError
         For values that are zero, unknowns that the builder does not take, and sensors that are not in the chain.
 
+    Warns
+    -----
+    HertzlinkWarning
+        Of what its runs warn of, such as a contact beyond yield; `best_sensors` does, too.
+
     References
     ----------
     Kay, Fundamentals of Statistical Signal Processing: Estimation Theory (1993), equation 3.31.
@@ -148,7 +155,10 @@ def information(
     """
     one_of("compare", compare, COMPARE)
     design = Design(build, values, sensors, until, nuisances, positive("noise", noise), sample_every)
-    return design.features() if compare == "features" else design.waveform()
+    known = design.features() if compare == "features" else design.waveform()
+    for message in design.prediction.warnings:
+        caution(message)
+    return known
 
 
 @one_thread
@@ -214,7 +224,7 @@ def best_sensors(
         name: listed(f"choices[{name!r}]", given, object, "one value or more")
         for name, given in (choices or {}).items()
     }
-    rows = list[tuple[float, str, tuple[Any, ...]]]()
+    rows, messages = list[tuple[float, str, tuple[Any, ...]]](), dict[str, None]()
     size = whole("count", count)
     given = None if candidates is None else listed("candidates", candidates, object, "one bead number or more")
     given = None if given is None else [whole("candidates", n) for n in given]
@@ -232,6 +242,9 @@ def best_sensors(
         design = Design(builder, values, beads, until, nuisances, positive("noise", noise), sample_every)
         for sensors, bound in design.of_sets(unknown, size).items():
             rows.append((bound, ", ".join(map(str, sensors)), chosen))
+        messages.update(dict.fromkeys(design.prediction.warnings))
+    for message in messages:
+        caution(message)
     rows.sort(key=lambda row: row[0])
     data: dict[str, Any] = {
         "bound": ("rank", [row[0] for row in rows]),
@@ -240,7 +253,7 @@ def best_sensors(
     }
     for k, name in enumerate(named):
         data[name] = "rank", [row[2][k] for row in rows]
-    return xr.Dataset(data, {"rank": np.arange(1, len(rows) + 1)})
+    return xr.Dataset(data, {"rank": np.arange(1, len(rows) + 1)}, as_attribute([*messages]))
 
 
 def _with(build: Callable[..., CoSimulation], fixed: Mapping[str, Any]) -> Callable[..., CoSimulation]:

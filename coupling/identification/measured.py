@@ -14,7 +14,8 @@ from structures.checks import count_of, instance, listed, positive, whole
 from structures.structure import Vector
 
 LEAD = 0.05
-"""The quiet lead ends where the force first exceeds this part of its peak, less a margin."""
+"""The quiet lead ends where the force first exceeds this part of its peak, less a margin of twice the time from there
+to half the peak: a wave begins slowly, at any rate of sampling."""
 
 FEWEST_OF_LEAD = 50
 """Samples of a lead that its standard deviation is taken of: 10 % exact."""
@@ -80,10 +81,11 @@ def estimated(force: Vector) -> float:
     """
     known = force[np.isfinite(force)]
     peak = float(abs(known).max())
-    first = int(np.argmax(abs(known - np.median(known[:FEWEST_OF_LEAD])) > LEAD * peak + 5.0 * _rough(known)))
-    white = _rough(known)
-    if first >= 2 * FEWEST_OF_LEAD:
-        lead = known[: first - FEWEST_OF_LEAD // 2]
+    white, rise = _rough(known), abs(known - np.median(known[:FEWEST_OF_LEAD]))
+    first = int(np.argmax(rise > LEAD * peak + 5.0 * white))
+    margin = max(FEWEST_OF_LEAD // 2, 2 * (int(np.argmax(rise > 0.5 * peak)) - first))
+    if first >= margin + 3 * FEWEST_OF_LEAD // 2:
+        lead = known[: first - margin]
         slow = float(lead.std(ddof=1))
         if slow > white * (1.0 + COLOURED / np.sqrt(lead.size)):
             return slow

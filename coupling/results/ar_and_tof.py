@@ -249,7 +249,7 @@ def wave_speed(run: xr.Dataset, first: int, second: int) -> float:
     if first == second:
         raise ValueError(f"second = {second!r}: must be another sensor than first")
     reading = Reading(run)
-    arrivals = [_first_arrival(reading, one) for one in (first, second)]
+    arrivals = [_first_arrival(reading, one, name) for name, one in (("first", first), ("second", second))]
     if np.isnan(arrivals).any():
         return float("nan")
     return (reading.position(second) - reading.position(first)) / (arrivals[1] - arrivals[0])
@@ -277,12 +277,13 @@ def _over_axes(run: xr.Dataset, sensor: int, wave: str, what: str, units: str, l
     return result
 
 
-def _first_arrival(reading: Reading, sensor: int) -> float:
+def _first_arrival(reading: Reading, sensor: int, name: str) -> float:
     """When the incident wave of one run or signal is at a sensor, s; NaN if it did not pass."""
     if reading.is_signal:
-        incident = _of_signal(reading.time, _one(measured(reading, sensor)), SMALLEST_WAVE, (0,), sensor)[0]
+        force = _one(measured(reading, sensor, name))
+        incident = _of_signal(reading.time, force, SMALLEST_WAVE, (0,), sensor)[0]
         return float("nan") if incident is None else incident.arrival
-    series = series_of(reading, sensor)
+    series = series_of(reading, sensor, name)
     if series.axes:
         raise ValueError(_several(series.axes[0]))
     return float(find_waves(reading.time, series, SMALLEST_WAVE, 1).arrival[0, 0])

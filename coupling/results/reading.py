@@ -90,10 +90,10 @@ class Reading:
         above, below = (dynamic.sel(contact=n).reset_coords(drop=True) for n in (number, number + 1))
         return above, below
 
-    def checked_sensor(self, sensor: int) -> int:
+    def checked_sensor(self, sensor: int, name: str = "sensor") -> int:
         """The number of a bead whose two contacts are held, or a ValueError; warns as `contact_pair`."""
         self._check_forces()
-        number = whole("sensor", sensor)
+        number = whole(name, sensor)
         if not {number, number + 1} <= self.kept:
             beads = max(self.kept, default=0) - 1
             if beads < 1 or len(self.kept) < 2:
@@ -101,18 +101,18 @@ class Reading:
             whole_beads = [n for n in sorted(self.kept) if n > 0 and n + 1 in self.kept]
             if len(whole_beads) < beads:
                 raise ValueError(
-                    f"sensor = {sensor!r}: was not kept; must be one of {', '.join(map(str, whole_beads))}"
+                    f"{name} = {sensor!r}: was not kept; must be one of {', '.join(map(str, whole_beads))}"
                 )
-            raise ValueError(f"sensor = {sensor!r}: must be a bead from 1 to {beads}, counted from the struck end")
+            raise ValueError(f"{name} = {sensor!r}: must be a bead from 1 to {beads}, counted from the struck end")
         self._warn_of_shorter_chains(number)
         return number
 
-    def measured_sensor(self, sensor: int) -> int:
+    def measured_sensor(self, sensor: int, name: str = "sensor") -> int:
         """The number of a sensor of a signal, or a ValueError."""
-        number = whole("sensor", sensor)
+        number = whole(name, sensor)
         known = self.data.sensor.values.tolist()
         if number not in known:
-            raise ValueError(f"sensor = {sensor!r}: must be one that was measured: {', '.join(map(str, known))}")
+            raise ValueError(f"{name} = {sensor!r}: must be one that was measured: {', '.join(map(str, known))}")
         return number
 
     def position(self, sensor: int) -> float:

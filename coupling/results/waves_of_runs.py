@@ -92,14 +92,14 @@ def why_missing(
     return reason, needed
 
 
-def series_of(reading: Reading, sensor: int) -> Series:
-    """What shows the waves over a bead of a run, a sweep or a batch, in plain arrays."""
-    number = reading.checked_sensor(sensor)
+def series_of(reading: Reading, sensor: int, name: str = "sensor") -> Series:
+    """What shows the waves over a bead of a run, a sweep or a batch, in plain arrays. name: the user's, of the bead."""
+    number = reading.checked_sensor(sensor, name)
     reading.check_holds(("contact_force", "velocity"))
     variables = reading.data.variables
     contacts, beads = (variables[name].values.tolist() for name in ("contact", "bead"))
     if number not in beads:
-        raise ValueError(f"sensor = {sensor!r}: must be a bead that was kept: {', '.join(map(str, beads))}")
+        raise ValueError(f"{name} = {sensor!r}: must be a bead that was kept: {', '.join(map(str, beads))}")
     rows = [contacts.index(one) for one in takewhile(reading.kept.__contains__, count(number))]
     axes = [str(axis) for axis in variables["contact_force"].dims if axis not in ("time", "contact")]
     series = (
@@ -132,7 +132,8 @@ def _plain(values: xr.Variable, axes: list[str], own: dict[str, Any]) -> Vector:
     return np.asarray(array.reshape(-1, *array.shape[array.ndim - len(own) :]))
 
 
-def measured(reading: Reading, sensor: int) -> xr.DataArray:
+def measured(reading: Reading, sensor: int, name: str = "sensor") -> xr.DataArray:
     """The force at a sensor of a signal, N."""
-    force: xr.DataArray = reading.data.sensor_force.sel(sensor=reading.measured_sensor(sensor)).reset_coords(drop=True)
+    number = reading.measured_sensor(sensor, name)
+    force: xr.DataArray = reading.data.sensor_force.sel(sensor=number).reset_coords(drop=True)
     return force

@@ -128,9 +128,10 @@ def _deviation(shell: Shell, part: float) -> float:
     def build(level: float, modulus: float, impact_speed: float) -> CoSimulation:
         return shell.tapped(made(shell.near * (1.0 + part * (level - 1.0)), modulus), impact_speed)
 
-    known = information(
-        build, NOISE, sensors=[SENSOR], until=shell.until, level=1.0, modulus=1.0, impact_speed=IMPACT_SPEED
-    )
+    with collected():  # as above
+        known = information(
+            build, NOISE, sensors=[SENSOR], until=shell.until, level=1.0, modulus=1.0, impact_speed=IMPACT_SPEED
+        )
     return float(known.bounds["level"] * shell.near * part)
 
 

@@ -182,9 +182,10 @@ def _deviation(body: Body, at: Callable[[float, float, float], CoSimulation], pa
     def build(level: float, bending: float, impact_speed: float) -> CoSimulation:
         return at(body.near * (1.0 + part * (level - 1.0)), bending, impact_speed)
 
-    known = information(
-        build, NOISE, sensors=[SENSOR], until=body.until, level=1.0, bending=1.0, impact_speed=IMPACT_SPEED
-    )
+    with collected():  # as above
+        known = information(
+            build, NOISE, sensors=[SENSOR], until=body.until, level=1.0, bending=1.0, impact_speed=IMPACT_SPEED
+        )
     return float(known.bounds["level"] * body.near * part)
 
 

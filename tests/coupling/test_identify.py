@@ -291,6 +291,13 @@ def test_noise_is_estimated_to_some_per_cent() -> None:
     assert estimated(pulse + hum + random.normal(0.0, 0.05, 1000)) == pytest.approx(0.5, rel=0.15)
 
 
+@pytest.mark.parametrize("samples", [1_000, 10_000, 100_000])
+def test_noise_is_not_that_of_the_foot_of_a_wave(samples: int) -> None:
+    """A solitary wave begins slowly: at many samples a microsecond its foot was taken for noise of the quiet lead."""
+    time = np.linspace(0.0, 1e-3, samples)
+    assert estimated(np.cosh((time - 5e-4) / 8e-6) ** -4) < 2e-4
+
+
 def test_a_high_pass_loses_charge_as_its_time_constant_says() -> None:
     """A step decays as e^(−t/τ)."""
     time = 1e-6 * np.arange(1000)
@@ -542,6 +549,18 @@ def test_amplitude_ratio_and_time_of_flight_alone_contain_the_truth(draws: int) 
     assert [str(name) for name in found.data.feature.values][:2] == ["primary AR at bead 3", "primary TOF at bead 3"]
     known = hl.information(wall, sensors=[3, 7], until=LONGER, compare="features", modulus=3e9)
     assert 0.5 < found["modulus"].error / 1.96 / known.bounds["modulus"] < 2.0
+
+
+@pytest.mark.parametrize("stated", [None, 0.3])
+def test_features_of_a_signal_without_noise_are_read_without_bias(stated: float | None) -> None:
+    """Whatever noise is stated: the reader does not smooth, so the prediction is not biased as if it did."""
+    signal = tap(wall(3e9), (3, 7), noise=0.0, until=LONGER)
+    found = hl.identify(signal, wall, until=LONGER, guess={"modulus": 3.1e9}, compare="features", noise=stated,
+                        modulus=(1e9, 2e10))  # fmt: skip
+    low, high = found["modulus"].interval
+    assert low <= 3e9 <= high
+    assert found.explained
+    assert found["modulus"].value == pytest.approx(3e9, rel=1e-3)
 
 
 def test_features_of_a_compressed_chain_are_those_of_the_reflected_wave() -> None:

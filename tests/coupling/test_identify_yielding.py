@@ -53,6 +53,14 @@ def test_nothing_is_said_of_yield_where_the_best_fit_does_not() -> None:
     assert not [one for one in found.warnings if "yield" in one]
 
 
+def test_the_design_of_a_test_warns_of_a_wall_that_yields() -> None:
+    with pytest.warns(hl.HertzlinkWarning, match="yield: contact 11 presses .* AR at bead 5 would be about"):
+        known = hl.information(on_wall, sensors=[4], until=4e-4, modulus=60e9)
+    with pytest.warns(hl.HertzlinkWarning, match="yield: contact 11 presses"):
+        ranking = hl.best_sensors(on_wall, "modulus", candidates=[4], until=4e-4, modulus=60e9)
+    assert ranking.attrs["warnings"] == "\n".join(one for one in known.warnings if one.startswith("yield: "))
+
+
 @pytest.mark.thorough
 def test_an_edge_that_an_elastic_model_sees_too_far_away() -> None:
     """4.1 mm of aluminium, 24 mm from its edge; an elastic model finds 32 mm."""

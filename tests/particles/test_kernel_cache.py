@@ -319,10 +319,20 @@ def test_a_plain_run_compiles_no_other_integrator(processes: list[subprocess.Com
     assert processes[0].stdout.splitlines() == ["['advance', 'contact_forces']"]
 
 
-def test_without_compilation() -> None:
-    """Numba's switch for debugging gives one sentence; it ended in an AttributeError of Numba's."""
-    done = subprocess.run(
-        [sys.executable, "-c", "import particles.kernels.chain"],
-        env={**os.environ, "NUMBA_DISABLE_JIT": "1"}, capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert "NUMBA_DISABLE_JIT forbids it: unset it" in done.stderr.splitlines()[-1]
+@pytest.mark.parametrize(
+    ("name", "value", "said"),
+    [
+        ("NUMBA_DISABLE_JIT", "1", "NUMBA_DISABLE_JIT forbids it: unset it"),
+        ("NUMBA_NUM_THREADS", "0", "Numba does not start with "),
+    ],
+)
+def test_an_environment_in_which_numba_does_not_start(name: str, value: str, said: str) -> None:
+    """Variables of Numba give one sentence, at the command line nothing else; they ended in errors of Numba's."""
+    for command in (["-c", "import particles.kernels.chain"], ["-m", "hertzlink", "info"]):
+        done = subprocess.run(
+            [sys.executable, *command], env={**os.environ, name: value}, capture_output=True, text=True, check=False
+        )
+        *before, last = done.stderr.splitlines()
+        assert said in last
+    assert not before
+    assert done.returncode == 2

@@ -228,6 +228,15 @@ def test_a_factor_by_halving(softer: float, factor: float) -> None:
     assert buckling._by_pivots(sparse.eye_array(40), softened) == pytest.approx(factor, rel=2e-6)
 
 
+@pytest.mark.parametrize("compressed", [5, 20])
+@pytest.mark.parametrize("tension", [1.0, 1e6, 1e9])
+def test_a_factor_where_tension_is_stronger_by_far(compressed: int, tension: float) -> None:
+    """Diagonal matrices; Lanczos iterations lost the compression in the rounding of the tension without an error."""
+    unit, pulled = sparse.eye_array(compressed + 20), tension * np.linspace(0.1, 1.0, 20)
+    softened = sparse.diags_array(np.concatenate([-1e-3 * np.linspace(0.9, 1.0, compressed), pulled]))
+    assert buckling.buckling_factor(unit, unit, softened, 1e-12) == pytest.approx(1e3, rel=1e-5)
+
+
 def test_a_plate_in_tension_with_a_little_shear() -> None:
     loads = [hl.laminates.Prestress(1e6, -1e3, 10.0)]
     sides = hl.Supports(left="clamped")

@@ -619,6 +619,18 @@ def test_cells_of_several_types_are_split(kinds: Any) -> None:
     assert volume(found, found.cells.of("material", "first")) == pytest.approx(VOLUME / CELLS)
 
 
+@pytest.mark.parametrize("other", ["hexahedron", "wedge"])
+@pytest.mark.filterwarnings("ignore:mesh. .*are split")
+def test_facets_that_are_left_out_are_counted_once(other: str) -> None:
+    """Also where a quadrilateral becomes two triangles."""
+    mesh = in_kinds(["hexahedron", other, "hexahedron"])
+    bricks = BRICKS[np.isclose(POINTS[BRICKS[:, 0], 2], 0.0)]
+    mesh.cells[-1] = meshio.CellBlock("quad", np.concatenate([bricks[:, :4], bricks[:, 4:]]))
+    mesh.cell_sets = {"base": [[], [], [], np.arange(2 * FACETS)]}
+    with pytest.warns(hl.HertzlinkWarning, match="'base': 9 of its 18 facets lie inside"):
+        BodyMesh(mesh).facets.of("fixed", "base")
+
+
 def test_data_of_the_file_that_are_no_names() -> None:
     """VTK keeps anything there: three numbers, or a time."""
     mesh = cube()
