@@ -118,7 +118,7 @@ def check_compiled(piece: Any, names: Sequence[str], numbers: int) -> None:
         function = getattr(getattr(piece, name, None), "py_func", getattr(piece, name, None))
         try:
             if function is not None:
-                njit(function).compile((typeof(piece), int64, *[float64] * numbers))
+                njit(function).compile((typeof(piece), int64, *[float64] * numbers))  # type: ignore[no-untyped-call]
         except NumbaError as error:
             reason = [line.strip() for line in str(error).splitlines() if line.strip()][1:2]
             raise ValueError(f"{type(piece).__name__}.{name}: Numba cannot compile it: {' '.join(reason)}") from None
