@@ -93,6 +93,15 @@ IN_MODES: dict[str, tuple[Any, ...]] = {
     "a chain between two structures": (hl.Chain([BEAD] * 4, None, 0.3), LAYERED, WALL),
     "an unused contact": (SHORT[1], hl.ContactPoint(PAIR, 1)),
     "deformable beads": ([hl.DeformableChain([BEAD] * 3, BEAD, 0.3), SHORT[0]], [WALL, LAYERED]),
+    "chains of four kinds": (
+        [
+            hl.Chain([BEAD] * 3, BEAD, 0.3, law=hl.laws.PowerLaw(2e8, 1.3)),
+            hl.Chain([BEAD] * 4, BEAD, 0.4, law=hl.laws.Thornton(6e8)),
+            hl.Chain([BEAD] * 3, hl.PushedBead((0.0, 2e-5, 4e-5), (0.0, 20.0, 0.0)), dissipation=hl.Tsuji(0.1)),
+            hl.Chain([BEAD] * 5, BEAD, 0.2, integrator="rk4", gravity=9.81),
+        ],
+        [LAYERED, WALL, hl.rod(LAYERS, base="free"), hl.half_space(hl.PTFE)],
+    ),
     "Runge and Kutta": ([hl.Chain([BEAD] * 3, BEAD, 0.3, integrator="rk4"), SHORT[1]], [WALL, LAYERED]),
 }
 
@@ -101,9 +110,12 @@ IN_MODES: dict[str, tuple[Any, ...]] = {
     "how", [{}, {"waveform": "quadratic"}, {"window": hl.Adaptive(1e-4)}], ids=["", "quadratic", "adaptive"]
 )
 @pytest.mark.parametrize(
-    # Beads that deform are compiled anew, which takes 10 s.
+    # Both take long to compile.
     "name",
-    [pytest.param(name, marks=[pytest.mark.thorough] * (name == "deformable beads")) for name in IN_MODES],
+    [
+        pytest.param(name, marks=[pytest.mark.thorough] * (name in ("deformable beads", "chains of four kinds")))
+        for name in IN_MODES
+    ],
 )
 def test_any_number_of_chains_goes_through_the_compiled_loop(
     name: str, how: dict[str, Any], monkeypatch: pytest.MonkeyPatch
