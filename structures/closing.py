@@ -96,8 +96,9 @@ class Closing:
     Faces that meet lose the relative velocity of the masses that the mesh gives them, as in a plastic impact. The loss
     is never negative, and it vanishes as the mesh and the window are refined together. `ClosingState.lost` is its sum.
 
-    The displacement depends on the force in a nonlinear way, so a co-simulation iterates: by `Aitken()` unless another
-    scheme is given.
+    The displacement depends on the force in a nonlinear way. A co-simulation finds the force by `Condensed()` as for a
+    linear structure: a gap that closes only makes the structure stiffer, so Newton's method with its compliance
+    converges.
 
     References
     ----------

@@ -224,7 +224,7 @@ def test_what_a_batch_did_not_keep_is_not_measured() -> None:
         ({"measure": lambda: None}, "measure = .*: must be a function of a Dataset of runs"),
         ({"measure": lambda runs: runs.isel(run=[])}, "measure.runs.: has the dimensions"),
         ({"runs": [hl.CoSimulation(chain(), WALL)], "structure": WALL}, "structure: a CoSimulation has its own"),
-        ({"runs": [hl.CoSimulation(chain(), WALL, hl.Explicit())]}, "runs: holds .* a batch needs a scheme"),
+        ({"runs": [hl.CoSimulation(chain(), WALL, hl.Explicit())]}, "runs: holds .* a batch needs Condensed"),
         (
             {"runs": [hl.CoSimulation([chain(), chain()], [WALL, hl.half_space(hl.PTFE)])]},
             "runs: holds a CoSimulation of several",
