@@ -47,16 +47,14 @@ class Trace:
 
     def timed(self, part: str, work: Callable[..., Any]) -> Callable[..., Any]:
         """The same function, timed as a part of the run."""
-        self.seconds.setdefault(part, 0.0)
-        self.calls.setdefault(part, 0)
 
         def timed(*given: Any) -> Any:
             begin = perf_counter()
             try:
                 return work(*given)
             finally:
-                self.seconds[part] += perf_counter() - begin
-                self.calls[part] += 1
+                self.seconds[part] = self.seconds.get(part, 0.0) + perf_counter() - begin
+                self.calls[part] = self.calls.get(part, 0) + 1
 
         return timed
 
