@@ -121,6 +121,8 @@ class Verlet(NamedTuple):
         if first == 0:
             copy_limits(law, limits)
         front, source = front_of(chain, y, v), 0 if moves(drive) else 1
+        # A surface that comes back presses the last body before the wave is there.
+        front = last if min(wall, wall + steps * dt * rate) < 0.0 else front
         impulse, impulse_behind, driven = 0.0, 0.0, 0.0
         for step in range(steps + 1):
             kick, drift = dt if 0 < step < steps else 0.5 * dt, dt if step < steps else 0.0

@@ -210,6 +210,23 @@ def test_the_share_of_a_spring_behind_hertz_is_exact(softness: float, approach: 
     assert slope > 0.0
 
 
+@pytest.mark.parametrize("surface", [-2e-8, 0.0, 3e-7])
+def test_bodies_ahead_of_the_wave_are_left_out_only_where_nothing_moves_them(surface: float) -> None:
+    """Neither by the wave nor by a surface that comes back, which presses the last bead before the wave is there."""
+    fast, full = (hl.stepping.MovingChain(uniform(), hl.Surface(hl.STEEL_440C)) for _ in range(2))
+    assert fast.model.quiet
+    full.__dict__["model"] = full.model._replace(quiet=False)
+    state, other = fast.start(), full.start()
+    for k in range(8):
+        motion = k * surface, (k + 1) * surface
+        (state, force), (other, all_force) = fast.advance(state, motion, 1e-6), full.advance(other, motion, 1e-6)
+        assert force == all_force
+        assert np.array_equal(state.position, other.position)
+        assert np.array_equal(state.velocity, other.velocity)
+    assert (force > 0.0) == (surface < 0.0)
+    assert (state.velocity[-2] == 0.0) == (surface >= 0.0)
+
+
 def test_alike_beads_are_described_in_full() -> None:
     """Each stands in the input as what it is, in its place."""
     small, large = hl.Sphere(2e-3, hl.STEEL_316), hl.Sphere(6e-3, hl.PTFE)
