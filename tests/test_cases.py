@@ -783,6 +783,34 @@ def test_a_model_that_does_not_fit_is_identified_nowhere(
     assert ("not trusted" in shown) == ("best_fit.toml" in said) == (float(rows[1][5]) > 1.5) == (code == 3)
 
 
+def test_identify_by_amplitude_ratio_and_time_of_flight_alone(tmp_path: Path, command: Callable[..., str]) -> None:
+    """Its files hold what was compared: it ended in an AttributeError after the fit."""
+    text = (
+        template("wall")
+        .replace("beads = 20", "beads = 10")
+        .replace("1.5 ms", "0.8 ms")
+        .replace("sensor = 7", "sensor = 5")
+    )
+    asked = """
+        [identify]
+        sensors = { 5 = 1 }
+        unit = "N"
+        starts = 1
+        compare = "features"
+        unknowns = { "structure.material.youngs_modulus" = ["2 GPa", "5 GPa"] }
+    """
+    Path("wall.toml").write_text(text + asked.replace("        ", ""))
+    true = case_of(text).changed({"structure.material.youngs_modulus": "3 GPa"})
+    Path("tap.csv").write_text(trace(true, 0.002, 4, 0.0, {5: 1.0}).replace("(V)", ""))
+    said = command("identify", "wall.toml", "tap.csv")
+    _, low, high = intervals(tmp_path / "wall-found")["structure.material.youngs_modulus"]
+    assert low < 3e9 < high
+    assert "fit.csv, identified.toml" in said
+    head, *rows = Path("wall-found/fit.csv").read_text().splitlines()
+    assert head.endswith("measured,fitted")
+    assert [row.split(",")[0] for row in rows[:2]] == ["primary AR at bead 5", "primary TOF at bead 5"]
+
+
 @pytest.mark.thorough
 def test_identify_finds_an_edge_of_a_plate(tmp_path: Path, command: Callable[..., str]) -> None:
     """The shared case on a smaller plate: its thickness and the place of its contact, with three nuisances.

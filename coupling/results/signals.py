@@ -240,7 +240,7 @@ def _newtons(unit: str, calibration: float | Mapping[int, float] | None, sensors
     """Newtons for each sensor's unit."""
     if unit == "N":
         if calibration is not None:
-            raise ValueError(f"calibration = {calibration!r}: must be None where the unit is N")
+            raise ValueError(f"calibration = {calibration!r}: must be left out where the unit is N")
         return dict.fromkeys(sensors, 1.0)
     factors = {}
     for sensor in sensors:

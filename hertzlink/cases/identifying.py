@@ -89,18 +89,25 @@ def tables(question: Question, found: Identification, remarks: list[str]) -> tup
     notes = str(found).splitlines()[1 + len(found.unknowns) :]
     remarks = [fill(one, WIDTH, subsequent_indent="  ") for one in remarks]
     text = "\n".join([*lines, *notes, *remarks])
-    data = found.data
-    names = [f"{what} at bead {bead} (N)" for bead in data.sensor.values for what in ("measured", "fitted")]
-    columns = [data[what].sel(sensor=bead).values for bead in data.sensor.values for what in ("measured", "fitted")]
-    fit = np.column_stack([data.time.values, *columns]).tolist()
     values = {name: found[name].value for name in question.ranges}
     return text, {
         "unknowns.csv": csv_text(OF_UNKNOWNS, plain),
-        "fit.csv": csv_text(["time (s)", *names], fit),
+        "fit.csv": _fit(found.data),
         "identified.toml" if found.explained else "best_fit.toml": question.case.changed(
             texts(question, values)
         ).to_toml(),
     }
+
+
+def _fit(data: xr.Dataset) -> str:
+    """What was measured and what is fitted: traces, or values of AR and TOF."""
+    what = ("measured", "fitted")
+    if "feature" in data.dims:
+        rows = zip(data.feature.values, *(data[one].values for one in what), strict=True)
+        return csv_text(["AR, or TOF (s)", *what], [list(row) for row in rows])
+    names = [f"{one} at bead {bead} (N)" for bead in data.sensor.values for one in what]
+    columns = [data[one].sel(sensor=bead).values for bead in data.sensor.values for one in what]
+    return csv_text(["time (s)", *names], np.column_stack([data.time.values, *columns]).tolist())
 
 
 def simulation_of(question: Question, found: Identification) -> CoSimulation:
