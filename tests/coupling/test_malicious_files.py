@@ -140,11 +140,11 @@ def _shorter_chain(row: int, progress: Progress) -> tuple[int, Progress]:
     return row, ((y[:1], *rest), done)
 
 
-def _other_count(name: str, place: Any, value: float) -> Callable[[int, Progress], tuple[int, Progress]]:
+def _other_count(name: str, value: int) -> Callable[[int, Progress], tuple[int, Progress]]:
     """A number of the compiled loop's state is another."""
 
     def change(row: int, progress: Progress) -> tuple[int, Progress]:
-        getattr(progress[0], name)[place] = value
+        progress[0].totals[name] = value
         return row, progress
 
     return change
@@ -160,9 +160,9 @@ LEADS_ASTRAY = [
     (hl.Condensed(), lambda row, progress: (0, (progress[0], -9))),
     (hl.Condensed(), lambda row, progress: (10**9, progress)),
     (hl.Condensed(), lambda row, progress: (row, (progress[0], 10**9))),
-    (hl.Condensed(), _other_count("counts", 0, 10**9)),
-    (hl.Condensed(), _other_count("counts", 1, -(10**9))),
-    *[(hl.IQN_ILS(), _other_count("remembered", (0, 0), many)) for many in (1e7, 1e3, -1e7, 0.5, np.nan, np.inf)],
+    *[(hl.Condensed(), _other_count("remembered", many)) for many in (10**9, 4, -1)],
+    *[(hl.Condensed(), _other_count(name, -(10**9))) for name in ("tried", "windows")],
+    (hl.Condensed(), lambda row, progress: (row, (progress[0]._replace(totals=np.zeros(5)), *progress[1:]))),
     (hl.Explicit(), lambda row, progress: (row, (progress[0], 10**9, *progress[2:]))),
     (hl.Explicit(), _replaced(time=1j)),
     (hl.Explicit(), _replaced(piece=-1)),
