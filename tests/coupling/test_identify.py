@@ -281,6 +281,14 @@ def test_what_was_found_is_saved_and_read_back(tmp_path: Any) -> None:
     assert "<table>" in found._repr_html_()
 
 
+def test_a_time_constant_that_a_signal_does_not_show_lies_within_its_range() -> None:
+    """Its interval was 1e-18 to 1e25 ms."""
+    found = hl.identify(tap(wall(3e9)), wall, ["gain", "time_zero", "time_constant"], until=UNTIL,
+                        guess={"modulus": 3e9}, modulus=(2e9, 4.5e9))  # fmt: skip
+    low, high = found["time_constant"].interval
+    assert 1e-5 <= low < found["time_constant"].value <= high <= 10.0
+
+
 def test_noise_is_estimated_to_some_per_cent() -> None:
     random = np.random.default_rng(3)
     time = np.arange(1000.0)
