@@ -16,11 +16,13 @@ from scipy.signal import lfilter
 from threadpoolctl import threadpool_info, threadpool_limits
 
 import hertzlink as hl
+from coupling.identification import features
 from coupling.identification.identify import likely_runs
 from coupling.identification.intervals import independent_samples
 from coupling.identification.measured import estimated
 from coupling.identification.misfit import Measured, Misfit
 from coupling.identification.prediction import Curves, Prediction, Range, high_passed, range_of
+from coupling.results.sensor import noise_level
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 UNTIL, LEAD, STEP = 5e-4, 8e-5, 1e-6
@@ -569,6 +571,16 @@ def test_features_of_a_signal_without_noise_are_read_without_bias(stated: float 
     assert low <= 3e9 <= high
     assert found.explained
     assert found["modulus"].value == pytest.approx(3e9, rel=1e-3)
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.4, 0.8])
+def test_noise_of_features_has_the_memory_of_the_signals(memory: float) -> None:
+    """White draws made intervals half as wide as noise that is correlated over some samples scatters."""
+    white = np.random.default_rng(2).normal(size=(1, 20_000))
+    noise = features._correlated(white, np.array([memory]))
+    assert noise.std() == pytest.approx(1.0, rel=0.05)
+    assert np.corrcoef(noise[0, 1:], noise[0, :-1])[0, 1] == pytest.approx(memory, abs=0.03)
+    assert features._memory(np.array([noise_level(noise[0])])) == pytest.approx(memory, abs=0.06)
 
 
 def test_features_of_a_compressed_chain_are_those_of_the_reflected_wave() -> None:
