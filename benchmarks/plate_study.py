@@ -3,9 +3,9 @@
     python benchmarks/plate_study.py [--quick] [--jobs 2]
 
 The study runs as users run it, in processes. A sample of its points then runs in this process, part by part, and is
-extrapolated: every plate point is reduced once, for all bead diameters. Near the edge one basis for each thickness
-serves all points. The sample's other distances are distributed evenly but exclude the centre, where the symmetric
-quarter of the plate costs less.
+extrapolated: every plate point is reduced once, for all bead diameters. All thicknesses share a basis, near the edge
+all points, too. Refined points farther away are reduced alone. The sample's distances there are distributed evenly but
+exclude the centre, where the symmetric quarter of the plate costs less.
 """
 
 import argparse
@@ -33,14 +33,16 @@ CORES, LONGEST = 2, 30.0
 """Target: the whole study in two processes, s."""
 
 ASSEMBLY, REDUCTION = "assembly", "reduction (factorisation, Krylov vectors)"
-BASIS, POSITION = "one basis for all points near the edge", "oscillators of a point from that basis"
+BASIS, SCANNED = "one basis for all points near the edge", "one basis for a farther distance of the scan"
+POSITION = "oscillators of a point from a basis"
 COUPLED_RUN, MEASURES, FULL_ORDER = "coupled run", "measures", "full-order run"
 
 PARTS = {
-    BASIS: "thickness", POSITION: "near", ASSEMBLY: "far", REDUCTION: "far", COUPLED_RUN: "run", MEASURES: "run",
+    BASIS: "study", SCANNED: "scan", POSITION: "shared", ASSEMBLY: "alone", REDUCTION: "alone",
+    COUPLED_RUN: "run", MEASURES: "run",
 }  # fmt: skip
-"""The parts, and whether each is needed once for a thickness, for a plate point near the edge or farther away, or for a
-run."""
+"""The parts, and whether each is needed once, for a farther distance of the scan, for a plate point from a basis or
+without one, or for a run."""
 
 
 @dataclass
@@ -61,8 +63,8 @@ class Whole:
     """The study as a whole: seconds on the clock and of all processors, MiB of this process and the largest other."""
 
     runs: int
-    near: int
-    far: int
+    shared: int
+    alone: int
     clock: float
     processor: float
     memory: float
@@ -89,17 +91,19 @@ def whole_study(quick: bool, jobs: int) -> Whole:
     after = [getrusage(who) for who in (RUSAGE_SELF, RUSAGE_CHILDREN)]
     processor = sum(map(processor_seconds, after)) - sum(map(processor_seconds, before))
     sampled = data.sampled.any("diameter")
-    near = int(sampled.sel(distance=slice(None, study.NEAR)).sum())
-    return Whole(int(data.sampled.sum()), near, int(sampled.sum()) - near, clock, processor, *map(mebibytes, after))
+    scanned = data.distance.isin(study.THESIS.distances(quick))
+    shared = int(sampled.where((data.distance <= study.NEAR) | scanned, False).sum())
+    return Whole(int(data.sampled.sum()), shared, int(sampled.sum()) - shared, clock, processor, *map(mebibytes, after))
 
 
 def take_sample(distances: Sequence[float], tolerance: float) -> Sample:
     """The parts at some points of each thickness, with all diameters, each compared with its full-order run."""
     sample = Sample()
-    for thickness in study.THICKNESSES:
-        seconds, basis = timed(study.near_edge, thickness)
-        sample.seconds[BASIS].append(seconds)
-        sample.seconds[POSITION] += [timed(basis.at, place, study.SIDE / 2.0)[0] for place in NEAR_PLACES]
+    walls = min(study.THICKNESSES), max(study.THICKNESSES)
+    seconds, basis = timed(study.reduced, (study.DISTANCES[0], study.NEAR), walls)
+    sample.seconds[BASIS].append(seconds)
+    sample.seconds[POSITION] += [timed(basis.at, place, study.SIDE / 2.0)[0] for place in NEAR_PLACES]
+    sample.seconds[SCANNED] += [timed(study.reduced, distance, walls)[0] for distance in distances]
     for thickness, distance in product(study.THICKNESSES, distances):
         assembly, full = timed(study.plate(thickness).at, distance, study.SIDE / 2.0)
         reduction, reduced = timed(hl.reduce, full, study.UNTIL, tolerance)
@@ -131,7 +135,7 @@ def report_whole(whole: Whole, jobs: int, quick: bool) -> None:
     """Print times and memory."""
     kind = "quick study" if quick else "whole study"
     target = "" if quick or jobs != CORES else f" (≤ {LONGEST:.0f} s, {verdict(whole.clock <= LONGEST)})"
-    print(f"{kind}: {whole.runs} runs at {whole.near + whole.far} plate points, processes: {jobs}")
+    print(f"{kind}: {whole.runs} runs at {whole.shared + whole.alone} plate points, processes: {jobs}")
     print(f"  clock            {whole.clock:8.1f} s{target}")
     print(f"  processor time   {whole.processor:8.1f} s, all processes, their start included")
     print(f"  a process busy   {whole.processor / jobs / whole.clock:8.1%}   of the clock, on average")
@@ -139,9 +143,10 @@ def report_whole(whole: Whole, jobs: int, quick: bool) -> None:
     print(f"                   {whole.memory + jobs * whole.child_memory:8.0f} MiB at most, all together\n", flush=True)
 
 
-def report_sample(whole: Whole, sample: Sample, jobs: int) -> None:
+def report_sample(whole: Whole, sample: Sample, jobs: int, quick: bool) -> None:
     """Print the distribution of the time, compared with the full order."""
-    counts = {"thickness": len(study.THICKNESSES), "near": whole.near, "far": whole.far, "run": whole.runs}
+    scan = len(study.THESIS.bases(quick)) - 1
+    counts = {"study": 1, "scan": scan, "shared": whole.shared, "alone": whole.alone, "run": whole.runs}
     totals = {part: sample.mean(part) * counts[kind] for part, kind in PARTS.items()}
     known = sum(totals.values())
     dofs = f"{min(sample.full)} to {max(sample.full)} reduced to {min(sample.reduced)} to {max(sample.reduced)}"
@@ -152,7 +157,7 @@ def report_sample(whole: Whole, sample: Sample, jobs: int) -> None:
     print(f"  {'sum, extrapolated':42}{'':18}{known:9.1f}{1.0:8.1%}")
     rest = "other edges and Mindlin's theory, start of processes, shared cache"
     print(f"  {'measured, the whole':42}{'':18}{whole.processor:9.1f}{whole.processor / known:8.1%}  {rest}\n")
-    assembly, runs = totals[ASSEMBLY], sample.mean(FULL_ORDER) * whole.runs
+    assembly, runs = sample.mean(ASSEMBLY) * (whole.shared + whole.alone), sample.mean(FULL_ORDER) * whole.runs
     print(f"on full-order plates, extrapolated from {SHORT} windows a run; processor time")
     print(f"  {FULL_ORDER:42}{sample.mean(FULL_ORDER) * 1e3:10.0f}{whole.runs:8d}{runs:9.0f}")
     print(
@@ -173,7 +178,7 @@ def main() -> None:
     whole = whole_study(options.quick, options.jobs)
     report_whole(whole, options.jobs, options.quick)
     distances, tolerance = (study.QUICK_DISTANCES[3:4], 0.2) if options.quick else (study.DISTANCES[4::8], 0.05)
-    report_sample(whole, take_sample(distances, tolerance), options.jobs)
+    report_sample(whole, take_sample(distances, tolerance), options.jobs, options.quick)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """A reduced plate: one basis for all contact positions in a range, and from it the oscillators of each position."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import product
 from math import ceil
 from typing import Any
@@ -14,7 +14,8 @@ from plates.contacts import Contact, Places, contacts_at, one_or_all
 from plates.elements.self_displacement import SelfDisplacement, patch, self_displacement
 from plates.elements.theory import Touch
 from plates.plate import Plate
-from plates.scaling import scaled
+from plates.scaling import scalable, scaled, wave_speed
+from plates.section import homogeneous
 from structures.caution import caution
 from structures.checks import finite, instance, positive, several, short, whole, within
 from structures.material import Material
@@ -40,7 +41,7 @@ INSIDE = 1e-9
 """Part of the plate's size by which a position may exceed the range: rounding."""
 
 Range = float | tuple[float, float]
-"""One coordinate, or the least and the greatest, m."""
+"""One number, or the least and the greatest, m."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -51,6 +52,9 @@ class ReducedPlate:
     Here mesh and basis serve all positions in the range: `ReducedPlate.at(x, y)` returns the oscillators of a position
     in about 20 ms. The mesh is fine in all of the range. As mesh, basis and number of oscillators are the same for all
     positions, results are smooth functions of the position, and by `scaled` of thickness, E and density.
+
+    A range of thicknesses has one basis, too, as their modes are the same: the mesh is that of the thinnest plate, with
+    the shortest waves, and the basis that of the thickest, whose faster waves need the most vectors for a record.
 
     The basis is a block Krylov basis that starts from the nodes and the middles of the cells in the range. Directions
     in which these positions hardly differ are dropped. The oscillators of a position come from a second Krylov
@@ -72,12 +76,15 @@ class ReducedPlate:
         Length of the pulse, s: a contact time, as in `reduce`.
     largest : int
         Largest number of vectors in the basis. A warning is issued if they do not reach the tolerance.
+    thickness : float or (float, float), optional
+        The thickness, or the least and the greatest, m, for which runs up to `until` are valid and the error is
+        estimated; by default that of the plate.
 
     Raises
     ------
     ValueError
         If an argument is out of its range, the range is too large, or the plate is not a rectangle of Kirchhoff's
-        theory.
+        theory. For another thickness where the plate does not scale, for the reasons that `scaled` names.
 
     References
     ----------
@@ -91,7 +98,9 @@ class ReducedPlate:
     >>> near = reduced.at(0.0234, 0.1)
     >>> near.contacts, near.size < 100, near.valid_until
     (1, True, 0.0005)
-    >>> thicker = reduced.at(0.0234, 0.1, thickness=5e-3)
+    >>> both = hl.ReducedPlate(plate, 0.5e-3, x=0.03, y=0.1, tolerance=0.05, thickness=(4e-3, 5e-3))
+    >>> [both.at(0.03, 0.1, thickness=one).valid_until for one in (4e-3, 5e-3)]
+    [0.0005, 0.0005]
     """
 
     plate: Plate
@@ -101,10 +110,12 @@ class ReducedPlate:
     tolerance: float = 1e-2
     pulse: float = DEFAULT_PULSE
     largest: int = MOST_VECTORS
+    thickness: Range = None  # type: ignore[assignment]
     basis: SharedBasis = field(init=False)
     size: int = field(init=False)
     _read: Callable[[Touch], Vector] = field(init=False)
     _own: SelfDisplacement = field(init=False)
+    _reference: Plate = field(init=False)
 
     def __post_init__(self) -> None:
         plate = instance("plate", self.plate, Plate, "a Plate, such as kirchhoff_plate returns")
@@ -127,6 +138,7 @@ class ReducedPlate:
                     f"{name} = {short(getattr(self, name))}: must lie on the plate, between 0 and {size:g} m"
                 )
             object.__setattr__(self, name, low if low == high else (low, high))
+        speeds = self._speeds()
         grid = [np.linspace(low, high, self._count(low, high)) for low, high in ranges]
         counts = [_in_cells(one).size for one in grid]
         if counts[0] * counts[1] > MOST_PLACES:
@@ -134,29 +146,48 @@ class ReducedPlate:
                 f"x, y: the basis would start from {counts[0]} × {counts[1]} positions, at most {MOST_PLACES} fit; "
                 "take a smaller range, or a line"
             )
-        object.__setattr__(self, "basis", self._basis(*grid))
-        between = self._vectors(*(_between(one, CHECKS) for one in grid))
-        checks = self.basis.contact(between)
-        size, basis = needed_size(self.basis, checks, self.until, self.tolerance)
+        basis = self._basis(speeds, *grid)
+        size = basis.square.size
+        if isinstance(self.x, tuple) or isinstance(self.y, tuple):  # one place needs all vectors of its basis
+            checks = basis.contact(self._vectors(*(_between(one, CHECKS) for one in grid)))
+            size, basis = needed_size(basis, checks, self.until, self.tolerance)
         object.__setattr__(self, "size", size)
         object.__setattr__(self, "basis", basis)
 
+    def _speeds(self) -> tuple[float, ...]:
+        """Of the waves for which the basis is, in units of those of the thickest plate, which is reduced."""
+        plate, given = self.plate, self.plate.thickness if self.thickness is None else self.thickness
+        thin, thick = _range("thickness", given)
+        positive("thickness", thin, "m")
+        if not thin == thick == plate.thickness:
+            section = homogeneous(thick, scalable("plate", plate.data([]), False).struck)
+            # A frequency that is higher by the ratio of the thicknesses has the same wavelength, and so the same mesh.
+            plate = replace(plate, section=section, highest_frequency=thick / thin * plate.highest_frequency)
+        object.__setattr__(self, "_reference", plate)
+        object.__setattr__(self, "thickness", thin if thin == thick else (thin, thick))
+        return (1.0,) if thin == thick else (1.0, self._speed(thin, None))
+
+    def _speed(self, thickness: float, material: Material | None) -> float:
+        """Of the waves with another wall, in units of those that the basis was computed for."""
+        section = self._reference.section
+        return wave_speed(section, homogeneous(thickness, material or section.struck))
+
     def _count(self, low: float, high: float) -> int:
         """How many positions lie two cells, or a little less, apart."""
-        return 1 if low == high else ceil((high - low) / (2.0 * self.plate.finest_cell)) + 1
+        return 1 if low == high else ceil((high - low) / (2.0 * self._reference.finest_cell)) + 1
 
-    def _basis(self, xs: Vector, ys: Vector) -> SharedBasis:
+    def _basis(self, speeds: tuple[float, ...], xs: Vector, ys: Vector) -> SharedBasis:
         """The basis that starts from a grid of positions; a caution if it does not reach the tolerance."""
         contacts = [Contact(float(x), float(y), "front") for x, y in product(xs, ys)]
-        mesh, assembled, matrices, _ = self.plate.meshed(contacts)
+        mesh, assembled, matrices, _ = self._reference.meshed(contacts)
         object.__setattr__(self, "_read", assembled.contact)
         nodes = (patch(np.unique(mesh.mesh.p[i]), one[0], one[-1]) for i, one in enumerate((xs, ys)))
-        object.__setattr__(self, "_own", self_displacement(self.plate.section, *nodes))
+        object.__setattr__(self, "_own", self_displacement(self._reference.section, *nodes))
         loads = self._vectors(*map(_in_cells, (xs, ys)))
         rows = np.flatnonzero((loads != 0.0).any(axis=1))
         checks = self._vectors(*(_between(one, CHECKS) for one in (xs, ys)))
         pulses = [self.pulse / 2.0**i for i in range(PULSE_HALVINGS + 1)]
-        found = shared_basis(matrices, loads, checks, rows, self.until, self.tolerance, pulses, self.largest)
+        found = shared_basis(matrices, loads, checks, rows, self.until, self.tolerance, pulses, self.largest, speeds)
         if found.errors[0][1] > self.tolerance:
             caution(
                 f"reduction: {found.square.size} vectors leave an error of {found.errors[0][1]:.1e}; raise largest or "
@@ -170,7 +201,7 @@ class ReducedPlate:
 
     def _vector(self, x: float, y: float) -> Vector:
         """The contact vector of a position."""
-        vector: Vector = self._read(Touch(np.array([x, y]), [], self.plate.section))
+        vector: Vector = self._read(Touch(np.array([x, y]), [], self._reference.section))
         return vector
 
     def at(
@@ -190,7 +221,7 @@ class ReducedPlate:
         face : str or sequence of str
             "front" or "back", one for all contacts or one for each.
         thickness : float, optional
-            Another thickness, m, as in `scaled`.
+            Another thickness, m, as in `scaled`; by default that of the plate.
         material : Material, optional
             Another material of the same ν, as in `scaled`.
 
@@ -210,24 +241,29 @@ class ReducedPlate:
                 self._check_inside(name + one.number, value, getattr(self, name))
         loads = self.basis.contact(np.column_stack([one.sign * self._vector(one.x, one.y) for one in contacts]))
         modes = compressed(self.basis, loads, self.size * len(contacts))
-        report: dict[str, Any] = {"size": modes.square.size, "tolerance": self.tolerance}
-        (pulse, error), *shorter = self.basis.errors
-        report |= {"pulse": pulse, "error_estimate": error, "shorter_pulses": shorter, "shared": self._shared}
         structure = Structure(
             sparse.csr_array(sparse.eye_array(modes.square.size)),
             sparse.csr_array(sparse.diags_array(modes.square)),
             None,
             modes.contact,
             one_or_all([self._own.missing(one.x, one.y) for one in contacts]),
-            one_or_all([Surface(self.plate.wall(one.face).struck) for one in contacts]),
-            {**self.plate.data(contacts), "reduction": report},
-            self.until,
+            one_or_all([Surface(self._reference.wall(one.face).struck) for one in contacts]),
+            self._reference.data(contacts),
         )
-        return structure if thickness is None and material is None else scaled(structure, thickness, material)
+        faster, new = 1.0, self.plate.thickness if thickness is None else thickness
+        if material is not None or new != self._reference.thickness:
+            structure, speed = scaled(structure, new, material), self._speed(new, material)
+            # Walls within the range have the record and the pulses of the basis; for others they scale.
+            faster = speed / min(max(speed, min(self.basis.speeds)), 1.0)
+        origin = {**structure.origin, "reduction": self._report(modes.square.size, faster)}
+        return replace(structure, valid_until=self.until / faster, origin=origin)
 
-    @property
-    def _shared(self) -> dict[str, Any]:
-        return {"x": self.x, "y": self.y, "vectors": int(self.basis.square.size)}
+    def _report(self, size: int, faster: float) -> dict[str, Any]:
+        """What results hold of the reduction, for waves that are faster than the basis is for."""
+        (pulse, error), *shorter = [(pulse / faster, error) for pulse, error in self.basis.errors]
+        shared = {"x": self.x, "y": self.y, "thickness": self.thickness, "vectors": int(self.basis.square.size)}
+        report = {"size": size, "tolerance": self.tolerance, "pulse": pulse, "error_estimate": error}
+        return report | {"shorter_pulses": shorter, "shared": shared}
 
     def _check_inside(self, name: str, value: float, allowed: Range) -> None:
         low, high = allowed if isinstance(allowed, tuple) else (allowed, allowed)
@@ -244,14 +280,20 @@ class ReducedPlate:
         )
 
 
+def covers(allowed: Range, value: float) -> bool:
+    """Whether a range includes a number, m."""
+    low, high = allowed if isinstance(allowed, tuple) else (allowed, allowed)
+    return low <= value <= high
+
+
 def _range(name: str, given: Any) -> tuple[float, float]:
-    """Least and greatest coordinate, or a ValueError."""
+    """The least and the greatest number, m, or a ValueError."""
     ends = tuple(given) if several(given) else (given, given)
     if len(ends) != 2:
-        raise ValueError(f"{name} = {short(given)}: must be one coordinate, or the least and the greatest, m")
+        raise ValueError(f"{name} = {short(given)}: must be one number, or the least and the greatest, m")
     low, high = (finite(name, one, "m") for one in ends)
     if low > high:
-        raise ValueError(f"{name} = {short(given)}: the least coordinate comes first")
+        raise ValueError(f"{name} = {short(given)}: the least number comes first")
     return low, high
 
 

@@ -64,7 +64,7 @@ def scaled(structure: Structure, thickness: float | None = None, material: Mater
     (4.0, 0.0005)
     """
     instance("structure", structure, Structure, "a Structure, such as plate.at(x, y) returns")
-    old = _section(structure)
+    old = scalable("structure", structure.origin, structure.damping is not None)
     new = homogeneous(
         old.thickness if thickness is None else thickness,
         old.struck if material is None else instance("material", material, Material, "a Material, or None"),
@@ -76,7 +76,7 @@ def scaled(structure: Structure, thickness: float | None = None, material: Mater
         )
     _check_thickness(structure.origin, new.thickness)
     heavier, stiffer = new.mass / old.mass, float(new.bending[0, 0] / old.bending[0, 0])
-    faster = (stiffer / heavier) ** 0.5
+    faster = wave_speed(old, new)
     field, oscillators = structure.field, _identity(structure.mass)
     if oscillators:
         smaller = heavier**-0.5
@@ -100,9 +100,14 @@ def scaled(structure: Structure, thickness: float | None = None, material: Mater
     )
 
 
-def _section(structure: Structure) -> Section:
+def wave_speed(old: Section, new: Section) -> float:
+    """The ratio of all frequencies of a plate with the new wall to those with the old one."""
+    stiffer, heavier = float(new.bending[0, 0] / old.bending[0, 0]), new.mass / old.mass
+    return float((stiffer / heavier) ** 0.5)
+
+
+def scalable(name: str, origin: Mapping[str, Any], damped: bool) -> Section:
     """The wall of a homogeneous Kirchhoff plate, or a ValueError that says why the plate does not scale."""
-    origin = structure.origin
     kind = str(origin.get("kind", "user's structure"))
     material = origin.get("material")
     names = {one.name for one in fields(Material)}
@@ -116,11 +121,11 @@ def _section(structure: Structure) -> Section:
         why = "its additions keep their own mass and stiffness"
     elif any(isinstance(one, Mapping) for one in held):
         why = "its elastic edges keep their stiffness"
-    elif structure.damping is not None or origin.get("damping"):
+    elif damped or origin.get("damping"):
         why = "its damping does not scale; scale first, then add damping"
     else:
         return homogeneous(origin["thickness"], Material(**material))
-    raise ValueError(f"structure: this {kind} does not scale with thickness and material, as {why}")
+    raise ValueError(f"{name}: this {kind} does not scale with thickness and material, as {why}")
 
 
 def _check_thickness(origin: Mapping[str, Any], thickness: float) -> None:

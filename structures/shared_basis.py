@@ -27,7 +27,8 @@ STEPS_PER_CHECK = 10
 """Least number of blocks between two estimates of the error, as `reduce` adds ten vectors for each contact."""
 
 MORE_PER_CHECK = 0.2
-"""Increase of the number of blocks between two estimates, which cost as much as some blocks when the basis is large."""
+"""Increase of the number of blocks between two estimates, which cost as much as some blocks when the basis is large;
+that of a single load stays small."""
 
 COMPRESSION_STEP = 10
 """The number of oscillators that a place needs is found to within this number."""
@@ -35,12 +36,15 @@ COMPRESSION_STEP = 10
 
 class SharedBasis(NamedTuple):
     """ω² of the oscillators, their motion at the degrees of freedom `rows` (rows × oscillators), and the estimated
-    error for pulses of the given length and of its halves."""
+    error for pulses of the given length and of its halves. speeds: of the waves for which it is valid, see
+    `shared_basis`; point: the expansion point, 1/s."""
 
     square: Vector
     rows: Whole
     shapes: Vector
     errors: list[tuple[float, float]]
+    speeds: tuple[float, ...]
+    point: float
 
     def contact(self, vectors: Vector) -> Vector:
         """The contact vectors of the oscillators, m × p, from those of the body, n × p."""
@@ -57,26 +61,35 @@ def shared_basis(
     tolerance: float,
     pulses: list[float],
     largest: int,
+    speeds: tuple[float, ...] = (1.0,),
 ) -> SharedBasis:
     """A basis for forces on the loads (n × q) and all between them: block Lanczos, with the directions dropped that
     hardly differ.
 
     checks: n × p, vectors at whose direct responses and responses to each other the error is estimated, by its change
-    over the last ten blocks or more, until it is below the tolerance for the first of the pulses, s.
+    over the last ten blocks or more, until it is below the tolerance for the first of the pulses, s. speeds: the
+    basis also serves bodies with the same modes whose waves are slower by these factors, 1 or less; for this body,
+    their record and pulses are shorter by the factor. The largest error counts.
     """
-    krylov = _Block(matrices, min(largest, loads.shape[0]), expansion_point(pulses[0]))
+    several = loads.shape[1] > 1
+    # Directions are dropped by their lengths at the expansion point, so it lies between those for the slowest and the
+    # fastest waves. A single load drops none, and its fastest waves need the most vectors.
+    point = expansion_point(pulses[0] * (min(speeds) ** 0.5 if several else 1.0))
+    krylov = _Block(matrices, min(largest, loads.shape[0]), point)
     krylov.start(loads)
     modes, error = krylov.modes(checks), np.inf
-    before, answer = modes, pulse_answer(modes, until, pulses[0])
-    while error > tolerance and krylov.grow(max(STEPS_PER_CHECK, round(MORE_PER_CHECK * krylov.blocks))):
-        before, modes, earlier = modes, krylov.modes(checks), answer
-        answer = pulse_answer(modes, until, pulses[0])
-        error = change(earlier, answer)
+    before, answers = modes, _answers(modes, until, pulses[0], speeds)
+    more = MORE_PER_CHECK if several else 0.0
+    while error > tolerance and krylov.grow(max(STEPS_PER_CHECK, round(more * krylov.blocks))):
+        before, modes, earlier = modes, krylov.modes(checks), answers
+        answers = _answers(modes, until, pulses[0], speeds)
+        error = _change(earlier, answers)
     complete = krylov.size == loads.shape[0]
-    errors = [(one, 0.0 if complete else _error(before, modes, until, one)) for one in pulses]
-    return SharedBasis(modes.square, rows, krylov.basis[: krylov.size, rows].T @ modes.vectors, errors)
+    errors = [(one, 0.0 if complete else _error(before, modes, until, one, speeds)) for one in pulses]
+    return SharedBasis(modes.square, rows, krylov.basis[: krylov.size, rows].T @ modes.vectors, errors, speeds, point)
 
 
+@one_thread
 def compressed(basis: SharedBasis, contact: Vector, size: int) -> Modes:
     """At most `size` oscillators with the response of a basis (contact vectors m × p): block Lanczos in its space.
 
@@ -85,6 +98,7 @@ def compressed(basis: SharedBasis, contact: Vector, size: int) -> Modes:
     return _projected(_vectors(basis, contact, size), basis.square, contact)
 
 
+@one_thread
 def needed_size(basis: SharedBasis, contacts: Vector, until: float, tolerance: float) -> tuple[int, SharedBasis]:
     """How many oscillators each of the places (contact vectors m × p) needs, so that its direct response differs by
     less than the tolerance from that of the whole basis; and the basis with the error that they add.
@@ -92,25 +106,25 @@ def needed_size(basis: SharedBasis, contacts: Vector, until: float, tolerance: f
     most, size, pulse = basis.square.size, COMPRESSION_STEP, basis.errors[0][0]
     for contact in contacts.T[:, :, None]:
         vectors = _vectors(basis, contact, most)
-        whole = pulse_answer(Modes(basis.square, contact, None, [], contact), until, pulse)
+        whole = _answers(Modes(basis.square, contact, None, [], contact), until, pulse, basis.speeds)
         high = most
         while high - size > COMPRESSION_STEP:
             middle = (size + high) // 2
-            answer = pulse_answer(_projected(vectors[:middle], basis.square, contact), until, pulse)
-            size, high = (size, middle) if change(answer, whole) <= tolerance else (middle, high)
+            answers = _answers(_projected(vectors[:middle], basis.square, contact), until, pulse, basis.speeds)
+            size, high = (size, middle) if _change(answers, whole) <= tolerance else (middle, high)
         size = high
     added = np.zeros(len(basis.errors))
     for contact in contacts.T[:, :, None]:
         both = compressed(basis, contact, size), Modes(basis.square, contact, None, [], contact)
-        added = np.maximum(added, [_error(*both, until, pulse) for pulse, _ in basis.errors])
+        added = np.maximum(added, [_error(*both, until, pulse, basis.speeds) for pulse, _ in basis.errors])
     errors = [(pulse, error + float(more)) for (pulse, error), more in zip(basis.errors, added, strict=True)]
     return size, basis._replace(errors=errors)
 
 
 def _vectors(shared: SharedBasis, contact: Vector, size: int) -> Vector:
     """Orthonormal Krylov vectors of oscillators, started at the contacts, in rows."""
-    square, point = shared.square, expansion_point(shared.errors[0][0])
-    count, weight = min(size, square.size), 1.0 / (square + point**2)
+    square = shared.square
+    count, weight = min(size, square.size), 1.0 / (square + shared.point**2)
     basis, pending, done = np.empty((count, square.size)), list(contact.T), 0
     near = 2 * contact.shape[1]
     while pending and done < count:
@@ -131,8 +145,17 @@ def _projected(basis: Vector, square: Vector, contact: Vector) -> Modes:
     return Modes(np.maximum(values, 0.0), vectors.T @ (basis @ contact), None, [], vectors)
 
 
-def _error(before: Modes, modes: Modes, until: float, pulse: float) -> float:
-    return change(*(pulse_answer(one, until, pulse) for one in (before, modes)))
+def _answers(modes: Modes, until: float, pulse: float, speeds: tuple[float, ...]) -> list[Vector]:
+    """The responses for each speed of waves."""
+    return [pulse_answer(modes, speed * until, speed * pulse) for speed in speeds]
+
+
+def _change(earlier: list[Vector], answers: list[Vector]) -> float:
+    return max(map(change, earlier, answers))
+
+
+def _error(before: Modes, modes: Modes, until: float, pulse: float, speeds: tuple[float, ...]) -> float:
+    return _change(*(_answers(one, until, pulse, speeds) for one in (before, modes)))
 
 
 class _Block:

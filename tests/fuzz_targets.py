@@ -339,7 +339,7 @@ def _structures() -> dict[str, Target]:
             hl.ReducedPlate,
             {
                 **{"plate": PLATE, "until": 1e-4, "x": (0.04, 0.05), "y": 0.05, "tolerance": 0.1},
-                **{"pulse": 2.5e-5, "largest": 600},
+                **{"pulse": 2.5e-5, "largest": 600, "thickness": 3e-3},
             },
             lambda reduced: push(reduced.at(0.045, 0.05)),
         ),

@@ -2,6 +2,7 @@
 
 import numpy as np
 import xarray as xr
+from scipy.signal import lfilter
 
 from coupling.identification.misfit import Measured, Misfit, Point
 from coupling.identification.prediction import Curves, Prediction
@@ -37,8 +38,9 @@ class Features(Misfit):
         peaks = np.nanmax(abs(measured.force), axis=-1)
         self._noise = measured.noise / peaks
         self._seen = np.array([noise_level(bridged(force)) for force in measured.force]) / peaks
+        self._memory = np.zeros(len(peaks)) if measured.given else _memory(self._seen / self._noise)
         here = prediction.waves(measured.time, measured.force, sensors)
-        scattered = self._scattered(measured.time, measured.force, FEW_DRAWS, self._noise)
+        scattered = self._scattered(measured.time, measured.force, FEW_DRAWS)
         usual = np.isfinite(here) & (np.isfinite(scattered).mean(axis=0) > USUAL)
         # Waves that return after the end of the prediction are not compared.
         moving = prediction.first.chain
@@ -60,11 +62,12 @@ class Features(Misfit):
         self.known, self.bias = here[usual], np.zeros(int(usual.sum()))
         self.spread = self._spread(scattered)
 
-    def _scattered(self, time: Vector, forces: Vector, number: int, noise: Vector) -> Vector:
-        """Waves of traces with noise, in parts of their peaks: draws × values."""
+    def _scattered(self, time: Vector, forces: Vector, number: int, seen: bool = False) -> Vector:
+        """Waves of traces with the signal's noise, or with white noise as the reader sees it: draws × values."""
         random = np.random.default_rng(SEED)
+        noise, memory = (self._seen, np.zeros(len(forces))) if seen else (self._noise, self._memory)
         size = (noise * np.nanmax(abs(forces), axis=-1))[:, None]
-        draws = [forces + size * random.normal(size=forces.shape) for _ in range(number)]
+        draws = [forces + size * _correlated(random.normal(size=forces.shape), memory) for _ in range(number)]
         return np.array([self.prediction.waves(time, draw, self.measured.sensors) for draw in draws])
 
     def _spread(self, scattered: Vector) -> Vector:
@@ -82,8 +85,7 @@ class Features(Misfit):
         if not np.isfinite(clean).all():
             return
         seen, stated = (
-            self._scattered(*self._sampled(traces), DRAWS if final else FEW_DRAWS, noise)
-            for noise in (self._seen, self._noise)
+            self._scattered(*self._sampled(traces), DRAWS if final else FEW_DRAWS, white) for white in (True, False)
         )
         if min(np.isfinite(draws[:, self.usable]).mean(axis=0).min() for draws in (seen, stated)) > USUAL:
             self.bias = np.nanmean(seen[:, self.usable], axis=0) - clean
@@ -162,3 +164,22 @@ class Features(Misfit):
             },
             {"feature": self.features},
         )
+
+
+def _memory(seen: Vector) -> Vector:
+    """The correlation of the noise from sample to sample, of first order.
+
+    seen: of each sensor, the noise in third differences of the samples, as a part of that in the lead.
+    """
+    memory = np.linspace(0.0, 0.999, 1000)
+    differences = 1.0 - 1.5 * memory + 0.6 * memory**2 - 0.1 * memory**3
+    found: Vector = np.interp(-(seen**2), -differences, memory)
+    return found
+
+
+def _correlated(white: Vector, memory: Vector) -> Vector:
+    """Noise of the same size with such a memory, sensors × samples."""
+    return np.stack([
+        lfilter([1.0], [1.0, -one], np.append(row[0], np.sqrt(1.0 - one**2) * row[1:]))
+        for row, one in zip(white, memory, strict=True)
+    ])  # fmt: skip

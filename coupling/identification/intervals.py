@@ -20,7 +20,15 @@ from coupling.identification.found import (
     is_at_end,
     verdict_of,
 )
-from coupling.identification.misfit import GAIN, OFFSET, TIME_CONSTANT, TIME_ZERO, Point
+from coupling.identification.misfit import (
+    GAIN,
+    LONGEST_TIME_CONSTANT,
+    OFFSET,
+    SHORTEST_TIME_CONSTANT,
+    TIME_CONSTANT,
+    TIME_ZERO,
+    Point,
+)
 from coupling.identification.posterior import sampled
 from coupling.identification.prediction import NUMERICAL
 from coupling.identification.search import Search, Solution, inverse
@@ -270,7 +278,8 @@ class Judgement:
             half = error * self.misfit.unit if name == TIME_ZERO else float(error)
             ends = (value - half, value + half)
             if name == TIME_CONSTANT:
-                ends = value * np.exp(-min(half, 50.0)), value * np.exp(min(half, 50.0))
+                wide = float(np.exp(min(half, 50.0)))
+                ends = max(value / wide, SHORTEST_TIME_CONSTANT), min(value * wide, LONGEST_TIME_CONSTANT)
             unit, size = UNITS.get(name.partition(" ")[0], ("", 1.0))
             found[name] = Unknown(name, value, ends, NUISANCE, unit=unit, unit_size=size)
         return found

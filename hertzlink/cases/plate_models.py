@@ -10,7 +10,7 @@ from hertzlink.cases.parts import World, material_of
 from hertzlink.cases.plates import KirchhoffPlate, RectanglePlate
 from plates.half_plane import half_plane
 from plates.plate import Plate
-from plates.reduced import ReducedPlate
+from plates.reduced import ReducedPlate, covers
 from structures.caution import collected
 from structures.material import Material
 from structures.structure import Structure
@@ -113,26 +113,17 @@ class AroundGuess:
         assert isinstance(body, KirchhoffPlate)
         material = material_of(body.substance, world, "structure", "material")
         faster = _speed(body.depth, material) / self._slowest
-        inside = all(_within(place, range_) for place, range_ in zip(body.place, self._ranges, strict=True))
+        inside = all(map(covers, (self._basis.x, self._basis.y), body.place))
         if inside and 1.0 - 1e-9 <= faster <= BAND**2 * (1.0 + 1e-9):
             return self._basis.at(body.place[0], body.place[1], thickness=body.depth, material=material)
         own = body.model_copy(update={"highest_frequency": self.frequency})
         structure: Structure | None = structure_of(own, model.run, world, ("structure",))
         return structure
 
-    @property
-    def _ranges(self) -> tuple[Any, Any]:
-        return self._basis.x, self._basis.y
-
 
 def _speed(thickness: float, material: Material) -> float:
     """What the frequencies of a plate are proportional to."""
     return thickness * float((material.youngs_modulus / material.density) ** 0.5)
-
-
-def _within(place: float, range_: Any) -> bool:
-    low, high = range_ if isinstance(range_, tuple) else (range_, range_)
-    return bool(low <= place <= high)
 
 
 def scales(model: CaseModel, paths: set[tuple[Any, ...]]) -> bool:

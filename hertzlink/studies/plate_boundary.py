@@ -23,7 +23,7 @@ from particles.chain import Chain
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
 from plates.infinite import infinite_plate
 from plates.plate import Plate
-from plates.reduced import ReducedPlate
+from plates.reduced import Range, ReducedPlate, covers
 from plates.section import point_rigidity
 from plates.support import Supports
 from plates.theory.impact import THESIS_IMPACT, critical_distance_bounds
@@ -56,9 +56,7 @@ the record.
 """
 
 NEAR, NEAR_REDUCTION = 0.045, 0.1
-"""m: up to this distance one basis serves all samples of a plate; and its tolerance. All but two critical distances are
-shorter.
-"""
+"""m: up to this distance one basis serves all samples; and its tolerance. All but two critical distances are less."""
 
 TOLERANCE = 0.02
 TOLERANCES = (0.01, TOLERANCE, 0.05)
@@ -72,6 +70,11 @@ HALF_ECHO = 0.4613
 Fourier transform along the edge, Laplace transform in time).
 """
 
+
+SIMILAR = 4.0
+"""Thicknesses up to this ratio share a basis. For 1 and 4 mm it takes half as long as one for each, for 1 and 10 mm
+twice as long.
+"""
 
 OWN_NEAR, OWN_BRACKET, OWN_QUICK_BRACKET = 2.5, 0.02, 0.4
 """NEAR, in units of the greatest ℓ, and brackets, in units of the least one, for plates of a user's own."""
@@ -97,8 +100,21 @@ class Conditions(OnPlate):
 
     @property
     def near(self) -> float:
-        """The distance, m, up to which one basis serves all samples of a plate."""
+        """The distance, m, up to which one basis serves all samples."""
         return min(OWN_NEAR * float(self.lengths().max()), self.side / 2.0) if self.own else NEAR
+
+    def bases(self, quick: bool) -> list[tuple[Range, Range]]:
+        """Distances and thicknesses, m, that share a basis.
+
+        All short distances do, and each farther one of the first scan has its own; so do similar thicknesses.
+        """
+        scan, walls = self.distances(quick), list[list[float]]()
+        for thickness in sorted(self.thickness):
+            if not walls or thickness > SIMILAR * walls[-1][0]:
+                walls.append([])
+            walls[-1].append(thickness)
+        places: list[Range] = [(scan[0], self.near), *(one for one in scan if one > self.near)]
+        return [(place, (wall[0], wall[-1])) for place in places for wall in walls]
 
 
 THESIS = Conditions()
@@ -112,12 +128,12 @@ def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
     """
     of = Conditions.of(own)
     count = joblib.cpu_count() if jobs is None else whole("jobs", jobs)
-    parallel = joblib.Parallel(min(count, len(of.thickness)), return_as="generator")
-    plates = watched(parallel(joblib.delayed(near_edge)(one, of) for one in of.thickness), len(of.thickness))
-    reduced = dict(zip(of.thickness, plates, strict=True))
+    bases = of.bases(quick)
+    parallel = joblib.Parallel(min(count, len(bases)), return_as="generator")
+    plates = tuple(watched(parallel(joblib.delayed(reduced)(*one, of) for one in bases), len(bases)))
 
     def build(thickness: float, distance: float, diameter: float) -> CoSimulation:
-        return CoSimulation(of.chain(diameter), struck(reduced[thickness], distance, of))
+        return CoSimulation(of.chain(diameter), struck(plates, thickness, distance, of))
 
     find = partial(
         find_critical_distance, build, of.until, of.sensor, of.distances(quick),
@@ -138,7 +154,7 @@ def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
     for name in ("thickness", "diameter"):
         data[name].attrs["units"] = "m"
     data = data.merge(without_edges(of))
-    return of.marked(data) if of.own else data.merge(plate_edges.run(quick, jobs))
+    return of.marked(data) if of.own else data.merge(plate_edges.run(data.amplitude_ratio, quick, jobs))
 
 
 def without_edges(of: Conditions = THESIS) -> xr.Dataset:
@@ -184,18 +200,21 @@ def plate(thickness: float) -> Plate:
     return THESIS.plate(thickness)
 
 
-def near_edge(thickness: float, of: Conditions = THESIS) -> ReducedPlate:
-    """The plate for all short distances on its centre line, where most samples of the refinement lie."""
-    first, centre = of.distances(quick=False)[0], of.side / 2.0
-    return ReducedPlate(of.plate(thickness), of.until, (first, of.near), centre, NEAR_REDUCTION, pulse=of.pulse)
+def reduced(place: Range, walls: Range, of: Conditions = THESIS) -> ReducedPlate:
+    """Plates of some thicknesses for some distances on their centre line."""
+    tolerance = NEAR_REDUCTION if isinstance(place, tuple) else REDUCTION
+    plate = of.plate(min(of.thickness))
+    return ReducedPlate(plate, of.until, place, of.side / 2.0, tolerance, of.pulse, thickness=walls)
 
 
 @lru_cache(maxsize=1)
-def struck(near: ReducedPlate, distance: float, of: Conditions = THESIS) -> Structure:
+def struck(plates: tuple[ReducedPlate, ...], thickness: float, distance: float, of: Conditions = THESIS) -> Structure:
     """The reduced plate, struck on its centre line; cached for the next bead diameter."""
-    if distance <= of.near:
-        return near.at(distance, of.side / 2.0)
-    return reduce(near.plate.at(distance, of.side / 2.0), of.until, REDUCTION, pulse=of.pulse)
+    for one in plates:
+        if covers(one.x, distance) and covers(one.thickness, thickness):
+            return one.at(distance, of.side / 2.0, thickness=thickness)
+    # Few samples of the refinement lie so far away.
+    return reduce(of.plate(thickness).at(distance, of.side / 2.0), of.until, REDUCTION, pulse=of.pulse)
 
 
 def table(data: xr.Dataset) -> list[Row]:

@@ -95,12 +95,12 @@ class Hermite:
             raise ValueError("mesh: must consist of rows and columns of rectangles parallel to x and y")
         check_free(x.size * y.size)
         mass, stiffness = plate_matrices(x, y, section, additions)
-        back = sparse.csr_array(sparse.eye_array(x.size * y.size))
         split = [one for one in additions if isinstance(one, Delamination)]
         if not split:
             return Assembled(
-                mass, stiffness, partial(_contact, x, y, back, back), partial(_sampler, x, y, section, back)
+                mass, stiffness, partial(_contact, x, y, None, None), partial(_sampler, x, y, section, None)
             )
+        back = sparse.csr_array(sparse.eye_array(x.size * y.size))
         opening = _openings(x, y, split)
         front = sparse.csr_array(sparse.hstack([back, -opening]))
         back = sparse.csr_array(sparse.hstack([back, 0.0 * opening]))
@@ -241,16 +241,21 @@ def _end(mesh: PlateMesh, supports: Supported, axis: int, place: float) -> Tag |
     return None
 
 
-def _contact(x: Beam, y: Beam, front: sparse.csr_array, back: sparse.csr_array, touch: Touch) -> Vector:
-    """front, back: the motion of either face from all degrees of freedom."""
+def _contact(x: Beam, y: Beam, front: sparse.csr_array | None, back: sparse.csr_array | None, touch: Touch) -> Vector:
+    """front, back: the motion of either face from all degrees of freedom; None: these are that motion."""
     values = np.outer(x.at(touch.place[0]), y.at(touch.place[1])).ravel()
-    return np.asarray((front if touch.face == "front" else back).T @ values)
+    face = front if touch.face == "front" else back
+    return values if face is None else np.asarray(face.T @ values)
 
 
-def _sampler(x: Beam, y: Beam, section: Section, front: sparse.csr_array, stiffness: sparse.csr_array) -> PlateSampler:
+def _sampler(
+    x: Beam, y: Beam, section: Section, front: sparse.csr_array | None, stiffness: sparse.csr_array
+) -> PlateSampler:
     """The fields of the whole plate, on its front."""
     (xs, along), (ys, across) = x.reading(), y.reading()
     drawn = product_sampler(xs, ys, along, across, section, stiffness)
+    if front is None:
+        return drawn
     return replace(drawn, deflection=drawn.deflection @ front, curvature=drawn.curvature @ front)
 
 

@@ -16,11 +16,13 @@ from scipy.signal import lfilter
 from threadpoolctl import threadpool_info, threadpool_limits
 
 import hertzlink as hl
+from coupling.identification import features
 from coupling.identification.identify import likely_runs
 from coupling.identification.intervals import independent_samples
 from coupling.identification.measured import estimated
 from coupling.identification.misfit import Measured, Misfit
 from coupling.identification.prediction import Curves, Prediction, Range, high_passed, range_of
+from coupling.results.sensor import noise_level
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 UNTIL, LEAD, STEP = 5e-4, 8e-5, 1e-6
@@ -279,6 +281,14 @@ def test_what_was_found_is_saved_and_read_back(tmp_path: Any) -> None:
     assert all(len(line) <= 80 for line in str(found).splitlines())
     assert "modulus" in repr(found)
     assert "<table>" in found._repr_html_()
+
+
+def test_a_time_constant_that_a_signal_does_not_show_lies_within_its_range() -> None:
+    """Its interval was 1e-18 to 1e25 ms."""
+    found = hl.identify(tap(wall(3e9)), wall, ["gain", "time_zero", "time_constant"], until=UNTIL,
+                        guess={"modulus": 3e9}, modulus=(2e9, 4.5e9))  # fmt: skip
+    low, high = found["time_constant"].interval
+    assert 1e-5 <= low < found["time_constant"].value <= high <= 10.0
 
 
 def test_noise_is_estimated_to_some_per_cent() -> None:
@@ -561,6 +571,16 @@ def test_features_of_a_signal_without_noise_are_read_without_bias(stated: float 
     assert low <= 3e9 <= high
     assert found.explained
     assert found["modulus"].value == pytest.approx(3e9, rel=1e-3)
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.4, 0.8])
+def test_noise_of_features_has_the_memory_of_the_signals(memory: float) -> None:
+    """White draws made intervals half as wide as noise that is correlated over some samples scatters."""
+    white = np.random.default_rng(2).normal(size=(1, 20_000))
+    noise = features._correlated(white, np.array([memory]))
+    assert noise.std() == pytest.approx(1.0, rel=0.05)
+    assert np.corrcoef(noise[0, 1:], noise[0, :-1])[0, 1] == pytest.approx(memory, abs=0.03)
+    assert features._memory(np.array([noise_level(noise[0])])) == pytest.approx(memory, abs=0.06)
 
 
 def test_features_of_a_compressed_chain_are_those_of_the_reflected_wave() -> None:

@@ -15,6 +15,10 @@ UNTIL, Y, LOW, HIGH = 0.8e-3, 0.1, 0.02, 0.035
 PLATE = hl.kirchhoff_plate(
     0.15, 0.2, 2.29e-3, hl.ALUMINIUM_6061, hl.Supports("clamped", "clamped"), highest_frequency=30e3
 )
+PRESTRESSED = hl.kirchhoff_plate(
+    0.15, 0.2, 2.29e-3, hl.ALUMINIUM_6061, hl.Supports("clamped"), additions=[hl.laminates.Prestress(1e4, 0.0)]
+)
+ON_SPRINGS = hl.kirchhoff_plate(0.15, 0.2, 2.29e-3, hl.ALUMINIUM_6061, hl.Supports(left=hl.ElasticEdge(1e6, 10.0)))
 BEAD = hl.Sphere(3e-3, hl.STEEL_440C)
 CHAIN = hl.Chain([BEAD] * 12, BEAD, impact_speed=0.31)
 
@@ -102,6 +106,57 @@ def test_amplitude_ratio_is_a_smooth_function_of_the_position(reduced):
     assert np.abs(found - np.polyval(np.polyfit(step, found, 2), step)).max() < 1e-9
 
 
+THIN, THICK = 2.29e-3, 4.58e-3
+
+
+@pytest.fixture(scope="module")
+def walls():
+    """One basis for thicknesses whose ratio is two."""
+    return hl.ReducedPlate(PLATE, UNTIL, (LOW, HIGH), Y, thickness=(THIN, THICK))
+
+
+@pytest.mark.parametrize("thickness", [THIN, 3.2e-3, THICK])
+@pytest.mark.parametrize("x", [LOW, 0.0257])
+def test_thicknesses_share_a_basis(walls, thickness, x):
+    # On the same mesh, reduced for this thickness and this position alone.
+    frequency = 30e3 * thickness / THIN
+    plate = hl.kirchhoff_plate(0.15, 0.2, thickness, hl.ALUMINIUM_6061, PLATE.supports, highest_frequency=frequency)
+    one = walls.at(x, Y, thickness=thickness)
+    grid = np.linspace(LOW, HIGH, walls._count(LOW, HIGH))
+    _, _, matrices, _ = plate.meshed(contacts_at(grid, np.full(grid.size, Y), "front"))
+    full = hl.Structure(
+        matrices.mass, matrices.stiffness, None, walls._vector(x, Y), one.flexibility, one.surface, one.origin,
+        matrices=matrices,
+    )  # fmt: skip
+    own = hl.reduce(full, UNTIL, tolerance=1e-3)
+    assert one.valid_until == UNTIL
+    assert one.origin["thickness"] == thickness
+    report = one.origin["reduction"]
+    for pulse, error in [(25e-6, report["error_estimate"]), report["shorter_pulses"][0]]:
+        assert change(answer(own, pulse), answer(one, pulse)) < 2.0 * error
+    found, expected = run(one), run(own)
+    assert float(hl.amplitude_ratio(found, 5)) == pytest.approx(float(hl.amplitude_ratio(expected, 5)), abs=1e-4)
+    assert float(hl.time_of_flight(found, 5)) == pytest.approx(float(hl.time_of_flight(expected, 5)), abs=1e-7)
+
+
+@pytest.mark.parametrize("thickness", [THIN, THICK])
+def test_thicknesses_at_one_place_share_the_vectors_of_the_thickest(thickness):
+    one = hl.ReducedPlate(PLATE, UNTIL, 0.03, Y, thickness=(THIN, THICK)).at(0.03, Y, thickness=thickness)
+    frequency = 30e3 * thickness / THIN
+    plate = hl.kirchhoff_plate(0.15, 0.2, thickness, hl.ALUMINIUM_6061, PLATE.supports, highest_frequency=frequency)
+    own = hl.reduce(plate.at(0.03, Y), UNTIL, tolerance=1e-3)
+    assert change(answer(own), answer(one)) < 2e-2
+    ratios = [float(hl.amplitude_ratio(run(each), 5)) for each in (one, own)]
+    assert ratios[0] == pytest.approx(ratios[1], abs=1e-4)
+
+
+def test_a_thickness_beyond_the_range_scales(walls):
+    thicker, thinner = (walls.at(0.03, Y, thickness=one) for one in (1.5 * THICK, 0.5 * THIN))
+    assert thicker.valid_until == pytest.approx(UNTIL / 1.5)
+    assert thinner.valid_until == pytest.approx(2.0 * UNTIL)
+    assert thinner.origin["reduction"]["pulse"] == pytest.approx(50e-6)
+
+
 def test_other_thickness_is_the_scaled_structure(reduced):
     one, other = reduced.at(0.03, Y, thickness=4e-3), hl.scaled(reduced.at(0.03, Y), 4e-3)
     assert np.array_equal(one.stiffness.diagonal(), other.stiffness.diagonal())
@@ -150,7 +205,12 @@ def test_too_few_vectors_warn():
         ({"tolerance": -1.0}, "tolerance"),
         ({"pulse": 0.0}, "pulse"),
         ({"largest": 0}, "largest"),
-        ({"x": (0.03, 0.02)}, "least coordinate comes first"),
+        ({"thickness": 0.0}, "thickness"),
+        ({"thickness": (4e-3, 2e-3)}, "thickness = .*least number comes first"),
+        ({"thickness": (2e-3, 0.16)}, "exceeds the plate's shorter side"),
+        ({"thickness": (2e-3, 3e-3), "plate": PRESTRESSED}, "does not scale with thickness.*additions"),
+        ({"thickness": (2e-3, 3e-3), "plate": ON_SPRINGS}, "does not scale with thickness.*elastic edges"),
+        ({"x": (0.03, 0.02)}, "least number comes first"),
         ({"x": (0.01, 0.02, 0.03)}, "x = "),
         ({"x": "left"}, "x = "),
         ({"x": (0.1, 0.2)}, "must lie on the plate"),

@@ -210,11 +210,8 @@ def test_softer_edges_send_back_less(quick: xr.Dataset) -> None:
     ratios = quick.edge_amplitude_ratio.fillna(0.0).sel(edge_bead=9.53e-3)
     near = [float(ratios.sel(edge=edge, edge_distance=0.02)) for edge in ("clamped", "simple", "free")]
     assert near[0] > near[1] > near[2]
-    far = ratios.sel(edge_distance=0.2)
+    far = ratios.sel(edge_distance=0.15)
     assert float(far.max() - far.min()) < 5e-3
-    assert float(ratios.sel(edge="clamped", edge_distance=0.02)) == pytest.approx(
-        float(quick.amplitude_ratio.sel(distance=0.02, thickness=2.29e-3, diameter=9.53e-3)), rel=5e-3
-    )
 
 
 def test_shear_takes_a_little(quick: xr.Dataset) -> None:
