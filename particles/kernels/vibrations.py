@@ -50,16 +50,18 @@ def force_and_loss(
     The loss acts on the contact's own part of the approach rate, and a massless spring of this flexibility (m/N) yields
     to the loss: to first order.
     """
-    overlap, share = approach, 1.0
-    if flexibility != 0.0:
-        overlap = overlap_on_spring(law, i, approach, flexibility)
-        share = 1.0 / (1.0 + flexibility * slope(law, i, overlap))
+    overlap = approach if flexibility == 0.0 else overlap_on_spring(law, i, approach, flexibility)
     elastic, released = force(law, i, overlap), elastic_overlap(law, i, overlap)
     # A striker that just touches pushes its dashpot at once. A dent that is not touched any more has no loss.
     if released < 0.0:
         return 0.0, 0.0
-    lossy = force_with_loss(loss, i, elastic, slope(law, i, overlap), released, share * rate)
-    total = max(elastic + share * (lossy - elastic), 0.0)
+    tangent = slope(law, i, overlap)
+    if flexibility == 0.0:
+        total = force_with_loss(loss, i, elastic, tangent, released, rate)
+    else:
+        share = 1.0 / (1.0 + flexibility * tangent)
+        lossy = force_with_loss(loss, i, elastic, tangent, released, share * rate)
+        total = max(elastic + share * (lossy - elastic), 0.0)
     return total, (total - elastic) * rate
 
 
