@@ -68,7 +68,7 @@ ABOUT = {
 RUNS = {
     "thesis": (16, 16),
     "aspect-ratio": (27, 27),
-    "plate-boundary": (118, 437),
+    "plate-boundary": (118, 442),
     "critical-distance": (263, 2443),
     "rod-stiffness": (23, 108),
     "rod-length": (36, 132),

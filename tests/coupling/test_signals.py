@@ -237,7 +237,7 @@ def test_a_whole_file_without_a_last_line_end(tmp_path: Path) -> None:
         ({"start": "x"}, "start = 'x': must be a finite number"),
         ({"segment": 0}, "segment = 0: must be a whole number"),
         ({"segment": 2}, "segment = 2: must be at most 1"),
-        ({"unit": "N"}, "calibration = 20.0: must be None"),
+        ({"unit": "N"}, "calibration = 20.0: must be left out"),
         ({"calibration": None}, "calibration = None: must give κ for sensor 7"),
         ({"calibration": 0.0}, "calibration = 0.0"),
         ({"calibration": {8: 2.0}}, "must give κ for sensor 7"),
