@@ -62,9 +62,10 @@ def _rates(structure: Structure) -> Vector | None:
     sizes = np.array([max(sparse.linalg.norm(one), np.finfo(float).tiny) for one in (mass, stiffness)])
     pairs = [mass / sizes[0], stiffness / sizes[1]]
     products = np.array([[(one * other).sum() for other in pairs] for one in pairs])
-    rates = np.linalg.lstsq(products, [(one * damping).sum() for one in pairs], rcond=None)[0]
+    # Where damping falls with the frequency, β would be negative: such a sum is refused by what is left of it.
+    rates = np.maximum(np.linalg.lstsq(products, [(one * damping).sum() for one in pairs], rcond=None)[0], 0.0)
     rest = damping - rates[0] * pairs[0] - rates[1] * pairs[1]
     if sparse.linalg.norm(rest) > PROPORTIONAL * sparse.linalg.norm(damping):
         return None
-    found: Vector = np.maximum(rates / sizes, 0.0)
+    found: Vector = rates / sizes
     return found

@@ -175,6 +175,9 @@ COUPLED = {
     ),
     "absorbing base": hl.reduce(hl.rod([hl.Layer(hl.ACRYLIC, 0.05, 0.01)], base="absorbing"), until=6e-4),
     "not reduced": hl.rod([hl.Layer(hl.ACRYLIC, 0.05, 0.01)], base="absorbing", elements=12),
+    "less damping of faster modes": hl.Structure(
+        np.diag([0.01, 0.02]), np.diag([1e6, 8e5]), np.diag([10.0, 44.0]), np.ones(2), 0.0, hl.Surface(hl.PTFE)
+    ),
 }
 
 
