@@ -24,7 +24,8 @@ CHAIN = hl.Chain([BEAD] * 20, striker=BEAD, impact_speed=0.31, gravity=9.81, dis
 SURFACE = hl.Surface(hl.ACRYLIC)
 ROD = hl.reduce(hl.rod([hl.Layer(hl.ACRYLIC, 0.0762, 0.0191)]), until=8e-4)
 WINDOW = 1e-6
-ZERO = 1e-14
+ZERO, STILL = 1e-14, 1e-22
+"""N, rounding of the static force; and m, what such a force moves in a window."""
 MOVING = hl.stepping.MovingChain(CHAIN, SURFACE)
 
 
@@ -177,7 +178,9 @@ class Double:
         felt = self.force if abs(self.force) > ZERO else 0.0
         self.moved, end = self.structure.advance(self.before, felt, self.window)
         residual, change, self.before_last = end - self.end, self.force - self.before_last, self.force
-        if abs(residual) <= relative * abs(end) and abs(change) <= relative * abs(self.force):
+        # preCICE's absolute-or-relative measure: what a force of rounding moves holds no digits.
+        still = abs(residual) <= max(relative * abs(end), STILL)
+        if still and abs(change) <= max(relative * abs(self.force), ZERO):
             self._accept()
             return
         if self.count > 1:
