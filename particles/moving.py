@@ -277,7 +277,7 @@ class MovingChain:
             (start, start_behind), (end, end_behind) = motion
             y[0], v[0] = self.rest[0] - start_behind, (start_behind - end_behind) / window
         force, force_behind, lost, driven = kernels.advance_chain(
-            self.model, y, v, self.work_space(), state.time, window, start, end, self.steps(window), 0
+            self.model, y, v, self.work_space(), state.time, window, start, end, self.steps(window)
         )
         moved = ChainState(y, v, state.lost + lost, state.time + window, state.driven + driven)
         if self.behind is None:

@@ -192,9 +192,9 @@ def inner(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     return decorate
 
 
-def entry(kernel: Any) -> Any:
-    """A kernel that Python calls, made of one that kernels call."""
-    return njit(cache=True, _nrt=False, nogil=True, no_cfunc_wrapper=True)(kernel.py_func)
+def entry(function: Callable[..., Any]) -> Any:
+    """Numba's decorator for a kernel that Python calls, around one that kernels call and that is compiled once."""
+    return njit(cache=True, _nrt=False, nogil=True, no_cfunc_wrapper=True)(function)
 
 
 COMPILING = "compiling kernels that this machine has not compiled yet: up to a minute, once"

@@ -123,6 +123,7 @@ def test_a_basis_spans_a_part_of_the_distance_at_most() -> None:
     """However little the guess knows of the place."""
     question = asked("0.1 ms")
     around = AroundGuess(question.case, {0: 1.0}, question.of_structure)
-    low, high = around._ranges[0]
+    assert isinstance(around._basis.x, tuple)
+    low, high = around._basis.x
     assert low == pytest.approx((1.0 - WIDEST) * 0.06)
     assert high == pytest.approx((1.0 + WIDEST) * 0.06)

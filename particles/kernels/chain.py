@@ -342,6 +342,29 @@ def first_bad(y: Vector, v: Vector, wall: float) -> int:
     return -1 if np.isfinite(wall) else y.size
 
 
-# Kernels that Python calls: the chain as a participant of its own, and the energies and forces of a state.
-advance_chain, forces_of_chain, energies_of_chain = entry(advance), entry(contact_forces), entry(energies)
-first_bad_body = entry(first_bad)
+@entry
+def advance_chain(
+    chain: Any, y: Vector, v: Vector, work: Vector, t: float, window: float, wall: float, wall_end: float, steps: int
+) -> tuple[float, float, float, float]:
+    """Move a chain on, see `advance`: for Python."""
+    return advance(chain, y, v, work, t, window, wall, wall_end, steps, 0)
+
+
+@entry
+def forces_of_chain(
+    chain: Any, y: Vector, v: Vector, t: float, wall: float, rate: float, forces: Vector, work: Vector
+) -> None:
+    """Put the forces of all contacts into `forces`, see `contact_forces`: for Python."""
+    contact_forces(chain, y, v, t, wall, rate, forces, work)
+
+
+@entry
+def energies_of_chain(chain: Any, y: Vector, v: Vector, wall: float, work: Vector) -> tuple[float, float]:
+    """Return the energies of a chain, see `energies`: for Python."""
+    return energies(chain, y, v, wall, work)
+
+
+@entry
+def first_bad_body(y: Vector, v: Vector, wall: float) -> int:
+    """Return the first coordinate that is not finite, see `first_bad`: for Python."""
+    return first_bad(y, v, wall)

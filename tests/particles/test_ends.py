@@ -353,7 +353,7 @@ def test_a_striker_is_no_surface_behind(integrator: str, loss: Dissipation | Non
     """The kernel gives no force behind, though contact 1 is closed."""
     moving = MovingChain(hl.Chain([BEAD], BEAD, 0.3, dissipation=loss, integrator=integrator), FLAT)
     y, v = moving.start()[:2]
-    force, behind, _, _ = kernels.advance_chain(moving.model, y, v, moving.work_space(), 0.0, 1e-5, 0.0, 0.0, 100, 0)
+    force, behind, _, _ = kernels.advance_chain(moving.model, y, v, moving.work_space(), 0.0, 1e-5, 0.0, 0.0, 100)
     assert force > 0.0
     assert behind == 0.0
 
