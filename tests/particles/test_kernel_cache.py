@@ -161,7 +161,9 @@ def pressed(law, overlap):
 def both(law, overlap):
     return pressed(law, overlap), force(law, 0, 2.0 * overlap)
 
-alone = entry(pressed)
+@entry
+def alone(law, overlap):
+    return pressed(law, overlap)
 """
 
 PIECE = """
@@ -216,7 +218,7 @@ def printed(tmp_path: Path) -> Callable[..., list[float]]:
 def test_an_edited_piece_of_a_user_is_compiled_anew(printed: Callable[..., list[float]]) -> None:
     """Numba keeps a kernel by its types, in which the piece's functions have no part.
 
-    The process that finds its kernels also finds the one that Python calls, which has the same types.
+    The process that finds its kernels also finds the one that Python calls.
     """
     assert printed() == [12.0, 24.0, 12.0, 0.0]
     assert printed() == [12.0, 24.0, 12.0, 1.0]
