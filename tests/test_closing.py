@@ -340,7 +340,7 @@ def test_newtons_method_converges_where_gaps_close(
 
 def test_forces_of_many_gaps_are_those_of_least_squares() -> None:
     """Also where some gaps open because others press, which a first guess does not know."""
-    random, several, alone = np.random.default_rng(3), 0, entry(separate)
+    random, several, alone = np.random.default_rng(3), 0, entry(separate.py_func)
     for count in (2, 5, 9, 25):
         for _ in range(40):
             root = random.normal(size=(count, count)) + 0.5
