@@ -7,7 +7,7 @@ import numpy as np
 from coupling.kernels.state import REMEMBERED
 from particles.kernels.chain import advance, reach
 from structures.kernel_cache import inner
-from structures.kernels.gaps import copy, solve
+from structures.kernels.arrays import copy, solve
 from structures.kernels.pieces import by_type, for_each
 from structures.structure import Vector
 
@@ -116,7 +116,8 @@ class OneContact(NamedTuple):
             halved = count > HALVED_FROM and high < np.inf and low > -np.inf
             if halved:
                 tried = 0.5 * (low + high)
-        run.contact[0].slope = slope
+        if not abs(residual) > search.tolerance:
+            run.contact[0].slope = slope
         # The chain moved against the surface where the force before its last answer would have brought it.
         contact.answer = force - static
         contact.work = contact.answer * (contact.surface - before)

@@ -5,8 +5,9 @@ from typing import Any
 from coupling.kernels.agreement import agree
 from coupling.kernels.recorders import record
 from coupling.kernels.state import REMEMBERED
+from particles.kernels.chain import first_bad
 from structures.kernel_cache import inner, njit
-from structures.kernels.gaps import copy
+from structures.kernels.arrays import copy
 from structures.kernels.linear import let_go, push, read
 from structures.kernels.pieces import by_type
 from structures.structure import Vector
@@ -56,7 +57,7 @@ def run_windows(
         tried, residual, taken = agree(contacts, run, chains, structure, search, (done - 1) * window, window, trial)
         run.totals[0].tried += tried
         if not finite(trial):
-            chain, body = first_bad(trial, begin)
+            chain, body = broken_chain(trial, begin)
             return NON_FINITE, done, float(chain), body
         if abs(residual) > search.tolerance:
             return NOT_CONVERGED, done, residual, 0
@@ -85,16 +86,13 @@ def finite(trial: Any) -> bool:
 
 
 @inner()
-def first_bad(trial: Any, begin: Vector) -> tuple[int, int]:
+def broken_chain(trial: Any, begin: Vector) -> tuple[int, int]:
     """Return the first chain that is no longer finite and the body; after all of its bodies comes the surface."""
     for c in range(begin.shape[0] - 1):
         first, last = begin[c, 0], begin[c + 1, 0]
-        for i in range(first, last):
-            if trial.y[i] - trial.y[i] != 0.0 or trial.v[i] - trial.v[i] != 0.0:
-                return c, i - first
-        surface = trial.contact[begin[c, 1]].surface
-        if surface - surface != 0.0:
-            return c, last - first
+        body = first_bad(trial.y[first:last], trial.v[first:last], trial.contact[begin[c, 1]].surface)
+        if body >= 0:
+            return c, body
     return -1, 0
 
 

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 from coupling.kernels.state import Records, record_type
 from particles.kernels.chain import contact_forces, energies
 from structures.kernel_cache import inner
-from structures.kernels.gaps import copy
+from structures.kernels.arrays import copy
 from structures.kernels.linear import energies_of_structure
 from structures.kernels.pieces import by_type, for_each
 from structures.structure import Vector

@@ -70,7 +70,11 @@ def integrate(
     raise NotImplementedError
 
 
-@by_type()
+def _all_at_once(scheme: Any) -> int:
+    return 0
+
+
+@by_type(_all_at_once)
 def bodies_per_step(scheme: Any) -> int:
     """Return by how many bodies a step passes on the motion of the surface; 0 where it reaches all at once."""
     raise NotImplementedError
@@ -202,11 +206,6 @@ class DampedVerlet(NamedTuple):
     """Velocity Verlet whose losses depend on the velocity predicted for the step's end: second order."""
 
     @staticmethod
-    def bodies_per_step(scheme: Any) -> int:
-        """Return zero: all bodies are moved again."""
-        return 0
-
-    @staticmethod
     def integrate(
         scheme: Any, chain: Any, y: Vector, v: Vector, work: Vector, span: Any
     ) -> tuple[float, float, float, float]:
@@ -249,11 +248,6 @@ class DampedVerlet(NamedTuple):
 
 class RungeKutta(NamedTuple):
     """The classical method of order four; impulse, loss and work are integrated with the same weights."""
-
-    @staticmethod
-    def bodies_per_step(scheme: Any) -> int:
-        """Return zero: all bodies are moved again."""
-        return 0
 
     @staticmethod
     def integrate(

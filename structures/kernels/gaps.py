@@ -4,7 +4,8 @@ from math import sqrt
 from typing import Any, NamedTuple
 
 from structures.kernel_cache import inner
-from structures.kernels.linear import dissipated, dot, energies_of_structure, let_go, push, read, read_rate
+from structures.kernels.arrays import copy, dot, solve
+from structures.kernels.linear import dissipated, energies_of_structure, let_go, push, read, read_rate
 from structures.structure import Vector
 
 SETTLED = 1e-13
@@ -151,36 +152,6 @@ def switched(gaps: Any, before: Vector, after: Vector, pressed: Vector) -> bool:
         elif gaps.opening[g] + read(linear, points + g, after) < 0.0 and read_rate(linear, points + g, after) < 0.0:
             return True
     return False
-
-
-@inner()
-def copy(source: Vector, target: Vector) -> None:
-    """Copy what `target[:] = source` would: that compiles the text of an error for unequal shapes, for seconds."""
-    for i in range(target.size):
-        target[i] = source[i]
-
-
-@inner()
-def solve(matrix: Vector, right: Vector, size: int) -> None:
-    """Solve a few linear equations in place, by Gauss's elimination with pivots."""
-    for i in range(size):
-        pivot = i
-        for j in range(i + 1, size):
-            if abs(matrix[j, i]) > abs(matrix[pivot, i]):
-                pivot = j
-        if pivot != i:
-            for j in range(size):
-                matrix[i, j], matrix[pivot, j] = matrix[pivot, j], matrix[i, j]
-            right[i], right[pivot] = right[pivot], right[i]
-        for j in range(i + 1, size):
-            factor = matrix[j, i] / matrix[i, i]
-            for k in range(i, size):
-                matrix[j, k] -= factor * matrix[i, k]
-            right[j] -= factor * right[i]
-    for i in range(size - 1, -1, -1):
-        for j in range(i + 1, size):
-            right[i] -= matrix[i, j] * right[j]
-        right[i] /= matrix[i, i]
 
 
 @inner()

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from structures.kernel_cache import inner
+from structures.kernels.arrays import dot
 from structures.kernels.pieces import by_type
 from structures.structure import Vector
 
@@ -46,15 +47,6 @@ def energies_of_structure(structure: Any, s: int, state: Vector) -> tuple[float,
 def dissipated(structure: Any, before: Vector, after: Vector, window: float) -> float:
     """Return the energy that damping takes in a window between two states, J, by the midpoint's mean velocity."""
     raise NotImplementedError
-
-
-@inner(fastmath={"contract", "reassoc"})
-def dot(a: Vector, b: Vector) -> float:
-    """Return the sum of products with the first entries of b, as many as a has."""
-    total = 0.0
-    for i in range(a.size):
-        total += a[i] * b[i]
-    return total
 
 
 @inner()

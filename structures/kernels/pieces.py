@@ -1,6 +1,6 @@
 """Pieces: a piece is a NamedTuple of arrays, whose class holds compiled functions. The type chooses the function.
 
-A run compiles the functions of its own pieces only, for the CPU and, with the extra `gpu`, for a GPU.
+A run compiles the functions of its own pieces only.
 """
 
 from collections.abc import Callable, Sequence

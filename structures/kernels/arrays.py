@@ -1,0 +1,43 @@
+"""Small compiled functions of arrays."""
+
+from structures.kernel_cache import inner
+from structures.structure import Vector
+
+
+@inner()
+def copy(source: Vector, target: Vector) -> None:
+    """Copy what `target[:] = source` would: that compiles the text of an error for unequal shapes, for seconds."""
+    for i in range(target.size):
+        target[i] = source[i]
+
+
+@inner(fastmath={"contract", "reassoc"})
+def dot(a: Vector, b: Vector) -> float:
+    """Return the sum of products with the first entries of b, as many as a has."""
+    total = 0.0
+    for i in range(a.size):
+        total += a[i] * b[i]
+    return total
+
+
+@inner()
+def solve(matrix: Vector, right: Vector, size: int) -> None:
+    """Solve a few linear equations in place, by Gauss's elimination with pivots."""
+    for i in range(size):
+        pivot = i
+        for j in range(i + 1, size):
+            if abs(matrix[j, i]) > abs(matrix[pivot, i]):
+                pivot = j
+        if pivot != i:
+            for j in range(size):
+                matrix[i, j], matrix[pivot, j] = matrix[pivot, j], matrix[i, j]
+            right[i], right[pivot] = right[pivot], right[i]
+        for j in range(i + 1, size):
+            factor = matrix[j, i] / matrix[i, i]
+            for k in range(i, size):
+                matrix[j, k] -= factor * matrix[i, k]
+            right[j] -= factor * right[i]
+    for i in range(size - 1, -1, -1):
+        for j in range(i + 1, size):
+            right[i] -= matrix[i, j] * right[j]
+        right[i] /= matrix[i, i]
