@@ -368,11 +368,15 @@ def test_a_partner_that_creates_energy_is_reported(double: type[Double], configu
 
 
 def test_ctrl_c_ends_the_process_while_precice_waits(double: type[Double], configuration: Path) -> None:
-    """Python's own handler would wait for preCICE to return."""
-    double.until = 2e-6
-    hl.ports.run_in_precice(CHAIN, SURFACE, configuration)
-    assert double.latest.interrupts == {signal.SIG_DFL}
-    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    """Python's own handler would wait for preCICE to return. A shell starts background jobs without it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        double.until = 2e-6
+        hl.ports.run_in_precice(CHAIN, SURFACE, configuration)
+        assert double.latest.interrupts == {signal.SIG_DFL}
+        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 @pytest.mark.filterwarnings("ignore:overflow:RuntimeWarning", "ignore:invalid:RuntimeWarning")
