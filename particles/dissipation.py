@@ -12,15 +12,16 @@ from typing import Any, cast
 
 import numpy as np
 
-from particles.kernels.losses import BodyLoss, Dashpot, Drag, SecantLoss, TangentLoss
+from particles.kernels.losses import BodyLoss, ContactLoss, Drag
 from structures.checks import finite, not_negative, one_of, short, within
 from structures.plausible import likely
 from structures.structure import Vector
 
 FORMS = ("pairwise", "thesis")
 
-PIECES = Dashpot, TangentLoss, SecantLoss, BodyLoss, Drag
-"""The forms of a loss that the compiled loops have."""
+CONTACT_PIECES = "dashpot", "tangent", "secant"
+PIECES = *CONTACT_PIECES, "bodies", "drag"
+"""The forms of a loss that the compiled loops have; the first three in the order of `particles.kernels.losses`."""
 
 NEIGHBOURS = 4.0
 """Largest damping rate of equation 4.1 over that of one contact: a body has two, and each contact joins two bodies."""
@@ -29,15 +30,15 @@ NEIGHBOURS = 4.0
 class Dissipation(ABC):
     """A loss of energy. Derive a class from it for a loss of your own.
 
-    A subclass gives the coefficients c, and names the form of the force, a class of `particles.kernels.losses`. With
-    the approach rate δ̇ and the elastic force F, a closed contact has the force c δ̇^α (Dashpot), c F′ δ̇^α (TangentLoss)
-    or c √((F′ + F/δ)/2) δ̇^α (SecantLoss). BodyLoss is the thesis's equation 4.1, and Drag a force c m v on each body.
-    A form of your own is a NamedTuple with the static method `force_with_loss`, see docs/extending.md. Its first field
-    is `coefficient`; the others have the names of the loss's numbers.
+    A subclass gives the coefficients c, and names the form of the force. With the approach rate δ̇ and the elastic force
+    F, a closed contact has the force c δ̇^α ("dashpot"), c F′ δ̇^α ("tangent") or c √((F′ + F/δ)/2) δ̇^α ("secant").
+    "bodies" is the thesis's equation 4.1, and "drag" a force c m v on each body. A form of your own is a NamedTuple
+    with the static method `force_with_loss`, see docs/extending.md. Its first field is `coefficient`; the others have
+    the names of the loss's numbers.
 
     Attributes
     ----------
-    piece : type
+    piece : str or type
         Form of the force.
     exponent : float
         Power α of the rate; 1 unless a subclass defines it.
@@ -48,11 +49,10 @@ class Dissipation(ABC):
 
     >>> import hertzlink as hl
     >>> from dataclasses import dataclass
-    >>> from particles.kernels.losses import TangentLoss
     >>> @dataclass(frozen=True)
     ... class HeavierIsSlower(hl.Dissipation):
     ...     time_per_mass: float  # s/kg
-    ...     piece = TangentLoss
+    ...     piece = "tangent"
     ...
     ...     def coefficients(self, mass):
     ...         return self.time_per_mass * mass
@@ -60,7 +60,7 @@ class Dissipation(ABC):
     >>> chain = hl.Chain([bead] * 10, bead, impact_speed=0.4, dissipation=HeavierIsSlower(1e-4))
     """
 
-    piece: type
+    piece: str | type
 
     @property
     def exponent(self) -> float:
@@ -77,24 +77,27 @@ class Dissipation(ABC):
         mass, kg: reduced masses; tangent, secant, N/m: F′ and F/δ where contacts are deepest; speed, m/s: of the
         bodies.
         """
-        if self.piece is TangentLoss:
+        if self.piece == "tangent":
             grown = tangent
-        elif self.piece is SecantLoss:
+        elif self.piece == "secant":
             grown = np.sqrt(0.5 * (tangent + secant))
         else:
-            grown = np.full_like(tangent, NEIGHBOURS if self.piece is BodyLoss else 1.0)
+            grown = np.full_like(tangent, NEIGHBOURS if self.piece == "bodies" else 1.0)
         rates: Vector = coefficients_of(self, mass) * grown * speed ** (self.exponent - 1.0)
-        return rates if self.piece is Drag else rates / mass
+        return rates if self.piece == "drag" else rates / mass
 
 
 def kernel_loss(loss: Dissipation, mass: Vector, present: Vector) -> Any:
     """The loss as a piece of the compiled loops. present: whether there is a contact, for each of the masses."""
     coefficients, piece = coefficients_of(loss, mass), cast(Any, loss.piece)
-    if piece is Drag:
+    if piece == "drag":
         return Drag(coefficients)
-    if piece is BodyLoss:
+    if piece == "bodies":
         return BodyLoss(coefficients, loss.exponent, present.astype(float))
-    return piece(np.where(present, coefficients, 0.0), *(getattr(loss, name) for name in piece._fields[1:]))
+    coefficients = np.where(present, coefficients, 0.0)
+    if piece in CONTACT_PIECES:
+        return ContactLoss(coefficients, loss.exponent, CONTACT_PIECES.index(piece))
+    return piece(coefficients, *(getattr(loss, name) for name in piece._fields[1:]))
 
 
 def coefficients_of(loss: Dissipation, mass: Vector) -> Vector:
@@ -124,10 +127,9 @@ def _check_own(name: str, piece: Any, loss: Dissipation) -> None:
     method = "force_with_loss(loss, i, elastic, slope, overlap, rate)"
     fields = getattr(piece, "_fields", ()) if isinstance(piece, type) else ()
     if not fields or not isinstance(getattr_static(piece, "force_with_loss", None), staticmethod):
-        named = ", ".join(one.__name__ for one in PIECES)
         raise ValueError(
-            f"{name}.piece = {short(piece)}: must be one of {named} of particles.kernels.losses, or a NamedTuple with "
-            f"the static method {method}"
+            f"{name}.piece = {short(piece)}: must be one of {', '.join(PIECES)}, or a NamedTuple with the static "
+            f"method {method}"
         )
     if fields[0] != "coefficient":
         raise ValueError(f"{name}.piece = {piece.__name__}: its first field must be coefficient, not {fields[0]}")
@@ -163,7 +165,7 @@ class LinearDashpot(Dissipation):
     """
 
     coefficient: float
-    piece = Dashpot
+    piece = "dashpot"
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "coefficient", not_negative("coefficient", self.coefficient, "N s/m"))
@@ -222,9 +224,9 @@ class PowerDashpot(Dissipation):
         one_of("form", self.form, FORMS)
 
     @property
-    def piece(self) -> type:  # type: ignore[override]
+    def piece(self) -> str:  # type: ignore[override]
         """Form of the force."""
-        return Dashpot if self.form == "pairwise" else BodyLoss
+        return "dashpot" if self.form == "pairwise" else "bodies"
 
     def coefficients(self, mass: Vector) -> Vector:
         """γ at each contact, or on each body."""
@@ -257,7 +259,7 @@ class MassProportional(Dissipation):
     """
 
     rate: float
-    piece = Drag
+    piece = "drag"
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "rate", not_negative("rate", self.rate, "1/s"))
@@ -293,7 +295,7 @@ class KuwabaraKono(Dissipation):
     """
 
     time: float
-    piece = TangentLoss
+    piece = "tangent"
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "time", not_negative("time", self.time, "s"))
@@ -332,7 +334,7 @@ class Tsuji(Dissipation):
     """
 
     coefficient: float
-    piece = SecantLoss
+    piece = "secant"
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "coefficient", not_negative("coefficient", self.coefficient))
@@ -371,7 +373,7 @@ class Restitution(Dissipation):
     """
 
     coefficient: float
-    piece = SecantLoss
+    piece = "secant"
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "coefficient", within("coefficient", self.coefficient, 0.01, 1.0))

@@ -58,42 +58,28 @@ class NoLoss(NamedTuple):
     """An elastic chain."""
 
 
-class Dashpot(NamedTuple):
-    """A force c δ̇^α."""
+DASHPOT, TANGENT, SECANT = range(3)
+"""With what a ContactLoss grows: with nothing, with the slope of the elastic force, or with a mean of two slopes."""
+
+
+class ContactLoss(NamedTuple):
+    """A force c g δ̇^α. One piece has the three forms of g: each combination of pieces compiles for seconds."""
 
     coefficient: Vector
     """c of each contact; zero where nothing is."""
     exponent: float
+    form: int
+    """DASHPOT: g is 1; TANGENT: F′; SECANT: √[(F′ + F/δ)/2]."""
 
     @staticmethod
     def force_with_loss(loss: Any, i: int, elastic: float, slope: float, overlap: float, rate: float) -> float:
         """Return the force, N; it never pulls."""
-        return max(elastic + loss.coefficient[i] * power_of_rate(rate, loss.exponent), 0.0)
-
-
-class TangentLoss(NamedTuple):
-    """A force c F′ δ̇^α."""
-
-    coefficient: Vector
-    exponent: float
-
-    @staticmethod
-    def force_with_loss(loss: Any, i: int, elastic: float, slope: float, overlap: float, rate: float) -> float:
-        """Return the force, N; it never pulls."""
-        return max(elastic + loss.coefficient[i] * slope * power_of_rate(rate, loss.exponent), 0.0)
-
-
-class SecantLoss(NamedTuple):
-    """A force c √[(F′ + F/δ)/2] δ̇^α."""
-
-    coefficient: Vector
-    exponent: float
-
-    @staticmethod
-    def force_with_loss(loss: Any, i: int, elastic: float, slope: float, overlap: float, rate: float) -> float:
-        """Return the force, N; it never pulls."""
-        mean = sqrt(0.5 * (slope + elastic / overlap)) if overlap > NEGLIGIBLE else 0.0
-        return max(elastic + loss.coefficient[i] * mean * power_of_rate(rate, loss.exponent), 0.0)
+        grown = 1.0
+        if loss.form == TANGENT:
+            grown = slope
+        elif loss.form == SECANT:
+            grown = sqrt(0.5 * (slope + elastic / overlap)) if overlap > NEGLIGIBLE else 0.0
+        return max(elastic + loss.coefficient[i] * grown * power_of_rate(rate, loss.exponent), 0.0)
 
 
 class Drag(NamedTuple):

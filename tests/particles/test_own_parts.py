@@ -14,7 +14,6 @@ import hertzlink as hl
 from coupling.results.provenance import stored
 from particles.excitation import Drive
 from particles.kernels import drives
-from particles.kernels.losses import Dashpot
 from particles.laws.law import kernel_table
 from structures.structure import Vector
 
@@ -182,7 +181,7 @@ class OwnDashpot(hl.Dissipation):
     """LinearDashpot, as a user writes it."""
 
     viscosity: float
-    piece = Dashpot
+    piece = "dashpot"
 
     def coefficients(self, mass: Vector) -> Vector:
         return np.full_like(mass, self.viscosity)
@@ -368,15 +367,15 @@ def test_the_history_of_a_users_excitation_may_be_lists_of_whole_numbers() -> No
 @pytest.mark.parametrize(
     ("piece", "coefficients", "message"),
     [
-        (Dashpot, lambda mass: mass * np.nan, r"Own\.coefficients: must be finite and not negative.*nan"),
-        (Dashpot, lambda mass: -5.0 + 0.0 * mass, r"Own\.coefficients: .*not np.float64\(-5\.0\)|not -5\.0"),
-        (Dashpot, lambda mass: 5.0, r"Own\.coefficients: must return \d+ numbers"),
-        (Dashpot, lambda mass: None, r"Own\.coefficients: must return \d+ numbers"),
-        (Dashpot, lambda mass: mass + 1j, r"Own\.coefficients: must return \d+ numbers"),
-        (Dashpot, lambda mass: mass[:-1], r"Own\.coefficients: must return \d+ numbers"),
-        (99, lambda mass: mass, r"Own\.piece = 99: must be one of Dashpot, TangentLoss"),
-        ("dashpot", lambda mass: mass, r"Own\.piece = 'dashpot': must be one of Dashpot"),
-        (None, lambda mass: mass, r"Own\.piece = None: must be one of Dashpot"),
+        ("dashpot", lambda mass: mass * np.nan, r"Own\.coefficients: must be finite and not negative.*nan"),
+        ("dashpot", lambda mass: -5.0 + 0.0 * mass, r"Own\.coefficients: .*not np.float64\(-5\.0\)|not -5\.0"),
+        ("dashpot", lambda mass: 5.0, r"Own\.coefficients: must return \d+ numbers"),
+        ("dashpot", lambda mass: None, r"Own\.coefficients: must return \d+ numbers"),
+        ("dashpot", lambda mass: mass + 1j, r"Own\.coefficients: must return \d+ numbers"),
+        ("dashpot", lambda mass: mass[:-1], r"Own\.coefficients: must return \d+ numbers"),
+        (99, lambda mass: mass, r"Own\.piece = 99: must be one of dashpot, tangent"),
+        ("dashpots", lambda mass: mass, r"Own\.piece = 'dashpots': must be one of dashpot"),
+        (None, lambda mass: mass, r"Own\.piece = None: must be one of dashpot"),
     ],
 )
 def test_a_loss_that_is_none_is_named(piece: Any, coefficients: Any, message: str) -> None:
@@ -394,7 +393,7 @@ def test_a_loss_that_changes_its_masses_is_refused() -> None:
     """The chain has the same array: it would run with other masses."""
 
     class Heavier(hl.Dissipation):
-        piece = Dashpot
+        piece = "dashpot"
 
         def coefficients(self, mass: Vector) -> Vector:
             mass *= 2.0

@@ -91,12 +91,18 @@ def test_a_contact_that_yields() -> None:
 
 
 COEFFICIENTS = np.array([0.0, 7.0])
+
+
+def contact_loss(form: int, exponent: float = 1.0) -> losses.ContactLoss:
+    return losses.ContactLoss(COEFFICIENTS, exponent, form)
+
+
 LOSSES: dict[str, tuple[Any, Any]] = {
     "none": (losses.NoLoss(), lambda e, s, d, r: e),
-    "dashpot": (losses.Dashpot(COEFFICIENTS, 1.0), lambda e, s, d, r: e + 7.0 * r),
-    "power": (losses.Dashpot(COEFFICIENTS, 1.8), lambda e, s, d, r: e + 7.0 * np.sign(r) * abs(r) ** 1.8),
-    "tangent": (losses.TangentLoss(COEFFICIENTS, 1.0), lambda e, s, d, r: e + 7.0 * s * r),
-    "secant": (losses.SecantLoss(COEFFICIENTS, 1.0), lambda e, s, d, r: e + 7.0 * sqrt(0.5 * (s + e / d)) * r),
+    "dashpot": (contact_loss(losses.DASHPOT), lambda e, s, d, r: e + 7.0 * r),
+    "power": (contact_loss(losses.DASHPOT, 1.8), lambda e, s, d, r: e + 7.0 * np.sign(r) * abs(r) ** 1.8),
+    "tangent": (contact_loss(losses.TANGENT), lambda e, s, d, r: e + 7.0 * s * r),
+    "secant": (contact_loss(losses.SECANT), lambda e, s, d, r: e + 7.0 * sqrt(0.5 * (s + e / d)) * r),
 }
 
 
@@ -155,7 +161,7 @@ def test_drives() -> None:
 
 def test_rigid_bodies() -> None:
     """Forces, the power of losses and the energy of a chain with springs at both ends."""
-    law, loss = laws.Hertz(np.array([1e10, 2e10, 3e10])), losses.Dashpot(np.full(3, 5.0), 1.0)
+    law, loss = laws.Hertz(np.array([1e10, 2e10, 3e10])), losses.ContactLoss(np.full(3, 5.0), 1.0, losses.DASHPOT)
     y, v, forces, work = np.array([3e-6, 2e-6, 1e-6]), np.array([0.3, 0.1, 0.2]), np.zeros(3), np.zeros((2, 3))
     approach, rate, springs = np.array([1e-6, 1e-6, 0.5e-6]), np.array([0.2, -0.1, 0.2]), (2e-9, 3e-8)
     own = [laws.overlap_on_spring(law, i, approach[i], f) for i, f in enumerate((springs[0], 0.0, springs[1]))]
@@ -302,7 +308,7 @@ def test_a_field_that_the_law_lacks_is_named() -> None:
 @pytest.mark.parametrize(
     ("members", "message"),
     [
-        ({"piece": Cone}, r"Own\.piece = <class .*Cone'>: must be one of Dashpot, .* method force_with_loss\(loss"),
+        ({"piece": Cone}, r"Own\.piece = <class .*Cone'>: must be one of dashpot, .* method force_with_loss\(loss"),
         ({"scale": "x"}, r"Own\.scale, a field of its piece Soft, = 'x': must be a finite number"),
         ({"piece": Other}, r"Own\.piece = Other: its first field must be coefficient, not hardness"),
     ],
