@@ -2,14 +2,17 @@
 
 from dataclasses import dataclass
 from math import fsum, pi, sqrt
+from platform import machine
 from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from numba import njit, typeof
 from scipy.integrate import quad
 
 import hertzlink as hl
 from particles.kernels import drives, laws, losses, vibrations
+from particles.kernels.chain import Span, Verlet
 from particles.laws.law import kernel_table
 from structures.structure import Vector
 
@@ -323,3 +326,14 @@ def test_a_piece_that_numba_cannot_compile_is_named() -> None:
     law = wrong_law(force=lambda law, i, d: fsum([law.stiffness[i] * d**2]) if d > 0.0 else 0.0)
     with pytest.raises(ValueError, match=r"^Cut\.force: Numba cannot compile it: \S.*$"):
         hl.CoSimulation(hl.Chain([STEEL] * 3, STEEL, 0.3, law=law), None).run(1e-5)
+
+
+@pytest.mark.skipif(machine() not in ("x86_64", "AMD64"), reason="the name of the instruction")
+def test_the_pass_over_the_beads_has_vector_instructions() -> None:
+    chain = hl.stepping.MovingChain(hl.Chain([STEEL] * 8, STEEL, 0.4), WALL.surface)
+    state, work = chain.start(), chain.work_space()
+    types = [typeof(one) for one in (chain.model, state.position, state.velocity, work)]
+    span = typeof(Span(0.0, 0.0, 0.0, 1e-7, 3, 0))
+    kernel = njit(Verlet.integrate)
+    kernel.compile((typeof(Verlet()), *types, span))
+    assert "sqrtpd" in "".join(kernel.inspect_asm().values())
