@@ -3,12 +3,12 @@
 from typing import Any
 
 from coupling.kernels.agreement import agree
-from coupling.kernels.recorders import record
+from coupling.kernels.recorders import reads_structure, record
 from coupling.kernels.state import REMEMBERED
 from particles.kernels.chain import first_bad
 from structures.kernel_cache import inner, njit
 from structures.kernels.arrays import copy
-from structures.kernels.linear import let_go, push, read
+from structures.kernels.linear import follow, push, read
 from structures.kernels.pieces import by_type
 from structures.structure import Vector
 
@@ -16,15 +16,14 @@ OK, NON_FINITE, NOT_CONVERGED = 0, 1, 2
 """How a loop ended."""
 
 
-def _linear_end(structure: Any, run: Any, trial: Any) -> None:
-    copy(trial.free, run.body)
+def _pending(structure: Any, run: Any, trial: Any) -> None:
     for k in range(trial.contact.size):
-        push(structure, k, trial.contact[k].force, run.body)
+        run.contact[k].pending = trial.contact[k].force
 
 
-@by_type(_linear_end)
+@by_type(_pending)
 def finish(structure: Any, run: Any, trial: Any) -> None:
-    """Move the state of the structures on to the end of a window whose forces are agreed."""
+    """Let the structures take over the forces of a window that are agreed."""
     raise NotImplementedError
 
 
@@ -43,6 +42,8 @@ def run_windows(
     """
     if windows[3] >= 0:
         record(recorder, windows[3], windows[1] * window, run, chains, structure, begin, trial.work)
+    # The state of linear structures moves to and fro between two arrays.
+    gaps, state, free = run.pressed.size > 0, run.body, trial.free
     touched = False
     for i in range(run.body.size):
         touched = touched or run.body[i] != 0.0
@@ -50,28 +51,47 @@ def run_windows(
     for k in range(trial.contact.size):
         trial.contact[k].at_rest = 0.0
     for done in range(windows[0], windows[1] + 1):
-        if touched or run.pressed.size > 0:
-            let_go(structure, run.body, trial.free)
+        moved = touched or gaps
+        if moved:
+            follow(structure, run.contact, state, free)
             for k in range(trial.contact.size):
-                trial.contact[k].at_rest = read(structure, k, trial.free)
+                trial.contact[k].at_rest = read(structure, k, free)
         tried, residual, taken = agree(contacts, run, chains, structure, search, (done - 1) * window, window, trial)
         run.totals[0].tried += tried
         if not finite(trial):
             chain, body = broken_chain(trial, begin)
             return NON_FINITE, done, float(chain), body
         if abs(residual) > search.tolerance:
+            settle(structure, run, state)
             return NOT_CONVERGED, done, residual, 0
         copy(trial.y, run.y)
         copy(trial.v, run.v)
         for k in range(trial.contact.size):
             touched = touched or trial.contact[k].force != 0.0
-        if touched or run.pressed.size > 0:
+        if touched or gaps:
             finish(structure, run, trial)
+        if moved and not gaps:
+            state, free = free, state
         run.totals[0].taken += taken
         keep_ledger(run, trial, done * window, window, residual)
         if windows[2] > 0 and done % windows[2] == 0:
+            if reads_structure(recorder):
+                settle(structure, run, state)
+                state, free = run.body, trial.free
             record(recorder, done // windows[2], done * window, run, chains, structure, begin, trial.work)
+    settle(structure, run, state)
     return OK, 0, 0.0, 0
+
+
+@inner()
+def settle(structure: Any, run: Any, state: Vector) -> None:
+    """Put the state of the structures into the run, with the response to forces that are pending."""
+    for i in range(state.size):
+        run.body[i] = state[i]
+    for k in range(run.contact.size):
+        if run.contact[k].pending != 0.0:
+            push(structure, k, run.contact[k].pending, run.body)
+            run.contact[k].pending = 0.0
 
 
 @inner()

@@ -22,6 +22,16 @@ def record(
     raise NotImplementedError
 
 
+def _reads(recorder: Any) -> bool:
+    return True
+
+
+@by_type(_reads)
+def reads_structure(recorder: Any) -> bool:
+    """Return whether a recorder reads the state of the structures."""
+    raise NotImplementedError
+
+
 CHAIN_FRAME = record_type("kinetic", "potential", "lost", "driven")
 """Energies of a chain, J."""
 
@@ -109,6 +119,11 @@ class Traces(NamedTuple):
     """N."""
     contact: Records
     """K × saved times records TRACE_FRAME."""
+
+    @staticmethod
+    def reads_structure(recorder: Any) -> bool:
+        """Return False."""
+        return False
 
     @staticmethod
     def record(

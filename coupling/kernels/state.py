@@ -23,9 +23,10 @@ def record_type(*names: str) -> Any:
     return np.dtype([(name, float) for name in names])
 
 
-CONTACT = record_type("surface", "slope", "work", "given", "impulse")
+CONTACT = record_type("surface", "slope", "work", "given", "impulse", "pending")
 """Displacement (m) of a surface; slope that Newton's method starts from; since the start the work (J) of the contact's
-force on the structure, that given by the chain, and the impulse (N s)."""
+force on the structure, that given by the chain, and the impulse (N s); the mean force (N) over the last window whose
+response is not in the structure's state yet."""
 
 CHAIN = record_type("lost", "driven")
 """Energy (J) that losses took, and work of the drive."""

@@ -1,8 +1,7 @@
 """A chain as the compiled loops take it, and its steps in time."""
 
+from math import isfinite
 from typing import Any, NamedTuple
-
-import numpy as np
 
 from particles.kernels.drives import (
     drives,
@@ -335,9 +334,9 @@ def energies(chain: Any, y: Vector, v: Vector, wall: float, work: Vector) -> tup
 def first_bad(y: Vector, v: Vector, wall: float) -> int:
     """Return the first coordinate that is not finite; their number where only the surface is not; −1 for none."""
     for i in range(y.size):
-        if not (np.isfinite(y[i]) and np.isfinite(v[i])):
+        if not (isfinite(y[i]) and isfinite(v[i])):
             return i
-    return -1 if np.isfinite(wall) else y.size
+    return -1 if isfinite(wall) else y.size
 
 
 @entry

@@ -38,7 +38,7 @@ class Gaps(NamedTuple):
     """2 states: work space."""
 
     @staticmethod
-    def let_go(structure: Any, state: Vector, free: Vector) -> None:
+    def follow(structure: Any, contact: Any, state: Vector, free: Vector) -> None:
         """Put the state at the end of a window in which no force acts, and gaps are open, into `free`."""
         let_go(structure.window.structure, state, free)
 

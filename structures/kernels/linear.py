@@ -19,6 +19,24 @@ def let_go(structure: Any, state: Vector, free: Vector) -> None:
     raise NotImplementedError
 
 
+def _follow(structure: Any, contact: Any, state: Vector, free: Vector) -> None:
+    for k in range(contact.size):
+        if contact[k].pending != 0.0:
+            push(structure, k, contact[k].pending, state)
+            contact[k].pending = 0.0
+    let_go(structure, state, free)
+
+
+@by_type(_follow)
+def follow(structure: Any, contact: Any, state: Vector, free: Vector) -> None:
+    """Put the state at the end of a window in which no force acts into `free`.
+
+    contact: records of the contacts. Their pending forces are those of the window before; the state without the
+    response to them may stay so.
+    """
+    raise NotImplementedError
+
+
 @by_type()
 def read(structure: Any, k: int, state: Vector) -> float:
     """Return the displacement of contact k, m."""
@@ -89,6 +107,22 @@ class Oscillators(NamedTuple):
         for i in range(n):
             free[i] = rows[0, i] * state[i] + rows[1, i] * state[n + i]
             free[n + i] = rows[2, i] * state[i] + rows[3, i] * state[n + i]
+
+    @staticmethod
+    def follow(structure: Any, contact: Any, state: Vector, free: Vector) -> None:
+        """Let the pending force act and the oscillators go in one pass, where there is one contact."""
+        if contact.size > 1:
+            for k in range(contact.size):
+                push(structure, k, contact[k].pending, state)
+                contact[k].pending = 0.0
+            let_go(structure, state, free)
+            return
+        rows, response, force, n = structure.rows, structure.response, contact[0].pending, structure.squares.size
+        for i in range(n):
+            u, v = state[i] + force * response[0, i], state[n + i] + force * response[0, n + i]
+            u, v = u if abs(u) >= SMALLEST else 0.0, v if abs(v) >= SMALLEST else 0.0
+            free[i] = rows[0, i] * u + rows[1, i] * v
+            free[n + i] = rows[2, i] * u + rows[3, i] * v
 
     @staticmethod
     def read(structure: Any, k: int, state: Vector) -> float:
