@@ -85,13 +85,13 @@ SHORT = [hl.Chain([BEAD] * 4, BEAD, 0.44), hl.Chain([BEAD] * 6, BEAD, 0.2, 9.81,
 LAYERED = STRUCTURES["layered rod"]
 
 IN_MODES: dict[str, tuple[Any, ...]] = {
-    "a rod, not reduced": (SHORT[1], LAYERED),
+    "a rod, not reduced": (SHORT[0], LAYERED),
     "a rod, free": (SHORT[0], hl.rod(LAYERS, base="free")),
     "Rayleigh damping": (SHORT[0], hl.damping.rayleigh(LAYERED, 100.0, 1e-7)),
     "two chains, two structures": (SHORT, [LAYERED, WALL]),
     "two chains, one plate": (SHORT, PAIR),
     "a chain between two structures": (hl.Chain([BEAD] * 4, None, 0.3), LAYERED, WALL),
-    "an unused contact": (SHORT[1], hl.ContactPoint(PAIR, 1)),
+    "an unused contact": (SHORT[0], hl.ContactPoint(PAIR, 1)),
     "deformable beads": ([hl.DeformableChain([BEAD] * 3, BEAD, 0.3), SHORT[0]], [WALL, LAYERED]),
     "chains of four kinds": (
         [
@@ -102,7 +102,6 @@ IN_MODES: dict[str, tuple[Any, ...]] = {
         ],
         [LAYERED, WALL, hl.rod(LAYERS, base="free"), hl.half_space(hl.PTFE)],
     ),
-    "Runge and Kutta": ([hl.Chain([BEAD] * 3, BEAD, 0.3, integrator="rk4"), SHORT[1]], [WALL, LAYERED]),
 }
 
 

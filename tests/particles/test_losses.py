@@ -68,9 +68,8 @@ def momentum(simulation: hl.CoSimulation, run: object) -> NDArray[np.float64]:
     return total
 
 
-@pytest.mark.parametrize("integrator", ["verlet", "rk4"])
-def test_a_drag_takes_momentum_as_an_exponential(integrator: str) -> None:
-    chain = hl.Chain([LARGE, SMALL, STEEL], STEEL, 0.5, dissipation=hl.MassProportional(6900.0), integrator=integrator)
+def test_a_drag_takes_momentum_as_an_exponential() -> None:
+    chain = hl.Chain([LARGE, SMALL, STEEL], STEEL, 0.5, dissipation=hl.MassProportional(6900.0))
     simulation = hl.CoSimulation(chain, None)
     run = simulation.run(until=3e-4)
     expected = STEEL.mass * 0.5 * np.exp(-6900.0 * run.time.values)
@@ -207,14 +206,13 @@ def test_a_power_of_one_is_a_linear_dashpot() -> None:
 
 
 @pytest.mark.parametrize("law", [hl.LinearDashpot(4.0), hl.KuwabaraKono(2e-6), hl.Tsuji(0.3)])
-@pytest.mark.parametrize("integrator", ["verlet", "rk4"])
-def test_a_table_of_hertzs_law_loses_what_the_law_loses(law: Dissipation, integrator: str) -> None:
+def test_a_table_of_hertzs_law_loses_what_the_law_loses(law: Dissipation) -> None:
     """The losses grow with nothing, with the slope, and with the square root of slopes of the force."""
     stiffness, approach = 1e10, np.linspace(0.0, 3e-5, 600)
     table = hl.laws.TabulatedLaw(approach, stiffness * approach**1.5)
     runs = []
     for contact in (hl.laws.PowerLaw(stiffness, 1.5), table):
-        chain = hl.Chain([STEEL] * 4, STEEL, 0.3, dissipation=law, integrator=integrator, law=contact)
+        chain = hl.Chain([STEEL] * 4, STEEL, 0.3, dissipation=law, law=contact)
         runs.append(hl.CoSimulation(chain, None).run(6e-5))
     lost = [float(run.dissipated_energy[-1]) for run in runs]
     assert lost[0] > 0.01 * float(runs[0].impact_energy)

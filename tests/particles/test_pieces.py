@@ -182,6 +182,19 @@ def test_rigid_bodies() -> None:
     )
 
 
+def test_modes_under_a_drag() -> None:
+    """q″ = −ω² q − c q′ under no force, and the drag takes c q′² of each mode."""
+    no_arms, shape = np.zeros((0, 2)), np.full((3, 2), 0.3)
+    squares = np.array([[1e10, 4e10]] * 3)
+    modal = vibrations.Vibrating(squares, shape, shape, np.zeros(3), no_arms, no_arms, no_arms)
+    y, v, a = np.linspace(0.0, 8e-9, 9), np.linspace(0.0, 0.8, 9), np.zeros(9)
+    drag = losses.Drag(np.array([3e5, 4e5, 5e5]))
+    power = vibrations.accelerate_modes(modal, y, v, drag, np.zeros(3), a)
+    rates = np.repeat(drag.coefficient, 2)
+    assert a[3:] == pytest.approx(-squares.ravel() * y[3:] - rates * v[3:], rel=1e-12)
+    assert power == pytest.approx((rates * v[3:] ** 2).sum(), rel=1e-12)
+
+
 class Other(NamedTuple):
     """No piece of a law and of a loss: what the tests of errors need."""
 

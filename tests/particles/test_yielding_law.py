@@ -164,8 +164,6 @@ MORE: dict[str, dict[str, Any]] = {
     "gravity": {"gravity": 9.81},
     "preload": {"preload": 5.0},
     "dashpot": {"dissipation": hl.LinearDashpot(4.0)},
-    "thesis dashpot": {"dissipation": hl.PowerDashpot(5.0, 1.0, form="thesis")},
-    "drag": {"dissipation": hl.MassProportional(300.0)},
     "RK4": {"integrator": "rk4"},
 }
 
@@ -272,8 +270,8 @@ def test_a_batch_and_several_chains_are_the_single_runs() -> None:
     for i, one in enumerate(single):
         assert np.array_equal(many.contact_force[i].values, one.contact_force.values)
     with pytest.warns(hl.HertzlinkWarning, match="yield"):
-        both = hl.CoSimulation(made[::-1], [None] * 3).run(3e-4, save_every=1e-6)
-    for i, one in enumerate(made[::-1]):
+        both = hl.CoSimulation(made[:0:-1], [None] * 2).run(3e-4, save_every=1e-6)
+    for i, one in enumerate(made[:0:-1]):
         alone = hl.CoSimulation(one, None).run(3e-4, save_every=1e-6)
         assert abs(both.contact_force[:, i] - alone.contact_force).max() < 1e-6 * alone.contact_force.max()
     assert both.dent[:, 0].isnull().all()
