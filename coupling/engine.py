@@ -8,6 +8,7 @@ import numpy as np
 from coupling.interface import FIRST, Interface
 from coupling.kernels import loop
 from coupling.kernels.agreement import PIECES, Contacts, OneContact
+from coupling.kernels.recorders import record_now
 from coupling.kernels.state import CHAIN, CONTACT, NODE, REMEMBERED, TOTALS, TRIED, WINDOW, Run, Search, Trial
 from coupling.plan import Plan
 from coupling.schemes.condensed import MOST_TRIALS, STILL, Condensed
@@ -229,13 +230,18 @@ class Engine:
             raise non_finite(self.interface, place, done * length, int(detail))
         return None if problem == loop.OK else (done, detail)
 
-    def save(self, run: Run, done: int, recorder: Any = None, row: int | None = None) -> None:
-        """Save the end of a whole window, in its own row or in another."""
+    def save(self, run: Run, done: int) -> None:
+        """Save the end of a whole window in its row."""
         structure, contacts = self._of_length(self.length)
         self.kernel(
-            run, self.chains, structure, contacts, self.search, self.recorder if recorder is None else recorder,
-            self.trial, self.begin, self.length, (done + 1, done, 0, done // self.stride if row is None else row),
+            run, self.chains, structure, contacts, self.search, self.recorder, self.trial, self.begin, self.length,
+            (done + 1, done, 0, done // self.stride),
         )  # fmt: skip
+
+    def save_into(self, recorder: Any, row: int, run: Run, done: int) -> None:
+        """Save the end of a whole window in a row of another recorder."""
+        structure, _ = self._of_length(self.length)
+        record_now(recorder, row, done * self.length, run, self.chains, structure, self.begin, self.trial.work)
 
     def _of_length(self, length: float) -> tuple[Any, Any]:
         """Return the structures and the contacts over a window of a length, s, as pieces."""

@@ -8,11 +8,12 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from coupling.recording.frames import Motion
 from coupling.results.findings import warn, with_warnings
 from coupling.results.provenance import provenance
 from coupling.results.schema import VARIABLES, variable
 from coupling.run_checks import check_before
-from coupling.yield_check import Motion, yields
+from coupling.yield_check import yields
 from particles.bead import Bead
 from particles.chain import Chain
 from particles.deformable import explicit_kernels as kernels
@@ -293,7 +294,8 @@ def _dataset(chain: Chain, frames: _Frames, given: dict[str, Any], mesh: dict[st
         "seconds": frames.seconds,
     }  # fmt: skip
     findings = _findings(chain.beads[0], saved.contact_force, given["rigid_wall"])
-    motion = Motion(saved.contact_force, None, saved.contact_force.max(axis=0))
-    findings += yields([MovingChain(chain, None)], [motion], np.empty(0))
+    moving, peaks = MovingChain(chain, None), saved.contact_force.max(axis=0)
+    motion = Motion(range(peaks.size), saved.contact_force, None, peaks, moving.approach(peaks))
+    findings += yields([moving], [motion], np.empty(0))
     warn(findings)
     return with_warnings(xr.Dataset(variables, coordinates, {**provenance(given), **attributes}), findings)

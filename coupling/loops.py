@@ -9,7 +9,7 @@ from coupling.interface import Interface
 from coupling.participant import BlackBox
 from coupling.plan import Plan
 from coupling.recording.checkpoint import Keeper
-from coupling.recording.frames import Counts, Frames
+from coupling.recording.frames import Counts, Frames, SensorFrames
 from coupling.recording.trace import Trace
 from coupling.schemes.condensed import Condensed
 from coupling.schemes.scheme import Scheme
@@ -39,7 +39,7 @@ class Work(NamedTuple):
     scheme: Scheme
     window: float | Adaptive | None
     plan: Plan
-    frames: Frames
+    frames: Frames | SensorFrames
     keeper: Keeper | None
     clock: Trace | None
     known: StructureWindows | None = None
@@ -115,34 +115,26 @@ def _advanced(work: Work, windows: Windows, state: CoupledState, done: int, many
 def run_compiled(work: Work) -> None:
     """All windows in compiled code, for linear structures and structures whose gaps close."""
     interface, plan, frames, keeper = work.interface, work.plan, work.frames, work.keeper
-    engine = work.engine(frames.saved)
-    run, row = engine.start(), 0
+    engine, ledger = work.engine(frames.saved), frames.ledger.saved
+    run, row, end = engine.start(), 0, plan.rows - 1
     engine.save(run, 0)
+    if ledger is not frames.saved:
+        engine.save_into(ledger, 0, run, 0)
     if keeper is not None:
         run, row = keeper.begin(frames, (run, row))
     effort = sum(chain.steps(plan.length) * chain.rest.size for chain in interface.chains)
     windows = min(UNBROKEN / effort, plan.total if keeper is None else CHUNK)
     rows = max(1, int(windows) // plan.stride)
-    while row < plan.rows - 1:
-        last = min(row + rows, plan.rows - 1)
+    while row < end:
+        last = min(row + rows, end)
         move = engine.advance if engine.adaptive is None else engine.adapt
         move(run, row * engine.stride, last * engine.stride)
         row = last
+        if row == end and ledger is not frames.saved:
+            engine.save_into(ledger, 1, run, end * engine.stride)
         if keeper is not None:
-            keeper.keep(frames, row, (run, row), row == plan.rows - 1)
+            keeper.keep(frames, row, (run, row), row == end)
     frames.count_damping(interface)
-
-
-def run_thin(work: Work) -> Frames:
-    """Run at once for thin frames; return all of the first and the last saved time."""
-    ends, engine = Frames(work.interface, 2), work.engine(work.frames.saved)
-    run = engine.start()
-    engine.save(run, 0)
-    engine.save(run, 0, ends.saved, 0)
-    (engine.advance if engine.adaptive is None else engine.adapt)(run, 0, (work.plan.rows - 1) * engine.stride)
-    engine.save(run, work.plan.rows - 1, ends.saved, 1)
-    ends.count_damping(work.interface)
-    return ends
 
 
 def _check_repeats(interface: Interface, state: CoupledState, length: float) -> None:

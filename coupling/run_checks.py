@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 
 from coupling.interface import Interface
-from coupling.recording.frames import Frames
+from coupling.recording.frames import Frames, Motion, SensorFrames, greatest, middle_of
 from coupling.results.ar_and_tof import SMALLEST_WAVE
 from coupling.results.findings import warn
 from coupling.results.missing_waves import RECORD, end_of_push, short_record
 from coupling.structure_checks import check_structures
-from coupling.yield_check import Motion, yields
+from coupling.yield_check import yields
 from particles.kernels.drives import MOVED, PUSHED
 from particles.moving import MovingChain
 from structures.structure import Vector
@@ -38,9 +38,6 @@ restitution of 0.01 takes a 38th of that time, a dashpot of 5 N s/m between bead
 
 MANY_STEPS = 1e7
 """Steps of a short chain in some 10 s. A strong loss inside beads stops no wave, but it needs short steps."""
-
-BLOCK = 64
-"""Saved times whose maximum is taken at once: five times faster than row by row."""
 
 SILENT = 0.01
 """Part of the incident wave's force that a reflected one has at least in mid chain."""
@@ -108,25 +105,23 @@ def _of_length(chains: Sequence[MovingChain], until: float) -> list[str]:
     ]
 
 
-def checked(interface: Interface, frames: Frames, interval: float, ledger: Frames | None = None) -> list[str]:
+def checked(interface: Interface, frames: Frames | SensorFrames, interval: float) -> list[str]:
     """The findings of all checks after a run saved every `interval` s; the user is warned of each.
 
-    A contact law warned of its own limits when it was made; here they are findings only. ledger: the frames that hold
-    the energies, if `frames` are thin.
+    A contact law warned of its own limits when it was made; here they are findings only.
     """
-    laws, findings = list[str](), list[str]()
-    for number, chain in enumerate(interface.chains):
-        known, deep = chain.cautions(_deepest(interface, frames, number))
+    laws, findings, motions = list[str](), list[str](), frames.motions(interface)
+    for chain, motion in zip(interface.chains, motions, strict=True):
+        known, deep = chain.cautions(motion.deepest)
         laws += known
         findings += deep
-    findings += _of_energy(interface, ledger or frames)
+    findings += _of_energy(interface, frames.ledger)
     times = interval * np.arange(frames.rows, dtype=float)
-    for number in range(len(interface.chains)):
-        where = "mid chain" if len(interface.chains) == 1 else f"the middle of chain {number}"
-        findings += _of_record(interface.chains[number], frames.chains[number].contact_force, times, where)
-    motions = [Motion(own.contact_force, own.velocity, _greatest(own.contact_force)) for own in frames.chains]
+    for number, (chain, motion) in enumerate(zip(interface.chains, motions, strict=True)):
+        where = "mid chain" if len(motions) == 1 else f"the middle of chain {number}"
+        findings += _of_record(chain, motion, times, where)
     findings += yields(interface.chains, motions, times)
-    findings += check_structures(interface, frames, interval)
+    findings += check_structures(interface, motions, frames.highest, interval)
     findings += [finding for box in interface.boxes for finding in box.findings()]
     warn(findings)
     return laws + findings
@@ -134,10 +129,11 @@ def checked(interface: Interface, frames: Frames, interval: float, ledger: Frame
 
 def check_guest(chain: MovingChain, contact_force: Vector, velocity: Vector, work: Vector, times: Vector) -> list[str]:
     """The findings on a chain that another program ran: contact forces, N, velocities, m/s, work on the surface, J."""
-    motion = Motion(contact_force, velocity, _greatest(contact_force))
-    laws, deep = chain.cautions(chain.approach(motion.peaks))
+    peaks = greatest(contact_force)
+    motion = Motion(range(peaks.size), contact_force, velocity[:, middle_of(chain)], peaks, chain.approach(peaks))
+    laws, deep = chain.cautions(motion.deepest)
     findings = [*check_before([chain], float(times[-1])), *laws, *deep, *_of_passivity(work, chain.energy)]
-    return [*findings, *_of_record(chain, contact_force, times, "mid chain"), *yields([chain], [motion], times)]
+    return [*findings, *_of_record(chain, motion, times, "mid chain"), *yields([chain], [motion], times)]
 
 
 def _of_passivity(work: Vector, scale: float) -> list[str]:
@@ -152,26 +148,6 @@ def _of_passivity(work: Vector, scale: float) -> list[str]:
 
 def _is_driven(chain: MovingChain) -> bool:
     return chain.chain.excitation.drive.kind in (PUSHED, MOVED)
-
-
-def _deepest(interface: Interface, frames: Frames, number: int) -> Vector:
-    """The greatest approach of each contact of a chain, m."""
-    chain, own, seat = interface.chains[number], frames.chains[number], interface.of_chain[number][0]
-    if frames.thin:
-        return chain.approach(_greatest(own.contact_force))
-    place = own.position[:, : chain.mass.size]
-    # The last one's without the spring behind it.
-    last = (place[:, -1] - frames.contact["surface"][seat]).max() - chain.flexibility * own.contact_force[:, -1].max()
-    return np.append(_greatest(place[:, :-1] - place[:, 1:]), last)
-
-
-def _greatest(values: Vector) -> Vector:
-    """The greatest value of each column; in blocks of rows, which is five times faster than rows one by one."""
-    whole = len(values) // BLOCK * BLOCK
-    rest: Vector = values[whole:].max(axis=0, initial=-np.inf)
-    blocks = values[:whole].reshape(BLOCK, -1).max(axis=0, initial=-np.inf).reshape(-1, values.shape[1])
-    greatest: Vector = np.maximum(rest, blocks.max(axis=0, initial=-np.inf))
-    return greatest
 
 
 def _of_energy(interface: Interface, frames: Frames) -> list[str]:
@@ -213,12 +189,12 @@ def _worst(energy: Vector, interface: Interface) -> float:
     return float(abs(energy).max()) / interface.impact_energy
 
 
-def _of_record(chain: MovingChain, contact_force: Vector, times: Any, where: str) -> list[str]:
+def _of_record(chain: MovingChain, motion: Motion, times: Any, where: str) -> list[str]:
     """A finding if a record ends before a reflected wave can be back in mid chain; for a chain struck by a body."""
     if chain.surface is None or chain.behind is not None or _is_driven(chain) or not chain.chain.speed > 0.0:
         return []
-    last, middle = contact_force.shape[1] - 1, contact_force.shape[1] // 2
-    force = contact_force[:, middle] - chain.static_force[middle]
+    last, middle = chain.mass.size - 1, middle_of(chain)
+    force = motion.at(middle) - chain.static_force[middle]
     top = float(force.max())
     first = int((force >= 0.5 * top).argmax()) if top > 0.0 else 0
     silent = np.flatnonzero(force[first:] < SILENT * top)
@@ -227,7 +203,7 @@ def _of_record(chain: MovingChain, contact_force: Vector, times: Any, where: str
     # The wave is at mid chain when half of the way is behind it; before that, by theory.
     reached = float(times[first]) * last / middle if silent.size and first else chain.transit_time
     hop = reached / last
-    push = contact_force[:, -1] - chain.static_force[-1]
+    push = motion.at(last) - chain.static_force[-1]
     leaves = end_of_push(times, push, 0.05 * max(top, 0.0), reached + 3.0 * hop)
     slower = SMALLEST_WAVE ** (-1.0 / 6.0)
     if times[-1] >= leaves + slower * (reached - float(times[first]) if silent.size else 0.5 * reached):

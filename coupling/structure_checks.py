@@ -1,6 +1,6 @@
 """The checks of struck structures: whether theory, mesh and reduction suit the deflections and pushes of the run."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from math import ceil
 from numbers import Real
 from typing import Any, NamedTuple
@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from coupling.interface import Interface
-from coupling.recording.frames import Frames
+from coupling.recording.frames import Motion
 from coupling.results.missing_waves import rounded_up
 from coupling.results.schema import LAST
 from structures.reduction import error_for_pulse
@@ -41,16 +41,19 @@ class Doubt(NamedTuple):
     words: str
 
 
-def check_structures(interface: Interface, frames: Frames, interval: float) -> list[str]:
-    """Deflections beyond linear theory, and pushes too short for a reduction or a mesh; the worst contact of each."""
+def check_structures(interface: Interface, motions: Sequence[Motion], highest: Vector, interval: float) -> list[str]:
+    """Deflections beyond linear theory, and pushes too short for a reduction or a mesh; the worst contact of each.
+
+    motions: of the chains; highest: the greatest displacement of each surface, m.
+    """
     worst: dict[str, Doubt] = {}
     for k, contact in enumerate(interface.contacts):
         structure = interface.structures[contact.structure]
         if structure.structure is None:
             continue
-        force = frames.chains[contact.chain].contact_force[:, -1 if contact.end == LAST else 0] - interface.static[k]
+        force = motions[contact.chain].at(-1 if contact.end == LAST else 0) - interface.static[k]
         origin, length = structure.structure.origin, push_length(force, interval)
-        doubts = [*_of_deflection(origin, float(abs(frames.contact["surface"][k]).max()))]
+        doubts = [*_of_deflection(origin, float(highest[k]))]
         if length > 0.0:
             doubts += [*_of_reduction(origin, length), *_of_mesh(origin, length)]
         for doubt in doubts:

@@ -4,11 +4,12 @@ import csv
 from collections.abc import Sequence
 from functools import cache
 from importlib.resources import files
+from itertools import count, takewhile
 from math import inf
-from typing import NamedTuple
 
 import numpy as np
 
+from coupling.recording.frames import Motion, middle_of
 from coupling.results.ar_and_tof import SMALLEST_WAVE
 from coupling.results.waves_of_runs import Series, find_waves
 from particles.deformable.chain import DeformableChain
@@ -36,14 +37,6 @@ WALL = 4.0
 """The force on the wall, in units of that at which it yields, over that between beads, from which the wall matters."""
 
 CURE = "law=hl.laws.JacksonGreen() in Chain computes it"
-
-
-class Motion(NamedTuple):
-    """The contact forces, N, and the bodies' velocities, m/s, of a chain at saved times, and each force's peak, N."""
-
-    force: Vector
-    velocity: Vector | None
-    peaks: Vector
 
 
 def yields(chains: Sequence[MovingChain], motions: Sequence[Motion], times: Vector) -> list[str]:
@@ -97,7 +90,7 @@ def _change(chain: MovingChain, own: Motion, times: Vector) -> str | None:
     limits = _yield_forces(chain)
     if limits is None:
         return None
-    beyond, sensor = own.peaks / limits, (len(chain.chain.beads) + 1) // 2
+    beyond, sensor = own.peaks / limits, middle_of(chain)
     between = float(np.median(beyond[1 : sensor + 1]))
     left = _estimate("force", 1.0, _within(between))
     change: str | None = ""
@@ -115,9 +108,12 @@ def _of_wall(chain: MovingChain, own: Motion, sensor: int, beyond: float, times:
 
     beyond: the peak force on the wall, in units of that at which it yields.
     """
-    force, static = own.force[None, :, sensor - 1 :], chain.static_force[None, sensor - 1 :]
     assert own.velocity is not None
-    waves = find_waves(times, Series(force, static, own.velocity[None, :, sensor]), SMALLEST_WAVE, 2)
+    # The contacts beyond the sensor, as far as they are known without a gap, show where a wave comes from.
+    contacts = [*takewhile(own.contacts.__contains__, count(sensor - 1))]
+    force = own.force[None, :, [own.contacts.index(one) for one in contacts]]
+    series = Series(force, chain.static_force[None, contacts], own.velocity[None])
+    waves = find_waves(times, series, SMALLEST_WAVE, 2)
     if waves.found[0] < 2:
         return None
     elastic, hop = float(waves.amplitude_ratio[0, 0]), float(waves.arrival[0, 0]) / sensor

@@ -367,6 +367,15 @@ class MovingChain:
                 found[i] = contact.approach(force[i])
         return found
 
+    def force(self, approach: Vector) -> Vector:
+        """The force of each contact, N, at an approach of each, m, without losses and springs."""
+        return self._over_contacts(lambda law, i: law.force(np.maximum(approach[i], 0.0)))
+
+    @property
+    def force_by_approach(self) -> bool:
+        """Whether the force of a contact depends on the approach of its two bodies alone."""
+        return isinstance(self.model.loss, NoLoss) and self.yielding is None and isinstance(self._vibrations, Rigid)
+
     @cached_property
     def pairs(self) -> tuple[contacts.Pair | None, ...]:
         """The bodies that touch at each contact; None where a force replaces it, or nothing is there."""

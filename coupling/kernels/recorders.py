@@ -3,15 +3,15 @@
 from typing import Any, NamedTuple
 
 from coupling.kernels.state import Records, record_type
-from particles.kernels.chain import contact_forces, energies
-from structures.kernel_cache import inner
+from particles.kernels.chain import contact_forces, deepen, energies, some_forces
+from structures.kernel_cache import entry, inner
 from structures.kernels.arrays import copy
 from structures.kernels.linear import energies_of_structure
 from structures.kernels.pieces import by_type, for_each
 from structures.structure import Vector
 
 
-@by_type(small=False)
+@by_type()
 def record(
     recorder: Any, row: int, t: float, run: Any, chains: Any, structure: Any, begin: Vector, work: Vector
 ) -> None:
@@ -67,21 +67,7 @@ class Everything(NamedTuple):
         recorder: Any, row: int, t: float, run: Any, chains: Any, structure: Any, begin: Vector, work: Vector
     ) -> None:
         """Fill a row of everything."""
-        copy(run.y, recorder.position[row])
-        copy(run.v, recorder.velocity[row])
-        record_chains(chains, 0, recorder, row, t, run, begin, work)
-        for s in range(recorder.structure.shape[0]):
-            frame = recorder.structure[s, row]
-            frame.kinetic, frame.elastic = energies_of_structure(structure, s, run.body)
-            if run.pressed.size > 0:
-                frame.taken = run.totals[0].taken
-        for k in range(run.contact.size):
-            seen, contact = recorder.contact[k, row], run.contact[k]
-            seen.surface, seen.work = contact.surface, contact.work
-            seen.given, seen.impulse = contact.given, contact.impulse
-        totals, now = run.totals[0], recorder.time[row]
-        now.evaluations, now.substeps, now.residual = totals.tried, totals.windows, totals.residual
-        totals.tried, totals.windows, totals.residual = 0, 0, 0.0
+        record_everything(recorder, row, t, run, chains, structure, begin, work)
 
 
 @inner()
@@ -99,6 +85,28 @@ record_chains = for_each(record_chain)
 
 
 @inner()
+def record_everything(
+    recorder: Any, row: int, t: float, run: Any, chains: Any, structure: Any, begin: Vector, work: Vector
+) -> None:
+    """Fill a row of everything."""
+    copy(run.y, recorder.position[row])
+    copy(run.v, recorder.velocity[row])
+    record_chains(chains, 0, recorder, row, t, run, begin, work)
+    for s in range(recorder.structure.shape[0]):
+        frame = recorder.structure[s, row]
+        frame.kinetic, frame.elastic = energies_of_structure(structure, s, run.body)
+        if run.pressed.size > 0:
+            frame.taken = run.totals[0].taken
+    for k in range(run.contact.size):
+        seen, contact = recorder.contact[k, row], run.contact[k]
+        seen.surface, seen.work = contact.surface, contact.work
+        seen.given, seen.impulse = contact.given, contact.impulse
+    totals, now = run.totals[0], recorder.time[row]
+    now.evaluations, now.substeps, now.residual = totals.tried, totals.windows, totals.residual
+    totals.tried, totals.windows, totals.residual = 0, 0, 0.0
+
+
+@inner()
 def rate_of(run: Any, k: int) -> float:
     """Return the velocity of a surface over the last window, m/s."""
     if run.totals[0].remembered == 0:
@@ -106,19 +114,23 @@ def rate_of(run: Any, k: int) -> float:
     return (run.contact[k].surface - run.node[1, k].surface) / run.window[0].length
 
 
-TRACE_FRAME = record_type("surface")
-"""Displacement of the surface at a contact, m."""
+class Sensors(NamedTuple):
+    """The forces of some contacts and the velocities of some bodies, chain after chain."""
 
-
-class Traces(NamedTuple):
-    """Velocities, contact forces and surfaces of one chain."""
-
+    contact: Vector
+    """The numbers of the contacts in their chains, counted from zero."""
+    body: Vector
+    """The numbers of the bodies."""
+    begin: Vector
+    """C + 1 rows: where the contacts and the bodies of each chain begin among them."""
+    force: Vector
+    """Saved times × contacts, N."""
     velocity: Vector
-    """m/s."""
-    contact_force: Vector
-    """N."""
-    contact: Records
-    """K × saved times records TRACE_FRAME."""
+    """Saved times × bodies, m/s."""
+    deepest: Vector
+    """The greatest approach of each contact of all chains at a saved time so far, m."""
+    highest: Vector
+    """K: the greatest displacement of each surface at a saved time so far, m, without sign."""
 
     @staticmethod
     def reads_structure(recorder: Any) -> bool:
@@ -129,8 +141,32 @@ class Traces(NamedTuple):
     def record(
         recorder: Any, row: int, t: float, run: Any, chains: Any, structure: Any, begin: Vector, work: Vector
     ) -> None:
-        """Fill a row of the traces."""
-        copy(run.v, recorder.velocity[row])
-        recorder.contact[0, row].surface = run.contact[0].surface
-        forces = recorder.contact_force[row]
-        contact_forces(chains[0], run.y, run.v, t, run.contact[0].surface, rate_of(run, 0), forces, work)
+        """Fill a row."""
+        record_sensors(chains, 0, recorder, row, t, run, begin, work)
+        for k in range(run.contact.size):
+            recorder.highest[k] = max(recorder.highest[k], abs(run.contact[k].surface))
+
+
+@inner()
+def record_sensors_of(
+    chain: Any, c: int, recorder: Any, row: int, t: float, run: Any, begin: Vector, work: Vector
+) -> None:
+    """Fill forces and velocities of chain c."""
+    first, last, k, own, end = begin[c, 0], begin[c + 1, 0], begin[c, 1], recorder.begin[c], recorder.begin[c + 1]
+    y, v, wall = run.y[first:last], run.v[first:last], run.contact[k].surface
+    contacts, forces = recorder.contact[own[0] : end[0]], recorder.force[row, own[0] : end[0]]
+    some_forces(chain, y, v, t, wall, rate_of(run, k), contacts, forces, work[:, first:last])
+    for j in range(own[1], end[1]):
+        recorder.velocity[row, j] = v[recorder.body[j]]
+    deepen(y, wall, recorder.deepest[begin[c, 2] : begin[c + 1, 2]])
+
+
+record_sensors = for_each(record_sensors_of)
+
+
+@entry
+def record_now(
+    recorder: Any, row: int, t: float, run: Any, chains: Any, structure: Any, begin: Vector, work: Vector
+) -> None:
+    """Put the state at time t, s, into a row, see `record`: for Python."""
+    record(recorder, row, t, run, chains, structure, begin, work)

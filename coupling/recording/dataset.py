@@ -8,21 +8,30 @@ import xarray as xr
 
 from coupling.interface import Interface
 from coupling.participant import BlackBox
-from coupling.recording.frames import Frames
+from coupling.recording.frames import Frames, SensorFrames
 from coupling.results.findings import as_attribute
 from coupling.results.provenance import as_text, provenance
 from coupling.results.schema import END_NAMES, LAST, VARIABLES, Contact, variable
 from particles.deformable.chain import MovingDeformableChain
 from structures.structure import Vector
 
+AT_SENSORS = ("contact_force", "velocity")
+"""What a run that keeps sensors only holds."""
+
 
 def dataset(
-    interface: Interface, frames: Frames, interval: float, given: Mapping[str, Any], findings: Sequence[str] = ()
+    interface: Interface,
+    frames: Frames | SensorFrames,
+    interval: float,
+    given: Mapping[str, Any],
+    findings: Sequence[str] = (),
 ) -> xr.Dataset:
     """The Dataset of one run. Shorter chains are padded with NaN, see `reading`.
 
     given: the run's input; findings: what to know of it, a line of the attribute `warnings` each.
     """
+    if isinstance(frames, SensorFrames):
+        return _at_sensors(interface, frames, interval, given, findings)
     chains = [_of_chain(interface, frames, number) for number in range(len(interface.chains))]
     names = dict.fromkeys(name for chain in chains for name in chain)
     values: dict[str, Any] = {name: [chain.get(name) for chain in chains] for name in names}
@@ -40,6 +49,22 @@ def dataset(
             variables[name] = variable(name, np.stack(_filled(many, bodies * bool(known.bodies)), axis=1), known.owner)
     coordinates = _coordinates(interface, interval * np.arange(frames.rows), bodies)
     attributes = provenance(given) | as_attribute(findings) | _of_participants(interface, frames, interval)
+    return xr.Dataset(variables, coordinates, attributes)
+
+
+def _at_sensors(
+    interface: Interface, frames: SensorFrames, interval: float, given: Mapping[str, Any], findings: Sequence[str]
+) -> xr.Dataset:
+    """The Dataset of a run that keeps sensors only; arguments as of `dataset`."""
+    several = ["chain"] if len(interface.chains) > 1 else []
+    parts = [frames.of_chain(number) for number in range(len(interface.chains))]
+    values = {name: np.stack(column, axis=1) for name, column in zip(AT_SENSORS, zip(*parts, strict=True), strict=True)}
+    variables = {name: variable(name, own if several else own[:, 0], *several) for name, own in values.items()}
+    bodies, beads = (max(chain.mass.size for chain in interface.chains), [len(c.chain.beads) for c in interface.chains])
+    whole = xr.Dataset(coords=_coordinates(interface, interval * np.arange(frames.rows), bodies))
+    contacts, kept = frames.kept
+    coordinates = whole.isel(contact=contacts, bead=kept).coords
+    attributes = provenance(given) | as_attribute(findings) | {"beads": beads if several else beads[0]}
     return xr.Dataset(variables, coordinates, attributes)
 
 
@@ -102,7 +127,7 @@ def _gap(interface: Interface, frames: Frames, k: int) -> Vector:
 
 def _of_both_sides(interface: Interface, frames: Frames) -> dict[str, Vector]:
     """What belongs to contacts, structures and the run: contacts or structures × saved times."""
-    contact, structure = ({name: one[name].copy() for name in one.dtype.names} for one in frames.saved[4:6])
+    contact, structure = ({name: one[name].copy() for name in one.dtype.names or ()} for one in frames.saved[4:6])
     energy, given = structure["kinetic"] + structure["elastic"], contact["given"]
     work = np.stack([contact["work"][interface.touched_by(place)].sum(axis=0) for place in range(len(energy))])
     return {
@@ -117,7 +142,7 @@ def _of_both_sides(interface: Interface, frames: Frames) -> dict[str, Vector]:
         "structure_energy": energy,
         "structure_dissipated_energy": structure["taken"],
         "structure_numerical_loss": work - energy - structure["taken"],
-        **{name: frames.saved.time[name].copy() for name in frames.saved.time.dtype.names},
+        **{name: frames.saved.time[name].copy() for name in frames.saved.time.dtype.names or ()},
     }
 
 
@@ -179,6 +204,8 @@ def _coordinates(interface: Interface, times: Any, bodies: int) -> dict[str, Any
 
 def summary(run: xr.Dataset) -> str:
     """A run in one line: substeps, chain windows tried, and what the ledger says."""
+    if "substeps" not in run:
+        return f"{float(run.time[-1]):.6g} s, sensors {', '.join(map(str, run.bead.values))} kept"
     substeps, tried = int(run.substeps.sum()), int(run.evaluations.sum())
     energy = float(run.impact_energy.sum())
     mismatch = float(abs(run.interface_mismatch).max()) / energy

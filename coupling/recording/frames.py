@@ -1,7 +1,8 @@
-"""The arrays that a run fills, one column for each saved time."""
+"""The arrays that a run fills, one row for each saved time."""
 
+from collections.abc import Iterable, Sequence
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,13 +12,14 @@ from coupling.kernels.recorders import (
     CONTACT_FRAME,
     STRUCTURE_FRAME,
     TIME_FRAME,
-    TRACE_FRAME,
     Everything,
-    Traces,
+    Sensors,
 )
 from coupling.kernels.state import Records
 from coupling.state import CoupledState
 from particles.kernels import chain as kernels
+from particles.moving import MovingChain
+from structures.checks import listed, whole
 from structures.moving import MovingStructure
 from structures.structure import Vector
 
@@ -51,41 +53,98 @@ class ChainFrames(NamedTuple):
     energy: Records
 
 
+BLOCK = 64
+"""Saved times whose maximum is taken at once: five times faster than row by row."""
+
+
+class Motion(NamedTuple):
+    """What the checks after a run see of a chain.
+
+    contacts: the numbers of some contacts, from zero; force: their forces at the saved times, N. velocity: of the bead
+    in the middle, m/s, None where the beads take no law of contacts. peaks: the greatest force of each contact, N;
+    deepest: its greatest approach, m.
+    """
+
+    contacts: Sequence[int]
+    force: Vector
+    velocity: Vector | None
+    peaks: Vector
+    deepest: Vector
+
+    def at(self, contact: int) -> Vector:
+        """The forces of a contact, N; a negative number counts from the last one."""
+        force: Vector = self.force[:, self.contacts.index(contact % self.peaks.size)]
+        return force
+
+
+def middle_of(chain: MovingChain) -> int:
+    """The number of the bead in the middle of a chain."""
+    return (len(chain.chain.beads) + 1) // 2
+
+
+def greatest(values: Vector) -> Vector:
+    """The greatest value of each column; in blocks of rows, which is five times faster than rows one by one."""
+    whole_blocks = len(values) // BLOCK * BLOCK
+    rest: Vector = values[whole_blocks:].max(axis=0, initial=-np.inf)
+    blocks = values[:whole_blocks].reshape(BLOCK, -1).max(axis=0, initial=-np.inf).reshape(-1, values.shape[1])
+    result: Vector = np.maximum(rest, blocks.max(axis=0, initial=-np.inf))
+    return result
+
+
 class Frames:
     """Saved times from row 0, the start, on.
 
-    saved: all arrays, as the compiled window loop fills them; energies of structures are NaN where not known. thin:
-    with velocities, contact forces and surfaces of one chain only. contact: its records of contacts. chains: the
-    parts of each chain.
+    saved: all arrays, as the compiled window loop fills them; energies of structures are NaN where not known. contact:
+    its records of contacts. chains: the parts of each chain.
     """
 
-    def __init__(self, interface: Interface, rows: int, thin: bool = False) -> None:
-        self.rows, self.thin = rows, thin
+    def __init__(self, interface: Interface, rows: int) -> None:
+        self.rows = rows
         ends = np.cumsum([(0, 0)] + [(chain.rest.size, chain.mass.size) for chain in interface.chains], axis=0)
         coordinates, bodies = ends[-1]
         velocity, force = np.zeros((rows, coordinates)), np.zeros((rows, bodies))
         contacts, chains, structures = interface.size, len(interface.chains), len(interface.structures)
-        self.saved: Any = Traces(velocity, force, np.zeros((contacts, rows), TRACE_FRAME))
-        if not thin:
-            self.saved = Everything(
-                np.zeros((rows, coordinates)),
-                velocity,
-                force,
-                np.zeros((chains, rows), CHAIN_FRAME),
-                np.zeros((contacts, rows), CONTACT_FRAME),
-                np.zeros((structures, rows), STRUCTURE_FRAME),
-                np.zeros(rows, TIME_FRAME),
-            )
+        self.saved = Everything(
+            np.zeros((rows, coordinates)),
+            velocity,
+            force,
+            np.zeros((chains, rows), CHAIN_FRAME),
+            np.zeros((contacts, rows), CONTACT_FRAME),
+            np.zeros((structures, rows), STRUCTURE_FRAME),
+            np.zeros(rows, TIME_FRAME),
+        )
         self.contact = self.saved.contact
         self.chains = [
             ChainFrames(
-                np.zeros((0, end - place)) if thin else self.saved.position[:, place:end],
-                self.saved.velocity[:, place:end],
-                self.saved.contact_force[:, body:last],
-                np.zeros(0, CHAIN_FRAME) if thin else self.saved.chain[number],
+                self.saved.position[:, place:end],
+                velocity[:, place:end],
+                force[:, body:last],
+                self.saved.chain[number],
             )
             for number, ((place, body), (end, last)) in enumerate(pairwise(ends))
         ]
+
+    @property
+    def ledger(self) -> "Frames":
+        """The frames with the energies."""
+        return self
+
+    @property
+    def highest(self) -> Vector:
+        """The greatest displacement of each surface, m, without sign."""
+        greatest: Vector = abs(self.contact["surface"]).max(axis=1)
+        return greatest
+
+    def motions(self, interface: Interface) -> list["Motion"]:
+        """What the checks see of each chain."""
+        return [self._motion(interface, number) for number in range(len(self.chains))]
+
+    def _motion(self, interface: Interface, number: int) -> "Motion":
+        chain, own, seat = interface.chains[number], self.chains[number], interface.of_chain[number][0]
+        place, peaks = own.position[:, : chain.mass.size], greatest(own.contact_force)
+        last = float((place[:, -1] - self.contact["surface"][seat]).max())
+        deepest = np.append(greatest(place[:, :-1] - place[:, 1:]), last - chain.flexibility * peaks[-1])
+        return Motion(range(peaks.size), own.contact_force, own.velocity[:, middle_of(chain)], peaks, deepest)
 
     def record(self, interface: Interface, row: int, state: CoupledState, counts: Counts, length: float) -> None:
         """Put a state into a row. length, s: of a substep."""
@@ -128,7 +187,123 @@ class Frames:
 
     def restore(self, row: int, kept: list[Vector]) -> None:
         """Restore what `upto` returned for a row; a ValueError where it does not fit."""
-        for place, values in zip(self.upto(row), kept, strict=True):
-            if not isinstance(values, np.ndarray) or values.shape != place.shape or values.dtype != place.dtype:
-                raise ValueError("frames: have another shape")
-            place[...] = values
+        _restore(self.upto(row), kept)
+
+
+def _restore(places: list[Vector], kept: list[Vector]) -> None:
+    for place, values in zip(places, kept, strict=True):
+        if not isinstance(values, np.ndarray) or values.shape != place.shape or values.dtype != place.dtype:
+            raise ValueError("frames: have another shape")
+        place[...] = values
+
+
+class Kept(NamedTuple):
+    """What is kept of each chain: the numbers of contacts and of bodies, both counted from zero."""
+
+    contacts: list[int]
+    bodies: list[int]
+
+
+def kept_at(sensors: Iterable[int] | None, beads: int) -> Kept:
+    """What is kept at sensors, None for all beads, of chains whose shortest has so many; a ValueError for others."""
+    if sensors is None:
+        return Kept([*range(beads + 1)], [*range(beads + 1)])
+    numbers = sorted({whole("sensors", n) for n in listed("sensors", sensors, object, "one bead number or more")})
+    if numbers[-1] > beads:
+        raise ValueError(f"sensors = {numbers!r}: must be beads from 1 to {beads}, counted from the struck end")
+    return Kept(sorted({n - 1 for n in numbers} | set(numbers)), numbers)
+
+
+class SensorFrames:
+    """Saved times of sensors alone; all of a run is saved at its begin and its end, in `ledger`.
+
+    Of each chain first come the contacts and bodies that are kept, then those that the checks after the run need: the
+    last contact, those of the bead in the middle, and its velocity; all contacts where losses, yield or vibrations
+    prevent their peaks from being known by their deepest approach.
+    """
+
+    def __init__(self, interface: Interface, rows: int, kept: Kept) -> None:
+        self.rows, self.kept, self.ledger = rows, kept, Frames(interface, 2)
+        columns = [_columns(chain, kept) for chain in interface.chains]
+        self.begin = np.cumsum([(0, 0), *((len(one.contacts), len(one.bodies)) for one in columns)], axis=0)
+        contacts, bodies = self.begin[-1]
+        self.saved = Sensors(
+            np.array([i for one in columns for i in one.contacts]),
+            np.array([i for one in columns for i in one.bodies]),
+            self.begin,
+            np.zeros((rows, contacts)),
+            np.zeros((rows, bodies)),
+            np.full(sum(chain.mass.size for chain in interface.chains), -np.inf),
+            np.zeros(interface.size),
+        )
+
+    @property
+    def highest(self) -> Vector:
+        """The greatest displacement of each surface, m, without sign."""
+        return self.saved.highest
+
+    def of_chain(self, number: int) -> tuple[Vector, Vector]:
+        """The forces (N) and velocities (m/s) that are kept of a chain, saved times × contacts or bodies."""
+        (contact, body), (contacts, bodies) = self.begin[number], map(len, self.kept)
+        return self.saved.force[:, contact : contact + contacts], self.saved.velocity[:, body : body + bodies]
+
+    def motions(self, interface: Interface) -> list[Motion]:
+        """What the checks see of each chain."""
+        found, place = [], 0
+        for number, chain in enumerate(interface.chains):
+            (begin, body), (end, last) = self.begin[number], self.begin[number + 1]
+            contacts, force = self.saved.contact[begin:end].tolist(), self.saved.force[:, begin:end]
+            deepest = self.saved.deepest[place : place + chain.mass.size].copy()
+            peaks = chain.force(deepest)
+            peaks[contacts] = greatest(force)
+            deepest[-1] -= chain.flexibility * peaks[-1]
+            bodies = self.saved.body[body:last].tolist()
+            velocity = self.saved.velocity[:, body + bodies.index(middle_of(chain))]
+            found.append(Motion(contacts, force, velocity, peaks, deepest))
+            place += chain.mass.size
+        return found
+
+    def record(self, interface: Interface, row: int, state: CoupledState, counts: Counts, length: float) -> None:
+        """Put a state into a row. length, s: of a substep."""
+        last = row == self.rows - 1
+        frames, at = (self.ledger, int(last)) if row == 0 or last else (Frames(interface, 1), 0)
+        frames.record(interface, at, state, counts, length)
+        saved, places = self.saved, np.cumsum([0, *(chain.mass.size for chain in interface.chains)])
+        for number, one in enumerate(frames.chains):
+            (contact, body), (end, until) = self.begin[number], self.begin[number + 1]
+            saved.force[row, contact:end] = one.contact_force[at, saved.contact[contact:end]]
+            saved.velocity[row, body:until] = one.velocity[at, saved.body[body:until]]
+            place, wall = one.position[at, : one.contact_force.shape[1]], state.surface[interface.of_chain[number][0]]
+            deepest = saved.deepest[places[number] : places[number + 1]]
+            np.maximum(deepest, place - np.append(place[1:], wall), out=deepest)
+        np.maximum(saved.highest, abs(state.surface), out=saved.highest)
+
+    def count_damping(self, interface: Interface) -> None:
+        """What the damping of linear structures took, see `Frames`."""
+        self.ledger.count_damping(interface)
+
+    def upto(self, row: int) -> list[Vector]:
+        """Everything up to a row, for a checkpoint, see `Frames`."""
+        _, _, _, force, velocity, *greatest_so_far = self.saved
+        return [force[: row + 1], velocity[: row + 1], *greatest_so_far, *self.ledger.upto(1)]
+
+    def restore(self, row: int, kept: list[Vector]) -> None:
+        """Restore what `upto` returned for a row; a ValueError where it does not fit."""
+        _restore(self.upto(row), kept)
+
+
+def _columns(chain: MovingChain, kept: Kept) -> Kept:
+    """The contacts and bodies of a chain that are recorded."""
+    middle, last = middle_of(chain), chain.mass.size - 1
+    contacts = [middle - 1, middle, last, *([0] if chain.behind is not None else [])]
+    if not chain.force_by_approach:
+        contacts = [*range(last + 1)]
+    return Kept(
+        [*kept.contacts, *sorted(set(contacts) - set(kept.contacts))],
+        [*kept.bodies, *({middle} - set(kept.bodies))],
+    )
+
+
+def frames_of(interface: Interface, rows: int, kept: Kept | None) -> Frames | SensorFrames:
+    """The frames of a run that keeps this of each chain, everything where None."""
+    return Frames(interface, rows) if kept is None else SensorFrames(interface, rows, kept)

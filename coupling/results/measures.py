@@ -4,7 +4,6 @@ import xarray as xr
 
 from coupling.results.peaks import incident_passage, interpolated
 from coupling.results.reading import Reading, number_or_array, without_padding
-from coupling.results.schema import BATCH
 from structures.checks import positive
 from structures.structure import Vector
 
@@ -163,8 +162,10 @@ def contact_time(run: xr.Dataset, threshold: float = 0.01) -> float | xr.DataArr
         return crossings[1] - crossings[0]
 
     kept = int(run.contact[-1])
-    if reading.kind == BATCH and kept <= reading.beads[0]:
-        raise ValueError(f"run: is a batch that kept contacts up to {kept}; keep the last bead among its sensors")
+    if reading.at_sensors and kept <= max(reading.beads):
+        raise ValueError(
+            f"run: keeps contacts up to {kept}; give the last bead, {max(reading.beads)}, among its sensors"
+        )
     force = dynamic.reset_coords(drop=True)
     result = xr.apply_ufunc(one, force, input_core_dims=[["contact", "time"]], vectorize=True)
     return number_or_array(result, "s", "contact of the last bead")
@@ -206,8 +207,7 @@ def energy_error(run: xr.Dataset) -> float | xr.DataArray:
     reading = Reading(run)
     reading.dynamic_force()
     reading.check_whole()
-    if "kinetic_energy" not in run:
-        raise ValueError("run: holds no energies, as of a batch; must be the Dataset of CoSimulation or sweep")
+    reading.check_holds(("kinetic_energy", "structure_work"))
     of_chains = run.kinetic_energy + run.contact_energy + run.dissipated_energy - run.excitation_work
     of_structures = (run.structure_energy + run.structure_dissipated_energy).fillna(run.structure_work)
     total = _summed(of_chains, "chain") + _summed(of_structures, "structure")

@@ -10,10 +10,13 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from coupling.results.schema import BATCH, END_NAMES, LAST, SIGNAL, Contact, axes_of, kind_of
+from coupling.results.schema import END_NAMES, LAST, SIGNAL, Contact, axes_of, kind_of
 from structures.caution import caution
 from structures.checks import instance, whole
 from structures.structure import Vector
+
+ALL_KEPT = "by CoSimulation.run without sensors, which keeps everything"
+"""What makes a Dataset of more than sensors."""
 
 WHAT = "the Dataset of a run, a sweep or a signal"
 
@@ -38,6 +41,11 @@ class Reading:
         return self.kind == SIGNAL
 
     @property
+    def at_sensors(self) -> bool:
+        """Whether it holds sensors of runs alone, as of a batch."""
+        return "beads" in self.data.attrs
+
+    @property
     def time(self) -> Vector:
         """The saved times, s."""
         return np.asarray(self.data.variables["time"].values)
@@ -50,8 +58,8 @@ class Reading:
     @cached_property
     def beads(self) -> list[int]:
         """The number of beads of each chain."""
-        if self.kind == BATCH:
-            return [int(self.data.attrs["beads"])]
+        if self.at_sensors:
+            return [int(count) for count in np.atleast_1d(self.data.attrs["beads"])]
         return [int(count) - 1 for count in self._there.sum(axis=1)]
 
     @cached_property
@@ -99,7 +107,7 @@ class Reading:
             if beads < 1 or len(self.kept) < 2:
                 raise ValueError("run: must hold the forces of both contacts of a sensor's bead")
             whole_beads = [n for n in sorted(self.kept) if n > 0 and n + 1 in self.kept]
-            if len(whole_beads) < beads:
+            if len(whole_beads) < (max(self.beads) if self.at_sensors else beads):
                 raise ValueError(
                     f"{name} = {sensor!r}: was not kept; must be one of {', '.join(map(str, whole_beads))}"
                 )
@@ -127,7 +135,14 @@ class Reading:
         """A ValueError where a variable is missing; source: what makes a Dataset with these variables."""
         if missing := [name for name in names if name not in self.data.data_vars]:
             what = "is a measured signal and " if self.is_signal else ""
+            if self.at_sensors:
+                raise ValueError(f"run: keeps sensors only, and holds no {' and '.join(missing)}; run it {ALL_KEPT}")
             raise ValueError(f"run: {what}holds no {' and '.join(missing)}; must be the Dataset of {source}")
+
+    def check_every_contact(self) -> None:
+        """A ValueError where only the contacts of some sensors were kept."""
+        if self.at_sensors and len(self.kept) <= max(self.beads):
+            raise ValueError(f"run: keeps sensors only, and not the forces of all contacts; run it {ALL_KEPT}")
 
     def check_one_run(self, *names: str) -> None:
         """A ValueError where variables have the axes of a sweep."""

@@ -100,9 +100,9 @@ def kind_of(data: xr.Dataset) -> str:
         return MOTION
     if "contact_force" not in names:
         return ""
-    if "beads" in data.attrs:
-        return BATCH
-    return SWEEP if axes_of(data.variables["contact_force"]) else RUN
+    if not axes_of(data.variables["contact_force"]):
+        return RUN
+    return BATCH if "beads" in data.attrs else SWEEP
 
 
 def axes_of(values: xr.DataArray | xr.Variable) -> list[str]:

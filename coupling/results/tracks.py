@@ -129,6 +129,7 @@ def follow_waves(run: xr.Dataset, smallest: float = SMALLEST_WAVE) -> list[Track
     reading = Reading(run, "the Dataset of one run")
     reading.check_holds(["contact_force"], "one run")
     reading.check_one_chain("contact_force")
+    reading.check_every_contact()
     if not positive("smallest", smallest) < 1.0:
         raise ValueError(f"smallest = {smallest!r}: must be below 1, in units of the first wave")
     dynamic = without_padding(reading.dynamic_force().transpose("contact", "time").values)

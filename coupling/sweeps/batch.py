@@ -9,13 +9,12 @@ import joblib
 import numpy as np
 import xarray as xr
 from joblib.externals.loky.process_executor import BrokenProcessPool, TerminatedWorkerError
-from numpy.typing import NDArray
 
 from coupling.cosimulation import CoSimulation
 from coupling.engine import StructureWindows
-from coupling.loops import Work, is_compiled, run_thin
+from coupling.loops import Work, is_compiled
 from coupling.plan import Plan, warn_if_coarse
-from coupling.recording.frames import Frames
+from coupling.recording.frames import Kept, SensorFrames, kept_at
 from coupling.results.findings import gathered, warn, with_warnings
 from coupling.results.provenance import provenance
 from coupling.results.schema import OF_RUNS, variable
@@ -135,14 +134,14 @@ def batch(
     if measure is not None:
         function("measure", measure, 1, "a function of a Dataset of runs")
     family = _family(runs, structure, dt, parameters)
-    kept = _kept(sensors, family.beads)
+    kept = kept_at(sensors, family.beads)
     if save_every is None:
         save_every = min(family.save_every, until)
     interval = positive("save_every", save_every, "s")
     if interval > until:
         raise ValueError(f"save_every = {save_every!r}: must not be longer than the run, until = {until!r} s")
     rows = int(until / interval * (1.0 + 1e-9)) + 1
-    size = rows * float(kept.contacts.size + kept.bodies.size)
+    size = rows * float(len(kept.contacts) + len(kept.bodies))
     if size * (family.number if measure is None else 1) > MOST_SAVED:
         raise ValueError(
             f"until = {until!r}, save_every = {interval!r}: {size * family.number:.3g} numbers are too many to keep; "
@@ -180,13 +179,6 @@ def _in_processes(
             f"jobs = {jobs!r}: other processes cannot load the function or what it holds; define it in a module that "
             "they can import, or take jobs=1"
         ) from None
-
-
-class _Kept(NamedTuple):
-    """Contacts and bodies to keep, counted from zero."""
-
-    contacts: NDArray[np.int64]
-    bodies: NDArray[np.int64]
 
 
 class _Done(NamedTuple):
@@ -345,7 +337,7 @@ class _Part(NamedTuple):
     until: float
     interval: float
     rows: int
-    kept: _Kept
+    kept: Kept
     known: Sequence[str]
 
     def run(self, threads: int, measure: Measure | None) -> tuple[xr.Dataset, list[_Done]]:
@@ -371,7 +363,7 @@ class _Rows:
 
     def __init__(self, part: _Part) -> None:
         self.part, self.windows = part, StructureWindows()
-        count, contacts, bodies = part.family.number, part.kept.contacts.size, part.kept.bodies.size
+        count, contacts, bodies = part.family.number, len(part.kept.contacts), len(part.kept.bodies)
         self.force = np.full((count, part.rows, contacts), np.nan)
         self.velocity = np.full((count, part.rows, bodies), np.nan)
         self.static, self.centre = np.full((count, contacts), np.nan), np.full((count, bodies), np.nan)
@@ -397,11 +389,10 @@ class _Rows:
         plan = _plan(simulation, until, interval)
         findings = [] if family.known else check_before(interface.chains, until)
         findings += warn_if_coarse(plan, interface, isinstance(simulation.window, Adaptive))
-        frames = Frames(interface, plan.rows, thin=True)
-        ends = run_thin(Work(interface, simulation.scheme, simulation.window, plan, frames, None, None, self.windows))
-        findings += checked(interface, frames, plan.interval, ends)
-        np.take(frames.saved.contact_force, kept.contacts, 1, self.force[i])
-        np.take(frames.saved.velocity, kept.bodies, 1, self.velocity[i])
+        frames = SensorFrames(interface, plan.rows, kept)
+        Work(interface, simulation.scheme, simulation.window, plan, frames, None, None, self.windows).do()
+        findings += checked(interface, frames, plan.interval)
+        self.force[i], self.velocity[i] = frames.of_chain(0)
         self.static[i], self.centre[i] = chain.static_force[kept.contacts], chain.chain.centres[kept.bodies]
         self.energy[i] = chain.chain.impact_energy
         return [finding for finding in findings if finding not in known]
@@ -413,7 +404,7 @@ class _Rows:
         coordinates: dict[str, Any] = {
             "time": ("time", times, {"units": "s"}),
             "bead": ("bead", bodies),
-            "contact": ("contact", contacts + 1),
+            "contact": ("contact", [one + 1 for one in contacts]),
             "centre": (("run", "bead"), self.centre, {"units": "m"}),
             "static_force": (("run", "contact"), self.static, {"units": "N"}),
             "impact_energy": ("run", self.energy, {"units": "J"}),
@@ -454,14 +445,3 @@ def _together(
         findings.append(f"batch: {len(failures)} of {len(done)} runs failed, see the variable error")
     warn(findings)
     return with_warnings(data, [*before, *findings])
-
-
-def _kept(sensors: Iterable[int] | None, beads: int) -> _Kept:
-    """Contacts and bodies to keep, counted from zero."""
-    if sensors is None:
-        return _Kept(np.arange(beads + 1), np.arange(beads + 1))
-    numbers = sorted({whole("sensors", n) for n in listed("sensors", sensors, object, "one bead number or more")})
-    if numbers[-1] > beads:
-        raise ValueError(f"sensors = {numbers!r}: must be beads from 1 to {beads}, counted from the struck end")
-    contacts = sorted({n - 1 for n in numbers} | set(numbers))
-    return _Kept(np.array(contacts, dtype=np.int64), np.array(numbers, dtype=np.int64))

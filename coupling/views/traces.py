@@ -120,6 +120,7 @@ def contact_map(run: xr.Dataset, ax: "Axes | None" = None) -> "Axes":
     reading = Reading(run)
     reading.dynamic_force()
     reading.check_one_chain("contact_force")
+    reading.check_every_contact()
     force = run.contact_force.transpose("contact", "time").sel(contact=sorted(reading.kept))
     values, time = force.values, reading.time
     every = max(1, -(-time.size // MAP_COLUMNS))

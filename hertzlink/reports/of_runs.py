@@ -52,7 +52,7 @@ def _chain(data: xr.Dataset, numbers: list[int], who: str) -> Section:
 
     words = f"Force at bead{'s' * (len(numbers) > 1)} {', '.join(map(str, numbers))}, and its waves."
     pictures = [shown("traces", words, lambda ax: traces.traces(data, numbers, ax))]
-    if kind_of(data) == RUN:
+    if kind_of(data) == RUN and not Reading(data).at_sensors:
         words = "Force at each contact over time: waves run down the chain, and back from the structure."
         pictures.append(shown("map", words, lambda ax: traces.contact_map(data, ax)))
     words = f"Amplitude spectrum of the force at bead {numbers[0]}."

@@ -14,7 +14,7 @@ from particles.kernels.drives import (
 )
 from particles.kernels.laws import copy_limits, force_of_step, lost_to_yielding, overlap_on_spring, with_memory
 from particles.kernels.losses import lose_on_bodies
-from particles.kernels.vibrations import accelerate_modes, energies_between, forces_between
+from particles.kernels.vibrations import accelerate_modes, energies_between, forces_between, forces_of_some
 from structures.kernel_cache import entry, inner
 from structures.kernels.pieces import by_type
 from structures.structure import Vector
@@ -313,6 +313,27 @@ def contact_forces(
     forces_between(chain.vibrations, law, chain.loss, chain.springs, y, v, wall, rate, forces, work)
     if replaces_contact(chain.drive):
         forces[0] = outer_forces(chain.drive, y[0], t)[2]
+
+
+@inner()
+def some_forces(
+    chain: Any, y: Vector, v: Vector, t: float, wall: float, rate: float, contacts: Vector, forces: Vector, work: Vector
+) -> None:
+    """Put the forces of the contacts with these numbers into `forces`, N, as `contact_forces` those of all."""
+    forces_of_some(chain.vibrations, chain, y, v, wall, rate, contacts, forces, work)
+    if replaces_contact(chain.drive):
+        for j in range(contacts.size):
+            if contacts[j] == 0:
+                forces[j] = outer_forces(chain.drive, y[0], t)[2]
+
+
+@inner()
+def deepen(y: Vector, wall: float, deepest: Vector) -> None:
+    """Let the greatest approach of each contact so far, m, grow to the present one."""
+    last = deepest.size - 1
+    for i in range(last):
+        deepest[i] = max(deepest[i], y[i] - y[i + 1])
+    deepest[last] = max(deepest[last], y[last] - wall)
 
 
 @inner()

@@ -2,7 +2,7 @@
 
 from typing import Any, NamedTuple
 
-from particles.kernels.laws import elastic_overlap, energy, force, overlap_on_spring, slope
+from particles.kernels.laws import elastic_overlap, energy, force, overlap_on_spring, slope, with_memory
 from particles.kernels.losses import drag_rate, force_with_loss
 from structures.kernel_cache import inner
 from structures.kernels.pieces import by_type
@@ -24,6 +24,28 @@ def forces_between(
     springs: flexibility of the structure behind the chain and of that at its end, m/N. Vibrating bodies begin to settle
     with what is in `forces`. work: two rows of N + 1 numbers.
     """
+    raise NotImplementedError
+
+
+def _all_forces(
+    vibrations: Any, chain: Any, y: Vector, v: Vector, wall: float, rate: float, contacts: Vector, forces: Vector,
+    work: Vector,
+) -> None:  # fmt: skip
+    every = work[0, : chain.inverse_mass.size]
+    for i in range(every.size):
+        every[i] = 0.0
+    law = with_memory(chain.law, y)
+    forces_between(vibrations, law, chain.loss, chain.springs, y, v, wall, rate, every, work[1:])
+    for j in range(contacts.size):
+        forces[j] = every[contacts[j]]
+
+
+@by_type(_all_forces)
+def forces_of_some(
+    vibrations: Any, chain: Any, y: Vector, v: Vector, wall: float, rate: float, contacts: Vector, forces: Vector,
+    work: Vector,
+) -> None:  # fmt: skip
+    """Put the forces of the contacts with these numbers into `forces`, N."""
     raise NotImplementedError
 
 
@@ -83,6 +105,19 @@ class Rigid(NamedTuple):
             forces[i], taken = force_and_loss(law, loss, i, y[i] - ahead, v[i] - speed, springs[end])
             power += taken
         return power
+
+    @staticmethod
+    def forces_of_some(
+        vibrations: Any, chain: Any, y: Vector, v: Vector, wall: float, rate: float, contacts: Vector, forces: Vector,
+        work: Vector,
+    ) -> None:  # fmt: skip
+        """Fill the forces, N, of these contacts alone."""
+        law, last = with_memory(chain.law, y), chain.inverse_mass.size - 1
+        for j in range(contacts.size):
+            i = contacts[j]
+            ahead, speed = (wall, rate) if i == last else (y[i + 1], v[i + 1])
+            spring = chain.springs[1] if i == last else chain.springs[0] if i == 0 else 0.0
+            forces[j], _ = force_and_loss(law, chain.loss, i, y[i] - ahead, v[i] - speed, spring)
 
     @staticmethod
     def accelerate_modes(vibrations: Any, y: Vector, v: Vector, loss: Any, forces: Vector, a: Vector) -> float:

@@ -88,7 +88,7 @@ def test_a_batch_of_which_every_run_fails_raises(monkeypatch: pytest.MonkeyPatch
     def failing(work: object) -> None:
         raise FloatingPointError("no")
 
-    monkeypatch.setattr("coupling.sweeps.batch.run_thin", failing)
+    monkeypatch.setattr("coupling.loops.Work.do", failing)
     with pytest.raises(RuntimeError, match="all 2 runs failed; the first with FloatingPointError: no"):
         hl.batch(tap, 1e-4, save_every=1e-6, speed=[0.3, 0.4])
 
@@ -185,9 +185,11 @@ def test_measures_work_on_a_batch() -> None:
 
 def test_what_a_batch_did_not_keep_is_not_measured() -> None:
     runs = hl.batch([chain()], until=4e-4, structure=WALL, sensors=[7])
-    with pytest.raises(ValueError, match="run: is a batch that kept contacts up to 8; keep the last bead"):
+    with pytest.raises(ValueError, match="run: keeps contacts up to 8; give the last bead, 20, among its sensors"):
         hl.contact_time(runs)
-    with pytest.raises(ValueError, match="run: holds no energies"):
+    with pytest.raises(
+        ValueError, match="run: keeps sensors only, and holds no kinetic_energy and structure_work; run it by"
+    ):
         hl.energy_error(runs)
     whole = hl.contact_time(hl.batch([chain()], until=8e-4, structure=WALL))
     last = hl.contact_time(hl.batch([chain()], until=8e-4, structure=WALL, sensors=[20]))

@@ -427,7 +427,7 @@ def test_the_dataset_tells_its_units_and_input(double: type[Double], configurati
     assert {name: run[name].attrs["units"] for name in units} == units
     assert "precice-config.xml" in run.attrs["input"]
     run.to_netcdf(tmp_path / "run.nc")
-    with pytest.raises(ValueError, match="holds no energies"):
+    with pytest.raises(ValueError, match="holds no kinetic_energy"):
         hl.energy_error(run)
 
 

@@ -90,7 +90,7 @@ def signal() -> xr.Dataset:
     ("call", "message"),
     [
         (lambda: hl.energy_error(None), "run = None: must be the Dataset of a run, a sweep or a signal"),
-        (lambda: hl.energy_error(RUN().drop_vars("kinetic_energy")), "run: holds no energies"),
+        (lambda: hl.energy_error(RUN().drop_vars("kinetic_energy")), "run: holds no kinetic_energy; must be"),
         (lambda: hl.contact_time(None), "run = None: must be the Dataset of a run, a sweep or a signal"),
         (lambda: hl.contact_time(RUN().drop_vars("contact_force")), "run: holds no contact forces"),
         (lambda: hl.contact_time(signal()), "run: is a measured signal"),

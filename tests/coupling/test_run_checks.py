@@ -16,8 +16,9 @@ import xarray as xr
 
 import hertzlink as hl
 from coupling.kernels import loop
+from coupling.recording.frames import BLOCK, greatest
 from coupling.results.findings import findings_of
-from coupling.run_checks import BLOCK, _greatest, check_before
+from coupling.run_checks import check_before
 from coupling.structure_checks import push_length
 from particles.bead import Bead
 from particles.deformable.chain import moving_chain
@@ -165,7 +166,7 @@ def test_a_run_of_too_many_steps_is_refused_unless_asked_for() -> None:
 
 
 def test_batches_and_explicit_chains_warn_of_their_length_too(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("coupling.sweeps.batch.run_thin", None)
+    monkeypatch.setattr("coupling.loops.Work.do", None)
     monkeypatch.setattr("coupling.explicit_chain.explicit_bead", None)
     short = hl.Chain([BEAD] * 2, BEAD, 0.4)
     for run in (lambda: hl.batch([short], 1.5, save_every=1e-3), lambda: hl.explicit_chain(short, 1.5)):
@@ -400,7 +401,7 @@ def test_the_length_of_a_push() -> None:
 @pytest.mark.parametrize("rows", [1, BLOCK - 1, BLOCK, BLOCK + 1, 10 * BLOCK + 3])
 def test_greatest_values_in_blocks(rows: int) -> None:
     values = np.random.default_rng(rows).normal(size=(rows, 5))
-    assert np.array_equal(_greatest(values), values.max(axis=0))
+    assert np.array_equal(greatest(values), values.max(axis=0))
 
 
 def test_a_compiled_run_in_many_calls_has_the_same_bits(monkeypatch: pytest.MonkeyPatch) -> None:
