@@ -76,9 +76,12 @@ def quadratic_form(matrix: Vector, x: Vector) -> float:
     return 0.5 * total
 
 
-@inner(fastmath={"contract"})
+@inner()
 def add(row: Vector, force: float, state: Vector) -> None:
-    """Add a response to a state; what is negligible becomes zero."""
+    """Add a response to a state; what is negligible becomes zero.
+
+    Sums are not contracted: `Oscillators.follow` gives the same bits, so that what is saved does not change a run.
+    """
     for i in range(row.size):
         value = state[i] + force * row[i]
         state[i] = value if abs(value) >= SMALLEST else 0.0
