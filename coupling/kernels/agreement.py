@@ -14,9 +14,6 @@ from structures.structure import Vector
 PIECES = 4
 """Straight pieces that replace a parabola of the surface over a window."""
 
-HALVED_FROM = 8
-"""Trials after which an interval that holds the force is halved: where a loss makes the force jump, secants fail."""
-
 
 def _linear_surfaces(structure: Any, compliance: Vector, run: Any, trial: Any) -> float:
     for k in range(trial.contact.size):
@@ -78,15 +75,14 @@ class OneContact(NamedTuple):
 
         The residual falls at least as fast as F rises, so its slope is −1 or steeper: nothing is divided by zero, an
         open contact included, and it stays so where gaps close, which only stiffens the structure. Where a loss makes
-        the force jump as the contact opens there may be no root: the interval that holds the jump is halved.
+        the force jump as the contact opens there may be no root: the window is halved then, in which less happens.
         """
         chain, static, compliance, steps = chains[0], contacts.static[0], contacts.compliance, contacts.steps[0, 0]
         y, v, first, slope = trial.y, trial.v, 0, min(run.contact[0].slope, -1.0)
         predict(run, t + window / 2.0, trial)
         contact, before = trial.contact[0], run.contact[0].surface
         tried = max(contact.force + static, 0.0)
-        last_tried, last_residual, residual, taken = 0.0, 0.0, np.inf, 0.0
-        low, high, halved, count = -np.inf, np.inf, False, 0
+        last_tried, last_residual, residual, taken, count = 0.0, 0.0, np.inf, 0.0, 0
         while count < search.most:
             count += 1
             for i in range(first, y.size):
@@ -100,22 +96,11 @@ class OneContact(NamedTuple):
             residual = force - tried
             if not abs(residual) > search.tolerance or compliance[0, 0] == 0.0:
                 break
-            if residual > 0.0:
-                low = max(low, tried)
-            else:
-                high = min(high, tried)
-            # A loss that jumps as the contact opens leaves no root, but a jump over zero.
-            if high - low <= search.tolerance:
-                residual = 0.0
-                break
             # Equal trials where the tolerance is below rounding.
-            if count > 1 and not halved and tried != last_tried:
+            if count > 1 and tried != last_tried:
                 slope = min((residual - last_residual) / (tried - last_tried), -1.0)
             last_tried, last_residual = tried, residual
             tried -= residual / slope
-            halved = count > HALVED_FROM and high < np.inf and low > -np.inf
-            if halved:
-                tried = 0.5 * (low + high)
         if not abs(residual) > search.tolerance:
             run.contact[0].slope = slope
         # The chain moved against the surface where the force before its last answer would have brought it.

@@ -32,9 +32,8 @@ class Condensed:
     Notes
     -----
     At the end of a window the surfaces are at w_free + C F̄, where the compliance C is known beforehand. Newton's method
-    with C and a secant slope for each contact finds F̄ from repeated chain windows, which are cheap. In the compiled
-    loop a bracketed secant method finds the force of a single contact. The interface creates no energy: the surface
-    moves linearly, and the mean force of the chain's own steps drives the structure.
+    with C and a secant slope for each contact finds F̄ from repeated chain windows, which are cheap. The interface
+    creates no energy: the surface moves linearly, and the mean force of the chain's own steps drives the structure.
 
     Examples
     --------

@@ -273,6 +273,16 @@ def test_the_pass_without_losses_is_the_general_one(law: hl.ContactLaw | None, f
     assert opened
 
 
+@pytest.mark.parametrize(("mass", "coefficient"), [(1e-2, 5e3), (1e-3, 2e3)])
+def test_a_force_that_jumps_as_a_contact_opens_creates_no_energy(mass: float, coefficient: float) -> None:
+    """No mean force of a window is that of a bead with so strong a dashpot on so light a body: it has to be halved."""
+    light = hl.Structure(np.diag([mass * STEEL.mass]), np.diag([1e5]), None, np.ones(1), 0.0, STEEL.surface)
+    simulation = hl.CoSimulation(hl.Chain([STEEL], STEEL, 0.3, dissipation=hl.LinearDashpot(coefficient)), light)
+    run = simulation.run(4e-5)
+    assert run.substeps.sum() > simulation.plan(4e-5).total
+    assert hl.energy_error(run) < 1e-4
+
+
 def test_restitution_near_one_is_a_weak_damper() -> None:
     """The angle's equation at π/2 − δ: δ tends to (2/π)(−ln e/2), and the two ways to find it agree where they meet."""
     for coefficient in (0.9999999999999999, 1.0 - 1e-12, 1.0 - 1e-8):
