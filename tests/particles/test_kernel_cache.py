@@ -145,6 +145,21 @@ def test_a_name_that_two_kernels_got_gives_no_wrong_kernel(tmp_path: Path, fresh
     assert found(fresh()) == 1
 
 
+def test_a_kernel_of_other_sources_counts_as_not_there(tmp_path: Path, fresh: Callable[[], Any]) -> None:
+    """As where another version of the project wrote it after its index was written."""
+    (tmp_path / "made.py").write_text(TWICE.replace("2 * x", "30 * x"))
+    kernel_cache.stamp.cache_clear()
+    other = fresh()
+    assert (other(4), other(1.5)) == (120, 45.0)
+    theirs = {path: path.read_bytes() for path in (tmp_path / "kept").rglob("*.nbc")}
+    (tmp_path / "made.py").write_text(TWICE)
+    kernel_cache.stamp.cache_clear()
+    assert [found(fresh()) for _ in range(2)] == [0, 2]
+    for path, content in theirs.items():
+        path.write_bytes(content)
+    assert found(fresh()) == 0
+
+
 KERNELS = """
 from structures.kernel_cache import entry, inner, njit
 from structures.kernels.pieces import by_type
