@@ -15,6 +15,7 @@ from scipy import sparse
 import hertzlink as hl
 from coupling.engine import non_finite
 from coupling.kernels import loop
+from coupling.kernels.state import Run
 from coupling.loops import Work
 from particles.kernels.chain import first_bad_body
 from structures.damping import standard_linear_solid
@@ -165,6 +166,31 @@ def test_a_window_that_fails_in_the_compiled_loop_is_halved(
     monkeypatch.setattr(loop, "run_windows", lambda *given: (loop.NOT_CONVERGED, given[-1][0], 1.0, 0))
     with pytest.raises(hl.NotConverged, match=r"t = 0 s, .* s long: residual 1 N"):
         simulation.run(2e-4, save_every)
+
+
+def test_a_window_that_fails_leaves_the_run_as_it_began(monkeypatch: pytest.MonkeyPatch) -> None:
+    """But for the trials, which are counted: its halves go on from there."""
+
+    def watched(run: Any, *given: Any) -> tuple[int, int, float, int]:
+        *more, (first, last, stride, row) = given
+        end = loop.OK, last, 0.0, 0
+        for window in range(first, max(first, last) + 1):
+            before = [part.copy() for part in run]
+            end = real(run, *more, (window, min(window, last), stride, row))
+            if end[0] == loop.NOT_CONVERGED:
+                failed.append(window)
+                for name, part, old in zip(Run._fields, run, before, strict=True):
+                    assert np.array_equal(part, old) or name == "totals", name
+                break
+        return end
+
+    real, failed = loop.run_windows, list[int]()
+    simulation = hl.CoSimulation(SHORT[0], LAYERED)
+    expected = simulation.run(1e-4)
+    monkeypatch.setattr("coupling.engine.MOST_TRIALS", 2)
+    monkeypatch.setattr(loop, "run_windows", watched)
+    check_same(expected, simulation.run(1e-4), 1e-5)
+    assert failed
 
 
 COUPLED = {

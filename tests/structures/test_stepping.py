@@ -2,6 +2,7 @@
 
 from decimal import Decimal, getcontext
 from functools import partial
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from scipy.linalg import eigh, expm
 
 import hertzlink as hl
 from structures.damping import rayleigh, standard_linear_solid
+from structures.kernels import linear
 from structures.oscillators import Oscillators
 from structures.stepping import (
     CentralDifference,
@@ -387,3 +389,27 @@ ARMS = standard_linear_solid(ROD, 0.5, 1e-5)
 
 def test_the_midpoint_is_the_default() -> None:
     assert isinstance(hl.stepping.MovingStructure(ROD).step(1e-6), ImplicitMidpoint)
+
+
+def test_structures_of_both_kinds_move_as_alone() -> None:
+    """In one piece, in any order: motion, responses, displacements and energies are those of each."""
+    rod, random = [hl.Layer(hl.ACRYLIC, 0.02, 0.008)], np.random.default_rng(1)
+    bodies = [hl.rod(rod, base, elements=count) for base, count in (("absorbing", 2), ("fixed", 3), ("absorbing", 4))]
+    parts = [hl.stepping.MovingStructure(body).window(1e-6) for body in bodies]
+    assert [type(part) for part in parts] == [linear.Coupled, linear.Oscillators, linear.Coupled]
+    both: Any = linear.joined(parts, [[0], [1], [2]], 3)
+    sizes = [part.response.shape[1] for part in parts]
+    alone = [random.normal(size=size) for size in sizes]
+    order = 1, 0, 2  # oscillators first
+    state, free = np.concatenate([alone[i] for i in order]), np.zeros(sum(sizes))
+    linear.let_go(both, state, free)
+    for k, part in enumerate(parts):
+        assert linear.energies_of_structure(both, k, state) == linear.energies_of_structure(part, 0, alone[k])
+        assert linear.read(both, k, state) == linear.read(part, 0, alone[k])
+        linear.push(both, k, 3.0, free)
+    ends = np.split(free, np.cumsum([sizes[i] for i in order])[:-1])
+    for i, end in zip(order, ends, strict=True):
+        expected = np.zeros(sizes[i])
+        linear.let_go(parts[i], alone[i], expected)
+        linear.push(parts[i], 0, 3.0, expected)
+        assert end == pytest.approx(expected, rel=1e-14)
