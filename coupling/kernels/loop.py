@@ -94,7 +94,7 @@ def settle(structure: Any, run: Any, state: Vector) -> None:
             run.contact[k].pending = 0.0
 
 
-@inner()
+@inner(fastmath={"reassoc"}, forceinline=True)
 def finite(trial: Any) -> bool:
     """Return whether all numbers of a trial are finite."""
     total = 0.0
@@ -116,7 +116,7 @@ def broken_chain(trial: Any, begin: Vector) -> tuple[int, int]:
     return -1, 0
 
 
-@inner()
+@inner(forceinline=True)
 def keep_ledger(run: Any, trial: Any, time: float, window: float, residual: float) -> None:
     """Count works, impulses and losses of a window that ended, and remember its surfaces and forces."""
     totals = run.totals[0]
