@@ -118,20 +118,20 @@ class Engine:
         sizes = [(chain.rest.size, len(seats), chain.mass.size) for chain, seats in self._chains_and_seats()]
         self.begin = np.cumsum([(0, 0, 0), *sizes], axis=0)
         self._lengths: dict[float, tuple[Any, Any]] = {}
-        self.trial = self._trial()
+        self.trial = self.work_space()
 
     def _chains_and_seats(self) -> Any:
         return zip(self.interface.chains, self.interface.of_chain, strict=True)
 
     @property
     def _state_size(self) -> int:
-        structure, _ = self._of_length(self.length)
+        structure, _ = self.of_length(self.length)
         parts = structure if isinstance(structure, Gaps) else None
         linear = parts.window.structure if parts is not None else structure
         both = [linear.oscillators, linear.coupled] if hasattr(linear, "coupled") else [linear]
         return int(sum(part.response.shape[1] for part in both))
 
-    def _trial(self) -> Trial:
+    def work_space(self) -> Trial:
         """Return the work space."""
         interface, state, coordinates = self.interface, self._state_size, int(self.begin[-1, 0])
         contacts, chains, gaps = interface.size, len(self.chains), self._gaps
@@ -221,7 +221,7 @@ class Engine:
     def _try(self, run: Run, first: int, last: int, halvings: int, stride: int) -> tuple[int, float] | None:
         """Move the run on as far as it goes; return the window that failed, and its residual (N)."""
         length = self.length / 2**halvings
-        structure, contacts = self._of_length(length)
+        structure, contacts = self.of_length(length)
         problem, done, detail, place = self.kernel(
             run, self.chains, structure, contacts, self.search, self.recorder, self.trial, self.begin, length,
             (first + 1, last, stride, -1),
@@ -232,7 +232,7 @@ class Engine:
 
     def save(self, run: Run, done: int) -> None:
         """Save the end of a whole window in its row."""
-        structure, contacts = self._of_length(self.length)
+        structure, contacts = self.of_length(self.length)
         self.kernel(
             run, self.chains, structure, contacts, self.search, self.recorder, self.trial, self.begin, self.length,
             (done + 1, done, 0, done // self.stride),
@@ -240,10 +240,10 @@ class Engine:
 
     def save_into(self, recorder: Any, row: int, run: Run, done: int) -> None:
         """Save the end of a whole window in a row of another recorder."""
-        structure, _ = self._of_length(self.length)
+        structure, _ = self.of_length(self.length)
         record_now(recorder, row, done * self.length, run, self.chains, structure, self.begin, self.trial.work)
 
-    def _of_length(self, length: float) -> tuple[Any, Any]:
+    def of_length(self, length: float) -> tuple[Any, Any]:
         """Return the structures and the contacts over a window of a length, s, as pieces."""
         if length not in self._lengths:
             structure, compliance = self.windows.of(self.interface, self.structures, length)

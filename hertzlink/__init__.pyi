@@ -32,6 +32,7 @@ from coupling.schemes.windows import Adaptive as Adaptive
 from coupling.state import NotConverged as NotConverged
 from coupling.sweeps.batch import batch as batch
 from coupling.sweeps.critical_search import find_critical_distance as find_critical_distance
+from coupling.sweeps.family import vary as vary
 from coupling.sweeps.sweep import sweep as sweep
 from hertzlink import beams as beams
 from hertzlink import damping as damping

@@ -75,7 +75,7 @@ def scaled(structure: Structure, thickness: float | None = None, material: Mater
             f"plate's {old.struck.poisson_ratio}; a plate of another ν has other modes, build and reduce it"
         )
     _check_thickness(structure.origin, new.thickness)
-    heavier, stiffer = new.mass / old.mass, float(new.bending[0, 0] / old.bending[0, 0])
+    heavier, stiffer = factors(old, new.thickness, new.struck.youngs_modulus, new.struck.density)
     faster = wave_speed(old, new)
     field, oscillators = structure.field, _identity(structure.mass)
     if oscillators:
@@ -100,9 +100,19 @@ def scaled(structure: Structure, thickness: float | None = None, material: Mater
     )
 
 
+def factors(old: Section, thickness: Any, youngs_modulus: Any, density: Any) -> tuple[Any, Any]:
+    """Return the factors of mass and of stiffness of a plate with another thickness (m), modulus (Pa) and density.
+
+    Numbers, or arrays with a value for each of many plates.
+    """
+    heavier = density * thickness / (old.struck.density * old.thickness)
+    stiffer = youngs_modulus * thickness**3 / (old.struck.youngs_modulus * old.thickness**3)
+    return heavier, stiffer
+
+
 def wave_speed(old: Section, new: Section) -> float:
     """The ratio of all frequencies of a plate with the new wall to those with the old one."""
-    stiffer, heavier = float(new.bending[0, 0] / old.bending[0, 0]), new.mass / old.mass
+    heavier, stiffer = factors(old, new.thickness, new.struck.youngs_modulus, new.struck.density)
     return float((stiffer / heavier) ** 0.5)
 
 

@@ -2,6 +2,8 @@
 form.
 """
 
+from typing import Any
+
 import numpy as np
 
 from structures.stepping import StructureState
@@ -26,18 +28,10 @@ class Oscillators:
     def __init__(self, structure: Structure, window: float, exact: bool = True) -> None:
         square = structure.stiffness.diagonal()
         rate = np.zeros_like(square) if structure.damping is None else structure.damping.diagonal()
-        phase, drag = window**2 * square, window / 2.0 * rate
-        fast = phase > (1.0 if exact else -1.0)
-        lag, push, left = np.empty_like(phase), np.empty_like(phase), np.empty_like(phase)
-        lag[~fast], push[~fast], left[~fast] = _exact(phase[~fast], drag[~fast])
-        push[fast] = 1.0 / (1.0 + drag[fast] + phase[fast] / 4.0)
-        lag[fast], left[fast] = push[fast] / 2.0, 2.0 * push[fast] - 1.0
-        # Without damping the midpoint keeps equal fractions of u and v; the form 1 − phase · lag would lose digits.
-        kept = np.where(fast, left + 2.0 * drag * push, 1.0 - phase * lag)
-        self.rows = np.array([kept, window * push, -window * square * push, left])
-        self.window, self.square, self.rate, self.fast, self.push = window, square, rate, fast, window * push
+        self.window, self.square, self.rate = window, square, rate
+        self.rows, lag, self.push, self.fast = propagators(square, rate, window, exact)
         vectors = structure.contact_vectors
-        self.response = StructureState(window**2 * lag[:, None] * vectors, window * push[:, None] * vectors)
+        self.response = StructureState(lag[:, None] * vectors, self.push[:, None] * vectors)
 
     def free(self, state: StructureState) -> StructureState:
         """The state at the end of the window if no force acts."""
@@ -64,6 +58,38 @@ class Oscillators:
         return float(taken[self.rate > 0.0].sum())
 
 
+def propagators(square: Vector, rate: Vector, window: float, exact: bool = True) -> tuple[Vector, Vector, Vector, Any]:
+    """Return how oscillators move over a window, see `Oscillators`.
+
+    Parameters
+    ----------
+    square : array
+        Squares of the angular frequencies, 1/s², of any shape.
+    rate : array
+        Damping rates, 1/s, of the same shape.
+    window : float
+        Length of the window, s.
+    exact : bool
+        Whether slow oscillators move exactly.
+
+    Returns
+    -------
+    rows, lag, push, fast : arrays
+        4 × the shape: the 2 × 2 propagators. Displacement (m) and velocity (m/s) at the end after a constant unit force
+        from rest; and which oscillators use the implicit midpoint.
+    """
+    phase, drag = window**2 * square, window / 2.0 * rate
+    fast = phase > (1.0 if exact else -1.0)
+    lag, push, left = np.empty_like(phase), np.empty_like(phase), np.empty_like(phase)
+    lag[~fast], push[~fast], left[~fast] = _exact(phase[~fast], drag[~fast])
+    push[fast] = 1.0 / (1.0 + drag[fast] + phase[fast] / 4.0)
+    lag[fast], left[fast] = push[fast] / 2.0, 2.0 * push[fast] - 1.0
+    # Without damping the midpoint keeps equal fractions of u and v; the form 1 − phase · lag would lose digits.
+    kept = np.where(fast, left + 2.0 * drag * push, 1.0 - phase * lag)
+    rows = np.array([kept, window * push, -window * square * push, left])
+    return rows, window**2 * lag, window * push, fast
+
+
 def _exact(phase: Vector, drag: Vector) -> tuple[Vector, Vector, Vector]:
     """Closed-form motion of oscillators over a window H, with phase (ωH)² ≤ 1 and drag H/2 times the damping rate.
 
@@ -71,6 +97,10 @@ def _exact(phase: Vector, drag: Vector) -> tuple[Vector, Vector, Vector]:
     fraction of an initial velocity. A matrix exponential of each oscillator is slower, and its threads block each
     other.
     """
+    if not drag.any():
+        half = 0.5 * np.sqrt(phase) / np.pi
+        lag = 0.5 * np.sinc(half) ** 2
+        return lag, np.sinc(2.0 * half), 1.0 - phase * lag
     spread = np.sqrt(np.maximum(drag**2 - phase, 0.0))
     # With λ = −drag ± spread, Σ hₖ/(k + 1)! and Σ hₖ/(k + 2)!, hₖ = Σ λ₁ⁱ λ₂ᵏ⁻ⁱ: no cancellation near critical damping.
     lag, push = np.zeros_like(phase), np.zeros_like(phase)

@@ -6,7 +6,7 @@ from coupling.kernels.agreement import agree
 from coupling.kernels.recorders import reads_structure, record
 from coupling.kernels.state import REMEMBERED
 from particles.kernels.chain import first_bad
-from structures.kernel_cache import inner, njit
+from structures.kernel_cache import entry, inner
 from structures.kernels.arrays import copy
 from structures.kernels.linear import follow, push, read
 from structures.kernels.pieces import by_type
@@ -27,8 +27,8 @@ def finish(structure: Any, run: Any, trial: Any) -> None:
     raise NotImplementedError
 
 
-@njit(cache=True, nogil=True, _nrt=False, no_cfunc_wrapper=True)
-def run_windows(
+@inner()
+def move_on(
     run: Any, chains: Any, structure: Any, contacts: Any, search: Any, recorder: Any, trial: Any, begin: Vector,
     window: float, windows: tuple[int, int, int, int],
 ) -> tuple[int, int, float, int]:  # fmt: skip
@@ -81,6 +81,15 @@ def run_windows(
             record(recorder, done // windows[2], done * window, run, chains, structure, begin, trial.work)
     settle(structure, run, state)
     return OK, 0, 0.0, 0
+
+
+@entry
+def run_windows(
+    run: Any, chains: Any, structure: Any, contacts: Any, search: Any, recorder: Any, trial: Any, begin: Vector,
+    window: float, windows: tuple[int, int, int, int],
+) -> tuple[int, int, float, int]:  # fmt: skip
+    """Move a run on over windows, see `move_on`: for Python."""
+    return move_on(run, chains, structure, contacts, search, recorder, trial, begin, window, windows)
 
 
 @inner()

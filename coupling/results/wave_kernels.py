@@ -8,7 +8,7 @@ from math import sqrt
 
 import numpy as np
 
-from structures.kernel_cache import njit
+from structures.kernel_cache import inner, njit
 from structures.structure import Vector
 
 FIRST_WAVE = 0.05
@@ -35,6 +35,9 @@ FAINT = 0.5
 NEAR = 4
 """Samples on either side of a peak through which a cubic spline places it."""
 
+WIDTH = 2 * NEAR + 1
+"""Samples through which it is laid."""
+
 NOWHERE, STRUCTURE, CHAIN = 0, 1, 2
 """Where a reflected wave begins; NOWHERE for the incident wave, and where there is no wave."""
 
@@ -45,7 +48,7 @@ def plain(values: Vector) -> Vector:
     return np.require(values, float, ["C", "W"])
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _rises(force, peak, step, least):
     """Whether a peak rises by `least` above the lowest force on one side, before a higher one."""
     i, top = peak, force[peak]
@@ -56,7 +59,7 @@ def _rises(force, peak, step, least):
     return False
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _next_peak(force, start, least):
     """The first peak from a sample on, −1 where there is none, and the sample to go on from."""
     last, i = force.size - 1, max(start, 1)
@@ -74,8 +77,8 @@ def _next_peak(force, start, least):
     return -1, last
 
 
-@njit(cache=True, error_model="numpy")
-def peaks_of(force, least, out):
+@inner(error_model="numpy")
+def _peaks(force, least, out):
     """Put the samples of all peaks into `out`; how many they are."""
     count = 0
     peak, goes_on = _next_peak(force, 0, least)
@@ -87,6 +90,12 @@ def peaks_of(force, least, out):
 
 
 @njit(cache=True, error_model="numpy")
+def peaks_of(force, least, out):
+    """Put the samples of all peaks into `out`; how many they are: for Python."""
+    return _peaks(force, least, out)
+
+
+@inner(error_model="numpy")
 def _valley(force, peak, step):
     """The lowest force on one side of a peak, before a higher one, and its sample."""
     i, low, base = peak, force[peak], peak
@@ -97,7 +106,7 @@ def _valley(force, peak, step):
     return low, base
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _half_width(force, peak, base, level, step):
     """Samples from a peak to where the force falls to a level on one side, interpolated."""
     i = peak
@@ -107,7 +116,7 @@ def _half_width(force, peak, base, level, step):
     return abs(i - peak) - part
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _width(force, peak):
     """The width of a peak at half its prominence, in samples."""
     low, base = _valley(force, peak, -1)
@@ -116,7 +125,7 @@ def _width(force, peak):
     return _half_width(force, peak, base, level, -1) + _half_width(force, peak, end, level, 1)
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _nearest(places, count, to):
     """Which of the places is nearest to another one."""
     best = 0
@@ -141,12 +150,11 @@ def _median(values):
     return 0.5 * (ordered[(count - 1) // 2] + ordered[count // 2]) if count else np.nan
 
 
-@njit(cache=True, error_model="numpy")
-def passages(above, below, velocity, least, found):
-    """Put the passages of waves over a bead (start, end, peak, goes_on) into `found`; how many they are."""
-    first = np.empty(above.size // 2 + 1, np.int64)
-    second = np.empty(above.size // 2 + 1, np.int64)
-    firsts, seconds, count = peaks_of(above, least, first), peaks_of(below, least, second), 0
+@inner(error_model="numpy")
+def passages_of(above, below, velocity, least, found, peaks):
+    """`passages` with work space: 2 rows of as many integers as there can be peaks."""
+    first, second = peaks[0], peaks[1]
+    firsts, seconds, count = _peaks(above, least, first), _peaks(below, least, second), 0
     if firsts == 0 or seconds == 0:
         return 0
     for i in range(firsts):
@@ -167,27 +175,36 @@ def passages(above, below, velocity, least, found):
 
 
 @njit(cache=True, error_model="numpy")
-def _slopes(dx, chord):
-    """The slopes of a spline at its knots, from intervals and chords; through three knots a parabola.
+def passages(above, below, velocity, least, found):
+    """Put the passages of waves over a bead (start, end, peak, goes_on) into `found`; how many they are."""
+    return passages_of(above, below, velocity, least, found, np.empty((2, above.size // 2 + 1), np.int64))
 
-    As CubicSpline: bc_type "not-a-knot", tridiagonal elimination without pivots.
+
+SPLINE_ROWS = 7
+"""Rows of work space of a spline, each as long as its knots are many."""
+
+
+@inner(error_model="numpy")
+def _slopes(work, n):
+    """Put the slopes of a spline at its n knots into row 2, from intervals and chords in rows 0 and 1.
+
+    As CubicSpline: bc_type "not-a-knot", tridiagonal elimination without pivots; through three knots a parabola.
     """
-    n = dx.size + 1
+    dx, chord, right, lower, diagonal, upper = work[0], work[1], work[2], work[3], work[4], work[5]
     if n == 3:
-        bend, slopes = (chord[1] - chord[0]) / (dx[0] + dx[1]), np.empty(n)
-        slopes[0], slopes[1] = chord[0] - bend * dx[0], chord[0] + bend * dx[0]
-        slopes[2] = chord[1] + bend * dx[1]
-        return slopes
-    lower, diagonal, upper, right = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
-    ends = dx[0] + dx[1], dx[n - 2] + dx[n - 3]
-    diagonal[0], upper[0] = dx[1], ends[0]
-    right[0] = ((dx[0] + 2.0 * ends[0]) * dx[1] * chord[0] + dx[0] ** 2 * chord[1]) / ends[0]
+        bend = (chord[1] - chord[0]) / (dx[0] + dx[1])
+        right[0], right[1] = chord[0] - bend * dx[0], chord[0] + bend * dx[0]
+        right[2] = chord[1] + bend * dx[1]
+        return
+    first, last = dx[0] + dx[1], dx[n - 2] + dx[n - 3]
+    lower[0], diagonal[0], upper[0] = 0.0, dx[1], first
+    right[0] = ((dx[0] + 2.0 * first) * dx[1] * chord[0] + dx[0] ** 2 * chord[1]) / first
     for i in range(1, n - 1):
         lower[i], diagonal[i], upper[i] = dx[i], 2.0 * (dx[i - 1] + dx[i]), dx[i - 1]
         right[i] = 3.0 * (dx[i] * chord[i - 1] + dx[i - 1] * chord[i])
-    lower[n - 1], diagonal[n - 1] = ends[1], dx[n - 3]
-    right[n - 1] = dx[n - 2] ** 2 * chord[n - 3] + (2.0 * ends[1] + dx[n - 2]) * dx[n - 3] * chord[n - 2]
-    right[n - 1] /= ends[1]
+    lower[n - 1], diagonal[n - 1], upper[n - 1] = last, dx[n - 3], 0.0
+    right[n - 1] = dx[n - 2] ** 2 * chord[n - 3] + (2.0 * last + dx[n - 2]) * dx[n - 3] * chord[n - 2]
+    right[n - 1] /= last
     for i in range(1, n):
         factor = lower[i] / diagonal[i - 1]
         diagonal[i] -= factor * upper[i - 1]
@@ -195,18 +212,17 @@ def _slopes(dx, chord):
     right[n - 1] /= diagonal[n - 1]
     for i in range(n - 2, -1, -1):
         right[i] = (right[i] - upper[i] * right[i + 1]) / diagonal[i]
-    return right
 
 
-@njit(cache=True, error_model="numpy")
-def spline_peak(time, force, at, step):
-    """The greatest value of a spline through a few samples, and its time, within a step of the sample `at`."""
+@inner(error_model="numpy")
+def spline_peak_of(time, force, at, step, work):
+    """`spline_peak` with SPLINE_ROWS rows of work space."""
     n = time.size
-    dx, chord = np.empty(n - 1), np.empty(n - 1)
+    dx, chord, slope = work[0], work[1], work[2]
     for i in range(n - 1):
         dx[i] = time[i + 1] - time[i]
         chord[i] = (force[i + 1] - force[i]) / dx[i]
-    slope = _slopes(dx, chord)
+    _slopes(work, n)
     best, where, known = force[at], time[at], False
     for i in range(n - 1):
         t = (slope[i] + slope[i + 1] - 2.0 * chord[i]) / dx[i]
@@ -228,13 +244,47 @@ def spline_peak(time, force, at, step):
 
 
 @njit(cache=True, error_model="numpy")
-def _arrival(time, force, peak):
-    """Amplitude and time of the peak of the force at a bead's centre, the mean of its two contacts' (rows 0 and 1)."""
-    begin, end = max(0, peak - NEAR), min(time.size, peak + NEAR + 1)
-    mean = np.empty(end - begin)
+def spline_peak(time, force, at, step):
+    """The greatest value of a spline through a few samples, and its time, within a step of the sample `at`."""
+    return spline_peak_of(time, force, at, step, np.empty((SPLINE_ROWS, time.size)))
+
+
+@inner(error_model="numpy")
+def _arrival(time, above, below, peak, work):
+    """Amplitude and time of the peak of the force at a bead's centre, the mean of its two contacts'."""
+    begin, end, mean = max(0, peak - NEAR), min(time.size, peak + NEAR + 1), work[SPLINE_ROWS - 1]
     for i in range(begin, end):
-        mean[i - begin] = 0.5 * (force[0, i] + force[1, i])
-    return spline_peak(time[begin:end], mean, peak - begin, time[1] - time[0])
+        mean[i - begin] = 0.5 * (above[i] + below[i])
+    return spline_peak_of(time[begin:end], mean, peak - begin, time[1] - time[0], work)
+
+
+@inner(error_model="numpy")
+def incident(time, above, below, velocity, found, peaks, work):
+    """The incident wave over a bead: amplitude (N), arrival (s), and its last sample, −1 where there is none."""
+    top = 0.0
+    for i in range(time.size):
+        top = max(top, 0.5 * (above[i] + below[i]))
+    if top > 0.0:
+        for i in range(passages_of(above, below, velocity, FIRST_WAVE * top, found, peaks)):
+            if found[i, 3]:
+                amplitude, arrival = _arrival(time, above, below, found[i, 2], work)
+                return amplitude, arrival, found[i, 1]
+    return 0.0, 0.0, -1
+
+
+@inner(error_model="numpy")
+def waves_over_bead(time, above, below, velocity, smallest, out, found, peaks, work):
+    """`waves` from the contacts of the bead alone, which do not say where a wave begins; with work space."""
+    amplitude, arrival, end = incident(time, above, below, velocity, found, peaks, work)
+    if end < 0:
+        return 0
+    out[0, 0], out[0, 1], out[0, 2], count = amplitude, arrival, NOWHERE, 1
+    for i in range(passages_of(above, below, velocity, smallest * amplitude, found, peaks)):
+        if found[i, 0] > end and not found[i, 3] and count < len(out):
+            out[count, 0], out[count, 1] = _arrival(time, above, below, found[i, 2], work)
+            out[count, 2] = STRUCTURE
+            count += 1
+    return count
 
 
 @njit(cache=True, error_model="numpy")
@@ -292,7 +342,7 @@ def peak_times(time, force, least):
     found = np.empty(time.size // 2 + 1, np.int64)
     begins, times = np.zeros(len(force) + 1, np.int64), np.empty(len(force) * found.size)
     for row in range(len(force)):
-        count, begin = peaks_of(force[row], least, found), begins[row]
+        count, begin = _peaks(force[row], least, found), begins[row]
         begins[row + 1] = begin + count
         for i in range(count):
             times[begin + i] = time[found[i]]
@@ -305,35 +355,30 @@ def waves(time, force, velocity, smallest, out):
 
     force: contacts × time. It ends where `out` is full.
     """
-    found, top, passage = np.empty((time.size // 2 + 1, 4), np.int64), 0.0, -1
-    for i in range(time.size):
-        top = max(top, 0.5 * (force[0, i] + force[1, i]))
-    if top <= 0.0:
+    most = time.size // 2 + 1
+    found, peaks, work = np.empty((most, 4), np.int64), np.empty((2, most), np.int64), np.empty((SPLINE_ROWS, WIDTH))
+    above, below = force[0], force[1]
+    if len(force) == 2:
+        return waves_over_bead(time, above, below, velocity, smallest, out, found, peaks, work)
+    first, arrival, end = incident(time, above, below, velocity, found, peaks, work)
+    if end < 0:
         return 0
-    for i in range(passages(force[0], force[1], velocity, FIRST_WAVE * top, found)):
-        if found[i, 3]:
-            passage = i
-            break
-    if passage < 0:
-        return 0
-    end = found[passage, 1]
-    incident, arrival = _arrival(time, force, found[passage, 2])
-    out[0, 0], out[0, 1], out[0, 2] = incident, arrival, NOWHERE
-    many, count, last = passages(force[0], force[1], velocity, smallest * incident, found), 1, len(force) - 1
+    out[0, 0], out[0, 1], out[0, 2] = first, arrival, NOWHERE
+    many, count, last = passages_of(above, below, velocity, smallest * first, found, peaks), 1, len(force) - 1
     taken = np.empty(0)
     for i in range(many):
         if found[i, 0] <= end or found[i, 3] or count == len(out):
             continue
         if not taken.size:
             taken, path = hops(time, force), np.empty(len(force))
-            times, begins = peak_times(time, force, FAINT * smallest * incident)
-        amplitude, arrival = _arrival(time, force, found[i, 2])
-        pace, left = (incident / amplitude) ** (1.0 / 6.0), time[found[i, 1]]
+            times, begins = peak_times(time, force, FAINT * smallest * first)
+        amplitude, arrival = _arrival(time, above, below, found[i, 2], work)
+        pace, left = (first / amplitude) ** (1.0 / 6.0), time[found[i, 1]]
         now = time[found[i, 0]]
         pace = min(max((left - now) / taken[0], EARLY * pace), LATE * pace)
         reached = 1 + trace_back(times, begins, taken, 1, now, left, pace, 0, path)
         from_structure = reached > last - NEAR_END
-        if from_structure or reached + 1 >= FEWEST_CONTACTS or amplitude >= STRONG * incident:
+        if from_structure or reached + 1 >= FEWEST_CONTACTS or amplitude >= STRONG * first:
             out[count, 0], out[count, 1] = amplitude, arrival
             out[count, 2] = STRUCTURE if from_structure else CHAIN
             count += 1

@@ -50,7 +50,7 @@ class Progress:
     speed, nor does the first one, which loads or compiles code. Within `one_bar` all points count there.
 
     label: what is done; within `labelled` with more words. likely: whether the total is only that; then the points
-    are runs of one task by itself, in stages. clock: returns the time, s.
+    are runs of one task by itself, in stages. clock: returns the time, s. unit: what is counted.
     """
 
     def __init__(
@@ -61,11 +61,13 @@ class Progress:
         clock: Callable[[], float] = time.monotonic,
         label: str = "sweep",
         likely: bool = False,
+        unit: str = "point",
     ) -> None:
         self.total, self.done, self.failed, self._before, self._clock = total, done, failed, done, clock
         self._begin = self._told = clock()
         self._first = float("nan")
         self._whole = _shared[-1] if _shared and not likely else None
+        self._unit = unit
         self._label, self._likely, self._stage = ", ".join([label, *_labels]), likely, ""
         if self._whole:
             self._whole._joined(total, done)
@@ -113,7 +115,7 @@ class Progress:
         if self._likely:
             of = f" of about {self.total}" if self.done < self.total else ""
             return f"{self._label}: {self._stage} {self.done}{of} runs{failed}{about}"
-        return f"{self._label}: {self.done} of {count_of(self.total, 'point')}{failed}{about}"
+        return f"{self._label}: {self.done} of {count_of(self.total, self._unit)}{failed}{about}"
 
     def left(self) -> float:
         """Estimate of the remaining time, s; NaN until points come steadily, and at the end.

@@ -1,0 +1,393 @@
+"""Runs of one simulation whose quantities vary as arrays: no Python for a run, on processors or on a GPU."""
+
+from collections.abc import Callable, Iterable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from importlib import import_module
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any, NamedTuple
+
+import joblib
+import numba
+import numpy as np
+import xarray as xr
+
+from coupling.cosimulation import CoSimulation
+from coupling.engine import Engine
+from coupling.kernels.families import Family, do_runs
+from coupling.kernels.loop import OK
+from coupling.kernels.recorders import Sensors
+from coupling.recording.frames import Kept, kept_at, middle_of
+from coupling.results import wave_kernels
+from coupling.results.ar_and_tof import SMALLEST_WAVE
+from coupling.results.findings import with_warnings
+from coupling.results.provenance import provenance
+from coupling.results.schema import variable
+from coupling.sweeps.batch import MEASURED_AT_ONCE, MOST_SAVED, batch
+from coupling.sweeps.progress import Progress
+from coupling.sweeps.store import ERROR_VARIABLE
+from coupling.sweeps.varied import Varied
+from particles.moving import MovingChain
+from structures.caution import caution
+from structures.checks import count_of, instance, one_of, positive, short, whole
+from structures.kernels.families import Rows
+from structures.one_thread import one_thread
+from structures.structure import Vector
+
+KEEP = "waves", "forces"
+
+DEVICES = "cpu", "gpu"
+
+WAVES = "primary", "secondary"
+"""The reflected waves that are measured."""
+
+FILLED = "force", "velocity", "deepest", "highest"
+"""What the recorder fills."""
+
+PEAK = 48
+"""Bytes of work space for each peak that a record may have, on a GPU."""
+
+
+@one_thread
+def vary(
+    simulation: CoSimulation,
+    until: float,
+    quantities: Mapping[str, Any],
+    sensors: Iterable[int] | None = None,
+    keep: str = "waves",
+    save_every: float | None = None,
+    threads: int | None = None,
+    device: str = "cpu",
+) -> xr.Dataset:
+    """Run one simulation many times while its quantities vary as arrays, without Python for each run.
+
+    All runs have the windows and steps that the shortest contact in the ranges needs, so results are smooth functions
+    of the quantities. What else would have to be built anew for each run cannot vary here: give a function to `batch`.
+
+    Parameters
+    ----------
+    simulation : CoSimulation
+        One chain of rigid beads on linear structures.
+    until : float
+        Length of each record, s.
+    quantities : dict of array_like
+        The values of each quantity, one for each run, by its path as in the section [sweep] of a case file:
+        "chain.impact_speed"; "chain.bead.radius" of all beads where they are equal, and of a striker like them,
+        "chain.beads[3].radius" and "chain.striker.radius" of one, also of "….material.youngs_modulus",
+        "….material.poisson_ratio" and "….material.density"; "chain.dissipation.coefficient" or another number of the
+        loss; of a reduced Kirchhoff plate "structure.thickness", "structure.material.youngs_modulus" and
+        "structure.material.density". SI units. At most 8.
+    sensors : sequence of int, optional
+        Numbers of the beads at which waves are measured, or whose forces are kept; by default the bead in the middle.
+    keep : {"waves", "forces"}
+        AR and TOF of the first two waves that come back, or the forces and velocities, as `batch` keeps them.
+    save_every : float, optional
+        Time between saved samples, s. By default at most 1/32 of the shortest contact, in whole windows.
+    threads : int, optional
+        Number of threads; by default one for each core.
+    device : {"cpu", "gpu"}
+        Where to run: on a GPU of NVIDIA each run has a thread. It needs ``hertzlink[gpu]``.
+
+    Returns
+    -------
+    Dataset
+        `amplitude_ratio` and `time_of_flight` (s) over "run", "sensor" and "wave", NaN where there is no such wave; or
+        the Dataset of a batch. The quantities are coordinates. A run that fails is NaN, and `error` holds the reason.
+        The attribute `warnings` holds what the runs at the corners of the ranges warned of.
+
+    Raises
+    ------
+    ValueError
+        For quantities that cannot vary, values that no run can have, numbers of values that differ, a result that is
+        too large, and for a device that is not there.
+
+    Examples
+    --------
+    >>> import hertzlink as hl
+    >>> import numpy as np
+    >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    >>> tap = hl.CoSimulation(hl.Chain([bead] * 10, bead, 0.3), hl.half_space(hl.PTFE), accuracy="screening")
+    >>> waves = hl.vary(tap, 8e-4, {"chain.impact_speed": np.linspace(0.2, 0.4, 3)}, sensors=[6])
+    >>> flight = waves.time_of_flight.sel(sensor=6, wave="primary")
+    >>> (1e6 * flight).round(0).values.tolist()  # µs
+    [372.0, 343.0, 324.0]
+    """
+    instance("simulation", simulation, CoSimulation, "a CoSimulation")
+    until = positive("until", until, "s")
+    one_of("keep", keep, KEEP)
+    gpu = _gpu() if one_of("device", device, DEVICES) == "gpu" else None
+    varied = Varied(simulation, _columns(quantities))
+    chain = simulation.chain
+    kept = kept_at([middle_of(chain)] if sensors is None else sensors, len(chain.chain.beads))
+    # What the runs at the corners warn of, and their plans' checks.
+    ends = batch(varied.corners, until, save_every=save_every, sensors=kept.bodies)
+    interval = float(ends.time[1]) if save_every is None else save_every
+    runs = FamilyRuns(varied, until, interval, kept, (1 + len(WAVES)) * (keep == "waves"), SMALLEST_WAVE)
+    size = runs.plan.rows * float(sum(map(len, kept)))
+    if keep == "forces" and size * varied.count > MOST_SAVED:
+        raise ValueError(f'keep = "forces": {size * varied.count:.3g} numbers are too many; give a longer save_every')
+    many = max(1, int(MEASURED_AT_ONCE / size)) if gpu is None else runs.at_once(gpu)
+    cores = joblib.cpu_count()
+    at_once = cores if threads is None else min(whole("threads", threads), cores)
+    begins, parts = range(0, varied.count, many), []
+    with Progress(len(begins), label="vary", unit="part") as progress:
+        for begin in begins:
+            part = varied.cut(begin, begin + many)
+            done = runs.on_processors(part, min(at_once, part.count)) if gpu is None else runs.on_gpu(gpu, part)
+            parts.append(runs.mended(done, part))
+            progress.advance()
+    return _dataset(runs, varied, parts, until, ends.attrs["warnings"].splitlines())
+
+
+def _gpu() -> Any:
+    """Return the module that runs on a GPU, or raise a ValueError that says what is missing."""
+    try:
+        installed = version("numba-cuda")
+    except PackageNotFoundError:
+        raise ValueError('device = "gpu": needs the package numba-cuda; install hertzlink[gpu]') from None
+    try:
+        gpu = import_module("coupling.sweeps.gpu")
+        if not numba.config.ENABLE_CUDASIM:  # type: ignore[attr-defined]
+            import_module("numba.cuda.np.arrayobj")  # else the first kernel would fail
+    except (AttributeError, ImportError) as error:
+        raise ValueError(
+            f'device = "gpu": numba-cuda {installed} and numpy {np.__version__} do not work together ({error}); '
+            "hertzlink[gpu] takes versions that do"
+        ) from None
+    if not gpu.cuda.is_available():
+        raise ValueError('device = "gpu": no GPU of NVIDIA can be used here; take device = "cpu"')
+    return gpu
+
+
+def _columns(quantities: Mapping[str, Any]) -> dict[str, Vector]:
+    """Return the values of each quantity as an array, or raise a ValueError."""
+    if not isinstance(quantities, Mapping) or not quantities:
+        raise ValueError(
+            f'quantities = {short(quantities)}: must be values by path, such as {{"chain.impact_speed": [0.2, 0.3]}}'
+        )
+    columns = dict[str, Vector]()
+    for name, given in quantities.items():
+        try:
+            column = np.asarray(given, dtype=float)
+        except (TypeError, ValueError):
+            raise ValueError(f"{name} = {short(given)}: must be numbers, one for each run, in SI units") from None
+        if column.ndim != 1 or not column.size:
+            raise ValueError(f"{name}: has the shape {column.shape}; must be a list of numbers, one for each run")
+        if not np.isfinite(column).all():
+            place = int(np.flatnonzero(~np.isfinite(column))[0])
+            raise ValueError(f"{name}: is {column[place]} for run {place}; must be finite")
+        columns[str(name)] = column
+    if len({column.size for column in columns.values()}) > 1:
+        shown = ", ".join(f"{name} {column.size}" for name, column in columns.items())
+        raise ValueError(f"quantities: have different numbers of values ({shown}); must have one for each run")
+    return columns
+
+
+class Outcome(NamedTuple):
+    """What is kept of some runs."""
+
+    runs: int
+    force: Vector
+    """Runs × saved times × contacts, N; no runs where waves are measured."""
+    velocity: Vector
+    """Runs × saved times × bodies, m/s."""
+    waves: Vector
+    """Runs × sensors × waves × 2: amplitude, N, and arrival, s. NaN where there is none."""
+    failed: list[int]
+    """The runs that the loop did not end."""
+    reasons: dict[int, str] = {}  # noqa: RUF012 - never changed
+    """Why runs failed that could not be mended."""
+
+
+class FamilyRuns:
+    """How the runs of a family are done: windows, steps and tolerance are the strictest of all corners.
+
+    varied: the quantities. until, interval: length of the runs and time between saved times, s. kept: contacts and
+    bodies to keep. waves: how many waves are measured at each sensor; 0 keeps forces and velocities. smallest: the
+    smallest wave, in units of the incident one.
+    """
+
+    def __init__(self, varied: Varied, until: float, interval: float, kept: Kept, waves: int, smallest: float) -> None:
+        corners = varied.corners
+        plans = [one.plan(until, interval) for one in corners]
+        chains = [one.interface.chains[0] for one in corners]
+        step = min(one.longest_step if one.dt is None else one.dt for one in chains)
+        shortest = int(np.argmin([plan.length for plan in plans]))
+        simulation, self.plan = corners[shortest].replace(dt=step), plans[shortest]
+        self.interface, self.kept, self.waves, self.smallest = simulation.interface, kept, waves, smallest
+        self.until = until
+        rows, contacts, bodies = self.plan.rows, len(kept.contacts), len(kept.bodies)
+        self.recorder: Any = Sensors(
+            np.array(kept.contacts), np.array(kept.bodies), np.array([(0, 0), (contacts, bodies)]),
+            np.zeros((rows, contacts)), np.zeros((rows, bodies)),
+            np.zeros(self.chain.mass.size), np.zeros(self.interface.size),
+        )  # fmt: skip
+        scheme: Any = simulation.scheme
+        self.engine = Engine(self.interface, scheme, self.plan, self.recorder)
+        # Both are in proportion to the scales of a run.
+        softest, smallest_way = (
+            min(getattr(one.interface, name) / getattr(self.interface, name) for one in corners)
+            for name in ("force_scale", "indentation_scale")
+        )
+        search = self.engine.search
+        self.search = search._replace(tolerance=search.tolerance * softest, still=search.still * smallest_way)
+        self.time: Vector = self.plan.interval * np.arange(float(self.plan.rows))
+        places = {contact: place for place, contact in enumerate(kept.contacts)}
+        self.seats = np.array([(places[n - 1], places[n], body) for body, n in enumerate(kept.bodies) if n])
+
+    def on_processors(self, varied: Varied, threads: int) -> Outcome:
+        """Do some of the runs in threads."""
+        runs = varied.count
+        own = {name: np.zeros((runs, *getattr(self.recorder, name).shape)) for name in FILLED}
+        recorder = self.recorder._replace(**{name: Rows(values) for name, values in own.items()})
+        family, ended = self._family(varied, _row)._replace(recorder=recorder), np.zeros(runs, np.int64)
+        ends = np.linspace(0, runs, threads + 1).astype(int).tolist()
+
+        def do(first: int, last: int) -> None:
+            state = family._replace(run=self.engine.start(), trial=self.engine.work_space())
+            do_runs(state, first, last, *self._rest, ended)
+
+        with ThreadPoolExecutor(threads) as pool:
+            list(pool.map(do, ends[:-1], ends[1:]))
+        force, velocity = own["force"], own["velocity"]
+        failed = np.flatnonzero(ended != OK).tolist()
+        if not self.waves:
+            return Outcome(runs, force, velocity, np.zeros(0), failed)
+        return Outcome(runs, force[:0], velocity[:0], self._waves(force, velocity), failed)
+
+    def on_gpu(self, gpu: Any, varied: Varied) -> Outcome:
+        """Do some of the runs on a GPU."""
+        runs, engine, own = varied.count, self.engine, self.recorder
+        recorder = own._replace(**{name: gpu.columns(getattr(own, name), runs) for name in FILLED})
+        state = {"run": gpu.columns(engine.start(), runs), "trial": gpu.columns(engine.trial, runs)}
+        family = gpu.on_device(self._family(varied, gpu.column)._replace(recorder=recorder, **state))
+        failed = np.flatnonzero(gpu.do_runs(family, runs, self._rest) != OK).tolist()
+        force, velocity = family.recorder.force, family.recorder.velocity
+        if self.waves:
+            found = gpu.waves(force, velocity, self.time, self.static, self.seats, self.smallest, self.waves)
+            return Outcome(runs, np.zeros(0), np.zeros(0), found[..., :2], failed)
+        host = [np.moveaxis(one.values.copy_to_host(), -1, 0) for one in (force, velocity)]
+        return Outcome(runs, host[0], host[1], np.zeros(0), failed)
+
+    def mended(self, done: Outcome, varied: Varied) -> Outcome:
+        """Return the outcome with the runs that the loop did not end done alone, in windows that may be halved."""
+        reasons = dict[int, str]()
+        for number in done.failed:
+            try:
+                run = varied.at(number).run(self.until, self.plan.interval, sensors=self.kept.bodies)
+            except (ValueError, RuntimeError, FloatingPointError) as error:
+                reasons[number] = f"{type(error).__name__}: {error}"
+                for values in (done.force, done.velocity, done.waves):
+                    values[number : number + 1] = np.nan
+                continue
+            force, velocity = run.contact_force.values[None], run.velocity.values[None]
+            if self.waves:
+                done.waves[number] = self._waves(force, velocity)[0]
+            else:
+                done.force[number], done.velocity[number] = force[0], velocity[0]
+        return done._replace(reasons=reasons)
+
+    def at_once(self, gpu: Any) -> int:
+        """Return how many runs the memory of the GPU holds at a time."""
+        filled = [getattr(self.recorder, name) for name in FILLED]
+        size = gpu.bytes_of((self.engine.start(), self.engine.trial, *filled))
+        size += PEAK * (self.plan.rows // 2 + 1) * (self.waves > 0)
+        return int(np.clip(gpu.free_memory() / (2.0 * size), gpu.THREADS, gpu.MOST_AT_ONCE))
+
+    @property
+    def chain(self) -> MovingChain:
+        """The chain, but for the numbers that vary."""
+        return self.interface.chains[0]
+
+    @property
+    def static(self) -> Vector:
+        """The static forces of the contacts that are kept, N."""
+        forces: Vector = self.chain.static_force[list(self.kept.contacts)]
+        return forces
+
+    @property
+    def _rest(self) -> tuple[Any, ...]:
+        """What `do_run` takes after the number of a run."""
+        engine, chain = self.engine, self.chain.chain
+        windows = 1, (self.plan.rows - 1) * engine.stride, engine.stride, 0
+        return 0 if chain.body else 1, engine.begin, engine.length, windows
+
+    def _family(self, varied: Varied, layout: Callable[[Vector], Any]) -> Family:
+        """Return the family of some of the runs, without state; layout: makes numbers of the runs a part of it."""
+        engine, chain = self.engine, self.engine.chains[0]
+        structure, contacts = engine.of_length(engine.length)
+        model, start = varied.model(engine.length), self.chain.start()
+        changes: dict[str, Any] = {}
+        if model.stiffness is not None:
+            changes["law"] = chain.law._replace(stiffness=layout(model.stiffness))
+        if model.coefficient is not None:
+            changes["loss"] = chain.loss._replace(coefficient=layout(model.coefficient))
+        if model.inverse_mass is not None:
+            changes["inverse_mass"] = layout(model.inverse_mass)
+        if model.flexibility is not None:
+            changes["springs"] = chain.springs[0], layout(model.flexibility)
+        if (part := model.structure) is not None:
+            compliance = np.zeros((*contacts.compliance.shape, varied.count))
+            for i in range(part.contact.shape[1]):  # one by one: the order of a sum would depend on the number of runs
+                compliance += part.contact[:, None, i] * part.response[None, :, i]
+            contacts = contacts._replace(compliance=layout(compliance))
+            arrays = {name: layout(getattr(part, name)) for name in ("rows", "response", "contact", "squares")}
+            structure = structure._replace(**arrays)
+        speed = np.full(varied.count, start.velocity.max()) if model.speed is None else model.speed
+        return Family(
+            None, (chain._replace(**changes),), structure, contacts, self.search, None, None, start.position,
+            layout(speed),
+        )  # fmt: skip
+
+    def _waves(self, force: Vector, velocity: Vector) -> Vector:
+        """Return amplitude and arrival of the waves at the sensors, runs × sensors × waves × 2."""
+        found, counts = np.full((len(self.seats), len(force), self.waves, 3), np.nan), np.zeros(len(force), np.int64)
+        static = np.broadcast_to(self.static, (len(force), self.static.size))
+        for above, below, body in self.seats:
+            arrays = (force[..., [above, below]], static[:, [above, below]], velocity[..., body])
+            plain = [wave_kernels.plain(values) for values in arrays]
+            wave_kernels.waves_of_many(self.time, *plain, self.smallest, found[body], counts)
+        return np.moveaxis(found, 0, 1)[..., :2]
+
+
+def _row(values: Vector) -> Rows:
+    """Return numbers whose last axis is that of the runs with the runs first."""
+    return Rows(np.ascontiguousarray(np.moveaxis(values, -1, 0)))
+
+
+def _dataset(runs: FamilyRuns, varied: Varied, parts: list[Outcome], until: float, findings: list[str]) -> xr.Dataset:
+    """Return the results of all parts."""
+    errors = [parts[i].reasons.get(n, "") for i in range(len(parts)) for n in range(parts[i].runs)]
+    failed = sum(map(bool, errors))
+    if failed == len(errors):
+        raise RuntimeError(f"all {failed} runs failed; the first with {errors[0]}")
+    coordinates: dict[str, Any] = {name: ("run", column) for name, column in varied.columns.items()}
+    if runs.waves:
+        waves = np.concatenate([part.waves for part in parts])
+        coordinates |= {"sensor": list(runs.kept.bodies), "wave": list(WAVES)}
+        dims = "run", "sensor", "wave"
+        ratio = waves[..., 1:, 0] / waves[..., :1, 0]
+        flight = waves[..., 1:, 1] - waves[..., :1, 1]
+        data: dict[str, Any] = {
+            "amplitude_ratio": (dims, ratio, {"units": "1", "long_name": "amplitude ratio"}),
+            "time_of_flight": (dims, flight, {"units": "s", "long_name": "time of flight"}),
+        }
+    else:
+        contacts, bodies = runs.kept
+        coordinates |= {
+            "time": ("time", runs.time, {"units": "s"}),
+            "bead": ("bead", bodies),
+            "contact": ("contact", [one + 1 for one in contacts]),
+            "static_force": ("contact", runs.static, {"units": "N"}),
+        }
+        data = {
+            name: variable(name, np.concatenate([getattr(part, field) for part in parts]).swapaxes(0, 1), "run")
+            for name, field in (("contact_force", "force"), ("velocity", "velocity"))
+        }
+    data[ERROR_VARIABLE] = "run", errors, {"long_name": "why the run failed, empty where it did not"}
+    found = xr.Dataset(data, coordinates).transpose("run", ...)
+    given = {"first": varied.simulation.describe(), "quantities": list(varied.columns), "until": until}
+    found = found.assign_attrs(provenance({"vary": given | {"count": varied.count}}))
+    if failed:
+        findings = [*findings, f"vary: {failed} of {count_of(varied.count, 'run')} failed, see the variable error"]
+        caution(findings[-1])
+    return with_warnings(found.assign_attrs(beads=len(runs.chain.chain.beads)), findings)

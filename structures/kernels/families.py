@@ -1,0 +1,74 @@
+"""Families of runs: numbers with a value for each run, and the piece of a single run."""
+
+from typing import Any, NamedTuple
+
+from numba.extending import overload
+
+from structures.kernels.pieces import OPTIONS, Function
+from structures.structure import Vector
+
+
+class Rows(NamedTuple):
+    """Numbers of each run, which lie together: for a processor."""
+
+    values: Vector
+    """Runs × the shape of a run."""
+
+
+class Columns(NamedTuple):
+    """Numbers of each run; those of neighbouring runs lie together: for a GPU, whose threads read them at once."""
+
+    values: Vector
+    """The shape of a run × runs."""
+
+
+def of_run(family: Any, run: int) -> Any:
+    """Return the piece of one run: Rows and Columns, however deep they lie in a piece, become the numbers of that run.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from structures.kernels.families import Rows, of_run
+    >>> masses, radii = Rows(np.array([[1.0, 2.0], [3.0, 4.0]])), np.zeros(3)
+    >>> of_run((masses, radii), 1)[0]
+    array([3., 4.])
+    """
+    if isinstance(family, Rows):
+        return family.values[run]
+    if isinstance(family, Columns):
+        return family.values[(slice(None),) * (len(family.values.shape) - 1) + (run,)]
+    if isinstance(family, tuple):
+        parts = [of_run(part, run) for part in family]
+        return type(family)(*parts) if hasattr(family, "_fields") else tuple(parts)
+    return family
+
+
+def _text(kind: Any, place: str, pieces: dict[str, Any]) -> str:
+    """Return how the source of a function builds the piece of one run from the family's part at a place."""
+    piece = getattr(kind, "instance_class", None)
+    if piece is Rows:
+        return f"{place}.values[run]"
+    if piece is Columns:
+        return f"{place}.values[{':, ' * (kind.types[0].ndim - 1)}run]"
+    if not hasattr(kind, "types"):
+        return place
+    parts = ", ".join(_text(part, f"{place}[{i}]", pieces) for i, part in enumerate(kind.types))
+    name = f"piece_{len(pieces)}"
+    pieces[name] = piece
+    return f"{name if piece else ''}({parts}{',' if parts else ''})"
+
+
+def _choose(family: Any, run: Any) -> Function:
+    """Return the compiled form of `of_run` for a type.
+
+    Numba builds a tuple of several types only where the source writes each of its parts; and a function that counts no
+    references returns arrays within a tuple only.
+    """
+    pieces: dict[str, Any] = {}
+    exec(f"def build(family, run):\n    return {_text(family, 'family', pieces)}", pieces)
+    build: Function = pieces["build"]
+    return build
+
+
+# Not strict: what is written here has no annotations.
+overload(of_run, OPTIONS | {"forceinline": True}, strict=False, target="generic")(_choose)
