@@ -166,15 +166,16 @@ def _columns(quantities: Mapping[str, Any]) -> dict[str, Vector]:
         )
     columns = dict[str, Vector]()
     for name, given in quantities.items():
+        where = f"quantities: {name}"
         try:
             column = np.asarray(given, dtype=float)
         except (TypeError, ValueError):
-            raise ValueError(f"{name} = {short(given)}: must be numbers, one for each run, in SI units") from None
+            raise ValueError(f"{where} = {short(given)}: must be numbers, one for each run, in SI units") from None
         if column.ndim != 1 or not column.size:
-            raise ValueError(f"{name}: has the shape {column.shape}; must be a list of numbers, one for each run")
+            raise ValueError(f"{where}: has the shape {column.shape}; must be a list of numbers, one for each run")
         if not np.isfinite(column).all():
             place = int(np.flatnonzero(~np.isfinite(column))[0])
-            raise ValueError(f"{name}: is {column[place]} for run {place}; must be finite")
+            raise ValueError(f"{where}: is {column[place]} for run {place}; must be finite")
         columns[str(name)] = column
     if len({column.size for column in columns.values()}) > 1:
         shown = ", ".join(f"{name} {column.size}" for name, column in columns.items())

@@ -129,9 +129,9 @@ class Varied:
                 plate[PLATE[path]] = value
                 continue
             try:
-                chain = _changed_chain(chain, name, path[1:], value)
+                chain = _changed_chain(chain, path[1:], value)
             except ValueError as error:
-                raise ValueError(f"{name} = {value!r}: {error}") from None
+                raise ValueError(f"quantities: {name} = {value!r}: {error}") from None
         changes: dict[str, Any] = {"chain": chain}
         if plate:
             old: Any = self.simulation.structure.structure
@@ -144,13 +144,13 @@ class Varied:
         """Raise a ValueError for what no run, or not each, could have."""
         simulation = self.simulation
         if len(simulation.interface.chains) > 1 or type(self._chain) is not Chain:
-            raise ValueError(f"runs: {simulation!r}: quantities vary of one chain of rigid beads{IN_GENERAL}")
+            raise ValueError(f"simulation = {simulation!r}: quantities vary of one chain of rigid beads{IN_GENERAL}")
         if simulation.interface.boxes or isinstance(simulation.window, Adaptive):
             raise ValueError(
-                f"runs: {simulation!r}: quantities vary of linear structures, in windows of one length{IN_GENERAL}"
+                f"simulation = {simulation!r}: quantities vary of linear structures, in windows of one length{IN_GENERAL}"
             )
         if len(self.columns) > MOST_QUANTITIES:
-            raise ValueError(f"vary: has {len(self.columns)} quantities; at most {MOST_QUANTITIES}")
+            raise ValueError(f"quantities: has {len(self.columns)} quantities; at most {MOST_QUANTITIES}")
         if self._plate:
             moving = instance("structure", simulation.structure, MovingStructure, "a Structure")
             scalable("structure", moving.structure.origin, moving.structure.damping is not None)
@@ -162,8 +162,8 @@ class Varied:
         changes_rest = [name for name, path in self.paths.items() if path[1] not in ("impact_speed", "dissipation")]
         if changes_rest and first.rest[: first.mass.size].any():
             raise ValueError(
-                f"{changes_rest[0]}: cannot vary where a preload or gravity presses the chain, whose equilibrium "
-                f"changes{IN_GENERAL}"
+                f"quantities: {changes_rest[0]}: cannot vary where a preload or gravity presses the chain and its "
+                f"equilibrium changes{IN_GENERAL}"
             )
 
     @cached_property
@@ -175,7 +175,7 @@ class Varied:
         for name, path in self.paths.items():
             column = self.columns[name]
             if path[0] == "chain" and path[1] in ("bead", "beads", "striker"):
-                places = _places(chain, name, path)
+                places = _places(chain, path)
                 rest = path[3:] if path[1] == "beads" else path[2:]
                 changed = _with_arrays(bodies[places[0]], rest, column)
                 for place in places:
@@ -264,46 +264,46 @@ def _checked_path(name: str) -> Path:
     try:
         path = parsed(name)
     except ValueError as error:
-        raise ValueError(f"vary: {error}") from None
+        raise ValueError(f"quantities: {error}") from None
     if len(path) < 2 or path[0] not in ("chain", "structure"):
         raise ValueError(
             f'vary: "{name}" cannot vary; name an entry of the chain or the structure, as chain.impact_speed'
         )
     if path[0] == "structure" and path not in PLATE:
         known = ", ".join(".".join(map(str, one)) for one in PLATE)
-        raise ValueError(f'vary: "{name}" cannot vary; of a structure {known} can{IN_GENERAL}')
+        raise ValueError(f'quantities: "{name}" cannot vary; of a structure {known} can{IN_GENERAL}')
     if path[0] == "chain" and path[1] not in ("impact_speed", "bead", "beads", "striker", "dissipation"):
         raise ValueError(
             f'vary: "{name}" cannot vary; of a chain impact_speed, bead, beads[i], striker, dissipation can'
         )
     if path[1] == "beads" and (len(path) < 4 or not isinstance(path[2], int)):
-        raise ValueError(f'vary: "{name}" names no bead; write it as chain.beads[3].radius, counted from 0')
+        raise ValueError(f'quantities: "{name}" names no bead; write it as chain.beads[3].radius, counted from 0')
     return path
 
 
-def _places(chain: Chain, name: str, path: Path) -> list[int]:
+def _places(chain: Chain, path: Path) -> list[int]:
     """Return the bodies that a path names: 0 is the striker, 1 the first bead."""
     if path[1] == "striker":
         if chain.body is None or chain.body is not chain.striker:
-            raise ValueError(f"{name}: {short(chain.striker)} is no bead")
+            raise ValueError(f"{short(chain.striker)} is no bead")
         return [0]
     if path[1] == "beads":
         number = path[2]
         if not isinstance(number, int) or number >= len(chain.beads):
-            raise ValueError(f"{name}: the chain has {len(chain.beads)} beads, counted from 0")
+            raise ValueError(f"the chain has {len(chain.beads)} beads, counted from 0")
         return [1 + number]
     if any(bead != chain.beads[0] for bead in chain.beads):
-        raise ValueError(f"{name}: the beads differ; name one of them, such as chain.beads[0]")
+        raise ValueError("the beads differ; name one of them, such as chain.beads[0]")
     # As in a case: a striker like the beads is the bead.
     return [0] * (chain.striker == chain.beads[0]) + list(range(1, len(chain.beads) + 1))
 
 
-def _changed_chain(chain: Chain, name: str, path: Path, value: float) -> Chain:
+def _changed_chain(chain: Chain, path: Path, value: float) -> Chain:
     """Return the chain with another value at a path."""
     if path[0] in ("impact_speed", "dissipation"):
         changed: Chain = _changed(chain, path, value)
         return changed
-    places, beads, striker = _places(chain, name, ("chain", *path)), list(chain.beads), chain.striker
+    places, beads, striker = _places(chain, ("chain", *path)), list(chain.beads), chain.striker
     rest = path[2:] if path[0] == "beads" else path[1:]
     body = _changed(striker if places[0] == 0 else beads[places[0] - 1], rest, value)
     for place in places:

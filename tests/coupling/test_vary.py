@@ -203,7 +203,7 @@ def test_bodies_that_differ_are_named_one_by_one() -> None:
     """chain.bead is the bead of a chain of equal ones; cylinders and laws of a user's own need a function."""
     other = hl.Sphere(4e-3, hl.STEEL_316)
     mixed = hl.CoSimulation(hl.Chain([BEAD, other, BEAD], BEAD, 0.3), SMALL)
-    with pytest.raises(ValueError, match=r"chain.bead.radius: the beads differ; name one of them"):
+    with pytest.raises(ValueError, match=r"chain.bead.radius = .*: the beads differ; name one"):
         hl.vary(mixed, UNTIL, {"chain.bead.radius": [5e-3]})
     law = hl.CoSimulation(hl.Chain([BEAD] * 3, BEAD, 0.3, law=hl.laws.PowerLaw(1e10)), SMALL)
     with pytest.raises(ValueError, match="law: of contact 1 does not follow"):
