@@ -147,7 +147,7 @@ class Varied:
             raise ValueError(f"simulation = {simulation!r}: quantities vary of one chain of rigid beads{IN_GENERAL}")
         if simulation.interface.boxes or isinstance(simulation.window, Adaptive):
             raise ValueError(
-                f"simulation = {simulation!r}: quantities vary of linear structures, in windows of one length{IN_GENERAL}"
+                f"simulation = {simulation!r}: quantities vary of linear structures and in equal windows{IN_GENERAL}"
             )
         if len(self.columns) > MOST_QUANTITIES:
             raise ValueError(f"quantities: has {len(self.columns)} quantities; at most {MOST_QUANTITIES}")
