@@ -5,6 +5,7 @@ import pickle
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,8 @@ from scipy import sparse
 import hertzlink as hl
 from coupling.engine import non_finite
 from coupling.kernels import loop
-from coupling.kernels.state import Run
+from coupling.kernels.agreement import predict
+from coupling.kernels.state import NODE, TOTALS, TRIED, WINDOW, Run
 from coupling.loops import Work
 from particles.kernels.chain import first_bad_body
 from structures.damping import standard_linear_solid
@@ -166,6 +168,23 @@ def test_a_window_that_fails_in_the_compiled_loop_is_halved(
     monkeypatch.setattr(loop, "run_windows", lambda *given: (loop.NOT_CONVERGED, given[-1][0], 1.0, 0))
     with pytest.raises(hl.NotConverged, match=r"t = 0 s, .* s long: residual 1 N"):
         simulation.run(2e-4, save_every)
+
+
+@pytest.mark.parametrize("remembered", [0, 1, 2, 3])
+def test_a_trial_begins_with_the_polynomial_through_the_last_mean_forces(remembered: int) -> None:
+    """At the middles of windows of unequal length, newest first; zero before there is any."""
+    powers = np.array([3.0, -2e6, 5e12]) * (np.arange(3) < remembered)
+    ends, lengths = np.array([9e-6, 7e-6, 3e-6]), np.array([2e-6, 4e-6, 3e-6])
+    middles = ends - lengths / 2.0
+    records = [
+        np.zeros(size, kind).view(np.recarray) for size, kind in ((1, TOTALS), (3, WINDOW), ((3, 1), NODE), (1, TRIED))
+    ]
+    totals, window, node, tried = records
+    totals.remembered, window.end, window.length = remembered, ends, lengths
+    node.force[:, 0] = np.polynomial.Polynomial(powers)(middles)
+    run: Any = SimpleNamespace(totals=totals, window=window, node=node)
+    predict(run, 1.1e-5, SimpleNamespace(contact=tried))
+    assert tried.force[0] == pytest.approx(np.polynomial.Polynomial(powers)(1.1e-5), rel=1e-12)
 
 
 def test_a_window_that_fails_leaves_the_run_as_it_began(monkeypatch: pytest.MonkeyPatch) -> None:
