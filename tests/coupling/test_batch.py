@@ -19,6 +19,27 @@ def chain(speed: float = 0.44, loss: Dissipation | None = None, **keywords: obje
     return hl.Chain([BEAD] * 20, BEAD, speed, dissipation=loss, **keywords)  # type: ignore[arg-type]
 
 
+SMALL = hl.reduce(hl.rod([hl.Layer(hl.PTFE, 0.05, 9.525e-3)]), until=4e-4)
+
+
+def tap(speed: float, loss: float = 0.0) -> hl.CoSimulation:
+    return hl.CoSimulation(chain(speed, hl.LinearDashpot(loss) if loss else None), SMALL)
+
+
+def test_a_batch_on_a_structure_is_its_runs() -> None:
+    """The same bits, for parameters of all sorts, and with the sampling of the first run."""
+    speeds, losses = [0.3, 0.44], [0.0, 5.0]
+    runs = hl.batch(tap, until=4e-4, save_every=1e-6, speed=speeds, loss=losses)
+    for i, (speed, loss) in enumerate(zip(speeds, losses, strict=True)):
+        alone = tap(speed, loss).run(until=4e-4, save_every=1e-6)
+        for name in ("contact_force", "velocity"):
+            assert np.array_equal(runs[name][i].values, alone[name].values)
+    assert runs.speed.values.tolist() == speeds
+    assert runs.speed.dims == ("run",)
+    everywhere = hl.batch(tap, until=4e-4, save_every=1e-6, speed=speeds, loss=5.0)
+    assert np.array_equal(everywhere.contact_force[1].values, runs.contact_force[1].values)
+
+
 MIXED = [
     chain(0.3),
     chain(0.44, hl.LinearDashpot(5.0), gravity=9.81),
@@ -47,27 +68,6 @@ def test_threads_and_neighbours_change_no_bit() -> None:
     assert one.identical(two)
     alone = hl.batch(MIXED[3:4], until=1e-4, structure=WALL, save_every=float(one.time[1]))
     assert np.array_equal(alone.contact_force[0].values, one.contact_force[3].values)
-
-
-SMALL = hl.reduce(hl.rod([hl.Layer(hl.PTFE, 0.05, 9.525e-3)]), until=4e-4)
-
-
-def tap(speed: float, loss: float = 0.0) -> hl.CoSimulation:
-    return hl.CoSimulation(chain(speed, hl.LinearDashpot(loss) if loss else None), SMALL)
-
-
-def test_a_batch_on_a_structure_is_its_runs() -> None:
-    """The same bits, for parameters of all sorts, and with the sampling of the first run."""
-    speeds, losses = [0.3, 0.44], [0.0, 5.0]
-    runs = hl.batch(tap, until=4e-4, save_every=1e-6, speed=speeds, loss=losses)
-    for i, (speed, loss) in enumerate(zip(speeds, losses, strict=True)):
-        alone = tap(speed, loss).run(until=4e-4, save_every=1e-6)
-        for name in ("contact_force", "velocity"):
-            assert np.array_equal(runs[name][i].values, alone[name].values)
-    assert runs.speed.values.tolist() == speeds
-    assert runs.speed.dims == ("run",)
-    everywhere = hl.batch(tap, until=4e-4, save_every=1e-6, speed=speeds, loss=5.0)
-    assert np.array_equal(everywhere.contact_force[1].values, runs.contact_force[1].values)
 
 
 def test_a_failing_run_does_not_lose_the_others() -> None:

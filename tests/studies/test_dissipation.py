@@ -30,6 +30,13 @@ def with_printed_mass(law: Dissipation | None) -> list[float]:
     return list(found.peak.sel(sensor=list(study.SENSORS)).values)
 
 
+def test_yield_speed_is_johnsons() -> None:
+    """ρV²/Y = 26 (Y/E*)⁴ for a sphere on a flat (Johnson, section 11.4); two like spheres yield at half that speed."""
+    modulus = hl.STEEL_316.contact_modulus / 2.0
+    on_flat = (26.0 * 1e9 * (1e9 / modulus) ** 4 / 8000.0) ** 0.5
+    assert study.yield_speed(study.STEEL.bead) == pytest.approx(on_flat / 2.0, rel=0.02)
+
+
 def test_the_drag_of_the_thesis(quick: xr.Dataset) -> None:
     """With the mass by geometry within 1 %; with the printed 0.45 g every digit. Striker like the beads, g = 0."""
     steel = quick.peak.sel(material="steel 316", sensor=list(study.SENSORS))
@@ -93,13 +100,6 @@ def test_secondary_waves_bracket_the_thesis(quick: xr.Dataset) -> None:
 
 def test_a_wave_forms_within_five_to_seven_beads(quick: xr.Dataset) -> None:
     assert 5 <= study.formation(quick.contact_peak.sel(law="undamped")) <= 7
-
-
-def test_yield_speed_is_johnsons() -> None:
-    """ρV²/Y = 26 (Y/E*)⁴ for a sphere on a flat (Johnson, section 11.4); two like spheres yield at half that speed."""
-    modulus = hl.STEEL_316.contact_modulus / 2.0
-    on_flat = (26.0 * 1e9 * (1e9 / modulus) ** 4 / 8000.0) ** 0.5
-    assert study.yield_speed(study.STEEL.bead) == pytest.approx(on_flat / 2.0, rel=0.02)
 
 
 def test_peaks_are_those_of_the_sensors() -> None:
