@@ -27,8 +27,11 @@ except ValueError as error:
     raise ImportError(f"Numba does not start with {switches or 'this environment'} ({error}); unset it") from error
 
 from structures.kernel_key import OURS, key_of
+from structures.kernel_linking import link_kernels
 
 log = logging.getLogger("hertzlink.kernels")
+
+link_kernels()
 
 SUM = 32
 """Bytes of the checksums at the end of each file: of the sources, and of all that comes before."""
@@ -206,7 +209,7 @@ class Announcement(event.Listener):  # type: ignore[misc]
     def on_start(self, event: Any) -> None:
         """Numba begins to compile."""
         kernel = event.data["dispatcher"].py_func
-        if kernel.__module__.partition(".")[0] in ("particles", "structures", "coupling", "plates"):
+        if str(kernel.__module__).partition(".")[0] in ("particles", "structures", "coupling", "plates"):
             stop()
             log.warning(COMPILING)
 

@@ -10,6 +10,7 @@ import sys
 from collections.abc import Callable
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numba
@@ -17,9 +18,11 @@ import numpy as np
 import pytest
 from numba import typeof
 from numba.core.caching import IndexDataCacheFile
+from numba.core.codegen import JITCodeLibrary
 
 from structures import kernel_cache
 from structures.kernel_key import key_of
+from structures.kernel_linking import Linked
 
 
 def test_without_a_folder_kernels_get_a_private_one(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -302,6 +305,54 @@ def test_a_kernel_that_kernels_call_runs_in_python_too(fresh: Callable[[], Any])
     twice = kernel_cache.inner()(fresh().py_func)
     assert twice(4) == 8
     assert not twice.signatures
+
+
+LINKED = """
+from structures.kernel_cache import entry, inner
+
+@inner()
+def twice(x):
+    return 2 * x
+
+@entry
+def once(x):
+    return twice(x) / 2
+
+@entry
+def four_times(x):
+    return 2 * twice(x)
+"""
+
+
+def test_a_kernel_that_kernels_call_is_linked_into_each(tmp_path: Path, fresh: Callable[[], Any]) -> None:
+    """It has no machine code, also where a file kept it."""
+    (tmp_path / "made.py").write_text(LINKED)
+    for hits, name, result in ((0, "once", 3.0), (1, "four_times", 12.0)):
+        twice = fresh()
+        assert twice.py_func.__globals__[name](3.0) == result
+        assert [type(one.library) for one in twice.overloads.values()] == [Linked]
+        assert sum(twice.stats.cache_hits.values()) == hits
+
+
+def test_other_compiled_functions_are_as_before() -> None:
+    """A user's functions that call each other, without the code that Python calls, among them."""
+
+    @numba.njit(no_cpython_wrapper=True, no_cfunc_wrapper=True)
+    def even(n: int) -> bool:
+        return n == 0 or not even(n - 1)
+
+    @numba.njit
+    def odd(n: int) -> bool:
+        return not even(n)
+
+    assert [odd(n) for n in range(4)] == [False, True, False, True]
+    assert {type(one.library) for one in (*odd.overloads.values(), *even.overloads.values())} == {JITCodeLibrary}
+
+
+def test_a_users_class_of_numba_is_no_kernel_of_ours() -> None:
+    """The function that makes its objects belongs to no module."""
+    anonymous = SimpleNamespace(py_func=SimpleNamespace(__module__=None))
+    kernel_cache.Announcement().on_start(SimpleNamespace(data={"dispatcher": anonymous}))
 
 
 COMPILES = """
