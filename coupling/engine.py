@@ -8,7 +8,6 @@ import numpy as np
 from coupling.interface import FIRST, Interface
 from coupling.kernels import loop
 from coupling.kernels.agreement import PIECES, Contacts, OneContact
-from coupling.kernels.recorders import record_now
 from coupling.kernels.state import CHAIN, CONTACT, NODE, REMEMBERED, TOTALS, TRIED, WINDOW, Run, Search, Trial
 from coupling.plan import Plan
 from coupling.schemes.condensed import MOST_TRIALS, STILL, Condensed
@@ -193,6 +192,8 @@ class Engine:
 
     def adapt(self, run: Run, first: int, last: int) -> None:
         """Move the run on by windows whose error is within the tolerance; every whole window is saved."""
+        if first == 0:
+            self.save(run, 0)
         for done in range(first + 1, last + 1):
             self._adapted(run, done, 0)
             if done % self.stride == 0:
@@ -219,12 +220,15 @@ class Engine:
         self._adapted(run, 2 * done, halvings + 1)
 
     def _try(self, run: Run, first: int, last: int, halvings: int, stride: int) -> tuple[int, float] | None:
-        """Move the run on as far as it goes; return the window that failed, and its residual (N)."""
+        """Move the run on as far as it goes; return the window that failed, and its residual (N).
+
+        stride: windows of a saved time, 0 where nothing is saved; else the start of the run is saved, too.
+        """
         length = self.length / 2**halvings
         structure, contacts = self.of_length(length)
         problem, done, detail, place = self.kernel(
             run, self.chains, structure, contacts, self.search, self.recorder, self.trial, self.begin, length,
-            (first + 1, last, stride, -1),
+            (first + 1, last, stride, 0 if first == 0 and stride > 0 else -1),
         )  # fmt: skip
         if problem == loop.NON_FINITE:
             raise non_finite(self.interface, place, done * length, int(detail))
@@ -237,11 +241,6 @@ class Engine:
             run, self.chains, structure, contacts, self.search, self.recorder, self.trial, self.begin, self.length,
             (done + 1, done, 0, done // self.stride),
         )  # fmt: skip
-
-    def save_into(self, recorder: Any, row: int, run: Run, done: int) -> None:
-        """Save the end of a whole window in a row of another recorder."""
-        structure, _ = self.of_length(self.length)
-        record_now(recorder, row, done * self.length, run, self.chains, structure, self.begin, self.trial.work)
 
     def of_length(self, length: float) -> tuple[Any, Any]:
         """Return the structures and the contacts over a window of a length, s, as pieces."""

@@ -115,12 +115,11 @@ def _advanced(work: Work, windows: Windows, state: CoupledState, done: int, many
 def run_compiled(work: Work) -> None:
     """All windows in compiled code, for linear structures and structures whose gaps close."""
     interface, plan, frames, keeper = work.interface, work.plan, work.frames, work.keeper
-    engine, ledger = work.engine(frames.saved), frames.ledger.saved
+    engine = work.engine(frames.saved)
     run, row, end = engine.start(), 0, plan.rows - 1
-    engine.save(run, 0)
-    if ledger is not frames.saved:
-        engine.save_into(ledger, 0, run, 0)
     if keeper is not None:
+        # Row 0 is in the file before the run begins.
+        engine.save(run, 0)
         run, row = keeper.begin(frames, (run, row))
     effort = sum(chain.steps(plan.length) * chain.rest.size for chain in interface.chains)
     windows = min(UNBROKEN / effort, plan.total if keeper is None else CHUNK)
@@ -130,8 +129,6 @@ def run_compiled(work: Work) -> None:
         move = engine.advance if engine.adaptive is None else engine.adapt
         move(run, row * engine.stride, last * engine.stride)
         row = last
-        if row == end and ledger is not frames.saved:
-            engine.save_into(ledger, 1, run, end * engine.stride)
         if keeper is not None:
             keeper.keep(frames, row, (run, row), row == end)
     frames.count_damping(interface)

@@ -1,11 +1,13 @@
 """What yielding would change of a run with elastic contacts: an estimate from a table, by Jackson and Green's law."""
 
 import csv
+from bisect import bisect_right
 from collections.abc import Sequence
 from functools import cache
 from importlib.resources import files
 from itertools import count, takewhile
-from math import inf
+from math import inf, log
+from statistics import median
 
 import numpy as np
 
@@ -87,11 +89,11 @@ def _yield_forces(chain: MovingChain) -> Vector | None:
 
 def _change(chain: MovingChain, own: Motion, times: Vector) -> str | None:
     """What yielding would change, and the cure; empty where that is little, None where the law does not apply."""
-    limits = _yield_forces(chain)
+    limits = chain.once("yield forces", lambda: _yield_forces(chain))
     if limits is None:
         return None
     beyond, sensor = own.peaks / limits, middle_of(chain)
-    between = float(np.median(beyond[1 : sensor + 1]))
+    between = median(beyond[1 : sensor + 1].tolist())
     left = _estimate("force", 1.0, _within(between))
     change: str | None = ""
     if beyond[-1] > max(1.0, WALL * between):
@@ -130,18 +132,29 @@ def _of_wall(chain: MovingChain, own: Motion, sensor: int, beyond: float, times:
 
 def _within(beyond: float) -> float:
     """The logarithm of a force, in the range of the table."""
-    return float(np.log(np.clip(beyond, 1.0, 1e3)))
+    return log(min(max(beyond, 1.0), 1e3))
 
 
 def _estimate(what: str, elastic: float, force: float) -> float:
     """A value of the table at an elastic AR and the logarithm of a force; where AR lies beyond it, that at its end."""
     logarithms, ratios, rows = _table(what)
-    return float(np.interp(elastic, ratios, [np.interp(force, logarithms, row) for row in rows]))
+    j, part = _between(ratios, elastic)
+    i, share = _between(logarithms, force)
+    low, high = (row[i] + share * (row[i + 1] - row[i]) for row in (rows[j], rows[min(j + 1, len(rows) - 1)]))
+    return low + part * (high - low)
+
+
+def _between(values: list[float], value: float) -> tuple[int, float]:
+    """The interval of increasing values that holds one, and which part of it lies below; at the ends, 0 or 1."""
+    if len(values) == 1:
+        return 0, 0.0
+    i = min(max(bisect_right(values, value) - 1, 0), len(values) - 2)
+    return i, min(max((value - values[i]) / (values[i + 1] - values[i]), 0.0), 1.0)
 
 
 @cache
-def _table(what: str) -> tuple[Vector, list[float], list[list[float]]]:
+def _table(what: str) -> tuple[list[float], list[float], list[list[float]]]:
     """The logarithms of the forces, the elastic AR, and a row of values for each of these."""
     head, *lines = csv.reader((files("coupling") / TABLE).read_text(encoding="utf-8").splitlines())
     rows = [[float(one) for one in line[1:]] for line in lines if line[0] == what]
-    return np.log([float(one) for one in head[2:]]), [row[0] for row in rows], [row[1:] for row in rows]
+    return [log(float(one)) for one in head[2:]], [row[0] for row in rows], [row[1:] for row in rows]

@@ -1,9 +1,10 @@
 """A chain in motion: the participant that faces a surface, and its state."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, is_dataclass
 from functools import cached_property
 from math import ceil, inf, pi, sqrt
+from types import NoneType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -54,6 +55,29 @@ UNDERFLOW = 1e-300
 
 MOST_STEPS = 1e13
 """Steps × bodies in a run: some hours."""
+
+MOST_KNOWN = 64
+"""Chains whose facts are kept at a time."""
+
+OURS = "hertzlink", "particles", "structures"
+"""Where parts of a chain are defined that never change."""
+
+_KNOWN: dict[Any, tuple[Any, dict[str, Any]]] = {}
+"""Parts of the last chains, and their facts: a batch has thousands that differ in the speed only."""
+
+
+def _never_changes(part: Any) -> bool:
+    """Whether a part of a chain is a frozen dataclass of ours, all of whose fields are such or plain; or None."""
+    kind = type(part)
+    if kind in (NoneType, bool, int, float, str):
+        return True
+    if kind is tuple:
+        return all(map(_never_changes, part))
+    if kind.__module__.partition(".")[0] not in OURS or not is_dataclass(kind):
+        return False
+    return kind.__dataclass_params__.frozen and all(  # type: ignore[attr-defined]
+        _never_changes(getattr(part, one.name)) for one in fields(kind)
+    )
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -111,6 +135,7 @@ class MovingChain:
     static_force: Vector = field(init=False)
     preload: Vector = field(init=False)
     rest: Vector = field(init=False)
+    shared: dict[str, Any] = field(init=False)
 
     def __post_init__(self) -> None:
         instance("chain", self.chain, Chain, "a Chain")
@@ -124,19 +149,56 @@ class MovingChain:
         if self.impact_energy is not None:
             positive("impact_energy", self.impact_energy, "J")
         positive("fineness", self.fineness)
-        static = statics.static_forces(chain, self.behind is not None)
-        statics.check_support(chain, self.surface, static)
-        mass = np.array([chain.body.mass if chain.body else inf, *(bead.mass for bead in chain.beads)])
-        object.__setattr__(self, "mass", mass)
-        object.__setattr__(self, "laws", contacts.laws_of(chain, self.pairs, self._found_law))
-        if not self._groups:
-            raise ValueError("beads: a single one that no striker meets and that faces nothing has no contact")
-        object.__setattr__(self, "yielding", contacts.yielding_of(chain, self.pairs, self.laws))
-        object.__setattr__(self, "static_force", static)
-        object.__setattr__(self, "preload", self.approach(static))
-        object.__setattr__(self, "rest", self._at_rest())
+        object.__setattr__(self, "shared", self._alike())
+        for name, make in (
+            ("static_force", self._static_forces),
+            ("mass", self._masses),
+            ("laws", lambda: contacts.laws_of(chain, self.pairs, self._found_law)),
+            ("yielding", lambda: contacts.yielding_of(chain, self.pairs, self.laws)),
+            ("preload", lambda: self.approach(self.static_force)),
+            ("rest", self._at_rest),
+        ):
+            object.__setattr__(self, name, self.once(name, make))
         self._check_flexibility()
         self._check_step()
+
+    def once(self, name: str, make: Callable[[], Any]) -> Any:
+        """A fact that does not depend on the impact speed, made once for all chains that differ in nothing else."""
+        if name not in self.shared:
+            self.shared[name] = make()
+        return self.shared[name]
+
+    def _alike(self) -> dict[str, Any]:
+        """The facts of an earlier chain with the same parts and loads; empty where there is none, or parts may change.
+
+        Only parts of our own never change. A user's bead, law or loss may.
+        """
+        chain = self.chain
+        ends = self.surface, self.behind
+        parts = (*chain.beads, chain.striker, chain.law, chain.dissipation, *ends)
+        loads = chain.gravity, chain.inclination, chain.preload, self.flexibility, self.behind_flexibility
+        # Structures that differ make their surfaces anew; equal ones are as good.
+        faced = [end if type(end) is Surface else id(end) for end in ends]
+        key = type(self), type(chain), chain.integrator, chain.impact_speed is None, loads, *faced, *map(id, parts[:-2])
+        if key not in _KNOWN:
+            facts = dict[str, Any]()
+            if type(self) is not MovingChain or not all(map(_never_changes, parts)):
+                return facts
+            for old in list(_KNOWN)[: 1 - MOST_KNOWN or None]:
+                _KNOWN.pop(old, None)
+            # With the parts: another object could get the number of one that is gone.
+            _KNOWN[key] = parts, facts
+            return facts
+        return _KNOWN[key][1]
+
+    def _masses(self) -> Vector:
+        body = self.chain.body
+        return np.array([body.mass if body else inf, *(bead.mass for bead in self.chain.beads)])
+
+    def _static_forces(self) -> Vector:
+        static = statics.static_forces(self.chain, self.behind is not None)
+        statics.check_support(self.chain, self.surface, static)
+        return static
 
     def __repr__(self) -> str:
         facing = short(self.surface) if self.behind is None else f"{short(self.surface)}, behind={short(self.behind)}"
@@ -163,16 +225,21 @@ class MovingChain:
     @cached_property
     def _contact_times(self) -> Vector:
         """That time of each contact, s; zero where there is none."""
-        mass, speed, times = self.reduced_mass, self.speed, np.zeros(len(self.laws))
-        energy = 0.5 * mass * speed**2
+        speed, swing = self.speed, self.once("swings", self._swings)
+        energy = 0.5 * self.reduced_mass * speed**2
         deepest = self._over_contacts(lambda law, i: law.overlap(energy[i]))
         force = self._over_contacts(lambda law, i: law.force(deepest[i]))
-        for law, i in self._groups.items():
-            order = energy[i] / (force[i] * deepest[i])
-            collision = deepest[i] / speed * 2.0 * sqrt(pi) * gamma(1.0 + order) / gamma(0.5 + order)
-            swing = pi / np.sqrt(np.maximum(law.tangent(self.preload[i]) / mass[i], UNDERFLOW))
-            times[i] = np.minimum(collision, swing)
+        there = swing > 0.0
+        order = np.divide(energy, force * deepest, out=np.ones(swing.size), where=there)
+        collision = deepest / speed * 2.0 * sqrt(pi) * gamma(1.0 + order) / gamma(0.5 + order)
+        times: Vector = np.where(there, np.minimum(collision, swing), 0.0)
         return times
+
+    def _swings(self) -> Vector:
+        """A half-swing of each contact under its preload, s; zero where there is no contact."""
+        tangent = self._over_contacts(lambda law, i: law.tangent(self.preload[i]))
+        there = self._over_contacts(lambda law, i: np.ones(i.size))
+        return there * pi / np.sqrt(np.maximum(tangent / self.reduced_mass, UNDERFLOW))
 
     @cached_property
     def transit_time(self) -> float:
@@ -226,9 +293,13 @@ class MovingChain:
 
     @cached_property
     def _scales(self) -> tuple[float, float]:
+        last = self.laws[-1]
+        if last is not None:
+            overlap = last.overlap(np.array([self.energy]))
+            return float(last.force(overlap)[0]), float(overlap[0])
         deepest = self._deepest_alone
         force = self._over_contacts(lambda law, i: law.force(deepest[i]))
-        contact = -1 if self.laws[-1] else int(force.argmax())
+        contact = int(force.argmax())
         return float(force[contact]), float(deepest[contact])
 
     @property
@@ -289,9 +360,13 @@ class MovingChain:
         """Rows of numbers that the compiled loops write to."""
         return np.zeros((kernels.WORK_ROWS, self.rest.size))
 
-    @cached_property
+    @property
     def model(self) -> kernels.ChainModel:
         """The chain as the compiled loops take it."""
+        model: kernels.ChainModel = self.once("model", self._model)
+        return model
+
+    def _model(self) -> kernels.ChainModel:
         chain, drive = self.chain, self.chain.excitation.drive
         preload = statics.dead_load(chain, self.behind is not None)
         piece: Any = Free()
@@ -348,9 +423,13 @@ class MovingChain:
             raise ValueError(f"{name}: takes {count:.3g} steps in {window:.3g} s; give {cure}")
         return max(1, ceil(count))
 
-    @cached_property
+    @property
     def reduced_mass(self) -> Vector:
         """Reduced masses of the N + 1 contacts, kg; a structure, a piston or a force counts as immovable."""
+        reduced: Vector = self.once("reduced_mass", self._reduced_masses)
+        return reduced
+
+    def _reduced_masses(self) -> Vector:
         inverse = np.append(1.0 / self.mass, 0.0)
         reduced: Vector = 1.0 / (inverse[:-1] + inverse[1:])
         return reduced
@@ -376,10 +455,13 @@ class MovingChain:
         """Whether the force of a contact depends on the approach of its two bodies alone."""
         return isinstance(self.model.loss, NoLoss) and self.yielding is None and isinstance(self._vibrations, Rigid)
 
-    @cached_property
+    @property
     def pairs(self) -> tuple[contacts.Pair | None, ...]:
         """The bodies that touch at each contact; None where a force replaces it, or nothing is there."""
-        return contacts.pairs_of(self.chain, self.surface, self.behind)
+        pairs: tuple[contacts.Pair | None, ...] = self.once(
+            "pairs", lambda: contacts.pairs_of(self.chain, self.surface, self.behind)
+        )
+        return pairs
 
     def _found_law(self, one: Bead, other: Bead | Surface) -> ContactLaw:
         """The law of two bodies where the user gives none."""
@@ -403,10 +485,17 @@ class MovingChain:
             values[which] = of(law, which)
         return values
 
-    @cached_property
+    @property
     def _groups(self) -> contacts.Groups:
         """The different laws and their contacts."""
-        return contacts.grouped(self.laws)
+        groups: contacts.Groups = self.once("groups", self._grouped)
+        return groups
+
+    def _grouped(self) -> contacts.Groups:
+        groups = contacts.grouped(self.laws)
+        if not groups:
+            raise ValueError("beads: a single one that no striker meets and that faces nothing has no contact")
+        return groups
 
     def _check_behind(self) -> None:
         """A surface behind the chain has the place of a striker."""

@@ -2,6 +2,7 @@
 
 from functools import lru_cache
 from math import inf, pi, sqrt
+from typing import Any
 
 import numpy as np
 
@@ -19,17 +20,23 @@ OF_HERTZ = 1.0 / 3.0
 
 def overloads(chain: MovingChain, force: Vector) -> Vector:
     """The pressure of each contact at these forces, N, over that at which it yields; zero where nothing is left out."""
-    ratios, known = np.zeros(len(chain.pairs)), dict[tuple[int, int], tuple[float, float, float]]()
+    unit, power, limit = chain.once("pressures", lambda: _pressures(chain))
+    ratios: Vector = unit * np.maximum(force, 0.0) ** power / limit
+    return ratios
+
+
+def _pressures(chain: MovingChain) -> Vector:
+    """Of each contact the factor and the power of its force in the pressure, and the pressure at which it yields."""
+    found, known = np.tile([[0.0], [1.0], [inf]], len(chain.pairs)), dict[tuple[int, int], Any]()
     for i, pair in enumerate(chain.pairs):
         # Contacts whose law yields leave nothing out.
-        if pair is None or not force[i] > 0.0 or (chain.yielding is not None and chain.yielding[i] is not None):
+        if pair is None or (chain.yielding is not None and chain.yielding[i] is not None):
             continue
         key = id(pair[0]), id(pair[1])
         if key not in known:
             known[key] = _pressure(*pair)
-        unit, power, limit = known[key]
-        ratios[i] = unit * float(force[i]) ** power / limit
-    return ratios
+        found[:, i] = known[key]
+    return found
 
 
 def unknown_strengths(chain: MovingChain) -> list[str]:

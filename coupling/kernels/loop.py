@@ -41,7 +41,7 @@ def move_on(
     (N); and the body that is no longer finite.
     """
     if windows[3] >= 0:
-        record(recorder, windows[3], windows[1] * window, run, chains, structure, begin, trial.work)
+        record(recorder, windows[3], (windows[0] - 1) * window, run, chains, structure, begin, trial.work)
     # The state of linear structures moves to and fro between two arrays.
     gaps, state, free = run.pressed.size > 0, run.body, trial.free
     touched = False
@@ -75,10 +75,11 @@ def move_on(
         run.totals[0].taken += taken
         keep_ledger(run, trial, done * window, window, residual)
         if windows[2] > 0 and done % windows[2] == 0:
-            if reads_structure(recorder):
+            row = done // windows[2]
+            if reads_structure(recorder, row):
                 settle(structure, run, state)
                 state, free = run.body, trial.free
-            record(recorder, done // windows[2], done * window, run, chains, structure, begin, trial.work)
+            record(recorder, row, done * window, run, chains, structure, begin, trial.work)
     settle(structure, run, state)
     return OK, 0, 0.0, 0
 

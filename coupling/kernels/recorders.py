@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 from coupling.kernels.state import Records, record_type
 from particles.kernels.chain import contact_forces, deepen, energies, some_forces
-from structures.kernel_cache import entry, inner
+from structures.kernel_cache import inner
 from structures.kernels.arrays import copy
 from structures.kernels.linear import energies_of_structure
 from structures.kernels.pieces import by_type, for_each
@@ -22,13 +22,13 @@ def record(
     raise NotImplementedError
 
 
-def _reads(recorder: Any) -> bool:
+def _reads(recorder: Any, row: int) -> bool:
     return True
 
 
 @by_type(_reads)
-def reads_structure(recorder: Any) -> bool:
-    """Return whether a recorder reads the state of the structures."""
+def reads_structure(recorder: Any, row: int) -> bool:
+    """Return whether a recorder reads the state of the structures for a row."""
     raise NotImplementedError
 
 
@@ -133,7 +133,7 @@ class Sensors(NamedTuple):
     """K: the greatest displacement of each surface at a saved time so far, m, without sign."""
 
     @staticmethod
-    def reads_structure(recorder: Any) -> bool:
+    def reads_structure(recorder: Any, row: int) -> bool:
         """Return False."""
         return False
 
@@ -164,9 +164,22 @@ def record_sensors_of(
 record_sensors = for_each(record_sensors_of)
 
 
-@entry
-def record_now(
-    recorder: Any, row: int, t: float, run: Any, chains: Any, structure: Any, begin: Vector, work: Vector
-) -> None:
-    """Put the state at time t, s, into a row, see `record`: for Python."""
-    record(recorder, row, t, run, chains, structure, begin, work)
+class SensorsWithEnds(NamedTuple):
+    """Sensors at all saved times, and everything at the first and the last one."""
+
+    sensors: Sensors
+    ends: Everything
+
+    @staticmethod
+    def reads_structure(recorder: Any, row: int) -> bool:
+        """Return whether the row is the first or the last one."""
+        return row == 0 or row == recorder.sensors.force.shape[0] - 1
+
+    @staticmethod
+    def record(
+        recorder: Any, row: int, t: float, run: Any, chains: Any, structure: Any, begin: Vector, work: Vector
+    ) -> None:
+        """Fill a row."""
+        record(recorder.sensors, row, t, run, chains, structure, begin, work)
+        if reads_structure(recorder, row):
+            record_everything(recorder.ends, min(row, 1), t, run, chains, structure, begin, work)

@@ -14,6 +14,7 @@ from coupling.kernels.recorders import (
     TIME_FRAME,
     Everything,
     Sensors,
+    SensorsWithEnds,
 )
 from coupling.kernels.state import Records
 from coupling.state import CoupledState
@@ -227,7 +228,7 @@ class SensorFrames:
         columns = [_columns(chain, kept) for chain in interface.chains]
         self.begin = np.cumsum([(0, 0), *((len(one.contacts), len(one.bodies)) for one in columns)], axis=0)
         contacts, bodies = self.begin[-1]
-        self.saved = Sensors(
+        self.sensors = Sensors(
             np.array([i for one in columns for i in one.contacts]),
             np.array([i for one in columns for i in one.bodies]),
             self.begin,
@@ -236,29 +237,36 @@ class SensorFrames:
             np.full(sum(chain.mass.size for chain in interface.chains), -np.inf),
             np.zeros(interface.size),
         )
+        self.saved = SensorsWithEnds(self.sensors, self.ledger.saved)
+
+    def clear(self) -> "SensorFrames":
+        """Forget an earlier run but for its rows, which the next one overwrites."""
+        self.sensors.deepest[:], self.sensors.highest[:] = -np.inf, 0.0
+        self.ledger.saved.structure["taken"] = 0.0
+        return self
 
     @property
     def highest(self) -> Vector:
         """The greatest displacement of each surface, m, without sign."""
-        return self.saved.highest
+        return self.sensors.highest
 
     def of_chain(self, number: int) -> tuple[Vector, Vector]:
         """The forces (N) and velocities (m/s) that are kept of a chain, saved times × contacts or bodies."""
         (contact, body), (contacts, bodies) = self.begin[number], map(len, self.kept)
-        return self.saved.force[:, contact : contact + contacts], self.saved.velocity[:, body : body + bodies]
+        return self.sensors.force[:, contact : contact + contacts], self.sensors.velocity[:, body : body + bodies]
 
     def motions(self, interface: Interface) -> list[Motion]:
         """What the checks see of each chain."""
         found, place = [], 0
         for number, chain in enumerate(interface.chains):
             (begin, body), (end, last) = self.begin[number], self.begin[number + 1]
-            contacts, force = self.saved.contact[begin:end].tolist(), self.saved.force[:, begin:end]
-            deepest = self.saved.deepest[place : place + chain.mass.size].copy()
+            contacts, force = self.sensors.contact[begin:end].tolist(), self.sensors.force[:, begin:end]
+            deepest = self.sensors.deepest[place : place + chain.mass.size].copy()
             peaks = chain.force(deepest)
             peaks[contacts] = greatest(force)
             deepest[-1] -= chain.flexibility * peaks[-1]
-            bodies = self.saved.body[body:last].tolist()
-            velocity = self.saved.velocity[:, body + bodies.index(middle_of(chain))]
+            bodies = self.sensors.body[body:last].tolist()
+            velocity = self.sensors.velocity[:, body + bodies.index(middle_of(chain))]
             found.append(Motion(contacts, force, velocity, peaks, deepest))
             place += chain.mass.size
         return found
@@ -268,7 +276,7 @@ class SensorFrames:
         last = row == self.rows - 1
         frames, at = (self.ledger, int(last)) if row == 0 or last else (Frames(interface, 1), 0)
         frames.record(interface, at, state, counts, length)
-        saved, places = self.saved, np.cumsum([0, *(chain.mass.size for chain in interface.chains)])
+        saved, places = self.sensors, np.cumsum([0, *(chain.mass.size for chain in interface.chains)])
         for number, one in enumerate(frames.chains):
             (contact, body), (end, until) = self.begin[number], self.begin[number + 1]
             saved.force[row, contact:end] = one.contact_force[at, saved.contact[contact:end]]
@@ -284,7 +292,7 @@ class SensorFrames:
 
     def upto(self, row: int) -> list[Vector]:
         """Everything up to a row, for a checkpoint, see `Frames`."""
-        _, _, _, force, velocity, *greatest_so_far = self.saved
+        _, _, _, force, velocity, *greatest_so_far = self.sensors
         return [force[: row + 1], velocity[: row + 1], *greatest_so_far, *self.ledger.upto(1)]
 
     def restore(self, row: int, kept: list[Vector]) -> None:

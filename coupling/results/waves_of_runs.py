@@ -72,7 +72,8 @@ def find_waves(time: Vector, series: Series, smallest: float, most: int) -> Wave
     runs = len(series.force)
     waves, found = np.full((runs, most, 3), np.nan), np.zeros(runs, dtype=np.int64)
     wave_kernels.waves_of_many(*map(wave_kernels.plain, (time, *series[:3])), smallest, waves, found)
-    return WavesOfRuns(waves[..., 0], waves[..., 1], np.nan_to_num(waves[..., 2]).astype(np.int64), found)
+    begins = np.where(np.isnan(waves[..., 2]), 0.0, waves[..., 2]).astype(np.int64)
+    return WavesOfRuns(waves[..., 0], waves[..., 1], begins, found)
 
 
 def why_missing(
