@@ -195,7 +195,7 @@ def test_a_window_that_fails_leaves_the_run_as_it_began(monkeypatch: pytest.Monk
         end = loop.OK, last, 0.0, 0
         for window in range(first, max(first, last) + 1):
             before = [part.copy() for part in run]
-            end = real(run, *more, (window, min(window, last), stride, row))
+            end = real(run, *more, (window, min(window, last), stride, row if window == first else -1))
             if end[0] == loop.NOT_CONVERGED:
                 failed.append(window)
                 for name, part, old in zip(Run._fields, run, before, strict=True):
