@@ -8,6 +8,7 @@ import atexit
 import logging
 import os
 import shutil
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
@@ -18,13 +19,17 @@ from tempfile import mkdtemp
 from typing import Any
 
 try:
-    import numba
-    from numba.core import event
-    from numba.core.caching import FunctionCache, IndexDataCacheFile
-    from numba.core.registry import CPUDispatcher
-except ValueError as error:
+    with warnings.catch_warnings():
+        # Of a value that Numba does not understand it warns, with a traceback, and goes on without.
+        warnings.filterwarnings("error", "Environment variable", RuntimeWarning)
+        import numba
+        from numba.core import event
+        from numba.core.caching import FunctionCache, IndexDataCacheFile
+        from numba.core.registry import CPUDispatcher
+except (ValueError, RuntimeWarning) as error:
     switches = ", ".join(f"{name}={value}" for name, value in os.environ.items() if name.startswith("NUMBA_"))
-    raise ImportError(f"Numba does not start with {switches or 'this environment'} ({error}); unset it") from error
+    reason = str(error).partition("\n")[0]
+    raise ImportError(f"Numba does not start with {switches or 'this environment'} ({reason}); unset it") from error
 
 from structures.kernel_key import OURS, key_of
 from structures.kernel_linking import link_kernels

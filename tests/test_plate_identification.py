@@ -9,8 +9,10 @@ import pytest
 import xarray as xr
 
 import hertzlink as hl
+from coupling.yield_check import CURE
 from hertzlink.cases.building import world_of
 from hertzlink.cases.case import Case
+from hertzlink.cases.faults import YIELDING
 from hertzlink.cases.identifying import answer, tables
 from hertzlink.cases.plate_accuracy import Fit
 from hertzlink.cases.plate_models import BAND, WIDEST, AroundGuess
@@ -127,3 +129,17 @@ def test_a_basis_spans_a_part_of_the_distance_at_most() -> None:
     low, high = around._basis.x
     assert low == pytest.approx((1.0 - WIDEST) * 0.06)
     assert high == pytest.approx((1.0 + WIDEST) * 0.06)
+
+
+def test_a_note_names_the_entry_of_a_case_within_the_width_of_a_terminal() -> None:
+    """What Python calls Chain's argument is a longer line of a case."""
+    question = asked("0.1 ms")
+    note = "yield: contact 21 presses steel to 4.5 times the pressure at which it yields; " + CURE
+    trace = ("sensor", "time"), np.zeros((1, 2))
+    data = xr.Dataset({"measured": trace, "fitted": trace}, {"sensor": [7], "time": [0.0, 1e-6]})
+    unknown = hl.results.Unknown(PLACE, 0.06, (0.055, 0.07), "identified")
+    unknowns = {PLACE: unknown, "chain.impact_speed": replace(unknown, name="chain.impact_speed")}
+    found = hl.results.Identification(unknowns, xr.DataArray(), data, 1.0, True, [], True, 1, [note])
+    text = tables(question, found, [])[0]
+    assert YIELDING in " ".join(text.split())
+    assert max(map(len, text.splitlines())) <= 80

@@ -14,6 +14,7 @@ from coupling.identification.prediction import FROM_IMPACT
 from coupling.sweeps.batch import batch
 from hertzlink.cases.bodies import LayeredCylinder, Rod
 from hertzlink.cases.case import Case
+from hertzlink.cases.faults import of_case
 from hertzlink.cases.plate_accuracy import Fit, frequency_of
 from hertzlink.cases.plate_models import edge_of
 from hertzlink.cases.plate_search import by_one_edge
@@ -86,7 +87,8 @@ def tables(question: Question, found: Identification, remarks: list[str]) -> tup
     plain = [[name, one.value, *one.interval, one.verdict, found.misfit] for name, one in found.unknowns.items()]
     head = ["unknown", "value", "95 % interval", "verdict"]
     lines = table(head, [one.row() for one in found.unknowns.values()], "unknowns.csv")
-    notes = str(found).splitlines()[1 + len(found.unknowns) :]
+    in_case = replace(found, warnings=[of_case(one) for one in found.warnings])
+    notes = str(in_case).splitlines()[1 + len(found.unknowns) :]
     remarks = [fill(one, WIDTH, subsequent_indent="  ") for one in remarks]
     text = "\n".join([*lines, *notes, *remarks])
     values = {name: found[name].value for name in question.ranges}

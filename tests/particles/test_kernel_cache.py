@@ -392,6 +392,7 @@ def test_a_plain_run_compiles_no_other_integrator(processes: list[subprocess.Com
     [
         ("NUMBA_DISABLE_JIT", "1", "NUMBA_DISABLE_JIT forbids it: unset it"),
         ("NUMBA_NUM_THREADS", "0", "Numba does not start with "),
+        ("NUMBA_NUM_THREADS", "two", "NUMBA_NUM_THREADS=two"),
     ],
 )
 def test_an_environment_in_which_numba_does_not_start(name: str, value: str, said: str) -> None:
