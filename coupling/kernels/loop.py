@@ -84,13 +84,8 @@ def move_on(
     return OK, 0, 0.0, 0
 
 
-@entry
-def run_windows(
-    run: Any, chains: Any, structure: Any, contacts: Any, search: Any, recorder: Any, trial: Any, begin: Vector,
-    window: float, windows: tuple[int, int, int, int],
-) -> tuple[int, int, float, int]:  # fmt: skip
-    """Move a run on over windows, see `move_on`: for Python."""
-    return move_on(run, chains, structure, contacts, search, recorder, trial, begin, window, windows)
+run_windows = entry(move_on.py_func)
+"""`move_on` for Python. A kernel around it would take as long to compile as the loop: Numba unpacks each array."""
 
 
 @inner()
