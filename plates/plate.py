@@ -255,11 +255,18 @@ class Plate:
 
     def meshed(self, contacts: Sequence[Contact]) -> tuple[PlateMesh, Assembled, Matrices, list[Touch]]:
         """The mesh for these contacts, the plate on it, its matrices, and the contacts on the mesh."""
-        self._check_size()
+        self._check_size(self._unknowns)
         factor = self.buckling_factor
         refused = f"additions: the plate buckles at {factor:.4g} times this prestress; give less than that"
         check_buckling(factor, "additions: a plate with this prestress", refused)
         mesh = self.shape.mesh([one.x for one in contacts], [one.y for one in contacts], self._cells)
+        count = self.element.unknowns * mesh.mesh.nelements
+        self._check_size(count)
+        if count > MANY and not self.shape.fixed:
+            caution(
+                f"highest_frequency = {self.highest_frequency!r}: requires about {count:.2g} degrees of freedom, which "
+                f"take minutes and some {ceil(1e-9 * BYTES_PER_UNKNOWN * count)} GB"
+            )
         held = {name: one for name, one in {MIRROR: "symmetry", **self._edges}.items() if _has(mesh, name)}
         touches = [self._touch(mesh, held, one) for one in contacts]
         copies = common_copies(contacts, [2 ** len(one.mirrors) for one in touches])
@@ -327,19 +334,13 @@ class Plate:
         """About how many degrees of freedom a mesh for one contact has, without its refinement at the contact."""
         return self.element.unknowns * self.shape.area / self._cells.coarsest**2
 
-    def _check_size(self) -> None:
-        """A ValueError before a mesh is made that would not fit in memory."""
-        if self.shape.fixed or (count := self._unknowns) <= MANY:
-            return
-        if count > MOST:
+    def _check_size(self, count: float) -> None:
+        """A ValueError for more degrees of freedom than fit in memory."""
+        if count > MOST and not self.shape.fixed:
             raise ValueError(
                 f"highest_frequency = {self.highest_frequency!r}: requires about {count:.2g} degrees of freedom on "
                 f"{self.shape.area:.3g} m² of plate, more than {MOST:.0e}; is the plate in millimetres?"
             )
-        caution(
-            f"highest_frequency = {self.highest_frequency!r}: requires about {count:.2g} degrees of freedom, which "
-            f"take minutes and some {ceil(1e-9 * BYTES_PER_UNKNOWN * count)} GB"
-        )
 
     def _touch(self, mesh: PlateMesh, held: Mapping[Tag, Support], contact: Contact) -> Touch:
         """The contact on the mesh; a ValueError where the plate cannot be struck."""
