@@ -14,31 +14,53 @@ FREE, PUSHED, MOVED, STEADY = 0, 1, 2, 3
 moves on at its speed, PUSHED with a history of the force on bead 1, STEADY with none."""
 
 
-@by_type()
+def _no(drive: Any) -> bool:
+    return False
+
+
+def _not_moved(drive: Any, t: float) -> tuple[float, float]:
+    return 0.0, 0.0
+
+
+def _no_forces(drive: Any, place: float, t: float) -> tuple[float, float, float]:
+    return 0.0, 0.0, 0.0
+
+
+def _moves_with_others(
+    drive: Any, chain: Any, law: Any, y: Vector, v: Vector, t: float, kick: float, drift: float
+) -> tuple[float, float]:
+    return 0.0, 0.0
+
+
+def _no_energy(drive: Any, y: Vector) -> float:
+    return 0.0
+
+
+@by_type(_no)
 def drives(drive: Any) -> bool:
     """Return whether anything but contacts and gravity acts on body 0 or bead 1."""
     raise NotImplementedError
 
 
-@by_type()
+@by_type(_no)
 def moves(drive: Any) -> bool:
     """Return whether body 0 moves by a history."""
     raise NotImplementedError
 
 
-@by_type()
+@by_type(_not_moved)
 def place_and_speed(drive: Any, t: float) -> tuple[float, float]:
     """Return position (m) and velocity of a body 0 that moves by a history."""
     raise NotImplementedError
 
 
-@by_type()
+@by_type(_no_forces)
 def outer_forces(drive: Any, place: float, t: float) -> tuple[float, float, float]:
     """Return the outer forces on body 0 and on bead 1, without gravity, and the history's part of the latter, N."""
     raise NotImplementedError
 
 
-@by_type()
+@by_type(_moves_with_others)
 def move_first(
     drive: Any, chain: Any, law: Any, y: Vector, v: Vector, t: float, kick: float, drift: float
 ) -> tuple[float, float]:
@@ -46,13 +68,13 @@ def move_first(
     raise NotImplementedError
 
 
-@by_type()
+@by_type(_no)
 def replaces_contact(drive: Any) -> bool:
     """Return whether a history of forces has the place of contact 1."""
     raise NotImplementedError
 
 
-@by_type()
+@by_type(_no_energy)
 def energy_of_loads(drive: Any, y: Vector) -> float:
     """Return the potential energy of the dead load and of the spring, J."""
     raise NotImplementedError
@@ -60,43 +82,6 @@ def energy_of_loads(drive: Any, y: Vector) -> float:
 
 class Free(NamedTuple):
     """A striker that moves freely."""
-
-    @staticmethod
-    def drives(drive: Any) -> bool:
-        """Return False."""
-        return False
-
-    @staticmethod
-    def moves(drive: Any) -> bool:
-        """Return False."""
-        return False
-
-    @staticmethod
-    def place_and_speed(drive: Any, t: float) -> tuple[float, float]:
-        """Return zeros, which nothing uses."""
-        return 0.0, 0.0
-
-    @staticmethod
-    def outer_forces(drive: Any, place: float, t: float) -> tuple[float, float, float]:
-        """Return no forces."""
-        return 0.0, 0.0, 0.0
-
-    @staticmethod
-    def move_first(
-        drive: Any, chain: Any, law: Any, y: Vector, v: Vector, t: float, kick: float, drift: float
-    ) -> tuple[float, float]:
-        """Return zeros, which nothing uses: body 0 moves with the others."""
-        return 0.0, 0.0
-
-    @staticmethod
-    def replaces_contact(drive: Any) -> bool:
-        """Return False."""
-        return False
-
-    @staticmethod
-    def energy_of_loads(drive: Any, y: Vector) -> float:
-        """Return zero."""
-        return 0.0
 
 
 class Driven(NamedTuple):
