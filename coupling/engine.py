@@ -7,12 +7,13 @@ import numpy as np
 
 from coupling.interface import FIRST, Interface
 from coupling.kernels import loop
+from coupling.kernels.adaptive import bend_of_last
 from coupling.kernels.agreement import PIECES, Contacts, OneContact
 from coupling.kernels.state import CHAIN, CONTACT, NODE, REMEMBERED, TOTALS, TRIED, WINDOW, Run, Search, Trial
 from coupling.plan import Plan
 from coupling.schemes.condensed import MOST_TRIALS, STILL, Condensed
-from coupling.schemes.windows import FINEST, MOST_HALVINGS, TAKEN_AS_ONE, allowed, error
-from coupling.state import Node, NotConverged
+from coupling.schemes.windows import FINEST, MOST_HALVINGS, TAKEN_AS_ONE, next_length
+from coupling.state import NotConverged
 from particles.kernels.chain import WORK_ROWS
 from structures.closing import PARTS, Closing
 from structures.kernels.gaps import Gaps, Span
@@ -194,30 +195,37 @@ class Engine:
         """Move the run on by windows whose error is within the tolerance; every whole window is saved."""
         if first == 0:
             self.save(run, 0)
+        error = self._error(run) if first else 0.0
         for done in range(first + 1, last + 1):
-            self._adapted(run, done, 0)
+            error = self._adapted(run, done, 0, error)
             if done % self.stride == 0:
                 self.save(run, done)
 
-    def _adapted(self, run: Run, done: int, halvings: int) -> None:
-        """Move on by one window, or by its halves, in place."""
+    def _adapted(self, run: Run, done: int, halvings: int, error: float) -> float:
+        """Move on by one window, or by its halves, in place. error: of the last window; returns that of the new one."""
         assert self.adaptive is not None
         length = self.length / 2**halvings
-        finest = length <= self.finest
-        if finest or length <= allowed(self.interface, past(run), self.adaptive) * TAKEN_AS_ONE:
+        finest, last = length <= self.finest, float(run.window[0]["length"])
+        longest = next_length(last, error, self.adaptive) if last > 0.0 else np.inf
+        if finest or length <= longest * TAKEN_AS_ONE:
             before = [part.copy() for part in run]
             failed = self._try(run, done - 1, done, halvings, 0)
-            if failed is None and (finest or error(self.interface, past(run)) <= self.adaptive):
-                return
-            if finest:
+            if finest and failed is not None:
                 self.advance(run, 2 * (done - 1), 2 * done, halvings + 1)
-                return
+            if finest or failed is None:
+                found = self._error(run)
+                if finest or found <= self.adaptive:
+                    return found
             tried = run.totals[0]["tried"]
             for part, old in zip(run, before, strict=True):
                 part[...] = old
             run.totals[0]["tried"] = tried
-        self._adapted(run, 2 * done - 1, halvings + 1)
-        self._adapted(run, 2 * done, halvings + 1)
+        return self._adapted(run, 2 * done, halvings + 1, self._adapted(run, 2 * done - 1, halvings + 1, error))
+
+    def _error(self, run: Run) -> float:
+        """The error of the last window, in greatest approaches."""
+        moved: float = bend_of_last(run.node, run.window, run.totals, self.interface.static)
+        return moved / self.interface.indentation_scale
 
     def _try(self, run: Run, first: int, last: int, halvings: int, stride: int) -> tuple[int, float] | None:
         """Move the run on as far as it goes; return the window that failed, and its residual (N).
@@ -259,14 +267,6 @@ class Engine:
             return OneContact(interface.static, compliance, steps)
         behind = np.array([contact.end == FIRST for contact in interface.contacts])
         return Contacts(interface.static, compliance, steps, behind, self.begin, self.quadratic)
-
-
-def past(run: Run) -> list[Node]:
-    """Return the last nodes, newest last."""
-    ends, lengths = run.window["end"], run.window["length"]
-    surfaces, forces = run.node["surface"], run.node["force"]
-    newest = reversed(range(int(run.totals["remembered"][0])))
-    return [Node(float(ends[i]), float(lengths[i]), surfaces[i], forces[i]) for i in newest]
 
 
 def non_finite(interface: Interface, bead: int, time: float, number: int = 0) -> FloatingPointError:

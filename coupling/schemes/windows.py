@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from coupling.interface import Interface
+from coupling.kernels.adaptive import UNTOUCHED
 from coupling.schemes.scheme import Scheme
 from coupling.state import CoupledState, Node, NotConverged
 from structures.checks import positive, short
@@ -18,10 +19,6 @@ FINEST = 1024
 
 GROWS_BELOW = 0.125
 """A window is tried twice as long after one whose error was below this part of the tolerance."""
-
-UNTOUCHED = 0.1
-"""Weight of the error where nothing touches. No chain follows that surface, but its curvature measures the error of the
-structure's own stepping, which is smaller by about the ratio of the window to the time scale of the motion."""
 
 TIME_ROUNDING = 1e-6
 """Of the time that a scheme has to advance: far above rounding, far below a wrong window."""
@@ -145,10 +142,12 @@ class Windows:
 
 def allowed(interface: Interface, past: Sequence[Node], tolerance: float) -> float:
     """The longest window worth trying, s, from the last ones and their error."""
-    if not past:
-        return np.inf
-    last = past[-1].length
-    return 2.0 * last if error(interface, past) < GROWS_BELOW * tolerance else last
+    return next_length(past[-1].length, error(interface, past), tolerance) if past else np.inf
+
+
+def next_length(last: float, error: float, tolerance: float) -> float:
+    """The longest window worth trying, s, after one of this length and error."""
+    return 2.0 * last if error < GROWS_BELOW * tolerance else last
 
 
 def error(interface: Interface, past: Sequence[Node]) -> float:

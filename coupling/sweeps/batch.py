@@ -395,7 +395,8 @@ class _Rows:
         Work(interface, simulation.scheme, simulation.window, plan, frames, None, None, self.windows).do()
         findings += checked(interface, frames, plan.interval)
         self.force[i], self.velocity[i] = frames.of_chain(0)
-        self.static[i], self.centre[i] = chain.static_force[kept.contacts], chain.chain.centres[kept.bodies]
+        centres = chain.once("centres", lambda: chain.chain.centres)
+        self.static[i], self.centre[i] = chain.static_force[kept.contacts], centres[kept.bodies]
         self.energy[i] = chain.chain.impact_energy
         return [finding for finding in findings if finding not in known]
 
