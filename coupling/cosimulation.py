@@ -171,7 +171,7 @@ class CoSimulation:
             code when it is opened: continue only from a file of your own.
         sensors : sequence of int, optional
             Numbers of the beads to keep, each with its velocity and its two contact forces; of several chains, of each.
-            The run is then about twice as fast and far smaller. Measures of waves work on it; energies, displacements
+            The run is then faster and its result far smaller. Measures of waves work on it; energies, displacements
             and the motion of the structure are not kept. By default everything is.
 
         Returns

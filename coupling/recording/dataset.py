@@ -61,11 +61,20 @@ def _at_sensors(
     values = {name: np.stack(column, axis=1) for name, column in zip(AT_SENSORS, zip(*parts, strict=True), strict=True)}
     variables = {name: variable(name, own if several else own[:, 0], *several) for name, own in values.items()}
     bodies, beads = (max(chain.mass.size for chain in interface.chains), [len(c.chain.beads) for c in interface.chains])
-    whole = xr.Dataset(coords=_coordinates(interface, interval * np.arange(frames.rows), bodies))
-    contacts, kept = frames.kept
-    coordinates = whole.isel(contact=contacts, bead=kept).coords
+    every = _coordinates(interface, interval * np.arange(frames.rows), bodies)
+    places = {"contact": frames.kept.contacts, "bead": frames.kept.bodies}
+    coordinates = {name: _at(places, value) for name, value in every.items()}
     attributes = provenance(given) | as_attribute(findings) | {"beads": beads if several else beads[0]}
     return xr.Dataset(variables, coordinates, attributes)
+
+
+def _at(places: Mapping[str, list[int]], coordinate: Any) -> Any:
+    """A coordinate at some places along its last dimension, if that is a dimension of these."""
+    if not isinstance(coordinate, tuple) or not coordinate[0]:
+        return coordinate
+    dims, values, *attributes = coordinate
+    last = dims if isinstance(dims, str) else dims[-1]
+    return (dims, values[..., places[last]], *attributes) if last in places else coordinate
 
 
 def _of_participants(interface: Interface, frames: Frames, interval: float) -> dict[str, str]:
