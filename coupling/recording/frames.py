@@ -133,8 +133,7 @@ class Frames:
     @property
     def highest(self) -> Vector:
         """The greatest displacement of each surface, m, without sign."""
-        greatest: Vector = abs(self.contact["surface"]).max(axis=1)
-        return greatest
+        return np.asarray(abs(self.contact["surface"]).max(axis=1), float)
 
     def motions(self, interface: Interface) -> list["Motion"]:
         """What the checks see of each chain."""

@@ -87,9 +87,10 @@ def bodies_per_step(scheme: Any) -> int:
 def reach(chain: Any, coordinates: int, steps: int) -> int:
     """Return the first body that the motion of the surface can reach within a window; 0 for all.
 
+    All trials begin with the surface at the same place, which the last body feels at the second of the steps + 1 kicks.
     Contacts that yield remember what a trial did to them, so that all are moved again.
     """
-    bodies, passed = chain.inverse_mass.size, bodies_per_step(chain.scheme) * (steps + 1)
+    bodies, passed = chain.inverse_mass.size, bodies_per_step(chain.scheme) * steps
     return bodies - passed if 0 < passed < bodies == coordinates else 0
 
 

@@ -12,7 +12,7 @@ from scipy.integrate import quad
 
 import hertzlink as hl
 from particles.kernels import drives, laws, losses, vibrations
-from particles.kernels.chain import Span, Verlet
+from particles.kernels.chain import Span, Verlet, advance, reach
 from particles.laws.law import kernel_table
 from structures.structure import Vector
 
@@ -350,3 +350,22 @@ def test_the_pass_over_the_beads_has_vector_instructions() -> None:
     kernel = njit(Verlet.integrate)
     kernel.compile((typeof(Verlet()), *types, span))
     assert "sqrtpd" in "".join(kernel.inspect_asm().values())
+
+
+@pytest.mark.parametrize("steps", [1, 2, 3])
+def test_a_repeated_trial_moves_all_bodies_that_the_surface_reaches(steps: int) -> None:
+    """The last bodies, moved again against another surface, are where all bodies moved against it would be."""
+    bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
+    chain = hl.stepping.MovingChain(hl.Chain([bead] * 8, bead, 0.4), hl.Surface(hl.STEEL_316))
+    places, speeds, window = np.linspace(4e-5, 0.0, 9), np.linspace(0.3, -0.1, 9), 4e-6
+
+    def moved(wall: float, first: int, *trial: Vector) -> tuple[Vector, Vector, float]:
+        y, v, work = trial
+        y[first:], v[first:] = places[first:], speeds[first:]
+        return y, v, advance(chain.model, y, v, work, 0.0, window, -1e-6, wall, steps, first)[0]
+
+    trial = np.zeros(9), np.zeros(9), chain.work_space()
+    moved(-4e-5, 0, *trial)
+    again = moved(1e-5, reach(chain.model, 9, steps), *trial)
+    whole = moved(1e-5, 0, np.zeros(9), np.zeros(9), chain.work_space())
+    assert all(np.array_equal(part, other) for part, other in zip(again, whole, strict=True))
