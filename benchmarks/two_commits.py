@@ -16,17 +16,11 @@ from pathlib import Path
 
 import numba
 import numpy as np
+from first_use import HALF_SPACE, ROD, SCRIPT
 
 ROUNDS = 3
 
-FIRST = """
-import time
-import hertzlink as hl
-bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
-chain = hl.Chain([bead] * 20, striker=bead, impact_speed=0.1, dissipation={loss})
-hl.CoSimulation(chain, {structure}).run(until=1e-3)
-print(time.process_time())
-"""
+FIRST = f"import time\n{SCRIPT}print(time.process_time())\n"
 
 COMMON = """
 import time
@@ -56,9 +50,6 @@ def batch(threads):
     return lambda: hl.batch(tap, 1e-3, sensors=[7], measure=waves, threads=threads, speed=speeds)
 on_rod = hl.CoSimulation(hl.Chain([bead] * 20, bead, 0.31), rod)
 """
-
-HALF_SPACE = "hl.half_space(hl.STEEL_440C)"
-ROD = "hl.reduce(hl.rod([hl.Layer(hl.STEEL_440C, 0.1, 9.525e-3)]), until=1e-3)"
 
 SNIPPETS = {
     "first run, half-space, s": FIRST.format(loss=None, structure=HALF_SPACE),

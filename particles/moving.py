@@ -180,16 +180,16 @@ class MovingChain:
         # Structures that differ make their surfaces anew; equal ones are as good.
         faced = [end if type(end) is Surface else id(end) for end in ends]
         key = type(self), type(chain), chain.integrator, chain.impact_speed is None, loads, *faced, *map(id, parts[:-2])
-        if key not in _KNOWN:
-            facts = dict[str, Any]()
-            if type(self) is not MovingChain or not all(map(_never_changes, parts)):
-                return facts
+        # Other threads may forget it meanwhile.
+        if (known := _KNOWN.get(key)) is not None:
+            return known[1]
+        facts = dict[str, Any]()
+        if type(self) is MovingChain and all(map(_never_changes, parts)):
             for old in list(_KNOWN)[: 1 - MOST_KNOWN or None]:
                 _KNOWN.pop(old, None)
             # With the parts: another object could get the number of one that is gone.
             _KNOWN[key] = parts, facts
-            return facts
-        return _KNOWN[key][1]
+        return facts
 
     def _masses(self) -> Vector:
         body = self.chain.body
