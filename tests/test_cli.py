@@ -16,10 +16,9 @@ import xarray as xr
 from click.shell_completion import ShellComplete
 
 from coupling.sweeps.progress import Stopped
-from coupling.views import plots
 from hertzlink.cases.templates import KINDS
 from hertzlink.cli import check_output, cli, main, write_folder
-from hertzlink.studies import thesis
+from hertzlink.studies import draw, thesis
 from hertzlink.studies.table import Row, text
 from hertzlink.studies.writing import QUICK, stamp
 
@@ -324,7 +323,7 @@ def test_of_two_studies_that_write_one_folder_both_are_kept(tmp_path: Path) -> N
 
 @pytest.mark.parametrize("count", [1, 3])
 def test_a_stamp_is_inside_the_figure_and_below_its_axes(count: int) -> None:
-    figure, axes = plots.panels(count)
+    figure, axes = draw.panels(count)
     for axis in axes:
         axis.set(xlabel="distance (mm)", ylabel="AR")
     stamp(figure, QUICK)

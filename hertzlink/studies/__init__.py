@@ -2,15 +2,13 @@
 
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import xarray as xr
 
 from hertzlink.studies.conditions import Conditions
+from hertzlink.studies.draw import Figure
 from hertzlink.studies.table import Row
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 STUDIES = {
     "thesis": "thesis",
@@ -114,7 +112,7 @@ class Study(Protocol):
         """The thesis's numbers compared with those of hertzlink."""
         ...
 
-    def figures(self, data: xr.Dataset) -> dict[str, "Figure"]:
+    def figures(self, data: xr.Dataset) -> dict[str, Figure]:
         """Figures by file name."""
         ...
 

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -11,7 +11,7 @@ from coupling.cosimulation import CoSimulation
 from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
 from coupling.results.measures import contact_time, sensor_force
 from coupling.sweeps.sweep import sweep
-from hertzlink.studies import on_plates
+from hertzlink.studies import draw, on_plates
 from hertzlink.studies import plate_boundary as boundary
 from hertzlink.studies.on_plates import OnPlate
 from hertzlink.studies.table import Row
@@ -33,10 +33,6 @@ from plates.theory.impact import (
 from plates.theory.zener import restitution as zener_restitution
 from structures.reduction import reduce
 from structures.structure import Structure, half_space
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 BODIES = ("plate", "infinite plate", "half-space")
 REDUCTION = 0.02
@@ -284,19 +280,17 @@ def _by_ratio(data: xr.Dataset) -> list[tuple[float, float, float]]:
     return sorted(pairs, key=lambda one: one[2])
 
 
-def figures(data: xr.Dataset) -> dict[str, "Figure"]:
+def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """AR (figure 6.18), TOF and TOF/D (6.19) against D/t with Zener's theory, and the forces (6.16)."""
-    from coupling.views import plots
-
     found = {}
-    figure, (axis,) = plots.panels(1, width=4.6, height=3.6)
+    figure, (axis,) = draw.panels(1, width=4.6, height=3.6)
     _points(axis, data, data.amplitude_ratio)
     _without_wave(axis, data)
     _lines(axis, data, data.theory_amplitude_ratio)
     axis.set(ylabel="amplitude ratio AR", ylim=(0.0, 1.0))
     axis.legend(frameon=False, fontsize="small")
     found["amplitude_ratio"] = figure
-    figure, axes = plots.panels(2, width=4.0, height=3.6, sharey=False)
+    figure, axes = draw.panels(2, width=4.0, height=3.6, sharey=False)
     _points(axes[0], data, data.time_of_flight * 1e6)
     axes[0].set(ylabel="time of flight (µs)")
     _points(axes[1], data, data.time_of_flight / data.diameter * 1e3)
@@ -310,15 +304,13 @@ def figures(data: xr.Dataset) -> dict[str, "Figure"]:
     return found
 
 
-def _points(axis: "Axes", data: xr.Dataset, values: xr.DataArray) -> None:
+def _points(axis: draw.Axes, data: xr.Dataset, values: xr.DataArray) -> None:
     """Filled markers for the thesis's plates, hollow ones for infinite plates."""
-    from coupling.views import plots
-
     for i, diameter in enumerate(data.diameter.values):
         ratio = diameter / data.thickness.values
         for body, filled in (("plate", True), ("infinite plate", False)):
             axis.plot(
-                ratio, values.sel(diameter=diameter, body=body), plots.MARKERS[i], color=plots.COLOURS[i],
+                ratio, values.sel(diameter=diameter, body=body), draw.MARKERS[i], color=draw.COLOURS[i],
                 linestyle="none", clip_on=False, zorder=3.0,
                 markersize=4.5 if filled else 8.0, fillstyle="full" if filled else "none",
                 label=f"D = {diameter * 1e3:.2f} mm" + ("" if filled else ", infinite plate"),
@@ -327,7 +319,7 @@ def _points(axis: "Axes", data: xr.Dataset, values: xr.DataArray) -> None:
     axis.set(xlabel="D/t", xlim=(0.0, 1.15 * largest if Conditions.read(data).own else 9.0))
 
 
-def _without_wave(axis: "Axes", data: xr.Dataset) -> None:
+def _without_wave(axis: draw.Axes, data: xr.Dataset) -> None:
     """Crosses just above the axis where no wave came back within the record."""
     ratios = (data.diameter / data.thickness).broadcast_like(data.amplitude_ratio.isel(body=0, drop=True))
     missing = data.amplitude_ratio.sel(body="plate", drop=True).isnull()
@@ -336,23 +328,21 @@ def _without_wave(axis: "Axes", data: xr.Dataset) -> None:
         axis.plot(places, np.full(places.size, 0.02), "x", color="dimgrey", markersize=5.0, label="no wave came back")
 
 
-def _lines(axis: "Axes", data: xr.Dataset, values: xr.DataArray) -> None:
+def _lines(axis: draw.Axes, data: xr.Dataset, values: xr.DataArray) -> None:
     for speed, style, name in zip(data.speed.values, ("-", "--"), ("striker's", "wave's"), strict=True):
         axis.plot(data.ratio, values.sel(speed=speed), style, color="black", linewidth=1.0,
                   label=f"Zener, the {name} speed")  # fmt: skip
 
 
-def _forces(data: xr.Dataset) -> "Figure":
+def _forces(data: xr.Dataset) -> draw.Figure:
     """Force at the sensor on the thinnest and the thickest plate, for the middle bead."""
-    from coupling.views import plots
-
-    figure, (axis,) = plots.panels(1, width=4.8, height=3.4)
+    figure, (axis,) = draw.panels(1, width=4.8, height=3.4)
     of = Conditions.read(data)
     diameter = of.bead[len(of.bead) // 2]
     middle = data.sensor_force.sel(body="plate", diameter=diameter)
     for i, thickness in enumerate(dict.fromkeys((of.thickness[0], of.thickness[-1]))):
         axis.plot(
-            data.time * 1e6, middle.sel(thickness=thickness), color=plots.COLOURS[i], linewidth=1.2,
+            data.time * 1e6, middle.sel(thickness=thickness), color=draw.COLOURS[i], linewidth=1.2,
             label=f"t = {thickness * 1e3:.2f} mm",
         )  # fmt: skip
     axis.set(xlabel="time (µs)", ylabel="force at the sensor (N)",

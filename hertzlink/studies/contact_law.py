@@ -4,13 +4,13 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 from math import degrees, log2, pi, sqrt
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from coupling.sweeps.progress import watched
-from hertzlink.studies import cylinders, ellipsoids, hollow_spheres
+from hertzlink.studies import cylinders, draw, ellipsoids, hollow_spheres
 from hertzlink.studies.cut_cylinders import angle_of_ends, approach_of_ends, cut_law
 from hertzlink.studies.table import INPUT, MEASURED, SIMULATED, Row
 from particles.bead import Cylinder, Sphere
@@ -21,9 +21,6 @@ from particles.laws.power_fit import PowerFit, fit_power_law
 from particles.solitary import HERTZ
 from structures.material import STEEL_316
 from structures.surface import relative_curvatures
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 LARGEST_APPROACH = 25e-6
 """Largest approach of the laws, m; under 100 N the thinnest shells approach by 23 µm."""
@@ -387,7 +384,7 @@ def _meshes(data: xr.Dataset) -> list[Row]:
     ]  # fmt: skip
 
 
-def figures(data: xr.Dataset) -> dict[str, "Figure"]:
+def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Figures 3.2, 5.3b, 5.7c and d, 5.7e and 5.12b of the thesis, and the convergence with finer meshes."""
     return {
         "spheres": _figure_of_spheres(data),
@@ -400,71 +397,63 @@ def figures(data: xr.Dataset) -> dict[str, "Figure"]:
 
 
 def _line(data: xr.Dataset, name: str, label: str) -> tuple[str, np.ndarray, np.ndarray, np.ndarray]:
-    """A curve of `plots.beside_theory`."""
+    """A curve of `draw.beside_theory`."""
     at = data.sel(contact=name)
     return label, data.approach.values * 1e6, at.force.values, at.theory.values
 
 
-def _figure_of_spheres(data: xr.Dataset) -> "Figure":
+def _figure_of_spheres(data: xr.Dataset) -> draw.Figure:
     """Force over approach of two hemispheres, with the line fitted in logarithms, and the ratio to Hertz's force."""
-    from coupling.views import plots
-
-    figure, (laws, shares) = plots.panels(2, width=3.7, height=3.4, sharey=False)
+    figure, (laws, shares) = draw.panels(2, width=3.7, height=3.4, sharey=False)
     fit = data.sel(contact=SPHERES, fit="0.2 to 10 µm, relative")
     approach, force = data.approach.values, data.force.sel(contact=SPHERES).values
-    plots.logarithmic(laws)
+    draw.logarithmic(laws)
     fitted = float(fit.stiffness) * approach ** float(fit.exponent)
-    plots.theory_line(laws, approach * 1e6, fitted, f"fit over 0.2 to 10 µm, n = {float(fit.exponent):.3f}")
-    plots.points(laws, approach * 1e6, force, 0, "finite elements")
+    draw.theory_line(laws, approach * 1e6, fitted, f"fit over 0.2 to 10 µm, n = {float(fit.exponent):.3f}")
+    draw.points(laws, approach * 1e6, force, 0, "finite elements")
     laws.set(xlabel="approach (µm)", ylabel="contact force (N)")
     laws.legend(frameon=False, fontsize="small")
-    plots.log_x(shares)
-    plots.points(shares, approach * 1e6, force / data.theory.sel(contact=SPHERES).values, 0, "finite elements")
-    plots.theory_line(shares, approach * 1e6, np.ones(approach.size), "Hertz", "--")
+    draw.log_x(shares)
+    draw.points(shares, approach * 1e6, force / data.theory.sel(contact=SPHERES).values, 0, "finite elements")
+    draw.theory_line(shares, approach * 1e6, np.ones(approach.size), "Hertz", "--")
     shares.set(xlabel="approach (µm)", ylabel="force over Hertz's", ylim=(0.98, 1.06))
     shares.legend(frameon=False, fontsize="small")
     return figure
 
 
-def _figure_of_ellipsoids(data: xr.Dataset) -> "Figure":
-    from coupling.views import plots
-
-    figure, (axis,) = plots.panels(1, width=4.6, height=3.8)
+def _figure_of_ellipsoids(data: xr.Dataset) -> draw.Figure:
+    figure, (axis,) = draw.panels(1, width=4.6, height=3.8)
     named = {MINOR: "minor axes", MAJOR: "major axes", EQUIVALENT: "equivalent spheres"}
     lines = [_line(data, name, label) for name, label in named.items()]
-    plots.beside_theory(axis, lines, *LABELS, theory="Hertz", simulation="finite and boundary elements")
+    draw.beside_theory(axis, lines, *LABELS, theory="Hertz", simulation="finite and boundary elements")
     return figure
 
 
-def _figure_of_cylinders(data: xr.Dataset) -> "Figure":
+def _figure_of_cylinders(data: xr.Dataset) -> draw.Figure:
     """With the parallel ones, and without."""
-    from coupling.views import plots
-
-    figure, axes = plots.panels(2, width=3.7, height=3.6, sharey=False)
+    figure, axes = draw.panels(2, width=3.7, height=3.6, sharey=False)
     crossing = [_line(data, crossed(angle), f"{angle:g}°") for angle in (90.0, 30.0, 10.0, 5.0)]
     parallel = _line(data, SOLID, "0°, finite elements")
-    plots.beside_theory(axes[0], [*crossing, parallel], *LABELS, "theory", "boundary elements")
-    plots.beside_theory(axes[1], crossing, *LABELS, "Hertz", "boundary elements")
+    draw.beside_theory(axes[0], [*crossing, parallel], *LABELS, "theory", "boundary elements")
+    draw.beside_theory(axes[1], crossing, *LABELS, "Hertz", "boundary elements")
     return figure
 
 
-def _figure_of_exponents(data: xr.Dataset) -> "Figure":
+def _figure_of_exponents(data: xr.Dataset) -> draw.Figure:
     """Exponents over the angle between cylinders, for each fitted range; hollow markers where half-spaces only repeat
     Hertz.
     """
-    from coupling.views import plots
-
-    figure, (axis,) = plots.panels(1, width=4.6, height=3.6)
+    figure, (axis,) = draw.panels(1, width=4.6, height=3.6)
     names = [SOLID, *(crossed(angle) for angle in ANGLES)]
     angles = np.array([0.0, *ANGLES])
     for i, fit in enumerate(("1 to 100 N, relative", LIKE_TABLE_5_1, "0.2 to 20 µm, absolute")):
         found = data.exponent.sel(contact=names, fit=fit).values
         repeated = (angles < SHORT_CONTACT_ANGLE) & (abs(found - HERTZ) < HERTZ_EXPONENT_DIFFERENCE)
-        plots.points(axis, angles[~repeated], found[~repeated], i, fit)
-        plots.points(axis, angles[repeated], found[repeated], i, "", hollow=True)
+        draw.points(axis, angles[~repeated], found[~repeated], i, fit)
+        draw.points(axis, angles[repeated], found[repeated], i, "", hollow=True)
     axis.plot([], [], "o", color="grey", markerfacecolor="white", markersize=4.0, label="half-spaces, not cut")
-    plots.theory_line(axis, np.array([0.0, 90.0]), np.array([1.5, 1.5]), "Hertz", "--")
-    plots.theory_line(axis, np.array([0.0, 90.0]), np.array([1.15, 1.15]), "thesis, parallel", ":")
+    draw.theory_line(axis, np.array([0.0, 90.0]), np.array([1.5, 1.5]), "Hertz", "--")
+    draw.theory_line(axis, np.array([0.0, 90.0]), np.array([1.15, 1.15]), "thesis, parallel", ":")
     axis.set(xlabel="angle between the cylinders (°)", ylabel="exponent n", xscale="symlog", ylim=(1.0, 1.6))
     axis.set_xticks([0.0, *ANGLES], ["0", *(f"{angle:g}" for angle in ANGLES)])
     axis.set_xlim(-0.3, 130.0)
@@ -472,32 +461,28 @@ def _figure_of_exponents(data: xr.Dataset) -> "Figure":
     return figure
 
 
-def _figure_of_hollow_spheres(data: xr.Dataset) -> "Figure":
-    from coupling.views import plots
-
-    figure, (axis,) = plots.panels(1, width=4.6, height=3.8)
-    plots.logarithmic(axis)
+def _figure_of_hollow_spheres(data: xr.Dataset) -> draw.Figure:
+    figure, (axis,) = draw.panels(1, width=4.6, height=3.8)
+    draw.logarithmic(axis)
     printed = data.printed
     lines = [
         (f"Ri/Ro = {ratio:g}", data.approach.values * 1e6, data.force.sel(contact=hollow(ratio)).values,
          printed.sel(ratio=ratio).values)
         for ratio in hollow_spheres.TABLE_5_1
     ]  # fmt: skip
-    plots.beside_theory(axis, lines, *LABELS, theory="the thesis's finite elements", simulation="finite elements")
+    draw.beside_theory(axis, lines, *LABELS, theory="the thesis's finite elements", simulation="finite elements")
     return figure
 
 
-def _figure_of_convergence(data: xr.Dataset) -> "Figure":
+def _figure_of_convergence(data: xr.Dataset) -> draw.Figure:
     """Mean change of the force by halving the cells, compared with second order."""
-    from coupling.views import plots
-
-    figure, (axis,) = plots.panels(1, width=4.6, height=3.6)
+    figure, (axis,) = draw.panels(1, width=4.6, height=3.6)
     for i, name in enumerate(data.refined.values):
-        plots.points(axis, data.coarser.values, 100.0 * data.change.sel(refined=name).values, i, str(name))
+        draw.points(axis, data.coarser.values, 100.0 * data.change.sel(refined=name).values, i, str(name))
     sizes = data.coarser.values
-    plots.theory_line(axis, sizes, 100.0 * float(data.change[0, 0]) * (sizes / sizes[0]) ** 2, "second order")
+    draw.theory_line(axis, sizes, 100.0 * float(data.change[0, 0]) * (sizes / sizes[0]) ** 2, "second order")
     axis.set(xlabel="size of the cells, over the usual one", ylabel="change of the force by halving it (%)")
-    plots.logarithmic(axis)
+    draw.logarithmic(axis)
     axis.set_xticks(sizes, [f"{size:g}" for size in sizes])
     axis.legend(frameon=False, fontsize="small")
     return figure

@@ -1,7 +1,6 @@
 """Beyond section 6.2.2: AR near a corner of two straight edges, and its prediction from the two single edges."""
 
 from functools import lru_cache, partial
-from typing import TYPE_CHECKING
 
 import xarray as xr
 
@@ -9,6 +8,7 @@ from coupling.cosimulation import CoSimulation
 from coupling.results.ar_and_tof import amplitude_ratio
 from coupling.sweeps.critical_search import find_critical_distance
 from coupling.sweeps.sweep import sweep
+from hertzlink.studies import draw
 from hertzlink.studies.table import Row, bracketed
 from particles.bead import Sphere
 from particles.chain import Chain
@@ -21,9 +21,6 @@ from plates.support import Supports
 from structures.material import ALUMINIUM_6061, STEEL_440C
 from structures.reduction import reduce
 from structures.structure import Structure
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 BEAD = Sphere(2.38e-3, STEEL_440C)
 THICKNESS, MATERIAL, IMPACT_SPEED = 2.29e-3, ALUMINIUM_6061, 0.31
@@ -173,13 +170,11 @@ def table(data: xr.Dataset) -> list[Row]:
     return rows
 
 
-def figure(data: xr.Dataset) -> "Figure":
+def figure(data: xr.Dataset) -> draw.Figure:
     """AR minus its far value over x/ℓ and y/ℓ, one panel for each corner, with the contours of the tolerance."""
     from matplotlib.colors import TwoSlopeNorm
 
-    from coupling.views import plots
-
-    drawn, axes = plots.panels(data.sizes["corner"], width=2.9, height=3.6)
+    drawn, axes = draw.panels(data.sizes["corner"], width=2.9, height=3.6)
     levels = [-0.2, -0.1, -0.05, -TOLERANCE, TOLERANCE, 0.05, 0.1, 0.2, 0.4]
     for axis, corner in zip(axes, data.corner.values, strict=True):
         one = data.sel(corner=corner).transpose("y", "x", ...)

@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -12,6 +11,7 @@ from scipy.optimize import brentq
 from coupling.cosimulation import CoSimulation
 from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
 from coupling.sweeps.progress import watched
+from hertzlink.studies import draw
 from hertzlink.studies.table import Row
 from particles.bead import Sphere
 from particles.chain import Chain
@@ -24,9 +24,6 @@ from structures.material import ALUMINIUM_6061, STEEL_440C
 from structures.reduction import reduce
 from structures.rod import Layer, rod
 from structures.structure import Structure
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 BEADS, SENSOR = 20, 12
 SPEEDS = (0.05, 0.1, 0.2, 0.4, 0.8)
@@ -173,11 +170,9 @@ def table(data: xr.Dataset) -> list[Row]:
     return rows
 
 
-def figures(data: xr.Dataset) -> dict[str, "Figure"]:
+def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """AR over the impact speed, one line for each opening, between the lines of the linear limits."""
-    from coupling.views import plots
-
-    figure, axes = plots.panels(2, width=3.7, height=3.6, sharey=False)
+    figure, axes = draw.panels(2, width=3.7, height=3.6, sharey=False)
     for axis, one in zip(axes, BODIES, strict=True):
         found = data.sel(body=one.name)
         speeds = found.impact_speed.values
@@ -186,7 +181,7 @@ def figures(data: xr.Dataset) -> dict[str, "Figure"]:
         for i, opening in enumerate(data.opening.values[1:]):
             axis.plot(
                 speeds, found.amplitude_ratio.sel(opening=opening), "os^Dv"[i], ls="-", ms=4.0, lw=1.1,
-                color=plots.COLOURS[i], label=f"{1e6 * opening:g} µm",
+                color=draw.COLOURS[i], label=f"{1e6 * opening:g} µm",
             )  # fmt: skip
         axis.set_xscale("log")
         axis.set_xticks(SPEEDS, [f"{speed:g}" for speed in SPEEDS])

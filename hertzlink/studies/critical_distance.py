@@ -3,7 +3,7 @@ that follows.
 """
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -12,7 +12,7 @@ from scipy.interpolate import PchipInterpolator
 from coupling.cosimulation import CoSimulation
 from coupling.sweeps.critical_search import find_critical_distance
 from coupling.sweeps.sweep import sweep
-from hertzlink.studies import corner, edge_shear, own_pairs
+from hertzlink.studies import corner, draw, edge_shear, own_pairs
 from hertzlink.studies.edge_cases import SENSOR, Pair, measure
 from hertzlink.studies.own_pairs import PARAMETERS
 from hertzlink.studies.table import Row
@@ -32,9 +32,6 @@ from plates.theory.impact import critical_distance_bounds, inelasticity_paramete
 from structures.caution import collected
 from structures.material import ALUMINIUM_6061, BRASS_360, COPPER, STEEL_316, STEEL_440C, Material
 from structures.structure import Vector
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 MAIN = Pair(Sphere(4.765e-3, STEEL_440C), ALUMINIUM_6061, 0.31)
 """The thesis's middle bead on aluminium; λ determines the thickness of the plate."""
@@ -308,7 +305,7 @@ def _thesis(data: xr.Dataset) -> list[Row]:
     return rows
 
 
-def figures(data: xr.Dataset) -> dict[str, "Figure"]:
+def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """The collapse, the law, its jumps, shear, and corners."""
     from hertzlink.studies import critical_figures
 

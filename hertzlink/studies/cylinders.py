@@ -3,14 +3,14 @@
 import warnings
 from dataclasses import dataclass, replace
 from math import radians
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
 from coupling.sweeps.sweep import sweep
-from hertzlink.studies import own_waves, waves
+from hertzlink.studies import draw, own_waves, waves
 from hertzlink.studies.conditions import Conditions as Parameters
 from hertzlink.studies.conditions import number, substance
 from hertzlink.studies.table import INPUT, MEASURED, SIMULATED, Row
@@ -23,9 +23,6 @@ from structures.caution import HertzlinkWarning
 from structures.material import STEEL_316, Material
 from structures.structure import Vector, half_space
 from structures.surface import Surface, hertz_stiffness
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 RADIUS, LENGTH = 2.38e-3, 4.76e-3
 DIAMETER = 2.0 * RADIUS
@@ -277,24 +274,22 @@ def _normalised(data: xr.Dataset, angle: float, force: float) -> float:
     return waves.speed_at(data.sel(angle=angle), force) / waves.speed_at(data.sel(angle=90.0), force)
 
 
-def figures(data: xr.Dataset) -> dict[str, "Figure"]:
+def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Wave speed against peak contact force (5.9b), against the angle (5.11), and the contact laws (5.7c)."""
-    from coupling.views import plots
-
     if Conditions.read(data).own:
         return own_waves.figures(data)
-    figure, (axis,) = plots.panels(1, width=4.6, height=3.8)
+    figure, (axis,) = draw.panels(1, width=4.6, height=3.8)
     chosen = [(f"{angle:.0f}°", data.sel(angle=angle)) for angle in (30.0, 45.0, 90.0)]
     curves = [(label, s.peak_force.values, s.wave_speed.values, s.theory.values) for label, s in chosen]
-    plots.beside_theory(axis, curves, "peak contact force (N)", "wave speed (m/s)", theory="theory of long waves")
+    draw.beside_theory(axis, curves, "peak contact force (N)", "wave speed (m/s)", theory="theory of long waves")
     speeds = [
         (f"F = {force:.0f} N", np.array([_normalised(data, angle, force) for angle in ANGLES])) for force in FORCES
     ]
     laws = [(_named(angle), data.force.sel(angle=angle).values) for angle in (0.0, 5.0, 10.0, 30.0, 90.0)]
     return {
         "speed_force": figure,
-        "angle": plots.against_angle(np.array(ANGLES), speeds, _by_angle(), HERTZ_ANGLE, "wave speed over that at 90°"),
-        "laws": plots.contact_laws(data.approach.values, laws),
+        "angle": draw.against_angle(np.array(ANGLES), speeds, _by_angle(), HERTZ_ANGLE, "wave speed over that at 90°"),
+        "laws": draw.contact_laws(data.approach.values, laws),
     }
 
 

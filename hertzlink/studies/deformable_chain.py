@@ -6,7 +6,6 @@ explicitly, which is slow. A rigid wall ends the thesis's chain; waves are read 
 
 from collections.abc import Callable, Sequence
 from time import process_time
-from typing import TYPE_CHECKING
 
 import joblib
 import numpy as np
@@ -17,6 +16,7 @@ from coupling.cosimulation import CoSimulation
 from coupling.explicit_chain import explicit_chain
 from coupling.results.measures import energy_error, sensor_force
 from coupling.sweeps.progress import watched
+from hertzlink.studies import draw
 from hertzlink.studies.table import INPUT, MEASURED, SIMULATED, Row
 from particles.bead import Sphere
 from particles.chain import Chain
@@ -31,9 +31,6 @@ from structures.elasticity import pressure_speed
 from structures.material import STEEL_316, Material
 from structures.structure import Vector, half_space
 from structures.surface import hertz_stiffness
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 BEAD, BEADS = Sphere(2.38e-3, STEEL_316), 20
 """The striker is a bead of the same kind: the thesis's N = 21."""
@@ -410,7 +407,7 @@ def at_first_sensor(data: xr.Dataset) -> tuple[xr.DataArray, ...]:
     return mean, section, mean.copy(data=averaged), mean.copy(data=theory(time, crest, speed))
 
 
-def figures(data: xr.Dataset) -> dict[str, "Figure"]:
+def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Figures 3.3 (section), 3.4 (sensors), 3.5 (speed_force), 3.7 (contacts), 3.8 (meshes), and over modes."""
     from hertzlink.studies import deformable_figures as drawn
 

@@ -4,10 +4,8 @@ from collections.abc import Callable
 
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
-from coupling.views import plots
+from hertzlink.studies import draw
 from structures.structure import Vector
 
 RIGID_AND_SOFT, NAMES = ("point masses", "modes"), ("point masses", "deformable beads")
@@ -17,17 +15,17 @@ THESIS_TIMES = {"7 min": 422.0, "19 h": 69_062.0}
 """s, of the thesis's coarsest and finest mesh (section 3.4)."""
 
 
-def section(curves: tuple[xr.DataArray, ...]) -> Figure:
+def section(curves: tuple[xr.DataArray, ...]) -> draw.Figure:
     """Force at bead 10 (figure 3.3), and the difference between the section and the mean of the contacts."""
-    figure, axes = plots.panels(2, width=3.8, height=3.8, sharey=False)
+    figure, axes = draw.panels(2, width=3.8, height=3.8, sharey=False)
     mean, section, averaged, centre = curves
     time = mean.shape_time.values * 1e6
-    axes[0].plot(time, section, color=plots.COLOURS[1], linewidth=1.2, label="central section")
-    axes[0].plot(time, mean, "--", color=plots.COLOURS[0], linewidth=1.2, label="mean of the contacts")
+    axes[0].plot(time, section, color=draw.COLOURS[1], linewidth=1.2, label="central section")
+    axes[0].plot(time, mean, "--", color=draw.COLOURS[0], linewidth=1.2, label="mean of the contacts")
     axes[0].plot(time, averaged, color="black", marker="*", markevery=8, markersize=5.0, linewidth=0.8,
                  label="theory of long waves, mean of the contacts")  # fmt: skip
     axes[0].plot(time, centre, ":", color="black", linewidth=1.0, label="theory of long waves, at the centre")
-    axes[1].plot(time, section - mean, color=plots.COLOURS[1], linewidth=1.2)
+    axes[1].plot(time, section - mean, color=draw.COLOURS[1], linewidth=1.2)
     middle = float(time[int(mean.values.argmax())])
     for axis, label in zip(axes, ("force at bead 10 (N)", "central section minus mean (N)"), strict=True):
         axis.set(xlabel="time (µs)", ylabel=label, xlim=(middle - 30.0, middle + 30.0))
@@ -35,13 +33,13 @@ def section(curves: tuple[xr.DataArray, ...]) -> Figure:
     return figure
 
 
-def sensors(data: xr.Dataset) -> Figure:
+def sensors(data: xr.Dataset) -> draw.Figure:
     """Forces at both sensors, with the echo (figure 3.4)."""
-    figure, axes = plots.panels(2, width=3.4)
+    figure, axes = draw.panels(2, width=3.4)
     for axis, model, title in zip(axes, RIGID_AND_SOFT, NAMES, strict=True):
         for i, sensor in enumerate(data.sensor.values):
             force = data.sensor_force.sel(beads=model, sensor=sensor)
-            axis.plot(data.shape_time * 1e6, force, ("-", "--")[i], color=plots.COLOURS[i], linewidth=1.2,
+            axis.plot(data.shape_time * 1e6, force, ("-", "--")[i], color=draw.COLOURS[i], linewidth=1.2,
                       label=f"bead {sensor}")  # fmt: skip
         axis.set(title=title, xlabel="time (µs)")
     axes[0].set_ylabel("mean of the contacts (N)")
@@ -49,18 +47,18 @@ def sensors(data: xr.Dataset) -> Figure:
     return figure
 
 
-def speed_force(data: xr.Dataset, by_force: Callable[[Vector], Vector]) -> Figure:
+def speed_force(data: xr.Dataset, by_force: Callable[[Vector], Vector]) -> draw.Figure:
     """Wave speed over peak force, and relative to theory (figure 3.5)."""
-    figure, axes = plots.panels(2, width=3.6, sharey=False)
+    figure, axes = draw.panels(2, width=3.6, sharey=False)
     fine = np.geomspace(float(data.speed_peak_force.min()), float(data.speed_peak_force.max()), 200)
-    plots.theory_line(axes[0], fine, by_force(fine), "theory of long waves")
-    plots.theory_line(axes[1], fine, np.ones(fine.size), "theory of long waves")
+    draw.theory_line(axes[0], fine, by_force(fine), "theory of long waves")
+    draw.theory_line(axes[1], fine, np.ones(fine.size), "theory of long waves")
     for i, model in enumerate(RIGID_AND_SOFT):
         curve = data.sel(beads=model)
         label = NAMES[i]
-        plots.points(axes[0], curve.speed_peak_force.values, curve.speed_wave_speed.values, i, label)
+        draw.points(axes[0], curve.speed_peak_force.values, curve.speed_wave_speed.values, i, label)
         ratio = (curve.speed_wave_speed / curve.speed_theory).values
-        plots.points(axes[1], curve.speed_peak_force.values, ratio, i, label)
+        draw.points(axes[1], curve.speed_peak_force.values, ratio, i, label)
     for axis, label in zip(axes, ("wave speed (m/s)", "wave speed over theory"), strict=True):
         axis.set(xlabel="peak contact force (N)", ylabel=label)
         axis.set_xlim(left=0.0)
@@ -69,16 +67,16 @@ def speed_force(data: xr.Dataset, by_force: Callable[[Vector], Vector]) -> Figur
     return figure
 
 
-def contacts(data: xr.Dataset, marked: int) -> Figure:
+def contacts(data: xr.Dataset, marked: int) -> draw.Figure:
     """Forces of all contacts, one of them marked (figure 3.7)."""
     # A quick study has one mesh.
     shown = {str(model): f"{model} cells" for model in data.model.values if str(model).startswith("explicit")}
     shown = {"point masses": "point masses"} | dict(reversed(shown.items()))
-    figure, axes = plots.panels(len(shown), width=2.9)
+    figure, axes = draw.panels(len(shown), width=2.9)
     for axis, (model, title) in zip(axes, shown.items(), strict=True):
         for contact in data.contact.values:
             force = data.contact_force.sel(model=model, contact=contact)
-            colour, width = (plots.COLOURS[1], 1.2) if contact == marked else (plots.COLOURS[0], 0.6)
+            colour, width = (draw.COLOURS[1], 1.2) if contact == marked else (draw.COLOURS[0], 0.6)
             axis.plot(data.time * 1e6, force, color=colour, linewidth=width, label=f"contact {contact}")
         axis.set(title=title, xlabel="time (µs)", xlim=(0.0, float(data.time[-1]) * 1e6))
     axes[0].set_ylabel("contact force (N)")
@@ -88,14 +86,14 @@ def contacts(data: xr.Dataset, marked: int) -> Figure:
     return figure
 
 
-def meshes(data: xr.Dataset) -> Figure:
+def meshes(data: xr.Dataset) -> draw.Figure:
     """Peak force and wave speed over the size of the cells, and the error of the force over its time (figure 3.8)."""
-    figure, axes = plots.panels(3, width=3.3, height=3.6, sharey=False)
+    figure, axes = draw.panels(3, width=3.3, height=3.6, sharey=False)
     for axis, what, label in zip(axes[:2], ("peak_force", "wave_speed"), LABELS, strict=True):
         axis.axhline(float(data[what].sel(model="point masses")), color="black", linewidth=0.9, label="point masses")
         for i, (kind, size, name) in enumerate(SERIES):
             _joined(axis, data[size].values * 1e6, data[f"{kind}_{what}"].values, i, name)
-        plots.log_x(axis)
+        draw.log_x(axis)
         axis.invert_xaxis()
         axis.set(xlabel="cells where beads touch (µm)", ylabel=label)
     settled = float(data.modes_peak_force[-1])
@@ -103,7 +101,7 @@ def meshes(data: xr.Dataset) -> Figure:
         off = 100.0 * abs(data[f"{kind}_peak_force"].values / settled - 1.0)
         _joined(axes[2], data[f"{kind}_seconds"].values, off, i, name)
     for name, seconds in THESIS_TIMES.items():
-        plots.marked(axes[2], seconds, f"thesis\n{name}")
+        draw.marked(axes[2], seconds, f"thesis\n{name}")
     converged = f"peak force off that of {int(data.modes[-1])} modes (%)"
     axes[2].set(xscale="log", yscale="log", xlabel="time of the processor (s)", ylabel=converged)
     axes[2].set_xlim(right=2e6)
@@ -112,15 +110,15 @@ def meshes(data: xr.Dataset) -> Figure:
     return figure
 
 
-def _joined(axis: Axes, x: Vector, y: Vector, number: int, label: str) -> None:
+def _joined(axis: draw.Axes, x: Vector, y: Vector, number: int, label: str) -> None:
     """Markers and the line between them."""
-    colour = plots.COLOURS[number]
-    axis.plot(x, y, plots.MARKERS[number], color=colour, linestyle="-", linewidth=1.0, markersize=4.0, label=label)
+    colour = draw.COLOURS[number]
+    axis.plot(x, y, draw.MARKERS[number], color=colour, linestyle="-", linewidth=1.0, markersize=4.0, label=label)
 
 
-def modes(data: xr.Dataset) -> Figure:
+def modes(data: xr.Dataset) -> draw.Figure:
     """Peak force and wave speed over the number of modes."""
-    figure, axes = plots.panels(2, width=3.4, sharey=False)
+    figure, axes = draw.panels(2, width=3.4, sharey=False)
     for axis, what, label in zip(axes, ("peak_force", "wave_speed"), LABELS, strict=True):
         axis.axhline(float(data[what].sel(model="point masses")), color="black", linewidth=0.9, label="point masses")
         size = float(data.spacing[-1]) * 1e6

@@ -6,7 +6,7 @@ The experiments of the thesis exist as figures only; so nothing is fitted here, 
 from collections.abc import Iterable
 from dataclasses import replace
 from math import sqrt
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -15,7 +15,7 @@ from coupling.cosimulation import CoSimulation
 from coupling.results.ar_and_tof import reflections
 from coupling.results.measures import sensor_force
 from coupling.sweeps.sweep import sweep
-from hertzlink.studies import own_losses
+from hertzlink.studies import draw, own_losses
 from hertzlink.studies.table import INPUT, MEASURED, SIMULATED, Row
 from particles.bead import Ellipsoid, Sphere
 from particles.chain import Chain
@@ -25,10 +25,6 @@ from particles.solitary import PARTICLE_TO_STRIKER_SPEED, wave_speed_from_partic
 from structures.material import BRASS_360, PTFE, STEEL_316, Material
 from structures.structure import Structure, Vector, half_space
 from structures.surface import hertz_stiffness
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 BEADS, RADIUS = 70, 2.38e-3
 SENSORS = (9, 16, 24, 31, 40, 50, 56, 63)
@@ -380,21 +376,19 @@ def _wave_rows(data: xr.Dataset) -> Iterable[Row]:
         within=SIMULATED)  # fmt: skip
 
 
-def figures(data: xr.Dataset) -> dict[str, "Figure"]:
+def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Decay over beads (figure 4.2a), speed over force (4.2b), and the laws compared (4.3)."""
     if Conditions.read(data).own:
         return own_losses.figures(data)
     return {"decay": _decay(data), "speed_over_force": _speed_over_force(data), "laws": _laws(data)}
 
 
-def _decay(data: xr.Dataset) -> "Figure":
-    from coupling.views import plots
-
-    figure, (axis,) = plots.panels(1, width=4.6, height=3.6)
+def _decay(data: xr.Dataset) -> draw.Figure:
+    figure, (axis,) = draw.panels(1, width=4.6, height=3.6)
     beads = data.sensor.values
     for i, speed in enumerate(data.shown_speed.values):
         corners = data.corner_peak.sel(shown_speed=speed)
-        colour = plots.COLOURS[i]
+        colour = draw.COLOURS[i]
         axis.plot(beads, corners.sel(corner="best fit"), color=colour, label=f"losses of the thesis, {speed:g} m/s")
         for edge in (corners.min("corner"), corners.max("corner")):
             axis.plot(beads, edge, "--", color=colour, linewidth=0.9)
@@ -405,19 +399,17 @@ def _decay(data: xr.Dataset) -> "Figure":
     return figure
 
 
-def _speed_over_force(data: xr.Dataset) -> "Figure":
-    from coupling.views import plots
-
-    figure, (axis,) = plots.panels(1, width=4.6, height=3.6)
+def _speed_over_force(data: xr.Dataset) -> draw.Figure:
+    figure, (axis,) = draw.panels(1, width=4.6, height=3.6)
     for i, law in enumerate(LAWS[:2]):
         speed, force = speeds_and_forces(data, law)
         label = f"{law}, fitted slope {slope(speed, force):.3f}" if i == 0 else ""
         label = label or f"thesis's law, fitted slope {slope(speed, force):.3f}"
-        plots.points(axis, force.ravel(), speed.ravel(), i, label)
+        draw.points(axis, force.ravel(), speed.ravel(), i, label)
     ends = np.array([force.min(), force.max()])
     middle = np.exp(np.log(speed).mean()) * (ends / np.exp(np.log(force).mean())) ** (1.0 / 6.0)
     axis.plot(ends, middle, "--", color="black", linewidth=1.0, label="slope 1/6")
-    plots.logarithmic(axis)
+    draw.logarithmic(axis)
     axis.set(xlabel="maximum force (N)", ylabel="front speed (m/s)")
     axis.legend(frameon=False, fontsize="small")
     return figure
@@ -432,15 +424,13 @@ LAW_NAMES = {
 STYLES = ("-", "--", "-.", ":")
 
 
-def _laws(data: xr.Dataset) -> "Figure":
-    from coupling.views import plots
-
-    figure, axes = plots.panels(3, width=3.0, sharey=False)
+def _laws(data: xr.Dataset) -> draw.Figure:
+    figure, axes = draw.panels(3, width=3.0, sharey=False)
     steel = data.peak.sel(material="steel 316", sensor=list(SENSORS))
     for i, (law, label) in enumerate(LAW_NAMES.items()):
-        colour = plots.COLOURS[i]
+        colour = draw.COLOURS[i]
         axes[0].plot(
-            SENSORS, steel.sel(law=law), plots.MARKERS[i], linestyle=STYLES[i], color=colour, markersize=4.0,
+            SENSORS, steel.sel(law=law), draw.MARKERS[i], linestyle=STYLES[i], color=colour, markersize=4.0,
             linewidth=1.2, label=label,
         )  # fmt: skip
         for axis, sensor in zip(axes[1:], SHOWN_SENSORS, strict=True):
@@ -454,7 +444,7 @@ def _laws(data: xr.Dataset) -> "Figure":
     return figure
 
 
-def _around(axis: "Axes", force: xr.DataArray) -> None:
+def _around(axis: draw.Axes, force: xr.DataArray) -> None:
     """Limit the axis to the times at which a force exceeds a hundredth of its peak."""
     busy = force.time[(force > 0.01 * force.max("time")).any("law").values] * 1e6
     axis.set_xlim(float(busy[0]) - 5.0, float(busy[-1]) + 5.0)

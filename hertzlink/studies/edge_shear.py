@@ -1,13 +1,13 @@
 """The limit of Kirchhoff's theory near an edge: Mindlin's plate at the same λ and d/ℓ, over thickness over ℓ."""
 
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
 from coupling.sweeps.sweep import sweep
+from hertzlink.studies import draw
 from hertzlink.studies.edge_cases import Pair, measure
 from hertzlink.studies.table import Row
 from particles.bead import Sphere
@@ -16,9 +16,6 @@ from plates.support import Supports
 from structures.material import ALUMINIUM_6061, STEEL_440C
 from structures.reduction import reduce
 from structures.structure import Structure, Vector
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 PARAMETER = 0.3
 """λ; near this value AR depends most strongly on it."""
@@ -104,15 +101,13 @@ def table(data: xr.Dataset) -> list[Row]:
     return rows
 
 
-def figure(data: xr.Dataset) -> "Figure":
+def figure(data: xr.Dataset) -> draw.Figure:
     """AR lost by shear against t/ℓ."""
-    from coupling.views import plots
-
-    drawn, (axis,) = plots.panels(1, width=4.4, height=3.4)
+    drawn, (axis,) = draw.panels(1, width=4.4, height=3.4)
     for i, place in enumerate(data.place.values):
         label = "far from edges" if np.isinf(place) else f"d = {place:g} ℓ from a clamped edge"
         axis.plot(
-            data.relative_thickness, lowered(data).sel(place=place), plots.MARKERS[i], color=plots.COLOURS[i],
+            data.relative_thickness, lowered(data).sel(place=place), draw.MARKERS[i], color=draw.COLOURS[i],
             linestyle="-", linewidth=1.0, markersize=4.0, label=label,
         )  # fmt: skip
     axis.axhline(REPORTED_DIFFERENCE, color="black", linewidth=0.8, linestyle=":")

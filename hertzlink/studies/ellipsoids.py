@@ -2,14 +2,14 @@
 
 from dataclasses import dataclass, replace
 from math import pi
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
 from coupling.sweeps.sweep import sweep
-from hertzlink.studies import own_waves, waves
+from hertzlink.studies import draw, own_waves, waves
 from hertzlink.studies.conditions import Conditions as Parameters
 from hertzlink.studies.conditions import WrongValue, number, substance
 from hertzlink.studies.table import MEASURED, SIMULATED, Row
@@ -20,9 +20,6 @@ from particles.solitary import wave_speed_from_force
 from structures.material import STEEL_316, STEEL_440C, Material
 from structures.structure import half_space
 from structures.surface import hertz_stiffness
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 MINOR, MAJOR = 4.72e-3, 10.16e-3
 PRINTED_MASS = 0.925e-3
@@ -227,20 +224,18 @@ def _relations(data: xr.Dataset) -> list[Row]:
     ]  # fmt: skip
 
 
-def figures(data: xr.Dataset) -> dict[str, "Figure"]:
+def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Wave speed against peak contact force: spheres of four sizes (5.1), ellipsoids and their sphere (5.5b)."""
-    from coupling.views import plots
-
     if Conditions.read(data).own:
         return own_waves.figures(data)
     labels = ("peak contact force (N)", "wave speed (m/s)")
-    by_size, (axis,) = plots.panels(1, width=4.6, height=3.8)
+    by_size, (axis,) = draw.panels(1, width=4.6, height=3.8)
     sizes = [(f"D = {d * 1e3:.2f} mm", data.sel(diameter=d)) for d in DIAMETERS]
     curves = [(label, s.size_peak_force.values, s.size_wave_speed.values, s.size_theory.values) for label, s in sizes]
-    plots.beside_theory(axis, curves, *labels, theory="theory of long waves")
-    by_shape, (axis,) = plots.panels(1, width=4.6, height=3.8)
+    draw.beside_theory(axis, curves, *labels, theory="theory of long waves")
+    by_shape, (axis,) = draw.panels(1, width=4.6, height=3.8)
     names = ("along the minor axis", "along the major axis", "equivalent sphere")
     shapes = [(name, data.sel(shape=shape)) for name, shape in zip(names, SHAPES, strict=True)]
     curves = [(label, s.peak_force.values, s.wave_speed.values, s.theory.values) for label, s in shapes]
-    plots.beside_theory(axis, curves, *labels, theory="theory of long waves")
+    draw.beside_theory(axis, curves, *labels, theory="theory of long waves")
     return {"particle_size": by_size, "ellipsoids": by_shape}

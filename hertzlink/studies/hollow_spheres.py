@@ -1,14 +1,14 @@
 """Thesis section 5.3.3: waves in chains of hollow aluminium spheres, against the thickness of their walls."""
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
 from coupling.sweeps.sweep import sweep
-from hertzlink.studies import own_waves, waves
+from hertzlink.studies import draw, own_waves, waves
 from hertzlink.studies.conditions import Conditions as Parameters
 from hertzlink.studies.conditions import number, substance
 from hertzlink.studies.table import MEASURED, SIMULATED, Row
@@ -21,9 +21,6 @@ from particles.solitary import wave_speed_from_force
 from particles.solitary import width as wave_width
 from structures.material import ALUMINIUM_6061, Material
 from structures.structure import half_space
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 RADIUS = 9.525e-3
 TABLE_5_1 = {
@@ -244,29 +241,27 @@ def _relations(data: xr.Dataset) -> list[Row]:
     ]  # fmt: skip
 
 
-def figures(data: xr.Dataset) -> dict[str, "Figure"]:
+def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Wave speed against peak contact force (5.14b), its exponents (5.14c), and the contact laws (5.12b)."""
-    from coupling.views import plots
-
     if Conditions.read(data).own:
         return own_waves.figures(data)
     labels = ("peak contact force (N)", "wave speed (m/s)")
     walls = {ratio: data.sel(ratio=ratio) for ratio in TABLE_5_1}
     curves = {r: (_named(r), s.peak_force.values, s.wave_speed.values, s.theory.values) for r, s in walls.items()}
-    by_wall, (axis,) = plots.panels(1, width=4.6, height=3.8)
-    plots.beside_theory(axis, curves.values(), *labels, theory="theory of long waves")
-    scaling, (axis,) = plots.panels(1, width=4.6, height=3.6)
+    by_wall, (axis,) = draw.panels(1, width=4.6, height=3.8)
+    draw.beside_theory(axis, curves.values(), *labels, theory="theory of long waves")
+    scaling, (axis,) = draw.panels(1, width=4.6, height=3.6)
     slopes = [rf"{_named(r)}: $V \propto F^{{{waves.exponent(walls[r]):.4f}}}$" for r in (0.0, THIN)]
     two = [(label, *curves[r][1:]) for label, r in zip(slopes, (0.0, THIN), strict=True)]
-    plots.logarithmic(axis)
-    plots.beside_theory(axis, two, *labels, theory="theory of long waves")
+    draw.logarithmic(axis)
+    draw.beside_theory(axis, two, *labels, theory="theory of long waves")
     axis.set_yticks([300, 400, 500, 600, 700])
-    laws, (axis,) = plots.panels(1, width=4.6, height=3.8)
+    laws, (axis,) = draw.panels(1, width=4.6, height=3.8)
     microns = data.approach.values * 1e6
     forces = [(_named(r), microns, s.force.values, s.table_force.values) for r, s in walls.items()]
-    plots.logarithmic(axis)
+    draw.logarithmic(axis)
     theirs = "the thesis's finite elements"
-    plots.beside_theory(axis, forces, "approach (µm)", "contact force (N)", theirs, "Hertz and Reissner's shell")
+    draw.beside_theory(axis, forces, "approach (µm)", "contact force (N)", theirs, "Hertz and Reissner's shell")
     return {"speed_force": by_wall, "exponents": scaling, "laws": laws}
 
 

@@ -6,21 +6,18 @@ layer of a rod, over the ways to measure. All half-widths are those of 95 % inte
 
 from collections.abc import Sequence
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import joblib
 import numpy as np
 import xarray as xr
 
 from coupling.sweeps.progress import watched
+from hertzlink.studies import draw, own_traces
 from hertzlink.studies import identifiable_cases as cases
-from hertzlink.studies import own_traces
 from hertzlink.studies.table import Row
 from structures.checks import whole
 from structures.structure import Vector
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 CHECKED, DISTANCES = own_traces.CHECKED, own_traces.DISTANCES
 THICKNESSES = (2.29e-3, 3.0e-3, 4.83e-3)
@@ -279,7 +276,7 @@ def _bond_rows(data: xr.Dataset) -> list[Row]:
     return rows
 
 
-def figures(data: xr.Dataset) -> dict[str, "Figure"]:
+def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Maps of the half-widths: of the distance for each record, and of the bond."""
     from hertzlink.studies import identifiable_figures as drawn
 

@@ -2,13 +2,12 @@
 
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm
-from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.ticker import FixedLocator, NullLocator
 
+from hertzlink.studies import draw
 from hertzlink.studies import identifiable_cases as cases
 
 BLIND = 0.5
@@ -20,9 +19,9 @@ TICKS = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5)
 GREY, HATCH = "0.85", "////"
 
 
-def distances(data: xr.Dataset) -> Figure:
+def distances(data: xr.Dataset) -> draw.Figure:
     """Of the distance over distance and thickness, for each way to measure and each bead; data: of one record."""
-    figure = Figure(figsize=(11.5, 4.6), layout="constrained", dpi=150)
+    figure = draw.blank(figsize=(11.5, 4.6), dpi=150)
     axes = figure.subplots(data.diameter.size, len(cases.MEASURED), sharex=True, sharey=True, squeeze=False)
     for place, (row, diameter) in enumerate(zip(axes, data.diameter.values, strict=True)):
         for axis, what in zip(row, cases.MEASURED, strict=True):
@@ -42,9 +41,9 @@ def distances(data: xr.Dataset) -> Figure:
     return figure
 
 
-def bonds(data: xr.Dataset) -> Figure:
+def bonds(data: xr.Dataset) -> draw.Figure:
     """Of the bond over its stiffness and the upper layer's thickness, for both materials and ways to measure."""
-    figure = Figure(figsize=(9.5, 6.2), layout="constrained", dpi=150)
+    figure = draw.blank(figsize=(9.5, 6.2), dpi=150)
     axes = figure.subplots(data.upper.size, data.bond_measured.size, sharex=True, sharey=True, squeeze=False)
     for place, (row, upper) in enumerate(zip(axes, data.upper.values, strict=True)):
         for axis, what in zip(row, data.bond_measured.values, strict=True):
@@ -67,7 +66,7 @@ def bonds(data: xr.Dataset) -> Figure:
     return figure
 
 
-def _map(axis: Axes, across: np.ndarray, errors: np.ndarray) -> None:
+def _map(axis: draw.Axes, across: np.ndarray, errors: np.ndarray) -> None:
     """Cells; hatched grey where blind. Rows are equally high."""
     edges, rows = _ends(across), np.arange(errors.shape[0] + 1) - 0.5
     axis.set(facecolor=GREY, xscale="log")
@@ -84,13 +83,13 @@ def _ends(centres: np.ndarray) -> np.ndarray:
     return ends
 
 
-def _log_axis(axis: Axes, ticks: tuple[float, ...]) -> None:
+def _log_axis(axis: draw.Axes, ticks: tuple[float, ...]) -> None:
     axis.xaxis.set_major_locator(FixedLocator(ticks))
     axis.xaxis.set_minor_locator(NullLocator())
     axis.xaxis.set_major_formatter("{x:g}")
 
 
-def _legend(figure: Figure, axes: np.ndarray, label: str) -> None:
+def _legend(figure: draw.Figure, axes: np.ndarray, label: str) -> None:
     bar = figure.colorbar(
         ScalarMappable(LIMITS, COLOURS), ax=axes.ravel().tolist(), extend="min", ticks=TICKS, pad=0.01
     )

@@ -2,21 +2,17 @@
 
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from hertzlink.studies import striking
+from hertzlink.studies import draw, striking
 from hertzlink.studies import struck_cylinders as struck
 from hertzlink.studies.table import MEASURED, TIMED, Row
 from hertzlink.studies.upper_layer import TwoLayers, theory, theory_lines
 from structures.rod import Layer
 from structures.structure import Vector
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 UPPER = 6.35e-3
 """m; section 6.1.4 also says 6.25 mm."""
@@ -111,12 +107,12 @@ def _axisymmetric(data: xr.Dataset) -> list[Row]:
     ]  # fmt: skip
 
 
-def figures(data: xr.Dataset) -> dict[str, "Figure"]:
+def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """TOF (figure 6.13) and AR (6.14) over the thickness of the lower layer, and the force-intensity map (6.12)."""
 
     of = Conditions.read(data)
 
-    def lines(axis: "Axes", name: str, wave: str, lengths: Vector) -> None:
+    def lines(axis: draw.Axes, name: str, wave: str, lengths: Vector) -> None:
         theory_lines(axis, name, wave, lengths, of.theory(np.full(lengths.size, of.upper), lengths))
 
     name = of.lower_material.name if of.own else "PTFE"

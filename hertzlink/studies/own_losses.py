@@ -1,12 +1,12 @@
 """A wave that decays in a chain of a user's own beads, with the thesis's law of the losses and others."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
 from coupling.sweeps.sweep import sweep
+from hertzlink.studies import draw
 from hertzlink.studies.conditions import Conditions as Parameters
 from hertzlink.studies.conditions import number, substance
 from hertzlink.studies.table import Row
@@ -17,9 +17,6 @@ from particles.moving import STEPS_PER_CONTACT, MovingChain
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED, peak_force_from_particle_speed, wave_speed_from_particle_speed
 from structures.material import STEEL_316, Material
 from structures.surface import hertz_stiffness
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 LAWS = {"undamped": "undamped", "thesis": "thesis's law, equation 4.1", "pairwise": "the same α and γ, pairwise"}
 
@@ -90,13 +87,11 @@ def rows(data: xr.Dataset, of: Conditions) -> list[Row]:
     return found
 
 
-def figures(data: xr.Dataset) -> dict[str, "Figure"]:
+def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """The decay over the beads."""
-    from coupling.views import plots
-
-    figure, (axis,) = plots.panels(1, width=4.6, height=3.6)
+    figure, (axis,) = draw.panels(1, width=4.6, height=3.6)
     for i, (law, label) in enumerate(LAWS.items()):
-        axis.plot(data.sensor, data.peak.sel(law=law), color=plots.COLOURS[i], linewidth=1.2, label=label)
+        axis.plot(data.sensor, data.peak.sel(law=law), color=draw.COLOURS[i], linewidth=1.2, label=label)
     axis.set(xlabel="bead number n", ylabel="maximum force (N)")
     axis.set_xlim(left=0.0)
     axis.set_ylim(bottom=0.0)

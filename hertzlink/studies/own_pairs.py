@@ -2,11 +2,11 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
 
+from hertzlink.studies import draw
 from hertzlink.studies.conditions import Conditions as Parameters
 from hertzlink.studies.conditions import WrongValue, choice, number, substance
 from hertzlink.studies.edge_cases import Pair
@@ -15,9 +15,6 @@ from particles.bead import Sphere
 from plates.critical_distance import scaled_critical_distance
 from plates.half_plane import EDGES
 from structures.material import ALUMINIUM_6061, STEEL_440C, Material
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 PARAMETERS = (0.06, 0.12, 0.17, 0.24, 0.34, 0.48, 0.63, 0.75, 0.95, 1.2, 1.6, 1.95)
 """λ; none of these values is a node of the law's table."""
@@ -70,13 +67,11 @@ def rows(data: xr.Dataset, of: Conditions) -> list[Row]:
     return found
 
 
-def figures(data: xr.Dataset) -> dict[str, "Figure"]:
+def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """AR over the distance for each edge and λ."""
     from matplotlib import colormaps
 
-    from coupling.views import plots
-
-    figure, axes = plots.panels(data.sizes["edge"], width=3.6, height=3.4)
+    figure, axes = draw.panels(data.sizes["edge"], width=3.6, height=3.4)
     for axis, edge in zip(axes, data.edge.values, strict=True):
         for i, one in enumerate(data.inelasticity.values):
             colour = colormaps["viridis"](0.95 * i / max(1, data.sizes["inelasticity"] - 1))

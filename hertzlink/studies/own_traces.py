@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 from itertools import product
-from typing import TYPE_CHECKING
 
 import joblib
 import numpy as np
@@ -13,6 +12,7 @@ from coupling.identification.changes import Changes
 from coupling.identification.information import REACH, Design
 from coupling.identification.misfit import GAIN, TIME_ZERO
 from coupling.sweeps.progress import watched
+from hertzlink.studies import draw
 from hertzlink.studies import identifiable_cases as cases
 from hertzlink.studies.conditions import Conditions as Parameters
 from hertzlink.studies.conditions import WrongValue, number, substance
@@ -23,9 +23,6 @@ from plates.half_plane import half_plane
 from structures.caution import collected
 from structures.material import ALUMINIUM_6061, STEEL_440C, Material
 from structures.structure import Vector
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 CHECKED = (0.06, 0.16)
 """m, the distances of the table."""
@@ -124,19 +121,17 @@ def _of(at: xr.DataArray, unknown: str = "distance", free: str = "all") -> str:
     return f"{100.0 * error:.2g} %" if error <= BLIND else "blind"
 
 
-def figures(data: xr.Dataset) -> dict[str, "Figure"]:
+def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Half-widths of the distance over the distance: a panel for each plate and each bead."""
-    from coupling.views import plots
-
     found = {}
     for diameter in data.diameter.values:
-        figure, axes = plots.panels(data.sizes["thickness"], width=3.4, height=3.6)
+        figure, axes = draw.panels(data.sizes["thickness"], width=3.4, height=3.6)
         for axis, thickness in zip(axes, data.thickness.values, strict=True):
             at = data.edge_error.sel(diameter=diameter, thickness=thickness, unknown="distance", free="all")
             for i, what in enumerate(name for name in data.measured.values if name != cases.FEATURES):
                 curve = 100.0 * at.isel(record=0).sel(measured=what)
                 axis.plot(
-                    data.distance * 1e3, curve, plots.MARKERS[i], color=plots.COLOURS[i], linestyle="-", markersize=4.0,
+                    data.distance * 1e3, curve, draw.MARKERS[i], color=draw.COLOURS[i], linestyle="-", markersize=4.0,
                     linewidth=1.0, label=str(what),
                 )  # fmt: skip
             axis.axhline(100.0 * BLIND, color="black", linestyle=":", linewidth=0.9)

@@ -3,14 +3,13 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
 from coupling.sweeps.sweep import sweep
-from hertzlink.studies import waves
+from hertzlink.studies import draw, waves
 from hertzlink.studies.conditions import Conditions, WrongValue
 from hertzlink.studies.table import Row
 from particles.bead import Bead
@@ -18,9 +17,6 @@ from particles.chain import Chain, LawOfPair
 from particles.laws.law import ContactLaw
 from particles.laws.power_fit import PowerFit, fit_power_law
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED, wave_speed_from_force, wave_speed_from_particle_speed, width
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 MOST_CURVES = 6
 """Figures have as many colours."""
@@ -136,19 +132,17 @@ def rows(data: xr.Dataset) -> list[Row]:
     return found
 
 
-def figures(data: xr.Dataset) -> dict[str, "Figure"]:
+def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Wave speed against peak contact force, and the contact laws."""
-    from coupling.views import plots
-
-    figure, (axis,) = plots.panels(1, width=4.6, height=3.8)
+    figure, (axis,) = draw.panels(1, width=4.6, height=3.8)
     curves = [
         (str(label), one.peak_force.values, one.wave_speed.values, one.theory.values)
         for label in data.curve.values
         for one in [data.sel(curve=label).sortby(data.sel(curve=label).peak_force)]
     ]
-    plots.beside_theory(axis, curves, "peak contact force (N)", "wave speed (m/s)", theory="theory of long waves")
+    draw.beside_theory(axis, curves, "peak contact force (N)", "wave speed (m/s)", theory="theory of long waves")
     laws = [(str(label), data.force.sel(curve=label).values) for label in data.curve.values]
-    return {"speed_force": figure, "laws": plots.contact_laws(data.approach.values, laws)}
+    return {"speed_force": figure, "laws": draw.contact_laws(data.approach.values, laws)}
 
 
 def check_count(of: Conditions, name: str) -> None:

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from functools import lru_cache, partial
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import joblib
 import numpy as np
@@ -14,7 +14,7 @@ from coupling.results.measures import contact_time
 from coupling.sweeps.critical_search import find_critical_distance
 from coupling.sweeps.progress import watched
 from coupling.sweeps.sweep import sweep
-from hertzlink.studies import on_plates, own_plates, plate_edges, plate_waves
+from hertzlink.studies import draw, on_plates, own_plates, plate_edges, plate_waves
 from hertzlink.studies.on_plates import OnPlate
 from hertzlink.studies.own_plates import named, printed
 from hertzlink.studies.table import Row
@@ -35,9 +35,6 @@ from structures.plausible import units_of_one
 from structures.reduction import reduce
 from structures.structure import Structure
 from structures.surface import Surface, hertz_stiffness
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 SIDE, THICKNESSES, DIAMETERS = on_plates.SIDE, on_plates.THICKNESSES, on_plates.DIAMETERS
 UNTIL, HIGHEST_FREQUENCY = on_plates.UNTIL, on_plates.HIGHEST_FREQUENCY
@@ -344,16 +341,14 @@ def _verdict(at: xr.Dataset, low: float, high: float) -> str:
     )
 
 
-def figures(data: xr.Dataset) -> dict[str, "Figure"]:
+def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """AR and TOF against the distance, the critical distances and the two theory lines, and how they were refined."""
-    from coupling.views import plots
-
     of = Conditions.read(data)
     ratio, flight = "amplitude ratio AR", "time of flight (µs)"
     return {
-        "amplitude_ratio": plots.against_distance(data, "amplitude_ratio", ratio, TOLERANCE, edge=of.support),
-        "time_of_flight": plots.against_distance(data, "time_of_flight", flight, TOLERANCE, 1e6, edge=of.support),
-        "critical_distance": plots.critical_distances(data, TOLERANCE),
-        "refinement": plots.refinement(data, TOLERANCE, edge=of.support),
+        "amplitude_ratio": draw.against_distance(data, "amplitude_ratio", ratio, TOLERANCE, edge=of.support),
+        "time_of_flight": draw.against_distance(data, "time_of_flight", flight, TOLERANCE, 1e6, edge=of.support),
+        "critical_distance": draw.critical_distances(data, TOLERANCE),
+        "refinement": draw.refinement(data, TOLERANCE, edge=of.support),
         **({} if of.own else {"edges": plate_edges.figure(data)}),
     }

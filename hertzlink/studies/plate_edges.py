@@ -2,13 +2,13 @@
 
 from functools import lru_cache
 from math import isnan
-from typing import TYPE_CHECKING
 
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
 from coupling.results.ar_and_tof import amplitude_ratio
 from coupling.sweeps.sweep import sweep
+from hertzlink.studies import draw
 from hertzlink.studies.table import Row
 from particles.bead import Sphere
 from particles.chain import Chain
@@ -17,9 +17,6 @@ from plates.support import Supports
 from structures.material import ALUMINIUM_6061, STEEL_440C
 from structures.reduction import reduce
 from structures.structure import Structure
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 SIDE, BEADS, SENSOR, IMPACT_SPEED = 0.914, 20, 7, 0.31
 
@@ -125,17 +122,15 @@ def _shown(ratio: float) -> str:
     return "no wave" if isnan(ratio) else f"{ratio:.3f}"
 
 
-def figure(data: xr.Dataset) -> "Figure":
+def figure(data: xr.Dataset) -> draw.Figure:
     """AR against the distance for each kind of edge, one panel for each bead."""
-    from coupling.views import plots
-
-    drawn, axes = plots.panels(data.sizes["edge_bead"], width=3.6)
+    drawn, axes = draw.panels(data.sizes["edge_bead"], width=3.6)
     for axis, bead in zip(axes, data.edge_bead.values, strict=True):
         for i, edge in enumerate(data.edge.values):
             curve = data.edge_amplitude_ratio.sel(edge=edge, edge_bead=bead)
-            plots.mark_missing(axis, data.edge_distance.values[curve.isnull().values] * 1e3, i)
+            draw.mark_missing(axis, data.edge_distance.values[curve.isnull().values] * 1e3, i)
             axis.plot(
-                data.edge_distance * 1e3, curve, plots.MARKERS[i], color=plots.COLOURS[i], linestyle="-",
+                data.edge_distance * 1e3, curve, draw.MARKERS[i], color=draw.COLOURS[i], linestyle="-",
                 markersize=4.0, linewidth=1.0, label=str(edge),
             )  # fmt: skip
         axis.set(title=f"D = {bead * 1e3:.2f} mm, t = {THICKNESS * 1e3:.2f} mm", ylim=(0.0, 1.0))

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -12,6 +12,7 @@ from coupling.cosimulation import CoSimulation
 from coupling.identification.information import information
 from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
 from coupling.sweeps.progress import watched
+from hertzlink.studies import draw
 from hertzlink.studies.table import Row
 from particles.bead import Sphere
 from particles.chain import Chain
@@ -21,9 +22,6 @@ from structures.reduction import reduce
 from structures.spherical_shell import spherical_shell
 from structures.structure import Structure
 from structures.thin_sphere import buckling_pressure
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 SENSOR, BEADS, IMPACT_SPEED = 8, 16, 0.3
 NOISE = 0.01
@@ -159,11 +157,9 @@ def table(data: xr.Dataset) -> list[Row]:
     return rows
 
 
-def figures(data: xr.Dataset) -> dict[str, "Figure"]:
+def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """AR and TOF over the pressure, in units of that which buckles the shell from outside."""
-    from coupling.views import plots
-
-    figure, axes = plots.panels(2, width=3.7, height=3.4, sharey=False)
+    figure, axes = draw.panels(2, width=3.7, height=3.4, sharey=False)
     read: tuple[Callable[[Any], Any], ...] = (
         lambda found: found.amplitude_ratio - found.amplitude_ratio[0],
         lambda found: 100.0 * (found.time_of_flight / found.time_of_flight[0] - 1.0),
@@ -173,7 +169,7 @@ def figures(data: xr.Dataset) -> dict[str, "Figure"]:
         words = f"{one.name}, {1e3 * one.radius:.0f} × {1e3 * one.thickness:g} mm"
         for axis, change in zip(axes, read, strict=True):
             axis.plot(
-                found.relative_pressure, change(found), "os^"[i], ls="-", color=plots.COLOURS[i], ms=4.0, lw=1.1,
+                found.relative_pressure, change(found), "os^"[i], ls="-", color=draw.COLOURS[i], ms=4.0, lw=1.1,
                 label=words,
             )  # fmt: skip
     for axis, name in zip(axes, ("AR − AR without pressure", "change of TOF (%)"), strict=True):

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -11,6 +10,7 @@ from coupling.cosimulation import CoSimulation
 from coupling.identification.information import information
 from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
 from coupling.sweeps.progress import watched
+from hertzlink.studies import draw
 from hertzlink.studies.table import Row
 from particles.bead import Sphere
 from particles.chain import Chain
@@ -22,9 +22,6 @@ from structures.caution import collected
 from structures.material import ALUMINIUM_6061, STEEL_440C, Material
 from structures.reduction import reduce
 from structures.structure import Structure
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 SENSOR, BEADS, IMPACT_SPEED = 10, 20, 0.31
 NOISE = 0.01
@@ -215,11 +212,9 @@ def table(data: xr.Dataset) -> list[Row]:
     return rows
 
 
-def figures(data: xr.Dataset) -> dict[str, "Figure"]:
+def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """AR and TOF, less their values without stress, over the stress."""
-    from coupling.views import plots
-
-    figure, axes = plots.panels(2, width=3.7, height=3.4, sharey=False)
+    figure, axes = draw.panels(2, width=3.7, height=3.4, sharey=False)
     for i, one in enumerate(BODIES):
         found = data.sel(body=one.name).dropna("case")
         stress = found.stress.values / MEGA
@@ -227,7 +222,7 @@ def figures(data: xr.Dataset) -> dict[str, "Figure"]:
             values = factor * found[name].values
             without = np.interp(0.0, stress, values)
             change = values - without
-            axis.plot(stress, change, "os^"[i], ls="-", color=plots.COLOURS[i], ms=4.0, lw=1.1, label=one.name)
+            axis.plot(stress, change, "os^"[i], ls="-", color=draw.COLOURS[i], ms=4.0, lw=1.1, label=one.name)
     for axis, words in zip(axes, ("AR − AR without stress", "TOF − TOF without stress (µs)"), strict=True):
         axis.set(xlabel="stress, tension positive (MPa)", ylabel=words)
         axis.set_yscale("symlog", linthresh=1e-3 if words.startswith("AR") else 0.1)

@@ -2,12 +2,12 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from hertzlink.studies import striking
+from hertzlink.studies import draw, striking
 from hertzlink.studies import struck_cylinders as struck
 from hertzlink.studies.conditions import substance
 from hertzlink.studies.striking import Striking
@@ -15,9 +15,6 @@ from hertzlink.studies.table import MEASURED, SIMULATED, TIMED, Row
 from structures.layers import characteristic_length
 from structures.material import STEEL_440C, Material
 from structures.rod import Layer
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 RADIUS = 9.53e-3
 LENGTHS = tuple(np.geomspace(6.35e-3, 101.6e-3, 25)) + tuple(np.geomspace(101.6e-3, 609.6e-3, 17)[1:])
@@ -151,21 +148,19 @@ def _axisymmetric(data: xr.Dataset) -> list[Row]:
     ]  # fmt: skip
 
 
-def figures(data: xr.Dataset) -> dict[str, "Figure"]:
+def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """AR and TOF over the length (figure 6.8), and the force-intensity map (figure 6.7)."""
-    from coupling.views import plots
-
     of = Conditions.read(data)
     label = f"length of the {of.material.name if of.own else 'steel'} cylinder (mm)"
-    figure, axes = plots.panels(2, width=3.9, height=3.4, sharey=False)
+    figure, axes = draw.panels(2, width=3.9, height=3.4, sharey=False)
     struck.against_length(axes[0], data, "time_of_flight", "primary", "TOF (µs)", label)
     struck.against_length(axes[1], data, "amplitude_ratio", "primary", "AR", label)
     ends = np.array([data.length.min(), data.length.max()]) * 1e3
-    plots.theory_line(
+    draw.theory_line(
         axes[0], ends, np.full(2, of.time_of_flight(of.wall(of.material)) * 1e6), "theory of contact times"
     )
     for axis in axes:
-        plots.marked(axis, of.theory_length() * 1e3, "$c\\,T_c/2$")
+        draw.marked(axis, of.theory_length() * 1e3, "$c\\,T_c/2$")
     if not of.own:
         axes[0].set_ylim(430.0, 490.0)
         axes[1].set_ylim(0.6, 0.85)
@@ -175,5 +170,5 @@ def figures(data: xr.Dataset) -> dict[str, "Figure"]:
     force = data.sensor_force.sel(sensor=struck.SENSOR).transpose("length", "time").values
     return {
         "length": figure,
-        "force_intensity": plots.intensity_map(data.time.values, data.length.values, force, label, 1e3),
+        "force_intensity": draw.intensity_map(data.time.values, data.length.values, force, label, 1e3),
     }

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -10,7 +10,7 @@ import xarray as xr
 from coupling.cosimulation import CoSimulation
 from coupling.results.ar_and_tof import reflections
 from coupling.sweeps.sweep import sweep
-from hertzlink.studies import striking, table_2_1
+from hertzlink.studies import draw, striking, table_2_1
 from hertzlink.studies import struck_cylinders as struck
 from hertzlink.studies.conditions import number, substance
 from hertzlink.studies.striking import Striking
@@ -21,9 +21,6 @@ from structures.material import MATERIALS, PTFE, STEEL_440C, Material
 from structures.rod import Layer
 from structures.structure import half_space
 from structures.surface import Surface, hertz_stiffness
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 LENGTH, RADIUS = 76.2e-3, 19.1e-3
 
@@ -357,23 +354,19 @@ def _solid(data: xr.Dataset) -> list[Row]:
     return rows
 
 
-def figures(data: xr.Dataset) -> dict[str, "Figure"]:
+def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Forces (figure 6.2), displacements (6.3), TOF and AR over the modulus (6.4, 6.6), force-intensity map (6.5)."""
-    from coupling.views import plots
-
     force = data.sensor_force.sel(sensor=SENSOR).transpose("youngs_modulus", "time").values
     return {
         "stiffness": _over_modulus(data),
-        "force_intensity": plots.intensity_map(data.time.values, data.youngs_modulus.values, force),
+        "force_intensity": draw.intensity_map(data.time.values, data.youngs_modulus.values, force),
         "force_histories": _histories(data),
         "displacements": _displacements(data),
     }
 
 
-def _over_modulus(data: xr.Dataset) -> "Figure":
-    from coupling.views import plots
-
-    figure, axes = plots.panels(2, width=3.9, height=3.4, sharey=False)
+def _over_modulus(data: xr.Dataset) -> draw.Figure:
+    figure, axes = draw.panels(2, width=3.9, height=3.4, sharey=False)
     modulus, label = data.youngs_modulus.values, "Young's modulus of the cylinder (GPa)"
     of = Conditions.read(data)
     real, solid = data.sel(dashpot=of.middle), data.sel(body="cylinder")
@@ -382,42 +375,38 @@ def _over_modulus(data: xr.Dataset) -> "Figure":
         (axes[1], "amplitude_ratio", 1.0, "amplitude ratio AR"),
     ):
         swept = [(f"{wave} wave", data[name].sel(wave=wave).values * factor, "-") for wave in WAVES]
-        plots.curves(axis, modulus * 1e-9, swept, label, what)
+        draw.curves(axis, modulus * 1e-9, swept, label, what)
         for style, values in (("o", real[f"material_{name}"]), ("x", solid[f"solid_{name}"])):
             points = [("", values.sel(wave=wave).values * factor, style) for wave in WAVES]
-            plots.curves(axis, data.material_modulus.values * 1e-9, points, label, what)
+            draw.curves(axis, data.material_modulus.values * 1e-9, points, label, what)
     walls = [Surface(replace(STEEL_440C, youngs_modulus=value, name="")) for value in modulus]
     stiffness = np.array([hertz_stiffness(of.sphere.surface, wall) for wall in walls])
     theory = of.time_of_flight(stiffness) * 1e6
-    plots.theory_line(axes[0], modulus * 1e-9, theory, "theory of contact times")
+    draw.theory_line(axes[0], modulus * 1e-9, theory, "theory of contact times")
     which = "the given" if of.own else "real"
     axes[1].plot([], [], "o", color="grey", markersize=4.0, label=f"rods of {which} materials")
     axes[1].plot([], [], "x", color="grey", markersize=4.0, label="axisymmetric cylinders")
-    plots.marked(axes[1], critical_modulus(of.bead_material) * 1e-9, "theory: secondary\nwaves left of this", left=True)
+    draw.marked(axes[1], critical_modulus(of.bead_material) * 1e-9, "theory: secondary\nwaves left of this", left=True)
     axes[1].set_ylim(0.0, 1.25)
     axes[0].legend(frameon=False, fontsize="small")
     axes[1].legend(framealpha=1.0, edgecolor="none", fontsize="small", loc="upper left")
     return figure
 
 
-def _histories(data: xr.Dataset) -> "Figure":
-    from coupling.views import plots
-
-    figure, axes = plots.panels(data.sizes["wall"], width=3.9, height=3.0)
+def _histories(data: xr.Dataset) -> draw.Figure:
+    figure, axes = draw.panels(data.sizes["wall"], width=3.9, height=3.0)
     for axis, wall in zip(axes, data.wall.values, strict=True):
-        plots.histories(axis, data.wall_sensor_force.sel(wall=wall))
+        draw.histories(axis, data.wall_sensor_force.sel(wall=wall))
         axis.set_title(f"against {wall}")
     axes[0].set_ylabel("force above the preload (N)")
     axes[0].legend(frameon=False, fontsize="small")
     return figure
 
 
-def _displacements(data: xr.Dataset) -> "Figure":
-    from coupling.views import plots
-
-    figure, axes = plots.panels(data.sizes["wall"], width=3.9, height=3.4)
+def _displacements(data: xr.Dataset) -> draw.Figure:
+    figure, axes = draw.panels(data.sizes["wall"], width=3.9, height=3.4)
     for axis, wall in zip(axes, data.wall.values, strict=True):
-        plots.displacements(axis, data.wall_displacement.sel(wall=wall), SENSOR)
+        draw.displacements(axis, data.wall_displacement.sel(wall=wall), SENSOR)
         axis.set_title(f"against {wall}")
     last = data.wall_displacement.isel(wall=-1).sel(bead=BEADS)
     for i, (time, marker) in enumerate(zip(collisions(data)[1:], ("o", "s"), strict=False)):

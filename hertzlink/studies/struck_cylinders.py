@@ -1,7 +1,6 @@
 """Common parts of the studies of section 6.1: the chain, the cylinders that it strikes, and the kept part of a run."""
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -12,16 +11,13 @@ from coupling.results.ar_and_tof import reflections
 from coupling.results.measures import contact_time, sensor_force
 from coupling.results.signals import as_signal
 from coupling.sweeps.sweep import sweep
+from hertzlink.studies import draw
 from hertzlink.studies.striking import BEADS, DASHPOTS, DROP_HEIGHT, SENSOR, UNTIL, Striking
 from hertzlink.studies.table import Row
 from particles.chain import Chain
 from structures.material import STEEL_440C
 from structures.rod import Layer
 from structures.structure import Structure, Vector
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 THESIS = Striking()
 """The thesis's chain."""
@@ -238,30 +234,26 @@ def band(values: xr.DataArray, factor: float = 1.0) -> str:
     return f"; {low:.4g} and {high:.4g} for γ = {least:g} and {most:g} N s/m"
 
 
-def against_length(axis: "Axes", data: xr.Dataset, name: str, wave: str, label: str, xlabel: str) -> None:
+def against_length(axis: draw.Axes, data: xr.Dataset, name: str, wave: str, label: str, xlabel: str) -> None:
     """AR or TOF of one wave over a length (mm): rods, their band between the outer dashpots, and cylinders."""
-    from coupling.views import plots
-
     factor = 1e6 if name == "time_of_flight" else 1.0
     values, solids = data[name].sel(wave=wave) * factor, data[f"solid_{name}"].sel(wave=wave) * factor
-    plots.banded(axis, data.length.values * 1e3, values, middle(data), "rod, 1-D")
-    plots.points(axis, data.solid_length.values * 1e3, solids.values, 1, "cylinder, axisymmetric")
+    draw.banded(axis, data.length.values * 1e3, values, middle(data), "rod, 1-D")
+    draw.points(axis, data.solid_length.values * 1e3, solids.values, 1, "cylinder, axisymmetric")
     axis.set(xlabel=xlabel, ylabel=label)
-    plots.log_x(axis)
+    draw.log_x(axis)
 
 
 def layers_figures(
-    data: xr.Dataset, xlabel: str, theory: Callable[["Axes", str, str, Vector], None]
-) -> dict[str, "Figure"]:
+    data: xr.Dataset, xlabel: str, theory: Callable[[draw.Axes, str, str, Vector], None]
+) -> dict[str, draw.Figure]:
     """AR and TOF of both waves over the thickness of a layer, and the force-intensity map.
 
     theory: draws the theory lines; its arguments are axis, measure, wave, thicknesses in m.
     """
-    from coupling.views import plots
-
     found, lengths = {}, np.geomspace(float(data.length.min()), float(data.length.max()), 200)
     for name, label in (("time_of_flight", "TOF (µs)"), ("amplitude_ratio", "AR")):
-        figure, axes = plots.panels(2, width=3.9, height=3.4, sharey=False)
+        figure, axes = draw.panels(2, width=3.9, height=3.4, sharey=False)
         for axis, wave in zip(axes, WAVES, strict=True):
             against_length(axis, data, name, wave, f"{label}, {wave} wave", xlabel)
             theory(axis, name, wave, lengths)
@@ -270,5 +262,5 @@ def layers_figures(
             axis.legend(frameon=False, fontsize="small")
         found[name] = figure
     force = data.sensor_force.sel(sensor=SENSOR).transpose("length", "time")
-    found["force_intensity"] = plots.intensity_map(data.time.values, data.length.values, force.values, xlabel, 1e3)
+    found["force_intensity"] = draw.intensity_map(data.time.values, data.length.values, force.values, xlabel, 1e3)
     return found

@@ -9,7 +9,7 @@ three: here an eighth, because the modes of a bead are also symmetric or antisym
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -18,6 +18,7 @@ from coupling.cosimulation import CoSimulation
 from coupling.results.ar_and_tof import reflections, wave_speed
 from coupling.results.measures import energy_error
 from coupling.sweeps.progress import watched
+from hertzlink.studies import draw
 from hertzlink.studies.deformable_chain import WALL
 from hertzlink.studies.table import SIMULATED, Row
 from particles.bead import Bead, Sphere
@@ -29,9 +30,6 @@ from particles.laws.law import ContactLaw, TabulatedLaw
 from particles.laws.solid import contact_law_solid
 from structures.material import STEEL_316
 from structures.surface import Surface
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 BEAD, BEADS, SENSORS = Sphere(2.38e-3, STEEL_316), 20, (7, 16)
 IMPACT_SPEED = 0.5
@@ -157,14 +155,12 @@ def table(data: xr.Dataset) -> list[Row]:
     ]  # fmt: skip
 
 
-def figures(data: xr.Dataset) -> dict[str, "Figure"]:
+def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Figure 3.10: force at the centres of beads 7 and 16 over time, in both chains."""
-    from coupling.views import plots
-
-    figure, axes = plots.panels(2, width=3.7, height=3.2)
+    figure, axes = draw.panels(2, width=3.7, height=3.2)
     titles = {AXISYMMETRIC: "axisymmetric", SOLID: "three-dimensional"}
     for axis, (model, title) in zip(axes, titles.items(), strict=True):
-        plots.histories(axis, data.force.sel(model=model))
+        draw.histories(axis, data.force.sel(model=model))
         axis.set(title=title, xlim=(0.0, UNTIL * 1e6))
     axes[0].set_ylabel("force at the centre (N)")
     axes[0].set_ylim(0.0, 19.0)

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
 from textwrap import fill
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import joblib
 import numpy as np
@@ -19,15 +19,12 @@ from joblib.externals.loky import get_reusable_executor
 from coupling.files.writing import write_whole
 from coupling.results.provenance import versions
 from coupling.sweeps.progress import Stopped, watched
-from hertzlink.studies import study
+from hertzlink.studies import draw, study
 from hertzlink.studies.conditions import Conditions
 from hertzlink.studies.table import WIDTH, Row
 from hertzlink.studies.verdicts import CONDITION, RULE, UNKNOWN, VERDICTS, Verdict, counted, verdict
 from structures.caution import collected
 from structures.checks import whole
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 __all__ = ["Conditions", "figures", "run", "summary", "table"]
 
@@ -241,7 +238,7 @@ def summary(data: xr.Dataset) -> str:
     return "\n".join(lines)
 
 
-def figures(data: xr.Dataset) -> dict[str, "Figure"]:
+def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """How many verdicts of each kind every part has; and ours over the thesis's number, by part."""
     return {"verdicts": _bars(data), "ratios": _ratios(data)}
 
@@ -251,16 +248,12 @@ SHADES = {"confirmed": 0, CONDITION: 2, "refuted": 1, UNKNOWN: None}
 
 
 def _colour(word: str) -> str:
-    from coupling.views import plots
-
     place = SHADES[word]
-    return "0.75" if place is None else plots.COLOURS[place]
+    return "0.75" if place is None else draw.COLOURS[place]
 
 
-def _bars(data: xr.Dataset) -> "Figure":
-    from coupling.views import plots
-
-    figure, (axis,) = plots.panels(1, width=7.0, height=4.6)
+def _bars(data: xr.Dataset) -> draw.Figure:
+    figure, (axis,) = draw.panels(1, width=7.0, height=4.6)
     left = np.zeros(len(PARTS))
     for word in VERDICTS:
         counts = [counted(said for one, _, said in judged(data) if one == part)[word] for part in PARTS]
@@ -273,10 +266,8 @@ def _bars(data: xr.Dataset) -> "Figure":
     return figure
 
 
-def _ratios(data: xr.Dataset) -> "Figure":
-    from coupling.views import plots
-
-    figure, (axis,) = plots.panels(1, width=7.0, height=4.6)
+def _ratios(data: xr.Dataset) -> draw.Figure:
+    figure, (axis,) = draw.panels(1, width=7.0, height=4.6)
     for word in VERDICTS[:-1]:
         points = [
             (ratio, PARTS.index(part))

@@ -2,14 +2,14 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
 from coupling.sweeps.sweep import sweep
-from hertzlink.studies import striking
+from hertzlink.studies import draw, striking
 from hertzlink.studies import struck_cylinders as struck
 from hertzlink.studies.conditions import substance
 from hertzlink.studies.striking import Striking
@@ -22,10 +22,6 @@ from structures.material import PTFE, STEEL_440C, Material
 from structures.reduction import reduce
 from structures.rod import Layer, rod, rod_parts
 from structures.structure import Vector
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 RADIUS, LOWER = 9.525e-3, 25.4e-3
 UPPERS = tuple(np.geomspace(6.35e-3, 101.6e-3, 33))
@@ -168,18 +164,16 @@ def theory(upper: Vector, lower: Vector | float) -> xr.Dataset:
     return Conditions().theory(upper, lower)
 
 
-def theory_lines(axis: "Axes", name: str, wave: str, lengths: Vector, found: xr.Dataset) -> None:
+def theory_lines(axis: draw.Axes, name: str, wave: str, lengths: Vector, found: xr.Dataset) -> None:
     """The available closed forms, over a length in m."""
-    from coupling.views import plots
-
     x = lengths * 1e3
     if (name, wave) == ("amplitude_ratio", "primary"):
-        plots.theory_line(axis, x, found.amplitude_ratio.values, "theory of impact on the layer")
+        draw.theory_line(axis, x, found.amplitude_ratio.values, "theory of impact on the layer")
     elif (name, wave) == ("time_of_flight", "primary"):
-        plots.theory_line(axis, x, found.time_of_flight.values * 1e6, "theory of impact on the layer")
+        draw.theory_line(axis, x, found.time_of_flight.values * 1e6, "theory of impact on the layer")
     elif wave == "secondary" and name == "time_of_flight":
-        plots.theory_line(axis, x, found.printed.values * 1e6, "theory: layer on a spring")
-        plots.theory_line(axis, x, found.with_lower_mass.values * 1e6, "the same, spring with mass", "--")
+        draw.theory_line(axis, x, found.printed.values * 1e6, "theory: layer on a spring")
+        draw.theory_line(axis, x, found.with_lower_mass.values * 1e6, "the same, spring with mass", "--")
 
 
 def table(data: xr.Dataset) -> list[Row]:
@@ -288,12 +282,12 @@ def _axisymmetric(data: xr.Dataset) -> list[Row]:
     ]  # fmt: skip
 
 
-def figures(data: xr.Dataset) -> dict[str, "Figure"]:
+def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """TOF (figure 6.10) and AR (6.11) over the thickness of the upper layer, and the force-intensity map (6.9)."""
 
     of = Conditions.read(data)
 
-    def lines(axis: "Axes", name: str, wave: str, lengths: Vector) -> None:
+    def lines(axis: draw.Axes, name: str, wave: str, lengths: Vector) -> None:
         theory_lines(axis, name, wave, lengths, of.theory(lengths, of.lower))
 
     name = of.upper_material.name if of.own else "steel"

@@ -2,18 +2,14 @@
 
 from pathlib import Path
 from textwrap import wrap
-from typing import TYPE_CHECKING
 
 import xarray as xr
 
 from coupling.files.reading import read_netcdf
 from coupling.results.provenance import stored
-from hertzlink.studies import STUDIES, LongStudy, Study
+from hertzlink.studies import STUDIES, LongStudy, Study, draw
 from hertzlink.studies.conditions import DIFFERS
 from hertzlink.studies.table import WIDTH, text
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 TABLE, REPORT = "table.txt", "report.html"
 """File names of the table and of the report."""
@@ -67,7 +63,7 @@ class Written:
         (into / REPORT).write_text(page, encoding="utf-8")
 
 
-def stamp(figure: "Figure", words: str) -> None:
+def stamp(figure: draw.Figure, words: str) -> None:
     """Write words into a separate strip below a figure."""
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -11,7 +10,7 @@ from coupling.cosimulation import CoSimulation
 from coupling.results.ar_and_tof import reflections
 from coupling.results.measures import sensor_force
 from coupling.sweeps.progress import watched
-from hertzlink.studies import dissipation, on_plates, rod_stiffness, striking
+from hertzlink.studies import dissipation, draw, on_plates, rod_stiffness, striking
 from hertzlink.studies.table import Row
 from particles.bead import Sphere
 from particles.chain import Chain
@@ -22,9 +21,6 @@ from structures.material import ALUMINIUM_6061, BRASS_360, PTFE, STEEL_316, STEE
 from structures.reduction import reduce
 from structures.rod import Layer, rod
 from structures.structure import Structure, half_space
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 LAWS: dict[str, YieldingLaw | None] = {"elastic": None, "Thornton": Thornton(), "Jackson–Green": JacksonGreen()}
 
@@ -194,12 +190,10 @@ def table(data: xr.Dataset) -> list[Row]:
     return rows
 
 
-def figures(data: xr.Dataset) -> dict[str, "Figure"]:
+def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """What yielding takes over the impact speed, and the force at bead 7 under three laws."""
-    from coupling.views import plots
-
     styles = dict(zip(LAWS, ("-", "--", ":"), strict=True))
-    speeds, (over, panels) = data.impact_speed.values, plots.panels(2, width=3.7, height=4.0, sharey=False)
+    speeds, (over, panels) = data.impact_speed.values, draw.panels(2, width=3.7, height=4.0, sharey=False)
     names, shown = list(PAIRS), (data.swept_incident, data.swept_amplitude_ratio)
     for axis, values, pairs in zip(panels, shown, (names[:2], names[2:]), strict=True):
         for i, pair in enumerate(pairs):
@@ -208,11 +202,11 @@ def figures(data: xr.Dataset) -> dict[str, "Figure"]:
             for law, style in styles.items():
                 plain = law == "elastic"
                 if not plain or i == 0:
-                    colour, label = ("black", law) if plain else (plots.COLOURS[i], f"{pair}, {law}")
+                    colour, label = ("black", law) if plain else (draw.COLOURS[i], f"{pair}, {law}")
                     axis.plot(speeds, one.sel(law=law) / whole, style, color=colour, linewidth=1.2, label=label)
     words = {"incident force at bead 7 / elastic": "beads and wall", "AR at bead 7": "wall under beads of steel 440C"}
     for axis, (says, title) in zip(panels, words.items(), strict=True):
-        plots.log_x(axis)
+        draw.log_x(axis)
         for speed, place in ((on_plates.IMPACT_SPEED, "plates"), (striking.Striking().speed, "rods")):
             axis.axvline(speed, color="grey", linewidth=0.6)
             axis.text(speed, 0.82, place, color="grey", fontsize="x-small", rotation=90, va="bottom", ha="right")
@@ -221,12 +215,12 @@ def figures(data: xr.Dataset) -> dict[str, "Figure"]:
             title=title, title_fontsize="small", frameon=False, fontsize="x-small", loc="lower center",
             bbox_to_anchor=(0.5, 1.0), ncols=2,
         )  # fmt: skip
-    figure, axes = plots.panels(2, width=3.7, height=3.2, sharey=False)
+    figure, axes = draw.panels(2, width=3.7, height=3.2, sharey=False)
     for axis, section in zip(axes, (IMPACTS[2].section, IMPACTS[7].section), strict=True):
         one = data.force.sel(impact=section)
         for i, law in enumerate(LAWS):
             force = one.sel(law=law)
-            axis.plot(1e6 * data.time, force, styles[law], color=plots.COLOURS[i], linewidth=2.0 - 0.4 * i, label=law)
+            axis.plot(1e6 * data.time, force, styles[law], color=draw.COLOURS[i], linewidth=2.0 - 0.4 * i, label=law)
         axis.set(title=section.rpartition(" (")[0], xlabel="time (µs)", xlim=(0.0, 900.0))
     axes[0].set_ylabel("force at bead 7 (N)")
     axes[0].legend(frameon=False, fontsize="small")

@@ -15,10 +15,9 @@ from matplotlib.figure import Figure
 from page_parser import check_page
 
 import hertzlink as hl
-from coupling.views import plots
 from hertzlink.cli import main
 from hertzlink.reports.of_studies import caption, study_report
-from hertzlink.studies import ABOUT, STUDIES, study
+from hertzlink.studies import ABOUT, STUDIES, draw, study
 from hertzlink.studies.captions import CAPTIONS
 from hertzlink.studies.table import FOOTNOTE, Row
 from hertzlink.studies.writing import QUICK
@@ -41,8 +40,8 @@ class Small:
         return [Row("AR & TOF", "", data.ratio.values[0], "", "a <reason>", theory=0.4)]
 
     def figures(self, data: xr.Dataset) -> dict[str, Figure]:
-        figure, (axis,) = plots.panels(1)
-        plots.curves(axis, data.length.values, [("curve", data.ratio.values, "-")], "length (m)", "AR")
+        figure, (axis,) = draw.panels(1)
+        draw.curves(axis, data.length.values, [("curve", data.ratio.values, "-")], "length (m)", "AR")
         axis.legend()
         return {"stiffness": figure}
 

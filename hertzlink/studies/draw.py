@@ -1,15 +1,21 @@
-"""Figures of the studies; imports matplotlib, so import this module only to draw figures."""
+"""Panels and curves that the figures of several studies share."""
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullFormatter
 
 from coupling.views.canvas import COLOURS as COLOURS
 from coupling.views.canvas import mark_missing as mark_missing
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes as Axes
+    from matplotlib.axis import Axis
+    from matplotlib.figure import Figure as Figure
+else:
+    # Studies name these types; a process that draws nothing does not load matplotlib.
+    Axes = Figure = Any
 
 FEW = 6
 """Curves of fewer points have markers."""
@@ -17,9 +23,16 @@ FEW = 6
 MARKERS = ("o", "s", "^", "D", "v", "P")
 
 
+def blank(figsize: tuple[float, float], dpi: int) -> Figure:
+    """An empty figure, in inches."""
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=figsize, layout="constrained", dpi=dpi)
+
+
 def panels(count: int, width: float = 3.4, height: float = 3.2, sharey: bool = True) -> tuple[Figure, list[Axes]]:
     """A row of panels in one style."""
-    figure = Figure(figsize=(width * count + 0.6, height), layout="constrained", dpi=200)
+    figure = blank(figsize=(width * count + 0.6, height), dpi=200)
     axes = figure.subplots(1, count, sharey=sharey, squeeze=False)[0]
     for axis in axes:
         axis.grid(alpha=0.25, linewidth=0.5)
@@ -174,9 +187,7 @@ def intensity_map(
     mesh = axis.pcolormesh(time * 1e6, values * factor, force, cmap="inferno", shading="nearest", rasterized=True)
     axis.grid(visible=False)
     axis.set(yscale="log", xlabel="time (µs)", ylabel=label)
-    axis.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axis.yaxis.set_major_formatter("{x:g}")
-    axis.yaxis.set_minor_formatter(NullFormatter())
+    _plain_numbers(axis.yaxis)
     figure.colorbar(mesh, ax=axis, label="force at the sensor (N)")
     return figure
 
@@ -200,9 +211,7 @@ def logarithmic(axis: Axes) -> None:
     """Both axes logarithmic, with plain numbers at 1, 2 and 5 of each decade, or more on an axis within one."""
     axis.set(xscale="log", yscale="log")
     for one in (axis.xaxis, axis.yaxis):
-        one.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        one.set_major_formatter("{x:g}")
-        one.set_minor_formatter(NullFormatter())
+        _plain_numbers(one)
 
 
 def beside_theory(
@@ -327,6 +336,12 @@ def histories(axis: Axes, force: xr.DataArray) -> None:
 def log_x(axis: Axes) -> None:
     """A logarithmic x with plain numbers at 1, 2 and 5 of each decade."""
     axis.set_xscale("log")
-    axis.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axis.xaxis.set_major_formatter("{x:g}")
-    axis.xaxis.set_minor_formatter(NullFormatter())
+    _plain_numbers(axis.xaxis)
+
+
+def _plain_numbers(axis: "Axis") -> None:
+    from matplotlib.ticker import LogLocator, NullFormatter
+
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter("{x:g}")
+    axis.set_minor_formatter(NullFormatter())
