@@ -22,7 +22,7 @@ from coupling.sweeps.progress import one_bar
 from hertzlink.cases.faults import CaseError
 from hertzlink.commands.case_commands import COMMANDS
 from hertzlink.commands.explore_command import explore_case
-from hertzlink.studies import RUNS, LongStudy, study
+from hertzlink.studies import STUDIES, LongStudy, study
 from hertzlink.studies.conditions import DIFFERS
 from hertzlink.studies.writing import FORMATS, QUICK, Written, read_study
 from hertzlink.study_options import Studies
@@ -118,7 +118,7 @@ def run_study(
     keep = {"keep": parts} if isinstance(chosen, LongStudy) else {}
     findings: list[str] = []
     try:
-        with collected() as findings, one_bar(name, 0 if own else RUNS[name][0 if quick else 1]):
+        with collected() as findings, one_bar(name, 0 if own else STUDIES[name].runs[not quick]):
             begin = perf_counter()
             data = chosen.run(quick, jobs, **own, **keep)
             remark = "\n".join(part for part in (QUICK if quick else "", data.attrs.get(DIFFERS, "")) if part)

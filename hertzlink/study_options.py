@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from hertzlink.studies import ABOUT, STUDIES, study
+from hertzlink.studies import STUDIES, study
 from hertzlink.studies.conditions import Conditions, Option, WrongValue
 from hertzlink.studies.writing import FORMATS
 from structures.checks import did_you_mean
@@ -63,7 +63,7 @@ class Studies(click.Group):
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """The studies with what they show, without loading them."""
         with formatter.section("Studies"):
-            formatter.write_dl(list(ABOUT.items()))
+            formatter.write_dl([(name, entry.about) for name, entry in STUDIES.items()])
         formatter.write_paragraph()
         formatter.write_text("hertzlink study NAME --help lists what can be changed in a study.")
 
@@ -93,7 +93,7 @@ class StudyCommand(click.Command):
         self.conditions: type[Conditions] = getattr(study(name), "Conditions", Conditions)
         self.own = self.conditions.options()
         options = [_option(one, option) for one, option in self.own.items()]
-        super().__init__(name, params=[*options, *common_options()], callback=self._run, help=ABOUT[name])
+        super().__init__(name, params=[*options, *common_options()], callback=self._run, help=STUDIES[name].about)
         self._study = run
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:

@@ -10,8 +10,7 @@ from coupling.results.provenance import stored
 from hertzlink.reports.of_results import with_setup
 from hertzlink.reports.page import Line, Page, Section, Table, html, usual_facts
 from hertzlink.reports.svg import picture
-from hertzlink.studies import ABOUT
-from hertzlink.studies.captions import CAPTIONS
+from hertzlink.studies import STUDIES
 from hertzlink.studies.table import Row, footnotes, head_and_cells
 
 if TYPE_CHECKING:
@@ -39,12 +38,12 @@ def study_report(
     ]
     sections = with_setup(results, data, None, one_of_each(findings_of(data)), first=False)
     facts = usual_facts(None if took is None else float(took), known or None)
-    summary = [ABOUT[name], *([f"{own[0].upper()}{own[1:]}."] if own else [])]
+    summary = [STUDIES[name].about, *([f"{own[0].upper()}{own[1:]}."] if own else [])]
     return html(Page(f"Study {name}", summary, sections, facts, remark))
 
 
 def caption(study: str, figure: str) -> str:
     """What a figure shows; its name in words where there is no caption."""
-    known = CAPTIONS.get(study, {})
+    known = STUDIES[study].figures
     names = [name for name in known if figure == name or figure.startswith(f"{name}_")]
     return known[max(names, key=len)] if names else figure.replace("_", " ")

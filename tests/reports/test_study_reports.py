@@ -17,8 +17,7 @@ from page_parser import check_page
 import hertzlink as hl
 from hertzlink.cli import main
 from hertzlink.reports.of_studies import caption, study_report
-from hertzlink.studies import ABOUT, STUDIES, draw, study
-from hertzlink.studies.captions import CAPTIONS
+from hertzlink.studies import STUDIES, draw, study
 from hertzlink.studies.table import FOOTNOTE, Row
 from hertzlink.studies.writing import QUICK
 
@@ -71,12 +70,12 @@ def test_a_study_writes_a_report(command: Command) -> None:
     assert command("study", "rod-stiffness", "--quick") == (0, "")
     page = check_page(Path("rod-stiffness/report.html").read_text("utf-8"))
     assert page.text["h1"] == ["Study rod-stiffness"]
-    assert ABOUT["rod-stiffness"] in page.text["p"]
+    assert STUDIES["rod-stiffness"].about in page.text["p"]
     assert QUICK in page.text["p"]
     assert FOOTNOTE in page.text["p"]
     assert "a <reason>" in page.text["td"]
     assert {"AR & TOF", "+25.0 %*"} <= set(page.text["th"] + page.text["td"])
-    assert page.text["figcaption"][0] == CAPTIONS["rod-stiffness"]["stiffness"]
+    assert page.text["figcaption"][0] == STUDIES["rod-stiffness"].figures["stiffness"]
     assert any("AR over length (m) (curve)" in one for one in page.text["title"])
     assert any("half-space" in one for one in page.text["title"])  # the sketch of the first run
     assert "time taken" in page.text["dt"]
@@ -146,18 +145,17 @@ def test_what_no_study_wrote_is_not_drawn(command: Command) -> None:
 
 
 def test_every_caption_belongs_to_a_figure_of_its_study() -> None:
-    assert set(CAPTIONS) == set(STUDIES)
     folder = Path(str(import_module("hertzlink.studies").__file__)).parent
-    drawn = "".join(path.read_text("utf-8") for path in folder.glob("*.py") if path.name != "captions.py")
-    for name, captions in CAPTIONS.items():
-        for figure, words in captions.items():
+    drawn = "".join(path.read_text("utf-8") for path in folder.glob("*.py"))
+    for name, entry in STUDIES.items():
+        for figure, words in entry.figures.items():
             assert f'"{figure}"' in drawn, (name, figure)
             assert not re.search(r"equation|thesis|chapter|section \d|figure \d|Table", words), (name, figure)
     assert caption("rod-stiffness", "no_such_figure") == "no such figure"
     # One figure for each record, whose lengths a user chooses.
     for name in ("distance_1.4_ms", "distance_5.0_ms"):
-        assert caption("identifiability", name) == CAPTIONS["identifiability"]["distance"]
-    assert caption("dissipation", "speed_over_force") == CAPTIONS["dissipation"]["speed_over_force"]
+        assert caption("identifiability", name) == STUDIES["identifiability"].figures["distance"]
+    assert caption("dissipation", "speed_over_force") == STUDIES["dissipation"].figures["speed_over_force"]
 
 
 @pytest.mark.thorough
@@ -172,4 +170,4 @@ def test_figures_of_a_study_can_be_read_without_the_thesis(command: Command, mon
     page = check_page(Path("drawn/report.html").read_text("utf-8"))
     words = [*page.text["figcaption"], *page.text["title"]]
     assert not [one for one in words if re.search(r"equation|Table \d|chapter|section \d", one)]
-    assert set(CAPTIONS[name].values()) == set(page.text["figcaption"][: len(CAPTIONS[name])])
+    assert set(STUDIES[name].figures.values()) == set(page.text["figcaption"][: len(STUDIES[name].figures)])

@@ -13,7 +13,6 @@ import xarray as xr
 import hertzlink as hl
 from hertzlink.cli import main
 from hertzlink.studies import (
-    ABOUT,
     STUDIES,
     aspect_ratio,
     critical_distance,
@@ -105,7 +104,7 @@ def test_help_lists_each_parameter_with_unit_and_default(name: str, capsys: pyte
     assert hertzlink("study", name, "--help") == 0
     said = " ".join(capsys.readouterr().out.split())
     assert "--quick" in said
-    assert " ".join(ABOUT[name].split()[:5]) in said
+    assert " ".join(STUDIES[name].about.split()[:5]) in said
     options = getattr(study(name), "Conditions", Conditions).options()
     assert (not options) == ("nothing of it can be changed" in said)
     assert FIXED.isdisjoint({name}) or not options
@@ -120,7 +119,6 @@ def test_help_of_all_studies_loads_none(capsys: pytest.CaptureFixture[str], monk
     assert hertzlink("study", "--help") == 0
     said = capsys.readouterr().out
     assert all(name in said for name in STUDIES)
-    assert list(ABOUT) == list(STUDIES)
 
 
 def test_values_are_read_from_texts_numbers_and_lists() -> None:
@@ -319,6 +317,6 @@ def test_the_page_of_studies_lists_what_can_be_changed(name: str) -> None:
     page = (Path(__file__).parents[2] / "docs" / "studies.md").read_text("utf-8")
     (line,) = [line for line in page.splitlines() if line.startswith(f"| `{name}` |")]
     options = getattr(study(name), "Conditions", Conditions).options()
-    assert ABOUT[name].rstrip(".") in line
+    assert STUDIES[name].about.rstrip(".") in line
     listed = [part.split("`")[1].replace("-", "_") for part in line.split("|")[3].split(",") if "`" in part]
     assert listed == list(options)
