@@ -42,8 +42,6 @@ myst_heading_anchors = 3
 
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"
-# They are read from a line of the file that a class says it is in; the public names say another.
-autodoc_use_type_comments = False
 numpydoc_show_class_members = False
 numpydoc_xref_param_type = False
 default_role = "code"

@@ -15,26 +15,33 @@ Its public names are listed in `__init__.pyi`; each is imported when it is first
 461
 """
 
-from hertzlink import _rooms as _rooms  # first: it checks that the packages of hertzlink are its own
+from importlib import import_module
+
+from hertzlink import _rooms as _rooms  # before all others: it checks that the packages of hertzlink are its own
 
 # isort: split
-from hertzlink import _names
+from hertzlink._names import PUBLIC as _PUBLIC
 
-__all__ = sorted(_names.PUBLIC)
+__all__ = sorted(_PUBLIC)
 
 
 def __getattr__(name: str) -> object:
-    """Import what is used for the first time; for an unknown name, raise an error that gives its new or nearest one."""
+    """Import what is used for the first time; for an unknown name, raise an error that gives the nearest one."""
     if name == "__version__":
         from coupling.results.provenance import version_of
 
-        value: object = version_of("hertzlink")
-    elif name in _names.PUBLIC:
-        value = _names.load(name)
-    else:
-        from hertzlink._moved import missing
+        return version_of(__name__)
+    if name not in _PUBLIC:
+        from hertzlink._hints import missing
 
         raise missing(name)
+    from hertzlink._help import for_users, namespace_for_users
+
+    place = _PUBLIC[name]
+    if place.module == __name__:
+        value = namespace_for_users(import_module(f"{__name__}.{name}"))
+    else:
+        value = for_users(getattr(import_module(place.module), place.name), name)
     globals()[name] = value
     return value
 

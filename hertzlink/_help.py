@@ -1,11 +1,14 @@
-"""What help() shows of public functions and classes: the names that a user types, and signatures that can be read."""
+"""What users get of public functions and classes: hints for wrong arguments, and signatures that can be read."""
 
 import inspect
 import re
+import sys
 from functools import cache
+from types import ModuleType
 from typing import Any
 
-from hertzlink._hints import hinting
+from hertzlink._hints import hinting, missing
+from hertzlink._names import PUBLIC, namespaces
 from hertzlink._rooms import ROOMS
 
 OURS = (*ROOMS, "hertzlink")
@@ -14,26 +17,47 @@ LINE = 80
 """Columns; a longer signature is written with one parameter a line."""
 
 
-def for_users(value: Any, package: str, name: str) -> Any:
+def for_users(value: Any, name: str, package: str = "hertzlink") -> Any:
     """What a user gets: of a public function a wrapper that names a right argument, all else as it is.
 
-    The packages call their functions without it.
+    Classes name a right argument too, also those of what functions return. The packages call their functions without
+    the wrapper.
     """
-    if not inspect.isfunction(value) or value.__module__.partition(".")[0] not in OURS:
+    for public, place in PUBLIC.items():
+        if place.module in sys.modules:
+            _hint_in_class(vars(sys.modules[place.module]).get(place.name), public)
+    if not inspect.isfunction(value) or not _is_ours(value):
+        _hint_in_class(value, name)
         return value
     wrapper = _hinting(value, f"{package}.{name}".removeprefix("hertzlink."))
+    # Pickle finds the wrapper by them.
     wrapper.__module__, wrapper.__name__, wrapper.__qualname__ = package, name, name
     return wrapper
 
 
-def name_class(value: Any, package: str, name: str) -> None:
-    """Give a public class the module and name that a user types; its methods name a right argument."""
-    if not inspect.isclass(value) or value.__module__.partition(".")[0] not in OURS:
-        return
-    for kind in value.__mro__:
-        if kind.__module__.partition(".")[0] in OURS and not getattr(kind, "_is_protocol", False):
-            _hint_in(kind, name)
-    value.__module__, value.__name__, value.__qualname__ = package, name, name
+def namespace_for_users(module: ModuleType) -> ModuleType:
+    """A namespace with the functions that a user gets, and an error that gives the nearest name."""
+    names = vars(module)
+    space = module.__name__.rpartition(".")[2]
+    names.update({name: for_users(names[name], name, module.__name__) for name in namespaces()[space]})
+
+    def missing_here(name: str) -> object:
+        raise missing(name, space)
+
+    names["__getattr__"] = missing_here
+    return module
+
+
+def _is_ours(value: Any) -> bool:
+    return value.__module__.partition(".")[0] in OURS
+
+
+def _hint_in_class(value: Any, name: str) -> None:
+    """Let a public class and those that it derives from name a right argument."""
+    if inspect.isclass(value) and _is_ours(value):
+        for kind in value.__mro__:
+            if _is_ours(kind) and not getattr(kind, "_is_protocol", False):
+                _hint_in(kind, name)
 
 
 def _hint_in(kind: Any, name: str) -> None:
@@ -55,28 +79,14 @@ def _hinting(function: Any, name: str, method: bool = False) -> Any:
     return wrapper
 
 
-class ShortParameter(inspect.Parameter):
-    """A parameter that is printed with the short name of its type."""
-
-    def __str__(self) -> str:
-        text = super().__str__()
-        if self.annotation is not self.empty:
-            text = text.replace(inspect.formatannotation(self.annotation), short_type(self.annotation), 1)
-        return text.replace(repr(self.default), self.default.__name__) if inspect.isfunction(self.default) else text
-
-
 class ShortSignature(inspect.Signature):
-    """A signature that is printed with short names of types, and with one parameter a line where it is long."""
+    """A signature that is printed with the short names of its types, and with line breaks if it is long."""
 
     @classmethod
     def of(cls, function: Any) -> "ShortSignature":
         """That of a function, with its real annotations."""
         known = inspect.signature(function)
-        parameters = [
-            ShortParameter(one.name, one.kind, default=one.default, annotation=one.annotation)
-            for one in known.parameters.values()
-        ]
-        return cls(parameters, return_annotation=known.return_annotation)
+        return cls(list(known.parameters.values()), return_annotation=known.return_annotation)
 
     def __str__(self) -> str:
         parts, starred = list[str](), False
@@ -84,8 +94,9 @@ class ShortSignature(inspect.Signature):
             if one.kind is one.KEYWORD_ONLY and not starred:
                 parts.append("*")
             starred = starred or one.kind in (one.KEYWORD_ONLY, one.VAR_POSITIONAL)
-            parts.append(str(one))
-        result = "" if self.return_annotation is self.empty else f" -> {short_type(self.return_annotation)}"
+            parts.append(short(str(one)))
+        returned = self.return_annotation
+        result = "" if returned is self.empty else f" -> {short(inspect.formatannotation(returned))}"
         line = f"({', '.join(parts)}){result}"
         return line if len(line) <= LINE else f"(\n    {f',{chr(10)}    '.join(parts)},\n){result}"
 
@@ -108,9 +119,9 @@ def _expanded() -> dict[str, str]:
     return {re.sub(r"^Union\[(.*)\]$", r"\1", text): name for name, text in texts.items()}
 
 
-def short_type(annotation: Any) -> str:
-    """A type in a signature, without modules and with short names."""
-    text = _without_modules(annotation if isinstance(annotation, str) else inspect.formatannotation(annotation))
+def short(text: str) -> str:
+    """Types in a text without modules and with short names."""
+    text = _without_modules(re.sub(r"<(?:class|function) '?([\w.]+)'?(?: at 0x\w+)?>", r"\1", text))
     for expanded, name in _expanded().items():
         text = text.replace(f"Union[{expanded}]", name).replace(expanded, name)
     return re.sub(r"Union\[([^][]*)\]", lambda found: found[1].replace(", ", " | "), text)

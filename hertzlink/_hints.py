@@ -1,10 +1,13 @@
 """Hints for wrong guesses: of arguments, of entries of case files, and of public names."""
 
 import inspect
+import sys
 from collections.abc import Callable, Collection, Mapping
 from functools import wraps
+from importlib.util import find_spec
 from typing import Any
 
+from hertzlink._names import PUBLIC, namespaces
 from structures.checks import near
 
 OTHER_WORDS = {
@@ -132,3 +135,70 @@ def misfit(function: Callable[..., Any], name: str, method: bool, arguments: Any
         and one.name not in before and one.name not in named
     ]  # fmt: skip
     return f"{name}() lacks {' and '.join(missing)}; {signature}" if missing else ""
+
+
+IMPORTER = "importlib._bootstrap"
+"""The module whose frame asks for an attribute in `from hertzlink import name`."""
+
+OTHER_NAMES = {
+    "AR": "amplitude_ratio",
+    "TOF": "time_of_flight",
+    "animate": "views.animation",
+    "bead": "Sphere",
+    "cosim": "CoSimulation",
+    "energy": "energy_error",
+    "force": "sensor_force",
+    "invert": "identify",
+    "plate": "kirchhoff_plate",
+    "plot": "plots.traces",
+    "read_csv": "read_signal",
+    "read_trace": "read_signal",
+    "run": "CoSimulation",
+    "save_plot": "plots.report",
+    "simulate": "CoSimulation",
+    "trace": "plots.traces",
+    "wall": "half_space",
+}
+"""What users call a public name."""
+
+ELSEWHERE = {
+    "load": 'a saved run is opened with xarray.load_dataset("run.nc")',
+    "save": 'a run is saved with run.to_netcdf("run.nc")',
+    "read_case": "a case file is run with `hertzlink run case.toml`; hertzlink.from_input makes a case of a run",
+}
+ELSEWHERE |= dict.fromkeys(("open", "read", "load_run", "open_run", "read_run", "load_dataset"), ELSEWHERE["load"])
+ELSEWHERE |= dict.fromkeys(("write", "save_run", "to_netcdf", "export", "dump"), ELSEWHERE["save"])
+ELSEWHERE |= dict.fromkeys(("load_case", "open_case", "case", "run_case", "from_toml"), ELSEWHERE["read_case"])
+"""What hertzlink leaves to others, and how it is done."""
+
+
+def missing(name: str, space: str = "") -> Exception:
+    """The error for a name that hertzlink, or a namespace of it, does not have.
+
+    `from hertzlink import name` replaces an AttributeError by an ImportError without its message, so it gets an
+    ImportError; unless a module of this name can still be imported.
+    """
+    hint, module = _hint(name, space), f"hertzlink.{space}".rstrip(".")
+    importing = sys._getframe(2).f_globals.get("__name__") == IMPORTER
+    if importing and not name.startswith("__") and find_spec(f"{module}.{name}") is None:
+        return ImportError(f"cannot import name {name!r} from {module!r}{hint}", name=module)
+    # Without `obj` Python would add a suggestion of its own, which may be another name.
+    return AttributeError(f"module {module!r} has no attribute {name!r}{hint}", name=name, obj=None)
+
+
+def _hint(name: str, space: str) -> str:
+    """What is meant by a name, or the nearest one; upper and lower case count the same."""
+    if name.startswith("_"):
+        return ""
+    inner = meant(name, namespaces()[space], {}) if space else []
+    if inner:
+        return f"; did you mean hertzlink.{space}.{inner[0]}?"
+    if name.lower() in ELSEWHERE:
+        return f"; {ELSEWHERE[name.lower()]}"
+    places: dict[str, str] = {}
+    for outer, names in namespaces().items():
+        places |= {inner.lower(): f"{outer}.{inner}" for inner in names}
+    places |= {public.lower(): public for public in PUBLIC}
+    places |= {usual.lower(): place for usual, place in OTHER_NAMES.items()}
+    found = meant(name, places, {})
+    return f"; did you mean hertzlink.{places[found[0]]}?" if found else ""

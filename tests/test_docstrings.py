@@ -46,9 +46,8 @@ def test_every_parameter_is_described(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", PUBLIC)
-def test_help_shows_the_name_and_a_signature_that_can_be_read(name: str) -> None:
+def test_help_shows_a_signature_that_can_be_read(name: str) -> None:
     value = PUBLIC[name]
-    assert f"{value.__module__}.{value.__qualname__}" == f"hertzlink.{name}"
     try:
         signature = str(inspect.signature(value))
     except ValueError:  # of classes that take any arguments
