@@ -153,7 +153,7 @@ def report_prestress(window: float, windows: int) -> None:
     """Print what a run, and the plate alone, costs under stress over what it costs without, in turn."""
     structures = {0.0: hl.reduce(PLATE.at(*PLACE), UNTIL)}
     for stress in STRESSES:
-        inside = hl.laminates.Prestress(xx=stress * PLATE.section.thickness, yy=stress * PLATE.section.thickness)
+        inside = hl.Prestress(xx=stress * PLATE.section.thickness, yy=stress * PLATE.section.thickness)
         plate = hl.kirchhoff_plate(0.914, 0.914, PLATE.section.thickness, hl.ALUMINIUM_6061, EDGES, additions=[inside])
         structures[stress] = hl.reduce(plate.at(*PLACE), UNTIL)
     simulations = {stress: hl.CoSimulation(CHAIN, one) for stress, one in structures.items()}

@@ -64,7 +64,7 @@ def laws() -> None:
 def widest_contact(shell: hl.HollowSphere) -> float:
     """Radius, m, of the contact at the largest approach, by the forces of the analytic law."""
     force = hl.contact_law(shell, shell).force(np.array(APPROACH))
-    hertz = hl.laws.PowerLaw(hl.hertz.stiffness(shell.surface, shell.surface))
+    hertz = hl.laws.PowerLaw(hl.theory.hertz_stiffness(shell.surface, shell.surface))
     return float(np.sqrt(0.5 * shell.radius * hertz.approach(force)))
 
 
@@ -72,7 +72,7 @@ def of_law(shell: hl.HollowSphere, spacing: float, target: bool = False) -> str:
     """The time for a law with cells of this size, m, and for the two coarser meshes from which its error is
     estimated.
     """
-    spent, law = timed(lambda: hl.laws.axisymmetric(shell, max_approach=APPROACH, spacing=spacing))
+    spent, law = timed(lambda: hl.laws.computed_law(shell, max_approach=APPROACH, spacing=spacing))
     steps = np.count_nonzero(np.array(law.approaches) >= law.smallest)
     met = f" (≤ {LONGEST_LAW:.0f}, {verdict(spent <= LONGEST_LAW)})" if target else ""
     return f"{steps} load steps, each at a corner of the mesh, error {law.error:.1%}: {spent:.2f} s{met}"

@@ -148,7 +148,7 @@ def judged(case: Case, draws: int) -> dict[str, float]:
     width = (0.115, 0.16) if case.name == "position" else (case.truth * 0.6, case.truth * 1.5)
     ranges = {case.name: width, "impact_speed": (0.25, 0.38)}
     guess = {case.name: case.truth * 1.005, "impact_speed": SPEED * 1.005}
-    known = hl.information(
+    known = hl.identifiability(
         case.build, NOISE, case.sensors, UNTIL, sample_every=STEP, **{case.name: case.truth, "impact_speed": SPEED}
     )
     values, inside, explained, spent = [], 0, 0, process_time()

@@ -10,14 +10,14 @@ run = hl.CoSimulation(chain, None).run(until=120e-6)
 
 section = run.section_force.sel(bead=7)
 peak = float(run.time[int(section.values.argmax())])
-motion = hl.views.bead_motion(run, chain, times=peak + np.arange(-15e-6, 16e-6, 3e-6), beads=[6, 7, 8])
+motion = hl.plots.bead_motion(run, chain, times=peak + np.arange(-15e-6, 16e-6, 3e-6), beads=[6, 7, 8])
 for name, moment in (("before", peak - 9e-6), ("peak", peak)):
-    print("written:", hl.views.picture(motion, f"{name}.png", time=moment, factor=0.0, highest=20e6))
+    print("written:", hl.plots.picture(motion, f"{name}.png", time=moment, factor=0.0, highest=20e6))
 print(
     "written:",
-    hl.views.animation(motion, "wave.gif", factor=0.0, highest=20e6),
+    hl.plots.animation(motion, "wave.gif", factor=0.0, highest=20e6),
     "and",
-    hl.views.write_vtu(motion, "paraview"),
+    hl.plots.write_vtu(motion, "paraview"),
 )
 
 at_peak = motion.sel(time=peak, method="nearest")

@@ -1,7 +1,7 @@
 """The thickness of a plate and the distance of its clamped edge from one tap, whose gain and time zero are unknown.
 
-The signal is simulated, with 1 % noise, so that the truth is known. `hl.information` says beforehand which sensors can
-see the edge; `hl.identify` finds it. AR and TOF alone cannot.
+The signal is simulated, with 1 % noise, so that the truth is known. `hl.identifiability` says beforehand which sensors
+can see the edge; `hl.identify` finds it. AR and TOF alone cannot.
 """
 
 from pathlib import Path
@@ -23,7 +23,7 @@ def build(thickness: float, distance: float, impact_speed: float) -> hl.CoSimula
 THICKNESS, DISTANCE, SPEED = 4.83e-3, 0.06, 0.31  # the truth, which the fit does not know
 
 for compare in ("features", "waveform"):
-    known = hl.information(
+    known = hl.identifiability(
         build, 0.01, [7], UNTIL, compare=compare, thickness=THICKNESS, distance=DISTANCE, impact_speed=SPEED
     )
     print(f"{compare}: the distance is {known.verdict('distance')}")

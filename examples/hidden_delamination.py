@@ -4,12 +4,12 @@ from math import pi
 
 import hertzlink as hl
 
-carbon = hl.laminates.OrthotropicMaterial(
+carbon = hl.OrthotropicMaterial(
     youngs_modulus_along=135e9, youngs_modulus_across=9e9, poisson_ratio=0.3, shear_modulus=5e9,
     shear_modulus_along=5e9, shear_modulus_across=3.2e9, density=1560.0,
 )  # fmt: skip
-quarter = [hl.laminates.Ply(carbon, 0.25e-3, angle) for angle in (0.0, pi / 4.0, -pi / 4.0, pi / 2.0)]
-wall = hl.laminates.Laminate(quarter + quarter[::-1])
+quarter = [hl.Ply(carbon, 0.25e-3, angle) for angle in (0.0, pi / 4.0, -pi / 4.0, pi / 2.0)]
+wall = hl.Laminate(quarter + quarter[::-1])
 
 bead = hl.Sphere(radius=2.38e-3, material=hl.STEEL_440C)
 chain = hl.Chain([bead] * 20, bead, impact_speed=0.4)

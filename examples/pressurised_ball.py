@@ -18,12 +18,12 @@ for name, radius, thickness, material, diameter, until, highest in (
     patch, frequency = (2e-3, 2e3) if soft else (None, 40e3)
     pressures, found = np.linspace(0.0, highest, 4), []
     for pressure in pressures:
-        shell = hl.shells.spherical_shell(
+        shell = hl.spherical_shell(
             radius, thickness, material, float(pressure), patch_radius=patch, highest_frequency=frequency
         )
         small = hl.reduce(shell, until, pulse=2e-3 if soft else 25e-6)
         found.append(float(hl.time_of_flight(hl.CoSimulation(chain, small).run(until=until), sensor=8)))
-    relative = pressures / hl.shells.buckling_pressure(radius, thickness, material)
+    relative = pressures / hl.theory.shell_buckling_pressure(radius, thickness, material)
     flights[name] = relative, np.array(found)
     print(f"{name}: to {highest / 1e3:.0f} kPa TOF falls from {1e6 * found[0]:.1f} to {1e6 * found[-1]:.1f} µs")
 

@@ -14,7 +14,7 @@ alloy, expansion, until = hl.ALUMINIUM_6061, 23.6e-6, 1.2e-3
 
 def plate(stress: float, thickness: float = 1e-3) -> hl.Structure:
     held = hl.Supports("clamped", "clamped", "clamped", "clamped")
-    inside = hl.laminates.Prestress(xx=stress * thickness, yy=stress * thickness)
+    inside = hl.Prestress(xx=stress * thickness, yy=stress * thickness)
     whole = hl.kirchhoff_plate(0.08, 0.08, thickness, alloy, held, additions=[inside], highest_frequency=5e4)
     # A basis so exact does not change with the stress: the bound below compares neighbouring stresses.
     return hl.reduce(whole.at(0.04, 0.04), until=until, tolerance=1e-4)
@@ -24,7 +24,7 @@ def strip(stress: float, thickness: float = 3e-3) -> hl.Structure:
     breadth, height = 10e-3, thickness
     stiffness = alloy.youngs_modulus * breadth * height**3 / 12.0
     heavy, area = alloy.density * breadth * height, breadth * height
-    whole = hl.beams.beam(0.06, stiffness, heavy, alloy, 0.03, ("clamped", "clamped"), stress * area)
+    whole = hl.beam(0.06, stiffness, heavy, alloy, 0.03, ("clamped", "clamped"), stress * area)
     return hl.reduce(whole, until=until, tolerance=1e-4)
 
 
@@ -47,7 +47,7 @@ for name, make, size in (("plate", plate, 1e-3), ("strip", strip, 3e-3)):
 
     held = 1.0 if name == "strip" else 1.0 / (1.0 - alloy.poisson_ratio)
     kelvin = alloy.youngs_modulus * expansion * held
-    known = hl.information(build, sensors=[10], until=until, stress=10e6, thickness=size, impact_speed=0.31)
+    known = hl.identifiability(build, sensors=[10], until=until, stress=10e6, thickness=size, impact_speed=0.31)
     sigma = 10e6 * known.relative["stress"]
     print(f"{name}: 1 sigma {sigma / 1e6:.3g} MPa or {sigma / kelvin:.3g} K; 1 K is {kelvin / 1e6:.2f} MPa")
 left.set(xlabel="stress, tension positive (MPa)", ylabel="AR")

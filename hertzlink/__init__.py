@@ -37,11 +37,11 @@ def __getattr__(name: str) -> object:
         raise missing(name)
     from hertzlink._help import for_users, namespace_for_users
 
-    place = _PUBLIC[name]
-    if place.module == __name__:
+    value: object
+    if _PUBLIC[name] == __name__:
         value = namespace_for_users(import_module(f"{__name__}.{name}"))
     else:
-        value = for_users(getattr(import_module(place.module), place.name), name)
+        value = for_users(getattr(import_module(_PUBLIC[name]), name), name)
     globals()[name] = value
     return value
 

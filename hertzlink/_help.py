@@ -23,9 +23,9 @@ def for_users(value: Any, name: str, package: str = "hertzlink") -> Any:
     Classes name a right argument too, also those of what functions return. The packages call their functions without
     the wrapper.
     """
-    for public, place in PUBLIC.items():
-        if place.module in sys.modules:
-            _hint_in_class(vars(sys.modules[place.module]).get(place.name), public)
+    for public, module in PUBLIC.items():
+        if module in sys.modules:
+            _hint_in_class(vars(sys.modules[module]).get(public), public)
     if not inspect.isfunction(value) or not _is_ours(value):
         _hint_in_class(value, name)
         return value

@@ -143,7 +143,7 @@ IMPORTER = "importlib._bootstrap"
 OTHER_NAMES = {
     "AR": "amplitude_ratio",
     "TOF": "time_of_flight",
-    "animate": "views.animation",
+    "animate": "plots.animation",
     "bead": "Sphere",
     "cosim": "CoSimulation",
     "energy": "energy_error",

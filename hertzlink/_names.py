@@ -3,28 +3,25 @@
 import ast
 from functools import cache
 from pathlib import Path
-from typing import NamedTuple
 
 HOME = Path(__file__).parent
 
 
-class Place(NamedTuple):
-    """Where a public name is defined, and what it is called there."""
-
-    module: str
-    name: str
-
-
-def imported_by(file: Path) -> dict[str, Place]:
-    """The names that a file imports, and from where."""
-    lines = [line for line in ast.parse(file.read_text("utf-8")).body if isinstance(line, ast.ImportFrom)]
-    return {one.asname or one.name: Place(str(line.module), one.name) for line in lines for one in line.names}
+def listed_in(file: Path) -> dict[str, str]:
+    """The names that a file imports or assigns, each with the module from which it is imported."""
+    names = dict[str, str]()
+    for line in ast.parse(file.read_text("utf-8")).body:
+        if isinstance(line, ast.ImportFrom):
+            names |= {str(alias.asname): str(line.module) for alias in line.names}
+        elif isinstance(line, ast.Assign):
+            names |= {target.id: "" for target in line.targets if isinstance(target, ast.Name)}
+    return {name: module for name, module in names.items() if not name.startswith("_")}
 
 
-PUBLIC = imported_by(HOME / "__init__.pyi")
+PUBLIC = listed_in(HOME / "__init__.pyi")
 
 
 @cache
-def namespaces() -> dict[str, dict[str, Place]]:
+def namespaces() -> dict[str, list[str]]:
     """The public names of each namespace, as hertzlink.laws."""
-    return {name: imported_by(HOME / f"{name}.py") for name, place in PUBLIC.items() if place.module == "hertzlink"}
+    return {name: [*listed_in(HOME / f"{name}.py")] for name, module in PUBLIC.items() if module == "hertzlink"}

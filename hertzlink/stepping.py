@@ -1,18 +1,9 @@
 """Chain and structure that are advanced window by window, and time steppers of structures."""
 
-from particles.moving import MovingChain
-from structures.closing import Closing, ClosingState
-from structures.moving import MovingStructure
-from structures.stepping import CentralDifference, GeneralisedAlpha, Newmark, Step, StructureState
-
-__all__ = [
-    "CentralDifference",
-    "Closing",
-    "ClosingState",
-    "GeneralisedAlpha",
-    "MovingChain",
-    "MovingStructure",
-    "Newmark",
-    "Step",
-    "StructureState",
-]
+from particles.moving import MovingChain as MovingChain
+from structures.closing import Closing as Closing
+from structures.moving import MovingStructure as MovingStructure
+from structures.stepping import CentralDifference as CentralDifference
+from structures.stepping import GeneralisedAlpha as GeneralisedAlpha
+from structures.stepping import Newmark as Newmark
+from structures.stepping import Step as Step

@@ -30,7 +30,7 @@ STEPS_PER_CONTACT = 1800
 
 HOP = 0.5
 """Time in which a wave goes on by one bead, over that of a contact. Solitary waves behind a striker like the beads:
-1.19 (m²/(k²v))^⅕ (`solitary.wave_speed_from_particle_speed`) over 2.44 of these; linear waves: √(m/C) over π√(m/2C)."""
+1.19 (m²/(k²v))^⅕ (`wave_speed_from_particle_speed`) over 2.44 of these; linear waves: √(m/C) over π√(m/2C)."""
 
 STEPS_PER_DAMPING = 40
 """Steps in the time in which the strongest loss would stop a contact; matters for soft, small, sticky beads only."""

@@ -75,8 +75,8 @@ def tangent_stiffness(stiffness: float, preload: Number, exponent: float = HERTZ
     --------
     >>> import hertzlink as hl
     >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-    >>> stiffness = hl.hertz.stiffness(bead.surface, bead.surface)
-    >>> round(hl.solitary.tangent_stiffness(stiffness, preload=10.0) * 1e-6, 2)
+    >>> stiffness = hl.theory.hertz_stiffness(bead.surface, bead.surface)
+    >>> round(hl.theory.tangent_stiffness(stiffness, preload=10.0) * 1e-6, 2)
     11.89
     """
     k, n = positive("stiffness", stiffness, "N/m^n"), _at_least_linear(exponent)
@@ -129,9 +129,9 @@ def angular_frequency(
     --------
     >>> import hertzlink as hl
     >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-    >>> stiffness = hl.hertz.stiffness(bead.surface, bead.surface)
+    >>> stiffness = hl.theory.hertz_stiffness(bead.surface, bead.surface)
     >>> shortest = 3.141592653589793 / bead.size
-    >>> highest = hl.solitary.angular_frequency(shortest, bead.size, bead.mass, stiffness, preload=10.0)
+    >>> highest = hl.theory.chain_angular_frequency(shortest, bead.size, bead.mass, stiffness, preload=10.0)
     >>> round(highest / 6.283185307179586)
     18491
     """
@@ -175,8 +175,8 @@ def cutoff_frequency(mass: float, stiffness: float, preload: Number, exponent: f
     --------
     >>> import hertzlink as hl
     >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-    >>> stiffness = hl.hertz.stiffness(bead.surface, bead.surface)
-    >>> round(hl.solitary.cutoff_frequency(bead.mass, stiffness, preload=10.0))
+    >>> stiffness = hl.theory.hertz_stiffness(bead.surface, bead.surface)
+    >>> round(hl.theory.chain_cutoff_frequency(bead.mass, stiffness, preload=10.0))
     18491
     """
     m = positive("mass", mass, "kg")
@@ -220,8 +220,8 @@ def sound_speed(size: float, mass: float, stiffness: float, preload: Number, exp
     --------
     >>> import hertzlink as hl
     >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-    >>> stiffness = hl.hertz.stiffness(bead.surface, bead.surface)
-    >>> round(hl.solitary.sound_speed(bead.size, bead.mass, stiffness, preload=10.0), 1)
+    >>> stiffness = hl.theory.hertz_stiffness(bead.surface, bead.surface)
+    >>> round(hl.theory.chain_sound_speed(bead.size, bead.mass, stiffness, preload=10.0), 1)
     553.0
     """
     d, m = positive("size", size, "m"), positive("mass", mass, "kg")
@@ -278,8 +278,8 @@ def wave_speed_from_force(
     --------
     >>> import hertzlink as hl
     >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-    >>> stiffness = hl.hertz.stiffness(bead.surface, bead.surface)
-    >>> round(hl.solitary.wave_speed_from_force(bead.size, bead.mass, stiffness, force=20.0), 1)
+    >>> stiffness = hl.theory.hertz_stiffness(bead.surface, bead.surface)
+    >>> round(hl.theory.solitary_speed_from_force(bead.size, bead.mass, stiffness, force=20.0), 1)
     453.3
     """
     d, m, k = _particle(size, mass, stiffness)
@@ -344,8 +344,8 @@ def wave_speed_from_particle_speed(
     --------
     >>> import hertzlink as hl
     >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-    >>> stiffness = hl.hertz.stiffness(bead.surface, bead.surface)
-    >>> round(hl.solitary.wave_speed_from_particle_speed(bead.size, bead.mass, stiffness, particle_speed=0.3), 1)
+    >>> stiffness = hl.theory.hertz_stiffness(bead.surface, bead.surface)
+    >>> round(hl.theory.solitary_speed_from_particle_speed(bead.size, bead.mass, stiffness, particle_speed=0.3), 1)
     570.1
     """
     d, m, k = _particle(size, mass, stiffness)
@@ -395,11 +395,11 @@ def peak_force_from_particle_speed(
     --------
     >>> import hertzlink as hl
     >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-    >>> stiffness = hl.hertz.stiffness(bead.surface, bead.surface)
-    >>> force = hl.solitary.peak_force_from_particle_speed(bead.mass, stiffness, particle_speed=0.3)
+    >>> stiffness = hl.theory.hertz_stiffness(bead.surface, bead.surface)
+    >>> force = hl.theory.solitary_force_from_particle_speed(bead.mass, stiffness, particle_speed=0.3)
     >>> round(force, 1)
     79.1
-    >>> round(hl.solitary.wave_speed_from_force(bead.size, bead.mass, stiffness, force), 1)
+    >>> round(hl.theory.solitary_speed_from_force(bead.size, bead.mass, stiffness, force), 1)
     570.1
     """
     m, k = positive("mass", mass, "kg"), positive("stiffness", stiffness, "N/m^n")
@@ -437,7 +437,7 @@ def width(size: float, exponent: float = HERTZ) -> float:
     Examples
     --------
     >>> import hertzlink as hl
-    >>> round(hl.solitary.width(size=1.0), 3)
+    >>> round(hl.theory.solitary_width(size=1.0), 3)
     4.967
     """
     n = _steeper_than_linear(exponent)
@@ -497,10 +497,10 @@ def strain(
     --------
     >>> import hertzlink as hl
     >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-    >>> stiffness = hl.hertz.stiffness(bead.surface, bead.surface)
+    >>> stiffness = hl.theory.hertz_stiffness(bead.surface, bead.surface)
     >>> chain = (bead.size, bead.mass, stiffness)
-    >>> speed = hl.solitary.wave_speed_from_particle_speed(*chain, particle_speed=0.3)
-    >>> round(speed * hl.solitary.strain(0.0, 0.0, speed, *chain), 6)
+    >>> speed = hl.theory.solitary_speed_from_particle_speed(*chain, particle_speed=0.3)
+    >>> round(speed * hl.theory.solitary_strain(0.0, 0.0, speed, *chain), 6)
     0.3
     """
     d, m, k = _particle(size, mass, stiffness)
@@ -547,7 +547,7 @@ def transit_time(distance: float, speed: Number, restitution: float = 1.0) -> Nu
     Examples
     --------
     >>> import hertzlink as hl
-    >>> round(hl.solitary.transit_time(distance=0.125, speed=500.0) * 1e6, 6)
+    >>> round(hl.theory.solitary_transit_time(distance=0.125, speed=500.0) * 1e6, 6)
     500.0
     """
     way, e = positive("distance", distance, "m"), restitution_coefficient("restitution", restitution)
@@ -560,7 +560,7 @@ def transit_time_from_striker(
     """Time T of a solitary wave over N beads to a structure and back, from the speed of the striker.
 
     T = 1.180 (1 + e^{−1/5}) N m^{2/5} v_striker^{−1/5} k^{−2/5}. It holds for n = 3/2 without preload. The time in
-    contact with the structure is not included (see `layers.contact_time`).
+    contact with the structure is not included (see `theory.hertz_contact_time`).
 
     Parameters
     ----------
@@ -599,10 +599,10 @@ def transit_time_from_striker(
     --------
     >>> import hertzlink as hl
     >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-    >>> stiffness = hl.hertz.stiffness(bead.surface, bead.surface)
-    >>> time = hl.solitary.transit_time_from_striker(13, bead.mass, stiffness, striker_speed=0.3 / 0.682)
-    >>> speed = hl.solitary.wave_speed_from_particle_speed(bead.size, bead.mass, stiffness, particle_speed=0.3)
-    >>> round(time * 1e6, 1), round(hl.solitary.transit_time(13 * bead.size, speed) * 1e6, 1)
+    >>> stiffness = hl.theory.hertz_stiffness(bead.surface, bead.surface)
+    >>> time = hl.theory.solitary_transit_time_from_striker(13, bead.mass, stiffness, striker_speed=0.3 / 0.682)
+    >>> speed = hl.theory.solitary_speed_from_particle_speed(bead.size, bead.mass, stiffness, particle_speed=0.3)
+    >>> round(time * 1e6, 1), round(hl.theory.solitary_transit_time(13 * bead.size, speed) * 1e6, 1)
     (434.2, 434.2)
     """
     number, v = positive("beads", beads), each(positive, "striker_speed", striker_speed, "m/s")

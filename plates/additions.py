@@ -195,7 +195,7 @@ class Delamination:
 
     >>> import hertzlink as hl
     >>> clamped = hl.Supports("clamped", "clamped", "clamped", "clamped")
-    >>> flaw = hl.laminates.Delamination((0.04, 0.06, 0.04, 0.06), depth=0.1)
+    >>> flaw = hl.Delamination((0.04, 0.06, 0.04, 0.06), depth=0.1)
     >>> plate = hl.kirchhoff_plate(0.1, 0.1, 2e-3, hl.ALUMINIUM_6061, clamped, additions=[flaw])
     >>> struck = hl.reduce(plate.at(0.05, 0.05), until=1e-4)
     >>> struck.contacts

@@ -88,7 +88,7 @@ def beam(
     >>> import hertzlink as hl
     >>> breadth, height, steel = 0.02, 0.01, hl.STEEL_316
     >>> stiffness = steel.youngs_modulus * breadth * height**3 / 12.0
-    >>> strip = hl.beams.beam(0.5, stiffness, steel.density * breadth * height, steel, at=0.2, axial_force=5e3)
+    >>> strip = hl.beam(0.5, stiffness, steel.density * breadth * height, steel, at=0.2, axial_force=5e3)
     >>> strip.contacts
     1
     """
@@ -166,7 +166,7 @@ def beam_buckling_force(
     Examples
     --------
     >>> import hertzlink as hl
-    >>> round(hl.beams.beam_buckling_force(1.0, 100.0), 1)  # π² EI/L²
+    >>> round(hl.theory.beam_buckling_force(1.0, 100.0), 1)  # π² EI/L²
     987.0
     """
     length, stiff = positive("length", length, "m"), positive("bending_stiffness", bending_stiffness, "N m²")

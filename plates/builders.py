@@ -67,7 +67,7 @@ def kirchhoff_plate(
         the contacts.
     highest_frequency : float
         The mesh resolves flexural waves up to it, Hz. The default suits steel beads of 4 to 20 mm.
-    additions : sequence of PointMass, Stiffener, Weakened and laminates.Prestress
+    additions : sequence of PointMass, Stiffener, Weakened and Prestress
         Anywhere on the plate; stiffeners parallel to a side. Their lines are lines of a graded mesh; in a uniform one
         they may cross cells and are still integrated exactly. On a "symmetry" edge give what belongs to this side of
         it; the mirror image adds as much.
@@ -137,7 +137,7 @@ def mindlin_plate(
     cells : (int, int), optional
         Numbers of cells along x and y of a uniform mesh that all contacts share. Cells should be no larger than twice
         the thickness. By default the mesh is graded towards the contacts.
-    additions : sequence of PointMass, Stiffener, Weakened and laminates.Prestress
+    additions : sequence of PointMass, Stiffener, Weakened and Prestress
         Stiffeners along any straight line. Cells end where regions do.
 
     Returns
@@ -208,7 +208,7 @@ def kirchhoff_panel(
         How edges are held, by name: {"rim": "clamped"}; see `mindlin_panel`.
     highest_frequency : float
         The mesh resolves flexural waves up to it, Hz. The default suits steel beads of 4 to 20 mm.
-    additions : sequence of PointMass, Weakened and laminates.Prestress
+    additions : sequence of PointMass, Weakened and Prestress
         What is fixed to the plate; stiffeners are refused.
     scale : float, optional
         Length of a unit of the mesh, m. By default 1, and meshes that seem to be in millimetres are refused.
@@ -283,7 +283,7 @@ def mindlin_panel(
         Radius of the disc that the contact force is spread over, m; see `mindlin_plate`.
     highest_frequency : float
         The mesh resolves flexural waves up to it, Hz. The default suits steel beads of 4 to 20 mm.
-    additions : sequence of PointMass, Stiffener, Weakened and laminates.Prestress
+    additions : sequence of PointMass, Stiffener, Weakened and Prestress
         Stiffeners along any straight line; Weakened is exact where cells end at the region's edges.
     scale : float, optional
         Length of a unit of the mesh, m. By default 1, and meshes that seem to be in millimetres are refused.

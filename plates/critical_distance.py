@@ -130,7 +130,7 @@ def _check_yield(bead: Bead, plate: Plate, wall: Material, impact_speed: float) 
     if ratio > 1.0:
         caution(
             f"yield: the law is elastic, and the bead presses {weaker.name or 'a body'} to about {ratio:.2g} times the "
-            "pressure at which it yields, which moves the critical distance; find_critical_distance with "
+            "pressure at which it yields, which moves the critical distance; critical_distance_search with "
             "law=hl.laws.JacksonGreen() in Chain computes it"
         )
 
@@ -211,7 +211,7 @@ def edge_difference(edge: str, stiffness_ratio: float, inelasticity: float) -> t
         if not known[0] * (1.0 - SLACK) <= value <= known[-1] * (1.0 + SLACK):
             raise ValueError(
                 f"impact_speed, bead and plate give a {name} of {value:.4g}{what}: must lie between {known[0]:.3g} and "
-                f"{known[-1]:.4g}, the range of the law; beyond it find_critical_distance searches with half_plane"
+                f"{known[-1]:.4g}, the range of the law; beyond it critical_distance_search searches with half_plane"
             )
     at_nodes: Vector = _lagrange(np.log(table.ratios), log(stiffness_ratio)) @ _by_parameter(edge)(log(inelasticity))
     fine = np.linspace(0.0, table.distances[-1], FINE)

@@ -11,7 +11,7 @@ from numpy.polynomial import chebyshev
 from scipy import sparse
 from scipy.special import j0
 
-from plates.section import homogeneous
+from plates.section import homogeneous_section
 from structures.checks import instance, not_negative, one_of, within
 from structures.material import Material
 from structures.plausible import likely
@@ -123,7 +123,7 @@ def half_plane(
     0.521
     """
     instance("material", material, Material, "a Material; MATERIALS[name] gives one by name")
-    section = homogeneous(within("thickness", thickness, *LENGTHS, "m"), material)
+    section = homogeneous_section(within("thickness", thickness, *LENGTHS, "m"), material)
     on_free_edge = one_of("edge", edge, EDGES) == "free" and not_negative("distance", distance, "m") == 0.0
     away = 0.0 if on_free_edge else within("distance", distance, *LENGTHS, "m")
     until = within("until", until, *TIMES, "s")

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from plates.section import SHEAR_CORRECTION, THICKEST, THINNEST, Section, homogeneous
+from plates.section import SHEAR_CORRECTION, THICKEST, THINNEST, Section, homogeneous_section
 from structures.anisotropy import indentation_modulus, orthotropic_stiffness
 from structures.checks import finite, instance, listed, positive, turn, within
 from structures.elasticity import shear_modulus
@@ -47,7 +47,7 @@ class OrthotropicMaterial:
     Examples
     --------
     >>> import hertzlink as hl
-    >>> carbon = hl.laminates.OrthotropicMaterial(135e9, 9e9, 0.3, 5e9, 5e9, 3.2e9, 1560.0, "carbon fibre")
+    >>> carbon = hl.OrthotropicMaterial(135e9, 9e9, 0.3, 5e9, 5e9, 3.2e9, 1560.0, "carbon fibre")
     >>> carbon.density
     1560.0
     """
@@ -101,7 +101,7 @@ class Ply:
     Examples
     --------
     >>> import hertzlink as hl
-    >>> hl.laminates.Ply(hl.PTFE, 1e-3).thickness
+    >>> hl.Ply(hl.PTFE, 1e-3).thickness
     0.001
     """
 
@@ -147,7 +147,7 @@ class Laminate:
     Examples
     --------
     >>> import hertzlink as hl
-    >>> wall = hl.laminates.Laminate([hl.laminates.Ply(hl.STEEL_316, 1e-3), hl.laminates.Ply(hl.PTFE, 2e-3)])
+    >>> wall = hl.Laminate([hl.Ply(hl.STEEL_316, 1e-3), hl.Ply(hl.PTFE, 2e-3)])
     >>> wall
     <Laminate: 2 plies, 3 mm, steel 316 is struck>
     """
@@ -254,7 +254,7 @@ def section_of(
         )
     if thickness is None:
         raise ValueError("thickness = None: must be a positive number of m; only a Laminate or a Section has its own")
-    return homogeneous(within("thickness", thickness, THINNEST, THICKEST, "m"), material, shear_correction)
+    return homogeneous_section(within("thickness", thickness, THINNEST, THICKEST, "m"), material, shear_correction)
 
 
 def struck(section: Section, material: object, face: str) -> Material:

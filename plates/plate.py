@@ -118,7 +118,7 @@ class Plate:
                 f"shape = {short(self.shape)}: must be an Outline or another Shape of plates.shapes.shape; "
                 f"kirchhoff_plate and mindlin_plate make rectangles"
             )
-        instance("section", self.section, Section, "a Section such as homogeneous(thickness, material)")
+        instance("section", self.section, Section, "a Section such as homogeneous_section(thickness, material)")
         if not isinstance(self.material, Material | Laminate | None):
             raise ValueError(f"material = {short(self.material)}: must be a Material, a Laminate or None")
         box, section = self.shape.box, self.section

@@ -35,7 +35,7 @@ class Prestress:
     Examples
     --------
     >>> import hertzlink as hl
-    >>> tension = hl.laminates.Prestress(xx=20e6 * 1e-3)  # 20 MPa in 1 mm
+    >>> tension = hl.Prestress(xx=20e6 * 1e-3)  # 20 MPa in 1 mm
     >>> sides = hl.Supports("clamped", "clamped", "clamped", "clamped")
     >>> plate = hl.kirchhoff_plate(0.2, 0.2, 1e-3, hl.ALUMINIUM_6061, sides, additions=[tension])
     >>> plate.buckling_factor
@@ -94,7 +94,7 @@ def thermal_prestress(rise: float, expansion: float, thickness: float, material:
     Examples
     --------
     >>> import hertzlink as hl
-    >>> round(hl.laminates.thermal_prestress(-1.0, 23.6e-6, 1e-3, hl.ALUMINIUM_6061).xx)
+    >>> round(hl.thermal_prestress(-1.0, 23.6e-6, 1e-3, hl.ALUMINIUM_6061).xx)
     2427
     """
     instance("material", material, Material, "a Material; MATERIALS[name] gives one by name")

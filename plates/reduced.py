@@ -15,7 +15,7 @@ from plates.elements.self_displacement import SelfDisplacement, patch, self_disp
 from plates.elements.theory import Touch
 from plates.plate import Plate
 from plates.scaling import scalable, scaled, wave_speed
-from plates.section import homogeneous
+from plates.section import homogeneous_section
 from structures.caution import caution
 from structures.checks import finite, instance, positive, several, short, whole, within
 from structures.material import Material
@@ -160,7 +160,7 @@ class ReducedPlate:
         thin, thick = _range("thickness", given)
         positive("thickness", thin, "m")
         if not thin == thick == plate.thickness:
-            section = homogeneous(thick, scalable("plate", plate.data([]), False).struck)
+            section = homogeneous_section(thick, scalable("plate", plate.data([]), False).struck)
             # A frequency that is higher by the ratio of the thicknesses has the same wavelength, and so the same mesh.
             plate = replace(plate, section=section, highest_frequency=thick / thin * plate.highest_frequency)
         object.__setattr__(self, "_reference", plate)
@@ -170,7 +170,7 @@ class ReducedPlate:
     def _speed(self, thickness: float, material: Material | None) -> float:
         """Of the waves with another wall, in units of those that the basis was computed for."""
         section = self._reference.section
-        return wave_speed(section, homogeneous(thickness, material or section.struck))
+        return wave_speed(section, homogeneous_section(thickness, material or section.struck))
 
     def _count(self, low: float, high: float) -> int:
         """How many positions lie two cells, or a little less, apart."""

@@ -8,7 +8,7 @@ from typing import Any
 from scipy import sparse
 
 from plates.elements.field import PlateSampler
-from plates.section import Section, homogeneous, section_data
+from plates.section import Section, homogeneous_section, section_data
 from structures.caution import caution
 from structures.checks import instance, short
 from structures.field import Field, Sampler
@@ -65,7 +65,7 @@ def scaled(structure: Structure, thickness: float | None = None, material: Mater
     """
     instance("structure", structure, Structure, "a Structure, such as plate.at(x, y) returns")
     old = scalable("structure", structure.origin, structure.damping is not None)
-    new = homogeneous(
+    new = homogeneous_section(
         old.thickness if thickness is None else thickness,
         old.struck if material is None else instance("material", material, Material, "a Material, or None"),
     )
@@ -134,7 +134,7 @@ def scalable(name: str, origin: Mapping[str, Any], damped: bool) -> Section:
     elif damped or origin.get("damping"):
         why = "its damping does not scale; scale first, then add damping"
     else:
-        return homogeneous(origin["thickness"], Material(**material))
+        return homogeneous_section(origin["thickness"], Material(**material))
     raise ValueError(f"{name}: this {kind} does not scale with thickness and material, as {why}")
 
 

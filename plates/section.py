@@ -52,7 +52,7 @@ class Section:
     Examples
     --------
     >>> import hertzlink as hl
-    >>> hl.laminates.homogeneous(2e-3, hl.ALUMINIUM_6061)
+    >>> hl.homogeneous_section(2e-3, hl.ALUMINIUM_6061)
     <Section: 2 mm, D11 = 51.55 N m, D22 = 51.55 N m, 5.386 kg/m²; aluminium 6061 is struck>
     """
 
@@ -93,7 +93,7 @@ def _positive_definite(name: str, given: object, size: int) -> Vector:
     return matrix
 
 
-def homogeneous(thickness: float, material: Material, shear_correction: float = SHEAR_CORRECTION) -> Section:
+def homogeneous_section(thickness: float, material: Material, shear_correction: float = SHEAR_CORRECTION) -> Section:
     """The section of a plate of one isotropic material.
 
     Parameters
@@ -118,7 +118,7 @@ def homogeneous(thickness: float, material: Material, shear_correction: float = 
     Examples
     --------
     >>> import hertzlink as hl
-    >>> wall = hl.laminates.homogeneous(2.29e-3, hl.ALUMINIUM_6061)
+    >>> wall = hl.homogeneous_section(2.29e-3, hl.ALUMINIUM_6061)
     >>> print(f"{wall.bending[0, 0]:.2f} N m, {wall.mass:.2f} kg/m²")
     77.38 N m, 6.17 kg/m²
     """

@@ -46,7 +46,7 @@ def orthotropic_stiffness(moduli: ArrayLike, poisson_ratios: ArrayLike, shear_mo
     Examples
     --------
     >>> import hertzlink as hl
-    >>> carbon = hl.laminates.orthotropic_stiffness((138e9, 9e9, 9e9), (0.4, 0.3, 0.3), (3.2e9, 6.9e9, 6.9e9))
+    >>> carbon = hl.theory.orthotropic_stiffness((138e9, 9e9, 9e9), (0.4, 0.3, 0.3), (3.2e9, 6.9e9, 6.9e9))
     >>> carbon.shape, round(float(carbon[0, 0]) * 1e-9, 1)
     ((6, 6), 140.8)
     """
@@ -94,8 +94,8 @@ def indentation_modulus(stiffness: ArrayLike) -> float:
     Examples
     --------
     >>> import hertzlink as hl
-    >>> ply = hl.laminates.orthotropic_stiffness((138e9, 9e9, 9e9), (0.4, 0.3, 0.3), (3.2e9, 6.9e9, 6.9e9))
-    >>> print(f"{1e-9 * hl.laminates.indentation_modulus(ply):.2f} GPa")
+    >>> ply = hl.theory.orthotropic_stiffness((138e9, 9e9, 9e9), (0.4, 0.3, 0.3), (3.2e9, 6.9e9, 6.9e9))
+    >>> print(f"{1e-9 * hl.theory.indentation_modulus(ply):.2f} GPa")
     11.62 GPa
     """
     return float(2.0 / _inverse_lothe(_elastic_constants(stiffness)).mean())

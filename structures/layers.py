@@ -74,8 +74,8 @@ def contact_time(mass: Number | float, stiffness: Number | float, speed: float) 
 
     >>> import hertzlink as hl
     >>> bead, wall = hl.Sphere(4.76e-3, hl.STEEL_440C), hl.Surface(hl.STEEL_440C)
-    >>> stiffness = hl.hertz.stiffness(bead.surface, wall)
-    >>> round(hl.layers.contact_time(bead.mass, stiffness, hl.drop_speed(0.01)) * 1e6, 1)
+    >>> stiffness = hl.theory.hertz_stiffness(bead.surface, wall)
+    >>> round(hl.theory.hertz_contact_time(bead.mass, stiffness, hl.drop_speed(0.01)) * 1e6, 1)
     39.6
     """
     m, k = each(positive, "mass", mass, "kg"), each(positive, "stiffness", stiffness, "N/m^1.5")
@@ -123,7 +123,7 @@ def time_of_flight(
     Notes
     -----
     Equation 6.18 is right as printed. Its second term alone, in 6.17 and 6.19, is printed with k_c^{+2/5}, and e is
-    printed with the exponent −1/5 instead of 5. e = 1 gives equation 6.20. e from `layers.restitution` gives 6.29,
+    printed with the exponent −1/5 instead of 5. e = 1 gives equation 6.20. e from `restitution` gives 6.29,
     where V_s is the speed of the striker.
 
     On a half-space (e = 1) a chain is faster than the formula, by 1.4 % (PTFE) to 3.0 % (steel). Gravity makes it
@@ -139,8 +139,8 @@ def time_of_flight(
 
     >>> import hertzlink as hl
     >>> bead, wall = hl.Sphere(4.76e-3, hl.STEEL_440C), hl.Surface(hl.STEEL_440C)
-    >>> between, at_wall = (hl.hertz.stiffness(bead.surface, other) for other in (bead.surface, wall))
-    >>> flight = hl.layers.time_of_flight(13, bead.mass, between, at_wall, striker_speed=hl.drop_speed(0.01))
+    >>> between, at_wall = (hl.theory.hertz_stiffness(bead.surface, other) for other in (bead.surface, wall))
+    >>> flight = hl.theory.primary_time_of_flight(13, bead.mass, between, at_wall, striker_speed=hl.drop_speed(0.01))
     >>> round(flight * 1e6)
     473
     """
@@ -183,7 +183,7 @@ def amplitude_ratio(restitution: Number) -> Number:
     Examples
     --------
     >>> import hertzlink as hl
-    >>> round(hl.layers.amplitude_ratio(0.6), 3)
+    >>> round(hl.theory.primary_amplitude_ratio(0.6), 3)
     0.542
     """
     return _plain(each(restitution_coefficient, "restitution", restitution) ** 1.2)
@@ -227,7 +227,7 @@ def critical_modulus(material: Material, wall_poisson_ratio: float | None = None
     Examples
     --------
     >>> import hertzlink as hl
-    >>> round(hl.layers.critical_modulus(hl.STEEL_440C) * 1e-9, 1)
+    >>> round(hl.theory.critical_modulus(hl.STEEL_440C) * 1e-9, 1)
     109.4
     """
     instance("material", material, Material, "a Material; MATERIALS[name] gives one by name")
@@ -247,7 +247,7 @@ def characteristic_length(bar_speed: Number | float, contact_time: Number | floa
     bar_speed : float or ndarray
         Speed c of longitudinal waves in the rod, √(E/ρ), m/s (`Material.bar_speed`).
     contact_time : float or ndarray
-        Time in contact T, s, such as `layers.contact_time`.
+        Time in contact T, s, such as `theory.hertz_contact_time`.
 
     Returns
     -------
@@ -275,8 +275,9 @@ def characteristic_length(bar_speed: Number | float, contact_time: Number | floa
     --------
     >>> import hertzlink as hl
     >>> bead, wall = hl.Sphere(4.76e-3, hl.STEEL_440C), hl.Surface(hl.STEEL_440C)
-    >>> time = hl.layers.contact_time(bead.mass, hl.hertz.stiffness(bead.surface, wall), hl.drop_speed(0.01))
-    >>> round(hl.layers.characteristic_length(hl.STEEL_440C.bar_speed, time) * 1e3, 1)
+    >>> stiffness = hl.theory.hertz_stiffness(bead.surface, wall)
+    >>> time = hl.theory.hertz_contact_time(bead.mass, stiffness, hl.drop_speed(0.01))
+    >>> round(hl.theory.characteristic_length(hl.STEEL_440C.bar_speed, time) * 1e3, 1)
     100.2
     """
     speed, time = each(positive, "bar_speed", bar_speed, "m/s"), each(positive, "contact_time", contact_time, "s")
@@ -302,8 +303,8 @@ def restitution(mass: float, upper_mass: Number) -> Number:
     Returns
     -------
     float or ndarray
-        e in (0, 1), with the shape of `upper_mass`. It is an argument of `layers.amplitude_ratio`, and of
-        `layers.time_of_flight` for equations 6.27 to 6.29.
+        e in (0, 1), with the shape of `upper_mass`. It is an argument of `theory.primary_amplitude_ratio`, and of
+        `theory.primary_time_of_flight` for equations 6.27 to 6.29.
 
     Raises
     ------
@@ -325,7 +326,7 @@ def restitution(mass: float, upper_mass: Number) -> Number:
     Examples
     --------
     >>> import hertzlink as hl
-    >>> hl.layers.restitution(mass=0.01, upper_mass=0.04)
+    >>> hl.theory.layer_restitution(mass=0.01, upper_mass=0.04)
     0.6
     """
     m, upper = positive("mass", mass, "kg"), each(positive, "upper_mass", upper_mass, "kg")
@@ -367,7 +368,7 @@ def upper_speed(mass: float, upper_mass: Number, incident_speed: float) -> Numbe
     Examples
     --------
     >>> import hertzlink as hl
-    >>> round(hl.layers.upper_speed(mass=0.01, upper_mass=0.04, incident_speed=0.3), 3)
+    >>> round(hl.theory.layer_speed(mass=0.01, upper_mass=0.04, incident_speed=0.3), 3)
     0.12
     """
     m, upper = positive("mass", mass, "kg"), each(positive, "upper_mass", upper_mass, "kg")
@@ -405,7 +406,7 @@ def axial_stiffness(youngs_modulus: float, area: float, length: Number) -> Numbe
     Examples
     --------
     >>> import hertzlink as hl
-    >>> round(hl.layers.axial_stiffness(youngs_modulus=1.5e9, area=285e-6, length=25.4e-3) * 1e-6, 2)
+    >>> round(hl.theory.layer_stiffness(youngs_modulus=1.5e9, area=285e-6, length=25.4e-3) * 1e-6, 2)
     16.83
     """
     modulus, section = positive("youngs_modulus", youngs_modulus, "Pa"), positive("area", area, "m²")
@@ -424,7 +425,7 @@ def secondary_delay(upper_mass: Number | float, lower_mass: Number | float, lowe
     lower_mass : float or ndarray
         Mass M_l of the lower layer, kg, zero or more. Zero gives T_l of the thesis.
     lower_stiffness : float or ndarray
-        Stiffness k_d of the lower layer, N/m, such as `layers.axial_stiffness`.
+        Stiffness k_d of the lower layer, N/m, such as `theory.layer_stiffness`.
 
     Returns
     -------
@@ -452,7 +453,7 @@ def secondary_delay(upper_mass: Number | float, lower_mass: Number | float, lowe
     Examples
     --------
     >>> import hertzlink as hl
-    >>> round(hl.layers.secondary_delay(upper_mass=14e-3, lower_mass=16e-3, lower_stiffness=17e6) * 1e6, 1)
+    >>> round(hl.theory.secondary_delay(upper_mass=14e-3, lower_mass=16e-3, lower_stiffness=17e6) * 1e6, 1)
     105.9
     """
     upper, lower = each(positive, "upper_mass", upper_mass, "kg"), each(not_negative, "lower_mass", lower_mass, "kg")

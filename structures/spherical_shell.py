@@ -123,7 +123,7 @@ def spherical_shell(
     --------
     >>> import hertzlink as hl
     >>> rubber = hl.Material(youngs_modulus=4e6, poisson_ratio=0.49, density=1100.0, name="rubber")
-    >>> ball = hl.shells.spherical_shell(33e-3, 3.5e-3, rubber, pressure=80e3, highest_frequency=5e3)
+    >>> ball = hl.spherical_shell(33e-3, 3.5e-3, rubber, pressure=80e3, highest_frequency=5e3)
     >>> ball.contacts, ball.damping is None
     (1, True)
     """

@@ -43,7 +43,7 @@ class Surface:
     --------
     >>> import hertzlink as hl
     >>> flat, ball = hl.Surface(hl.STEEL_316), hl.Surface(hl.STEEL_316, curvature=1.0 / 4.76e-3)
-    >>> round(hl.hertz.stiffness(flat, ball) * 1e-9, 2)
+    >>> round(hl.theory.hertz_stiffness(flat, ball) * 1e-9, 2)
     9.76
     """
 
@@ -115,7 +115,7 @@ def hertz_stiffness(first: Surface, second: Surface, axis_ratio: str = "exact") 
     --------
     >>> import hertzlink as hl
     >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-    >>> round(hl.hertz.stiffness(bead.surface, bead.surface) * 1e-9, 2)
+    >>> round(hl.theory.hertz_stiffness(bead.surface, bead.surface) * 1e-9, 2)
     7.06
     """
     one_of("axis_ratio", axis_ratio, AXIS_RATIOS)
@@ -159,7 +159,7 @@ def hertz_pressure(first: Surface, second: Surface, force: float) -> float:
     --------
     >>> import hertzlink as hl
     >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-    >>> round(hl.hertz.pressure(bead.surface, bead.surface, 50.0) * 1e-9, 2)
+    >>> round(hl.theory.hertz_pressure(bead.surface, bead.surface, 50.0) * 1e-9, 2)
     2.72
     """
     flat, sharp = relative_curvatures(first, second)
@@ -197,7 +197,7 @@ def yield_pressure(material: Material) -> float:
     Examples
     --------
     >>> import hertzlink as hl
-    >>> round(hl.hertz.yield_pressure(hl.STEEL_316) * 1e-6)
+    >>> round(hl.theory.yield_pressure(hl.STEEL_316) * 1e-6)
     331
     """
     return _yield_pressure(instance("material", material, Material, "a Material"))

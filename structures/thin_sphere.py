@@ -47,7 +47,7 @@ def point_stiffness(radius: float, thickness: float, material: Material, pressur
     Examples
     --------
     >>> import hertzlink as hl
-    >>> ratios = [hl.shells.point_stiffness(0.1, 1e-3, hl.STEEL_316, p) / 1e6 for p in (-1e6, 0.0, 1e6)]
+    >>> ratios = [hl.theory.shell_point_stiffness(0.1, 1e-3, hl.STEEL_316, p) / 1e6 for p in (-1e6, 0.0, 1e6)]
     >>> [round(one, 2) for one in ratios]  # kN/mm
     [4.57, 4.7, 4.82]
     """
@@ -100,7 +100,7 @@ def buckling_pressure(radius: float, thickness: float, material: Material) -> fl
     Examples
     --------
     >>> import hertzlink as hl
-    >>> round(hl.shells.buckling_pressure(0.1, 1e-3, hl.STEEL_316) / 1e6, 1)  # MPa
+    >>> round(hl.theory.shell_buckling_pressure(0.1, 1e-3, hl.STEEL_316) / 1e6, 1)  # MPa
     23.6
     """
     middle, bending, stretching = _thin(radius, thickness, material)

@@ -15,6 +15,7 @@ import pytest
 import hertzlink as hl
 from hertzlink.cases.case import Case
 from hertzlink.cli import main
+from particles.laws.axisymmetric import contact_law_fem
 
 UNTIL = 1.5e-4
 BEAD = hl.Sphere(2.38e-3, hl.STEEL_440C)
@@ -23,9 +24,9 @@ EDGES = hl.Supports("clamped", "clamped", "clamped", "clamped")
 PLATE = hl.kirchhoff_plate(0.06, 0.05, 2e-3, hl.BRASS_360, EDGES, cells=(6, 5))
 LAYERS = [hl.Layer(hl.STEEL_440C, 6e-3, 5e-3), hl.Layer(hl.PTFE, 20e-3, 5e-3)]
 ROD = hl.rod(LAYERS)
-CARBON = hl.laminates.OrthotropicMaterial(135e9, 9e9, 0.3, 5e9, 5e9, 3.2e9, 1560.0)
-WALL = hl.laminates.Laminate([hl.laminates.Ply(CARBON, 0.25e-3, angle) for angle in (0.0, 0.7, 0.7, 0.0)])
-SECTION = hl.laminates.homogeneous(2e-3, hl.PTFE)
+CARBON = hl.OrthotropicMaterial(135e9, 9e9, 0.3, 5e9, 5e9, 3.2e9, 1560.0)
+WALL = hl.Laminate([hl.Ply(CARBON, 0.25e-3, angle) for angle in (0.0, 0.7, 0.7, 0.0)])
+SECTION = hl.homogeneous_section(2e-3, hl.PTFE)
 solid, part = hl.damping.standard_linear_solid, hl.damping.rod_parts(LAYERS)[1]
 
 
@@ -69,7 +70,7 @@ def laminate(builder: Any) -> hl.CoSimulation:
 
 def ball(base: str) -> hl.Structure:
     mesh = {"patch_radius": 2e-3, "highest_frequency": 2e4, "cells": 2}
-    return hl.shells.spherical_shell(0.03, 3e-3, hl.PTFE, 1e5, base, **mesh)
+    return hl.spherical_shell(0.03, 3e-3, hl.PTFE, 1e5, base, **mesh)
 
 
 def law(given: Any) -> hl.CoSimulation:
@@ -77,8 +78,8 @@ def law(given: Any) -> hl.CoSimulation:
 
 
 SPLIT = [
-    hl.laminates.Delamination((0.01, 0.03, 0.01, 0.03), 0.5),
-    hl.laminates.Delamination((0.04, 0.05, 0.01, 0.03), 0.2, (1, 2)),
+    hl.Delamination((0.01, 0.03, 0.01, 0.03), 0.5),
+    hl.Delamination((0.04, 0.05, 0.01, 0.03), 0.2, (1, 2)),
 ]
 
 BUILT: dict[str, Callable[[], hl.CoSimulation]] = {
@@ -101,7 +102,7 @@ BUILT: dict[str, Callable[[], hl.CoSimulation]] = {
     "section": lambda: hl.CoSimulation(
         CHAIN, hl.reduce(hl.kirchhoff_plate(0.06, 0.05, None, SECTION, EDGES).at(0.02, 0.02), until=UNTIL)
     ),
-    "computed law": lambda: law(hl.laws.axisymmetric(BEAD, max_force=60.0)),
+    "computed law": lambda: law(contact_law_fem(BEAD, max_force=60.0)),
     "law with a caution": lambda: law(hl.laws.PowerLaw(1e10, 1.5, caution="a guess")),
     "viscous layer": lambda: hl.CoSimulation(CHAIN, solid(ROD, 0.3, 1e-5, part=part)),
     "viscous layer of a cylinder": cylinder_with_a_viscous_layer,
@@ -261,7 +262,7 @@ def test_an_orthotropic_material_is_for_plies_alone() -> None:
     with pytest.raises(ValueError, match=r'structure\.wall\.plies\[0\]\.material: "carbn" .*did you mean carbon\?'):
         Case(data).simulation()
     data["structure"]["wall"] = {"plies": [{"material": "carbon", "thickness": 1e-3}]}
-    carbon = hl.laminates.OrthotropicMaterial(**sheet, name="carbon")
+    carbon = hl.OrthotropicMaterial(**sheet, name="carbon")
     body = Case(data).simulation().structure.structure
     assert body.origin["material"]["plies"][0]["material"]["name"] == carbon.name
 

@@ -248,7 +248,7 @@ STRUCTURES: dict[str, Callable[[], Any]] = {
     "additions": lambda: small_plate(
         additions=[
             hl.PointMass(0.03, 0.02, 1e-3), hl.Weakened((0.01, 0.02, 0.01, 0.02), 0.5),
-            hl.Stiffener((0.0, 0.02), (0.06, 0.02), 20.0, 1.0, 0.2), hl.laminates.Prestress(2e3, -1e3, 500.0),
+            hl.Stiffener((0.0, 0.02), (0.06, 0.02), 20.0, 1.0, 0.2), hl.Prestress(2e3, -1e3, 500.0),
         ]
     ).at(0.02, 0.025),
     "thick plate": lambda: hl.mindlin_plate(
@@ -423,7 +423,7 @@ def test_a_critical_distance_from_the_command_line(tmp_path: Path, command: Call
         return hl.CoSimulation(hl.Chain([bead] * 20, bead, 0.31), plate)
 
     scan = [0.008, 0.018, 0.028, 0.038, 0.048]
-    found = hl.find_critical_distance(at, 0.5e-3, 7, scan, jobs=1)
+    found = hl.critical_distance_search(at, 0.5e-3, 7, scan, jobs=1)
     row = Path("mine/critical_distance.csv").read_text().splitlines()[1].split(",")
     assert float(row[1]) == found.critical_distance.item()
     assert f"{1e3 * found.critical_distance.item():.4g}" in said

@@ -433,7 +433,7 @@ def test_an_opening_is_identified() -> None:
 
 def test_a_gap_that_no_tap_closes_leaves_no_trace_of_its_width() -> None:
     narrow, wide = (
-        hl.information(cracked, 0.01, sensors=[3], until=5e-4, micrometres=one).bounds["micrometres"]
+        hl.identifiability(cracked, 0.01, sensors=[3], until=5e-4, micrometres=one).bounds["micrometres"]
         for one in (0.3, 500.0)
     )
     assert narrow < 0.05

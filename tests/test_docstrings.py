@@ -3,13 +3,13 @@
 import doctest
 import inspect
 import re
-from types import ModuleType
 from typing import Any
 
 import pytest
 from numpydoc.docscrape import NumpyDocString
 
 import hertzlink as hl
+from hertzlink._names import namespaces
 
 EVERY_CASE = ("test_examples_run",)
 
@@ -19,8 +19,8 @@ def public() -> dict[str, Any]:
     found = {}
     for name in hl.__all__:
         value = getattr(hl, name)
-        if isinstance(value, ModuleType):
-            found |= {f"{name}.{inner}": getattr(value, inner) for inner in value.__all__}
+        if name in namespaces():
+            found |= {f"{name}.{inner}": getattr(value, inner) for inner in namespaces()[name]}
         else:
             found[name] = value
     return {name: value for name, value in found.items() if callable(value)}

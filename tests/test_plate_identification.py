@@ -9,6 +9,7 @@ import pytest
 import xarray as xr
 
 import hertzlink as hl
+from coupling.identification.found import Identification, Unknown
 from coupling.yield_check import CURE
 from hertzlink.cases.building import world_of
 from hertzlink.cases.case import Case
@@ -52,8 +53,8 @@ def measured(case: Case, noise: float, seed: int) -> xr.Dataset:
 def fit_of(question: Question, around: AroundGuess) -> Fit:
     """A fit at the guess, with noise of 0.1 N."""
     values = {PLACE: question.case.model.structure.at[0], "chain.impact_speed": 0.31}
-    found = hl.results.Identification(
-        {name: hl.results.Unknown(name, value, (value, value), "identified") for name, value in values.items()},
+    found = Identification(
+        {name: Unknown(name, value, (value, value), "identified") for name, value in values.items()},
         xr.DataArray(),
         xr.Dataset({"noise": ("sensor", [0.1, 0.1])}, {"sensor": [7, 13], "time": [0.0, 1e-6]}),
         1.0, True, [], True, 1,
@@ -111,8 +112,8 @@ def test_identify_finds_an_edge_of_a_small_thin_plate() -> None:
 ])  # fmt: skip
 def test_a_place_that_one_edge_does_not_determine_is_named(low: float, verdict: str, count: int) -> None:
     """Whether or not one edge explains a signal that has echoes of others."""
-    unknown = hl.results.Unknown(PLACE, 0.06, (low, 0.07), verdict)
-    first = hl.results.Identification(
+    unknown = Unknown(PLACE, 0.06, (low, 0.07), verdict)
+    first = Identification(
         {PLACE: unknown}, xr.DataArray(), xr.Dataset(), 1.0, True, [], True, 1,
     )  # fmt: skip
     with warnings.catch_warnings(record=True) as caught:
@@ -137,9 +138,9 @@ def test_a_note_names_the_entry_of_a_case_within_the_width_of_a_terminal() -> No
     note = "yield: contact 21 presses steel to 4.5 times the pressure at which it yields; " + CURE
     trace = ("sensor", "time"), np.zeros((1, 2))
     data = xr.Dataset({"measured": trace, "fitted": trace}, {"sensor": [7], "time": [0.0, 1e-6]})
-    unknown = hl.results.Unknown(PLACE, 0.06, (0.055, 0.07), "identified")
+    unknown = Unknown(PLACE, 0.06, (0.055, 0.07), "identified")
     unknowns = {PLACE: unknown, "chain.impact_speed": replace(unknown, name="chain.impact_speed")}
-    found = hl.results.Identification(unknowns, xr.DataArray(), data, 1.0, True, [], True, 1, [note])
+    found = Identification(unknowns, xr.DataArray(), data, 1.0, True, [], True, 1, [note])
     text = tables(question, found, [])[0]
     assert YIELDING in " ".join(text.split())
     assert max(map(len, text.splitlines())) <= 80

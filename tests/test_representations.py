@@ -8,6 +8,8 @@ from typing import Any
 import pytest
 
 import hertzlink as hl
+from coupling.identification.fitting import Fit
+from coupling.results.waves import NoWave
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 CHAIN = hl.Chain([BEAD] * 16, BEAD, 0.44, gravity=9.81, preload=1.5)
@@ -33,14 +35,12 @@ def shown() -> dict[str, Any]:
         r"<Kirchhoff plate, 0.2 × 0.15 m, 3 mm of aluminium 6061; .*>": plate,
         r"Wave\([\d.]+ N at [\d.]+ µs\)": waves.incident,
         r"ReflectedWave\([\d.]+ N at [\d.]+ µs, AR = 0\.\d{4}, TOF = .* µs, begins at the structure\)": waves.primary,
-        r"NoWave\(which='primary', reason='the record is short'\)": hl.results.NoWave("primary", "the record is short"),
-        r"Track\(contacts 1 to 1\d, struck end to structure, .*\)": hl.results.follow_waves(run)[0],
-        r"Fit\(LinearDashpot\(coefficient=5.0\); coefficient \(95 %\): 4.8 to 5.2; .*\)": hl.results.Fit(
+        r"NoWave\(which='primary', reason='the record is short'\)": NoWave("primary", "the record is short"),
+        r"Track\(contacts 1 to 1\d, struck end to structure, .*\)": hl.follow_waves(run)[0],
+        r"Fit\(LinearDashpot\(coefficient=5.0\); coefficient \(95 %\): 4.8 to 5.2; .*\)": Fit(
             dashpot, {"coefficient": (4.8, 5.2)}, 0.002, {10: 0.01}
         ),
-        r"Fit\(.*; not identifiable: only their sum\)": hl.results.Fit(
-            dashpot, {}, 0.1, {}, False, 1.0, "only their sum"
-        ),
+        r"Fit\(.*; not identifiable: only their sum\)": Fit(dashpot, {}, 0.1, {}, False, 1.0, "only their sum"),
     }
 
 
@@ -80,7 +80,7 @@ def test_a_law_shows_forces_within_its_range_only() -> None:
 
 
 def test_text_is_escaped() -> None:
-    table = hl.results.NoWave("primary", "a < b & c")._repr_html_()
+    table = NoWave("primary", "a < b & c")._repr_html_()
     assert "a &lt; b &amp; c" in table
 
 

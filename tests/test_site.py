@@ -126,15 +126,15 @@ def test_stored_output_of_the_gallery_is_that_of_the_examples(monkeypatch: pytes
 
 def test_every_public_name_has_a_page(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     import hertzlink as hl
+    from hertzlink._names import namespaces
 
     monkeypatch.syspath_prepend(str(DOCS / "site"))
     import reference_pages
 
     reference_pages.write(tmp_path / "reference")
     pages = {path.name.removesuffix(".rst") for path in (tmp_path / "reference").iterdir()}
-    spaces = {name for name in hl.__all__ if hasattr(getattr(hl, name), "__all__")}
-    inner = {f"{space}.{name}" for space in spaces for name in getattr(hl, space).__all__}
-    assert pages == {"index", *hl.__all__, *inner} - spaces
+    inner = {f"{space}.{name}" for space, names in namespaces().items() for name in names}
+    assert pages == {"index", *hl.__all__, *inner} - set(namespaces())
 
 
 def test_a_broken_link_of_a_built_site_is_found(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -64,11 +64,9 @@ def plate(**given: Any) -> Any:
     return hl.kirchhoff_plate(0.2, 0.15, 3e-3, hl.ALUMINIUM_6061, CLAMPED, **given)
 
 
-def laminate() -> hl.laminates.Laminate:
-    carbon = hl.laminates.OrthotropicMaterial(135e9, 9e9, 0.3, 5e9, 5e9, 3.2e9, 1560.0)
-    return hl.laminates.Laminate(
-        [hl.laminates.Ply(carbon, 0.5e-3, angle) for angle in (0.0, pi / 4, -pi / 4, pi / 2, pi / 2, 0.0)]
-    )
+def laminate() -> hl.Laminate:
+    carbon = hl.OrthotropicMaterial(135e9, 9e9, 0.3, 5e9, 5e9, 3.2e9, 1560.0)
+    return hl.Laminate([hl.Ply(carbon, 0.5e-3, angle) for angle in (0.0, pi / 4, -pi / 4, pi / 2, pi / 2, 0.0)])
 
 
 def facing() -> hl.CoSimulation:

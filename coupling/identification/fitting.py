@@ -87,7 +87,8 @@ class Fit:
     Examples
     --------
     >>> import hertzlink as hl
-    >>> fit = hl.results.Fit(hl.LinearDashpot(5.0), {"coefficient": (4.8, 5.2)}, 0.002, {10: 0.01})
+    >>> from coupling.identification.fitting import Fit
+    >>> fit = Fit(hl.LinearDashpot(5.0), {"coefficient": (4.8, 5.2)}, 0.002, {10: 0.01})
     >>> fit
     Fit(LinearDashpot(coefficient=5.0); coefficient (95 %): 4.8 to 5.2; amplitude difference: 0.002; ...)
     >>> fit.identifiable
@@ -162,7 +163,7 @@ def fit_dissipation(
 
     Returns
     -------
-    results.Fit
+    Fit
         The loss, confidence intervals (for white noise), and the remaining differences.
 
     Raises

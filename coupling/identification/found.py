@@ -52,8 +52,8 @@ class Unknown:
 
     Examples
     --------
-    >>> import hertzlink as hl
-    >>> edge = hl.results.Unknown("distance", 0.06, (0.0595, 0.0605), "identified", (0.01, 0.3), "mm", 1e-3)
+    >>> from coupling.identification.found import Unknown
+    >>> edge = Unknown("distance", 0.06, (0.0595, 0.0605), "identified", (0.01, 0.3), "mm", 1e-3)
     >>> edge.identifiable, round(edge.error, 4), edge.row()[:3]
     (True, 0.0005, ('distance, mm', '60.00', '59.50 to 60.50'))
     """

@@ -103,7 +103,7 @@ def identify(
 
     Returns
     -------
-    results.Identification
+    Identification
         Values, intervals, verdicts, correlation, residuals; ``print`` shows a table.
 
     Raises

@@ -33,7 +33,7 @@ SURE = 0.1
 
 @dataclass(frozen=True)
 class Information:
-    """What a signal determines at best; returned by `information`.
+    """What a signal determines at best; returned by `identifiability`.
 
     Parameters
     ----------
@@ -49,8 +49,8 @@ class Information:
 
     Examples
     --------
-    >>> import hertzlink as hl
-    >>> known = hl.results.Information({"thickness": 2e-3}, {"thickness": 1e-5}, None)
+    >>> from coupling.identification.information import Information
+    >>> known = Information({"thickness": 2e-3}, {"thickness": 1e-5}, None)
     >>> known.relative["thickness"], known.verdict("thickness")
     (0.005, 'identified')
     """
@@ -92,7 +92,7 @@ class Information:
 
 
 @one_thread
-def information(
+def identifiability(
     build: Callable[..., CoSimulation],
     noise: float = 0.01,
     sensors: Iterable[int] = (7,),
@@ -125,7 +125,7 @@ def information(
 
     Returns
     -------
-    results.Information
+    Information
         The bound of each unknown and nuisance; ``print`` shows a table.
 
     Raises
@@ -149,7 +149,7 @@ def information(
     >>> def build(modulus, impact_speed):
     ...     wall = hl.half_space(hl.Material(modulus, 0.3, 2000.0))
     ...     return hl.CoSimulation(hl.Chain([bead] * 10, bead, impact_speed), wall)
-    >>> known = hl.information(build, sensors=[5], until=5e-4, modulus=3e9, impact_speed=0.31)
+    >>> known = hl.identifiability(build, sensors=[5], until=5e-4, modulus=3e9, impact_speed=0.31)
     >>> known.verdict("modulus"), 0.0005 < known.relative["modulus"] < 0.01
     ('identified', True)
     """
@@ -179,13 +179,13 @@ def best_sensors(
     Parameters
     ----------
     build : callable
-        As for `information`; it takes the choices as well.
+        As for `identifiability`; it takes the choices as well.
     unknown : str
         The unknown that matters.
     count : int
         Number of sensors.
     noise, until, nuisances, sample_every
-        As for `information`.
+        As for `identifiability`.
     candidates : sequence of int, optional
         Beads that may be sensors; by default all but the last.
     choices : mapping, optional
@@ -201,7 +201,7 @@ def best_sensors(
     Raises
     ------
     ValueError
-        As `information`, and for an unknown that has no value.
+        As `identifiability`, and for an unknown that has no value.
 
     Examples
     --------

@@ -111,7 +111,7 @@ def write_fmu(
     >>> import hertzlink as hl
     >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
     >>> chain = hl.Chain([bead] * 5, bead, impact_speed=0.31)
-    >>> hl.ports.write_fmu(chain, hl.Surface(hl.ACRYLIC), "chain.fmu").name
+    >>> hl.write_fmu(chain, hl.Surface(hl.ACRYLIC), "chain.fmu").name
     'chain.fmu'
     """
     builder = _builder()

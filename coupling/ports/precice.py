@@ -120,7 +120,7 @@ def run_in_precice(
     >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
     >>> chain = hl.Chain([bead] * 20, bead, impact_speed=0.31)
     >>> try:
-    ...     run = hl.ports.run_in_precice(chain, hl.Surface(hl.ACRYLIC), "precice-config.xml")
+    ...     run = hl.run_in_precice(chain, hl.Surface(hl.ACRYLIC), "precice-config.xml")
     ... except (ImportError, ValueError) as error:  # pyprecice, or the configuration file, is missing
     ...     print("no coupling")
     no coupling

@@ -39,7 +39,7 @@ class Conditioned(NamedTuple):
     cautions: list[str]
 
 
-def condition(signal: xr.Dataset, mains: float | None = None) -> xr.Dataset:
+def clean_signal(signal: xr.Dataset, mains: float | None = None) -> xr.Dataset:
     """A measured signal without offset and hum, with clipped samples marked, and with the noise of each sensor.
 
     Parameters
@@ -84,7 +84,7 @@ def condition(signal: xr.Dataset, mains: float | None = None) -> xr.Dataset:
     >>> import numpy as np
     >>> time = np.arange(4000) * 1e-7
     >>> volts = 50.0 * np.exp(-(((time - 2e-4) / 1e-5) ** 2)) + np.random.default_rng(1).normal(1.0, 0.2, time.size)
-    >>> signal = hl.condition(hl.as_signal(time, {7: volts}))
+    >>> signal = hl.clean_signal(hl.as_signal(time, {7: volts}))
     >>> print(f"{float(signal.noise.sel(sensor=7)):.1f} N")
     0.2 N
     >>> print(signal.conditioning)

@@ -32,8 +32,8 @@ class CriticalDistance(NamedTuple):
 
     Examples
     --------
-    >>> import hertzlink as hl
-    >>> hl.results.CriticalDistance(value=0.025, low=0.02, high=0.03).high
+    >>> from coupling.results.critical_distance import CriticalDistance
+    >>> CriticalDistance(value=0.025, low=0.02, high=0.03).high
     0.03
     """
 
@@ -94,7 +94,7 @@ def critical_distance(
         A float for one curve, else a DataArray; with `bracket` a tuple (value, low, high) of them. The value is
         interpolated linearly between the last sample outside the tolerance, `low`, and the next one, `high`. It is no
         better than this bracket: AR oscillates over the distance, and on samples 10 mm apart the value was up to 29 %
-        off. `find_critical_distance` refines the bracket.
+        off. `critical_distance_search` refines the bracket.
 
     Raises
     ------

@@ -88,7 +88,7 @@ def contact_to_sensor_ratio(run: xr.Dataset, sensor: int) -> float | xr.DataArra
     >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
     >>> chain = hl.Chain([bead] * 16, striker=bead, impact_speed=0.44)
     >>> run = hl.CoSimulation(chain, None).run(until=4e-4)
-    >>> print(f"{hl.results.contact_to_sensor_ratio(run, sensor=8):.2f}")
+    >>> print(f"{hl.contact_to_sensor_ratio(run, sensor=8):.2f}")
     1.42
     """
 

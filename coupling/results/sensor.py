@@ -82,7 +82,7 @@ def calibration_factor(
     >>> import numpy as np
     >>> time = np.linspace(-1e-4, 1e-4, 2001)
     >>> voltage = np.where(abs(time) < 2e-5, np.cos(np.pi * time / 4e-5), 0.0)
-    >>> print(f"{hl.results.calibration_factor(time, voltage, mass=3.5e-3, impact_speed=0.44):.0f} N/V")
+    >>> print(f"{hl.calibration_factor(time, voltage, mass=3.5e-3, impact_speed=0.44):.0f} N/V")
     121 N/V
     """
     share = SHARE_OF_MOMENTUM[one_of("backing", backing, SHARE_OF_MOMENTUM)]

@@ -39,7 +39,7 @@ class Track:
     >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
     >>> chain = hl.Chain([bead] * 12, striker=bead, impact_speed=0.44)
     >>> run = hl.CoSimulation(chain, hl.half_space(hl.STEEL_440C)).run(until=5e-4)
-    >>> there, back = hl.results.follow_waves(run)[:2]
+    >>> there, back = hl.follow_waves(run)[:2]
     >>> there
     Track(contacts 1 to 13, struck end to structure, 17.4 to 224.4 µs, at most 136.3 N)
     """
@@ -123,7 +123,7 @@ def follow_waves(run: xr.Dataset, smallest: float = SMALLEST_WAVE) -> list[Track
     >>> bead = hl.Sphere(radius=4.76e-3, material=hl.STEEL_440C)
     >>> chain = hl.Chain([bead] * 12, striker=bead, impact_speed=0.44)
     >>> run = hl.CoSimulation(chain, hl.half_space(hl.STEEL_440C)).run(until=5e-4)
-    >>> [wave.begins for wave in hl.results.follow_waves(run)[:2]]
+    >>> [wave.begins for wave in hl.follow_waves(run)[:2]]
     ['struck end', 'structure']
     """
     reading = Reading(run, "the Dataset of one run")

@@ -22,8 +22,8 @@ class Wave:
 
     Examples
     --------
-    >>> import hertzlink as hl
-    >>> hl.results.Wave(amplitude=41.6, arrival=1.02e-4)
+    >>> from coupling.results.waves import Wave
+    >>> Wave(amplitude=41.6, arrival=1.02e-4)
     Wave(41.60 N at 102.00 µs)
     """
 
@@ -64,8 +64,8 @@ class ReflectedWave(Wave):
 
     Examples
     --------
-    >>> import hertzlink as hl
-    >>> hl.results.ReflectedWave(20.8, 3.9e-4, amplitude_ratio=0.5, time_of_flight=2.88e-4, begins="structure")
+    >>> from coupling.results.waves import ReflectedWave
+    >>> ReflectedWave(20.8, 3.9e-4, amplitude_ratio=0.5, time_of_flight=2.88e-4, begins="structure")
     ReflectedWave(20.80 N at 390.00 µs, AR = 0.5000, TOF = 288.00 µs, begins at the structure)
     """
 
@@ -106,8 +106,8 @@ class NoWave:
 
     Examples
     --------
-    >>> import hertzlink as hl
-    >>> wave = hl.results.NoWave("secondary", "the record is short")
+    >>> from coupling.results.waves import NoWave
+    >>> wave = NoWave("secondary", "the record is short")
     >>> bool(wave), wave.reason
     (False, 'the record is short')
     """
@@ -142,10 +142,10 @@ class Reflections(NamedTuple):
 
     Examples
     --------
-    >>> import hertzlink as hl
-    >>> there = hl.results.Wave(amplitude=41.6, arrival=1e-4)
-    >>> back = hl.results.ReflectedWave(20.8, 3.9e-4, amplitude_ratio=0.5, time_of_flight=2.9e-4)
-    >>> waves = hl.results.Reflections(there, back, hl.results.NoWave("secondary", "the record is short"))
+    >>> from coupling.results.waves import NoWave, ReflectedWave, Reflections, Wave
+    >>> there = Wave(amplitude=41.6, arrival=1e-4)
+    >>> back = ReflectedWave(20.8, 3.9e-4, amplitude_ratio=0.5, time_of_flight=2.9e-4)
+    >>> waves = Reflections(there, back, NoWave("secondary", "the record is short"))
     >>> [wave.arrival for wave in waves if wave]
     [0.0001, 0.00039]
     """

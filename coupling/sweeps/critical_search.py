@@ -37,7 +37,7 @@ OWN_DIMENSIONS = {"distance", "within", "end"}
 """Names of the result's own dimensions."""
 
 
-def find_critical_distance(
+def critical_distance_search(
     build: Callable[..., CoSimulation],
     until: float,
     sensor: int,
@@ -117,7 +117,7 @@ def find_critical_distance(
     >>> def at(distance):
     ...     plate = hl.half_plane(2.29e-3, hl.ALUMINIUM_6061, "clamped", distance, until=0.7e-3)
     ...     return hl.CoSimulation(chain, plate)
-    >>> found = hl.find_critical_distance(at, until=0.7e-3, sensor=7, distances=[0.01, 0.02, 0.03, 0.1], jobs=1)
+    >>> found = hl.critical_distance_search(at, until=0.7e-3, sensor=7, distances=[0.01, 0.02, 0.03, 0.1], jobs=1)
     >>> low, high = found.bracket.values * 1e3
     >>> print(f"{found.critical_distance.item() * 1e3:.0f} mm, in a bracket shorter than 0.2 mm: {high - low <= 0.2}")
     15 mm, in a bracket shorter than 0.2 mm: True
@@ -132,7 +132,7 @@ def find_critical_distance(
     work = Work(build, until, partial(_measured, sensor=sensor))
     search = _Search(work, values, joblib.cpu_count() if jobs is None else whole("jobs", jobs))
     if known is not None:
-        search.recall(instance("known", known, xr.Dataset, "the Dataset of an earlier find_critical_distance"))
+        search.recall(instance("known", known, xr.Dataset, "the Dataset of an earlier critical_distance_search"))
         for name, value in (("until", until), ("sensor", sensor)):
             if known.attrs.get(name) != value:
                 raise ValueError(f"known: was found with {name} = {known.attrs.get(name)!r}, must be {value!r} as here")
@@ -200,7 +200,9 @@ class _Search:
         """Take over the samples of an earlier result."""
         names = list(self.values)
         if not {"sampled", *MEASURED_QUANTITIES} <= set(known) or {*known.sampled.dims} != {*names, "distance"}:
-            raise ValueError(f"known: must be a result of find_critical_distance over {', '.join(names) or 'no axes'}")
+            raise ValueError(
+                f"known: must be a result of critical_distance_search over {', '.join(names) or 'no axes'}"
+            )
         for name, axis in self.values.items():
             if known[name].values.tolist() != axis_labels(axis):
                 raise ValueError(f"known: holds other values of {name} than {short(axis)}")

@@ -89,7 +89,7 @@ def bead_motion(
     >>> bead = hl.Sphere(2.38e-3, hl.STEEL_316)
     >>> chain = hl.DeformableChain([bead] * 2, bead, impact_speed=1.0, modes=2)
     >>> run = hl.CoSimulation(chain, None).run(until=10e-6)
-    >>> motion = hl.views.bead_motion(run, chain, times=[5e-6], beads=[1])
+    >>> motion = hl.plots.bead_motion(run, chain, times=[5e-6], beads=[1])
     >>> float(motion.stress.sel(stress_component="axial").min()) < 0.0
     True
     """

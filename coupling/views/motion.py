@@ -62,7 +62,7 @@ def structure_motion(run: xr.Dataset, structure: Structure, times: ArrayLike) ->
     >>> body = hl.layered_cylinder([hl.Layer(hl.STEEL_440C, 20e-3, 9.5e-3)], patch_radius=2e-3, cells=2)
     >>> body = hl.reduce(body, until=0.2e-3, keep_field=True)
     >>> run = hl.CoSimulation(chain, body).run(until=0.2e-3)
-    >>> motion = hl.views.structure_motion(run, body, times=[100e-6, 110e-6])
+    >>> motion = hl.plots.structure_motion(run, body, times=[100e-6, 110e-6])
     >>> motion.attrs["contact_error"] < 0.05, motion.sizes["time"]
     (True, 2)
     """

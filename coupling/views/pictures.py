@@ -80,10 +80,10 @@ def picture(
     >>> body = hl.layered_cylinder([hl.Layer(hl.STEEL_440C, 20e-3, 9.5e-3)], patch_radius=2e-3, cells=2)
     >>> body = hl.reduce(body, until=0.2e-3, keep_field=True)
     >>> run = hl.CoSimulation(chain, body).run(until=0.2e-3)
-    >>> motion = hl.views.structure_motion(run, body, times=[100e-6, 110e-6])
+    >>> motion = hl.plots.structure_motion(run, body, times=[100e-6, 110e-6])
     >>> float(motion.von_mises.max()) > 1e6
     True
-    >>> hl.views.picture(motion, "body.png", time=100e-6)  # doctest: +SKIP
+    >>> hl.plots.picture(motion, "body.png", time=100e-6)  # doctest: +SKIP
     ShownPath('body.png')
     """
     known_motion(motion)
@@ -149,10 +149,10 @@ def animation(
     >>> body = hl.layered_cylinder([hl.Layer(hl.STEEL_440C, 20e-3, 9.5e-3)], patch_radius=2e-3, cells=2)
     >>> body = hl.reduce(body, until=0.2e-3, keep_field=True)
     >>> run = hl.CoSimulation(chain, body).run(until=0.2e-3)
-    >>> motion = hl.views.structure_motion(run, body, times=[100e-6, 110e-6])
+    >>> motion = hl.plots.structure_motion(run, body, times=[100e-6, 110e-6])
     >>> motion.sizes["time"]
     2
-    >>> hl.views.animation(motion, "body.gif", frame_rate=5.0)  # doctest: +SKIP
+    >>> hl.plots.animation(motion, "body.gif", frame_rate=5.0)  # doctest: +SKIP
     ShownPath('body.gif')
     """
     known_motion(motion)

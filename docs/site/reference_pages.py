@@ -18,6 +18,7 @@ GROUPS = {
     "Sweeps and batches": ("coupling.sweeps",),
     "Identification": ("coupling.identification",),
     "Case files": ("hertzlink.cases",),
+    "Other programs": ("coupling.ports",),
 }
 """Headings of the index, and the modules that define what stands below them."""
 
@@ -27,9 +28,9 @@ def write(folder: Path) -> None:
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir()
     lines = ["Reference", "=========", "", "What ``import hertzlink as hl`` offers. Numbers are SI throughout.", ""]
-    left = {name for name, place in PUBLIC.items() if place.module != "hertzlink"}
+    left = {name for name, module in PUBLIC.items() if module != "hertzlink"}
     for heading, modules in GROUPS.items():
-        names = sorted((one for one in left if PUBLIC[one].module.startswith(modules)), key=str.lower)
+        names = sorted((one for one in left if PUBLIC[one].startswith(modules)), key=str.lower)
         left -= set(names)
         lines += [heading, "-" * len(heading), "", *_rows(names, folder)]
     if left:
@@ -38,7 +39,7 @@ def write(folder: Path) -> None:
         module: ModuleType = getattr(hertzlink, space)
         title = f"hertzlink.{space}"
         lines += [title, "-" * len(title), "", _first_line(module), ""]
-        lines += _rows([f"{space}.{name}" for name in sorted(module.__all__, key=str.lower)], folder)
+        lines += _rows([f"{space}.{name}" for name in sorted(namespaces()[space], key=str.lower)], folder)
     (folder / "index.rst").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 

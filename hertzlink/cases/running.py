@@ -9,7 +9,7 @@ import xarray as xr
 from coupling.cosimulation import CoSimulation
 from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
 from coupling.results.measures import sensor_force
-from coupling.sweeps.critical_search import find_critical_distance
+from coupling.sweeps.critical_search import critical_distance_search
 from coupling.sweeps.sweep import sweep
 from hertzlink.cases.axes import Axis, axes_of, path_of
 from hertzlink.cases.case import Case, of_run, run_once
@@ -169,7 +169,7 @@ def _critical(task: Task, jobs: int | None) -> xr.Dataset:
     assert wanted is not None
     build = _OfDistance(Build(task.case, task.axes), along.name)
     axes: dict[str, Any] = {one.name: one.values for one in task.others}
-    return find_critical_distance(
+    return critical_distance_search(
         build, task.case.until, task.sensors[0], along.values, wanted.tolerance, wanted.bracket, wanted.relative,
         jobs=jobs, **axes,
     )  # fmt: skip

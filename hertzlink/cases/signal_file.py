@@ -6,7 +6,7 @@ from typing import Any
 
 import xarray as xr
 
-from coupling.results.conditioning import condition
+from coupling.results.conditioning import clean_signal
 from coupling.results.signals import read_signal
 from hertzlink.cases.faults import Fault, fault_of
 from hertzlink.cases.paths import Path
@@ -30,7 +30,7 @@ def signal_of(question: Question, file: File) -> xr.Dataset:
     try:
         signal = _read(question, file, "lead")
         # The lead is short; identify estimates the noise from all samples.
-        return condition(signal, part.mains).drop_vars("noise") if part.condition else signal
+        return clean_signal(signal, part.mains).drop_vars("noise") if part.condition else signal
     except ValueError as error:
         fault = fault_of(str(error), NAMES)
         if fault.path:

@@ -6,7 +6,7 @@ import xarray as xr
 
 from coupling.cosimulation import CoSimulation
 from coupling.results.ar_and_tof import amplitude_ratio
-from coupling.sweeps.critical_search import find_critical_distance
+from coupling.sweeps.critical_search import critical_distance_search
 from coupling.sweeps.sweep import sweep
 from hertzlink.studies import draw
 from hertzlink.studies.table import Row, bracketed
@@ -95,7 +95,7 @@ def crossings(length: float, scaled: tuple[float, ...], bracket: float, jobs: in
 
     scan = [one * length for one in scaled]
     find = partial(
-        find_critical_distance, until=UNTIL, sensor=SENSOR, distances=scan, tolerance=TOLERANCE, bracket=bracket
+        critical_distance_search, until=UNTIL, sensor=SENSOR, distances=scan, tolerance=TOLERANCE, bracket=bracket
     )
     found = {
         "corner": find(diagonal, jobs=jobs, corner=list(CORNERS)),

@@ -10,7 +10,7 @@ import xarray as xr
 from scipy.interpolate import PchipInterpolator
 
 from coupling.cosimulation import CoSimulation
-from coupling.sweeps.critical_search import find_critical_distance
+from coupling.sweeps.critical_search import critical_distance_search
 from coupling.sweeps.sweep import sweep
 from hertzlink.studies import corner, draw, edge_shear, own_pairs
 from hertzlink.studies.edge_cases import SENSOR, Pair, measure
@@ -222,7 +222,7 @@ def search(pair: Pair, inelasticity: float, jobs: int | None) -> tuple[float, fl
     def build(distance: float) -> CoSimulation:
         return pair.coupled(pair.struck("clamped", inelasticity, distance / length))
 
-    found = find_critical_distance(build, pair.record, SENSOR, [one * length for one in SCAN], jobs=jobs)
+    found = critical_distance_search(build, pair.record, SENSOR, [one * length for one in SCAN], jobs=jobs)
     low, high = found.bracket.values.tolist()
     return float(found.critical_distance), low, high
 

@@ -32,7 +32,7 @@ circular contact the ratio is 0.71.
 def cut_law(angle: float, approach: float, cells: int) -> ComputedLaw:
     """The law of the thesis's cylinders at an angle, degrees, up to an approach, m, for reference points at infinity.
 
-    Boundary elements, as in `laws.half_spaces`: two half-spaces, which touch only in the area that both cylinders
+    Boundary elements, as in `laws.computed_law`: two half-spaces, which touch only in the area that both cylinders
     cover. At such small angles their ends face each other. The ends are therefore less compliant than free ends, and
     the approach of the mid-planes would be smaller. error: estimated with half as many cells along each side of the
     grid.

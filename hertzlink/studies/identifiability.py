@@ -1,6 +1,6 @@
 """Beyond the thesis: what a trace of a chain determines, and what it is blind to, before anything is measured.
 
-Cramér–Rao bounds (`hl.information`) of a plate's distance to its edge and thickness, and of the bond and the upper
+Cramér–Rao bounds (`hl.identifiability`) of a plate's distance to its edge and thickness, and of the bond and the upper
 layer of a rod, over the ways to measure. All half-widths are those of 95 % intervals, as parts of the values.
 """
 

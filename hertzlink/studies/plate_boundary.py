@@ -11,7 +11,7 @@ import xarray as xr
 from coupling.cosimulation import CoSimulation
 from coupling.results.ar_and_tof import amplitude_ratio
 from coupling.results.measures import contact_time
-from coupling.sweeps.critical_search import find_critical_distance
+from coupling.sweeps.critical_search import critical_distance_search
 from coupling.sweeps.progress import watched
 from coupling.sweeps.sweep import sweep
 from hertzlink.studies import draw, on_plates, own_plates, plate_edges, plate_waves
@@ -133,7 +133,7 @@ def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
         return CoSimulation(of.chain(diameter), struck(plates, thickness, distance, of))
 
     find = partial(
-        find_critical_distance, build, of.until, of.sensor, of.distances(quick),
+        critical_distance_search, build, of.until, of.sensor, of.distances(quick),
         bracket=of.bracket(quick), jobs=jobs, thickness=of.thickness, diameter=of.bead,
     )  # fmt: skip
     first = find(tolerance=TOLERANCES)

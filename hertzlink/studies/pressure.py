@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
-from coupling.identification.information import information
+from coupling.identification.information import identifiability
 from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
 from coupling.sweeps.progress import watched
 from hertzlink.studies import draw
@@ -120,14 +120,14 @@ def _measured(shell: Shell, quick: bool) -> xr.Dataset:
 
 
 def _deviation(shell: Shell, part: float) -> float:
-    """The Cramér–Rao bound of the pressure, Pa. part: of the step by which `information` changes it."""
+    """The Cramér–Rao bound of the pressure, Pa. part: of the step by which `identifiability` changes it."""
     made = cache(shell.made)  # almost half the runs are of a shell that another one had
 
     def build(level: float, modulus: float, impact_speed: float) -> CoSimulation:
         return shell.tapped(made(shell.near * (1.0 + part * (level - 1.0)), modulus), impact_speed)
 
     with collected():  # as above
-        known = information(
+        known = identifiability(
             build, NOISE, sensors=[SENSOR], until=shell.until, level=1.0, modulus=1.0, impact_speed=IMPACT_SPEED
         )
     return float(known.bounds["level"] * shell.near * part)

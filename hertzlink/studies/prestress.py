@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
-from coupling.identification.information import information
+from coupling.identification.information import identifiability
 from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
 from coupling.sweeps.progress import watched
 from hertzlink.studies import draw
@@ -174,13 +174,13 @@ def _measured(body: Body, quick: bool) -> xr.Dataset:
 
 
 def _deviation(body: Body, at: Callable[[float, float, float], CoSimulation], part: float) -> float:
-    """The Cramér–Rao bound of the stress, Pa. part: of the step by which `information` changes it."""
+    """The Cramér–Rao bound of the stress, Pa. part: of the step by which `identifiability` changes it."""
 
     def build(level: float, bending: float, impact_speed: float) -> CoSimulation:
         return at(body.near * (1.0 + part * (level - 1.0)), bending, impact_speed)
 
     with collected():  # as above
-        known = information(
+        known = identifiability(
             build, NOISE, sensors=[SENSOR], until=body.until, level=1.0, bending=1.0, impact_speed=IMPACT_SPEED
         )
     return float(known.bounds["level"] * body.near * part)

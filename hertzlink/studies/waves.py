@@ -52,7 +52,7 @@ def striker_speed(force: float, mass: float, stiffness: float, exponent: float =
     """Speed, m/s, of a striker, equal to the beads, for about this peak contact force, N, by equations 6.12 and 6.16.
 
     These are for long waves: in a Hertzian chain the force is 0.886 of theirs (see
-    `solitary.peak_force_from_particle_speed`).
+    `theory.solitary_force_from_particle_speed`).
     """
     overlap = (force / stiffness) ** (1.0 / exponent)
     square = 2.0 * force * overlap / ((exponent + 1.0) * mass)

@@ -73,7 +73,7 @@ class DeformableChain(Chain):
     inclination : float
         As of a Chain, rad.
     law : ContactLaw or callable or None
-        By default that of finite elements, `hl.laws.axisymmetric`, up to the approach at which one contact would hold
+        By default that of finite elements, `hl.laws.computed_law`, up to the approach at which one contact would hold
         all of the striker's energy. One that is given must count the approach of mid-planes.
     modes : int
         The rigid motion and the lowest axisymmetric vibrations of each free bead, 1 to 20. With 1 the beads are rigid

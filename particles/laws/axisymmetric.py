@@ -102,7 +102,8 @@ def contact_law_fem(
     --------
     >>> import hertzlink as hl
     >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-    >>> law = hl.laws.axisymmetric(bead, max_approach=5e-6, spacing=20e-6)
+    >>> from particles.laws.axisymmetric import contact_law_fem
+    >>> law = contact_law_fem(bead, max_approach=5e-6, spacing=20e-6)
     >>> round(float(law.force(5e-6) / hl.contact_law(bead, bead).force(5e-6)), 2)
     1.01
     """

@@ -1,6 +1,8 @@
 """`computed_law` picks the numerical method for the contact of two bodies."""
 
 from collections.abc import Callable
+from functools import partial
+from inspect import signature
 from typing import Any
 
 from particles.bead import Bead, Cylinder, Ellipsoid, HollowSphere, Sphere, check_bead, check_body
@@ -16,8 +18,8 @@ from structures.surface import Surface, relative_curvatures
 METHODS: dict[str, Callable[..., ComputedLaw]] = {
     "axisymmetric": contact_law_fem,
     "half-spaces": contact_law_bem,
-    "plane strain": lambda first, second, **given: contact_law_plane(first, second, state="strain", **given),
-    "plane stress": lambda first, second, **given: contact_law_plane(first, second, state="stress", **given),
+    "plane strain": partial(contact_law_plane, state="strain"),
+    "plane stress": partial(contact_law_plane, state="stress"),
     "three-dimensional": contact_law_solid,
 }
 """A new method is one more line here."""
@@ -54,8 +56,10 @@ def computed_law(
     method : str, optional
         "axisymmetric", "half-spaces", "plane strain", "plane stress" or "three-dimensional".
     **options
-        Further arguments of the method, such as spacing (m) of finite elements and cells of half-spaces; see
-        `hl.laws.axisymmetric`, `half_spaces`, `plane` and `solid`.
+        Further arguments of the method. Finite elements take `spacing`, the size of the elements at the contact, m;
+        "axisymmetric" also `midplane`, "roller" or "clamped". "half-spaces" takes `cells` along each side of
+        the grid, 32 to 512, `midplane` (True: the approach is that of the mid-planes) and `correction`, m/N of each
+        body: what is subtracted from the approach for a unit force.
 
     Returns
     -------
@@ -65,7 +69,7 @@ def computed_law(
     Raises
     ------
     ValueError
-        For another method, and for bodies that the method does not take.
+        For another method, and for bodies and options that the method does not take.
 
     Examples
     --------
@@ -83,6 +87,10 @@ def computed_law(
     if name == "half-spaces":
         has_midplane = all(isinstance(body, Sphere | Cylinder | Surface) for body in (first, other))
         options = {"midplane": has_midplane and "correction" not in options} | options
+    takes = [*signature(METHODS[name]).parameters][2:]
+    for option in options:
+        if option not in takes:
+            raise ValueError(f"{option}: is no option of the method {name!r}; its options are {', '.join(takes)}")
     return METHODS[name](first, other, max_force=max_force, max_approach=max_approach, **options)
 
 

@@ -68,7 +68,8 @@ class ComputedLaw(TabulatedLaw):
     --------
     >>> import hertzlink as hl
     >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
-    >>> law = hl.laws.axisymmetric(bead, max_force=50.0, spacing=20e-6)
+    >>> from particles.laws.axisymmetric import contact_law_fem
+    >>> law = contact_law_fem(bead, max_force=50.0, spacing=20e-6)
     >>> law
     ComputedLaw('finite elements', ... points up to ... m and ... N)
     >>> law.error < 0.01

@@ -135,7 +135,8 @@ def contact_law_bem(
     >>> import hertzlink as hl
     >>> from math import pi
     >>> lying, crossing = (hl.Cylinder(2.38e-3, 4.76e-3, hl.STEEL_316, angle=angle) for angle in (0.0, pi / 4))
-    >>> law = hl.laws.half_spaces(lying, crossing, max_force=20.0, cells=32)
+    >>> from particles.laws.half_spaces import contact_law_bem
+    >>> law = contact_law_bem(lying, crossing, max_force=20.0, cells=32)
     >>> round(float(law.force(2e-6) / hl.contact_law(lying, crossing).force(2e-6)), 2)
     1.0
     """
@@ -183,7 +184,7 @@ class _Pair(ComputedContact):
         self.flat, self.sharp = relative_curvatures(one, other)
         if self.flat <= 1e-12 * self.sharp:
             raise ValueError(
-                f"second = {second!r}: touches the first along a line; for parallel cylinders use laws.plane"
+                f"second = {second!r}: touches the first along a line; for parallel cylinders use plane strain"
             )
         self.theory = self.below = PowerLaw(hertz_stiffness(one, other))
         self.sharpest = sharpest_curvatures(one, other)

@@ -96,7 +96,8 @@ def contact_law_plane(
     --------
     >>> import hertzlink as hl
     >>> body = hl.Cylinder(2.38e-3, 4.76e-3, hl.STEEL_316)
-    >>> law = hl.laws.plane(body, max_approach=2e-6, spacing=3e-6)
+    >>> from particles.laws.plane import contact_law_plane
+    >>> law = contact_law_plane(body, max_approach=2e-6, spacing=3e-6)
     >>> law.name, round(float(law.force(2e-6) / hl.contact_law(body, body).force(2e-6)), 2)
     ('finite elements, plane strain', 1.0)
     """
@@ -118,7 +119,7 @@ class _Line(ComputedContact):
         if flat > 1e-12 * sharp:
             raise ValueError(
                 f"second: crosses the first, with angle = {second.angle!r} and {first.angle!r}; "
-                "laws.plane is for parallel cylinders, laws.half_spaces for crossed ones"
+                'plane strain and stress are for parallel cylinders, the method "half-spaces" for crossed ones'
             )
         self.curvature, self.length = sharp, min(first.length, second.length)
         if state == "stress":

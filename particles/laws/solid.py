@@ -119,7 +119,8 @@ def contact_law_solid(
     --------
     >>> import hertzlink as hl
     >>> bead = hl.Sphere(9.525e-3, hl.STEEL_316)
-    >>> law = hl.laws.solid(bead, max_approach=40e-6, spacing=0.2e-3)
+    >>> from particles.laws.solid import contact_law_solid
+    >>> law = contact_law_solid(bead, max_approach=40e-6, spacing=0.2e-3)
     >>> round(float(law.force(40e-6) / hl.contact_law(bead, bead).force(40e-6)), 1)
     1.0
     """
@@ -248,7 +249,8 @@ def midplane_correction(bead: Cylinder | Sphere) -> float:
     --------
     >>> import hertzlink as hl
     >>> ball = hl.Sphere(9.525e-3, hl.STEEL_316)
-    >>> round(hl.laws.midplane_correction(ball) * 1e9, 2)  # nm/N
+    >>> from particles.laws.solid import midplane_correction
+    >>> round(midplane_correction(ball) * 1e9, 2)  # nm/N
     0.11
     """
     return _midplane_correction(solid_body("bead", bead))

@@ -160,7 +160,7 @@ class Thornton(YieldingLaw):
     """A contact whose greatest pressure is that of the first yield; beyond it the force rises on a straight line.
 
     F = F_y + π p_y R (δ − δ_y) from δ_y = R (π p_y/2E*)² on. Unloading is Hertz's with the radius R_p = R F_e/F*, where
-    F_e is Hertz's force at the largest overlap and F* the force there. p_y is `hl.hertz.yield_pressure`, 1.61 times the
+    F_e is Hertz's force at the largest overlap and F* the force there. p_y is `theory.yield_pressure`, 1.61 times the
     yield strength for ν = 0.3. Hardness tests find up to 2.8 times the yield strength: contacts of this law are soft.
 
     Parameters

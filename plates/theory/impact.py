@@ -104,14 +104,14 @@ def point_impedance(plate: Plate) -> float:
     --------
     >>> import hertzlink as hl
     >>> plate = hl.kirchhoff_plate(0.3, 0.3, 2.29e-3, hl.ALUMINIUM_6061, hl.Supports(left="clamped"))
-    >>> round(hl.impact.point_impedance(plate), 2)
+    >>> round(hl.theory.plate_point_impedance(plate), 2)
     174.76
     """
     instance("plate", plate, Plate, "a Plate, as kirchhoff_plate or mindlin_plate make")
     if plate.additions:
         names = ", ".join(dict.fromkeys(type(one).__name__ for one in plate.additions))
         caution(
-            f"additions: laws of a plain plate leave out {names}; runs include them, and find_critical_distance "
+            f"additions: laws of a plain plate leave out {names}; runs include them, and critical_distance_search "
             "searches with them"
         )
     return float(8.0 * (point_rigidity(plate.section) * plate.mass_per_area) ** 0.5)
@@ -163,9 +163,10 @@ def inelasticity_parameter(bead: Bead, plate: Plate, impact_speed: Number) -> Nu
     The thesis prints 1.28 for a bead of 9.53 mm on aluminium of 2.29 mm.
 
     >>> import hertzlink as hl
-    >>> material, speed, _ = hl.impact.THESIS_IMPACT
+    >>> from plates.theory.impact import THESIS_IMPACT
+    >>> material, speed, _ = THESIS_IMPACT
     >>> plate = hl.kirchhoff_plate(0.3, 0.3, 2.29e-3, hl.ALUMINIUM_6061, hl.Supports(left="clamped"))
-    >>> round(hl.impact.inelasticity_parameter(hl.Sphere(4.765e-3, material), plate, speed), 2)
+    >>> round(hl.theory.plate_inelasticity(hl.Sphere(4.765e-3, material), plate, speed), 2)
     1.28
     """
     return _plain(_inelasticity(bead, plate, _collision_time(bead, plate, impact_speed)))
@@ -176,7 +177,7 @@ def contact_time(
 ) -> Number:
     """Time in contact T_c of one bead with an infinite thin plate.
 
-    T_c = τ_c(λ) m^{2/5} v^{−1/5} k^{−2/5}, where τ_c is `zener.contact_time`.
+    T_c = τ_c(λ) m^{2/5} v^{−1/5} k^{−2/5}, where τ_c is `theory.zener_contact_time`.
 
     Parameters
     ----------
@@ -203,7 +204,7 @@ def contact_time(
     -----
     Equation 6.38 is right as printed. The printed T_c mix speeds (see THESIS_IMPACT): λ belongs to one speed, and v is
     another one. The formula holds for one bead. The other beads push on the last bead of a chain (see
-    `layers.contact_time`).
+    `theory.hertz_contact_time`).
 
     References
     ----------
@@ -214,9 +215,10 @@ def contact_time(
     The thesis prints 87.81 µs for a bead of 9.53 mm on aluminium of 2.29 mm.
 
     >>> import hertzlink as hl
-    >>> bead = hl.Sphere(4.765e-3, hl.impact.THESIS_IMPACT.material)
+    >>> from plates.theory.impact import THESIS_IMPACT
+    >>> bead = hl.Sphere(4.765e-3, THESIS_IMPACT.material)
     >>> plate = hl.kirchhoff_plate(0.3, 0.3, 2.29e-3, hl.ALUMINIUM_6061, hl.Supports(left="clamped"))
-    >>> round(hl.impact.contact_time(bead, plate, 0.31, inelasticity=1.28) * 1e6, 1)
+    >>> round(hl.theory.plate_contact_time(bead, plate, 0.31, inelasticity=1.28) * 1e6, 1)
     87.8
     """
     time = _collision_time(bead, plate, impact_speed)
@@ -229,7 +231,7 @@ def contact_time(
 def amplitude_ratio(inelasticity: Number) -> Number:
     """Amplitude ratio AR of the primary wave that an infinite thin plate reflects.
 
-    AR = e^{6/5}, where e is `zener.restitution` of λ.
+    AR = e^{6/5}, where e is `theory.zener_restitution` of λ.
 
     Parameters
     ----------
@@ -250,7 +252,7 @@ def amplitude_ratio(inelasticity: Number) -> Number:
     -----
     Equation 6.24 and figure 6.18 are right as printed. The text says that AR "decreases with the decrease in aspect
     ratio" D/t; in fact it increases. One bead stands for the chain: the formula has no losses, no secondary waves and
-    no gravity. `layers.amplitude_ratio` takes an e of any origin.
+    no gravity. `theory.primary_amplitude_ratio` takes an e of any origin.
 
     References
     ----------
@@ -259,7 +261,7 @@ def amplitude_ratio(inelasticity: Number) -> Number:
     Examples
     --------
     >>> import hertzlink as hl
-    >>> round(hl.impact.amplitude_ratio(0.32), 4)
+    >>> round(hl.theory.plate_amplitude_ratio(0.32), 4)
     0.5271
     """
     return _plain(np.asarray(zener.restitution(inelasticity)) ** 1.2)
@@ -313,7 +315,7 @@ def normalised_time_of_flight(
     >>> import hertzlink as hl
     >>> bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
     >>> plate = hl.kirchhoff_plate(0.3, 0.3, 2.29e-3, hl.ALUMINIUM_6061, hl.Supports(left="clamped"))
-    >>> round(hl.impact.normalised_time_of_flight(13, bead, plate, striker_speed=0.31), 5)
+    >>> round(hl.theory.plate_normalised_time_of_flight(13, bead, plate, striker_speed=0.31), 5)
     0.06983
     """
     number, speed = positive("beads", beads), each(positive, "striker_speed", striker_speed, "m/s")
@@ -345,8 +347,8 @@ def critical_distance_bounds(
     impact_speed : float
         Speed, m/s, of the striker (see Notes).
     wave_speeds : tuple of two floats, optional
-        Two other wave speeds, m/s, such as `lamb.group_speed(material, thickness, frequency, "A0")` and
-        `lamb.rayleigh_speed(material)`. Plates of a Laminate need them.
+        Two other wave speeds, m/s, such as `theory.lamb_group_speed(material, thickness, frequency, "A0")` and
+        `theory.rayleigh_speed(material)`. Plates of a Laminate need them.
 
     Returns
     -------
@@ -367,7 +369,7 @@ def critical_distance_bounds(
     aluminium of 4.83 mm.
 
     T does not depend on the thickness t, although the text says that L is longer for thin plates.
-    `impact.contact_time` is longer for thin plates.
+    `theory.plate_contact_time` is longer for thin plates.
 
     References
     ----------

@@ -75,7 +75,7 @@ def rayleigh_speed(material: Material) -> float:
     Examples
     --------
     >>> import hertzlink as hl
-    >>> round(hl.lamb.rayleigh_speed(hl.ALUMINIUM_6061), 1)
+    >>> round(hl.theory.rayleigh_speed(hl.ALUMINIUM_6061), 1)
     2890.5
     """
     eta = _speed_ratio(material)
@@ -117,7 +117,7 @@ def frequency(material: Material, thickness: float, wave_number: Number, mode: s
     Examples
     --------
     >>> import hertzlink as hl
-    >>> round(hl.lamb.frequency(hl.ALUMINIUM_6061, thickness=2.29e-3, wave_number=70.0, mode="A0"), 1)
+    >>> round(hl.theory.lamb_frequency(hl.ALUMINIUM_6061, thickness=2.29e-3, wave_number=70.0, mode="A0"), 1)
     2749.6
     """
     thickness = positive("thickness", thickness, "m")
@@ -172,7 +172,7 @@ def phase_speed(material: Material, thickness: float, frequency: Number, mode: s
     Examples
     --------
     >>> import hertzlink as hl
-    >>> round(hl.lamb.phase_speed(hl.ALUMINIUM_6061, thickness=2.29e-3, frequency=12e3, mode="A0"), 1)
+    >>> round(hl.theory.lamb_phase_speed(hl.ALUMINIUM_6061, thickness=2.29e-3, frequency=12e3, mode="A0"), 1)
     511.6
     """
     waves, pulse = _forward(material, thickness, frequency, mode)
@@ -198,7 +198,7 @@ def group_speed(material: Material, thickness: float, frequency: Number, mode: s
     Returns
     -------
     float or ndarray
-        Group speed, m/s, with the shape of `frequency` and the accuracy of `lamb.phase_speed`. It is undefined where
+        Group speed, m/s, with the shape of `frequency` and the accuracy of `phase_speed`. It is undefined where
         two modes cross (S0 and S1 at kt = π for ν = 0).
 
     Raises
@@ -216,7 +216,7 @@ def group_speed(material: Material, thickness: float, frequency: Number, mode: s
     Khatri's thesis takes 1000 m/s for its plates (section 6.2.2): aluminium of 2.29 mm has it at 12 kHz.
 
     >>> import hertzlink as hl
-    >>> round(hl.lamb.group_speed(hl.ALUMINIUM_6061, thickness=2.29e-3, frequency=12e3, mode="A0"))
+    >>> round(hl.theory.lamb_group_speed(hl.ALUMINIUM_6061, thickness=2.29e-3, frequency=12e3, mode="A0"))
     1003
     """
     waves, pulse = _forward(material, thickness, frequency, mode)
@@ -261,7 +261,7 @@ def cutoff_frequency(material: Material, thickness: float, mode: str = "A1") -> 
     Examples
     --------
     >>> import hertzlink as hl
-    >>> round(hl.lamb.cutoff_frequency(hl.ALUMINIUM_6061, thickness=2.29e-3, mode="A1") * 1e-6, 3)
+    >>> round(hl.theory.lamb_cutoff_frequency(hl.ALUMINIUM_6061, thickness=2.29e-3, mode="A1") * 1e-6, 3)
     0.677
     """
     curve = _curve(material, mode)

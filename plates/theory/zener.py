@@ -35,7 +35,7 @@ def restitution(inelasticity: Number) -> Number:
     Parameters
     ----------
     inelasticity : float or ndarray
-        λ ≥ 0, from `impact.inelasticity_parameter`, whose docstring states where λ is valid.
+        λ ≥ 0, from `theory.plate_inelasticity`, whose docstring states where λ is valid.
 
     Returns
     -------
@@ -59,9 +59,9 @@ def restitution(inelasticity: Number) -> Number:
     Examples
     --------
     >>> import hertzlink as hl
-    >>> round(hl.zener.restitution(0.32), 4)
+    >>> round(hl.theory.zener_restitution(0.32), 4)
     0.5865
-    >>> round(hl.zener.restitution(10.0) * 10.0**5, 4)
+    >>> round(hl.theory.zener_restitution(10.0) * 10.0**5, 4)
     0.6793
     """
     number = each(not_negative, "inelasticity", inelasticity)
@@ -72,12 +72,12 @@ def restitution(inelasticity: Number) -> Number:
 def contact_time(inelasticity: Number) -> Number:
     """Time in contact τ_c of a sphere with an infinite thin plate, in units of Hertz's collision.
 
-    `impact.contact_time` returns it in seconds.
+    `theory.plate_contact_time` returns it in seconds.
 
     Parameters
     ----------
     inelasticity : float or ndarray
-        λ ≥ 0, from `impact.inelasticity_parameter`.
+        λ ≥ 0, from `theory.plate_inelasticity`.
 
     Returns
     -------
@@ -100,12 +100,12 @@ def contact_time(inelasticity: Number) -> Number:
     Examples
     --------
     >>> import hertzlink as hl
-    >>> round(hl.zener.contact_time(0.0), 4)
+    >>> round(hl.theory.zener_contact_time(0.0), 4)
     3.2181
 
     The thesis prints 87.81 µs for λ = 1.28, and 55.6 µs for λ = 0. Their ratio is 1.579.
 
-    >>> round(hl.zener.contact_time(1.28) / hl.zener.contact_time(0.0), 3)
+    >>> round(hl.theory.zener_contact_time(1.28) / hl.theory.zener_contact_time(0.0), 3)
     1.579
     """
     number = each(not_negative, "inelasticity", inelasticity)

@@ -23,7 +23,7 @@ def noise(level: float, size: int = TIME.size, seed: int = 1) -> np.ndarray:
 
 
 def test_offset_and_noise() -> None:
-    found = hl.condition(signal(waves() + 4.0 + noise(0.5)))
+    found = hl.clean_signal(signal(waves() + 4.0 + noise(0.5)))
     assert float(found.noise.sel(sensor=7)) == pytest.approx(0.5, rel=0.15)
     assert found.noise.dims == ("sensor",)
     assert float(found.sensor_force.isel(time=slice(0, 200)).mean()) == pytest.approx(0.0, abs=0.15)
@@ -37,7 +37,7 @@ def test_hum_is_removed_where_the_lead_supports_it(frequency: float) -> None:
     phase = 2 * np.pi * frequency * time
     hum = 3.0 * np.sin(phase + 0.4) + 1.0 * np.cos(3 * phase)
     clean = waves(time, 0.115)
-    found = hl.condition(signal(clean + hum + 2.0 + noise(0.2, time.size), time), mains=frequency)
+    found = hl.clean_signal(signal(clean + hum + 2.0 + noise(0.2, time.size), time), mains=frequency)
     assert np.abs(found.sensor_force.sel(sensor=7).values - clean).std() < 0.21
     assert float(found.noise[0]) == pytest.approx(0.2, rel=0.02)
     assert f"mains hum of {frequency:g} Hz with 5 harmonics" in found.conditioning
@@ -45,7 +45,7 @@ def test_hum_is_removed_where_the_lead_supports_it(frequency: float) -> None:
 
 def test_a_short_lead_leaves_the_hum() -> None:
     with pytest.warns(hl.HertzlinkWarning, match=r"mains hum of 50 Hz was not removed: .* one period, 20 ms"):
-        found = hl.condition(signal(waves() + noise(0.2)), mains=50.0)
+        found = hl.clean_signal(signal(waves() + noise(0.2)), mains=50.0)
     assert "was not removed" in found.conditioning
 
 
@@ -56,7 +56,7 @@ def test_clipped_samples(level: float, step: float, sign: float) -> None:
     force = np.minimum(waves() + noise(level), 40.0)
     force = np.round(force / step) * step if step else force
     with pytest.warns(hl.HertzlinkWarning, match="sensor 7: .* samples are clipped at -?(40|39)"):
-        found = hl.condition(signal(sign * force))
+        found = hl.clean_signal(signal(sign * force))
     gone = np.isnan(found.sensor_force.sel(sensor=7).values)
     assert 80 < gone.sum() <= (force >= 40.0).sum()
     if sign > 0.0:
@@ -72,14 +72,14 @@ def test_a_quantised_top_is_not_clipped(step: float, level: float) -> None:
     force = np.round(force / step) * step if step else force
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        found = hl.condition(signal(force))
+        found = hl.clean_signal(signal(force))
     assert np.isfinite(found.sensor_force).all()
     assert float(found.noise[0]) >= step / np.sqrt(12.0) * (1.0 - 1e-12)
 
 
 def test_no_quiet_lead() -> None:
     with pytest.warns(hl.HertzlinkWarning, match="sensor 7: there is no quiet lead, so the offset was left"):
-        found = hl.condition(signal((waves() + noise(0.3))[1000:], TIME[1000:]))
+        found = hl.clean_signal(signal((waves() + noise(0.3))[1000:], TIME[1000:]))
     assert float(found.noise[0]) == pytest.approx(0.3, rel=0.1)
 
 
@@ -92,5 +92,5 @@ def test_bad_input() -> None:
         ((good.where(good.time < 1e-6),), "sensor 7 has 5 samples without clipping, must have 16"),
     ):
         with pytest.raises(ValueError, match=message) as caught:
-            hl.condition(*arguments)
+            hl.clean_signal(*arguments)
         assert "\n" not in str(caught.value)

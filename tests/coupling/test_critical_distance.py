@@ -150,7 +150,7 @@ SCAN = [0.005 * i for i in range(1, 21)] + [1.0]
 
 FEW = [0.01, 0.03, 0.06, 0.1, 0.2, 1.0]
 
-find: Callable[..., xr.Dataset] = partial(hl.find_critical_distance, until=6e-4, sensor=7, distances=SCAN, jobs=1)
+find: Callable[..., xr.Dataset] = partial(hl.critical_distance_search, until=6e-4, sensor=7, distances=SCAN, jobs=1)
 
 
 @pytest.mark.parametrize("bracket", [1e-3, 2e-4, 1e-5])
@@ -340,7 +340,7 @@ def test_samples_lie_within_the_bracket() -> None:
         ({"far": NAN}, "far = nan"),
         ({"far": xr.DataArray([0.5], dims="plate")}, "far: must be a number, or a DataArray over no axes"),
         ({"known": 3}, "known = 3"),
-        ({"known": xr.Dataset()}, "known: must be a result of find_critical_distance over no axes"),
+        ({"known": xr.Dataset()}, "known: must be a result of critical_distance_search over no axes"),
     ],
 )
 def test_bad_input_to_the_search(given: dict[str, Any], message: str) -> None:

@@ -44,17 +44,17 @@ def near(distance: float) -> hl.CoSimulation:
         (lambda: hl.critical_distance_law(BEAD, PLATE, impact_speed=[]), "impact_speed = []: must be a finite number"),
         (lambda: hl.critical_distance_law(BEAD, PLATE, impact_speed=1e300), "impact_speed = 1e+300: must lie between"),
         (lambda: hl.reduce(near(0.02).structure.structure, 1e-4, pulse=1e-300), "pulse = 1e-300: must lie between"),
-        (lambda: hl.hertz.yield_pressure(None), "material = None: must be a Material"),
-        (lambda: hl.laminates.indentation_modulus("x"), "stiffness = 'x': must be 6 × 6"),
-        (lambda: hl.laminates.indentation_modulus(hl.ALUMINIUM_6061), "must be 6 × 6"),
-        (lambda: hl.laminates.indentation_modulus(1j * np.eye(6)), "must be 6 × 6"),
-        (lambda: hl.laminates.orthotropic_stiffness((1j, 1, 1), *PLY[1:]), "must be three positive numbers"),
+        (lambda: hl.theory.yield_pressure(None), "material = None: must be a Material"),
+        (lambda: hl.theory.indentation_modulus("x"), "stiffness = 'x': must be 6 × 6"),
+        (lambda: hl.theory.indentation_modulus(hl.ALUMINIUM_6061), "must be 6 × 6"),
+        (lambda: hl.theory.indentation_modulus(1j * np.eye(6)), "must be 6 × 6"),
+        (lambda: hl.theory.orthotropic_stiffness((1j, 1, 1), *PLY[1:]), "must be three positive numbers"),
         (
-            lambda: hl.laminates.orthotropic_stiffness(PLY[0], [[1, 2], [3]], PLY[2]),
+            lambda: hl.theory.orthotropic_stiffness(PLY[0], [[1, 2], [3]], PLY[2]),
             "poisson_ratios = [[1, 2], [3]]: must be",
         ),
         (
-            lambda: hl.laminates.orthotropic_stiffness(PLY[0], PLY[1], {}),
+            lambda: hl.theory.orthotropic_stiffness(PLY[0], PLY[1], {}),
             "shear_moduli = {}: must be three positive numbers",
         ),
     ],
@@ -69,7 +69,7 @@ def test_it_is_named(call: Callable[[], object], message: str) -> None:
 @pytest.mark.filterwarnings("ignore::hertzlink.HertzlinkWarning")
 def test_samples_of_another_sensor_or_record_are_not_taken_over(changed: dict[str, Any], message: str) -> None:
     given: dict[str, Any] = {"until": 1e-4, "sensor": 1, "distances": [0.01, 0.02, 0.05], "jobs": 1}
-    known = hl.find_critical_distance(near, **given)
-    hl.find_critical_distance(near, **given, known=known)
+    known = hl.critical_distance_search(near, **given)
+    hl.critical_distance_search(near, **given, known=known)
     with pytest.raises(ValueError, match=f"known: was found with {message}"):
-        hl.find_critical_distance(near, **{**given, **changed}, known=known)
+        hl.critical_distance_search(near, **{**given, **changed}, known=known)

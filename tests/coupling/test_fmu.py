@@ -39,7 +39,7 @@ def softer(one: Any, other: Any) -> hl.laws.PowerLaw:
 
 @pytest.fixture(scope="module")
 def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return hl.ports.write_fmu(CHAIN, SURFACE, tmp_path_factory.mktemp("fmu") / "a chain.fmu")
+    return hl.write_fmu(CHAIN, SURFACE, tmp_path_factory.mktemp("fmu") / "a chain.fmu")
 
 
 class Unit:
@@ -237,7 +237,7 @@ def test_bytes_that_are_no_state_are_refused(unit: Unit, text: bytes) -> None:
 
 
 def test_a_state_of_another_chain_is_refused(unit: Unit, tmp_path: Path) -> None:
-    short = hl.ports.write_fmu(hl.Chain([BEAD] * 3, BEAD, impact_speed=0.5), SURFACE, tmp_path / "short.fmu")
+    short = hl.write_fmu(hl.Chain([BEAD] * 3, BEAD, impact_speed=0.5), SURFACE, tmp_path / "short.fmu")
     with opened(short, tmp_path / "short") as other:
         text = other.fmu.serializeFMUstate(other.fmu.getFMUstate())
     good = unit.fmu.getFMUstate()
@@ -267,7 +267,7 @@ def test_two_units_and_a_reset_do_not_disturb_each_other(unit: Unit, tmp_path: P
     """Of different chains, in one process, where Python holds their module once."""
     long = hl.Chain([BEAD] * 3, striker=BEAD, impact_speed=1.0)
     first = unit.step(0.0, 1e-5, 0.0), unit.get("sensor_force[1]")
-    with opened(hl.ports.write_fmu(long, SURFACE, tmp_path / "three.fmu"), tmp_path / "three") as other:
+    with opened(hl.write_fmu(long, SURFACE, tmp_path / "three.fmu"), tmp_path / "three") as other:
         other.step(0.0, 1e-5, 0.0)
         assert other.get("sensor_force[1]") > 2.0 * first[1]
     unit.fmu.reset()
@@ -364,7 +364,7 @@ def test_folders_in_which_it_cannot_be_unpacked_are_named(tmp_path: Path, name: 
     folder = tmp_path / name
     folder.mkdir()
     with pytest.warns(hl.HertzlinkWarning, match="a program that unpacks the FMU in this folder crashes") as caught:
-        hl.ports.write_fmu(CHAIN, SURFACE, folder / "chain.fmu")
+        hl.write_fmu(CHAIN, SURFACE, folder / "chain.fmu")
     assert str(caught[0].message).startswith(repr(str(folder.resolve())))
 
 
@@ -372,7 +372,7 @@ def test_the_folder_of_temporary_files_counts_too(tmp_path: Path, monkeypatch: p
     (tmp_path / "ü").mkdir()
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "ü"))
     with pytest.warns(hl.HertzlinkWarning, match="a program that unpacks the FMU in this folder crashes"):
-        hl.ports.write_fmu(CHAIN, SURFACE, tmp_path / "chain.fmu")
+        hl.write_fmu(CHAIN, SURFACE, tmp_path / "chain.fmu")
 
 
 @pytest.mark.thorough
@@ -381,7 +381,7 @@ def test_another_version_of_hertzlink_is_told(tmp_path: Path) -> None:
     script = (
         "import importlib.metadata, fmpy, hertzlink as hl\n"
         "bead = hl.Sphere(4.76e-3, hl.STEEL_440C)\n"
-        "hl.ports.write_fmu(hl.Chain([bead] * 2, bead, 1.0), hl.Surface(hl.PTFE), 'chain.fmu')\n"
+        "hl.write_fmu(hl.Chain([bead] * 2, bead, 1.0), hl.Surface(hl.PTFE), 'chain.fmu')\n"
         "importlib.metadata.version = lambda name: '99.0'\n"
         "fmpy.simulate_fmu('chain.fmu', debug_logging=True)\n"
     )
@@ -392,7 +392,7 @@ def test_another_version_of_hertzlink_is_told(tmp_path: Path) -> None:
 
 def test_laws_of_ones_own_and_other_excitations_go_along(tmp_path: Path) -> None:
     chain = hl.Chain([BEAD] * 5, hl.PushedBead([0.0, 1e-5, 2e-5], [0.0, 50.0, 0.0]), law=softer)
-    path = hl.ports.write_fmu(chain, SURFACE, tmp_path / "pushed.fmu", flexibility=1e-9, dt=2e-8)
+    path = hl.write_fmu(chain, SURFACE, tmp_path / "pushed.fmu", flexibility=1e-9, dt=2e-8)
     moving = hl.stepping.MovingChain(chain, SURFACE, 1e-9, 2e-8)
     _, force = moving.advance(moving.start(), (0.0, 1e-7), 2e-4)
     with opened(path, tmp_path / "unit") as unit:
@@ -416,7 +416,7 @@ def test_writing_leaves_nothing_behind(tmp_path: Path) -> None:
     path, modules = sys.path.copy(), set(sys.modules)
     target = tmp_path / "chain.fmu"
     target.write_text("an older file")
-    assert hl.ports.write_fmu(CHAIN, SURFACE, str(target)) == target
+    assert hl.write_fmu(CHAIN, SURFACE, str(target)) == target
     assert [one.name for one in tmp_path.iterdir()] == ["chain.fmu"]
     assert zipfile.is_zipfile(target)
     assert sys.path == path
@@ -425,7 +425,7 @@ def test_writing_leaves_nothing_behind(tmp_path: Path) -> None:
 
 def test_a_path_of_the_users_own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("HOME", str(tmp_path))
-    assert hl.ports.write_fmu(CHAIN, SURFACE, "~/chain.fmu") == tmp_path / "chain.fmu"
+    assert hl.write_fmu(CHAIN, SURFACE, "~/chain.fmu") == tmp_path / "chain.fmu"
     assert zipfile.is_zipfile(tmp_path / "chain.fmu")
 
 
@@ -437,7 +437,7 @@ def test_a_failure_leaves_the_older_file(tmp_path: Path, monkeypatch: pytest.Mon
     target.write_text("an older file")
     monkeypatch.setattr("zipfile.ZipFile", fails)
     with pytest.raises(OSError, match="disk full"):
-        hl.ports.write_fmu(CHAIN, SURFACE, target)
+        hl.write_fmu(CHAIN, SURFACE, target)
     assert [one.name for one in tmp_path.iterdir()] == ["chain.fmu"]
     assert target.read_text() == "an older file"
 
@@ -467,7 +467,7 @@ def test_bad_input(changed: dict[str, Any], message: str, tmp_path: Path, monkey
     monkeypatch.chdir(tmp_path)
     (tmp_path / "folder.fmu").mkdir()
     with pytest.raises(ValueError, match=message):
-        hl.ports.write_fmu(**{"chain": CHAIN, "surface": SURFACE, "path": "chain.fmu", **changed})
+        hl.write_fmu(**{"chain": CHAIN, "surface": SURFACE, "path": "chain.fmu", **changed})
     assert [one.name for one in tmp_path.iterdir()] == ["folder.fmu"]
 
 
@@ -481,9 +481,9 @@ OWN = replace(CHAIN, beads=[Heavier(4.76e-3, hl.STEEL_440C)] * 3)
 
 def test_classes_of_ones_own_need_trust(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"does not fit into an FMU: it holds at \['chain'\].*Heavier.*trust=True"):
-        hl.ports.write_fmu(OWN, SURFACE, tmp_path / "chain.fmu")
+        hl.write_fmu(OWN, SURFACE, tmp_path / "chain.fmu")
     assert not list(tmp_path.iterdir())
-    path = hl.ports.write_fmu(OWN, SURFACE, tmp_path / "chain.fmu", trust=True)
+    path = hl.write_fmu(OWN, SURFACE, tmp_path / "chain.fmu", trust=True)
     moving = hl.stepping.MovingChain(OWN, SURFACE)
     with opened(path, tmp_path / "unit") as unit:
         assert unit.step(0.0, 1e-4, 1e-7) == moving.advance(moving.start(), (0.0, 1e-7), 1e-4)[1]
@@ -497,9 +497,9 @@ def test_a_class_of_the_script_itself_is_refused(tmp_path: Path) -> None:
         "class Own(hl.Sphere): pass\n"
         "def law(one, other): return hl.laws.PowerLaw(4e9, 1.5)\n"
         "bead = hl.Sphere(4.76e-3, hl.STEEL_440C)\n"
-        "hl.ports.write_fmu(hl.Chain([bead] * 2, bead, 1.0, law=law), hl.Surface(hl.PTFE), 'law.fmu')\n"
+        "hl.write_fmu(hl.Chain([bead] * 2, bead, 1.0, law=law), hl.Surface(hl.PTFE), 'law.fmu')\n"
         "own = Own(4.76e-3, hl.STEEL_440C)\n"
-        "hl.ports.write_fmu(hl.Chain([own] * 2, own, 1.0), hl.Surface(hl.PTFE), 'chain.fmu', trust=True)\n"
+        "hl.write_fmu(hl.Chain([own] * 2, own, 1.0), hl.Surface(hl.PTFE), 'chain.fmu', trust=True)\n"
     )
     done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True)
     assert "ValueError: chain: a class of your own must be defined in a module" in done.stderr
@@ -527,7 +527,7 @@ def test_every_kind_of_chain_is_data() -> None:
 def test_a_missing_pythonfmu_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setitem(sys.modules, "pythonfmu", None)
     with pytest.raises(ImportError, match=r'pip install "hertzlink\[fmu\]"'):
-        hl.ports.write_fmu(CHAIN, SURFACE, tmp_path / "chain.fmu")
+        hl.write_fmu(CHAIN, SURFACE, tmp_path / "chain.fmu")
 
 
 @pytest.mark.parametrize(("law", "said"), [(None, 1), (hl.laws.JacksonGreen(), 0), (hl.laws.Thornton(), 0)])
@@ -535,6 +535,6 @@ def test_metals_that_yield(law: Any, said: int, tmp_path: Path, recwarn: pytest.
     """An elastic unit warns with the law that cures it, and a unit takes that law as data."""
     bead = hl.Sphere(4.76e-3, hl.STEEL_440C)
     chain = hl.Chain([bead] * 6, bead, 0.31, law=law)
-    assert hl.ports.write_fmu(chain, hl.Surface(hl.BRASS_360), tmp_path / "chain.fmu").is_file()
+    assert hl.write_fmu(chain, hl.Surface(hl.BRASS_360), tmp_path / "chain.fmu").is_file()
     found = [str(one.message) for one in recwarn if "yield" in str(one.message)]
     assert ["brass 360 to about 5.6 times" in one and "JacksonGreen()" in one for one in found] == [True] * said

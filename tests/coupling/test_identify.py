@@ -17,6 +17,7 @@ from threadpoolctl import threadpool_info, threadpool_limits
 
 import hertzlink as hl
 from coupling.identification import features
+from coupling.identification.found import Unknown
 from coupling.identification.identify import likely_runs
 from coupling.identification.intervals import independent_samples
 from coupling.identification.measured import estimated
@@ -97,7 +98,7 @@ def test_what_the_record_does_not_show_is_blind_over_its_whole_range() -> None:
     assert not found["glue"].identifiable
     assert found["glue"].interval == pytest.approx((5e8, 4e9))
     assert "blind" in str(found)
-    design = hl.information(layered, sensors=[5], until=UNTIL, glue=1e9)
+    design = hl.identifiability(layered, sensors=[5], until=UNTIL, glue=1e9)
     assert design.verdict("glue") == "blind"
 
 
@@ -119,14 +120,14 @@ def test_bounds_are_those_of_a_fit_by_another_program() -> None:
     assert found["modulus"].value == pytest.approx(values[0] * 1e9, rel=1e-3)
     assert found["modulus"].error / 1.96 == pytest.approx(np.sqrt(covariance[0, 0]) * 1e9, rel=0.05)
     assert found["time_zero"].error / 1.96 == pytest.approx(np.sqrt(covariance[1, 1]) * 1e-6, rel=0.05)
-    design = hl.information(wall, 0.01, [5], UNTIL, modulus=3e9)
+    design = hl.identifiability(wall, 0.01, [5], UNTIL, modulus=3e9)
     assert design.bounds["modulus"] == pytest.approx(found["modulus"].error / 1.96, rel=0.1)
 
 
 def test_bounds_fall_with_noise_and_samples() -> None:
     """In proportion to the noise, and to the square root of the time between samples."""
     one, half, often = (
-        hl.information(wall, noise, [5], UNTIL, sample_every=step, modulus=3e9).bounds["modulus"]
+        hl.identifiability(wall, noise, [5], UNTIL, sample_every=step, modulus=3e9).bounds["modulus"]
         for noise, step in ((0.01, 1e-6), (0.005, 1e-6), (0.01, 2.5e-7))
     )
     assert half == pytest.approx(0.5 * one, rel=1e-3)
@@ -138,7 +139,7 @@ def test_two_sensors_are_better_than_one_and_the_ranking_says_so() -> None:
     single = hl.best_sensors(wall, "modulus", candidates=[3, 5, 7], until=UNTIL, modulus=3e9)
     assert (np.diff(ranking.bound) >= 0.0).all()
     assert ranking.bound.values[0] < single.bound.values[0]
-    one = hl.information(wall, sensors=[3, 7], until=UNTIL, modulus=3e9).bounds["modulus"]
+    one = hl.identifiability(wall, sensors=[3, 7], until=UNTIL, modulus=3e9).bounds["modulus"]
     assert float(ranking.bound[ranking.sensors.values.tolist().index("3, 7")]) == pytest.approx(one, rel=1e-3)
 
 
@@ -154,11 +155,11 @@ def test_choices_of_the_experimenter_are_ranked() -> None:
 
 def test_unknowns_are_shown_in_their_unit() -> None:
     """A length in mm with as many digits as its error allows; an offset near zero with its error, not a percentage."""
-    one = hl.results.Unknown("distance", 0.06, (0.0595, 0.0605), "identified", unit="mm", unit_size=1e-3)
+    one = Unknown("distance", 0.06, (0.0595, 0.0605), "identified", unit="mm", unit_size=1e-3)
     assert one.row() == ("distance, mm", "60.00", "59.50 to 60.50", "identified (± 0.83 %)")
-    blind = hl.results.Unknown("distance", 0.06, (0.01, 0.2), "blind", unit="mm", unit_size=1e-3)
+    blind = Unknown("distance", 0.06, (0.01, 0.2), "blind", unit="mm", unit_size=1e-3)
     assert blind.row() == ("distance, mm", "-", "10 to 200", "blind; best fit 60")
-    zero = hl.results.Unknown("time_zero", -3e-8, (-1.3e-7, 7e-8), "nuisance", unit="µs", unit_size=1e-6)
+    zero = Unknown("time_zero", -3e-8, (-1.3e-7, 7e-8), "nuisance", unit="µs", unit_size=1e-6)
     assert zero.row() == ("time_zero, µs", "-0.030", "-0.13 to 0.070", "nuisance (± 0.1 µs)")
 
 
@@ -504,7 +505,7 @@ def test_a_run_needs_its_sensors_named_and_unknowns_are_needed() -> None:
 )
 def test_bad_designs_are_refused(change: Mapping[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=re.escape(message)):
-        hl.information(wall, **{"until": UNTIL, "sensors": [5], "modulus": 3e9, **change})
+        hl.identifiability(wall, **{"until": UNTIL, "sensors": [5], "modulus": 3e9, **change})
 
 
 def test_a_ranking_needs_an_unknown_with_a_value_and_enough_beads() -> None:
@@ -557,7 +558,7 @@ def test_amplitude_ratio_and_time_of_flight_alone_contain_the_truth(draws: int) 
     assert inside >= 0.8 * draws
     assert np.mean(values) == pytest.approx(3e9, abs=0.6 * (high - low))
     assert [str(name) for name in found.data.feature.values][:2] == ["primary AR at bead 3", "primary TOF at bead 3"]
-    known = hl.information(wall, sensors=[3, 7], until=LONGER, compare="features", modulus=3e9)
+    known = hl.identifiability(wall, sensors=[3, 7], until=LONGER, compare="features", modulus=3e9)
     assert 0.5 < found["modulus"].error / 1.96 / known.bounds["modulus"] < 2.0
 
 
@@ -595,7 +596,7 @@ def test_features_of_a_compressed_chain_are_those_of_the_reflected_wave() -> Non
                         thickness=(2e-3, 6e-3))  # fmt: skip
     assert found["thickness"].verdict == "identified"
     assert abs(found["thickness"].value - 4e-3) < 1.5 * found["thickness"].error
-    assert hl.information(build, sensors=[8], until=LONGER, compare="features", thickness=4e-3).verdict(
+    assert hl.identifiability(build, sensors=[8], until=LONGER, compare="features", thickness=4e-3).verdict(
         "thickness"
     ) == "identified"  # fmt: skip
 
@@ -615,7 +616,7 @@ def test_a_prediction_is_no_longer_than_the_structure_was_made_for(made_for: flo
     assert found.input["until"] == made_for
     assert any("made for runs of" in str(one.message) for one in caught) == warned
     with pytest.warns(hl.HertzlinkWarning, match="made for runs of .*; make it for"):
-        assert np.isfinite(hl.information(build, sensors=[5], thickness=4e-3).bounds["thickness"])
+        assert np.isfinite(hl.identifiability(build, sensors=[5], thickness=4e-3).bounds["thickness"])
     with pytest.raises(ValueError, match=r"reduced for runs of at most .*; make it with that until, or take a shorter"):
         hl.identify(signal, build, until=1.1 * made_for, thickness=(2e-3, 6e-3))
 

@@ -14,6 +14,7 @@ from independent.traces import Case, trace
 from independent.walls import STEEL, EdgedPlate, Rod
 
 import hertzlink as hl
+from coupling.identification.found import Identification
 
 BEAD = hl.Sphere(4.765e-3, hl.STEEL_440C)
 SPEED, GAIN, TIME_ZERO, NOISE = 0.31, 0.04, 83e-6, 0.01
@@ -45,7 +46,7 @@ def measured(case: Case, seed: int, noise: float = NOISE) -> xr.Dataset:
     return hl.as_signal(time, forces)
 
 
-def inside(found: hl.results.Identification, **truth: float) -> bool:
+def inside(found: Identification, **truth: float) -> bool:
     return all(found[name].interval[0] <= value <= found[name].interval[1] for name, value in truth.items())
 
 
@@ -104,7 +105,7 @@ def test_the_wrong_kind_of_edge_does_not_explain_the_signal() -> None:
     assert any("lacks something" in one for one in found.warnings)
 
 
-def rod_found(length: float, seed: int) -> hl.results.Identification:
+def rod_found(length: float, seed: int) -> Identification:
     """A bar of 9.5 mm radius, free at its far end, from the whole ranges."""
     signal = measured(Case(Rod([(STEEL, length, 9.5e-3)]), until=UNTIL), seed)
 

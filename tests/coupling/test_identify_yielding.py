@@ -8,6 +8,7 @@ import pytest
 import xarray as xr
 
 import hertzlink as hl
+from coupling.identification.found import Identification
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 JACKSON_GREEN = hl.laws.JacksonGreen()
@@ -26,7 +27,7 @@ def on_wall(modulus: float, law: hl.laws.JacksonGreen | None = None, beads: int 
     return hl.CoSimulation(hl.Chain([BEAD] * beads, BEAD, 0.3, law=law), wall)
 
 
-def moved(found: hl.results.Identification, name: str) -> float:
+def moved(found: Identification, name: str) -> float:
     """The change of an unknown, as a part of it, that a model with the law would bring."""
     (note,) = [one for one in found.warnings if one.startswith("yield: ")]
     assert note.endswith("law=hl.laws.JacksonGreen() in Chain computes it")
@@ -55,7 +56,7 @@ def test_nothing_is_said_of_yield_where_the_best_fit_does_not() -> None:
 
 def test_the_design_of_a_test_warns_of_a_wall_that_yields() -> None:
     with pytest.warns(hl.HertzlinkWarning, match="yield: contact 11 presses .* AR at bead 5 would be about"):
-        known = hl.information(on_wall, sensors=[4], until=4e-4, modulus=60e9)
+        known = hl.identifiability(on_wall, sensors=[4], until=4e-4, modulus=60e9)
     with pytest.warns(hl.HertzlinkWarning, match="yield: contact 11 presses"):
         ranking = hl.best_sensors(on_wall, "modulus", candidates=[4], until=4e-4, modulus=60e9)
     assert ranking.attrs["warnings"] == "\n".join(one for one in known.warnings if one.startswith("yield: "))

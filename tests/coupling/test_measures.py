@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 import hertzlink as hl
 from coupling.results.measures import contact_to_sensor_ratio
 from coupling.results.signals import as_signal
+from coupling.results.waves import Wave
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 
@@ -49,7 +50,7 @@ def test_known_pulses_are_found_between_samples(ratio: float, flight: float, sta
 
 def test_incident_primary_and_secondary() -> None:
     waves = hl.reflections(signal((50.0, 1e-4, 1.0), (20.0, 5e-4, -1.0), (10.0, 7e-4, -1.0)), sensor=1)
-    assert waves.incident == hl.results.Wave(pytest.approx(50.0, rel=1e-5), pytest.approx(1e-4, abs=1e-9))
+    assert waves.incident == Wave(pytest.approx(50.0, rel=1e-5), pytest.approx(1e-4, abs=1e-9))
     assert waves.primary
     assert waves.secondary
     assert waves.primary.amplitude_ratio == pytest.approx(0.4, rel=1e-5)
@@ -154,7 +155,7 @@ def test_a_ripple_between_unlike_beads_is_no_reflection() -> None:
 def test_a_silent_run_has_no_waves() -> None:
     waves = hl.reflections(signal(static=1.0), sensor=1)
     assert not any(waves)
-    with pytest.raises(hl.results.NoWaveError, match="arrival: there is no incident wave; none runs over bead 1"):
+    with pytest.raises(hl.NoWaveError, match="arrival: there is no incident wave; none runs over bead 1"):
         _ = waves.incident.arrival
 
 

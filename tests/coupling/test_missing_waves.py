@@ -10,6 +10,7 @@ import xarray as xr
 
 import hertzlink as hl
 from coupling.results.missing_waves import end_of_push, until_of
+from coupling.results.waves import NoWave
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 CHAIN = hl.Chain([BEAD] * 20, BEAD, 0.4)
@@ -37,7 +38,7 @@ def messages(caught: pytest.WarningsRecorder) -> list[str]:
 
 @pytest.mark.parametrize("name", FIELDS)
 def test_a_missing_wave_is_false_and_says_why(name: str) -> None:
-    wave = hl.results.NoWave("primary", "the record is short")
+    wave = NoWave("primary", "the record is short")
     assert not wave
     for same in (wave, copy.deepcopy(wave), pickle.loads(pickle.dumps(wave))):
         assert same == wave
@@ -169,7 +170,7 @@ def test_measures_that_need_no_reflection_do_not_warn(run: xr.Dataset) -> None:
         warnings.simplefilter("error")
         hl.sensor_force(run, 1)
         hl.wave_speed(run, 2, 19)
-        hl.results.contact_to_sensor_ratio(run, 18)
+        hl.contact_to_sensor_ratio(run, 18)
 
 
 def test_signals_know_no_chain(run: xr.Dataset) -> None:

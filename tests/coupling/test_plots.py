@@ -12,6 +12,7 @@ from matplotlib import pyplot
 from matplotlib.axes import Axes
 
 import hertzlink as hl
+from coupling.identification.found import Identification
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 WALL = hl.half_space(hl.STEEL_440C)
@@ -44,7 +45,7 @@ def run() -> xr.Dataset:
 
 
 @cache
-def found() -> hl.results.Identification:
+def found() -> Identification:
     def build(modulus: float, speed: float) -> hl.CoSimulation:
         return hl.CoSimulation(hl.Chain([BEAD] * 10, BEAD, speed), hl.half_space(hl.Material(modulus, 0.3, 2000.0)))
 
@@ -365,7 +366,7 @@ BAD: list[tuple[str, Callable[[], Any], str]] = [
     ("set-up of a chain", lambda: hl.plots.setup(BEAD), "must be a CoSimulation"),
     ("fit of a run", lambda: hl.plots.fit(run()), "must be what identify returned"),
     ("fit elsewhere", lambda: hl.plots.fit(found(), 5), "sensor = 5"),
-    ("class", lambda: hl.plots.intervals(hl.results.Identification), "must be what identify returned"),
+    ("class", lambda: hl.plots.intervals(Identification), "must be what identify returned"),
 ]  # fmt: skip
 
 

@@ -22,6 +22,10 @@ from coupling.run_checks import check_before
 from coupling.structure_checks import push_length
 from particles.bead import Bead
 from particles.deformable.chain import moving_chain
+from particles.laws.axisymmetric import contact_law_fem
+from particles.laws.computed import ComputedLaw
+from particles.laws.half_spaces import contact_law_bem
+from particles.laws.plane import contact_law_plane
 from particles.moving import MovingChain
 from structures.units import readable
 
@@ -215,9 +219,11 @@ def test_contacts_beyond_yield() -> None:
     chain = hl.Chain([BEAD] * 10, BEAD, 0.4)
     with pytest.warns(hl.HertzlinkWarning, match="yield: "):
         run = hl.CoSimulation(chain, hl.half_space(hl.ALUMINIUM_6061)).run(6e-4)
-    pressure = hl.hertz.pressure(BEAD.surface, hl.Surface(hl.ALUMINIUM_6061), float(run.contact_force[:, -1].max()))
+    pressure = hl.theory.hertz_pressure(
+        BEAD.surface, hl.Surface(hl.ALUMINIUM_6061), float(run.contact_force[:, -1].max())
+    )
     (finding,) = found(run, "yield")
-    ratio = pressure / hl.hertz.yield_pressure(hl.ALUMINIUM_6061)
+    ratio = pressure / hl.theory.yield_pressure(hl.ALUMINIUM_6061)
     assert f"contact 11 presses aluminium 6061 to {ratio:.3g} times the pressure at which" in finding
     assert finding.endswith("law=hl.laws.JacksonGreen() in Chain computes it")
 
@@ -316,7 +322,7 @@ def test_line_contacts_beyond_yield() -> None:
     run = hl.CoSimulation(hl.Chain([rod] * 3, rod, 0.1), None).run(1e-4)
     force = float(run.contact_force.isel(contact=slice(0, 3)).max())
     pressure = sqrt(force * 0.5 * weak.contact_modulus / (pi * 1e-3 * 4e-3))
-    ratio = pressure / hl.hertz.yield_pressure(weak)
+    ratio = pressure / hl.theory.yield_pressure(weak)
     assert f"presses weak to {ratio:.3g} times the pressure at which it yields" in found(run, "yield")[0]
 
 
@@ -354,7 +360,7 @@ def half_plane(frequency: float) -> hl.Structure:
 
 def strip(frequency: float) -> hl.Structure:
     """A strip of aluminium, 5 mm × 1 mm."""
-    return hl.beams.beam(0.1, 0.029, 0.0135, hl.ALUMINIUM_6061, at=0.04, highest_frequency=frequency)
+    return hl.beam(0.1, 0.029, 0.0135, hl.ALUMINIUM_6061, at=0.04, highest_frequency=frequency)
 
 
 def cube_of_cells(count: int) -> hl.Structure:
@@ -417,11 +423,11 @@ def test_a_compiled_run_in_many_calls_has_the_same_bits(monkeypatch: pytest.Monk
 TWICE = hl.Sphere(2.0 * 4.76e-3, HARD)
 HOLLOW = hl.HollowSphere(4.76e-3, 4.3e-3, HARD)
 DISC = hl.Cylinder(5e-3, 10e-3, HARD)
-LAWS: dict[str, tuple[Callable[[], hl.laws.ComputedLaw], Bead]] = {
-    "axisymmetric": (lambda: hl.laws.axisymmetric(BEAD, max_force=50.0, spacing=20e-6), BEAD),
-    "hollow": (lambda: hl.laws.axisymmetric(HOLLOW, max_force=20.0, spacing=20e-6), HOLLOW),
-    "half-spaces": (lambda: hl.laws.half_spaces(BEAD, max_force=50.0, cells=32), BEAD),
-    "plane": (lambda: hl.laws.plane(DISC, DISC, max_force=200.0, state="stress"), DISC),
+LAWS: dict[str, tuple[Callable[[], ComputedLaw], Bead]] = {
+    "axisymmetric": (lambda: contact_law_fem(BEAD, max_force=50.0, spacing=20e-6), BEAD),
+    "hollow": (lambda: contact_law_fem(HOLLOW, max_force=20.0, spacing=20e-6), HOLLOW),
+    "half-spaces": (lambda: contact_law_bem(BEAD, max_force=50.0, cells=32), BEAD),
+    "plane": (lambda: contact_law_plane(DISC, DISC, max_force=200.0, state="stress"), DISC),
 }
 
 

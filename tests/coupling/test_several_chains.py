@@ -291,9 +291,7 @@ def test_measures_of_one_chain_are_those_of_a_run_of_its_own(number: int) -> Non
     assert hl.contact_time(one) == pytest.approx(hl.contact_time(alone), rel=1e-6, nan_ok=True)
     assert float(hl.contact_time(run)[number]) == pytest.approx(hl.contact_time(one), rel=1e-12, nan_ok=True)
     assert hl.wave_speed(one, 4, 6) == pytest.approx(hl.wave_speed(alone, 4, 6), rel=1e-6)
-    assert hl.results.contact_to_sensor_ratio(one, 5) == pytest.approx(
-        hl.results.contact_to_sensor_ratio(alone, 5), rel=1e-6
-    )
+    assert hl.contact_to_sensor_ratio(one, 5) == pytest.approx(hl.contact_to_sensor_ratio(alone, 5), rel=1e-6)
     assert hl.sensor_force(one, 5).values == pytest.approx(hl.sensor_force(alone, 5).values, abs=1e-5)
     for wave in ("primary", "secondary"):
         for measure in (hl.amplitude_ratio, hl.time_of_flight):
@@ -302,7 +300,7 @@ def test_measures_of_one_chain_are_those_of_a_run_of_its_own(number: int) -> Non
             assert measure(run, 4, wave)[number].item() == pytest.approx(expected, rel=1e-5, nan_ok=True)
     waves, expected_waves = hl.reflections(one, 4), hl.reflections(alone, 4)
     assert [wave and wave.begins for wave in waves[1:]] == [wave and wave.begins for wave in expected_waves[1:]]
-    found, expected_tracks = hl.results.follow_waves(one), hl.results.follow_waves(alone)
+    found, expected_tracks = hl.follow_waves(one), hl.follow_waves(alone)
     assert [(track.contacts, track.begins, track.ends) for track in found] == [
         (track.contacts, track.begins, track.ends) for track in expected_tracks
     ]
@@ -316,7 +314,7 @@ def test_measures_say_what_a_run_of_several_chains_lacks() -> None:
         (lambda: hl.reflections(run, SENSOR), r"holds several over chain; .* choose one with run\.isel\(chain=0\)"),
         (lambda: hl.wave_speed(run, 3, 5), "holds several over chain"),
         (
-            lambda: hl.results.follow_waves(run),
+            lambda: hl.follow_waves(run),
             r"run: has several chains; choose one chain with run\.isel\(chain=0\)",
         ),
         (lambda: hl.reflections(short, 7), "sensor = 7: must be a bead from 1 to 6"),
@@ -427,13 +425,13 @@ def test_the_motion_of_a_plate_that_two_chains_strike() -> None:
     """At both contacts it is the run's own, which one of the forces alone would not give."""
     body = hl.reduce(WHOLE.at([0.02, 0.04], [0.03, 0.03]), until=UNTIL, keep_field=True)
     run = hl.CoSimulation([CHAIN, hl.Chain([BEAD] * 7, BEAD, 0.2)], body).run(UNTIL, save_every=5e-7)
-    motion = hl.views.structure_motion(run, body, [3e-4, 4e-4])
+    motion = hl.plots.structure_motion(run, body, [3e-4, 4e-4])
     assert motion.attrs["contact_error"] < 1e-3
     lone = hl.reduce(WHOLE.at(0.02, 0.03), until=UNTIL, keep_field=True)
     with pytest.raises(ValueError, match="structure: has 1 contact points, that of the run more; give that one"):
-        hl.views.structure_motion(run, lone, [3e-4])
+        hl.plots.structure_motion(run, lone, [3e-4])
     with pytest.raises(ValueError, match="run: holds 1 of its 2 chains"):
-        hl.views.structure_motion(run.isel(chain=0), body, [3e-4])
+        hl.plots.structure_motion(run.isel(chain=0), body, [3e-4])
 
 
 @pytest.mark.thorough
@@ -441,15 +439,15 @@ def test_the_motion_of_one_structure_of_several() -> None:
     """A plate between two chains, with the one on its back pushed backwards; the other structure is a rod."""
     body = hl.reduce(WHOLE.at([0.03, 0.03], [0.03, 0.03], face=["front", "back"]), until=UNTIL, keep_field=True)
     run = in_a_row(body, ACRYLIC_ROD).run()
-    motion = hl.views.structure_motion(run.isel(structure=0), body, [3e-4])
+    motion = hl.plots.structure_motion(run.isel(structure=0), body, [3e-4])
     assert motion.attrs["contact_error"] < 5e-3
     with pytest.raises(ValueError, match=r"run: has several structures; choose that one with run\.isel\(structure=0\)"):
-        hl.views.structure_motion(run, body, [3e-4])
+        hl.plots.structure_motion(run, body, [3e-4])
     with pytest.raises(ValueError, match="structure: is not that of the run, whose"):
-        hl.views.structure_motion(run.isel(structure=1), body, [3e-4])
+        hl.plots.structure_motion(run.isel(structure=1), body, [3e-4])
     sparse = hl.reduce(WHOLE.at([0.03, 0.02], [0.03, 0.03]), until=UNTIL, keep_field=True)
     alone = hl.CoSimulation(CHAIN, hl.ContactPoint(sparse, 1)).run(UNTIL, save_every=5e-7)
-    assert hl.views.structure_motion(alone, sparse, [3e-4]).attrs["contact_error"] < 1e-3
+    assert hl.plots.structure_motion(alone, sparse, [3e-4]).attrs["contact_error"] < 1e-3
 
 
 @pytest.mark.thorough
@@ -485,7 +483,7 @@ def test_a_sensor_beyond_the_shorter_of_two_chains() -> None:
     """One warning for each measure; beyond both it is refused as beyond one."""
     chains = [hl.Chain([BEAD] * count, BEAD, 0.3) for count in (4, 6)]
     run = hl.CoSimulation(chains, [None, None]).run(2e-4, save_every=1e-6)
-    for measure in (hl.amplitude_ratio, hl.time_of_flight, hl.sensor_force, hl.results.contact_to_sensor_ratio):
+    for measure in (hl.amplitude_ratio, hl.time_of_flight, hl.sensor_force, hl.contact_to_sensor_ratio):
         with pytest.warns(hl.HertzlinkWarning) as caught:
             found = measure(run, 5)
         warning = "sensor = 5: lies beyond the end of chain 0 of the run, for which the measure is NaN"

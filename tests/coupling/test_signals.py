@@ -10,6 +10,7 @@ import xarray as xr
 
 import hertzlink as hl
 from coupling.results.signals import as_signal, read_signal
+from coupling.results.waves import Wave
 
 STEP = 1e-7
 KAPPA = 20.0
@@ -55,7 +56,7 @@ def test_files_of_scopes(tmp_path: Path, delimiter: str) -> None:
     assert np.ptp(np.diff(data.time)) < 1e-15
     for sensor, amplitude, arrival in ((7, 60.0, 1e-4), (16, 120.0, 1.5e-4)):
         waves = hl.reflections(data, sensor)
-        assert waves.incident == hl.results.Wave(pytest.approx(amplitude, rel=1e-3), pytest.approx(arrival, abs=1e-8))
+        assert waves.incident == Wave(pytest.approx(amplitude, rel=1e-3), pytest.approx(arrival, abs=1e-8))
         assert waves.primary.amplitude_ratio == pytest.approx(0.4, abs=1e-3)
         assert waves.primary.time_of_flight == pytest.approx(4e-4, abs=1e-8)
         assert not waves.secondary

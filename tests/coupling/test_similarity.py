@@ -34,8 +34,8 @@ def rectangle(n: float, additions: list[Any] | None = None, supports: hl.Support
 
 
 def cross_ply(n: float) -> hl.Structure:
-    carbon = hl.laminates.OrthotropicMaterial(135e9, 9e9, 0.3, 5e9, 5e9, 3.2e9, 1560.0)
-    wall = hl.laminates.Laminate([hl.laminates.Ply(carbon, 0.5e-3 * n, angle) for angle in (0.0, 1.5, 1.5, 0.0)])
+    carbon = hl.OrthotropicMaterial(135e9, 9e9, 0.3, 5e9, 5e9, 3.2e9, 1560.0)
+    wall = hl.Laminate([hl.Ply(carbon, 0.5e-3 * n, angle) for angle in (0.0, 1.5, 1.5, 0.0)])
     return hl.kirchhoff_plate(0.1 * n, 0.08 * n, None, wall, CLAMPED, **up_to(n)).at(0.04 * n, 0.03 * n)
 
 
@@ -53,7 +53,7 @@ def cube(n: float) -> hl.Structure:
 
 
 def delaminated(n: float) -> hl.stepping.Closing:
-    flaw = hl.laminates.Delamination(tuple(edge * n for edge in (0.03, 0.05, 0.02, 0.04)), depth=0.3)
+    flaw = hl.Delamination(tuple(edge * n for edge in (0.03, 0.05, 0.02, 0.04)), depth=0.3)
     body = hl.reduce(rectangle(n, [flaw]), UNTIL * n, pulse=PULSE * n)
     return hl.stepping.Closing(body, opening=[1e-6 * n] * 9)
 
@@ -72,8 +72,8 @@ BUILDERS: dict[str, Callable[[float], Any]] = {
     "cylinder": lambda n: hl.layered_cylinder(layers(n), **up_to(n)),
     "cylinder on ground": lambda n: hl.layered_cylinder(layers(n), base=hl.Foundation(1e12 / n), **up_to(n)),
     "absorbing cylinder": lambda n: hl.layered_cylinder(layers(n), base="absorbing", **up_to(n)),
-    "shell": lambda n: hl.shells.spherical_shell(33e-3 * n, 3e-3 * n, ALLOY, **up_to(n)),
-    "ball": lambda n: hl.shells.spherical_shell(
+    "shell": lambda n: hl.spherical_shell(33e-3 * n, 3e-3 * n, ALLOY, **up_to(n)),
+    "ball": lambda n: hl.spherical_shell(
         33e-3 * n, 3.5e-3 * n, RUBBER, pressure=80e3, patch_radius=2.2e-3 * n, highest_frequency=3e3 / n
     ),
     "solid": cube,
@@ -84,7 +84,7 @@ BUILDERS: dict[str, Callable[[float], Any]] = {
             hl.PointMass(0.06 * n, 0.06 * n, 0.02 * n**3),
             hl.Weakened((0.01 * n, 0.03 * n, 0.01 * n, 0.02 * n), 0.5),
             hl.Stiffener((0.02 * n, 0.05 * n), (0.08 * n, 0.05 * n), 10.0 * n**4, 2.0 * n**4, 0.1 * n**2),
-            hl.laminates.Prestress(xx=5e4 * n),
+            hl.Prestress(xx=5e4 * n),
         ],
     ),
     "elastic edges": lambda n: rectangle(n, supports=hl.Supports(hl.ElasticEdge(1e6, 1e2 * n**2), "simple", "free")),
@@ -101,7 +101,7 @@ BUILDERS: dict[str, Callable[[float], Any]] = {
     ).at(0.042 * n, 0.03 * n),
     "half-plane": lambda n: hl.half_plane(2e-3 * n, ALLOY, "clamped", 0.03 * n, UNTIL * n, **up_to(n)),
     "infinite plate": lambda n: hl.infinite_plate(2e-3 * n, ALLOY),
-    "beam": lambda n: hl.beams.beam(
+    "beam": lambda n: hl.beam(
         0.1 * n, 0.9 * n**4, 0.05 * n**2, ALLOY, 0.04 * n, axial_force=200.0 * n**2, foundation=1e5, **up_to(n)
     ),
 }  # fmt: skip
@@ -145,7 +145,7 @@ DEFAULTS: dict[str, Callable[[float], hl.Structure]] = {
     "cylinder": lambda n: hl.layered_cylinder(layers(n)),
     "plate": lambda n: hl.kirchhoff_plate(0.1 * n, 0.08 * n, 2e-3 * n, ALLOY, CLAMPED).at(0.04 * n, 0.03 * n),
     "half-plane": lambda n: hl.half_plane(2e-3 * n, ALLOY, "clamped", 0.03 * n, UNTIL * n),
-    "beam": lambda n: hl.beams.beam(0.1 * n, 0.9 * n**4, 0.05 * n**2, ALLOY, 0.04 * n),
+    "beam": lambda n: hl.beam(0.1 * n, 0.9 * n**4, 0.05 * n**2, ALLOY, 0.04 * n),
 }
 
 

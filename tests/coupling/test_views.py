@@ -42,7 +42,7 @@ def run(body: hl.Structure) -> xr.Dataset:
 @pytest.fixture(scope="module")
 def motion(run: xr.Dataset, body: hl.Structure) -> xr.Dataset:
     """Steel on PTFE, while it is struck."""
-    return hl.views.structure_motion(run, body, np.linspace(6e-5, UNTIL, 4))
+    return hl.plots.structure_motion(run, body, np.linspace(6e-5, UNTIL, 4))
 
 
 @pytest.fixture(scope="module")
@@ -85,7 +85,7 @@ def test_pictures_differ_between_times_and_fields(motion: xr.Dataset, tmp_path: 
     for i, (time, show) in enumerate(kinds):
         path = tmp_path / f"{i}.png"
         assert (
-            hl.views.picture(motion, path, time=time, show=show, factor=500.0, highest=1e6 if i < 2 else 1e-6) == path
+            hl.plots.picture(motion, path, time=time, show=show, factor=500.0, highest=1e6 if i < 2 else 1e-6) == path
         )
         drawn.append(pixels(path))
     assert drawn[0].shape == drawn[2].shape
@@ -120,7 +120,7 @@ def test_a_section_is_mirrored_and_stands_in_its_place(motion: xr.Dataset) -> No
 def test_solids_are_drawn(solid_motion: xr.Dataset, tmp_path: Path) -> None:
     assert Scene(solid_motion, None).lying
     for show in ("von_mises", "displacement"):
-        image = pixels(hl.views.picture(solid_motion, tmp_path / f"{show}.png", show=show))
+        image = pixels(hl.plots.picture(solid_motion, tmp_path / f"{show}.png", show=show))
         assert len(np.unique(image.reshape(-1, 3), axis=0)) > 500
 
 
@@ -147,7 +147,7 @@ def test_bodies_lie_down_and_are_stretched(motion: xr.Dataset) -> None:
 
 @pytest.mark.usefixtures("screen")
 def test_animations_have_a_frame_for_each_time(motion: xr.Dataset, tmp_path: Path) -> None:
-    path = hl.views.animation(motion, tmp_path / "wave.gif", frame_rate=5.0)
+    path = hl.plots.animation(motion, tmp_path / "wave.gif", frame_rate=5.0)
     with Image.open(path) as film:
         frames = []
         for number in range(film.n_frames):
@@ -165,17 +165,17 @@ def test_animations_have_a_frame_for_each_time(motion: xr.Dataset, tmp_path: Pat
 def test_movies_need_an_extra(motion: xr.Dataset, tmp_path: Path) -> None:
     if importlib.util.find_spec("imageio_ffmpeg") is None:
         with pytest.raises(ValueError, match=r"wave\.mp4'.*hertzlink\[movie\]"):
-            hl.views.animation(motion, tmp_path / "wave.mp4")
+            hl.plots.animation(motion, tmp_path / "wave.mp4")
         assert not list(tmp_path.iterdir())
     else:
-        assert hl.views.animation(motion, tmp_path / "wave.mp4").stat().st_size > 1000
+        assert hl.plots.animation(motion, tmp_path / "wave.mp4").stat().st_size > 1000
 
 
 @pytest.mark.parametrize("kind", ["motion", "solid_motion"])
 def test_vtu_holds_what_was_computed(kind: str, request: pytest.FixtureRequest, tmp_path: Path) -> None:
     """Read back by meshio, and by VTK, which finds its own order of points: the right area or volume."""
     data: xr.Dataset = request.getfixturevalue(kind)
-    listing = hl.views.write_vtu(data, tmp_path / "paraview")
+    listing = hl.plots.write_vtu(data, tmp_path / "paraview")
     entries = ElementTree.parse(listing).getroot().findall("Collection/DataSet")
     assert [float(entry.attrib["timestep"]) for entry in entries] == data.time.values.tolist()
     for number, entry in enumerate(entries):
@@ -197,18 +197,18 @@ def test_vtu_holds_what_was_computed(kind: str, request: pytest.FixtureRequest, 
 
 def test_folders_are_replaced_only_where_they_hold_a_motion(motion: xr.Dataset, tmp_path: Path) -> None:
     folder = tmp_path / "paraview"
-    hl.views.write_vtu(motion, folder)
-    hl.views.write_vtu(motion.isel(time=[0]), folder)
+    hl.plots.write_vtu(motion, folder)
+    hl.plots.write_vtu(motion.isel(time=[0]), folder)
     assert sorted(path.name for path in folder.iterdir()) == ["motion.pvd", "motion_0000.vtu"]
     (folder / "notes.txt").write_text("mine")
     with pytest.raises(ValueError, match=r"folder = .*: holds notes\.txt; name another"):
-        hl.views.write_vtu(motion, folder)
+        hl.plots.write_vtu(motion, folder)
     with pytest.raises(ValueError, match=r"notes\.txt'.*is no folder of an earlier motion"):
-        hl.views.write_vtu(motion, folder / "notes.txt")
+        hl.plots.write_vtu(motion, folder / "notes.txt")
     with pytest.raises(ValueError, match="its parent folder does not exist"):
-        hl.views.write_vtu(motion, tmp_path / "no" / "paraview")
+        hl.plots.write_vtu(motion, tmp_path / "no" / "paraview")
     with pytest.raises(ValueError, match="folder = 3: must be the name of a folder"):
-        hl.views.write_vtu(motion, 3)  # type: ignore[arg-type]
+        hl.plots.write_vtu(motion, 3)  # type: ignore[arg-type]
     assert [path.name for path in tmp_path.iterdir()] == ["paraview"]
 
 
@@ -220,12 +220,12 @@ def test_nothing_half_written_stays(motion: xr.Dataset, tmp_path: Path, monkeypa
     (tmp_path / "a.png").write_text("before")
     monkeypatch.setattr(render.Renderer, "image", fail)
     with pytest.raises(RuntimeError, match="stopped"):
-        hl.views.picture(motion, tmp_path / "a.png")
+        hl.plots.picture(motion, tmp_path / "a.png")
     with pytest.raises(RuntimeError, match="stopped"):
-        hl.views.animation(motion, tmp_path / "a.gif")
+        hl.plots.animation(motion, tmp_path / "a.gif")
     monkeypatch.setattr(meshio.Mesh, "write", fail)
     with pytest.raises(RuntimeError, match="stopped"):
-        hl.views.write_vtu(motion, tmp_path / "paraview")
+        hl.plots.write_vtu(motion, tmp_path / "paraview")
     assert [path.name for path in tmp_path.iterdir()] == ["a.png"]
     assert (tmp_path / "a.png").read_text() == "before"
 
@@ -238,7 +238,7 @@ def test_a_machine_that_cannot_draw_says_so(
     monkeypatch.setattr(render, "WINDOW_PROBE", "import os; os.abort()")
     monkeypatch.setattr(render, "check_window", render.check_window.__wrapped__)
     with pytest.raises(OSError, match="off-screen by OpenGL, which this machine lacks: install EGL or OSMesa"):
-        hl.views.picture(motion, tmp_path / "a.png")
+        hl.plots.picture(motion, tmp_path / "a.png")
     assert not list(tmp_path.iterdir())
 
 
@@ -260,23 +260,23 @@ def test_pictures_that_cannot_be_drawn(
 ) -> None:
     path = tmp_path / keywords.pop("path", "a.png")
     with pytest.raises(ValueError, match=message):
-        hl.views.picture(motion, path, **keywords)
+        hl.plots.picture(motion, path, **keywords)
     assert not list(tmp_path.iterdir())
 
 
 def test_what_is_no_motion(motion: xr.Dataset, tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"path = 3: must be the name of a file"):
-        hl.views.picture(motion, 3)  # type: ignore[arg-type]
+        hl.plots.picture(motion, 3)  # type: ignore[arg-type]
     with pytest.raises(ValueError, match=r"path = .*: must end in \.gif or \.mp4"):
-        hl.views.animation(motion, tmp_path / "a.png")
+        hl.plots.animation(motion, tmp_path / "a.png")
     with pytest.raises(ValueError, match=r"frame_rate = 0\.0: must be a positive number of 1/s"):
-        hl.views.animation(motion, tmp_path / "a.gif", frame_rate=0.0)
+        hl.plots.animation(motion, tmp_path / "a.gif", frame_rate=0.0)
     for wrong, message in (
         ("motion", "motion = 'motion': must be the Dataset of structure_motion"),
         (motion.drop_vars("part"), "motion: lacks part; must be the Dataset of structure_motion"),
         (motion.isel(time=0), r"motion: lacks one dimension of displacement \(take times by isel"),
     ):
-        for draw, name in ((hl.views.picture, "a.png"), (hl.views.animation, "a.gif"), (hl.views.write_vtu, "a")):
+        for draw, name in ((hl.plots.picture, "a.png"), (hl.plots.animation, "a.gif"), (hl.plots.write_vtu, "a")):
             with pytest.raises(ValueError, match=message):
                 draw(wrong, tmp_path / name)  # type: ignore[arg-type]
 
@@ -285,11 +285,11 @@ def test_what_is_no_motion(motion: xr.Dataset, tmp_path: Path) -> None:
 @pytest.mark.usefixtures("screen")
 def test_the_force_beneath(run: xr.Dataset, motion: xr.Dataset, tmp_path: Path) -> None:
     """The picture grows by the history; what is no run of one structure is refused."""
-    with_force = hl.views.picture(motion, tmp_path / "with.png", run=run)
-    without = hl.views.picture(motion, tmp_path / "without.png")
+    with_force = hl.plots.picture(motion, tmp_path / "with.png", run=run)
+    without = hl.plots.picture(motion, tmp_path / "without.png")
     assert Image.open(with_force).height > Image.open(without).height + 200
     with pytest.raises(ValueError, match="run: has the axes speed; choose one run"):
-        hl.views.picture(motion, tmp_path / "bad.png", run=xr.concat([run, run], dim="speed"))
+        hl.plots.picture(motion, tmp_path / "bad.png", run=xr.concat([run, run], dim="speed"))
     assert not (tmp_path / "bad.png").exists()
 
 

@@ -148,7 +148,7 @@ def test_unlike_spheres_collide_as_hertz_says() -> None:
     small, large = hl.Sphere(3e-3, hl.BRASS_360), hl.Sphere(7e-3, hl.PTFE)
     run = hl.CoSimulation(hl.Chain([large], small, 0.4), None).run(until=6e-4)
     reduced = small.mass * large.mass / (small.mass + large.mass)
-    stiffness = hl.hertz.stiffness(small.surface, large.surface)
+    stiffness = hl.theory.hertz_stiffness(small.surface, large.surface)
     touching = run.time.values[run.contact_force.sel(contact=1).values > 0.0]
     assert touching[-1] == pytest.approx(3.2180655 * (reduced**2 / (stiffness**2 * 0.4)) ** 0.2, rel=0.01)
     first, second = run.velocity.isel(time=-1).values

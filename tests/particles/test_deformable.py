@@ -12,6 +12,7 @@ import hertzlink as hl
 from coupling.loops import Work
 from particles.deformable.chain import MovingDeformableChain, moving_chain
 from particles.deformable.vibration import vibration
+from particles.laws.axisymmetric import contact_law_fem
 from particles.moving import ChainState
 
 STEEL, BEAD = hl.STEEL_316, hl.Sphere(2.38e-3, hl.STEEL_316)
@@ -24,7 +25,7 @@ def deformable(modes: int = 8, count: int = 5, speed: float = 0.5, **more: Any) 
 
 @pytest.fixture(scope="module")
 def law() -> Any:
-    return hl.laws.axisymmetric(BEAD, max_force=60.0)
+    return contact_law_fem(BEAD, max_force=60.0)
 
 
 STRUCTURES = {

@@ -9,7 +9,16 @@ from hypothesis import strategies as st
 from scipy.optimize import nnls
 
 import hertzlink as hl
-from particles.laws.half_spaces import contact_pressures, displacements, influence, unilateral_pressures
+from particles.laws.axisymmetric import contact_law_fem
+from particles.laws.computed import ComputedLaw
+from particles.laws.half_spaces import (
+    PressuresNotConverged,
+    contact_law_bem,
+    contact_pressures,
+    displacements,
+    influence,
+    unilateral_pressures,
+)
 from particles.laws.solid import midplane_correction
 from structures.elasticity import patch_compliance
 from structures.structure import Vector
@@ -28,10 +37,10 @@ def surface_of(body: hl.Sphere | hl.Surface) -> hl.Surface:
     return body if isinstance(body, hl.Surface) else body.surface
 
 
-def over_theory(law: hl.laws.ComputedLaw, first: hl.Sphere, second: hl.Sphere | hl.Surface) -> Vector:
+def over_theory(law: ComputedLaw, first: hl.Sphere, second: hl.Sphere | hl.Surface) -> Vector:
     """Force over Hertz's, with b/a solved exactly, over the computed range."""
     approaches = np.geomspace(law.smallest, law.largest, 50)
-    stiffness = hl.hertz.stiffness(surface_of(first), surface_of(second))
+    stiffness = hl.theory.hertz_stiffness(surface_of(first), surface_of(second))
     ratio: Vector = law.force(approaches) / (stiffness * approaches**1.5)
     return ratio
 
@@ -40,7 +49,7 @@ def over_theory(law: hl.laws.ComputedLaw, first: hl.Sphere, second: hl.Sphere | 
 def test_crossed_cylinders(degrees: float) -> None:
     """Hertz's ellipse theory within 0.1 %, its exponent, and an error estimate that holds."""
     pair = cylinder(), cylinder(degrees)
-    law = hl.laws.half_spaces(*pair, max_force=100.0)
+    law = contact_law_bem(*pair, max_force=100.0)
     off = np.abs(over_theory(law, *pair) - 1.0)  # type: ignore[arg-type]
     assert off.max() < law.error < 1e-3
     assert law.fit().exponent == pytest.approx(1.5, abs=1e-6)
@@ -62,12 +71,12 @@ def test_crossed_cylinders(degrees: float) -> None:
 )
 def test_other_bodies(first: hl.Sphere, second: hl.Sphere | hl.Surface | None) -> None:
     """Hertz within 0.1 %, whatever meets, of whatever materials; the order of two bodies does not matter."""
-    law = hl.laws.half_spaces(first, second, max_approach=1e-6)
+    law = contact_law_bem(first, second, max_approach=1e-6)
     other = first if second is None else second
     assert over_theory(law, first, other) == pytest.approx(1.0, abs=1e-3)
     assert law.largest == 1e-6
     if not isinstance(other, hl.Surface):
-        swapped = hl.laws.half_spaces(other, first, max_approach=1e-6)
+        swapped = contact_law_bem(other, first, max_approach=1e-6)
         approaches = np.geomspace(1e-9, 1e-6, 10)
         assert swapped.force(approaches) == pytest.approx(law.force(approaches), rel=1e-9)
 
@@ -75,7 +84,7 @@ def test_other_bodies(first: hl.Sphere, second: hl.Sphere | hl.Surface | None) -
 @pytest.mark.parametrize("correction", [0.0, 5e-9])
 def test_below_the_first_step_is_hertz(correction: float) -> None:
     """Down to zero, less the correction of both bodies."""
-    law = hl.laws.half_spaces(BALL, max_approach=1e-6, correction=correction)
+    law = contact_law_bem(BALL, max_approach=1e-6, correction=correction)
     hertz = hl.contact_law(BALL, BALL)
     forces = float(law.force(np.array(law.smallest))) * np.array([1e-8, 1e-6, 1e-4, 1e-2])
     assert law.force(hertz.approach(forces) - 2.0 * correction * forces) == pytest.approx(forces, rel=3e-4)
@@ -211,8 +220,8 @@ def test_laws_scale(size: float, modulus: float, degrees: float) -> None:
     """s times as large and m times as stiff: F(s δ) = s² m F(δ)."""
     stiffer = hl.Material(modulus * STEEL.youngs_modulus, STEEL.poisson_ratio, 1.0)
     large = [hl.Cylinder(size * RADIUS, size * 4.76e-3, stiffer, radians(turn)) for turn in (0.0, degrees)]
-    law = hl.laws.half_spaces(cylinder(), cylinder(degrees), max_approach=1e-6, cells=32)
-    scaled = hl.laws.half_spaces(*large, max_approach=size * 1e-6, cells=32)
+    law = contact_law_bem(cylinder(), cylinder(degrees), max_approach=1e-6, cells=32)
+    scaled = contact_law_bem(*large, max_approach=size * 1e-6, cells=32)
     approaches = np.geomspace(1e-9, 1e-6, 10)
     assert scaled.force(size * approaches) == pytest.approx(size**2 * modulus * law.force(approaches), rel=1e-6)
 
@@ -222,11 +231,11 @@ def test_correction(correction: float | tuple[float, float]) -> None:
     """δ − (c₁ + c₂) F, at max_approach as at max_force."""
     total = sum(correction) if isinstance(correction, tuple) else 2.0 * correction
     pair = cylinder(), cylinder(30.0)
-    plain = hl.laws.half_spaces(*pair, max_force=100.0)
-    law = hl.laws.half_spaces(*pair, max_force=100.0, correction=correction)
+    plain = contact_law_bem(*pair, max_force=100.0)
+    law = contact_law_bem(*pair, max_force=100.0, correction=correction)
     forces = np.geomspace(0.1, 100.0, 20)
     assert law.approach(forces) == pytest.approx(plain.approach(forces) - total * forces, rel=1e-4)
-    again = hl.laws.half_spaces(*pair, max_approach=law.largest, correction=correction, midplane=True)
+    again = contact_law_bem(*pair, max_approach=law.largest, correction=correction, midplane=True)
     assert again.largest == law.largest
     assert float(again.force(np.array(law.largest))) == pytest.approx(100.0, rel=1e-3)
     assert np.all(np.diff(again.approaches) > 0.0)
@@ -236,10 +245,10 @@ def test_correction(correction: float | tuple[float, float]) -> None:
 def test_correction_of_a_sphere_by_finite_elements() -> None:
     """One number c makes the half-spaces, 0.3 to 1.6 % too soft from 1 to 20 µm, the beads of finite elements."""
     ball = hl.Sphere(9.525e-3, ALUMINIUM)
-    beads, approaches = hl.laws.axisymmetric(ball, max_approach=20e-6), np.geomspace(1e-6, 20e-6, 20)
+    beads, approaches = contact_law_fem(ball, max_approach=20e-6), np.geomspace(1e-6, 20e-6, 20)
     end = float(beads.force(np.array(20e-6)))
     correction = (float(hl.contact_law(ball, ball).approach(np.array(end))) - 20e-6) / (2.0 * end)
-    law = hl.laws.half_spaces(ball, max_approach=20e-6, correction=correction, midplane=True)
+    law = contact_law_bem(ball, max_approach=20e-6, correction=correction, midplane=True)
     assert law.force(approaches) == pytest.approx(beads.force(approaches), rel=1.5e-3)
 
 
@@ -247,8 +256,8 @@ def test_correction_of_a_sphere_by_finite_elements() -> None:
 def test_mid_planes_of_spheres_by_finite_elements() -> None:
     """A steel sphere's own correction makes half-spaces, 0.4 to 2.3 % too soft, its axisymmetric finite elements."""
     approaches = np.geomspace(1e-6, 10e-6, 10)
-    beads = hl.laws.axisymmetric(BALL, max_approach=10e-6).force(approaches)
-    law = hl.laws.half_spaces(BALL, max_approach=10e-6, midplane=True)
+    beads = contact_law_fem(BALL, max_approach=10e-6).force(approaches)
+    law = contact_law_bem(BALL, max_approach=10e-6, midplane=True)
     assert law.force(approaches) == pytest.approx(beads, rel=3e-3)
     assert law.largest == 10e-6
 
@@ -262,21 +271,21 @@ def test_mid_planes_take_off_the_correction_of_each_body(
 ) -> None:
     """Each its own; a Surface has none."""
     taken = sum(0.0 if isinstance(body, hl.Surface) else midplane_correction(body) for body in (first, second))
-    law = hl.laws.half_spaces(first, second, max_force=50.0, midplane=True)
-    plain = hl.laws.half_spaces(first, second, max_force=50.0)
+    law = contact_law_bem(first, second, max_force=50.0, midplane=True)
+    plain = contact_law_bem(first, second, max_force=50.0)
     assert plain.largest - law.largest == pytest.approx(50.0 * taken, rel=1e-3)
 
 
 def test_corrections_may_be_an_array() -> None:
     one, other = (
-        hl.laws.half_spaces(BALL, max_force=10.0, correction=c) for c in ((1e-10, 2e-10), np.array([1e-10, 2e-10]))
+        contact_law_bem(BALL, max_force=10.0, correction=c) for c in ((1e-10, 2e-10), np.array([1e-10, 2e-10]))
     )  # type: ignore[arg-type]
     assert one == other
 
 
 def test_a_contact_along_a_groove_is_wide_beside_the_ball() -> None:
     """Small across the groove, but long along it, where ball and groove have nearly one radius."""
-    law = hl.laws.half_spaces(BALL, hl.Surface(STEEL, 0.0, -0.95 / RADIUS), max_force=1000.0)
+    law = contact_law_bem(BALL, hl.Surface(STEEL, 0.0, -0.95 / RADIUS), max_force=1000.0)
     assert "too wide for small strains" in law.caution
     groove = hl.contact_law(BALL, hl.Surface(STEEL, 0.0, -0.95 / RADIUS))
     turned = hl.contact_law(BALL, hl.Surface(STEEL, 0.0, -0.95 / RADIUS, 0.7))
@@ -286,8 +295,8 @@ def test_a_contact_along_a_groove_is_wide_beside_the_ball() -> None:
 
 def test_no_correction_for_a_surface() -> None:
     """A half-space has no mid-plane: what is taken off is the ball's share."""
-    plain = hl.laws.half_spaces(BALL, hl.Surface(STEEL), max_force=50.0)
-    law = hl.laws.half_spaces(BALL, hl.Surface(STEEL), max_force=50.0, correction=2e-9)
+    plain = contact_law_bem(BALL, hl.Surface(STEEL), max_force=50.0)
+    law = contact_law_bem(BALL, hl.Surface(STEEL), max_force=50.0, correction=2e-9)
     assert plain.largest - law.largest == pytest.approx(2e-9 * 50.0, rel=1e-4)
 
 
@@ -309,8 +318,8 @@ def test_no_correction_for_a_surface() -> None:
         (hl.Ellipsoid(1e-3, 3e-3, STEEL), BALL, {"max_force": 1.0, "midplane": True}, "correction = None"),
         (cylinder(), cylinder(30.0), {"max_force": 100.0, "correction": 1e-6}, "correction"),
         (cylinder(), cylinder(30.0), {"max_approach": 1e-6, "correction": 1e-6}, "correction"),
-        (cylinder(), cylinder(), {"max_force": 1.0}, "for parallel cylinders use laws.plane"),
-        (cylinder(), cylinder(180.0), {"max_force": 1.0}, "for parallel cylinders use laws.plane"),
+        (cylinder(), cylinder(), {"max_force": 1.0}, "for parallel cylinders use plane strain"),
+        (cylinder(), cylinder(180.0), {"max_force": 1.0}, "for parallel cylinders use plane strain"),
         (cylinder(), hl.Surface(STEEL), {"max_force": 1.0}, "along a line"),
         (BALL, hl.Surface(STEEL, -1.0 / RADIUS), {"max_force": 1.0}, "curvature"),
         (hl.HollowSphere(1e-2, 9e-3, STEEL), BALL, {"max_force": 1.0}, "first = HollowSphere"),
@@ -322,7 +331,7 @@ def test_no_correction_for_a_surface() -> None:
 def test_bad_input(first: object, second: object, asked: dict[str, object], words: str) -> None:
     """A ValueError names what is wrong."""
     with pytest.raises(ValueError, match=words):
-        hl.laws.half_spaces(first, second, **asked)  # type: ignore[arg-type]
+        contact_law_bem(first, second, **asked)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
@@ -336,7 +345,7 @@ def test_bad_input(first: object, second: object, asked: dict[str, object], word
 def test_cautions(degrees: float, asked: dict[str, float], words: str) -> None:
     """Long and large contacts are named by the law, and warned of."""
     with pytest.warns(hl.HertzlinkWarning, match="contact law: ") as caught:
-        law = hl.laws.half_spaces(cylinder(), cylinder(degrees), **asked)  # type: ignore[arg-type]
+        law = contact_law_bem(cylinder(), cylinder(degrees), **asked)  # type: ignore[arg-type]
     assert words in law.caution
     assert f"contact law: {law.caution}" in [str(one.message) for one in caught]
 
@@ -344,15 +353,15 @@ def test_cautions(degrees: float, asked: dict[str, float], words: str) -> None:
 def test_pressures_that_do_not_converge_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
     """Three iterations are too few; the error reports the approach of the first load step."""
     monkeypatch.setattr("particles.laws.half_spaces.MOST_ITERATIONS", 3)
-    with pytest.raises(hl.laws.PressuresNotConverged, match="pressures still changed after 3 iterations") as caught:
-        hl.laws.half_spaces(cylinder(), cylinder(30.0), max_approach=1e-6)
+    with pytest.raises(PressuresNotConverged, match="pressures still changed after 3 iterations") as caught:
+        contact_law_bem(cylinder(), cylinder(30.0), max_approach=1e-6)
     assert caught.value.approach == pytest.approx(1.02e-9)
 
 
 def test_chain_of_crossed_cylinders() -> None:
     """A chain runs with the law as with Hertz's: the same largest forces within 0.1 %."""
     beads = [cylinder(90.0 * (n % 2)) for n in range(12)]
-    law = hl.laws.half_spaces(beads[0], beads[1], max_force=100.0)
+    law = contact_law_bem(beads[0], beads[1], max_force=100.0)
     peaks = [
         float(hl.CoSimulation(hl.Chain(beads, beads[1], 0.3, law=picked), None).run(2e-4).contact_force.values.max())
         for picked in (None, law)

@@ -157,7 +157,7 @@ def test_tsuji_and_restitution_are_one_law() -> None:
 def reduced(striker: hl.Sphere, bead: hl.Sphere) -> tuple[float, float]:
     """Reduced mass and stiffness."""
     mass = striker.mass * bead.mass / (striker.mass + bead.mass)
-    return mass, hl.hertz.stiffness(striker.surface, bead.surface)
+    return mass, hl.theory.hertz_stiffness(striker.surface, bead.surface)
 
 
 def test_kuwabara_and_kono_lose_more_at_higher_speed() -> None:

@@ -21,6 +21,7 @@ from hertzlink.stepping import MovingChain
 from particles import solitary
 from particles.deformable.bead_field import BeadField
 from particles.deformable.vibration import vibration
+from particles.laws.solid import contact_law_solid, midplane_correction
 
 STEEL = hl.STEEL_316
 BALL, RADIUS = hl.Sphere(4.76e-3, hl.STEEL_440C), 2.38e-3
@@ -28,7 +29,7 @@ BEAD = hl.Sphere(RADIUS, STEEL)
 SHELL = hl.HollowSphere(9.525e-3, 8.655e-3, STEEL)
 LYING = hl.Cylinder(RADIUS, 4.76e-3, STEEL)
 FLAT = hl.Surface(STEEL)
-D, M, K = 2.0 * RADIUS, BEAD.mass, hl.hertz.stiffness(BEAD.surface, BEAD.surface)
+D, M, K = 2.0 * RADIUS, BEAD.mass, hl.theory.hertz_stiffness(BEAD.surface, BEAD.surface)
 
 LONG = hl.Chain([BALL] * 20, BALL, 0.31)
 STICKY = replace(LONG, dissipation=hl.LinearDashpot(2e4))
@@ -239,13 +240,13 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
         (lambda: LONG.with_law(np.array(np.nan)), r"law = array\(nan\): must be None, a law"),
         (lambda: hl.laws.PowerLaw(1e9, name=3), "name = 3: must be a text"),
         (lambda: hl.laws.TabulatedLaw([1e-6, 2e-6], [1.0, 2.0], caution=LONG), "caution = Chain.*: must be a text"),
-        (lambda: hl.laws.solid(BALL, np.array([1.0, 2.0]), max_approach=1e-6), "second = array.*: must be a"),
+        (lambda: contact_law_solid(BALL, np.array([1.0, 2.0]), max_approach=1e-6), "second = array.*: must be a"),
         (lambda: hl.KuwabaraKono(1e300), r"time = 1e\+300: must be at most 1e\+100"),
         (lambda: hl.LinearDashpot(1.7e308), r"coefficient = 1\.7e\+308: must be at most 1e\+100"),
         # Excitations
         (lambda: hl.Piston(np.array(np.nan), [0.0, 1e-6]), "time: must be a list of two numbers or more"),
         (lambda: hl.PushedBead([0.0, 1e-5], [1e300, 1e300]), r"force = 1e\+300: must be at most 1e\+100"),
-        (lambda: hl.solitary.angular_frequency(1.0, 1e-3, 1e-3, 1e9, np.ones((2, 2))), r"preload = "),
+        (lambda: hl.theory.chain_angular_frequency(1.0, 1e-3, 1e-3, 1e9, np.ones((2, 2))), r"preload = "),
         (lambda: hl.PushedBead([0.0, 1e-5], [[], 10.0]), r"force = \[\]: must be a finite number of N"),
         (lambda: hl.SpringLoaded(BEAD, -1.0, 1e-3), r"stiffness = -1\.0"),
         (lambda: hl.SpringLoaded(BEAD, 1e3, 0.0), r"compression = 0\.0"),
@@ -288,7 +289,7 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
         (lambda: solitary.width(D, 1e300), r"^exponent = 1e\+300: must be at most 1e\+100"),
         (lambda: solitary.strain(0.0, 0.0, 500.0, 1e-300, M, K), "^size = 1e-300: must lie between"),
         (lambda: solitary.peak_force_from_particle_speed(M, K, 1e300), r"particle_speed = 1e\+300: must be at most"),
-        (lambda: hl.laws.midplane_correction([None]), r"bead = \[None\]: must be a"),
+        (lambda: midplane_correction([None]), r"bead = \[None\]: must be a"),
         (lambda: hl.laws.TabulatedLaw([1e-6, 2e-6], xr.Dataset()), "forces = .*: must be a list of numbers"),
         (lambda: solitary.strain(0.0, float("nan"), 500.0, D, M, K), "^time = nan"),
         (lambda: solitary.strain(0.0, 0.0, 0.0, D, M, K), "^speed = 0.0"),

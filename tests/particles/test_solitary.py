@@ -19,7 +19,7 @@ from structures.layers import HERTZ_COLLISION
 
 STEEL = hl.STEEL_316
 BEAD = hl.Sphere(2.38e-3, STEEL)
-D, M, K = BEAD.size, BEAD.mass, hl.hertz.stiffness(BEAD.surface, BEAD.surface)
+D, M, K = BEAD.size, BEAD.mass, hl.theory.hertz_stiffness(BEAD.surface, BEAD.surface)
 MODULUS, DENSITY = STEEL.contact_modulus, STEEL.density
 STRIKER_SPEED = 0.5
 EXPONENTS = st.floats(1.05, 4.0)

@@ -10,7 +10,7 @@ from scipy.sparse.linalg import eigsh
 
 import hertzlink as hl
 
-beam, beam_buckling_force = hl.beams.beam, hl.beams.beam_buckling_force
+beam, beam_buckling_force = hl.beam, hl.theory.beam_buckling_force
 
 LENGTH, STIFFNESS, MASS = 0.8, 120.0, 1.5
 EULER = pi**2 * STIFFNESS / LENGTH**2

@@ -123,14 +123,14 @@ STEEL_BEAD = bead(4.76e-3)
     "law",
     [
         lambda one: hl.critical_distance_law(STEEL_BEAD, one, 0.31),
-        lambda one: hl.impact.inelasticity_parameter(STEEL_BEAD, one, 0.31),
-        lambda one: hl.impact.contact_time(STEEL_BEAD, one, 0.31),
-        lambda one: hl.impact.point_impedance(one),
+        lambda one: hl.theory.plate_inelasticity(STEEL_BEAD, one, 0.31),
+        lambda one: hl.theory.plate_contact_time(STEEL_BEAD, one, 0.31),
+        lambda one: hl.theory.plate_point_impedance(one),
     ],
 )
 def test_laws_of_plain_plates_name_what_they_leave_out(law: Callable[[hl.Plate], object]) -> None:
     """The distance of a plate 1.5 mm thick under 200 MPa is 4 % larger than that of the law."""
-    additions: list[Addition] = [hl.laminates.Prestress(xx=3e5), hl.PointMass(0.2, 0.2, 1e-3)]
+    additions: list[Addition] = [hl.Prestress(xx=3e5), hl.PointMass(0.2, 0.2, 1e-3)]
     sides = hl.Supports(left="clamped", right="clamped")
     loaded, plain = (
         hl.kirchhoff_plate(0.4, 0.4, 1.5e-3, hl.ALUMINIUM_6061, sides, additions=some) for some in (additions, [])
@@ -152,8 +152,8 @@ RIB = hl.ALUMINIUM_6061.youngs_modulus * 3e-3 * 10e-3**3 / 12.0, 2.3, hl.ALUMINI
         ([], 0.265, 0.246),
         ([hl.PointMass(13.65e-3, 0.17, 1e-3)], 0.266, None),
         ([hl.Stiffener((33.65e-3, 0.0), (33.65e-3, 0.3), *RIB)], 0.265, None),
-        ([hl.laminates.Prestress(xx=7.5e4)], 0.278, 0.255),
-        ([hl.laminates.Prestress(xx=3e5)], 0.317, 0.280),
+        ([hl.Prestress(xx=7.5e4)], 0.278, 0.255),
+        ([hl.Prestress(xx=3e5)], 0.317, 0.280),
     ],
 )
 def test_what_the_law_leaves_out_changes_ar(additions: list[Addition], near: float, far: float | None) -> None:
@@ -190,7 +190,7 @@ def test_bad_input(change: dict[str, object], message: str) -> None:
     with pytest.raises(ValueError, match=message) as error:
         hl.critical_distance_law(**arguments)  # type: ignore[arg-type]
     assert "\n" not in str(error.value)
-    assert ("find_critical_distance" in str(error.value)) == ("parameter of" in message or "ratio of" in message)
+    assert ("critical_distance_search" in str(error.value)) == ("parameter of" in message or "ratio of" in message)
 
 
 @pytest.mark.parametrize(

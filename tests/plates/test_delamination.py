@@ -9,7 +9,7 @@ import pytest
 from scipy.sparse.linalg import eigsh, spsolve
 
 import hertzlink as hl
-from hertzlink.laminates import Delamination
+from hertzlink import Delamination
 from hertzlink.stepping import Closing
 from plates.contacts import contacts_at
 
@@ -184,7 +184,7 @@ def test_bad_places() -> None:
     with pytest.raises(ValueError, match=r"additions\[1\] = .*overlaps an earlier one"):
         plate(split, hl.Weakened(REGION, 0.5))
     with pytest.raises(ValueError, match=r"additions\[1\] = .*must not be in a plate with a Prestress"):
-        plate(hl.laminates.Prestress(1.0), split)
+        plate(hl.Prestress(1.0), split)
     uniform = hl.kirchhoff_plate(SIDE, SIDE, THICKNESS, MATERIAL, CLAMPED, cells=(7, 7), additions=[split])
     with pytest.raises(ValueError, match="must end at lines of cells; leave out cells"):
         uniform.at(0.05, 0.05)

@@ -10,13 +10,13 @@ from independent.plates import Numbers, frequencies, levy, ritz
 from scipy.optimize import brentq
 
 import hertzlink as hl
-from hertzlink.laminates import Ply
-from plates.section import homogeneous
+from hertzlink import Ply
+from plates.section import homogeneous_section
 from structures.factor import shifted_solve
 
 MATERIAL = hl.Material(1.0e9, 0.3, 1000.0)
-CARBON = hl.laminates.OrthotropicMaterial(140e9, 10e9, 0.3, 5e9, 5e9, 3.6e9, 1600.0)
-SKEW = hl.laminates.Laminate([hl.laminates.Ply(CARBON, 1e-3, 0.6)])
+CARBON = hl.OrthotropicMaterial(140e9, 10e9, 0.3, 5e9, 5e9, 3.6e9, 1600.0)
+SKEW = hl.Laminate([hl.Ply(CARBON, 1e-3, 0.6)])
 
 
 def plate(*edges: str | hl.ElasticEdge, cells: int = 20, **more: object) -> hl.Plate:
@@ -57,7 +57,7 @@ def test_two_simple_edges(edge: str, published: list[float]) -> None:
 )
 def test_other_pairs(edges: tuple[str, ...], published: list[float]) -> None:
     """A Ritz method with 16 × 16 polynomials; its converged values are well known."""
-    section = homogeneous(0.01, MATERIAL)
+    section = homogeneous_section(0.01, MATERIAL)
     unit = (section.mass / section.bending[0, 0]) ** 0.5
     exact = ritz(section.bending, section.mass, (1.0, 1.0), edges)[:8] * unit
     assert exact[: len(published)] == pytest.approx(published, rel=1e-3, abs=1e-3)
@@ -67,7 +67,7 @@ def test_other_pairs(edges: tuple[str, ...], published: list[float]) -> None:
 @pytest.mark.parametrize("edges", [("clamped",) * 4, ("simple", "simple", "clamped", "clamped")])
 def test_order_of_convergence(edges: tuple[str, ...]) -> None:
     """Cubic elements gain h⁴ in frequencies."""
-    section = homogeneous(0.01, MATERIAL)
+    section = homogeneous_section(0.01, MATERIAL)
     unit = (section.mass / section.bending[0, 0]) ** 0.5
     exact = ritz(section.bending, section.mass, (1.0, 1.0), edges, terms=20)[0] * unit
     errors = [parameters(plate(*edges, cells=n), 1)[0] / exact - 1.0 for n in (10, 20, 40)]
@@ -85,7 +85,7 @@ def orthotropic_modes(section: object, length: float, width: float) -> Numbers:
 
 
 def test_orthotropic_and_simply_supported() -> None:
-    cross = hl.laminates.Laminate([hl.laminates.Ply(CARBON, 0.25e-3, angle) for angle in (0.0, pi / 2, pi / 2, 0.0)])
+    cross = hl.Laminate([hl.Ply(CARBON, 0.25e-3, angle) for angle in (0.0, pi / 2, pi / 2, 0.0)])
     one = plate(*["simple"] * 4, length=0.5, width=0.3, thickness=None, material=cross)
     assert frequencies(one, 6) == pytest.approx(orthotropic_modes(one.section, 0.5, 0.3)[:6], rel=1e-4)
 
@@ -188,7 +188,7 @@ def test_both_ways_of_using_symmetry_go_together() -> None:
 def test_symmetry_is_not_used_where_the_plate_has_none(more: dict[str, object]) -> None:
     """At the centre and slightly off it: the same answer, which half the plate would not give."""
     one = graded_for(1.5e3, plate(*["simple"] * 4, **more))
-    plain = replace(one, section=homogeneous(0.01, MATERIAL), material=MATERIAL, additions=())
+    plain = replace(one, section=homogeneous_section(0.01, MATERIAL), material=MATERIAL, additions=())
     centre, nearby = one.at(0.5, 0.5), one.at(0.5 + 1e-7, 0.5 + 1e-7)
     assert receptance(centre, 2.0 * pi * 100.0) == pytest.approx(receptance(nearby, 2.0 * pi * 100.0), rel=1e-5)
     assert plain.at(0.5, 0.5).size < 0.3 * plain.at(0.5 + 1e-7, 0.5 + 1e-7).size
@@ -204,7 +204,7 @@ def test_a_quarter_turn_of_everything_changes_nothing(cells: tuple[int, int] | N
     a, b = 0.5, 0.4
     spring = hl.ElasticEdge(3e5, 40.0)
     one = hl.kirchhoff_plate(
-        a, b, None, hl.laminates.Laminate([Ply(CARBON, 1e-3, 0.3), Ply(MATERIAL, 2e-3), Ply(CARBON, 1e-3, 1.2)]),
+        a, b, None, hl.Laminate([Ply(CARBON, 1e-3, 0.3), Ply(MATERIAL, 2e-3), Ply(CARBON, 1e-3, 1.2)]),
         hl.Supports("clamped", "free", spring, "simple"), cells, 3e3,
         [hl.PointMass(0.1, 0.3, 0.2), hl.Weakened((0.05, 0.22, 0.11, 0.3), 0.2),
          hl.Stiffener((0.1, 0.17), (0.45, 0.17), 20.0, 5.0, 0.3),
@@ -213,7 +213,7 @@ def test_a_quarter_turn_of_everything_changes_nothing(cells: tuple[int, int] | N
     turn = pi / 2.0
     other = hl.kirchhoff_plate(
         b, a, None,
-        hl.laminates.Laminate([Ply(CARBON, 1e-3, 0.3 + turn), Ply(MATERIAL, 2e-3), Ply(CARBON, 1e-3, 1.2 + turn)]),
+        hl.Laminate([Ply(CARBON, 1e-3, 0.3 + turn), Ply(MATERIAL, 2e-3), Ply(CARBON, 1e-3, 1.2 + turn)]),
         hl.Supports("simple", spring, "clamped", "free"), cells and cells[::-1], 3e3,
         [hl.PointMass(b - 0.3, 0.1, 0.2), hl.Weakened((b - 0.3, b - 0.11, 0.05, 0.22), 0.2),
          hl.Stiffener((b - 0.17, 0.1), (b - 0.17, 0.45), 20.0, 5.0, 0.3),

@@ -105,4 +105,6 @@ def test_infinite_plate_stays_where_an_impulse_left_it() -> None:
         state, surface = moving.advance(state, force, window)
         if time > pulse:
             after.append(surface)
-    assert np.array(after) * hl.impact.point_impedance(plate) / pulse == pytest.approx(np.ones(len(after)), abs=1e-4)
+    assert np.array(after) * hl.theory.plate_point_impedance(plate) / pulse == pytest.approx(
+        np.ones(len(after)), abs=1e-4
+    )

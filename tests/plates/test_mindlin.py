@@ -28,7 +28,7 @@ def found(plate: hl.Plate, count: int) -> np.ndarray:
     return parameters(plate.at(0.45, 0.45), count, unit)
 
 
-def navier(section: hl.laminates.Section, wave_number: float) -> float:
+def navier(section: hl.Section, wave_number: float) -> float:
     """ω² ρt/D of w = cos k x, s = ∇w/|∇w| · amplitude: two equations for the two amplitudes."""
     shear, k = section.shear[0, 0], wave_number
     stiffness = [[shear * k**2, -shear * k], [-shear * k, shear + section.bending[0, 0] * k**2]]

@@ -13,7 +13,7 @@ from scipy import sparse
 import hertzlink as hl
 from plates.elements.theory import Assembled, on_mesh, thin_wavelength
 from plates.plate import Plate
-from plates.section import homogeneous
+from plates.section import homogeneous_section
 from plates.shapes.mesh_geometry import find_cells
 from plates.shapes.rectangle import Rectangle
 from plates.shapes.shape import Cells
@@ -136,7 +136,7 @@ class Adini:
 
 def plate(*edges: str, cells: int | None = 12, **more: Any) -> hl.Plate:
     shape = Rectangle(1.0, 1.0, None if cells is None else (cells, cells))
-    return Plate(shape, homogeneous(0.01, MATERIAL), hl.Supports(*edges), Adini(), **more)
+    return Plate(shape, homogeneous_section(0.01, MATERIAL), hl.Supports(*edges), Adini(), **more)
 
 
 def modes(one: hl.Plate, count: int = 4) -> np.ndarray:
@@ -185,7 +185,7 @@ def test_all_that_a_plate_does_comes_with_the_element() -> None:
     ],
 )
 def test_an_element_that_is_none_is_named(element: Any, message: str) -> None:
-    wall = homogeneous(2e-3, MATERIAL)
+    wall = homogeneous_section(2e-3, MATERIAL)
     with pytest.raises(ValueError, match=message):
         Plate(Rectangle(0.1, 0.1), wall, {"left": "clamped"}, element)
     with pytest.raises(ValueError, match=r"section = 0\.002: must be a Section"):

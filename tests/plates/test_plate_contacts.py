@@ -257,7 +257,7 @@ def test_a_uniform_mesh_serves_any_contacts() -> None:
 
 def test_each_contact_sees_the_ply_that_it_touches() -> None:
     """Steel in front, PTFE behind: Hertz's law, and what Mindlin's plate leaves of the indentation, are of either."""
-    wall = hl.laminates.Laminate([hl.laminates.Ply(hl.STEEL_440C, 1e-3), hl.laminates.Ply(hl.PTFE, 1e-3)])
+    wall = hl.Laminate([hl.Ply(hl.STEEL_440C, 1e-3), hl.Ply(hl.PTFE, 1e-3)])
     for make in (hl.kirchhoff_plate, hl.mindlin_plate):
         plate = make(0.2, 0.2, None, wall, SIMPLE, highest_frequency=4e3)
         body = plate.at([0.1, 0.1], [0.1, 0.1], ["front", "back"])

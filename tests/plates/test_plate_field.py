@@ -17,7 +17,7 @@ def powers(x: np.ndarray) -> list[sparse.csr_array]:
 
 def test_product_of_beams() -> None:
     """w = x² y: curvatures 2y, 0 and 2 · 2x; moments by the isotropic wall; stress 6 M/t² at the struck face."""
-    x, y, wall = np.linspace(0.0, 0.4, 5), np.linspace(0.0, 0.2, 3), hl.laminates.homogeneous(2e-3, hl.PTFE)
+    x, y, wall = np.linspace(0.0, 0.4, 5), np.linspace(0.0, 0.2, 3), hl.homogeneous_section(2e-3, hl.PTFE)
     sampler = product_sampler(x, y, powers(x), powers(y), wall, sparse.csr_array((16, 16)))
     u = np.kron([0.0, 0.0, 1.0, 0.0], [0.0, 1.0, 0.0, 0.0])
     place, cells = sampler.grid.points, sampler.grid.cells

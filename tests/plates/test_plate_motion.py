@@ -16,7 +16,7 @@ PLATE = hl.kirchhoff_plate(SIDE, SIDE, THICKNESS, hl.ALUMINIUM_6061, hl.Supports
 
 def moved(structure: hl.Structure) -> tuple[object, object]:
     run = hl.CoSimulation(hl.Chain([BEAD] * 3, BEAD, 0.4), structure).run(UNTIL)
-    return run, hl.views.structure_motion(run, structure, np.linspace(5e-5, UNTIL, 5))
+    return run, hl.plots.structure_motion(run, structure, np.linspace(5e-5, UNTIL, 5))
 
 
 def test_symmetric_halves_show_the_whole_plate() -> None:
@@ -70,7 +70,7 @@ def test_pictures_of_a_plate(tmp_path: Path) -> None:
         pytest.skip(str(error))
     structure = hl.reduce(PLATE.at(0.05, SIDE / 2.0), UNTIL, keep_field=True)
     run, motion = moved(structure)
-    path = hl.views.picture(motion, tmp_path / "plate.png", show="deflection", run=run)
+    path = hl.plots.picture(motion, tmp_path / "plate.png", show="deflection", run=run)
     assert path.stat().st_size > 10_000
-    hl.views.animation(motion, tmp_path / "plate.gif", show="displacement", run=run)
+    hl.plots.animation(motion, tmp_path / "plate.gif", show="displacement", run=run)
     assert (tmp_path / "plate.gif").stat().st_size > path.stat().st_size / 4

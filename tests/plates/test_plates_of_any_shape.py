@@ -235,7 +235,7 @@ def test_turning_the_model_changes_nothing(make: Any, turn: float) -> None:
 @pytest.mark.parametrize("make", [hl.mindlin_panel, hl.kirchhoff_panel])
 def test_turning_a_laminate(make: Any) -> None:
     """D₁₆ and D₂₆ of an orthotropic wall turned by an angle: as the wall as it is, on the mesh turned back."""
-    angle, wall = 0.5, hl.laminates.homogeneous(0.02, MATERIAL)
+    angle, wall = 0.5, hl.homogeneous_section(0.02, MATERIAL)
     stiff = np.array([[900.0, 40.0, 0.0], [40.0, 100.0, 0.0], [0.0, 0.0, 50.0]])
     straight = replace(wall, bending=stiff, shear=np.diag([9e6, 4e6]))
     c, s = np.cos(angle), np.sin(angle)

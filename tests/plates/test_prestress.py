@@ -17,7 +17,7 @@ EULER = 70e9 * THICKNESS**3 / 12.0 / 0.91 * (pi / SIDE) ** 2
 
 
 def square(kind: str, *forces: float, held: str = "simple", **more: object) -> hl.Plate:
-    additions = [hl.laminates.Prestress(*forces)]
+    additions = [hl.Prestress(*forces)]
     if kind == "panel":
         corners = [(0.0, 0.0), (SIDE, 0.0), (SIDE, SIDE), (0.0, SIDE)]
         shape, edges = hl.Outline(corners, edges="rim"), {"rim": held}
@@ -109,7 +109,7 @@ def test_a_stress_beyond_yield_is_told(
     """By von Mises; a stress that is given for a force per length is told so too."""
     held, at_yield = hl.Supports(*["clamped"] * 4), 276e6 * THICKNESS / mises
     for factor, told in ((0.99, 0), (1.01, 1), (1e3, 1)):
-        stress = hl.laminates.Prestress(*(factor * at_yield * one for one in forces))
+        stress = hl.Prestress(*(factor * at_yield * one for one in forces))
         hl.kirchhoff_plate(SIDE, SIDE, THICKNESS, hl.ALUMINIUM_6061, held, additions=[stress])
         found = [str(one.message) for one in recwarn]
         assert len(found) == told
@@ -120,21 +120,21 @@ def test_a_stress_beyond_yield_is_told(
 def test_plies_share_the_stress_so_the_struck_one_tells_nothing(recwarn: pytest.WarningsRecorder) -> None:
     """A coat that yields at 20 MPa on steel under 50 MPa bears less than 1 MPa, as 3 GPa are to 193 GPa."""
     coat = hl.Material(3e9, 0.3, 1200.0, "coat", 20e6)
-    plies = [hl.laminates.Ply(one, thick) for one, thick in ((coat, 2e-4), (hl.STEEL_316, 2e-3), (coat, 2e-4))]
+    plies = [hl.Ply(one, thick) for one, thick in ((coat, 2e-4), (hl.STEEL_316, 2e-3), (coat, 2e-4))]
     held = hl.Supports(*["clamped"] * 4)
-    stress = hl.laminates.Prestress(xx=50e6 * 2e-3)
-    hl.kirchhoff_plate(SIDE, SIDE, None, hl.laminates.Laminate(plies), held, additions=[stress])
+    stress = hl.Prestress(xx=50e6 * 2e-3)
+    hl.kirchhoff_plate(SIDE, SIDE, None, hl.Laminate(plies), held, additions=[stress])
     assert not [one for one in recwarn if "yield" in str(one.message)]
 
 
 def test_the_ply_that_yields_is_told(recwarn: pytest.WarningsRecorder) -> None:
     """Steel between aluminium bears 3·193/(193 + 2·68.9) = 1.75 times the mean stress: 204 MPa at 117, 208 at 119."""
     metals = [hl.Material(e, 0.3, 2700.0, name, y) for e, name, y in ((193e9, "steel", 205e6), (68.9e9, "soft", 2e9))]
-    plies = [hl.laminates.Ply(metals[i], 1e-3) for i in (1, 0, 1)]
+    plies = [hl.Ply(metals[i], 1e-3) for i in (1, 0, 1)]
     held = hl.Supports(*["clamped"] * 4)
     for stress, told in ((116e6, 0), (119e6, 1)):
-        prestress = hl.laminates.Prestress(xx=stress * 3e-3)
-        hl.kirchhoff_plate(SIDE, SIDE, None, hl.laminates.Laminate(plies), held, additions=[prestress])
+        prestress = hl.Prestress(xx=stress * 3e-3)
+        hl.kirchhoff_plate(SIDE, SIDE, None, hl.Laminate(plies), held, additions=[prestress])
         found = [str(one.message) for one in recwarn]
         assert len(found) == told
         assert all("stresses steel to 208 MPa, beyond its yield strength of 205 MPa" in one for one in found)
@@ -150,7 +150,7 @@ def test_the_ply_that_yields_is_told(recwarn: pytest.WarningsRecorder) -> None:
         ),
         (
             "beam axial_force",
-            lambda part: hl.beams.beam(0.8, 120.0, 1.5, ALUMINIUM, at=0.3, axial_force=-part * pi**2 * 120.0 / 0.64),
+            lambda part: hl.beam(0.8, 120.0, 1.5, ALUMINIUM, at=0.3, axial_force=-part * pi**2 * 120.0 / 0.64),
         ),
     ],
 )
@@ -181,7 +181,7 @@ def test_turned_panel() -> None:
     turn = np.array([[c, -s], [s, c]])
     forces = turn @ np.diag(FORCES) @ turn.T
     corners = [tuple(turn @ np.array(one) * SIDE) for one in ((0, 0), (1, 0), (1, 1), (0, 1))]
-    prestress = hl.laminates.Prestress(forces[0, 0], forces[1, 1], forces[0, 1])
+    prestress = hl.Prestress(forces[0, 0], forces[1, 1], forces[0, 1])
     panel = hl.mindlin_panel(
         hl.Outline(corners, edges="rim"), THICKNESS, ALUMINIUM, {"rim": "simple"}, highest_frequency=2e4,
         additions=[prestress],
@@ -190,7 +190,7 @@ def test_turned_panel() -> None:
 
 
 def test_thermal_prestress() -> None:
-    warm = hl.laminates.thermal_prestress(2.0, 23e-6, THICKNESS, ALUMINIUM)
+    warm = hl.thermal_prestress(2.0, 23e-6, THICKNESS, ALUMINIUM)
     assert warm.xx == warm.yy == pytest.approx(-70e9 * 23e-6 * 2.0 * THICKNESS / 0.7)
     assert warm.xy == 0.0
 
@@ -206,11 +206,11 @@ def test_energy_is_conserved() -> None:
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: hl.laminates.Prestress("a"), "xx = 'a'"),
-        (lambda: hl.laminates.Prestress(yy=inf), "yy = inf"),
-        (lambda: hl.laminates.thermal_prestress(1.0, -1e-5, 1e-3, ALUMINIUM), "expansion = -1e-05"),
-        (lambda: hl.laminates.thermal_prestress(1.0, 1e-5, 0.0, ALUMINIUM), "thickness = 0.0"),
-        (lambda: hl.laminates.thermal_prestress(1.0, 1e-5, 1e-3, 7.0), "material = 7.0"),
+        (lambda: hl.Prestress("a"), "xx = 'a'"),
+        (lambda: hl.Prestress(yy=inf), "yy = inf"),
+        (lambda: hl.thermal_prestress(1.0, -1e-5, 1e-3, ALUMINIUM), "expansion = -1e-05"),
+        (lambda: hl.thermal_prestress(1.0, 1e-5, 0.0, ALUMINIUM), "thickness = 0.0"),
+        (lambda: hl.thermal_prestress(1.0, 1e-5, 1e-3, 7.0), "material = 7.0"),
         (lambda: square("kirchhoff", -5.0 * EULER).at(0.1, 0.1), r"buckles at 0\.8 times this prestress"),
         (lambda: square("kirchhoff", -5.0, held="free").at(0.1, 0.1), "buckles at 0 times"),
         (lambda: square("kirchhoff", 0.0, 0.0, 5.0, held="symmetry"), "a shear force along this edge"),
@@ -238,7 +238,7 @@ def test_a_factor_where_tension_is_stronger_by_far(compressed: int, tension: flo
 
 
 def test_a_plate_in_tension_with_a_little_shear() -> None:
-    loads = [hl.laminates.Prestress(1e6, -1e3, 10.0)]
+    loads = [hl.Prestress(1e6, -1e3, 10.0)]
     sides = hl.Supports(left="clamped")
     plate = hl.kirchhoff_plate(0.1, 0.1, 2e-3, hl.ALUMINIUM_6061, sides, additions=loads, cells=(4, 4))
     assert plate.buckling_factor == inf

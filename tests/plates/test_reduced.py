@@ -8,7 +8,7 @@ import pytest
 import hertzlink as hl
 from plates.contacts import contacts_at
 from plates.elements.self_displacement import self_displacement
-from plates.section import homogeneous
+from plates.section import homogeneous_section
 from structures.reduction import EXPANSION_POINT, Modes, change, pulse_answer
 
 UNTIL, Y, LOW, HIGH = 0.8e-3, 0.1, 0.02, 0.035
@@ -16,7 +16,7 @@ PLATE = hl.kirchhoff_plate(
     0.15, 0.2, 2.29e-3, hl.ALUMINIUM_6061, hl.Supports("clamped", "clamped"), highest_frequency=30e3
 )
 PRESTRESSED = hl.kirchhoff_plate(
-    0.15, 0.2, 2.29e-3, hl.ALUMINIUM_6061, hl.Supports("clamped"), additions=[hl.laminates.Prestress(1e4, 0.0)]
+    0.15, 0.2, 2.29e-3, hl.ALUMINIUM_6061, hl.Supports("clamped"), additions=[hl.Prestress(1e4, 0.0)]
 )
 ON_SPRINGS = hl.kirchhoff_plate(0.15, 0.2, 2.29e-3, hl.ALUMINIUM_6061, hl.Supports(left=hl.ElasticEdge(1e6, 10.0)))
 BEAD = hl.Sphere(3e-3, hl.STEEL_440C)
@@ -182,7 +182,7 @@ def test_a_rectangle_of_positions():
 
 def test_self_displacement_between_nodes():
     # c of square cells: 0.0021 at a node, 0.0040 at the middle of an edge, 0.0058 in the middle of a cell.
-    wall, cell = homogeneous(2e-3, hl.ALUMINIUM_6061), 2.5e-3
+    wall, cell = homogeneous_section(2e-3, hl.ALUMINIUM_6061), 2.5e-3
     nodes = cell * np.arange(-14, 16)
     own, unit = self_displacement(wall, nodes, nodes), cell**2 / wall.bending[0, 0]
     assert own.missing(0.0, 0.0) == 0.0

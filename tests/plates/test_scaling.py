@@ -115,7 +115,7 @@ def test_amplitude_ratio_is_a_smooth_function(name):
     assert np.abs(rest).max() < 1e-9
 
 
-LAMINATE = hl.laminates.Laminate([hl.laminates.Ply(hl.ALUMINIUM_6061, 1e-3), hl.laminates.Ply(hl.BRASS_360, 1e-3)])
+LAMINATE = hl.Laminate([hl.Ply(hl.ALUMINIUM_6061, 1e-3), hl.Ply(hl.BRASS_360, 1e-3)])
 
 
 @pytest.mark.parametrize(

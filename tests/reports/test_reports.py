@@ -15,6 +15,7 @@ import xarray as xr
 from page_parser import check_page
 
 import hertzlink as hl
+from coupling.identification.found import Identification
 from coupling.results.provenance import as_text, stored
 from hertzlink.reports import setup_in_words
 from hertzlink.reports.page import Line, Page, Section, Table, html
@@ -44,7 +45,7 @@ def signal() -> xr.Dataset:
 
 
 @cache
-def found() -> hl.results.Identification:
+def found() -> Identification:
     guess = {"modulus": 3e9, "speed": 0.3}
     ranges = {"modulus": (1e9, 10e9), "speed": (0.2, 0.4)}
     return hl.identify(signal(), build, noise=0.2, nuisances=["gain"], guess=guess, **ranges)

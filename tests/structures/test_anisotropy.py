@@ -27,8 +27,8 @@ def hexagonal(c11: float, c33: float, c12: float, c13: float, c44: float) -> Num
 @pytest.mark.parametrize("poisson_ratio", [0.0, 0.3, 0.49])
 def test_isotropic(poisson_ratio: float) -> None:
     e, shear = 70e9, 70e9 / (2.0 * (1.0 + poisson_ratio))
-    matrix = hl.laminates.orthotropic_stiffness((e,) * 3, (poisson_ratio,) * 3, (shear,) * 3)
-    assert hl.laminates.indentation_modulus(matrix) == pytest.approx(e / (1.0 - poisson_ratio**2), rel=1e-10)
+    matrix = hl.theory.orthotropic_stiffness((e,) * 3, (poisson_ratio,) * 3, (shear,) * 3)
+    assert hl.theory.indentation_modulus(matrix) == pytest.approx(e / (1.0 - poisson_ratio**2), rel=1e-10)
 
 
 @pytest.mark.parametrize("constants", [(163.7, 63.5, 36.4, 53.0, 38.8), (307.1, 358.1, 165.0, 102.7, 75.5)])
@@ -40,7 +40,7 @@ def test_isotropic_around_the_normal(constants: tuple[float, ...]) -> None:
     c11, c33, _, c13, c44 = constants
     softness = 1.0 / c44 + 2.0 / (sqrt(c11 * c33) + c13)
     expected = 2.0 * sqrt((c11 * c33 - c13**2) / c11 / softness)
-    assert hl.laminates.indentation_modulus(hexagonal(*constants)) == pytest.approx(expected, rel=1e-9)
+    assert hl.theory.indentation_modulus(hexagonal(*constants)) == pytest.approx(expected, rel=1e-9)
 
 
 def surface_compliance(matrix: Numbers, angles: Numbers) -> Numbers:
@@ -63,10 +63,10 @@ def surface_compliance(matrix: Numbers, angles: Numbers) -> Numbers:
 
 @pytest.mark.parametrize("solid", [CARBON, GLASS, CLOTH])
 def test_in_any_direction(solid: tuple[tuple[float, ...], ...]) -> None:
-    matrix = hl.laminates.orthotropic_stiffness(*solid)
+    matrix = hl.theory.orthotropic_stiffness(*solid)
     angles = (np.arange(60) + 0.5) * pi / 60.0
     expected = 2.0 / surface_compliance(matrix, angles).mean()
-    assert hl.laminates.indentation_modulus(matrix) == pytest.approx(expected, rel=1e-6)
+    assert hl.theory.indentation_modulus(matrix) == pytest.approx(expected, rel=1e-6)
 
 
 def elliptic_modulus(matrix: Numbers) -> float:
@@ -100,5 +100,5 @@ def elliptic_modulus(matrix: Numbers) -> float:
 @pytest.mark.parametrize("solid", [CARBON, GLASS, CLOTH])
 def test_the_ellipse_of_the_contact_matters_little(solid: tuple[tuple[float, ...], ...]) -> None:
     """The force is up to 0.6 % larger than that of a round contact."""
-    matrix = hl.laminates.orthotropic_stiffness(*solid)
-    assert hl.laminates.indentation_modulus(matrix) == pytest.approx(elliptic_modulus(matrix), rel=6e-3)
+    matrix = hl.theory.orthotropic_stiffness(*solid)
+    assert hl.theory.indentation_modulus(matrix) == pytest.approx(elliptic_modulus(matrix), rel=6e-3)

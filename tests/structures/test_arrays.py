@@ -6,6 +6,7 @@ import pytest
 import xarray as xr
 
 import hertzlink as hl
+from coupling.results.waves import Wave
 
 NS = 1000 * np.arange(601)
 TIME = 1e-9 * NS
@@ -28,7 +29,7 @@ UNITS = pint.UnitRegistry()
 )
 def test_arrays_with_units(time: object, force: object) -> None:
     waves = hl.reflections(hl.as_signal(time, {7: force}), 7)
-    assert waves.incident == hl.results.Wave(pytest.approx(50.0, rel=1e-3), pytest.approx(1e-4, abs=1e-8))
+    assert waves.incident == Wave(pytest.approx(50.0, rel=1e-3), pytest.approx(1e-4, abs=1e-8))
     assert waves.primary.time_of_flight == pytest.approx(3e-4, abs=1e-8)
 
 
@@ -54,7 +55,7 @@ def test_arrays_that_are_refused(time: object, force: object, message: str) -> N
 def test_a_calibration_takes_the_same_arrays() -> None:
     time = xr.DataArray(np.linspace(-100.0, 100.0, 2001), dims="t", attrs={"units": "us"})
     voltage = np.where(abs(time) < 20.0, np.cos(np.pi * time / 40.0), 0.0)
-    assert hl.results.calibration_factor(time, voltage, 3.5e-3, 0.44) == pytest.approx(121.0, abs=0.5)
+    assert hl.calibration_factor(time, voltage, 3.5e-3, 0.44) == pytest.approx(121.0, abs=0.5)
 
 
 @pytest.mark.parametrize("order", [slice(None, None, -1), np.random.default_rng(1).permutation(601)])

@@ -79,7 +79,7 @@ BEAD = hl.Sphere(2.38e-3, hl.STEEL_440C)
     "use",
     [
         lambda tap: hl.batch(tap, until=1e-4, speed=[0.1, 0.2]),
-        lambda tap: hl.information(tap, until=3e-4, sensors=[3], speed=0.2),
+        lambda tap: hl.identifiability(tap, until=3e-4, sensors=[3], speed=0.2),
         lambda tap: hl.best_sensors(tap, "speed", until=3e-4, candidates=[2, 3], speed=0.2),
     ],
     ids=["batch", "information", "best_sensors"],

@@ -24,14 +24,14 @@ VACUUM_OUTSIDE = {"ambient": 1e9, "heat_capacity_ratio": 0.0}
 
 def ball(pressure: float = 0.0, **given: object) -> hl.Structure:
     usual = {"base": "free", "patch_radius": PATCH, "highest_frequency": 5e3, **VACUUM_OUTSIDE}
-    return hl.shells.spherical_shell(RADIUS, WALL, RUBBER, pressure, **usual | given)
+    return hl.spherical_shell(RADIUS, WALL, RUBBER, pressure, **usual | given)
 
 
 def metal(thickness: float, pressure: float = 0.0, **given: object) -> hl.Structure:
     usual = {"base": "free", **VACUUM_OUTSIDE}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", hl.HertzlinkWarning)  # steel yields long before
-        return hl.shells.spherical_shell(0.1, thickness, hl.STEEL_316, pressure, **usual | given)
+        return hl.spherical_shell(0.1, thickness, hl.STEEL_316, pressure, **usual | given)
 
 
 def displaced(structure: hl.Structure, rate: float = 0.0) -> float:
@@ -110,15 +110,15 @@ def test_breathing_of_a_thick_sphere() -> None:
 
     thin = np.sqrt(2.0 * m.youngs_modulus / (m.density * (1.0 - m.poisson_ratio))) / 0.08
     exact = brentq(determinant, 0.8 * thin / speed, 1.2 * thin / speed) * speed
-    body = hl.shells.spherical_shell(0.1, thickness, m, base="free", highest_frequency=6e4, **VACUUM_OUTSIDE)
+    body = hl.spherical_shell(0.1, thickness, m, base="free", highest_frequency=6e4, **VACUUM_OUTSIDE)
     found = frequencies(body, 6, near=exact)
     assert abs(found / exact - 1.0).min() < 1e-4
 
 
 def test_a_thin_shell_under_a_force_is_that_of_shallow_shells() -> None:
     """Reissner, and Vella et al. under pressure. What shear and the patch add hardly depends on the pressure."""
-    pressures = np.array([-0.8, 0.0, 1.0, 3.0]) * hl.shells.buckling_pressure(0.1, 5e-4, hl.STEEL_316)
-    exact = np.array([1.0 / hl.shells.point_stiffness(0.1, 5e-4, hl.STEEL_316, one) for one in pressures])
+    pressures = np.array([-0.8, 0.0, 1.0, 3.0]) * hl.theory.shell_buckling_pressure(0.1, 5e-4, hl.STEEL_316)
+    exact = np.array([1.0 / hl.theory.shell_point_stiffness(0.1, 5e-4, hl.STEEL_316, one) for one in pressures])
     bodies = [metal(5e-4, one, base="fixed") for one in pressures]
     found = np.array([displaced(one) + one.flexibility for one in bodies])
     assert found == pytest.approx(exact, rel=0.03)
@@ -138,9 +138,9 @@ def test_closed_forms() -> None:
             return k / (bending * k**4 + 0.5 * pressure * middle * k**2 + spring) / (2.0 * pi)
 
         exact = 1.0 / quad(moved, 0.0, 2e4, limit=500)[0]
-        assert hl.shells.point_stiffness(0.1, 1e-3, steel, pressure) == pytest.approx(exact, rel=1e-3)
-    around = [hl.shells.buckling_pressure(0.1, 1e-3, steel) * (1.0 + step) for step in (-2e-6, 0.0, 2e-6)]
-    low, same, high = (hl.shells.point_stiffness(0.1, 1e-3, steel, one) for one in around)
+        assert hl.theory.shell_point_stiffness(0.1, 1e-3, steel, pressure) == pytest.approx(exact, rel=1e-3)
+    around = [hl.theory.shell_buckling_pressure(0.1, 1e-3, steel) * (1.0 + step) for step in (-2e-6, 0.0, 2e-6)]
+    low, same, high = (hl.theory.shell_point_stiffness(0.1, 1e-3, steel, one) for one in around)
     assert same == pytest.approx(0.5 * (low + high), rel=1e-9)
 
 
@@ -155,7 +155,7 @@ def refused(build: Callable[[], hl.Structure]) -> float:
 @pytest.mark.parametrize("base", ["fixed", "free", "contact"])
 def test_buckling(base: str) -> None:
     """Zoelly's pressure for a thin wall, and the series for any."""
-    critical = hl.shells.buckling_pressure(0.1, 1e-3, hl.STEEL_316)
+    critical = hl.theory.shell_buckling_pressure(0.1, 1e-3, hl.STEEL_316)
     assert refused(partial(metal, 1e-3, -2.0 * critical, base=base)) == pytest.approx(0.5, rel=0.01)
     factor = Ball(*CONSTANTS, -1e5).buckling_factor(range(2, 40))
     assert refused(partial(ball, -1e5, base="free")) == pytest.approx(factor, rel=1e-3)
@@ -225,10 +225,10 @@ def test_what_may_mislead_is_said() -> None:
     # p R/2t with the mean radius R of the wall.
     for radius, wall, pressure, told in ((0.1, 1e-3, 1e7, "498 MPa"), (0.01, 3e-3, -2e8, "283 MPa")):
         with pytest.warns(hl.HertzlinkWarning, match=rf"stresses steel 316 to {told}, beyond its yield strength"):
-            hl.shells.spherical_shell(radius, wall, hl.STEEL_316, pressure, ambient=2e8)
+            hl.spherical_shell(radius, wall, hl.STEEL_316, pressure, ambient=2e8)
     with warnings.catch_warnings():
         warnings.simplefilter("error", hl.HertzlinkWarning)
-        hl.shells.spherical_shell(0.01, 3e-3, hl.STEEL_316, -1e8, ambient=2e8)
+        hl.spherical_shell(0.01, 3e-3, hl.STEEL_316, -1e8, ambient=2e8)
 
 
 @pytest.mark.parametrize(
@@ -264,10 +264,10 @@ def test_what_may_mislead_is_said() -> None:
 def test_bad_input(given: dict[str, object], message: str) -> None:
     usual = {"radius": RADIUS, "thickness": WALL, "material": RUBBER, **VACUUM_OUTSIDE}
     with pytest.raises(ValueError, match=message):
-        hl.shells.spherical_shell(**usual | given)
+        hl.spherical_shell(**usual | given)
 
 
 @pytest.mark.parametrize("pressure", [-25e6, 1e300, "much"])
 def test_bad_input_of_closed_forms(pressure: object) -> None:
     with pytest.raises(ValueError, match="pressure = "):
-        hl.shells.point_stiffness(0.1, 1e-3, hl.STEEL_316, pressure)
+        hl.theory.shell_point_stiffness(0.1, 1e-3, hl.STEEL_316, pressure)

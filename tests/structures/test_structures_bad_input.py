@@ -25,7 +25,7 @@ from structures.stepping import lumped, stable_step
 FLAT = hl.Surface(hl.PTFE)
 BALL = hl.Sphere(4.76e-3, hl.STEEL_440C)
 LYING = hl.Cylinder(2e-3, 4e-3, hl.STEEL_316)
-M, K = BALL.mass, hl.hertz.stiffness(BALL.surface, BALL.surface)
+M, K = BALL.mass, hl.theory.hertz_stiffness(BALL.surface, BALL.surface)
 BAD_SIZES = (0.0, -1.0, math.nan)
 
 LAYERS = [hl.Layer(hl.STEEL_440C, 6.35e-3, 9.525e-3), hl.Layer(hl.PTFE, 25.4e-3, 9.525e-3)]
@@ -163,20 +163,20 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
     [
         # Anisotropy
         (
-            lambda: hl.laminates.orthotropic_stiffness((1e9, 1e9), (0.3,) * 3, (4e8,) * 3),
+            lambda: hl.theory.orthotropic_stiffness((1e9, 1e9), (0.3,) * 3, (4e8,) * 3),
             r"moduli = .*must be three positive",
         ),
         (
-            lambda: hl.laminates.orthotropic_stiffness((1e9,) * 3, (0.3,) * 3, (4e8, 0.0, 4e8)),
+            lambda: hl.theory.orthotropic_stiffness((1e9,) * 3, (0.3,) * 3, (4e8, 0.0, 4e8)),
             r"shear_moduli = .*three positive",
         ),
         (
-            lambda: hl.laminates.orthotropic_stiffness((1e9,) * 3, (0.6,) * 3, (4e8,) * 3),
+            lambda: hl.theory.orthotropic_stiffness((1e9,) * 3, (0.6,) * 3, (4e8,) * 3),
             r"poisson_ratios = \(0\.6, .*too large",
         ),
-        (lambda: hl.laminates.indentation_modulus(np.eye(3)), r"stiffness: has shape \(3, 3\), must be 6 × 6"),
-        (lambda: hl.laminates.indentation_modulus(np.eye(6) + np.eye(6, k=1)), "stiffness: must be symmetric"),
-        (lambda: hl.laminates.indentation_modulus(-np.eye(6)), "stiffness: must be positive definite"),
+        (lambda: hl.theory.indentation_modulus(np.eye(3)), r"stiffness: has shape \(3, 3\), must be 6 × 6"),
+        (lambda: hl.theory.indentation_modulus(np.eye(6) + np.eye(6, k=1)), "stiffness: must be symmetric"),
+        (lambda: hl.theory.indentation_modulus(-np.eye(6)), "stiffness: must be positive definite"),
         # Damping
         (lambda: rayleigh(None), "structure = None: must be a Structure"),
         (lambda: rayleigh(BAR, -1.0), r"mass_rate = -1\.0: must be zero or a positive number of 1/s"),
@@ -307,15 +307,18 @@ def test_bad_arguments(builder: Made, changes: dict[str, Any], message: str) -> 
         ],
         (lambda: hl.Surface("PTFE"), "material = 'PTFE': must be a Material"),
         (lambda: hl.Surface(hl.PTFE, math.nan), "curvature = nan"),
-        (lambda: hl.hertz.stiffness(FLAT, FLAT), "curvature"),
-        (lambda: hl.hertz.stiffness(1, FLAT), "first = 1: must be a Surface"),
-        (lambda: hl.hertz.pressure(LYING.surface, FLAT, 1.0), "touch along a line"),
-        (lambda: hl.hertz.pressure(BALL.surface, FLAT, -1.0), r"force = -1\.0"),
-        (lambda: hl.hertz.pressure(BALL.surface, FLAT, Decimal("0.1")), r"force = Decimal.*: must be a finite number"),
-        (lambda: hl.hertz.yield_pressure({}), "material = {}: must be a Material"),
-        (lambda: hl.layers.amplitude_ratio(10**400), "restitution = 1000.*: must be a number or an array"),
-        (lambda: hl.layers.amplitude_ratio(["0.5"]), r"restitution = \['0.5'\]: must be a number or an array"),
-        (lambda: hl.layers.amplitude_ratio(0.5 + 0j), "restitution = .*: must be a number or an array"),
+        (lambda: hl.theory.hertz_stiffness(FLAT, FLAT), "curvature"),
+        (lambda: hl.theory.hertz_stiffness(1, FLAT), "first = 1: must be a Surface"),
+        (lambda: hl.theory.hertz_pressure(LYING.surface, FLAT, 1.0), "touch along a line"),
+        (lambda: hl.theory.hertz_pressure(BALL.surface, FLAT, -1.0), r"force = -1\.0"),
+        (
+            lambda: hl.theory.hertz_pressure(BALL.surface, FLAT, Decimal("0.1")),
+            r"force = Decimal.*: must be a finite number",
+        ),
+        (lambda: hl.theory.yield_pressure({}), "material = {}: must be a Material"),
+        (lambda: hl.theory.primary_amplitude_ratio(10**400), "restitution = 1000.*: must be a number or an array"),
+        (lambda: hl.theory.primary_amplitude_ratio(["0.5"]), r"restitution = \['0.5'\]: must be a number or an array"),
+        (lambda: hl.theory.primary_amplitude_ratio(0.5 + 0j), "restitution = .*: must be a number or an array"),
         # Steps
         (lambda: Newmark(STRUCK, 1e300), r"window = 1e\+300: must lie between 1e-18 and 1e\+06 s"),
         (lambda: MOVING.step(1e300), r"window = 1e\+300: must lie between"),

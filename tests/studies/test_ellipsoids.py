@@ -17,12 +17,14 @@ def quick() -> xr.Dataset:
 
 def test_stiffness_along_both_axes() -> None:
     """k_e 3.31e9 is printed (status ok); 7.473e9 and 5.496e9 N/m^1.5 were computed independently."""
-    minor, major = (hl.hertz.stiffness(s, s) for s in (study.particle(name).surface for name in study.SHAPES[:2]))
+    minor, major = (
+        hl.theory.hertz_stiffness(s, s) for s in (study.particle(name).surface for name in study.SHAPES[:2])
+    )
     sphere = hl.Sphere(study.printed_radius(), hl.STEEL_316).surface
     assert major == pytest.approx(3.31e9, rel=1e-2)
     assert major == pytest.approx(3.3105e9, rel=1e-4)
     assert minor == pytest.approx(7.473e9, rel=1e-3)
-    assert hl.hertz.stiffness(sphere, sphere) == pytest.approx(5.496e9, rel=1e-3)
+    assert hl.theory.hertz_stiffness(sphere, sphere) == pytest.approx(5.496e9, rel=1e-3)
 
 
 @pytest.mark.parametrize(

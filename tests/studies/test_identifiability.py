@@ -72,7 +72,7 @@ def test_parts_are_what_information_reports(near: Changes) -> None:
     def build(distance: float, thickness: float, impact_speed: float) -> hl.CoSimulation:
         return cases.edge_case(BEADS, distance, thickness, impact_speed)
 
-    own = hl.information(
+    own = hl.identifiability(
         build, sensors=[7, 13], until=max(cases.RECORDS), distance=0.06, thickness=4.83e-3, impact_speed=0.31
     )
     assert near.waveform((7, 13)) == pytest.approx(own.relative, rel=0.05)
@@ -84,7 +84,7 @@ def test_the_accuracy_of_a_bound_is_noted_where_it_matters() -> None:
     def build(distance: float, thickness: float, impact_speed: float) -> hl.CoSimulation:
         return cases.edge_case(4.76e-3, distance, thickness, impact_speed)
 
-    known = hl.information(build, until=1.4e-3, distance=0.06, thickness=4.83e-3, impact_speed=0.31)
+    known = hl.identifiability(build, until=1.4e-3, distance=0.06, thickness=4.83e-3, impact_speed=0.31)
     assert known.verdict("distance") == "blind"
     assert not any("bounds of distance" in warning for warning in known.warnings)
 

@@ -159,7 +159,7 @@ def crossing(diameter: float, thickness: float, until: float, expected: float, p
         return hl.CoSimulation(study.chain(diameter), structure)
 
     scan = [expected - 3e-3, expected - 1.5e-3, expected + 1.5e-3, expected + 3e-3, 0.457]
-    found = hl.find_critical_distance(at, until, study.SENSOR, scan, study.TOLERANCE, jobs=1)
+    found = hl.critical_distance_search(at, until, study.SENSOR, scan, study.TOLERANCE, jobs=1)
     return found.critical_distance.item()
 
 

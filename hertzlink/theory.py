@@ -1,0 +1,49 @@
+"""Closed forms for contacts, waves in chains and plates, impacts, and the stability of beams and shells."""
+
+from particles import solitary as _solitary
+from particles.solitary import tangent_stiffness as tangent_stiffness
+from plates.beam import beam_buckling_force as beam_buckling_force
+from plates.theory import impact as _impact
+from plates.theory import lamb as _lamb
+from plates.theory import zener as _zener
+from plates.theory.lamb import rayleigh_speed as rayleigh_speed
+from structures import layers as _layers
+from structures import thin_sphere as _thin_sphere
+from structures.anisotropy import indentation_modulus as indentation_modulus
+from structures.anisotropy import orthotropic_stiffness as orthotropic_stiffness
+from structures.layers import characteristic_length as characteristic_length
+from structures.layers import critical_modulus as critical_modulus
+from structures.layers import secondary_delay as secondary_delay
+from structures.surface import hertz_pressure as hertz_pressure
+from structures.surface import hertz_stiffness as hertz_stiffness
+from structures.surface import yield_pressure as yield_pressure
+
+chain_angular_frequency = _solitary.angular_frequency
+chain_cutoff_frequency = _solitary.cutoff_frequency
+chain_sound_speed = _solitary.sound_speed
+solitary_force_from_particle_speed = _solitary.peak_force_from_particle_speed
+solitary_speed_from_force = _solitary.wave_speed_from_force
+solitary_speed_from_particle_speed = _solitary.wave_speed_from_particle_speed
+solitary_strain = _solitary.strain
+solitary_transit_time = _solitary.transit_time
+solitary_transit_time_from_striker = _solitary.transit_time_from_striker
+solitary_width = _solitary.width
+plate_amplitude_ratio = _impact.amplitude_ratio
+plate_contact_time = _impact.contact_time
+plate_inelasticity = _impact.inelasticity_parameter
+plate_normalised_time_of_flight = _impact.normalised_time_of_flight
+plate_point_impedance = _impact.point_impedance
+lamb_cutoff_frequency = _lamb.cutoff_frequency
+lamb_frequency = _lamb.frequency
+lamb_group_speed = _lamb.group_speed
+lamb_phase_speed = _lamb.phase_speed
+zener_contact_time = _zener.contact_time
+zener_restitution = _zener.restitution
+primary_amplitude_ratio = _layers.amplitude_ratio
+layer_stiffness = _layers.axial_stiffness
+hertz_contact_time = _layers.contact_time
+layer_restitution = _layers.restitution
+primary_time_of_flight = _layers.time_of_flight
+layer_speed = _layers.upper_speed
+shell_buckling_pressure = _thin_sphere.buckling_pressure
+shell_point_stiffness = _thin_sphere.point_stiffness
