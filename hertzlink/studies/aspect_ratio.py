@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import partial
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,8 @@ from coupling.results.measures import contact_time, sensor_force
 from coupling.sweeps.sweep import sweep
 from hertzlink.studies import draw, on_plates
 from hertzlink.studies import plate_boundary as boundary
-from hertzlink.studies.on_plates import OnPlate
+from hertzlink.studies.expected import Rows
+from hertzlink.studies.on_plates import IMPACT_SPEED, OnPlate
 from hertzlink.studies.table import Row
 from hertzlink.studies.verdicts import printed
 from particles.bead import Sphere
@@ -34,33 +36,15 @@ from plates.theory.zener import restitution as zener_restitution
 from structures.reduction import reduce
 from structures.structure import Structure, half_space
 
+row = Rows("aspect_ratio")
 BODIES = ("plate", "infinite plate", "half-space")
 REDUCTION = 0.02
 """Tolerance of the reduction, tighter than that of the boundary study."""
 RATIOS = tuple(np.geomspace(0.4, 10.0, 49))
 """D/t of the theory lines."""
 
-PRINTED = {
-    (4.76e-3, 2.29e-3): (0.32, None), (4.76e-3, 3.18e-3): (0.166, None), (4.76e-3, 4.83e-3): (0.072, None),
-    (9.53e-3, 2.29e-3): (1.28, 87.81), (9.53e-3, 4.83e-3): (0.2, 59.1),
-    (19.05e-3, 2.29e-3): (5.15, 1435.17), (19.05e-3, 4.83e-3): (1.16, 164.38),
-}  # fmt: skip
-"""λ and T_c, µs, of section 6.2.1, by bead diameter and plate thickness."""
-
-
 THEIRS = f"{THESIS_IMPACT.bead_speed:.3g} m/s and 8000 kg/m³"
 """The condition under which section 6.2.1's λ follow."""
-
-MISPRINT = "; 0.2 is a misprint of 0.29, as its contact time shows"
-
-SMALLEST_BEADS_TIME = 28.5
-"""µs; the only contact time that section 6.2.1 prints for D = 4.76 mm, for all three plates."""
-
-SOFTEST_RESTITUTION = 0.00019
-"""e at the largest D/t (section 6.2.3)."""
-
-LARGEST_BEAD_RATIO = 3.95
-"""D/t of the largest bead on the thickest plate (section 6.2.1)."""
 
 THESIS_DIAMETERS = {19.05e-3: 19.1e-3}
 """m; section 6.2.1 uses 19.1 mm, section 6.2.2 also 19.05 mm."""
@@ -168,26 +152,20 @@ def _contacts(data: xr.Dataset, of: Conditions) -> list[Row]:
 
 def _printed(data: xr.Dataset) -> list[Row]:
     rows = []
-    for (diameter, thickness), (parameter, duration) in PRINTED.items():
-        plate, bead = boundary.plate(thickness), boundary.bead(diameter)
+    for diameter, thickness in product(on_plates.DIAMETERS, on_plates.THICKNESSES):
         label = f"D {diameter * 1e3:.2f}, t {thickness * 1e3:.2f}"
-        found = inelasticity_parameter(bead, plate, on_plates.IMPACT_SPEED)
-        again = _thesis_parameter(diameter, thickness)
-        rows.append(
-            Row(f"λ, {label}", parameter, found, "",
-                f"equation 6.37 at the striker's {on_plates.IMPACT_SPEED} m/s; the printed one follows from "
-                f"{THESIS_IMPACT.bead_speed:.3g} m/s and 8000 kg/m³: {again:.3g}{MISPRINT if parameter == 0.2 else ''}",
-                otherwise={THEIRS: again})
-        )  # fmt: skip
-        if duration is None:
+        if f"λ, {label}" not in row.entries:
             continue
-        contact = plate_contact_time(bead, plate, on_plates.IMPACT_SPEED) * 1e6
-        chain = float(data.contact_time.sel(body="plate", diameter=diameter, thickness=thickness)) * 1e6
-        rows.append(
-            Row(f"contact time, {label}", duration, contact, "µs",
-                f"Zener, one bead; with the thesis's λ and density {_thesis_contact_time(diameter, thickness):.2f}; "
-                f"the last bead of a chain {chain:.0f}", otherwise=_of_printed(diameter, thickness, parameter))
-        )  # fmt: skip
+        plate, bead = boundary.plate(thickness), boundary.bead(diameter)
+        found, again = inelasticity_parameter(bead, plate, IMPACT_SPEED), _thesis_parameter(diameter, thickness)
+        speeds = IMPACT_SPEED, THESIS_IMPACT.bead_speed
+        rows.append(row(f"λ, {label}", found, *speeds, again, otherwise={THEIRS: again}))
+        if f"contact time, {label}" in row.entries:
+            contact = plate_contact_time(bead, plate, IMPACT_SPEED) * 1e6
+            chain = float(data.contact_time.sel(body="plate", diameter=diameter, thickness=thickness)) * 1e6
+            theirs = _of_printed(diameter, thickness, float(row.entries[f"λ, {label}"].value))
+            single = _thesis_contact_time(diameter, thickness)
+            rows.append(row(f"contact time, {label}", contact, single, chain, otherwise=theirs))
     return rows
 
 
@@ -221,23 +199,16 @@ def _extremes() -> list[Row]:
     small, large = min(on_plates.DIAMETERS), max(on_plates.DIAMETERS)
     thin, thick = min(on_plates.THICKNESSES), max(on_plates.THICKNESSES)
     plates = [boundary.plate(thickness) for thickness in on_plates.THICKNESSES]
-    times = [1e6 * float(plate_contact_time(boundary.bead(small), plate, on_plates.IMPACT_SPEED)) for plate in plates]
+    times = [1e6 * float(plate_contact_time(boundary.bead(small), plate, IMPACT_SPEED)) for plate in plates]
     theirs = [_thesis_contact_time(small, thickness) for thickness in on_plates.THICKNESSES]
-    parameter = inelasticity_parameter(boundary.bead(large), boundary.plate(thin), on_plates.IMPACT_SPEED)
+    parameter = inelasticity_parameter(boundary.bead(large), boundary.plate(thin), IMPACT_SPEED)
     again = zener_restitution(_thesis_parameter(large, thin))
+    ranges = [f"{min(part):.1f} to {max(part):.1f}" for part in (times, theirs)]
     return [
-        Row("contact time, D 4.76, all plates", f"about {SMALLEST_BEADS_TIME}",
-            f"{min(times):.1f} to {max(times):.1f}", "µs",
-            "one approximate number for three plates; Zener's time decreases with the thickness; with the "
-            "thesis's λ and "
-            f"density {min(theirs):.1f} to {max(theirs):.1f}",
-            otherwise={THEIRS: f"{min(theirs):.4g} to {max(theirs):.4g}"}),
-        Row("e, D 19.05, t 2.29", SOFTEST_RESTITUTION, zener_restitution(parameter), "",
-            f"Zener; with the thesis's λ {again:.2g}; at this λ, e decreases by 5 % if λ grows by 1 %",
-            otherwise={THEIRS: float(again)}),
-        Row("D/t, largest bead, thickest plate", LARGEST_BEAD_RATIO, large / thick, "",
-            "19.05 mm as in the thesis, section 6.2.2; 19.1 mm gives 3.95", otherwise={"19.1 mm": 19.1e-3 / thick}),
-    ]  # fmt: skip
+        row("contact time, D 4.76, all plates", *ranges, otherwise={THEIRS: f"{min(theirs):.4g} to {max(theirs):.4g}"}),
+        row("e, D 19.05, t 2.29", zener_restitution(parameter), again, otherwise={THEIRS: float(again)}),
+        row("D/t, largest bead, thickest plate", large / thick, otherwise={"19.1 mm": 19.1e-3 / thick}),
+    ]
 
 
 def _amplitudes(data: xr.Dataset, of: Conditions) -> list[Row]:

@@ -1,7 +1,6 @@
 """Equations of the thesis that are wrong as printed, each with a check that the printed form fails and ours passes."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from math import cos, exp, isclose, pi, sqrt, tan
 
 import numpy as np
@@ -10,7 +9,8 @@ from scipy.optimize import brentq
 from scipy.special import lambertw
 
 from coupling.cosimulation import CoSimulation
-from hertzlink.studies import ellipsoids, striking, table_2_1
+from hertzlink.studies import ellipsoids, striking
+from hertzlink.studies.expected import Rows
 from hertzlink.studies.table import Row
 from particles.bead import Cylinder, Sphere
 from particles.chain import Chain
@@ -28,6 +28,7 @@ from structures.layers import axial_stiffness, secondary_delay, time_of_flight
 from structures.material import PTFE, STEEL_316, STEEL_440C
 from structures.surface import Surface, hertz_stiffness
 
+row = Rows("corrected_equations")
 BEAD = Sphere(4.76e-3, STEEL_440C)
 SLOW = 0.05
 """m/s, of a striker that dents no bead."""
@@ -36,31 +37,16 @@ EXACT = 1e-6
 """Relative difference that counts as rounding."""
 
 
-@dataclass(frozen=True)
-class Correction:
-    """One equation: what is wrong, what to use instead, what the check compares, and whether each form passes it."""
-
-    equation: str
-    fault: str
-    instead: str
-    check: str
-    passes: Callable[[], tuple[bool | None, bool]]
-    """Whether the printed form passes, None where it cannot be evaluated; and whether the corrected one does."""
-
-    def row(self) -> Row:
-        """The row of the table."""
-        before, after = self.passes()
-        outcome = "passes" if after else "fails"
-        unread = "; the printed form lacks symbols and cannot be evaluated" if before is None else ""
-        return Row(
-            f"equation {self.equation}", self.fault, self.instead, "",
-            f"the corrected form {outcome} the check: {self.check}{unread}", holds=before if after else False,
-        )  # fmt: skip
-
-
 def table() -> list[Row]:
     """All of them."""
-    return [one.row() for one in CORRECTIONS]
+    return [_compared(equation, *passes()) for equation, passes in CHECKS.items()]
+
+
+def _compared(equation: str, before: bool | None, after: bool) -> Row:
+    """The row of an equation. before, after: whether the printed and the corrected form pass the check."""
+    unread = "; the printed form lacks symbols and cannot be evaluated" if before is None else ""
+    said = "passes" if after else "fails", unread
+    return row(f"equation {equation}", None, *said, holds=before if after else False)
 
 
 def near(value: float, expected: float, share: float = EXACT) -> bool:
@@ -242,66 +228,34 @@ def _aspect() -> tuple[bool | None, bool]:
 
 def _modulus() -> tuple[bool | None, bool]:
     """E of PTFE in Table 4.1 and in Table 2.1."""
-    return near(1.46, table_2_1.PRINTED["PTFE"][1]), near(1.53, table_2_1.PRINTED["PTFE"][1])
+    printed = float(Rows("table_2_1").entries["Young's modulus, PTFE"].value)
+    return near(1.46, printed), near(1.53, printed)
 
 
-CORRECTIONS = (
-    Correction("1.3, 1.4", "sd, ka", "ω² = (4C/m) sin²(kd/2)", "frequencies of a ring of 12 masses", _dispersion),
-    Correction(
-        "1.5, 3.1", "a bracket is not limited to positive overlaps", "[·]₊ on both brackets", "no force at a gap", _gap
-    ),
-    Correction("1.6", "½4", "1/24", "the first term beyond long waves of the exact dispersion", _third_term),
-    Correction("1.9", "f_r = F_d/F₀", "f_r = F_m/F₀", "small waves have the speed of sound", _preload),
-    Correction(
-        "2.1",
-        "assumes a support that does not move, without saying so",
-        "against an equal bead half the impulse",
-        "momentum of a free bead that is struck",
-        _impulse,
-    ),
-    Correction(
-        "3.2",
-        "F_{d,e}",
-        "β is the peak contact force over the peak bead-centre force",
-        "β = √2 in a simulated chain",
-        _beta,
-    ),
-    Correction("3.6", "G = 2μ", "G = μ", "E = 2 G (1 + ν)", _shear),
-    Correction(
-        "4.1",
-        "a force without reaction",
-        "a force of each contact on both beads",
-        "momentum of a free chain",
-        _momentum,
-    ),
-    Correction(
-        "of R′, section 5.3.1", "(L/2)²/(D/2)²", "(L/2)²/(D/2)", "curvature of an ellipse from its points", _radius
-    ),
-    Correction("5.3, 5.6", "b/a ≈ (R′/R″)^(−2/3)", "solve for b/a", "k of cylinders at 5°, within 1 %", _axes),
-    Correction("5.8", "sign, and the branch W₀", "F* = −πE/(1−ν²) (δ/2)/W₋₁(−eδ/8R)", "it inverts equation 5.7", _line),
-    Correction("5.12", "k^{1/n}/m", "its square root", "n = 3/2 gives equation 5.11", _root),
-    Correction("6.2", "ν twice", "the wall's ν in the wall's term", "k of a steel ball on PTFE", _wall),
-    Correction(
-        "6.10", "N, the beads of the chain", "N, the beads between sensor and wall", "TOF on steel, simulated", _beads
-    ),
-    Correction("6.17, 6.19", "A_c^{+2/5}", "A_c^{−2/5}", "stiffer contacts make the wave faster", _stiffer),
-    Correction(
-        "before 6.19",
-        "e = (V_ref/V_in)^{−1/5}",
-        "e = (V_ref/V_in)⁵",
-        "a wave of half the particle speed",
-        _particle_ratio,
-    ),
-    Correction(
-        "6.32", "the lower layer has no mass", "M_u + M_l/3", "half a period of a mass on an elastic rod", _half_period
-    ),
-    Correction(
-        "below 6.38", "dσ/dτ → 0 at the end", "e = −dσ/dτ at the return", "Zener's equation, integrated", _return
-    ),
-    Correction("6.39", "e^{1/5}", "e^{−1/5}", "a slower wave returns later", _slower),
-    Correction(
-        "(statement) in 6.2.2 and chapter 7", "AR decreases as D/t decreases", "AR increases", "Zener's theory", _aspect
-    ),
-    Correction("(Table 4.1)", "E of PTFE is 1.46 GPa", "1.53 GPa", "Table 2.1", _modulus),
-)
-"""Misprints without consequence (3.4, 3.5, 4.3, 4.6, units in 4.3, names in 6.1 and 6.8) are described in the docs."""
+CHECKS: dict[str, Callable[[], tuple[bool | None, bool]]] = {
+    "1.3, 1.4": _dispersion,
+    "1.5, 3.1": _gap,
+    "1.6": _third_term,
+    "1.9": _preload,
+    "2.1": _impulse,
+    "3.2": _beta,
+    "3.6": _shear,
+    "4.1": _momentum,
+    "of R′, section 5.3.1": _radius,
+    "5.3, 5.6": _axes,
+    "5.8": _line,
+    "5.12": _root,
+    "6.2": _wall,
+    "6.10": _beads,
+    "6.17, 6.19": _stiffer,
+    "before 6.19": _particle_ratio,
+    "6.32": _half_period,
+    "below 6.38": _return,
+    "6.39": _slower,
+    "(statement) in 6.2.2 and chapter 7": _aspect,
+    "(Table 4.1)": _modulus,
+}
+"""Whether each form passes the check of its equation: the printed one, None where it cannot be evaluated, and ours.
+
+Misprints without consequence (3.4, 3.5, 4.3, 4.6, units in 4.3, names in 6.1 and 6.8) are described in the docs.
+"""

@@ -15,6 +15,7 @@ from coupling.sweeps.critical_search import critical_distance_search
 from coupling.sweeps.progress import watched
 from coupling.sweeps.sweep import sweep
 from hertzlink.studies import draw, on_plates, own_plates, plate_edges, plate_waves
+from hertzlink.studies.expected import Rows
 from hertzlink.studies.on_plates import OnPlate
 from hertzlink.studies.own_plates import named, printed
 from hertzlink.studies.table import Row
@@ -35,6 +36,8 @@ from structures.plausible import units_of_one
 from structures.reduction import reduce
 from structures.structure import Structure
 from structures.surface import Surface, hertz_stiffness
+
+row = Rows("plate_boundary")
 
 SIDE, THICKNESSES, DIAMETERS = on_plates.SIDE, on_plates.THICKNESSES, on_plates.DIAMETERS
 UNTIL, HIGHEST_FREQUENCY = on_plates.UNTIL, on_plates.HIGHEST_FREQUENCY
@@ -228,28 +231,14 @@ def _thesis(data: xr.Dataset) -> list[Row]:
         contact = Surface(ALUMINIUM_6061)
         stiffness = hertz_stiffness(bead(diameter).surface, contact)
         time = contact_time_half_space(bead(diameter).mass, stiffness, IMPACT_SPEED) * 1e6
-        printed = {4.76e-3: 27.7, 9.53e-3: 55.6, 19.05e-3: 111.44}[round(float(diameter), 5)]
-        reason = "the thesis takes 8000 kg/m³ (316) for its 440C beads, and 19.1 for 19.05 mm; Table 2.1 says 7800"
-        rows.append(
-            Row(
-                f"contact time, half-space, D {diameter * 1e3:.2f}",
-                printed,
-                time,
-                "µs",
-                reason,
-                otherwise={"8000 kg/m³ and 19.1 mm, as section 6.2.1 takes": _thesis_time(float(diameter))},
-            )
-        )
+        theirs = {"8000 kg/m³ and 19.1 mm, as section 6.2.1 takes": _thesis_time(float(diameter))}
+        rows.append(row(f"contact time, half-space, D {diameter * 1e3:.2f}", time, otherwise=theirs))
     rows += [_critical_row(data.sel(diameter=d, thickness=t)) for d in data.diameter for t in data.thickness]
     rows += [row for d in data.diameter for t in data.thickness for row in _criteria(data.sel(diameter=d, thickness=t))]
     rows.extend(_coefficients())
     ratio = data.amplitude_ratio.sel(diameter=19.05e-3, thickness=2.29e-3).fillna(0.0)
-    rows.append(
-        Row(
-            "AR at the centre, D 19.05, t 2.29", "about 0", float(ratio.isel(distance=-1)), "",
-            "thesis, section 6.2.1: negligible above D/t = 5, here 8.3; no wave above 0.01 within the record",
-            holds=float(ratio.isel(distance=-1)) < 0.02)
-    )  # fmt: skip
+    centre = float(ratio.isel(distance=-1))
+    rows.append(row("AR at the centre, D 19.05, t 2.29", centre, holds=centre < 0.02))
     return [*rows, *plate_waves.table(), *plate_edges.table(data)]
 
 
@@ -271,27 +260,9 @@ def _coefficients() -> list[Row]:
     # Both bodies have equal compliances of one, so their sum is two.
     striker = contact_time_half_space(sphere.mass, stiffness, 1.0) / 2.0**0.4
     wave = striker * PARTICLE_TO_STRIKER_SPEED**-0.2
-    reason = (
-        "holds with the wave's 0.682 times the striker's speed; {:.4g} with the striker's, which is what is printed"
-    )
-    return [
-        Row(
-            "factor of τ_c, equation 6.39",
-            0.853,
-            wave / HERTZ_COLLISION,
-            "",
-            reason.format(striker / HERTZ_COLLISION),
-            otherwise={"speed of the bead in the wave, 0.682 of the striker's": wave / HERTZ_COLLISION},
-        ),
-        Row(
-            "factor of the critical distance, equation 6.42",
-            1.37,
-            wave / 2.0,
-            "",
-            reason.format(striker / 2.0),
-            otherwise={"speed of the bead in the wave, 0.682 of the striker's": wave / 2.0},
-        ),
-    ]
+    names = {"factor of τ_c, equation 6.39": HERTZ_COLLISION, "factor of the critical distance, equation 6.42": 2.0}
+    said = "speed of the bead in the wave, 0.682 of the striker's"
+    return [row(name, wave / by, striker / by, otherwise={said: wave / by}) for name, by in names.items()]
 
 
 def _critical_row(one: xr.Dataset) -> Row:

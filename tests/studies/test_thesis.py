@@ -11,6 +11,7 @@ from matplotlib import pyplot
 
 from coupling.sweeps.progress import Stopped
 from hertzlink.studies import STUDIES, LongStudy, corrected_equations, study, thesis
+from hertzlink.studies.expected import expected
 from hertzlink.studies.table import Row
 from hertzlink.studies.verdicts import VERDICTS, verdict
 
@@ -90,7 +91,7 @@ FACTS = {
     "contact_law": (
         "exponent n, steel spheres",
         "k, major axes",
-        "exponent n, {STRAIN}",
+        "exponent n, parallel cylinders, plane strain",
         "angle above which Hertz's law holds",
         "exponent n, Ri/Ro",
         "k, Ri/Ro",
@@ -181,8 +182,8 @@ FACTS = {
         "secondary wave",
     ),
     "upper_layer": (
-        "AR, primary, {upper}",
-        "AR, secondary, {upper}",
+        "AR, primary, 6.35 mm",
+        "AR, secondary, 101.6 mm",
         "TOF, primary, shorter",
         "TOF, primary",
         "TOF, secondary, 6.35",
@@ -192,8 +193,8 @@ FACTS = {
     ),
     "lower_layer": ("AR, primary", "TOF, primary", "TOF, primary, varies by"),
     "aspect_ratio": (
-        "λ, {label}",
-        "contact time, {label}",
+        "λ, D 4.76",
+        "contact time, D 9.53",
         "contact time, D 4.76, all plates",
         "e, D 19.05, t 2.29",
         "D/t, largest bead",
@@ -219,8 +220,9 @@ FACTS = {
 def test_no_number_of_the_thesis_is_left_out() -> None:
     assert sum(map(len, FACTS.values())) >= 150
     for module, quantities in FACTS.items():
+        known = [entry.quantity or name for name, entry in expected("thesis.toml").get(module, {}).items()]
         source = Path(import_module(f"hertzlink.studies.{module}").__file__ or "").read_text(encoding="utf-8")
-        missing = [one for one in quantities if f'"{one}' not in source]
+        missing = [one for one in quantities if f'"{one}' not in source and not any(x.startswith(one) for x in known)]
         assert missing == [], module
 
 
@@ -249,12 +251,12 @@ EQUATIONS = (
 
 
 def test_each_corrected_equation_passes_its_check_and_the_printed_one_does_not() -> None:
-    named = " ".join(one.equation for one in corrected_equations.CORRECTIONS)
+    named = " ".join(corrected_equations.CHECKS)
     assert [one for one in EQUATIONS if one not in named] == []
-    for one in corrected_equations.CORRECTIONS:
-        before, after = one.passes()
-        assert after, one.equation
-        assert not before, one.equation
+    for equation, passes in corrected_equations.CHECKS.items():
+        before, after = passes()
+        assert after, equation
+        assert not before, equation
 
 
 def test_each_part_can_be_repeated() -> None:

@@ -1,0 +1,62 @@
+"""The numbers that a study expects, from a file of data, and the rows of its table that compare them with ours."""
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from types import MappingProxyType
+
+from hertzlink.studies.table import INPUT, MEASURED, SIMULATED, TIMED, Row
+
+SCATTER = {"": 0.0, "simulation": SIMULATED, "experiment": MEASURED, "time": TIMED, "input": INPUT}
+"""How far a printed number and ours may lie apart, by what it comes from; none for what follows from an equation."""
+
+
+@dataclass(frozen=True)
+class Expected:
+    """A printed number or statement.
+
+    ours: what hertzlink has instead, where no study computes it. scatter: what it comes from, a key of SCATTER. source:
+    where it stands. reason: why ours differs, with a place {} for each value that a run gives. quantity: its name in
+    the table where it is not the key of the entry.
+    """
+
+    value: float | str
+    ours: float | str = ""
+    unit: str = ""
+    scatter: str = ""
+    source: str = ""
+    reason: str = ""
+    quantity: str = ""
+
+
+@dataclass(frozen=True)
+class Rows:
+    """The rows of one part of a file of data."""
+
+    part: str
+    file: str = "thesis.toml"
+
+    @property
+    def entries(self) -> Mapping[str, Expected]:
+        """What is expected, by name."""
+        return expected(self.file)[self.part]
+
+    def __call__(
+        self, name: str, computed: float | str | None, *said: object, theory: float | str = "",
+        otherwise: Mapping[str, float | str] = MappingProxyType({}), holds: bool | None = None, **labels: object,
+    ) -> Row:  # fmt: skip
+        """The row of an entry. said: the values in its reason; labels: those in its name; the others as of a Row."""
+        one = self.entries[name]
+        computed = one.ours if computed is None else computed
+        reason = one.reason.format(*said) if said else one.reason
+        quantity = (one.quantity or name).format(**labels)
+        return Row(quantity, one.value, computed, one.unit, reason, theory, SCATTER[one.scatter], otherwise, holds)
+
+
+@cache
+def expected(file: str) -> dict[str, dict[str, Expected]]:
+    """What a file of data holds, by part and by the name of the entry."""
+    parts = tomllib.loads(Path(__file__).with_name(file).read_text(encoding="utf-8"))
+    return {part: {name: Expected(**entry) for name, entry in entries.items()} for part, entries in parts.items()}
