@@ -7,3 +7,4 @@ from structures.stepping import CentralDifference as CentralDifference
 from structures.stepping import GeneralisedAlpha as GeneralisedAlpha
 from structures.stepping import Newmark as Newmark
 from structures.stepping import Step as Step
+from structures.stepping import StructureState as StructureState

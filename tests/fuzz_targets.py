@@ -13,7 +13,6 @@ from fuzz import Target
 import hertzlink as hl
 from coupling.identification.found import Identification
 from hertzlink import damping, laws, plots, stepping, theory
-from structures.stepping import StructureState
 
 STEEL, BRASS = hl.STEEL_440C, hl.BRASS_360
 BEAD = hl.Sphere(4.76e-3, STEEL)
@@ -386,7 +385,7 @@ def _structures() -> dict[str, Target]:
 
 def _free(step: Any) -> Any:
     zero = np.ones(step.structure.size)
-    return tuple(step.free(StructureState(zero, zero)))
+    return tuple(step.free(stepping.StructureState(zero, zero)))
 
 
 def _plates() -> dict[str, Target]:

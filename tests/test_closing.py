@@ -14,8 +14,8 @@ from scipy.optimize import nnls
 import hertzlink as hl
 from coupling.loops import Work, is_compiled
 from hertzlink.conformance import checks
-from hertzlink.stepping import Closing, ClosingState
-from structures.closing import _separating
+from hertzlink.stepping import Closing
+from structures.closing import ClosingState, _separating
 from structures.kernel_cache import entry
 from structures.kernels.gaps import separate
 

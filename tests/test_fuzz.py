@@ -52,6 +52,7 @@ ROOMS = ("theory.", "Sphere", "HollowSphere", "Cylinder")
 ELSEWHERE = {
     # Protocols and bases of a user's own parts: test_own_parts, test_own_step, hertzlink.conformance.
     *("Bead", "ContactLaw", "Dissipation", "Excitation", "Participant", "Scheme", "stepping.Step", "damping.Viscous"),
+    "stepping.StructureState",
     "laws.YieldingLaw",
     *("HertzlinkWarning", "NotConverged", "NoWaveError"),
     # Takes what plots.picture takes, and draws many pictures.
