@@ -98,7 +98,7 @@ def graded(hertz: float) -> Strike:
     """Meshes graded towards each point."""
 
     def at(thickness: float, distance: float) -> hl.Structure:
-        return replace(study.plate(thickness), highest_frequency=hertz).at(distance, study.SIDE / 2.0)
+        return replace(study.THESIS.plate(thickness), highest_frequency=hertz).at(distance, study.THESIS.side / 2.0)
 
     return at
 
@@ -108,15 +108,15 @@ def uniform(cells_per_wavelength: float) -> Strike:
 
     @lru_cache(maxsize=1)
     def shared(thickness: float) -> hl.Plate:
-        whole = study.plate(thickness)
-        cells = round(study.SIDE / 2.0 / whole.shortest_wavelength * cells_per_wavelength)
-        supports = replace(study.SUPPORTS, top="symmetry")
-        half = Rectangle(study.SIDE, study.SIDE / 2.0, cells=(2 * cells, cells))
+        whole = study.THESIS.plate(thickness)
+        cells = round(study.THESIS.side / 2.0 / whole.shortest_wavelength * cells_per_wavelength)
+        supports = replace(study.THESIS.supports(), top="symmetry")
+        half = Rectangle(study.THESIS.side, study.THESIS.side / 2.0, cells=(2 * cells, cells))
         return replace(whole, shape=half, supports=supports)
 
     def at(thickness: float, distance: float) -> hl.Structure:
         plate = shared(thickness)
-        size = study.SIDE / plate.shape.cells[0]
+        size = study.THESIS.side / plate.shape.cells[0]
         lacking = lack(round(distance / size % 1.0, 6)) * size**2 / plate.rigidity
         return replace(plate.at(distance, plate.width), flexibility=lacking)
 
@@ -139,14 +139,14 @@ def lack(place: float) -> float:
 def outcome(strike: Strike, distances: tuple[float, ...]) -> Outcome:
     """All thicknesses, distances and diameters on one kind of mesh."""
     seconds, unknowns, ratios = [], [], []
-    for thickness in study.THICKNESSES:
+    for thickness in study.THESIS.thickness:
         for distance in distances:
             assembly, full = timed(strike, thickness, distance)
-            reduction, reduced = timed(hl.reduce, full, study.UNTIL, study.REDUCTION)
+            reduction, reduced = timed(hl.reduce, full, study.THESIS.until, study.REDUCTION)
             seconds.append(assembly + reduction)
             unknowns.append(full.size)
-            runs = [hl.CoSimulation(study.chain(d), reduced).run(study.UNTIL) for d in study.DIAMETERS]
-            ratios.append([float(hl.amplitude_ratio(run, study.SENSOR)) for run in runs])
+            runs = [hl.CoSimulation(study.THESIS.chain(d), reduced).run(study.THESIS.until) for d in study.THESIS.bead]
+            ratios.append([float(hl.amplitude_ratio(run, study.THESIS.sensor)) for run in runs])
     return Outcome(float(np.mean(seconds)), float(np.mean(unknowns)), np.array(ratios))
 
 
@@ -176,7 +176,7 @@ def main() -> None:
     options = parser.parse_args()
     one_thread()
     report_assembly(options.quick)
-    warm_up(study.plate(study.THICKNESSES[-1]).at(0.1, study.SIDE / 2.0), window=1e-6)
+    warm_up(study.THESIS.plate(study.THESIS.thickness[-1]).at(0.1, study.THESIS.side / 2.0), window=1e-6)
     report_meshes(options.quick)
 
 

@@ -99,36 +99,36 @@ def whole_study(quick: bool, jobs: int) -> Whole:
 def take_sample(distances: Sequence[float], tolerance: float) -> Sample:
     """The parts at some points of each thickness, with all diameters, each compared with its full-order run."""
     sample = Sample()
-    walls = min(study.THICKNESSES), max(study.THICKNESSES)
+    walls = min(study.THESIS.thickness), max(study.THESIS.thickness)
     seconds, basis = timed(study.reduced, (study.DISTANCES[0], study.NEAR), walls)
     sample.seconds[BASIS].append(seconds)
-    sample.seconds[POSITION] += [timed(basis.at, place, study.SIDE / 2.0)[0] for place in NEAR_PLACES]
+    sample.seconds[POSITION] += [timed(basis.at, place, study.THESIS.side / 2.0)[0] for place in NEAR_PLACES]
     sample.seconds[SCANNED] += [timed(study.reduced, distance, walls)[0] for distance in distances]
-    for thickness, distance in product(study.THICKNESSES, distances):
-        assembly, full = timed(study.plate(thickness).at, distance, study.SIDE / 2.0)
-        reduction, reduced = timed(hl.reduce, full, study.UNTIL, tolerance)
+    for thickness, distance in product(study.THESIS.thickness, distances):
+        assembly, full = timed(study.THESIS.plate(thickness).at, distance, study.THESIS.side / 2.0)
+        reduction, reduced = timed(hl.reduce, full, study.THESIS.until, tolerance)
         sample.seconds[ASSEMBLY].append(assembly)
         sample.seconds[REDUCTION].append(reduction)
         sample.full.append(full.size)
         sample.reduced.append(reduced.size)
-        for diameter in study.DIAMETERS:
-            take_run(sample, study.chain(diameter), full, reduced)
+        for diameter in study.THESIS.bead:
+            take_run(sample, study.THESIS.chain(diameter), full, reduced)
     return sample
 
 
 def take_run(sample: Sample, chain: hl.Chain, full: hl.Structure, reduced: hl.Structure) -> None:
     """One bead diameter at a plate point."""
-    seconds, run = timed(lambda: hl.CoSimulation(chain, reduced).run(study.UNTIL))
+    seconds, run = timed(lambda: hl.CoSimulation(chain, reduced).run(study.THESIS.until))
     sample.seconds[COUPLED_RUN].append(seconds)
     sample.seconds[MEASURES].append(timed(measured, run)[0])
     windows = run.sizes["time"] - 1
-    other = full_order_run(chain, full, study.UNTIL / windows, windows, study.SENSOR, SHORT)
+    other = full_order_run(chain, full, study.THESIS.until / windows, windows, study.THESIS.sensor, SHORT)
     sample.seconds[FULL_ORDER].append(other.seconds)
 
 
 def measured(run: xr.Dataset) -> tuple[float, float]:
     """What the study keeps of a run."""
-    return float(hl.amplitude_ratio(run, study.SENSOR)), float(hl.time_of_flight(run, study.SENSOR))
+    return float(hl.amplitude_ratio(run, study.THESIS.sensor)), float(hl.time_of_flight(run, study.THESIS.sensor))
 
 
 def report_whole(whole: Whole, jobs: int, quick: bool) -> None:
@@ -174,7 +174,7 @@ def main() -> None:
     options = parser.parse_args()
     one_thread()
     # The time excludes compilation: the processes load the kernels that this one compiled.
-    warm_up(study.plate(study.THICKNESSES[-1]).at(0.1, study.SIDE / 2.0), window=1e-6)
+    warm_up(study.THESIS.plate(study.THESIS.thickness[-1]).at(0.1, study.THESIS.side / 2.0), window=1e-6)
     whole = whole_study(options.quick, options.jobs)
     report_whole(whole, options.jobs, options.quick)
     distances, tolerance = (study.QUICK_DISTANCES[3:4], 0.2) if options.quick else (study.DISTANCES[4::8], 0.05)

@@ -13,12 +13,10 @@ from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
 from coupling.results.measures import contact_time, sensor_force
 from coupling.sweeps.sweep import sweep
 from hertzlink.studies import draw, on_plates
-from hertzlink.studies import plate_boundary as boundary
 from hertzlink.studies.expected import Rows
-from hertzlink.studies.on_plates import IMPACT_SPEED, OnPlate
+from hertzlink.studies.on_plates import IMPACT_SPEED, OnPlate, theirs
 from hertzlink.studies.table import Row
 from hertzlink.studies.verdicts import printed
-from particles.bead import Sphere
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
 from plates.infinite import infinite_plate
 from plates.theory.impact import (
@@ -46,9 +44,6 @@ RATIOS = tuple(np.geomspace(0.4, 10.0, 49))
 THEIRS = f"{THESIS_IMPACT.bead_speed:.3g} m/s and 8000 kg/m³"
 """The condition under which section 6.2.1's λ follow."""
 
-THESIS_DIAMETERS = {19.05e-3: 19.1e-3}
-"""m; section 6.2.1 uses 19.1 mm, section 6.2.2 also 19.05 mm."""
-
 
 @dataclass(frozen=True)
 class Conditions(OnPlate):
@@ -74,6 +69,9 @@ class Conditions(OnPlate):
         bead, plate = self.sphere(diameter), self.plate(diameter / ratio)
         flight = normalised_time_of_flight(self.beads - self.sensor, bead, plate, self.impact_speed, speed)
         return plate_amplitude_ratio(inelasticity_parameter(bead, plate, speed)), flight
+
+
+THESIS = Conditions()
 
 
 def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
@@ -122,11 +120,6 @@ def measure(run: xr.Dataset, sensor: int = on_plates.SENSOR) -> xr.Dataset:
     )
 
 
-def theory(ratio: float, speed: float) -> tuple[float, float]:
-    """AR and TOF/D, s/m, of the thesis's beads."""
-    return Conditions().theory(ratio, speed)
-
-
 def table(data: xr.Dataset) -> list[Row]:
     """λ, contact times and e printed in section 6.2; AR and TOF/D compared with Zener's theory."""
     of = Conditions.read(data)
@@ -156,7 +149,7 @@ def _printed(data: xr.Dataset) -> list[Row]:
         label = f"D {diameter * 1e3:.2f}, t {thickness * 1e3:.2f}"
         if f"λ, {label}" not in row.entries:
             continue
-        plate, bead = boundary.plate(thickness), boundary.bead(diameter)
+        plate, bead = THESIS.plate(thickness), THESIS.sphere(diameter)
         found, again = inelasticity_parameter(bead, plate, IMPACT_SPEED), _thesis_parameter(diameter, thickness)
         speeds = IMPACT_SPEED, THESIS_IMPACT.bead_speed
         rows.append(row(f"λ, {label}", found, *speeds, again, otherwise={THEIRS: again}))
@@ -169,28 +162,23 @@ def _printed(data: xr.Dataset) -> list[Row]:
     return rows
 
 
-def _theirs(diameter: float) -> Sphere:
-    """The bead of this diameter with the data of section 6.2.1, 8000 kg/m³."""
-    return Sphere(THESIS_DIAMETERS.get(diameter, diameter) / 2.0, THESIS_IMPACT.material)
-
-
 def _thesis_parameter(diameter: float, thickness: float) -> float:
     """λ with the thesis's data."""
-    return float(inelasticity_parameter(_theirs(diameter), boundary.plate(thickness), THESIS_IMPACT.bead_speed))
+    return float(inelasticity_parameter(theirs(diameter), THESIS.plate(thickness), THESIS_IMPACT.bead_speed))
 
 
 def _thesis_contact_time(diameter: float, thickness: float) -> float:
     """T_c, µs, with the thesis's data."""
-    parameter, plate = _thesis_parameter(diameter, thickness), boundary.plate(thickness)
-    return 1e6 * float(plate_contact_time(_theirs(diameter), plate, THESIS_IMPACT.striker_speed, parameter))
+    parameter, plate = _thesis_parameter(diameter, thickness), THESIS.plate(thickness)
+    return 1e6 * float(plate_contact_time(theirs(diameter), plate, THESIS_IMPACT.striker_speed, parameter))
 
 
 def _of_printed(diameter: float, thickness: float, parameter: float) -> dict[str, str]:
     """T_c, µs, for the λ that would be printed as this one (0.29 for the misprint 0.2), with the thesis's density."""
-    plate, speed = boundary.plate(thickness), THESIS_IMPACT.striker_speed
+    plate, speed = THESIS.plate(thickness), THESIS_IMPACT.striker_speed
     digits = printed(0.29 if parameter == 0.2 else parameter)
     assert digits is not None
-    times = [1e6 * float(plate_contact_time(_theirs(diameter), plate, speed, one)) for one in digits]
+    times = [1e6 * float(plate_contact_time(theirs(diameter), plate, speed, one)) for one in digits]
     return {"the thesis's λ and 8000 kg/m³": f"{min(times):.6g} to {max(times):.6g}"}
 
 
@@ -198,10 +186,10 @@ def _extremes() -> list[Row]:
     """Statements of section 6.2 about the smallest beads, the largest beads, and the thinnest plate."""
     small, large = min(on_plates.DIAMETERS), max(on_plates.DIAMETERS)
     thin, thick = min(on_plates.THICKNESSES), max(on_plates.THICKNESSES)
-    plates = [boundary.plate(thickness) for thickness in on_plates.THICKNESSES]
-    times = [1e6 * float(plate_contact_time(boundary.bead(small), plate, IMPACT_SPEED)) for plate in plates]
+    plates = [THESIS.plate(thickness) for thickness in on_plates.THICKNESSES]
+    times = [1e6 * float(plate_contact_time(THESIS.sphere(small), plate, IMPACT_SPEED)) for plate in plates]
     theirs = [_thesis_contact_time(small, thickness) for thickness in on_plates.THICKNESSES]
-    parameter = inelasticity_parameter(boundary.bead(large), boundary.plate(thin), IMPACT_SPEED)
+    parameter = inelasticity_parameter(THESIS.sphere(large), THESIS.plate(thin), IMPACT_SPEED)
     again = zener_restitution(_thesis_parameter(large, thin))
     ranges = [f"{min(part):.1f} to {max(part):.1f}" for part in (times, theirs)]
     return [

@@ -3,6 +3,8 @@ that follows.
 """
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -12,9 +14,9 @@ from scipy.interpolate import PchipInterpolator
 from coupling.cosimulation import CoSimulation
 from coupling.sweeps.critical_search import critical_distance_search
 from coupling.sweeps.sweep import sweep
-from hertzlink.studies import corner, draw, edge_shear, own_pairs
+from hertzlink.studies import conditions, corner, draw, edge_shear
+from hertzlink.studies.conditions import WrongValue, choice, number, substance
 from hertzlink.studies.edge_cases import SENSOR, Pair, measure
-from hertzlink.studies.own_pairs import PARAMETERS
 from hertzlink.studies.table import Row
 from particles.bead import Sphere
 from plates.builders import kirchhoff_plate
@@ -71,7 +73,37 @@ DIAMETERS, THICKNESSES = (4.76e-3, 9.53e-3, 19.05e-3), (2.29e-3, 3.18e-3, 4.83e-
 """The thesis's beads and plates (section 6.2), m."""
 
 
-Conditions = own_pairs.Conditions
+PARAMETERS = (0.06, 0.12, 0.17, 0.24, 0.34, 0.48, 0.63, 0.75, 0.95, 1.2, 1.6, 1.95)
+"""λ; none of these values is a node of the law's table."""
+
+
+@dataclass(frozen=True)
+class Conditions(conditions.Conditions):
+    """What can be changed. Other pairs, shear and corners are then left out."""
+
+    material: Material = substance(ALUMINIUM_6061, "Material of the plate")
+    bead: float = number(9.53e-3, "m", "Diameter of the beads and the striker", low=1e-4, high=0.2)
+    bead_material: Material = substance(STEEL_440C, "Material of the beads and the striker")
+    impact_speed: float = number(0.31, "m/s", "Speed of the striker", low=1e-3, high=20.0)
+    edge: tuple[str, ...] = choice(tuple(EDGES), EDGES, "Supports of the edge")
+    inelasticity: tuple[float, ...] = number(
+        PARAMETERS, "", "Zener's inelasticity parameter λ, from which the plate's thickness follows", low=0.05, high=2.0
+    )
+
+    def check(self) -> None:
+        """A pair that the law holds, so that AR at equal λ can be compared."""
+        if not self.own:
+            return
+        try:
+            scaled_critical_distance("clamped", self.pair.stiffness_ratio, self.inelasticity[0], 0.02)
+        except ValueError as error:
+            raise WrongValue("material", self.material.name, f"with these beads: {error}") from None
+
+    @cached_property
+    def pair(self) -> Pair:
+        """Bead, plate and speed."""
+        return Pair(Sphere(self.bead / 2.0, self.bead_material), self.material, self.impact_speed)
+
 
 OWN_QUICK_DISTANCES = (*(0.2 * i for i in range(1, 16)), 3.4)
 """d/ℓ of a quick run for a user's own pair."""
@@ -236,7 +268,7 @@ def table(data: xr.Dataset) -> list[Row]:
     """The collapse, the law and its error, the thesis's two lines, and the limit of Kirchhoff's theory."""
     of = Conditions.read(data)
     if of.own:
-        return own_pairs.rows(data, of)
+        return _own_rows(data, of)
     return [*_collapse(data), *_law(data), *_thesis(data), *edge_shear.table(data), *corner.table(data)]
 
 
@@ -305,10 +337,45 @@ def _thesis(data: xr.Dataset) -> list[Row]:
     return rows
 
 
+def _own_rows(data: xr.Dataset, of: Conditions) -> list[Row]:
+    """The critical distance over ℓ by runs, compared with the law, for each edge and λ."""
+    found = []
+    for edge in data.edge.values:
+        for one in data.inelasticity.values:
+            length, thickness = of.pair.length(float(one)), of.pair.plate(float(one)).thickness
+            at = data.sel(edge=edge, inelasticity=one)
+            for within in data.within.values:
+                value = float(at.simulated.sel(within=within))
+                law = scaled_critical_distance(str(edge), of.pair.stiffness_ratio, float(one), float(within))
+                reason = (
+                    f"theory: the law, {law[1]:.3g} to {law[2]:.3g}; {1e3 * length * value:.4g} mm for a plate of "
+                    f"{1e3 * thickness:.4g} mm, ℓ = {1e3 * length:.4g} mm; AR far away {float(at.far_ratio):.4f}"
+                )
+                shown: float | str = value if np.isfinite(value) else "not settled"
+                found.append(Row(f"c, {edge} edge, λ {one:.3g}, AR ± {within:g}", "", shown, "", reason, law[0]))
+    return found
+
+
+def _own_collapse(data: xr.Dataset) -> draw.Figure:
+    """AR over the distance for each edge and λ."""
+    from matplotlib import colormaps
+
+    figure, axes = draw.panels(data.sizes["edge"], width=3.6, height=3.4)
+    for axis, edge in zip(axes, data.edge.values, strict=True):
+        for i, one in enumerate(data.inelasticity.values):
+            colour = colormaps["viridis"](0.95 * i / max(1, data.sizes["inelasticity"] - 1))
+            curve = data.amplitude_ratio.sel(edge=edge, inelasticity=one)
+            axis.plot(data.scaled_distance, curve, ".-", color=colour, linewidth=1.2, label=f"λ = {one:g}")
+        axis.set(title=f"{edge} edge", xlabel="distance from the edge, d / ℓ", xlim=(0.0, 3.5), ylim=(0.0, 1.0))
+    axes[0].set_ylabel("amplitude ratio AR")
+    axes[0].legend(frameon=False, fontsize="small")
+    return figure
+
+
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """The collapse, the law, its jumps, shear, and corners."""
     from hertzlink.studies import critical_figures
 
     if Conditions.read(data).own:
-        return own_pairs.figures(data)
+        return {"collapse": _own_collapse(data)}
     return {**critical_figures.figures(data), "corner": corner.figure(data)}

@@ -10,7 +10,7 @@ import xarray as xr
 
 from coupling.cosimulation import CoSimulation
 from coupling.sweeps.sweep import sweep
-from hertzlink.studies import draw, own_waves, waves
+from hertzlink.studies import draw, waves
 from hertzlink.studies.conditions import Conditions as Parameters
 from hertzlink.studies.conditions import number, substance
 from hertzlink.studies.expected import Rows
@@ -89,15 +89,15 @@ class Conditions(Parameters):
 
     def check(self) -> None:
         """No more curves than colours."""
-        own_waves.check_count(self, "angle")
+        waves.check_count(self, "angle")
 
-    def curves(self) -> list[own_waves.Curve]:
+    def curves(self) -> list[waves.Curve]:
         """One for each angle."""
         found = []
         for angle in self.angle if "angle" in self.differing() else (0.0, 5.0, 10.0, 30.0, 45.0, 90.0):
             first, second = (Cylinder(self.radius, self.length, self.material, radians(one)) for one in (0.0, angle))
             law = Tacit()(first, second)
-            found.append(own_waves.Curve(_named(angle), (first, second), law, Tacit(), speeds=self.impact_speed))
+            found.append(waves.Curve(_named(angle), (first, second), law, Tacit(), speeds=self.impact_speed))
         return found
 
 
@@ -109,7 +109,7 @@ def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
     """
     of, jobs = Conditions.of(own), jobs or 1
     if of.own:
-        return of.marked(own_waves.run(of.curves(), BEADS, FIRST, SECOND, jobs))
+        return of.marked(waves.run_curves(of.curves(), BEADS, FIRST, SECOND, jobs))
     speeds = SPEEDS[::4] if quick else SPEEDS
     data = sweep(build, UNTIL, jobs, measure, angle=ANGLES, impact_speed=speeds)
     theory = [by_force(angle, data.peak_force.sel(angle=angle).values) for angle in crossed()]
@@ -185,7 +185,7 @@ def table(data: xr.Dataset) -> list[Row]:
     """The numbers of section 5.3.2, compared with those of hertzlink."""
     of = Conditions.read(data)
     if of.own:
-        return own_waves.rows(data)
+        return waves.curve_rows(data)
     return [*_crossed_at_right_angles(data), *_turned(data), *_parallel(data)]
 
 
@@ -260,7 +260,7 @@ def _normalised(data: xr.Dataset, angle: float, force: float) -> float:
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Wave speed against peak contact force (5.9b), against the angle (5.11), and the contact laws (5.7c)."""
     if Conditions.read(data).own:
-        return own_waves.figures(data)
+        return waves.curve_figures(data)
     figure, (axis,) = draw.panels(1, width=4.6, height=3.8)
     chosen = [(f"{angle:.0f}°", data.sel(angle=angle)) for angle in (30.0, 45.0, 90.0)]
     curves = [(label, s.peak_force.values, s.wave_speed.values, s.theory.values) for label, s in chosen]

@@ -4,7 +4,7 @@ The experiments of the thesis exist as figures only; so nothing is fitted here, 
 """
 
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import sqrt
 from typing import Any, NamedTuple
 
@@ -15,14 +15,15 @@ from coupling.cosimulation import CoSimulation
 from coupling.results.ar_and_tof import reflections
 from coupling.results.measures import sensor_force
 from coupling.sweeps.sweep import sweep
-from hertzlink.studies import draw, own_losses
+from hertzlink.studies import conditions, draw
+from hertzlink.studies.conditions import number, substance
 from hertzlink.studies.expected import Rows
 from hertzlink.studies.table import INPUT, Row
 from particles.bead import Ellipsoid, Sphere
 from particles.chain import Chain
 from particles.dissipation import Dissipation, LinearDashpot, MassProportional, PowerDashpot
 from particles.moving import STEPS_PER_CONTACT, MovingChain
-from particles.solitary import PARTICLE_TO_STRIKER_SPEED, wave_speed_from_particle_speed
+from particles.solitary import PARTICLE_TO_STRIKER_SPEED, peak_force_from_particle_speed, wave_speed_from_particle_speed
 from structures.material import BRASS_360, PTFE, STEEL_316, Material
 from structures.structure import Structure, Vector, half_space
 from structures.surface import hertz_stiffness
@@ -64,57 +65,67 @@ YIELD_STRESS = 1e9
 """Pa, from Johnson's example of a medium-hard steel; the thesis gives no value."""
 
 
-class Fit(NamedTuple):
-    """A row of Table 4.1: material, mass as printed (g), exponent α and coefficient |γ| with standard deviations."""
+@dataclass(frozen=True)
+class Conditions(conditions.Conditions):
+    """What can be changed; the defaults are the thesis's chain of steel."""
 
-    material: Material
-    mass: float
-    exponent: float
-    exponent_deviation: float
-    coefficient: float
-    coefficient_deviation: float
+    material: Material = substance(STEEL_316, "Material of the beads and the striker")
+    bead: float = number(2.0 * RADIUS, "m", "Diameter of the beads and the striker", low=1e-4, high=0.5)
+    beads: int = number(BEADS, "", "Number of beads", low=20.0, high=500.0, whole=True)
+    impact_speed: float = number(IMPACT_SPEED, "m/s", "Speed of the striker", low=1e-3, high=20.0)
+    exponent: float = number(1.81, "", "Exponent α of the losses", low=0.5, high=5.0)
+    coefficient: float = number(5.58, "N (s/m)^α", "Coefficient |γ| of the losses", low=1e-12, high=1e9)
 
     @property
-    def bead(self) -> Sphere:
+    def sphere(self) -> Sphere:
         """A bead with the mass from its geometry."""
-        return Sphere(RADIUS, self.material)
-
-    def until(self, speed: float) -> float:
-        """Time, s, in which a wave from the slowest striker passes the whole chain, with any of the losses."""
-        bead, moved = self.bead, PARTICLE_TO_STRIKER_SPEED * speed
-        stiffness = hertz_stiffness(bead.surface, bead.surface)
-        return DELAY * BEADS * bead.size / wave_speed_from_particle_speed(bead.size, bead.mass, stiffness, moved)
-
-    def corner(self, exponent: int, coefficient: int) -> PowerDashpot:
-        """The thesis's law with its two parameters changed by these numbers of standard deviations."""
-        return PowerDashpot(
-            self.coefficient + coefficient * self.coefficient_deviation,
-            self.exponent + exponent * self.exponent_deviation,
-            "thesis",
-        )
+        return Sphere(self.bead / 2.0, self.material)
 
     def law(self, name: str) -> Dissipation | None:
-        """A law of `LAWS`."""
+        """A law of LAWS."""
         if name == "undamped":
             return None
         if name == "drag":
             return MassProportional(DRAG_RATE)
         if name == "thesis, as an acceleration":
-            return PowerDashpot(self.coefficient * self.bead.mass, self.exponent, "thesis")
+            return PowerDashpot(self.coefficient * self.sphere.mass, self.exponent, "thesis")
         return PowerDashpot(self.coefficient, self.exponent, name)
 
+    def wave(self, speed: float | None = None) -> tuple[float, float]:
+        """Speed, m/s, and peak contact force, N, of the wave without losses, for long waves and a striker's speed."""
+        bead, moved = self.sphere, PARTICLE_TO_STRIKER_SPEED * (speed or self.impact_speed)
+        stiffness = hertz_stiffness(bead.surface, bead.surface)
+        fast = wave_speed_from_particle_speed(bead.size, bead.mass, stiffness, moved)
+        return float(fast), float(peak_force_from_particle_speed(bead.mass, stiffness, moved))
 
+    def until(self, speed: float | None = None) -> float:
+        """Time, s, in which a wave from the slowest striker passes the whole chain, with any of the losses."""
+        return DELAY * self.beads * self.bead / self.wave(speed)[0]
+
+
+class Fit(NamedTuple):
+    """A row of Table 4.1: chain and law, printed mass (g), standard deviations of exponent and coefficient."""
+
+    of: Conditions
+    mass: float
+    exponent_deviation: float
+    coefficient_deviation: float
+
+    def corner(self, exponent: int, coefficient: int) -> PowerDashpot:
+        """The thesis's law with its two parameters changed by these numbers of standard deviations."""
+        changed = self.of.coefficient + coefficient * self.coefficient_deviation
+        return PowerDashpot(changed, self.of.exponent + exponent * self.exponent_deviation, "thesis")
+
+
+SOFTER = replace(PTFE, youngs_modulus=1.46e9)
 TABLE_4_1 = {
-    "steel 316": Fit(STEEL_316, 0.45, 1.81, 0.25, 5.58, 1.30),
-    "PTFE": Fit(replace(PTFE, youngs_modulus=1.46e9), 0.123, 1.78, 0.14, 0.582, 0.087),
-    "brass 360": Fit(BRASS_360, 0.48, 1.85, 0.13, 6.84, 0.66),
+    "steel 316": Fit(Conditions(), 0.45, 0.25, 1.30),
+    "PTFE": Fit(Conditions(SOFTER, exponent=1.78, coefficient=0.582), 0.123, 0.14, 0.087),
+    "brass 360": Fit(Conditions(BRASS_360, exponent=1.85, coefficient=6.84), 0.48, 0.13, 0.66),
 }
-STEEL = TABLE_4_1["steel 316"]
+STEEL = Conditions()
 LAWS = ("undamped", "thesis", "pairwise", "thesis, as an acceleration", "drag")
 CORNERS = {"best fit": (0, 0), "α− γ−": (-1, -1), "α− γ+": (-1, 1), "α+ γ−": (1, -1), "α+ γ+": (1, 1)}
-
-
-Conditions = own_losses.Conditions
 
 
 def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
@@ -130,7 +141,9 @@ def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
     step = QUICK_STEP if quick else 1.0
     of = Conditions.of(own)
     if of.own:
-        return own_losses.run(of, step, jobs)
+        kinds = list(LAWS[:3])
+        data = sweep(lambda law: simulation(of, of.law(law), step=step), of.until(), jobs, peaks, law=kinds)
+        return of.marked(data)
     parts = [table_4_1(step, jobs), over_corners(step, jobs), over_speeds(speeds, step, jobs), *asides(jobs)]
     data = xr.merge(parts, join="outer", combine_attrs="override")
     for name, units in {"shown_speed": "m/s", "striker_speed": "m/s", "dashpot": "N s/m"}.items():
@@ -138,9 +151,11 @@ def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
     return data
 
 
-def simulation(fit: Fit, law: Dissipation | None, speed: float = IMPACT_SPEED, step: float = 1.0) -> CoSimulation:
-    """The thesis's horizontal chain of 70 spheres; step in units of the default step."""
-    chain = Chain([fit.bead] * BEADS, fit.bead, speed, dissipation=law)
+def simulation(
+    of: Conditions, law: Dissipation | None, speed: float | None = None, step: float = 1.0
+) -> CoSimulation:  # fmt: skip
+    """The horizontal chain of spheres; step in units of the default step."""
+    chain = Chain([of.sphere] * of.beads, of.sphere, speed or of.impact_speed, dissipation=law)
     if step == 1.0:
         return CoSimulation(chain, None)
     return CoSimulation(chain, None, dt=step * MovingChain(chain, None).contact_time / STEPS_PER_CONTACT)
@@ -150,12 +165,13 @@ def table_4_1(step: float, jobs: int | None) -> xr.Dataset:
     """All laws in steel with the force over time, and all except the drag in PTFE and brass."""
 
     def build(law: str, material: str) -> CoSimulation:
-        return simulation(TABLE_4_1[material], TABLE_4_1[material].law(law), step=step)
+        of = TABLE_4_1[material].of
+        return simulation(of, of.law(law), step=step)
 
     parts = []
     for name, fit in TABLE_4_1.items():
-        keep, laws = (with_history, LAWS) if fit is STEEL else (peaks, LAWS[:-1])
-        parts.append(sweep(build, fit.until(IMPACT_SPEED), jobs, keep, law=laws, material=[name]))
+        keep, laws = (with_history, LAWS) if fit.of == STEEL else (peaks, LAWS[:-1])
+        parts.append(sweep(build, fit.of.until(), jobs, keep, law=laws, material=[name]))
     steel = parts[0][["force", "contact_peak"]].sel(material="steel 316", drop=True)
     found = xr.concat([part[["peak", "arrival"]] for part in parts], "material", join="outer")
     return found.assign(steel.data_vars).assign_attrs(parts[0].attrs).reindex(law=list(LAWS))
@@ -165,7 +181,7 @@ def over_corners(step: float, jobs: int | None) -> xr.Dataset:
     """The thesis's law in steel with both parameters changed by a standard deviation."""
 
     def build(shown_speed: float, corner: str) -> CoSimulation:
-        return simulation(STEEL, STEEL.corner(*CORNERS[corner]), shown_speed, step)
+        return simulation(STEEL, TABLE_4_1["steel 316"].corner(*CORNERS[corner]), shown_speed, step)
 
     slowest = STEEL.until(min(SHOWN_SPEEDS))
     found = sweep(build, slowest, jobs, peaks, shown_speed=SHOWN_SPEEDS, corner=list(CORNERS))
@@ -186,8 +202,8 @@ def asides(jobs: int | None) -> list[xr.Dataset]:
     """Waves that collide, and linear dashpots in a chain of ellipsoids perpendicular to it."""
 
     def meeting(meeting: str) -> CoSimulation:
-        beads = [STEEL.bead] * MEETING_BEADS
-        return CoSimulation(Chain(beads, STEEL.bead, IMPACT_SPEED), mirror(meeting))
+        beads = [STEEL.sphere] * MEETING_BEADS
+        return CoSimulation(Chain(beads, STEEL.sphere, IMPACT_SPEED), mirror(meeting))
 
     def ellipsoids(dashpot: float) -> CoSimulation:
         beads = [ELLIPSOID] * ELLIPSOID_BEADS
@@ -209,7 +225,7 @@ def mirror(meeting: str) -> Structure:
     """
     if meeting == "at a contact":
         return half_space(RIGID)
-    return replace(half_space(STEEL_316), surface=STEEL.bead.surface)
+    return replace(half_space(STEEL_316), surface=STEEL.sphere.surface)
 
 
 def peaks(run: xr.Dataset) -> xr.Dataset:
@@ -253,7 +269,7 @@ def secondary_waves(run: xr.Dataset) -> xr.Dataset:
 def speeds_and_forces(data: xr.Dataset, law: str) -> tuple[Vector, Vector]:
     """Front speed (m/s) between neighbouring sensors, and the geometric mean of their peak forces (N)."""
     chosen = data.sel(law=law)
-    distance = np.diff(chosen.swept_sensor.values) * STEEL.bead.size
+    distance = np.diff(chosen.swept_sensor.values) * STEEL.bead
     peak = chosen.swept_peak.transpose("striker_speed", "swept_sensor").values
     arrival = chosen.swept_arrival.transpose("striker_speed", "swept_sensor").values
     speed: Vector = distance / np.diff(arrival, axis=1)
@@ -285,9 +301,34 @@ def table(data: xr.Dataset) -> list[Row]:
     """The numbers of chapter 4 and those that depend on them, compared with those of hertzlink."""
     of = Conditions.read(data)
     if of.own:
-        return own_losses.rows(data, of)
+        return _own_rows(data, of)
     rows = [row for name in TABLE_4_1 for row in _material_rows(data, name)]
     return [*rows, *_rayleigh_rows(data), *_speed_rows(data), *_ellipsoid_rows(data), *_wave_rows(data)]
+
+
+FIRST, FROM_END = 9, 7
+"""The sensors whose forces are compared: from the struck end, and from the free one."""
+
+OWN_LAWS = dict(zip(LAWS, ("undamped", "thesis's law, equation 4.1", "the same α and γ, pairwise"), strict=False))
+
+
+def _own_rows(data: xr.Dataset, of: Conditions) -> list[Row]:
+    """What is left of the wave, and the undamped one compared with theory."""
+    last = of.beads - FROM_END
+    speed, force = of.wave()
+    undamped = data.sel(law="undamped")
+    passed = float(undamped.arrival.sel(sensor=last) - undamped.arrival.sel(sensor=FIRST))
+    found = [
+        Row("speed of the undamped wave", "", (last - FIRST) * of.bead / passed, "m/s", "theory: long waves", speed),
+        Row(f"F({FIRST}), undamped", "", float(undamped.peak.sel(sensor=FIRST)), "N",
+            f"at a bead's centre; contacts between long waves' beads carry {force:.4g} N"),
+    ]  # fmt: skip
+    for law, label in OWN_LAWS.items():
+        first, left = (float(data.peak.sel(law=law, sensor=sensor)) for sensor in (FIRST, last))
+        expected: float | str = 1.0 if law == "undamped" else ""
+        reason = f"{first:.4g} and {left:.4g} N" + ("; theory: a solitary wave keeps its form" if expected else "")
+        found.append(Row(f"F({last})/F({FIRST}), {label}", "", left / first, "", reason, expected))
+    return found
 
 
 def _material_rows(data: xr.Dataset, name: str) -> Iterable[Row]:
@@ -299,10 +340,10 @@ def _material_rows(data: xr.Dataset, name: str) -> Iterable[Row]:
     def ends(law: str) -> str:
         return " and ".join(f"{float(peak.sel(law=law, sensor=sensor)):.4g} N" for sensor in (9, 56))
 
-    steel = fit is STEEL
-    yield Row(f"mass, {name}", fit.mass, fit.bead.mass * 1e3, "g", "by geometry, with the density of Table 2.1")
+    of, steel = fit.of, fit.of == STEEL
+    yield Row(f"mass, {name}", fit.mass, of.sphere.mass * 1e3, "g", "by geometry, with the density of Table 2.1")
     yield Row(
-        f"α and γ, {name}", f"{fit.exponent}, −{fit.coefficient:g}", f"{fit.exponent}, {fit.coefficient:g}", "",
+        f"α and γ, {name}", f"{of.exponent}, −{of.coefficient:g}", f"{of.exponent}, {of.coefficient:g}", "",
         "used as |γ| in N (s/m)^α: no unit is stated, γ < 0 would feed energy, and no experiment to fit is given",
         within=INPUT)  # fmt: skip
     yield Row(
@@ -345,8 +386,8 @@ def _ellipsoid_rows(data: xr.Dataset) -> Iterable[Row]:
 
 def _wave_rows(data: xr.Dataset) -> Iterable[Row]:
     contact, bead = (float(data.secondary.sel(meeting=meeting)) for meeting in MEETINGS)
-    harder = {"Y = 1.1 GPa, with Johnson's formula": yield_speed(STEEL.bead, 1.1 * YIELD_STRESS)}
-    yield row("speed from which beads yield", yield_speed(STEEL.bead), otherwise=harder)
+    harder = {"Y = 1.1 GPa, with Johnson's formula": yield_speed(STEEL.sphere, 1.1 * YIELD_STRESS)}
+    yield row("speed from which beads yield", yield_speed(STEEL.sphere), otherwise=harder)
     between = {"waves that meet between a contact and the centre of a bead": f"{bead:.4g} to {contact:.4g}"}
     yield row("secondary wave after waves meet at a contact", contact, otherwise=between)
     yield row("secondary wave after waves meet at a bead", bead, otherwise=between)
@@ -358,8 +399,19 @@ def _wave_rows(data: xr.Dataset) -> Iterable[Row]:
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Decay over beads (figure 4.2a), speed over force (4.2b), and the laws compared (4.3)."""
     if Conditions.read(data).own:
-        return own_losses.figures(data)
+        return {"decay": _own_decay(data)}
     return {"decay": _decay(data), "speed_over_force": _speed_over_force(data), "laws": _laws(data)}
+
+
+def _own_decay(data: xr.Dataset) -> draw.Figure:
+    figure, (axis,) = draw.panels(1, width=4.6, height=3.6)
+    for i, (law, label) in enumerate(OWN_LAWS.items()):
+        axis.plot(data.sensor, data.peak.sel(law=law), color=draw.COLOURS[i], linewidth=1.2, label=label)
+    axis.set(xlabel="bead number n", ylabel="maximum force (N)")
+    axis.set_xlim(left=0.0)
+    axis.set_ylim(bottom=0.0)
+    axis.legend(frameon=False, fontsize="small")
+    return figure
 
 
 def _decay(data: xr.Dataset) -> draw.Figure:

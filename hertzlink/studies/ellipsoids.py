@@ -9,7 +9,7 @@ import xarray as xr
 
 from coupling.cosimulation import CoSimulation
 from coupling.sweeps.sweep import sweep
-from hertzlink.studies import draw, own_waves, waves
+from hertzlink.studies import draw, waves
 from hertzlink.studies.conditions import Conditions as Parameters
 from hertzlink.studies.conditions import WrongValue, number, substance
 from hertzlink.studies.expected import Rows
@@ -68,11 +68,11 @@ class Conditions(Parameters):
         along = "across" if shape == "minor axis" else "along"
         return Ellipsoid(self.minor / 2.0, self.major, self.material, axis=along)
 
-    def curves(self) -> list[own_waves.Curve]:
+    def curves(self) -> list[waves.Curve]:
         """One for each shape."""
         beads = {shape: self.particle(shape) for shape in SHAPES}
         return [
-            own_waves.Curve(shape, (bead, bead), contact_law(bead, bead), forces=self.peak_force)
+            waves.Curve(shape, (bead, bead), contact_law(bead, bead), forces=self.peak_force)
             for shape, bead in beads.items()
         ]
 
@@ -85,7 +85,7 @@ def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
     """
     of, jobs = Conditions.of(own), jobs or 1
     if of.own:
-        return of.marked(own_waves.run(of.curves(), BEADS, FIRST, SECOND, jobs))
+        return of.marked(waves.run_curves(of.curves(), BEADS, FIRST, SECOND, jobs))
     forces = FORCES[::4] if quick else FORCES
 
     def shaped(shape: str, aimed_force: float) -> CoSimulation:
@@ -155,7 +155,7 @@ def table(data: xr.Dataset) -> list[Row]:
     """The numbers of sections 5.1 and 5.3.1, compared with those of hertzlink."""
     of = Conditions.read(data)
     if of.own:
-        return own_waves.rows(data)
+        return waves.curve_rows(data)
     return [*_contacts(), *_speeds(data), *_relations(data)]
 
 
@@ -216,7 +216,7 @@ def _relations(data: xr.Dataset) -> list[Row]:
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Wave speed against peak contact force: spheres of four sizes (5.1), ellipsoids and their sphere (5.5b)."""
     if Conditions.read(data).own:
-        return own_waves.figures(data)
+        return waves.curve_figures(data)
     labels = ("peak contact force (N)", "wave speed (m/s)")
     by_size, (axis,) = draw.panels(1, width=4.6, height=3.8)
     sizes = [(f"D = {d * 1e3:.2f} mm", data.sel(diameter=d)) for d in DIAMETERS]

@@ -8,7 +8,7 @@ import xarray as xr
 
 from coupling.cosimulation import CoSimulation
 from coupling.sweeps.sweep import sweep
-from hertzlink.studies import draw, own_waves, waves
+from hertzlink.studies import draw, waves
 from hertzlink.studies.conditions import Conditions as Parameters
 from hertzlink.studies.conditions import number, substance
 from hertzlink.studies.expected import Rows
@@ -71,7 +71,7 @@ class Conditions(Parameters):
 
     def check(self) -> None:
         """No more curves than colours."""
-        own_waves.check_count(self, "ratio")
+        waves.check_count(self, "ratio")
 
     def particle(self, ratio: float) -> Sphere | HollowSphere:
         """A sphere, solid or hollow."""
@@ -79,11 +79,11 @@ class Conditions(Parameters):
             return Sphere(self.radius, self.material)
         return HollowSphere(self.radius, ratio * self.radius, self.material)
 
-    def curves(self) -> list[own_waves.Curve]:
+    def curves(self) -> list[waves.Curve]:
         """One for each wall."""
         beads = {_named(ratio): self.particle(ratio) for ratio in self.ratio}
         return [
-            own_waves.Curve(label, (bead, bead), contact_law(bead, bead), forces=self.peak_force)
+            waves.Curve(label, (bead, bead), contact_law(bead, bead), forces=self.peak_force)
             for label, bead in beads.items()
         ]
 
@@ -96,7 +96,7 @@ def run(quick: bool = False, jobs: int | None = None, **own: Any) -> xr.Dataset:
     """
     of, jobs = Conditions.of(own), jobs or 1
     if of.own:
-        return of.marked(own_waves.run(of.curves(), BEADS, FIRST, SECOND, jobs))
+        return of.marked(waves.run_curves(of.curves(), BEADS, FIRST, SECOND, jobs))
     forces = FORCES[::4] if quick else FORCES
     data = sweep(struck, UNTIL, jobs, measure, ratio=list(TABLE_5_1), aimed_force=forces)
     label = {"units": "m/s", "long_name": "wave speed, equation 5.12"}
@@ -164,7 +164,7 @@ def table(data: xr.Dataset) -> list[Row]:
     """The numbers of section 5.3.3, compared with those of hertzlink."""
     of = Conditions.read(data)
     if of.own:
-        return own_waves.rows(data)
+        return waves.curve_rows(data)
     return [*_laws(data), *_speeds(data), *_relations(data)]
 
 
@@ -233,7 +233,7 @@ def _relations(data: xr.Dataset) -> list[Row]:
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:
     """Wave speed against peak contact force (5.14b), its exponents (5.14c), and the contact laws (5.12b)."""
     if Conditions.read(data).own:
-        return own_waves.figures(data)
+        return waves.curve_figures(data)
     labels = ("peak contact force (N)", "wave speed (m/s)")
     walls = {ratio: data.sel(ratio=ratio) for ratio in TABLE_5_1}
     curves = {r: (_named(r), s.peak_force.values, s.wave_speed.values, s.theory.values) for r, s in walls.items()}

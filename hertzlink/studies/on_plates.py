@@ -13,7 +13,7 @@ from plates.builders import kirchhoff_plate
 from plates.critical_distance import edge_length
 from plates.plate import Plate
 from plates.support import Supports
-from plates.theory.impact import wall_stiffness
+from plates.theory.impact import THESIS_IMPACT, wall_stiffness
 from structures.layers import contact_time as contact_time_half_space
 from structures.material import ALUMINIUM_6061, STEEL_440C, Material
 from structures.reduction import DEFAULT_PULSE
@@ -164,3 +164,8 @@ class OnPlate(Conditions):
             if one * CLOSEST < centre and (not found or one > CLOSEST * found[-1]):
                 found.append(one)
         return [*found, centre]
+
+
+def theirs(diameter: float) -> Sphere:
+    """The bead of this diameter, m, with the data of section 6.2.1: 8000 kg/m³, and 19.1 mm for the 19.05 of 6.2.2."""
+    return Sphere({19.05e-3: 19.1e-3}.get(round(float(diameter), 5), diameter) / 2.0, THESIS_IMPACT.material)

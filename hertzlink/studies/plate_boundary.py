@@ -14,20 +14,18 @@ from coupling.results.measures import contact_time
 from coupling.sweeps.critical_search import critical_distance_search
 from coupling.sweeps.progress import watched
 from coupling.sweeps.sweep import sweep
-from hertzlink.studies import draw, on_plates, own_plates, plate_edges, plate_waves
+from hertzlink.studies import draw, plate_edges, plate_waves
 from hertzlink.studies.expected import Rows
-from hertzlink.studies.on_plates import OnPlate
-from hertzlink.studies.own_plates import named, printed
-from hertzlink.studies.table import Row
+from hertzlink.studies.on_plates import BEADS, SENSOR, UNTIL, OnPlate, theirs
+from hertzlink.studies.table import Row, bracketed
 from particles.bead import Sphere
-from particles.chain import Chain
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
+from plates.critical_distance import critical_distance_law
 from plates.infinite import infinite_plate
-from plates.plate import Plate
 from plates.reduced import Range, ReducedPlate, covers
 from plates.section import point_rigidity
-from plates.support import Supports
-from plates.theory.impact import THESIS_IMPACT, critical_distance_bounds
+from plates.theory.impact import THESIS_IMPACT, critical_distance_bounds, inelasticity_parameter
+from plates.theory.impact import amplitude_ratio as plate_amplitude_ratio
 from structures.checks import whole
 from structures.layers import HERTZ_COLLISION
 from structures.layers import contact_time as contact_time_half_space
@@ -39,10 +37,6 @@ from structures.surface import Surface, hertz_stiffness
 
 row = Rows("plate_boundary")
 
-SIDE, THICKNESSES, DIAMETERS = on_plates.SIDE, on_plates.THICKNESSES, on_plates.DIAMETERS
-UNTIL, HIGHEST_FREQUENCY = on_plates.UNTIL, on_plates.HIGHEST_FREQUENCY
-IMPACT_SPEED, SENSOR = on_plates.IMPACT_SPEED, on_plates.SENSOR
-SUPPORTS = Supports(left="clamped", right="clamped", bottom="free", top="free")
 DISTANCES = tuple(round(mm * 1e-3, 3) for mm in (*range(10, 201, 10), *range(240, 441, 40), 457))
 """m, the first scan. Beyond the last crossing AR oscillates by 0.007 at most, as scans with steps of 1 or 2 mm show. So
 no crossing is missed for tolerances of 0.01 and more.
@@ -185,21 +179,6 @@ def of_infinite_plate(run: xr.Dataset, sensor: int = SENSOR) -> xr.Dataset:
     )
 
 
-def bead(diameter: float) -> Sphere:
-    """A sphere of 440C steel."""
-    return THESIS.sphere(diameter)
-
-
-def chain(diameter: float) -> Chain:
-    """The thesis's chain of 20 spheres and its striker, undamped and without gravity."""
-    return THESIS.chain(diameter)
-
-
-def plate(thickness: float) -> Plate:
-    """The thesis's square plate, two opposite edges clamped and two free."""
-    return THESIS.plate(thickness)
-
-
 def reduced(place: Range, walls: Range, of: Conditions = THESIS) -> ReducedPlate:
     """Plates of some thicknesses for some distances on their centre line."""
     tolerance = NEAR_REDUCTION if isinstance(place, tuple) else REDUCTION
@@ -222,31 +201,27 @@ def table(data: xr.Dataset) -> list[Row]:
     the law for them.
     """
     of = Conditions.read(data)
-    return own_plates.rows(data, of, TOLERANCES) if of.own else _thesis(data)
+    pairs = [data.sel(diameter=d, thickness=t) for d in data.diameter for t in data.thickness]
+    if of.own:
+        return [row for one in pairs for row in (_critical(one, of), *_echo(one, of), _far(one, of))]
+    contacts = [_contact(diameter) for diameter in of.bead]
+    criteria = [row for one in pairs for row in (_relative(one), *_echo(one, of))]
+    centre = float(data.amplitude_ratio.sel(diameter=19.05e-3, thickness=2.29e-3).fillna(0.0).isel(distance=-1))
+    return [
+        *contacts, *(_critical(one, of) for one in pairs), *criteria, *_coefficients(),
+        row("AR at the centre, D 19.05, t 2.29", centre, holds=centre < 0.02), *plate_waves.table(),
+        *plate_edges.table(data),
+    ]  # fmt: skip
 
 
-def _thesis(data: xr.Dataset) -> list[Row]:
-    rows = []
-    for diameter in data.diameter.values:
-        contact = Surface(ALUMINIUM_6061)
-        stiffness = hertz_stiffness(bead(diameter).surface, contact)
-        time = contact_time_half_space(bead(diameter).mass, stiffness, IMPACT_SPEED) * 1e6
-        theirs = {"8000 kg/m³ and 19.1 mm, as section 6.2.1 takes": _thesis_time(float(diameter))}
-        rows.append(row(f"contact time, half-space, D {diameter * 1e3:.2f}", time, otherwise=theirs))
-    rows += [_critical_row(data.sel(diameter=d, thickness=t)) for d in data.diameter for t in data.thickness]
-    rows += [row for d in data.diameter for t in data.thickness for row in _criteria(data.sel(diameter=d, thickness=t))]
-    rows.extend(_coefficients())
-    ratio = data.amplitude_ratio.sel(diameter=19.05e-3, thickness=2.29e-3).fillna(0.0)
-    centre = float(ratio.isel(distance=-1))
-    rows.append(row("AR at the centre, D 19.05, t 2.29", centre, holds=centre < 0.02))
-    return [*rows, *plate_waves.table(), *plate_edges.table(data)]
-
-
-def _thesis_time(diameter: float) -> float:
-    """T_c on a half-space, µs, with the data of section 6.2.1."""
-    sphere = Sphere({19.05e-3: 19.1e-3}.get(round(diameter, 5), diameter) / 2.0, THESIS_IMPACT.material)
+def _contact(diameter: float) -> Row:
+    """T_c on a half-space, µs, and with the data of section 6.2.1."""
+    sphere = theirs(diameter)
     stiffness = hertz_stiffness(sphere.surface, Surface(ALUMINIUM_6061))
-    return float(contact_time_half_space(sphere.mass, stiffness, THESIS_IMPACT.striker_speed)) * 1e6
+    printed = float(contact_time_half_space(sphere.mass, stiffness, THESIS_IMPACT.striker_speed)) * 1e6
+    otherwise = {"8000 kg/m³ and 19.1 mm, as section 6.2.1 takes": printed}
+    ours = THESIS.contact_time(diameter) * 1e6
+    return row(f"contact time, half-space, D {diameter * 1e3:.2f}", ours, otherwise=otherwise)
 
 
 def _coefficients() -> list[Row]:
@@ -265,31 +240,13 @@ def _coefficients() -> list[Row]:
     return [row(name, wave / by, striker / by, otherwise={said: wave / by}) for name, by in names.items()]
 
 
-def _critical_row(one: xr.Dataset) -> Row:
-    """The critical distance of one plate and bead, compared with the thesis's two lines."""
-    low, high = one.bound.values * 1e3
-    at = one.sel(within=TOLERANCE)
-    others = [printed(one.sel(within=other)) for other in (TOLERANCES[0], TOLERANCES[-1])]
-    reason = f"{own_plates.tolerated(TOLERANCES, others)}; {_verdict(at, low, high)}"
-    return Row(f"critical distance, {named(one)}", "", printed(at), "mm", reason, f"{low:.1f} to {high:.1f}")
-
-
-def _criteria(one: xr.Dataset) -> list[Row]:
-    """The critical distance by other criteria: relative to the far value, and by the echo, without a tolerance."""
+def _relative(one: xr.Dataset) -> Row:
+    """The critical distance relative to the far value."""
     relative = one[[name for name in one if str(name).startswith("relative_")]]
     relative = relative.rename({name: str(name).removeprefix("relative_") for name in relative})
     far, inside = float(one.far_value.fillna(0.0)), float(one.infinite_amplitude_ratio.fillna(0.0))
-    return [
-        Row(
-            f"to 5 % of the far value, {named(one)}", "", printed(relative), "mm",
-            f"AR at the centre {far:.4f}, on the infinite plate {inside:.4f}" if far > 0.0 else "no wave at the centre",
-        ),
-        Row(
-            f"by the echo alone, {named(one)}", "", printed(one.sel(within=TOLERANCE)), "mm",
-            f"AR within ± {TOLERANCE:g}; theory: half of the echo is back as the contact ends, "
-            f"{float(one.contact_time) * 1e6:.0f} µs on the infinite plate", float(one.half_echo_distance) * 1e3,
-        ),
-    ]  # fmt: skip
+    reason = f"AR at the centre {far:.4f}, on the infinite plate {inside:.4f}" if far > 0.0 else "no wave at the centre"
+    return Row(f"to 5 % of the far value, {_named(one)}", "", _between(relative), "mm", reason)
 
 
 def _verdict(at: xr.Dataset, low: float, high: float) -> str:
@@ -310,6 +267,71 @@ def _verdict(at: xr.Dataset, low: float, high: float) -> str:
         f"{value - high:.1f} mm above the Rayleigh line: on this plate the contact lasts much longer than on the "
         "half-space that the lines assume, so later echoes still count"
     )
+
+
+def _between(at: xr.Dataset) -> str:
+    """Between which distances, mm, the critical one lies."""
+    low, high = at.bracket.values * 1e3
+    if at.lower_bound:
+        return f"> {low:.0f}"
+    return "no wave" if np.isnan(at.critical_distance) else bracketed(low, high)
+
+
+def _named(one: xr.Dataset) -> str:
+    """The bead and the plate."""
+    return f"D {float(one.diameter) * 1e3:.2f}, t {float(one.thickness) * 1e3:.2f}"
+
+
+def _critical(one: xr.Dataset, of: Conditions) -> Row:
+    """The critical distance of a plate and bead, compared with the thesis's two lines; of the user's, with the law."""
+    (low, high), at = one.bound.values * 1e3, one.sel(within=TOLERANCE)
+    least, most = (f"± {other:g}: {_between(one.sel(within=other))}" for other in (TOLERANCES[0], TOLERANCES[-1]))
+    said, name = f"AR within ± {TOLERANCE:g} of its far value ({least}; {most})", f"critical distance, {_named(one)}"
+    if not of.own:
+        verdict = _verdict(at, low, high)
+        return Row(name, "", _between(at), "mm", f"{said}; {verdict}", f"{low:.1f} to {high:.1f}")
+    value, law = _law(one, of)
+    if at.lower_bound:
+        law += f"a lower bound: from farther away no wave is back within {of.until * 1e3:.3g} ms; "
+    return Row(name, "", _between(at), "mm", f"{law}{said}; equation 6.42: {low:.1f} to {high:.1f}", value)
+
+
+def _law(one: xr.Dataset, of: Conditions) -> tuple[float | str, str]:
+    """The critical distance, mm, by the law, which is for 13 beads between sensor and plate, and its bounds."""
+    if of.beads - of.sensor != BEADS - SENSOR:
+        return "", f"the law of the study critical-distance is for {BEADS - SENSOR} beads behind the sensor; "
+    bead, plate = of.sphere(float(one.diameter)), of.plate(float(one.thickness))
+    try:
+        law = critical_distance_law(bead, plate, of.impact_speed, of.support, TOLERANCE)
+    except ValueError:
+        parameter = inelasticity_parameter(bead, plate, of.impact_speed)
+        return "", f"outside the law of the study critical-distance (λ = {parameter:.3g}); "
+    value, low, high = (1e3 * part for part in law)
+    return value, f"theory: the law of the study critical-distance, {low:.1f} to {high:.1f}; "
+
+
+def _echo(one: xr.Dataset, of: Conditions) -> list[Row]:
+    """The criterion without a tolerance, which is for clamped edges."""
+    if of.support != "clamped":
+        return []
+    reason = (
+        f"AR within ± {TOLERANCE:g}; theory: half of the echo is back as the contact ends, "
+        f"{float(one.contact_time) * 1e6:.0f} µs on the infinite plate"
+    )
+    name, half = f"by the echo alone, {_named(one)}", float(one.half_echo_distance) * 1e3
+    return [Row(name, "", _between(one.sel(within=TOLERANCE)), "mm", reason, half)]
+
+
+def _far(one: xr.Dataset, of: Conditions) -> Row:
+    bead, plate = of.sphere(float(one.diameter)), of.plate(float(one.thickness))
+    parameter = float(inelasticity_parameter(bead, plate, of.impact_speed))
+    far, inside = float(one.far_value.fillna(0.0)), float(one.infinite_amplitude_ratio.fillna(0.0))
+    reason = (
+        f"theory: Zener, e^(6/5) of one bead at the striker's speed, λ = {parameter:.3g}; a chain on the infinite "
+        f"plate {inside:.4f}; T_c on a half-space {of.contact_time(float(one.diameter)) * 1e6:.4g} µs"
+    )
+    value = far if far > 0.0 else "no wave"
+    return Row(f"AR at the centre, {_named(one)}", "", value, "", reason, float(plate_amplitude_ratio(parameter)))
 
 
 def figures(data: xr.Dataset) -> dict[str, draw.Figure]:

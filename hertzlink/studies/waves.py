@@ -1,11 +1,24 @@
-"""Quantities that chapter 5 of the thesis reads from a wave in a chain: speed, peak contact force and width."""
+"""Waves in chains: speed, peak contact force and width (thesis, chapter 5), over strikers and kinds of particles."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import xarray as xr
 
+from coupling.cosimulation import CoSimulation
 from coupling.results.ar_and_tof import reflections, wave_speed
 from coupling.results.measures import sensor_force
-from particles.solitary import PARTICLE_TO_STRIKER_SPEED, width
+from coupling.sweeps.sweep import sweep
+from hertzlink.studies import draw
+from hertzlink.studies.conditions import Conditions, WrongValue
+from hertzlink.studies.table import Row
+from particles.bead import Bead
+from particles.chain import Chain, LawOfPair
+from particles.laws.law import ContactLaw
+from particles.laws.power_fit import PowerFit, fit_power_law
+from particles.solitary import PARTICLE_TO_STRIKER_SPEED, wave_speed_from_force, wave_speed_from_particle_speed, width
 from structures.structure import Vector
 
 LEVELS = (0.01, 0.001)
@@ -84,3 +97,136 @@ def duration(time: Vector, force: Vector, arrival: float, level: float) -> float
     rise = np.interp(least, force[start : start + 2], time[start : start + 2])
     fall = np.interp(-least, -force[end - 1 : end + 1], time[end - 1 : end + 1])
     return float(fall - rise)
+
+
+MOST_CURVES = 6
+"""Figures have as many colours."""
+
+SLACK = 1.7
+"""The record ends when a wave that is slower by this factor is back at the second sensor."""
+
+RANGE = (0.1, 2.0)
+"""Forces, as parts of the least and the greatest peak, over which a power law is fitted to the contact law."""
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A chain of two particles in turn and its contact law, for several strikers.
+
+    forces: approximate peaks, N; speeds: of the striker, m/s, a bead as the first; one of both is given.
+    """
+
+    label: str
+    pair: tuple[Bead, Bead]
+    law: ContactLaw
+    of_pair: LawOfPair | None = None
+    forces: tuple[float, ...] = ()
+    speeds: tuple[float, ...] = ()
+
+    @property
+    def size(self) -> float:
+        """Of a particle along the chain, m."""
+        return self.pair[0].size
+
+    def fit(self, least: float, most: float) -> PowerFit:
+        """The power law nearest to the contact law between these forces, N."""
+        ends = self.law.approach(np.array([least, most]))
+        return fit_power_law(self.law, float(ends[0]), float(ends[1]))
+
+    def strikers(self) -> tuple[float, ...]:
+        """Speeds of the strikers, m/s."""
+        if self.speeds:
+            return self.speeds
+        power, mass = self.fit(RANGE[0] * self.forces[0], RANGE[1] * self.forces[-1]), self.pair[0].mass
+        return tuple(striker_speed(one, mass, power.stiffness, power.exponent) for one in self.forces)
+
+    def slowest(self) -> float:
+        """About the speed of the slowest wave, m/s."""
+        moved, mass = PARTICLE_TO_STRIKER_SPEED * min(self.strikers()), self.pair[0].mass
+        power = self.fit(0.01, 10.0) if self.speeds else self.fit(RANGE[0] * self.forces[0], self.forces[-1])
+        return float(wave_speed_from_particle_speed(self.size, mass, power.stiffness, moved, power.exponent))
+
+
+def run_curves(curves: Sequence[Curve], beads: int, first: int, second: int, jobs: int) -> xr.Dataset:
+    """Speed, peak force and width between two sensors, over the curves and their strikers; theory and contact laws."""
+    known = {curve.label: curve for curve in curves}
+    count = len(curves[0].forces or curves[0].speeds)
+    until = max(SLACK * (2 * beads - second) * curve.size / curve.slowest() for curve in curves)
+
+    def build(curve: str, striker: int) -> CoSimulation:
+        one = known[curve]
+        row = [one.pair[i % 2] for i in range(beads)]
+        return CoSimulation(Chain(row, one.pair[0], one.strikers()[striker], law=one.of_pair), None)
+
+    measure = partial(passage, first=first, second=second)
+    data = sweep(build, until, jobs, measure, curve=list(known), striker=range(count))
+    forces = data.peak_force.values
+    least, most = (float(curves[0].law.approach(np.array(end))) for end in _ends(forces))
+    approach = np.geomspace(least, most, 21)
+    data = data.assign_coords(approach=("approach", approach, {"units": "m"}))
+    over = ("curve", "striker")
+    speeds, exponents, stiffnesses = [], [], []
+    for curve, peaks in zip(curves, forces, strict=True):
+        power = curve.fit(*_ends(peaks))
+        speeds.append(
+            wave_speed_from_force(curve.size, curve.pair[0].mass, power.stiffness, peaks, exponent=power.exponent)
+        )
+        exponents.append(power.exponent)
+        stiffnesses.append(power.stiffness)
+    data["theory"] = (over, speeds, {"units": "m/s", "long_name": "wave speed, equation 5.12"})
+    data["striker_speed"] = (over, [curve.strikers() for curve in curves], {"units": "m/s"})
+    data["force"] = (("curve", "approach"), [curve.law.force(approach) for curve in curves], {"units": "N"})
+    data["exponent"], data["stiffness"] = ("curve", exponents), ("curve", stiffnesses)
+    data["size"] = ("curve", [curve.size for curve in curves], {"units": "m"})
+    return data
+
+
+def _ends(forces: np.ndarray) -> tuple[float, float]:
+    return RANGE[0] * float(np.nanmin(forces)), RANGE[1] * float(np.nanmax(forces))
+
+
+def curve_rows(data: xr.Dataset) -> list[Row]:
+    """The speeds of the weakest and of the strongest wave, their dependence on the force, and the width."""
+    found = []
+    for label in data.curve.values:
+        one = data.sel(curve=label)
+        n, k = float(one.exponent), float(one.stiffness)
+        for i in dict.fromkeys((0, one.sizes["striker"] - 1)):
+            at = one.isel(striker=i)
+            reason = (
+                f"theory: equation 5.12, for long waves; the contact law between these forces: n = {n:.4g}, "
+                f"k = {k:.4g} N/mⁿ; striker {float(at.striker_speed):.4g} m/s"
+            )
+            name = f"wave speed, {label}, {float(at.peak_force):.3g} N"
+            found.append(Row(name, "", float(at.wave_speed), "m/s", reason, float(at.theory)))
+        if one.sizes["striker"] > 1:
+            reason = "theory: (n − 1)/(2n)"
+            slope = (n - 1.0) / (2.0 * n)
+            found.append(Row(f"exponent of speed over force, {label}", "", exponent(one), "", reason, slope))
+        size = float(one["size"])
+        wide = one.width.isel(striker=-1).values / size
+        reason = (
+            f"force at the sensor from 1 % to 1 % of its peak, {wide[1]:.3g} from 0.1 %; equation 5.13 and one bead "
+            f"more for a sensor give {width(size, n) / size + 1.0:.3g} from zero to zero"
+        )
+        found.append(Row(f"width in beads, {label}", "", float(wide[0]), "", reason))
+    return found
+
+
+def curve_figures(data: xr.Dataset) -> dict[str, draw.Figure]:
+    """Wave speed against peak contact force, and the contact laws."""
+    figure, (axis,) = draw.panels(1, width=4.6, height=3.8)
+    curves = [
+        (str(label), one.peak_force.values, one.wave_speed.values, one.theory.values)
+        for label in data.curve.values
+        for one in [data.sel(curve=label).sortby(data.sel(curve=label).peak_force)]
+    ]
+    draw.beside_theory(axis, curves, "peak contact force (N)", "wave speed (m/s)", theory="theory of long waves")
+    laws = [(str(label), data.force.sel(curve=label).values) for label in data.curve.values]
+    return {"speed_force": figure, "laws": draw.contact_laws(data.approach.values, laws)}
+
+
+def check_count(of: Conditions, name: str) -> None:
+    """A WrongValue for more curves than colours."""
+    if len(getattr(of, name)) > MOST_CURVES and name in of.differing():
+        raise WrongValue(name, getattr(of, name), f"give at most {MOST_CURVES} values")

@@ -25,8 +25,8 @@ def quick() -> xr.Dataset:
 def with_printed_mass(law: Dissipation | None) -> list[float]:
     """Peaks at the eight sensors of the steel chain whose beads have the 0.45 g of Table 4.1."""
     density = 0.45e-3 / (4.0 / 3.0 * pi * study.RADIUS**3)
-    fit = study.STEEL._replace(material=replace(hl.STEEL_316, density=density))
-    found = study.peaks(study.simulation(fit, law).run(fit.until(study.IMPACT_SPEED)))
+    of = replace(study.STEEL, material=replace(hl.STEEL_316, density=density))
+    found = study.peaks(study.simulation(of, law).run(of.until()))
     return list(found.peak.sel(sensor=list(study.SENSORS)).values)
 
 
@@ -34,7 +34,7 @@ def test_yield_speed_is_johnsons() -> None:
     """ρV²/Y = 26 (Y/E*)⁴ for a sphere on a flat (Johnson, section 11.4); two like spheres yield at half that speed."""
     modulus = hl.STEEL_316.contact_modulus / 2.0
     on_flat = (26.0 * 1e9 * (1e9 / modulus) ** 4 / 8000.0) ** 0.5
-    assert study.yield_speed(study.STEEL.bead) == pytest.approx(on_flat / 2.0, rel=0.02)
+    assert study.yield_speed(study.STEEL.sphere) == pytest.approx(on_flat / 2.0, rel=0.02)
 
 
 def test_the_drag_of_the_thesis(quick: xr.Dataset) -> None:
@@ -80,7 +80,7 @@ def test_speed_goes_with_a_sixth_power_of_the_force(quick: xr.Dataset) -> None:
 @pytest.mark.parametrize(("meeting", "middle"), [("at a contact", 0), ("at a bead", 1)])
 def test_a_mirror_stands_for_a_second_wave(meeting: str, middle: int) -> None:
     """One long chain struck at both ends at once, and half of it in front of the mirror: the same motion."""
-    bead, half, speed, until = study.STEEL.bead, 12, 0.5, 1.5e-4
+    bead, half, speed, until = study.STEEL.sphere, 12, 0.5, 1.5e-4
     whole = hl.stepping.MovingChain(hl.Chain([bead] * (2 * half + 1 + middle), bead, speed), None, dt=2e-8)
     position, velocity = np.zeros(2 * half + 2 + middle), np.zeros(2 * half + 2 + middle)
     velocity[0], velocity[-1] = speed, -speed
@@ -113,7 +113,7 @@ def test_peaks_are_those_of_the_sensors() -> None:
 
 
 def test_quick_steps_are_fine_enough(quick: xr.Dataset) -> None:
-    fine = study.peaks(study.simulation(study.STEEL, study.STEEL.law("thesis")).run(study.STEEL.until(1.77)))
+    fine = study.peaks(study.simulation(study.STEEL, study.STEEL.law("thesis")).run(study.STEEL.until()))
     coarse = quick.peak.sel(material="steel 316", law="thesis")
     assert coarse.values == pytest.approx(fine.peak.values, rel=1e-3)
 

@@ -1,5 +1,6 @@
 """The plate study: the thesis's plateaus, and that every knob has settled to 0.5 %."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -17,12 +18,13 @@ THOROUGH_FIXTURES = ("quick",)
 @cache
 def ratio(diameter: float, thickness: float, distance: float, **knobs: float) -> float:
     """AR at sensor 7, undamped, with mesh, reduction, window and step as given."""
-    plate = hl.kirchhoff_plate(
-        study.SIDE, study.SIDE, thickness, hl.ALUMINIUM_6061, study.SUPPORTS,
-        highest_frequency=knobs.get("highest_frequency", study.HIGHEST_FREQUENCY),
-    )  # fmt: skip
-    structure = hl.reduce(plate.at(distance, study.SIDE / 2.0), until=1.5e-3, tolerance=knobs.get("tolerance", 1e-2))
-    simulation = hl.CoSimulation(study.chain(diameter), structure, window=knobs.get("window"), dt=knobs.get("dt"))
+    frequency = knobs.get("highest_frequency", study.THESIS.highest_frequency)
+    plate = replace(study.THESIS.plate(thickness), highest_frequency=frequency)
+    structure = hl.reduce(
+        plate.at(distance, study.THESIS.side / 2.0), until=1.5e-3, tolerance=knobs.get("tolerance", 1e-2)
+    )
+    chain = study.THESIS.chain(diameter)
+    simulation = hl.CoSimulation(chain, structure, window=knobs.get("window"), dt=knobs.get("dt"))
     return hl.amplitude_ratio(simulation.run(1.5e-3), sensor=7).item()
 
 
@@ -69,10 +71,10 @@ def test_amplitude_ratio_has_settled(knob: dict[str, float], case: tuple[float, 
 @pytest.mark.thorough
 def test_reduction_changes_the_ratio_by_less_than_a_thousandth() -> None:
     """The full-order plate, window by window, against the reduced one."""
-    plate = hl.kirchhoff_plate(0.3, 0.3, 2.29e-3, hl.ALUMINIUM_6061, study.SUPPORTS)
+    plate = hl.kirchhoff_plate(0.3, 0.3, 2.29e-3, hl.ALUMINIUM_6061, study.THESIS.supports())
     full = plate.at(0.05, 0.15)
     ratios = [
-        hl.amplitude_ratio(hl.CoSimulation(study.chain(9.53e-3), s).run(1.0e-3), sensor=7).item()
+        hl.amplitude_ratio(hl.CoSimulation(study.THESIS.chain(9.53e-3), s).run(1.0e-3), sensor=7).item()
         for s in (full, hl.reduce(full, until=1.0e-3))
     ]
     assert ratios[1] == pytest.approx(ratios[0], rel=1e-3)
@@ -154,12 +156,12 @@ def crossing(diameter: float, thickness: float, until: float, expected: float, p
         if plate == "exact":
             structure = hl.half_plane(thickness, hl.ALUMINIUM_6061, "clamped", distance, until)
         else:
-            whole = study.plate(thickness).at(distance, study.SIDE / 2.0)
+            whole = study.THESIS.plate(thickness).at(distance, study.THESIS.side / 2.0)
             structure = hl.reduce(whole, until, study.REDUCTION)
-        return hl.CoSimulation(study.chain(diameter), structure)
+        return hl.CoSimulation(study.THESIS.chain(diameter), structure)
 
     scan = [expected - 3e-3, expected - 1.5e-3, expected + 1.5e-3, expected + 3e-3, 0.457]
-    found = hl.critical_distance_search(at, until, study.SENSOR, scan, study.TOLERANCE, jobs=1)
+    found = hl.critical_distance_search(at, until, study.THESIS.sensor, scan, study.TOLERANCE, jobs=1)
     return found.critical_distance.item()
 
 
