@@ -2,10 +2,10 @@
 
 from coupling.cosimulation import CoSimulation as CoSimulation
 from coupling.explicit_chain import explicit_chain as explicit_chain
-from coupling.identification.fitting import fit_dissipation as fit_dissipation
-from coupling.identification.identify import identify as identify
-from coupling.identification.information import best_sensors as best_sensors
-from coupling.identification.information import identifiability as identifiability
+from coupling.inference.fitting import fit_dissipation as fit_dissipation
+from coupling.inference.identify import identify as identify
+from coupling.inference.information import best_sensors as best_sensors
+from coupling.inference.information import identifiability as identifiability
 from coupling.interface import ContactPoint as ContactPoint
 from coupling.participant import Participant as Participant
 from coupling.ports.fmu import write_fmu as write_fmu

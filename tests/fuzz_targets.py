@@ -11,7 +11,7 @@ import xarray as xr
 from fuzz import Target
 
 import hertzlink as hl
-from coupling.identification.found import Identification
+from coupling.inference.identification import Identification
 from hertzlink import damping, laws, plots, stepping, theory
 
 STEEL, BRASS = hl.STEEL_440C, hl.BRASS_360

@@ -20,7 +20,7 @@ import xarray as xr
 from page_parser import check_page
 
 import hertzlink as hl
-from coupling.identification.found import unknowns_of
+from coupling.inference.identification import unknowns_of
 from coupling.results.findings import findings_of
 from hertzlink.cases.case import Case, read
 from hertzlink.cases.lines import lines_of

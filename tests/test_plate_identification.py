@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 import hertzlink as hl
-from coupling.identification.found import Identification, Unknown
+from coupling.inference.identification import Identification, Unknown
 from coupling.yield_check import CURE
 from hertzlink.cases.building import world_of
 from hertzlink.cases.case import Case

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 import hertzlink as hl
-from coupling.identification.fitting import Fit
+from coupling.inference.fitting import Fit
 from coupling.results.waves import NoWave
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)

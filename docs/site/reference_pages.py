@@ -16,7 +16,7 @@ GROUPS = {
     "Coupling schemes": ("coupling.schemes", "coupling.state"),
     "Waves, signals and measures": ("coupling.results",),
     "Sweeps and batches": ("coupling.sweeps",),
-    "Identification": ("coupling.identification",),
+    "Identification": ("coupling.inference",),
     "Case files": ("hertzlink.cases",),
     "Other programs": ("coupling.ports",),
 }

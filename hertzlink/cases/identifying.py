@@ -9,8 +9,8 @@ import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
-from coupling.identification.found import Identification
-from coupling.identification.prediction import FROM_IMPACT
+from coupling.inference.identification import Identification
+from coupling.inference.prediction import FROM_IMPACT
 from coupling.sweeps.batch import batch
 from hertzlink.cases.bodies import LayeredCylinder, Rod
 from hertzlink.cases.case import Case

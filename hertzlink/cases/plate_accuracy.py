@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from coupling.identification.found import Identification
+from coupling.inference.identification import Identification
 from coupling.results.measures import sensor_force
 from hertzlink.cases.building import simulation_of, world_of
 from hertzlink.cases.case import Case

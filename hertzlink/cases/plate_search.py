@@ -6,7 +6,7 @@ from typing import Any
 
 import xarray as xr
 
-from coupling.identification.found import Identification, is_blind
+from coupling.inference.identification import Identification, is_blind
 from hertzlink.cases.plate_accuracy import Fit, frequency_of
 from hertzlink.cases.plate_models import BAND, FREQUENCY, TOLERANCE, AroundGuess, one_edge, scales
 from hertzlink.cases.questions import Builder, Question, identified, texts

@@ -8,9 +8,9 @@ import xarray as xr
 from pydantic import BaseModel
 
 from coupling.cosimulation import CoSimulation
-from coupling.identification.found import Identification
-from coupling.identification.identify import identify
-from coupling.identification.misfit import OF_SENSORS
+from coupling.inference.identification import Identification
+from coupling.inference.identify import identify
+from coupling.inference.misfit import OF_SENSORS
 from hertzlink.cases.axes import path_of, si_value, unit_at
 from hertzlink.cases.building import simulation_of, world_of
 from hertzlink.cases.case import Case

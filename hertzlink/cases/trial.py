@@ -11,8 +11,8 @@ import joblib
 import numpy as np
 
 from coupling.cosimulation import CoSimulation
-from coupling.identification.identify import likely_runs, seconds_of_run
-from coupling.identification.prediction import Prediction, range_of
+from coupling.inference.identify import likely_runs, seconds_of_run
+from coupling.inference.prediction import Prediction, range_of
 from coupling.participant import BlackBox
 from hertzlink.cases.case import of_run
 from hertzlink.cases.identifying import has_edge, prepared

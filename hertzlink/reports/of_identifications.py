@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from coupling.identification.found import Unknown, unknowns_of
+from coupling.inference.identification import Unknown, unknowns_of
 from coupling.views import identified
 from hertzlink.reports.page import Section, Table, table
 from hertzlink.reports.svg import WIDTH, drawn

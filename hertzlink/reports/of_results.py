@@ -10,7 +10,7 @@ from typing import Any
 import xarray as xr
 
 from coupling.files.writing import write_whole
-from coupling.identification.found import Identification
+from coupling.inference.identification import Identification
 from coupling.results.findings import findings_of, one_of_each
 from coupling.results.provenance import folded, stored
 from coupling.results.schema import BATCH, RUN, SIGNAL, SWEEP, kind_of

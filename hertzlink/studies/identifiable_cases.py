@@ -8,10 +8,9 @@ import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
-from coupling.identification.changes import STEP, Changes
-from coupling.identification.information import REACH, Design
-from coupling.identification.misfit import GAIN, TIME_ZERO
-from coupling.identification.search import inverse
+from coupling.inference.information import REACH, STEP, Design, Sensitivities
+from coupling.inference.misfit import GAIN, TIME_ZERO
+from coupling.inference.search import inverse
 from particles.bead import Sphere
 from particles.chain import Chain
 from particles.solitary import PARTICLE_TO_STRIKER_SPEED
@@ -113,7 +112,7 @@ def edge_errors(diameter: float, distance: float, thickness: float, steps: Seque
     design = edge_design(diameter, dict(zip(EDGE_UNKNOWNS, (distance, thickness, IMPACT_SPEED), strict=True)))
     found = np.full((len(STEPS), len(RECORDS), len(MEASURED), len(EDGE_FREE), len(EDGE_UNKNOWNS)), np.nan)
     for i, step in enumerate(steps):
-        changes = Changes(design, step)
+        changes = Sensitivities(design, step)
         for k, (what, sensors) in enumerate(MEASURED.items()):
             if what == FEATURES:
                 if i > 0:
@@ -136,7 +135,7 @@ def combinations_near_edge(
     """
     values = (distance, thickness, ALUMINIUM_6061.youngs_modulus, IMPACT_SPEED)
     names = (*MATERIAL_UNKNOWNS, "impact_speed")
-    changes = Changes(edge_design(diameter, dict(zip(names, values, strict=True)), contact=contact))
+    changes = Sensitivities(edge_design(diameter, dict(zip(names, values, strict=True)), contact=contact))
     covariance = inverse(changes.part((7,), RECORDS[0]))[:3, :3]
     size, vectors = np.linalg.eigh(covariance)
     signs = np.sign(vectors[0])
@@ -164,7 +163,7 @@ def bond_errors(upper: str, thickness: float, bond_stiffness: float) -> Vector:
     values = dict(zip(BOND_UNKNOWNS, (bond_stiffness, thickness, IMPACT_SPEED), strict=True))
     with collected():
         design = Design(build, values, (7, 13), BOND_RECORD, (GAIN, TIME_ZERO), NOISE, SAMPLE_EVERY)
-        changes = Changes(design)
+        changes = Sensitivities(design)
     found = np.full((len(BOND_MEASURED), len(BOND_FREE), len(BOND_UNKNOWNS)), np.nan)
     for k, sensors in enumerate(BOND_MEASURED.values()):
         for m, free in enumerate(BOND_FREE.values()):

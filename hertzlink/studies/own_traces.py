@@ -8,9 +8,8 @@ import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
-from coupling.identification.changes import Changes
-from coupling.identification.information import REACH, Design
-from coupling.identification.misfit import GAIN, TIME_ZERO
+from coupling.inference.information import REACH, Design, Sensitivities
+from coupling.inference.misfit import GAIN, TIME_ZERO
 from coupling.sweeps.progress import watched
 from hertzlink.studies import draw
 from hertzlink.studies import identifiable_cases as cases
@@ -71,7 +70,7 @@ class Conditions(Parameters):
         with collected():  # Points of the contact may yield: a model of elastic contacts is what is studied.
             nuisances = (GAIN, TIME_ZERO)
             design = Design(build, values, sensors, max(self.record), nuisances, self.noise, cases.SAMPLE_EVERY)
-            changes = Changes(design)
+            changes = Sensitivities(design)
         found = np.full((len(self.record), len(cases.MEASURED), len(cases.EDGE_FREE), len(values)), np.nan)
         for k, (what, group) in enumerate(cases.MEASURED.items()):
             features = changes.features(group, self.record[0], cases.DRAWS) if what == cases.FEATURES else None

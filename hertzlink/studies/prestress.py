@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
-from coupling.identification.information import identifiability
+from coupling.inference.information import identifiability
 from coupling.results.ar_and_tof import amplitude_ratio, time_of_flight
 from coupling.sweeps.progress import watched
 from hertzlink.studies import draw

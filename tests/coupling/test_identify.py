@@ -16,13 +16,13 @@ from scipy.signal import lfilter
 from threadpoolctl import threadpool_info, threadpool_limits
 
 import hertzlink as hl
-from coupling.identification import features
-from coupling.identification.found import Unknown
-from coupling.identification.identify import likely_runs
-from coupling.identification.intervals import independent_samples
-from coupling.identification.measured import estimated
-from coupling.identification.misfit import Measured, Misfit
-from coupling.identification.prediction import Curves, Prediction, Range, high_passed, range_of
+from coupling.inference import features
+from coupling.inference.identification import Unknown
+from coupling.inference.identify import likely_runs
+from coupling.inference.intervals import independent_samples
+from coupling.inference.measured import estimated
+from coupling.inference.misfit import Measured, Misfit
+from coupling.inference.prediction import Curves, Prediction, Range, high_passed, range_of
 from coupling.results.sensor import noise_level
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)

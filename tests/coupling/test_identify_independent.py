@@ -14,7 +14,7 @@ from independent.traces import Case, trace
 from independent.walls import STEEL, EdgedPlate, Rod
 
 import hertzlink as hl
-from coupling.identification.found import Identification
+from coupling.inference.identification import Identification
 
 BEAD = hl.Sphere(4.765e-3, hl.STEEL_440C)
 SPEED, GAIN, TIME_ZERO, NOISE = 0.31, 0.04, 83e-6, 0.01

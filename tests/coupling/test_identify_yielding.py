@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 import hertzlink as hl
-from coupling.identification.found import Identification
+from coupling.inference.identification import Identification
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 JACKSON_GREEN = hl.laws.JacksonGreen()

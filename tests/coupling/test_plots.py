@@ -12,7 +12,7 @@ from matplotlib import pyplot
 from matplotlib.axes import Axes
 
 import hertzlink as hl
-from coupling.identification.found import Identification
+from coupling.inference.identification import Identification
 
 BEAD = hl.Sphere(4.76e-3, hl.STEEL_440C)
 WALL = hl.half_space(hl.STEEL_440C)

@@ -15,7 +15,7 @@ import xarray as xr
 from page_parser import check_page
 
 import hertzlink as hl
-from coupling.identification.found import Identification
+from coupling.inference.identification import Identification
 from coupling.results.provenance import as_text, stored
 from hertzlink.reports import setup_in_words
 from hertzlink.reports.page import Line, Page, Section, Table, html

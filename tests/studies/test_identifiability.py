@@ -9,7 +9,7 @@ import xarray as xr
 from printed import check
 
 import hertzlink as hl
-from coupling.identification.changes import Changes
+from coupling.inference.information import Sensitivities
 from hertzlink.studies import identifiability as study
 from hertzlink.studies import identifiable_cases as cases
 
@@ -23,13 +23,13 @@ def quick() -> xr.Dataset:
     return study.run(quick=True)
 
 
-def changes(distance: float, **how: float) -> Changes:
+def changes(distance: float, **how: float) -> Sensitivities:
     values = {"distance": distance, "thickness": 4.83e-3, "impact_speed": 0.31}
-    return Changes(cases.edge_design(BEADS, values, **how))
+    return Sensitivities(cases.edge_design(BEADS, values, **how))
 
 
 @pytest.fixture(scope="module")
-def near() -> Changes:
+def near() -> Sensitivities:
     return changes(0.06)
 
 
@@ -43,19 +43,19 @@ def test_an_edge_whose_echo_is_late_is_blind() -> None:
     assert far.waveform((7,))["impact_speed"] < 0.05
 
 
-def test_bounds_are_proportional_to_the_noise(near: Changes) -> None:
+def test_bounds_are_proportional_to_the_noise(near: Sensitivities) -> None:
     double = changes(0.06, noise=2.0 * cases.NOISE).waveform((7, 13))
     assert double == pytest.approx({name: 2.0 * bound for name, bound in near.waveform((7, 13)).items()}, rel=1e-9)
 
 
-def test_samples_average_out(near: Changes) -> None:
+def test_samples_average_out(near: Sensitivities) -> None:
     """Information is proportional to the number of samples."""
     dense = changes(0.06, sample_every=0.5 * cases.SAMPLE_EVERY).waveform((7,), cases.RECORDS[0])
     sparse = near.waveform((7,), cases.RECORDS[0])
     assert dense == pytest.approx({name: bound / np.sqrt(2.0) for name, bound in sparse.items()}, rel=0.03)
 
 
-def test_more_data_or_less_to_find_is_never_worse(near: Changes) -> None:
+def test_more_data_or_less_to_find_is_never_worse(near: Sensitivities) -> None:
     """Two sensors against each of them, a long record against a short one, one unknown against three."""
     for record in cases.RECORDS:
         both = near.waveform((7, 13), record)
@@ -66,7 +66,7 @@ def test_more_data_or_less_to_find_is_never_worse(near: Changes) -> None:
     assert near.waveform((7,), inf, ["distance"])["distance"] <= long["distance"]
 
 
-def test_parts_are_what_information_reports(near: Changes) -> None:
+def test_parts_are_what_information_reports(near: Sensitivities) -> None:
     """By its own runs, with its own steps."""
 
     def build(distance: float, thickness: float, impact_speed: float) -> hl.CoSimulation:
@@ -89,7 +89,7 @@ def test_the_accuracy_of_a_bound_is_noted_where_it_matters() -> None:
     assert not any("bounds of distance" in warning for warning in known.warnings)
 
 
-def test_two_numbers_do_not_give_three_unknowns(near: Changes) -> None:
+def test_two_numbers_do_not_give_three_unknowns(near: Sensitivities) -> None:
     bounds = near.features((7,), cases.RECORDS[0], draws=8)
     assert bounds(None) == dict.fromkeys(cases.EDGE_UNKNOWNS, inf)
     two, one = (bounds(names)["distance"] for names in (("distance", "thickness"), ("distance",)))

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.stats import qmc
 
-from coupling.identification.misfit import Misfit, Point
+from coupling.inference.misfit import Misfit, Point
 from structures.structure import Vector
 
 FIRST_STEP = 1e-3

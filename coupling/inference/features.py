@@ -4,8 +4,8 @@ import numpy as np
 import xarray as xr
 from scipy.signal import lfilter
 
-from coupling.identification.misfit import Measured, Misfit, Point
-from coupling.identification.prediction import Curves, Prediction
+from coupling.inference.misfit import Measured, Misfit, Point
+from coupling.inference.prediction import Curves, Prediction
 from coupling.results.sensor import bridged, noise_level
 from structures.checks import count_of
 from structures.structure import Vector

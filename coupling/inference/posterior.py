@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from coupling.identification.misfit import OF_SENSORS
-from coupling.identification.search import Search, inverse
+from coupling.inference.misfit import OF_SENSORS
+from coupling.inference.search import Search, inverse
 from structures.caution import caution
 from structures.checks import whole
 from structures.structure import Vector

@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from coupling.cosimulation import CoSimulation
-from coupling.identification.features import Features
-from coupling.identification.misfit import Misfit
-from coupling.identification.prediction import Prediction
-from coupling.identification.search import Search, Solution
+from coupling.inference.features import Features
+from coupling.inference.misfit import Misfit
+from coupling.inference.prediction import Prediction
+from coupling.inference.search import Search, Solution
 from coupling.results.findings import findings_of
 from coupling.yield_check import CURE
 from particles.laws.yielding import JacksonGreen

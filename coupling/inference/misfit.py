@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 from scipy.signal import correlate
 
-from coupling.identification.prediction import NUMERICAL, Curves, Prediction, high_passed
+from coupling.inference.prediction import NUMERICAL, Curves, Prediction, high_passed
 from structures.structure import Vector
 
 GAIN, OFFSET, TIME_ZERO, TIME_CONSTANT = "gain", "offset", "time_zero", "time_constant"

@@ -52,7 +52,7 @@ class Unknown:
 
     Examples
     --------
-    >>> from coupling.identification.found import Unknown
+    >>> from coupling.inference.identification import Unknown
     >>> edge = Unknown("distance", 0.06, (0.0595, 0.0605), "identified", (0.01, 0.3), "mm", 1e-3)
     >>> edge.identifiable, round(edge.error, 4), edge.row()[:3]
     (True, 0.0005, ('distance, mm', '60.00', '59.50 to 60.50'))

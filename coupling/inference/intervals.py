@@ -9,9 +9,9 @@ import xarray as xr
 from scipy.signal import fftconvolve
 from scipy.stats import chi2, t
 
-from coupling.identification.dented import with_yielding
-from coupling.identification.features import Features
-from coupling.identification.found import (
+from coupling.inference.dented import with_yielding
+from coupling.inference.features import Features
+from coupling.inference.identification import (
     AT_END,
     NOT_TRUSTED,
     NUISANCE,
@@ -20,7 +20,7 @@ from coupling.identification.found import (
     is_at_end,
     verdict_of,
 )
-from coupling.identification.misfit import (
+from coupling.inference.misfit import (
     GAIN,
     LONGEST_TIME_CONSTANT,
     OFFSET,
@@ -29,9 +29,9 @@ from coupling.identification.misfit import (
     TIME_ZERO,
     Point,
 )
-from coupling.identification.posterior import sampled
-from coupling.identification.prediction import NUMERICAL
-from coupling.identification.search import Search, Solution, inverse
+from coupling.inference.posterior import sampled
+from coupling.inference.prediction import NUMERICAL
+from coupling.inference.search import Search, Solution, inverse
 from structures.caution import caution
 from structures.structure import Vector
 

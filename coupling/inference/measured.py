@@ -5,8 +5,8 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 import xarray as xr
 
-from coupling.identification.misfit import Measured
-from coupling.identification.prediction import NUMERICAL
+from coupling.inference.misfit import Measured
+from coupling.inference.prediction import NUMERICAL
 from coupling.results.measures import sensor_force
 from coupling.results.schema import kind_of
 from coupling.results.sensor import FEWEST_SAMPLES

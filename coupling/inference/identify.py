@@ -9,13 +9,13 @@ import numpy as np
 import xarray as xr
 
 from coupling.cosimulation import CoSimulation
-from coupling.identification.features import Features
-from coupling.identification.found import Identification
-from coupling.identification.intervals import Judgement
-from coupling.identification.measured import measured_signal
-from coupling.identification.misfit import GAIN, OF_SENSORS, TIME_ZERO, Misfit
-from coupling.identification.prediction import Prediction, Range, range_of, usual_length
-from coupling.identification.search import Search
+from coupling.inference.features import Features
+from coupling.inference.identification import Identification
+from coupling.inference.intervals import Judgement
+from coupling.inference.measured import measured_signal
+from coupling.inference.misfit import GAIN, OF_SENSORS, TIME_ZERO, Misfit
+from coupling.inference.prediction import Prediction, Range, range_of, usual_length
+from coupling.inference.search import Search
 from coupling.sweeps.progress import Progress
 from structures.caution import caution
 from structures.checks import finite, not_negative, one_of, positive, short, whole

@@ -87,7 +87,7 @@ class Fit:
     Examples
     --------
     >>> import hertzlink as hl
-    >>> from coupling.identification.fitting import Fit
+    >>> from coupling.inference.fitting import Fit
     >>> fit = Fit(hl.LinearDashpot(5.0), {"coefficient": (4.8, 5.2)}, 0.002, {10: 0.01})
     >>> fit
     Fit(LinearDashpot(coefficient=5.0); coefficient (95 %): 4.8 to 5.2; amplitude difference: 0.002; ...)
