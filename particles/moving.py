@@ -19,7 +19,7 @@ from particles.kernels.drives import FREE, MOVED, Driven, Free
 from particles.kernels.losses import NoLoss
 from particles.kernels.vibrations import Rigid
 from particles.laws.formulas import contact_law
-from particles.laws.law import ContactLaw, unchanging
+from particles.laws.law import ContactLaw, PowerLaw, unchanging
 from particles.laws.yielding import YieldingContact
 from structures.checks import finite, instance, positive, short
 from structures.structure import Vector
@@ -225,14 +225,27 @@ class MovingChain:
     @cached_property
     def _contact_times(self) -> Vector:
         """That time of each contact, s; zero where there is none."""
-        speed, swing = self.speed, self.once("swings", self._swings)
+        if powers := self.once("powers", self._powers):
+            collision = self.once("collisions", lambda: self._collisions(1.0)) * self.speed ** powers[0]
+        else:
+            collision = self._collisions(self.speed)
+        times: Vector = np.minimum(collision, self.once("swings", self._swings))
+        return times
+
+    def _powers(self) -> list[Vector]:
+        """The power of the speed that the time of each collision follows where all laws are powers; else nothing."""
+        if any(type(law) is not PowerLaw for law in self._groups):
+            return []
+        exponent = self._over_contacts(lambda law, i: np.full(i.size, law.exponent))  # type: ignore[attr-defined]
+        return [(1.0 - exponent) / (1.0 + exponent)]
+
+    def _collisions(self, speed: float) -> Vector:
+        """The time of a free collision at a speed (m/s) of each contact, s; zero where there is none."""
         energy = 0.5 * self.reduced_mass * speed**2
         deepest = self._over_contacts(lambda law, i: law.overlap(energy[i]))
         force = self._over_contacts(lambda law, i: law.force(deepest[i]))
-        there = swing > 0.0
-        order = np.divide(energy, force * deepest, out=np.ones(swing.size), where=there)
-        collision = deepest / speed * 2.0 * sqrt(pi) * gamma(1.0 + order) / gamma(0.5 + order)
-        times: Vector = np.where(there, np.minimum(collision, swing), 0.0)
+        order = np.divide(energy, force * deepest, out=np.ones(force.size), where=force > 0.0)
+        times: Vector = deepest / speed * 2.0 * sqrt(pi) * gamma(1.0 + order) / gamma(0.5 + order)
         return times
 
     def _swings(self) -> Vector:
