@@ -63,7 +63,8 @@ def hops(time: Vector, force: Vector) -> Vector:
     A soft structure delays it at the last contact, and beads that move as one pass it on at once. Neither is the time
     of another wave; the median limits both.
     """
-    taken: Vector = wave_kernels.hops(plain(time), plain(force))
+    taken, ordered = np.empty((2, len(force) - 1))
+    wave_kernels.hops(plain(time), plain(force), taken, ordered)
     return taken
 
 
@@ -75,8 +76,9 @@ def traced(
     peaks: of each row, s; now: that of `row`; left: when it left the row `first`; pace: its time from row to row, in
     units of `hops`.
     """
-    begins, path = np.cumsum([0] + [len(one) for one in peaks]), np.empty(len(peaks))
-    count = wave_kernels.trace_back(np.concatenate(peaks), begins, plain(hops), row, now, left, pace, first, path)
+    begins, (path, ordered) = np.cumsum([0] + [len(one) for one in peaks]), np.empty((2, len(peaks)))
+    times = np.concatenate(peaks)
+    count = wave_kernels.trace_back(times, begins, plain(hops), row, now, left, pace, first, path, ordered)
     return [float(one) for one in path[:count]]
 
 

@@ -5,10 +5,11 @@ Peaks are those of `scipy.signal.find_peaks(force, height=least, prominence=leas
 """
 
 from math import sqrt
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from structures.kernel_cache import inner, njit
+from structures.kernel_cache import entry, inner, njit
 from structures.structure import Vector
 
 FIRST_WAVE = 0.05
@@ -49,14 +50,16 @@ def plain(values: Vector) -> Vector:
 
 
 @inner(error_model="numpy")
-def _rises(force, peak, step, least):
-    """Whether a peak rises by `least` above the lowest force on one side, before a higher one."""
-    i, top = peak, force[peak]
-    while 0 <= i < force.size and force[i] <= top:
-        if top - force[i] >= least:
-            return True
-        i += step
-    return False
+def _rises(force, peak, least):
+    """Whether a peak rises by `least` above the lowest force on either side, before a higher one."""
+    top = force[peak]
+    for step in (-1, 1):
+        i = peak
+        while 0 <= i < force.size and force[i] <= top and top - force[i] < least:
+            i += step
+        if not (0 <= i < force.size and force[i] <= top):
+            return False
+    return True
 
 
 @inner(error_model="numpy")
@@ -70,7 +73,7 @@ def _next_peak(force, start, least):
                 ahead += 1
             if force[ahead] < force[i]:
                 peak = (i + ahead - 1) // 2
-                if _rises(force, peak, -1, least) and _rises(force, peak, 1, least):
+                if _rises(force, peak, least):
                     return peak, ahead + 1
                 i = ahead
         i += 1
@@ -80,13 +83,13 @@ def _next_peak(force, start, least):
 @inner(error_model="numpy")
 def _peaks(force, least, out):
     """Put the samples of all peaks into `out`; how many they are."""
-    count = 0
-    peak, goes_on = _next_peak(force, 0, least)
-    while peak >= 0:
+    count, goes_on = 0, 0
+    while True:
+        peak, goes_on = _next_peak(force, goes_on, least)
+        if peak < 0:
+            return count
         out[count] = peak
         count += 1
-        peak, goes_on = _next_peak(force, goes_on, least)
-    return count
 
 
 @njit(cache=True, error_model="numpy")
@@ -135,10 +138,10 @@ def _nearest(places, count, to):
     return best
 
 
-@njit(cache=True, error_model="numpy")
-def _median(values):
-    """The median of the finite values, NaN if there are none."""
-    ordered, count = np.empty(values.size), 0
+@inner(error_model="numpy")
+def _median(values, ordered):
+    """The median of the finite values, NaN if there are none; ordered: work space."""
+    count = 0
     for value in values:
         if value - value == 0.0:
             i = count
@@ -198,12 +201,12 @@ def _slopes(work, n):
         return
     first, last = dx[0] + dx[1], dx[n - 2] + dx[n - 3]
     lower[0], diagonal[0], upper[0] = 0.0, dx[1], first
-    right[0] = ((dx[0] + 2.0 * first) * dx[1] * chord[0] + dx[0] ** 2 * chord[1]) / first
+    right[0] = ((dx[0] + 2.0 * first) * dx[1] * chord[0] + dx[0] * dx[0] * chord[1]) / first
     for i in range(1, n - 1):
         lower[i], diagonal[i], upper[i] = dx[i], 2.0 * (dx[i - 1] + dx[i]), dx[i - 1]
         right[i] = 3.0 * (dx[i] * chord[i - 1] + dx[i - 1] * chord[i])
     lower[n - 1], diagonal[n - 1], upper[n - 1] = last, dx[n - 3], 0.0
-    right[n - 1] = dx[n - 2] ** 2 * chord[n - 3] + (2.0 * last + dx[n - 2]) * dx[n - 3] * chord[n - 2]
+    right[n - 1] = dx[n - 2] * dx[n - 2] * chord[n - 3] + (2.0 * last + dx[n - 2]) * dx[n - 3] * chord[n - 2]
     right[n - 1] /= last
     for i in range(1, n):
         factor = lower[i] / diagonal[i - 1]
@@ -287,10 +290,13 @@ def waves_over_bead(time, above, below, velocity, smallest, out, found, peaks, w
     return count
 
 
-@njit(cache=True, error_model="numpy")
-def hops(time, force):
-    """The time of the incident wave from each contact to the next, s; see `peaks.hops`."""
-    before, taken = np.nan, np.empty(len(force) - 1)
+@inner(error_model="numpy")
+def hops_of(time, force, taken, ordered):
+    """Put the time of the incident wave from each contact to the next, s, into `taken`; see `peaks.hops`.
+
+    ordered: work space of as many numbers; so it is of the others.
+    """
+    before = np.nan
     for row in range(len(force)):
         top, arrival = 0.0, np.nan
         for value in force[row]:
@@ -303,22 +309,24 @@ def hops(time, force):
         if row > 0:
             taken[row - 1] = arrival - before
         before = arrival
-    usual = _median(taken)
+    usual = _median(taken, ordered)
     for i in range(taken.size):
         one = taken[i]
         if one - one != 0.0 or (i == taken.size - 1 and usual < one):
             one = usual
         taken[i] = SLACK * usual if one < SLACK * usual else one
-    return taken
 
 
-@njit(cache=True, error_model="numpy")
-def trace_back(times, begins, taken, row, now, left, pace, first, path):
+hops = entry(hops_of.py_func)
+
+
+@inner(error_model="numpy")
+def trace_back_of(times, begins, taken, row, now, left, pace, first, path, ordered):
     """Put the peaks (s) that a wave left in the rows after `row` into `path`; how many. See `peaks.traced`.
 
     times: the peaks of all rows; those of row i are times[begins[i]:begins[i + 1]].
     """
-    count, slack = 0, SLACK * _median(taken)
+    count, slack = 0, SLACK * _median(taken, ordered)
     while row + 2 < begins.size:
         wait, best, before = pace * taken[row], np.inf, np.nan
         for i in range(begins[row + 1], begins[row + 2]):
@@ -336,47 +344,71 @@ def trace_back(times, begins, taken, row, now, left, pace, first, path):
     return count
 
 
-@njit(cache=True, error_model="numpy")
-def peak_times(time, force, least):
-    """The peaks of each row, s, one row after the other, and where each row begins."""
-    found = np.empty(time.size // 2 + 1, np.int64)
-    begins, times = np.zeros(len(force) + 1, np.int64), np.empty(len(force) * found.size)
+trace_back = entry(trace_back_of.py_func)
+
+
+class Space(NamedTuple):
+    """Work space of `waves`, for m peaks in each of n contacts."""
+
+    found: Any
+    """m × 4 integers, passages."""
+    peaks: Any
+    """2 × m integers."""
+    spline: Any
+    """SPLINE_ROWS × WIDTH."""
+    times: Any
+    """n m numbers, the peaks of all contacts, one after the other, s."""
+    begins: Any
+    """n + 1 integers: where those of each contact begin."""
+    taken: Any
+    """n."""
+    path: Any
+    """n."""
+    ordered: Any
+    """n."""
+
+
+@inner(error_model="numpy")
+def _peak_times(time, force, least, space):
+    """Put the peaks of each row, s, one row after the other, and where each row begins, into the work space."""
+    found = space.peaks[0]
     for row in range(len(force)):
-        count, begin = _peaks(force[row], least, found), begins[row]
-        begins[row + 1] = begin + count
+        count, begin = _peaks(force[row], least, found), space.begins[row]
+        space.begins[row + 1] = begin + count
         for i in range(count):
-            times[begin + i] = time[found[i]]
-    return times, begins
+            space.times[begin + i] = time[found[i]]
 
 
-@njit(cache=True, error_model="numpy")
-def waves(time, force, velocity, smallest, out):
+@inner(error_model="numpy")
+def waves(time, force, velocity, smallest, out, space):
     """Put the incident wave and those that come back into `out` (amplitude, N; arrival, s; where it begins); how many.
 
     force: contacts × time. It ends where `out` is full.
     """
-    most = time.size // 2 + 1
-    found, peaks, work = np.empty((most, 4), np.int64), np.empty((2, most), np.int64), np.empty((SPLINE_ROWS, WIDTH))
+    found, peaks, work, rows = space.found, space.peaks, space.spline, len(force)
     above, below = force[0], force[1]
-    if len(force) == 2:
+    if rows == 2:
         return waves_over_bead(time, above, below, velocity, smallest, out, found, peaks, work)
     first, arrival, end = incident(time, above, below, velocity, found, peaks, work)
     if end < 0:
         return 0
     out[0, 0], out[0, 1], out[0, 2] = first, arrival, NOWHERE
-    many, count, last = passages_of(above, below, velocity, smallest * first, found, peaks), 1, len(force) - 1
-    taken = np.empty(0)
+    many, count, last = passages_of(above, below, velocity, smallest * first, found, peaks), 1, rows - 1
+    taken, known = space.taken[: rows - 1], False
     for i in range(many):
         if found[i, 0] <= end or found[i, 3] or count == len(out):
             continue
-        if not taken.size:
-            taken, path = hops(time, force), np.empty(len(force))
-            times, begins = peak_times(time, force, FAINT * smallest * first)
+        if not known:
+            known = True
+            hops_of(time, force, taken, space.ordered)
+            _peak_times(time, force, FAINT * smallest * first, space)
         amplitude, arrival = _arrival(time, above, below, found[i, 2], work)
         pace, left = (first / amplitude) ** (1.0 / 6.0), time[found[i, 1]]
         now = time[found[i, 0]]
         pace = min(max((left - now) / taken[0], EARLY * pace), LATE * pace)
-        reached = 1 + trace_back(times, begins, taken, 1, now, left, pace, 0, path)
+        reached = 1 + trace_back_of(
+            space.times, space.begins[: rows + 1], taken, 1, now, left, pace, 0, space.path, space.ordered
+        )
         from_structure = reached > last - NEAR_END
         if from_structure or reached + 1 >= FEWEST_CONTACTS or amplitude >= STRONG * first:
             out[count, 0], out[count, 1] = amplitude, arrival
@@ -391,7 +423,12 @@ def waves_of_many(time, force, static, velocity, smallest, out, counts):
 
     Contacts that hold only NaN are left out; they pad a shorter chain, or a run that failed. out: runs × waves × 3.
     """
-    dynamic = np.empty((force.shape[2], time.size))
+    n, most = force.shape[2], time.size // 2 + 1
+    dynamic = np.empty((n, time.size))
+    space = Space(
+        np.empty((most, 4), np.int64), np.empty((2, most), np.int64), np.empty((SPLINE_ROWS, WIDTH)),
+        np.empty(n * most), np.zeros(n + 1, np.int64), np.empty(n), np.empty(n), np.empty(n),
+    )  # fmt: skip
     for run in range(len(force)):
         rows = 0
         for contact in range(force.shape[2]):
@@ -400,4 +437,4 @@ def waves_of_many(time, force, static, velocity, smallest, out, counts):
                 dynamic[rows, i] = force[run, i, contact] - static[run, contact]
                 there = there or dynamic[rows, i] == dynamic[rows, i]
             rows += there
-        counts[run] = waves(time, dynamic[:rows], velocity[run], smallest, out[run]) if rows > 1 else 0
+        counts[run] = waves(time, dynamic[:rows], velocity[run], smallest, out[run], space) if rows > 1 else 0
