@@ -27,9 +27,9 @@ from coupling.sweeps.store import ERROR_VARIABLE, Failure
 from coupling.sweeps.sweep import axis_labels, check_build
 from particles.chain import Chain
 from structures.caution import collected
-from structures.checks import function, instance, listed, positive, short, whole
+from structures.checks import count_of, function, instance, listed, positive, short, whole
 from structures.one_thread import one_thread
-from structures.structure import Structure
+from structures.structure import Structure, Vector
 
 Runs: TypeAlias = Sequence[Chain | CoSimulation] | Callable[..., Chain | CoSimulation]
 
@@ -279,12 +279,17 @@ def _columns(build: Callable[..., Any], parameters: Mapping[str, Any]) -> dict[s
     if used := sorted(set(parameters) & (OF_RUNS | {"run", ERROR_VARIABLE})):
         raise ValueError(f"{used[0]}: is a name that every run uses; rename the function's argument")
     columns = {name: _column(name, given) for name, given in parameters.items()}
-    lengths = {name: len(column) for name, column in columns.items() if column is not None}
-    if len(set(lengths.values())) > 1:
-        shown = ", ".join(f"{name} {length}" for name, length in lengths.items())
-        raise ValueError(f"parameters: have different numbers of values ({shown}); must have one for each run")
-    count = next(iter(lengths.values()), 1)
+    count = count_of_runs("parameters", {name: column for name, column in columns.items() if column is not None})
     return {name: [parameters[name]] * count if column is None else column for name, column in columns.items()}
+
+
+def count_of_runs(name: str, columns: Mapping[str, Any]) -> int:
+    """How many values each column has; a ValueError that names the argument where that differs."""
+    lengths = {column: len(values) for column, values in columns.items()}
+    if len(set(lengths.values())) > 1:
+        shown = ", ".join(f"{column} {length}" for column, length in lengths.items())
+        raise ValueError(f"{name}: have different numbers of values ({shown}); must have one for each run")
+    return next(iter(lengths.values()), 1)
 
 
 def _column(name: str, given: Any) -> list[Any] | None:
@@ -414,24 +419,30 @@ class _Rows:
 
     def dataset(self) -> xr.Dataset:
         """The runs."""
-        contacts, bodies = self.part.kept
-        times = self.part.interval * np.arange(self.force.shape[1])
         coordinates: dict[str, Any] = {
-            "time": ("time", times, {"units": "s"}),
-            "bead": ("bead", bodies),
-            "contact": ("contact", [one + 1 for one in contacts]),
             "centre": (("run", "bead"), self.centre, {"units": "m"}),
             "static_force": (("run", "contact"), self.static, {"units": "N"}),
             "impact_energy": ("run", self.energy, {"units": "J"}),
         }
-        for name, values in self.part.family.parameters.items():
-            coordinates[name] = ("run", axis_labels(values))
-        data = {
-            "contact_force": variable("contact_force", self.force.swapaxes(0, 1), "run"),
-            "velocity": variable("velocity", self.velocity.swapaxes(0, 1), "run"),
-        }
-        found = xr.Dataset(data, coordinates).transpose("run", "time", ...)
-        return found.assign_attrs(beads=self.part.family.beads)
+        family, kept, interval = self.part.family, self.part.kept, self.part.interval
+        coordinates |= {name: ("run", axis_labels(values)) for name, values in family.parameters.items()}
+        return forces_of_runs(kept, interval, self.force, self.velocity, coordinates).assign_attrs(beads=family.beads)
+
+
+def forces_of_runs(
+    kept: Kept, interval: float, force: Vector, velocity: Vector, coordinates: dict[str, Any]
+) -> xr.Dataset:
+    """Forces and velocities, runs × times × contacts or beads, as a Dataset. interval: between saved times, s."""
+    own: dict[str, Any] = {
+        "time": ("time", interval * np.arange(float(force.shape[1])), {"units": "s"}),
+        "bead": ("bead", kept.bodies),
+        "contact": ("contact", [one + 1 for one in kept.contacts]),
+    }
+    data = {
+        "contact_force": variable("contact_force", force.swapaxes(0, 1), "run"),
+        "velocity": variable("velocity", velocity.swapaxes(0, 1), "run"),
+    }
+    return xr.Dataset(data, own | coordinates).transpose("run", "time", ...)
 
 
 def _measured(measure: Measure, data: xr.Dataset) -> xr.Dataset:
@@ -447,16 +458,26 @@ def _measured(measure: Measure, data: xr.Dataset) -> xr.Dataset:
 def _together(
     family: _Family, parts: list[xr.Dataset], done: list[_Done], until: float, before: list[str]
 ) -> xr.Dataset:
-    failures = [one.failure for one in done if one.failure is not None]
-    if len(failures) == len(done):
-        raise RuntimeError(f"all {len(done)} runs failed; the first with {failures[0]}")
     data = parts[0] if len(parts) == 1 else xr.concat(parts, "run", data_vars="minimal", coords="minimal")
     given = {"first": family.first.describe(), "count": family.number, "until": until}
-    data = data.assign_attrs(provenance({"batch": given}))
     findings = gathered({f"run {i}": one.findings for i, one in enumerate(done) if one.findings}, len(done), "runs")
-    reasons = {"long_name": "why the run failed, empty where it did not"}
-    data[ERROR_VARIABLE] = "run", [str(one.failure or "") for one in done], reasons
-    if failures:
-        findings.append(f"batch: {len(failures)} of {len(done)} runs failed, see the variable error")
+    reasons = [str(one.failure or "") for one in done]
+    return finished("batch", data, reasons, given, before, findings)
+
+
+def finished(
+    what: str, data: xr.Dataset, reasons: list[str], given: dict[str, Any], before: list[str], findings: Sequence[str]
+) -> xr.Dataset:
+    """The Dataset of runs with why each failed, what was given, and findings; a RuntimeError where all failed.
+
+    what: the function that did them. before: findings of which the user was warned already.
+    """
+    failed = sum(map(bool, reasons))
+    if failed == len(reasons):
+        raise RuntimeError(f"all {failed} runs failed; the first with {reasons[0]}")
+    data[ERROR_VARIABLE] = "run", reasons, {"long_name": "why the run failed, empty where it did not"}
+    if failed:
+        of = count_of(len(reasons), "run")
+        findings = [*findings, f"{what}: {failed} of {of} failed, see the variable error"]
     warn(findings)
-    return with_warnings(data, [*before, *findings])
+    return with_warnings(data.assign_attrs(provenance({what: given})), [*before, *findings])

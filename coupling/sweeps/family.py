@@ -19,17 +19,13 @@ from coupling.kernels.recorders import Sensors
 from coupling.recording.frames import Kept, kept_at, middle_of
 from coupling.results import wave_kernels
 from coupling.results.ar_and_tof import SMALLEST_WAVE
-from coupling.results.findings import with_warnings
-from coupling.results.provenance import provenance
-from coupling.results.schema import variable
-from coupling.sweeps.batch import MEASURED_AT_ONCE, MOST_SAVED, batch
+from coupling.sweeps.batch import MEASURED_AT_ONCE, MOST_SAVED, batch, count_of_runs, finished, forces_of_runs
 from coupling.sweeps.progress import Progress
-from coupling.sweeps.store import ERROR_VARIABLE
 from coupling.sweeps.varied import Varied
 from particles.moving import MovingChain
-from structures.caution import caution
-from structures.checks import count_of, instance, one_of, positive, short, whole
+from structures.checks import instance, one_of, positive, short, whole
 from structures.kernels.families import Rows
+from structures.kernels.linear import Oscillators
 from structures.one_thread import one_thread
 from structures.structure import Vector
 
@@ -177,9 +173,7 @@ def _columns(quantities: Mapping[str, Any]) -> dict[str, Vector]:
             place = int(np.flatnonzero(~np.isfinite(column))[0])
             raise ValueError(f"{where}: is {column[place]} for run {place}; must be finite")
         columns[str(name)] = column
-    if len({column.size for column in columns.values()}) > 1:
-        shown = ", ".join(f"{name} {column.size}" for name, column in columns.items())
-        raise ValueError(f"quantities: have different numbers of values ({shown}); must have one for each run")
+    count_of_runs("quantities", columns)
     return columns
 
 
@@ -239,7 +233,7 @@ class FamilyRuns:
         """Do some of the runs in threads."""
         runs = varied.count
         own = {name: np.zeros((runs, *getattr(self.recorder, name).shape)) for name in FILLED}
-        recorder = self.recorder._replace(**{name: Rows(values) for name, values in own.items()})
+        recorder = self.recorder._replace(**{name: Rows(values, 1) for name, values in own.items()})
         family, ended = self._family(varied, _row)._replace(recorder=recorder), np.zeros(runs, np.int64)
         ends = np.linspace(0, runs, threads + 1).astype(int).tolist()
 
@@ -317,26 +311,33 @@ class FamilyRuns:
         engine, chain = self.engine, self.engine.chains[0]
         structure, contacts = engine.of_length(engine.length)
         model, start = varied.model(engine.length), self.chain.start()
-        changes: dict[str, Any] = {}
-        if model.stiffness is not None:
-            changes["law"] = chain.law._replace(stiffness=layout(model.stiffness))
-        if model.coefficient is not None:
-            changes["loss"] = chain.loss._replace(coefficient=layout(model.coefficient))
-        if model.inverse_mass is not None:
-            changes["inverse_mass"] = layout(model.inverse_mass)
-        if model.flexibility is not None:
-            changes["springs"] = chain.springs[0], layout(model.flexibility)
-        if (part := model.structure) is not None:
-            compliance = np.zeros((*contacts.compliance.shape, varied.count))
-            for i in range(part.contact.shape[1]):  # one by one: the order of a sum would depend on the number of runs
-                compliance += part.contact[:, None, i] * part.response[None, :, i]
-            contacts = contacts._replace(compliance=layout(compliance))
-            arrays = {name: layout(getattr(part, name)) for name in ("rows", "response", "contact", "squares")}
+
+        def part(values: Any, of_runs: Vector | None) -> Any:
+            return layout(np.asarray(values, float)[..., None] if of_runs is None else of_runs)
+
+        changes: dict[str, Any] = {
+            "inverse_mass": part(chain.inverse_mass, model.inverse_mass),
+            "springs": (chain.springs[0], part(chain.springs[1], model.flexibility)),
+        }
+        if hasattr(chain.law, "stiffness"):
+            changes["law"] = chain.law._replace(stiffness=part(chain.law.stiffness, model.stiffness))
+        if hasattr(chain.loss, "coefficient"):
+            changes["loss"] = chain.loss._replace(coefficient=part(chain.loss.coefficient, model.coefficient))
+        if isinstance(structure, Oscillators):
+            of_runs, compliance = model.structure, None
+            if of_runs is not None:
+                compliance = np.zeros((*contacts.compliance.shape, varied.count))
+                for i in range(of_runs.contact.shape[1]):  # a sum's order would depend on the number of runs
+                    compliance += of_runs.contact[:, None, i] * of_runs.response[None, :, i]
+            contacts = contacts._replace(compliance=part(contacts.compliance, compliance))
+            arrays = {
+                name: part(getattr(structure, name), getattr(of_runs, name, None))
+                for name in ("rows", "response", "contact", "squares")
+            }
             structure = structure._replace(**arrays)
-        speed = np.full(varied.count, start.velocity.max()) if model.speed is None else model.speed
         return Family(
             None, (chain._replace(**changes),), structure, contacts, self.search, None, None, start.position,
-            layout(speed),
+            part(start.velocity.max(), model.speed),
         )  # fmt: skip
 
     def _waves(self, force: Vector, velocity: Vector) -> Vector:
@@ -351,16 +352,15 @@ class FamilyRuns:
 
 
 def _row(values: Vector) -> Rows:
-    """Return numbers whose last axis is that of the runs with the runs first."""
-    return Rows(np.ascontiguousarray(np.moveaxis(values, -1, 0)))
+    """Return numbers whose last axis is that of the runs with the runs first.
+
+    All runs may have the same: whatever varies, one loop is compiled.
+    """
+    return Rows(np.ascontiguousarray(np.moveaxis(values, -1, 0)), int(values.shape[-1] > 1))
 
 
-def _dataset(runs: FamilyRuns, varied: Varied, parts: list[Outcome], until: float, findings: list[str]) -> xr.Dataset:
+def _dataset(runs: FamilyRuns, varied: Varied, parts: list[Outcome], until: float, before: list[str]) -> xr.Dataset:
     """Return the results of all parts."""
-    errors = [parts[i].reasons.get(n, "") for i in range(len(parts)) for n in range(parts[i].runs)]
-    failed = sum(map(bool, errors))
-    if failed == len(errors):
-        raise RuntimeError(f"all {failed} runs failed; the first with {errors[0]}")
     coordinates: dict[str, Any] = {name: ("run", column) for name, column in varied.columns.items()}
     if runs.waves:
         waves = np.concatenate([part.waves for part in parts])
@@ -372,23 +372,12 @@ def _dataset(runs: FamilyRuns, varied: Varied, parts: list[Outcome], until: floa
             "amplitude_ratio": (dims, ratio, {"units": "1", "long_name": "amplitude ratio"}),
             "time_of_flight": (dims, flight, {"units": "s", "long_name": "time of flight"}),
         }
+        found = xr.Dataset(data, coordinates)
     else:
-        contacts, bodies = runs.kept
-        coordinates |= {
-            "time": ("time", runs.time, {"units": "s"}),
-            "bead": ("bead", bodies),
-            "contact": ("contact", [one + 1 for one in contacts]),
-            "static_force": ("contact", runs.static, {"units": "N"}),
-        }
-        data = {
-            name: variable(name, np.concatenate([getattr(part, field) for part in parts]).swapaxes(0, 1), "run")
-            for name, field in (("contact_force", "force"), ("velocity", "velocity"))
-        }
-    data[ERROR_VARIABLE] = "run", errors, {"long_name": "why the run failed, empty where it did not"}
-    found = xr.Dataset(data, coordinates).transpose("run", ...)
+        coordinates["static_force"] = "contact", runs.static, {"units": "N"}
+        force, velocity = (np.concatenate([getattr(part, name) for part in parts]) for name in FILLED[:2])
+        found = forces_of_runs(runs.kept, runs.plan.interval, force, velocity, coordinates)
+    errors = [parts[i].reasons.get(n, "") for i in range(len(parts)) for n in range(parts[i].runs)]
     given = {"first": varied.simulation.describe(), "quantities": list(varied.columns), "until": until}
-    found = found.assign_attrs(provenance({"vary": given | {"count": varied.count}}))
-    if failed:
-        findings = [*findings, f"vary: {failed} of {count_of(varied.count, 'run')} failed, see the variable error"]
-        caution(findings[-1])
-    return with_warnings(found.assign_attrs(beads=len(runs.chain.chain.beads)), findings)
+    found = found.assign_attrs(beads=len(runs.chain.chain.beads))
+    return finished("vary", found, errors, given | {"count": varied.count}, before, [])

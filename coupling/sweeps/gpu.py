@@ -52,8 +52,10 @@ def free_memory() -> float:
     return PART_OF_MEMORY * float(cuda.current_context().get_memory_info()[0])  # type: ignore[no-untyped-call]
 
 
-def column(values: Vector) -> Columns:
-    """Return numbers whose last axis is that of the runs, on the GPU."""
+def column(values: Vector) -> Any:
+    """Return numbers whose last axis is that of the runs, on the GPU; those of all runs as they are."""
+    if values.shape[-1] == 1:
+        return np.ascontiguousarray(values[..., 0]) if values.ndim > 1 else float(values[0])
     return Columns(cuda.to_device(np.ascontiguousarray(values)))
 
 

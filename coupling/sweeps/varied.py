@@ -4,12 +4,11 @@ Nothing is built for a run. Its masses, stiffnesses and oscillators are columns 
 one run too.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from copy import copy
 from dataclasses import fields, is_dataclass, replace
 from functools import cached_property
 from itertools import product
-from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -40,7 +39,9 @@ PLATE: dict[Path, str] = {
 }
 """What may vary of a structure: the scaling of Kirchhoff's plates is exact."""
 
-CHAIN = "impact_speed", "bead", "beads", "striker", "dissipation"
+BODIES = "bead", "beads", "striker"
+
+CHAIN = "impact_speed", *BODIES, "dissipation"
 """What may vary of a chain: the speed, bodies, and the numbers of the loss."""
 
 IN_GENERAL = "; give a function that builds the simulation to `batch` instead"
@@ -95,7 +96,7 @@ class Varied:
     def model(self, window: float) -> Model:
         """Return the arrays that differ between runs, whose structures move over a window, s."""
         heads = {path[:2] for path in self.paths.values()}
-        bodies = any(path[0] == "chain" and path[1] in ("bead", "beads", "striker") for path in heads)
+        bodies = any(path[0] == "chain" and path[1] in BODIES for path in heads)
         modulus = ("structure", "material", "youngs_modulus") in self.paths.values()
         mass = self._masses if bodies else None
         return Model(
@@ -166,15 +167,19 @@ class Varied:
                 f"equilibrium changes{IN_GENERAL}"
             )
 
+    @property
+    def _usual(self) -> list[Any]:
+        """Striker (or None), beads and the surface at the end (or None)."""
+        pairs = self.simulation.interface.chains[0].pairs
+        return [self._chain.body, *self._chain.beads, None if pairs[-1] is None else pairs[-1][1]]
+
     @cached_property
     def _bodies(self) -> list[Any]:
-        """Striker (or None), beads and the surface at the end, with arrays where their quantities vary."""
-        chain, pairs = self._chain, self.simulation.interface.chains[0].pairs
-        end = None if pairs[-1] is None else pairs[-1][1]
-        bodies: list[Any] = [chain.body, *chain.beads, end]
+        """The same with arrays where their quantities vary."""
+        chain, bodies = self._chain, self._usual
         for name, path in self.paths.items():
             column = self.columns[name]
-            if path[0] == "chain" and path[1] in ("bead", "beads", "striker"):
+            if path[0] == "chain" and path[1] in BODIES:
                 places = _places(chain, path)
                 rest = path[3:] if path[1] == "beads" else path[2:]
                 changed = _with_arrays(bodies[places[0]], rest, column)
@@ -187,17 +192,17 @@ class Varied:
     @cached_property
     def _masses(self) -> Vector:
         """Masses of the bodies, kg, bodies × runs; infinite for a body 0 that is none."""
-        masses = [np.inf if body is None else _property(body, "mass") for body in self._bodies[:-1]]
+        masses = [np.inf if body is None else body.mass for body in self._bodies[:-1]]
         return np.array([np.broadcast_to(mass, self.count) for mass in masses])
 
     def _stiffness(self) -> Vector:
         """Stiffnesses of the contacts, contacts × runs."""
-        moving, bodies = self.simulation.interface.chains[0], self._bodies
+        moving, bodies, usual = self.simulation.interface.chains[0], self._bodies, self._usual
         rows = [np.full(self.count, value) for value in moving.model.law.stiffness]
         known: dict[tuple[int, int], Vector] = {}
         for i in range(len(rows)):
             pair, law = (bodies[i], bodies[i + 1]), moving.laws[i]
-            if not any(isinstance(body, SimpleNamespace) for body in pair) or law is None:
+            if law is None or (pair[0] is usual[i] and pair[1] is usual[i + 1]):
                 continue
             if self._chain.law is not None or law.kernel[1] is not None:
                 raise ValueError(f"law: of contact {i + 1} does not follow from the bodies alone{IN_GENERAL}")
@@ -272,7 +277,7 @@ def _checked_path(name: str) -> Path:
     if path[0] == "structure" and path not in PLATE:
         known = ", ".join(".".join(map(str, one)) for one in PLATE)
         raise ValueError(f'quantities: "{name}" cannot vary; of a structure {known} can{IN_GENERAL}')
-    if path[0] == "chain" and path[1] not in ("impact_speed", "bead", "beads", "striker", "dissipation"):
+    if path[0] == "chain" and path[1] not in CHAIN:
         raise ValueError(
             f'vary: "{name}" cannot vary; of a chain impact_speed, bead, beads[i], striker, dissipation can'
         )
@@ -330,38 +335,23 @@ def _field(thing: Any, name: str | int) -> Any:
     return getattr(thing, str(name))
 
 
-def _with_arrays(thing: Any, path: Path, column: Vector) -> SimpleNamespace:
-    """Return what stands for a dataclass in formulas, with an array at a path of its fields."""
-    if isinstance(thing, SimpleNamespace):
-        stand_in = SimpleNamespace(**vars(thing))
-    else:
-        kind = type(thing)
-        if kind not in (Sphere, Material, Surface):
-            raise ValueError(f"{kind.__name__}: only Spheres vary{IN_GENERAL}")
-        stand_in = SimpleNamespace(kind=kind, **{one.name: getattr(thing, one.name) for one in fields(thing)})
-    name, rest = str(path[0]), path[1:]
-    setattr(stand_in, name, _with_arrays(getattr(stand_in, name), rest, column) if rest else column)
-    return stand_in
-
-
-def _property(body: Any, name: str) -> Any:
-    """Return a property of a body, or of what stands for it, by the same formula."""
-    if not isinstance(body, SimpleNamespace):
-        return getattr(body, name)
-    formula: Callable[[Any], Any] = getattr(body.kind, name).fget
-    return formula(body)
+def _with_arrays(thing: Any, path: Path, column: Vector) -> Any:
+    """Return a copy of a dataclass with an array at a path of its fields, in which its formulas hold for all runs."""
+    if type(thing) not in (Sphere, Material, Surface):
+        raise ValueError(f"{type(thing).__name__}: only Spheres vary{IN_GENERAL}")
+    copied, name, rest = copy(thing), str(path[0]), path[1:]
+    object.__setattr__(copied, name, _with_arrays(getattr(thing, name), rest, column) if rest else column)
+    return copied
 
 
 def _contact_stiffness(first: Any, second: Any) -> Any:
     """Return the stiffnesses of a contact of spheres, or of a sphere and a flat, N/m^1.5."""
     curvature, compliance = 0.0, 0.0
     for body in (first, second):
-        if isinstance(body, SimpleNamespace) and body.kind is Sphere:
-            curvature = curvature + 1.0 / body.radius
-        else:
-            surface = body if not isinstance(body, Sphere) else body.surface
-            if not isinstance(surface, Surface | SimpleNamespace) or surface.curvature != surface.second_curvature:
-                raise ValueError(f"{short(body)}: quantities vary of round contacts only{IN_GENERAL}")
-            curvature = curvature + surface.curvature
-        compliance = compliance + 1.0 / _property(body.material, "contact_modulus")
+        if not isinstance(body, Sphere | Surface) or (
+            isinstance(body, Surface) and body.curvature != body.second_curvature
+        ):
+            raise ValueError(f"{short(body)}: quantities vary of round contacts only{IN_GENERAL}")
+        curvature = curvature + (1.0 / body.radius if isinstance(body, Sphere) else body.curvature)
+        compliance = compliance + 1.0 / body.material.contact_modulus
     return round_stiffness(curvature, compliance)

@@ -12,7 +12,9 @@ class Rows(NamedTuple):
     """Numbers of each run, which lie together: for a processor."""
 
     values: Vector
-    """Runs × the shape of a run."""
+    """Runs × the shape of a run; a single row serves all runs."""
+    step: int
+    """From a run's row to the next one's: 1, or 0 where there is a single row."""
 
 
 class Columns(NamedTuple):
@@ -29,12 +31,12 @@ def of_run(family: Any, run: int) -> Any:
     --------
     >>> import numpy as np
     >>> from structures.kernels.families import Rows, of_run
-    >>> masses, radii = Rows(np.array([[1.0, 2.0], [3.0, 4.0]])), np.zeros(3)
+    >>> masses, radii = Rows(np.array([[1.0, 2.0], [3.0, 4.0]]), 1), np.zeros(3)
     >>> of_run((masses, radii), 1)[0]
     array([3., 4.])
     """
     if isinstance(family, Rows):
-        return family.values[run]
+        return family.values[run * family.step]
     if isinstance(family, Columns):
         return family.values[(slice(None),) * (len(family.values.shape) - 1) + (run,)]
     if isinstance(family, tuple):
@@ -47,7 +49,7 @@ def _text(kind: Any, place: str, pieces: dict[str, Any]) -> str:
     """Return how the source of a function builds the piece of one run from the family's part at a place."""
     piece = getattr(kind, "instance_class", None)
     if piece is Rows:
-        return f"{place}.values[run]"
+        return f"{place}.values[run * {place}.step]"
     if piece is Columns:
         return f"{place}.values[{':, ' * (kind.types[0].ndim - 1)}run]"
     if not hasattr(kind, "types"):
